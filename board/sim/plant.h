@@ -1,0 +1,141 @@
+// The simulated arm: rigid links behind elastic cables, motors, amplifiers, encoders, heat, and a hand on the
+// fingertip. Deterministic to the bit on every machine (own sin and cos, no libm beyond sqrt), seeded, with a
+// clock of its own. The simulated board and tests own one per arm; nothing of the controller knows it.
+//
+//   links   (M(q) + hand mass) qdd + C qd + G = k (phi - q) + d (phid - qd) + stops + J^T F_hand
+//   rotors  J_r phidd = torque - k (phi - q) - d (phid - qd) - viscous - Coulomb
+//   motors  L di/dt = v - R(T) i - Ke w,   |v| <= supply;   the amplifier closes a current loop around it
+//   heat    winding -> housing -> ambient, R(T) = R0 (1 + .00393 (T - 25))
+//
+// Encoders and friction sit at the rotors, as on the real arm, so the cables' stretch lies between what the
+// controller sees and where the finger is: that is the structural mode. Integrated by Runge-Kutta 4 in steps
+// of at most kMaxStep_s. Units: SI, rad, C. World frame as everywhere. Variants: premium-1.5,
+// premium-1.5-frictionless, wooden.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "kinematics/arm.h"
+#include "kinematics/arm_model.h"
+
+namespace thimble::board {
+
+using Vector3d = Eigen::Vector3d;
+
+struct PlantVariant {
+  std::string_view name;
+  std::string_view arm_model;  // what the firmware is told
+  bool friction;
+};
+[[nodiscard]] std::span<const PlantVariant> plant_variants() noexcept;
+[[nodiscard]] const PlantVariant* find_plant_variant(std::string_view name) noexcept;  // null: unknown
+
+// What may differ between two arms of one model. from() fills it from a variant; tests change single values.
+struct PlantParameters {
+  const kinematics::ArmModel* model = nullptr;
+  Vector3d viscous_N_m_s_rad = Vector3d::Zero();
+  Vector3d coulomb_N_m = Vector3d::Zero();
+  Vector3d cable_stiffness_N_m_rad =
+      Vector3d::Zero();  // per joint: the model's structural stiffness at q = 0
+  Vector3d cable_damping_N_m_s_rad = Vector3d::Zero();
+  double amplifier_time_constant_s = 50e-6;
+  double ambient_C = 25.0;
+  kinematics::BasePose base;
+  std::uint64_t seed = 1;  // where the encoder counters stand at power-on, to a fraction of a count
+
+  [[nodiscard]] static PlantParameters from(const PlantVariant& variant);
+};
+
+// One motor with its amplifier. Exact in the winding for constant voltage and speed.
+struct Motor {
+  double current_A = 0;
+  double winding_C = 25;
+  double housing_C = 25;
+
+  [[nodiscard]] double resistance_ohm(const kinematics::MotorModel& model) const noexcept;
+  // Winding current after h at this voltage and shaft speed.
+  void step_winding(const kinematics::MotorModel& model, double voltage_V, double speed_rad_s,
+                    double h) noexcept;
+  void step_heat(const kinematics::MotorModel& model, double ambient_C, double h) noexcept;
+};
+
+// A finger in the thimble: its mass moves with the tip, and spring and damper pull it to where it wants to
+// be.
+struct Hand {
+  double mass_kg = 0.05;
+  double stiffness_N_m = 500.0;
+  double damping_N_s_m = 5.0;
+};
+inline constexpr Hand kNoHand{0, 0, 0};
+
+class Plant {
+ public:
+  static constexpr double kMaxStep_s = 25e-6;
+
+  // Starts at rest with the tip at home, the hand there too.
+  explicit Plant(const PlantParameters& parameters, const Hand& hand = kNoHand);
+
+  // Commands hold until the next ones.
+  void command_current(const Vector3d& current_A, bool enable) noexcept;  // not enabled: motors open
+  void set_hand(const Hand& hand) noexcept { hand_ = hand; }
+  void set_hand_target(const Vector3d& position_m,
+                       const Vector3d& velocity_m_s) noexcept;        // moves on at that
+  void push(const Vector3d& force_N) noexcept { push_N_ = force_N; }  // an extra force on the tip
+
+  // Moves the arm: at rest, cables slack. Motors keep their current and heat.
+  void place(const Vector3d& joints_rad, const Vector3d& joint_speeds_rad_s = Vector3d::Zero()) noexcept;
+
+  void step(double seconds) noexcept;
+
+  [[nodiscard]] std::array<std::uint32_t, 3> encoder_counts()
+      const noexcept;  // raw registers, as wide as the model's
+  [[nodiscard]] Vector3d tip_m() const noexcept;
+  [[nodiscard]] Vector3d tip_velocity_m_s() const noexcept;
+  [[nodiscard]] Vector3d hand_force_N() const noexcept {
+    return hand_force_N_;
+  }  // of the arm on the hand, last step
+  [[nodiscard]] const Vector3d& joints_rad() const noexcept { return state_.q; }
+  [[nodiscard]] const Vector3d& joint_speeds_rad_s() const noexcept { return state_.qd; }
+  [[nodiscard]] const Vector3d& rotors_rad() const noexcept { return state_.phi; }  // seen at the joints
+  [[nodiscard]] const std::array<Motor, 3>& motors() const noexcept { return motors_; }
+  [[nodiscard]] double time_s() const noexcept { return time_s_; }
+  [[nodiscard]] const PlantParameters& parameters() const noexcept { return parameters_; }
+  // Kinetic (links, rotors, hand), height, cables, hand spring. J.
+  [[nodiscard]] double energy_J() const noexcept;
+
+ private:
+  struct State {
+    Vector3d q, qd, phi, phid;
+  };
+  struct Rates {
+    Vector3d qdd, phidd;
+  };
+  enum class Contact : std::uint8_t { kStuck, kForward, kBackward };
+
+  [[nodiscard]] Rates rates(const State& s) noexcept;
+  [[nodiscard]] Vector3d cable_torque(const State& s) const noexcept;
+  [[nodiscard]] Vector3d stop_torques(const State& s) const noexcept;
+  void substep(double h) noexcept;
+
+  PlantParameters parameters_;
+  kinematics::Arm<double> arm_;
+  Hand hand_;
+  State state_;
+  std::array<Motor, 3> motors_{};
+  std::array<Contact, 3> coulomb_{};
+  Vector3d rotor_inertia_;
+  Vector3d motor_torque_ = Vector3d::Zero();
+  Vector3d command_A_ = Vector3d::Zero();
+  bool enable_ = false;
+  Vector3d hand_target_m_, hand_target_velocity_m_s_ = Vector3d::Zero();
+  Vector3d push_N_ = Vector3d::Zero();
+  Vector3d hand_force_N_ = Vector3d::Zero();
+  std::array<double, 3> counter_offset_{};  // in counts
+  double time_s_ = 0;
+};
+
+}  // namespace thimble::board

@@ -1,0 +1,216 @@
+#include "board/sim/simulation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+
+#include "board/sim/sim_board.h"
+#include "control/renderer.h"
+
+namespace thimble::board {
+namespace {
+
+using control::kMaxArms;
+
+constexpr double kLongestWait_s = 60.0;  // for homing, the approach and the ramp, each
+
+SimulationResult failure(SimulationStatus status, std::string detail) {
+  SimulationResult result;
+  result.status = status;
+  result.detail = std::move(detail);
+  return result;
+}
+
+// One path an arm, all beginning at the same time. Throws std::invalid_argument.
+std::vector<HandPath> split(const std::vector<PathPoint>& path) {
+  std::array<std::vector<PathPoint>, kMaxArms> points;
+  double start_s = std::numeric_limits<double>::infinity();
+  for (const PathPoint& point : path) {
+    if (point.arm < 0 || point.arm >= static_cast<int>(kMaxArms)) {
+      throw std::invalid_argument("the path names an arm other than 0 and 1");
+    }
+    points[static_cast<std::size_t>(point.arm)].push_back(point);
+    start_s = std::min(start_s, point.time_s);
+  }
+  if (points[0].empty()) throw std::invalid_argument("the path has no point for arm 0");
+  std::vector<HandPath> paths;
+  for (std::vector<PathPoint>& p : points) {
+    if (p.empty()) continue;
+    if (p.front().time_s > start_s) {
+      PathPoint wait = p.front();
+      wait.time_s = start_s;
+      p.insert(p.begin(), wait);
+    }
+    paths.emplace_back(std::move(p));
+  }
+  return paths;
+}
+
+class Simulation {
+ public:
+  Simulation(std::span<const std::byte> image, std::vector<HandPath> paths, const SimulationOptions& options,
+             const std::function<void(const LogRow&)>& row)
+      : image_(image), paths_(std::move(paths)), options_(options), row_(row), start_s_(paths_[0].start_s()) {
+    double end_s = start_s_;
+    for (const HandPath& path : paths_) end_s = std::max(end_s, path.end_s());
+    // The last time counts when it falls on a tick: a thousandth of a period forgives its rounding.
+    ticks_ = static_cast<std::uint64_t>(std::floor((end_s - start_s_) * options_.rate_Hz + 1e-3)) + 1;
+  }
+
+  SimulationResult ideal() {
+    std::vector<std::uint64_t> aligned((image_.size() + 7) / 8);
+    if (!image_.empty()) std::memcpy(aligned.data(), image_.data(), image_.size());
+    control::SceneView scene;
+    const control::ImageStatus status =
+        control::SceneView::check(std::as_bytes(std::span(aligned)).first(image_.size()), scene);
+    if (status != control::ImageStatus::kOk) return refused(status);
+    const auto renderer = std::make_unique<control::Renderer>();
+    renderer->bind(scene);
+    std::vector<control::Tip> tips(paths_.size());
+    std::vector<control::Touch> touches(paths_.size());
+    SimulationResult result;
+    for (; result.ticks < ticks_; ++result.ticks) {
+      const double time_s = time_of(result.ticks);
+      for (std::size_t i = 0; i < paths_.size(); ++i) {
+        const HandPath::Sample sample = paths_[i].at(time_s);
+        tips[i] = {sample.position_m.cast<float>(), sample.velocity_m_s.cast<float>()};
+      }
+      renderer->tick(tips, static_cast<float>(1.0 / options_.rate_Hz), touches);
+      for (std::size_t i = 0; i < paths_.size(); ++i) {
+        row_({time_s, static_cast<int>(i), tips[i].position_m.cast<double>(),
+              touches[i].god_object_m.cast<double>(), touches[i].force_N.cast<double>(),
+              touches[i].contacts});
+      }
+    }
+    result.sweep_bound = renderer->counters().sweep_bound;
+    result.slide_bound = renderer->counters().slide_bound;
+    return result;
+  }
+
+  SimulationResult through_the_arm() {
+    SimBoardOptions board_options{.variant = options_.arm, .rate_Hz = options_.rate_Hz};
+    board_options.arm_count = static_cast<std::uint8_t>(paths_.size());
+    board_options.hand = options_.hand;
+    board_options.seed = options_.seed;
+    board_options.slot_bytes = image_.size() + firmware::SceneStore::kHeaderBytes;
+    SimBoard board(board_options);
+    firmware::Controller& controller = board.controller();
+    for (std::size_t i = 0; i < paths_.size(); ++i) {
+      const PlantParameters& parameters = board.plant(i).parameters();
+      const kinematics::Arm<double> arm(*parameters.model, parameters.base);
+      const Vector3d first = paths_[i].at(start_s_).position_m;
+      Vector3d joints;
+      if (!arm.inverse(first, joints) ||
+          kinematics::workspace_limit(*parameters.model, joints) != kinematics::WorkspaceLimit::kNone) {
+        return failure(SimulationStatus::kOutOfReach,
+                       "the path's first point is outside the workspace of arm " + std::to_string(i));
+      }
+      board.follow(i, paths_[i]);
+    }
+
+    if (controller.load_scene(image_) != firmware::StoreStatus::kOk)
+      return refused(controller.store().image_status());
+    const auto until = [&](auto&& condition) {
+      for (long left = std::lround(kLongestWait_s * options_.rate_Hz); left > 0; --left) {
+        if (condition()) return true;
+        controller.keep_alive();
+        board.tick();
+        if (controller.fault() != firmware::Fault::kNone) return false;
+      }
+      return false;
+    };
+    const auto all_hands = [&](bool (SimBoard::*is)(std::size_t) const noexcept) {
+      for (std::size_t i = 0; i < paths_.size(); ++i) {
+        if (!(board.*is)(i)) return false;
+      }
+      return true;
+    };
+    controller.keep_alive();
+    board.tick();
+    if (controller.request(firmware::Command::kHome) != 0 || !until([&] {
+          return controller.mode() == firmware::Mode::kReady && all_hands(&SimBoard::hand_waits);
+        })) {
+      return not_armed(controller, "home");
+    }
+    if (controller.request(firmware::Command::kArm) != 0 || !until([&] {
+          return controller.mode() == firmware::Mode::kArmed && controller.telemetry().ramp >= 1.0F;
+        })) {
+      return not_armed(controller, "arm");
+    }
+
+    SimulationResult result;
+    for (; result.ticks < ticks_; ++result.ticks) {
+      controller.keep_alive();
+      board.tick();
+      const firmware::Telemetry& telemetry = controller.telemetry();
+      for (std::size_t i = 0; i < paths_.size(); ++i) {
+        const firmware::ArmTelemetry& arm = telemetry.arm[i];
+        row_({time_of(result.ticks), static_cast<int>(i), board.sampled_tip_m(i),
+              arm.god_object_m.cast<double>(), arm.force_N.cast<double>(), arm.contacts});
+      }
+      if (controller.fault() != firmware::Fault::kNone) {
+        ++result.ticks;
+        result.status = SimulationStatus::kFaulted;
+        result.detail = firmware::find_fault(controller.fault())->cause;
+        break;
+      }
+    }
+    result.sweep_bound = controller.telemetry().sweep_bound;
+    result.slide_bound = controller.telemetry().slide_bound;
+    return result;
+  }
+
+ private:
+  [[nodiscard]] double time_of(std::uint64_t tick) const noexcept {
+    return start_s_ + static_cast<double>(tick) / options_.rate_Hz;
+  }
+
+  static SimulationResult refused(control::ImageStatus status) {
+    return failure(SimulationStatus::kImageRefused,
+                   std::string("the scene image was refused: ") + control::name(status));
+  }
+
+  static SimulationResult not_armed(const firmware::Controller& controller, const char* what) {
+    std::string detail = std::string("the controller did not ") + what;
+    if (const firmware::FaultRow* fault = firmware::find_fault(controller.fault()); fault != nullptr) {
+      return failure(SimulationStatus::kFaulted, detail + ": " + fault->cause);
+    }
+    for (const firmware::ConditionRow& row : firmware::kConditionTable) {
+      if ((controller.unmet() & row.bit) != 0) detail += std::string(", ") + row.name;
+    }
+    return failure(SimulationStatus::kNotArmed, detail);
+  }
+
+  std::span<const std::byte> image_;
+  std::vector<HandPath> paths_;
+  const SimulationOptions& options_;
+  const std::function<void(const LogRow&)>& row_;
+  double start_s_;
+  std::uint64_t ticks_;
+};
+
+}  // namespace
+
+SimulationResult simulate(std::span<const std::byte> image, const std::vector<PathPoint>& path,
+                          const SimulationOptions& options, const std::function<void(const LogRow&)>& row) {
+  if (!(options.rate_Hz >= 100 && options.rate_Hz <= 20000)) {
+    return failure(SimulationStatus::kBadRate, "the rate is not within 100 Hz to 20 kHz");
+  }
+  if (find_plant_variant(options.arm) == nullptr) {
+    return failure(SimulationStatus::kUnknownArm, "there is no simulated arm named " + options.arm);
+  }
+  std::vector<HandPath> paths;
+  try {
+    paths = split(path);
+  } catch (const std::invalid_argument& error) {
+    return failure(SimulationStatus::kBadPath, error.what());
+  }
+  Simulation simulation(image, std::move(paths), options, row);
+  return options.ideal ? simulation.ideal() : simulation.through_the_arm();
+}
+
+}  // namespace thimble::board

@@ -1,0 +1,382 @@
+#include "control/contact/god_object.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace thimble::control {
+namespace {
+
+constexpr int kMaxMoves = 32;          // flights, slides and corner steps of one move
+constexpr int kMaxRefreshPieces = 8;   // slides that bring a contact's feature along with a corner step
+constexpr float kSettled_m = 5.0e-8F;  // a corner step below this is rounding
+
+struct Flight {
+  Hit hit;
+  std::uint8_t object = 0;
+  bool known = true;  // false: a tree walk was cut short
+};
+
+// Flies from -> to past everything near. `leaving` are the contacts that `from` is on. skip: an object known
+// not to be in the way.
+constexpr int kSkipNone = -1;
+
+void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god,
+                  std::span<const Contact> leaving, const Vec3& from, const Vec3& to, int skip,
+                  Flight& flight) {
+  for (const std::uint8_t index : nearby.objects()) {
+    if (index == skip) continue;
+    const PlacedObject& object = world.objects[index];
+    std::array<Feature, kMaxContacts + 1> features;
+    std::size_t count = 0;
+    for (const Contact& contact : leaving) {
+      if (contact.object == index) features[count++] = contact.feature;
+    }
+    if (god.has_beside && god.beside.object == index) {
+      features[count] = god.beside.feature;
+      features[count++].kind = kSideOnly;
+    }
+    Hit hit{.t = flight.hit.t, .feature = {}};
+    if (!object.ops->sweep(object.shape, object.to_local(from), object.to_local(to), {features.data(), count},
+                           hit)) {
+      flight.known = false;
+    }
+    if (hit.t < flight.hit.t) {
+      flight.hit = hit;
+      flight.object = index;
+    }
+  }
+}
+
+// Brings a contact's feature to a point that should still be on its surface; false when it is not.
+bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3& point) {
+  const PlacedObject& object = world.objects[contact.object];
+  const Vec3 target = object.to_local(point);
+  Vec3 at = object.to_local(from);
+  for (int piece = 0; piece < kMaxRefreshPieces; ++piece) {
+    const Slide slide = object.ops->slide(object.shape, contact.feature, at, target, {.hold = true});
+    at = slide.to;
+    if (slide.end != SlideEnd::kMoved) break;
+  }
+  constexpr float kGap = 2.0F * kSurfaceTolerance_m;
+  return (at - target).squaredNorm() <= kGap * kGap;
+}
+
+void keep_contacts_at(const World& world, GodObject& god, const Vec3& from, const Vec3& point) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < god.count; ++i) {
+    Contact contact = god.contacts[i];
+    if (refresh(world, contact, from, point)) god.contacts[kept++] = contact;
+  }
+  god.count = kept;
+}
+
+void add_contact(GodObject& god, const Contact& contact) {
+  for (std::size_t i = 0; i < god.count; ++i) {
+    if (god.contacts[i].object == contact.object && god.contacts[i].feature.index == contact.feature.index) {
+      god.contacts[i] = contact;  // the same face met again
+      return;
+    }
+  }
+  if (god.count == kMaxContacts) {  // a fourth plane cannot hold more than three do: the oldest makes room
+    std::rotate(god.contacts.begin(), god.contacts.begin() + 1, god.contacts.end());
+    --god.count;
+  }
+  god.contacts[god.count++] = contact;
+}
+
+// The planes at the god object, each with the contact it belongs to.
+constexpr std::size_t kMaxPlanes = 2 * kMaxContacts;
+
+struct Planes {
+  std::array<Vec3, kMaxPlanes> normal;
+  std::array<float, kMaxPlanes> inside_m;  // how far the god object is behind the surface, by rounding
+  std::array<std::size_t, kMaxPlanes> contact;
+  std::size_t count = 0;
+};
+
+Planes planes_at(const World& world, const GodObject& god) {
+  Planes planes;
+  for (std::size_t i = 0; i < god.count; ++i) {
+    const PlacedObject& object = world.objects[god.contacts[i].object];
+    std::array<Vec3, 3> normals;
+    const Vec3 at = object.to_local(god.position_m);
+    const int count = object.ops->normals(object.shape, god.contacts[i].feature, at, normals);
+    Feature feature = god.contacts[i].feature;
+    const Vec3 out = object.ops->slide(object.shape, feature, at, at, {.hold = true}).to - at;
+    for (int n = 0; n < count && planes.count < kMaxPlanes; ++n) {
+      planes.inside_m[planes.count] = std::clamp(normals[static_cast<std::size_t>(n)].dot(out),
+                                                 -kSurfaceTolerance_m, kSurfaceTolerance_m);
+      planes.normal[planes.count] = object.turn(normals[static_cast<std::size_t>(n)]);
+      planes.contact[planes.count++] = i;
+    }
+  }
+  return planes;
+}
+
+// min |u - r| subject to n_i . u >= inside_i (Zilles and Salisbury 1995, with the signs of the multipliers
+// checked): every set of up to three planes is tried, the smallest first; at most 6 + 15 + 20 of them.
+struct Projection {
+  Vec3 u = Vec3::Zero();
+  std::array<std::size_t, kMaxContacts> active{};
+  Vec3 lambda = Vec3::Zero();
+  std::size_t count = 0;
+};
+
+bool feasible(const Planes& planes, const Vec3& u, float slack) {
+  for (std::size_t i = 0; i < planes.count; ++i) {
+    if (planes.normal[i].dot(u) < planes.inside_m[i] - slack) return false;
+  }
+  return true;
+}
+
+bool try_set(const Planes& planes, const Vec3& r, float slack, Projection& out) {
+  // Gram matrix G lambda = inside - n . r, solved by Cramer's rule on up to 3x3.
+  Mat3 gram = Mat3::Identity();
+  Vec3 right = Vec3::Zero();
+  for (std::size_t i = 0; i < out.count; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    right[row] = planes.inside_m[out.active[i]] - planes.normal[out.active[i]].dot(r);
+    for (std::size_t j = 0; j < out.count; ++j) {
+      gram(row, static_cast<Eigen::Index>(j)) =
+          planes.normal[out.active[i]].dot(planes.normal[out.active[j]]);
+    }
+  }
+  const float determinant = gram.determinant();
+  constexpr float kParallel = 1.0e-6F;
+  if (determinant < kParallel) return false;
+  const Vec3 c0 = gram.col(0);
+  const Vec3 c1 = gram.col(1);
+  const Vec3 c2 = gram.col(2);
+  const Vec3 lambda =
+      Vec3(right.dot(c1.cross(c2)), c0.dot(right.cross(c2)), c0.dot(c1.cross(right))) / determinant;
+  Vec3 u = r;
+  for (std::size_t i = 0; i < out.count; ++i) {
+    const float l = lambda[static_cast<Eigen::Index>(i)];
+    if (l < 0.0F) return false;
+    u += l * planes.normal[out.active[i]];
+  }
+  if (!feasible(planes, u, slack)) return false;
+  out.u = u;
+  out.lambda = lambda;
+  return true;
+}
+
+Projection project(const Planes& planes, const Vec3& r) {
+  constexpr float kSlack = 2.0e-6F;
+  const float slack = kSlack * r.norm() + kSettled_m;
+  Projection out;
+  if (feasible(planes, r, 0.0F)) {
+    out.u = r;
+    return out;
+  }
+  for (std::size_t i = 0; i < planes.count; ++i) {
+    out.count = 1;
+    out.active = {i, 0, 0};
+    if (try_set(planes, r, slack, out)) return out;
+  }
+  for (std::size_t i = 0; i < planes.count; ++i) {
+    for (std::size_t j = i + 1; j < planes.count; ++j) {
+      out.count = 2;
+      out.active = {i, j, 0};
+      if (try_set(planes, r, slack, out)) return out;
+    }
+  }
+  for (std::size_t i = 0; i < planes.count; ++i) {
+    for (std::size_t j = i + 1; j < planes.count; ++j) {
+      for (std::size_t k = j + 1; k < planes.count; ++k) {
+        out.count = 3;
+        out.active = {i, j, k};
+        if (try_set(planes, r, slack, out)) return out;
+      }
+    }
+  }
+  out.count = 0;
+  out.u = Vec3::Zero();
+  return out;
+}
+
+void keep_active(GodObject& god, const Planes& planes, const Projection& projection) {
+  std::array<bool, kMaxContacts> active{};
+  for (std::size_t i = 0; i < projection.count; ++i) active[planes.contact[projection.active[i]]] = true;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < god.count; ++i) {
+    if (active[i]) {
+      god.contacts[kept++] = god.contacts[i];
+    } else {
+      god.beside = god.contacts[i];
+      god.has_beside = true;
+    }
+  }
+  god.count = kept;
+}
+
+enum class Outcome : std::uint8_t { kSettled, kGoOn, kUnknown };
+
+// Flies from -> to; where something is in the way, stops there with one more contact.
+Outcome fly_and_land(const World& world, const Nearby& nearby, std::span<const Contact> leaving,
+                     GodObject& god, const Vec3& to, int skip, bool& landed) {
+  Flight flight;
+  sweep_nearby(world, nearby, god, leaving, god.position_m, to, skip, flight);
+  landed = false;
+  if (!flight.known) return Outcome::kUnknown;
+  if (flight.hit.t > 1.0F) {
+    god.position_m = to;
+    if (god.count == 0) god.has_beside = false;
+    return Outcome::kGoOn;
+  }
+  const Vec3 from = god.position_m;
+  god.position_m = from + flight.hit.t * (to - from);
+  keep_contacts_at(world, god, from, god.position_m);
+  add_contact(god, {flight.object, flight.hit.feature});
+  landed = true;
+  return Outcome::kGoOn;
+}
+
+// One contact: slide over its surface.
+Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+                     bool alone, std::array<Contact, kMaxContacts>& left, std::size_t& left_count,
+                     RenderCounters& counters) {
+  Contact& contact = god.contacts[0];
+  const PlacedObject& object = world.objects[contact.object];
+  Feature feature = contact.feature;
+  const Slide slide = object.ops->slide(object.shape, feature, object.to_local(god.position_m),
+                                        object.to_local(target), {.hold = hold, .one_piece = !alone});
+  const Vec3 to = object.to_world(slide.to);
+  if (!alone || !slide.swept) {
+    // The feature slid from and the one slid along are not in the way of the slide itself.
+    const std::array<Contact, 2> leaving{contact, Contact{contact.object, feature}};
+    const int skip = slide.swept ? contact.object : kSkipNone;
+    bool landed = false;
+    if (!slide.swept) contact.feature = {feature.index, 0, 0, feature.side};
+    if (slide.bent) {
+      const Outcome outcome =
+          fly_and_land(world, nearby, leaving, god, object.to_world(slide.via), skip, landed);
+      if (outcome == Outcome::kUnknown || landed) return outcome;
+    }
+    const Outcome outcome = fly_and_land(world, nearby, leaving, god, to, skip, landed);
+    if (outcome == Outcome::kUnknown || landed) return outcome;
+  }
+  god.position_m = to;
+  god.contacts[0].feature = feature;
+  switch (slide.end) {
+    case SlideEnd::kHeld:
+      return Outcome::kSettled;
+    case SlideEnd::kMoved:
+      return Outcome::kGoOn;
+    case SlideEnd::kBound:
+      ++counters.slide_bound;
+      return Outcome::kSettled;
+    case SlideEnd::kFree:
+      break;
+  }
+  left[0] = god.contacts[0];
+  left_count = 1;
+  god.count = 0;
+  return Outcome::kGoOn;
+}
+
+// Two or three contacts: all their planes together.
+Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+                        std::array<Contact, kMaxContacts>& left, std::size_t& left_count) {
+  const Planes planes = planes_at(world, god);
+  const Projection projection = project(planes, target - god.position_m);
+  if (projection.count == 0 && projection.u != Vec3::Zero()) {  // no plane holds it back
+    // Only the faces themselves are left: what else meets at their edges may still be in the way.
+    for (std::size_t i = 0; i < god.count; ++i) {
+      const Feature& f = god.contacts[i].feature;
+      left[i] = {god.contacts[i].object, {.index = f.index, .side = f.side}};
+    }
+    left_count = god.count;
+    god.count = 0;
+    return Outcome::kGoOn;
+  }
+  if (projection.count != 0) keep_active(god, planes, projection);
+  if (projection.u.squaredNorm() <= kSettled_m * kSettled_m) return Outcome::kSettled;
+  if (god.count == 1 && projection.count == 1) return Outcome::kGoOn;
+  // Along the line where two planes meet.
+  const Vec3 from = god.position_m;
+  const std::array<Contact, kMaxContacts> leaving = god.contacts;
+  const std::size_t leaving_count = god.count;
+  bool landed = false;
+  const Outcome outcome = fly_and_land(world, nearby, {leaving.data(), leaving_count}, god,
+                                       from + projection.u, kSkipNone, landed);
+  if (outcome == Outcome::kUnknown) return outcome;
+  if (!landed) keep_contacts_at(world, god, from, god.position_m);
+  return Outcome::kGoOn;
+}
+
+}  // namespace
+
+Nearby::Nearby(const World& world, const Reach& reach) noexcept {
+  for (std::size_t i = 0; i < world.count; ++i) {
+    if (reach.meets(world.objects[i])) list_[count_++] = static_cast<std::uint8_t>(i);
+  }
+}
+
+void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+         RenderCounters& counters) noexcept {
+  bool landed = false;
+  if (fly_and_land(world, nearby, {}, god, target, kSkipNone, landed) == Outcome::kUnknown)
+    ++counters.sweep_bound;
+}
+
+void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+          RenderCounters& counters) noexcept {
+  std::array<Contact, kMaxContacts> left;
+  std::size_t left_count = 0;
+  float nearest2 = std::numeric_limits<float>::infinity();
+  int idle_steps = 0;  // corner steps that brought it no nearer
+  for (int moves = 0; moves < kMaxMoves; ++moves) {
+    Outcome outcome = Outcome::kGoOn;
+    if (god.count == 0) {
+      bool landed = false;
+      outcome = fly_and_land(world, nearby, {left.data(), left_count}, god, target, kSkipNone, landed);
+      if (outcome == Outcome::kGoOn && !landed) return;
+    } else if (god.count == 1) {
+      const bool alone = nearby.objects().size() == 1 && nearby.objects()[0] == god.contacts[0].object;
+      outcome = slide_on_one(world, nearby, god, target, hold, alone, left, left_count, counters);
+    } else {
+      // Between nearly parallel faces rounding can send it to and fro: two steps that bring it no nearer are the end.
+      const float distance2 = (god.position_m - target).squaredNorm();
+      constexpr float kNearer = 1.0F - 1.0e-6F;
+      idle_steps = distance2 < kNearer * nearest2 ? 0 : idle_steps + 1;
+      nearest2 = std::min(nearest2, distance2);
+      if (idle_steps > 2) return;
+      outcome = slide_in_corner(world, nearby, god, target, left, left_count);
+    }
+    if (outcome == Outcome::kSettled) return;
+    if (outcome == Outcome::kUnknown) {
+      ++counters.sweep_bound;
+      return;
+    }
+  }
+  ++counters.slide_bound;
+}
+
+Constraints constraints(const World& world, const GodObject& god, const Vec3& tip) noexcept {
+  Constraints out;
+  if (god.count == 0) return out;
+  const Vec3 pull = god.position_m - tip;
+  if (god.count > 1 || god.contacts[0].feature.kind != 0) {
+    const Planes planes = planes_at(world, god);
+    const Projection projection = project(planes, -pull);
+    // Planes that do not hold all of the pull are not what holds the god object (a ridge, a saddle).
+    constexpr float kHeld = 1.0e-3F;
+    if (projection.u.squaredNorm() <= kHeld * kHeld * pull.squaredNorm()) {
+      for (std::size_t i = 0; i < projection.count; ++i) {
+        out.list[i] = {god.contacts[planes.contact[projection.active[i]]].object,
+                       planes.normal[projection.active[i]], projection.lambda[static_cast<Eigen::Index>(i)]};
+      }
+      out.count = projection.count;
+      if (out.count > 0) return out;
+    }
+  }
+  // One surface: it pushes along the way to the tip, which at rest is its normal.
+  const float depth = pull.norm();
+  out.count = 1;
+  out.list[0] = {god.contacts[0].object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()), depth};
+  return out;
+}
+
+}  // namespace thimble::control

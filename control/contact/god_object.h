@@ -1,0 +1,91 @@
+// The god object: a point that the tip drags along and that never enters a solid (Zilles and Salisbury 1995).
+//
+// Each tick it goes to the nearest point to the tip that it can reach: it flies until it meets a surface,
+// slides over it, and where a second and a third object meet it, solves all their planes together. Every
+// piece of its way is swept against everything near, so that it is always where it was proven free; a bound
+// that is hit leaves it there, and is counted.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "control/contact/world.h"
+#include "control/renderer_types.h"
+#include "kinematics/vector.h"
+
+namespace thimble::control {
+
+inline constexpr std::size_t kMaxContacts = 3;  // one for each powered degree of freedom
+
+struct Contact {
+  std::uint8_t object = 0;
+  Feature feature;
+};
+
+struct GodObject {
+  Vec3 position_m = Vec3::Zero();
+  std::array<Contact, kMaxContacts> contacts;
+  std::size_t count = 0;  // 0: in free space
+  // The last contact that ceased to push while the god object may still lie on it: on which side of it, no position can tell.
+  Contact beside;
+  bool has_beside = false;
+};
+
+// One plane that holds the god object back: where it is, F += K lambda n.
+struct Constraint {
+  std::uint8_t object = 0;
+  Vec3 normal = Vec3::UnitZ();
+  float lambda_m = 0.0F;
+};
+
+struct Constraints {
+  std::array<Constraint, kMaxContacts> list;
+  std::size_t count = 0;
+};
+
+// A box about the tip that holds every move of one tick. The free moves bring the god object nearer to the
+// tip, those towards a stiction point or a shaded plane stay within three times that distance.
+struct Reach {
+  Vec3 lo_m;
+  Vec3 hi_m;
+
+  Reach(const GodObject& god, const GodObject& rest, const Vec3& tip) noexcept {
+    constexpr float kMoves = 3.0F;
+    const Vec3 gap = (god.position_m - tip).cwiseAbs().cwiseMax((rest.position_m - tip).cwiseAbs());
+    const float reach =
+        kMoves * (gap.x() + gap.y() + gap.z()) + kSurfaceTolerance_m;  // no shorter than the distance
+    lo_m = tip.array() - reach;
+    hi_m = tip.array() + reach;
+  }
+  [[nodiscard]] bool meets(const PlacedObject& o) const noexcept {
+    return o.lo_m.x() <= hi_m.x() && o.lo_m.y() <= hi_m.y() && o.lo_m.z() <= hi_m.z() &&
+           o.hi_m.x() >= lo_m.x() && o.hi_m.y() >= lo_m.y() && o.hi_m.z() >= lo_m.z();
+  }
+};
+
+// The objects within reach.
+class Nearby {
+ public:
+  Nearby(const World& world, const Reach& reach) noexcept;
+  [[nodiscard]] std::span<const std::uint8_t> objects() const { return {list_.data(), count_}; }
+
+ private:
+  std::array<std::uint8_t, kMaxObjects> list_;
+  std::size_t count_ = 0;
+};
+
+// Brings a god object in free space to `target`, or to where its flight meets a surface.
+void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+         RenderCounters& counters) noexcept;
+
+// Moves the god object to the nearest point to `target` that it can reach. hold: it stays on the surface it
+// is on, for targets that lie near the surface itself (friction, shading).
+void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+          RenderCounters& counters) noexcept;
+
+// Splits god - tip into the planes that hold the god object: sum of lambda n = god - tip, lambda >= 0.
+[[nodiscard]] Constraints constraints(const World& world, const GodObject& god, const Vec3& tip) noexcept;
+
+}  // namespace thimble::control

@@ -1,0 +1,65 @@
+#include "control/contact/world.h"
+
+#include "thimble_scene_schema/scene_generated.h"
+
+namespace thimble::control {
+namespace {
+
+ShapeData view_shape(const scene::Object& object) {
+  ShapeData data;
+  switch (object.shape_type()) {
+    case scene::Shape::NONE:
+      break;
+    case scene::Shape::Plane:
+      data.vector = to_vec(object.shape_as_Plane()->normal()).normalized();
+      data.radius_m = object.shape_as_Plane()->offset_m();
+      break;
+    case scene::Shape::Sphere:
+      data.radius_m = object.shape_as_Sphere()->radius_m();
+      break;
+    case scene::Shape::Box:
+      data.vector = to_vec(object.shape_as_Box()->half_size_m());
+      break;
+    case scene::Shape::Cylinder:
+      data.radius_m = object.shape_as_Cylinder()->radius_m();
+      data.half_height_m = object.shape_as_Cylinder()->half_height_m();
+      break;
+    case scene::Shape::Capsule:
+      data.radius_m = object.shape_as_Capsule()->radius_m();
+      data.half_height_m = object.shape_as_Capsule()->half_height_m();
+      break;
+    case scene::Shape::Mesh:
+      data.mesh = view_mesh(*object.shape_as_Mesh());
+      break;
+  }
+  return data;
+}
+
+PlacedObject place(const scene::Object& object) {
+  PlacedObject placed;
+  placed.ops = &shape_ops(object.shape_type());
+  placed.shape = view_shape(object);
+  const scene::Quat& q = object.pose()->rotation();
+  placed.rotation = Eigen::Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized().toRotationMatrix();
+  placed.turned = q.x() != 0.0F || q.y() != 0.0F || q.z() != 0.0F;
+  placed.position_m = to_vec(object.pose()->position_m());
+  placed.shaded = placed.shape.mesh.corner_normals != nullptr;
+  const Vec3 reach = placed.ops->reach(placed.shape);
+  const Vec3 extent = placed.turned && reach.allFinite() ? Vec3(placed.rotation.cwiseAbs() * reach) : reach;
+  placed.lo_m = placed.position_m - extent;
+  placed.hi_m = placed.position_m + extent;
+  const scene::Material& m = *object.material();
+  placed.material = {m.stiffness_n_per_m(), m.damping_n_s_per_m(), m.static_friction(), m.dynamic_friction(),
+                     m.friction_mode() == scene::FrictionMode::Steady};
+  return placed;
+}
+
+}  // namespace
+
+void World::bind(const SceneView& view) noexcept {
+  count = 0;
+  if (view.scene() == nullptr) return;
+  for (const scene::Object* object : *view.scene()->objects()) objects[count++] = place(*object);
+}
+
+}  // namespace thimble::control

@@ -1,0 +1,48 @@
+// The objects of a scene as the tick needs them: placed, bounded, with their materials. Filled once by
+// bind().
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "control/scene/limits.h"
+#include "control/scene/scene_view.h"
+#include "control/shapes/shape.h"
+#include "kinematics/vector.h"
+
+namespace thimble::control {
+
+struct Material {
+  float stiffness_N_m = 0.0F;
+  float damping_N_s_m = 0.0F;
+  float static_friction = 0.0F;
+  float dynamic_friction = 0.0F;
+  bool steady = false;  // friction_mode "steady"
+};
+
+struct PlacedObject {
+  const ShapeOps* ops = nullptr;
+  ShapeData shape;
+  Mat3 rotation = Mat3::Identity();  // object to world
+  Vec3 position_m = Vec3::Zero();
+  bool turned = false;
+  bool shaded = false;
+  Vec3 lo_m = Vec3::Zero();  // a box in the world that holds the solid
+  Vec3 hi_m = Vec3::Zero();
+  Material material;
+
+  [[nodiscard]] Vec3 to_local(const Vec3& p) const { return turn_back(p - position_m); }
+  [[nodiscard]] Vec3 to_world(const Vec3& p) const { return turn(p) + position_m; }
+  [[nodiscard]] Vec3 turn(const Vec3& v) const { return turned ? Vec3(rotation * v) : v; }
+  [[nodiscard]] Vec3 turn_back(const Vec3& v) const { return turned ? Vec3(rotation.transpose() * v) : v; }
+};
+
+struct World {
+  std::array<PlacedObject, kMaxObjects> objects;
+  std::size_t count = 0;
+
+  void bind(const SceneView& view) noexcept;
+};
+
+}  // namespace thimble::control

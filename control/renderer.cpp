@@ -1,0 +1,250 @@
+#include "control/renderer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace thimble::control {
+namespace {
+
+// Force shading in two passes (Ruspini et al. 1997): the plane with the interpolated normal, then the true
+// surface. Each round brings the god object nearer to where the interpolated normal points at the tip, by the
+// ratio of depth to the radius of curvature.
+constexpr int kShadingRounds = 3;
+
+// The interpolated normal at the god object, when exactly one shaded surface holds it.
+bool shaded_normal(const World& world, const GodObject& god, Vec3& normal) {
+  if (god.count != 1) return false;
+  const PlacedObject& object = world.objects[god.contacts[0].object];
+  if (!object.shaded) return false;
+  if (!object.ops->shaded_normal(object.shape, god.contacts[0].feature, object.to_local(god.position_m),
+                                 normal))
+    return false;
+  normal = object.turn(normal);
+  return true;
+}
+
+// Moves the frictionless god object to where the shaded surface would hold it. False where nothing is shaded.
+bool shade(const World& world, const Nearby& nearby, GodObject& god, const Vec3& tip,
+           RenderCounters& counters, Vec3& normal) {
+  for (int round = 0; round < kShadingRounds; ++round) {
+    if (!shaded_normal(world, god, normal)) return false;
+    const Vec3 on_plane = tip - normal * (tip - god.position_m).dot(normal);
+    move(world, nearby, god, on_plane, true, counters);
+  }
+  return shaded_normal(world, god, normal);
+}
+
+// F = sum K lambda n, with each object's own K.
+Vec3 spring_force(const World& world, const Constraints& held) {
+  Vec3 force = Vec3::Zero();
+  for (std::size_t i = 0; i < held.count; ++i) {
+    force += (world.objects[held.list[i].object].material.stiffness_N_m * held.list[i].lambda_m) *
+             held.list[i].normal;
+  }
+  return force;
+}
+
+// -B v along each normal, at most as far as the spring's own push: damping never pulls (paper, section 3.4).
+Vec3 damping_force(const World& world, const Constraints& held, const Vec3& velocity) {
+  Vec3 force = Vec3::Zero();
+  for (std::size_t i = 0; i < held.count; ++i) {
+    const Material& m = world.objects[held.list[i].object].material;
+    const float push = m.stiffness_N_m * held.list[i].lambda_m;
+    force += std::max(-m.damping_N_s_m * velocity.dot(held.list[i].normal), -push) * held.list[i].normal;
+  }
+  return force;
+}
+
+// Planes of unlike stiffness have a common potential only when they are square to each other.
+bool has_potential(const World& world, const Constraints& held) {
+  constexpr float kSquare = 1.0e-4F;
+  for (std::size_t i = 1; i < held.count; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (world.objects[held.list[i].object].material.stiffness_N_m !=
+              world.objects[held.list[j].object].material.stiffness_N_m &&
+          std::abs(held.list[i].normal.dot(held.list[j].normal)) > kSquare) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+bool shares_object(const GodObject& a, const GodObject& b) {
+  for (std::size_t i = 0; i < a.count; ++i) {
+    for (std::size_t j = 0; j < b.count; ++j) {
+      if (a.contacts[i].object == b.contacts[j].object) return true;
+    }
+  }
+  return false;
+}
+
+// Friction stretches the way to the tip; a rest farther from it than the stiction point is not where this contact would rest.
+bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
+  constexpr float kRounding2 = 1.0F + 2.0e-5F;
+  return (rest - tip).squaredNorm() > kRounding2 * (stuck - tip).squaredNorm();
+}
+
+// A slip must not tighten the spring: over a ridge it could, and then the point goes all the way to rest.
+bool is_nearer(const Vec3& slipped, const Vec3& stuck, const Vec3& rest, const Vec3& tip) {
+  constexpr float kRounding2 = 1.0F + 2.0e-5F;
+  return (slipped - rest).squaredNorm() <= (stuck - rest).squaredNorm() &&
+         (slipped - tip).squaredNorm() <= kRounding2 * (stuck - tip).squaredNorm();
+}
+
+// The common tick, done briefly: nothing else within reach, and one plain surface that holds. It computes
+// what touch() would, but that rest is remembered while the stiction point holds; false, with nothing
+// changed, for every other case.
+[[gnu::always_inline]] inline bool touch_one_surface(const World& world, Finger& finger, const Tip& tip,
+                                                     float period_s, Touch& touch) {
+  GodObject& god = finger.god;
+  if (god.count != 1 || finger.rest.count != 1) return false;
+  Contact& contact = god.contacts[0];
+  if (finger.rest.contacts[0].object != contact.object) return false;
+  const PlacedObject& object = world.objects[contact.object];
+  if (object.shaded) return false;
+  if (world.count > 1) {
+    const Reach reach(god, finger.rest, tip.position_m);
+    for (std::size_t i = 0; i < world.count; ++i) {
+      if (i != contact.object && reach.meets(world.objects[i])) return false;
+    }
+  }
+  const Vec3 x = object.to_local(tip.position_m);
+  const Vec3 stuck = object.to_local(god.position_m);
+  const Material& m = object.material;
+  // While the stiction point holds, rest goes on from where it was a tick ago: the way between them can be many faces long.
+  const bool walks = object.ops->walks;
+  Feature feature = walks ? finger.rest.contacts[0].feature : contact.feature;
+  Slide rest = object.ops->slide(object.shape, feature,
+                                 walks ? object.to_local(finger.rest.position_m) : stuck, x, {});
+  if (rest.end != SlideEnd::kHeld || !rest.swept || feature.kind != 0) return false;
+  Vec3 at = rest.to;
+  if (m.static_friction > 0.0F) {
+    at = stuck;
+    const float holds2 = m.static_friction * m.static_friction;
+    if (finger.friction.sliding() || (stuck - rest.to).squaredNorm() > holds2 * (rest.to - x).squaredNorm() ||
+        (walks && is_farther(rest.to, stuck, x))) {
+      // It may slip: then along a way that begins where it stands.
+      feature = contact.feature;
+      rest = object.ops->slide(object.shape, feature, stuck, x, {});
+      if (rest.end != SlideEnd::kHeld || !rest.swept || feature.kind != 0) return false;
+      const float depth = (rest.to - x).norm();
+      const float stretch = (stuck - rest.to).norm();
+      Friction friction = finger.friction;
+      const float allowed =
+          friction.tick({m.stiffness_N_m, m.static_friction * depth, m.dynamic_friction * depth, m.steady},
+                        stretch, period_s);
+      if (allowed < stretch) {
+        Feature slipped_feature = contact.feature;
+        const Slide slipped =
+            object.ops->slide(object.shape, slipped_feature, stuck,
+                              rest.to + (allowed / stretch) * (stuck - rest.to), {.hold = true});
+        if (slipped.end != SlideEnd::kHeld || !slipped.swept || !is_nearer(slipped.to, stuck, rest.to, x))
+          return false;
+        contact.feature = slipped_feature;
+        at = slipped.to;
+        god.position_m = object.to_world(at);
+      }
+      finger.friction = friction;
+    }
+  } else {
+    contact.feature = feature;
+    god.position_m = object.to_world(at);
+  }
+  if (walks) {
+    finger.rest.position_m = object.to_world(rest.to);
+    finger.rest.contacts[0].feature = feature;
+  }
+  const Vec3 pull = rest.to - x;
+  const float depth2 = pull.squaredNorm();
+  Vec3 force = m.stiffness_N_m * (at - x);
+  if (m.damping_N_s_m > 0.0F && depth2 > 0.0F) {
+    const float approach = object.turn_back(tip.velocity_m_s).dot(pull) / depth2;  // over the depth
+    force += std::max(-m.damping_N_s_m * approach, -m.stiffness_N_m) * pull;
+  }
+  finger.account.close();
+  touch.force_N = object.turn(force);
+  touch.god_object_m = god.position_m;
+  touch.contacts = 1;
+  return true;
+}
+
+}  // namespace
+
+void Renderer::bind(const SceneView& scene) noexcept {
+  world_.bind(scene);
+  counters_ = {};
+  reset();
+}
+
+void Renderer::reset() noexcept { fingers_ = {}; }
+
+void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept {
+  const std::size_t count = std::min(tips.size(), kMaxArms);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!touch_one_surface(world_, fingers_[i], tips[i], period_s, touches[i]))
+      touch(fingers_[i], tips[i], period_s, touches[i]);
+  }
+}
+
+void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touch) noexcept {
+  const Vec3& x = tip.position_m;
+  GodObject& god = finger.god;
+  GodObject& rest = finger.rest;
+  if (!finger.started) {
+    finger.started = true;
+    god.position_m = x;
+    rest = god;
+  }
+  const Nearby nearby(world_, Reach(god, rest, x));
+
+  // A new contact: the stiction point is where the flight met the surface (paper, section 3.6).
+  if (god.count == 0) fly(world_, nearby, god, x, counters_);
+  // Where the god object would rest without friction, and the planes that hold it there.
+  rest = god;
+  if (god.count != 0) move(world_, nearby, rest, x, false, counters_);
+  if (rest.count == 0) {
+    god = rest;
+    finger.friction.reset();
+    finger.account.close();
+    touch = {Vec3::Zero(), god.position_m, 0};
+    return;
+  }
+  Constraints held = constraints(world_, rest, x);
+  Vec3 normal;
+  const bool shaded = shade(world_, nearby, rest, x, counters_, normal);
+  if (shaded) {
+    held.count = 1;
+    held.list[0] = {rest.contacts[0].object, normal, std::max((rest.position_m - x).dot(normal), 0.0F)};
+  }
+
+  if (!shares_object(rest, god)) god = rest;  // another surface: the stiction point has been left behind
+  const FrictionLimits limits = friction_limits(world_, held);
+  Vec3 force = spring_force(world_, held);
+  if (limits.static_m > 0.0F) {
+    const float stretch = (god.position_m - rest.position_m).norm();
+    const float allowed = finger.friction.tick(limits, stretch, period_s);
+    if (allowed < stretch) {  // slips: the stiction point follows to the dynamic limit
+      const Vec3 towards = (allowed / stretch) * (god.position_m - rest.position_m);
+      GodObject slipped = god;
+      const bool one = rest.count == 1;
+      move(world_, nearby, slipped, one ? Vec3(rest.position_m + towards) : Vec3(x + towards), one,
+           counters_);
+      god = slipped.count > 0 && is_nearer(slipped.position_m, god.position_m, rest.position_m, x) ? slipped
+                                                                                                   : rest;
+    }
+    force += limits.stiffness_N_m * (god.position_m - rest.position_m);
+  } else {
+    god = rest;
+  }
+
+  if (shaded || !has_potential(world_, held)) {
+    force *= finger.account.tick(x, god.position_m, force);
+  } else {
+    finger.account.close();
+  }
+  force += damping_force(world_, held, tip.velocity_m_s);
+  touch = {force, god.position_m, static_cast<std::uint8_t>(held.count)};
+}
+
+}  // namespace thimble::control

@@ -1,0 +1,60 @@
+// The renderer: fingertips in, forces out. The class the firmware calls every tick, and the one to link for a
+// host program (target thimble_control; tests/bench shows its use).
+//
+//   Renderer renderer;
+//   SceneView scene;
+//   if (SceneView::check(image_bytes, scene) != ImageStatus::kOk) { ... }   // once, in the background: O(image)
+//   renderer.bind(scene);                                                   // at a tick boundary: O(objects)
+//   renderer.tick(tips, period_s, touches);                                 // every tick: no heap, lock, throw, I/O
+//
+// Units: m, m/s, N, s. World frame: +x to the user's right, +y away from the user, +z up. Force is what the
+// device exerts on the hand. Source: Salisbury et al. 1995, sections 3 and 4; Zilles and Salisbury 1995 (god
+// object).
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "control/contact/energy_account.h"
+#include "control/contact/friction.h"
+#include "control/contact/god_object.h"
+#include "control/contact/world.h"
+#include "control/renderer_types.h"
+#include "control/scene/limits.h"
+#include "control/scene/scene_view.h"
+#include "kinematics/vector.h"
+
+namespace thimble::control {
+
+// One tip's contact. Starts free, at the tip, in the first tick after bind() or reset().
+struct Finger {
+  bool started = false;
+  GodObject god;   // with friction: the stiction point
+  GodObject rest;  // where it would be without
+  Friction friction;
+  EnergyAccount account;
+};
+
+class Renderer {
+ public:
+  // Takes a scene (an empty view: free space everywhere). Every contact is forgotten: each god object starts
+  // at its tip.
+  void bind(const SceneView& scene) noexcept;
+
+  // Forgets every contact, as after a pause in which the tips were not rendered.
+  void reset() noexcept;
+
+  // Renders one period. tips and touches have the same size, at most kMaxArms.
+  void tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept;
+
+  [[nodiscard]] const RenderCounters& counters() const noexcept { return counters_; }
+
+ private:
+  void touch(Finger& finger, const Tip& tip, float period_s, Touch& touch) noexcept;
+
+  World world_;
+  std::array<Finger, kMaxArms> fingers_;
+  RenderCounters counters_;
+};
+
+}  // namespace thimble::control

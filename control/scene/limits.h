@@ -1,0 +1,21 @@
+// The controller's limits: named constants that the compiler refuses to exceed and that `thimble info`
+// prints.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace thimble::control {
+
+inline constexpr std::size_t kMaxArms = 2;
+inline constexpr std::size_t kMaxObjects = 64;
+inline constexpr std::size_t kMaxTriangles = 1U << 20U;  // of all meshes of a scene together
+inline constexpr std::size_t kMaxImageBytes = std::size_t{64} << 20U;
+inline constexpr std::size_t kMaxBvhDepth = 48;
+inline constexpr std::size_t kMaxLeafTriangles = 8;
+inline constexpr float kMaxStiffness_N_m = 1.0e5F;
+inline constexpr float kMaxDamping_N_s_m = 1.0e3F;
+inline constexpr float kMaxFriction = 10.0F;
+inline constexpr float kMaxCoordinate_m = 10.0F;  // of any vertex, offset, size or pose
+
+}  // namespace thimble::control

@@ -1,0 +1,212 @@
+#include "control/scene/scene_view.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "control/scene/limits.h"
+#include "thimble_scene_schema/scene_generated.h"
+
+namespace thimble::control {
+namespace {
+
+constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+constexpr std::uint32_t kLeaf = 0x80000000U;
+
+// Every check answers the first thing wrong; kOk goes on.
+#define RETURN_IF_BAD(expression)                                                           \
+  do {                                                                                      \
+    if (const ImageStatus status = (expression); status != ImageStatus::kOk) return status; \
+  } while (false)
+
+ImageStatus require(bool sound, ImageStatus otherwise) { return sound ? ImageStatus::kOk : otherwise; }
+
+// Comparisons with NaN are false, so these refuse it too.
+bool in_range(float value, float lo, float hi) { return value >= lo && value <= hi; }
+bool is_coordinate(const scene::Vec3& v) {
+  return in_range(v.x(), -kMaxCoordinate_m, kMaxCoordinate_m) &&
+         in_range(v.y(), -kMaxCoordinate_m, kMaxCoordinate_m) &&
+         in_range(v.z(), -kMaxCoordinate_m, kMaxCoordinate_m);
+}
+bool is_size(float value) { return value > 0.0F && value <= kMaxCoordinate_m; }
+bool is_unit(float length2) { return in_range(length2, 0.998F, 1.002F); }
+
+ImageStatus check_material(const scene::Material& m) {
+  return require(in_range(m.stiffness_n_per_m(), 0.0F, kMaxStiffness_N_m) &&
+                     in_range(m.damping_n_s_per_m(), 0.0F, kMaxDamping_N_s_m) &&
+                     in_range(m.static_friction(), 0.0F, kMaxFriction) &&
+                     in_range(m.dynamic_friction(), 0.0F, m.static_friction()) &&
+                     m.friction_mode() <= scene::FrictionMode::MAX,
+                 ImageStatus::kBadNumber);
+}
+
+ImageStatus check_pose(const scene::Pose& pose) {
+  const scene::Quat& q = pose.rotation();
+  return require(is_coordinate(pose.position_m()) &&
+                     is_unit(q.w() * q.w() + q.x() * q.x() + q.y() * q.y() + q.z() * q.z()),
+                 ImageStatus::kBadNumber);
+}
+
+ImageStatus check_triangles(const scene::Mesh& mesh) {
+  const std::uint32_t vertices = mesh.vertices()->size();
+  const std::uint32_t triangles = mesh.triangles()->size();
+  for (std::uint32_t i = 0; i < triangles; ++i) {
+    const scene::Triangle& triangle = *mesh.triangles()->Get(i);
+    const auto& v = *triangle.vertex();
+    for (std::uint16_t corner = 0; corner < 3; ++corner) {
+      if (v[corner] >= vertices) return ImageStatus::kBadIndex;
+    }
+    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) return ImageStatus::kBadIndex;
+  }
+  // A neighbour shares the edge it is the neighbour across, so that a walk over the surface is never torn.
+  for (std::uint32_t i = 0; i < triangles; ++i) {
+    const scene::Triangle& triangle = *mesh.triangles()->Get(i);
+    for (std::uint16_t edge = 0; edge < 3; ++edge) {
+      const std::uint32_t neighbour = (*triangle.neighbour())[edge];
+      if (neighbour == kNone) continue;
+      const std::uint32_t there = neighbour & 3U;
+      if ((neighbour >> 2U) >= triangles || (neighbour >> 2U) == i || there == 3U)
+        return ImageStatus::kBadIndex;
+      const auto& other = *mesh.triangles()->Get(neighbour >> 2U)->vertex();
+      const std::uint32_t a = (*triangle.vertex())[edge];
+      const std::uint32_t b =
+          (*triangle.vertex())[edge == 2 ? std::uint16_t{0} : static_cast<std::uint16_t>(edge + 1)];
+      const std::uint32_t c = other[static_cast<std::uint16_t>(there)];
+      const std::uint32_t d = other[static_cast<std::uint16_t>(there == 2 ? 0 : there + 1)];
+      if (!((a == c && b == d) || (a == d && b == c))) return ImageStatus::kBadIndex;
+    }
+  }
+  return ImageStatus::kOk;
+}
+
+// Walks the whole tree: every node once, no deeper than a sweep's stack, every leaf inside the triangles.
+ImageStatus check_tree(const scene::Mesh& mesh) {
+  const std::uint32_t nodes = mesh.nodes()->size();
+  const std::uint32_t triangles = mesh.triangles()->size();
+  std::array<std::uint32_t, kMaxBvhDepth> stack{};
+  std::size_t depth = 0;
+  stack[depth++] = 0;
+  for (std::uint32_t visited = 0; depth > 0; ++visited) {
+    if (visited == nodes) return ImageStatus::kBadTree;
+    const std::uint32_t at = stack[--depth];
+    const auto& child = *mesh.nodes()->Get(at)->child();
+    for (std::uint16_t c = 0; c < 2; ++c) {
+      if (c == 1 && child[1] == child[0]) break;  // a node with one child repeats it
+      if ((child[c] & kLeaf) != 0) {
+        const std::uint32_t first = (child[c] & ~kLeaf) >> 3U;
+        if (first >= triangles || (child[c] & 7U) >= triangles - first) return ImageStatus::kBadTree;
+        continue;
+      }
+      if (child[c] <= at || child[c] >= nodes || depth == stack.size()) return ImageStatus::kBadTree;
+      stack[depth++] = child[c];
+    }
+  }
+  return ImageStatus::kOk;
+}
+
+ImageStatus check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene) {
+  const std::uint32_t triangles = mesh.triangles()->size();
+  triangles_in_scene += triangles;
+  if (triangles_in_scene > kMaxTriangles) return ImageStatus::kTooManyTriangles;
+  if (triangles == 0 || mesh.vertices()->size() == 0 || mesh.nodes()->size() == 0)
+    return ImageStatus::kBadIndex;
+  if (mesh.flags()->size() != triangles) return ImageStatus::kBadIndex;
+  if (mesh.corner_normals() != nullptr && mesh.corner_normals()->size() != std::size_t{3} * triangles) {
+    return ImageStatus::kBadIndex;
+  }
+  if (mesh.grid_origin_m() == nullptr || !is_coordinate(*mesh.grid_origin_m()))
+    return ImageStatus::kBadNumber;
+  constexpr float kSmallestStep_m = 1.0e-12F;
+  if (!in_range(mesh.grid_step_m(), kSmallestStep_m, kMaxCoordinate_m)) return ImageStatus::kBadNumber;
+  for (const scene::Vertex* vertex : *mesh.vertices()) {
+    if (!is_coordinate(vertex->position_m()) || !is_coordinate(vertex->pseudonormal()))
+      return ImageStatus::kBadNumber;
+  }
+  RETURN_IF_BAD(check_triangles(mesh));
+  return check_tree(mesh);
+}
+
+ImageStatus check_shape(const scene::Object& object, std::size_t& triangles_in_scene) {
+  switch (object.shape_type()) {
+    case scene::Shape::NONE:
+      return ImageStatus::kNoShape;
+    case scene::Shape::Plane: {
+      const scene::Vec3& n = object.shape_as_Plane()->normal();
+      const float offset = object.shape_as_Plane()->offset_m();
+      return require(is_unit(n.x() * n.x() + n.y() * n.y() + n.z() * n.z()) &&
+                         in_range(offset, -kMaxCoordinate_m, kMaxCoordinate_m),
+                     ImageStatus::kBadNumber);
+    }
+    case scene::Shape::Sphere:
+      return require(is_size(object.shape_as_Sphere()->radius_m()), ImageStatus::kBadNumber);
+    case scene::Shape::Box: {
+      const scene::Vec3& half = object.shape_as_Box()->half_size_m();
+      return require(is_size(half.x()) && is_size(half.y()) && is_size(half.z()), ImageStatus::kBadNumber);
+    }
+    case scene::Shape::Cylinder: {
+      const scene::Cylinder& c = *object.shape_as_Cylinder();
+      return require(is_size(c.radius_m()) && is_size(c.half_height_m()), ImageStatus::kBadNumber);
+    }
+    case scene::Shape::Capsule: {
+      const scene::Capsule& c = *object.shape_as_Capsule();
+      return require(is_size(c.radius_m()) && in_range(c.half_height_m(), 0.0F, kMaxCoordinate_m),
+                     ImageStatus::kBadNumber);
+    }
+    case scene::Shape::Mesh:
+      return check_mesh(*object.shape_as_Mesh(), triangles_in_scene);
+  }
+  return ImageStatus::kNoShape;
+}
+
+}  // namespace
+
+const char* name(ImageStatus status) noexcept {
+  switch (status) {
+    case ImageStatus::kOk:
+      return "ok";
+    case ImageStatus::kTooLarge:
+      return "too_large";
+    case ImageStatus::kMisaligned:
+      return "misaligned";
+    case ImageStatus::kNotAScene:
+      return "not_a_scene";
+    case ImageStatus::kTooManyObjects:
+      return "too_many_objects";
+    case ImageStatus::kTooManyTriangles:
+      return "too_many_triangles";
+    case ImageStatus::kBadNumber:
+      return "bad_number";
+    case ImageStatus::kBadIndex:
+      return "bad_index";
+    case ImageStatus::kBadTree:
+      return "bad_tree";
+    case ImageStatus::kNoShape:
+      return "no_shape";
+  }
+  return "unknown";
+}
+
+ImageStatus SceneView::check(std::span<const std::byte> bytes, SceneView& view) noexcept {
+  if (bytes.size() > kMaxImageBytes) return ImageStatus::kTooLarge;
+  if (std::bit_cast<std::uintptr_t>(bytes.data()) % 8 != 0) return ImageStatus::kMisaligned;
+  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  // Scene -> object -> shape is 3 tables deep, and an object has two tables.
+  constexpr std::size_t kDepth = 8;
+  constexpr std::size_t kTables = 4 * kMaxObjects;
+  flatbuffers::Verifier verifier(data, bytes.size(), kDepth, kTables);
+  if (bytes.size() < 2 * sizeof(std::uint32_t) || !scene::VerifySceneBuffer(verifier))
+    return ImageStatus::kNotAScene;
+  const scene::Scene* scene = scene::GetScene(data);
+  if (scene->objects()->size() > kMaxObjects) return ImageStatus::kTooManyObjects;
+  std::size_t triangles = 0;
+  for (const scene::Object* object : *scene->objects()) {
+    if (object->shape() == nullptr) return ImageStatus::kNoShape;
+    RETURN_IF_BAD(check_shape(*object, triangles));
+    RETURN_IF_BAD(check_pose(*object->pose()));
+    RETURN_IF_BAD(check_material(*object->material()));
+  }
+  view.scene_ = scene;
+  return ImageStatus::kOk;
+}
+
+}  // namespace thimble::control

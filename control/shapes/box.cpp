@@ -1,0 +1,79 @@
+// A box about the origin. Feature index: 2 axis + (1 on the negative side).
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "control/shapes/shape.h"
+
+namespace thimble::control {
+namespace {
+
+bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
+           Hit& hit) {
+  // Whether it enters is asked of the box less the surface's tolerance, where it lands of the box itself: so
+  // a landing is never at the edge of counting as inside.
+  const Vec3 core = shape.vector.array() - kSurfaceTolerance_m;
+  const Vec3 d = to - from;
+  float enter = -1.0F;
+  float leave = 2.0F;
+  float land = 0.0F;
+  std::uint32_t face = 0;
+  bool ends_inside = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    ends_inside = ends_inside && std::abs(to[axis]) < core[axis];
+    const float sign = from[axis] >= core[axis] ? 1.0F : from[axis] <= -core[axis] ? -1.0F : 0.0F;
+    if (sign != 0.0F) {  // outside this slab: it must be entered
+      const float approach = -sign * d[axis];
+      const float gap = sign * from[axis] - core[axis];
+      if (approach <= 0.0F || gap > approach) return true;
+      const float t = gap / approach;
+      if (t > enter) {
+        enter = t;
+        face = 2U * static_cast<std::uint32_t>(axis) + (sign < 0.0F ? 1U : 0U);
+        land = std::max(sign * from[axis] - shape.vector[axis], 0.0F) / approach;
+      }
+    }
+    if (d[axis] != 0.0F) leave = std::min(leave, (std::copysign(core[axis], d[axis]) - from[axis]) / d[axis]);
+  }
+  if (enter < 0.0F) return true;  // from is inside: free to leave
+  if (!ends_inside && enter > leave) return true;
+  if (land < hit.t) hit = {land, {.index = face}};
+  return true;
+}
+
+Slide slide(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
+            SlideOptions options) {
+  const Vec3& half = shape.vector;
+  const int axis = static_cast<int>(feature.index >> 1U);
+  const float sign = (feature.index & 1U) == 0U ? 1.0F : -1.0F;
+  const bool in_front = sign * target[axis] >= half[axis];
+  if (in_front && !options.hold) return {from, SlideEnd::kFree};
+  Vec3 to = target.cwiseMax(-half).cwiseMin(half);
+  to[axis] = sign * half[axis];
+  SlideEnd end = SlideEnd::kHeld;
+  for (int side = 0; side < 3; ++side) {
+    if (side == axis || std::abs(target[side]) <= half[side]) continue;
+    // The target is beyond this face's edge, so outside the box, in front of the face round the corner.
+    if (!options.hold) return {to, SlideEnd::kFree};
+    if (!in_front) {
+      feature.index = 2U * static_cast<std::uint32_t>(side) + (target[side] < 0.0F ? 1U : 0U);
+      end = SlideEnd::kMoved;
+    }
+  }
+  return {to, end};
+}
+
+int normals(const ShapeData& /*shape*/, const Feature& feature, const Vec3& /*point*/,
+            std::span<Vec3, 3> out) {
+  out[0] = Vec3::Zero();
+  out[0][static_cast<int>(feature.index >> 1U)] = (feature.index & 1U) == 0U ? 1.0F : -1.0F;
+  return 1;
+}
+
+Vec3 reach(const ShapeData& shape) { return shape.vector; }
+
+}  // namespace
+
+const ShapeOps kBoxOps{sweep, slide, normals, reach, nullptr, false};
+
+}  // namespace thimble::control

@@ -1,0 +1,76 @@
+// A capsule about the z axis: all points within a radius of the segment between the caps' centres.
+#include <algorithm>
+#include <cmath>
+
+#include "control/shapes/round.h"
+#include "control/shapes/shape.h"
+
+namespace thimble::control {
+namespace {
+
+Vec3 from_axis(const ShapeData& shape, const Vec3& p) {
+  return {p.x(), p.y(), p.z() - std::clamp(p.z(), -shape.half_height_m, shape.half_height_m)};
+}
+
+// The first entry into the capsule of a given radius; 2 when there is none ahead.
+float enter(const ShapeData& shape, float radius, const Vec3& from, const Vec3& d) {
+  if (from_axis(shape, from).squaredNorm() <= radius * radius) return 0.0F;
+  float t = 2.0F;
+  const float wall = entry(d.x() * d.x() + d.y() * d.y(), from.x() * d.x() + from.y() * d.y(),
+                           from.x() * from.x() + from.y() * from.y() - radius * radius);
+  if (std::abs(from.z() + wall * d.z()) <= shape.half_height_m) t = wall;
+  for (const float end : {shape.half_height_m, -shape.half_height_m}) {
+    const Vec3 p = from - Vec3(0.0F, 0.0F, end);
+    t = std::min(t, entry(d.squaredNorm(), p.dot(d), p.squaredNorm() - radius * radius));
+  }
+  return t;
+}
+
+bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
+           Hit& hit) {
+  const float core = shape.radius_m - kSurfaceTolerance_m;
+  if (from_axis(shape, from).squaredNorm() < core * core) return true;  // inside: free to leave
+  const Vec3 d = to - from;
+  if (from_axis(shape, to).squaredNorm() >= core * core && enter(shape, core, from, d) > 1.0F) return true;
+  const float t = std::min(enter(shape, shape.radius_m, from, d), 1.0F);
+  if (t < hit.t) hit = {t, {}};
+  return true;
+}
+
+// The point of the surface whose normal is `normal`: on a cap, or on the round wall at the height z.
+Vec3 with_normal(const ShapeData& shape, const Vec3& normal, float z) {
+  constexpr float kLevel = 1.0e-4F;
+  const float centre = normal.z() > kLevel    ? shape.half_height_m
+                       : normal.z() < -kLevel ? -shape.half_height_m
+                                              : z;
+  return shape.radius_m * normal + Vec3(0.0F, 0.0F, centre);
+}
+
+Slide slide(const ShapeData& shape, Feature& /*feature*/, const Vec3& from, const Vec3& target,
+            SlideOptions options) {
+  const Vec3 arm = from_axis(shape, target);
+  const float distance = arm.norm();
+  const Vec3 normal_from = from_axis(shape, from).normalized();
+  const bool on_axis = distance <= kSurfaceTolerance_m;
+  const Turn turn = on_axis ? Turn{normal_from, false} : limit_turn(normal_from, arm / distance);
+  const Vec3 to = on_axis || turn.limited ? with_normal(shape, turn.normal, target.z() - arm.z())
+                                          : Vec3(target - arm + shape.radius_m * turn.normal);
+  const Vec3 via = outer_corner(from, normal_from, to, turn.normal);
+  if (turn.limited) return {via, to, SlideEnd::kMoved};
+  return {via, to, distance >= shape.radius_m && !options.hold ? SlideEnd::kFree : SlideEnd::kHeld};
+}
+
+int normals(const ShapeData& shape, const Feature& /*feature*/, const Vec3& point, std::span<Vec3, 3> out) {
+  out[0] = from_axis(shape, point).normalized();
+  return 1;
+}
+
+Vec3 reach(const ShapeData& shape) {
+  return {shape.radius_m, shape.radius_m, shape.radius_m + shape.half_height_m};
+}
+
+}  // namespace
+
+const ShapeOps kCapsuleOps{sweep, slide, normals, reach, nullptr, false};
+
+}  // namespace thimble::control

@@ -1,0 +1,114 @@
+// A cylinder about the z axis with flat caps. Feature index: 0 side, 1 cap at +z, 2 cap at -z.
+#include <algorithm>
+#include <cmath>
+
+#include "control/shapes/round.h"
+#include "control/shapes/shape.h"
+
+namespace thimble::control {
+namespace {
+
+constexpr std::uint32_t kSide = 0;
+constexpr std::uint32_t kTop = 1;
+constexpr std::uint32_t kBottom = 2;
+
+float radial2(const Vec3& p) { return p.x() * p.x() + p.y() * p.y(); }
+
+bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
+           Hit& hit) {
+  // As in the box: entered is the solid less the tolerance, landed on is the solid itself.
+  const float core = shape.radius_m - kSurfaceTolerance_m;
+  const float half = shape.half_height_m - kSurfaceTolerance_m;
+  const Vec3 d = to - from;
+  const bool ends_inside = std::abs(to.z()) < half && radial2(to) < core * core;
+  float enter = -1.0F;
+  float leave = 2.0F;
+  float land = 0.0F;
+  std::uint32_t face = kSide;
+
+  const float sign = from.z() >= half ? 1.0F : from.z() <= -half ? -1.0F : 0.0F;
+  if (sign != 0.0F) {
+    const float approach = -sign * d.z();
+    const float gap = sign * from.z() - half;
+    if (approach <= 0.0F || gap > approach) return true;
+    enter = gap / approach;
+    land = std::max(sign * from.z() - shape.half_height_m, 0.0F) / approach;
+    face = sign > 0.0F ? kTop : kBottom;
+  }
+  if (d.z() != 0.0F) leave = (std::copysign(half, d.z()) - from.z()) / d.z();
+
+  const float a = radial2(d);
+  const float b = from.x() * d.x() + from.y() * d.y();
+  const float c = radial2(from) - core * core;
+  if (c >= 0.0F) {  // outside the round wall: it must be entered
+    const float t = entry(a, b, c);
+    if (t > 1.0F && !ends_inside) return true;
+    if (t > enter) {
+      enter = std::min(t, 1.0F);
+      land = std::min(entry(a, b, radial2(from) - shape.radius_m * shape.radius_m), 1.0F);
+      face = kSide;
+    }
+  }
+  if (a > 0.0F) leave = std::min(leave, (-b + std::sqrt(std::max(b * b - a * c, 0.0F))) / a);
+  if (enter < 0.0F) return true;  // from is inside: free to leave
+  if (!ends_inside && enter > leave) return true;
+  if (land < hit.t) hit = {land, {.index = face}};
+  return true;
+}
+
+Slide slide_cap(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
+                SlideOptions options) {
+  const float sign = feature.index == kTop ? 1.0F : -1.0F;
+  const bool in_front = sign * target.z() >= shape.half_height_m;
+  if (in_front && !options.hold) return {from, SlideEnd::kFree};
+  const float radial = std::sqrt(radial2(target));
+  const float scale = radial > shape.radius_m ? shape.radius_m / radial : 1.0F;
+  const Vec3 to(scale * target.x(), scale * target.y(), sign * shape.half_height_m);
+  if (radial <= shape.radius_m) return {to, SlideEnd::kHeld};
+  if (!options.hold) return {to, SlideEnd::kFree};  // outside, in front of the round wall
+  if (in_front) return {to, SlideEnd::kHeld};
+  feature.index = kSide;
+  return {to, SlideEnd::kMoved};
+}
+
+Slide slide_side(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
+                 SlideOptions options) {
+  const float radial = std::sqrt(radial2(target));
+  const Vec3 normal_from = Vec3(from.x(), from.y(), 0.0F).normalized();
+  const Vec3 normal_to =
+      radial > kSurfaceTolerance_m ? Vec3(target.x() / radial, target.y() / radial, 0.0F) : normal_from;
+  const Turn turn = limit_turn(normal_from, normal_to);
+  Vec3 to = shape.radius_m * turn.normal;
+  to.z() = std::clamp(target.z(), -shape.half_height_m, shape.half_height_m);
+  const Vec3 via = outer_corner(from, normal_from, to, turn.normal);
+  if (turn.limited) return {via, to, SlideEnd::kMoved};
+  const bool in_front = radial >= shape.radius_m;
+  const bool beyond_cap = std::abs(target.z()) > shape.half_height_m;
+  if (!options.hold) return {via, to, in_front || beyond_cap ? SlideEnd::kFree : SlideEnd::kHeld};
+  if (!beyond_cap || in_front) return {via, to, SlideEnd::kHeld};
+  feature.index = target.z() > 0.0F ? kTop : kBottom;
+  return {via, to, SlideEnd::kMoved};
+}
+
+Slide slide(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
+            SlideOptions options) {
+  return feature.index == kSide ? slide_side(shape, feature, from, target, options)
+                                : slide_cap(shape, feature, from, target, options);
+}
+
+int normals(const ShapeData& /*shape*/, const Feature& feature, const Vec3& point, std::span<Vec3, 3> out) {
+  if (feature.index == kSide) {
+    out[0] = Vec3(point.x(), point.y(), 0.0F).normalized();
+  } else {
+    out[0] = Vec3(0.0F, 0.0F, feature.index == kTop ? 1.0F : -1.0F);
+  }
+  return 1;
+}
+
+Vec3 reach(const ShapeData& shape) { return {shape.radius_m, shape.radius_m, shape.half_height_m}; }
+
+}  // namespace
+
+const ShapeOps kCylinderOps{sweep, slide, normals, reach, nullptr, false};
+
+}  // namespace thimble::control

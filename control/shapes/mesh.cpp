@@ -1,0 +1,110 @@
+// A triangle mesh.
+#include "control/shapes/mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "control/scene/octahedral.h"
+#include "control/shapes/mesh_topology.h"
+
+namespace thimble::control {
+
+using namespace topology;  // NOLINT(google-build-using-namespace): this file is about nothing else
+
+MeshView view_mesh(const scene::Mesh& mesh) noexcept {
+  MeshView view;
+  view.vertices = reinterpret_cast<const scene::Vertex*>(mesh.vertices()->Data());
+  view.triangles = reinterpret_cast<const scene::Triangle*>(mesh.triangles()->Data());
+  view.flags = mesh.flags()->data();
+  view.corner_normals = mesh.corner_normals() != nullptr ? mesh.corner_normals()->data() : nullptr;
+  view.nodes = reinterpret_cast<const scene::BvhNode*>(mesh.nodes()->Data());
+  if (mesh.grid_origin_m() != nullptr) {
+    view.grid_origin_m = {mesh.grid_origin_m()->x(), mesh.grid_origin_m()->y(), mesh.grid_origin_m()->z()};
+  }
+  view.grid_step_m = mesh.grid_step_m();
+  view.grid_scale = 1.0F / view.grid_step_m;
+  return view;
+}
+
+namespace {
+
+// Whether the far vertex of the face beyond an edge lies in front of this face, or as good as in its plane.
+bool opens_or_flat(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, const Step& beyond) {
+  if (beyond.triangle == triangle) return false;
+  constexpr float kFlat = 1.0e-5F;
+  const Vec3 normal = static_cast<float>(side) * area_normal(mesh, triangle);
+  const Vec3 arm = vertex(mesh, beyond.triangle, previous(beyond.edge)) - vertex(mesh, triangle, 0);
+  return normal.dot(arm) >= -kFlat * normal.norm() * arm.norm();
+}
+
+// At a vertex in a hollow the planes of its fan, as many as differ; elsewhere one plane stands for the fan.
+int vertex_normals(const MeshView& mesh, const Feature& f, std::span<Vec3, 3> out) {
+  constexpr float kSame = 0.9999F;
+  std::size_t count = 0;
+  bool hollow = true;
+  Corner at{f.index, f.corner, f.side};
+  for (int n = 0; n < kMaxFan && hollow; ++n) {
+    const Vec3 normal = static_cast<float>(at.side) * area_normal(mesh, at.triangle).normalized();
+    bool seen = false;
+    for (std::size_t i = 0; i < count; ++i) seen = seen || out[i].dot(normal) > kSame;
+    if (!seen) {
+      if (count == out.size()) {
+        hollow = false;
+        break;
+      }
+      out[count++] = normal;
+    }
+    hollow = opens_or_flat(mesh, at.triangle, at.side,
+                           across(mesh, at.triangle, at.side, fan_edge(at.corner, at.side)));
+    at = next_in_fan(mesh, at);
+    if (at.triangle == f.index && at.side == f.side) break;
+  }
+  if (hollow) return static_cast<int>(count);
+  const Vec3 mean = to_vec(mesh.vertices[vertex_index(mesh, f.index, f.corner)].pseudonormal());
+  if (mean.squaredNorm() > 0.0F) out[0] = static_cast<float>(f.side) * mean.normalized();
+  return 1;
+}
+
+int normals(const ShapeData& shape, const Feature& f, const Vec3& /*point*/, std::span<Vec3, 3> out) {
+  const MeshView& mesh = shape.mesh;
+  if (f.kind == kVertex) return vertex_normals(mesh, f, out);
+  out[0] = static_cast<float>(f.side) * area_normal(mesh, f.index).normalized();
+  if (f.kind == kFace) return 1;
+  const Step beyond = across(mesh, f.index, f.side, f.corner);
+  if (!concave(mesh, f.index, f.side, beyond)) return 1;
+  out[1] = static_cast<float>(beyond.side) * area_normal(mesh, beyond.triangle).normalized();
+  return 2;
+}
+
+bool shaded_normal(const ShapeData& shape, const Feature& f, const Vec3& point, Vec3& normal) {
+  const MeshView& mesh = shape.mesh;
+  if (mesh.corner_normals == nullptr) return false;
+  const Vec3 a = vertex(mesh, f.index, 0);
+  const Vec3 b = vertex(mesh, f.index, 1);
+  const Vec3 c = vertex(mesh, f.index, 2);
+  const Vec3 n = (b - a).cross(c - a);
+  const float wb = std::max((point - a).cross(c - a).dot(n), 0.0F);
+  const float wc = std::max((b - a).cross(point - a).dot(n), 0.0F);
+  const float wa = std::max((b - point).cross(c - point).dot(n), 0.0F);
+  const std::uint32_t* corner = mesh.corner_normals + std::size_t{3} * f.index;
+  const Vec3 mean = wa * decode_octahedral(corner[0]) + wb * decode_octahedral(corner[1]) +
+                    wc * decode_octahedral(corner[2]);
+  if (!(mean.squaredNorm() > 0.0F)) return false;
+  normal = static_cast<float>(f.side) * mean.normalized();
+  return true;
+}
+
+Vec3 reach(const ShapeData& shape) {
+  constexpr float kGridSteps = 65536.0F;
+  const Vec3 lo = shape.mesh.grid_origin_m;
+  const Vec3 hi = lo + Vec3::Constant(kGridSteps * shape.mesh.grid_step_m);
+  return lo.cwiseAbs().cwiseMax(hi.cwiseAbs());
+}
+
+}  // namespace
+
+const ShapeOps kMeshOps{sweep_mesh, slide_on_mesh, normals, reach, shaded_normal, true};
+
+}  // namespace thimble::control

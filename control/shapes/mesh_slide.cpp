@@ -1,0 +1,271 @@
+// Slides over a mesh: from face to face over shared edges, straight ahead.
+//
+// They descend the distance to the target, so a slide that ends early is further on than before, and never through anything.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "control/shapes/mesh.h"
+#include "control/shapes/mesh_topology.h"
+
+namespace thimble::control {
+
+using namespace topology;  // NOLINT(google-build-using-namespace): this file is about nothing else
+
+namespace {
+
+constexpr int kMaxSlideFaces = 128;  // faces and edges walked over in one slide
+
+// Whether the target is on the free side of the surface, seen from a feature whose point is the nearest to
+// it.
+bool target_is_free(const MeshView& mesh, const Feature& f, const Vec3& target) {
+  if (f.kind == kFace) return in_front(mesh, f.index, f.side, target);
+  if (f.kind == kEdge) {
+    const Step beyond = across(mesh, f.index, f.side, f.corner);
+    const bool here = in_front(mesh, f.index, f.side, target);
+    const bool there = in_front(mesh, beyond.triangle, beyond.side, target);
+    return concave(mesh, f.index, f.side, beyond) ? here && there : here || there;
+  }
+  // Baerentzen and Aanaes 2005: at a vertex the angle-weighted pseudonormal tells the side.
+  const scene::Vertex& v = mesh.vertices[vertex_index(mesh, f.index, f.corner)];
+  const float height = to_vec(v.pseudonormal()).dot(target - to_vec(v.position_m()));
+  if (!two_sided(mesh, f.index)) return height > 0.0F;
+  // Round the rim of a sheet the fan has both sides of every face: free when in front of any face of it.
+  Corner at{f.index, f.corner, f.side};
+  for (int n = 0; n < kMaxFan; ++n) {
+    at = next_in_fan(mesh, at);
+    if (at.side != f.side) return true;
+    if (at.triangle == f.index) break;
+  }
+  return f.side > 0 ? height > 0.0F : height < 0.0F;
+}
+
+// A triangle in its plane. A point's height over an edge, seen inwards, is (n x edge) . (p - v), in units of
+// |n| |edge| m: products of dot products would cancel on slivers.
+struct Plane {
+  std::array<Vec3, 3> corner;
+  Vec3 normal;
+
+  Plane(const MeshView& mesh, std::uint32_t triangle)
+      : corner{vertex(mesh, triangle, 0), vertex(mesh, triangle, 1), vertex(mesh, triangle, 2)},
+        normal((corner[1] - corner[0]).cross(corner[2] - corner[0])) {}
+  [[nodiscard]] Vec3 along(std::uint32_t edge) const { return corner[next(edge)] - corner[edge]; }
+  [[nodiscard]] Vec3 inwards(std::uint32_t edge) const { return normal.cross(along(edge)); }
+  [[nodiscard]] float height(std::uint32_t edge, const Vec3& p) const {
+    return inwards(edge).dot(p - corner[edge]);
+  }
+  [[nodiscard]] Vec3 project(const Vec3& p) const {
+    // A face far smaller than the surface's tolerance is one point.
+    constexpr float kPoint_m4 = 1.0e-30F;
+    const float normal2 = normal.squaredNorm();
+    return normal2 > kPoint_m4 ? Vec3(p - (normal.dot(p - corner[0]) / normal2) * normal) : corner[0];
+  }
+};
+
+// Where a slide stands: on which feature, and at which point.
+struct Foot {
+  Feature feature;
+  Vec3 at;
+};
+
+Feature on_edge(std::uint32_t triangle, std::uint32_t edge, std::int8_t side) {
+  return {triangle, kEdge, static_cast<std::uint8_t>(edge), side};
+}
+Feature on_vertex(std::uint32_t triangle, std::uint32_t corner, std::int8_t side) {
+  return {triangle, kVertex, static_cast<std::uint8_t>(corner), side};
+}
+
+constexpr std::uint32_t kNoEdge = 3;
+
+// Straight over one face towards the target's projection, to it or to the edge where the way leaves the face.
+// entered: the edge it was entered by, if any; false when the way does not lead inwards from there.
+bool walk_face(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, std::uint32_t entered,
+               const Vec3& target, Foot& foot) {
+  const Plane plane(mesh, triangle);
+  if (entered != kNoEdge && plane.height(entered, target) <= 0.0F) return false;
+  float t = 1.0F;
+  std::uint32_t exit = kNoEdge;
+  for (std::uint32_t edge = 0; edge < 3; ++edge) {
+    if (edge == entered) continue;
+    const Vec3 inwards = plane.inwards(edge);
+    const float there = inwards.dot(target - plane.corner[edge]);
+    if (there >= 0.0F) continue;
+    const float here = std::max(inwards.dot(foot.at - plane.corner[edge]), 0.0F);
+    const float leaves = here / (here - there);
+    if (leaves < t) {
+      t = leaves;
+      exit = edge;
+    }
+  }
+  const Vec3 goal = plane.project(target);
+  if (exit == kNoEdge) {
+    foot = {{triangle, kFace, 0, side}, goal};
+    return true;
+  }
+  // On the edge itself: the point of it nearest to where the way crosses it.
+  const Vec3 crossing = foot.at + t * (goal - foot.at);
+  const Vec3 along = plane.along(exit);
+  const float length2 = along.squaredNorm();
+  const float part = along.dot(crossing - plane.corner[exit]);
+  // A crossing this near to a corner is at the corner, or a walk could go round it in steps of no length.
+  constexpr float kSnap_m = 1.0e-8F;
+  const float snap2 = kSnap_m * kSnap_m * length2;
+  const float rest = length2 - part;
+  if (part <= 0.0F || part * part <= snap2) {
+    foot = {on_vertex(triangle, exit, side), plane.corner[exit]};
+  } else if (rest <= 0.0F || rest * rest <= snap2) {
+    foot = {on_vertex(triangle, next(exit), side), plane.corner[next(exit)]};
+  } else {
+    foot = {on_edge(triangle, exit, side), plane.corner[exit] + (part / length2) * along};
+  }
+  return true;
+}
+
+// Along an edge towards the target, to the point nearest to it or to the end.
+Foot walk_edge(const MeshView& mesh, const Feature& f, const Vec3& target) {
+  const Plane plane(mesh, f.index);
+  const Vec3 along = plane.along(f.corner);
+  const float length2 = along.squaredNorm();
+  const float part = along.dot(target - plane.corner[f.corner]);
+  if (part <= 0.0F) return {on_vertex(f.index, f.corner, f.side), plane.corner[f.corner]};
+  if (part >= length2) return {on_vertex(f.index, next(f.corner), f.side), plane.corner[next(f.corner)]};
+  return {f, plane.corner[f.corner] + (part / length2) * along};
+}
+
+// What leads on from a foot: a face to walk over, an edge to walk along, or nothing.
+enum class Lead : std::uint8_t { kNowhere, kOverFace, kAlongEdge };
+
+// How far the target draws over a face from its edge, as a distance; at most 0 when it does not.
+float draw_inwards(const MeshView& mesh, std::uint32_t triangle, std::uint32_t edge, const Vec3& target) {
+  const Plane plane(mesh, triangle);
+  return plane.height(edge, target) / std::sqrt(plane.normal.squaredNorm() * plane.along(edge).squaredNorm());
+}
+
+Lead lead_from_edge(const MeshView& mesh, Feature& f, const Vec3& target) {
+  const Step beyond = across(mesh, f.index, f.side, f.corner);
+  const float here = draw_inwards(mesh, f.index, f.corner, target);
+  const float there =
+      beyond.triangle == f.index ? here : draw_inwards(mesh, beyond.triangle, beyond.edge, target);
+  if (here <= 0.0F && there <= 0.0F) return Lead::kAlongEdge;  // both faces lead down to the edge
+  f = here >= there ? Feature{f.index, kFace, 0, f.side} : Feature{beyond.triangle, kFace, 0, beyond.side};
+  return Lead::kOverFace;
+}
+
+Lead lead_from_vertex(const MeshView& mesh, Feature& f, const Vec3& target) {
+  const Corner start{f.index, f.corner, f.side};
+  const Vec3 v = vertex(mesh, f.index, f.corner);
+  const Vec3 pull = target - v;
+  // Of all ways down, the steepest; a draw below rounding is none.
+  constexpr float kRounding = 1.2e-7F;
+  const float least = kRounding * (std::abs(v.x()) + std::abs(v.y()) + std::abs(v.z()) + pull.norm());
+  float steepest2 = least * least;
+  Lead lead = Lead::kNowhere;
+  Corner at = start;
+  for (int n = 0; n < kMaxFan; ++n) {
+    const Plane plane(mesh, at.triangle);
+    const bool inside =
+        plane.height(at.corner, target) >= 0.0F && plane.height(previous(at.corner), target) >= 0.0F;
+    if (inside) {
+      const float draw2 = (plane.project(target) - v).squaredNorm();
+      if (draw2 > steepest2) {
+        steepest2 = draw2;
+        lead = Lead::kOverFace;
+        f = {at.triangle, kFace, 0, at.side};
+      }
+    } else {
+      const Vec3 along = plane.along(at.corner);
+      const float draw = along.dot(pull);
+      if (draw > 0.0F && draw * draw > steepest2 * along.squaredNorm()) {
+        steepest2 = draw * draw / along.squaredNorm();
+        lead = Lead::kAlongEdge;
+        f = on_edge(at.triangle, at.corner, at.side);
+      }
+      const Vec3 back = plane.corner[previous(at.corner)] - v;
+      const float draw_back = back.dot(pull);
+      if (draw_back > 0.0F && draw_back * draw_back > steepest2 * back.squaredNorm()) {
+        steepest2 = draw_back * draw_back / back.squaredNorm();
+        lead = Lead::kAlongEdge;
+        f = on_edge(at.triangle, previous(at.corner), at.side);
+      }
+    }
+    at = next_in_fan(mesh, at);
+    if (at.triangle == start.triangle && at.side == start.side) break;
+  }
+  return lead;
+}
+
+bool edge_pierced(const MeshView& mesh, const Feature& f) {
+  return pierced(mesh, f.index) || pierced(mesh, across(mesh, f.index, f.side, f.corner).triangle);
+}
+
+}  // namespace
+
+// The way of a god object: straight over each face towards the target's projection, on over the edges it
+// meets, and along an edge between faces that both lead down to it (Zilles and Salisbury 1995, with the real
+// faces in place of endless planes).
+Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
+                    SlideOptions options) {
+  const MeshView& mesh = shape.mesh;
+  Foot foot{feature, from};
+  bool moved = false;
+  bool over_edge = false;  // the way has just crossed foot.feature, an edge
+  SlideEnd end = SlideEnd::kBound;
+  bool swept = true;
+  for (int pieces = 0; pieces < kMaxSlideFaces; ++pieces) {
+    // Where to now: over a face, or along an edge?
+    Feature next_feature = foot.feature;
+    Lead lead = Lead::kOverFace;
+    Step beyond{0, kNoEdge, 1};
+    if (over_edge) {
+      beyond = across(mesh, foot.feature.index, foot.feature.side, foot.feature.corner);
+      // Over a ridge with the target in front of the face beyond, it leaves the surface at the ridge.
+      if (!options.hold && in_front(mesh, beyond.triangle, beyond.side, target) &&
+          !concave(mesh, foot.feature.index, foot.feature.side, beyond)) {
+        end = SlideEnd::kFree;
+        break;
+      }
+      next_feature = {beyond.triangle, kFace, 0, beyond.side};
+    } else if (foot.feature.kind == kEdge) {
+      lead = lead_from_edge(mesh, next_feature, target);
+    } else if (foot.feature.kind == kVertex) {
+      lead = lead_from_vertex(mesh, next_feature, target);
+    }
+    if (lead == Lead::kNowhere) {
+      foot.at =
+          vertex(mesh, foot.feature.index, foot.feature.corner);  // not `from`: its rounding would add up
+      end = SlideEnd::kHeld;
+      break;
+    }
+    swept =
+        !pierced(mesh, next_feature.index) && !(lead == Lead::kAlongEdge && edge_pierced(mesh, next_feature));
+    if (!swept && moved) {  // a pierced piece goes by itself
+      feature = foot.feature;
+      return {foot.at, SlideEnd::kMoved};
+    }
+    if (lead == Lead::kOverFace) {
+      if (!walk_face(mesh, next_feature.index, next_feature.side, beyond.edge, target, foot)) {
+        over_edge = false;  // the face beyond leads back to the edge: along it
+        foot = walk_edge(mesh, foot.feature, target);
+        lead = Lead::kAlongEdge;
+      }
+    } else {
+      foot = walk_edge(mesh, next_feature, target);
+    }
+    moved = true;
+    over_edge = lead == Lead::kOverFace && foot.feature.kind == kEdge;
+    if (foot.feature.kind == kFace || (lead == Lead::kAlongEdge && foot.feature.kind == kEdge)) {
+      end = SlideEnd::kHeld;
+      break;
+    }
+    if (options.one_piece || !swept) {
+      end = SlideEnd::kMoved;
+      break;
+    }
+  }
+  feature = foot.feature;
+  if (end == SlideEnd::kHeld && !options.hold && target_is_free(mesh, feature, target)) end = SlideEnd::kFree;
+  return {foot.at, end, swept};
+}
+
+}  // namespace thimble::control

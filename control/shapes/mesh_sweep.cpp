@@ -1,0 +1,212 @@
+// Flights through a mesh: a segment against the tree, and against triangles without a gap between them.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "control/scene/limits.h"
+#include "control/shapes/mesh.h"
+#include "control/shapes/mesh_topology.h"
+
+namespace thimble::control {
+
+using namespace topology;  // NOLINT(google-build-using-namespace): this file is about nothing else
+
+namespace {
+
+constexpr std::uint32_t kLeaf = 0x80000000U;
+constexpr int kMaxNodeVisits = 2048;  // of one sweep
+
+// A segment as the tree and the triangles want it.
+struct Segment {
+  Vec3 from;
+  Vec3 to;
+  int x, y, z;  // z: the axis along which the segment is longest (Woop, Benthin and Wald 2013)
+  float shear_x, shear_y;
+  std::array<std::uint32_t, 3> lo, hi;  // its box in the mesh's grid
+  Vec3 middle, half;                    // the same box, and the segment's half vector, in grid steps
+  bool misses;                          // the mesh's grid altogether
+};
+
+Segment prepare(const MeshView& mesh, const Vec3& from, const Vec3& to) {
+  Segment s{};
+  s.from = from;
+  s.to = to;
+  const Vec3 d = to - from;
+  d.cwiseAbs().maxCoeff(&s.z);
+  s.x = s.z == 2 ? 0 : s.z + 1;
+  s.y = s.x == 2 ? 0 : s.x + 1;
+  const float length = d[s.z];
+  s.shear_x = length != 0.0F ? d[s.x] / length : 0.0F;
+  s.shear_y = length != 0.0F ? d[s.y] / length : 0.0F;
+  // Two steps more than the grid's own rounding, and the surface's tolerance.
+  const float margin = 2.0F + 2.0F * kSurfaceTolerance_m * mesh.grid_scale;
+  constexpr float kGridEnd = 65535.0F;
+  const Vec3 a = (from - mesh.grid_origin_m) * mesh.grid_scale;
+  const Vec3 b = (to - mesh.grid_origin_m) * mesh.grid_scale;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float lo = std::min(a[axis], b[axis]) - margin;
+    const float hi = std::max(a[axis], b[axis]) + margin;
+    if (!(hi >= 0.0F && lo <= kGridEnd)) s.misses = true;
+    s.lo[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(lo, 0.0F, kGridEnd));
+    s.hi[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(hi, 0.0F, kGridEnd));
+  }
+  s.middle = 0.5F * (a + b);
+  s.half = 0.5F * (b - a);
+  return s;
+}
+
+using GridPoint = flatbuffers::Array<std::uint16_t, 3>;
+
+bool overlaps(const Segment& s, const GridPoint& lo, const GridPoint& hi) {
+  for (std::uint16_t axis = 0; axis < 3; ++axis) {
+    if (lo[axis] > s.hi[axis] || hi[axis] < s.lo[axis]) return false;
+  }
+  // Separating axes across the segment, for flights that are long beside the boxes.
+  Vec3 centre;
+  Vec3 extent;
+  for (std::uint16_t axis = 0; axis < 3; ++axis) {
+    const auto l = static_cast<float>(lo[axis]);
+    const auto h = static_cast<float>(hi[axis]);
+    centre[axis] = 0.5F * (l + h) - s.middle[axis];
+    extent[axis] = 0.5F * (h - l) + 4.0F;
+  }
+  const Vec3 d = s.half.cwiseAbs();
+  return std::abs(s.half.y() * centre.z() - s.half.z() * centre.y()) <=
+             extent.y() * d.z() + extent.z() * d.y() &&
+         std::abs(s.half.z() * centre.x() - s.half.x() * centre.z()) <=
+             extent.z() * d.x() + extent.x() * d.z() &&
+         std::abs(s.half.x() * centre.y() - s.half.y() * centre.x()) <=
+             extent.x() * d.y() + extent.y() * d.x();
+}
+
+// Whether the flight leaves from this triangle's own point: a feature that `from` is on.
+bool incident(const MeshView& mesh, std::uint32_t triangle, std::span<const Feature> leaving) {
+  for (const Feature& f : leaving) {
+    if (f.kind == kSideOnly) continue;
+    if (f.index == triangle) return true;
+    if (f.kind == kEdge && across(mesh, f.index, f.side, f.corner).triangle == triangle) return true;
+    if (f.kind == kVertex) {
+      const std::uint32_t v = vertex_index(mesh, f.index, f.corner);
+      for (std::uint32_t corner = 0; corner < 3; ++corner) {
+        if (vertex_index(mesh, triangle, corner) == v) return true;
+      }
+    }
+  }
+  return false;
+}
+
+// On which side of a two-sided triangle a point on the surface is: as known of this triangle, else as of the feature left.
+std::int8_t known_side(std::uint32_t triangle, std::span<const Feature> leaving) {
+  for (const Feature& f : leaving) {
+    if (f.index == triangle) return f.side;
+  }
+  return leaving.front().side;
+}
+
+void meet(const MeshView& mesh, std::uint32_t triangle, const Segment& s, std::span<const Feature> leaving,
+          Hit& hit) {
+  const Vec3 a = vertex(mesh, triangle, 0) - s.from;
+  const Vec3 b = vertex(mesh, triangle, 1) - s.from;
+  const Vec3 c = vertex(mesh, triangle, 2) - s.from;
+
+  // Sheared so that the segment runs along z: the signs of the edge functions are the same from both faces of
+  // an edge, so no line passes between them. Slightly widened, since the side test below and this one round
+  // differently.
+  const float ax = a[s.x] - s.shear_x * a[s.z];
+  const float ay = a[s.y] - s.shear_y * a[s.z];
+  const float bx = b[s.x] - s.shear_x * b[s.z];
+  const float by = b[s.y] - s.shear_y * b[s.z];
+  const float cx = c[s.x] - s.shear_x * c[s.z];
+  const float cy = c[s.y] - s.shear_y * c[s.z];
+  const float u = cx * by - cy * bx;
+  const float v = ax * cy - ay * cx;
+  const float w = bx * ay - by * ax;
+  constexpr float kWiden = kSurfaceTolerance_m;
+  const float wu = kWiden * (std::abs(cx - bx) + std::abs(cy - by));
+  const float wv = kWiden * (std::abs(ax - cx) + std::abs(ay - cy));
+  const float ww = kWiden * (std::abs(bx - ax) + std::abs(by - ay));
+  const bool all_up = u >= -wu && v >= -wv && w >= -ww;
+  const bool all_down = u <= wu && v <= wv && w <= ww;
+  if (!all_up && !all_down) return;
+
+  const Vec3 normal = area_normal(mesh, triangle);
+  const Vec3 corner = vertex(mesh, triangle, 0);
+  float height_from = normal.dot(s.from - corner);
+  float height_to = normal.dot(s.to - corner);
+  const float band =
+      kSurfaceTolerance_m * (std::abs(normal.x()) + std::abs(normal.y()) + std::abs(normal.z()));
+  std::int8_t side = 1;
+  if (two_sided(mesh, triangle)) {
+    if (leaving.empty()) {  // in free flight the side is where `from` is
+      if ((height_from >= 0.0F) == (height_to >= 0.0F)) return;
+      side = height_from >= 0.0F ? std::int8_t{1} : std::int8_t{-1};
+    } else {  // near the surface the side is that of the feature left; further off, where `from` is
+      side = std::abs(height_from) <= band ? known_side(triangle, leaving)
+                                           : (height_from >= 0.0F ? std::int8_t{1} : std::int8_t{-1});
+    }
+  }
+  if (side < 0) {
+    height_from = -height_from;
+    height_to = -height_to;
+  }
+  const bool on_surface = std::abs(height_from) <= band;
+  const bool crosses = on_surface && (!two_sided(mesh, triangle) || !leaving.empty())
+                           ? height_to < -band && height_to < height_from
+                           : height_from >= 0.0F && height_to <= 0.0F && height_to < height_from;
+  if (!crosses || incident(mesh, triangle, leaving)) return;
+
+  const float t = std::clamp(height_from / (height_from - height_to), 0.0F, 1.0F);
+  if (t >= hit.t) return;
+  // The widened test also lets in lines that pass a sharp tip at some distance: the meeting point must be on
+  // the triangle. A grazing flight knows its meeting point only so well.
+  const Vec3 d = s.to - s.from;
+  const Vec3 point = t * d;  // from `from`, as a, b and c are
+  const float blur = 0.2F * kSurfaceTolerance_m * d.norm() * normal.norm() / (height_from - height_to);
+  const float allowed = 5.0F * kSurfaceTolerance_m + blur;
+  const Vec3 lo = a.cwiseMin(b).cwiseMin(c).array() - allowed;
+  const Vec3 hi = a.cwiseMax(b).cwiseMax(c).array() + allowed;
+  if ((point.array() < lo.array()).any() || (point.array() > hi.array()).any()) return;
+  hit = {t, {triangle, kFace, 0, side}};
+}
+
+}  // namespace
+
+bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> leaving,
+                Hit& hit) {
+  const MeshView& mesh = shape.mesh;
+  const Segment s = prepare(mesh, from, to);
+  if (s.misses) return true;
+  std::array<std::uint32_t, kMaxBvhDepth + 1> stack;
+  std::size_t depth = 0;
+  std::uint32_t at = 0;
+  for (int visits = 0; visits < kMaxNodeVisits; ++visits) {
+    const scene::BvhNode& node = mesh.nodes[at];
+    std::array<std::uint32_t, 2> inner;
+    std::size_t count = 0;
+    for (std::uint16_t c = 0; c < 2; ++c) {
+      if (!(c == 0 ? overlaps(s, *node.lo_a(), *node.hi_a()) : overlaps(s, *node.lo_b(), *node.hi_b())))
+        continue;
+      const std::uint32_t child = (*node.child())[c];
+      if ((child & kLeaf) == 0) {
+        inner[count++] = child;
+        continue;
+      }
+      const std::uint32_t first = (child & ~kLeaf) >> 3U;
+      for (std::uint32_t i = first; i <= first + (child & 7U); ++i) meet(mesh, i, s, leaving, hit);
+    }
+    if (count == 0) {
+      if (depth == 0) return true;
+      at = stack[--depth];
+    } else {
+      at = inner[0];
+      if (count == 2) {
+        if (depth == stack.size()) return false;
+        stack[depth++] = inner[1];
+      }
+    }
+  }
+  return false;
+}
+
+}  // namespace thimble::control

@@ -1,0 +1,95 @@
+// Going about a mesh: from corner to corner, over edges, round vertices; and on which side of a face a point is.
+//
+// All for one triangle of a checked image; nothing here can fail or take longer than its named bound.
+#pragma once
+
+#include <cstdint>
+
+#include "control/shapes/mesh_view.h"
+#include "control/shapes/shape.h"
+
+namespace thimble::control::topology {
+
+inline constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+inline constexpr int kMaxFan = 512;  // faces round one vertex
+
+inline constexpr std::uint8_t kFace = 0;
+inline constexpr std::uint8_t kEdge = 1;
+inline constexpr std::uint8_t kVertex = 2;
+
+constexpr std::uint32_t next(std::uint32_t corner) { return corner == 2 ? 0 : corner + 1; }
+constexpr std::uint32_t previous(std::uint32_t corner) { return corner == 0 ? 2 : corner - 1; }
+
+inline std::uint32_t vertex_index(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner) {
+  return (*mesh.triangles[triangle].vertex())[static_cast<std::uint16_t>(corner)];
+}
+
+inline Vec3 vertex(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner) {
+  return to_vec(mesh.vertices[vertex_index(mesh, triangle, corner)].position_m());
+}
+
+inline bool two_sided(const MeshView& mesh, std::uint32_t triangle) {
+  return (mesh.flags[triangle] & static_cast<std::uint8_t>(scene::TriangleFlag::TwoSided)) != 0;
+}
+
+inline bool pierced(const MeshView& mesh, std::uint32_t triangle) {
+  return (mesh.flags[triangle] & static_cast<std::uint8_t>(scene::TriangleFlag::Pierced)) != 0;
+}
+
+// Twice the area times the unit normal, on the side that the winding says.
+inline Vec3 area_normal(const MeshView& mesh, std::uint32_t triangle) {
+  const Vec3 a = vertex(mesh, triangle, 0);
+  return (vertex(mesh, triangle, 1) - a).cross(vertex(mesh, triangle, 2) - a);
+}
+
+// Whether p is on the side of the triangle's plane that `side` names. One function of the point alone, so
+// that two ticks which share a point agree on its side: no gap between them.
+inline bool in_front(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, const Vec3& p) {
+  const bool front = area_normal(mesh, triangle).dot(p - vertex(mesh, triangle, 0)) >= 0.0F;
+  return front == (side > 0);
+}
+
+// A triangle seen from one side, and the way to its neighbours on that side. Where the sheet ends the
+// neighbour is the same triangle's other side: a sheet is a solid without thickness.
+struct Step {
+  std::uint32_t triangle;
+  std::uint32_t edge;  // of the edge that was crossed
+  std::int8_t side;
+};
+
+inline Step across(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, std::uint32_t edge) {
+  const std::uint32_t neighbour = (*mesh.triangles[triangle].neighbour())[static_cast<std::uint16_t>(edge)];
+  if (neighbour == kNone) return {triangle, edge, static_cast<std::int8_t>(-side)};
+  const std::uint32_t other = neighbour >> 2U;
+  const std::uint32_t other_edge = neighbour & 3U;
+  const bool same_direction = vertex_index(mesh, other, other_edge) == vertex_index(mesh, triangle, edge);
+  return {other, other_edge, same_direction ? static_cast<std::int8_t>(-side) : side};
+}
+
+// Going round a vertex: the edge to cross next, always turning the same way in space.
+inline std::uint32_t fan_edge(std::uint32_t corner, std::int8_t side) {
+  return side > 0 ? previous(corner) : corner;
+}
+
+struct Corner {
+  std::uint32_t triangle;
+  std::uint32_t corner;
+  std::int8_t side;
+};
+
+inline Corner next_in_fan(const MeshView& mesh, const Corner& at) {
+  const Step step = across(mesh, at.triangle, at.side, fan_edge(at.corner, at.side));
+  const std::uint32_t v = vertex_index(mesh, at.triangle, at.corner);
+  const std::uint32_t corner =
+      vertex_index(mesh, step.triangle, step.edge) == v ? step.edge : next(step.edge);
+  return {step.triangle, corner, step.side};
+}
+
+// Whether the corner between a face and the face beyond one of its edges opens towards their free side by
+// less than 180 degrees.
+inline bool concave(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, const Step& beyond) {
+  if (beyond.triangle == triangle) return false;  // round the rim of a sheet
+  return in_front(mesh, triangle, side, vertex(mesh, beyond.triangle, previous(beyond.edge)));
+}
+
+}  // namespace thimble::control::topology

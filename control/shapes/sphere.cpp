@@ -1,0 +1,53 @@
+// A ball about the origin.
+#include "control/shapes/round.h"
+#include "control/shapes/shape.h"
+
+namespace thimble::control {
+namespace {
+
+bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
+           Hit& hit) {
+  const float core = shape.radius_m - kSurfaceTolerance_m;
+  const float from2 = from.squaredNorm();
+  if (from2 < core * core) return true;  // from is inside: free to leave
+  const Vec3 d = to - from;
+  const float a = d.squaredNorm();
+  const float b = from.dot(d);
+  if (to.squaredNorm() >= core * core && entry(a, b, from2 - core * core) > 1.0F) return true;
+  const float t = std::min(entry(a, b, from2 - shape.radius_m * shape.radius_m), 1.0F);
+  if (t < hit.t) hit = {t, {}};
+  return true;
+}
+
+Slide slide(const ShapeData& shape, Feature& /*feature*/, const Vec3& from, const Vec3& target,
+            SlideOptions options) {
+  const float distance = target.norm();
+  // At the very centre every way is as near as any other: stay.
+  if (distance < kSurfaceTolerance_m) return {from, SlideEnd::kHeld};
+  const Vec3 normal_to = target / distance;
+  if (!options.one_piece) {  // nothing else is near: which way round the ball does not matter
+    const Vec3 to = shape.radius_m * normal_to;
+    return {to, distance >= shape.radius_m && !options.hold ? SlideEnd::kFree : SlideEnd::kHeld};
+  }
+  const Vec3 normal_from = from.normalized();
+  const Turn turn = limit_turn(normal_from, normal_to);
+  const Vec3 to = shape.radius_m * turn.normal;
+  const SlideEnd end = turn.limited                                  ? SlideEnd::kMoved
+                       : distance >= shape.radius_m && !options.hold ? SlideEnd::kFree
+                                                                     : SlideEnd::kHeld;
+  return {outer_corner(from, normal_from, to, turn.normal), to, end};
+}
+
+int normals(const ShapeData& /*shape*/, const Feature& /*feature*/, const Vec3& point,
+            std::span<Vec3, 3> out) {
+  out[0] = point.normalized();
+  return 1;
+}
+
+Vec3 reach(const ShapeData& shape) { return Vec3::Constant(shape.radius_m); }
+
+}  // namespace
+
+const ShapeOps kSphereOps{sweep, slide, normals, reach, nullptr, false};
+
+}  // namespace thimble::control

@@ -1,0 +1,137 @@
+// The controller: everything a board has to call. Sans-I/O: state changes only in answer to a call, and
+// nothing here touches hardware, allocates, throws or waits.
+//
+// Two contexts, and no more:
+//   servo       tick(), telemetry(). One thread or interrupt, at the fixed period of the Config.
+//   background  everything else: one thread or interrupt level at a time. It may be interrupted by the servo at
+//               any instruction and the other way round; they share only 32-bit (or smaller) lock-free atomics
+//               and single-writer buffers handed over by them, so neither ever waits for the other.
+// A program with one thread may call both in turn.
+//
+//   board: every period   out = controller.tick(in);                         // then write `out` to the drives
+//   board: otherwise      controller.on_frame(f, now); controller.poll(now); // now: us of the board's clock
+//                         while (controller.next_frame(f, now)) send(f);
+//
+// tick() is bounded; on_frame() and next_frame() are short; poll() is O(scene image) once an upload has
+// ended.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "firmware/faults.h"
+#include "firmware/link/can_frame.h"
+#include "firmware/link/service_server.h"
+#include "firmware/params.h"
+#include "firmware/scene_store.h"
+#include "firmware/servo.h"
+#include "firmware/storage.h"
+#include "firmware/telemetry.h"
+
+namespace thimble::firmware {
+
+class Controller final : private link::ServiceBackend {
+ public:
+  // Opens the store and posts its newest scene to the tick: O(image). `storage` must outlive the controller.
+  // A Config that cannot work (unknown arm model, arm count, period, node) gives a controller that stays
+  // faulted with bad_config.
+  Controller(const Config& config, Storage& storage) noexcept;
+  Controller(const Controller&) = delete;
+  Controller& operator=(const Controller&) = delete;
+
+  // --- servo
+  [[nodiscard]] Outputs tick(const Inputs& inputs) noexcept { return servo_.tick(inputs); }
+  [[nodiscard]] const Telemetry& telemetry() const noexcept {
+    return servo_.telemetry();
+  }  // of the last tick
+
+  // --- background: the link
+  void on_frame(const link::CanFrame& frame, link::Micros now) noexcept;
+  void poll(link::Micros now) noexcept;
+  [[nodiscard]] bool next_frame(link::CanFrame& frame,
+                                link::Micros now) noexcept;  // false: nothing to send now
+  // The host asked for a restart, and has its answer: the board stops calling, and starts again. Once.
+  [[nodiscard]] std::optional<link::Reset> take_reset() noexcept;
+
+  // --- background: what the services do, for a program that holds the controller
+  // Returns the conditions that stand against it (Condition bits); 0: accepted, the next tick acts.
+  [[nodiscard]] Conditions request(Command command) noexcept { return servo_.request(command); }
+  void keep_alive() noexcept { servo_.keep_alive(); }  // a valid command came; arming does not count as one
+  [[nodiscard]] Mode mode() const noexcept { return servo_.mode(); }
+  [[nodiscard]] Fault fault() const noexcept { return servo_.fault(); }
+  [[nodiscard]] Conditions unmet() const noexcept { return servo_.unmet(); }  // against arming, now
+  // A write with access kAtRest is refused while the motors are on.
+  [[nodiscard]] ParamStatus read_param(std::uint16_t id, std::uint32_t& bits) const noexcept;
+  [[nodiscard]] ParamStatus write_param(std::uint16_t id, std::uint32_t bits) noexcept;
+
+  // A whole upload at once: copies an image into the store, verifies it and posts it; the tick switches to it
+  // with the force ramped. kRefused: store().image_status() says why, and the running scene stays.
+  [[nodiscard]] StoreStatus load_scene(std::span<const std::byte> image) noexcept;
+  [[nodiscard]] const SceneStore& store() const noexcept { return store_; }
+
+  // The ticks up to the trip, 0 the oldest, until the fault is cleared. False: there is no such tick.
+  [[nodiscard]] bool freeze_tick(std::size_t index, Telemetry& tick) const noexcept {
+    return servo_.freeze_tick(index, tick);
+  }
+
+ private:
+  // link::ServiceBackend
+  [[nodiscard]] link::Nrc read_data(std::uint16_t did, link::ByteWriter& out) noexcept override;
+  [[nodiscard]] link::Nrc write_data(std::uint16_t did, std::span<const std::uint8_t> data) noexcept override;
+  [[nodiscard]] link::Nrc arm() noexcept override;
+  [[nodiscard]] link::Nrc disarm() noexcept override;
+  [[nodiscard]] link::Nrc home() noexcept override;
+  [[nodiscard]] link::Nrc activate() noexcept override;
+  [[nodiscard]] link::Nrc prepare_download(std::uint32_t length, std::uint32_t crc,
+                                           std::uint32_t& has) noexcept override;
+  [[nodiscard]] link::Nrc write_download(std::uint32_t offset,
+                                         std::span<const std::uint8_t> data) noexcept override;
+  [[nodiscard]] link::Nrc finish_download() noexcept override;
+  [[nodiscard]] std::size_t fault_count() const noexcept override;
+  [[nodiscard]] link::FaultRecord fault(std::size_t index) const noexcept override;
+  [[nodiscard]] link::Nrc clear_faults() noexcept override;
+  [[nodiscard]] bool freeze_frame(std::uint8_t fault, std::size_t index,
+                                  link::ByteWriter& out) const noexcept override;
+  void reset(link::Reset kind) noexcept override;
+  void host_alive(link::Micros now) noexcept override;
+
+  [[nodiscard]] link::Nrc run(Command command) noexcept;
+  void refuse(Conditions conditions) noexcept;
+  void refuse(const char* reason) noexcept;
+  void fetch_records() noexcept;
+  [[nodiscard]] link::DeviceState device_state() const noexcept;
+  [[nodiscard]] std::uint8_t status_flags() const noexcept;
+  [[nodiscard]] link::CanFrame pose_frame() const noexcept;
+  [[nodiscard]] link::CanFrame force_frame() const noexcept;
+
+  Config config_;
+  Params params_;
+  Servo servo_;
+  SceneStore store_;
+  link::ServiceServer server_;
+  control::SceneView running_;           // the scene posted last
+  Command waited_for_ = Command::kNone;  // posted for a service, its answer not given yet
+  bool activating_ = false;
+  std::optional<link::Reset> reset_;
+  std::array<char, 192> refusal_{};  // text, as kDidRefusal gives it
+
+  // What is due on the link.
+  Telemetry record_;               // the newest
+  std::uint8_t record_count_ = 0;  // pairs pose with force
+  std::uint8_t frames_left_ = 0;   // of record_: a pose and a force for each arm
+  std::uint8_t limiters_ = 0;      // since the last status
+  float worst_tick_us_ = 0;        // since the last status
+  std::uint64_t rate_tick_ = 0;    // where the measurement of the tick rate began
+  std::uint64_t rate_time_us_ = 0;
+  float rate_Hz_ = 0;
+  Fault reported_ = Fault::kNone;
+  link::Micros status_due_ = 0;
+  link::Micros heartbeat_due_ = 0;
+  std::uint32_t frames_received_ = 0;
+  std::uint32_t frames_dropped_ = 0;
+};
+
+}  // namespace thimble::firmware

@@ -1,0 +1,80 @@
+// The numbers of the services that host and controller share (shaped after ISO 14229-1). Append only.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace thimble::firmware::link {
+
+enum class Service : std::uint8_t {
+  kSession = 0x10,
+  kReset = 0x11,
+  kClearFaults = 0x14,
+  kReadFaults = 0x19,
+  kReadData = 0x22,
+  kWriteData = 0x2E,
+  kRoutine = 0x31,
+  kRequestDownload = 0x34,
+  kTransferData = 0x36,
+  kTransferExit = 0x37,
+  kTesterPresent = 0x3E,
+};
+inline constexpr std::uint8_t kPositive = 0x40;  // added to the service in a positive response
+inline constexpr std::uint8_t kNegative = 0x7F;  // first byte of a negative response
+inline constexpr std::uint8_t kSuppressPositive = 0x80;
+
+// Why a request was refused. kOk is ours: it never travels.
+enum class Nrc : std::uint8_t {
+  kOk = 0x00,
+  kGeneralReject = 0x10,
+  kServiceNotSupported = 0x11,
+  kSubFunctionNotSupported = 0x12,
+  kIncorrectLength = 0x13,
+  kResponseTooLong = 0x14,
+  kBusyRepeatRequest = 0x21,
+  kConditionsNotCorrect = 0x22,
+  kRequestSequenceError = 0x24,
+  kRequestOutOfRange = 0x31,
+  kDownloadNotAccepted = 0x70,
+  kTransferSuspended = 0x71,
+  kProgrammingFailure = 0x72,
+  kWrongBlockCounter = 0x73,
+  kResponsePending = 0x78,
+  kNotInThisSession = 0x7F,
+};
+[[nodiscard]] const char* name(Nrc code) noexcept;  // "conditions_not_correct"
+
+// Default: read only. Extended: parameters, routines, faults. Programming: that and downloads. Any session
+// but the default ends kSessionTimeout after the last request.
+enum class Session : std::uint8_t { kDefault = 1, kProgramming = 2, kExtended = 3 };
+enum class Reset : std::uint8_t { kHard = 1, kSoft = 3 };
+
+enum class Routine : std::uint16_t {
+  kArm = 0x0201,
+  kDisarm = 0x0202,
+  kHome = 0x0203,
+  kActivate = 0x0204,  // run the scene that was downloaded last
+  // Arguments: length (4 bytes), CRC-32 (4 bytes), both big-endian. Answers how many bytes of this very image
+  // the controller holds already (4 bytes): the download goes on from there.
+  kPrepareDownload = 0x0205,
+};
+
+// Data identifiers that are not records of messages.def. Parameters: firmware/params.def.
+inline constexpr std::uint16_t kDidSession = 0xF186;          // 1 byte
+inline constexpr std::uint16_t kDidSerialNumber = 0xF18C;     // text
+inline constexpr std::uint16_t kDidFirmwareVersion = 0xF195;  // text
+inline constexpr std::uint16_t kDidArmName = 0xF1A8;          // text: the arm model
+inline constexpr std::uint16_t kDidSceneName = 0xF1A9;        // text: the running scene
+// Text: why the last arming, homing, download or activation was refused ("dead_man_released"). Empty: it was
+// not.
+inline constexpr std::uint16_t kDidRefusal = 0xF1AA;
+
+inline constexpr std::size_t kMaxPduBytes = 4095;
+inline constexpr std::size_t kMaxBlockBytes = kMaxPduBytes - 2;  // data of one TransferData
+inline constexpr std::size_t kMaxFreezeFrames = 64;
+
+// Bits of a fault's status byte (ISO 14229-1 D.2).
+inline constexpr std::uint8_t kFaultActive = 0x01;     // latched now
+inline constexpr std::uint8_t kFaultConfirmed = 0x08;  // occurred since the last clear
+
+}  // namespace thimble::firmware::link

@@ -1,0 +1,51 @@
+#include "firmware/params.h"
+
+namespace thimble::firmware {
+namespace {
+
+constexpr std::size_t at(Param param) { return static_cast<std::size_t>(param); }
+
+std::uint32_t to_bits(ParamType type, float value) {
+  return type == ParamType::kFloat ? std::bit_cast<std::uint32_t>(value) : static_cast<std::uint32_t>(value);
+}
+
+}  // namespace
+
+Params::Params() noexcept {
+  for (std::size_t i = 0; i < kParamCount; ++i)
+    bits_[i].store(to_bits(kParamTable[i].type, kParamTable[i].initial), std::memory_order_relaxed);
+}
+
+float Params::get(Param param) const noexcept {
+  const std::uint32_t bits = bits_[at(param)].load(std::memory_order_relaxed);
+  return kParamTable[at(param)].type == ParamType::kFloat ? std::bit_cast<float>(bits)
+                                                          : static_cast<float>(bits);
+}
+
+std::uint32_t Params::get_unsigned(Param param) const noexcept {
+  return bits_[at(param)].load(std::memory_order_relaxed);
+}
+
+ParamStatus Params::read(std::uint16_t id, std::uint32_t& bits) const noexcept {
+  for (std::size_t i = 0; i < kParamCount; ++i) {
+    if (kParamTable[i].id != id) continue;
+    bits = bits_[i].load(std::memory_order_relaxed);
+    return ParamStatus::kOk;
+  }
+  return ParamStatus::kUnknown;
+}
+
+ParamStatus Params::write(std::uint16_t id, std::uint32_t bits, bool at_rest) noexcept {
+  for (std::size_t i = 0; i < kParamCount; ++i) {
+    const ParamRow& row = kParamTable[i];
+    if (row.id != id) continue;
+    if (row.access == Access::kAtRest && !at_rest) return ParamStatus::kNotWhileArmed;
+    const float value = row.type == ParamType::kFloat ? std::bit_cast<float>(bits) : static_cast<float>(bits);
+    if (!(value >= row.min && value <= row.max)) return ParamStatus::kOutOfRange;  // refuses NaN too
+    bits_[i].store(bits, std::memory_order_relaxed);
+    return ParamStatus::kOk;
+  }
+  return ParamStatus::kUnknown;
+}
+
+}  // namespace thimble::firmware

@@ -1,0 +1,84 @@
+// The parameters of params.def: table, names and the store. Written from the background, read by the tick:
+// each value is one 32-bit atomic, so neither waits and a value is never torn. Values live until power-off.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace thimble::firmware {
+
+enum class ParamType : std::uint8_t { kFloat, kUnsigned };
+enum class Access : std::uint8_t { kAlways, kAtRest };
+
+enum class Param : std::uint8_t {  // position in the table
+#define THIMBLE_PARAM(id, name, unit, type, initial, min, max, access, text) name,
+#include "firmware/params.def"
+#undef THIMBLE_PARAM
+  kCount
+};
+inline constexpr std::size_t kParamCount = static_cast<std::size_t>(Param::kCount);
+
+struct ParamRow {
+  std::uint16_t id;
+  const char* name;
+  const char* unit;
+  ParamType type;
+  float initial;
+  float min;
+  float max;
+  Access access;
+  const char* text;
+};
+
+inline constexpr std::array<ParamRow, kParamCount> kParamTable = {{
+#define THIMBLE_PARAM(id, name, unit, type, initial, min, max, access, text) \
+  {id,                                                                       \
+   #name,                                                                    \
+   unit,                                                                     \
+   ParamType::type,                                                          \
+   static_cast<float>(initial),                                              \
+   static_cast<float>(min),                                                  \
+   static_cast<float>(max),                                                  \
+   Access::access,                                                           \
+   text},
+#include "firmware/params.def"
+#undef THIMBLE_PARAM
+}};
+
+[[nodiscard]] constexpr const ParamRow* find_param(std::uint16_t id) noexcept {
+  for (const ParamRow& row : kParamTable)
+    if (row.id == id) return &row;
+  return nullptr;
+}
+[[nodiscard]] constexpr const ParamRow* find_param(std::string_view name) noexcept {
+  for (const ParamRow& row : kParamTable)
+    if (name == row.name) return &row;
+  return nullptr;
+}
+
+enum class ParamStatus : std::uint8_t { kOk, kUnknown, kOutOfRange, kNotWhileArmed };
+
+// The link carries a value as 32 bits, little-endian like the records of messages.def: an IEEE float, or an
+// unsigned number.
+class Params {
+ public:
+  Params() noexcept;
+
+  [[nodiscard]] float get(
+      Param param) const noexcept;  // kUnsigned values are exact up to 2^24, as all maxima are
+  [[nodiscard]] std::uint32_t get_unsigned(Param param) const noexcept;
+  [[nodiscard]] bool on(Param param) const noexcept { return get_unsigned(param) != 0; }
+
+  // `bits` is untouched unless kOk. at_rest: the motors are off.
+  [[nodiscard]] ParamStatus read(std::uint16_t id, std::uint32_t& bits) const noexcept;
+  [[nodiscard]] ParamStatus write(std::uint16_t id, std::uint32_t bits, bool at_rest) noexcept;
+
+ private:
+  std::array<std::atomic<std::uint32_t>, kParamCount> bits_;
+};
+
+}  // namespace thimble::firmware

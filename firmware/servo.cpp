@@ -1,0 +1,565 @@
+#include "firmware/servo.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "firmware/limits.h"
+#include "kinematics/dynamics.h"
+#include "kinematics/motor_current.h"
+
+namespace thimble::firmware {
+namespace {
+
+constexpr float kRampUp_s = 0.2F;     // after arming and after a scene swap
+constexpr float kRampDown_s = 0.05F;  // before a scene swap
+constexpr float kMinPeriod_s = 40e-6F;
+constexpr float kMaxPeriod_s = 20e-3F;
+constexpr std::uint32_t kSerialShift = 8;  // of command_
+
+bool finite(const Vec3& v) noexcept {
+  return std::isfinite(v.squaredNorm());
+}  // squared: what the clamp works with
+
+const kinematics::ArmModel& model_or_first(const char* name) noexcept {
+  const kinematics::ArmModel* model = kinematics::find_arm_model(name);
+  return model != nullptr ? *model : kinematics::arm_models().front();
+}
+
+bool config_works(const Config& config) noexcept {
+  if (config.arm_count < 1 || config.arm_count > kMaxArms) return false;
+  if (!(config.period_s >= kMinPeriod_s && config.period_s <= kMaxPeriod_s)) return false;
+  if (config.node_id < 1 || config.node_id > 127) return false;
+  return std::all_of(config.arm.begin(), config.arm.begin() + config.arm_count,
+                     [](const ArmConfig& arm) { return kinematics::find_arm_model(arm.model) != nullptr; });
+}
+
+}  // namespace
+
+const char* name(Mode mode) noexcept {
+  switch (mode) {
+    case Mode::kDisarmed:
+      return "disarmed";
+    case Mode::kHoming:
+      return "homing";
+    case Mode::kReady:
+      return "ready";
+    case Mode::kArmed:
+      return "armed";
+    case Mode::kDamping:
+      return "damping";
+    case Mode::kFaulted:
+      return "faulted";
+  }
+  return "unknown";
+}
+
+Servo::ArmState::ArmState(const ArmConfig& config, float period_s) noexcept
+    : arm(model_or_first(config.model), config.base), has_index(config.has_index) {
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    encoder[j] = kinematics::JointEncoder(arm.model(), static_cast<int>(j), period_s);
+    speed[j] = kinematics::VelocityEstimator(period_s);
+  }
+  joint_rad = arm.home();
+  posture = arm.at(joint_rad);
+}
+
+Servo::Servo(const Config& config, const Params& params) noexcept
+    : params_(params),
+      period_s_(config_works(config) ? config.period_s : kMaxPeriod_s),
+      arm_count_(config_works(config) ? config.arm_count : std::uint8_t{0}),
+      arms_{ArmState(config.arm[0], period_s_), ArmState(config.arm[1], period_s_)},
+      published_unmet_(kNotHomed | kEncoderStale | kNoScene) {
+  if (arm_count_ != 0) return;
+  trip(Fault::bad_config);
+  published_mode_.store(mode_, std::memory_order_release);
+  published_fault_.store(fault_, std::memory_order_release);
+  published_unmet_.store(kBadConfig | kFaultLatched, std::memory_order_release);
+}
+
+// ---------------------------------------------------------------------------------------------------- the
+// tick
+
+Outputs Servo::tick(const Inputs& inputs) noexcept {
+  const std::uint32_t command = command_.load(std::memory_order_acquire);
+  const bool new_command = command >> kSerialShift != command_done_.load(std::memory_order_relaxed);
+
+  lost_ = first_tick_ || inputs.tick <= tick_ ? 0 : inputs.tick - tick_ - 1;
+  first_tick_ = false;
+  tick_ = inputs.tick;
+  dead_man_ = inputs.dead_man;
+  mode_time_s_ += period_s_;
+  for (ArmState& arm : arms_) arm.limiters = 0;
+
+  check_inputs(inputs);
+  home_arms(inputs);
+  const Conditions unmet = conditions(inputs);
+  if (new_command) obey(static_cast<Command>(command & 0xFFU), unmet);
+  if (mode_ == Mode::kArmed && !dead_man_) stop();
+  switch_scene();
+
+  if (mode_ == Mode::kArmed) render();
+  if (mode_ == Mode::kDamping) damp();  // also right after a trip in render()
+  Outputs outputs;
+  drive(outputs);
+  outputs.mode = mode_;
+
+  show(inputs);
+  if (new_command) command_done_.store(command >> kSerialShift, std::memory_order_release);
+  return outputs;
+}
+
+bool Servo::homed() const noexcept {
+  return arm_count_ != 0 && std::all_of(arms_.begin(), arms_.begin() + arm_count_,
+                                        [](const ArmState& arm) { return arm.homed; });
+}
+
+// The one way into a fault. The motors brake or go to zero in this very tick.
+void Servo::trip(Fault reason) noexcept {
+  const FaultRow* row = find_fault(reason);
+  faults_seen_.store(faults_seen_.load(std::memory_order_relaxed) | 1U << static_cast<unsigned>(reason),
+                     std::memory_order_release);
+  const bool zero = row == nullptr || row->reaction == Reaction::kZero;
+  if (fault_ == Fault::kNone) {
+    fault_ = reason;
+    fault_tick_.store(static_cast<std::uint32_t>(tick_), std::memory_order_release);
+    ++telemetry_.trips;
+    if (mode_ == Mode::kArmed) mode_time_s_ = 0;
+    mode_ = motors_on() && !zero ? Mode::kDamping : Mode::kFaulted;
+  } else if (zero) {
+    mode_ = Mode::kFaulted;  // what was braking can't be trusted any more
+  }
+}
+
+void Servo::stop() noexcept {
+  mode_ = Mode::kDamping;
+  mode_time_s_ = 0;
+}
+
+void Servo::check_inputs(const Inputs& inputs) noexcept {
+  if (arm_count_ == 0) return;
+  const auto lost = static_cast<std::uint32_t>(std::min<std::uint64_t>(lost_, UINT32_MAX));
+  telemetry_.lost_ticks += lost;
+  if (inputs.last_tick_us > period_s_ * 1e6F) ++telemetry_.overruns;
+  if (inputs.e_stop) trip(Fault::e_stop);
+  if (motors_on() && lost > params_.get_unsigned(Param::lost_ticks)) trip(Fault::tick_lost);
+
+  const std::uint32_t stops = stop_requests_.load(std::memory_order_acquire);
+  if (stops != stops_seen_) trip(Fault::host_stop);
+  stops_seen_ = stops;
+
+  const std::uint32_t alive = alive_.load(std::memory_order_acquire);
+  if (alive != alive_seen_) {
+    link_age_ticks_ = 0;
+    link_seen_ = true;
+  } else {
+    link_age_ticks_ += std::min(lost + 1U, UINT32_MAX - link_age_ticks_);
+  }
+  alive_seen_ = alive;
+  if (static_cast<float>(link_age_ticks_) * period_s_ > params_.get(Param::link_timeout)) link_seen_ = false;
+  if (mode_ == Mode::kArmed && !link_seen_ && params_.on(Param::host_supervision)) trip(Fault::host_lost);
+
+  const float ambient_C = params_.get(Param::ambient);
+  for (std::size_t i = 0; i < arm_count_; ++i) {
+    ArmState& arm = arms_[i];
+    if (inputs.arm[i].drive_fault) trip(Fault::drive_fault);
+    const kinematics::MotorModel& motor = arm.arm.model().motor;
+    const float limit_C = std::min(params_.get(Param::winding_limit), motor.max_winding_C);
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      arm.heat[j].add(motor, arm.current_A[static_cast<int>(j)], ambient_C,
+                      period_s_ * static_cast<float>(lost + 1U));
+      if (arm.heat[j].winding_C(ambient_C) > limit_C) trip(Fault::motor_hot);
+    }
+    read_arm(arm, inputs.arm[i], inputs.tick);
+  }
+}
+
+// Encoder counts to joints, tip and velocity. An encoder fault costs the home reference.
+void Servo::read_arm(ArmState& arm, const ArmInputs& input, std::uint64_t tick) noexcept {
+  arm.age_ticks = tick - input.sample_tick;  // huge for a sample from the future: stale as well
+  if (arm.age_ticks != 0) ++telemetry_.stale_samples;
+  const bool watched = arm.homed || mode_ == Mode::kHoming;
+  if (arm.age_ticks > params_.get_unsigned(Param::encoder_stale_ticks)) {
+    if (watched) trip(Fault::encoder_stale);
+    arm.homed = false;
+    arm.seen = false;
+    return;
+  }
+  if (arm.seen && input.sample_tick == arm.sample_tick) return;
+  arm.sample_tick = input.sample_tick;
+  Vec3 joint_speed;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const int axis = static_cast<int>(j);
+    kinematics::JointEncoder& encoder = arm.encoder[j];
+    if (!arm.seen) {
+      encoder.home(input.counts[j], arm.arm.home()[axis]);
+      arm.speed[j].reset(0);
+    } else if (encoder.update(input.counts[j]) != kinematics::EncoderStatus::kOk) {
+      if (watched) trip(Fault::encoder_jump);
+      arm.homed = false;
+      arm.seen = false;
+      return;
+    }
+    arm.joint_rad[axis] = encoder.angle_rad();
+    joint_speed[axis] = arm.speed[j].update(encoder.counts()) * encoder.rad_per_count();
+    const float peak_N_m =
+        std::abs(arm.arm.model().torque_per_ampere(axis)) * arm.arm.model().motor.peak_current_A;
+    if (mode_ == Mode::kArmed && arm.watch[j].frozen(encoder.counts(), arm.torque_N_m[axis],
+                                                     params_.get(Param::encoder_frozen) * peak_N_m,
+                                                     params_.get(Param::encoder_frozen_time), period_s_)) {
+      trip(Fault::encoder_frozen);
+      arm.homed = false;
+    }
+  }
+  arm.seen = true;
+  arm.posture = arm.arm.at(arm.joint_rad);
+  arm.tip_velocity_m_s = arm.posture.jacobian * joint_speed;
+  arm.in_workspace =
+      kinematics::workspace_limit(arm.arm.model(), arm.joint_rad) == kinematics::WorkspaceLimit::kNone;
+  if (arm.homed && !(finite(arm.posture.tip_m) && finite(arm.tip_velocity_m_s))) {
+    trip(Fault::tip_not_finite);
+    arm.homed = false;
+  }
+}
+
+void Servo::home_arms(const Inputs& inputs) noexcept {
+  if (mode_ != Mode::kHoming) return;
+  for (std::size_t i = 0; i < arm_count_; ++i) {
+    ArmState& arm = arms_[i];
+    const ArmInputs& input = inputs.arm[i];
+    if (arm.homed || arm.age_ticks != 0 || (arm.has_index && !input.index)) continue;
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      arm.encoder[j].home(input.counts[j], arm.arm.home()[static_cast<int>(j)]);
+      arm.speed[j].reset(0);
+    }
+    arm.joint_rad = arm.arm.home();
+    arm.posture = arm.arm.at(arm.joint_rad);
+    arm.tip_velocity_m_s.setZero();
+    arm.in_workspace = true;
+    arm.homed = true;
+  }
+  if (homed()) {
+    mode_ = Mode::kReady;
+  } else if (mode_time_s_ > params_.get(Param::homing_timeout)) {
+    trip(Fault::homing_timeout);
+  }
+}
+
+Conditions Servo::conditions(const Inputs& inputs) const noexcept {
+  if (arm_count_ == 0) return kBadConfig | kFaultLatched;
+  unsigned unmet = 0;
+  if (!homed()) unmet |= kNotHomed;
+  for (std::size_t i = 0; i < arm_count_; ++i) {
+    const ArmState& arm = arms_[i];
+    if (arm.age_ticks > params_.get_unsigned(Param::encoder_stale_ticks)) unmet |= kEncoderStale;
+    if (arm.homed && !arm.in_workspace) unmet |= kOutsideWorkspace;
+    if (inputs.arm[i].drive_fault) unmet |= kDriveFault;
+  }
+  if (fault_ != Fault::kNone) unmet |= kFaultLatched;
+  if (!inputs.dead_man) unmet |= kDeadManOpen;
+  if (sequence_ == 0) unmet |= kNoScene;
+  if (!link_seen_) unmet |= kLinkDown;
+  if (inputs.e_stop) unmet |= kEStopPressed;
+  if (mode_ == Mode::kHoming || mode_ == Mode::kDamping) unmet |= kWrongMode;
+  return static_cast<Conditions>(unmet);
+}
+
+void Servo::obey(Command command, Conditions unmet) noexcept {
+  switch (command) {
+    case Command::kHome:
+      if (mode_ != Mode::kDisarmed && mode_ != Mode::kReady) return;
+      for (ArmState& arm : arms_) arm.homed = false;
+      mode_ = Mode::kHoming;
+      mode_time_s_ = 0;
+      return;
+    case Command::kArm:
+      if (mode_ != Mode::kReady || unmet != 0) return;
+      mode_ = Mode::kArmed;
+      force_ramp_ = gravity_ramp_ = 0;
+      renderer_.reset();
+      for (ArmState& arm : arms_) {
+        arm.force_N.setZero();
+        for (EncoderWatch& watch : arm.watch) watch.reset();
+      }
+      return;
+    case Command::kDisarm:
+      if (mode_ == Mode::kArmed) stop();
+      if (mode_ == Mode::kHoming) mode_ = Mode::kDisarmed;
+      return;
+    case Command::kClear:
+      if (mode_ != Mode::kFaulted || (unmet & (kEStopPressed | kDriveFault | kBadConfig)) != 0) return;
+      fault_ = Fault::kNone;
+      faults_seen_.store(0, std::memory_order_release);
+      freeze_count_ = 0;
+      frozen_.store(false, std::memory_order_release);
+      mode_ = homed() ? Mode::kReady : Mode::kDisarmed;
+      return;
+    case Command::kNone:
+    case Command::kStop:  // comes through stop_requests_
+      return;
+  }
+}
+
+// Takes the scene that the background posted. While armed the old one fades out first and the new one in.
+void Servo::switch_scene() noexcept {
+  const std::uint32_t posted = scene_posted_.load(std::memory_order_acquire);
+  const bool waiting = posted != scene_taken_.load(std::memory_order_relaxed);
+  if (mode_ == Mode::kArmed) {
+    const float step = waiting ? -period_s_ / kRampDown_s : period_s_ / kRampUp_s;
+    force_ramp_ = std::clamp(force_ramp_ + step, 0.0F, 1.0F);
+    if (waiting && force_ramp_ > 0.0F) return;
+  }
+  if (!waiting) return;
+  renderer_.bind(posted_scene_);
+  sequence_ = posted_sequence_;
+  telemetry_.contact_ticks = 0;
+  telemetry_.peak_force_N = 0;
+  telemetry_.mean_force_N = 0;
+  scene_taken_.store(posted, std::memory_order_release);
+}
+
+void Servo::render() noexcept {
+  std::array<control::Tip, kMaxArms> tips;
+  for (std::size_t i = 0; i < arm_count_; ++i) tips[i] = {arms_[i].posture.tip_m, arms_[i].tip_velocity_m_s};
+  renderer_.tick(std::span(tips).first(arm_count_), period_s_, std::span(touches_).first(arm_count_));
+
+  gravity_ramp_ = std::min(gravity_ramp_ + period_s_ / kRampUp_s, 1.0F);
+  const float max_step_N = params_.get(Param::force_slew) * period_s_;
+  for (std::size_t i = 0; i < arm_count_; ++i) {
+    ArmState& arm = arms_[i];
+    if (!finite(touches_[i].force_N)) {
+      touches_[i] = {};
+      trip(Fault::force_not_finite);
+      return;
+    }
+    const float max_N = std::min(params_.get(Param::max_force), arm.arm.model().max_force_N);
+    const LimitedForce clamped = clamp_force(touches_[i].force_N * force_ramp_, max_N);
+    const LimitedForce slewed = slew_force(clamped.value, arm.force_N, max_step_N);
+    const LimitedForce last = clamp_force(slewed.value, max_N);  // acts only just after max_force was lowered
+    arm.force_N = last.value;
+    if (clamped.which || last.which) arm.limiters |= kLimitClamp;
+    if (slewed.which) arm.limiters |= kLimitSlew;
+  }
+}
+
+// Brakes the tip, from wherever the force was: a stop does not wait for the slew limit.
+void Servo::damp() noexcept {
+  if (mode_time_s_ >= params_.get(Param::stop_time)) {
+    mode_ = fault_ != Fault::kNone ? Mode::kFaulted : homed() ? Mode::kReady : Mode::kDisarmed;
+    return;
+  }
+  const float damping_N_s_m = params_.get(Param::stop_damping);
+  for (std::size_t i = 0; i < arm_count_; ++i) {
+    ArmState& arm = arms_[i];
+    const float max_N = std::min(params_.get(Param::max_force), arm.arm.model().max_force_N);
+    const LimitedForce clamped = clamp_force(-damping_N_s_m * arm.tip_velocity_m_s, max_N);
+    arm.force_N = clamped.value;
+    if (clamped.which) arm.limiters |= kLimitClamp;
+  }
+}
+
+// Forces to joint torques to currents; zero unless the motors are on.
+void Servo::drive(Outputs& outputs) noexcept {
+  const bool carry_weight = params_.on(Param::gravity_compensation);
+  const float ambient_C = params_.get(Param::ambient);
+  for (std::size_t i = 0; i < arm_count_ && motors_on(); ++i) {
+    ArmState& arm = arms_[i];
+    const kinematics::ArmModel& model = arm.arm.model();
+    arm.torque_N_m = arm.posture.jacobian.transpose() * arm.force_N;
+    if (carry_weight)
+      arm.torque_N_m += gravity_ramp_ * kinematics::gravity_torques(model.inertia, arm.posture);
+    if (!finite(arm.torque_N_m)) {
+      trip(Fault::torque_not_finite);
+      break;
+    }
+    const float limit_C = std::min(params_.get(Param::winding_limit), model.motor.max_winding_C);
+    Vec3 limit_A;
+    bool derated = false;
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      const float allowed = arm.heat[j].allowed(ambient_C, limit_C);
+      limit_A[static_cast<int>(j)] = allowed * model.motor.peak_current_A;
+      derated = derated || allowed < 1.0F;
+    }
+    const auto currents = kinematics::motor_currents(model, arm.torque_N_m, limit_A);
+    if (!finite(currents.value)) {
+      trip(Fault::torque_not_finite);
+      break;
+    }
+    arm.current_A = currents.value;
+    if (currents.which != kinematics::CurrentLimit::kNone) {
+      // All torques were scaled alike, so the force was too.
+      const int limiting = static_cast<int>(currents.which) - 1;
+      const float wanted_A = arm.torque_N_m[limiting] / model.torque_per_ampere(limiting);
+      const float scale = currents.value[limiting] / wanted_A;
+      arm.force_N *= scale;
+      arm.torque_N_m *= scale;
+      arm.limiters |=
+          derated && limit_A[limiting] < model.motor.peak_current_A ? kLimitThermal : kLimitCurrent;
+    }
+  }
+  for (std::size_t i = 0; i < arm_count_; ++i) {
+    ArmState& arm = arms_[i];
+    if (motors_on()) {
+      for (std::size_t j = 0; j < kJoints; ++j)
+        outputs.arm[i].current_A[j] = arm.current_A[static_cast<int>(j)];
+      outputs.arm[i].enable = true;
+    } else {
+      arm.force_N.setZero();
+      arm.torque_N_m.setZero();
+      arm.current_A.setZero();
+    }
+  }
+}
+
+// ----------------------------------------------------------------------------------------------------
+// telemetry
+
+void Servo::show(const Inputs& inputs) noexcept {
+  const float ambient_C = params_.get(Param::ambient);
+  const Conditions unmet = conditions(inputs);
+  Telemetry& t = telemetry_;
+  t.tick = inputs.tick;
+  t.time_us = inputs.time_us;
+  t.tick_us = inputs.last_tick_us;
+  t.worst_tick_us = std::max(t.worst_tick_us, inputs.last_tick_us);
+  t.mode = mode_;
+  t.fault = fault_;
+  t.ramp = mode_ == Mode::kArmed ? force_ramp_ : 0.0F;
+  t.unmet = unmet;
+  t.arm_count = arm_count_;
+  t.scene_sequence = sequence_;
+  t.sweep_bound = renderer_.counters().sweep_bound;
+  t.slide_bound = renderer_.counters().slide_bound;
+  bool contact = false;
+  float most_N = 0;
+  for (std::size_t i = 0; i < arm_count_; ++i) {
+    const ArmState& arm = arms_[i];
+    ArmTelemetry& a = t.arm[i];
+    const bool touching = mode_ == Mode::kArmed;
+    a.tip_m = arm.posture.tip_m;
+    a.tip_velocity_m_s = arm.tip_velocity_m_s;
+    a.god_object_m = touching ? touches_[i].god_object_m : a.tip_m;
+    a.rendered_N = touching ? touches_[i].force_N : Vec3::Zero();
+    a.contacts = touching ? touches_[i].contacts : std::uint8_t{0};
+    a.force_N = arm.force_N;
+    a.joint_rad = arm.joint_rad;
+    a.current_A = arm.current_A;
+    a.counts = inputs.arm[i].counts;
+    a.winding_C = 0;
+    for (std::size_t j = 0; j < kJoints; ++j)
+      a.winding_C = std::max(a.winding_C, arm.heat[j].winding_C(ambient_C));
+    a.limiters = arm.limiters;
+    contact = contact || a.contacts != 0;
+    const float force_N = std::sqrt(a.force_N.squaredNorm());
+    if (touching) t.peak_force_N = std::max(t.peak_force_N, force_N);
+    if (a.contacts != 0) most_N = std::max(most_N, force_N);
+    record_limiters_[i] |= arm.limiters;
+  }
+  if (contact) t.mean_force_N += (most_N - t.mean_force_N) / static_cast<float>(++t.contact_ticks);
+  record_tick_us_ = std::max(record_tick_us_, inputs.last_tick_us);
+
+  if (!frozen_.load(std::memory_order_relaxed)) {
+    freeze_[freeze_count_++ % kFreezeTicks] = t;
+    if (freeze_count_ == 2 * kFreezeTicks) freeze_count_ = kFreezeTicks;
+    if (fault_ != Fault::kNone) frozen_.store(true, std::memory_order_release);
+  }
+
+  if (++since_record_ >= params_.get_unsigned(Param::telemetry_decimation)) {
+    since_record_ = 0;
+    const std::uint32_t head = record_head_.load(std::memory_order_relaxed);
+    if (head - record_tail_.load(std::memory_order_acquire) < kRecords) {
+      Telemetry& record = records_[head % kRecords];
+      record = t;
+      record.tick_us = record_tick_us_;
+      for (std::size_t i = 0; i < arm_count_; ++i) record.arm[i].limiters = record_limiters_[i];
+      record_head_.store(head + 1, std::memory_order_release);
+      record_limiters_ = {};
+      record_tick_us_ = 0;
+    } else {
+      ++t.records_dropped;
+    }
+  }
+
+  published_fault_.store(fault_, std::memory_order_release);
+  published_unmet_.store(unmet, std::memory_order_release);
+  published_mode_.store(mode_, std::memory_order_release);
+}
+
+// ----------------------------------------------------------------------------------------------------
+// background
+
+Conditions Servo::request(Command command) noexcept {
+  const Mode now = mode();
+  const Conditions against = unmet();
+  unsigned refused = 0;
+  switch (command) {
+    case Command::kNone:
+      return 0;
+    case Command::kStop:
+      stop_requests_.store(stop_requests_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+      return 0;
+    case Command::kDisarm:
+      break;
+    case Command::kArm:
+      if (now == Mode::kArmed) return 0;
+      refused = against;
+      break;
+    case Command::kHome:
+      refused = against & (kFaultLatched | kEncoderStale | kBadConfig);
+      if (now != Mode::kDisarmed && now != Mode::kReady && now != Mode::kFaulted) refused |= kWrongMode;
+      break;
+    case Command::kClear:
+      if (fault() == Fault::kNone) return 0;
+      refused = against & (kEStopPressed | kDriveFault | kBadConfig);
+      if (now != Mode::kFaulted) refused |= kWrongMode;
+      break;
+  }
+  if (refused != 0) return static_cast<Conditions>(refused);
+  const std::uint32_t serial = (command_.load(std::memory_order_relaxed) >> kSerialShift) + 1U;
+  command_.store(serial << kSerialShift | static_cast<std::uint32_t>(command), std::memory_order_release);
+  return 0;
+}
+
+bool Servo::command_pending() const noexcept {
+  return command_.load(std::memory_order_relaxed) >> kSerialShift !=
+         command_done_.load(std::memory_order_acquire);
+}
+
+void Servo::keep_alive() noexcept {
+  alive_.store(alive_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+}
+
+bool Servo::post_scene(const control::SceneView& view, std::uint32_t sequence) noexcept {
+  if (scene_pending()) return false;
+  posted_scene_ = view;
+  posted_sequence_ = sequence;
+  scene_posted_.store(scene_posted_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  return true;
+}
+
+bool Servo::scene_pending() const noexcept {
+  return scene_posted_.load(std::memory_order_relaxed) != scene_taken_.load(std::memory_order_acquire);
+}
+
+bool Servo::next_record(Telemetry& record) noexcept {
+  const std::uint32_t tail = record_tail_.load(std::memory_order_relaxed);
+  if (tail == record_head_.load(std::memory_order_acquire)) return false;
+  record = records_[tail % kRecords];
+  record_tail_.store(tail + 1, std::memory_order_release);
+  return true;
+}
+
+std::size_t Servo::freeze_count() const noexcept {
+  // A pending clear would let the tick write again while this reads.
+  if (command_pending() || !frozen_.load(std::memory_order_acquire)) return 0;
+  return std::min<std::size_t>(freeze_count_, kFreezeTicks);
+}
+
+bool Servo::freeze_tick(std::size_t index, Telemetry& tick) const noexcept {
+  const std::size_t count = freeze_count();
+  if (index >= count) return false;
+  tick = freeze_[(freeze_count_ - count + index) % kFreezeTicks];
+  return true;
+}
+
+}  // namespace thimble::firmware

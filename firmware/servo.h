@@ -1,0 +1,249 @@
+// The servo: what happens in one tick, from encoder counts to motor currents, with the modes, faults and
+// limits. Owned by Controller, which is what boards call; controller.h states the two contexts.
+//
+// encoders -> kinematics -> control::Renderer -> ramp, clamp, slew -> Jacobian transpose + gravity ->
+// currents, thermal
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "control/renderer.h"
+#include "control/scene/limits.h"
+#include "firmware/encoder_watch.h"
+#include "firmware/faults.h"
+#include "firmware/params.h"
+#include "firmware/telemetry.h"
+#include "firmware/thermal.h"
+#include "kinematics/arm.h"
+#include "kinematics/encoder.h"
+#include "kinematics/vector.h"
+#include "kinematics/velocity.h"
+
+namespace thimble::firmware {
+
+using control::kMaxArms;
+inline constexpr std::size_t kJoints = 3;
+inline constexpr std::size_t kFreezeTicks = 64;
+
+struct ArmConfig {
+  const char* model = "premium-1.5";  // an arm model of kinematics/, by name
+  kinematics::BasePose base;          // default: the world's origin is at the tip's home position
+  // True: homing ends at the tick in which ArmInputs::index is set. False: the user holds the arm in its home
+  // pose and homing takes the next sample.
+  bool has_index = false;
+};
+
+struct Config {
+  float period_s = 1.0F / 4000.0F;  // 40 us to 20 ms
+  std::uint8_t arm_count = 1;       // 1 to kMaxArms
+  std::array<ArmConfig, kMaxArms> arm;
+  std::uint8_t node_id = 1;            // on the link, 1 to 127
+  const char* serial_number = "none";  // text for the host
+};
+
+struct ArmInputs {
+  std::array<std::uint32_t, kJoints>
+      counts{};                   // counter registers as they are (16 or 32 bits wide, as the model says)
+  std::uint64_t sample_tick = 0;  // Inputs::tick in which they were latched
+  bool index = false;             // the arm stands at its index
+  bool drive_fault = false;
+};
+
+struct Inputs {
+  // Periods since the loop started, lost ones included: it rises by 1 a tick, by more after an overrun.
+  std::uint64_t tick = 0;
+  std::uint64_t time_us = 0;  // the board's monotonic clock at the start of this tick
+  float last_tick_us = 0;     // how long the tick before took, for telemetry
+  bool e_stop = false;        // true: pressed, or its wire open
+  bool dead_man = false;      // true: held (a board without one says true)
+  std::array<ArmInputs, kMaxArms> arm;
+};
+
+struct ArmOutputs {
+  std::array<float, kJoints> current_A{};
+  bool enable = false;  // of the motor drives
+};
+
+struct Outputs {
+  Mode mode = Mode::kDisarmed;
+  std::array<ArmOutputs, kMaxArms> arm;
+};
+
+enum class Command : std::uint8_t {
+  kNone = 0,
+  kHome = 1,
+  kArm = 2,
+  kDisarm = 3,  // always accepted
+  kClear = 4,   // clears a latched fault whose cause is gone
+  kStop = 5,    // trips host_stop; always accepted
+};
+
+// What stands against a command, as bits. The numbers travel over the link: append only.
+using Conditions = std::uint16_t;
+enum Condition : Conditions {
+  kNotHomed = 1U << 0U,
+  kEncoderStale = 1U << 1U,
+  kOutsideWorkspace = 1U << 2U,
+  kFaultLatched = 1U << 3U,
+  kDeadManOpen = 1U << 4U,
+  kNoScene = 1U << 5U,
+  kLinkDown = 1U << 6U,
+  kEStopPressed = 1U << 7U,
+  kDriveFault = 1U << 8U,
+  kWrongMode = 1U << 9U,  // armed, homing or damping, and the command needs rest
+  kBadConfig = 1U << 10U,
+};
+struct ConditionRow {
+  Condition bit;
+  const char* name;
+  const char* remedy;
+};
+inline constexpr std::array<ConditionRow, 11> kConditionTable = {{
+    {kNotHomed, "not_homed", "home the arm"},
+    {kEncoderStale, "encoder_stale", "check the encoder cable and that the loop runs"},
+    {kOutsideWorkspace, "outside_workspace", "move the tip back, or home again"},
+    {kFaultLatched, "fault_latched", "read the fault, remove its cause and clear it"},
+    {kDeadManOpen, "dead_man_released", "hold the dead-man switch"},
+    {kNoScene, "no_scene", "upload a scene"},
+    {kLinkDown, "link_down", "send tester-present first and keep sending it"},
+    {kEStopPressed, "e_stop_pressed", "release the e-stop"},
+    {kDriveFault, "drive_fault", "check motor wiring and supply"},
+    {kWrongMode, "wrong_mode", "wait until homing or damping has ended, or disarm"},
+    {kBadConfig, "bad_config", "correct the board's configuration and restart"},
+}};
+
+class Servo {
+ public:
+  Servo(const Config& config, const Params& params) noexcept;
+  Servo(const Servo&) = delete;
+  Servo& operator=(const Servo&) = delete;
+
+  static constexpr std::uint32_t kRecords = 8;  // telemetry records that wait for the background
+
+  // --- servo context. Work: O(one renderer tick), no heap, lock, exception, I/O.
+  [[nodiscard]] Outputs tick(const Inputs& inputs) noexcept;
+  [[nodiscard]] const Telemetry& telemetry() const noexcept { return telemetry_; }
+
+  // --- background context
+  // Posts a command for the next tick, or returns what stands against it (0: posted). A later command
+  // replaces one that no tick has taken yet.
+  [[nodiscard]] Conditions request(Command command) noexcept;
+  [[nodiscard]] bool command_pending() const noexcept;
+  void keep_alive() noexcept;
+  [[nodiscard]] Mode mode() const noexcept { return published_mode_.load(std::memory_order_acquire); }
+  [[nodiscard]] Fault fault() const noexcept { return published_fault_.load(std::memory_order_acquire); }
+  [[nodiscard]] Conditions unmet() const noexcept { return published_unmet_.load(std::memory_order_acquire); }
+  // Bit n: fault n occurred since the last clear. Low 32 bits of the tick in which the first one latched.
+  [[nodiscard]] std::uint32_t faults_seen() const noexcept {
+    return faults_seen_.load(std::memory_order_acquire);
+  }
+  [[nodiscard]] std::uint32_t fault_tick() const noexcept {
+    return fault_tick_.load(std::memory_order_acquire);
+  }
+  // The next scene (its bytes must stay until a later scene is the running one). False: the last one is still
+  // waiting.
+  [[nodiscard]] bool post_scene(const control::SceneView& view, std::uint32_t sequence) noexcept;
+  [[nodiscard]] bool scene_pending() const noexcept;  // the tick has not taken the last one yet
+  [[nodiscard]] bool next_record(Telemetry& record) noexcept;
+  // The ticks up to the trip, 0 the oldest, until the fault is cleared. False: there is no such tick.
+  [[nodiscard]] bool freeze_tick(std::size_t index, Telemetry& tick) const noexcept;
+  [[nodiscard]] std::size_t freeze_count() const noexcept;  // 0 without a fault
+
+ private:
+  struct ArmState {
+    ArmState(const ArmConfig& config, float period_s) noexcept;
+
+    kinematics::Arm<float> arm;
+    kinematics::Posture<float> posture;
+    std::array<kinematics::JointEncoder, kJoints> encoder;
+    std::array<kinematics::VelocityEstimator, kJoints> speed;
+    std::array<EncoderWatch, kJoints> watch;
+    std::array<MotorHeat, kJoints> heat;
+    bool has_index;
+    bool seen = false;  // a first sample has come
+    bool homed = false;
+    bool in_workspace = false;
+    std::uint64_t sample_tick = 0;
+    std::uint64_t age_ticks = 0;  // of the newest sample
+    Vec3 joint_rad = Vec3::Zero();
+    Vec3 tip_velocity_m_s = Vec3::Zero();
+    Vec3 force_N = Vec3::Zero();  // of the tick before, after clamp and slew
+    Vec3 torque_N_m = Vec3::Zero();
+    Vec3 current_A = Vec3::Zero();
+    std::uint8_t limiters = 0;
+  };
+
+  [[nodiscard]] bool motors_on() const noexcept { return mode_ == Mode::kArmed || mode_ == Mode::kDamping; }
+  [[nodiscard]] bool homed() const noexcept;
+  void trip(Fault reason) noexcept;
+  void stop() noexcept;  // Armed -> Damping -> Ready
+  void check_inputs(const Inputs& inputs) noexcept;
+  void read_arm(ArmState& arm, const ArmInputs& input, std::uint64_t tick) noexcept;
+  void home_arms(const Inputs& inputs) noexcept;
+  [[nodiscard]] Conditions conditions(const Inputs& inputs) const noexcept;
+  void obey(Command command, Conditions unmet) noexcept;
+  void switch_scene() noexcept;
+  void render() noexcept;
+  void damp() noexcept;
+  void drive(Outputs& outputs) noexcept;
+  void show(const Inputs& inputs) noexcept;
+
+  const Params& params_;
+  float period_s_;
+  std::uint8_t arm_count_;
+  std::array<ArmState, kMaxArms> arms_;
+  control::Renderer renderer_;
+  std::array<control::Touch, kMaxArms> touches_{};
+
+  Mode mode_ = Mode::kDisarmed;
+  Fault fault_ = Fault::kNone;
+  bool first_tick_ = true;
+  bool dead_man_ = false;
+  std::uint64_t tick_ = 0;
+  std::uint64_t lost_ = 0;  // periods between the last tick and this one
+  float force_ramp_ = 0;    // of the rendered force
+  float gravity_ramp_ = 0;  // of the weight that the motors carry
+  float mode_time_s_ = 0;   // in kHoming and kDamping
+  std::uint32_t link_age_ticks_ = 0;
+  bool link_seen_ = false;
+  std::uint32_t sequence_ = 0;  // of the scene; 0: none
+  Telemetry telemetry_;
+
+  // Records on their way to the background: written by the tick at head, read by the background at tail.
+  std::array<Telemetry, kRecords> records_;
+  std::atomic<std::uint32_t> record_head_{0};
+  std::atomic<std::uint32_t> record_tail_{0};
+  std::uint32_t since_record_ = 0;
+  std::array<std::uint8_t, kMaxArms> record_limiters_{};
+  float record_tick_us_ = 0;
+
+  // The last ticks; the tick writes while frozen_ is false, the background reads while it is true.
+  std::array<Telemetry, kFreezeTicks> freeze_;
+  std::uint32_t freeze_count_ = 0;
+  std::atomic<bool> frozen_{false};
+
+  // Background to tick: serial << 8 | command. The tick answers with the serial when it is done with it.
+  std::atomic<std::uint32_t> command_{0};
+  std::atomic<std::uint32_t> command_done_{0};
+  std::atomic<std::uint32_t> stop_requests_{0};  // apart from command_: nothing may replace a stop
+  std::uint32_t stops_seen_ = 0;
+  std::atomic<std::uint32_t> alive_{0};  // counts keep_alive()
+  std::uint32_t alive_seen_ = 0;
+  control::SceneView posted_scene_;
+  std::uint32_t posted_sequence_ = 0;
+  std::atomic<std::uint32_t> scene_posted_{0};
+  std::atomic<std::uint32_t> scene_taken_{0};
+
+  // Tick to background.
+  std::atomic<Mode> published_mode_{Mode::kDisarmed};
+  std::atomic<Fault> published_fault_{Fault::kNone};
+  std::atomic<Conditions> published_unmet_;
+  std::atomic<std::uint32_t> faults_seen_{0};
+  std::atomic<std::uint32_t> fault_tick_{0};
+};
+
+}  // namespace thimble::firmware

@@ -1,0 +1,73 @@
+// What the controller shows of a tick: the struct that the link encodes into frames, the simulator logs and
+// the freeze-frame keeps. Filled at the end of every tick.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "control/scene/limits.h"
+#include "firmware/faults.h"
+#include "kinematics/vector.h"
+
+namespace thimble::firmware {
+
+// The numbers travel over the link: append only.
+enum class Mode : std::uint8_t {
+  kDisarmed = 0,  // motors off, where the arm stands is not known
+  kHoming = 1,    // motors off, waiting for every arm's index (or, without one, for one fresh sample)
+  kReady = 2,     // motors off, the fingertip is known
+  kArmed = 3,     // forces are rendered
+  kDamping = 4,   // on the way to kReady (disarm) or kFaulted (trip): the tip is braked for stop_time
+  kFaulted = 5,   // motors off until the fault is cleared
+};
+[[nodiscard]] const char* name(Mode mode) noexcept;  // "armed"
+
+// Which limiters changed the force or the currents of an arm in this tick (bits; 0: none). Append only.
+enum Limiter : std::uint8_t {
+  kLimitClamp = 1U << 0U,    // |force| at max_force or at the arm's peak
+  kLimitSlew = 1U << 1U,     // force_slew
+  kLimitCurrent = 1U << 2U,  // a motor's peak current: all currents of the arm scaled together
+  kLimitThermal = 1U << 3U,  // derating
+};
+
+struct ArmTelemetry {
+  Vec3 tip_m = Vec3::Zero();  // world frame, like every vector here
+  Vec3 tip_velocity_m_s = Vec3::Zero();
+  Vec3 god_object_m = Vec3::Zero();
+  Vec3 force_N = Vec3::Zero();     // what the arm is asked for, after all limits; on the hand
+  Vec3 rendered_N = Vec3::Zero();  // what the renderer asked for, before ramp and limits
+  Vec3 joint_rad = Vec3::Zero();
+  Vec3 current_A = Vec3::Zero();
+  std::array<std::uint32_t, 3> counts{};  // as the board gave them
+  float winding_C = 0;                    // the hottest winding of the arm, by the model
+  std::uint8_t contacts = 0;
+  std::uint8_t limiters = 0;  // Limiter bits
+};
+
+struct Telemetry {
+  std::uint64_t tick = 0;     // Inputs::tick
+  std::uint64_t time_us = 0;  // Inputs::time_us
+  float tick_us = 0;          // Inputs::last_tick_us: of the tick before
+  Mode mode = Mode::kDisarmed;
+  Fault fault = Fault::kNone;  // the first reason, until cleared
+  float ramp = 0;           // 0 to 1: the part of the rendered force that arming and scene swaps let through
+  std::uint16_t unmet = 0;  // Condition bits (servo.h) that stand against arming now
+  std::uint8_t arm_count = 0;
+  std::uint32_t scene_sequence = 0;  // of the scene that is rendered; 0: none
+  // Counters since power-on.
+  std::uint32_t lost_ticks = 0;  // periods without a tick
+  std::uint32_t overruns = 0;    // ticks that took longer than a period
+  std::uint32_t stale_samples = 0;
+  std::uint32_t trips = 0;
+  std::uint32_t records_dropped = 0;  // telemetry that the background did not fetch in time
+  float worst_tick_us = 0;
+  // Since the scene was switched on.
+  std::uint32_t contact_ticks = 0;
+  float peak_force_N = 0;
+  float mean_force_N = 0;         // over the contact ticks, of the arm that feels most
+  std::uint32_t sweep_bound = 0;  // control::RenderCounters
+  std::uint32_t slide_bound = 0;
+  std::array<ArmTelemetry, control::kMaxArms> arm;
+};
+
+}  // namespace thimble::firmware

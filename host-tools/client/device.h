@@ -1,0 +1,123 @@
+// A device on the link, as a program on the PC uses it: everything the services offer, with deadlines and
+// retries.
+//
+//   Device device(open_transport("tcp:127.0.0.1:29536"));
+//   device.upload(image, {}, [](auto p) { ... });
+//   device.home(); device.arm();
+//
+// Who uses it: the command `thimble`, tests, host programs. One thread. Every failure is an Error with its
+// exit code: kLinkLost when no answer came in time, kRefused when the device said no (with its reason),
+// kVersion, kVerification, kFaulted.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "firmware/link/iso_tp.h"
+#include "firmware/link/messages.h"
+#include "firmware/link/services.h"
+#include "firmware/params.h"
+#include "host-tools/client/transport.h"
+
+namespace thimble::host {
+
+struct DeviceOptions {
+  std::uint8_t node = 1;
+  link::Micros answer_us = 400'000;  // one try waits this long for an answer
+  unsigned tries = 5;
+};
+
+struct ParamValue {
+  const firmware::ParamRow* row = nullptr;
+  double value = 0;
+};
+
+struct UploadProgress {
+  std::uint32_t sent = 0;  // bytes the device holds now
+  std::uint32_t total = 0;
+  std::uint32_t resumed_from = 0;
+  double bytes_per_s = 0;
+};
+
+struct UploadResult {
+  std::uint32_t bytes = 0;
+  std::uint32_t crc = 0;
+  std::uint32_t resumed_from = 0;
+  std::uint32_t retried_blocks = 0;
+  double seconds = 0;
+  double bytes_per_s = 0;  // of what was sent
+};
+
+struct UploadOptions {
+  std::optional<std::uint32_t> crc;  // announced for the image; default: computed from it
+  bool verify = true;                // ask the device afterwards which image it runs
+};
+
+class Device {
+ public:
+  // Asks for LinkInfo: Error kVersion when the device speaks another version.
+  explicit Device(std::unique_ptr<Transport> transport, const DeviceOptions& options = {});
+
+  [[nodiscard]] const link::LinkInfo& info() const { return info_; }
+  [[nodiscard]] link::DeviceState state();
+  [[nodiscard]] std::string text(std::uint16_t did);
+
+  [[nodiscard]] double read_param(const firmware::ParamRow& row);
+  void write_param(const firmware::ParamRow& row, double value);
+
+  [[nodiscard]] std::vector<std::uint8_t> faults();  // numbers, since the last clear
+  [[nodiscard]] std::vector<link::FreezeFrame> freeze_frames(std::uint8_t fault);
+  void clear_faults();
+
+  // Each waits until the mode shows it, at most `wait_us`.
+  void home(link::Micros wait_us = 30'000'000);
+  void arm(link::Micros wait_us = 2'000'000);
+  void disarm(link::Micros wait_us = 5'000'000);
+
+  UploadResult upload(std::span<const std::byte> image, const UploadOptions& options,
+                      const std::function<void(const UploadProgress&)>& progress);
+
+  // A tester-present that asks for no answer: it feeds host supervision.
+  void keep_alive();
+  // The next real-time frame of the device; nothing once the deadline has passed.
+  [[nodiscard]] std::optional<link::CanFrame> telemetry(link::Micros deadline_us);
+
+ private:
+  using Bytes = std::vector<std::uint8_t>;
+  struct Answer {
+    link::Nrc code = link::Nrc::kOk;
+    Bytes bytes;  // of a positive answer, whole
+  };
+
+  // nothing: no answer in `tries` of `answer_us` each. Answers that belong to another request are passed
+  // over.
+  [[nodiscard]] std::optional<Answer> try_request(const Bytes& request, unsigned tries,
+                                                  link::Micros answer_us);
+  [[nodiscard]] Answer request(const Bytes& request);           // Error kLinkLost without an answer
+  Bytes demand(const Bytes& request, const std::string& what);  // and Error kRefused for a negative one
+  [[noreturn]] void refused(const std::string& what, link::Nrc code);
+  void pump(link::Micros deadline_us);
+  void enter(link::Session session);
+  void wait_for_mode(std::uint8_t wanted, link::Micros wait_us, const std::string& what);
+
+  std::unique_ptr<Transport> transport_;
+  DeviceOptions options_;
+  link::IsoTpChannel channel_;
+  link::LinkInfo info_;
+};
+
+// CRC-32 of IEEE 802.3, as zlib's crc32: what is announced for an image.
+[[nodiscard]] std::uint32_t crc32(std::span<const std::byte> bytes);
+
+// Modes as they travel (Status, DeviceState).
+[[nodiscard]] std::string mode_name(std::uint8_t mode);
+inline constexpr std::uint8_t kModeDisarmed = 0, kModeHoming = 1, kModeReady = 2, kModeArmed = 3,
+                              kModeDamping = 4, kModeFaulted = 5;
+
+}  // namespace thimble::host

@@ -1,0 +1,33 @@
+// Frames to and from a device, over whatever carries them. Used by Device; one thread.
+//
+//   slcan:/dev/ttyACM0        SLCAN on a serial port or pty
+//   tcp:127.0.0.1:29536       SLCAN on TCP
+//
+// Every wait has a deadline. Failures are Error: kUsage (not such a URI), kNotFound (nothing there),
+// kPermission, kRefused (in use), kLinkLost (gone in between).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "firmware/link/can_frame.h"
+
+namespace thimble::host {
+
+namespace link = firmware::link;
+
+// Microseconds of the monotonic clock that every deadline here refers to.
+[[nodiscard]] link::Micros now_us();
+
+class Transport {
+ public:
+  virtual ~Transport() = default;
+  virtual void send(const link::CanFrame& frame) = 0;
+  // The next frame, or nothing once `deadline_us` has passed.
+  [[nodiscard]] virtual std::optional<link::CanFrame> receive(link::Micros deadline_us) = 0;
+};
+
+[[nodiscard]] std::unique_ptr<Transport> open_transport(const std::string& uri);
+
+}  // namespace thimble::host

@@ -1,0 +1,158 @@
+#include "host-tools/compiler/compile.h"
+
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "control/scene/limits.h"
+#include "host-tools/compiler/mesh_file.h"
+#include "host-tools/compiler/scene_file.h"
+#include "host-tools/error.h"
+
+namespace thimble::host {
+namespace {
+
+scene::Vec3 to_scene(const Eigen::Vector3d& v) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+
+class ImageWriter {
+ public:
+  ImageWriter(std::filesystem::path folder, SceneReport& report)
+      : folder_(std::move(folder)), report_(report) {}
+
+  std::vector<std::byte> write(const SceneFile& file, const std::string& name) {
+    std::vector<flatbuffers::Offset<scene::Object>> objects;
+    for (const SceneObject& object : file.objects) {
+      objects.push_back(write_object(object));
+    }
+    const auto scene_name = builder_.CreateString(file.name);
+    builder_.Finish(scene::CreateScene(builder_, scene_name, builder_.CreateVector(objects)),
+                    scene::SceneIdentifier());
+    if (builder_.GetSize() > control::kMaxImageBytes) {
+      throw Error(ExitCode::kBadInput, "image-too-large",
+                  name + ": the scene image has " + std::to_string(builder_.GetSize()) + " bytes, at most " +
+                      std::to_string(control::kMaxImageBytes) + " are allowed",
+                  "simplify the meshes");
+    }
+    std::vector<std::byte> image(builder_.GetSize());
+    std::memcpy(image.data(), builder_.GetBufferPointer(), image.size());
+    return image;
+  }
+
+ private:
+  using AnyShape = std::pair<scene::Shape, flatbuffers::Offset<void>>;
+
+  flatbuffers::Offset<scene::Object> write_object(const SceneObject& object) {
+    report_.objects.push_back({object.name, object.shape_word, {}});
+    const AnyShape shape = std::visit([&](const auto& each) { return write_shape(each); }, object.shape);
+    const auto name = builder_.CreateString(object.name);
+    const auto cast = [](double value) { return static_cast<float>(value); };
+    const Eigen::Quaterniond& q = object.rotation;
+    const scene::Pose pose(to_scene(object.position_m),
+                           scene::Quat(cast(q.w()), cast(q.x()), cast(q.y()), cast(q.z())));
+    const SceneMaterial& m = object.material;
+    const scene::Material material(cast(m.stiffness_N_m), cast(m.damping_N_s_m), cast(m.static_friction),
+                                   cast(m.dynamic_friction), m.friction_mode);
+    return scene::CreateObject(builder_, name, shape.first, shape.second, &pose, &material);
+  }
+
+  AnyShape write_shape(const PlaneShape& plane) {
+    const scene::Plane image(to_scene(plane.normal), static_cast<float>(plane.offset_m));
+    return {scene::Shape::Plane, builder_.CreateStruct(image).Union()};
+  }
+  AnyShape write_shape(const SphereShape& sphere) {
+    const scene::Sphere image(static_cast<float>(sphere.radius_m));
+    return {scene::Shape::Sphere, builder_.CreateStruct(image).Union()};
+  }
+  AnyShape write_shape(const BoxShape& box) {
+    const scene::Box image(to_scene(box.size_m / 2.0));
+    return {scene::Shape::Box, builder_.CreateStruct(image).Union()};
+  }
+  AnyShape write_shape(const CylinderShape& cylinder) {
+    const scene::Cylinder image(static_cast<float>(cylinder.radius_m),
+                                static_cast<float>(cylinder.height_m / 2.0));
+    return {scene::Shape::Cylinder, builder_.CreateStruct(image).Union()};
+  }
+  AnyShape write_shape(const CapsuleShape& capsule) {
+    const scene::Capsule image(static_cast<float>(capsule.radius_m),
+                               static_cast<float>(capsule.height_m / 2.0));
+    return {scene::Shape::Capsule, builder_.CreateStruct(image).Union()};
+  }
+
+  AnyShape write_shape(const MeshShape& shape) {
+    const std::string name = shape.place + ": " + shape.file;
+    const CompiledMesh mesh =
+        compile_mesh(read_mesh_file(folder_ / shape.file, shape.scale_m, name), shape.options, name);
+    triangles_ += mesh.triangles.size();
+    if (triangles_ > control::kMaxTriangles) {
+      throw Error(ExitCode::kBadInput, "too-many-triangles",
+                  name + ": with this mesh the scene has " + std::to_string(triangles_) +
+                      " triangles, at most " + std::to_string(control::kMaxTriangles) + " are allowed",
+                  "simplify the meshes");
+    }
+    warn(mesh.report, shape);
+    report_.objects.back().mesh = mesh.report;
+
+    const auto vertices = builder_.CreateVectorOfStructs(mesh.vertices);
+    const auto triangles = builder_.CreateVectorOfStructs(mesh.triangles);
+    const auto flags = builder_.CreateVector(mesh.flags);
+    const auto corners = mesh.corner_normals.empty() ? 0 : builder_.CreateVector(mesh.corner_normals);
+    const auto nodes = builder_.CreateVectorOfStructs(mesh.nodes);
+    return {scene::Shape::Mesh, scene::CreateMesh(builder_, vertices, triangles, flags, corners, nodes,
+                                                  &mesh.grid_origin_m, mesh.grid_step_m, mesh.depth)
+                                    .Union()};
+  }
+
+  void warn(const MeshReport& mesh, const MeshShape& shape) {
+    const auto add = [&](std::size_t count, const char* one, const char* many) {
+      if (count > 0) {
+        report_.warnings.push_back(report_.objects.back().name + " (" + shape.file +
+                                   "): " + (count == 1 ? one : std::to_string(count) + many));
+      }
+    };
+    add(mesh.degenerate_dropped, "a triangle without area was dropped",
+        " triangles without area were dropped");
+    add(mesh.open_edges, "an open edge: what hangs together with it is solid from either side",
+        " open edges: what hangs together with them is solid from either side");
+    add(mesh.non_manifold_edges, "an edge has more than two faces", " edges have more than two faces");
+    add(mesh.flipped_components, "a closed part was wound inside out and has been turned",
+        " closed parts were wound inside out and have been turned");
+    add(mesh.pierced_triangles, "a triangle crosses another one", " triangles cross others");
+  }
+
+  flatbuffers::FlatBufferBuilder builder_;
+  std::filesystem::path folder_;
+  SceneReport& report_;
+  std::size_t triangles_ = 0;
+};
+
+}  // namespace
+
+CompiledScene compile_scene_text(const std::string& text, const std::string& name,
+                                 const std::filesystem::path& folder) {
+  const SceneFile file = read_scene_file(text, name);
+  CompiledScene compiled;
+  compiled.report.name = file.name;
+  compiled.image = ImageWriter(folder, compiled.report).write(file, name);
+  compiled.report.bytes = compiled.image.size();
+  if (file.objects.empty()) {
+    compiled.report.warnings.emplace_back("the scene has no object: there is nothing to touch");
+  }
+  return compiled;
+}
+
+CompiledScene compile_scene(const std::filesystem::path& scene_file) {
+  std::error_code code;
+  std::ifstream stream(scene_file, std::ios::binary);
+  if (!std::filesystem::is_regular_file(scene_file, code) || !stream) {
+    throw Error(ExitCode::kBadInput, "missing-scene",
+                scene_file.string() + ": the scene file cannot be opened",
+                "give the path of a scene file, such as scenes/asteroid/asteroid.scene.json");
+  }
+  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  return compile_scene_text(text, scene_file.string(), scene_file.parent_path());
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,307 @@
+#include "host-tools/compiler/mesh_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <limits>
+#include <numeric>
+#include <unordered_map>
+
+#include "control/scene/limits.h"
+#include "host-tools/error.h"
+
+namespace thimble::host {
+namespace {
+
+using Eigen::Vector3d;
+
+// Lengths relative to the diagonal of the mesh's box, so that nothing depends on the file's unit.
+constexpr double kWeldTolerance = 1.0e-6;  // vertices closer than this are one
+constexpr double kCapTolerance =
+    4.0e-6;  // a triangle lower than this over its longest edge is a cap: no area, no normal
+constexpr double kFloatTolerance =
+    5.0e-7;  // relative to the largest coordinate: about eight steps of a float
+constexpr double kMinSize_m = 1.0e-4;
+constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+Error bad_mesh(const std::string& slug, const std::string& cause, const std::string& remedy) {
+  return Error(ExitCode::kBadInput, slug, cause, remedy);
+}
+
+std::string number(double value) {
+  std::array<char, 32> text{};
+  const int size = std::snprintf(text.data(), text.size(), "%.6g", value);
+  return {text.data(), static_cast<std::size_t>(size)};
+}
+
+std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
+  return (static_cast<std::uint64_t>(std::min(a, b)) << 32U) | std::max(a, b);
+}
+
+void check_soup(const TriangleSoup& soup, const std::string& name) {
+  if (soup.triangles.empty()) {
+    throw bad_mesh("empty-mesh", name + ": the mesh has no triangle", "give a mesh with at least one face");
+  }
+  if (soup.triangles.size() > control::kMaxTriangles) {
+    throw bad_mesh("too-many-triangles",
+                   name + ": " + std::to_string(soup.triangles.size()) + " triangles, at most " +
+                       std::to_string(control::kMaxTriangles) + " are allowed",
+                   "simplify the mesh");
+  }
+  for (const TriangleIndices& triangle : soup.triangles) {
+    for (const std::uint32_t v : triangle) {
+      if (v >= soup.vertices_m.size()) {
+        throw bad_mesh("bad-vertex-index",
+                       name + ": a face names vertex " + std::to_string(v) + ", but there are " +
+                           std::to_string(soup.vertices_m.size()) + " vertices",
+                       "repair the mesh file");
+      }
+      const Vector3d& p = soup.vertices_m[v];
+      if (!p.allFinite()) {
+        throw bad_mesh("bad-vertex", name + ": vertex " + std::to_string(v) + " is not a finite number",
+                       "repair the mesh file");
+      }
+      if (p.cwiseAbs().maxCoeff() > static_cast<double>(control::kMaxCoordinate_m)) {
+        throw bad_mesh("mesh-too-large",
+                       name + ": vertex " + std::to_string(v) + " lies at (" + number(p.x()) + ", " +
+                           number(p.y()) + ", " + number(p.z()) + ") m, at most " +
+                           number(static_cast<double>(control::kMaxCoordinate_m)) +
+                           " m from the object's origin are allowed",
+                       "set the mesh's \"scale\" (metres per file unit; 0.001 for a file in mm)");
+      }
+    }
+  }
+}
+
+// Merges vertices within the tolerance into the first of them, and drops triangles that lose a corner by it.
+Surface weld(const TriangleSoup& soup, const std::string& name) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Vector3d lo = Vector3d::Constant(kInfinity);
+  Vector3d hi = Vector3d::Constant(-kInfinity);
+  std::vector<char> used(soup.vertices_m.size());
+  for (const TriangleIndices& triangle : soup.triangles) {
+    for (const std::uint32_t v : triangle) {
+      used[v] = 1;
+      const Vector3d p = soup.vertices_m[v].cast<float>().cast<double>();
+      lo = lo.cwiseMin(p);
+      hi = hi.cwiseMax(p);
+    }
+  }
+  Surface surface;
+  surface.size_m = (hi - lo).norm();
+  if (surface.size_m < kMinSize_m) {
+    throw bad_mesh("mesh-too-small",
+                   name + ": the mesh is " + number(surface.size_m) + " m across, at least " +
+                       number(kMinSize_m) + " m are needed",
+                   "set the mesh's \"scale\" (metres per file unit)");
+  }
+  const double tolerance =
+      std::max(kWeldTolerance * surface.size_m,
+               kFloatTolerance * std::max(lo.cwiseAbs().maxCoeff(), hi.cwiseAbs().maxCoeff()));
+
+  // Cells twice the tolerance wide: what is near a point lies in the eight cells around it.
+  const double cell = 2.0 * tolerance;
+  struct CellHash {
+    std::size_t operator()(const std::array<std::int64_t, 3>& c) const {
+      std::uint64_t h = 0;
+      for (const std::int64_t x : c) {
+        h = (h ^ static_cast<std::uint64_t>(x)) * 0x9E3779B97F4A7C15ULL;
+        h ^= h >> 29U;
+      }
+      return static_cast<std::size_t>(h);
+    }
+  };
+  std::unordered_map<std::array<std::int64_t, 3>, std::uint32_t, CellHash>
+      head;  // only looked up, never walked
+  std::vector<std::uint32_t> next_in_cell;
+  head.reserve(soup.vertices_m.size());
+  std::vector<std::uint32_t> merged(soup.vertices_m.size(), kNone);
+  for (std::size_t v = 0; v < soup.vertices_m.size(); ++v) {
+    if (used[v] == 0) {
+      continue;
+    }
+    const Eigen::Vector3f rounded = soup.vertices_m[v].cast<float>();
+    const Vector3d p = rounded.cast<double>();
+    std::array<std::array<std::int64_t, 2>, 3> range;
+    std::array<std::int64_t, 3> home;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double x = (p[static_cast<Eigen::Index>(axis)] - lo[static_cast<Eigen::Index>(axis)]) / cell;
+      home[axis] = static_cast<std::int64_t>(std::floor(x));
+      range[axis] = {static_cast<std::int64_t>(std::floor(x - 0.5)),
+                     static_cast<std::int64_t>(std::floor(x + 0.5))};
+    }
+    std::uint32_t found = kNone;
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      const auto entry =
+          head.find({range[0][corner & 1U], range[1][(corner >> 1U) & 1U], range[2][corner >> 2U]});
+      for (std::uint32_t i = entry == head.end() ? kNone : entry->second; i != kNone; i = next_in_cell[i]) {
+        if (i < found && (surface.point(i) - p).squaredNorm() <= tolerance * tolerance) {
+          found = i;
+        }
+      }
+    }
+    if (found == kNone) {
+      found = static_cast<std::uint32_t>(surface.at_m.size());
+      surface.at_m.push_back(rounded);
+      const auto [entry, inserted] = head.try_emplace(home, found);
+      next_in_cell.push_back(inserted ? kNone : entry->second);
+      entry->second = found;
+    }
+    merged[v] = found;
+  }
+  for (const TriangleIndices& t : soup.triangles) {
+    const TriangleIndices welded{merged[t[0]], merged[t[1]], merged[t[2]]};
+    if (welded[0] != welded[1] && welded[1] != welded[2] && welded[2] != welded[0]) {
+      surface.triangles.push_back(welded);
+    }
+  }
+  return surface;
+}
+
+// The longest edge of a cap: three distinct vertices that lie on a line. kNone when the triangle has an area.
+std::uint32_t cap_edge(const Surface& surface, const TriangleIndices& t) {
+  std::uint32_t longest = 0;
+  double length2 = 0;
+  for (std::uint32_t e = 0; e < 3; ++e) {
+    const double l2 = (surface.at_m[t[next_edge(e)]] - surface.at_m[t[e]]).cast<double>().squaredNorm();
+    if (l2 > length2) {
+      length2 = l2;
+      longest = e;
+    }
+  }
+  const Vector3d a = surface.point(t[0]);
+  const double height = (surface.point(t[1]) - a).cross(surface.point(t[2]) - a).norm() / std::sqrt(length2);
+  return height <= kCapTolerance * surface.size_m ? longest : kNone;
+}
+
+// Removes caps. Each face on the other side of a cap's long edge is split at the cap's middle vertex, so that
+// the edges stay shared and no hole opens. The long edges shrink with every split, so this ends; the budget
+// bounds it anyway.
+void remove_caps(Surface& surface) {
+  std::vector<TriangleIndices>& triangles = surface.triangles;
+  std::deque<std::uint32_t> caps;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (cap_edge(surface, triangles[t]) != kNone) {
+      caps.push_back(t);
+    }
+  }
+  if (caps.empty()) {
+    return;
+  }
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> faces_at;  // only looked up, never walked
+  const auto enter = [&](std::uint32_t t) {
+    for (std::uint32_t e = 0; e < 3; ++e) {
+      faces_at[edge_key(triangles[t][e], triangles[t][next_edge(e)])].push_back(t);
+    }
+  };
+  std::vector<char> alive(triangles.size(), 1);
+  const auto leave = [&](std::uint32_t t) {
+    alive[t] = 0;
+    for (std::uint32_t e = 0; e < 3; ++e) {
+      std::erase(faces_at[edge_key(triangles[t][e], triangles[t][next_edge(e)])], t);
+    }
+  };
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    enter(t);
+  }
+  std::size_t budget = 8 * caps.size() + triangles.size();
+  while (!caps.empty()) {
+    const std::uint32_t cap = caps.front();
+    caps.pop_front();
+    if (alive[cap] == 0) {
+      continue;
+    }
+    const std::uint32_t e = cap_edge(surface, triangles[cap]);
+    const std::uint32_t from = triangles[cap][e];
+    const std::uint32_t to = triangles[cap][next_edge(e)];
+    const std::uint32_t middle = triangles[cap][next_edge(next_edge(e))];
+    leave(cap);
+    const std::vector<std::uint32_t> others = faces_at[edge_key(from, to)];
+    for (const std::uint32_t other : others) {
+      const TriangleIndices face = triangles[other];
+      if (std::find(face.begin(), face.end(), middle) != face.end()) {
+        leave(other);  // the same three vertices: another cap
+        continue;
+      }
+      if (budget == 0) {
+        break;
+      }
+      --budget;
+      leave(other);
+      for (const std::uint32_t replaced : {from, to}) {
+        TriangleIndices half = face;
+        std::replace(half.begin(), half.end(), replaced, middle);
+        const auto added = static_cast<std::uint32_t>(triangles.size());
+        triangles.push_back(half);
+        alive.push_back(1);
+        enter(added);
+        if (cap_edge(surface, half) != kNone) {
+          caps.push_back(added);
+        }
+      }
+    }
+  }
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (alive[t] != 0) {
+      triangles[kept++] = triangles[t];
+    }
+  }
+  triangles.resize(kept);
+}
+
+// Keeps the first of several faces with the same three vertices, whichever way they wind.
+void remove_duplicates(Surface& surface) {
+  std::vector<TriangleIndices>& triangles = surface.triangles;
+  std::vector<TriangleIndices> sorted = triangles;
+  for (TriangleIndices& t : sorted) {
+    std::sort(t.begin(), t.end());
+  }
+  std::vector<std::uint32_t> order(triangles.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return sorted[a] != sorted[b] ? sorted[a] < sorted[b] : a < b;
+  });
+  std::vector<char> duplicate(triangles.size());
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    duplicate[order[i]] = sorted[order[i]] == sorted[order[i - 1]] ? 1 : 0;
+  }
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (duplicate[t] == 0) {
+      triangles[kept++] = triangles[t];
+    }
+  }
+  triangles.resize(kept);
+}
+
+}  // namespace
+
+Surface clean_surface(const TriangleSoup& soup, const std::string& name, MeshReport& report) {
+  check_soup(soup, name);
+  report.input_triangles = soup.triangles.size();
+  Surface surface = weld(soup, name);
+  for (const TriangleIndices& t : surface.triangles) {
+    report.degenerate_dropped += cap_edge(surface, t) != kNone ? 1U : 0U;
+  }
+  report.degenerate_dropped += soup.triangles.size() - surface.triangles.size();
+  remove_caps(surface);
+  remove_duplicates(surface);
+  if (surface.triangles.empty()) {
+    throw bad_mesh(
+        "empty-mesh",
+        name + ": none of the mesh's " + std::to_string(soup.triangles.size()) + " triangles has an area",
+        "repair the mesh file, or check its \"scale\"");
+  }
+  if (surface.triangles.size() > control::kMaxTriangles) {
+    throw bad_mesh("too-many-triangles",
+                   name + ": " + std::to_string(surface.triangles.size()) +
+                       " triangles after repair, at most " + std::to_string(control::kMaxTriangles) +
+                       " are allowed",
+                   "simplify the mesh");
+  }
+  return surface;
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,28 @@
+// Scene images in files. `thimble compile` writes the image followed by kImageTrailer and the image's CRC-32
+// (little-endian): readers of FlatBuffers pass over it, and an image that changed on disk is announced with
+// the CRC it once had, so the device refuses it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace thimble::host {
+
+inline constexpr std::string_view kImageTrailer = "CRC1";
+
+struct ImageFile {
+  std::vector<std::byte> image;
+  std::optional<std::uint32_t> crc;  // what the trailer says; none without a trailer
+};
+
+void write_image(const std::filesystem::path& file, std::span<const std::byte> image);
+
+// An image file, or a scene file (*.json), which is compiled. Error kBadInput, kPermission.
+[[nodiscard]] ImageFile load_image(const std::filesystem::path& file);
+
+}  // namespace thimble::host

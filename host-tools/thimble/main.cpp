@@ -1,0 +1,210 @@
+// thimble: the command. Parses, calls a verb, and turns every failure into a message and an exit code
+// (docs/cli.md).
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <functional>
+#include <iostream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "board/sim/plant.h"
+#include "firmware/faults.h"
+#include "firmware/params.h"
+#include "host-tools/client/discovery.h"
+#include "host-tools/thimble/output.h"
+#include "host-tools/thimble/verbs.h"
+
+namespace thimble::host {
+namespace {
+
+// What the command line is parsed into.
+struct Choices {
+  Common common;
+  Remote remote;
+  UploadChoice upload;
+  MonitorChoice monitor;
+  SimulateChoice simulate;
+  std::filesystem::path scene;
+  std::filesystem::path image;
+  std::string name;
+  std::string value;
+  double wait_s = 30;
+};
+
+std::string arm_names() {
+  std::string names;
+  for (const board::PlantVariant& variant : board::plant_variants()) {
+    names += (names.empty() ? "" : ", ") + std::string(variant.name);
+  }
+  return names;
+}
+
+// Adds a verb with what all have.
+CLI::App* verb(CLI::App& parent, Choices& choices, const std::string& name, const std::string& text,
+               std::function<void()> run) {
+  CLI::App* sub = parent.add_subcommand(name, text);
+  sub->add_flag("--json", choices.common.json, "print JSON");
+  sub->callback(std::move(run));
+  return sub;
+}
+
+CLI::App* remote_verb(CLI::App& parent, Choices& choices, const std::string& name, const std::string& text,
+                      std::function<void()> run) {
+  CLI::App* sub = verb(parent, choices, name, text, std::move(run));
+  sub->add_option("--device", choices.remote.device, "address or name of the device; default: the only one");
+  sub->add_option("--node", choices.remote.node, "its node number")
+      ->check(CLI::Range(1U, 127U))
+      ->capture_default_str();
+  sub->add_option("--timeout", choices.remote.timeout_s, "seconds to wait for an answer")
+      ->check(CLI::Range(0.1, 600.0))
+      ->capture_default_str();
+  return sub;
+}
+
+void define(CLI::App& app, Choices& c) {
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("thimble ") + THIMBLE_VERSION);
+
+  verb(app, c, "list", "show the devices that are there", [&c] { list(c.common); });
+  remote_verb(app, c, "info", "show a device: versions, scene, state and limits",
+              [&c] { info(c.common, c.remote); });
+
+  CLI::App* compile_verb = verb(app, c, "compile", "turn a scene file into a scene image",
+                                [&c] { compile(c.common, c.scene, c.image); });
+  compile_verb->add_option("scene", c.scene, "the scene file")->required();
+  compile_verb->add_option("--output,-o", c.image, "where the image goes; nothing is written when it fails")
+      ->required();
+
+  CLI::App* upload_verb = remote_verb(app, c, "upload", "send a scene to a device and run it",
+                                      [&c] { upload(c.common, c.remote, c.upload); });
+  upload_verb->add_option("file", c.upload.file, "a scene file (*.json) or an image")->required();
+  upload_verb->add_flag("!--no-verify", c.upload.verify, "don't ask afterwards which image runs");
+
+  remote_verb(app, c, "arm", "turn the forces on", [&c] { arm(c.common, c.remote); });
+  remote_verb(app, c, "disarm", "turn the forces off", [&c] { disarm(c.common, c.remote); });
+  remote_verb(app, c, "home", "find the arm's home position", [&c] { home(c.common, c.remote, c.wait_s); })
+      ->add_option("--wait", c.wait_s, "seconds that homing may take")
+      ->check(CLI::Range(0.1, 600.0))
+      ->capture_default_str();
+
+  CLI::App* monitor_verb = remote_verb(app, c, "monitor", "show where the tip is and what it feels, live",
+                                       [&c] { monitor(c.common, c.remote, c.monitor); });
+  monitor_verb->add_option("--seconds", c.monitor.seconds, "stop after so long")->check(CLI::PositiveNumber);
+  monitor_verb->add_option("--count", c.monitor.count, "stop after so many rows (with --json: messages)");
+  monitor_verb->add_flag("--keep-alive", c.monitor.keep_alive, "feed the device's host supervision");
+
+  CLI::App* param = app.add_subcommand("param", "read and change parameters");
+  param->require_subcommand(1);
+  remote_verb(*param, c, "list", "all of them", [&c] { param_list(c.common, c.remote); });
+  remote_verb(*param, c, "get", "one", [&c] { param_get(c.common, c.remote, c.name); })
+      ->add_option("name", c.name, "its name")
+      ->required();
+  CLI::App* set = remote_verb(*param, c, "set", "change one, until power-off",
+                              [&c] { param_set(c.common, c.remote, c.name, c.value); });
+  set->add_option("name", c.name, "its name")->required();
+  set->add_option("value", c.value, "its new value")->required();
+
+  CLI::App* fault = app.add_subcommand("fault", "read, clear and explain faults");
+  fault->require_subcommand(1);
+  remote_verb(*fault, c, "list", "faults since the last clear, with what was recorded",
+              [&c] { fault_list(c.common, c.remote); });
+  remote_verb(*fault, c, "clear", "clear the fault whose cause is gone",
+              [&c] { fault_clear(c.common, c.remote); });
+  verb(*fault, c, "explain", "what a fault means and what to do", [&c] { fault_explain(c.common, c.name); })
+      ->add_option("fault", c.name, "number or name")
+      ->required();
+
+  CLI::App* simulate_verb =
+      verb(app, c, "simulate", "run a scene on the simulated arm, faster than real time",
+           [&c] { simulate(c.common, c.simulate); });
+  simulate_verb->add_option("scene", c.simulate.scene, "a scene file (*.json) or an image")->required();
+  simulate_verb->add_option("--path", c.simulate.path, "the hand's path: CSV time_s,x_m,y_m,z_m[,arm]")
+      ->required();
+  simulate_verb->add_option("--log", c.simulate.log, "where the log goes: CSV, one row a tick and arm")
+      ->required();
+  simulate_verb->add_flag("--ideal", c.simulate.ideal,
+                          "the fingertip is on the path exactly; the force is only computed");
+  simulate_verb->add_option("--rate", c.simulate.rate_Hz, "ticks a second")->capture_default_str();
+  simulate_verb->add_option("--arm", c.simulate.arm, "one of: " + arm_names())->capture_default_str();
+  simulate_verb->add_option("--seed", c.simulate.seed, "of the simulated arm")->capture_default_str();
+}
+
+// `thimble __complete WORD...`: one candidate a line for the last word, the words before it being those after
+// `thimble`.
+void complete(CLI::App& app, const std::vector<std::string>& words) {
+  const std::string last = words.empty() ? "" : words.back();
+  const CLI::App* at = &app;
+  std::string path;  // "param get"
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    const auto next = at->get_subcommands([&](const CLI::App* sub) { return sub->get_name() == words[i]; });
+    if (next.empty()) continue;
+    at = next.front();
+    path += (path.empty() ? "" : " ") + words[i];
+  }
+  const std::string before = words.size() < 2 ? "" : words[words.size() - 2];
+
+  std::vector<std::string> candidates;
+  if (before == "--device") {
+    for (const DeviceEntry& device : discover()) candidates.push_back(device.name);
+  } else if (before == "--arm") {
+    for (const board::PlantVariant& variant : board::plant_variants()) candidates.emplace_back(variant.name);
+  } else {
+    for (const CLI::App* sub : at->get_subcommands([](const CLI::App*) { return true; })) {
+      candidates.push_back(sub->get_name());
+    }
+    for (const CLI::Option* option : at->get_options()) {
+      for (const std::string& name : option->get_lnames()) candidates.push_back("--" + name);
+    }
+    if (path == "param get" || path == "param set") {
+      for (const firmware::ParamRow& row : firmware::kParamTable) candidates.emplace_back(row.name);
+    }
+    if (path == "fault explain") {
+      for (const firmware::FaultRow& row : firmware::kFaultTable) candidates.emplace_back(row.name);
+    }
+  }
+  for (const std::string& candidate : candidates) {
+    if (candidate.starts_with(last) && (!last.empty() || !candidate.starts_with("--")))
+      std::cout << candidate << '\n';
+  }
+}
+
+int run(int argc, char** argv) {
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  const bool json = std::ranges::find(arguments, "--json") != arguments.end();
+  Choices choices;
+  CLI::App app{"Thimble: scenes and devices of a force-feedback arm", "thimble"};
+  try {
+    define(app, choices);
+    if (!arguments.empty() && arguments.front() == "__complete") {
+      complete(app, {arguments.begin() + 1, arguments.end()});
+      return 0;
+    }
+    if (arguments.empty()) {
+      std::cerr << app.help();
+      return static_cast<int>(ExitCode::kUsage);
+    }
+    app.parse(argc, argv);
+    return 0;
+  } catch (const CLI::Success& wish) {  // --help, --version
+    return app.exit(wish);
+  } catch (const CLI::ParseError& error) {
+    const Error usage(ExitCode::kUsage, "usage", error.what(),
+                      "see `thimble --help` and `thimble VERB --help`");
+    report(usage, json);
+    return static_cast<int>(usage.code);
+  } catch (const Error& error) {
+    report(error, json);
+    return static_cast<int>(error.code);
+  } catch (const std::exception& error) {
+    const Error failure(ExitCode::kRefused, "failed", error.what(),
+                        "report this with the command that you gave");
+    report(failure, json);
+    return static_cast<int>(failure.code);
+  }
+}
+
+}  // namespace
+}  // namespace thimble::host
+
+int main(int argc, char** argv) { return thimble::host::run(argc, argv); }

@@ -1,0 +1,159 @@
+// compile and simulate: what needs no device.
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdio>
+
+#include "board/sim/hand_path_file.h"
+#include "board/sim/simulation.h"
+#include "host-tools/compiler/compile.h"
+#include "host-tools/thimble/image_file.h"
+#include "host-tools/thimble/output.h"
+#include "host-tools/thimble/verbs.h"
+
+namespace thimble::host {
+namespace {
+
+Json to_json(const MeshReport& mesh) {
+  return {{"input_triangles", mesh.input_triangles},
+          {"triangles", mesh.triangles},
+          {"vertices", mesh.vertices},
+          {"open_edges", mesh.open_edges},
+          {"non_manifold_edges", mesh.non_manifold_edges},
+          {"components", mesh.components},
+          {"flipped_components", mesh.flipped_components},
+          {"degenerate_dropped", mesh.degenerate_dropped},
+          {"pierced_triangles", mesh.pierced_triangles},
+          {"bytes", mesh.bytes},
+          {"depth", mesh.depth}};
+}
+
+[[noreturn]] void fail(const board::SimulationResult& result) {
+  using board::SimulationStatus;
+  switch (result.status) {
+    case SimulationStatus::kUnknownArm:
+      throw Error(ExitCode::kUsage, "unknown-arm", result.detail, "`thimble simulate --help` names the arms");
+    case SimulationStatus::kBadRate:
+      throw Error(ExitCode::kUsage, "bad-rate", result.detail, "choose --rate between 100 and 20000");
+    case SimulationStatus::kBadPath:
+      throw Error(ExitCode::kBadInput, "bad-path", result.detail, "correct the path file");
+    case SimulationStatus::kOutOfReach:
+      throw Error(ExitCode::kBadInput, "out-of-reach", result.detail,
+                  "begin the path inside the arm's workspace, or use --ideal");
+    case SimulationStatus::kImageRefused:
+      throw Error(ExitCode::kBadInput, "bad-image", result.detail, "compile the scene again");
+    case SimulationStatus::kFaulted:
+      throw Error(ExitCode::kFaulted, "device-faulted", result.detail,
+                  "the log ends where it tripped; see `thimble fault explain`");
+    case SimulationStatus::kNotArmed:
+    case SimulationStatus::kOk:
+      break;
+  }
+  throw Error(ExitCode::kRefused, "not-armed", result.detail, "see what stands against arming in the cause");
+}
+
+void write_row(std::ofstream& out, const board::LogRow& row) {
+  std::array<char, 320> line{};
+  const int size = std::snprintf(
+      line.data(), line.size(), "%.9g,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%d\n", row.time_s,
+      row.arm, row.tip_m.x(), row.tip_m.y(), row.tip_m.z(), row.proxy_m.x(), row.proxy_m.y(), row.proxy_m.z(),
+      row.force_N.x(), row.force_N.y(), row.force_N.z(), row.contacts);
+  out.write(line.data(), size);
+}
+
+}  // namespace
+
+void compile(const Common& common, const std::filesystem::path& scene, const std::filesystem::path& output) {
+  const CompiledScene compiled = compile_scene(scene);
+  write_image(output, compiled.image);
+
+  const SceneReport& report = compiled.report;
+  if (common.json) {
+    Json json = document("compile");
+    json["scene"] = report.name;
+    json["image"] = output.string();
+    json["bytes"] = compiled.image.size();
+    json["objects"] = Json::array();
+    for (const SceneReport::Object& object : report.objects) {
+      Json entry = {{"name", object.name}, {"shape", object.shape}};
+      if (object.shape == "mesh") entry["mesh"] = to_json(object.mesh);
+      json["objects"].push_back(entry);
+    }
+    json["warnings"] = report.warnings;
+    print(json);
+    return;
+  }
+  fmt::print("{}: {} objects, {} bytes -> {}\n", report.name, report.objects.size(), compiled.image.size(),
+             output.string());
+  for (const SceneReport::Object& object : report.objects) {
+    if (object.shape == "mesh") {
+      const MeshReport& mesh = object.mesh;
+      fmt::print(
+          "  {}: mesh, {} triangles, {} vertices, {} open edges, {} bytes ({:.1f} a triangle), tree depth "
+          "{}\n",
+          object.name, mesh.triangles, mesh.vertices, mesh.open_edges, mesh.bytes,
+          static_cast<double>(mesh.bytes) / static_cast<double>(mesh.triangles), mesh.depth);
+    } else {
+      fmt::print("  {}: {}\n", object.name, object.shape);
+    }
+  }
+  for (const std::string& warning : report.warnings) fmt::print(stderr, "warning: {}\n", warning);
+}
+
+void simulate(const Common& common, const SimulateChoice& choice) {
+  const ImageFile scene = load_image(choice.scene);
+  std::vector<board::PathPoint> path;
+  try {
+    path = board::read_hand_path(choice.path);
+  } catch (const board::HandPathError& error) {
+    throw Error(ExitCode::kBadInput, "bad-path", error.what(),
+                "correct the path file: time_s,x_m,y_m,z_m[,arm]");
+  }
+
+  board::SimulationOptions options;
+  options.ideal = choice.ideal;
+  options.rate_Hz = choice.rate_Hz;
+  options.arm = choice.arm;
+  options.seed = choice.seed;
+
+  OutputFile log(choice.log);
+  log.stream() << "time_s,arm,tip_x_m,tip_y_m,tip_z_m,proxy_x_m,proxy_y_m,proxy_z_m,"
+                  "force_x_N,force_y_N,force_z_N,contacts\n";
+  double peak_N = 0;
+  double sum_N = 0;
+  std::uint64_t contact_rows = 0;
+  const board::SimulationResult result =
+      board::simulate(scene.image, path, options, [&](const board::LogRow& row) {
+        write_row(log.stream(), row);
+        const double force_N = row.force_N.norm();
+        peak_N = std::max(peak_N, force_N);
+        if (row.contacts != 0) {
+          ++contact_rows;
+          sum_N += force_N;
+        }
+      });
+  if (result.status != board::SimulationStatus::kOk && result.status != board::SimulationStatus::kFaulted)
+    fail(result);
+  log.commit();
+  if (result.status == board::SimulationStatus::kFaulted) fail(result);
+
+  const double mean_N = contact_rows == 0 ? 0.0 : sum_N / static_cast<double>(contact_rows);
+  if (common.json) {
+    Json json = document("simulate");
+    json["log"] = choice.log.string();
+    json["ideal"] = choice.ideal;
+    json["rate_Hz"] = choice.rate_Hz;
+    json["ticks"] = result.ticks;
+    json["contact_rows"] = contact_rows;
+    json["peak_force_N"] = peak_N;
+    json["mean_contact_force_N"] = mean_N;
+    json["sweep_bound"] = result.sweep_bound;
+    json["slide_bound"] = result.slide_bound;
+    print(json);
+  } else {
+    fmt::print(stderr, "{} ticks, {} rows in contact, peak {:.3f} N, mean in contact {:.3f} N -> {}\n",
+               result.ticks, contact_rows, peak_N, mean_N, choice.log.string());
+  }
+}
+
+}  // namespace thimble::host

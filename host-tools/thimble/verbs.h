@@ -1,0 +1,63 @@
+// The verbs of `thimble`, one function each. main.cpp parses the command line into these options. Each prints
+// its data on stdout and throws Error.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace thimble::host {
+
+struct Common {
+  bool json = false;
+};
+
+struct Remote {
+  std::string device;  // URI or name; empty: the only one
+  unsigned node = 1;
+  double timeout_s = 2.0;  // for an answer, all tries together
+};
+
+void list(const Common& common);
+void info(const Common& common, const Remote& remote);
+
+struct UploadChoice {
+  std::filesystem::path file;
+  bool verify = true;
+};
+void upload(const Common& common, const Remote& remote, const UploadChoice& choice);
+
+void arm(const Common& common, const Remote& remote);
+void disarm(const Common& common, const Remote& remote);
+void home(const Common& common, const Remote& remote, double wait_s);
+
+struct MonitorChoice {
+  double seconds = 0;       // 0: until Ctrl-C
+  std::uint64_t count = 0;  // frames with --json, rows without; 0: no limit
+  bool keep_alive = false;  // feed host supervision
+};
+void monitor(const Common& common, const Remote& remote, const MonitorChoice& choice);
+
+void param_list(const Common& common, const Remote& remote);
+void param_get(const Common& common, const Remote& remote, const std::string& name);
+void param_set(const Common& common, const Remote& remote, const std::string& name, const std::string& value);
+
+void fault_list(const Common& common, const Remote& remote);
+void fault_clear(const Common& common, const Remote& remote);
+void fault_explain(const Common& common, const std::string& which);  // number or name
+
+void compile(const Common& common, const std::filesystem::path& scene, const std::filesystem::path& output);
+
+struct SimulateChoice {
+  std::filesystem::path scene;
+  std::filesystem::path path;
+  std::filesystem::path log;
+  bool ideal = false;
+  double rate_Hz = 4000;
+  std::string arm = "premium-1.5";
+  std::uint64_t seed = 1;
+};
+void simulate(const Common& common, const SimulateChoice& choice);
+
+}  // namespace thimble::host

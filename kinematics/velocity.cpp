@@ -1,0 +1,47 @@
+#include "kinematics/velocity.h"
+
+namespace thimble::kinematics {
+
+VelocityEstimator::VelocityEstimator(float period_s) noexcept : rate_Hz_(1.0F / period_s) {
+  const float readings = kMaxWindow_s / period_s + 0.5F;
+  window_ = readings >= static_cast<float>(kMaxWindow) ? kMaxWindow
+            : readings < 1.0F                          ? 1
+                                                       : static_cast<int>(readings);
+}
+
+void VelocityEstimator::reset(std::int32_t counts) noexcept { history_.fill(counts); }
+
+float VelocityEstimator::update(std::int32_t counts) noexcept {
+  constexpr int kRing = kMaxWindow + 1;
+  constexpr float kBand = 1.0F;  // counts that a reading may lie off the line
+  head_ = head_ + 1 == kRing ? 0 : head_ + 1;
+  history_[static_cast<std::size_t>(head_)] = counts;
+
+  // x[i]: the reading i ticks ago, from the newest (a difference, so that it is exact in a float).
+  std::array<float, kRing> x;
+  float sum = 0.0F, moment = 0.0F;  // of x[i] and i x[i]
+  for (int i = 0; i <= window_; ++i) {
+    const int at = head_ - i < 0 ? head_ - i + kRing : head_ - i;
+    const float difference = static_cast<float>(history_[static_cast<std::size_t>(at)] - counts);
+    x[static_cast<std::size_t>(i)] = difference;
+    sum += difference;
+    moment += static_cast<float>(i) * difference;
+  }
+
+  // The longest window whose least-squares line x(i) = intercept - slope i stays within the band.
+  for (int n = window_;; --n) {
+    const float count = static_cast<float>(n + 1), middle = 0.5F * static_cast<float>(n);
+    const float slope = (middle * sum - moment) / (count * (count * count - 1.0F) / 12.0F);
+    const float intercept = sum / count + slope * middle;
+    bool fits = true;
+    for (int i = 0; i <= n && fits; ++i) {
+      const float off = x[static_cast<std::size_t>(i)] - (intercept - slope * static_cast<float>(i));
+      fits = off <= kBand && off >= -kBand;
+    }
+    if (fits || n == 1) return slope * rate_Hz_;
+    sum -= x[static_cast<std::size_t>(n)];
+    moment -= static_cast<float>(n) * x[static_cast<std::size_t>(n)];
+  }
+}
+
+}  // namespace thimble::kinematics

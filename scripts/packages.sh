@@ -1,0 +1,24 @@
+# Sourced by ./demo and ./check: installs the Debian packages that are missing, and nothing when all are there.
+
+packages_to_build=(
+  assimp-testmodels cmake flatbuffers-compiler g++ libassimp-dev libbenchmark-dev libcli11-dev libeigen3-dev libembree-dev
+  libflatbuffers-dev libfmt-dev libgmock-dev libgtest-dev librapidcheck-dev ninja-build nlohmann-json3-dev python3 zlib1g-dev
+)
+packages_to_check=(clang-format clang-tidy git valgrind)
+
+install_packages() {
+  local missing=()
+  for package in "$@"; do
+    dpkg-query --show --showformat='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+  done
+  if [ ${#missing[@]} -eq 0 ]; then return 0; fi
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { echo "Missing packages: ${missing[*]}. Run as root, or install sudo." >&2; return 1; }
+    as_root=(sudo)
+  fi
+  echo "Installing ${missing[*]}" >&2
+  "${as_root[@]}" apt-get -o DPkg::Lock::Timeout=400 -qq update >&2
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get -o DPkg::Lock::Timeout=400 -qq install --no-install-recommends --yes "${missing[@]}" >&2
+}

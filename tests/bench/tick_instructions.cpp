@@ -1,0 +1,74 @@
+// Instructions per tick of the whole renderer, counted by callgrind: `tests/bench/instructions` runs this
+// program under it. Only the ticks are instrumented, so everything before them runs fast.
+//
+//   tick_instructions BODY TICKS     BODY: sphere, box, icosphere-80, icosphere-1280, icosphere-20480,
+//   icosphere-327680, or a file
+//                                    of assimp-testmodels; the path is the peers' (tests/support/peer_path.h)
+#include <valgrind/callgrind.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "control/renderer.h"
+#include "tests/bench/bodies.h"
+#include "tests/support/ideal_run.h"
+
+namespace thimble::test {
+namespace {
+
+std::optional<int> subdivisions(const std::string& body) {
+  int result = 1;
+  for (const char* name : {"icosphere-80", "icosphere-320", "icosphere-1280", "icosphere-5120",
+                           "icosphere-20480", "icosphere-81920", "icosphere-327680"}) {
+    if (body == name) return result;
+    ++result;
+  }
+  return {};
+}
+
+int run(const std::string& body, int ticks) {
+  const PeerPathOptions options = {.ticks = ticks, .noise_m = 2e-6, .seed = 1, .lifts = true};
+  std::optional<SceneImage> image;
+  std::vector<Vector3d> path;
+  if (body == "sphere") {
+    image = SceneBuilder().sphere(0.05, kPeerMaterial).image();
+    path = peer_path_on_sphere(0.05, options);
+  } else if (body == "box") {
+    image = SceneBuilder().box({0.1, 0.1, 0.1}, kPeerMaterial).image();
+    path = peer_path(MeshOracle(box_mesh({0.1, 0.1, 0.1}, 1)), options);
+  } else {
+    const std::optional<int> level = subdivisions(body);
+    MeshBody mesh = make_body(body, level ? icosphere(*level, 0.05) : test_model(body, 0.1), {}, options);
+    image = std::move(mesh.image);
+    path = std::move(mesh.path);
+  }
+  control::Renderer renderer;
+  renderer.bind(image->view());
+  float sum_N = 0.0F;
+  CALLGRIND_START_INSTRUMENTATION;
+  for (const Vector3d& p : path) {
+    control::Tip tip;
+    tip.position_m = p.cast<float>();
+    control::Touch touch;
+    renderer.tick(std::span(&tip, 1), 1.0F / static_cast<float>(kRate_Hz), std::span(&touch, 1));
+    sum_N += touch.force_N.norm();
+  }
+  CALLGRIND_STOP_INSTRUMENTATION;
+  std::printf("%s: %zu ticks, mean force %.3f N\n", body.c_str(), path.size(),
+              static_cast<double>(sum_N) / static_cast<double>(path.size()));
+  return 0;
+}
+
+}  // namespace
+}  // namespace thimble::test
+
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    std::fprintf(stderr, "usage: tick_instructions BODY TICKS\n");
+    return 2;
+  }
+  return thimble::test::run(argv[1], std::stoi(argv[2]));
+}

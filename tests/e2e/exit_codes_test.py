@@ -1,0 +1,275 @@
+"""Exit codes 0 to 10, one by one, each with its error in text and JSON; and the manners of the command."""
+
+import json
+import os
+import shutil
+import socket
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+from pathlib import Path
+
+from rig import BIN, Rig
+
+
+class FakeDevice:
+    """Speaks SLCAN and answers the first question with a version of its own, or never."""
+
+    def __init__(self, protocol=None):
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.uri = "tcp:127.0.0.1:%d" % self.listener.getsockname()[1]
+        self.protocol = protocol
+        self.ends = []
+        threading.Thread(target=self.serve, daemon=True).start()
+
+    def serve(self):
+        while True:
+            try:
+                end, _ = self.listener.accept()
+            except OSError:
+                return
+            self.ends.append(end)
+            threading.Thread(target=self.talk, args=(end,), daemon=True).start()
+
+    def talk(self, end):
+        buffer = b""
+        while data := end.recv(4096):
+            buffer += data
+            *lines, buffer = buffer.split(b"\r")
+            for line in lines:
+                if self.protocol is None:
+                    continue
+                if line.startswith(b"T18DA01F1") and line[10:18] == b"0322F1A0":
+                    record = b"62F1A0%02X%02X01004001" % (self.protocol & 255, self.protocol >> 8)
+                    end.sendall(b"T18DAF1018100A" + record[:12] + b"\r")
+                    self.rest = record[12:] + b"01"
+                elif line.startswith(b"T18DA01F1") and line[10:12] == b"30":
+                    end.sendall(b"T18DAF10182" b"1" + self.rest + b"CC" * (7 - len(self.rest) // 2) + b"\r")
+
+    def close(self):
+        self.listener.close()
+        for end in self.ends:
+            end.close()
+
+
+class ExitCodes(Rig):
+    def test_0_ok(self):
+        self.ok("list")
+        self.ok("--help")
+        self.ok("simulate", "--help")
+        self.assertRegex(self.ok("--version").out, r"^thimble \d+\.\d+\.\d+$")
+
+    def test_1_refused(self):
+        sim = self.sim("--tcp", 0)
+        error = self.fails(1, "refused", "arm", "--device", sim.tcp)
+        self.assertIn("not_homed,no_scene", error["cause"])
+        self.assertIn("thimble home", error["remedy"])
+
+    def test_2_usage(self):
+        nothing = self.run_thimble()
+        self.assertEqual(nothing.code, 2)
+        self.assertEqual(nothing.out, "")
+        self.assertIn("upload", nothing.err)
+        self.fails(2, "usage", "dance")
+        self.fails(2, "usage", "compile")
+        self.fails(2, "usage", "list", "--no-such-option")
+        self.fails(2, "usage", "param")
+        self.fails(2, "bad-uri", "info", "--device", "ftp:there")
+        self.fails(2, "unknown-parameter", "param", "get", "colour")
+        self.fails(2, "bad-value", "param", "set", "max_force", "-1")
+        self.fails(2, "bad-value", "param", "set", "max_force", "much")
+        self.fails(2, "bad-value", "param", "set", "host_supervision", "0.5")
+        self.fails(2, "unknown-fault", "fault", "explain", "200")
+
+    def test_3_not_found(self):
+        self.fails(3, "no-device", "info")
+        self.fails(3, "no-device", "info", "--device", "arm-9")
+        self.fails(3, "no-device", "info", "--device", "slcan:/dev/no-such-port")
+        with socket.create_server(("127.0.0.1", 0)) as closed:
+            port = closed.getsockname()[1]
+        self.fails(3, "no-device", "info", "--device", "tcp:127.0.0.1:%d" % port)
+
+    def test_4_ambiguous(self):
+        self.sim()
+        self.sim()
+        self.fails(4, "several-devices", "arm")
+
+    def test_5_permission(self):
+        # Root may do everything, so the command runs as nobody, from a place that nobody can reach.
+        place = Path(tempfile.mkdtemp(prefix="thimble-nobody-", dir="/tmp"))
+        self.addCleanup(shutil.rmtree, place, ignore_errors=True)
+        place.chmod(0o755)
+        shutil.copy(BIN / "thimble", place / "thimble")
+        (place / "port").write_text("")
+        (place / "port").chmod(0)
+        (place / "locked").mkdir(mode=0o555)
+        scene = place / "floor.scene.json"
+        scene.write_text(self.plane_scene().read_text())
+        scene.chmod(0o644)
+        become = (lambda: os.setuid(65534)) if os.getuid() == 0 else None
+
+        def run(*arguments):
+            return subprocess.run([place / "thimble", *map(str, arguments)], capture_output=True, text=True,
+                                  preexec_fn=become, env=self.environment)
+
+        opened = run("info", "--device", "slcan:%s" % (place / "port"))
+        self.assertEqual(opened.returncode, 5, opened.stderr)
+        self.assertIn("thimble: permission: ", opened.stderr)
+        written = run("compile", scene, "--output", place / "locked" / "floor.thim", "--json")
+        self.assertEqual(written.returncode, 5, written.stderr)
+        self.assertEqual(json.loads(written.stderr)["error"]["name"], "permission")
+
+    def test_6_link_lost(self):
+        silent = FakeDevice()
+        self.addCleanup(silent.close)
+        self.fails(6, "no-answer", "info", "--device", silent.uri, "--timeout", "0.5")
+
+    def test_7_version_mismatch(self):
+        other = FakeDevice(protocol=2)
+        self.addCleanup(other.close)
+        error = self.fails(7, "version-mismatch", "info", "--device", other.uri)
+        self.assertIn("protocol 2", error["cause"])
+
+    def test_8_verification(self):
+        sim = self.sim("--tcp", 0)
+        image = self.image(self.plane_scene())
+        data = bytearray(image.read_bytes())
+        data[20] ^= 1
+        image.write_bytes(data)
+        self.fails(8, "wrong-crc", "upload", image, "--device", sim.tcp)
+
+    def test_9_faulted(self):
+        sim = self.sim("--tcp", 0)
+        with socket.create_connection(("127.0.0.1", sim.port)) as bus:
+            bus.sendall(b"S8\rO\rt0010\r")
+            bus.settimeout(10)
+            heard = b""
+            deadline = time.monotonic() + 10
+            while b"t081" not in heard and time.monotonic() < deadline:  # the emergency frame
+                heard += bus.recv(4096)
+            self.assertIn(b"t081", heard)
+        error = self.fails(9, "device-faulted", "arm", "--device", sim.tcp)
+        self.assertIn("host_stop", error["cause"])
+        self.assertIn("fault clear", error["remedy"])
+
+    def test_10_bad_input(self):
+        output = self.folder / "never.thim"
+        for name, text in {"broken": '{"thimble_scene": 1,', "unknown": '{"thimble_scene": 1, "name": "x", "objets": []}'}.items():
+            scene = self.folder / (name + ".scene.json")
+            scene.write_text(text)
+            result = self.run_thimble("compile", scene, "--output", output)
+            self.assertEqual(result.code, 10, result.err)
+            self.assertIn(str(scene), result.err)
+        self.assertEqual(self.run_thimble("compile", self.folder / "absent.scene.json", "--output", output).code, 10)
+        self.assertEqual(self.run_thimble("upload", self.folder / "absent.thim", "--device", "tcp:127.0.0.1:1").code, 10)
+        self.assertFalse(output.exists(), "nothing is written when it fails")
+        self.assertEqual(list(self.folder.glob("*.part-*")), [])
+
+    def test_a_failed_compile_keeps_the_old_image(self):
+        output = self.folder / "kept.thim"
+        self.ok("compile", self.plane_scene("kept"), "--output", output)
+        before = output.read_bytes()
+        scene = self.folder / "kept.scene.json"
+        scene.write_text("{")
+        self.assertEqual(self.run_thimble("compile", scene, "--output", output).code, 10)
+        self.assertEqual(output.read_bytes(), before)
+
+
+class Manners(Rig):
+    def test_explain_needs_no_device(self):
+        self.assertEqual(self.ok_json("fault", "explain", "1")["name"], "e_stop")
+        self.assertEqual(self.ok_json("fault", "explain", "e_stop")["number"], 1)
+        self.assertIn("remedy: ", self.ok("fault", "explain", "9").out)
+
+    def test_completion(self):
+        def candidates(*words):
+            return self.ok("__complete", *words).out.split()
+
+        self.assertEqual(set(candidates("")), {"list", "info", "compile", "upload", "arm", "disarm", "home", "monitor", "param",
+                                               "fault", "simulate"})
+        self.assertEqual(candidates("up"), ["upload"])
+        self.assertEqual(candidates("param", "g"), ["get"])
+        self.assertEqual(candidates("param", "get", "max"), ["max_force"])
+        self.assertEqual(candidates("fault", "explain", "e_"), ["e_stop"])
+        self.assertIn("--ideal", candidates("simulate", "--"))
+        self.assertEqual(candidates("simulate", "--arm", "w"), ["wooden"])
+        self.sim()
+        self.assertEqual(candidates("info", "--device", ""), ["arm-1"])
+
+    def test_compile_reports_the_mesh(self):
+        scene = self.ball_scene(10)
+        image = self.folder / "ball.thim"
+        report = self.ok_json("compile", scene, "--output", image)
+        mesh = report["objects"][0]["mesh"]
+        self.assertEqual(mesh["triangles"], 360)
+        self.assertEqual(mesh["open_edges"], 0)
+        self.assertGreater(mesh["depth"], 0)
+        self.assertEqual(image.stat().st_size, report["bytes"] + 8)
+        self.assertRegex(self.ok("compile", scene, "--output", image).out, r"360 triangles.*0 open edges.*depth")
+        first = image.read_bytes()
+        self.ok("compile", scene, "--output", image)
+        self.assertEqual(image.read_bytes(), first, "the same input gives the same bytes")
+
+
+class Simulate(Rig):
+    COLUMNS = "time_s,arm,tip_x_m,tip_y_m,tip_z_m,proxy_x_m,proxy_y_m,proxy_z_m,force_x_N,force_y_N,force_z_N,contacts"
+
+    def path(self, text):
+        file = self.folder / "hand.csv"
+        file.write_text(text)
+        return file
+
+    def test_ideal_press(self):
+        scene = self.plane_scene(stiffness=1000)
+        path = self.path("time_s,x_m,y_m,z_m\n0,0,0,0.001\n0.5,0,0,-0.002\n1,0,0,-0.002\n")
+        log = self.folder / "log.csv"
+        result = self.ok_json("simulate", scene, "--path", path, "--ideal", "--rate", "1000", "--log", log)
+        lines = log.read_text().splitlines()
+        self.assertEqual(lines[0], self.COLUMNS)
+        self.assertEqual(len(lines), 1002)
+        self.assertEqual(result["ticks"], 1001)
+        last = [float(cell) for cell in lines[-1].split(",")]
+        self.assertAlmostEqual(last[0], 1.0)
+        self.assertAlmostEqual(last[4], -0.002, places=8)
+        self.assertAlmostEqual(last[10], 2.0, places=4)
+        self.assertEqual(last[11], 1)
+
+    def test_the_same_run_gives_the_same_bytes(self):
+        scene = self.plane_scene(stiffness=500, offset_m=-0.005)
+        path = self.path("time_s,x_m,y_m,z_m\n0,0,0,0\n0.2,0,0,-0.008\n0.4,0.01,0,-0.008\n")
+        logs = []
+        for name in ("one.csv", "two.csv"):
+            self.ok("simulate", scene, "--path", path, "--log", self.folder / name)
+            logs.append((self.folder / name).read_bytes())
+        self.assertEqual(logs[0], logs[1])
+        self.assertEqual(logs[0].split(b"\n")[0].decode(), self.COLUMNS)
+
+    def test_bad_paths_are_named_by_line(self):
+        scene = self.plane_scene()
+        log = self.folder / "bad.csv"
+        cases = {
+            "": "the file is empty",
+            "time_s,x_m,y_m\n": "column 'z_m' is missing",
+            "time_s,x_m,y_m,z_m,speed\n": "unknown column 'speed'",
+            "time_s,x_m,y_m,z_m\n": "no row follows",
+            "time_s,x_m,y_m,z_m\n0,0,0\n": "hand.csv:2: 3 cells where the header has 4",
+            "time_s,x_m,y_m,z_m\n0,0,0,zero\n": "hand.csv:2: z_m is 'zero'",
+            "time_s,x_m,y_m,z_m\n0,0,0,nan\n": "hand.csv:2: z_m is 'nan'",
+            "time_s,x_m,y_m,z_m\n1,0,0,0\n1,0,0,0\n": "hand.csv:3: time_s does not rise",
+            "time_s,x_m,y_m,z_m,arm\n1,0,0,0,2\n": "hand.csv:2: arm is neither 0 nor 1",
+        }
+        for text, cause in cases.items():
+            error = self.fails(10, "bad-path", "simulate", scene, "--path", self.path(text), "--log", log)
+            self.assertIn(cause, error["cause"])
+        error = self.fails(10, "bad-path", "simulate", scene, "--path", self.folder / "absent.csv", "--log", log)
+        self.assertIn("No such file", error["cause"])
+        good = self.path("time_s,x_m,y_m,z_m\n0,0,0,0\n1,0,0,0\n")
+        self.fails(2, "unknown-arm", "simulate", scene, "--path", good, "--log", log, "--arm", "left")
+        self.fails(2, "bad-rate", "simulate", scene, "--path", good, "--log", log, "--rate", "7")
+        self.assertFalse(log.exists(), "nothing is written when it fails")
+
+
+if __name__ == "__main__":
+    unittest.main()

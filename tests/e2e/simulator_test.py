@@ -1,0 +1,108 @@
+"""thimble-sim itself: what it leaves behind (nothing), what it says when it cannot start, and what it keeps."""
+
+import os
+import signal
+import socket
+import subprocess
+import time
+import unittest
+
+from rig import BIN, Rig
+
+
+class Simulator(Rig):
+    def start_fails(self, code, text, *arguments):
+        result = subprocess.run([BIN / "thimble-sim", *map(str, arguments)], capture_output=True, text=True,
+                                env=self.environment, timeout=20)
+        self.assertEqual(result.returncode, code, result.stderr)
+        self.assertIn(text, result.stderr)
+        self.assertEqual(list(self.runtime.rglob("*.sim")), [])
+
+    def test_signals_end_it_and_nothing_remains(self):
+        for how in (signal.SIGTERM, signal.SIGINT):
+            link = self.folder / "port"
+            sim = self.sim("--tcp", 0, "--link", link)
+            self.assertEqual(sim.pty, "slcan:%s" % link)
+            self.assertTrue(link.is_symlink())
+            self.ok("info", "--device", sim.pty)
+            self.assertEqual(sim.stop(how), 0)
+            self.assertFalse(link.is_symlink())
+            self.assertEqual(list(self.runtime.iterdir()), [])
+
+    def test_a_killed_one_is_not_listed_and_cleared_away(self):
+        sim = self.sim("--tcp", 0)
+        sim.stop(signal.SIGKILL)
+        self.assertEqual(self.ok_json("list")["devices"], [])
+        self.fails(3, "no-device", "info")
+        self.sim("--tcp", 0)
+        self.assertEqual([device["name"] for device in self.ok_json("list")["devices"]], ["arm-2"])
+        self.assertEqual([file.name for file in self.runtime.rglob("*.sim")], ["arm-2.sim"])
+
+    def test_a_port_in_use(self):
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            self.start_fails(1, "in use: end what uses it, choose another, or --tcp 0 for any", "--tcp", taken.getsockname()[1])
+
+    def test_bad_options(self):
+        self.start_fails(1, "elbow", "--arm", "elbow")
+        self.start_fails(2, "--rate", "--rate", "1")
+        self.start_fails(1, "without a pty and without --tcp", "--no-pty")
+
+    def test_two_of_one_name(self):
+        sim = self.sim()
+        result = subprocess.run([BIN / "thimble-sim", "--name", "arm-1"], capture_output=True, text=True, env=self.environment,
+                                timeout=20)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("another simulator is named 'arm-1'", result.stderr)
+        self.ok("info", "--device", sim.pty)
+
+    def test_a_bad_hand(self):
+        hand = self.folder / "hand.csv"
+        hand.write_text("time_s,x_m,y_m\n")
+        self.start_fails(1, "hand.csv:1: column 'z_m' is missing", "--hand", hand)
+
+    def test_the_store_keeps_the_scene(self):
+        store = self.folder / "store"
+        sim = self.sim("--tcp", 0, "--store", store)
+        uploaded = self.ok_json("upload", self.plane_scene("kept"), "--device", sim.tcp)
+        sim.stop(signal.SIGKILL)
+        again = self.sim("--tcp", 0, "--store", store)
+        self.assertEqual(self.running(again.tcp), ("kept", uploaded["bytes"], uploaded["crc"]))
+        self.start_fails_with_store(store)
+        self.assertLess(os.stat(store).st_blocks * 512, 1 << 20, "a sparse file")
+
+    def start_fails_with_store(self, store):
+        result = subprocess.run([BIN / "thimble-sim", "--store", store], capture_output=True, text=True, env=self.environment,
+                                timeout=20)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("another simulator uses it", result.stderr)
+
+    def test_a_hand_presses_what_was_uploaded(self):
+        hand = self.folder / "press.csv"
+        hand.write_text("time_s,x_m,y_m,z_m\n0,0,0,0\n0.5,0,0,-0.01\n30,0,0,-0.01\n")
+        sim = self.sim("--tcp", 0, "--hand", hand)
+        self.ok("upload", self.plane_scene(stiffness=500, offset_m=-0.004), "--device", sim.tcp)
+        self.ok("home", "--device", sim.tcp)
+        self.ok("arm", "--device", sim.tcp)
+        end = time.monotonic() + 60  # a machine that is busy simulates slower than real time
+        while (state := self.ok_json("info", "--device", sim.tcp)["state"])["contact_ticks"] < 4000:
+            self.assertLess(time.monotonic(), end, "the hand does not touch")
+            time.sleep(0.1)
+        self.assertGreater(state["peak_force_N"], 1.0)
+        self.assertGreater(state["mean_force_N"], 0.5)
+        self.assertLessEqual(state["mean_force_N"], state["peak_force_N"])
+        print("    figure: peak %.2f N, mean %.2f N, %d ticks in contact, worst tick %.1f us" %
+              (state["peak_force_N"], state["mean_force_N"], state["contact_ticks"], state["worst_tick_s"] * 1e6))
+
+    def test_two_clients_share_the_bus(self):
+        sim = self.sim("--tcp", 0)
+        watcher = self.start("monitor", "--seconds", "3", "--json", "--device", sim.tcp)
+        for _ in range(3):
+            self.ok("info", "--device", sim.pty)
+            self.ok("upload", self.plane_scene(), "--device", sim.tcp)
+        out, err = watcher.communicate(timeout=20)
+        self.assertEqual(watcher.returncode, 0, err)
+        self.assertGreater(len(out.splitlines()), 50)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,58 @@
+// A fingertip that is exactly where it is put, and what the renderer makes of it: the open loop of every test
+// here.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "control/renderer.h"
+#include "tests/support/scene.h"
+
+namespace thimble::test {
+
+inline constexpr double kRate_Hz = 4000.0;
+
+struct Felt {
+  Eigen::Vector3d tip_m = Eigen::Vector3d::Zero();  // as rounded to float: where the renderer saw it
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
+  Eigen::Vector3d god_object_m = Eigen::Vector3d::Zero();
+  int contacts = 0;
+};
+
+class IdealRun {
+ public:
+  explicit IdealRun(const SceneImage& image, double rate_Hz = kRate_Hz);
+
+  // One tick with the tip at p. Its velocity is the step from the last tick.
+  const Felt& step(const Eigen::Vector3d& p);
+  // Ticks along the straight line from the present tip to p, at most `step_m` each.
+  const Felt& move(const Eigen::Vector3d& p, double step_m);
+  // Puts the tip at p with no contact, as after a pause; the sums start again.
+  void restart(const Eigen::Vector3d& p);
+
+  [[nodiscard]] const Felt& felt() const { return felt_; }
+  [[nodiscard]] control::Renderer& renderer() { return renderer_; }
+
+  // Sums since the start or the last restart().
+  [[nodiscard]] double work_on_hand_J() const {
+    return work_J_;
+  }  // force held for the whole tick, as a device holds it
+  [[nodiscard]] double work_mean_force_J() const {
+    return work_mean_J_;
+  }  // mean of the forces at both ends of each step
+  [[nodiscard]] double longest_step_m() const { return longest_step_m_; }
+  [[nodiscard]] double deepest_m() const { return deepest_m_; }      // |god object - tip|
+  [[nodiscard]] double force_way_N() const { return force_way_N_; }  // the way of the force: sum of |dF|
+
+ private:
+  control::Renderer renderer_;
+  double period_s_;
+  bool started_ = false;
+  Felt felt_;
+  double work_J_ = 0;
+  double work_mean_J_ = 0;
+  double longest_step_m_ = 0;
+  double deepest_m_ = 0;
+  double force_way_N_ = 0;
+};
+
+}  // namespace thimble::test

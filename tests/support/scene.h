@@ -1,0 +1,78 @@
+// Scenes without files: shapes and meshes put straight into a scene image, as the compiler would.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "control/scene/scene_view.h"
+#include "host-tools/compiler/mesh.h"
+
+namespace thimble::test {
+
+struct Material {
+  float stiffness_N_m = 1000.0F;
+  float damping_N_s_m = 0.0F;
+  float static_friction = 0.0F;
+  float dynamic_friction = 0.0F;
+  scene::FrictionMode friction_mode = scene::FrictionMode::StickSlip;
+};
+
+struct Pose {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+};
+
+// The bytes of an image, and the view that the renderer takes. Moving keeps the view good; it cannot be
+// copied.
+class SceneImage {
+ public:
+  explicit SceneImage(
+      std::vector<std::byte> bytes);  // throws std::runtime_error with the status's name if refused
+  SceneImage(SceneImage&&) = default;
+  SceneImage& operator=(SceneImage&&) = default;
+
+  [[nodiscard]] const control::SceneView& view() const { return view_; }
+  [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::byte> bytes_;
+  control::SceneView view_;
+};
+
+class SceneBuilder {
+ public:
+  SceneBuilder();
+  ~SceneBuilder();
+  SceneBuilder(const SceneBuilder&) = delete;
+  SceneBuilder& operator=(const SceneBuilder&) = delete;
+
+  SceneBuilder& plane(const Eigen::Vector3d& normal, double offset_m, const Material& material,
+                      const Pose& pose = {});
+  SceneBuilder& sphere(double radius_m, const Material& material, const Pose& pose = {});
+  SceneBuilder& box(const Eigen::Vector3d& size_m, const Material& material, const Pose& pose = {});
+  SceneBuilder& cylinder(double radius_m, double half_height_m, const Material& material,
+                         const Pose& pose = {});
+  SceneBuilder& capsule(double radius_m, double half_height_m, const Material& material,
+                        const Pose& pose = {});
+  SceneBuilder& mesh(const host::CompiledMesh& mesh, const Material& material, const Pose& pose = {});
+  SceneBuilder& mesh(const host::TriangleSoup& soup, const Material& material,
+                     const host::MeshOptions& options = {}, const Pose& pose = {});
+
+  [[nodiscard]] std::vector<std::byte> bytes();  // once
+  [[nodiscard]] SceneImage image() { return SceneImage(bytes()); }
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;  // keeps the FlatBuffers builder out of this header
+};
+
+// The triangles as the controller has them, after welding, orientation and rounding to float: what an oracle
+// must look at.
+[[nodiscard]] host::TriangleSoup as_soup(const host::CompiledMesh& mesh);
+
+}  // namespace thimble::test

@@ -1,0 +1,168 @@
+// A controller on the bench: storage in memory that can lose power, an arm that is where the test puts it,
+// and the board's part of the loop. Used by every test of firmware/.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "firmware/controller.h"
+#include "kinematics/arm.h"
+
+namespace thimble::test {
+
+using firmware::Command;
+using firmware::Conditions;
+using firmware::Controller;
+using firmware::Fault;
+using firmware::Inputs;
+using firmware::Mode;
+using firmware::Outputs;
+using firmware::Telemetry;
+
+// Behaves like NOR flash: a byte is writable once after an erase.
+class TestStorage final : public firmware::Storage {
+ public:
+  explicit TestStorage(std::size_t slot_bytes = 4096)
+      : slots_{std::vector<std::uint64_t>(slot_bytes / 8, kErased),
+               std::vector<std::uint64_t>(slot_bytes / 8, kErased)} {}
+
+  std::span<const std::byte> slot(unsigned index) const noexcept override {
+    return std::as_bytes(std::span(slots_[index]));
+  }
+  bool erase(unsigned index, std::size_t bytes) noexcept override {
+    for (std::size_t i = 0; i < bytes; ++i) {
+      if (!power()) return false;
+      at(index, erase_downwards ? bytes - 1 - i : i) = std::byte{0xFF};
+    }
+    return true;
+  }
+  bool write(unsigned index, std::size_t offset, std::span<const std::byte> bytes) noexcept override {
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+      if (!power()) return false;
+      overwritten = overwritten || at(index, offset + i) != std::byte{0xFF};
+      at(index, offset + i) = bytes[i];
+    }
+    return true;
+  }
+  std::byte& at(unsigned index, std::size_t offset) noexcept {
+    return std::as_writable_bytes(std::span(slots_[index]))[offset];
+  }
+
+  std::size_t power_left =
+      std::numeric_limits<std::size_t>::max();  // bytes that can still be erased or written
+  bool erase_downwards = false;
+  bool overwritten = false;  // a byte was written twice without an erase
+
+ private:
+  static constexpr std::uint64_t kErased = ~std::uint64_t{0};
+  bool power() noexcept { return power_left != 0 && power_left-- != 0; }
+
+  std::array<std::vector<std::uint64_t>, kSlots> slots_;
+};
+
+// A scene with one horizontal plane: solid below z = height_m.
+std::vector<std::byte> plane_image(float stiffness_N_m, float height_m = 0.0F, float damping_N_s_m = 0.0F,
+                                   const std::string& name = "plane");
+
+class Bench {
+ public:
+  explicit Bench(const firmware::Config& bench_config = {}, std::size_t slot_bytes = 4096)
+      : config(bench_config),
+        storage(slot_bytes),
+        controller(std::make_unique<Controller>(bench_config, storage)) {
+    inputs.dead_man = true;
+    for (std::size_t i = 0; i < firmware::kMaxArms; ++i) {
+      const kinematics::ArmModel* model = kinematics::find_arm_model(config.arm[i].model);
+      if (model == nullptr) model = &kinematics::arm_models().front();
+      arms.emplace_back(*model, config.arm[i].base);
+      joints.push_back(arms.back().home());
+    }
+  }
+
+  // One period. The hand trembles by a count, as hands do, unless the test froze it.
+  const Outputs& tick() {
+    ++inputs.tick;
+    inputs.time_us = static_cast<std::uint64_t>(static_cast<double>(inputs.tick) *
+                                                static_cast<double>(config.period_s) * 1e6);
+    for (std::size_t i = 0; i < arms.size(); ++i) {
+      if (sampling) inputs.arm[i].sample_tick = inputs.tick;
+      for (std::size_t j = 0; j < firmware::kJoints; ++j) {
+        const int axis = static_cast<int>(j);
+        const double count = (joints[i][axis] - arms[i].home()[axis]) /
+                             static_cast<double>(arms[i].model().rad_per_count(axis));
+        const auto tremble = static_cast<std::int64_t>(frozen ? 0 : inputs.tick / 100 % 2);
+        inputs.arm[i].counts[j] = static_cast<std::uint32_t>(std::llround(count) + tremble + 123456789);
+      }
+    }
+    if (alive) controller->keep_alive();
+    outputs = controller->tick(inputs);
+    controller->poll(inputs.time_us);
+    return outputs;
+  }
+  void ticks(int count) {
+    for (int i = 0; i < count; ++i) tick();
+  }
+  // Puts a fingertip somewhere in the world, at once or by even steps.
+  void place(const Eigen::Vector3d& tip_m, std::size_t arm = 0) {
+    if (!arms[arm].inverse(tip_m, joints[arm])) throw std::logic_error("the test's tip is out of reach");
+  }
+  void move(const Eigen::Vector3d& to_m, int steps, std::size_t arm = 0) {
+    const Eigen::Vector3d from_m = arms[arm].at(joints[arm]).tip_m;
+    for (int i = 1; i <= steps; ++i) {
+      place(from_m + (to_m - from_m) * (static_cast<double>(i) / steps), arm);
+      tick();
+    }
+  }
+  const Telemetry& shown() const { return controller->telemetry(); }
+  Mode mode() const { return controller->mode(); }
+  float force_N(std::size_t arm = 0) const { return shown().arm[arm].force_N.norm(); }
+
+  // Scene, home, arm. The tip is at home, on the plane's surface.
+  void load(float stiffness_N_m = 1000.0F, float height_m = 0.0F, float damping_N_s_m = 0.0F) {
+    const auto status = controller->load_scene(plane_image(stiffness_N_m, height_m, damping_N_s_m));
+    if (status != firmware::StoreStatus::kOk) throw std::logic_error("the scene was refused");
+  }
+  void home() {
+    tick();
+    if (controller->request(Command::kHome) != 0) throw std::logic_error("homing was refused");
+    ticks(2);
+  }
+  void arm() {
+    if (controller->request(Command::kArm) != 0) throw std::logic_error("arming was refused");
+    tick();
+    if (mode() != Mode::kArmed) throw std::logic_error("not armed");
+  }
+  void start() {
+    load();
+    home();
+    arm();
+  }
+
+  firmware::Config config;
+  TestStorage storage;
+  std::unique_ptr<Controller> controller;
+  std::vector<kinematics::Arm<double>> arms;
+  std::vector<Eigen::Vector3d> joints;
+  Inputs inputs;
+  Outputs outputs;
+  bool sampling = true;
+  bool frozen = false;
+  bool alive = true;
+};
+
+inline bool any_current(const Outputs& outputs) {
+  for (const auto& arm : outputs.arm)
+    for (const float current_A : arm.current_A)
+      if (current_A != 0.0F) return true;
+  return false;
+}
+inline bool any_enabled(const Outputs& outputs) { return outputs.arm[0].enable || outputs.arm[1].enable; }
+
+}  // namespace thimble::test

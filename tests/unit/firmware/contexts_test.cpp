@@ -1,0 +1,80 @@
+// The two contexts at once: one thread ticks, the other arms, disarms, uploads scenes, trips, clears, writes
+// parameters and reads records and freeze-frames, as a board's servo and background do. What is read must be
+// whole.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <bit>
+#include <cstdio>
+#include <thread>
+
+#include "tests/unit/firmware/bench.h"
+
+namespace thimble::test {
+namespace {
+
+// A record is whole when its parts belong to one tick: the bench writes the tick into the clock and the tick
+// time.
+bool whole(const Telemetry& t) { return t.time_us == 7 * t.tick; }
+
+TEST(Contexts, ServoAndBackgroundAtOnce) {
+  constexpr int kTicks = 200000;
+  firmware::Params params;
+  firmware::Servo servo({}, params);
+  const std::vector<std::byte> images[2] = {plane_image(500.0F, 0.0F), plane_image(900.0F, -0.001F)};
+  control::SceneView scenes[2];
+  for (int i = 0; i < 2; ++i)
+    ASSERT_EQ(control::SceneView::check(images[i], scenes[i]), control::ImageStatus::kOk);
+  std::atomic<bool> done{false};
+  std::thread ticking([&] {
+    Inputs inputs;
+    inputs.dead_man = true;
+    for (int i = 0; i < kTicks; ++i) {
+      ++inputs.tick;
+      inputs.time_us = 7 * inputs.tick;
+      inputs.arm[0].sample_tick = inputs.tick;
+      inputs.arm[0].counts = {static_cast<std::uint32_t>(i / 8 % 2),
+                              static_cast<std::uint32_t>(-(i / 8 % 20)), 0};
+      (void)servo.tick(inputs);
+      if (i % 64 == 0) std::this_thread::yield();  // on one core the background needs a turn
+    }
+    done = true;
+  });
+  int records = 0, frames = 0, armed = 0, torn = 0;
+  std::uint32_t swaps = 0;
+  std::uint64_t last_tick = 0;
+  Telemetry t;
+  const firmware::ParamRow& max_force = *firmware::find_param("max_force");
+  const firmware::ParamRow& decimation = *firmware::find_param("telemetry_decimation");
+  EXPECT_EQ(params.write(decimation.id, 3, true), firmware::ParamStatus::kOk);
+  for (int i = 0; !done; ++i) {
+    servo.keep_alive();
+    if (i % 5 == 0 && servo.post_scene(scenes[swaps % 2], swaps + 1)) ++swaps;
+    (void)servo.request(i % 50 == 49 ? Command::kStop : Command::kClear);
+    (void)servo.request(Command::kHome);
+    (void)servo.request(Command::kArm);
+    (void)params.write(max_force.id, std::bit_cast<std::uint32_t>(1.0F + static_cast<float>(i % 8)), false);
+    armed += servo.mode() == Mode::kArmed ? 1 : 0;
+    while (servo.next_record(t)) {
+      torn += whole(t) && t.tick > last_tick ? 0 : 1;
+      last_tick = t.tick;
+      ++records;
+    }
+    for (std::size_t k = 0; servo.freeze_tick(k, t); ++k) {
+      torn += whole(t) ? 0 : 1;
+      ++frames;
+    }
+    std::this_thread::yield();
+  }
+  ticking.join();
+  std::printf("%d ticks: %d records, %d freeze-frame ticks, %u scenes posted, armed %d times seen, %d torn\n",
+              kTicks, records, frames, swaps, armed, torn);
+  EXPECT_EQ(torn, 0);
+  EXPECT_GT(records, 100);
+  EXPECT_GT(frames, 64);
+  EXPECT_GT(swaps, 2U);
+  EXPECT_GT(armed, 2);
+}
+
+}  // namespace
+}  // namespace thimble::test

@@ -1,0 +1,57 @@
+// The tick uses no heap: armed and in contact, through a scene swap, a trip, damping and a clear, with two
+// arms.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <vector>
+
+#include "tests/support/no_heap_guard.h"
+#include "tests/unit/firmware/bench.h"
+
+namespace thimble::test {
+namespace {
+
+TEST(NoHeapDeathTest, TheGuardBites) {
+  EXPECT_DEATH(
+      {
+        const NoHeapGuard guard;
+        std::vector<int>* volatile leak = new std::vector<int>(100);
+        (void)leak;
+      },
+      "heap was used");
+}
+
+TEST(NoHeap, InTheTick) {
+  firmware::Config config;
+  config.arm_count = 2;
+  Bench bench(config);
+  bench.start();
+  bench.move({0, 0, 0.002}, 100, 0);
+  bench.move({0, 0, 0.002}, 100, 1);
+  int contacts = 0, modes = 0;
+  const std::vector<std::byte> other = plane_image(2000.0F, 0.001F);
+  for (int i = 0; i < 20000; ++i) {
+    bench.place({0.005 * std::sin(i * 1e-3), 0, -0.003 * std::sin(i * 2e-3)}, 0);
+    bench.place({0, 0.005 * std::sin(i * 1e-3), 0.002 * std::sin(i * 3e-3)}, 1);
+    if (i == 5000) {
+      ASSERT_EQ(bench.controller->load_scene(other), firmware::StoreStatus::kOk);
+    }
+    if (i == 12000) (void)bench.controller->request(Command::kStop);
+    if (i == 14000) (void)bench.controller->request(Command::kClear);
+    if (i == 14010) (void)bench.controller->request(Command::kArm);
+    {
+      const NoHeapGuard guard;
+      bench.tick();
+    }
+    contacts += bench.shown().arm[0].contacts + bench.shown().arm[1].contacts;
+    modes |= 1 << static_cast<int>(bench.mode());
+  }
+  std::printf("20000 ticks under the guard, %d contacts, modes seen 0x%x\n", contacts,
+              static_cast<unsigned>(modes));
+  EXPECT_GT(contacts, 5000);
+  EXPECT_EQ(modes, 1 << static_cast<int>(Mode::kArmed) | 1 << static_cast<int>(Mode::kDamping) |
+                       1 << static_cast<int>(Mode::kFaulted) | 1 << static_cast<int>(Mode::kReady));
+}
+
+}  // namespace
+}  // namespace thimble::test

@@ -1,0 +1,299 @@
+// The controller over its link, as a tester speaks to it: ISO-TP and services in, real-time frames out.
+#include "firmware/link/services.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "firmware/link/iso_tp.h"
+#include "firmware/link/messages.h"
+#include "tests/unit/firmware/bench.h"
+
+namespace thimble::test {
+namespace {
+
+namespace link = firmware::link;
+using Bytes = std::vector<std::uint8_t>;
+
+// A tester on the same wire; the controller ticks on meanwhile.
+class Tester {
+ public:
+  explicit Tester(Bench& bench, bool fd = false)
+      : bench_(bench), channel_(link::request_id(1), link::response_id(1), {.fd = fd}) {
+    bench_.alive = false;  // only the link keeps the controller's link alive
+  }
+
+  // The answer, "response pending" ones left out. Empty: none within 5 s.
+  Bytes ask(const Bytes& request) {
+    EXPECT_TRUE(channel_.send(request, now()));
+    for (int i = 0; i < 20000; ++i) {
+      step();
+      const auto got = channel_.received();
+      if (got.empty()) continue;
+      Bytes answer(got.begin(), got.end());
+      channel_.release();
+      if (answer.size() == 3 && answer[0] == link::kNegative &&
+          answer[2] == static_cast<std::uint8_t>(link::Nrc::kResponsePending)) {
+        ++pending;
+        continue;
+      }
+      return answer;
+    }
+    return {};
+  }
+  bool ok(const Bytes& request) {
+    const Bytes answer = ask(request);
+    return !answer.empty() && answer[0] == request[0] + link::kPositive;
+  }
+  link::Nrc refused(const Bytes& request) {
+    const Bytes answer = ask(request);
+    return answer.size() == 3 && answer[0] == link::kNegative ? static_cast<link::Nrc>(answer[2])
+                                                              : link::Nrc::kOk;
+  }
+  Bytes read(std::uint16_t did) {
+    const Bytes answer = ask({0x22, static_cast<std::uint8_t>(did >> 8), static_cast<std::uint8_t>(did)});
+    return answer.size() >= 3 && answer[0] == 0x62 ? Bytes(answer.begin() + 3, answer.end()) : Bytes{};
+  }
+  std::string text(std::uint16_t did) {
+    const Bytes answer = read(did);
+    return {answer.begin(), answer.end()};
+  }
+  bool routine(std::uint16_t id) {
+    return ok({0x31, 0x01, static_cast<std::uint8_t>(id >> 8), static_cast<std::uint8_t>(id)});
+  }
+  void run(int ticks) {
+    for (int i = 0; i < ticks; ++i) step();
+  }
+
+  std::vector<link::CanFrame> seen;  // real-time frames
+  int pending = 0;
+
+ private:
+  link::Micros now() const { return bench_.inputs.time_us; }
+  void step() {
+    bench_.tick();
+    link::CanFrame frame;
+    while (channel_.next_frame(frame, now())) bench_.controller->on_frame(frame, now());
+    while (bench_.controller->next_frame(frame, now())) {
+      if (!channel_.on_frame(frame, now())) seen.push_back(frame);
+    }
+    channel_.poll(now());
+  }
+
+  Bench& bench_;
+  link::IsoTpChannel channel_;
+};
+
+constexpr std::uint16_t kArm = 0x0201, kDisarm = 0x0202, kHome = 0x0203, kActivate = 0x0204;
+
+Bytes big_endian(std::initializer_list<std::uint32_t> words) {
+  Bytes bytes;
+  for (const std::uint32_t word : words)
+    for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<std::uint8_t>(word >> shift));
+  return bytes;
+}
+Bytes join(Bytes a, const Bytes& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+// Prepare, request, blocks, exit. Returns the answer to the exit.
+Bytes download(Tester& tester, const std::vector<std::byte>& image, std::uint32_t crc) {
+  const auto length = static_cast<std::uint32_t>(image.size());
+  const Bytes prepared = tester.ask(join({0x31, 0x01, 0x02, 0x05}, big_endian({length, crc})));
+  EXPECT_EQ(prepared.size(), 8U);
+  EXPECT_EQ(prepared.empty() ? 0 : prepared[0], 0x71);
+  const Bytes request = tester.ask(join({0x34, 0x00, 0x44}, big_endian({0, length})));
+  EXPECT_EQ(request.empty() ? 0 : request[0], 0x74);
+  std::uint8_t block = 1;
+  for (std::size_t at = 0; at < image.size(); at += 100, ++block) {
+    Bytes data{0x36, block};
+    for (std::size_t i = at; i < std::min(at + 100, image.size()); ++i)
+      data.push_back(std::to_integer<std::uint8_t>(image[i]));
+    EXPECT_TRUE(tester.ok(data)) << at;
+  }
+  return tester.ask({0x37});
+}
+
+TEST(Services, WholeSession) {
+  Bench bench;
+  Tester tester(bench);
+  bench.tick();
+
+  EXPECT_EQ(tester.refused({0x31, 0x01, 0x02, 0x01}), link::Nrc::kNotInThisSession);
+  ASSERT_TRUE(tester.ok({0x10, 0x03}));
+
+  // Arming names every condition that stands against it.
+  EXPECT_EQ(tester.refused({0x31, 0x01, 0x02, 0x01}), link::Nrc::kConditionsNotCorrect);
+  EXPECT_EQ(tester.text(link::kDidRefusal), "not_homed,no_scene");
+  EXPECT_EQ(tester.text(link::kDidArmName), "premium-1.5");
+  EXPECT_FALSE(tester.text(link::kDidFirmwareVersion).empty());
+
+  // Parameters.
+  const firmware::ParamRow& force = *firmware::find_param("max_force");
+  const Bytes id{static_cast<std::uint8_t>(force.id >> 8), static_cast<std::uint8_t>(force.id)};
+  const auto value = std::bit_cast<std::array<std::uint8_t, 4>>(3.5F);
+  EXPECT_TRUE(tester.ok(join(join({0x2E}, id), Bytes(value.begin(), value.end()))));
+  EXPECT_EQ(tester.read(force.id), Bytes(value.begin(), value.end()));
+  const auto bad = std::bit_cast<std::array<std::uint8_t, 4>>(-1.0F);
+  EXPECT_EQ(tester.refused(join(join({0x2E}, id), Bytes(bad.begin(), bad.end()))),
+            link::Nrc::kRequestOutOfRange);
+  EXPECT_EQ(tester.refused(join(join({0x2E}, id), {1, 2})), link::Nrc::kIncorrectLength);
+  EXPECT_EQ(tester.read(force.id), Bytes(value.begin(), value.end()));
+
+  // Download, activate, home, arm.
+  const std::vector<std::byte> image = plane_image(1000.0F, 0.0F, 0.0F, "table");
+  ASSERT_TRUE(tester.ok({0x10, 0x02}));
+  const Bytes exit = download(tester, image, firmware::crc32(image));
+  ASSERT_FALSE(exit.empty());
+  EXPECT_EQ(exit[0], 0x77);
+  EXPECT_TRUE(tester.routine(kActivate));
+  EXPECT_EQ(tester.text(link::kDidSceneName), "table");
+  EXPECT_TRUE(tester.routine(kHome));
+  EXPECT_TRUE(tester.routine(kArm));
+  EXPECT_EQ(bench.mode(), Mode::kArmed);
+  std::printf("answers kept waiting (0x78): %d\n", tester.pending);
+
+  // Pressing: the frames say so.
+  bench.move({0, 0, -0.002}, 400);
+  tester.run(1);  // what the move left to be sent
+  tester.seen.clear();
+  tester.run(4000);
+  int poses = 0, forces = 0, states = 0, beats = 0;
+  float deepest_m = 0, strongest_N = 0;
+  for (const link::CanFrame& frame : tester.seen) {
+    link::Pose pose;
+    link::Force felt;
+    link::Status status;
+    link::Heartbeat beat;
+    if (link::from_frame(frame, 1, pose)) {
+      ++poses;
+      deepest_m = std::min(deepest_m, pose.z_m);
+    } else if (link::from_frame(frame, 1, felt)) {
+      ++forces;
+      strongest_N = std::max(strongest_N, felt.z_N);
+      EXPECT_EQ(felt.arm_contacts & 3, 1);
+    } else if (link::from_frame(frame, 1, status)) {
+      ++states;
+      EXPECT_EQ(status.mode, 3);
+    } else if (link::from_frame(frame, 1, beat)) {
+      ++beats;
+      EXPECT_EQ(beat.state, 0x05);
+    }
+  }
+  std::printf("in 1 s: %d poses, %d forces, %d states, %d heartbeats; depth %.5f m, force %.3f N\n", poses,
+              forces, states, beats, static_cast<double>(deepest_m), static_cast<double>(strongest_N));
+  EXPECT_EQ(poses, 100);  // 4000 ticks, one record in 40
+  EXPECT_EQ(forces, 100);
+  EXPECT_NEAR(states, 10, 1);
+  EXPECT_NEAR(beats, 2, 1);
+  EXPECT_NEAR(deepest_m, -0.002F, 5e-5F);
+  EXPECT_NEAR(strongest_N, 2.0F, 0.1F);
+
+  link::DeviceState state;
+  ASSERT_TRUE(link::decode(tester.read(link::DeviceState::kId), state));
+  std::printf("rate %.1f Hz, contact ticks %u, peak %.3f N, scene %u bytes\n",
+              static_cast<double>(state.tick_rate_Hz), state.contact_ticks,
+              static_cast<double>(state.peak_force_N), state.scene_bytes);
+  EXPECT_NEAR(state.tick_rate_Hz, 4000.0F, 10.0F);
+  EXPECT_GT(state.contact_ticks, 4000U);
+  EXPECT_EQ(state.scene_bytes, image.size());
+  EXPECT_EQ(state.scene_crc, firmware::crc32(image));
+
+  EXPECT_TRUE(tester.routine(kDisarm));
+  tester.run(1100);
+  EXPECT_EQ(bench.mode(), Mode::kReady);
+}
+
+TEST(Services, FaultMemory) {
+  Bench bench;
+  bench.load();
+  bench.home();
+  Tester tester(bench);
+  ASSERT_TRUE(tester.ok({0x10, 0x03}));
+  ASSERT_TRUE(tester.routine(kArm));
+  tester.run(200);
+  tester.seen.clear();
+  bench.inputs.e_stop = true;
+  tester.run(2);
+  link::Emergency emergency;
+  const auto found = std::find_if(tester.seen.begin(), tester.seen.end(),
+                                  [&](const auto& frame) { return link::from_frame(frame, 1, emergency); });
+  ASSERT_NE(found, tester.seen.end());
+  EXPECT_EQ(emergency.code, firmware::find_fault(Fault::e_stop)->emergency_code);
+  EXPECT_EQ(emergency.fault, static_cast<int>(Fault::e_stop));
+  tester.run(1200);
+  ASSERT_EQ(bench.mode(), Mode::kFaulted);
+
+  const Bytes memory = tester.ask({0x19, 0x02, 0xFF});
+  ASSERT_GE(memory.size(), 3U);
+  EXPECT_EQ(memory[0], 0x59);
+  // The freeze-frames: the newest is the tick that tripped.
+  const Bytes frames = tester.ask({0x19, 0x04, 0x00, 0x00, static_cast<std::uint8_t>(Fault::e_stop), 0xFF});
+  constexpr std::size_t kHead = 6, kFrame = 4 + link::wire_size<link::FreezeFrame>();
+  ASSERT_EQ(frames.size(), kHead + firmware::kFreezeTicks * kFrame);
+  link::FreezeFrame newest;
+  ASSERT_TRUE(link::decode(std::span(frames).last(kFrame - 4), newest));
+  EXPECT_EQ(newest.tick, emergency.tick);
+  EXPECT_EQ(newest.mode, static_cast<int>(Mode::kDamping));
+  std::printf("%zu freeze-frames, the newest of tick %u\n", (frames.size() - kHead) / kFrame, newest.tick);
+  EXPECT_EQ(tester.refused({0x14, 0xFF, 0xFF, 0xFF}), link::Nrc::kConditionsNotCorrect);
+  EXPECT_EQ(tester.text(link::kDidRefusal), "e_stop_pressed");
+  bench.inputs.e_stop = false;
+  tester.run(2);
+  EXPECT_EQ(bench.mode(), Mode::kFaulted) << "it must not clear itself";
+  EXPECT_TRUE(tester.ok({0x14, 0xFF, 0xFF, 0xFF}));
+  EXPECT_EQ(bench.mode(), Mode::kReady);
+  EXPECT_EQ(bench.controller->fault(), Fault::kNone);
+}
+
+// A bad image by the link: refused with its reason, the running scene untouched.
+TEST(Services, RefusedImage) {
+  Bench bench;
+  bench.load();
+  bench.home();
+  Tester tester(bench, true);
+  ASSERT_TRUE(tester.ok({0x10, 0x02}));
+  ASSERT_TRUE(tester.routine(kArm));
+  const std::uint32_t before = bench.shown().scene_sequence;
+  std::vector<std::byte> image = plane_image(1000.0F);
+  image.resize(image.size() - 8);
+  Bytes exit = download(tester, image, firmware::crc32(image));
+  ASSERT_EQ(exit.size(), 3U);
+  EXPECT_EQ(exit[2], static_cast<int>(link::Nrc::kProgrammingFailure));
+  EXPECT_EQ(tester.text(link::kDidRefusal), "not_a_scene");
+  exit = download(tester, image, firmware::crc32(image) + 1);
+  ASSERT_EQ(exit.size(), 3U);
+  EXPECT_EQ(tester.text(link::kDidRefusal), "wrong_crc");
+  EXPECT_FALSE(tester.routine(kActivate));
+  EXPECT_EQ(tester.text(link::kDidRefusal), "no_download");
+  EXPECT_EQ(bench.shown().scene_sequence, before);
+  EXPECT_EQ(bench.mode(), Mode::kArmed);
+}
+
+// Only valid commands feed the watchdog, and arming is none of them.
+TEST(Services, ArmingDoesNotKeepTheLinkAlive) {
+  Bench bench;
+  const firmware::ParamRow& supervision = *firmware::find_param("host_supervision");
+  ASSERT_EQ(bench.controller->write_param(supervision.id, 1), firmware::ParamStatus::kOk);
+  bench.load();
+  bench.home();
+  Tester tester(bench);
+  ASSERT_TRUE(tester.ok({0x10, 0x03}));
+  ASSERT_TRUE(tester.routine(kArm));
+  tester.run(3000);
+  ASSERT_TRUE(tester.ok({0x3E, 0x00}));
+  tester.run(3000);
+  EXPECT_EQ(bench.mode(), Mode::kArmed) << "tester-present kept it alive";
+  (void)tester.routine(kArm);
+  tester.run(2000);
+  EXPECT_EQ(bench.controller->fault(), Fault::host_lost);
+}
+
+}  // namespace
+}  // namespace thimble::test
