@@ -77,6 +77,9 @@ class Session(Rig):
         self.ok("upload", self.plane_scene(offset_m=-0.01), "--device", uri)
         self.ok("home", "--device", uri)
         self.ok("arm", "--device", uri)
+        # Three commands can be over in less than the 16 ms that a freeze-frame holds.
+        while self.ok_json("info", "--device", uri)["state"]["tick"] < 64:
+            pass
         with self.sockets_to(sim) as bus:
             bus.sendall(b"S8\rO\rt0010\r")  # the e-stop frame, by hand
         self.wait_for_mode(uri, "faulted")
