@@ -9,6 +9,10 @@ ShapeData view_shape(const scene::Object& object) {
   ShapeData data;
   switch (object.shape_type()) {
     case scene::Shape::NONE:
+    case scene::Shape::VectorField:
+    case scene::Shape::PotentialField:
+    case scene::Shape::Needle:
+    case scene::Shape::Tissue:
       break;
     case scene::Shape::Plane:
       data.vector = to_vec(object.shape_as_Plane()->normal()).normalized();
@@ -37,6 +41,7 @@ ShapeData view_shape(const scene::Object& object) {
 
 PlacedObject place(const scene::Object& object) {
   PlacedObject placed;
+  placed.source = &object;
   placed.ops = &shape_ops(object.shape_type());
   placed.shape = view_shape(object);
   const scene::Quat& q = object.pose()->rotation();
@@ -59,7 +64,9 @@ PlacedObject place(const scene::Object& object) {
 void World::bind(const SceneView& view) noexcept {
   count = 0;
   if (view.scene() == nullptr) return;
-  for (const scene::Object* object : *view.scene()->objects()) objects[count++] = place(*object);
+  for (const scene::Object* object : *view.scene()->objects()) {
+    if (!is_volume(object->shape_type())) objects[count++] = place(*object);
+  }
 }
 
 }  // namespace thimble::control

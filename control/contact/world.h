@@ -22,6 +22,7 @@ struct Material {
 };
 
 struct PlacedObject {
+  const scene::Object* source = nullptr;  // in the image: its surface and body
   const ShapeOps* ops = nullptr;
   ShapeData shape;
   Mat3 rotation = Mat3::Identity();  // object to world
@@ -37,6 +38,9 @@ struct PlacedObject {
   [[nodiscard]] Vec3 turn(const Vec3& v) const { return turned ? Vec3(rotation * v) : v; }
   [[nodiscard]] Vec3 turn_back(const Vec3& v) const { return turned ? Vec3(rotation.transpose() * v) : v; }
 };
+
+// Volumes have no surface and are not in the world: control/fields renders them.
+[[nodiscard]] constexpr bool is_volume(scene::Shape shape) { return shape >= scene::Shape::VectorField; }
 
 struct World {
   std::array<PlacedObject, kMaxObjects> objects;

@@ -9,7 +9,15 @@ namespace thimble::control {
 
 inline constexpr std::size_t kMaxArms = 2;
 inline constexpr std::size_t kMaxObjects = 64;
-inline constexpr std::size_t kMaxTriangles = 1U << 20U;  // of all meshes of a scene together
+inline constexpr std::size_t kMaxTriangles = 1U << 20U;       // of all meshes of a scene together
+inline constexpr std::size_t kMaxBodies = 16;                 // objects that move
+inline constexpr std::size_t kMaxTextureSamples = 1U << 16U;  // of one texture
+inline constexpr std::size_t kMaxMapSamples = 1U << 16U;      // of one stiffness map
+inline constexpr std::size_t kMaxFieldSamples = 1U << 21U;    // of one potential field
+inline constexpr std::size_t kMaxSubvolumes = 64;             // of one vector field
+inline constexpr std::size_t kMaxSubvolumeSides = 16;
+inline constexpr std::size_t kMaxLayers = 32;       // of one needle's way
+inline constexpr std::size_t kMaxCurvePoints = 32;  // of one control
 inline constexpr std::size_t kMaxImageBytes = std::size_t{64} << 20U;
 inline constexpr std::size_t kMaxBvhDepth = 48;
 inline constexpr std::size_t kMaxLeafTriangles = 8;

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "control/scene/check.h"
 #include "control/scene/limits.h"
 #include "thimble_scene_schema/scene_generated.h"
 
@@ -12,24 +13,6 @@ namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 constexpr std::uint32_t kLeaf = 0x80000000U;
-
-// Every check answers the first thing wrong; kOk goes on.
-#define RETURN_IF_BAD(expression)                                                           \
-  do {                                                                                      \
-    if (const ImageStatus status = (expression); status != ImageStatus::kOk) return status; \
-  } while (false)
-
-ImageStatus require(bool sound, ImageStatus otherwise) { return sound ? ImageStatus::kOk : otherwise; }
-
-// Comparisons with NaN are false, so these refuse it too.
-bool in_range(float value, float lo, float hi) { return value >= lo && value <= hi; }
-bool is_coordinate(const scene::Vec3& v) {
-  return in_range(v.x(), -kMaxCoordinate_m, kMaxCoordinate_m) &&
-         in_range(v.y(), -kMaxCoordinate_m, kMaxCoordinate_m) &&
-         in_range(v.z(), -kMaxCoordinate_m, kMaxCoordinate_m);
-}
-bool is_size(float value) { return value > 0.0F && value <= kMaxCoordinate_m; }
-bool is_unit(float length2) { return in_range(length2, 0.998F, 1.002F); }
 
 ImageStatus check_material(const scene::Material& m) {
   return require(in_range(m.stiffness_n_per_m(), 0.0F, kMaxStiffness_N_m) &&
@@ -154,6 +137,11 @@ ImageStatus check_shape(const scene::Object& object, std::size_t& triangles_in_s
     }
     case scene::Shape::Mesh:
       return check_mesh(*object.shape_as_Mesh(), triangles_in_scene);
+    case scene::Shape::VectorField:
+    case scene::Shape::PotentialField:
+    case scene::Shape::Needle:
+    case scene::Shape::Tissue:
+      return check_volume(object);
   }
   return ImageStatus::kNoShape;
 }
@@ -174,6 +162,10 @@ const char* name(ImageStatus status) noexcept {
       return "too_many_objects";
     case ImageStatus::kTooManyTriangles:
       return "too_many_triangles";
+    case ImageStatus::kTooManyBodies:
+      return "too_many_bodies";
+    case ImageStatus::kTooManySamples:
+      return "too_many_samples";
     case ImageStatus::kBadNumber:
       return "bad_number";
     case ImageStatus::kBadIndex:
@@ -190,20 +182,28 @@ ImageStatus SceneView::check(std::span<const std::byte> bytes, SceneView& view) 
   if (bytes.size() > kMaxImageBytes) return ImageStatus::kTooLarge;
   if (std::bit_cast<std::uintptr_t>(bytes.data()) % 8 != 0) return ImageStatus::kMisaligned;
   const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-  // Scene -> object -> shape is 3 tables deep, and an object has two tables.
+  // Scene -> object -> surface -> texture is 4 tables deep; an object has at most itself, its shape with subvolumes, its surface
+  // with texture and map, its body with a control.
   constexpr std::size_t kDepth = 8;
-  constexpr std::size_t kTables = 4 * kMaxObjects;
+  constexpr std::size_t kTables = 1 + (7 + kMaxSubvolumes) * kMaxObjects;
   flatbuffers::Verifier verifier(data, bytes.size(), kDepth, kTables);
   if (bytes.size() < 2 * sizeof(std::uint32_t) || !scene::VerifySceneBuffer(verifier))
     return ImageStatus::kNotAScene;
   const scene::Scene* scene = scene::GetScene(data);
   if (scene->objects()->size() > kMaxObjects) return ImageStatus::kTooManyObjects;
   std::size_t triangles = 0;
+  std::size_t bodies = 0;
+  if (scene->gravity_m_per_s2() != nullptr) {
+    RETURN_IF_BAD(require(is_coordinate(*scene->gravity_m_per_s2()), ImageStatus::kBadNumber));
+  }
   for (const scene::Object* object : *scene->objects()) {
     if (object->shape() == nullptr) return ImageStatus::kNoShape;
     RETURN_IF_BAD(check_shape(*object, triangles));
     RETURN_IF_BAD(check_pose(*object->pose()));
     RETURN_IF_BAD(check_material(*object->material()));
+    RETURN_IF_BAD(check_surface(*object));
+    RETURN_IF_BAD(check_body(*object));
+    if (object->body() != nullptr && ++bodies > kMaxBodies) return ImageStatus::kTooManyBodies;
   }
   view.scene_ = scene;
   return ImageStatus::kOk;

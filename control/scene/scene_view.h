@@ -23,6 +23,8 @@ enum class ImageStatus : std::uint8_t {
   kBadIndex = 7,   // a vertex, triangle or neighbour that does not exist
   kBadTree = 8,    // cyclic, too deep, or a leaf out of range
   kNoShape = 9,
+  kTooManyBodies = 10,
+  kTooManySamples = 11,  // or columns, layers, subvolumes, curve points
 };
 
 // The field's name for a status, for logs and telemetry ("bad_tree").
