@@ -173,17 +173,22 @@ bool is_nearer(const Vec3& slipped, const Vec3& stuck, const Vec3& rest, const V
 
 void Renderer::bind(const SceneView& scene) noexcept {
   world_.bind(scene);
+  fields_.bind(scene);
   counters_ = {};
   reset();
 }
 
-void Renderer::reset() noexcept { fingers_ = {}; }
+void Renderer::reset() noexcept {
+  fingers_ = {};
+  fields_.reset();
+}
 
 void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept {
   const std::size_t count = std::min(tips.size(), kMaxArms);
   for (std::size_t i = 0; i < count; ++i) {
     if (!touch_one_surface(world_, fingers_[i], tips[i], period_s, touches[i]))
       touch(fingers_[i], tips[i], period_s, touches[i]);
+    if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
   }
 }
 

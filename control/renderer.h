@@ -19,6 +19,7 @@
 #include "control/contact/friction.h"
 #include "control/contact/god_object.h"
 #include "control/contact/world.h"
+#include "control/fields/fields.h"
 #include "control/renderer_types.h"
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
@@ -53,6 +54,7 @@ class Renderer {
   void touch(Finger& finger, const Tip& tip, float period_s, Touch& touch) noexcept;
 
   World world_;
+  Fields fields_;
   std::array<Finger, kMaxArms> fingers_;
   RenderCounters counters_;
 };

@@ -53,13 +53,16 @@ PlacedObject place(const scene::Object& object) {
   const Vec3 extent = placed.turned && reach.allFinite() ? Vec3(placed.rotation.cwiseAbs() * reach) : reach;
   placed.lo_m = placed.position_m - extent;
   placed.hi_m = placed.position_m + extent;
-  const scene::Material& m = *object.material();
-  placed.material = {m.stiffness_n_per_m(), m.damping_n_s_per_m(), m.static_friction(), m.dynamic_friction(),
-                     m.friction_mode() == scene::FrictionMode::Steady};
+  placed.material = view_material(*object.material());
   return placed;
 }
 
 }  // namespace
+
+Material view_material(const scene::Material& m) noexcept {
+  return {m.stiffness_n_per_m(), m.damping_n_s_per_m(), m.static_friction(), m.dynamic_friction(),
+          m.friction_mode() == scene::FrictionMode::Steady};
+}
 
 void World::bind(const SceneView& view) noexcept {
   count = 0;

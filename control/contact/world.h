@@ -21,6 +21,8 @@ struct Material {
   bool steady = false;  // friction_mode "steady"
 };
 
+[[nodiscard]] Material view_material(const scene::Material& material) noexcept;
+
 struct PlacedObject {
   const scene::Object* source = nullptr;  // in the image: its surface and body
   const ShapeOps* ops = nullptr;

@@ -1,7 +1,73 @@
 #include "control/scene/check.h"
 
 namespace thimble::control {
+namespace {
 
-ImageStatus check_volume(const scene::Object&) noexcept { return ImageStatus::kNoShape; }
+bool is_half_space(const scene::HalfSpace& half) {
+  const scene::Vec3& n = half.normal();
+  return is_coordinate(n) && is_unit(n.x() * n.x() + n.y() * n.y() + n.z() * n.z()) &&
+         in_range(half.offset_m(), -2.0F * kMaxCoordinate_m, 2.0F * kMaxCoordinate_m);
+}
+
+ImageStatus check_vector_field(const scene::VectorField& field) {
+  if (field.subvolumes()->size() > kMaxSubvolumes) return ImageStatus::kTooManySamples;
+  RETURN_IF_BAD(
+      require(is_coordinate(*field.lo_m()) && is_coordinate(*field.hi_m()), ImageStatus::kBadNumber));
+  for (const scene::Subvolume* subvolume : *field.subvolumes()) {
+    if (subvolume->sides()->size() > kMaxSubvolumeSides) return ImageStatus::kTooManySamples;
+    for (const scene::HalfSpace* side : *subvolume->sides()) {
+      RETURN_IF_BAD(require(is_half_space(*side), ImageStatus::kBadNumber));
+    }
+    RETURN_IF_BAD(require(is_half_space(*subvolume->plane()) && is_coordinate(*subvolume->centre_m()) &&
+                              in_range(subvolume->radius_m(), 0.0F, kMaxCoordinate_m),
+                          ImageStatus::kBadNumber));
+  }
+  return ImageStatus::kOk;
+}
+
+ImageStatus check_potential_field(const scene::PotentialField& field) {
+  constexpr std::uint16_t kLeastCount = 4;  // one cell of the spline
+  if (field.count()->size() != 3) return ImageStatus::kBadIndex;
+  std::size_t samples = 1;
+  for (const std::uint16_t count : *field.count()) {
+    if (count < kLeastCount) return ImageStatus::kBadIndex;
+    samples *= count;
+    if (samples > kMaxFieldSamples) return ImageStatus::kTooManySamples;
+  }
+  RETURN_IF_BAD(require(field.coefficients()->size() == samples, ImageStatus::kBadIndex));
+  RETURN_IF_BAD(require(is_coordinate(*field.origin_m()) &&
+                            in_range(field.step_m(), kMinFieldStep_m, kMaxCoordinate_m) &&
+                            field.law() <= scene::PotentialLaw::MAX,
+                        ImageStatus::kBadNumber));
+  for (const float coefficient : *field.coefficients()) {
+    RETURN_IF_BAD(require(in_range(coefficient, -kMaxPotential, kMaxPotential), ImageStatus::kBadNumber));
+  }
+  return ImageStatus::kOk;
+}
+
+}  // namespace
+
+ImageStatus check_volume(const scene::Object& object) noexcept {
+  // Effects of a surface and motion belong to objects that have a surface; a proxy needs a stiffness.
+  if (object.surface() != nullptr || object.body() != nullptr) return ImageStatus::kNoShape;
+  RETURN_IF_BAD(require(object.material()->stiffness_n_per_m() > 0.0F, ImageStatus::kBadNumber));
+  switch (object.shape_type()) {
+    case scene::Shape::VectorField:
+      return check_vector_field(*object.shape_as_VectorField());
+    case scene::Shape::PotentialField:
+      return check_potential_field(*object.shape_as_PotentialField());
+    case scene::Shape::NONE:
+    case scene::Shape::Plane:
+    case scene::Shape::Sphere:
+    case scene::Shape::Box:
+    case scene::Shape::Cylinder:
+    case scene::Shape::Capsule:
+    case scene::Shape::Mesh:
+    case scene::Shape::Needle:
+    case scene::Shape::Tissue:
+      break;
+  }
+  return ImageStatus::kNoShape;
+}
 
 }  // namespace thimble::control

@@ -13,6 +13,7 @@ inline constexpr std::size_t kMaxTriangles = 1U << 20U;       // of all meshes o
 inline constexpr std::size_t kMaxBodies = 16;                 // objects that move
 inline constexpr std::size_t kMaxTextureSamples = 1U << 16U;  // of one texture
 inline constexpr std::size_t kMaxMapSamples = 1U << 16U;      // of one stiffness map
+inline constexpr std::size_t kMaxVolumes = 16;                // objects that are volumes
 inline constexpr std::size_t kMaxFieldSamples = 1U << 21U;    // of one potential field
 inline constexpr std::size_t kMaxSubvolumes = 64;             // of one vector field
 inline constexpr std::size_t kMaxSubvolumeSides = 16;
@@ -24,6 +25,8 @@ inline constexpr std::size_t kMaxLeafTriangles = 8;
 inline constexpr float kMaxStiffness_N_m = 1.0e5F;
 inline constexpr float kMaxDamping_N_s_m = 1.0e3F;
 inline constexpr float kMaxFriction = 10.0F;
+inline constexpr float kMaxPotential = 1.0e3F;  // of a field's coefficient, m or J
+inline constexpr float kMinFieldStep_m = 1.0e-5F;
 inline constexpr float kMaxCoordinate_m = 10.0F;  // of any vertex, offset, size or pose
 
 }  // namespace thimble::control

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "control/contact/world.h"
 #include "control/scene/check.h"
 #include "control/scene/limits.h"
 #include "thimble_scene_schema/scene_generated.h"
@@ -193,6 +194,7 @@ ImageStatus SceneView::check(std::span<const std::byte> bytes, SceneView& view) 
   if (scene->objects()->size() > kMaxObjects) return ImageStatus::kTooManyObjects;
   std::size_t triangles = 0;
   std::size_t bodies = 0;
+  std::size_t volumes = 0;
   if (scene->gravity_m_per_s2() != nullptr) {
     RETURN_IF_BAD(require(is_coordinate(*scene->gravity_m_per_s2()), ImageStatus::kBadNumber));
   }
@@ -204,6 +206,7 @@ ImageStatus SceneView::check(std::span<const std::byte> bytes, SceneView& view) 
     RETURN_IF_BAD(check_surface(*object));
     RETURN_IF_BAD(check_body(*object));
     if (object->body() != nullptr && ++bodies > kMaxBodies) return ImageStatus::kTooManyBodies;
+    if (is_volume(object->shape_type()) && ++volumes > kMaxVolumes) return ImageStatus::kTooManyObjects;
   }
   view.scene_ = scene;
   return ImageStatus::kOk;

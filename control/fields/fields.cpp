@@ -1,0 +1,78 @@
+#include "control/fields/fields.h"
+
+#include <algorithm>
+
+#include "control/contact/god_object.h"
+#include "thimble_scene_schema/scene_generated.h"
+
+namespace thimble::control {
+namespace {
+
+// Null for what is not a volume.
+const VolumeOps* volume_ops(scene::Shape kind) {
+  switch (kind) {
+    case scene::Shape::VectorField:
+      return &kVectorFieldOps;
+    case scene::Shape::PotentialField:
+      return &kPotentialFieldOps;
+    case scene::Shape::NONE:
+    case scene::Shape::Plane:
+    case scene::Shape::Sphere:
+    case scene::Shape::Box:
+    case scene::Shape::Cylinder:
+    case scene::Shape::Capsule:
+    case scene::Shape::Mesh:
+    case scene::Shape::Needle:
+    case scene::Shape::Tissue:
+      break;
+  }
+  return nullptr;
+}
+
+bool holds(const VolumeBounds& bounds, const Vec3& p) {
+  return (p.array() >= bounds.lo_m.array()).all() && (p.array() <= bounds.hi_m.array()).all();
+}
+
+}  // namespace
+
+void Fields::bind(const SceneView& view) noexcept {
+  count_ = 0;
+  reset();
+  if (view.scene() == nullptr) return;
+  for (const scene::Object* object : *view.scene()->objects()) {
+    const VolumeOps* ops = volume_ops(object->shape_type());
+    if (ops == nullptr) continue;
+    const scene::Quat& q = object->pose()->rotation();
+    Placed& placed = placed_[count_++];
+    placed.ops = ops;
+    placed.source = object;
+    placed.material = view_material(*object->material());
+    placed.rotation = Eigen::Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized().toRotationMatrix();
+    placed.position_m = to_vec(object->pose()->position_m());
+    placed.bounds = ops->bounds(*object);
+  }
+}
+
+void Fields::reset() noexcept { state_ = {}; }
+
+void Fields::tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch) noexcept {
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Placed& placed = placed_[i];
+    ArmState& own = state_[i].arms[arm];
+    const Vec3 p = placed.rotation.transpose() * (tip.position_m - placed.position_m);
+    if (!holds(placed.bounds, p)) {
+      own = {};
+      continue;
+    }
+    const Tip local{p, placed.rotation.transpose() * tip.velocity_m_s};
+    const VolumeTouch felt =
+        placed.ops->tick(*placed.source, placed.material, local, period_s, state_[i].shared, own);
+    if (felt.contacts == 0) continue;
+    touch.force_N += placed.rotation * felt.force_N;
+    if (touch.contacts == 0) touch.god_object_m = placed.rotation * felt.proxy_m + placed.position_m;
+    touch.contacts =
+        static_cast<std::uint8_t>(std::min<std::size_t>(touch.contacts + felt.contacts, kMaxContacts));
+  }
+}
+
+}  // namespace thimble::control

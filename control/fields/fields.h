@@ -1,0 +1,45 @@
+// The volumes of a scene, placed, and what the tips do to them. Called by the renderer only, in scenes that have some.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "control/fields/volume.h"
+#include "control/scene/limits.h"
+#include "control/scene/scene_view.h"
+
+namespace thimble::control {
+
+class Fields {
+ public:
+  void bind(const SceneView& scene) noexcept;
+
+  // Every volume as it was at the start.
+  void reset() noexcept;
+
+  // Adds to `touch` what the volumes do to the tip of `arm` in this period. The god object stays where a surface holds it;
+  // without one it is the first volume's proxy.
+  void tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch) noexcept;
+
+  [[nodiscard]] std::size_t count() const noexcept { return count_; }
+
+ private:
+  struct Placed {
+    const VolumeOps* ops = nullptr;
+    const scene::Object* source = nullptr;  // in the image
+    Material material;
+    Mat3 rotation = Mat3::Identity();  // object to world
+    Vec3 position_m = Vec3::Zero();
+    VolumeBounds bounds;
+  };
+  struct State {
+    SharedState shared;
+    std::array<ArmState, kMaxArms> arms;
+  };
+
+  std::array<Placed, kMaxVolumes> placed_;
+  std::array<State, kMaxVolumes> state_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace thimble::control

@@ -1,0 +1,47 @@
+// Vector fields by hand-made subvolumes (paper, section 4): each subvolume belongs to one surface, which pushes a tip in it
+// along its normal. No memory: where the tip is decides alone, so the force jumps from one subvolume to the next.
+#include "control/fields/volume.h"
+#include "thimble_scene_schema/scene_generated.h"
+
+namespace thimble::control {
+namespace {
+
+float behind(const scene::HalfSpace& half, const Vec3& p) {
+  return half.offset_m() - to_vec(half.normal()).dot(p);
+}
+
+bool is_in(const scene::Subvolume& subvolume, const Vec3& p) {
+  for (const scene::HalfSpace* side : *subvolume.sides()) {
+    if (!(behind(*side, p) >= 0.0F)) return false;
+  }
+  return true;
+}
+
+VolumeBounds bounds(const scene::Object& object) noexcept {
+  const scene::VectorField& field = *object.shape_as_VectorField();
+  return {to_vec(*field.lo_m()), to_vec(*field.hi_m())};
+}
+
+VolumeTouch tick(const scene::Object& object, const Material& material, const Tip& tip, float /*period_s*/,
+                 SharedState& /*shared*/, ArmState& /*own*/) noexcept {
+  for (const scene::Subvolume* subvolume : *object.shape_as_VectorField()->subvolumes()) {
+    Vec3 normal = to_vec(subvolume->plane()->normal());
+    float depth = behind(*subvolume->plane(), tip.position_m);
+    if (subvolume->radius_m() > 0.0F) {
+      const Vec3 arm = tip.position_m - to_vec(*subvolume->centre_m());
+      const float distance = arm.norm();
+      depth = subvolume->radius_m() - distance;
+      normal = distance > 0.0F ? Vec3(arm / distance) : Vec3(Vec3::Zero());
+    }
+    if (!(depth > 0.0F) || !is_in(*subvolume, tip.position_m)) continue;
+    return {damped_push(material.stiffness_N_m * depth, normal, tip.velocity_m_s, material.damping_N_s_m),
+            tip.position_m + depth * normal, 1};
+  }
+  return {};
+}
+
+}  // namespace
+
+const VolumeOps kVectorFieldOps{bounds, tick};
+
+}  // namespace thimble::control
