@@ -27,7 +27,9 @@ inline bool is_unit(float length2) { return in_range(length2, 0.998F, 1.002F); }
 
 [[nodiscard]] ImageStatus check_surface(
     const scene::Object& object) noexcept;  // object.surface, when it has one
-[[nodiscard]] ImageStatus check_body(const scene::Object& object) noexcept;    // object.body, when it has one
+[[nodiscard]] ImageStatus check_body(const scene::Object& object) noexcept;  // object.body, when it has one
+// The control of an object's body, when it has one; the body's own numbers have been checked before.
+[[nodiscard]] ImageStatus check_control(const scene::Object& object) noexcept;
 [[nodiscard]] ImageStatus check_volume(const scene::Object& object) noexcept;  // a shape that is a volume
 
 }  // namespace thimble::control

@@ -27,6 +27,11 @@ inline constexpr float kMaxDamping_N_s_m = 1.0e3F;
 inline constexpr float kMaxFriction = 10.0F;
 inline constexpr float kMaxPotential = 1.0e3F;  // of a field's coefficient, m or J
 inline constexpr float kMinFieldStep_m = 1.0e-5F;
-inline constexpr float kMaxCoordinate_m = 10.0F;  // of any vertex, offset, size or pose
+inline constexpr float kMaxCoordinate_m = 10.0F;    // of any vertex, offset, size or pose
+inline constexpr float kMaxTurn_rad = 100.0F;       // of a control: its widest stops
+inline constexpr float kMaxControlEffort = 100.0F;  // of a control, in N or N m
+inline constexpr float kMinDetentPitch = 1.0e-4F;   // m or rad
+// Of a control's own efforts, sqrt(stiffness / inertia): a quarter of a radian a tick at 4 kHz, stable down to 500 Hz.
+inline constexpr float kMaxControlRate_rad_s = 1000.0F;
 
 }  // namespace thimble::control
