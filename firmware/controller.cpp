@@ -178,6 +178,7 @@ std::uint8_t Controller::status_flags() const noexcept {
   if ((unmet & kNoScene) == 0) flags |= 1U << 2U;
   if (params_.on(Param::host_supervision)) flags |= 1U << 3U;
   if (store_.downloading()) flags |= 1U << 4U;
+  if (servo_.move_phase() != link::MovePhase::kNone) flags |= 1U << 5U;
   return static_cast<std::uint8_t>(flags);
 }
 
@@ -220,6 +221,9 @@ Nrc Controller::read_data(std::uint16_t did, link::ByteWriter& out) noexcept {
     }
     case link::DeviceState::kId:
       out.put_record(device_state());
+      return Nrc::kOk;
+    case link::MoveState::kId:
+      out.put_record(move_state());
       return Nrc::kOk;
     case link::kDidSerialNumber:
       out.put_text(config_.serial_number);
@@ -286,19 +290,69 @@ Nrc Controller::run(Command command) noexcept {
     }
     waited_for_ = command;
   }
+  return finish(command);
+}
+
+Nrc Controller::finish(Command command) noexcept {
   if (servo_.command_pending()) return Nrc::kResponsePending;
   waited_for_ = Command::kNone;
   const Mode now = mode();
-  const bool done = command == Command::kArm    ? now == Mode::kArmed
-                    : command == Command::kHome ? now == Mode::kHoming || now == Mode::kReady
-                                                : servo_.fault() == Fault::kNone;
+  const bool moves = servo_.move_phase() != link::MovePhase::kNone;
+  const bool done = command == Command::kArm       ? now == Mode::kArmed
+                    : command == Command::kHome    ? now == Mode::kHoming || now == Mode::kReady
+                    : command == Command::kMove    ? moves
+                    : command == Command::kEndMove ? !moves
+                                                   : servo_.fault() == Fault::kNone;
   if (done) return Nrc::kOk;
-  refuse(servo_.unmet());  // something came between the check and the tick
+  refuse(command == Command::kMove ? servo_.unmet_for_move()
+                                   : servo_.unmet());  // something came between the check and the tick
   return Nrc::kConditionsNotCorrect;
 }
 
 Nrc Controller::arm() noexcept { return run(Command::kArm); }
 Nrc Controller::home() noexcept { return run(Command::kHome); }
+
+Nrc Controller::start_move(const link::MoveOrder& order) noexcept {
+  if (waited_for_ != Command::kMove) {
+    refuse("");
+    const MoveOrder wanted = from_link(order);
+    if (!servo_.move_in_range(wanted)) return Nrc::kRequestOutOfRange;
+    if (servo_.command_pending()) return Nrc::kBusyRepeatRequest;
+    const Conditions against = servo_.request_move(wanted);
+    if (against != 0) {
+      refuse(against);
+      return Nrc::kConditionsNotCorrect;
+    }
+    waited_for_ = Command::kMove;
+  }
+  return finish(Command::kMove);
+}
+
+Nrc Controller::end_move() noexcept { return run(Command::kEndMove); }
+
+link::MoveState Controller::move_state() const noexcept {
+  link::MoveState state;
+  state.phase = static_cast<std::uint8_t>(servo_.move_phase());
+  state.end = static_cast<std::uint8_t>(servo_.move_end());
+  if (const GuardedMove* results = servo_.move_results()) {
+    state.samples = static_cast<std::uint16_t>(results->going().size() + results->coming_back().size());
+    state.turn_x_m = results->turn_m().x();
+    state.turn_y_m = results->turn_m().y();
+    state.turn_z_m = results->turn_m().z();
+    state.peak_force_N = results->peak_force_N();
+    state.friction_N = results->friction_N();
+  }
+  return state;
+}
+
+Nrc Controller::move_samples(link::ByteWriter& out) noexcept {
+  const GuardedMove* results = servo_.move_results();
+  if (results == nullptr) return Nrc::kRequestSequenceError;
+  for (const MoveSample& sample : results->going()) out.put_record(to_link(link::MovePhase::kGoing, sample));
+  for (const MoveSample& sample : results->coming_back())
+    out.put_record(to_link(link::MovePhase::kComingBack, sample));
+  return Nrc::kOk;
+}
 
 Nrc Controller::clear_faults() noexcept { return run(Command::kClear); }
 

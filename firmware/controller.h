@@ -59,6 +59,17 @@ class Controller final : private link::ServiceBackend {
   // --- background: what the services do, for a program that holds the controller
   // Returns the conditions that stand against it (Condition bits); 0: accepted, the next tick acts.
   [[nodiscard]] Conditions request(Command command) noexcept { return servo_.request(command); }
+  // A guarded move (firmware/guarded_move.h): the conditions that stand against it, or 0 and the next tick starts it.
+  // The order's values must pass move_in_range().
+  [[nodiscard]] bool move_in_range(const MoveOrder& order) const noexcept {
+    return servo_.move_in_range(order);
+  }
+  [[nodiscard]] Conditions request_move(const MoveOrder& order) noexcept {
+    return servo_.request_move(order);
+  }
+  [[nodiscard]] link::MoveState move_state() const noexcept;
+  // What the move that ran last measured; empty while one is under way.
+  [[nodiscard]] const GuardedMove* move_results() const noexcept { return servo_.move_results(); }
   void keep_alive() noexcept { servo_.keep_alive(); }  // a valid command came; arming does not count as one
   [[nodiscard]] Mode mode() const noexcept { return servo_.mode(); }
   [[nodiscard]] Fault fault() const noexcept { return servo_.fault(); }
@@ -85,6 +96,9 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] link::Nrc disarm() noexcept override;
   [[nodiscard]] link::Nrc home() noexcept override;
   [[nodiscard]] link::Nrc activate() noexcept override;
+  [[nodiscard]] link::Nrc start_move(const link::MoveOrder& order) noexcept override;
+  [[nodiscard]] link::Nrc end_move() noexcept override;
+  [[nodiscard]] link::Nrc move_samples(link::ByteWriter& out) noexcept override;
   [[nodiscard]] link::Nrc prepare_download(std::uint32_t length, std::uint32_t crc,
                                            std::uint32_t& has) noexcept override;
   [[nodiscard]] link::Nrc write_download(std::uint32_t offset,
@@ -99,6 +113,7 @@ class Controller final : private link::ServiceBackend {
   void host_alive(link::Micros now) noexcept override;
 
   [[nodiscard]] link::Nrc run(Command command) noexcept;
+  [[nodiscard]] link::Nrc finish(Command command) noexcept;
   void refuse(Conditions conditions) noexcept;
   void refuse(const char* reason) noexcept;
   void fetch_records() noexcept;

@@ -15,7 +15,8 @@ constexpr float kRampUp_s = 0.2F;     // after arming and after a scene swap
 constexpr float kRampDown_s = 0.05F;  // before a scene swap
 constexpr float kMinPeriod_s = 40e-6F;
 constexpr float kMaxPeriod_s = 20e-3F;
-constexpr std::uint32_t kSerialShift = 8;  // of command_
+constexpr float kWorkspaceMargin_rad = 0.05F;  // of a move's target
+constexpr std::uint32_t kSerialShift = 8;      // of command_
 
 bool finite(const Vec3& v) noexcept {
   return std::isfinite(v.squaredNorm());
@@ -100,6 +101,7 @@ Outputs Servo::tick(const Inputs& inputs) noexcept {
 
   if (mode_ == Mode::kArmed) render();
   if (mode_ == Mode::kDamping) damp();  // also right after a trip in render()
+  if (mode_ != Mode::kArmed) move_.stop();
   Outputs outputs;
   drive(outputs);
   outputs.mode = mode_;
@@ -107,6 +109,11 @@ Outputs Servo::tick(const Inputs& inputs) noexcept {
   show(inputs);
   if (new_command) command_done_.store(command >> kSerialShift, std::memory_order_release);
   return outputs;
+}
+
+// For an arm that moves by itself a host must be near.
+bool Servo::unattended() const noexcept {
+  return static_cast<float>(link_age_ticks_) * period_s_ > link::kMoveHostTimeout_s;
 }
 
 bool Servo::homed() const noexcept {
@@ -157,7 +164,8 @@ void Servo::check_inputs(const Inputs& inputs) noexcept {
   }
   alive_seen_ = alive;
   if (static_cast<float>(link_age_ticks_) * period_s_ > params_.get(Param::link_timeout)) link_seen_ = false;
-  if (mode_ == Mode::kArmed && !link_seen_ && params_.on(Param::host_supervision)) trip(Fault::host_lost);
+  const bool supervised = !link_seen_ && params_.on(Param::host_supervision);
+  if (mode_ == Mode::kArmed && (supervised || (move_.active() && unattended()))) trip(Fault::host_lost);
 
   const float ambient_C = params_.get(Param::ambient);
   for (std::size_t i = 0; i < arm_count_; ++i) {
@@ -264,6 +272,20 @@ Conditions Servo::conditions(const Inputs& inputs) const noexcept {
   return static_cast<Conditions>(unmet);
 }
 
+Conditions Servo::move_conditions(Conditions unmet) const noexcept {
+  if (arm_count_ == 0) return unmet;
+  unsigned against = unmet & ~static_cast<unsigned>(kDeadManOpen);  // an open dead-man has disarmed
+  if (mode_ != Mode::kArmed) against |= kNotArmed;
+  if (!params_.on(Param::allow_moves)) against |= kMovesNotAllowed;
+  if (unattended()) against |= kLinkDown;
+  if (mode_ == Mode::kArmed && force_ramp_ < 1.0F && !move_.active()) against |= kRampRuns;
+  if (move_.under_way()) against |= kMoveUnderWay;
+  if (!move_.active() && std::any_of(touches_.begin(), touches_.begin() + arm_count_,
+                                     [](const control::Touch& touch) { return touch.contacts != 0; }))
+    against |= kInContact;
+  return static_cast<Conditions>(against);
+}
+
 void Servo::obey(Command command, Conditions unmet) noexcept {
   switch (command) {
     case Command::kHome:
@@ -293,6 +315,17 @@ void Servo::obey(Command command, Conditions unmet) noexcept {
       freeze_count_ = 0;
       frozen_.store(false, std::memory_order_release);
       mode_ = homed() ? Mode::kReady : Mode::kDisarmed;
+      return;
+    case Command::kMove: {
+      if (move_conditions(unmet) != 0) return;
+      const ArmState& arm = arms_[posted_move_.arm];
+      move_.start(posted_move_, arm.arm, arm.posture.tip_m);
+      return;
+    }
+    case Command::kEndMove:
+      if (!move_.active()) return;
+      move_.stop();
+      force_ramp_ = 0;  // the scene's force comes back as after arming
       return;
     case Command::kNone:
     case Command::kStop:  // comes through stop_requests_
@@ -332,12 +365,24 @@ void Servo::render() noexcept {
       trip(Fault::force_not_finite);
       return;
     }
+    const bool moves = move_.active() && move_.arm() == i;
+    const LimitedForce wanted =
+        moves ? move_.tick(arm.arm, arm.posture, arm.tip_velocity_m_s, arm.force_N, period_s_)
+              : LimitedForce{touches_[i].force_N * force_ramp_, false};
+    if (!finite(wanted.value)) {
+      trip(Fault::force_not_finite);
+      return;
+    }
+    if (moves && (!move_.active() || !arm.in_workspace)) {
+      stop();
+      return;
+    }
     const float max_N = std::min(params_.get(Param::max_force), arm.arm.model().max_force_N);
-    const LimitedForce clamped = clamp_force(touches_[i].force_N * force_ramp_, max_N);
+    const LimitedForce clamped = clamp_force(wanted.value, max_N);
     const LimitedForce slewed = slew_force(clamped.value, arm.force_N, max_step_N);
     const LimitedForce last = clamp_force(slewed.value, max_N);  // acts only just after max_force was lowered
     arm.force_N = last.value;
-    if (clamped.which || last.which) arm.limiters |= kLimitClamp;
+    if (wanted.which || clamped.which || last.which) arm.limiters |= kLimitClamp;
     if (slewed.which) arm.limiters |= kLimitSlew;
   }
 }
@@ -427,6 +472,7 @@ void Servo::show(const Inputs& inputs) noexcept {
   t.ramp = mode_ == Mode::kArmed ? force_ramp_ : 0.0F;
   t.unmet = unmet;
   t.arm_count = arm_count_;
+  t.moves_itself = move_.active();
   t.scene_sequence = sequence_;
   t.sweep_bound = renderer_.counters().sweep_bound;
   t.slide_bound = renderer_.counters().slide_bound;
@@ -435,10 +481,11 @@ void Servo::show(const Inputs& inputs) noexcept {
   for (std::size_t i = 0; i < arm_count_; ++i) {
     const ArmState& arm = arms_[i];
     ArmTelemetry& a = t.arm[i];
-    const bool touching = mode_ == Mode::kArmed;
+    const bool moves = move_.active() && move_.arm() == i;
+    const bool touching = mode_ == Mode::kArmed && !moves;
     a.tip_m = arm.posture.tip_m;
     a.tip_velocity_m_s = arm.tip_velocity_m_s;
-    a.god_object_m = touching ? touches_[i].god_object_m : a.tip_m;
+    a.god_object_m = touching ? touches_[i].god_object_m : moves ? move_.set_point_m() : a.tip_m;
     a.rendered_N = touching ? touches_[i].force_N : Vec3::Zero();
     a.contacts = touching ? touches_[i].contacts : std::uint8_t{0};
     a.force_N = arm.force_N;
@@ -482,6 +529,9 @@ void Servo::show(const Inputs& inputs) noexcept {
 
   published_fault_.store(fault_, std::memory_order_release);
   published_unmet_.store(unmet, std::memory_order_release);
+  published_unmet_for_move_.store(move_conditions(unmet), std::memory_order_release);
+  published_move_end_.store(move_.end(), std::memory_order_release);
+  published_move_phase_.store(move_.state(), std::memory_order_release);
   published_mode_.store(mode_, std::memory_order_release);
 }
 
@@ -499,7 +549,10 @@ Conditions Servo::request(Command command) noexcept {
       stop_requests_.store(stop_requests_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
       return 0;
     case Command::kDisarm:
+    case Command::kEndMove:
       break;
+    case Command::kMove:
+      return kWrongMode;  // without an order
     case Command::kArm:
       if (now == Mode::kArmed) return 0;
       refused = against;
@@ -515,9 +568,43 @@ Conditions Servo::request(Command command) noexcept {
       break;
   }
   if (refused != 0) return static_cast<Conditions>(refused);
+  post(command);
+  return 0;
+}
+
+void Servo::post(Command command) noexcept {
   const std::uint32_t serial = (command_.load(std::memory_order_relaxed) >> kSerialShift) + 1U;
   command_.store(serial << kSerialShift | static_cast<std::uint32_t>(command), std::memory_order_release);
+}
+
+bool Servo::move_in_range(const MoveOrder& order) const noexcept {
+  if (order.arm >= arm_count_ || !finite(order.target_m)) return false;
+  const float max_N = std::min(params_.get(Param::max_force), arms_[order.arm].arm.model().max_force_N);
+  return order.speed_m_s >= link::kMinMoveSpeed_m_s && order.speed_m_s <= link::kMaxMoveSpeed_m_s &&
+         order.force_limit_N >= link::kMinMoveForce_N && order.force_limit_N <= link::kMaxMoveForce_N &&
+         order.force_limit_N + GuardedMove::kForceMargin_N <= max_N;
+}
+
+Conditions Servo::request_move(const MoveOrder& order) noexcept {
+  if (command_pending()) return kMoveUnderWay;
+  unsigned refused = unmet_for_move();
+  // The target, with room to spare; the tick stops the move where the straight way leaves the workspace.
+  const kinematics::Arm<float>& arm = arms_[order.arm].arm;
+  Vec3 joints;
+  if (!arm.inverse(order.target_m, joints) ||
+      kinematics::workspace_limit(arm.model(), joints, kWorkspaceMargin_rad) !=
+          kinematics::WorkspaceLimit::kNone)
+    refused |= kOutsideWorkspace;
+  if (refused != 0) return static_cast<Conditions>(refused);
+  posted_move_ = order;
+  post(Command::kMove);
   return 0;
+}
+
+const GuardedMove* Servo::move_results() const noexcept {
+  const link::MovePhase phase = move_phase();
+  const bool still = phase == link::MovePhase::kNone || phase == link::MovePhase::kHolding;
+  return still && !command_pending() ? &move_ : nullptr;
 }
 
 bool Servo::command_pending() const noexcept {

@@ -15,6 +15,7 @@
 #include "control/scene/limits.h"
 #include "firmware/encoder_watch.h"
 #include "firmware/faults.h"
+#include "firmware/guarded_move.h"
 #include "firmware/params.h"
 #include "firmware/telemetry.h"
 #include "firmware/thermal.h"
@@ -77,9 +78,11 @@ enum class Command : std::uint8_t {
   kNone = 0,
   kHome = 1,
   kArm = 2,
-  kDisarm = 3,  // always accepted
-  kClear = 4,   // clears a latched fault whose cause is gone
-  kStop = 5,    // trips host_stop; always accepted
+  kDisarm = 3,   // always accepted
+  kClear = 4,    // clears a latched fault whose cause is gone
+  kStop = 5,     // trips host_stop; always accepted
+  kMove = 6,     // comes with an order: request_move()
+  kEndMove = 7,  // the arm that moves by itself is let go; accepted without one too
 };
 
 // What stands against a command, as bits. The numbers travel over the link: append only.
@@ -96,13 +99,19 @@ enum Condition : Conditions {
   kDriveFault = 1U << 8U,
   kWrongMode = 1U << 9U,  // armed, homing or damping, and the command needs rest
   kBadConfig = 1U << 10U,
+  // Against a guarded move only.
+  kNotArmed = 1U << 11U,
+  kMovesNotAllowed = 1U << 12U,
+  kInContact = 1U << 13U,
+  kMoveUnderWay = 1U << 14U,
+  kRampRuns = 1U << 15U,
 };
 struct ConditionRow {
   Condition bit;
   const char* name;
   const char* remedy;
 };
-inline constexpr std::array<ConditionRow, 11> kConditionTable = {{
+inline constexpr std::array<ConditionRow, 16> kConditionTable = {{
     {kNotHomed, "not_homed", "home the arm"},
     {kEncoderStale, "encoder_stale", "check the encoder cable and that the loop runs"},
     {kOutsideWorkspace, "outside_workspace", "move the tip back, or home again"},
@@ -114,6 +123,11 @@ inline constexpr std::array<ConditionRow, 11> kConditionTable = {{
     {kDriveFault, "drive_fault", "check motor wiring and supply"},
     {kWrongMode, "wrong_mode", "wait until homing or damping has ended, or disarm"},
     {kBadConfig, "bad_config", "correct the board's configuration and restart"},
+    {kNotArmed, "not_armed", "arm first"},
+    {kMovesNotAllowed, "moves_not_allowed", "nobody's hand near the arm? then set allow_moves to 1"},
+    {kInContact, "in_contact", "move the tip off the scene's surfaces"},
+    {kMoveUnderWay, "move_under_way", "wait until the move has ended, or stop it"},
+    {kRampRuns, "ramp_runs", "wait until the force has ramped up"},
 }};
 
 class Servo {
@@ -133,6 +147,20 @@ class Servo {
   // replaces one that no tick has taken yet.
   [[nodiscard]] Conditions request(Command command) noexcept;
   [[nodiscard]] bool command_pending() const noexcept;
+  // A guarded move: values within the limits; posted, or what stands against it (no command may be pending).
+  [[nodiscard]] bool move_in_range(const MoveOrder& order) const noexcept;
+  [[nodiscard]] Conditions request_move(const MoveOrder& order) noexcept;
+  [[nodiscard]] Conditions unmet_for_move() const noexcept {
+    return published_unmet_for_move_.load(std::memory_order_acquire);
+  }
+  [[nodiscard]] link::MovePhase move_phase() const noexcept {
+    return published_move_phase_.load(std::memory_order_acquire);
+  }
+  [[nodiscard]] link::MoveEnd move_end() const noexcept {
+    return published_move_end_.load(std::memory_order_acquire);
+  }
+  // Null while a move is under way or about to be.
+  [[nodiscard]] const GuardedMove* move_results() const noexcept;
   void keep_alive() noexcept;
   [[nodiscard]] Mode mode() const noexcept { return published_mode_.load(std::memory_order_acquire); }
   [[nodiscard]] Fault fault() const noexcept { return published_fault_.load(std::memory_order_acquire); }
@@ -179,7 +207,9 @@ class Servo {
 
   [[nodiscard]] bool motors_on() const noexcept { return mode_ == Mode::kArmed || mode_ == Mode::kDamping; }
   [[nodiscard]] bool homed() const noexcept;
+  [[nodiscard]] bool unattended() const noexcept;
   void trip(Fault reason) noexcept;
+  void post(Command command) noexcept;
   void stop() noexcept;  // Armed -> Damping -> Ready
   void check_inputs(const Inputs& inputs) noexcept;
   void read_arm(ArmState& arm, const ArmInputs& input, std::uint64_t tick) noexcept;
@@ -187,6 +217,7 @@ class Servo {
   [[nodiscard]] Conditions conditions(const Inputs& inputs) const noexcept;
   void obey(Command command, Conditions unmet) noexcept;
   void switch_scene() noexcept;
+  [[nodiscard]] Conditions move_conditions(Conditions unmet) const noexcept;
   void render() noexcept;
   void damp() noexcept;
   void drive(Outputs& outputs) noexcept;
@@ -205,6 +236,7 @@ class Servo {
   bool dead_man_ = false;
   std::uint64_t tick_ = 0;
   std::uint64_t lost_ = 0;  // periods between the last tick and this one
+  GuardedMove move_;
   float force_ramp_ = 0;    // of the rendered force
   float gravity_ramp_ = 0;  // of the weight that the motors carry
   float mode_time_s_ = 0;   // in kHoming and kDamping
@@ -229,6 +261,7 @@ class Servo {
   // Background to tick: serial << 8 | command. The tick answers with the serial when it is done with it.
   std::atomic<std::uint32_t> command_{0};
   std::atomic<std::uint32_t> command_done_{0};
+  MoveOrder posted_move_;                        // of kMove
   std::atomic<std::uint32_t> stop_requests_{0};  // apart from command_: nothing may replace a stop
   std::uint32_t stops_seen_ = 0;
   std::atomic<std::uint32_t> alive_{0};  // counts keep_alive()
@@ -242,6 +275,9 @@ class Servo {
   std::atomic<Mode> published_mode_{Mode::kDisarmed};
   std::atomic<Fault> published_fault_{Fault::kNone};
   std::atomic<Conditions> published_unmet_;
+  std::atomic<Conditions> published_unmet_for_move_{kNotArmed};
+  std::atomic<link::MovePhase> published_move_phase_{link::MovePhase::kNone};
+  std::atomic<link::MoveEnd> published_move_end_{link::MoveEnd::kNotYet};
   std::atomic<std::uint32_t> faults_seen_{0};
   std::atomic<std::uint32_t> fault_tick_{0};
 };

@@ -187,9 +187,11 @@ Plant::Rates Plant::rates(const State& s) noexcept {
   const Vector3d bias = arm_.acceleration_bias(p, s.qd);
   const Matrix3d M =
       kinematics::mass_matrix(inertia, p) + hand_.mass_kg * (p.jacobian.transpose() * p.jacobian);
+  Vector3d outside_N = finger_N + push_N_;
+  if (specimen_ != nullptr) outside_N += specimen_->force_N(p.tip_m, p.jacobian * s.qd);
   const Vector3d torque = cable + stop_torques(s) - kinematics::coriolis_matrix(inertia, p, s.qd) * s.qd -
                           kinematics::gravity_torques(inertia, p) +
-                          p.jacobian.transpose() * (finger_N + push_N_ - hand_.mass_kg * bias);
+                          p.jacobian.transpose() * (outside_N - hand_.mass_kg * bias);
   Rates r;
   r.qdd = M.inverse() * torque;
   hand_force_N_ = hand_.mass_kg * (p.jacobian * r.qdd + bias) - finger_N;

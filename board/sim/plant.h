@@ -16,9 +16,12 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string_view>
+#include <utility>
 
+#include "board/sim/specimen.h"
 #include "kinematics/arm.h"
 #include "kinematics/arm_model.h"
 
@@ -83,7 +86,10 @@ class Plant {
   void command_current(const Vector3d& current_A, bool enable) noexcept;  // not enabled: motors open
   void set_hand(const Hand& hand) noexcept { hand_ = hand; }
   void set_hand_target(const Vector3d& position_m,
-                       const Vector3d& velocity_m_s) noexcept;        // moves on at that
+                       const Vector3d& velocity_m_s) noexcept;  // moves on at that
+  void set_specimen(std::shared_ptr<const Specimen> specimen) noexcept {
+    specimen_ = std::move(specimen);
+  }                                                                   // what the tip can touch; null: nothing
   void push(const Vector3d& force_N) noexcept { push_N_ = force_N; }  // an extra force on the tip
 
   // Moves the arm: at rest, cables slack. Motors keep their current and heat.
@@ -133,6 +139,7 @@ class Plant {
   bool enable_ = false;
   Vector3d hand_target_m_, hand_target_velocity_m_s_ = Vector3d::Zero();
   Vector3d push_N_ = Vector3d::Zero();
+  std::shared_ptr<const Specimen> specimen_;
   Vector3d hand_force_N_ = Vector3d::Zero();
   std::array<double, 3> counter_offset_{};  // in counts
   double time_s_ = 0;

@@ -73,6 +73,7 @@ SimBoard::SimBoard(const SimBoardOptions& options) : options_(options) {
     parameters.base = base;
     parameters.seed = options_.seed + i;
     Plant plant(parameters, options_.hand);
+    if (i == 0) plant.set_specimen(options_.specimen);
     const Vector3d home = plant.tip_m();
     arms_.push_back({.plant = plant,
                      .sampled_tip_m = home,

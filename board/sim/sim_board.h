@@ -49,6 +49,7 @@ struct SimBoardOptions {
   // Unset: the home of a single arm is the origin, those of two arms lie .1 m left and right of it.
   std::optional<std::array<kinematics::BasePose, control::kMaxArms>> base{};
   Hand hand{};
+  std::shared_ptr<const Specimen> specimen{};  // what arm 0 can touch; null: nothing
   std::uint64_t seed = 1;
   std::uint8_t node_id = 1;
   firmware::Storage* storage = nullptr;  // must outlive the board; null: its own, in memory

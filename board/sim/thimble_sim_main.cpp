@@ -20,6 +20,7 @@
 #include "board/sim/hand_path_file.h"
 #include "board/sim/link_ports.h"
 #include "board/sim/sim_board.h"
+#include "board/sim/specimen_file.h"
 
 namespace thimble::board {
 namespace {
@@ -35,6 +36,7 @@ struct Options {
   std::string link;
   std::string hand;
   bool loop = false;
+  std::string specimen;
   std::string store;
   std::string name;
 };
@@ -57,6 +59,10 @@ std::unique_ptr<SimBoard> start_board(const Options& options, firmware::Storage&
   board_options.seed = options.seed;
   board_options.storage = &storage;
   board_options.time_ticks = true;
+  if (!options.specimen.empty()) {
+    board_options.specimen = std::make_shared<const Specimen>(read_specimen(options.specimen));
+    board_options.hand = kNoHand;  // nobody holds an arm that scans
+  }
   std::vector<PathPoint> points;
   if (!options.hand.empty()) points = read_hand_path(options.hand);
   const bool two = std::ranges::any_of(points, [](const PathPoint& point) { return point.arm == 1; });
@@ -132,8 +138,12 @@ int main_of(int argc, char** argv) {
   app.add_option("--tcp", options.tcp_port, "offer the link on this port of 127.0.0.1 too; 0: any free one");
   app.add_flag("!--no-pty", options.pty, "no pty, only TCP");
   app.add_option("--link", options.link, "a symbolic link to the pty");
-  app.add_option("--hand", options.hand, "the hand's path once armed: CSV time_s,x_m,y_m,z_m[,arm]");
+  CLI::Option* hand =
+      app.add_option("--hand", options.hand, "the hand's path once armed: CSV time_s,x_m,y_m,z_m[,arm]");
   app.add_flag("--loop", options.loop, "the hand begins again at the path's end");
+  app.add_option("--specimen", options.specimen,
+                 "no hand, but a thing to touch, for `thimble scan`: JSON, see docs/scan.md")
+      ->excludes(hand);
   app.add_option("--store", options.store, "keep the scenes in this file");
   app.add_option("--name", options.name, "its name in `thimble list`; default: sim-PID")
       ->check([](const std::string& name) {

@@ -6,6 +6,8 @@ namespace thimble::firmware::link {
 namespace {
 
 constexpr std::uint8_t kStartRoutine = 0x01;
+constexpr std::uint8_t kStopRoutine = 0x02;
+constexpr std::uint8_t kRoutineResults = 0x03;
 constexpr std::uint8_t kAllFreezeFrames = 0xFF;
 constexpr std::size_t kMaxDataIdentifiers = 8;  // in one request
 
@@ -344,11 +346,13 @@ Nrc ServiceServer::write_data(std::span<const std::uint8_t> request, ByteWriter&
 
 Nrc ServiceServer::routine(std::span<const std::uint8_t> request, ByteWriter& out) noexcept {
   if (request.size() < 4) return Nrc::kIncorrectLength;
-  if ((request[1] & ~kSuppressPositive) != kStartRoutine) return Nrc::kSubFunctionNotSupported;
+  const std::uint8_t action = request[1] & static_cast<std::uint8_t>(~kSuppressPositive);
   const auto which = static_cast<Routine>(u16_at(request, 2));
   const std::span<const std::uint8_t> arguments = request.subspan(4);
-  out.put(kStartRoutine);
+  out.put(action);
   out.put_u16(static_cast<std::uint16_t>(which));
+  if (which == Routine::kMove) return move_routine(action, arguments, out);
+  if (action != kStartRoutine) return Nrc::kSubFunctionNotSupported;
 
   if (which == Routine::kPrepareDownload) {
     if (session_ != Session::kProgramming) return Nrc::kNotInThisSession;
@@ -375,9 +379,22 @@ Nrc ServiceServer::routine(std::span<const std::uint8_t> request, ByteWriter& ou
     case Routine::kActivate:
       return backend_.activate();
     case Routine::kPrepareDownload:
+    case Routine::kMove:
       break;
   }
   return Nrc::kRequestOutOfRange;
+}
+
+Nrc ServiceServer::move_routine(std::uint8_t action, std::span<const std::uint8_t> arguments,
+                                ByteWriter& out) noexcept {
+  if (action == kStartRoutine) {
+    MoveOrder order;
+    if (arguments.size() != wire_size<MoveOrder>() || !decode(arguments, order)) return Nrc::kIncorrectLength;
+    return backend_.start_move(order);
+  }
+  if (!arguments.empty()) return Nrc::kIncorrectLength;
+  if (action == kStopRoutine) return backend_.end_move();
+  return action == kRoutineResults ? backend_.move_samples(out) : Nrc::kSubFunctionNotSupported;
 }
 
 // 34 00 44 offset(4) bytes to come(4): the prepared image from where the controller's copy ends.

@@ -69,6 +69,12 @@ class ServiceBackend {
   [[nodiscard]] virtual Nrc home() noexcept = 0;      // kOk: homing began; the mode tells when it is done
   [[nodiscard]] virtual Nrc activate() noexcept = 0;  // the finished download becomes the running scene
 
+  // A guarded move. kRequestOutOfRange: the order's values; kConditionsNotCorrect: not now. move_samples appends
+  // MoveSamples, and has kRequestSequenceError while the arm goes or comes back.
+  [[nodiscard]] virtual Nrc start_move(const MoveOrder& order) noexcept = 0;
+  [[nodiscard]] virtual Nrc end_move() noexcept = 0;
+  [[nodiscard]] virtual Nrc move_samples(ByteWriter& out) noexcept = 0;
+
   // A download into the spare slot: the running scene is never touched. prepare sets `has` to the bytes of
   // this very image (same length, same CRC-32) already held, which is `length` when it is complete;
   // kDownloadNotAccepted: too long.
@@ -124,6 +130,8 @@ class ServiceServer {
   [[nodiscard]] Nrc read_data(std::span<const std::uint8_t> request, ByteWriter& out) noexcept;
   [[nodiscard]] Nrc write_data(std::span<const std::uint8_t> request, ByteWriter& out) noexcept;
   [[nodiscard]] Nrc routine(std::span<const std::uint8_t> request, ByteWriter& out) noexcept;
+  [[nodiscard]] Nrc move_routine(std::uint8_t action, std::span<const std::uint8_t> arguments,
+                                 ByteWriter& out) noexcept;
   [[nodiscard]] Nrc request_download(std::span<const std::uint8_t> request, ByteWriter& out) noexcept;
   [[nodiscard]] Nrc transfer_data(std::span<const std::uint8_t> request, ByteWriter& out) noexcept;
   [[nodiscard]] Nrc transfer_exit(std::span<const std::uint8_t> request, ByteWriter& out) noexcept;

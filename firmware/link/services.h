@@ -57,7 +57,27 @@ enum class Routine : std::uint16_t {
   // Arguments: length (4 bytes), CRC-32 (4 bytes), both big-endian. Answers how many bytes of this very image
   // the controller holds already (4 bytes): the download goes on from there.
   kPrepareDownload = 0x0205,
+  // A guarded move: the arm moves by itself (firmware/guarded_move.h). Start: arguments are a MoveOrder; also while
+  // it holds. Stop: the arm is let go. Results: MoveSamples, in the order in which they were taken.
+  kMove = 0x0206,
 };
+
+enum class MovePhase : std::uint8_t { kNone = 0, kGoing = 1, kComingBack = 2, kHolding = 3 };
+enum class MoveEnd : std::uint8_t {
+  kNotYet = 0,
+  kTargetReached = 1,
+  kForceReached = 2,
+  kBlocked = 3,  // forces on the arm where it should meet none: it was let go
+  kStopped = 4,  // by a command, a fault or the dead-man
+};
+inline constexpr std::uint8_t kMoveComesBack = 0x01;  // flag of a MoveOrder
+// A self-moving arm is slow and weak: a hand that it meets takes no harm, and stops it.
+inline constexpr float kMinMoveSpeed_m_s = 0.001F;
+inline constexpr float kMaxMoveSpeed_m_s = 0.05F;
+inline constexpr float kMinMoveForce_N = 0.2F;  // joint friction, which the limit must not take for a contact
+inline constexpr float kMaxMoveForce_N = 3.0F;
+inline constexpr float kMoveHostTimeout_s = 0.5F;  // without a sign of life for so long: fault host_lost
+inline constexpr std::size_t kMaxMoveSamples = 192;
 
 // Data identifiers that are not records of messages.def. Parameters: firmware/params.def.
 inline constexpr std::uint16_t kDidSession = 0xF186;          // 1 byte

@@ -276,6 +276,61 @@ TEST(Services, RefusedImage) {
   EXPECT_EQ(bench.mode(), Mode::kArmed);
 }
 
+// A guarded move as a tester orders it: refused until allowed, then state, results and stop.
+TEST(Services, GuardedMove) {
+  Bench bench;
+  bench.load(1000.0F, -0.01F);
+  bench.home();
+  Tester tester(bench);
+  ASSERT_TRUE(tester.ok({0x10, 0x03}));
+  link::MoveOrder order;
+  order.target_z_m = 0.002F;
+  order.speed_m_s = 0.02F;
+  order.force_limit_N = 1.0F;
+  Bytes start{0x31, 0x01, 0x02, 0x06};
+  start.resize(4 + link::wire_size<link::MoveOrder>());
+  const auto encode = [&] { ASSERT_NE(link::encode(order, std::span(start).subspan(4)), 0U); };
+  encode();
+  EXPECT_EQ(tester.refused(start), link::Nrc::kConditionsNotCorrect);
+  EXPECT_EQ(tester.text(link::kDidRefusal), "not_armed,moves_not_allowed");
+  const firmware::ParamRow& allow = *firmware::find_param("allow_moves");
+  ASSERT_TRUE(tester.ok(
+      {0x2E, static_cast<std::uint8_t>(allow.id >> 8), static_cast<std::uint8_t>(allow.id), 1, 0, 0, 0}));
+  ASSERT_TRUE(tester.routine(kArm));
+  tester.run(900);
+  order.speed_m_s = 1.0F;
+  encode();
+  EXPECT_EQ(tester.refused(start), link::Nrc::kRequestOutOfRange);
+  order.speed_m_s = 0.02F;
+  encode();
+  EXPECT_EQ(tester.refused(Bytes(start.begin(), start.end() - 1)), link::Nrc::kIncorrectLength);
+  ASSERT_TRUE(tester.ok(start));
+  EXPECT_EQ(tester.refused({0x31, 0x03, 0x02, 0x06}), link::Nrc::kRequestSequenceError) << "it goes";
+  link::MoveState state;
+  tester.seen.clear();
+  for (int i = 0; i < 100; ++i) {  // the hand of this bench follows: 2 mm at 0.02 m/s and the ends
+    bench.place(bench.shown().arm[0].god_object_m.cast<double>());
+    ASSERT_TRUE(link::decode(tester.read(link::MoveState::kId), state));
+    if (state.phase == static_cast<int>(link::MovePhase::kHolding)) break;
+    tester.run(10);
+  }
+  EXPECT_EQ(state.phase, static_cast<int>(link::MovePhase::kHolding));
+  EXPECT_EQ(state.end, static_cast<int>(link::MoveEnd::kTargetReached));
+  link::Status status;
+  tester.run(800);
+  const auto shown = std::find_if(tester.seen.rbegin(), tester.seen.rend(),
+                                  [&](const auto& frame) { return link::from_frame(frame, 1, status); });
+  ASSERT_NE(shown, tester.seen.rend());
+  EXPECT_NE(status.flags & (1U << 5U), 0U) << "a viewer knows that it moves by itself";
+  const Bytes results = tester.ask({0x31, 0x03, 0x02, 0x06});
+  std::printf("%d samples in %zu bytes\n", state.samples, results.size());
+  EXPECT_EQ(results.size(), 4 + state.samples * link::wire_size<link::MoveSample>());
+  EXPECT_GT(state.samples, 20);
+  EXPECT_TRUE(tester.ok({0x31, 0x02, 0x02, 0x06}));
+  EXPECT_FALSE(bench.shown().moves_itself);
+  EXPECT_EQ(bench.mode(), Mode::kArmed);
+}
+
 // Only valid commands feed the watchdog, and arming is none of them.
 TEST(Services, ArmingDoesNotKeepTheLinkAlive) {
   Bench bench;

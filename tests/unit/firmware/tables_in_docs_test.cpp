@@ -36,7 +36,7 @@ std::string faults_page() {
          << (row.reaction == firmware::Reaction::kDamp ? "brakes" : "lets go") << " | " << row.cause << " | "
          << row.remedy << " |\n";
   }
-  page << "\n## What can stand against arming\n\n| name | remedy |\n|---|---|\n";
+  page << "\n## What can stand against arming, and against a guarded move\n\n| name | remedy |\n|---|---|\n";
   for (const firmware::ConditionRow& row : firmware::kConditionTable)
     page << "| `" << row.name << "` | " << row.remedy << " |\n";
   return page.str();

@@ -44,6 +44,15 @@ class FakeBackend final : public ServiceBackend {
   Nrc disarm() noexcept override { return answered("disarm"); }
   Nrc home() noexcept override { return answered("home"); }
   Nrc activate() noexcept override { return answered("activate"); }
+  Nrc start_move(const MoveOrder& order) noexcept override {
+    if (!(order.speed_m_s > 0)) return Nrc::kRequestOutOfRange;
+    return answered("move");
+  }
+  Nrc end_move() noexcept override { return answered("end_move"); }
+  Nrc move_samples(ByteWriter& out) noexcept override {
+    out.put_record(MoveSample{});
+    return answered("move_samples");
+  }
   Nrc prepare_download(std::uint32_t new_length, std::uint32_t new_crc,
                        std::uint32_t& has) noexcept override {
     const Nrc answer = answered("prepare");

@@ -93,7 +93,7 @@ TEST(MessagesProperty, EveryMessageComesBack) {
       RC_ASSERT(buffer == again);
     }));
   });
-  EXPECT_EQ(messages, 9);
+  EXPECT_EQ(messages, 12);
 }
 
 template <class Wire>

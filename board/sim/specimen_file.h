@@ -1,0 +1,21 @@
+// A specimen as people write it: JSON with the members of SpecimenMap under their names, origin_m, u and v as arrays
+// of three, and "thimble_specimen": 1. u and v may have any length; height_m and damping_N_s_m may be left out.
+// Used by `thimble-sim --specimen` and `thimble scan --simulate`.
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+
+#include "board/sim/specimen.h"
+
+namespace thimble::board {
+
+// what(): the file and what is wrong.
+class SpecimenError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+[[nodiscard]] Specimen read_specimen(const std::filesystem::path& file);
+
+}  // namespace thimble::board

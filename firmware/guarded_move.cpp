@@ -1,0 +1,180 @@
+#include "firmware/guarded_move.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "kinematics/compliance.h"
+#include "kinematics/dynamics.h"
+
+namespace thimble::firmware {
+namespace {
+
+constexpr float kShortest_m = 1e-4F;  // a way shorter than this has no direction: only hold
+constexpr float kCreep_m_s = 1e-3F;   // the last bit of a way, where sqrt(2 a s) would take for ever
+constexpr float kArrived_m = 1e-6F;
+
+float norm(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }
+
+MoveSample mean(const MoveSample& a, const MoveSample& b) noexcept {
+  return {0.5F * (a.tip_m + b.tip_m), 0.5F * (a.force_N + b.force_N)};
+}
+
+}  // namespace
+
+MoveOrder from_link(const link::MoveOrder& order) noexcept {
+  return {order.arm,
+          (order.flags & link::kMoveComesBack) != 0,
+          {order.target_x_m, order.target_y_m, order.target_z_m},
+          order.speed_m_s,
+          order.force_limit_N};
+}
+
+link::MoveSample to_link(link::MovePhase phase, const MoveSample& sample) noexcept {
+  link::MoveSample entry;
+  entry.phase = static_cast<std::uint8_t>(phase);
+  entry.tip_x_m = sample.tip_m.x();
+  entry.tip_y_m = sample.tip_m.y();
+  entry.tip_z_m = sample.tip_m.z();
+  entry.force_N = sample.force_N;
+  return entry;
+}
+
+void SampleBuffer::add(const MoveSample& sample) noexcept {
+  // A running mean: sums of positions would lose what an encoder resolves.
+  const float weight = 1.0F / static_cast<float>(++summed_);
+  sum_.tip_m += (sample.tip_m - sum_.tip_m) * weight;
+  sum_.force_N += (sample.force_N - sum_.force_N) * weight;
+  if (summed_ < interval_) return;
+  samples_[count_++] = sum_;
+  sum_ = {};
+  summed_ = 0;
+  if (count_ < kMaxSamples) return;
+  for (std::size_t i = 0; i < kMaxSamples / 2; ++i) samples_[i] = mean(samples_[2 * i], samples_[2 * i + 1]);
+  count_ = kMaxSamples / 2;
+  interval_ *= 2;
+}
+
+void GuardedMove::start(const MoveOrder& order, const kinematics::Arm<float>& arm,
+                        const Vec3& tip_m) noexcept {
+  start_m_ = state_ == State::kHolding && order.arm == order_.arm ? set_point_m_ : tip_m;
+  order_ = order;
+  state_ = State::kGoing;
+  end_ = End::kNotYet;
+  const Vec3 way_m = order.target_m - start_m_;
+  length_m_ = norm(way_m);
+  direction_ = length_m_ > kShortest_m ? Vec3(way_m / length_m_) : Vec3::Zero();
+  if (!(length_m_ > kShortest_m)) length_m_ = 0;
+  joint_stiffness_N_m_rad_ = kinematics::joint_stiffness(arm);
+  way_m_ = speed_m_s_ = 0;
+  set_point_m_ = start_m_;
+  filtered_N_.setZero();
+  friction_N_ = peak_force_N_ = 0;
+  turn_m_ = tip_m;
+  going_.clear();
+  coming_back_.clear();
+}
+
+void GuardedMove::stop() noexcept {
+  if (under_way()) end_ = End::kStopped;
+  state_ = State::kNone;
+}
+
+// Power over speed at the set point's speed: exact for a straight, quasi-static way.
+float GuardedMove::friction_along(const kinematics::ArmModel& model,
+                                  const kinematics::Posture<float>& posture) const noexcept {
+  const Vec3 per_m = posture.jacobian.inverse() * direction_;  // rad/m
+  const float speed_m_s = std::abs(speed_m_s_);
+  float friction_N = 0;
+  for (int j = 0; j < 3; ++j) {
+    const kinematics::JointModel& joint = model.joint[static_cast<std::size_t>(j)];
+    friction_N +=
+        joint.coulomb_N_m * std::abs(per_m[j]) + joint.viscous_N_m_s_rad * per_m[j] * per_m[j] * speed_m_s;
+  }
+  return std::isfinite(friction_N) ? friction_N : 0.0F;  // at a singular posture: no estimate
+}
+
+// The set point's next place: faster, at speed, or slower towards its end; never further before the tip than
+// lead_m.
+void GuardedMove::advance(float period_s, float lead_m) noexcept {
+  if (!under_way()) return;
+  const float left_m = state_ == State::kGoing ? length_m_ - way_m_ : way_m_;
+  const float faster_m_s = std::abs(speed_m_s_) + kAcceleration_m_s2 * period_s;
+  const float braking_m_s = std::max(std::sqrt(2.0F * kAcceleration_m_s2 * left_m), kCreep_m_s);
+  const float speed_m_s = std::min({faster_m_s, braking_m_s, order_.speed_m_s});
+  const float step_m = std::min(speed_m_s * period_s, left_m);
+  speed_m_s_ = state_ == State::kGoing ? speed_m_s : -speed_m_s;
+  way_m_ += state_ == State::kGoing ? step_m : -step_m;
+  if (state_ == State::kGoing) way_m_ = std::min(way_m_, std::max(lead_m, 0.0F));
+}
+
+void GuardedMove::turn(End end, bool come_back) noexcept {
+  end_ = end;
+  speed_m_s_ = 0;
+  state_ = come_back ? State::kComingBack : State::kHolding;
+}
+
+// What the force of the last ticks and the set point's place mean.
+void GuardedMove::judge(const Vec3& tip_m, float speed_m_s, float friction_N) noexcept {
+  const float along_N = filtered_N_.dot(direction_);
+  const float sideways_N = norm(filtered_N_ - along_N * direction_);
+  bool blocked = sideways_N >= order_.force_limit_N || speed_m_s > kTopSpeed_m_s;
+  switch (state_) {
+    case State::kGoing: {
+      const float contact_N = along_N - friction_N;
+      peak_force_N_ = std::max(peak_force_N_, contact_N);
+      turn_m_ = tip_m;
+      if (contact_N >= order_.force_limit_N) {
+        turn(End::kForceReached, true);
+      } else if (way_m_ >= length_m_ - kArrived_m) {
+        turn(End::kTargetReached, order_.come_back);
+      }
+      break;
+    }
+    case State::kComingBack:
+      blocked = blocked || -along_N - friction_N >= order_.force_limit_N;
+      if (way_m_ <= kArrived_m) {
+        speed_m_s_ = 0;
+        state_ = State::kHolding;
+      }
+      break;
+    case State::kHolding:
+      blocked = blocked || norm(filtered_N_) >= order_.force_limit_N;
+      break;
+    case State::kNone:
+      break;
+  }
+  if (!blocked) return;
+  end_ = End::kBlocked;
+  state_ = State::kNone;
+}
+
+LimitedForce GuardedMove::tick(const kinematics::Arm<float>& arm, const kinematics::Posture<float>& posture,
+                               const Vec3& tip_velocity_m_s, const Vec3& last_force_N,
+                               float period_s) noexcept {
+  const float lead_m =
+      (posture.tip_m - start_m_).dot(direction_) + (order_.force_limit_N + kForceMargin_N) / kStiffness_N_m;
+  advance(period_s, lead_m);
+  const float friction_N = friction_along(arm.model(), posture);
+  const float sign = speed_m_s_ > 0 ? 1.0F : speed_m_s_ < 0 ? -1.0F : 0.0F;
+  const Vec3 contact_N = last_force_N - sign * friction_N * direction_;
+  const Vec3 torque_N_m =
+      posture.jacobian.transpose() * contact_N + kinematics::gravity_torques(arm.model().inertia, posture);
+  const Vec3 tip_m = posture.tip_m + kinematics::tip_stretch(posture, joint_stiffness_N_m_rad_, torque_N_m);
+  const MoveSample sample{tip_m, contact_N.dot(direction_)};
+  if (state_ == State::kGoing) {
+    friction_N_ = friction_N;
+    going_.add(sample);
+  } else if (state_ == State::kComingBack) {
+    coming_back_.add(sample);
+  }
+  filtered_N_ += (last_force_N - filtered_N_) * (period_s / (kFilter_s + period_s));
+  judge(tip_m, norm(tip_velocity_m_s), friction_N);
+
+  set_point_m_ = start_m_ + way_m_ * direction_;
+  const Vec3 force_N = kStiffness_N_m * (set_point_m_ - posture.tip_m) +
+                       kDamping_N_s_m * (speed_m_s_ * direction_ - tip_velocity_m_s);
+  return clamp_force(force_N, order_.force_limit_N + kForceMargin_N);
+}
+
+}  // namespace thimble::firmware

@@ -1,0 +1,128 @@
+// A guarded move: the arm itself leads its tip along a straight line until it meets something or has arrived,
+// and measures on the way. What `thimble scan` probes with. Owned by the servo, which calls tick() once a tick
+// while armed and active(), clamps and slews the force as every other, and stops the arm when it says kBlocked.
+//
+//   set point   from the tip (or where the last move holds it) towards the target, trapezoidal speed
+//   force       K (set point - tip) + D (its velocity - the tip's), at most the order's limit + kForceMargin_N
+//   going       until the contact force reaches the limit, or the target: then back to the start, or hold
+//   blocked     the limit is met sideways, on the way back or while holding, or the tip is faster than any move:
+//               somebody is in the way
+//
+// Contact force along the line, quasi-static: the commanded force less the joints' friction by the arm's model,
+// F v = sum of (coulomb |qd| + viscous qd^2). The tip is the encoders' plus the stretch of the cables
+// (kinematics/compliance.h). Units: m, m/s, N, s; world frame. No loop but one of kMaxSamples. Cannot fail: with
+// values that are not finite in, such a force comes out, and the servo trips.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/limits.h"
+#include "firmware/link/messages.h"
+#include "firmware/link/services.h"
+#include "kinematics/arm.h"
+#include "kinematics/vector.h"
+
+namespace thimble::firmware {
+
+struct MoveOrder {
+  std::uint8_t arm = 0;
+  bool come_back = false;  // from the target too, not only from a contact
+  Vec3 target_m = Vec3::Zero();
+  float speed_m_s = 0;      // link::kMinMoveSpeed_m_s to kMaxMoveSpeed_m_s
+  float force_limit_N = 0;  // link::kMinMoveForce_N to kMaxMoveForce_N
+};
+
+// Means over equal times. When the buffer is full, neighbours are joined and the time doubles.
+struct MoveSample {
+  Vec3 tip_m = Vec3::Zero();  // stretch taken off
+  float force_N = 0;          // contact force along the line, model friction taken off
+};
+
+// As they travel.
+[[nodiscard]] MoveOrder from_link(const link::MoveOrder& order) noexcept;
+[[nodiscard]] link::MoveSample to_link(link::MovePhase phase, const MoveSample& sample) noexcept;
+
+class SampleBuffer {
+ public:
+  static constexpr std::size_t kMaxSamples = link::kMaxMoveSamples / 2;
+
+  void clear() noexcept { *this = {}; }
+  void add(const MoveSample& sample) noexcept;
+  [[nodiscard]] std::span<const MoveSample> samples() const noexcept {
+    return std::span(samples_).first(count_);
+  }
+
+ private:
+  std::array<MoveSample, kMaxSamples> samples_{};
+  std::size_t count_ = 0;
+  MoveSample sum_;
+  std::uint32_t summed_ = 0;
+  std::uint32_t interval_ = 1;  // ticks a sample
+};
+
+class GuardedMove {
+ public:
+  static constexpr float kStiffness_N_m = 1000.0F;
+  static constexpr float kDamping_N_s_m = 5.0F;
+  static constexpr float kAcceleration_m_s2 = 0.5F;
+  static constexpr float kForceMargin_N = 0.5F;  // of the clamp above the limit: friction and damping's noise
+  static constexpr float kTopSpeed_m_s = 0.25F;  // of the tip; faster, the arm has broken loose
+  static constexpr float kFilter_s = 0.004F;     // of the force that is compared with the limit
+
+  using State = link::MovePhase;
+  using End = link::MoveEnd;
+
+  [[nodiscard]] State state() const noexcept { return state_; }
+  [[nodiscard]] End end() const noexcept { return end_; }
+  [[nodiscard]] bool active() const noexcept { return state_ != State::kNone; }
+  [[nodiscard]] bool under_way() const noexcept {
+    return state_ == State::kGoing || state_ == State::kComingBack;
+  }
+  [[nodiscard]] std::uint8_t arm() const noexcept { return order_.arm; }
+  [[nodiscard]] const Vec3& set_point_m() const noexcept { return set_point_m_; }
+
+  // order: its ranges are checked. tip_m: by the encoders.
+  void start(const MoveOrder& order, const kinematics::Arm<float>& arm, const Vec3& tip_m) noexcept;
+  // The force to exert in this tick. last_force_N: what was exerted in the last one, after all limits.
+  [[nodiscard]] LimitedForce tick(const kinematics::Arm<float>& arm,
+                                  const kinematics::Posture<float>& posture, const Vec3& tip_velocity_m_s,
+                                  const Vec3& last_force_N, float period_s) noexcept;
+  // The arm is let go. The measurement stays until the next start.
+  void stop() noexcept;
+
+  // Of the move that ran last; written while under_way() only.
+  [[nodiscard]] std::span<const MoveSample> going() const noexcept { return going_.samples(); }
+  [[nodiscard]] std::span<const MoveSample> coming_back() const noexcept { return coming_back_.samples(); }
+  [[nodiscard]] float friction_N() const noexcept { return friction_N_; }      // by the model, on the way out
+  [[nodiscard]] float peak_force_N() const noexcept { return peak_force_N_; }  // of the contact, filtered
+  [[nodiscard]] const Vec3& turn_m() const noexcept { return turn_m_; }        // the tip where it stopped
+
+ private:
+  [[nodiscard]] float friction_along(const kinematics::ArmModel& model,
+                                     const kinematics::Posture<float>& posture) const noexcept;
+  void advance(float period_s, float lead_m) noexcept;
+  void turn(End end, bool come_back) noexcept;
+  void judge(const Vec3& tip_m, float speed_m_s, float friction_N) noexcept;
+
+  MoveOrder order_;
+  State state_ = State::kNone;
+  End end_ = End::kNotYet;
+  Vec3 start_m_ = Vec3::Zero();
+  Vec3 direction_ = Vec3::Zero();
+  Vec3 joint_stiffness_N_m_rad_ = Vec3::Ones();
+  float length_m_ = 0;
+  float way_m_ = 0;      // of the set point from the start
+  float speed_m_s_ = 0;  // of the set point; negative on the way back
+  Vec3 set_point_m_ = Vec3::Zero();
+  Vec3 filtered_N_ = Vec3::Zero();
+  float friction_N_ = 0;
+  float peak_force_N_ = 0;
+  Vec3 turn_m_ = Vec3::Zero();
+  SampleBuffer going_;
+  SampleBuffer coming_back_;
+};
+
+}  // namespace thimble::firmware
