@@ -31,5 +31,8 @@ inline bool is_unit(float length2) { return in_range(length2, 0.998F, 1.002F); }
 // The control of an object's body, when it has one; the body's own numbers have been checked before.
 [[nodiscard]] ImageStatus check_control(const scene::Object& object) noexcept;
 [[nodiscard]] ImageStatus check_volume(const scene::Object& object) noexcept;  // a shape that is a volume
+[[nodiscard]] ImageStatus check_needle(const scene::Needle& needle) noexcept;
+[[nodiscard]] ImageStatus check_tissue(const scene::Tissue& tissue,
+                                       float stiffness_N_m) noexcept;  // of the object's material
 
 }  // namespace thimble::control

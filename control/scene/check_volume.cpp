@@ -56,6 +56,10 @@ ImageStatus check_volume(const scene::Object& object) noexcept {
       return check_vector_field(*object.shape_as_VectorField());
     case scene::Shape::PotentialField:
       return check_potential_field(*object.shape_as_PotentialField());
+    case scene::Shape::Needle:
+      return check_needle(*object.shape_as_Needle());
+    case scene::Shape::Tissue:
+      return check_tissue(*object.shape_as_Tissue(), object.material()->stiffness_n_per_m());
     case scene::Shape::NONE:
     case scene::Shape::Plane:
     case scene::Shape::Sphere:
@@ -63,8 +67,6 @@ ImageStatus check_volume(const scene::Object& object) noexcept {
     case scene::Shape::Cylinder:
     case scene::Shape::Capsule:
     case scene::Shape::Mesh:
-    case scene::Shape::Needle:
-    case scene::Shape::Tissue:
       break;
   }
   return ImageStatus::kNoShape;

@@ -33,5 +33,10 @@ inline constexpr float kMaxControlEffort = 100.0F;  // of a control, in N or N m
 inline constexpr float kMinDetentPitch = 1.0e-4F;   // m or rad
 // Of a control's own efforts, sqrt(stiffness / inertia): a quarter of a radian a tick at 4 kHz, stable down to 500 Hz.
 inline constexpr float kMaxControlRate_rad_s = 1000.0F;
+inline constexpr float kMaxTear_N = 100.0F;  // of a needle's layer: its tear strength and its friction
+inline constexpr float kMaxViscosity_N_s_m2 = 1.0e4F;  // of a needle's layer
+inline constexpr float kMinRelaxedShare = 1.0e-3F;     // of a tissue's stiffness, when held long
+inline constexpr float kMinRecovery_s = 1.0e-3F;       // of a tissue's dimple
+inline constexpr float kMaxRecovery_s = 3600.0F;
 
 }  // namespace thimble::control

@@ -58,6 +58,8 @@ class ImageWriter {
     return scene::CreateObject(builder_, name, shape.first, shape.second, &pose, &material);
   }
 
+  AnyShape write_shape(const NeedleShape& needle) { return host::write_shape(builder_, needle); }
+  AnyShape write_shape(const TissueShape& tissue) { return host::write_shape(builder_, tissue); }
   AnyShape write_shape(const PlaneShape& plane) {
     const scene::Plane image(to_scene(plane.normal), static_cast<float>(plane.offset_m));
     return {scene::Shape::Plane, builder_.CreateStruct(image).Union()};

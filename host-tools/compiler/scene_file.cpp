@@ -26,7 +26,8 @@ constexpr double kMaxScale = 1.0e9;
 constexpr std::array<std::string_view, 6> kSceneKeys{"$schema",     "thimble_scene", "name",
                                                      "description", "materials",     "objects"};
 constexpr std::array<std::string_view, 4> kObjectKeys{"name", "shape", "pose", "material"};
-constexpr std::array<std::string_view, 6> kShapeKeys{"plane", "sphere", "box", "cylinder", "capsule", "mesh"};
+constexpr std::array<std::string_view, 8> kShapeKeys{"plane",   "sphere", "box",    "cylinder",
+                                                     "capsule", "mesh",   "needle", "tissue"};
 constexpr std::array<std::string_view, 2> kPlaneKeys{"normal", "offset_m"};
 constexpr std::array<std::string_view, 1> kSphereKeys{"radius_m"};
 constexpr std::array<std::string_view, 1> kBoxKeys{"size_m"};
@@ -36,7 +37,7 @@ constexpr std::array<std::string_view, 4> kMeshKeys{"file", "scale", "crease_deg
 constexpr std::array<std::string_view, 2> kPoseKeys{"position_m", "rotation_deg"};
 constexpr std::array<std::string_view, 5> kMaterialKeys{"stiffness_N_m", "damping_N_s_m", "static_friction",
                                                         "dynamic_friction", "friction_mode"};
-constexpr std::array<SceneKeys, 11> kKinds{{{"scene", kSceneKeys},
+constexpr std::array<SceneKeys, 14> kKinds{{{"scene", kSceneKeys},
                                             {"object", kObjectKeys},
                                             {"shape", kShapeKeys},
                                             {"plane", kPlaneKeys},
@@ -45,6 +46,9 @@ constexpr std::array<SceneKeys, 11> kKinds{{{"scene", kSceneKeys},
                                             {"cylinder", kCylinderKeys},
                                             {"capsule", kCapsuleKeys},
                                             {"mesh", kMeshKeys},
+                                            {"needle", kNeedleKeys},
+                                            {"layer", kLayerKeys},
+                                            {"tissue", kTissueKeys},
                                             {"pose", kPoseKeys},
                                             {"material", kMaterialKeys}}};
 
@@ -116,6 +120,10 @@ void read_shape(const Value& value, SceneObject& object) {
     shape.object("a capsule", kCapsuleKeys);
     object.shape =
         CapsuleShape{shape.at("radius_m").as_number(kLength), shape.at("height_m").as_number(kLength)};
+  } else if (object.shape_word == "needle") {
+    object.shape = read_needle(shape);
+  } else if (object.shape_word == "tissue") {
+    object.shape = read_tissue(shape);
   } else {
     object.shape = read_mesh(shape);
   }
@@ -218,6 +226,9 @@ SceneFile read_scene_file(const std::string& text, const std::string& name) {
       object.material = found->second;
     } else {
       object.material = read_material(material);
+    }
+    if (const auto* tissue = std::get_if<TissueShape>(&object.shape)) {
+      check_against_material(*tissue, value.at("shape").at("tissue"), object.material.stiffness_N_m);
     }
     file.objects.push_back(std::move(object));
   }

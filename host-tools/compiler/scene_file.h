@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "host-tools/compiler/mesh.h"
+#include "host-tools/compiler/scene_tissue.h"
 
 namespace thimble::host {
 
@@ -50,7 +51,9 @@ struct SceneMaterial {
 
 struct SceneObject {
   std::string name;
-  std::variant<PlaneShape, SphereShape, BoxShape, CylinderShape, CapsuleShape, MeshShape> shape;
+  std::variant<PlaneShape, SphereShape, BoxShape, CylinderShape, CapsuleShape, MeshShape, NeedleShape,
+               TissueShape>
+      shape;
   std::string shape_word;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();

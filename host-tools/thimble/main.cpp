@@ -25,6 +25,7 @@ struct Choices {
   UploadChoice upload;
   MonitorChoice monitor;
   SimulateChoice simulate;
+  ImportVolumeChoice import_volume;
   std::filesystem::path scene;
   std::filesystem::path image;
   std::string name;
@@ -113,6 +114,34 @@ void define(CLI::App& app, Choices& c) {
               [&c] { fault_clear(c.common, c.remote); });
   verb(*fault, c, "explain", "what a fault means and what to do", [&c] { fault_explain(c.common, c.name); })
       ->add_option("fault", c.name, "number or name")
+      ->required();
+
+  CLI::App* import = app.add_subcommand("import", "make a scene from data of another kind");
+  import->require_subcommand(1);
+  CLI::App* volume_verb = verb(*import, c, "volume", "a needle's way through a NIfTI volume",
+                               [&c] { import_volume(c.common, c.import_volume); });
+  volume_verb->add_option("volume", c.import_volume.volume, "the volume: .nii or .nii.gz")->required();
+  volume_verb
+      ->add_option("--from", c.import_volume.from,
+                   "where the needle comes from: x,y,z in mm of the volume's world")
+      ->required();
+  volume_verb->add_option("--to", c.import_volume.to, "where it goes to: x,y,z")->required();
+  volume_verb->add_flag("--voxel", c.import_volume.in_voxels, "--from and --to are voxels, counted from 0");
+  CLI::Option* table = volume_verb->add_option("--layers", c.import_volume.table,
+                                               "table of tissues by intensity (CSV); see docs/cli.md");
+  volume_verb
+      ->add_option("--classes", c.import_volume.classes,
+                   "without a table: so many kinds of tissue, air included")
+      ->check(CLI::Range(2U, 16U))
+      ->capture_default_str()
+      ->excludes(table);
+  volume_verb
+      ->add_option("--min-thickness", c.import_volume.thinnest_mm, "in mm: thinner layers join a neighbour")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  volume_verb
+      ->add_option("--output,-o", c.import_volume.output,
+                   "where the scene file goes; nothing is written when it fails")
       ->required();
 
   CLI::App* simulate_verb =

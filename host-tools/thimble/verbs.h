@@ -49,6 +49,18 @@ void fault_explain(const Common& common, const std::string& which);  // number o
 
 void compile(const Common& common, const std::filesystem::path& scene, const std::filesystem::path& output);
 
+struct ImportVolumeChoice {
+  std::filesystem::path volume;
+  std::string from;  // "x,y,z"
+  std::string to;
+  bool in_voxels = false;
+  std::filesystem::path table;  // empty: classes by k-means
+  std::size_t classes = 4;
+  double thinnest_mm = 2.0;
+  std::filesystem::path output;
+};
+void import_volume(const Common& common, const ImportVolumeChoice& choice);
+
 struct SimulateChoice {
   std::filesystem::path scene;
   std::filesystem::path path;
