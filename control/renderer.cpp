@@ -44,15 +44,45 @@ Vec3 spring_force(const World& world, const Constraints& held) {
   return force;
 }
 
-// -B v along each normal, at most as far as the spring's own push: damping never pulls (paper, section 3.4).
-Vec3 damping_force(const World& world, const Constraints& held, const Vec3& velocity) {
-  Vec3 force = Vec3::Zero();
+// The tip's velocity as the object's material has it at the god object.
+Vec3 relative_velocity(const PlacedObject& object, const Bodies& bodies, const Vec3& at,
+                       const Vec3& velocity) {
+  return object.body == kNoBody ? velocity : Vec3(velocity - bodies.velocity_at(object.body, at));
+}
+
+// -B v along the normal, at most as far as the spring's own push: damping never pulls (paper, section 3.4).
+Vec3 damping_force(const World& world, const Bodies& bodies, const Constraint& c, const Vec3& at,
+                   const Vec3& velocity) {
+  const PlacedObject& object = world.objects[c.object];
+  const Material& m = object.material;
+  const float push = m.stiffness_N_m * c.lambda_m;
+  const float approach = relative_velocity(object, bodies, at, velocity).dot(c.normal);
+  return std::max(-m.damping_N_s_m * approach, -push) * c.normal;
+}
+
+// Every object that moves gets the opposite of what the finger feels from it: spring and damping along its own normal, and of the
+// rest (friction, effects) the part that it holds.
+void push_back(const World& world, Bodies& bodies, const Constraints& held, const Vec3& at,
+               const Vec3& velocity, const Vec3& force) {
+  std::array<Vec3, kMaxContacts> own;
+  std::array<float, kMaxContacts> holds;
+  Vec3 rest = force;
+  float all = 0.0F;
   for (std::size_t i = 0; i < held.count; ++i) {
-    const Material& m = world.objects[held.list[i].object].material;
-    const float push = m.stiffness_N_m * held.list[i].lambda_m;
-    force += std::max(-m.damping_N_s_m * velocity.dot(held.list[i].normal), -push) * held.list[i].normal;
+    const Constraint& c = held.list[i];
+    const Material& m = world.objects[c.object].material;
+    const float push = m.stiffness_N_m * c.lambda_m;
+    own[i] = push * c.normal + damping_force(world, bodies, c, at, velocity);
+    rest -= own[i];
+    holds[i] = m.static_friction * push;
+    all += holds[i];
   }
-  return force;
+  for (std::size_t i = 0; i < held.count; ++i) {
+    const PlacedObject& object = world.objects[held.list[i].object];
+    if (object.body == kNoBody) continue;
+    const float share = all > 0.0F ? holds[i] / all : 1.0F / static_cast<float>(held.count);
+    bodies.push(object.body, at, held.count == 1 ? Vec3(-force) : Vec3(-own[i] - share * rest));
+  }
 }
 
 // Planes of unlike stiffness have a common potential only when they are square to each other.
@@ -68,6 +98,17 @@ bool has_potential(const World& world, const Constraints& held) {
     }
   }
   return true;
+}
+
+// The object in whose frame the account of work is kept, null where none is: the work done on an object that moves counts from
+// where it is. Between objects that move differently there is no such frame.
+const PlacedObject* account_frame(const World& world, const Constraints& held, bool shaded) {
+  if (!shaded && has_potential(world, held)) return nullptr;
+  const PlacedObject& first = world.objects[held.list[0].object];
+  for (std::size_t i = 1; i < held.count; ++i) {
+    if (world.objects[held.list[i].object].body != first.body) return nullptr;
+  }
+  return &first;
 }
 
 bool shares_object(const GodObject& a, const GodObject& b) {
@@ -102,7 +143,7 @@ bool is_nearer(const Vec3& slipped, const Vec3& stuck, const Vec3& rest, const V
   Contact& contact = god.contacts[0];
   if (finger.rest.contacts[0].object != contact.object) return false;
   const PlacedObject& object = world.objects[contact.object];
-  if (object.shaded) return false;
+  if (!object.plain) return false;
   if (world.count > 1) {
     const Reach reach(god, finger.rest, tip.position_m);
     for (std::size_t i = 0; i < world.count; ++i) {
@@ -174,6 +215,7 @@ bool is_nearer(const Vec3& slipped, const Vec3& stuck, const Vec3& rest, const V
 void Renderer::bind(const SceneView& scene) noexcept {
   world_.bind(scene);
   fields_.bind(scene);
+  bodies_.bind(scene, world_);
   counters_ = {};
   reset();
 }
@@ -190,6 +232,7 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
       touch(fingers_[i], tips[i], period_s, touches[i]);
     if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
   }
+  if (!bodies_.empty()) bodies_.step(world_, std::span(fingers_).first(count), period_s, counters_);
 }
 
 void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touch) noexcept {
@@ -243,12 +286,16 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
     god = rest;
   }
 
-  if (shaded || !has_potential(world_, held)) {
-    force *= finger.account.tick(x, god.position_m, force);
+  if (const PlacedObject* frame = account_frame(world_, held, shaded)) {
+    force *= frame->body == kNoBody ? finger.account.tick(x, god.position_m, force)
+                                    : finger.account.tick(frame->to_local(x), frame->to_local(god.position_m),
+                                                          frame->turn_back(force));
   } else {
     finger.account.close();
   }
-  force += damping_force(world_, held, tip.velocity_m_s);
+  for (std::size_t i = 0; i < held.count; ++i)
+    force += damping_force(world_, bodies_, held.list[i], god.position_m, tip.velocity_m_s);
+  if (!bodies_.empty()) push_back(world_, bodies_, held, god.position_m, tip.velocity_m_s, force);
   touch = {force, god.position_m, static_cast<std::uint8_t>(held.count)};
 }
 

@@ -15,9 +15,8 @@
 #include <array>
 #include <span>
 
-#include "control/contact/energy_account.h"
-#include "control/contact/friction.h"
-#include "control/contact/god_object.h"
+#include "control/bodies/bodies.h"
+#include "control/contact/finger.h"
 #include "control/contact/world.h"
 #include "control/fields/fields.h"
 #include "control/renderer_types.h"
@@ -27,34 +26,30 @@
 
 namespace thimble::control {
 
-// One tip's contact. Starts free, at the tip, in the first tick after bind() or reset().
-struct Finger {
-  bool started = false;
-  GodObject god;   // with friction: the stiction point
-  GodObject rest;  // where it would be without
-  Friction friction;
-  EnergyAccount account;
-};
-
 class Renderer {
  public:
   // Takes a scene (an empty view: free space everywhere). Every contact is forgotten: each god object starts
   // at its tip.
   void bind(const SceneView& scene) noexcept;
 
-  // Forgets every contact, as after a pause in which the tips were not rendered.
+  // Forgets every contact, as after a pause in which the tips were not rendered. Objects that move stay where they are.
   void reset() noexcept;
 
-  // Renders one period. tips and touches have the same size, at most kMaxArms.
+  // Renders one period. tips and touches have the same size, at most kMaxArms. Objects that move do so afterwards, with the forces
+  // of this period.
   void tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept;
 
   [[nodiscard]] const RenderCounters& counters() const noexcept { return counters_; }
+
+  // The objects that move, in the order of the scene, where the next tick will meet them.
+  [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return bodies_.states(); }
 
  private:
   void touch(Finger& finger, const Tip& tip, float period_s, Touch& touch) noexcept;
 
   World world_;
   Fields fields_;
+  Bodies bodies_;
   std::array<Finger, kMaxArms> fingers_;
   RenderCounters counters_;
 };

@@ -308,9 +308,9 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
 
 }  // namespace
 
-Nearby::Nearby(const World& world, const Reach& reach) noexcept {
+Nearby::Nearby(const World& world, const Reach& reach, int without) noexcept {
   for (std::size_t i = 0; i < world.count; ++i) {
-    if (reach.meets(world.objects[i])) list_[count_++] = static_cast<std::uint8_t>(i);
+    if (static_cast<int>(i) != without && reach.meets(world.objects[i])) list_[count_++] = static_cast<std::uint8_t>(i);
   }
 }
 

@@ -65,10 +65,12 @@ struct Reach {
   }
 };
 
-// The objects within reach.
+// The objects within reach, but for one.
+inline constexpr int kNoObject = -1;
+
 class Nearby {
  public:
-  Nearby(const World& world, const Reach& reach) noexcept;
+  Nearby(const World& world, const Reach& reach, int without = kNoObject) noexcept;
   [[nodiscard]] std::span<const std::uint8_t> objects() const { return {list_.data(), count_}; }
 
  private:

@@ -49,10 +49,8 @@ PlacedObject place(const scene::Object& object) {
   placed.turned = q.x() != 0.0F || q.y() != 0.0F || q.z() != 0.0F;
   placed.position_m = to_vec(object.pose()->position_m());
   placed.shaded = placed.shape.mesh.corner_normals != nullptr;
-  const Vec3 reach = placed.ops->reach(placed.shape);
-  const Vec3 extent = placed.turned && reach.allFinite() ? Vec3(placed.rotation.cwiseAbs() * reach) : reach;
-  placed.lo_m = placed.position_m - extent;
-  placed.hi_m = placed.position_m + extent;
+  placed.plain = !placed.shaded;
+  place_box(placed);
   placed.material = view_material(*object.material());
   return placed;
 }
@@ -62,6 +60,13 @@ PlacedObject place(const scene::Object& object) {
 Material view_material(const scene::Material& m) noexcept {
   return {m.stiffness_n_per_m(), m.damping_n_s_per_m(), m.static_friction(), m.dynamic_friction(),
           m.friction_mode() == scene::FrictionMode::Steady};
+}
+
+void place_box(PlacedObject& object) noexcept {
+  const Vec3 reach = object.ops->reach(object.shape);
+  const Vec3 extent = object.turned && reach.allFinite() ? Vec3(object.rotation.cwiseAbs() * reach) : reach;
+  object.lo_m = object.position_m - extent;
+  object.hi_m = object.position_m + extent;
 }
 
 void World::bind(const SceneView& view) noexcept {

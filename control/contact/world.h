@@ -22,6 +22,7 @@ struct Material {
 };
 
 [[nodiscard]] Material view_material(const scene::Material& material) noexcept;
+inline constexpr std::uint8_t kNoBody = 0xFF;
 
 struct PlacedObject {
   const scene::Object* source = nullptr;  // in the image: its surface and body
@@ -31,7 +32,9 @@ struct PlacedObject {
   Vec3 position_m = Vec3::Zero();
   bool turned = false;
   bool shaded = false;
-  Vec3 lo_m = Vec3::Zero();  // a box in the world that holds the solid
+  bool plain = true;            // what the common tick renders: not shaded, not a body
+  std::uint8_t body = kNoBody;  // which of the bodies it is (control/bodies)
+  Vec3 lo_m = Vec3::Zero();     // a box in the world that holds the solid
   Vec3 hi_m = Vec3::Zero();
   Material material;
 
@@ -40,6 +43,9 @@ struct PlacedObject {
   [[nodiscard]] Vec3 turn(const Vec3& v) const { return turned ? Vec3(rotation * v) : v; }
   [[nodiscard]] Vec3 turn_back(const Vec3& v) const { return turned ? Vec3(rotation.transpose() * v) : v; }
 };
+
+// Sets lo_m and hi_m for the present pose.
+void place_box(PlacedObject& object) noexcept;
 
 // Volumes have no surface and are not in the world: control/fields renders them.
 [[nodiscard]] constexpr bool is_volume(scene::Shape shape) { return shape >= scene::Shape::VectorField; }

@@ -38,5 +38,14 @@ inline constexpr float kMaxViscosity_N_s_m2 = 1.0e4F;  // of a needle's layer
 inline constexpr float kMinRelaxedShare = 1.0e-3F;     // of a tissue's stiffness, when held long
 inline constexpr float kMinRecovery_s = 1.0e-3F;       // of a tissue's dimple
 inline constexpr float kMaxRecovery_s = 3600.0F;
+inline constexpr float kMinMass_kg = 1.0e-3F;  // of a body
+inline constexpr float kMaxMass_kg = 1.0e3F;
+inline constexpr float kMinInertia_kg_m2 = 1.0e-9F;
+inline constexpr float kMaxInertia_kg_m2 = 1.0e6F;
+inline constexpr float kMaxAngularDamping_N_m_s = 1.0e3F;
+inline constexpr float kMaxBodySpeed_m_s = 10.0F;  // held to, whatever pushes it
+inline constexpr float kMaxBodySpin_rad_s = 100.0F;
+// K / m of a body, K its material's: a spring on a mass is stable in ticks of T when K T^2 / m < 4, and two fingers may press on it.
+inline constexpr float kMaxStiffnessPerMass_1_s2 = 1.0e6F;
 
 }  // namespace thimble::control

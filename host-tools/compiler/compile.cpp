@@ -1,8 +1,10 @@
 #include "host-tools/compiler/compile.h"
 
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <utility>
 
 #include "control/scene/limits.h"
@@ -28,7 +30,9 @@ class ImageWriter {
       objects.push_back(write_object(object));
     }
     const auto scene_name = builder_.CreateString(file.name);
-    builder_.Finish(scene::CreateScene(builder_, scene_name, builder_.CreateVector(objects)),
+    const scene::Vec3 gravity = to_scene(file.gravity_m_s2);
+    builder_.Finish(scene::CreateScene(builder_, scene_name, builder_.CreateVector(objects),
+                                       file.gravity_m_s2.isZero() ? nullptr : &gravity),
                     scene::SceneIdentifier());
     if (builder_.GetSize() > control::kMaxImageBytes) {
       throw Error(ExitCode::kBadInput, "image-too-large",
@@ -46,6 +50,7 @@ class ImageWriter {
 
   flatbuffers::Offset<scene::Object> write_object(const SceneObject& object) {
     report_.objects.push_back({object.name, object.shape_word, {}});
+    object_ = &object;
     const AnyShape shape = std::visit([&](const auto& each) { return write_shape(each); }, object.shape);
     const auto name = builder_.CreateString(object.name);
     const auto cast = [](double value) { return static_cast<float>(value); };
@@ -55,7 +60,8 @@ class ImageWriter {
     const SceneMaterial& m = object.material;
     const scene::Material material(cast(m.stiffness_N_m), cast(m.damping_N_s_m), cast(m.static_friction),
                                    cast(m.dynamic_friction), m.friction_mode);
-    return scene::CreateObject(builder_, name, shape.first, shape.second, &pose, &material);
+    const auto body = object.body ? write_body(builder_, *object.body, unit_inertia_, object.position_m) : 0;
+    return scene::CreateObject(builder_, name, shape.first, shape.second, &pose, &material, 0, body);
   }
 
   AnyShape write_shape(const NeedleShape& needle) { return host::write_shape(builder_, needle); }
@@ -65,19 +71,23 @@ class ImageWriter {
     return {scene::Shape::Plane, builder_.CreateStruct(image).Union()};
   }
   AnyShape write_shape(const SphereShape& sphere) {
+    unit_inertia_ = sphere_inertia(sphere.radius_m);
     const scene::Sphere image(static_cast<float>(sphere.radius_m));
     return {scene::Shape::Sphere, builder_.CreateStruct(image).Union()};
   }
   AnyShape write_shape(const BoxShape& box) {
+    unit_inertia_ = box_inertia(box.size_m);
     const scene::Box image(to_scene(box.size_m / 2.0));
     return {scene::Shape::Box, builder_.CreateStruct(image).Union()};
   }
   AnyShape write_shape(const CylinderShape& cylinder) {
+    unit_inertia_ = cylinder_inertia(cylinder.radius_m, cylinder.height_m);
     const scene::Cylinder image(static_cast<float>(cylinder.radius_m),
                                 static_cast<float>(cylinder.height_m / 2.0));
     return {scene::Shape::Cylinder, builder_.CreateStruct(image).Union()};
   }
   AnyShape write_shape(const CapsuleShape& capsule) {
+    unit_inertia_ = capsule_inertia(capsule.radius_m, capsule.height_m);
     const scene::Capsule image(static_cast<float>(capsule.radius_m),
                                static_cast<float>(capsule.height_m / 2.0));
     return {scene::Shape::Capsule, builder_.CreateStruct(image).Union()};
@@ -95,6 +105,7 @@ class ImageWriter {
                   "simplify the meshes");
     }
     warn(mesh.report, shape);
+    if (object_->body) weigh(mesh, shape, name);
     report_.objects.back().mesh = mesh.report;
 
     const auto vertices = builder_.CreateVectorOfStructs(mesh.vertices);
@@ -105,6 +116,27 @@ class ImageWriter {
     return {scene::Shape::Mesh, scene::CreateMesh(builder_, vertices, triangles, flags, corners, nodes,
                                                   &mesh.grid_origin_m, mesh.grid_step_m, mesh.depth)
                                     .Union()};
+  }
+
+  // A mesh as a body: its moments of inertia, and what is not as one might think.
+  void weigh(const CompiledMesh& mesh, const MeshShape& shape, const std::string& name) {
+    const std::optional<MeshMass> mass = mesh_mass(mesh);
+    if (!mass && !object_->body->inertia_kg_m2) {
+      throw Error(ExitCode::kBadInput, "no-volume",
+                  name + ": the body's mesh encloses no volume, so its moments of inertia are not known",
+                  "close the mesh, or give the body \"inertia_kg_m2\"");
+    }
+    const std::string what = object_->name + " (" + shape.file + "): ";
+    if (mass) {
+      unit_inertia_ = mass->inertia_m2;
+      constexpr double kOff = .02;  // of the radius of gyration
+      if (mass->centre_m.norm() > kOff * std::sqrt(mass->inertia_m2.maxCoeff())) {
+        report_.warnings.push_back(what + "the body turns about the mesh's origin, which is " +
+                                   std::to_string(1e3 * mass->centre_m.norm()) +
+                                   " mm from its centre of mass");
+      }
+    }
+    report_.warnings.push_back(what + "a moving mesh is met by fingertips only, not by other objects");
   }
 
   void warn(const MeshReport& mesh, const MeshShape& shape) {
@@ -128,6 +160,8 @@ class ImageWriter {
   std::filesystem::path folder_;
   SceneReport& report_;
   std::size_t triangles_ = 0;
+  const SceneObject* object_ = nullptr;                     // being written
+  Eigen::Vector3d unit_inertia_ = Eigen::Vector3d::Zero();  // of its shape, for 1 kg
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "host-tools/compiler/scene_file.h"
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <numbers>
@@ -23,9 +24,9 @@ constexpr double kMaxDamping = static_cast<double>(control::kMaxDamping_N_s_m);
 constexpr double kMinScale = 1.0e-9;
 constexpr double kMaxScale = 1.0e9;
 
-constexpr std::array<std::string_view, 6> kSceneKeys{"$schema",     "thimble_scene", "name",
-                                                     "description", "materials",     "objects"};
-constexpr std::array<std::string_view, 4> kObjectKeys{"name", "shape", "pose", "material"};
+constexpr std::array<std::string_view, 7> kSceneKeys{
+    "$schema", "thimble_scene", "name", "description", "materials", "objects", "gravity_m_s2"};
+constexpr std::array<std::string_view, 5> kObjectKeys{"name", "shape", "pose", "material", "body"};
 constexpr std::array<std::string_view, 8> kShapeKeys{"plane",   "sphere", "box",    "cylinder",
                                                      "capsule", "mesh",   "needle", "tissue"};
 constexpr std::array<std::string_view, 2> kPlaneKeys{"normal", "offset_m"};
@@ -37,7 +38,7 @@ constexpr std::array<std::string_view, 4> kMeshKeys{"file", "scale", "crease_deg
 constexpr std::array<std::string_view, 2> kPoseKeys{"position_m", "rotation_deg"};
 constexpr std::array<std::string_view, 5> kMaterialKeys{"stiffness_N_m", "damping_N_s_m", "static_friction",
                                                         "dynamic_friction", "friction_mode"};
-constexpr std::array<SceneKeys, 14> kKinds{{{"scene", kSceneKeys},
+constexpr std::array<SceneKeys, 15> kKinds{{{"scene", kSceneKeys},
                                             {"object", kObjectKeys},
                                             {"shape", kShapeKeys},
                                             {"plane", kPlaneKeys},
@@ -50,7 +51,8 @@ constexpr std::array<SceneKeys, 14> kKinds{{{"scene", kSceneKeys},
                                             {"layer", kLayerKeys},
                                             {"tissue", kTissueKeys},
                                             {"pose", kPoseKeys},
-                                            {"material", kMaterialKeys}}};
+                                            {"material", kMaterialKeys},
+                                            {"body", kBodyKeys}}};
 
 SceneMaterial read_material(const Value& value) {
   value.object("a material", kMaterialKeys);
@@ -145,6 +147,21 @@ void read_pose(const Value& value, SceneObject& object) {
   }
 }
 
+void read_object_body(const Value& value, SceneObject& object, std::size_t& bodies) {
+  constexpr std::array<std::string_view, 5> kMassive{"sphere", "box", "cylinder", "capsule", "mesh"};
+  if (std::find(kMassive.begin(), kMassive.end(), object.shape_word) == kMassive.end()) {
+    value.fail("no-mass", "belongs to a " + object.shape_word + ", which has no volume to move",
+               "give a body to one of the shapes sphere, box, cylinder, capsule and mesh");
+  }
+  if (++bodies > control::kMaxBodies) {
+    value.fail("too-many-bodies",
+               "is the scene's body number " + std::to_string(bodies) + ", at most " +
+                   std::to_string(control::kMaxBodies) + " are allowed",
+               "leave some objects where they are");
+  }
+  object.body = read_body(value, object.material.stiffness_N_m);
+}
+
 }  // namespace
 
 std::span<const SceneKeys> scene_keys() { return kKinds; }
@@ -187,6 +204,10 @@ SceneFile read_scene_file(const std::string& text, const std::string& name) {
     }
   }
 
+  if (scene.has("gravity_m_s2")) {
+    file.gravity_m_s2 = scene.at("gravity_m_s2").as_vector({-kMaxCoordinate, kMaxCoordinate, false, "m/s2"});
+  }
+
   const Value objects = scene.at("objects");
   if (!objects.raw().is_array()) {
     objects.wrong("an array of objects");
@@ -197,6 +218,7 @@ SceneFile read_scene_file(const std::string& text, const std::string& name) {
                      std::to_string(control::kMaxObjects) + " are allowed",
                  "merge or remove objects");
   }
+  std::size_t bodies = 0;
   for (std::size_t i = 0; i < objects.raw().size(); ++i) {
     const Value value = objects.at(i);
     value.object("an object of the scene", kObjectKeys);
@@ -229,6 +251,9 @@ SceneFile read_scene_file(const std::string& text, const std::string& name) {
     }
     if (const auto* tissue = std::get_if<TissueShape>(&object.shape)) {
       check_against_material(*tissue, value.at("shape").at("tissue"), object.material.stiffness_N_m);
+    }
+    if (value.has("body")) {
+      read_object_body(value.at("body"), object, bodies);
     }
     file.objects.push_back(std::move(object));
   }

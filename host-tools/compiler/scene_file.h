@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "host-tools/compiler/mesh.h"
+#include "host-tools/compiler/scene_body.h"
 #include "host-tools/compiler/scene_tissue.h"
 
 namespace thimble::host {
@@ -58,11 +59,13 @@ struct SceneObject {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   SceneMaterial material;
+  std::optional<SceneBody> body;
 };
 
 struct SceneFile {
   std::string name;
   std::vector<SceneObject> objects;
+  Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d::Zero();
 };
 
 // What the reader knows: for each kind of JSON object its keys. The schema holds the same under $defs (a test

@@ -1,0 +1,261 @@
+#include "control/bodies/bodies.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "control/bodies/carry.h"
+#include "kinematics/trig.h"
+#include "thimble_scene_schema/scene_generated.h"
+
+namespace thimble::control {
+namespace {
+
+using Eigen::Quaternionf;
+
+BodyModel read(const scene::Object& object, std::uint8_t index) {
+  const scene::Body& body = *object.body();
+  const scene::Quat& q = object.pose()->rotation();
+  BodyModel model;
+  model.object = index;
+  model.motion = body.motion();
+  model.mass_kg = body.mass_kg();
+  model.inertia_kg_m2 = to_vec(*body.inertia_kg_m2());
+  model.spring_N_m = body.spring_n_per_m();
+  model.damping_N_s_m = body.damping_n_s_per_m();
+  model.angular_damping_N_m_s = body.angular_damping_n_m_s();
+  model.axis = to_vec(*body.axis());
+  model.pivot_m = to_vec(*body.pivot_m());
+  model.start_m = to_vec(object.pose()->position_m());
+  model.start_rotation = Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized();
+  model.control = control_params(body);
+  model.control_inertia = control_inertia(object);
+  return model;
+}
+
+Vec3 scale_in_frame(const Quaternionf& rotation, const Vec3& scale, const Vec3& v) {
+  return rotation * scale.cwiseProduct(rotation.conjugate() * v).eval();
+}
+
+Vec3 to_spin(const BodyModel& model, const Quaternionf& rotation, const Vec3& momentum) {
+  return scale_in_frame(rotation, model.inertia_kg_m2.cwiseInverse(), momentum);
+}
+
+Quaternionf turned(const Quaternionf& rotation, const Vec3& by) {
+  const Vec3 half = 0.5F * by;
+  return (Quaternionf(1.0F, half.x(), half.y(), half.z()) * rotation).normalized();
+}
+
+Vec3 limited(const Vec3& v, float most) {
+  const float length2 = v.squaredNorm();
+  return length2 > most * most ? Vec3(v * (most / std::sqrt(length2))) : v;
+}
+
+void place(PlacedObject& object, const BodyState& state, bool turns) {
+  object.position_m = state.position_m;
+  if (turns) {
+    object.rotation = state.rotation.toRotationMatrix();
+    object.turned = true;
+  }
+  place_box(object);
+}
+
+}  // namespace
+
+void Bodies::bind(const SceneView& scene, World& world) noexcept {
+  count_ = 0;
+  gravity_m_s2_ = Vec3::Zero();
+  if (scene.scene() == nullptr) return;
+  if (scene.scene()->gravity_m_per_s2() != nullptr)
+    gravity_m_s2_ = to_vec(*scene.scene()->gravity_m_per_s2());
+  std::uint8_t in_image = 0;
+  std::uint8_t in_world = 0;
+  for (const scene::Object* object : *scene.scene()->objects()) {
+    if (object->body() != nullptr && !is_volume(object->shape_type())) {
+      const scene::Body& body = *object->body();
+      const BodyModel model = read(*object, in_world);
+      BodyState state{in_image, model.start_m, model.start_rotation, Vec3::Zero(), Vec3::Zero()};
+      Vec3 angular_momentum = Vec3::Zero();
+      float speed = 0.0F;
+      const Vec3 velocity = to_vec(*body.velocity_m_per_s());
+      const Vec3 spin = to_vec(*body.spin_rad_per_s());
+      switch (model.motion) {
+        case scene::Motion::Free:
+          angular_momentum = scale_in_frame(state.rotation, model.inertia_kg_m2, spin);
+          state.spin_rad_s = spin;
+          state.velocity_m_s = velocity;
+          break;
+        case scene::Motion::Translate:
+          state.velocity_m_s = velocity;
+          break;
+        case scene::Motion::Plane:
+          state.velocity_m_s = velocity - model.axis * model.axis.dot(velocity);
+          break;
+        case scene::Motion::Slide:
+          speed = model.axis.dot(velocity);
+          state.velocity_m_s = model.axis * speed;
+          break;
+        case scene::Motion::Turn:
+          speed = model.axis.dot(spin);
+          state.spin_rad_s = model.axis * speed;
+          state.velocity_m_s = state.spin_rad_s.cross(state.position_m - model.pivot_m);
+          break;
+      }
+      world.objects[in_world].body = static_cast<std::uint8_t>(count_);
+      world.objects[in_world].plain = false;
+      models_[count_] = model;
+      states_[count_] = state;
+      angular_momentum_[count_] = angular_momentum;
+      controls_[count_] = start_control(model.control, speed);
+      states_[count_].on = controls_[count_].on;
+      loads_[count_] = {};
+      ++count_;
+    }
+    if (!is_volume(object->shape_type())) ++in_world;
+    ++in_image;
+  }
+}
+
+// Semi-implicit Euler: velocities first, then positions with the new ones, which keeps the energy of a spring (and so of a finger
+// that holds a body) bounded. Damping is taken implicitly: it can stop a body, never turn it back.
+void Bodies::accelerate(std::size_t body, float period_s) noexcept {
+  const BodyModel& model = models_[body];
+  BodyState& state = states_[body];
+  Vec3& momentum = angular_momentum_[body];
+  const Load load = loads_[body];
+  loads_[body] = {};
+  const Vec3 outside = load.force_N + model.mass_kg * gravity_m_s2_;
+  const Vec3 force = outside - model.spring_N_m * (state.position_m - model.start_m);
+  const float slowed = 1.0F / (1.0F + period_s * model.damping_N_s_m / model.mass_kg);
+  const Vec3 velocity = slowed * (state.velocity_m_s + (period_s / model.mass_kg) * force);
+  switch (model.motion) {
+    case scene::Motion::Free: {
+      state.velocity_m_s = velocity;
+      momentum += period_s * load.torque_N_m;
+      state.spin_rad_s = to_spin(model, state.rotation, momentum);
+      if (model.angular_damping_N_m_s > 0.0F) {
+        const Vec3 damped =
+            Vec3::Ones() + (period_s * model.angular_damping_N_m_s) * model.inertia_kg_m2.cwiseInverse();
+        state.spin_rad_s = scale_in_frame(state.rotation, damped.cwiseInverse(), state.spin_rad_s);
+        momentum = scale_in_frame(state.rotation, model.inertia_kg_m2, state.spin_rad_s);
+      }
+      break;
+    }
+    case scene::Motion::Translate:
+      state.velocity_m_s = velocity;
+      break;
+    case scene::Motion::Plane:
+      state.velocity_m_s = velocity - model.axis * model.axis.dot(velocity);
+      break;
+    case scene::Motion::Slide:
+      efforts_[body] = model.axis.dot(outside);
+      break;
+    case scene::Motion::Turn:
+      efforts_[body] = model.axis.dot(load.torque_N_m + (state.position_m - model.pivot_m).cross(outside));
+      break;
+  }
+}
+
+void Bodies::limit_speed(std::size_t body) noexcept {
+  const BodyModel& model = models_[body];
+  BodyState& state = states_[body];
+  state.velocity_m_s = limited(state.velocity_m_s, kMaxBodySpeed_m_s);
+  if (state.spin_rad_s.squaredNorm() > kMaxBodySpin_rad_s * kMaxBodySpin_rad_s) {
+    state.spin_rad_s = limited(state.spin_rad_s, kMaxBodySpin_rad_s);
+    angular_momentum_[body] = scale_in_frame(state.rotation, model.inertia_kg_m2, state.spin_rad_s);
+  }
+}
+
+void Bodies::advance(std::size_t body, float period_s) noexcept {
+  const BodyModel& model = models_[body];
+  BodyState& state = states_[body];
+  switch (model.motion) {
+    case scene::Motion::Free: {
+      // The spin half a period on, for the angular momentum stays and the spin does not.
+      const Quaternionf middle = turned(state.rotation, (0.5F * period_s) * state.spin_rad_s);
+      state.rotation = turned(state.rotation, period_s * to_spin(model, middle, angular_momentum_[body]));
+      state.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
+      state.position_m += period_s * state.velocity_m_s;
+      break;
+    }
+    case scene::Motion::Translate:
+    case scene::Motion::Plane:
+      state.position_m += period_s * state.velocity_m_s;
+      break;
+    case scene::Motion::Slide:
+    case scene::Motion::Turn:
+      advance_along_axis(body, period_s);
+      break;
+  }
+  // The world ends where its coordinates do.
+  const Vec3 held = state.position_m.cwiseMax(-kMaxCoordinate_m).cwiseMin(kMaxCoordinate_m);
+  if (held != state.position_m) {
+    state.position_m = held;
+    state.velocity_m_s = Vec3::Zero();
+  }
+}
+
+void Bodies::advance_along_axis(std::size_t body, float period_s) noexcept {
+  const BodyModel& model = models_[body];
+  BodyState& state = states_[body];
+  ControlState& control = controls_[body];
+  const bool turns = model.motion == scene::Motion::Turn;
+  const float most = turns ? kMaxBodySpin_rad_s : kMaxBodySpeed_m_s;
+  advance_control(model.control, control, efforts_[body], model.control_inertia, period_s);
+  control.speed = std::clamp(control.speed, -most, most);
+  state.on = control.on;
+  if (!turns) {
+    state.position_m = model.start_m + control.q * model.axis;
+    state.velocity_m_s = control.speed * model.axis;
+    return;
+  }
+  constexpr float kTurn_rad = 2.0F * std::numbers::pi_v<float>;
+  const float within = control.q - kTurn_rad * static_cast<float>(static_cast<int>(control.q / kTurn_rad));
+  const auto half = kinematics::sin_cos(0.5F * within);
+  const Vec3 vector = half.sin * model.axis;
+  const Quaternionf about(half.cos, vector.x(), vector.y(), vector.z());
+  state.rotation = (about * model.start_rotation).normalized();
+  const Vec3 arm = about * (model.start_m - model.pivot_m);
+  state.position_m = model.pivot_m + arm;
+  state.spin_rad_s = control.speed * model.axis;
+  state.velocity_m_s = state.spin_rad_s.cross(arm);
+}
+
+void Bodies::stop(std::size_t body) noexcept {
+  states_[body].velocity_m_s = Vec3::Zero();
+  states_[body].spin_rad_s = Vec3::Zero();
+  angular_momentum_[body] = Vec3::Zero();
+  controls_[body].speed = 0.0F;
+}
+
+void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
+                  RenderCounters& counters) noexcept {
+  for (std::size_t i = 0; i < count_; ++i) {
+    accelerate(i, period_s);
+    limit_speed(i);
+  }
+  for (std::size_t i = 0; i < count_; ++i) {
+    const std::uint8_t index = models_[i].object;
+    const PlacedObject before = world.objects[index];
+    const BodyState state_before = states_[i];
+    const ControlState control_before = controls_[i];
+    advance(i, period_s);
+    place(world.objects[index], states_[i],
+          models_[i].motion == scene::Motion::Free || models_[i].motion == scene::Motion::Turn);
+    std::array<Finger, kMaxArms> fingers_before;
+    std::copy(fingers.begin(), fingers.end(), fingers_before.begin());
+    bool carried = true;
+    for (Finger& finger : fingers)
+      carried = carried && (!finger.started || carry(world, index, before, finger, counters));
+    if (!carried) {
+      std::copy_n(fingers_before.begin(), fingers.size(), fingers.begin());
+      world.objects[index] = before;
+      states_[i].position_m = state_before.position_m;
+      states_[i].rotation = state_before.rotation;
+      states_[i].on = state_before.on;
+      controls_[i] = control_before;
+      stop(i);
+    }
+  }
+}
+
+}  // namespace thimble::control

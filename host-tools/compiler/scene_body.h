@@ -1,0 +1,56 @@
+// The part of the scene file about objects that move: `body` of an object. docs/scene-format.md, "Moving objects".
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <optional>
+#include <string_view>
+
+#include "host-tools/compiler/mesh.h"
+#include "host-tools/compiler/scene_value.h"
+#include "thimble_scene_schema/scene_generated.h"
+
+namespace thimble::host {
+
+inline constexpr std::array<std::string_view, 11> kBodyKeys{
+    "motion",     "mass_kg",       "inertia_kg_m2",         "restitution", "velocity_m_s", "spin_rad_s",
+    "spring_N_m", "damping_N_s_m", "angular_damping_N_m_s", "axis",        "pivot_m"};
+
+struct SceneBody {
+  scene::Motion motion = scene::Motion::Free;
+  double mass_kg = 0;
+  std::optional<Eigen::Vector3d> inertia_kg_m2;  // absent: the shape's at uniform density
+  double restitution = 0;
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
+  double spring_N_m = 0;
+  double damping_N_s_m = 0;
+  double angular_damping_N_m_s = 0;
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+  std::optional<Eigen::Vector3d> pivot_m;  // absent: the object's position
+};
+
+// stiffness_N_m is the object's material's: what is too stiff for the mass is refused.
+[[nodiscard]] SceneBody read_body(const Value& value, double stiffness_N_m);
+
+// Principal moments about the object's axes for a mass of 1 kg, m2.
+[[nodiscard]] Eigen::Vector3d box_inertia(const Eigen::Vector3d& size_m);
+[[nodiscard]] Eigen::Vector3d sphere_inertia(double radius_m);
+[[nodiscard]] Eigen::Vector3d cylinder_inertia(double radius_m, double height_m);
+[[nodiscard]] Eigen::Vector3d capsule_inertia(double radius_m, double height_m);
+
+// Of a closed mesh, about its origin: centre of mass and moments (1 kg). No value where it encloses no volume.
+struct MeshMass {
+  Eigen::Vector3d centre_m;
+  Eigen::Vector3d inertia_m2;
+};
+[[nodiscard]] std::optional<MeshMass> mesh_mass(const CompiledMesh& mesh);
+
+// unit_inertia: of the shape, for 1 kg.
+[[nodiscard]] flatbuffers::Offset<scene::Body> write_body(flatbuffers::FlatBufferBuilder& builder,
+                                                          const SceneBody& body,
+                                                          const Eigen::Vector3d& unit_inertia,
+                                                          const Eigen::Vector3d& position_m);
+
+}  // namespace thimble::host
