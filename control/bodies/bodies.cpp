@@ -202,6 +202,7 @@ void Bodies::advance_along_axis(std::size_t body, float period_s) noexcept {
   const float most = turns ? kMaxBodySpin_rad_s : kMaxBodySpeed_m_s;
   advance_control(model.control, control, efforts_[body], model.control_inertia, period_s);
   control.speed = std::clamp(control.speed, -most, most);
+  state.q = control.q;
   state.on = control.on;
   if (!turns) {
     state.position_m = model.start_m + control.q * model.axis;
@@ -251,6 +252,7 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
       world.objects[index] = before;
       states_[i].position_m = state_before.position_m;
       states_[i].rotation = state_before.rotation;
+      states_[i].q = state_before.q;
       states_[i].on = state_before.on;
       controls_[i] = control_before;
       stop(i);

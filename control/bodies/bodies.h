@@ -31,6 +31,7 @@ struct BodyState {
   Eigen::Quaternionf rotation = Eigen::Quaternionf::Identity();
   Vec3 velocity_m_s = Vec3::Zero();  // of the object's origin
   Vec3 spin_rad_s = Vec3::Zero();
+  float q = 0.0F;   // of a body that slides (m) or turns (rad), 0 at the start
   bool on = false;  // the switch of a control
 };
 

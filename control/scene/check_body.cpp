@@ -40,7 +40,8 @@ ImageStatus check_body(const scene::Object& object) noexcept {
   RETURN_IF_BAD(require(is_unit(axis.x() * axis.x() + axis.y() * axis.y() + axis.z() * axis.z()) &&
                             is_coordinate(*body.pivot_m()),
                         ImageStatus::kBadNumber));
-  return check_free(body);
+  RETURN_IF_BAD(check_free(body));
+  return check_control(object);
 }
 
 }  // namespace thimble::control

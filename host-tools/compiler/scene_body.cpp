@@ -41,6 +41,13 @@ SceneBody read_body(const Value& value, double stiffness_N_m) {
     only(key, body.motion != scene::Motion::Turn);
   }
   only("pivot_m", body.motion == scene::Motion::Turn);
+  only("control", body.motion >= scene::Motion::Slide);
+  if (value.has("control")) {
+    for (const std::string_view key : {"spring_N_m", "damping_N_s_m", "angular_damping_N_m_s"}) {
+      if (value.has(key))
+        value.at(key).fail("senseless-key", "stands beside a control", "give it in the control");
+    }
+  }
 
   body.mass_kg =
       value.at("mass_kg").as_number({limit(control::kMinMass_kg), limit(control::kMaxMass_kg), false, "kg"});
@@ -75,6 +82,8 @@ SceneBody read_body(const Value& value, double stiffness_N_m) {
     body.axis.normalize();
   }
   if (value.has("pivot_m")) body.pivot_m = value.at("pivot_m").as_vector(kCoordinate);
+  if (value.has("control"))
+    body.control = read_control(value.at("control"), body.motion == scene::Motion::Turn);
   return body;
 }
 
@@ -134,18 +143,29 @@ std::optional<MeshMass> mesh_mass(const CompiledMesh& mesh) {
 
 flatbuffers::Offset<scene::Body> write_body(flatbuffers::FlatBufferBuilder& builder, const SceneBody& body,
                                             const Eigen::Vector3d& unit_inertia,
-                                            const Eigen::Vector3d& position_m) {
+                                            const Eigen::Vector3d& position_m,
+                                            const Eigen::Quaterniond& rotation) {
   const auto cast = [](double value) { return static_cast<float>(value); };
   const Eigen::Vector3d least = Eigen::Vector3d::Constant(limit(control::kMinInertia_kg_m2));
-  const scene::Vec3 inertia =
-      to_scene(body.inertia_kg_m2.value_or(Eigen::Vector3d((body.mass_kg * unit_inertia).cwiseMax(least))));
+  const Eigen::Vector3d moments =
+      body.inertia_kg_m2.value_or(Eigen::Vector3d((body.mass_kg * unit_inertia).cwiseMax(least)));
+  const Eigen::Vector3d pivot_m = body.pivot_m.value_or(position_m);
+  flatbuffers::Offset<scene::Control> control = 0;
+  if (body.control) {
+    const Eigen::Vector3d own_axis = rotation.conjugate() * body.axis;
+    const double about_axis = own_axis.cwiseAbs2().dot(moments) +
+                              body.mass_kg * body.axis.cross(position_m - pivot_m).squaredNorm();
+    control =
+        write_control(builder, *body.control, body.motion == scene::Motion::Turn ? about_axis : body.mass_kg);
+  }
+  const scene::Vec3 inertia = to_scene(moments);
   const scene::Vec3 velocity = to_scene(body.velocity_m_s);
   const scene::Vec3 spin = to_scene(body.spin_rad_s);
   const scene::Vec3 axis = to_scene(body.axis);
-  const scene::Vec3 pivot = to_scene(body.pivot_m.value_or(position_m));
+  const scene::Vec3 pivot = to_scene(pivot_m);
   return scene::CreateBody(builder, body.motion, cast(body.mass_kg), &inertia, cast(body.restitution),
                            &velocity, &spin, cast(body.spring_N_m), cast(body.damping_N_s_m),
-                           cast(body.angular_damping_N_m_s), &axis, &pivot);
+                           cast(body.angular_damping_N_m_s), &axis, &pivot, control);
 }
 
 }  // namespace thimble::host

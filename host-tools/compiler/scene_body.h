@@ -8,14 +8,15 @@
 #include <string_view>
 
 #include "host-tools/compiler/mesh.h"
+#include "host-tools/compiler/scene_control.h"
 #include "host-tools/compiler/scene_value.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::host {
 
-inline constexpr std::array<std::string_view, 11> kBodyKeys{
+inline constexpr std::array<std::string_view, 12> kBodyKeys{
     "motion",     "mass_kg",       "inertia_kg_m2",         "restitution", "velocity_m_s", "spin_rad_s",
-    "spring_N_m", "damping_N_s_m", "angular_damping_N_m_s", "axis",        "pivot_m"};
+    "spring_N_m", "damping_N_s_m", "angular_damping_N_m_s", "axis",        "pivot_m",      "control"};
 
 struct SceneBody {
   scene::Motion motion = scene::Motion::Free;
@@ -29,6 +30,7 @@ struct SceneBody {
   double angular_damping_N_m_s = 0;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
   std::optional<Eigen::Vector3d> pivot_m;  // absent: the object's position
+  std::optional<SceneControl> control;
 };
 
 // stiffness_N_m is the object's material's: what is too stiff for the mass is refused.
@@ -47,10 +49,11 @@ struct MeshMass {
 };
 [[nodiscard]] std::optional<MeshMass> mesh_mass(const CompiledMesh& mesh);
 
-// unit_inertia: of the shape, for 1 kg.
+// unit_inertia: of the shape, for 1 kg. Position and rotation are the object's. Throws what write_control does.
 [[nodiscard]] flatbuffers::Offset<scene::Body> write_body(flatbuffers::FlatBufferBuilder& builder,
                                                           const SceneBody& body,
                                                           const Eigen::Vector3d& unit_inertia,
-                                                          const Eigen::Vector3d& position_m);
+                                                          const Eigen::Vector3d& position_m,
+                                                          const Eigen::Quaterniond& rotation);
 
 }  // namespace thimble::host

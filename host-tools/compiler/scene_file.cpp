@@ -38,7 +38,7 @@ constexpr std::array<std::string_view, 4> kMeshKeys{"file", "scale", "crease_deg
 constexpr std::array<std::string_view, 2> kPoseKeys{"position_m", "rotation_deg"};
 constexpr std::array<std::string_view, 5> kMaterialKeys{"stiffness_N_m", "damping_N_s_m", "static_friction",
                                                         "dynamic_friction", "friction_mode"};
-constexpr std::array<SceneKeys, 15> kKinds{{{"scene", kSceneKeys},
+constexpr std::array<SceneKeys, 21> kKinds{{{"scene", kSceneKeys},
                                             {"object", kObjectKeys},
                                             {"shape", kShapeKeys},
                                             {"plane", kPlaneKeys},
@@ -52,7 +52,13 @@ constexpr std::array<SceneKeys, 15> kKinds{{{"scene", kSceneKeys},
                                             {"tissue", kTissueKeys},
                                             {"pose", kPoseKeys},
                                             {"material", kMaterialKeys},
-                                            {"body", kBodyKeys}}};
+                                            {"body", kBodyKeys},
+                                            {"slide_control", kSlideControlKeys},
+                                            {"turn_control", kTurnControlKeys},
+                                            {"slide_detents", kSlideDetentKeys},
+                                            {"turn_detents", kTurnDetentKeys},
+                                            {"slide_switch", kSlideSwitchKeys},
+                                            {"turn_switch", kTurnSwitchKeys}}};
 
 SceneMaterial read_material(const Value& value) {
   value.object("a material", kMaterialKeys);
