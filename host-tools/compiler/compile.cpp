@@ -60,7 +60,9 @@ class ImageWriter {
     const SceneMaterial& m = object.material;
     const scene::Material material(cast(m.stiffness_N_m), cast(m.damping_N_s_m), cast(m.static_friction),
                                    cast(m.dynamic_friction), m.friction_mode);
-    const auto body = object.body ? write_body(builder_, *object.body, unit_inertia_, object.position_m, object.rotation) : 0;
+    const auto body =
+        object.body ? write_body(builder_, *object.body, unit_inertia_, object.position_m, object.rotation)
+                    : 0;
     return scene::CreateObject(builder_, name, shape.first, shape.second, &pose, &material, 0, body);
   }
 
