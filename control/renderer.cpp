@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "control/surfaces/surfaces.h"
+
 namespace thimble::control {
 namespace {
 
@@ -35,11 +37,10 @@ bool shade(const World& world, const Nearby& nearby, GodObject& god, const Vec3&
 }
 
 // F = sum K lambda n, with each object's own K.
-Vec3 spring_force(const World& world, const Constraints& held) {
+Vec3 spring_force(const Constraints& held) {
   Vec3 force = Vec3::Zero();
   for (std::size_t i = 0; i < held.count; ++i) {
-    force += (world.objects[held.list[i].object].material.stiffness_N_m * held.list[i].lambda_m) *
-             held.list[i].normal;
+    force += (held.list[i].material.stiffness_N_m * held.list[i].lambda_m) * held.list[i].normal;
   }
   return force;
 }
@@ -53,10 +54,9 @@ Vec3 relative_velocity(const PlacedObject& object, const Bodies& bodies, const V
 // -B v along the normal, at most as far as the spring's own push: damping never pulls (paper, section 3.4).
 Vec3 damping_force(const World& world, const Bodies& bodies, const Constraint& c, const Vec3& at,
                    const Vec3& velocity) {
-  const PlacedObject& object = world.objects[c.object];
-  const Material& m = object.material;
+  const Material& m = c.material;
   const float push = m.stiffness_N_m * c.lambda_m;
-  const float approach = relative_velocity(object, bodies, at, velocity).dot(c.normal);
+  const float approach = relative_velocity(world.objects[c.object], bodies, at, velocity).dot(c.normal);
   return std::max(-m.damping_N_s_m * approach, -push) * c.normal;
 }
 
@@ -70,7 +70,7 @@ void push_back(const World& world, Bodies& bodies, const Constraints& held, cons
   float all = 0.0F;
   for (std::size_t i = 0; i < held.count; ++i) {
     const Constraint& c = held.list[i];
-    const Material& m = world.objects[c.object].material;
+    const Material& m = c.material;
     const float push = m.stiffness_N_m * c.lambda_m;
     own[i] = push * c.normal + damping_force(world, bodies, c, at, velocity);
     rest -= own[i];
@@ -86,12 +86,11 @@ void push_back(const World& world, Bodies& bodies, const Constraints& held, cons
 }
 
 // Planes of unlike stiffness have a common potential only when they are square to each other.
-bool has_potential(const World& world, const Constraints& held) {
+bool has_potential(const Constraints& held) {
   constexpr float kSquare = 1.0e-4F;
   for (std::size_t i = 1; i < held.count; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      if (world.objects[held.list[i].object].material.stiffness_N_m !=
-              world.objects[held.list[j].object].material.stiffness_N_m &&
+      if (held.list[i].material.stiffness_N_m != held.list[j].material.stiffness_N_m &&
           std::abs(held.list[i].normal.dot(held.list[j].normal)) > kSquare) {
         return false;
       }
@@ -102,13 +101,20 @@ bool has_potential(const World& world, const Constraints& held) {
 
 // The object in whose frame the account of work is kept, null where none is: the work done on an object that moves counts from
 // where it is. Between objects that move differently there is no such frame.
-const PlacedObject* account_frame(const World& world, const Constraints& held, bool shaded) {
-  if (!shaded && has_potential(world, held)) return nullptr;
+const PlacedObject* account_frame(const World& world, const Constraints& held, bool potential) {
+  if (held.count == 0 || (potential && has_potential(held))) return nullptr;
   const PlacedObject& first = world.objects[held.list[0].object];
   for (std::size_t i = 1; i < held.count; ++i) {
     if (world.objects[held.list[i].object].body != first.body) return nullptr;
   }
   return &first;
+}
+
+bool any_surfaced(const World& world, const Constraints& held) {
+  for (std::size_t i = 0; i < held.count; ++i) {
+    if (world.objects[held.list[i].object].surfaced) return true;
+  }
+  return false;
 }
 
 bool shares_object(const GodObject& a, const GodObject& b) {
@@ -255,6 +261,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
     god = rest;
     finger.friction.reset();
     finger.account.close();
+    finger.click.release();
     touch = {Vec3::Zero(), god.position_m, 0};
     return;
   }
@@ -263,12 +270,17 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   const bool shaded = shade(world_, nearby, rest, x, counters_, normal);
   if (shaded) {
     held.count = 1;
-    held.list[0] = {rest.contacts[0].object, normal, std::max((rest.position_m - x).dot(normal), 0.0F)};
+    const std::uint8_t object = rest.contacts[0].object;
+    held.list[0] = {object, normal, std::max((rest.position_m - x).dot(normal), 0.0F),
+                    world_.objects[object].material};
   }
+  const bool surfaced = any_surfaced(world_, held);
+  SurfaceTouch surface;
+  if (surfaced) surface = apply_surfaces(world_, rest, x, held);
 
   if (!shares_object(rest, god)) god = rest;  // another surface: the stiction point has been left behind
-  const FrictionLimits limits = friction_limits(world_, held);
-  Vec3 force = spring_force(world_, held);
+  const FrictionLimits limits = friction_limits(held);
+  Vec3 force = spring_force(held) + surface.along_N;
   if (limits.static_m > 0.0F) {
     const float stretch = (god.position_m - rest.position_m).norm();
     const float allowed = finger.friction.tick(limits, stretch, period_s);
@@ -286,15 +298,25 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
     god = rest;
   }
 
-  if (const PlacedObject* frame = account_frame(world_, held, shaded)) {
-    force *= frame->body == kNoBody ? finger.account.tick(x, god.position_m, force)
-                                    : finger.account.tick(frame->to_local(x), frame->to_local(god.position_m),
+  const Vec3 pulls_to = god.position_m - surface.sunk_m;
+  if (const PlacedObject* frame = account_frame(world_, held, !shaded && surface.potential)) {
+    force *= frame->body == kNoBody ? finger.account.tick(x, pulls_to, force)
+                                    : finger.account.tick(frame->to_local(x), frame->to_local(pulls_to),
                                                           frame->turn_back(force));
   } else {
     finger.account.close();
   }
+  Vec3 damping = Vec3::Zero();
   for (std::size_t i = 0; i < held.count; ++i)
-    force += damping_force(world_, bodies_, held.list[i], god.position_m, tip.velocity_m_s);
+    damping += damping_force(world_, bodies_, held.list[i], god.position_m, tip.velocity_m_s);
+  force += damping;
+  if (surfaced && held.count > 0) {
+    const PlacedObject& met = world_.objects[held.list[0].object];
+    const Vec3 velocity = relative_velocity(met, bodies_, god.position_m, tip.velocity_m_s);
+    force += finger.click.tick(world_, held, {x, velocity}, damping, period_s);
+  } else {
+    finger.click.release();
+  }
   if (!bodies_.empty()) push_back(world_, bodies_, held, god.position_m, tip.velocity_m_s, force);
   touch = {force, god.position_m, static_cast<std::uint8_t>(held.count)};
 }

@@ -43,10 +43,11 @@ class EnergyAccount {
     }
     const float part = stored_J > debt_J_ ? debt_J_ / stored_J : 1.0F;
     const float scale = debt_J_ > 0.0F ? 1.0F - part * part : 1.0F;
-    work_J_ = std::max(work_J_ + 0.5F * (applied_N_ + scale * spring_force_N).dot(step), 0.0F);
+    // Below zero is what a tick gave before its debt was known: it is owed too.
+    work_J_ += 0.5F * (applied_N_ + scale * spring_force_N).dot(step);
     // One part in 10^4 is left to the rounding of a long contact.
     constexpr float kSlack = 1.0001F;
-    debt_J_ = work_J_ * kSlack < stored_J ? stored_J - std::sqrt(work_J_ * stored_J) : 0.0F;
+    debt_J_ = work_J_ * kSlack < stored_J ? stored_J - std::sqrt(std::max(work_J_, 0.0F) * stored_J) : 0.0F;
     applied_N_ = scale * spring_force_N;
     tip_m_ = tip_m;
     return scale;

@@ -4,6 +4,7 @@
 #include "control/contact/energy_account.h"
 #include "control/contact/friction.h"
 #include "control/contact/god_object.h"
+#include "control/surfaces/click.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -23,6 +24,7 @@ struct Finger {
   GodObject god;   // with friction: the stiction point
   GodObject rest;  // where it would be without
   Friction friction;
+  ContactClick click;
   EnergyAccount account;
   Anchor anchor;
 };

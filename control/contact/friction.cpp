@@ -2,7 +2,7 @@
 
 namespace thimble::control {
 
-FrictionLimits friction_limits(const World& world, const Constraints& constraints) noexcept {
+FrictionLimits friction_limits(const Constraints& constraints) noexcept {
   FrictionLimits limits;
   float normal_N = 0.0F;
   float static_N = 0.0F;
@@ -10,7 +10,7 @@ FrictionLimits friction_limits(const World& world, const Constraints& constraint
   float depth_m = 0.0F;
   for (std::size_t i = 0; i < constraints.count; ++i) {
     const Constraint& c = constraints.list[i];
-    const Material& m = world.objects[c.object].material;
+    const Material& m = c.material;
     const float force_N = m.stiffness_N_m * c.lambda_m;
     normal_N += force_N;
     static_N += m.static_friction * force_N;

@@ -18,7 +18,7 @@ struct FrictionLimits {
   bool steady = false;
 };
 
-[[nodiscard]] FrictionLimits friction_limits(const World& world, const Constraints& constraints) noexcept;
+[[nodiscard]] FrictionLimits friction_limits(const Constraints& constraints) noexcept;
 
 class Friction {
  public:

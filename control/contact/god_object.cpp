@@ -310,7 +310,8 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
 
 Nearby::Nearby(const World& world, const Reach& reach, int without) noexcept {
   for (std::size_t i = 0; i < world.count; ++i) {
-    if (static_cast<int>(i) != without && reach.meets(world.objects[i])) list_[count_++] = static_cast<std::uint8_t>(i);
+    if (static_cast<int>(i) != without && reach.meets(world.objects[i]))
+      list_[count_++] = static_cast<std::uint8_t>(i);
   }
 }
 
@@ -365,8 +366,9 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
     constexpr float kHeld = 1.0e-3F;
     if (projection.u.squaredNorm() <= kHeld * kHeld * pull.squaredNorm()) {
       for (std::size_t i = 0; i < projection.count; ++i) {
-        out.list[i] = {god.contacts[planes.contact[projection.active[i]]].object,
-                       planes.normal[projection.active[i]], projection.lambda[static_cast<Eigen::Index>(i)]};
+        const std::uint8_t object = god.contacts[planes.contact[projection.active[i]]].object;
+        out.list[i] = {object, planes.normal[projection.active[i]],
+                       projection.lambda[static_cast<Eigen::Index>(i)], world.objects[object].material};
       }
       out.count = projection.count;
       if (out.count > 0) return out;
@@ -375,7 +377,9 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
   // One surface: it pushes along the way to the tip, which at rest is its normal.
   const float depth = pull.norm();
   out.count = 1;
-  out.list[0] = {god.contacts[0].object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()), depth};
+  const std::uint8_t object = god.contacts[0].object;
+  out.list[0] = {object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()), depth,
+                 world.objects[object].material};
   return out;
 }
 

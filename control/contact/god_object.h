@@ -33,11 +33,12 @@ struct GodObject {
   bool has_beside = false;
 };
 
-// One plane that holds the god object back: where it is, F += K lambda n.
+// One plane that holds the god object back: where it is, F += K lambda n. The material is the object's until its surface changes it.
 struct Constraint {
   std::uint8_t object = 0;
   Vec3 normal = Vec3::UnitZ();
   float lambda_m = 0.0F;
+  Material material;
 };
 
 struct Constraints {

@@ -49,7 +49,8 @@ PlacedObject place(const scene::Object& object) {
   placed.turned = q.x() != 0.0F || q.y() != 0.0F || q.z() != 0.0F;
   placed.position_m = to_vec(object.pose()->position_m());
   placed.shaded = placed.shape.mesh.corner_normals != nullptr;
-  placed.plain = !placed.shaded;
+  placed.surfaced = object.surface() != nullptr;
+  placed.plain = !placed.shaded && !placed.surfaced;
   place_box(placed);
   placed.material = view_material(*object.material());
   return placed;
@@ -73,7 +74,9 @@ void World::bind(const SceneView& view) noexcept {
   count = 0;
   if (view.scene() == nullptr) return;
   for (const scene::Object* object : *view.scene()->objects()) {
-    if (!is_volume(object->shape_type())) objects[count++] = place(*object);
+    if (is_volume(object->shape_type())) continue;
+    if (object->surface() != nullptr) surfaces[count] = view_surface(*object->surface());
+    objects[count++] = place(*object);
   }
 }
 

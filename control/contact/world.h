@@ -9,6 +9,7 @@
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
 #include "control/shapes/shape.h"
+#include "control/surfaces/surface_view.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -32,7 +33,8 @@ struct PlacedObject {
   Vec3 position_m = Vec3::Zero();
   bool turned = false;
   bool shaded = false;
-  bool plain = true;            // what the common tick renders: not shaded, not a body
+  bool surfaced = false;        // with a click, a brake, a texture or a stiffness map
+  bool plain = true;            // what the common tick renders: not shaded, not surfaced, not a body
   std::uint8_t body = kNoBody;  // which of the bodies it is (control/bodies)
   Vec3 lo_m = Vec3::Zero();     // a box in the world that holds the solid
   Vec3 hi_m = Vec3::Zero();
@@ -52,6 +54,7 @@ void place_box(PlacedObject& object) noexcept;
 
 struct World {
   std::array<PlacedObject, kMaxObjects> objects;
+  std::array<SurfaceView, kMaxObjects> surfaces;  // of those that are surfaced
   std::size_t count = 0;
 
   void bind(const SceneView& view) noexcept;

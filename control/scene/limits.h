@@ -47,5 +47,12 @@ inline constexpr float kMaxBodySpeed_m_s = 10.0F;  // held to, whatever pushes i
 inline constexpr float kMaxBodySpin_rad_s = 100.0F;
 // K / m of a body, K its material's: a spring on a mass is stable in ticks of T when K T^2 / m < 4, and two fingers may press on it.
 inline constexpr float kMaxStiffnessPerMass_1_s2 = 1.0e6F;
+inline constexpr float kMaxClick_N = 20.0F;  // of an impact at 0.1 m/s
+inline constexpr float kMinClickFrequency_Hz = 1.0F;
+inline constexpr float kMaxClickFrequency_Hz = 1000.0F;
+inline constexpr float kMinClickDecay_per_s = 1.0F;
+inline constexpr float kMaxClickDecay_per_s = 1.0e4F;
+inline constexpr float kMaxRelief_m = 0.01F;     // of a texture, from the surface down
+inline constexpr float kMinSpacing_m = 1.0e-5F;  // of the samples of a texture or a stiffness map; encoders resolve 2e-5
 
 }  // namespace thimble::control

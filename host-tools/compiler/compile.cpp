@@ -63,7 +63,11 @@ class ImageWriter {
     const auto body =
         object.body ? write_body(builder_, *object.body, unit_inertia_, object.position_m, object.rotation)
                     : 0;
-    return scene::CreateObject(builder_, name, shape.first, shape.second, &pose, &material, 0, body);
+    const auto* cylinder = std::get_if<CylinderShape>(&object.shape);
+    const Wearer wearer{object.name, object.shape_word, shape.first >= scene::Shape::VectorField,
+                        cylinder != nullptr ? cylinder->radius_m : 0.0};
+    const auto surface = write_surface(builder_, m.surface, wearer, folder_, report_.warnings);
+    return scene::CreateObject(builder_, name, shape.first, shape.second, &pose, &material, surface, body);
   }
 
   AnyShape write_shape(const NeedleShape& needle) { return host::write_shape(builder_, needle); }

@@ -36,9 +36,10 @@ constexpr std::array<std::string_view, 2> kCylinderKeys{"radius_m", "height_m"};
 constexpr std::array<std::string_view, 2> kCapsuleKeys{"radius_m", "height_m"};
 constexpr std::array<std::string_view, 4> kMeshKeys{"file", "scale", "crease_deg", "side"};
 constexpr std::array<std::string_view, 2> kPoseKeys{"position_m", "rotation_deg"};
-constexpr std::array<std::string_view, 5> kMaterialKeys{"stiffness_N_m", "damping_N_s_m", "static_friction",
-                                                        "dynamic_friction", "friction_mode"};
-constexpr std::array<SceneKeys, 21> kKinds{{{"scene", kSceneKeys},
+constexpr std::array<std::string_view, 9> kMaterialKeys{
+    "stiffness_N_m", "damping_N_s_m",  "static_friction", "dynamic_friction", "friction_mode",
+    "click",         "brake_friction", "texture",         "stiffness_map"};
+constexpr std::array<SceneKeys, 24> kKinds{{{"scene", kSceneKeys},
                                             {"object", kObjectKeys},
                                             {"shape", kShapeKeys},
                                             {"plane", kPlaneKeys},
@@ -52,6 +53,9 @@ constexpr std::array<SceneKeys, 21> kKinds{{{"scene", kSceneKeys},
                                             {"tissue", kTissueKeys},
                                             {"pose", kPoseKeys},
                                             {"material", kMaterialKeys},
+                                            {"click", kClickKeys},
+                                            {"texture", kTextureKeys},
+                                            {"stiffness_map", kStiffnessMapKeys},
                                             {"body", kBodyKeys},
                                             {"slide_control", kSlideControlKeys},
                                             {"turn_control", kTurnControlKeys},
@@ -75,6 +79,7 @@ SceneMaterial read_material(const Value& value) {
   constexpr std::array<std::string_view, 2> kModes{"stick_slip", "steady"};
   const bool steady = value.has("friction_mode") && value.at("friction_mode").as_word(kModes) == 1;
   material.friction_mode = steady ? scene::FrictionMode::Steady : scene::FrictionMode::StickSlip;
+  material.surface = read_surface(value);
   return material;
 }
 

@@ -13,6 +13,7 @@
 
 #include "host-tools/compiler/mesh.h"
 #include "host-tools/compiler/scene_body.h"
+#include "host-tools/compiler/scene_surface.h"
 #include "host-tools/compiler/scene_tissue.h"
 
 namespace thimble::host {
@@ -48,6 +49,7 @@ struct SceneMaterial {
   double static_friction;
   double dynamic_friction;
   scene::FrictionMode friction_mode;
+  SceneSurface surface;
 };
 
 struct SceneObject {

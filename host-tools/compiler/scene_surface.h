@@ -1,0 +1,90 @@
+// The effects of a surface in the scene file: click, brake, texture and stiffness map of a material, read and written.
+// Every key, unit, range and default is documented in docs/scene-format.md. Used by the scene reader and compile_scene.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host-tools/compiler/height_grid.h"
+#include "host-tools/compiler/scene_value.h"
+#include "thimble_scene_schema/scene_generated.h"
+
+namespace thimble::host {
+
+// Numbers in the scene file itself, or the file that has them.
+struct GridSource {
+  HeightGrid inline_grid;  // used when there is no file
+  std::string file;        // relative to the scene file
+  Range range{};           // of each number
+  std::string place;       // "file:line: /pointer" for messages
+};
+
+struct SceneClick {
+  double amplitude_N;
+  double frequency_Hz;
+  double decay_per_s;
+};
+
+enum class TexturePattern : std::uint8_t { kNone, kCosCos, kRidges, kNoise };
+
+struct SceneTexture {
+  scene::TextureKind kind;
+  std::array<double, 2> tile_m;
+  double height_m;  // from the lowest point to the highest
+  TexturePattern pattern = TexturePattern::kNone;
+  GridSource heights;  // without a pattern
+  std::string place;
+};
+
+struct SceneStiffnessMap {
+  GridSource stiffness_N_m;
+  std::optional<GridSource> damping_N_s_m;
+  double cell_m;
+  Eigen::Vector3d origin_m;
+  Eigen::Vector3d u;  // of unit length, like v
+  Eigen::Vector3d v;
+  bool conservative;
+  std::string place;
+};
+
+struct SceneSurface {
+  std::optional<SceneClick> click;
+  double brake_friction = 0.0;
+  std::optional<SceneTexture> texture;
+  std::optional<SceneStiffnessMap> stiffness_map;
+
+  std::string place;  // of the material
+
+  [[nodiscard]] bool any() const { return click || brake_friction > 0.0 || texture || stiffness_map; }
+};
+
+inline constexpr std::array<std::string_view, 3> kClickKeys{"amplitude_N", "frequency_Hz", "decay_per_s"};
+inline constexpr std::array<std::string_view, 6> kTextureKeys{"kind",    "tile_m",  "height_m",
+                                                              "pattern", "heights", "file"};
+inline constexpr std::array<std::string_view, 7> kStiffnessMapKeys{
+    "stiffness_N_m", "damping_N_s_m", "cell_m", "origin_m", "u", "v", "conservative"};
+
+[[nodiscard]] SceneSurface read_surface(const Value& material);
+
+// The object that wears the surface, for what depends on its shape.
+struct Wearer {
+  std::string_view name;
+  std::string_view shape_word;
+  bool volume = false;    // without a surface that a god object rests on
+  double radius_m = 0.0;  // of a cylinder
+};
+
+// Reads the files it names, under `folder`. Throws Error (kBadInput).
+[[nodiscard]] flatbuffers::Offset<scene::Surface> write_surface(flatbuffers::FlatBufferBuilder& builder,
+                                                                const SceneSurface& surface,
+                                                                const Wearer& wearer,
+                                                                const std::filesystem::path& folder,
+                                                                std::vector<std::string>& warnings);
+
+}  // namespace thimble::host

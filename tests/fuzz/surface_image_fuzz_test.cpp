@@ -1,0 +1,190 @@
+// Hostile surfaces in scene images: every number out of its range is refused by name, and what is accepted renders finite forces.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "control/renderer.h"
+#include "control/scene/limits.h"
+#include "control/scene/scene_view.h"
+#include "host-tools/compiler/compile.h"
+#include "tests/support/figure.h"
+#include "tests/support/random.h"
+#include "thimble_scene_schema/scene_generated.h"
+
+namespace thimble::test {
+namespace {
+
+using control::ImageStatus;
+using control::SceneView;
+using Bytes = std::vector<std::byte>;
+
+#if defined(__SANITIZE_ADDRESS__)
+constexpr int kMutants = 1'000;
+#else
+constexpr int kMutants = 10'000;
+#endif
+
+// Each effect, on a shape of each kind that can have it.
+const Bytes& seed_image() {
+  static const Bytes bytes = host::compile_scene_text(R"({"thimble_scene": 1, "name": "surfaces", "objects": [
+{"name": "floor", "shape": {"plane": {"normal": [0, 0, 1], "offset_m": -0.02}}, "material": {"stiffness_N_m": 1000,
+  "static_friction": 0.4, "click": {"amplitude_N": 1, "frequency_Hz": 200, "decay_per_s": 80}, "brake_friction": 0.2,
+  "texture": {"kind": "height", "tile_m": [0.01, 0.01], "height_m": 0.001, "heights": [[0, 1, 0], [2, 1, 3], [1, 1, 4]]},
+  "stiffness_map": {"stiffness_N_m": [[300, 500], [400, 600]], "damping_N_s_m": [[1, 2], [3, 4]], "cell_m": 0.01}}},
+{"name": "ball", "shape": {"sphere": {"radius_m": 0.02}}, "pose": {"position_m": [0.04, 0.04, 0]}, "material": {"stiffness_N_m": 1000,
+  "stiffness_map": {"stiffness_N_m": [[300, 500], [400, 600]], "cell_m": 0.01}}},
+{"name": "can", "shape": {"cylinder": {"radius_m": 0.01, "height_m": 0.02}}, "pose": {"position_m": [-0.04, -0.04, 0]},
+  "material": {"stiffness_N_m": 1000,
+  "texture": {"kind": "normal", "tile_m": [0.01, 0.01], "height_m": 0.001, "heights": [[0, 1], [2, 1]]}}},
+{"name": "crate", "shape": {"box": {"size_m": [0.03, 0.02, 0.01]}}, "pose": {"position_m": [-0.04, 0.04, 0], "rotation_deg": [10, 20, 30]},
+  "material": {"stiffness_N_m": 1000, "static_friction": 0.3,
+  "texture": {"kind": "lateral", "tile_m": [0.01, 0.01], "height_m": 0.001, "heights": [[0, 1], [2, 1]]}}}]})",
+                                                      "seed", ".")
+                                 .image;
+  return bytes;
+}
+
+void render(const SceneView& view, Random& random, int& not_finite) {
+  static control::Renderer renderer;
+  renderer.bind(view);
+  Eigen::Vector3d p(0.0, 0.0, 0.05);
+  for (int tick = 0; tick < 1000; ++tick) {
+    const Eigen::Vector3d before = p;
+    p += (random.below(4) == 0 ? 5e-3 : 2e-4) * (0.06 * random.direction() - p).normalized();
+    control::Tip tip;
+    tip.position_m = p.cast<float>();
+    tip.velocity_m_s = ((p - before) * 4000.0).cast<float>();
+    control::Touch touch;
+    renderer.tick(std::span(&tip, 1), 2.5e-4F, std::span(&touch, 1));
+    if (!touch.force_N.allFinite() || !touch.god_object_m.allFinite()) {
+      ++not_finite;
+      return;
+    }
+  }
+}
+
+TEST(SurfaceImage, MutantsAreRefusedOrLivedWith) {
+  Random random(6);
+  int accepted = 0;
+  int not_finite = 0;
+  for (int mutant = 0; mutant < kMutants; ++mutant) {
+    Bytes bytes = seed_image();
+    constexpr std::array<std::uint32_t, 8> kWords{0,          1,          0x7FFFFFFF, 0xFFFFFFFF,
+                                                  0x7F800000, 0x7FC00000, 0x3F800000, 8};
+    for (std::uint64_t change = 0; change < 1 + random.below(3); ++change) {
+      if (random.below(2) == 0) {
+        bytes[random.below(bytes.size())] ^= static_cast<std::byte>(1U << random.below(8));
+      } else {
+        std::memcpy(bytes.data() + 4 * random.below(bytes.size() / 4),
+                    &kWords.at(random.below(kWords.size())), 4);
+      }
+    }
+    SceneView view;
+    if (SceneView::check(bytes, view) != ImageStatus::kOk) continue;
+    ++accepted;
+    render(view, random, not_finite);
+  }
+  figure("surfaces: mutants accepted, of " + std::to_string(kMutants), accepted, "reported");
+  figure("surfaces: accepted mutants with a force that is not finite", not_finite, "0");
+  EXPECT_GT(accepted, kMutants / 20);
+  EXPECT_EQ(not_finite, 0);
+}
+
+// The image with one field changed; `field` points into it.
+template <typename Value>
+Bytes with(const std::function<const void*(const scene::Surface&)>& field, Value value, unsigned object = 0) {
+  Bytes bytes = seed_image();
+  const void* place = field(*scene::GetScene(bytes.data())->objects()->Get(object)->surface());
+  const auto offset = static_cast<std::size_t>(static_cast<const std::byte*>(place) - bytes.data());
+  EXPECT_LE(offset + sizeof(value), bytes.size());
+  std::memcpy(bytes.data() + offset, &value, sizeof(value));
+  return bytes;
+}
+
+const void* part(const void* start, std::size_t offset) {
+  return static_cast<const std::byte*>(start) + offset;
+}
+
+TEST(SurfaceImage, EachFieldOutOfItsRangeIsRefusedByName) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  using S = const scene::Surface&;
+  const auto click = [](std::size_t offset) {
+    return [offset](S s) -> const void* { return part(s.click(), offset); };
+  };
+  // A scalar of a table has no address in the interface: by its offset in the vtable.
+  const auto texture = [](flatbuffers::voffset_t field) {
+    return [field](S s) -> const void* {
+      const auto* table = reinterpret_cast<const flatbuffers::Table*>(s.texture());
+      return table->GetAddressOf(field);
+    };
+  };
+  const auto map = [](flatbuffers::voffset_t field) {
+    return [field](S s) -> const void* {
+      const auto* table = reinterpret_cast<const flatbuffers::Table*>(s.stiffness_map());
+      return table->GetAddressOf(field);
+    };
+  };
+  const auto brake = [](S s) -> const void* {
+    return reinterpret_cast<const flatbuffers::Table*>(&s)->GetAddressOf(scene::Surface::VT_BRAKE_FRICTION);
+  };
+  const auto height = [](S s) -> const void* { return s.texture()->height_m()->Data() + 4; };
+  const auto stiffness = [](S s) -> const void* {
+    return s.stiffness_map()->stiffness_n_per_m()->Data() + 4;
+  };
+  const auto damping = [](S s) -> const void* { return s.stiffness_map()->damping_n_s_per_m()->Data() + 4; };
+  struct Case {
+    std::string what;
+    Bytes bytes;
+    ImageStatus expected;
+  };
+  using T = scene::Texture;
+  using M = scene::StiffnessMap;
+  const std::vector<Case> cases = {
+      {"click's amplitude not a number", with(click(0), nan), ImageStatus::kBadNumber},
+      {"click's amplitude over its limit", with(click(0), 2.0F * control::kMaxClick_N),
+       ImageStatus::kBadNumber},
+      {"click's frequency zero", with(click(4), 0.0F), ImageStatus::kBadNumber},
+      {"click's decay negative", with(click(8), -1.0F), ImageStatus::kBadNumber},
+      {"brake negative", with(brake, -0.1F), ImageStatus::kBadNumber},
+      {"brake not a number", with(brake, nan), ImageStatus::kBadNumber},
+      {"texture of kind 7", with(texture(T::VT_KIND), std::uint8_t{7}, 2), ImageStatus::kBadNumber},
+      {"texture of more columns than heights", with(texture(T::VT_COLUMNS), std::uint16_t{4}),
+       ImageStatus::kBadIndex},
+      {"texture of too many heights", with(texture(T::VT_ROWS), std::uint16_t{65535}),
+       ImageStatus::kTooManySamples},
+      {"texture without columns", with(texture(T::VT_COLUMNS), std::uint16_t{0}), ImageStatus::kBadIndex},
+      {"tile of no size", with(texture(T::VT_TILE_U_M), 0.0F), ImageStatus::kBadNumber},
+      {"tile too fine", with(texture(T::VT_TILE_V_M), 1.0e-5F), ImageStatus::kBadNumber},
+      {"height not a number", with(height, nan), ImageStatus::kBadNumber},
+      {"height over its limit", with(height, -2.0F * control::kMaxRelief_m), ImageStatus::kBadNumber},
+      {"map of more rows than numbers", with(map(M::VT_ROWS), std::uint16_t{3}), ImageStatus::kBadIndex},
+      {"map of too many numbers", with(map(M::VT_COLUMNS), std::uint16_t{65535}),
+       ImageStatus::kTooManySamples},
+      {"cell of no size", with(map(M::VT_CELL_M), 0.0F), ImageStatus::kBadNumber},
+      {"origin infinite", with(map(M::VT_ORIGIN_M), std::numeric_limits<float>::infinity()),
+       ImageStatus::kBadNumber},
+      {"direction of length 2", with(map(M::VT_U), 2.0F), ImageStatus::kBadNumber},
+      {"direction not a number", with(map(M::VT_V), nan), ImageStatus::kBadNumber},
+      {"stiffness negative", with(stiffness, -1.0F), ImageStatus::kBadNumber},
+      {"stiffness over its limit", with(stiffness, 2.0F * control::kMaxStiffness_N_m),
+       ImageStatus::kBadNumber},
+      {"damping not a number", with(damping, nan), ImageStatus::kBadNumber}};
+  int wrong = 0;
+  for (const Case& test : cases) {
+    SceneView view;
+    const ImageStatus status = SceneView::check(test.bytes, view);
+    EXPECT_EQ(status, test.expected) << test.what << ": " << control::name(status);
+    if (status != test.expected) ++wrong;
+  }
+  figure("fields of surfaces out of range not refused by name, of " + std::to_string(cases.size()), wrong,
+         "0");
+}
+
+}  // namespace
+}  // namespace thimble::test
