@@ -20,6 +20,25 @@ MoveSample mean(const MoveSample& a, const MoveSample& b) noexcept {
   return {0.5F * (a.tip_m + b.tip_m), 0.5F * (a.force_N + b.force_N)};
 }
 
+// By power over speed; per_m: how the joints turn for a metre of the way.
+float friction_along(const kinematics::ArmModel& model, const Vec3& per_m, float speed_m_s) noexcept {
+  float friction_N = 0;
+  for (int j = 0; j < 3; ++j) {
+    const kinematics::JointModel& joint = model.joint[static_cast<std::size_t>(j)];
+    friction_N += joint.coulomb_N_m * std::abs(per_m[j]) +
+                  joint.viscous_N_m_s_rad * per_m[j] * per_m[j] * std::abs(speed_m_s);
+  }
+  return friction_N;
+}
+
+// What moves along the way, kg.
+float mass_along(const kinematics::ArmModel& model, const kinematics::Posture<float>& posture,
+                 const Vec3& per_m) noexcept {
+  float mass_kg = per_m.dot(kinematics::mass_matrix(model.inertia, posture) * per_m);
+  for (int j = 0; j < 3; ++j) mass_kg += model.reflected_rotor_inertia(j) * per_m[j] * per_m[j];
+  return mass_kg;
+}
+
 }  // namespace
 
 MoveOrder from_link(const link::MoveOrder& order) noexcept {
@@ -80,30 +99,19 @@ void GuardedMove::stop() noexcept {
   state_ = State::kNone;
 }
 
-// Power over speed at the set point's speed: exact for a straight, quasi-static way.
-float GuardedMove::friction_along(const kinematics::ArmModel& model,
-                                  const kinematics::Posture<float>& posture) const noexcept {
-  const Vec3 per_m = posture.jacobian.inverse() * direction_;  // rad/m
-  const float speed_m_s = std::abs(speed_m_s_);
-  float friction_N = 0;
-  for (int j = 0; j < 3; ++j) {
-    const kinematics::JointModel& joint = model.joint[static_cast<std::size_t>(j)];
-    friction_N +=
-        joint.coulomb_N_m * std::abs(per_m[j]) + joint.viscous_N_m_s_rad * per_m[j] * per_m[j] * speed_m_s;
-  }
-  return std::isfinite(friction_N) ? friction_N : 0.0F;  // at a singular posture: no estimate
-}
-
 // The set point's next place: faster, at speed, or slower towards its end; never further before the tip than
 // lead_m.
 void GuardedMove::advance(float period_s, float lead_m) noexcept {
+  acceleration_m_s2_ = 0;
   if (!under_way()) return;
   const float left_m = state_ == State::kGoing ? length_m_ - way_m_ : way_m_;
   const float faster_m_s = std::abs(speed_m_s_) + kAcceleration_m_s2 * period_s;
   const float braking_m_s = std::max(std::sqrt(2.0F * kAcceleration_m_s2 * left_m), kCreep_m_s);
   const float speed_m_s = std::min({faster_m_s, braking_m_s, order_.speed_m_s});
   const float step_m = std::min(speed_m_s * period_s, left_m);
+  const float last_m_s = speed_m_s_;
   speed_m_s_ = state_ == State::kGoing ? speed_m_s : -speed_m_s;
+  acceleration_m_s2_ = (speed_m_s_ - last_m_s) / period_s;
   way_m_ += state_ == State::kGoing ? step_m : -step_m;
   if (state_ == State::kGoing) way_m_ = std::min(way_m_, std::max(lead_m, 0.0F));
 }
@@ -155,9 +163,12 @@ LimitedForce GuardedMove::tick(const kinematics::Arm<float>& arm, const kinemati
   const float lead_m =
       (posture.tip_m - start_m_).dot(direction_) + (order_.force_limit_N + kForceMargin_N) / kStiffness_N_m;
   advance(period_s, lead_m);
-  const float friction_N = friction_along(arm.model(), posture);
+  Vec3 per_m = posture.jacobian.inverse() * direction_;
+  if (!std::isfinite(per_m.squaredNorm())) per_m.setZero();  // a singular posture: no estimate
+  const float friction_N = friction_along(arm.model(), per_m, speed_m_s_);
+  const float inertia_N = mass_along(arm.model(), posture, per_m) * acceleration_m_s2_;
   const float sign = speed_m_s_ > 0 ? 1.0F : speed_m_s_ < 0 ? -1.0F : 0.0F;
-  const Vec3 contact_N = last_force_N - sign * friction_N * direction_;
+  const Vec3 contact_N = last_force_N - (sign * friction_N + inertia_N) * direction_;
   const Vec3 torque_N_m =
       posture.jacobian.transpose() * contact_N + kinematics::gravity_torques(arm.model().inertia, posture);
   const Vec3 tip_m = posture.tip_m + kinematics::tip_stretch(posture, joint_stiffness_N_m_rad_, torque_N_m);

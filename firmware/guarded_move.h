@@ -8,8 +8,8 @@
 //   blocked     the limit is met sideways, on the way back or while holding, or the tip is faster than any move:
 //               somebody is in the way
 //
-// Contact force along the line, quasi-static: the commanded force less the joints' friction by the arm's model,
-// F v = sum of (coulomb |qd| + viscous qd^2). The tip is the encoders' plus the stretch of the cables
+// Contact force along the line: the commanded force less what the arm's model needs to move itself, joint friction by
+// its power, F v = sum of (coulomb |qd| + viscous qd^2), and inertia, q' (M + rotors) q' a. The tip is the encoders' plus the stretch of the cables
 // (kinematics/compliance.h). Units: m, m/s, N, s; world frame. No loop but one of kMaxSamples. Cannot fail: with
 // values that are not finite in, such a force comes out, and the servo trips.
 #pragma once
@@ -101,8 +101,6 @@ class GuardedMove {
   [[nodiscard]] const Vec3& turn_m() const noexcept { return turn_m_; }        // the tip where it stopped
 
  private:
-  [[nodiscard]] float friction_along(const kinematics::ArmModel& model,
-                                     const kinematics::Posture<float>& posture) const noexcept;
   void advance(float period_s, float lead_m) noexcept;
   void turn(End end, bool come_back) noexcept;
   void judge(const Vec3& tip_m, float speed_m_s, float friction_N) noexcept;
@@ -116,6 +114,7 @@ class GuardedMove {
   float length_m_ = 0;
   float way_m_ = 0;      // of the set point from the start
   float speed_m_s_ = 0;  // of the set point; negative on the way back
+  float acceleration_m_s2_ = 0;
   Vec3 set_point_m_ = Vec3::Zero();
   Vec3 filtered_N_ = Vec3::Zero();
   float friction_N_ = 0;

@@ -55,7 +55,8 @@ bool MemoryStorage::write(unsigned index, std::size_t offset, std::span<const st
   return true;
 }
 
-SimBoard::SimBoard(const SimBoardOptions& options) : options_(options) {
+SimBoard::SimBoard(const SimBoardOptions& options)
+    : options_(options), nobody_(options.hand.mass_kg <= 0 && options.hand.stiffness_N_m <= 0) {
   const PlantVariant& variant = variant_of(options_);
   firmware::Config config;
   config.period_s = static_cast<float>(1.0 / options_.rate_Hz);
@@ -115,7 +116,11 @@ void SimBoard::tick() {
     arms_[i].plant.command_current(
         Eigen::Vector3f(drive.current_A[0], drive.current_A[1], drive.current_A[2]).cast<double>(),
         drive.enable);
-    if (arms_[i].state != HandState::kCradle) arms_[i].plant.step(1.0 / options_.rate_Hz);
+    if (arms_[i].state == HandState::kCradle) continue;
+    const bool driven = out.mode == firmware::Mode::kArmed || out.mode == firmware::Mode::kDamping;
+    const Vector3d joints_rad = arms_[i].plant.joints_rad();
+    arms_[i].plant.step(1.0 / options_.rate_Hz);
+    if (nobody_ && !driven) arms_[i].plant.place(joints_rad);
   }
   ++ticks_;
 }

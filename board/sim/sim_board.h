@@ -103,6 +103,7 @@ class SimBoard {
   void approach(Arm& arm);
 
   SimBoardOptions options_;
+  bool nobody_;  // holds the arm: it lies where it stopped while its motors are off
   std::unique_ptr<MemoryStorage> own_storage_;
   std::vector<Arm> arms_;
   std::unique_ptr<firmware::Controller> controller_;

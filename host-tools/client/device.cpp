@@ -47,8 +47,10 @@ std::uint32_t u32_at(std::span<const std::uint8_t> bytes, std::size_t at) {
   return value;
 }
 
-Bytes routine_request(Routine routine) {
-  Bytes request = {byte_of(Service::kRoutine), 0x01};
+constexpr std::uint8_t kStart = 0x01, kStop = 0x02, kResults = 0x03;
+
+Bytes routine_request(Routine routine, std::uint8_t action = kStart) {
+  Bytes request = {byte_of(Service::kRoutine), action};
   put_u16(request, static_cast<std::uint16_t>(routine));
   return request;
 }
@@ -100,11 +102,13 @@ std::string fault_sentence(std::uint8_t number) {
 
 // What to do about the reasons that a device gives most; they come as a list, "not_homed,no_scene".
 std::string remedy_of(const std::string& reasons) {
-  constexpr std::array<std::pair<const char*, const char*>, 6> kRemedies = {{
+  constexpr std::array<std::pair<const char*, const char*>, 8> kRemedies = {{
       {"not_homed", "home the arm (`thimble home`)"},
       {"no_scene", "send a scene (`thimble upload`)"},
       {"dead_man_released", "hold the dead-man switch"},
       {"e_stop_pressed", "release the e-stop"},
+      {"moves_not_allowed", "keep hands off the arm, then allow it to move (`thimble scan --allow-moves`)"},
+      {"in_contact", "move the tip off the scene's surfaces"},
       {"outside_workspace", "move the tip back into the workspace"},
       {"fault_latched", "clear the fault (`thimble fault list`, `thimble fault clear`)"},
   }};
@@ -369,6 +373,44 @@ void Device::disarm(Micros wait_us) {
                   "press the e-stop, then see `thimble info`");
     }
   }
+}
+
+// --- Guarded moves
+
+void Device::start_move(const link::MoveOrder& order) {
+  enter(Session::kExtended);
+  Bytes start = routine_request(Routine::kMove);
+  const std::size_t head = start.size();
+  start.resize(head + link::wire_size<link::MoveOrder>());
+  if (link::encode(order, std::span(start).subspan(head)) == 0)
+    throw std::logic_error("the order has its size");
+  const Answer answer = request(start);
+  // A repeated request finds the move under way.
+  if (answer.code != Nrc::kOk && move_state().phase == 0) refused("the move", answer.code);
+}
+
+link::MoveState Device::move_state() {
+  const Bytes answer = demand(read_request(link::MoveState::kId), "reading the move's state");
+  link::MoveState state;
+  if (!link::decode(std::span(answer).subspan(3), state))
+    refused("reading the move's state", Nrc::kIncorrectLength);
+  return state;
+}
+
+std::vector<link::MoveSample> Device::move_samples() {
+  const Bytes answer = demand(routine_request(Routine::kMove, kResults), "reading what the move measured");
+  std::vector<link::MoveSample> samples;
+  constexpr std::size_t kEach = link::wire_size<link::MoveSample>();
+  for (std::size_t at = 4; at + kEach <= answer.size(); at += kEach) {
+    link::MoveSample sample;
+    if (link::decode(std::span(answer).subspan(at), sample)) samples.push_back(sample);
+  }
+  return samples;
+}
+
+void Device::end_move() {
+  enter(Session::kExtended);
+  demand(routine_request(Routine::kMove, kStop), "ending the move");
 }
 
 // --- Upload

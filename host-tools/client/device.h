@@ -80,6 +80,13 @@ class Device {
   void arm(link::Micros wait_us = 2'000'000);
   void disarm(link::Micros wait_us = 5'000'000);
 
+  // A guarded move: starts it; tells how far it is; what it measured once it holds; ends it. The device needs a sign of
+  // life every link::kMoveHostTimeout_s meanwhile: asking move_state() is one.
+  void start_move(const link::MoveOrder& order);
+  [[nodiscard]] link::MoveState move_state();
+  [[nodiscard]] std::vector<link::MoveSample> move_samples();
+  void end_move();
+
   UploadResult upload(std::span<const std::byte> image, const UploadOptions& options,
                       const std::function<void(const UploadProgress&)>& progress);
 

@@ -73,6 +73,12 @@ void done(const Common& common, const char* verb, std::uint8_t mode) {
   }
 }
 
+// An arm that moves by itself says so.
+std::string mode_shown(std::uint8_t mode, std::uint8_t flags) {
+  constexpr unsigned kMovesItself = 1U << 5U;  // of Status and DeviceState
+  return mode_name(mode) + ((flags & kMovesItself) != 0 ? ",moves_by_itself" : "");
+}
+
 const ParamRow& param_named(const std::string& name) {
   const ParamRow* row = find_param(std::string_view(name));
   if (row == nullptr) {
@@ -170,12 +176,12 @@ class TelemetryPrinter {
     const auto arm = static_cast<std::uint8_t>(force.arm_contacts >> 6U);
     const link::Pose& pose = pose_[arm];
     fmt::print("{} {:.5f} {:.5f} {:.5f} {:.3f} {:.3f} {:.3f} {} {}\n", arm, pose.x_m, pose.y_m, pose.z_m,
-               force.x_N, force.y_N, force.z_N, force.arm_contacts & 3U, mode_name(mode_));
+               force.x_N, force.y_N, force.z_N, force.arm_contacts & 3U, mode_);
     std::fflush(stdout);
     return true;
   }
   bool show(const link::Status& status) {
-    mode_ = status.mode;
+    mode_ = mode_shown(status.mode, status.flags);
     return false;
   }
   bool show(const link::Emergency& emergency) {
@@ -192,7 +198,7 @@ class TelemetryPrinter {
   bool json_;
   std::uint8_t node_;
   std::map<std::uint8_t, link::Pose> pose_;
-  std::uint8_t mode_ = 0;
+  std::string mode_ = mode_name(0);
 };
 
 }  // namespace
@@ -242,7 +248,7 @@ void info(const Common& common, const Remote& remote) {
   fmt::print("serial     {}\n", serial);
   fmt::print("arm        {}, {} arm(s), node {}, {}\n", arm, device.info().arms, device.info().node,
              device.info().frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");
-  fmt::print("mode       {}\n", mode_name(state.mode));
+  fmt::print("mode       {}\n", mode_shown(state.mode, state.flags));
   if (const firmware::FaultRow* row = fault_row(state.fault)) {
     fmt::print("fault      {} {}: {}\n", state.fault, row->name, row->cause);
   }

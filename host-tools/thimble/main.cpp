@@ -24,6 +24,7 @@ struct Choices {
   Remote remote;
   UploadChoice upload;
   MonitorChoice monitor;
+  ScanChoice scan;
   SimulateChoice simulate;
   ImportVolumeChoice import_volume;
   std::filesystem::path scene;
@@ -61,6 +62,27 @@ CLI::App* remote_verb(CLI::App& parent, Choices& choices, const std::string& nam
       ->check(CLI::Range(0.1, 600.0))
       ->capture_default_str();
   return sub;
+}
+
+void define_scan(CLI::App& app, Choices& c) {
+  CLI::App* scan_verb =
+      remote_verb(app, c, "scan", "let the arm probe a surface, and write a scene that feels like it",
+                  [&c] { scan(c.common, c.remote, c.scan); });
+  scan_verb->add_option("plan", c.scan.plan, "what to scan: JSON, see docs/scan.md")->required();
+  scan_verb->add_option("--log", c.scan.log, "where what was measured goes: CSV, a point at a time")
+      ->required();
+  scan_verb->add_option("--output,-o", c.scan.output, "where the scene file goes")->required();
+  scan_verb->add_flag("--resume", c.scan.resume, "go on with the log of a scan that broke off");
+  scan_verb->add_flag("--allow-moves", c.scan.allow_moves,
+                      "the arm may move by itself: nobody's hand is near it, and its e-stop is in reach");
+  CLI::Option* simulated = scan_verb->add_flag(
+      "--simulate", c.scan.simulate, "scan with the simulated arm, faster than real time; no device");
+  scan_verb
+      ->add_option("--specimen", c.scan.specimen, "what the simulated arm touches: JSON, see docs/scan.md")
+      ->needs(simulated);
+  scan_verb->add_option("--arm", c.scan.arm, "with --simulate: one of " + arm_names())->capture_default_str();
+  scan_verb->add_option("--seed", c.scan.seed, "with --simulate: of the simulated arm")
+      ->capture_default_str();
 }
 
 void define(CLI::App& app, Choices& c) {
@@ -143,6 +165,8 @@ void define(CLI::App& app, Choices& c) {
       ->add_option("--output,-o", c.import_volume.output,
                    "where the scene file goes; nothing is written when it fails")
       ->required();
+
+  define_scan(app, c);
 
   CLI::App* simulate_verb =
       verb(app, c, "simulate", "run a scene on the simulated arm, faster than real time",

@@ -39,6 +39,19 @@ struct MonitorChoice {
 };
 void monitor(const Common& common, const Remote& remote, const MonitorChoice& choice);
 
+struct ScanChoice {
+  std::filesystem::path plan;
+  std::filesystem::path log;
+  std::filesystem::path output;  // the scene file
+  bool resume = false;
+  bool allow_moves = false;
+  bool simulate = false;
+  std::filesystem::path specimen;  // of the simulated arm, like the rest
+  std::string arm = "premium-1.5";
+  std::uint64_t seed = 1;
+};
+void scan(const Common& common, const Remote& remote, const ScanChoice& choice);
+
 void param_list(const Common& common, const Remote& remote);
 void param_get(const Common& common, const Remote& remote, const std::string& name);
 void param_set(const Common& common, const Remote& remote, const std::string& name, const std::string& value);

@@ -1,0 +1,115 @@
+"""A scan over the link: the simulated device probes a specimen by itself, breaks off, goes on, and stops when its host goes."""
+
+import json
+import signal
+import time
+import unittest
+
+from rig import Rig, figure
+
+STIFFNESS = 400
+
+
+class Scan(Rig):
+    def specimen(self):
+        file = self.folder / "specimen.json"
+        file.write_text(json.dumps({"thimble_specimen": 1, "origin_m": [-0.05, -0.05, -0.004], "u": [1, 0, 0], "v": [0, 1, 0],
+                                    "cell_m": 0.1, "columns": 2, "rows": 2, "stiffness_N_m": [STIFFNESS] * 4}))
+        return file
+
+    def plan(self, name="pad", **changes):
+        file = self.folder / (name + ".plan.json")
+        plan = {"thimble_scan": 1, "name": name, "origin_m": [-0.003, -0.003, -0.004], "u": [1, 0, 0], "v": [0, 1, 0],
+                "columns": 2, "rows": 2, "cell_m": 0.006, "clearance_m": 0.002, "depth_m": 0.006, "force_limit_N": 1.0,
+                "speed_m_s": 0.03}
+        plan.update(changes)
+        file.write_text(json.dumps(plan))
+        return file
+
+    def device(self):
+        """Homed, with nobody at the thimble."""
+        sim = self.sim("--tcp", 0, "--no-pty", "--specimen", self.specimen())
+        self.ok("home", "--device", sim.tcp)
+        return sim
+
+    def test_a_small_grid(self):
+        sim = self.device()
+        scan = ["scan", self.plan(), "--log", self.folder / "small.csv", "--output", self.folder / "small.scene.json",
+                "--device", sim.tcp]
+        error = self.fails(1, "moves-not-allowed", *scan, "--resume")
+        self.assertIn("hands off", error["remedy"])
+        start = time.monotonic()
+        result = self.ok_json(*scan, "--resume", "--allow-moves")
+        figure("4 points over the link in %.1f s: %s N/m of %d" % (
+            time.monotonic() - start, [round(p["stiffness_N_m"]) for p in result["points"]], STIFFNESS))
+        for point in result["points"]:
+            self.assertAlmostEqual(point["stiffness_N_m"], STIFFNESS, delta=0.05 * STIFFNESS)
+            self.assertAlmostEqual(point["height_m"], 0, delta=1e-4)
+        self.assertTrue(result["flat"])
+        scene = json.loads((self.folder / "small.scene.json").read_text())
+        self.assertEqual(scene["objects"][0]["material"]["stiffness_map"]["cell_m"], 0.006)
+        # The device is left as it was.
+        self.assertIn(self.ok_json("info", "--device", sim.tcp)["state"]["mode"], ("ready", "damping"))
+        self.assertEqual(self.ok_json("param", "get", "allow_moves", "--device", sim.tcp)["value"], 0)
+        # What was measured is not overwritten; from the whole log the scene comes without a device.
+        self.fails(1, "log-exists", *scan)
+        sim.stop()
+        before = (self.folder / "small.scene.json").read_bytes()
+        self.ok(*scan, "--resume")
+        self.assertEqual((self.folder / "small.scene.json").read_bytes(), before)
+
+    def test_breaks_off_and_goes_on(self):
+        sim = self.device()
+        log, scene = self.folder / "broken.csv", self.folder / "broken.scene.json"
+        scan = ["scan", self.plan("broken", columns=3), "--log", log, "--output", scene, "--device", sim.tcp, "--allow-moves",
+                "--resume"]
+        process = self.start(*scan)
+        end = time.monotonic() + 30
+        while not (log.exists() and "\n1,press" in log.read_text()):
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=30)
+        self.assertEqual(process.returncode, 1, err)
+        self.assertIn("interrupted", err)
+        self.assertFalse(scene.exists())
+        kept = log.read_text()
+        figure("interrupted with %d of 6 points" % kept.count("force_limit"))
+        self.assertGreaterEqual(kept.count("force_limit"), 2)
+        self.ok(*scan)
+        self.assertTrue(log.read_text().startswith(kept))
+        self.assertEqual(log.read_text().count("force_limit"), 6)
+        self.assertTrue(scene.exists())
+
+    def test_the_arm_stops_when_its_host_is_killed(self):
+        sim = self.device()
+        log = self.folder / "killed.csv"
+        scan = ["scan", self.plan("killed", speed_m_s=0.002), "--log", log, "--output", self.folder / "killed.scene.json",
+                "--device", sim.tcp, "--allow-moves"]
+        process = self.start(*scan)
+        self.wait_for_mode(sim.tcp, "armed")
+        time.sleep(1.5)
+        self.assertEqual(self.ok_json("info", "--device", sim.tcp)["state"]["flags"] & 32, 32, "it moves by itself")
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        time.sleep(2)  # silence: a question would be a sign of life
+        faults = self.ok_json("fault", "list", "--device", sim.tcp)["faults"]
+        self.assertEqual([fault["name"] for fault in faults], ["host_lost"])
+        self.assertEqual(self.ok_json("info", "--device", sim.tcp)["state"]["mode"], "faulted")
+
+    def test_mistakes(self):
+        plan, specimen = self.plan("mistakes"), self.specimen()
+        log, scene = self.folder / "mistakes.csv", self.folder / "mistakes.scene.json"
+        rest = ["--log", log, "--output", scene]
+        self.fails(2, "usage", "scan", plan, "--simulate", *rest)
+        self.fails(10, "bad-value", "scan", self.plan("fast", speed_m_s=1), *rest)
+        self.fails(10, "bad-specimen", "scan", plan, "--simulate", "--specimen", plan, *rest, "--resume")
+        self.fails(10, "wrong-log", "scan", self.plan("other", depth_m=0.005), *rest, "--resume")
+        self.fails(3, "no-device", "scan", plan, *rest, "--resume")
+        self.assertFalse(scene.exists())
+        simulated = self.ok_json("scan", plan, "--simulate", "--specimen", specimen, *rest, "--resume")
+        self.assertEqual(len(simulated["points"]), 4)
+
+
+if __name__ == "__main__":
+    unittest.main()
