@@ -19,6 +19,7 @@ BodyModel read(const scene::Object& object, std::uint8_t index) {
   model.object = index;
   model.motion = body.motion();
   model.mass_kg = body.mass_kg();
+  model.restitution = body.restitution();
   model.inertia_kg_m2 = to_vec(*body.inertia_kg_m2());
   model.spring_N_m = body.spring_n_per_m();
   model.damping_N_s_m = body.damping_n_s_per_m();
@@ -64,6 +65,7 @@ void place(PlacedObject& object, const BodyState& state, bool turns) {
 void Bodies::bind(const SceneView& scene, World& world) noexcept {
   count_ = 0;
   gravity_m_s2_ = Vec3::Zero();
+  solver_.bind(world);
   if (scene.scene() == nullptr) return;
   if (scene.scene()->gravity_m_per_s2() != nullptr)
     gravity_m_s2_ = to_vec(*scene.scene()->gravity_m_per_s2());
@@ -117,40 +119,92 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
 
 // Semi-implicit Euler: velocities first, then positions with the new ones, which keeps the energy of a spring (and so of a finger
 // that holds a body) bounded. Damping is taken implicitly: it can stop a body, never turn it back.
-void Bodies::accelerate(std::size_t body, float period_s) noexcept {
+Mover Bodies::accelerate(std::size_t body, float period_s) noexcept {
   const BodyModel& model = models_[body];
-  BodyState& state = states_[body];
-  Vec3& momentum = angular_momentum_[body];
+  const BodyState& state = states_[body];
   const Load load = loads_[body];
   loads_[body] = {};
   const Vec3 outside = load.force_N + model.mass_kg * gravity_m_s2_;
   const Vec3 force = outside - model.spring_N_m * (state.position_m - model.start_m);
   const float slowed = 1.0F / (1.0F + period_s * model.damping_N_s_m / model.mass_kg);
-  const Vec3 velocity = slowed * (state.velocity_m_s + (period_s / model.mass_kg) * force);
+  Mover mover;
+  mover.object = model.object;
+  mover.centre_m = state.position_m;
+  mover.restitution = model.restitution;
+  mover.velocity_m_s = slowed * (state.velocity_m_s + (period_s / model.mass_kg) * force);
+  const Mat3 along_axis = model.axis * model.axis.transpose();
   switch (model.motion) {
     case scene::Motion::Free: {
-      state.velocity_m_s = velocity;
-      momentum += period_s * load.torque_N_m;
-      state.spin_rad_s = to_spin(model, state.rotation, momentum);
-      if (model.angular_damping_N_m_s > 0.0F) {
-        const Vec3 damped =
-            Vec3::Ones() + (period_s * model.angular_damping_N_m_s) * model.inertia_kg_m2.cwiseInverse();
-        state.spin_rad_s = scale_in_frame(state.rotation, damped.cwiseInverse(), state.spin_rad_s);
-        momentum = scale_in_frame(state.rotation, model.inertia_kg_m2, state.spin_rad_s);
-      }
+      const Mat3 turn = state.rotation.toRotationMatrix();
+      const Vec3 damped =
+          Vec3::Ones() + (period_s * model.angular_damping_N_m_s) * model.inertia_kg_m2.cwiseInverse();
+      mover.inverse_mass = Mat3::Identity() / model.mass_kg;
+      mover.inverse_inertia = turn * model.inertia_kg_m2.cwiseInverse().asDiagonal() * turn.transpose();
+      angular_momentum_[body] += period_s * load.torque_N_m;
+      if (model.angular_damping_N_m_s > 0.0F)
+        angular_momentum_[body] =
+            scale_in_frame(state.rotation, damped.cwiseInverse(), angular_momentum_[body]);
+      mover.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
       break;
     }
     case scene::Motion::Translate:
-      state.velocity_m_s = velocity;
+      mover.inverse_mass = Mat3::Identity() / model.mass_kg;
       break;
     case scene::Motion::Plane:
-      state.velocity_m_s = velocity - model.axis * model.axis.dot(velocity);
+      mover.inverse_mass = (Mat3::Identity() - along_axis) / model.mass_kg;
+      mover.held_N_s = period_s * (along_axis * outside);
+      mover.velocity_m_s -= along_axis * mover.velocity_m_s;
       break;
     case scene::Motion::Slide:
-      efforts_[body] = model.axis.dot(outside);
+    case scene::Motion::Turn: {
+      const bool turns = model.motion == scene::Motion::Turn;
+      const ControlState& control = controls_[body];
+      efforts_[body] =
+          turns ? model.axis.dot(load.torque_N_m + (state.position_m - model.pivot_m).cross(outside))
+                : model.axis.dot(outside);
+      const float speed = control.speed + period_s *
+                                              (efforts_[body] + control_effort(model.control, control.q)) /
+                                              model.control_inertia;
+      mover.velocity_m_s = turns ? Vec3(Vec3::Zero()) : Vec3(speed * model.axis);
+      if (turns) {
+        mover.centre_m = model.pivot_m;
+        mover.spin_rad_s = speed * model.axis;
+        mover.inverse_inertia = along_axis / model.control_inertia;
+      } else {
+        mover.inverse_mass = along_axis / model.control_inertia;
+      }
+      break;
+    }
+  }
+  return mover;
+}
+
+// What the contacts have made of it.
+void Bodies::take_over(std::size_t body, const Mover& before, const Mover& after, float period_s) noexcept {
+  const BodyModel& model = models_[body];
+  BodyState& state = states_[body];
+  const Vec3 struck = after.spin_rad_s - before.spin_rad_s;
+  switch (model.motion) {
+    case scene::Motion::Free:
+      state.spin_rad_s = after.spin_rad_s;
+      angular_momentum_[body] += scale_in_frame(state.rotation, model.inertia_kg_m2, struck);
+      state.velocity_m_s = after.velocity_m_s;
+      state.position_m += after.shift_m;
+      if (!after.shift_rad.isZero(0.0F)) state.rotation = turned(state.rotation, after.shift_rad);
+      break;
+    case scene::Motion::Translate:
+    case scene::Motion::Plane:
+      state.velocity_m_s = after.velocity_m_s;
+      state.position_m += after.shift_m;
+      break;
+    case scene::Motion::Slide:
+      efforts_[body] +=
+          model.axis.dot(after.velocity_m_s - before.velocity_m_s) * model.control_inertia / period_s;
+      controls_[body].q += model.axis.dot(after.shift_m);
       break;
     case scene::Motion::Turn:
-      efforts_[body] = model.axis.dot(load.torque_N_m + (state.position_m - model.pivot_m).cross(outside));
+      efforts_[body] += model.axis.dot(struck) * model.control_inertia / period_s;
+      controls_[body].q += model.axis.dot(after.shift_rad);
       break;
   }
 }
@@ -230,15 +284,18 @@ void Bodies::stop(std::size_t body) noexcept {
 
 void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
                   RenderCounters& counters) noexcept {
-  for (std::size_t i = 0; i < count_; ++i) {
-    accelerate(i, period_s);
-    limit_speed(i);
-  }
+  std::array<Mover, kMaxBodies> movers;
+  std::array<Mover, kMaxBodies> pushed;
+  for (std::size_t i = 0; i < count_; ++i) movers[i] = accelerate(i, period_s);
+  pushed = movers;
+  solver_.solve(world, std::span(movers).first(count_), period_s, counters);
   for (std::size_t i = 0; i < count_; ++i) {
     const std::uint8_t index = models_[i].object;
     const PlacedObject before = world.objects[index];
     const BodyState state_before = states_[i];
     const ControlState control_before = controls_[i];
+    take_over(i, pushed[i], movers[i], period_s);
+    limit_speed(i);
     advance(i, period_s);
     place(world.objects[index], states_[i],
           models_[i].motion == scene::Motion::Free || models_[i].motion == scene::Motion::Turn);

@@ -1,8 +1,8 @@
 // Objects that move (paper, section 3.9): masses that fingers push, throw and pick up.
 //
 // Each tick, after the fingers are rendered: every finger's force acts on what it touches, at its god object, exactly opposite to
-// what the hand feels; velocities are advanced with gravity, spring and damping; each object moves in its turn and takes the god
-// objects along (control/bodies/carry.h).
+// what the hand feels; velocities are advanced with gravity, spring and damping; contacts between objects change them
+// (control/bodies/contact_solver.h); each object moves in its turn and takes the god objects along (control/bodies/carry.h).
 //
 // Speeds are at most kMaxBodySpeed_m_s and kMaxBodySpin_rad_s, positions within kMaxCoordinate_m. An object that would squeeze a
 // god object against something stays where it was and stops: a fingertip is a point that gives way to the hand's spring alone.
@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <span>
 
+#include "control/bodies/contact_solver.h"
 #include "control/bodies/control.h"
 #include "control/contact/finger.h"
 #include "control/contact/world.h"
@@ -43,6 +44,7 @@ struct BodyModel {
   Vec3 inertia_kg_m2 = Vec3::Ones();  // in the object's frame
   ControlParams control;              // Slide, Turn
   float control_inertia = 1.0F;       // kg or kg m2
+  float restitution = 0.0F;
   float spring_N_m = 0.0F;
   float damping_N_s_m = 0.0F;
   float angular_damping_N_m_s = 0.0F;
@@ -82,7 +84,8 @@ class Bodies {
     Vec3 torque_N_m = Vec3::Zero();  // about the object's origin
   };
 
-  void accelerate(std::size_t body, float period_s) noexcept;
+  [[nodiscard]] Mover accelerate(std::size_t body, float period_s) noexcept;
+  void take_over(std::size_t body, const Mover& before, const Mover& after, float period_s) noexcept;
   void limit_speed(std::size_t body) noexcept;
   void advance(std::size_t body, float period_s) noexcept;
   void advance_along_axis(std::size_t body, float period_s) noexcept;
@@ -96,6 +99,7 @@ class Bodies {
   std::array<Load, kMaxBodies> loads_;
   std::array<float, kMaxBodies> efforts_;  // Slide, Turn: N or N m of this tick
   std::size_t count_ = 0;
+  ContactSolver solver_;
 };
 
 }  // namespace thimble::control

@@ -11,6 +11,7 @@ inline constexpr std::size_t kMaxArms = 2;
 inline constexpr std::size_t kMaxObjects = 64;
 inline constexpr std::size_t kMaxTriangles = 1U << 20U;       // of all meshes of a scene together
 inline constexpr std::size_t kMaxBodies = 16;                 // objects that move
+inline constexpr std::size_t kMaxBodyContacts = 64;           // points at which they touch each other and what stands still
 inline constexpr std::size_t kMaxTextureSamples = 1U << 16U;  // of one texture
 inline constexpr std::size_t kMaxMapSamples = 1U << 16U;      // of one stiffness map
 inline constexpr std::size_t kMaxVolumes = 16;                // objects that are volumes
