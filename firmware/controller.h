@@ -47,6 +47,8 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] const Telemetry& telemetry() const noexcept {
     return servo_.telemetry();
   }  // of the last tick
+  // The objects that move, as the next tick will meet them.
+  [[nodiscard]] std::span<const control::BodyState> bodies() const noexcept { return servo_.bodies(); }
 
   // --- background: the link
   void on_frame(const link::CanFrame& frame, link::Micros now) noexcept;

@@ -141,6 +141,7 @@ class Servo {
   // --- servo context. Work: O(one renderer tick), no heap, lock, exception, I/O.
   [[nodiscard]] Outputs tick(const Inputs& inputs) noexcept;
   [[nodiscard]] const Telemetry& telemetry() const noexcept { return telemetry_; }
+  [[nodiscard]] std::span<const control::BodyState> bodies() const noexcept { return renderer_.bodies(); }
 
   // --- background context
   // Posts a command for the next tick, or returns what stands against it (0: posted). A later command

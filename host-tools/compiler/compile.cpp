@@ -1,5 +1,6 @@
 #include "host-tools/compiler/compile.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -29,6 +30,7 @@ class ImageWriter {
     for (const SceneObject& object : file.objects) {
       objects.push_back(write_object(object));
     }
+    warn_of_meshes_that_bodies_pass(file);
     const auto scene_name = builder_.CreateString(file.name);
     const scene::Vec3 gravity = to_scene(file.gravity_m_s2);
     builder_.Finish(scene::CreateScene(builder_, scene_name, builder_.CreateVector(objects),
@@ -122,6 +124,17 @@ class ImageWriter {
     return {scene::Shape::Mesh, scene::CreateMesh(builder_, vertices, triangles, flags, corners, nodes,
                                                   &mesh.grid_origin_m, mesh.grid_step_m, mesh.depth)
                                     .Union()};
+  }
+
+  void warn_of_meshes_that_bodies_pass(const SceneFile& file) {
+    const auto moves = [](const SceneObject& object) { return object.body.has_value(); };
+    if (std::none_of(file.objects.begin(), file.objects.end(), moves)) return;
+    for (const SceneObject& object : file.objects) {
+      if (object.shape_word == "mesh" && !object.body) {
+        report_.warnings.push_back(object.name +
+                                   ": a mesh is met by fingertips only, moving objects go through it");
+      }
+    }
   }
 
   // A mesh as a body: its moments of inertia, and what is not as one might think.

@@ -1,0 +1,45 @@
+#!/usr/bin/env python3
+"""Makes stroke.csv beside this script: two hands that stack the near block of blocks.scene.json on the far one, take it back and throw it. Python 3, standard library only; the same bytes
+each time."""
+
+import math
+import pathlib
+
+NEAR_M, FAR_M = -0.03, 0.03  # along y
+LOW_M, HIGH_M, TOP_M = -0.035, 0.02, -0.005  # of a block's middle: on the table, carried, on the other block
+OPEN_M, SHUT_M = 0.035, 0.009  # half of the gap between the fingertips; a block's is 0.015
+
+path = []
+
+
+def go(seconds, half_gap, y, z, turn=0.0):
+    """Both fingertips: half_gap to the left and right of x = 0, round it by `turn`."""
+    now = path[-1][0] + seconds if path else 0.0
+    across, along = half_gap * math.cos(turn), half_gap * math.sin(turn)
+    path.append((now, -across, y - along, z, across, y + along, z))
+
+
+go(0.0, 0.1, 0.0, 0.0)
+go(0.5, 0.1, 0.0, 0.0)
+go(0.6, OPEN_M, NEAR_M, LOW_M)
+go(0.4, SHUT_M, NEAR_M, LOW_M)  # take it,
+go(0.6, SHUT_M, NEAR_M, HIGH_M)  # lift,
+go(0.6, SHUT_M, FAR_M, HIGH_M)  # carry,
+go(0.5, SHUT_M, FAR_M, TOP_M)  # put it on the other one,
+go(0.3, OPEN_M, FAR_M, TOP_M)  # let go
+go(0.6, OPEN_M, FAR_M, TOP_M)
+go(0.4, SHUT_M, FAR_M, TOP_M)  # take it back
+go(0.5, SHUT_M, FAR_M, HIGH_M)
+go(0.6, SHUT_M, NEAR_M, HIGH_M)
+go(0.4, SHUT_M, NEAR_M, -0.02)
+go(0.10, SHUT_M, NEAR_M, 0.03)  # throw it
+go(0.05, OPEN_M, NEAR_M, 0.05)
+go(0.6, 0.06, NEAR_M, 0.05)  # it falls, and bounces
+go(0.6, 0.1, 0.0, 0.0)
+go(0.3, 0.1, 0.0, 0.0)
+
+lines = ["time_s,x_m,y_m,z_m,arm"]
+for t, x0, y0, z0, x1, y1, z1 in path:
+    lines.append("%.3f,%.6f,%.6f,%.6f,0" % (t, x0, y0, z0))
+    lines.append("%.3f,%.6f,%.6f,%.6f,1" % (t, x1, y1, z1))
+(pathlib.Path(__file__).parent / "stroke.csv").write_text("\n".join(lines) + "\n")
