@@ -24,7 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
 
-constexpr double kPeriod_s = 1.0 / 4000.0;
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct Moment {
@@ -45,12 +44,12 @@ struct Travel {
 // A scene played by its own hand: through the firmware and the simulated arm, or by the tip that is on the path exactly.
 class Played {
  public:
-  Played(const std::string& name, bool ideal) {
+  Played(const std::string& name, bool ideal, double rate_Hz = 4000.0) {
     const fs::path folder = fs::path(THIMBLE_SOURCE_DIR) / "scenes" / name;
     const std::vector<std::byte> bytes = host::compile_scene(folder / (name + ".scene.json")).image;
     const std::vector<board::PathPoint> path = board::read_hand_path(folder / "stroke.csv");
     const board::SimulationResult result =
-        board::simulate(bytes, path, {.ideal = ideal}, [&](const board::LogRow& row) {
+        board::simulate(bytes, path, {.ideal = ideal, .rate_Hz = rate_Hz}, [&](const board::LogRow& row) {
           moments.push_back({row.time_s, row.tip_m, row.force_N});
         });
     EXPECT_EQ(result.status, board::SimulationStatus::kOk) << result.detail;
@@ -66,8 +65,8 @@ class Played {
     for (std::size_t k = 0; k < moments.size(); ++k) {
       const Vector3d step = k > 0 ? Vector3d(moments[k].tip_m - moments[k - 1].tip_m) : Vector3d::Zero();
       tips[0].position_m = moments[k].tip_m.cast<float>();
-      tips[0].velocity_m_s = (step / kPeriod_s).cast<float>();
-      renderer.tick(tips, static_cast<float>(kPeriod_s), touches);
+      tips[0].velocity_m_s = (step * rate_Hz).cast<float>();
+      renderer.tick(tips, static_cast<float>(1.0 / rate_Hz), touches);
       for (std::size_t i = 0; i < was.size(); ++i) {
         const control::BodyState& body = renderer.bodies()[i];
         const auto* object = image.view().scene()->objects()->Get(body.object);
@@ -157,6 +156,20 @@ TEST(ScenesOfControls, EveryControlOfThePanelIsOperated) {
     notches("fader", .005, 4, .06);
     EXPECT_EQ(played.of("rotary switch").ons, 1) << mode(ideal);
     figure(mode(ideal) + "peak force, N", played.peak_N(), "< 8");
+    EXPECT_LT(played.peak_N(), 8);
+  }
+}
+
+TEST(ScenesOfControls, ThePanelWorksAtOtherRatesToo) {
+  for (const double rate_Hz : {1000.0, 10000.0}) {
+    const Played played("buttons", true, rate_Hz);
+    for (const char* name : {"click button", "hard button", "soft button", "toggle"}) {
+      EXPECT_EQ(played.of(name).ons, 1) << rate_Hz << " Hz: " << name;
+      EXPECT_EQ(played.of(name).offs, 1) << rate_Hz << " Hz: " << name;
+    }
+    const double notch = played.of("knob").last() / (15 * kDegree);
+    figure("knob left at notch, ticks at " + std::to_string(rate_Hz) + " Hz", notch, "whole");
+    EXPECT_NEAR(notch, std::round(notch), .03);
     EXPECT_LT(played.peak_N(), 8);
   }
 }
