@@ -44,6 +44,9 @@ class Renderer {
   // The objects that move, in the order of the scene, where the next tick will meet them.
   [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return bodies_.states(); }
 
+  // Needles and fingers in tissue; returns how many.
+  std::size_t show_tissue(TissueViews& views) const noexcept { return fields_.show(views); }
+
  private:
   void touch(Finger& finger, const Tip& tip, float period_s, Touch& touch) noexcept;
 

@@ -109,6 +109,8 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
       angular_momentum_[count_] = angular_momentum;
       controls_[count_] = start_control(model.control, speed);
       states_[count_].on = controls_[count_].on;
+      states_[count_].controlled =
+          model.motion == scene::Motion::Slide || model.motion == scene::Motion::Turn;
       loads_[count_] = {};
       ++count_;
     }

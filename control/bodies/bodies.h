@@ -32,8 +32,9 @@ struct BodyState {
   Eigen::Quaternionf rotation = Eigen::Quaternionf::Identity();
   Vec3 velocity_m_s = Vec3::Zero();  // of the object's origin
   Vec3 spin_rad_s = Vec3::Zero();
-  float q = 0.0F;   // of a body that slides (m) or turns (rad), 0 at the start
-  bool on = false;  // the switch of a control
+  bool controlled = false;  // slides or turns, by the coordinate q
+  float q = 0.0F;           // of a body that slides (m) or turns (rad), 0 at the start
+  bool on = false;          // the switch of a control
 };
 
 // What the scene says of one body.

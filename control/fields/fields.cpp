@@ -15,6 +15,10 @@ const VolumeOps* volume_ops(scene::Shape kind) {
       return &kVectorFieldOps;
     case scene::Shape::PotentialField:
       return &kPotentialFieldOps;
+    case scene::Shape::Needle:
+      return &kNeedleOps;
+    case scene::Shape::Tissue:
+      return &kTissueOps;
     case scene::Shape::NONE:
     case scene::Shape::Plane:
     case scene::Shape::Sphere:
@@ -22,8 +26,6 @@ const VolumeOps* volume_ops(scene::Shape kind) {
     case scene::Shape::Cylinder:
     case scene::Shape::Capsule:
     case scene::Shape::Mesh:
-    case scene::Shape::Needle:
-    case scene::Shape::Tissue:
       break;
   }
   return nullptr;
@@ -39,13 +41,16 @@ void Fields::bind(const SceneView& view) noexcept {
   count_ = 0;
   reset();
   if (view.scene() == nullptr) return;
+  std::uint8_t in_scene = 0;
   for (const scene::Object* object : *view.scene()->objects()) {
+    const std::uint8_t place = in_scene++;
     const VolumeOps* ops = volume_ops(object->shape_type());
     if (ops == nullptr) continue;
     const scene::Quat& q = object->pose()->rotation();
     Placed& placed = placed_[count_++];
     placed.ops = ops;
     placed.source = object;
+    placed.object = place;
     placed.material = view_material(*object->material());
     placed.rotation = Eigen::Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized().toRotationMatrix();
     placed.position_m = to_vec(object->pose()->position_m());
@@ -54,6 +59,29 @@ void Fields::bind(const SceneView& view) noexcept {
 }
 
 void Fields::reset() noexcept { state_ = {}; }
+
+std::size_t Fields::show(TissueViews& views) const noexcept {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const bool is_needle = placed_[i].ops == &kNeedleOps;
+    if (!is_needle && placed_[i].ops != &kTissueOps) continue;
+    for (std::uint8_t arm = 0; arm < kMaxArms; ++arm) {
+      const ArmState& own = state_[i].arms[arm];
+      if (!own.seen) continue;
+      const Vec3& middle = is_needle ? own.grip_m : own.middle_m;
+      views[count++] = {
+          .object = placed_[i].object,
+          .arm = arm,
+          .is_needle = is_needle,
+          .inside = own.inside,
+          .torn = is_needle && own.inside ? state_[i].shared.holes[own.hole].torn : std::uint8_t{0},
+          .x_m = middle.x(),
+          .y_m = middle.y(),
+          .depth_m = own.depth_m};
+    }
+  }
+  return count;
+}
 
 void Fields::tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch) noexcept {
   for (std::size_t i = 0; i < count_; ++i) {

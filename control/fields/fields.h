@@ -3,12 +3,26 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "control/fields/volume.h"
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
 
 namespace thimble::control {
+
+// A needle or a finger in tissue, as a picture shows it.
+struct TissueView {
+  std::uint8_t object = 0;  // in the scene
+  std::uint8_t arm = 0;
+  bool is_needle = false;
+  bool inside = false;    // needle: below the skin; tissue: pressed now
+  std::uint8_t torn = 0;  // needle: layers of its hole
+  float x_m = 0.0F;       // the track, the middle of the dimple; in the object's frame
+  float y_m = 0.0F;
+  float depth_m = 0.0F;  // of the needle's tip, of the dimple
+};
+using TissueViews = std::array<TissueView, kMaxVolumes * kMaxArms>;
 
 class Fields {
  public:
@@ -21,12 +35,16 @@ class Fields {
   // without one it is the first volume's proxy.
   void tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch) noexcept;
 
+  // Writes what every arm has done to every needle's way and tissue; returns how many there are.
+  std::size_t show(TissueViews& views) const noexcept;
+
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
 
  private:
   struct Placed {
     const VolumeOps* ops = nullptr;
     const scene::Object* source = nullptr;  // in the image
+    std::uint8_t object = 0;                // its place there
     Material material;
     Mat3 rotation = Mat3::Identity();  // object to world
     Vec3 position_m = Vec3::Zero();

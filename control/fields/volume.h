@@ -5,10 +5,14 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
+#include "control/contact/friction.h"
 #include "control/contact/world.h"
 #include "control/renderer_types.h"
+#include "control/scene/limits.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -21,8 +25,33 @@ struct VolumeTouch {
 };
 
 // What a volume remembers from tick to tick. Plain data of fixed size, all zero at the start; a kind uses its own members.
-struct SharedState {};  // the same for all arms: what one of them did to it
-struct ArmState {};     // of one arm; forgotten when its tip leaves the bounds
+// The same for all arms: what one of them did to it.
+inline constexpr std::size_t kMaxHoles = 8;  // of one needle's way; then the oldest heals
+static_assert(kMaxHoles > kMaxArms);
+struct Hole {
+  float x_m = 0.0F;
+  float y_m = 0.0F;
+  float meets_m = 0.0F;      // the depth at which the next layer begins to push
+  std::uint8_t torn = 0;     // layers
+  std::uint8_t needles = 0;  // that are in it
+};
+struct SharedState {
+  std::array<Hole, kMaxHoles> holes;
+  std::uint8_t hole_count = 0;
+  std::uint8_t oldest_hole = 0;
+};
+// Of one arm; forgotten when its tip leaves the bounds.
+struct ArmState {
+  bool seen = false;    // in a tick before
+  bool inside = false;  // needle: below the skin; tissue: pressed
+  bool barred = false;  // tissue: came from the side
+  std::uint8_t hole = 0;
+  Vec3 grip_m = Vec3::Zero();    // where the track, the shaft's or the finger's stiction point is
+  Vec3 middle_m = Vec3::Zero();  // of the dimple
+  float depth_m = 0.0F;          // needle: of the tip; tissue: of the dimple
+  float crept_m = 0.0F;          // tissue
+  Friction friction;
+};
 
 struct VolumeBounds {
   Vec3 lo_m;
@@ -39,6 +68,14 @@ struct VolumeOps {
 
 extern const VolumeOps kVectorFieldOps;
 extern const VolumeOps kPotentialFieldOps;
+extern const VolumeOps kNeedleOps;
+extern const VolumeOps kTissueOps;
+
+// Where a spring of this stiffness with this force would begin; of a very soft one, somewhere on the way.
+inline Vec3 spring_start(const Vec3& tip_m, const Vec3& force_N, float stiffness_N_m) {
+  constexpr float kSoft_N_m = 1.0F;
+  return tip_m + force_N / std::max(stiffness_N_m, kSoft_N_m);
+}
 
 // A push along the unit vector `normal`, with damping across it that never pulls (paper, section 3.4).
 inline Vec3 damped_push(float push_N, const Vec3& normal, const Vec3& velocity_m_s, float damping_N_s_m) {

@@ -19,7 +19,7 @@ constexpr double kSkin_m = -0.02;
 constexpr double kTrackStiffness_N_m = 600.0;
 constexpr double kTrackDamping_N_s_m = 1.0;
 
-double metres(double mm) { return std::round(mm * 1000.0) * 1.0e-6; }  // to a micrometre
+double metres(double mm) { return std::round(mm * 1000.0) / 1.0e6; }  // to a micrometre
 
 std::string text_of(const Eigen::Vector3d& p) {
   std::ostringstream text;

@@ -177,6 +177,39 @@ class ExitCodes(Rig):
         self.assertEqual(output.read_bytes(), before)
 
 
+class Import(Rig):
+    NEEDLE = Path(__file__).resolve().parents[2] / "scenes" / "needle"
+    LINE = ("--from", "4,-3,46", "--to", "-2,3,2")
+
+    def test_the_needle_scene_is_what_its_volume_gives(self):
+        output = self.folder / "needle.scene.json"
+        report = self.ok_json("import", "volume", self.NEEDLE / "phantom.nii.gz", *self.LINE,
+                              "--layers", self.NEEDLE / "tissues.csv", "--output", output)
+        self.assertEqual([layer["name"] for layer in report["layers"]],
+                         ["skin or capsule", "fat", "muscle", "skin or capsule", "gland"])
+        self.assertEqual(output.read_text(), (self.NEEDLE / "needle.scene.json").read_text())
+        self.ok("compile", output, "--output", self.folder / "needle.thim")
+        made_up = self.ok("import", "volume", self.NEEDLE / "phantom.nii.gz", *self.LINE, "--classes", 5, "--output", output)
+        self.assertIn("uint8 voxels, placed by sform; 5 layers", made_up.out)
+
+    def test_what_fails_writes_nothing(self):
+        output = self.folder / "never.scene.json"
+        volume = self.NEEDLE / "phantom.nii.gz"
+
+        def fails(code, name, *arguments):
+            return self.fails(code, name, "import", "volume", *arguments, "--output", output)
+
+        fails(2, "bad-point", volume, "--from", "1,2", "--to", "1,2,3")
+        fails(2, "bad-point", volume, "--from", "1,2,3", "--to", "1,2,x")
+        fails(2, "usage", volume, "--from", "1,2,3")
+        fails(2, "usage", volume, *self.LINE, "--classes", 1)
+        fails(10, "missing-volume", self.folder / "absent.nii", *self.LINE)
+        fails(10, "not-nifti", self.NEEDLE / "tissues.csv", *self.LINE)
+        fails(10, "outside-volume", volume, "--from", "0,0,46", "--to", "0,0,-90")
+        fails(10, "bad-layers", volume, *self.LINE, "--layers", self.folder / "absent.csv")
+        self.assertFalse(output.exists())
+
+
 class Manners(Rig):
     def test_explain_needs_no_device(self):
         self.assertEqual(self.ok_json("fault", "explain", "1")["name"], "e_stop")
@@ -188,7 +221,7 @@ class Manners(Rig):
             return self.ok("__complete", *words).out.split()
 
         self.assertEqual(set(candidates("")), {"list", "info", "compile", "upload", "arm", "disarm", "home", "monitor", "param",
-                                               "fault", "simulate"})
+                                               "fault", "simulate", "import"})
         self.assertEqual(candidates("up"), ["upload"])
         self.assertEqual(candidates("param", "g"), ["get"])
         self.assertEqual(candidates("param", "get", "max"), ["max_force"])
