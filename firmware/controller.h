@@ -123,6 +123,9 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] std::uint8_t status_flags() const noexcept;
   [[nodiscard]] link::CanFrame pose_frame() const noexcept;
   [[nodiscard]] link::CanFrame force_frame() const noexcept;
+  [[nodiscard]] bool next_picture_frame(link::CanFrame& frame) noexcept;
+  [[nodiscard]] link::CanFrame body_frame(const control::BodyState& body, std::uint8_t part) const noexcept;
+  [[nodiscard]] link::CanFrame tissue_frame(const control::TissueView& tissue) const noexcept;
 
   Config config_;
   Params params_;
@@ -139,9 +142,15 @@ class Controller final : private link::ServiceBackend {
   Telemetry record_;               // the newest
   std::uint8_t record_count_ = 0;  // pairs pose with force
   std::uint8_t frames_left_ = 0;   // of record_: a pose and a force for each arm
-  std::uint8_t limiters_ = 0;      // since the last status
-  float worst_tick_us_ = 0;        // since the last status
-  std::uint64_t rate_tick_ = 0;    // where the measurement of the tick rate began
+  // Of the scene, a few frames after those of each record, until the picture is whole.
+  SceneState picture_;
+  std::uint8_t picture_count_ = 0;
+  std::size_t picture_at_ = 0;            // bodies and tissues that have been sent whole
+  std::uint8_t picture_part_ = 0;         // frames of the next one that have been sent
+  std::uint8_t picture_frames_left_ = 0;  // until the next record
+  std::uint8_t limiters_ = 0;             // since the last status
+  float worst_tick_us_ = 0;               // since the last status
+  std::uint64_t rate_tick_ = 0;           // where the measurement of the tick rate began
   std::uint64_t rate_time_us_ = 0;
   float rate_Hz_ = 0;
   Fault reported_ = Fault::kNone;

@@ -525,6 +525,7 @@ void Servo::show(const Inputs& inputs) noexcept {
     } else {
       ++t.records_dropped;
     }
+    show_scene();
   }
 
   published_fault_.store(fault_, std::memory_order_release);
@@ -533,6 +534,16 @@ void Servo::show(const Inputs& inputs) noexcept {
   published_move_end_.store(move_.end(), std::memory_order_release);
   published_move_phase_.store(move_.state(), std::memory_order_release);
   published_mode_.store(mode_, std::memory_order_release);
+}
+
+void Servo::show_scene() noexcept {
+  if (scene_state_full_.load(std::memory_order_acquire)) return;
+  const std::span<const control::BodyState> bodies = renderer_.bodies();
+  std::copy(bodies.begin(), bodies.end(), scene_state_.bodies.begin());
+  scene_state_.body_count = bodies.size();
+  scene_state_.tissue_count = renderer_.show_tissue(scene_state_.tissues);
+  if (scene_state_.body_count + scene_state_.tissue_count != 0)
+    scene_state_full_.store(true, std::memory_order_release);
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -633,6 +644,13 @@ bool Servo::next_record(Telemetry& record) noexcept {
   if (tail == record_head_.load(std::memory_order_acquire)) return false;
   record = records_[tail % kRecords];
   record_tail_.store(tail + 1, std::memory_order_release);
+  return true;
+}
+
+bool Servo::next_scene_state(SceneState& state) noexcept {
+  if (!scene_state_full_.load(std::memory_order_acquire)) return false;
+  state = scene_state_;
+  scene_state_full_.store(false, std::memory_order_release);
   return true;
 }
 

@@ -178,6 +178,8 @@ class Servo {
   [[nodiscard]] bool post_scene(const control::SceneView& view, std::uint32_t sequence) noexcept;
   [[nodiscard]] bool scene_pending() const noexcept;  // the tick has not taken the last one yet
   [[nodiscard]] bool next_record(Telemetry& record) noexcept;
+  // The scene as it was at a record since the last call; false where nothing can move, or no record came.
+  [[nodiscard]] bool next_scene_state(SceneState& state) noexcept;
   // The ticks up to the trip, 0 the oldest, until the fault is cleared. False: there is no such tick.
   [[nodiscard]] bool freeze_tick(std::size_t index, Telemetry& tick) const noexcept;
   [[nodiscard]] std::size_t freeze_count() const noexcept;  // 0 without a fault
@@ -223,6 +225,7 @@ class Servo {
   void damp() noexcept;
   void drive(Outputs& outputs) noexcept;
   void show(const Inputs& inputs) noexcept;
+  void show_scene() noexcept;
 
   const Params& params_;
   float period_s_;
@@ -251,6 +254,9 @@ class Servo {
   std::atomic<std::uint32_t> record_head_{0};
   std::atomic<std::uint32_t> record_tail_{0};
   std::uint32_t since_record_ = 0;
+  // The tick writes it while it is empty, the background reads it while it is full.
+  SceneState scene_state_;
+  std::atomic<bool> scene_state_full_{false};
   std::array<std::uint8_t, kMaxArms> record_limiters_{};
   float record_tick_us_ = 0;
 

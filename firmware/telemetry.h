@@ -3,8 +3,11 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
+#include "control/bodies/bodies.h"
+#include "control/fields/fields.h"
 #include "control/scene/limits.h"
 #include "firmware/faults.h"
 #include "kinematics/vector.h"
@@ -69,6 +72,14 @@ struct Telemetry {
   std::uint32_t sweep_bound = 0;  // control::RenderCounters
   std::uint32_t slide_bound = 0;
   std::array<ArmTelemetry, control::kMaxArms> arm;
+};
+
+// What moves and gives way in the scene, for a picture elsewhere: the state of one tick.
+struct SceneState {
+  std::array<control::BodyState, control::kMaxBodies> bodies;
+  control::TissueViews tissues;
+  std::size_t body_count = 0;
+  std::size_t tissue_count = 0;
 };
 
 }  // namespace thimble::firmware

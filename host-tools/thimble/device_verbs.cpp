@@ -189,7 +189,10 @@ class TelemetryPrinter {
     fmt::print(stderr, "fault {}: {}\n", emergency.fault, row == nullptr ? "cleared or unknown" : row->cause);
     return false;
   }
-  bool show(const link::Heartbeat&) { return false; }
+  template <class Message>
+  bool show(const Message&) {  // of the scene: with --json only
+    return false;
+  }
   bool show(const link::EmergencyStop&) {
     fmt::print(stderr, "emergency stop on the link\n");
     return false;

@@ -45,6 +45,11 @@ TEST(Messages, IdsAreThoseOfTheDesign) {
   EXPECT_EQ(to_frame(Pose{}, 5).id, 0x185U);
   EXPECT_EQ(to_frame(Force{}, 5).id, 0x285U);
   EXPECT_EQ(to_frame(Status{}, 5).id, 0x385U);
+  EXPECT_EQ(to_frame(BodyPosition{}, 5).id, 0x405U);
+  EXPECT_EQ(to_frame(BodyRotation{}, 5).id, 0x485U);
+  EXPECT_EQ(to_frame(ControlState{}, 5).id, 0x505U);
+  EXPECT_EQ(to_frame(TissueState{}, 5).id, 0x585U);
+  EXPECT_EQ(to_frame(NeedleState{}, 5).id, 0x605U);
   EXPECT_EQ(to_frame(Heartbeat{}, 5).id, 0x705U);
   EXPECT_EQ(request_id(5), 0x18DA05F1U);
   EXPECT_EQ(response_id(5), 0x18DAF105U);
@@ -93,7 +98,7 @@ TEST(MessagesProperty, EveryMessageComesBack) {
       RC_ASSERT(buffer == again);
     }));
   });
-  EXPECT_EQ(messages, 12);
+  EXPECT_EQ(messages, 17);
 }
 
 template <class Wire>

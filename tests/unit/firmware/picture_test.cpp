@@ -1,0 +1,246 @@
+// The frames from which a picture elsewhere is drawn: they carry the true state, of one tick, at a bounded rate.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "tests/support/figure.h"
+#include "tests/unit/firmware/bench.h"
+#include "thimble_scene_schema/scene_generated.h"
+
+namespace thimble::test {
+namespace {
+
+namespace link = firmware::link;
+using flatbuffers::FlatBufferBuilder;
+using flatbuffers::Offset;
+
+constexpr float kSpeed_m_s = 0.02F;   // of the ball, along x
+constexpr float kSpin_rad_s = -0.5F;  // of the ball, about z
+constexpr float kSlide_m_s = 0.01F;   // of the slider
+constexpr float kOnAt_m = 0.005F;
+constexpr float kSkin_m = -0.005F;
+
+std::vector<std::byte> finish(FlatBufferBuilder& builder, const std::vector<Offset<scene::Object>>& objects) {
+  const auto all = builder.CreateVector(objects);
+  scene::FinishSceneBuffer(builder, scene::CreateScene(builder, builder.CreateString("picture"), all));
+  const auto bytes = std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
+  return {bytes.begin(), bytes.end()};
+}
+
+const scene::Material kMaterial(500, 0, 0, 0, scene::FrictionMode::StickSlip);
+
+// A ball that flies and spins, a slider with a switch, a needle's way with two layers.
+std::vector<std::byte> moving_image() {
+  FlatBufferBuilder builder;
+  const scene::Vec3 zero(0, 0, 0);
+  const scene::Vec3 inertia(1e-5F, 1e-5F, 1e-5F);
+  const scene::Vec3 x(1, 0, 0);
+  const auto ball = [&](float y_m) {
+    const scene::Sphere sphere(0.005F);
+    return std::pair(scene::Pose(scene::Vec3(-0.1F, y_m, 0.05F), scene::Quat(1, 0, 0, 0)),
+                     builder.CreateStruct(sphere).Union());
+  };
+  const scene::Vec3 velocity(kSpeed_m_s, 0, 0);
+  const scene::Vec3 spin(0, 0, kSpin_rad_s);
+  const auto flying = scene::CreateBody(builder, scene::Motion::Free, 0.1F, &inertia, 0, &velocity, &spin, 0,
+                                        0, 0, &x, &zero);
+  scene::ControlBuilder control(builder);
+  control.add_low(-0.2F);
+  control.add_high(0.2F);
+  control.add_on_at(kOnAt_m);
+  control.add_off_at(kOnAt_m - 0.001F);
+  control.add_has_switch(true);
+  const auto slider_control = control.Finish();
+  const scene::Vec3 slide(kSlide_m_s, 0, 0);
+  const auto sliding = scene::CreateBody(builder, scene::Motion::Slide, 0.1F, &inertia, 0, &slide, &zero, 0,
+                                         0, 0, &x, &zero, slider_control);
+  std::vector<Offset<scene::Object>> objects;
+  const auto [ball_pose, ball_shape] = ball(0.04F);
+  objects.push_back(scene::CreateObject(builder, builder.CreateString("ball"), scene::Shape::Sphere,
+                                        ball_shape, &ball_pose, &kMaterial, 0, flying));
+  const auto [slider_pose, slider_shape] = ball(-0.04F);
+  objects.push_back(scene::CreateObject(builder, builder.CreateString("slider"), scene::Shape::Sphere,
+                                        slider_shape, &slider_pose, &kMaterial, 0, sliding));
+  const std::vector<scene::Layer> layers{{0.003F, 500, 0.5F, 0.1F, 0}, {0.02F, 500, 100, 0, 0}};
+  const auto way = scene::CreateNeedle(builder, builder.CreateVectorOfStructs(layers));
+  const scene::Pose skin(scene::Vec3(0, 0, kSkin_m), scene::Quat(1, 0, 0, 0));
+  objects.push_back(scene::CreateObject(builder, builder.CreateString("way"), scene::Shape::Needle,
+                                        way.Union(), &skin, &kMaterial));
+  return finish(builder, objects);
+}
+
+std::vector<std::byte> tissue_image() {
+  FlatBufferBuilder builder;
+  const scene::Tissue tissue(0.05F, 0.05F, 0.006F, 100.0F, 0.5F);
+  const scene::Pose skin(scene::Vec3(0, 0, kSkin_m), scene::Quat(1, 0, 0, 0));
+  const auto shape = builder.CreateStruct(tissue).Union();
+  return finish(builder, {scene::CreateObject(builder, builder.CreateString("pad"), scene::Shape::Tissue,
+                                              shape, &skin, &kMaterial)});
+}
+
+// What came over the link.
+struct Heard {
+  int poses = 0, pictures = 0;
+  std::map<std::uint8_t, link::BodyPosition> position;  // by object
+  std::map<std::uint8_t, link::BodyRotation> rotation;
+  link::ControlState control;
+  link::NeedleState needle;
+  link::TissueState tissue;
+  int needles = 0, tissues = 0, controls = 0;
+
+  void take(const link::CanFrame& frame) {
+    link::Pose pose;
+    link::BodyPosition at;
+    link::BodyRotation turned;
+    if (link::from_frame(frame, 1, pose)) ++poses;
+    if (link::from_frame(frame, 1, at)) ++pictures, position[at.object] = at;
+    if (link::from_frame(frame, 1, turned)) ++pictures, rotation[turned.object] = turned;
+    if (link::from_frame(frame, 1, control)) ++pictures, ++controls;
+    if (link::from_frame(frame, 1, needle)) ++pictures, ++needles;
+    if (link::from_frame(frame, 1, tissue)) ++pictures, ++tissues;
+  }
+};
+
+void arm_over(Bench& bench, const std::vector<std::byte>& image) {
+  ASSERT_EQ(bench.controller->load_scene(image), firmware::StoreStatus::kOk);
+  bench.home();
+  bench.arm();
+}
+
+void listen(Bench& bench, Heard& heard, int ticks) {
+  for (int i = 0; i < ticks; ++i) {
+    bench.tick();
+    link::CanFrame frame;
+    constexpr int kMostFrames = 64;
+    for (int n = 0; n < kMostFrames && bench.controller->next_frame(frame, bench.inputs.time_us); ++n)
+      heard.take(frame);
+  }
+}
+
+TEST(Picture, CarriesTheTrueStateOfOneTick) {
+  Bench bench;
+  arm_over(bench, moving_image());
+  Heard heard;
+  const int kTicks = 3000;
+  listen(bench, heard, kTicks);
+  const float armed_s = (kTicks + 1) / 4000.0F;
+
+  ASSERT_TRUE(heard.position.contains(0) && heard.position.contains(1) && heard.rotation.contains(0));
+  const link::BodyPosition& ball = heard.position[0];
+  const float t = (ball.x_m + 0.1F) / kSpeed_m_s;
+  figure("age of the last picture, s", static_cast<double>(armed_s - t),
+         "below 0.05: a picture every second record");
+  EXPECT_GT(armed_s - t, -1e-3F);
+  EXPECT_LT(armed_s - t, 0.05F);
+  EXPECT_NEAR(ball.y_m, 0.04F, 3e-5F);
+  EXPECT_NEAR(ball.z_m, 0.05F, 3e-5F);
+  const link::BodyRotation& turned = heard.rotation[0];
+  EXPECT_NEAR(turned.z, std::sin(kSpin_rad_s * armed_s / 2), 0.05F * 0.5F);
+  EXPECT_EQ(turned.x, 0.0F);
+
+  // Every frame with the same sequence is of the same tick: three coordinates that run at known speeds agree about the time.
+  std::map<std::uint8_t, float> time_s;  // by sequence, from the ball
+  int agreed = 0;
+  for (int i = 0; i < 4000; ++i) {
+    bench.tick();
+    link::CanFrame frame;
+    while (bench.controller->next_frame(frame, bench.inputs.time_us)) {
+      link::BodyPosition at;
+      link::BodyRotation rotation;
+      link::ControlState control;
+      if (link::from_frame(frame, 1, at) && at.object == 0)
+        time_s[at.sequence] = (at.x_m + 0.1F) / kSpeed_m_s;
+      if (link::from_frame(frame, 1, rotation) && rotation.object == 0 &&
+          time_s.contains(rotation.sequence)) {
+        EXPECT_NEAR(2 * std::asin(rotation.z) / kSpin_rad_s, time_s[rotation.sequence], 2e-3F);
+        ++agreed;
+      }
+      if (link::from_frame(frame, 1, control) && time_s.contains(control.sequence)) {
+        EXPECT_EQ(control.object, 1);
+        EXPECT_NEAR(control.q / kSlide_m_s, time_s[control.sequence], 2e-3F);
+        const bool clear = std::abs(control.q - kOnAt_m) > 1e-4F;
+        EXPECT_TRUE(!clear || (control.on != 0) == (control.q > kOnAt_m));
+        ++agreed;
+      }
+    }
+  }
+  figure("frames that agree about their picture's tick", agreed, "above 80");
+  EXPECT_GT(agreed, 80);
+}
+
+TEST(Picture, ShowsTheNeedle) {
+  Bench bench;
+  arm_over(bench, moving_image());
+  bench.ticks(900);
+  Heard heard;
+  listen(bench, heard, 200);
+  EXPECT_EQ(heard.needle.arm_inside_torn, 0) << "above the skin";
+  bench.move({0.002, 0.001, 0.0}, 200);
+  bench.move({0.002, 0.001, -0.0055}, 400);
+  listen(bench, heard, 200);
+  EXPECT_EQ(heard.needle.object, 2);
+  EXPECT_EQ(heard.needle.arm_inside_torn, 2) << "inside, nothing torn";
+  EXPECT_NEAR(heard.needle.depth_m, 0.0005F, 5e-5F);
+  EXPECT_NEAR(heard.needle.x_m, 0.002F, 5e-5F);
+  EXPECT_NEAR(heard.needle.y_m, 0.001F, 5e-5F);
+  bench.move({0.002, 0.001, -0.0095}, 800);
+  listen(bench, heard, 200);
+  EXPECT_EQ(heard.needle.arm_inside_torn, 2 | 1 << 2) << "one layer torn";
+  EXPECT_NEAR(heard.needle.depth_m, 0.0045F, 5e-5F);
+}
+
+TEST(Picture, ShowsTheDimple) {
+  Bench bench;
+  arm_over(bench, tissue_image());
+  bench.ticks(900);
+  bench.move({0.01, -0.02, 0.0}, 400);
+  bench.move({0.01, -0.02, -0.008}, 400);
+  Heard heard;
+  listen(bench, heard, 4000);
+  EXPECT_EQ(heard.tissue.arm_pressed, 2);
+  EXPECT_NEAR(heard.tissue.x_m, 0.01F, 5e-5F);
+  EXPECT_NEAR(heard.tissue.y_m, -0.02F, 5e-5F);
+  EXPECT_NEAR(heard.tissue.depth_m, 0.003F, 5e-5F) << "it follows the tip";
+  bench.move({0.01, -0.02, 0.0}, 4);
+  listen(bench, heard, 200);
+  EXPECT_EQ(heard.tissue.arm_pressed, 0);
+  const float left = heard.tissue.depth_m;
+  figure("dimple just let go, mm", static_cast<double>(1e3F * left), "near 3 (1 - 100 / 500) = 2.4");
+  EXPECT_NEAR(left, 0.0024F, 0.00025F);
+  listen(bench, heard, 2000);
+  EXPECT_NEAR(heard.tissue.depth_m, left * std::exp(-1.0F), 0.05F * left)
+      << "half a second is its time constant";
+}
+
+TEST(Picture, IsBoundedAndStarvesNothing) {
+  Bench bench;
+  arm_over(bench, moving_image());
+  Heard heard;
+  listen(bench, heard, 8000);
+  figure("frames of the picture for each record", static_cast<double>(heard.pictures) / heard.poses,
+         "at most 4");
+  EXPECT_EQ(heard.poses, 200) << "every record still comes";
+  EXPECT_LE(heard.pictures, 4 * heard.poses);
+  EXPECT_GT(heard.pictures, 3 * heard.poses);
+
+  // A link that takes one frame in 15 ticks: poses and forces go first, and a picture is never half of two ticks (above).
+  Heard slow;
+  for (int i = 0; i < 8000; ++i) {
+    bench.tick();
+    link::CanFrame frame;
+    if (i % 15 == 0 && bench.controller->next_frame(frame, bench.inputs.time_us)) slow.take(frame);
+  }
+  figure("poses of 200 that a slow link still carries", slow.poses, "above 190");
+  EXPECT_GT(slow.poses, 190);
+  EXPECT_GT(slow.pictures, 20);
+
+  Bench plain;  // nothing moves: no such frame
+  plain.start();
+  Heard silent;
+  listen(plain, silent, 4000);
+  EXPECT_EQ(silent.pictures, 0);
+}
+
+}  // namespace
+}  // namespace thimble::test
