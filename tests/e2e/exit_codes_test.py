@@ -221,7 +221,7 @@ class Manners(Rig):
             return self.ok("__complete", *words).out.split()
 
         self.assertEqual(set(candidates("")), {"list", "info", "compile", "upload", "arm", "disarm", "home", "monitor", "param",
-                                               "fault", "simulate", "import"})
+                                               "fault", "simulate", "import", "scan"})
         self.assertEqual(candidates("up"), ["upload"])
         self.assertEqual(candidates("param", "g"), ["get"])
         self.assertEqual(candidates("param", "get", "max"), ["max_force"])
