@@ -231,6 +231,7 @@ void Bodies::advance(std::size_t body, float period_s) noexcept {
       state.rotation = turned(state.rotation, period_s * to_spin(model, middle, angular_momentum_[body]));
       state.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
       state.position_m += period_s * state.velocity_m_s;
+      limit_speed(body);  // a thin rod that turns away from its momentum can spin up
       break;
     }
     case scene::Motion::Translate:
