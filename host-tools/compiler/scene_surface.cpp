@@ -10,8 +10,10 @@
 namespace thimble::host {
 namespace {
 
-constexpr double kMaxRelief = static_cast<double>(control::kMaxRelief_m);
-constexpr double kMinSpacing = static_cast<double>(control::kMinSpacing_m);
+constexpr double kMaxRelief = 0.01;  // as people read it
+constexpr double kMinSpacing = 1.0e-5;
+static_assert(static_cast<float>(kMaxRelief) == control::kMaxRelief_m &&
+              static_cast<float>(kMinSpacing) == control::kMinSpacing_m);
 constexpr Range kStiffness{0.0, static_cast<double>(control::kMaxStiffness_N_m), true, "N/m"};
 constexpr Range kDamping{0.0, static_cast<double>(control::kMaxDamping_N_s_m), false, "N s/m"};
 constexpr Range kAnyHeight{-1.0e6, 1.0e6};
@@ -323,8 +325,8 @@ flatbuffers::Offset<scene::Surface> write_surface(flatbuffers::FlatBufferBuilder
   if (!surface.any()) return 0;
   if (wearer.volume) {
     throw Error(ExitCode::kBadInput, "no-surface",
-                surface.place + " has effects of a surface and is worn by \"" + std::string(wearer.name) + "\", a " +
-                    std::string(wearer.shape_word) + ", which is a volume without one",
+                surface.place + " has effects of a surface and is worn by \"" + std::string(wearer.name) +
+                    "\", a " + std::string(wearer.shape_word) + ", which is a volume without one",
                 "leave click, brake_friction, texture and stiffness_map out");
   }
   flatbuffers::Offset<scene::Texture> texture = 0;
