@@ -74,6 +74,8 @@ class ImageWriter {
 
   AnyShape write_shape(const NeedleShape& needle) { return host::write_shape(builder_, needle); }
   AnyShape write_shape(const TissueShape& tissue) { return host::write_shape(builder_, tissue); }
+  AnyShape write_shape(const VectorFieldShape& field) { return host::write_shape(builder_, field); }
+  AnyShape write_shape(const PotentialFieldShape& field) { return host::write_shape(builder_, field); }
   AnyShape write_shape(const PlaneShape& plane) {
     const scene::Plane image(to_scene(plane.normal), static_cast<float>(plane.offset_m));
     return {scene::Shape::Plane, builder_.CreateStruct(image).Union()};

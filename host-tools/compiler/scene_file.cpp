@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <numbers>
 #include <utility>
 
 #include "control/scene/limits.h"
 #include "host-tools/compiler/json_document.h"
+#include "host-tools/compiler/scene_pose.h"
 #include "host-tools/compiler/scene_value.h"
 #include "host-tools/error.h"
 
@@ -27,42 +27,50 @@ constexpr double kMaxScale = 1.0e9;
 constexpr std::array<std::string_view, 7> kSceneKeys{
     "$schema", "thimble_scene", "name", "description", "materials", "objects", "gravity_m_s2"};
 constexpr std::array<std::string_view, 5> kObjectKeys{"name", "shape", "pose", "material", "body"};
-constexpr std::array<std::string_view, 8> kShapeKeys{"plane",   "sphere", "box",    "cylinder",
-                                                     "capsule", "mesh",   "needle", "tissue"};
+constexpr std::array<std::string_view, 10> kShapeKeys{"plane",   "sphere", "box",          "cylinder",
+                                                      "capsule", "mesh",   "vector_field", "potential_field",
+                                                      "needle",  "tissue"};
+constexpr std::array<std::string_view, 4> kVolumes{"vector_field", "potential_field", "needle", "tissue"};
 constexpr std::array<std::string_view, 2> kPlaneKeys{"normal", "offset_m"};
 constexpr std::array<std::string_view, 1> kSphereKeys{"radius_m"};
 constexpr std::array<std::string_view, 1> kBoxKeys{"size_m"};
 constexpr std::array<std::string_view, 2> kCylinderKeys{"radius_m", "height_m"};
 constexpr std::array<std::string_view, 2> kCapsuleKeys{"radius_m", "height_m"};
 constexpr std::array<std::string_view, 4> kMeshKeys{"file", "scale", "crease_deg", "side"};
-constexpr std::array<std::string_view, 2> kPoseKeys{"position_m", "rotation_deg"};
 constexpr std::array<std::string_view, 9> kMaterialKeys{
     "stiffness_N_m", "damping_N_s_m",  "static_friction", "dynamic_friction", "friction_mode",
     "click",         "brake_friction", "texture",         "stiffness_map"};
-constexpr std::array<SceneKeys, 24> kKinds{{{"scene", kSceneKeys},
-                                            {"object", kObjectKeys},
-                                            {"shape", kShapeKeys},
-                                            {"plane", kPlaneKeys},
-                                            {"sphere", kSphereKeys},
-                                            {"box", kBoxKeys},
-                                            {"cylinder", kCylinderKeys},
-                                            {"capsule", kCapsuleKeys},
-                                            {"mesh", kMeshKeys},
-                                            {"needle", kNeedleKeys},
-                                            {"layer", kLayerKeys},
-                                            {"tissue", kTissueKeys},
-                                            {"pose", kPoseKeys},
-                                            {"material", kMaterialKeys},
-                                            {"click", kClickKeys},
-                                            {"texture", kTextureKeys},
-                                            {"stiffness_map", kStiffnessMapKeys},
-                                            {"body", kBodyKeys},
-                                            {"slide_control", kSlideControlKeys},
-                                            {"turn_control", kTurnControlKeys},
-                                            {"slide_detents", kSlideDetentKeys},
-                                            {"turn_detents", kTurnDetentKeys},
-                                            {"slide_switch", kSlideSwitchKeys},
-                                            {"turn_switch", kTurnSwitchKeys}}};
+constexpr auto kKinds = std::to_array<SceneKeys>({{"scene", kSceneKeys},
+                                                  {"object", kObjectKeys},
+                                                  {"shape", kShapeKeys},
+                                                  {"plane", kPlaneKeys},
+                                                  {"sphere", kSphereKeys},
+                                                  {"box", kBoxKeys},
+                                                  {"cylinder", kCylinderKeys},
+                                                  {"capsule", kCapsuleKeys},
+                                                  {"mesh", kMeshKeys},
+                                                  {"needle", kNeedleKeys},
+                                                  {"layer", kLayerKeys},
+                                                  {"tissue", kTissueKeys},
+                                                  {"vector_field", kVectorFieldKeys},
+                                                  {"subvolume", kSubvolumeKeys},
+                                                  {"ball", kBallKeys},
+                                                  {"potential_field", kPotentialFieldKeys},
+                                                  {"solid", kSolidKeys},
+                                                  {"inclusion", kInclusionKeys},
+                                                  {"region", kRegionKeys},
+                                                  {"pose", kPoseKeys},
+                                                  {"material", kMaterialKeys},
+                                                  {"click", kClickKeys},
+                                                  {"texture", kTextureKeys},
+                                                  {"stiffness_map", kStiffnessMapKeys},
+                                                  {"body", kBodyKeys},
+                                                  {"slide_control", kSlideControlKeys},
+                                                  {"turn_control", kTurnControlKeys},
+                                                  {"slide_detents", kSlideDetentKeys},
+                                                  {"turn_detents", kTurnDetentKeys},
+                                                  {"slide_switch", kSlideSwitchKeys},
+                                                  {"turn_switch", kTurnSwitchKeys}});
 
 SceneMaterial read_material(const Value& value) {
   value.object("a material", kMaterialKeys);
@@ -137,24 +145,12 @@ void read_shape(const Value& value, SceneObject& object) {
     object.shape = read_needle(shape);
   } else if (object.shape_word == "tissue") {
     object.shape = read_tissue(shape);
+  } else if (object.shape_word == "vector_field") {
+    object.shape = read_vector_field(shape);
+  } else if (object.shape_word == "potential_field") {
+    object.shape = read_potential_field(shape);
   } else {
     object.shape = read_mesh(shape);
-  }
-}
-
-void read_pose(const Value& value, SceneObject& object) {
-  value.object("a pose", kPoseKeys);
-  if (value.has("position_m")) {
-    object.position_m = value.at("position_m").as_vector(kCoordinate);
-  }
-  if (value.has("rotation_deg")) {
-    using Eigen::AngleAxisd;
-    using Eigen::Vector3d;
-    const Vector3d angles =
-        value.at("rotation_deg").as_vector({-360.0, 360.0, false, "degrees"}) * (std::numbers::pi / 180.0);
-    object.rotation = AngleAxisd(angles.z(), Vector3d::UnitZ()) * AngleAxisd(angles.y(), Vector3d::UnitY()) *
-                      AngleAxisd(angles.x(), Vector3d::UnitX());
-    object.rotation.normalize();
   }
 }
 
@@ -230,6 +226,7 @@ SceneFile read_scene_file(const std::string& text, const std::string& name) {
                  "merge or remove objects");
   }
   std::size_t bodies = 0;
+  std::size_t volumes = 0;
   for (std::size_t i = 0; i < objects.raw().size(); ++i) {
     const Value value = objects.at(i);
     value.object("an object of the scene", kObjectKeys);
@@ -243,8 +240,15 @@ SceneFile read_scene_file(const std::string& text, const std::string& name) {
       }
     }
     read_shape(value.at("shape"), object);
+    const bool is_volume = std::find(kVolumes.begin(), kVolumes.end(), object.shape_word) != kVolumes.end();
+    if (is_volume && ++volumes > control::kMaxVolumes) {
+      value.at("shape").fail("too-many-volumes",
+                             "is the scene's volume number " + std::to_string(volumes) + ", at most " +
+                                 std::to_string(control::kMaxVolumes) + " are allowed",
+                             "leave some out");
+    }
     if (value.has("pose")) {
-      read_pose(value.at("pose"), object);
+      read_pose(value.at("pose"), object.position_m, object.rotation);
     }
     const Value material = value.at("material");
     if (material.raw().is_string()) {

@@ -13,6 +13,7 @@
 
 #include "host-tools/compiler/mesh.h"
 #include "host-tools/compiler/scene_body.h"
+#include "host-tools/compiler/scene_field.h"
 #include "host-tools/compiler/scene_surface.h"
 #include "host-tools/compiler/scene_tissue.h"
 
@@ -54,8 +55,8 @@ struct SceneMaterial {
 
 struct SceneObject {
   std::string name;
-  std::variant<PlaneShape, SphereShape, BoxShape, CylinderShape, CapsuleShape, MeshShape, NeedleShape,
-               TissueShape>
+  std::variant<PlaneShape, SphereShape, BoxShape, CylinderShape, CapsuleShape, MeshShape, VectorFieldShape,
+               PotentialFieldShape, NeedleShape, TissueShape>
       shape;
   std::string shape_word;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();

@@ -1,0 +1,61 @@
+// The fields of a scene file (paper, sections 4 and 5.1): vector fields made of subvolumes, and potential fields; read, checked,
+// made into what the controller evaluates.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "host-tools/compiler/potential_solver.h"
+#include "host-tools/compiler/scene_value.h"
+#include "thimble_scene_schema/scene_generated.h"
+
+namespace thimble::host {
+
+inline constexpr std::array<std::string_view, 4> kVectorFieldKeys{"box", "sphere", "planes", "subvolumes"};
+inline constexpr std::array<std::string_view, 3> kSubvolumeKeys{"sides", "plane", "ball"};
+inline constexpr std::array<std::string_view, 2> kBallKeys{"centre_m", "radius_m"};
+inline constexpr std::array<std::string_view, 7> kPotentialFieldKeys{
+    "shape", "step_m", "law", "source_per_m", "source_N_m", "inclusions", "regions"};
+inline constexpr std::array<std::string_view, 4> kSolidKeys{"sphere", "box", "cylinder", "capsule"};
+inline constexpr std::array<std::string_view, 4> kInclusionKeys{"shape", "pose", "depth_m", "potential_J"};
+inline constexpr std::array<std::string_view, 4> kRegionKeys{"shape", "pose", "source_per_m", "source_N_m"};
+
+// Points with normal . p <= offset_m.
+struct HalfSpace {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  double offset_m = 0;
+};
+
+struct VectorFieldShape {
+  struct Subvolume {
+    std::vector<HalfSpace> sides;
+    HalfSpace plane;  // pushes, unless there is a ball
+    Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+    double radius_m = 0;  // of the ball that pushes; 0: the plane does
+  };
+  std::vector<Subvolume> subvolumes;
+};
+
+struct PotentialFieldShape {
+  PotentialProblem problem;
+  scene::PotentialLaw law = scene::PotentialLaw::Spring;
+};
+
+// Throw Error (kBadInput) with the place.
+[[nodiscard]] VectorFieldShape read_vector_field(const Value& value);
+[[nodiscard]] PotentialFieldShape read_potential_field(const Value& value);
+
+// The subvolumes of the convex body in which all planes hold: each plane has the points that are nearest to it. A plane with
+// none is left out.
+[[nodiscard]] std::vector<VectorFieldShape::Subvolume> divide(const std::vector<HalfSpace>& planes);
+
+[[nodiscard]] std::pair<scene::Shape, flatbuffers::Offset<void>> write_shape(
+    flatbuffers::FlatBufferBuilder& builder, const VectorFieldShape& field);
+// Solves it: throws what solve_potential throws.
+[[nodiscard]] std::pair<scene::Shape, flatbuffers::Offset<void>> write_shape(
+    flatbuffers::FlatBufferBuilder& builder, const PotentialFieldShape& field);
+
+}  // namespace thimble::host

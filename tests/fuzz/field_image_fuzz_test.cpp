@@ -1,0 +1,193 @@
+// Hostile fields in scene images: every number out of its range is refused by name, and what is accepted renders finite forces.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "control/renderer.h"
+#include "control/scene/limits.h"
+#include "control/scene/scene_view.h"
+#include "host-tools/compiler/compile.h"
+#include "tests/support/figure.h"
+#include "tests/support/random.h"
+#include "thimble_scene_schema/scene_generated.h"
+
+namespace thimble::test {
+namespace {
+
+using control::ImageStatus;
+using control::SceneView;
+using Bytes = std::vector<std::byte>;
+
+#if defined(__SANITIZE_ADDRESS__)
+constexpr int kMutants = 1'000;
+#else
+constexpr int kMutants = 10'000;
+#endif
+
+// Each kind of field, both surfaces that push and both laws.
+const Bytes& seed_image() {
+  static const Bytes bytes = host::compile_scene_text(R"({"thimble_scene": 1, "name": "fields", "objects": [
+{"name": "by hand", "shape": {"vector_field": {"subvolumes": [
+  {"sides": [{"normal": [1, 0, 0], "offset_m": 0.01}], "plane": {"normal": [0, 0, 1], "offset_m": -0.01}},
+  {"ball": {"centre_m": [0.03, 0, 0], "radius_m": 0.02}}]}},
+  "pose": {"rotation_deg": [10, 20, 30]}, "material": {"stiffness_N_m": 1000, "damping_N_s_m": 2}},
+{"name": "cube", "shape": {"vector_field": {"box": {"size_m": [0.02, 0.03, 0.04]}}}, "material": {"stiffness_N_m": 500}},
+{"name": "soft", "shape": {"potential_field": {"shape": {"sphere": {"radius_m": 0.013}}, "step_m": 0.006, "source_per_m": 200}},
+  "pose": {"position_m": [-0.02, 0, 0.01]}, "material": {"stiffness_N_m": 500, "damping_N_s_m": 2}},
+{"name": "sharp", "shape": {"potential_field": {"shape": {"box": {"size_m": [0.03, 0.026, 0.026]}}, "step_m": 0.006,
+  "law": "energy", "source_N_m": 40}}, "pose": {"position_m": [0, 0.03, 0]}, "material": {"stiffness_N_m": 500}}]})",
+                                                      "seed", ".")
+                                 .image;
+  return bytes;
+}
+
+void render(const SceneView& view, Random& random, int& not_finite) {
+  static control::Renderer renderer;
+  renderer.bind(view);
+  Eigen::Vector3d p(0.0, 0.0, 0.05);
+  for (int tick = 0; tick < 1000; ++tick) {
+    const Eigen::Vector3d before = p;
+    p += (random.below(4) == 0 ? 5e-3 : 2e-4) * (0.06 * random.direction() - p).normalized();
+    control::Tip tip;
+    tip.position_m = p.cast<float>();
+    tip.velocity_m_s = ((p - before) * 4000.0).cast<float>();
+    control::Touch touch;
+    renderer.tick(std::span(&tip, 1), 2.5e-4F, std::span(&touch, 1));
+    if (!touch.force_N.allFinite() || !touch.god_object_m.allFinite() || touch.contacts > 3) {
+      ++not_finite;
+      return;
+    }
+  }
+}
+
+TEST(FieldImage, MutantsAreRefusedOrLivedWith) {
+  Random random(7);
+  int accepted = 0;
+  int not_finite = 0;
+  for (int mutant = 0; mutant < kMutants; ++mutant) {
+    Bytes bytes = seed_image();
+    constexpr std::array<std::uint32_t, 8> kWords{0,          1,          0x7FFFFFFF, 0xFFFFFFFF,
+                                                  0x7F800000, 0x7FC00000, 0x3F800000, 8};
+    const std::uint64_t changes = 1 + random.below(3);
+    for (std::uint64_t change = 0; change < changes; ++change) {
+      if (random.below(2) == 0) {
+        bytes[random.below(bytes.size())] ^= static_cast<std::byte>(1U << random.below(8));
+      } else {
+        std::memcpy(bytes.data() + 4 * random.below(bytes.size() / 4),
+                    &kWords.at(random.below(kWords.size())), 4);
+      }
+    }
+    SceneView view;
+    if (SceneView::check(bytes, view) != ImageStatus::kOk) continue;
+    ++accepted;
+    render(view, random, not_finite);
+  }
+  figure("fields: mutants accepted, of " + std::to_string(kMutants), accepted, "reported");
+  figure("fields: accepted mutants with a force that is not finite", not_finite, "0");
+  EXPECT_GT(accepted, kMutants / 20);
+  EXPECT_EQ(not_finite, 0);
+}
+
+using Field = std::function<const void*(const scene::Object&)>;
+
+// The image with one field of one object changed; `field` points into it.
+template <typename Value>
+Bytes with(unsigned object, const Field& field, Value value) {
+  Bytes bytes = seed_image();
+  const void* place = field(*scene::GetScene(bytes.data())->objects()->Get(object));
+  const auto offset = static_cast<std::size_t>(static_cast<const std::byte*>(place) - bytes.data());
+  EXPECT_LE(offset + sizeof(value), bytes.size());
+  std::memcpy(bytes.data() + offset, &value, sizeof(value));
+  return bytes;
+}
+
+// A byte inside a struct of the schema, by its offset there.
+const void* part(const void* start, std::size_t offset) {
+  return static_cast<const std::byte*>(start) + offset;
+}
+
+// A scalar of a table has no address in the interface: by its offset in the vtable.
+const void* scalar(const void* table, flatbuffers::voffset_t field) {
+  return static_cast<const flatbuffers::Table*>(table)->GetAddressOf(field);
+}
+
+TEST(FieldImage, EachFieldOutOfItsRangeIsRefusedByName) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float infinite = std::numeric_limits<float>::infinity();
+  constexpr unsigned kHand = 0;
+  constexpr unsigned kCube = 1;
+  constexpr unsigned kSoft = 2;
+  using O = const scene::Object&;
+  const auto subvolume = [](O o, unsigned i = 0) { return o.shape_as_VectorField()->subvolumes()->Get(i); };
+  const Field side = [=](O o) -> const void* { return subvolume(o)->sides()->Get(0); };
+  const Field side_offset = [=](O o) -> const void* { return part(subvolume(o)->sides()->Get(0), 12); };
+  const Field plane = [=](O o) -> const void* { return subvolume(o)->plane(); };
+  const Field plane_offset = [=](O o) -> const void* { return part(subvolume(o)->plane(), 12); };
+  const Field centre = [=](O o) -> const void* { return subvolume(o, 1)->centre_m(); };
+  const Field radius = [=](O o) { return scalar(subvolume(o, 1), scene::Subvolume::VT_RADIUS_M); };
+  const Field sides = [=](O o) -> const void* { return subvolume(o)->sides(); };
+  const Field lo = [](O o) -> const void* { return o.shape_as_VectorField()->lo_m(); };
+  const Field hi = [](O o) -> const void* { return part(o.shape_as_VectorField()->hi_m(), 8); };
+  const auto field = [](O o) { return o.shape_as_PotentialField(); };
+  const Field count = [=](O o) -> const void* { return field(o)->count()->Data(); };
+  const Field counts = [=](O o) -> const void* { return field(o)->count(); };
+  const Field origin = [=](O o) -> const void* { return field(o)->origin_m(); };
+  const Field step = [=](O o) { return scalar(field(o), scene::PotentialField::VT_STEP_M); };
+  const Field law = [=](O o) { return scalar(field(o), scene::PotentialField::VT_LAW); };
+  const Field coefficient = [=](O o) -> const void* { return part(field(o)->coefficients()->Data(), 40); };
+  const Field stiffness = [](O o) -> const void* { return o.material(); };
+  constexpr unsigned kSharp = 3;
+  struct Case {
+    std::string what;
+    Bytes bytes;
+    ImageStatus expected;
+  };
+  const std::vector<Case> cases = {
+      {"side's normal not a number", with(kHand, side, nan), ImageStatus::kBadNumber},
+      {"side's normal of length 0", with(kHand, side, std::array<float, 3>{}), ImageStatus::kBadNumber},
+      {"side's offset infinite", with(kHand, side_offset, infinite), ImageStatus::kBadNumber},
+      {"plane's normal of length 2", with(kHand, plane, std::array<float, 3>{0.0F, 0.0F, 2.0F}),
+       ImageStatus::kBadNumber},
+      {"plane's offset not a number", with(kHand, plane_offset, nan), ImageStatus::kBadNumber},
+      {"plane's offset 21 m", with(kHand, plane_offset, 21.0F), ImageStatus::kBadNumber},
+      {"ball's centre not a number", with(kHand, centre, nan), ImageStatus::kBadNumber},
+      {"ball's radius negative", with(kHand, radius, -0.01F), ImageStatus::kBadNumber},
+      {"ball's radius not a number", with(kHand, radius, nan), ImageStatus::kBadNumber},
+      {"sides beyond the image", with(kHand, sides, 0x00FFFFFFU), ImageStatus::kNotAScene},
+      {"box not a number", with(kCube, lo, nan), ImageStatus::kBadNumber},
+      {"box 11 m away", with(kCube, hi, 11.0F), ImageStatus::kBadNumber},
+      {"stiffness zero", with(kCube, stiffness, 0.0F), ImageStatus::kBadNumber},
+      {"count 3", with(kSoft, count, std::uint16_t{3}), ImageStatus::kBadIndex},
+      {"count too large for the coefficients", with(kSoft, count, std::uint16_t{12}), ImageStatus::kBadIndex},
+      {"counts beyond the limit", with(kSoft, count, std::array<std::uint16_t, 3>{200, 200, 200}),
+       ImageStatus::kTooManySamples},
+      {"counts that overflow", with(kSoft, count, std::array<std::uint16_t, 3>{65535, 65535, 65535}),
+       ImageStatus::kTooManySamples},
+      {"two counts", with(kSoft, counts, 2U), ImageStatus::kBadIndex},
+      {"origin infinite", with(kSoft, origin, infinite), ImageStatus::kBadNumber},
+      {"step zero", with(kSoft, step, 0.0F), ImageStatus::kBadNumber},
+      {"step not a number", with(kSoft, step, nan), ImageStatus::kBadNumber},
+      {"step 11 m", with(kSoft, step, 11.0F), ImageStatus::kBadNumber},
+      {"law 7", with(kSharp, law, std::uint8_t{7}), ImageStatus::kBadNumber},
+      {"coefficient not a number", with(kSoft, coefficient, nan), ImageStatus::kBadNumber},
+      {"coefficient over its limit", with(kSoft, coefficient, 2.0F * control::kMaxPotential),
+       ImageStatus::kBadNumber}};
+  int wrong = 0;
+  for (const Case& test : cases) {
+    SceneView view;
+    const ImageStatus status = SceneView::check(test.bytes, view);
+    EXPECT_EQ(status, test.expected) << test.what << ": " << control::name(status) << ", not "
+                                     << control::name(test.expected);
+    wrong += status != test.expected ? 1 : 0;
+  }
+  figure("numbers of fields out of range not refused by name, of " + std::to_string(cases.size()), wrong,
+         "0");
+}
+
+}  // namespace
+}  // namespace thimble::test
