@@ -10,6 +10,7 @@ namespace thimble::control {
 inline constexpr std::size_t kMaxArms = 2;
 inline constexpr std::size_t kMaxObjects = 64;
 inline constexpr std::size_t kMaxTriangles = 1U << 20U;       // of all meshes of a scene together
+inline constexpr std::size_t kMaxHeightSamples = 1U << 19U;   // of one height field: two triangles each
 inline constexpr std::size_t kMaxBodies = 16;                 // objects that move
 inline constexpr std::size_t kMaxBodyContacts = 64;           // points at which they touch each other and what stands still
 inline constexpr std::size_t kMaxTextureSamples = 1U << 16U;  // of one texture

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "control/scene/limits.h"
+#include "host-tools/compiler/height_grid.h"
 #include "host-tools/compiler/mesh_file.h"
 #include "host-tools/compiler/scene_file.h"
 #include "host-tools/error.h"
@@ -105,8 +106,20 @@ class ImageWriter {
 
   AnyShape write_shape(const MeshShape& shape) {
     const std::string name = shape.place + ": " + shape.file;
-    const CompiledMesh mesh =
-        compile_mesh(read_mesh_file(folder_ / shape.file, shape.scale_m, name), shape.options, name);
+    return write_mesh(read_mesh_file(folder_ / shape.file, shape.scale_m, name), shape.options, shape.file,
+                      name);
+  }
+  AnyShape write_shape(const HeightFieldShape& shape) {
+    const std::string name = shape.place + ": " + shape.file;
+    const HeightGrid grid = read_height_grid(folder_ / shape.file, control::kMaxHeightSamples, name);
+    const MeshOptions options{
+        .side = MeshSide::kOutside, .crease_deg = shape.crease_deg, .height_field = true};
+    return write_mesh(height_field_soup(shape, grid, name), options, shape.file, name);
+  }
+
+  AnyShape write_mesh(const TriangleSoup& soup, const MeshOptions& options, const std::string& file,
+                      const std::string& name) {
+    const CompiledMesh mesh = compile_mesh(soup, options, name);
     triangles_ += mesh.triangles.size();
     if (triangles_ > control::kMaxTriangles) {
       throw Error(ExitCode::kBadInput, "too-many-triangles",
@@ -114,8 +127,8 @@ class ImageWriter {
                       " triangles, at most " + std::to_string(control::kMaxTriangles) + " are allowed",
                   "simplify the meshes");
     }
-    warn(mesh.report, shape);
-    if (object_->body) weigh(mesh, shape, name);
+    warn(mesh.report, file);
+    if (object_->body) weigh(mesh, file, name);
     report_.objects.back().mesh = mesh.report;
 
     const auto vertices = builder_.CreateVectorOfStructs(mesh.vertices);
@@ -140,14 +153,14 @@ class ImageWriter {
   }
 
   // A mesh as a body: its moments of inertia, and what is not as one might think.
-  void weigh(const CompiledMesh& mesh, const MeshShape& shape, const std::string& name) {
+  void weigh(const CompiledMesh& mesh, const std::string& file, const std::string& name) {
     const std::optional<MeshMass> mass = mesh_mass(mesh);
     if (!mass && !object_->body->inertia_kg_m2) {
       throw Error(ExitCode::kBadInput, "no-volume",
                   name + ": the body's mesh encloses no volume, so its moments of inertia are not known",
                   "close the mesh, or give the body \"inertia_kg_m2\"");
     }
-    const std::string what = object_->name + " (" + shape.file + "): ";
+    const std::string what = object_->name + " (" + file + "): ";
     if (mass) {
       unit_inertia_ = mass->inertia_m2;
       constexpr double kOff = .02;  // of the radius of gyration
@@ -160,10 +173,10 @@ class ImageWriter {
     report_.warnings.push_back(what + "a moving mesh is met by fingertips only, not by other objects");
   }
 
-  void warn(const MeshReport& mesh, const MeshShape& shape) {
+  void warn(const MeshReport& mesh, const std::string& file) {
     const auto add = [&](std::size_t count, const char* one, const char* many) {
       if (count > 0) {
-        report_.warnings.push_back(report_.objects.back().name + " (" + shape.file +
+        report_.warnings.push_back(report_.objects.back().name + " (" + file +
                                    "): " + (count == 1 ? one : std::to_string(count) + many));
       }
     };

@@ -14,7 +14,7 @@ struct SceneReport {
   struct Object {
     std::string name;
     std::string shape;  // the scene file's word: "plane", "mesh", ...
-    MeshReport mesh;    // zeros for other shapes
+    MeshReport mesh;    // of meshes and height fields; zeros for other shapes
   };
   std::string name;
   std::vector<Object> objects;

@@ -184,6 +184,7 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
   if (options.crease_deg) {
     const double least_cosine = std::cos((*options.crease_deg + kCreaseSlack_deg) * std::numbers::pi / 180.0);
     DisjointSets smooth = join_corners(adjacency, [&](std::uint32_t a, std::uint32_t b) {
+      if (options.height_field && !(face_normals[a].z() > 0.0 && face_normals[b].z() > 0.0)) return false;
       return *options.crease_deg >= 180.0 || face_normals[a].dot(face_normals[b]) >= least_cosine;
     });
     const std::vector<Vector3d> shading = mean_normals(surface, face_normals, smooth);

@@ -23,6 +23,7 @@ enum class MeshSide { kOutside, kInside, kBoth };
 struct MeshOptions {
   MeshSide side = MeshSide::kOutside;
   std::optional<double> crease_deg;  // none: faceted. Edges sharper than this stay sharp
+  bool height_field = false;         // only faces that look up (+z) are shaded, and only into each other
 };
 
 // The compiler's report: what a user wants to know about the mesh before touching it.

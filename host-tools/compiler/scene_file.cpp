@@ -27,9 +27,9 @@ constexpr double kMaxScale = 1.0e9;
 constexpr std::array<std::string_view, 7> kSceneKeys{
     "$schema", "thimble_scene", "name", "description", "materials", "objects", "gravity_m_s2"};
 constexpr std::array<std::string_view, 5> kObjectKeys{"name", "shape", "pose", "material", "body"};
-constexpr std::array<std::string_view, 10> kShapeKeys{"plane",   "sphere", "box",          "cylinder",
-                                                      "capsule", "mesh",   "vector_field", "potential_field",
-                                                      "needle",  "tissue"};
+constexpr auto kShapeKeys =
+    std::to_array<std::string_view>({"plane", "sphere", "box", "cylinder", "capsule", "mesh", "height_field",
+                                     "vector_field", "potential_field", "needle", "tissue"});
 constexpr std::array<std::string_view, 4> kVolumes{"vector_field", "potential_field", "needle", "tissue"};
 constexpr std::array<std::string_view, 2> kPlaneKeys{"normal", "offset_m"};
 constexpr std::array<std::string_view, 1> kSphereKeys{"radius_m"};
@@ -49,6 +49,7 @@ constexpr auto kKinds = std::to_array<SceneKeys>({{"scene", kSceneKeys},
                                                   {"cylinder", kCylinderKeys},
                                                   {"capsule", kCapsuleKeys},
                                                   {"mesh", kMeshKeys},
+                                                  {"height_field", kHeightFieldKeys},
                                                   {"needle", kNeedleKeys},
                                                   {"layer", kLayerKeys},
                                                   {"tissue", kTissueKeys},
@@ -141,6 +142,8 @@ void read_shape(const Value& value, SceneObject& object) {
     shape.object("a capsule", kCapsuleKeys);
     object.shape =
         CapsuleShape{shape.at("radius_m").as_number(kLength), shape.at("height_m").as_number(kLength)};
+  } else if (object.shape_word == "height_field") {
+    object.shape = read_height_field(shape);
   } else if (object.shape_word == "needle") {
     object.shape = read_needle(shape);
   } else if (object.shape_word == "tissue") {

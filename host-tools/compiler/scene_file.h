@@ -14,6 +14,7 @@
 #include "host-tools/compiler/mesh.h"
 #include "host-tools/compiler/scene_body.h"
 #include "host-tools/compiler/scene_field.h"
+#include "host-tools/compiler/scene_height_field.h"
 #include "host-tools/compiler/scene_surface.h"
 #include "host-tools/compiler/scene_tissue.h"
 
@@ -55,8 +56,8 @@ struct SceneMaterial {
 
 struct SceneObject {
   std::string name;
-  std::variant<PlaneShape, SphereShape, BoxShape, CylinderShape, CapsuleShape, MeshShape, VectorFieldShape,
-               PotentialFieldShape, NeedleShape, TissueShape>
+  std::variant<PlaneShape, SphereShape, BoxShape, CylinderShape, CapsuleShape, MeshShape, HeightFieldShape,
+               VectorFieldShape, PotentialFieldShape, NeedleShape, TissueShape>
       shape;
   std::string shape_word;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();

@@ -45,7 +45,8 @@ constexpr const char* kScene = R"({
   "pose": { "position_m": [0, 0, 0], "rotation_deg": [0, 0, 90] } },
 { "name": "can", "shape": { "cylinder": { "radius_m": 0.01, "height_m": 0.05 } }, "material": "ice" },
 { "name": "pill", "shape": { "capsule": { "radius_m": 0.01, "height_m": 0.05 } }, "material": "ice" },
-{ "name": "rock", "shape": { "mesh": { "file": "asteroid.plg", "scale": 1e-5, "crease_deg": 30, "side": "outside" } }, "material": "ice" }
+{ "name": "rock", "shape": { "mesh": { "file": "asteroid.plg", "scale": 1e-5, "crease_deg": 30, "side": "outside" } }, "material": "ice" },
+{ "name": "phone", "shape": { "height_field": { "file": "../telephone/heights_mm.csv", "size_m": [0.15, 0.12], "height_m": 0.001, "thickness_m": 0.02, "crease_deg": 40 } }, "material": "ice" }
 ]
 })";
 
@@ -82,7 +83,7 @@ TEST(SceneFile, ReadsEveryKeyIntoTheImage) {
                control::name(control::ImageStatus::kOk));
   const scene::Scene& scene = *view.scene();
   EXPECT_EQ(scene.name()->str(), "everything");
-  ASSERT_EQ(scene.objects()->size(), 6U);
+  ASSERT_EQ(scene.objects()->size(), 7U);
   const auto& objects = *scene.objects();
 
   EXPECT_EQ(objects[0]->name()->str(), "floor");
@@ -109,6 +110,15 @@ TEST(SceneFile, ReadsEveryKeyIntoTheImage) {
   EXPECT_EQ(objects[4]->shape_as_Capsule()->half_height_m(), 0.025F);
   EXPECT_EQ(objects[5]->shape_as_Mesh()->triangles()->size(), 320U);
   EXPECT_EQ(objects[5]->shape_as_Mesh()->corner_normals()->size(), 960U);
+
+  // A 76 x 76 grid: its points, those of its rim again below, and the triangles of top, walls and bottom.
+  const scene::Mesh& phone = *objects[6]->shape_as_Mesh();
+  EXPECT_EQ(phone.vertices()->size(), 76U * 76U + 4U * 75U);
+  EXPECT_EQ(phone.triangles()->size(), 2U * 75U * 75U + 8U * 75U + 4U * 75U - 2U);
+  EXPECT_EQ(phone.corner_normals()->size(), 3U * phone.triangles()->size());
+  EXPECT_EQ(compiled.report.objects[6].shape, "height_field");
+  EXPECT_EQ(compiled.report.objects[6].mesh.open_edges, 0U);
+  EXPECT_EQ(compiled.report.objects[6].mesh.flipped_components, 0U);
 
   EXPECT_EQ(compiled.report.objects[5].shape, "mesh");
   EXPECT_EQ(compiled.report.objects[5].mesh.triangles, 320U);
@@ -249,6 +259,29 @@ TEST(SceneFile, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
       {with("\"side\": \"outside\"", "\"side\": \"out\""),
        "bad-value",
        {"side is \"out\", allowed is one of \"outside\""}},
+      // Height fields.
+      {with("\"file\": \"../telephone/heights_mm.csv\", ", ""),
+       "missing-key",
+       {"/objects/6/shape/height_field has no \"file\""}},
+      {with("../telephone/heights_mm.csv", "no.csv"),
+       "missing-heights",
+       {at(18, "/objects/6/shape/height_field/file: no.csv: there is no such file")}},
+      {with("../telephone/heights_mm.csv", "asteroid.plg"),
+       "bad-number",
+       {at(18, "/objects/6/shape/height_field/file: asteroid.plg:2: column 1 is \"asteroid 162 320\"")}},
+      {with("\"size_m\": [0.15, 0.12]", "\"size_m\": [0.15]"), "bad-value", {"size_m is [0.15]"}},
+      {with("\"size_m\": [0.15, 0.12]", "\"size_m\": [0.15, 0]"),
+       "bad-value",
+       {"height_field/size_m/1 is 0"}},
+      {with("\"height_m\": 0.001, \"thick", "\"thick"), "missing-key", {"height_field has no \"height_m\""}},
+      {with("\"height_m\": 0.001, \"thick", "\"height_m\": 0, \"thick"),
+       "bad-value",
+       {"height_m is 0, allowed is a number above 0.0 and at most 10.0 m"}},
+      {with("\"height_m\": 0.001, \"thick", "\"height_m\": 1, \"thick"),
+       "heights-out-of-range",
+       {"heights_mm.csv: the block reaches from ", "allowed is from -10.0 to 10.0 m"}},
+      {with("\"thickness_m\": 0.02", "\"thickness_m\": -0.02"), "bad-value", {"thickness_m is -0.02"}},
+      {with("\"crease_deg\": 40", "\"crease_deg\": \"all\""), "bad-value", {"crease_deg is \"all\""}},
       // Poses.
       {with("[0.1, 0.2, 0.3]", "[0.1, 0.2, 1e9]"),
        "bad-value",
@@ -384,7 +417,8 @@ TEST(SceneSchema, EveryRequiredKeyIsRequiredByTheReader) {
        {Place{"scene", ""}, Place{"object", "/objects/1"}, Place{"plane", "/objects/0/shape/plane"},
         Place{"sphere", "/objects/1/shape/sphere"}, Place{"box", "/objects/2/shape/box"},
         Place{"cylinder", "/objects/3/shape/cylinder"}, Place{"capsule", "/objects/4/shape/capsule"},
-        Place{"pose", "/objects/2/pose"}, Place{"material", "/objects/2/material"}}) {
+        Place{"height_field", "/objects/6/shape/height_field"}, Place{"pose", "/objects/2/pose"},
+        Place{"material", "/objects/2/material"}}) {
     const json& definition = definitions.at(place.kind);
     for (const auto& [key, unused] : definition.at("properties").items()) {
       json less = whole;
