@@ -15,6 +15,7 @@
 #include "host-tools/client/device.h"
 #include "host-tools/client/discovery.h"
 #include "host-tools/thimble/image_file.h"
+#include "host-tools/thimble/limits.h"
 #include "host-tools/thimble/output.h"
 #include "host-tools/thimble/verbs.h"
 
@@ -112,15 +113,9 @@ std::string shown(const ParamRow& row, double value) {
 }
 
 Json limits_json() {
-  return {{"max_arms", control::kMaxArms},
-          {"max_objects", control::kMaxObjects},
-          {"max_triangles", control::kMaxTriangles},
-          {"max_image_bytes", control::kMaxImageBytes},
-          {"max_bvh_depth", control::kMaxBvhDepth},
-          {"max_stiffness_N_m", tidy(control::kMaxStiffness_N_m)},
-          {"max_damping_N_s_m", tidy(control::kMaxDamping_N_s_m)},
-          {"max_friction", tidy(control::kMaxFriction)},
-          {"max_coordinate_m", tidy(control::kMaxCoordinate_m)}};
+  Json json = Json::object();
+  for (const LimitRow& row : scene_limits()) json[row.key] = row.value;
+  return json;
 }
 
 Json fault_json(const firmware::FaultRow& row) {
@@ -268,6 +263,9 @@ void info(const Common& common, const Remote& remote) {
   fmt::print("limits     {} objects, {} triangles, {} bytes a scene; {:g} N/m, {:g} Ns/m, friction {:g}\n",
              control::kMaxObjects, control::kMaxTriangles, control::kMaxImageBytes,
              control::kMaxStiffness_N_m, control::kMaxDamping_N_s_m, control::kMaxFriction);
+  for (const LimitRow& row : scene_limits()) {
+    fmt::print("  {:<24} {:>10}  {}\n", row.key, row.value.dump(), row.of);
+  }
 }
 
 void upload(const Common& common, const Remote& remote, const UploadChoice& choice) {

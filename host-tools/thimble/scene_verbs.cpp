@@ -76,7 +76,7 @@ void compile(const Common& common, const std::filesystem::path& scene, const std
     json["objects"] = Json::array();
     for (const SceneReport::Object& object : report.objects) {
       Json entry = {{"name", object.name}, {"shape", object.shape}};
-      if (object.shape == "mesh") entry["mesh"] = to_json(object.mesh);
+      if (object.mesh.triangles > 0) entry["mesh"] = to_json(object.mesh);
       json["objects"].push_back(entry);
     }
     json["warnings"] = report.warnings;
@@ -86,12 +86,12 @@ void compile(const Common& common, const std::filesystem::path& scene, const std
   fmt::print("{}: {} objects, {} bytes -> {}\n", report.name, report.objects.size(), compiled.image.size(),
              output.string());
   for (const SceneReport::Object& object : report.objects) {
-    if (object.shape == "mesh") {
+    if (object.mesh.triangles > 0) {
       const MeshReport& mesh = object.mesh;
       fmt::print(
-          "  {}: mesh, {} triangles, {} vertices, {} open edges, {} bytes ({:.1f} a triangle), tree depth "
+          "  {}: {}, {} triangles, {} vertices, {} open edges, {} bytes ({:.1f} a triangle), tree depth "
           "{}\n",
-          object.name, mesh.triangles, mesh.vertices, mesh.open_edges, mesh.bytes,
+          object.name, object.shape, mesh.triangles, mesh.vertices, mesh.open_edges, mesh.bytes,
           static_cast<double>(mesh.bytes) / static_cast<double>(mesh.triangles), mesh.depth);
     } else {
       fmt::print("  {}: {}\n", object.name, object.shape);

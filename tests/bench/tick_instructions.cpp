@@ -2,10 +2,11 @@
 // program under it. Only the ticks are instrumented, so everything before them runs fast.
 //
 //   tick_instructions BODY TICKS     BODY: sphere, box, icosphere-80, icosphere-1280, icosphere-20480,
-//   icosphere-327680, or a file
-//                                    of assimp-testmodels; the path is the peers' (tests/support/peer_path.h)
+//   icosphere-327680, or a file of assimp-testmodels; the path is the peers' (tests/support/peer_path.h). Or a
+//   *.scene.json with a stroke.csv beside it, over and over
 #include <valgrind/callgrind.h>
 
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -14,6 +15,7 @@
 
 #include "control/renderer.h"
 #include "tests/bench/bodies.h"
+#include "tests/bench/scene_path.h"
 #include "tests/support/ideal_run.h"
 
 namespace thimble::test {
@@ -27,6 +29,20 @@ std::optional<int> subdivisions(const std::string& body) {
     ++result;
   }
   return {};
+}
+
+int run_scene(const std::string& file, int ticks) {
+  const ScenePath scene = scene_path(file);
+  control::Renderer renderer;
+  renderer.bind(scene.image.view());
+  std::array<control::Touch, control::kMaxArms> touches;
+  CALLGRIND_START_INSTRUMENTATION;
+  for (int i = 0; i < ticks; ++i) {
+    renderer.tick(std::span(scene.tips[static_cast<std::size_t>(i) % scene.tips.size()].data(), scene.arms),
+                  1.0F / static_cast<float>(kRate_Hz), std::span(touches.data(), scene.arms));
+  }
+  CALLGRIND_STOP_INSTRUMENTATION;
+  return 0;
 }
 
 int run(const std::string& body, int ticks) {
@@ -70,5 +86,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: tick_instructions BODY TICKS\n");
     return 2;
   }
-  return thimble::test::run(argv[1], std::stoi(argv[2]));
+  const std::string body = argv[1];
+  if (body.ends_with(".json")) return thimble::test::run_scene(body, std::stoi(argv[2]));
+  return thimble::test::run(body, std::stoi(argv[2]));
 }

@@ -1,0 +1,23 @@
+// A scene of the repository and the tips of its own hand, tick by tick.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <vector>
+
+#include "control/renderer_types.h"
+#include "control/scene/limits.h"
+#include "tests/support/scene.h"
+
+namespace thimble::test {
+
+struct ScenePath {
+  SceneImage image;
+  std::size_t arms = 1;
+  std::vector<std::array<control::Tip, control::kMaxArms>> tips;  // the hand's whole way at kRate_Hz
+};
+
+// `file`: a *.scene.json with a stroke.csv beside it.
+[[nodiscard]] ScenePath scene_path(const std::filesystem::path& file);
+
+}  // namespace thimble::test
