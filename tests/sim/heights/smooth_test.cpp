@@ -124,6 +124,27 @@ TEST(Smooth, TheAsteroidsEdgesAreGoneAndCreasesStay) {
   EXPECT_GT(creased, 10.0);
 }
 
+// Round on the tube of scenes/ring, 32 faces about, with the scene's crease_deg.
+TEST(Smooth, TheRingIsRound) {
+  const SceneImage image = SceneBuilder()
+                               .mesh(host::read_mesh_file(kScenes / "ring" / "ring.obj", 0.001, "ring"), {},
+                                     {.side = host::MeshSide::kOutside, .crease_deg = 40.0})
+                               .image();
+  IdealRun run(image);
+  double off_deg = 0;
+  for (int i = 0; i <= 4000; ++i) {
+    const double around = 2.0 * std::numbers::pi * i / 4000.0;
+    const double across = std::numbers::pi * (0.5 + 0.35 * std::sin(7.0 * around));  // on its upper half
+    const Vector3d outwards(std::cos(around), std::sin(around), 0.0);
+    const Vector3d out = std::cos(across) * outwards + std::sin(across) * Vector3d::UnitZ();
+    const Vector3d middle = 0.024 * outwards + 0.006 * Vector3d::UnitZ();
+    if (i == 0) run.restart(middle + 0.008 * out);
+    off_deg = std::max(off_deg, angle_deg(run.step(middle + 0.0045 * out).force_N, out));
+  }
+  figure("ring: force off the tube's, degrees", off_deg, "2");
+  EXPECT_LT(off_deg, 2.0);
+}
+
 // Follows the scene's hand; `inside` is where the free space is.
 void probe(const std::string& name, const Vector3d& middle, double scale, bool inside) {
   host::TriangleSoup soup = as_soup(host::compile_mesh(
