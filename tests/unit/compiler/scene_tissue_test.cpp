@@ -6,7 +6,9 @@
 
 #include "control/scene/scene_view.h"
 #include "host-tools/compiler/compile.h"
+#include "host-tools/error.h"
 #include "tests/support/figure.h"
+#include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::test {
 namespace {
