@@ -24,7 +24,8 @@ struct Touch {
 struct RenderCounters {
   std::uint32_t sweep_bound = 0;  // a tree walk was cut short: the god object waited where it was proven free
   std::uint32_t slide_bound = 0;  // a slide over the surface was cut short: it goes on in the next tick
-  std::uint32_t contact_bound = 0;  // more than kMaxBodyContacts points between bodies: the rest did not push in that tick
+  std::uint32_t contact_bound =
+      0;  // more than kMaxBodyContacts points between bodies: the rest did not push in that tick
 };
 
 }  // namespace thimble::control

@@ -12,7 +12,7 @@ inline constexpr std::size_t kMaxObjects = 64;
 inline constexpr std::size_t kMaxTriangles = 1U << 20U;       // of all meshes of a scene together
 inline constexpr std::size_t kMaxHeightSamples = 1U << 19U;   // of one height field: two triangles each
 inline constexpr std::size_t kMaxBodies = 16;                 // objects that move
-inline constexpr std::size_t kMaxBodyContacts = 64;           // points at which they touch each other and what stands still
+inline constexpr std::size_t kMaxBodyContacts = 64;           // points where bodies touch something
 inline constexpr std::size_t kMaxTextureSamples = 1U << 16U;  // of one texture
 inline constexpr std::size_t kMaxMapSamples = 1U << 16U;      // of one stiffness map
 inline constexpr std::size_t kMaxVolumes = 16;                // objects that are volumes
@@ -55,6 +55,6 @@ inline constexpr float kMaxClickFrequency_Hz = 1000.0F;
 inline constexpr float kMinClickDecay_per_s = 1.0F;
 inline constexpr float kMaxClickDecay_per_s = 1.0e4F;
 inline constexpr float kMaxRelief_m = 0.01F;     // of a texture, from the surface down
-inline constexpr float kMinSpacing_m = 1.0e-5F;  // of the samples of a texture or a stiffness map; encoders resolve 2e-5
+inline constexpr float kMinSpacing_m = 1.0e-5F;  // of a texture's or a map's samples; encoders resolve 2e-5
 
 }  // namespace thimble::control

@@ -4,7 +4,7 @@ namespace thimble::control {
 
 const ShapeOps& shape_ops(scene::Shape kind) noexcept {
   switch (kind) {
-    case scene::Shape::NONE:  // SceneView::check lets none through
+    case scene::Shape::NONE:         // SceneView::check lets none through
     case scene::Shape::VectorField:  // volumes: control/fields
     case scene::Shape::PotentialField:
     case scene::Shape::Needle:

@@ -1,5 +1,7 @@
 #include "host-tools/compiler/scene_tissue.h"
 
+#include <cmath>
+
 #include "control/scene/limits.h"
 
 namespace thimble::host {
@@ -58,7 +60,9 @@ TissueShape read_tissue(const Value& value) {
 
 void check_against_material(const TissueShape& tissue, const Value& value, double stiffness_N_m) {
   const auto relaxed = static_cast<double>(tissue.image.relaxed_stiffness_n_per_m());
-  const double least = stiffness_N_m * static_cast<double>(control::kMinRelaxedShare);
+  // To the six digits that people read: the share is a float.
+  const double least =
+      std::round(1.0e6 * static_cast<double>(control::kMinRelaxedShare)) * 1.0e-6 * stiffness_N_m;
   if (relaxed < least || relaxed > static_cast<double>(static_cast<float>(stiffness_N_m))) {
     value.at("relaxed_stiffness_N_m")
         .wrong(describe({least, stiffness_N_m, false, "N/m"}) + " (the material's stiffness is " +
