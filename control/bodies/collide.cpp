@@ -136,8 +136,7 @@ void cylinder_on_plane(const PlacedObject& a, const PlacedObject& plane, float m
       across > kUpright ? Vec3(down.x() / across, down.y() / across, 0.0F) : Vec3(Vec3::UnitX());
   const Vec3 beside(-lowest.y(), lowest.x(), 0.0F);
   for (const float z : {-a.shape.half_height_m, a.shape.half_height_m}) {
-    const Vec3 cap(0.0F, 0.0F, z);
-    const Vec3 middle = cap;
+    const Vec3 middle(0.0F, 0.0F, z);
     for (const Vec3& way : {lowest, beside, Vec3(-lowest), Vec3(-beside)})
       meet_plane(plane, a.to_world(middle + a.shape.radius_m * way), margin, out);
   }

@@ -61,7 +61,7 @@ Chart chart(const PlacedObject& object, const Place& place) noexcept {
 
 Vec3 carried(const PlacedObject& object, const Place& place, const Vec3& gradient) noexcept {
   const Vec3& n = place.normal;
-  const Vec3 along = gradient - n * n.dot(gradient);
+  Vec3 along = gradient - n * n.dot(gradient);
   const bool round_everywhere = object.source->shape_type() == scene::Shape::Sphere ||
                                 (object.source->shape_type() == scene::Shape::Capsule &&
                                  std::abs(place.at_m.z()) > object.shape.half_height_m);

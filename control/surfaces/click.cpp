@@ -75,7 +75,7 @@ Vec3 ContactClick::tick(const World& world, const Constraints& held, const Tip& 
                         float period_s) noexcept {
   if (touching_ != 0) purse_J_ -= paid_by_N_.dot(tip.position_m - tip_m_);
   start(world, held, tip, period_s);
-  const Vec3 force = ringing_ ? swing(held, tip, period_s) : Vec3(Vec3::Zero());
+  Vec3 force = ringing_ ? swing(held, tip, period_s) : Vec3(Vec3::Zero());
   paid_by_N_ = force + damping_N;
   tip_m_ = tip.position_m;
   return force;
