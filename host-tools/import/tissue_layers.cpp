@@ -138,6 +138,7 @@ std::vector<TissueLayer> layers_of(const LineProfile& profile, const std::vector
 
   trim_gaps(runs, kinds);
   std::vector<TissueLayer> layers;
+  layers.reserve(runs.size());
   for (const Run& run : runs) {
     layers.push_back({run.kind, static_cast<double>(run.begin) * profile.step_mm,
                       static_cast<double>(run.end) * profile.step_mm, run.mean()});

@@ -54,6 +54,7 @@ std::vector<LogRow> between(const std::vector<LogRow>& rows, double from_s, doub
 
 std::vector<double> column(const std::vector<LogRow>& rows, int axis) {
   std::vector<double> values;
+  values.reserve(rows.size());
   for (const LogRow& row : rows) values.push_back(row.force_N[axis]);
   return values;
 }
@@ -206,7 +207,7 @@ TEST(Scenes, SplineTissueShowsItsLump) {
   const std::vector<LogRow> rows = play("spline-tissue", true);
   std::vector<double> felt;  // at each dab's deepest
   for (int dab = 0; dab < 7; ++dab) {
-    const LogRow& deepest = between(rows, 0.7 + 0.6 * dab, 0.71 + 0.6 * dab).front();
+    const LogRow deepest = between(rows, 0.7 + 0.6 * dab, 0.71 + 0.6 * dab).front();
     felt.push_back(deepest.force_N.z() / (-0.03 - deepest.tip_m.z()));
     figure("spline-tissue: stiffness felt at x = " + std::to_string(-0.03 + 0.01 * dab), felt.back(), "N/m");
   }

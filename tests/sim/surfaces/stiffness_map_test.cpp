@@ -19,6 +19,8 @@ namespace {
 constexpr int kSide = 9;
 constexpr double kCell_m = 0.004;
 
+std::size_t at(int i, int j) { return static_cast<std::size_t>(j) * kSide + static_cast<std::size_t>(i); }
+
 // 300 N/m with a hard spot of `top` in the middle.
 std::vector<float> hard_spot(double top) {
   std::vector<float> points;
@@ -35,8 +37,7 @@ std::string as_rows(const std::vector<float>& points) {  // the last row of the 
   std::ostringstream text;
   for (int j = kSide - 1; j >= 0; --j) {
     text << (j == kSide - 1 ? "[[" : ", [");
-    for (int i = 0; i < kSide; ++i)
-      text << (i > 0 ? ", " : "") << points[static_cast<std::size_t>(j * kSide + i)];
+    for (int i = 0; i < kSide; ++i) text << (i > 0 ? ", " : "") << points[at(i, j)];
     text << "]";
   }
   return text.str() + "]";
@@ -69,7 +70,7 @@ TEST(StiffnessMap, TouchesTheSixteenPointsAboutThePlaceAndNoOther) {
     for (int j = 0; j < kSide; ++j) {
       for (int i = 0; i < kSide; ++i) {
         std::vector<float> poisoned = sound;
-        poisoned[static_cast<std::size_t>(j * kSide + i)] = std::numeric_limits<float>::quiet_NaN();
+        poisoned[at(i, j)] = std::numeric_limits<float>::quiet_NaN();
         const control::SplineSample sample = look(poisoned, u, v);
         const bool sees = std::isnan(sample.value);
         touched += sees ? 1 : 0;

@@ -48,7 +48,7 @@ constexpr const char* kScene = R"({
 })";
 
 std::string folder() {
-  const std::string at = testing::TempDir();
+  std::string at = testing::TempDir();
   std::ofstream(at + "heights.csv") << "# seen from above\n1, 2, 3\n4, 5, 6\n7, 8, 9\n";
   std::ofstream(at + "stiffness.csv") << "100, 200\n300, 400\n";
   std::ofstream(at + "negative.csv") << "100, 200\n300, -400\n";

@@ -287,7 +287,7 @@ TEST_F(Import, WhatIsNoSuchVolumeIsRefusedByName) {
     std::string part;
     std::function<void(std::vector<unsigned char>&)> change;
   };
-  const auto set = [](std::size_t at, std::vector<unsigned char> values) {
+  const auto set = [](std::size_t at, const std::vector<unsigned char>& values) {
     return [at, values](std::vector<unsigned char>& bytes) {
       std::copy(values.begin(), values.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
     };

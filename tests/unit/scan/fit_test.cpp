@@ -61,9 +61,11 @@ TEST(StiffnessFit, ReportsTheNoise) {
 TEST(StiffnessFit, FindsNoContactWhereThereIsNone) {
   EXPECT_FALSE(fit_stiffness({}));
   std::vector<ProbeSample> air;
+  air.reserve(50);
   for (int i = 0; i < 50; ++i) air.push_back({i < 25, .001 * i, .05});
   EXPECT_FALSE(fit_stiffness(air)) << "friction alone";
   std::vector<ProbeSample> stuck;
+  stuck.reserve(50);
   for (int i = 0; i < 50; ++i) stuck.push_back({i < 25, .01, 1.0});
   EXPECT_FALSE(fit_stiffness(stuck)) << "force without a way";
   auto lost = ideal(400, 0, .05, 0, 0);
