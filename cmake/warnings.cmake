@@ -5,7 +5,7 @@ add_library(thimble_warnings INTERFACE)
 if(PROJECT_IS_TOP_LEVEL)  # a project that links the renderer has warnings of its own
   target_compile_options(thimble_warnings INTERFACE
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wcast-align -Wnon-virtual-dtor
-    -Woverloaded-virtual -Wdouble-promotion -Wswitch-enum -Werror)
+    -Woverloaded-virtual -Wdouble-promotion -Wswitch-enum -Wsuggest-override -Wzero-as-null-pointer-constant -Werror)
 endif()
 target_compile_features(thimble_warnings INTERFACE cxx_std_20)
 target_include_directories(thimble_warnings INTERFACE ${PROJECT_SOURCE_DIR})
