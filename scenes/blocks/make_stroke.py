@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Makes stroke.csv beside this script: two hands that stack the near block of blocks.scene.json on the far one, take it back and throw it. Python 3, standard library only; the same bytes
-each time."""
+"""Makes stroke.csv beside this script, two hands that stack the near block of blocks.scene.json on the far one, take it back and throw
+it; and dribble.csv, two that let the block of dribble.scene.json fall, of which one dribbles it. Python 3, standard library only; the
+same bytes each time."""
 
 import math
 import pathlib
@@ -9,7 +10,7 @@ NEAR_M, FAR_M = -0.03, 0.03  # along y
 LOW_M, HIGH_M, TOP_M = -0.035, 0.02, -0.005  # of a block's middle: on the table, carried, on the other block
 OPEN_M, SHUT_M = 0.035, 0.009  # half of the gap between the fingertips; a block's is 0.015
 
-path = []
+path = []  # time, and the places of both fingertips
 
 
 def go(seconds, half_gap, y, z, turn=0.0):
@@ -38,8 +39,31 @@ go(0.6, 0.06, NEAR_M, 0.05)  # it falls, and bounces
 go(0.6, 0.1, 0.0, 0.0)
 go(0.3, 0.1, 0.0, 0.0)
 
-lines = ["time_s,x_m,y_m,z_m,arm"]
-for t, x0, y0, z0, x1, y1, z1 in path:
-    lines.append("%.3f,%.6f,%.6f,%.6f,0" % (t, x0, y0, z0))
-    lines.append("%.3f,%.6f,%.6f,%.6f,1" % (t, x1, y1, z1))
-(pathlib.Path(__file__).parent / "stroke.csv").write_text("\n".join(lines) + "\n")
+
+
+def write(name):
+    lines = ["time_s,x_m,y_m,z_m,arm"]
+    for t, x0, y0, z0, x1, y1, z1 in path:
+        lines.append("%.3f,%.6f,%.6f,%.6f,0" % (t, x0, y0, z0))
+        lines.append("%.3f,%.6f,%.6f,%.6f,1" % (t, x1, y1, z1))
+    (pathlib.Path(__file__).parent / name).write_text("\n".join(lines) + "\n")
+    path.clear()
+
+
+write("stroke.csv")
+
+PERIOD_S, STEP_S, MIDDLE_M, SWING_M = 0.14, 0.01, 0.011, 0.01  # of the finger that dribbles; the block at rest ends at -0.02
+
+go(0.0, 0.1, 0.0, 0.0)
+go(0.5, 0.1, 0.0, 0.0)
+go(0.6, OPEN_M, 0.0, LOW_M + 0.01)  # high on the block: it is soon out from between them
+go(0.4, SHUT_M, 0.0, LOW_M + 0.01)
+go(0.6, SHUT_M, 0.0, 0.03)
+go(0.3, SHUT_M, 0.0, 0.03)
+go(0.05, 0.025, 0.0, 0.04)
+start_s = path[-1][0] + 0.14  # until it is over the block
+for n in range(int(2.4 / STEP_S)):
+    path.append((start_s + n * STEP_S, 0.0, 0.0, MIDDLE_M + SWING_M * math.cos(2.0 * math.pi * n * STEP_S / PERIOD_S), 0.1, 0.0, 0.05))
+go(0.3, 0.06, 0.0, 0.05)
+go(0.8, 0.1, 0.0, 0.0)
+write("dribble.csv")

@@ -143,6 +143,50 @@ TEST(Scenes, BlocksAreStackedTakenBackAndThrown) {
   EXPECT_LT(hardest_N(moments), 6);
 }
 
+TEST(Scenes, ABlockIsDribbled) {
+  const std::vector<Moment> moments = play("blocks/dribble.scene.json", "blocks/dribble.csv");
+  struct Bounce {
+    double time_s, down_m_s, up_m_s, pushed_N_s;  // pushed: by the finger, since the bounce before
+  };
+  std::vector<Bounce> bounces;
+  double pushed_N_s = 0;
+  for (std::size_t i = 1; i < moments.size(); ++i) {
+    const double before = moments[i - 1].bodies[0].velocity_m_s.z();
+    const double after = moments[i].bodies[0].velocity_m_s.z();
+    pushed_N_s += moments[i].force_N[0].z() / 4000;
+    if (moments[i].time_s < 3.3 || moments[i].time_s > 4.9 || before > -.3 || after < 0) continue;
+    bounces.push_back({moments[i].time_s, -before, after, pushed_N_s});
+    pushed_N_s = 0;
+  }
+  ASSERT_GT(bounces.size(), 8U);
+  // Between one bounce and the next the finger, the block's weight and the table add up to nothing.
+  double worst = 0;
+  double restitution = 0;
+  double slowest = 9;
+  double fastest = 0;
+  for (std::size_t i = 1; i < bounces.size(); ++i) {
+    const Bounce& last = bounces[i - 1];
+    const Bounce& now = bounces[i];
+    const double gained = .1 * (now.down_m_s + last.up_m_s);
+    const double given = now.pushed_N_s + .1 * 9.81 * (now.time_s - last.time_s);
+    worst = std::max(worst, std::abs(given / gained - 1));
+    EXPECT_GT(now.pushed_N_s, .01) << "a bounce without the finger at " << now.time_s << " s";
+    restitution += now.up_m_s / now.down_m_s / static_cast<double>(bounces.size() - 1);
+    slowest = std::min(slowest, now.down_m_s);
+    fastest = std::max(fastest, now.down_m_s);
+  }
+  figure("dribble: bounces in 1.6 s", static_cast<double>(bounces.size()), "11 or 12, at 0.14 s");
+  figure("dribble: slowest on the table, m/s", slowest, "within 3 % of the fastest");
+  figure("dribble: fastest, m/s", fastest, "");
+  figure("dribble: restitution", restitution, "0.85");
+  figure("dribble: finger, weight and table differ by, %", 100 * worst, "< 1");
+  EXPECT_NEAR(static_cast<double>(bounces.size()), 1.6 / .14, 1);
+  EXPECT_GT(slowest, .97 * fastest);
+  EXPECT_NEAR(restitution, .85, .01);
+  EXPECT_LT(worst, .01);
+  EXPECT_LT(hardest_N(moments), 8);
+}
+
 TEST(Scenes, ABlockIsTurnedAndATallOneTipped) {
   const std::vector<Moment> moments = play("blocks-6dof/blocks-6dof.scene.json", "blocks-6dof/stroke.csv");
   const Body held = at(moments, 2.0).bodies[0];
