@@ -290,8 +290,10 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
       const bool one = rest.count == 1;
       move(world_, nearby, slipped, one ? Vec3(rest.position_m + towards) : Vec3(x + towards), one,
            counters_);
-      god = slipped.count > 0 && is_nearer(slipped.position_m, god.position_m, rest.position_m, x) ? slipped
-                                                                                                   : rest;
+      // A shaded rest is not what is nearest to the tip; the account below keeps what such a slip could give.
+      const Vec3& aim = shaded ? rest.position_m : x;
+      god = slipped.count > 0 && is_nearer(slipped.position_m, god.position_m, rest.position_m, aim) ? slipped
+                                                                                                     : rest;
     }
     force += limits.stiffness_N_m * (god.position_m - rest.position_m);
   } else {

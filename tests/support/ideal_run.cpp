@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace thimble::test {
 
 IdealRun::IdealRun(const SceneImage& image, double rate_Hz) : period_s_(1.0 / rate_Hz) {
   renderer_.bind(image.view());
+}
+
+IdealRun::IdealRun(SceneImage&& image, double rate_Hz) : period_s_(1.0 / rate_Hz), own_(std::move(image)) {
+  renderer_.bind(own_->view());
 }
 
 const Felt& IdealRun::step(const Eigen::Vector3d& p) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "control/renderer.h"
 #include "tests/support/scene.h"
@@ -20,7 +21,8 @@ struct Felt {
 
 class IdealRun {
  public:
-  explicit IdealRun(const SceneImage& image, double rate_Hz = kRate_Hz);
+  explicit IdealRun(const SceneImage& image, double rate_Hz = kRate_Hz);  // the image outlives the run
+  explicit IdealRun(SceneImage&& image, double rate_Hz = kRate_Hz);
 
   // One tick with the tip at p. Its velocity is the step from the last tick.
   const Felt& step(const Eigen::Vector3d& p);
@@ -46,6 +48,7 @@ class IdealRun {
  private:
   control::Renderer renderer_;
   double period_s_;
+  std::optional<SceneImage> own_;
   bool started_ = false;
   Felt felt_;
   double work_J_ = 0;

@@ -187,6 +187,30 @@ TEST(Friction, SteadyStaysAtTheDynamicCoefficientWhileTheTipMoves) {
   }
 }
 
+TEST(Friction, SteadySlidesOnWhereTheSurfaceIsShaded) {
+  // Where a coarse mesh is shaded, rest is not the point of the surface that is nearest to the tip.
+  constexpr double kHeight_m = 0.0006;
+  constexpr double kWave_m = 0.006;
+  host::TriangleSoup waves = sheet(0.1, 40);
+  for (Vector3d& p : waves.vertices_m) p.z() = kHeight_m * std::cos(2.0 * std::numbers::pi * p.x() / kWave_m);
+  IdealRun run(
+      SceneBuilder().mesh(waves, rough(FrictionMode::Steady), {host::MeshSide::kBoth, 60.0}).image());
+  constexpr double kStep_m = 1e-5;
+  run.step({-0.04, 0.003, 0.001});
+  run.move({-0.04, 0.003, -kDepth_m}, kStep_m);
+  run.move({-0.03, 0.003, -kDepth_m}, kStep_m);
+  Vector3d last = run.felt().god_object_m;
+  double farthest_m = 0.0;
+  for (double x = -0.03; x < 0.04; x += kStep_m) {
+    const Felt& felt = run.step({x, 0.003, -kDepth_m});
+    farthest_m = std::max(farthest_m, (felt.god_object_m - last).norm());
+    last = felt.god_object_m;
+  }
+  figure("steady, shaded waves: farthest way of the god object in a tick, ways of the tip",
+         farthest_m / kStep_m, "< 5: it never lets go");
+  EXPECT_LT(farthest_m, 5.0 * kStep_m);
+}
+
 TEST(Friction, SteadySticksAgainWhenTheTipStopsOrTurns) {
   for (const Flat& flat : flats(FrictionMode::Steady)) {
     const auto slide = [&](IdealRun& run) {
