@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Makes stroke.csv beside this script, two hands that stack the near block of blocks.scene.json on the far one, take it back and throw
-it; and dribble.csv, two that let the block of dribble.scene.json fall, of which one dribbles it. Python 3, standard library only; the
+it; and dribble.stroke.csv, two that let the block of dribble.scene.json fall, of which one dribbles it. Python 3, standard library only; the
 same bytes each time."""
 
 import math
@@ -66,4 +66,4 @@ for n in range(int(2.4 / STEP_S)):
     path.append((start_s + n * STEP_S, 0.0, 0.0, MIDDLE_M + SWING_M * math.cos(2.0 * math.pi * n * STEP_S / PERIOD_S), 0.1, 0.0, 0.05))
 go(0.3, 0.06, 0.0, 0.05)
 go(0.8, 0.1, 0.0, 0.0)
-write("dribble.csv")
+write("dribble.stroke.csv")

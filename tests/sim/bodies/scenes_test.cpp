@@ -144,7 +144,7 @@ TEST(Scenes, BlocksAreStackedTakenBackAndThrown) {
 }
 
 TEST(Scenes, ABlockIsDribbled) {
-  const std::vector<Moment> moments = play("blocks/dribble.scene.json", "blocks/dribble.csv");
+  const std::vector<Moment> moments = play("blocks/dribble.scene.json", "blocks/dribble.stroke.csv");
   struct Bounce {
     double time_s, down_m_s, up_m_s, pushed_N_s;  // pushed: by the finger, since the bounce before
   };
