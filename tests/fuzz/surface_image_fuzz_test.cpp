@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "control/renderer.h"
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
 #include "host-tools/compiler/compile.h"
+#include "tests/fuzz/wander.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
 #include "thimble_scene_schema/scene_generated.h"
@@ -50,25 +50,6 @@ const Bytes& seed_image() {
   return bytes;
 }
 
-void render(const SceneView& view, Random& random, int& not_finite) {
-  static control::Renderer renderer;
-  renderer.bind(view);
-  Eigen::Vector3d p(0.0, 0.0, 0.05);
-  for (int tick = 0; tick < 1000; ++tick) {
-    const Eigen::Vector3d before = p;
-    p += (random.below(4) == 0 ? 5e-3 : 2e-4) * (0.06 * random.direction() - p).normalized();
-    control::Tip tip;
-    tip.position_m = p.cast<float>();
-    tip.velocity_m_s = ((p - before) * 4000.0).cast<float>();
-    control::Touch touch;
-    renderer.tick(std::span(&tip, 1), 2.5e-4F, std::span(&touch, 1));
-    if (!touch.force_N.allFinite() || !touch.god_object_m.allFinite()) {
-      ++not_finite;
-      return;
-    }
-  }
-}
-
 TEST(SurfaceImage, MutantsAreRefusedOrLivedWith) {
   Random random(6);
   int accepted = 0;
@@ -88,7 +69,7 @@ TEST(SurfaceImage, MutantsAreRefusedOrLivedWith) {
     SceneView view;
     if (SceneView::check(bytes, view) != ImageStatus::kOk) continue;
     ++accepted;
-    render(view, random, not_finite);
+    if (!stays_finite(view, random)) ++not_finite;
   }
   figure("surfaces: mutants accepted, of " + std::to_string(kMutants), accepted, "reported");
   figure("surfaces: accepted mutants with a force that is not finite", not_finite, "0");
