@@ -12,14 +12,11 @@
 #include "host-tools/compiler/height_grid.h"
 #include "host-tools/compiler/mesh_file.h"
 #include "host-tools/compiler/scene_file.h"
+#include "host-tools/compiler/to_scene.h"
 #include "host-tools/error.h"
 
 namespace thimble::host {
 namespace {
-
-scene::Vec3 to_scene(const Eigen::Vector3d& v) {
-  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
 
 class ImageWriter {
  public:
@@ -88,7 +85,7 @@ class ImageWriter {
   }
   AnyShape write_shape(const BoxShape& box) {
     unit_inertia_ = box_inertia(box.size_m);
-    const scene::Box image(to_scene(box.size_m / 2.0));
+    const scene::Box image(to_scene(Eigen::Vector3d(box.size_m / 2.0)));
     return {scene::Shape::Box, builder_.CreateStruct(image).Union()};
   }
   AnyShape write_shape(const CylinderShape& cylinder) {

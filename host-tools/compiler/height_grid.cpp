@@ -18,7 +18,7 @@
 namespace thimble::host {
 namespace {
 
-constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{64} << 20U;
+constexpr std::uintmax_t kMaxGridBytes = std::uintmax_t{64} << 20U;
 constexpr std::size_t kLeastSide = 2;
 constexpr std::string_view kPngSignature("\x89PNG\r\n\x1A\n", 8);
 
@@ -201,10 +201,10 @@ HeightGrid read_height_grid(const std::filesystem::path& file, std::size_t most_
            "give a CSV or PNG file, relative to the scene file");
   }
   const std::uintmax_t size = std::filesystem::file_size(file, code);
-  if (code || size > kMaxFileBytes) {
+  if (code || size > kMaxGridBytes) {
     refuse("heights-file-too-large",
            name + ": the file has " + std::to_string(size) + " bytes, at most " +
-               std::to_string(kMaxFileBytes) + " are allowed",
+               std::to_string(kMaxGridBytes) + " are allowed",
            "make the grid coarser");
   }
   const std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());

@@ -10,6 +10,7 @@
 #include "host-tools/compiler/mesh_orient.h"
 #include "host-tools/compiler/mesh_surface.h"
 #include "host-tools/compiler/mesh_tree.h"
+#include "host-tools/compiler/to_scene.h"
 
 namespace thimble::host {
 namespace {
@@ -21,12 +22,6 @@ constexpr double kCreaseSlack_deg = 1.0e-3;  // a 90 degree edge is not sharper 
 // A triangle that has met this many others without a proven crossing counts as crossed: the search stays
 // bounded.
 constexpr unsigned kMaxCrossTests = 4096;
-
-scene::Vec3 to_scene(const Vector3d& v) {
-  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
-
-scene::Vec3 to_scene(const Eigen::Vector3f& v) { return {v.x(), v.y(), v.z()}; }
 
 // Disjoint sets; the lowest member names the set, so the result does not depend on the order of joining.
 class DisjointSets {

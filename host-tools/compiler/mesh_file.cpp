@@ -18,7 +18,7 @@
 namespace thimble::host {
 namespace {
 
-constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{1} << 30U;
+constexpr std::uintmax_t kMaxMeshBytes = std::uintmax_t{1} << 30U;
 
 Error bad_file(const std::string& slug, const std::string& cause, const std::string& remedy) {
   return Error(ExitCode::kBadInput, slug, cause, remedy);
@@ -160,10 +160,10 @@ TriangleSoup read_mesh_file(const std::filesystem::path& file, double scale_m, c
                    "give the path of a mesh file");
   }
   const std::uintmax_t bytes = std::filesystem::file_size(file, code);
-  if (code || bytes > kMaxFileBytes) {
+  if (code || bytes > kMaxMeshBytes) {
     throw bad_file("mesh-file-too-large",
                    name + ": the file has " + std::to_string(bytes) + " bytes, at most " +
-                       std::to_string(kMaxFileBytes) + " are allowed",
+                       std::to_string(kMaxMeshBytes) + " are allowed",
                    "simplify the mesh");
   }
   std::ifstream stream(file, std::ios::binary);

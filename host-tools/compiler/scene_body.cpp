@@ -6,15 +6,12 @@
 #include <string>
 
 #include "control/scene/limits.h"
+#include "host-tools/compiler/to_scene.h"
 
 namespace thimble::host {
 namespace {
 
 constexpr double limit(float value) { return static_cast<double>(value); }
-
-scene::Vec3 to_scene(const Eigen::Vector3d& v) {
-  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
 
 }  // namespace
 

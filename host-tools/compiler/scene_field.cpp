@@ -6,6 +6,7 @@
 
 #include "control/scene/limits.h"
 #include "host-tools/compiler/scene_pose.h"
+#include "host-tools/compiler/to_scene.h"
 
 namespace thimble::host {
 namespace {
@@ -180,11 +181,7 @@ Range source_range(scene::PotentialLaw law) {
   return {0.0, kMaxSource, false, law == scene::PotentialLaw::Spring ? "1/m" : "N/m"};
 }
 
-scene::Vec3 to_scene(const Vector3d& v) {
-  const Eigen::Vector3f f = v.cast<float>();
-  return {f.x(), f.y(), f.z()};
-}
-scene::HalfSpace to_scene(const HalfSpace& half) {
+scene::HalfSpace half_space(const HalfSpace& half) {
   return {to_scene(half.normal), static_cast<float>(half.offset_m)};
 }
 
@@ -290,8 +287,8 @@ std::pair<scene::Shape, flatbuffers::Offset<void>> write_shape(flatbuffers::Flat
   Bounds all{Vector3d::Constant(kMaxCoordinate), Vector3d::Constant(-kMaxCoordinate)};
   for (const Subvolume& subvolume : field.subvolumes) {
     std::vector<scene::HalfSpace> sides;
-    for (const HalfSpace& side : subvolume.sides) sides.push_back(to_scene(side));
-    const scene::HalfSpace plane = to_scene(subvolume.plane);
+    for (const HalfSpace& side : subvolume.sides) sides.push_back(half_space(side));
+    const scene::HalfSpace plane = half_space(subvolume.plane);
     const scene::Vec3 centre = to_scene(subvolume.centre_m);
     subvolumes.push_back(scene::CreateSubvolume(builder, builder.CreateVectorOfStructs(sides), &plane,
                                                 &centre, static_cast<float>(subvolume.radius_m)));

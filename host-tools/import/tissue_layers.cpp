@@ -12,7 +12,7 @@ namespace {
 constexpr double kStepsPerVoxel = 4.0;
 constexpr double kMaxSteps = 10000.0;  // k-means takes their square
 
-std::string text_of(const Eigen::Vector3d& p) {
+std::string with_commas(const Eigen::Vector3d& p) {
   std::ostringstream text;
   text << p.x() << "," << p.y() << "," << p.z();
   return text.str();
@@ -30,7 +30,7 @@ std::string extent_of(const Volume& volume) {
     lo = lo.cwiseMin(p);
     hi = hi.cwiseMax(p);
   }
-  return "from " + text_of(lo) + " to " + text_of(hi) + " mm";
+  return "from " + with_commas(lo) + " to " + with_commas(hi) + " mm";
 }
 
 struct Run {
@@ -76,7 +76,7 @@ LineProfile profile_along(const Volume& volume, const Eigen::Vector3d& from_mm, 
   const double steps = std::ceil(length_mm / voxel_mm * kStepsPerVoxel);
   if (!(steps >= 1.0 && steps <= kMaxSteps)) {
     throw Error(ExitCode::kBadInput, "bad-line",
-                name + ": the line from " + text_of(from_mm) + " to " + text_of(to_mm) + " mm is " +
+                name + ": the line from " + with_commas(from_mm) + " to " + with_commas(to_mm) + " mm is " +
                     std::to_string(length_mm / voxel_mm) +
                     " voxels long, allowed is more than 0 and at most " +
                     std::to_string(kMaxSteps / kStepsPerVoxel),
@@ -92,13 +92,13 @@ LineProfile profile_along(const Volume& volume, const Eigen::Vector3d& from_mm, 
     if (!(at.cwiseAbs().maxCoeff() < 1.0e6) || !volume.holds(voxel)) {
       throw Error(
           ExitCode::kBadInput, "outside-volume",
-          name + ": the line leaves the volume at " + text_of(p) + " mm; it reaches " + extent_of(volume),
+          name + ": the line leaves the volume at " + with_commas(p) + " mm; it reaches " + extent_of(volume),
           "choose ends inside the volume");
     }
     const double value = volume.at(voxel);
     if (!std::isfinite(value)) {
       throw Error(ExitCode::kBadInput, "bad-volume",
-                  name + ": the voxel at " + text_of(p) + " mm is no number",
+                  name + ": the voxel at " + with_commas(p) + " mm is no number",
                   "choose another line, or repair the volume");
     }
     profile.values.push_back(value);

@@ -4,7 +4,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <functional>
 #include <iostream>
@@ -15,6 +14,7 @@
 #include "host-tools/client/device.h"
 #include "host-tools/client/discovery.h"
 #include "host-tools/thimble/image_file.h"
+#include "host-tools/thimble/interrupt.h"
 #include "host-tools/thimble/limits.h"
 #include "host-tools/thimble/output.h"
 #include "host-tools/thimble/verbs.h"
@@ -129,8 +129,6 @@ Json fault_json(const firmware::FaultRow& row) {
 const firmware::FaultRow* fault_row(std::uint8_t number) {
   return firmware::find_fault(static_cast<firmware::Fault>(number));
 }
-
-volatile std::sig_atomic_t interrupted = 0;
 
 // Shows telemetry: every frame as a JSON line, or a row a force frame with the pose before it.
 class TelemetryPrinter {
@@ -314,9 +312,7 @@ void home(const Common& common, const Remote& remote, double wait_s) {
 void monitor(const Common& common, const Remote& remote, const MonitorChoice& choice) {
   Device device = open_device(remote);
   TelemetryPrinter printer(common.json, device.info().node);
-  const auto stop = [](int) { interrupted = 1; };
-  std::signal(SIGINT, stop);
-  std::signal(SIGTERM, stop);
+  heed_interrupts();
 
   const Micros start_us = now_us();
   const Micros end_us =

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <memory>
 #include <string>
 
@@ -15,6 +14,7 @@
 #include "host-tools/client/discovery.h"
 #include "host-tools/compiler/compile.h"
 #include "host-tools/scan/scan.h"
+#include "host-tools/thimble/interrupt.h"
 #include "host-tools/thimble/output.h"
 #include "host-tools/thimble/verbs.h"
 
@@ -28,8 +28,6 @@ constexpr Micros kAnswer_us = 100'000;
 constexpr Micros kPoll_us = 10'000;
 constexpr Micros kRamp_us = 300'000;  // the force's ramp after arming
 constexpr Micros kLongestMove_us = 600'000'000;
-
-volatile std::sig_atomic_t interrupted = 0;
 
 // A scene in which the tip touches nothing: a scan measures the real thing.
 CompiledScene free_space() {
@@ -231,9 +229,7 @@ void scan(const Common& common, const Remote& remote, const ScanChoice& choice) 
   }
   const ScanPlan plan = read_scan_plan(choice.plan);
   ScanLog log(choice.log, plan.crc, plan.points(), choice.resume);
-  const auto stop = [](int) { interrupted = 1; };
-  std::signal(SIGINT, stop);
-  std::signal(SIGTERM, stop);
+  heed_interrupts();
 
   std::unique_ptr<Probe> probe;  // only when there is something to probe
   const auto probe_of = [&]() -> Probe& {

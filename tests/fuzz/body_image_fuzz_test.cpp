@@ -13,8 +13,10 @@
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
 #include "host-tools/compiler/compile.h"
+#include "tests/fuzz/image.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::test {
@@ -22,15 +24,10 @@ namespace {
 
 using control::ImageStatus;
 using control::SceneView;
-using Bytes = std::vector<std::byte>;
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int kMutants = 500;
-#else
-constexpr int kMutants = 3'000;
-#endif
+constexpr int kBodyMutants = kUnderSanitizers ? 500 : 3'000;
 
-const Bytes& seed_image() {
+const Bytes& body_image() {
   static const Bytes bytes =
       host::compile_scene_text(R"({ "thimble_scene": 1, "name": "bodies", "gravity_m_s2": [0, 0, -9.81],
 "materials": { "m": { "stiffness_N_m": 500, "damping_N_s_m": 1, "static_friction": 0.5, "dynamic_friction": 0.4 } }, "objects": [
@@ -49,11 +46,7 @@ const Bytes& seed_image() {
 }
 
 Bytes with(const void* (*place)(const scene::Scene&), float value) {
-  Bytes bytes = seed_image();
-  const auto offset = static_cast<std::size_t>(
-      static_cast<const std::byte*>(place(*scene::GetScene(bytes.data()))) - bytes.data());
-  std::memcpy(bytes.data() + offset, &value, sizeof value);
-  return bytes;
+  return changed(body_image(), place(*scene::GetScene(body_image().data())), value);
 }
 
 template <flatbuffers::voffset_t kField, int kOffset = 0>
@@ -99,8 +92,8 @@ TEST(BodyImage, WhatIsAcceptedStaysInItsBounds) {
   Random random(9);
   int accepted = 0;
   int astray = 0;
-  for (int mutant = 0; mutant < kMutants; ++mutant) {
-    Bytes bytes = seed_image();
+  for (int mutant = 0; mutant < kBodyMutants; ++mutant) {
+    Bytes bytes = body_image();
     for (std::uint64_t flip = 0; flip < 1 + random.below(6); ++flip)
       bytes[random.below(bytes.size())] ^= static_cast<std::byte>(1U << random.below(8));
     SceneView view;

@@ -13,8 +13,10 @@
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
 #include "host-tools/compiler/compile.h"
+#include "tests/fuzz/image.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::test {
@@ -22,15 +24,10 @@ namespace {
 
 using control::ImageStatus;
 using control::SceneView;
-using Bytes = std::vector<std::byte>;
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int kMutants = 1'000;
-#else
-constexpr int kMutants = 4'000;
-#endif
+constexpr int kControlMutants = kUnderSanitizers ? 1'000 : 4'000;
 
-const Bytes& seed_image() {
+const Bytes& control_image() {
   static const Bytes bytes =
       host::compile_scene_text(R"({ "thimble_scene": 1, "name": "controls", "objects": [
 { "name": "fader", "shape": { "box": { "size_m": [0.02, 0.02, 0.02] } }, "material": { "stiffness_N_m": 500, "static_friction": 0.5 },
@@ -87,7 +84,7 @@ TEST(ControlImage, EachNumberOutOfItsRangeIsRefusedByName) {
       std::vector<float> bad = c.bad;
       bad.insert(bad.end(), {nan, infinite, -infinite});
       for (const float value : bad) {
-        Bytes bytes = seed_image();
+        Bytes bytes = control_image();
         set(bytes, object, c.field, value);
         SceneView view;
         EXPECT_EQ(SceneView::check(bytes, view), ImageStatus::kBadNumber) << c.field << " " << value;
@@ -96,7 +93,7 @@ TEST(ControlImage, EachNumberOutOfItsRangeIsRefusedByName) {
     // Points of the curve: not finite, too far, and a step back.
     for (const float value : {nan, infinite, 101.0F}) {
       for (const std::size_t offset : {0U, 4U}) {
-        Bytes bytes = seed_image();
+        Bytes bytes = control_image();
         const auto* point = reinterpret_cast<const std::byte*>(
             control_of(*scene::GetScene(bytes.data()), object).curve()->Get(1));
         std::memcpy(bytes.data() + (point - bytes.data()) + offset, &value, sizeof value);
@@ -104,7 +101,7 @@ TEST(ControlImage, EachNumberOutOfItsRangeIsRefusedByName) {
         EXPECT_EQ(SceneView::check(bytes, view), ImageStatus::kBadNumber) << value;
       }
     }
-    Bytes falls = seed_image();
+    Bytes falls = control_image();
     const auto* point = reinterpret_cast<const std::byte*>(
         control_of(*scene::GetScene(falls.data()), object).curve()->Get(1));
     const float back = -1.0F;
@@ -112,7 +109,7 @@ TEST(ControlImage, EachNumberOutOfItsRangeIsRefusedByName) {
     SceneView view;
     EXPECT_EQ(SceneView::check(falls, view), ImageStatus::kBadNumber);
     // Too stiff for a tick: for 0.05 kg above 5e4 N/m, for 2 x 10^-5 kg m2 far below.
-    Bytes stiff = seed_image();
+    Bytes stiff = control_image();
     set(stiff, object, C::VT_STIFFNESS, 6.0e4F);
     EXPECT_EQ(SceneView::check(stiff, view), ImageStatus::kBadNumber);
   }
@@ -122,8 +119,8 @@ TEST(ControlImage, MutantsAreRefusedOrStayBetweenTheirStops) {
   Random random(7);
   static control::Renderer renderer;
   int accepted = 0, wrong = 0;
-  for (int mutant = 0; mutant < kMutants; ++mutant) {
-    Bytes bytes = seed_image();
+  for (int mutant = 0; mutant < kControlMutants; ++mutant) {
+    Bytes bytes = control_image();
     // Numbers of a control most of the time, anything now and then.
     if (random.below(4) == 0) {
       bytes[random.below(bytes.size())] ^= static_cast<std::byte>(1U << random.below(8));
@@ -163,9 +160,9 @@ TEST(ControlImage, MutantsAreRefusedOrStayBetweenTheirStops) {
     }
     wrong += sound ? 0 : 1;
   }
-  figure("mutants of controls accepted, of " + std::to_string(kMutants), accepted, "> a tenth");
+  figure("mutants of controls accepted, of " + std::to_string(kControlMutants), accepted, "> a tenth");
   figure("accepted ones that left their stops or were not finite", wrong, "0");
-  EXPECT_GT(accepted, kMutants / 10);
+  EXPECT_GT(accepted, kControlMutants / 10);
   EXPECT_EQ(wrong, 0);
 }
 

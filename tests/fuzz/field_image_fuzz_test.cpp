@@ -11,9 +11,11 @@
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
 #include "host-tools/compiler/compile.h"
+#include "tests/fuzz/image.h"
 #include "tests/fuzz/wander.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::test {
@@ -21,16 +23,11 @@ namespace {
 
 using control::ImageStatus;
 using control::SceneView;
-using Bytes = std::vector<std::byte>;
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int kMutants = 1'000;
-#else
-constexpr int kMutants = 10'000;
-#endif
+constexpr int kFieldMutants = kUnderSanitizers ? 1'000 : 10'000;
 
 // Each kind of field, both surfaces that push and both laws.
-const Bytes& seed_image() {
+const Bytes& field_image() {
   static const Bytes bytes = host::compile_scene_text(R"({"thimble_scene": 1, "name": "fields", "objects": [
 {"name": "by hand", "shape": {"vector_field": {"subvolumes": [
   {"sides": [{"normal": [1, 0, 0], "offset_m": 0.01}], "plane": {"normal": [0, 0, 1], "offset_m": -0.01}},
@@ -50,27 +47,17 @@ TEST(FieldImage, MutantsAreRefusedOrLivedWith) {
   Random random(7);
   int accepted = 0;
   int not_finite = 0;
-  for (int mutant = 0; mutant < kMutants; ++mutant) {
-    Bytes bytes = seed_image();
-    constexpr std::array<std::uint32_t, 8> kWords{0,          1,          0x7FFFFFFF, 0xFFFFFFFF,
-                                                  0x7F800000, 0x7FC00000, 0x3F800000, 8};
-    const std::uint64_t changes = 1 + random.below(3);
-    for (std::uint64_t change = 0; change < changes; ++change) {
-      if (random.below(2) == 0) {
-        bytes[random.below(bytes.size())] ^= static_cast<std::byte>(1U << random.below(8));
-      } else {
-        std::memcpy(bytes.data() + 4 * random.below(bytes.size() / 4),
-                    &kWords.at(random.below(kWords.size())), 4);
-      }
-    }
+  for (int mutant = 0; mutant < kFieldMutants; ++mutant) {
+    Bytes bytes = field_image();
+    spoil(bytes, random);
     SceneView view;
     if (SceneView::check(bytes, view) != ImageStatus::kOk) continue;
     ++accepted;
     if (!stays_finite(view, random)) ++not_finite;
   }
-  figure("fields: mutants accepted, of " + std::to_string(kMutants), accepted, "reported");
+  figure("fields: mutants accepted, of " + std::to_string(kFieldMutants), accepted, "reported");
   figure("fields: accepted mutants with a force that is not finite", not_finite, "0");
-  EXPECT_GT(accepted, kMutants / 20);
+  EXPECT_GT(accepted, kFieldMutants / 20);
   EXPECT_EQ(not_finite, 0);
 }
 
@@ -79,22 +66,7 @@ using Field = std::function<const void*(const scene::Object&)>;
 // The image with one field of one object changed; `field` points into it.
 template <typename Value>
 Bytes with(unsigned object, const Field& field, Value value) {
-  Bytes bytes = seed_image();
-  const void* place = field(*scene::GetScene(bytes.data())->objects()->Get(object));
-  const auto offset = static_cast<std::size_t>(static_cast<const std::byte*>(place) - bytes.data());
-  EXPECT_LE(offset + sizeof(value), bytes.size());
-  std::memcpy(bytes.data() + offset, &value, sizeof(value));
-  return bytes;
-}
-
-// A byte inside a struct of the schema, by its offset there.
-const void* part(const void* start, std::size_t offset) {
-  return static_cast<const std::byte*>(start) + offset;
-}
-
-// A scalar of a table has no address in the interface: by its offset in the vtable.
-const void* scalar(const void* table, flatbuffers::voffset_t field) {
-  return static_cast<const flatbuffers::Table*>(table)->GetAddressOf(field);
+  return changed(field_image(), field(*scene::GetScene(field_image().data())->objects()->Get(object)), value);
 }
 
 TEST(FieldImage, EachFieldOutOfItsRangeIsRefusedByName) {

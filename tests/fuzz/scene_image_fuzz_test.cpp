@@ -17,10 +17,12 @@
 #include "control/renderer.h"
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
+#include "tests/fuzz/image.h"
 #include "tests/support/figure.h"
 #include "tests/support/ideal_run.h"
 #include "tests/support/meshes.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::test {
@@ -28,13 +30,8 @@ namespace {
 
 using control::ImageStatus;
 using control::SceneView;
-using Bytes = std::vector<std::byte>;
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr double kMutants = 2'000;
-#else
-constexpr double kMutants = 40'000;
-#endif
+constexpr double kShapeMutants = kUnderSanitizers ? 2'000 : 40'000;
 constexpr double kMostSeconds =
     5.0;  // for 1000 ticks of a mutant: far above any honest scene, far below for ever
 
@@ -44,7 +41,7 @@ double from_environment(const char* name, double otherwise) {
 }
 
 // Every shape, a faceted and a shaded mesh, an open sheet.
-const Bytes& seed_image() {
+const Bytes& shapes_image() {
   static const Bytes bytes = [] {
     const Material m = {.damping_N_s_m = 2.0F, .static_friction = 0.6F, .dynamic_friction = 0.4F};
     const auto at = [](double x, double y) {
@@ -119,30 +116,30 @@ class Verdicts {
 TEST(SceneImage, TheSeedIsSound) {
   Random random(1);
   Verdicts verdicts;
-  EXPECT_EQ(verdicts.judge(seed_image(), random), ImageStatus::kOk);
-  verdicts.report("seed image of " + std::to_string(seed_image().size()) + " bytes");
+  EXPECT_EQ(verdicts.judge(shapes_image(), random), ImageStatus::kOk);
+  verdicts.report("seed image of " + std::to_string(shapes_image().size()) + " bytes");
 }
 
 TEST(SceneImage, TruncatedAtEveryByte) {
   Random random(2);
   Verdicts verdicts;
-  for (std::size_t size = 0; size < seed_image().size(); ++size) {
-    const Bytes part(seed_image().begin(), seed_image().begin() + static_cast<std::ptrdiff_t>(size));
+  for (std::size_t size = 0; size < shapes_image().size(); ++size) {
+    const Bytes part(shapes_image().begin(), shapes_image().begin() + static_cast<std::ptrdiff_t>(size));
     const ImageStatus status = verdicts.judge(part, random);
     // The first thing written, an object's name, ends the image: without it or with less nothing is sound.
-    if (size + 16 < seed_image().size()) {
-      ASSERT_NE(status, ImageStatus::kOk) << size << " of " << seed_image().size();
+    if (size + 16 < shapes_image().size()) {
+      ASSERT_NE(status, ImageStatus::kOk) << size << " of " << shapes_image().size();
     }
   }
   verdicts.report("truncated");
 }
 
 TEST(SceneImage, Misaligned) {
-  Bytes shifted(seed_image().size() + 8);
+  Bytes shifted(shapes_image().size() + 8);
   for (std::size_t shift = 1; shift < 8; ++shift) {
-    std::memcpy(shifted.data() + shift, seed_image().data(), seed_image().size());
+    std::memcpy(shifted.data() + shift, shapes_image().data(), shapes_image().size());
     SceneView view;
-    EXPECT_EQ(SceneView::check(std::span(shifted).subspan(shift, seed_image().size()), view),
+    EXPECT_EQ(SceneView::check(std::span(shifted).subspan(shift, shapes_image().size()), view),
               ImageStatus::kMisaligned);
   }
 }
@@ -150,9 +147,9 @@ TEST(SceneImage, Misaligned) {
 TEST(SceneImage, BitsFlippedAtRandom) {
   Random random(static_cast<std::uint64_t>(from_environment("THIMBLE_FUZZ_SEED", 3.0)));
   Verdicts verdicts;
-  const auto mutants = static_cast<int>(from_environment("THIMBLE_FUZZ_MUTANTS", kMutants));
+  const auto mutants = static_cast<int>(from_environment("THIMBLE_FUZZ_MUTANTS", kShapeMutants));
   for (int mutant = 0; mutant < mutants; ++mutant) {
-    Bytes bytes = seed_image();
+    Bytes bytes = shapes_image();
     const auto flips = 1 + random.below(8);
     for (std::uint64_t flip = 0; flip < flips; ++flip) {
       bytes[random.below(bytes.size())] ^= static_cast<std::byte>(1U << random.below(8));
@@ -165,11 +162,11 @@ TEST(SceneImage, BitsFlippedAtRandom) {
 TEST(SceneImage, BytesReplacedAtRandom) {
   Random random(static_cast<std::uint64_t>(from_environment("THIMBLE_FUZZ_SEED", 4.0)));
   Verdicts verdicts;
-  const auto mutants = static_cast<int>(from_environment("THIMBLE_FUZZ_MUTANTS", kMutants));
+  const auto mutants = static_cast<int>(from_environment("THIMBLE_FUZZ_MUTANTS", kShapeMutants));
   constexpr std::uint32_t kWords[] = {0,          1,          0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 0x7F800000,
                                       0x7FC00000, 0xFF800000, 0x3F800000, 4,          8};
   for (int mutant = 0; mutant < mutants; ++mutant) {
-    Bytes bytes = seed_image();
+    Bytes bytes = shapes_image();
     const auto words = 1 + random.below(3);
     for (std::uint64_t word = 0; word < words; ++word) {
       const std::uint32_t value = random.below(4) == 0 ? static_cast<std::uint32_t>(random.bits())
@@ -184,12 +181,7 @@ TEST(SceneImage, BytesReplacedAtRandom) {
 // The same layout with one field changed. `field` points into the image that is being changed.
 template <typename Value>
 Bytes with(const std::function<const void*(const scene::Scene&)>& field, Value value) {
-  Bytes bytes = seed_image();
-  const void* place = field(*scene::GetScene(bytes.data()));
-  const auto offset = static_cast<std::size_t>(static_cast<const std::byte*>(place) - bytes.data());
-  EXPECT_LE(offset + sizeof(value), bytes.size());
-  std::memcpy(bytes.data() + offset, &value, sizeof(value));
-  return bytes;
+  return changed(shapes_image(), field(*scene::GetScene(shapes_image().data())), value);
 }
 
 const scene::Object& object(const scene::Scene& scene, unsigned index) {
@@ -291,9 +283,9 @@ TEST(SceneImage, EachFieldOutOfItsRangeIsRefusedByName) {
 TEST(SceneImage, LiesInRangeAreLivedWith) {
   Random random(static_cast<std::uint64_t>(from_environment("THIMBLE_FUZZ_SEED", 5.0)));
   Verdicts verdicts;
-  const auto mutants = static_cast<int>(from_environment("THIMBLE_FUZZ_MUTANTS", kMutants / 4));
+  const auto mutants = static_cast<int>(from_environment("THIMBLE_FUZZ_MUTANTS", kShapeMutants / 4));
   for (int mutant = 0; mutant < mutants; ++mutant) {
-    Bytes bytes = seed_image();
+    Bytes bytes = shapes_image();
     const scene::Scene& scene = *scene::GetScene(bytes.data());
     const auto write = [&](const void* place, auto value) {
       std::memcpy(bytes.data() + (static_cast<const std::byte*>(place) - bytes.data()), &value,

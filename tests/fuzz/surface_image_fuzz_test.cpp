@@ -12,9 +12,11 @@
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
 #include "host-tools/compiler/compile.h"
+#include "tests/fuzz/image.h"
 #include "tests/fuzz/wander.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::test {
@@ -22,16 +24,11 @@ namespace {
 
 using control::ImageStatus;
 using control::SceneView;
-using Bytes = std::vector<std::byte>;
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int kMutants = 1'000;
-#else
-constexpr int kMutants = 10'000;
-#endif
+constexpr int kSurfaceMutants = kUnderSanitizers ? 1'000 : 10'000;
 
 // Each effect, on a shape of each kind that can have it.
-const Bytes& seed_image() {
+const Bytes& surface_image() {
   static const Bytes bytes = host::compile_scene_text(R"({"thimble_scene": 1, "name": "surfaces", "objects": [
 {"name": "floor", "shape": {"plane": {"normal": [0, 0, 1], "offset_m": -0.02}}, "material": {"stiffness_N_m": 1000,
   "static_friction": 0.4, "click": {"amplitude_N": 1, "frequency_Hz": 200, "decay_per_s": 80}, "brake_friction": 0.2,
@@ -54,42 +51,25 @@ TEST(SurfaceImage, MutantsAreRefusedOrLivedWith) {
   Random random(6);
   int accepted = 0;
   int not_finite = 0;
-  for (int mutant = 0; mutant < kMutants; ++mutant) {
-    Bytes bytes = seed_image();
-    constexpr std::array<std::uint32_t, 8> kWords{0,          1,          0x7FFFFFFF, 0xFFFFFFFF,
-                                                  0x7F800000, 0x7FC00000, 0x3F800000, 8};
-    for (std::uint64_t change = 0; change < 1 + random.below(3); ++change) {
-      if (random.below(2) == 0) {
-        bytes[random.below(bytes.size())] ^= static_cast<std::byte>(1U << random.below(8));
-      } else {
-        std::memcpy(bytes.data() + 4 * random.below(bytes.size() / 4),
-                    &kWords.at(random.below(kWords.size())), 4);
-      }
-    }
+  for (int mutant = 0; mutant < kSurfaceMutants; ++mutant) {
+    Bytes bytes = surface_image();
+    spoil(bytes, random);
     SceneView view;
     if (SceneView::check(bytes, view) != ImageStatus::kOk) continue;
     ++accepted;
     if (!stays_finite(view, random)) ++not_finite;
   }
-  figure("surfaces: mutants accepted, of " + std::to_string(kMutants), accepted, "reported");
+  figure("surfaces: mutants accepted, of " + std::to_string(kSurfaceMutants), accepted, "reported");
   figure("surfaces: accepted mutants with a force that is not finite", not_finite, "0");
-  EXPECT_GT(accepted, kMutants / 20);
+  EXPECT_GT(accepted, kSurfaceMutants / 20);
   EXPECT_EQ(not_finite, 0);
 }
 
 // The image with one field changed; `field` points into it.
 template <typename Value>
 Bytes with(const std::function<const void*(const scene::Surface&)>& field, Value value, unsigned object = 0) {
-  Bytes bytes = seed_image();
-  const void* place = field(*scene::GetScene(bytes.data())->objects()->Get(object)->surface());
-  const auto offset = static_cast<std::size_t>(static_cast<const std::byte*>(place) - bytes.data());
-  EXPECT_LE(offset + sizeof(value), bytes.size());
-  std::memcpy(bytes.data() + offset, &value, sizeof(value));
-  return bytes;
-}
-
-const void* part(const void* start, std::size_t offset) {
-  return static_cast<const std::byte*>(start) + offset;
+  return changed(surface_image(),
+                 field(*scene::GetScene(surface_image().data())->objects()->Get(object)->surface()), value);
 }
 
 TEST(SurfaceImage, EachFieldOutOfItsRangeIsRefusedByName) {

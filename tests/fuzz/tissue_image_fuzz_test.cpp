@@ -12,8 +12,10 @@
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
 #include "host-tools/compiler/compile.h"
+#include "tests/fuzz/image.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::test {
@@ -21,15 +23,10 @@ namespace {
 
 using control::ImageStatus;
 using control::SceneView;
-using Bytes = std::vector<std::byte>;
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int kMutants = 1'000;
-#else
-constexpr int kMutants = 4'000;
-#endif
+constexpr int kTissueMutants = kUnderSanitizers ? 1'000 : 4'000;
 
-const Bytes& seed_image() {
+const Bytes& tissue_image() {
   static const Bytes bytes = host::compile_scene_text(R"({ "thimble_scene": 1, "name": "soft", "objects": [
 { "name": "way", "material": { "stiffness_N_m": 600, "damping_N_s_m": 1 }, "shape": { "needle": { "layers": [
   { "thickness_m": 0.002, "stiffness_N_m": 800, "tear_N": 1.5, "friction_N": 0.2, "viscosity_N_s_m2": 10 },
@@ -69,7 +66,7 @@ TEST(TissueImage, EachNumberOutOfItsRangeIsRefusedByName) {
       std::vector<float> bad = (of_tissue ? tissue : layer)[field];
       bad.insert(bad.end(), {nan, infinite, -infinite});
       for (const float value : bad) {
-        Bytes bytes = seed_image();
+        Bytes bytes = tissue_image();
         set(bytes, start_of(bytes, of_tissue), field, value);
         SceneView view;
         EXPECT_EQ(SceneView::check(bytes, view), ImageStatus::kBadNumber)
@@ -78,7 +75,7 @@ TEST(TissueImage, EachNumberOutOfItsRangeIsRefusedByName) {
       }
     }
   }
-  Bytes gap = seed_image();
+  Bytes gap = tissue_image();
   set(gap, start_of(gap, false, 1), 2, 1.0F);
   SceneView view;
   EXPECT_EQ(SceneView::check(gap, view), ImageStatus::kBadNumber) << "a gap that tears";
@@ -89,8 +86,8 @@ TEST(TissueImage, MutantsAreRefusedOrStayFiniteAndPassive) {
   Random random(11);
   static control::Renderer renderer;
   int accepted = 0, wrong = 0, gave = 0;
-  for (int mutant = 0; mutant < kMutants; ++mutant) {
-    Bytes bytes = seed_image();
+  for (int mutant = 0; mutant < kTissueMutants; ++mutant) {
+    Bytes bytes = tissue_image();
     if (random.below(4) == 0) {
       bytes[random.below(bytes.size())] ^= static_cast<std::byte>(1U << random.below(8));
     } else {
@@ -126,10 +123,10 @@ TEST(TissueImage, MutantsAreRefusedOrStayFiniteAndPassive) {
     wrong += sound ? 0 : 1;
     gave += work > 2e-3 * most_N ? 1 : 0;  // at most the longest step at the greatest force
   }
-  figure("mutants of soft things accepted, of " + std::to_string(kMutants), accepted, "> a tenth");
+  figure("mutants of soft things accepted, of " + std::to_string(kTissueMutants), accepted, "> a tenth");
   figure("accepted ones that were not finite", wrong, "0");
   figure("accepted ones that gave the hand energy", gave, "0");
-  EXPECT_GT(accepted, kMutants / 10);
+  EXPECT_GT(accepted, kTissueMutants / 10);
   EXPECT_EQ(wrong, 0);
   EXPECT_EQ(gave, 0);
 }

@@ -14,8 +14,10 @@
 
 namespace thimble::test {
 
+inline constexpr double kDefaultStiffness_N_m = 1000.0;
+
 struct Material {
-  float stiffness_N_m = 1000.0F;
+  float stiffness_N_m = static_cast<float>(kDefaultStiffness_N_m);
   float damping_N_s_m = 0.0F;
   float static_friction = 0.0F;
   float dynamic_friction = 0.0F;

@@ -21,15 +21,12 @@
 #include "tests/support/meshes.h"
 #include "tests/support/oracle.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 
 namespace thimble::test {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr double kDefaultTicks = 1e5;  // a hundredth under the sanitizers
-#else
-constexpr double kDefaultTicks = 1e7;
-#endif
+constexpr double kDefaultTicks = kUnderSanitizers ? 1e5 : 1e7;  // a hundredth under the sanitizers
 
 constexpr double kInside_m = 1e-6;  // deeper than this in a solid is a fall
 constexpr double kJump_m = 5e-3;

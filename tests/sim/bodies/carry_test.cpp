@@ -10,15 +10,12 @@
 #include "tests/sim/bodies/body_run.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 
 namespace thimble::test {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int kThrongs = 4;
-#else
-constexpr int kThrongs = 24;
-#endif
+constexpr int kThrongs = kUnderSanitizers ? 4 : 24;
 
 double box_depth(const Vector3d& p, const Vector3d& half) { return (half - p.cwiseAbs()).minCoeff(); }
 

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "tests/sim/bodies/body_run.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
+#include "tests/support/units.h"
 
 namespace thimble::test {
 namespace {
@@ -111,7 +111,7 @@ TEST(Collision, AStackOfThreeStands) {
 
 // A block of 30 x 30 x height on a slope that tilts about y.
 std::string on_slope(const std::string& motion, double degrees, double friction, double height) {
-  const double a = degrees * std::numbers::pi / 180;
+  const double a = degrees * kDegree;
   const double up = height / 2 + 1e-5;
   const std::string turn =
       motion == "free" ? R"(, "rotation_deg": [0, )" + std::to_string(degrees) + ", 0]" : "";
@@ -133,7 +133,7 @@ TEST(Collision, ABlockOnASlopeSlidesWhereTheTangentIsItsFriction) {
     run.run(.05);
     const Vector3d from = run.velocity_m_s(0);
     run.run(.3);
-    const double a = degrees * std::numbers::pi / 180;
+    const double a = degrees * kDegree;
     const double gained = (run.velocity_m_s(0) - from).norm() / .3;
     const double expected = std::max(9.81 * (std::sin(a) - kFriction * std::cos(a)), 0.0);
     figure("block on a slope of " + std::to_string(degrees) + " degrees, mu 0.4: m/s2", gained,
@@ -147,8 +147,8 @@ TEST(Collision, ABlockOnASlopeTipsWhenItsCornerIsPast) {
   for (const double degrees : {25.5, 27.5}) {
     BodyRun run(on_slope("free", degrees, 1.5, .06));
     run.run(1.0);
-    const Eigen::Quaterniond start(Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Vector3d::UnitY()));
-    const double turned = run.rotation(0).angularDistance(start) * 180 / std::numbers::pi;
+    const Eigen::Quaterniond start(Eigen::AngleAxisd(degrees * kDegree, Vector3d::UnitY()));
+    const double turned = run.rotation(0).angularDistance(start) / kDegree;
     figure("tall block on a slope of " + std::to_string(degrees) + " degrees: turned, degrees", turned,
            degrees < 26.5 ? "< 0.2" : "> 45: it lies");
     if (degrees < 26.5) {

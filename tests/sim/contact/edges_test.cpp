@@ -12,6 +12,7 @@
 #include "tests/support/meshes.h"
 #include "tests/support/oracle.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 
 namespace thimble::test {
 namespace {
@@ -63,7 +64,7 @@ TEST(BoxShape, GodObjectSlidesToTheEdgeAndThenOverIt) {
   }
 }
 
-struct Body {
+struct Wandered {
   std::string name;
   host::TriangleSoup soup;
   double reach_m;  // the tip wanders in a shell of +-3 mm about this radius, or in this box when it is 0
@@ -108,7 +109,7 @@ Vector3d lifted(const MeshOracle& oracle, const Vector3d& p) {
 
 // A smooth random walk of the tip near a body's surface: through faces, over edges and corners, in and out.
 TEST(Meshes, FollowTheGodObjectByItsDefinition) {
-  std::vector<Body> bodies;
+  std::vector<Wandered> bodies;
   bodies.push_back({"box shape", box_mesh({0.03, 0.03, 0.03}, 1), 0.0, true});
   bodies.push_back({"box mesh", box_mesh({0.03, 0.03, 0.03}, 2), 0.0});
   bodies.push_back({"icosphere 80", icosphere(1, 0.02), 0.019});
@@ -118,12 +119,8 @@ TEST(Meshes, FollowTheGodObjectByItsDefinition) {
   bodies.push_back({"groove", v_groove(70.0, 0.01, 0.05, 4), 0.006});
   bodies.push_back({"knife", knife(25.0, 0.03, 0.04, 4), 0.004});
   bodies.push_back({"terrain", hostile_terrain(16, 0.002, 0.003, 3), 0.01});
-#if defined(__SANITIZE_ADDRESS__)
-  constexpr int kTicks = 600;
-#else
-  constexpr int kTicks = 6000;
-#endif
-  for (const Body& body : bodies) {
+  constexpr int kTicks = kUnderSanitizers ? 600 : 6000;
+  for (const Wandered& body : bodies) {
     const host::CompiledMesh mesh = host::compile_mesh(body.soup, {}, body.name);
     const MeshOracle oracle(as_soup(mesh));
     SceneBuilder builder;

@@ -18,19 +18,14 @@
 #include "tests/support/meshes.h"
 #include "tests/support/oracle.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 
 namespace thimble::test {
 namespace {
 
-constexpr double kStiffness_N_m = 1000.0;
+constexpr int kLoops = kUnderSanitizers ? 6 : 60;
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int kLoops = 6;
-#else
-constexpr int kLoops = 60;
-#endif
-
-struct Body {
+struct Solid {
   std::string name;
   std::function<void(SceneBuilder&, const Material&)> add;
   // A free point a few mm above the surface, and the point on the surface under it.
@@ -51,7 +46,7 @@ std::function<std::pair<Vector3d, Vector3d>(Random&)> above_mesh(const host::Tri
   };
 }
 
-std::vector<Body> bodies() {
+std::vector<Solid> bodies() {
   const auto on_plane = [](Random& random) {
     const Vector3d p = random.in_box({0.02, 0.02, 0.0});
     return std::pair(Vector3d(p + Vector3d(0.0, 0.0, 0.004)), p);
@@ -60,7 +55,7 @@ std::vector<Body> bodies() {
     const Vector3d out = random.direction();
     return std::pair(Vector3d(0.034 * out), Vector3d(0.03 * out));
   };
-  std::vector<Body> result = {
+  std::vector<Solid> result = {
       {"plane", [](SceneBuilder& b, const Material& m) { b.plane(Vector3d::UnitZ(), 0.0, m); }, on_plane},
       {"sphere", [](SceneBuilder& b, const Material& m) { b.sphere(0.03, m); }, on_sphere},
       {"box",
@@ -131,7 +126,7 @@ void press_slide_release(IdealRun& run, Random& random, const Vector3d& free, co
 }
 
 TEST(Energy, AClosedLoopNeverGivesMoreThanKTvx) {
-  for (const Body& body : bodies()) {
+  for (const Solid& body : bodies()) {
     for (const float friction : {0.0F, 0.6F}) {
       for (const scene::FrictionMode mode : {scene::FrictionMode::StickSlip, scene::FrictionMode::Steady}) {
         if (friction == 0.0F && mode == scene::FrictionMode::Steady) continue;
@@ -154,7 +149,7 @@ TEST(Energy, AClosedLoopNeverGivesMoreThanKTvx) {
           }
           const double held = run.work_on_hand_J() / (run.longest_step_m() * 0.5 * run.force_way_N());
           const double mean =
-              run.work_mean_force_J() / (kStiffness_N_m * run.longest_step_m() * run.deepest_m());
+              run.work_mean_force_J() / (kDefaultStiffness_N_m * run.longest_step_m() * run.deepest_m());
           worst_held = std::max(worst_held, held);
           worst_mean = std::max(worst_mean, mean);
           if (held > 1.0 || mean > 1.0) ++gives;

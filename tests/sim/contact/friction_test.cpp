@@ -10,6 +10,7 @@
 #include "tests/support/ideal_run.h"
 #include "tests/support/meshes.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 
 namespace thimble::test {
 namespace {
@@ -17,18 +18,13 @@ namespace {
 using Eigen::Vector3d;
 using scene::FrictionMode;
 
-constexpr double kStiffness_N_m = 1000.0;
 constexpr double kStatic = 0.6;
 constexpr double kDynamic = 0.4;
-constexpr double kDepth_m = 0.002;
+constexpr double kPress_m = 0.002;
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int kStillTicks = 10'000;
-#else
-constexpr int kStillTicks = 1'000'000;
-#endif
+constexpr int kStillTicks = kUnderSanitizers ? 10'000 : 1'000'000;
 
-Material rough(FrictionMode mode, double stiffness_N_m = kStiffness_N_m) {
+Material rough(FrictionMode mode, double stiffness_N_m = kDefaultStiffness_N_m) {
   return {.stiffness_N_m = static_cast<float>(stiffness_N_m),
           .static_friction = static_cast<float>(kStatic),
           .dynamic_friction = static_cast<float>(kDynamic),
@@ -64,11 +60,11 @@ TEST(Friction, BreaksAwayAtTheStaticCoefficient) {
       for (int direction = 0; direction < 16; ++direction) {
         const Vector3d way(std::cos(0.4 * direction), std::sin(0.4 * direction), 0.0);
         run.restart({0.0, 0.0, 0.001});
-        run.move({0.0, 0.0, -kDepth_m}, 2.5e-5);
+        run.move({0.0, 0.0, -kPress_m}, 2.5e-5);
         EXPECT_LE(ratio(run.felt()), 1e-3) << "a straight press must not be pushed sideways";
         double peak = 0.0;
         for (int tick = 1; tick <= 3000; ++tick) {  // 1 um a tick
-          run.step(Vector3d(0.0, 0.0, -kDepth_m) + 1e-6 * tick * way);
+          run.step(Vector3d(0.0, 0.0, -kPress_m) + 1e-6 * tick * way);
           if (ratio(run.felt()) < peak - 1e-3) break;
           peak = std::max(peak, ratio(run.felt()));
         }
@@ -103,10 +99,10 @@ TEST(Friction, LandsOnTheSurface) {
         if ((met - first.tip_m).head<2>().norm() < 0.99 * kStatic * -first.tip_m.z()) {
           worst_sideways_m = std::max(worst_sideways_m, (first.god_object_m - met).norm());
         }
-        worst_N = std::max(worst_N, std::abs(first.force_N.z() + kStiffness_N_m * first.tip_m.z()));
+        worst_N = std::max(worst_N, std::abs(first.force_N.z() + kDefaultStiffness_N_m * first.tip_m.z()));
         for (int tick = 0; tick < 10; ++tick) {
           const Felt& felt = run.step(below + random.in_box({0.0001, 0.0001, 0.0005}));
-          worst_N = std::max(worst_N, std::abs(felt.force_N.z() + kStiffness_N_m * felt.tip_m.z()));
+          worst_N = std::max(worst_N, std::abs(felt.force_N.z() + kDefaultStiffness_N_m * felt.tip_m.z()));
         }
       }
       const std::string what = std::string("landing with friction, ") + scene::EnumNameFrictionMode(mode) +
@@ -124,9 +120,9 @@ TEST(Friction, StickSlipSawsBetweenTheTwoCoefficients) {
     for (const double speed_m_s : {0.02, 0.1, 0.3}) {
       IdealRun run(flat.image);
       run.step({-0.06, 0.01, 0.001});
-      run.move({-0.06, 0.01, -kDepth_m}, 2.5e-5);
+      run.move({-0.06, 0.01, -kPress_m}, 2.5e-5);
       const double step = speed_m_s / kRate_Hz;
-      const double step_ratio = step / kDepth_m;  // what one tick adds to the ratio
+      const double step_ratio = step / kPress_m;  // what one tick adds to the ratio
       int slips = 0;
       double worst_drop = 0.0;
       double highest = 0.0;
@@ -134,7 +130,7 @@ TEST(Friction, StickSlipSawsBetweenTheTwoCoefficients) {
       double lowest = 1.0;
       double before = 0.0;
       for (double x = -0.06; x < 0.06; x += step) {
-        run.step({x, 0.016 + 0.1 * x, -kDepth_m});
+        run.step({x, 0.016 + 0.1 * x, -kPress_m});
         const double now = ratio(run.felt());
         highest = std::max(highest, now);
         if (now < before) {
@@ -166,13 +162,13 @@ TEST(Friction, SteadyStaysAtTheDynamicCoefficientWhileTheTipMoves) {
     for (const double speed_m_s : {0.02, 0.1, 0.3}) {
       IdealRun run(flat.image);
       run.step({-0.06, 0.01, 0.001});
-      run.move({-0.06, 0.01, -kDepth_m}, 2.5e-5);
+      run.move({-0.06, 0.01, -kPress_m}, 2.5e-5);
       const double step = speed_m_s / kRate_Hz;
       double low = 1.0;
       double high = 0.0;
       double x = -0.06;
       for (; x < 0.06; x += step) {
-        run.step({x, 0.016 + 0.1 * x, -kDepth_m - 0.0005 * std::sin(100.0 * x)});
+        run.step({x, 0.016 + 0.1 * x, -kPress_m - 0.0005 * std::sin(100.0 * x)});
         if (x < -0.055) continue;  // breakaway lies behind
         low = std::min(low, ratio(run.felt()));
         high = std::max(high, ratio(run.felt()));
@@ -197,12 +193,12 @@ TEST(Friction, SteadySlidesOnWhereTheSurfaceIsShaded) {
       SceneBuilder().mesh(waves, rough(FrictionMode::Steady), {host::MeshSide::kBoth, 60.0}).image());
   constexpr double kStep_m = 1e-5;
   run.step({-0.04, 0.003, 0.001});
-  run.move({-0.04, 0.003, -kDepth_m}, kStep_m);
-  run.move({-0.03, 0.003, -kDepth_m}, kStep_m);
+  run.move({-0.04, 0.003, -kPress_m}, kStep_m);
+  run.move({-0.03, 0.003, -kPress_m}, kStep_m);
   Vector3d last = run.felt().god_object_m;
   double farthest_m = 0.0;
   for (double x = -0.03; x < 0.04; x += kStep_m) {
-    const Felt& felt = run.step({x, 0.003, -kDepth_m});
+    const Felt& felt = run.step({x, 0.003, -kPress_m});
     farthest_m = std::max(farthest_m, (felt.god_object_m - last).norm());
     last = felt.god_object_m;
   }
@@ -215,18 +211,18 @@ TEST(Friction, SteadySticksAgainWhenTheTipStopsOrTurns) {
   for (const Flat& flat : flats(FrictionMode::Steady)) {
     const auto slide = [&](IdealRun& run) {
       run.step({-0.01, 0.01, 0.001});
-      run.move({-0.01, 0.01, -kDepth_m}, 2.5e-5);
-      run.move({0.0, 0.01, -kDepth_m}, 2.5e-5);
+      run.move({-0.01, 0.01, -kPress_m}, 2.5e-5);
+      run.move({0.0, 0.01, -kPress_m}, 2.5e-5);
       EXPECT_NEAR(ratio(run.felt()), kDynamic, 0.005 * kDynamic);
     };
     IdealRun stopped(flat.image);
     slide(stopped);
     const double force_at_stop = stopped.felt().force_N.x();
-    for (int tick = 0; tick < 400; ++tick) stopped.step({0.0, 0.01, -kDepth_m});
+    for (int tick = 0; tick < 400; ++tick) stopped.step({0.0, 0.01, -kPress_m});
     EXPECT_NEAR(stopped.felt().force_N.x(), force_at_stop, 1e-3);
     double peak = 0.0;
     for (int tick = 1; tick < 2000; ++tick)
-      peak = std::max(peak, ratio(stopped.step({1e-6 * tick, 0.01, -kDepth_m})));
+      peak = std::max(peak, ratio(stopped.step({1e-6 * tick, 0.01, -kPress_m})));
     figure("steady, " + flat.name + ": peak ratio on moving on after a stop", peak, "mu_s = 0.6, 1 %");
     EXPECT_NEAR(peak, kStatic, 0.01 * kStatic);
 
@@ -238,9 +234,9 @@ TEST(Friction, SteadySticksAgainWhenTheTipStopsOrTurns) {
     double highest = -1.0;
     for (int tick = 1; tick < 4000; ++tick) {
       const double back_m = 1e-6 * tick;
-      turned.step({-back_m, 0.01, -kDepth_m});
-      const double spring_N = start_N + kStiffness_N_m * back_m;
-      if (spring_N < 0.99 * kStatic * kStiffness_N_m * kDepth_m) {
+      turned.step({-back_m, 0.01, -kPress_m});
+      const double spring_N = start_N + kDefaultStiffness_N_m * back_m;
+      if (spring_N < 0.99 * kStatic * kDefaultStiffness_N_m * kPress_m) {
         worst_N = std::max(worst_N, std::abs(turned.felt().force_N.x() - spring_N));
       }
       highest = std::max(highest, turned.felt().force_N.x() / turned.felt().force_N.z());

@@ -14,17 +14,13 @@
 #include "tests/support/oracle.h"
 #include "tests/support/peer_path.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 
 namespace thimble::test {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int kFewer = 20;  // a twentieth of the ticks under the sanitizers
-#else
-constexpr int kFewer = 1;
-#endif
+constexpr int kFewer = kUnderSanitizers ? 20 : 1;  // a twentieth of the ticks under the sanitizers
 
-constexpr double kStiffness_N_m = 1000.0;
 const host::MeshOptions kFlat = {};
 const host::MeshOptions kShaded = {host::MeshSide::kOutside, 60.0};
 
@@ -77,7 +73,7 @@ TEST(Peers, NoFallsThroughTheRimOfAPlate) {
       const double depth = random.uniform(1e-5, 0.003);
       const Felt& felt =
           run.step({side * (0.015 - depth), outside.y(), outside.z() + random.uniform(-2e-6, 2e-6)});
-      if (felt.contacts < 1 || felt.force_N.x() * side < 0.9 * kStiffness_N_m * depth - 1e-4) ++missed;
+      if (felt.contacts < 1 || felt.force_N.x() * side < 0.9 * kDefaultStiffness_N_m * depth - 1e-4) ++missed;
     }
     figure(std::string("rim of a 0.1 mm plate, ") + (image == &mesh ? "mesh" : "box") +
                ": entries missed, of " + std::to_string(kEntries),
@@ -119,7 +115,7 @@ TEST(Peers, NoFallsOnSharedVerticesAndEdges) {
       for (const double height : {0.0003, 0.0001, 0.0, -0.0001, -0.0003, -0.0005}) {
         const Felt& felt = run.step(target + height * n);
         const double side = oracle.signed_distance(felt.tip_m, 1e-3);
-        if (side < -2e-6 && felt.force_N.norm() < 0.5 * kStiffness_N_m * -side) fell = true;
+        if (side < -2e-6 && felt.force_N.norm() < 0.5 * kDefaultStiffness_N_m * -side) fell = true;
         if (oracle.signed_distance(felt.god_object_m, 1e-3) < -1e-6) ++inside;
       }
       if (fell) ++falls;
@@ -204,7 +200,8 @@ TEST(Peers, VGrooveForceIsExactToAMicrometre) {
       const double share = (to_bottom.x() / left_n.x() + to_bottom.z() / left_n.z()) / 2.0;
       const double other = to_bottom.z() / left_n.z() - share;
       if (share < 0.0 || other < 0.0) continue;
-      worst_m = std::max(worst_m, (felt.force_N - kStiffness_N_m * to_bottom).norm() / kStiffness_N_m);
+      worst_m = std::max(worst_m,
+                         (felt.force_N - kDefaultStiffness_N_m * to_bottom).norm() / kDefaultStiffness_N_m);
     }
     figure("V-groove of " + std::to_string(static_cast<int>(angle_deg)) + " degrees: force error, um at K",
            1e6 * worst_m, "1");
@@ -302,13 +299,13 @@ TEST(Peers, Ripple) {
       const double df = (felt.force_N - before.force_N).norm();
       change += df;
       way += dx;
-      if (dx > 0.0) ratios.push_back(df / (kStiffness_N_m * dx));
+      if (dx > 0.0) ratios.push_back(df / (kDefaultStiffness_N_m * dx));
       squares += std::pow(ratios.back(), 2);
     }
     std::sort(ratios.begin(), ratios.end());
     const std::string name = body == Body::kSphere ? "sphere" : body == Body::kFacets ? "flat" : "shaded";
     const std::string what = "ripple @20 480, " + name + ": ";
-    const double total = change / (kStiffness_N_m * way);
+    const double total = change / (kDefaultStiffness_N_m * way);
     figure(what + "total |dF| / (K |dx|)", total, body == Body::kFacets ? "" : "0.08");
     figure(what + "median", ratios[ratios.size() / 2], "0.08");
     figure(what + "RMS", std::sqrt(squares / static_cast<double>(ratios.size())), "");
@@ -349,11 +346,11 @@ Loops arc_loops(const SceneImage& image, int loops, std::uint64_t seed) {
     run.move(at(std::numbers::pi / 2.0, kRadius_m - kDepth_m), kStep_m);
     run.move(at(std::numbers::pi / 2.0, kRadius_m + 0.001), kStep_m);
     EXPECT_EQ(run.felt().force_N.norm(), 0.0);
-    const double energy = run.work_on_hand_J() / (0.5 * kStiffness_N_m * kDepth_m * kDepth_m);
+    const double energy = run.work_on_hand_J() / (0.5 * kDefaultStiffness_N_m * kDepth_m * kDepth_m);
     result.mean += energy / loops;
     result.most = std::max(result.most, energy);
     result.least = std::min(result.least, energy);
-    if (run.work_on_hand_J() > kStiffness_N_m * run.longest_step_m() * run.deepest_m()) ++result.give;
+    if (run.work_on_hand_J() > kDefaultStiffness_N_m * run.longest_step_m() * run.deepest_m()) ++result.give;
   }
   return result;
 }

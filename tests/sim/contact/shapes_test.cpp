@@ -18,8 +18,6 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kStiffness_N_m = 1000.0;
-
 Quaterniond random_rotation(Random& random) {
   return Quaterniond(random.gaussian(), random.gaussian(), random.gaussian(), random.gaussian()).normalized();
 }
@@ -80,11 +78,12 @@ TEST(FlatWall, PushesWithStiffnessTimesDepthAndNothingSideways) {
         const Felt& felt = run.step(pose.position_m + pose.rotation * local - depth * n);
         const double true_depth = std::max(0.0, -n.dot(felt.tip_m - pose.position_m));
         const double push = felt.force_N.dot(n);
-        const double allowed = 1e-4 * kStiffness_N_m * true_depth + 1e-4;
-        worst = std::max(worst, std::abs(push - kStiffness_N_m * true_depth));
+        const double allowed = 1e-4 * kDefaultStiffness_N_m * true_depth + 1e-4;
+        worst = std::max(worst, std::abs(push - kDefaultStiffness_N_m * true_depth));
         worst_sideways = std::max(worst_sideways, (felt.force_N - push * n).norm());
-        worst_allowed = std::max({worst_allowed, std::abs(push - kStiffness_N_m * true_depth) / allowed,
-                                  (felt.force_N - push * n).norm() / allowed});
+        worst_allowed =
+            std::max({worst_allowed, std::abs(push - kDefaultStiffness_N_m * true_depth) / allowed,
+                      (felt.force_N - push * n).norm() / allowed});
       }
     }
     figure("flat wall, " + wall.name + ": |F - K d|, N", worst, "1e-4 K d + 1e-4");
@@ -106,7 +105,7 @@ TEST(FlatWall, PushesInTheFirstTickOfContact) {
       run.step(random.in_box({0.03, 0.03, 0.0}) + Vector3d(0.0, 0.0, random.uniform(1e-6, 0.003)));
       const double depth = random.uniform(2e-6, 0.003);
       const Felt& felt = run.step(random.in_box({0.03, 0.03, 0.0}) - Vector3d(0.0, 0.0, depth));
-      if (!(felt.force_N.z() > 0.9 * kStiffness_N_m * depth - 1e-4) || felt.contacts < 1) ++silent;
+      if (!(felt.force_N.z() > 0.9 * kDefaultStiffness_N_m * depth - 1e-4) || felt.contacts < 1) ++silent;
     }
     figure("first tick of contact without its force, " + wall.name + ", of 2000", silent, "0");
     EXPECT_EQ(silent, 0) << wall.name;
@@ -128,7 +127,7 @@ TEST(Sphere, PushesAlongItsRadius) {
           (run.felt().tip_m - pose.position_m).normalized() + 0.02 * random.in_box(Vector3d::Ones());
       run.step(pose.position_m + random.uniform(0.044, 0.0499) * radial.normalized());
       const Vector3d out = run.felt().tip_m - pose.position_m;
-      const double expected = kStiffness_N_m * (kRadius_m - out.norm());
+      const double expected = kDefaultStiffness_N_m * (kRadius_m - out.norm());
       worst_deg = std::max(worst_deg, expected > 0.5 ? angle_deg(run.felt().force_N, out) : 0.0);
       worst_allowed =
           std::max(worst_allowed, std::abs(run.felt().force_N.norm() - expected) / (1e-4 * expected + 1e-4));
@@ -171,7 +170,7 @@ TEST(RoundShapes, CylinderAndCapsulePushAlongTheirRadius) {
       const Vector3d local = pose.rotation.conjugate() * (run.felt().tip_m - pose.position_m);
       const double middle = capsule ? std::clamp(local.z(), -kHalfHeight_m, kHalfHeight_m) : local.z();
       const Vector3d out = local - Vector3d(0.0, 0.0, middle);
-      const double expected = kStiffness_N_m * (kRadius_m - out.norm());
+      const double expected = kDefaultStiffness_N_m * (kRadius_m - out.norm());
       const Vector3d force = pose.rotation.conjugate() * run.felt().force_N;
       worst_deg = std::max(worst_deg, angle_deg(force, out));
       worst_allowed = std::max(worst_allowed, std::abs(force.norm() - expected) / (1e-4 * expected + 1e-4));
@@ -280,7 +279,7 @@ TEST(Corner, PushesWithThreeWallsEachWithItsOwnStiffness) {
       const Felt& felt = run.step(turn * -depth);
       const Vector3d seen = turn.conjugate() * felt.tip_m;
       const Vector3d pushes =
-          -(mesh ? Vector3d(Vector3d::Constant(kStiffness_N_m)) : stiffness).cwiseProduct(seen);
+          -(mesh ? Vector3d(Vector3d::Constant(kDefaultStiffness_N_m)) : stiffness).cwiseProduct(seen);
       worst = std::max(worst, (felt.force_N - turn * pushes).norm() / stiffness.maxCoeff());
       if (felt.contacts != 3) ++fewer;
     }

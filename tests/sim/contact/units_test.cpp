@@ -12,15 +12,12 @@
 #include "tests/support/meshes.h"
 #include "tests/support/oracle.h"
 #include "tests/support/peer_path.h"
+#include "tests/support/sanitizers.h"
 
 namespace thimble::test {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int kTicks = 2000;
-#else
-constexpr int kTicks = 40'000;
-#endif
+constexpr int kTicks = kUnderSanitizers ? 2000 : 40'000;
 
 TEST(Units, TheSameForcesInMetresDecimetresAndMillimetres) {
   const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "thimble_units";

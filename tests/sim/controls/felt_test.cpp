@@ -11,13 +11,12 @@
 #include "tests/sim/bodies/body_run.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
+#include "tests/support/units.h"
 
 namespace thimble::test {
 namespace {
 
 using std::numbers::pi;
-
-constexpr double kDegree = pi / 180.0;
 
 // One object that is a control; what the material and the body say besides is given.
 std::string one_control(const std::string& shape, const std::string& material, const std::string& body,

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -16,6 +15,7 @@
 #include "host-tools/compiler/compile.h"
 #include "tests/support/figure.h"
 #include "tests/support/scene.h"
+#include "tests/support/units.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::test {
@@ -23,8 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct Moment {
   double time_s;

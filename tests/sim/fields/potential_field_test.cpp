@@ -10,13 +10,12 @@
 #include "tests/sim/fields/support.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 
 namespace thimble::test {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kStiffness_N_m = 500.0;
 
 // Concentric spheres with the core held at a depth of 20 mm: closed form everywhere between.
 constexpr double kOuter_m = 0.04;
@@ -94,11 +93,7 @@ TEST(PotentialField, ClosedPathsDoNoWork) {
     double worst = 0;
     double most_J = 0;
     int crossings = 0;
-#if defined(__SANITIZE_ADDRESS__)
-    constexpr int kLoops = 4;
-#else
-    constexpr int kLoops = 12;
-#endif
+    constexpr int kLoops = kUnderSanitizers ? 4 : 12;
     for (int loop = 0; loop < kLoops; ++loop) {
       // A smooth closed curve: two harmonics in each coordinate.
       const Vector3d c = random.in_box(0.3 * test.half_m), a = random.in_box(test.half_m),

@@ -115,17 +115,17 @@ TEST(PotentialSolver, LaplaceBetweenPlates) {
 }
 
 TEST(PotentialSolver, LaplaceBetweenSpheresConvergesInTheSecondOrder) {
-  constexpr double kOuter_m = 0.04;
-  constexpr double kInner_m = 0.015;
+  constexpr double kShell_m = 0.04;
+  constexpr double kCore_m = 0.015;
   const auto expected = [](const Vector3d& p) {
-    return 0.02 * (1.0 / p.norm() - 1.0 / kOuter_m) / (1.0 / kInner_m - 1.0 / kOuter_m);
+    return 0.02 * (1.0 / p.norm() - 1.0 / kShell_m) / (1.0 / kCore_m - 1.0 / kShell_m);
   };
-  const auto between = [](const Vector3d& p) { return p.norm() > kInner_m; };
+  const auto between = [](const Vector3d& p) { return p.norm() > kCore_m; };
   Error coarser;
   double order = 0;
   for (const double step_m : {0.004, 0.0028, 0.002}) {
-    PotentialProblem p = problem(sphere(kOuter_m), step_m);
-    p.inclusions.push_back({sphere(kInner_m), 0.02, "core"});
+    PotentialProblem p = problem(sphere(kShell_m), step_m);
+    p.inclusions.push_back({sphere(kCore_m), 0.02, "core"});
     const Error error = error_of(host::solve_potential(p), expected, between);
     const std::string name = "Laplace, spheres, step " + std::to_string(step_m) + " m: ";
     figure(name + "error, root mean square, relative", error.rms, "");

@@ -9,7 +9,9 @@
 
 namespace thimble::test {
 
-// One object "it" at the origin. `material` and `shape` are JSON objects without their braces.
+inline constexpr double kStiffness_N_m = 500.0;
+
+// One object "it" at the origin, of that stiffness unless told otherwise. `material` and `shape` are JSON objects without their braces.
 [[nodiscard]] SceneImage one_object(const std::string& shape,
                                     const std::string& material = "\"stiffness_N_m\": 500",
                                     const std::string& pose = "");

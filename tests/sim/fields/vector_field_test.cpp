@@ -14,7 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStiffness_N_m = 500.0;
 constexpr double kStep_m = 1.0e-5;
 constexpr double kHalf_m = 0.02;
 

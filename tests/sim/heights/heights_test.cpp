@@ -23,6 +23,7 @@
 #include "tests/support/png.h"
 #include "tests/support/random.h"
 #include "tests/support/scene.h"
+#include "tests/support/units.h"
 
 namespace thimble::test {
 namespace {
@@ -32,7 +33,6 @@ using Eigen::Vector3d;
 using testing::HasSubstr;
 
 constexpr double kStiffness_N_m = 1000.0;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 // A folder of the test's own, gone with it.
 class Folder {

@@ -17,6 +17,7 @@
 #include "tests/support/oracle.h"
 #include "tests/support/random.h"
 #include "tests/support/scene.h"
+#include "tests/support/units.h"
 
 namespace thimble::test {
 namespace {
@@ -24,7 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path kScenes = fs::path(THIMBLE_SOURCE_DIR) / "scenes";
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 SceneImage load(const std::string& name) {
   return SceneImage(host::compile_scene(kScenes / name / (name + ".scene.json")).image);

@@ -10,6 +10,7 @@
 #include "host-tools/error.h"
 #include "tests/sim/scan/scanner.h"
 #include "tests/support/figure.h"
+#include "tests/support/units.h"
 
 namespace thimble::test {
 namespace {
@@ -64,15 +65,15 @@ TEST(Scan, FindsTheSlopeAndTellsWhatIsNotFlat) {
   ScanPlan plan = small_plan();
   plan.columns = plan.rows = 3;
   plan.cell_m = .02;
-  const double slope = std::tan(8 * std::numbers::pi / 180);
+  const double slope = std::tan(8 * kDegree);
   const auto tilted = scan(plan, specimen_of(
                                      -.01, [](double, double) { return 400.; }, 0,
                                      [=](double x_m, double) { return slope * x_m; }));
   const Eigen::Vector3d normal = Eigen::Vector3d(-slope, 0, 1).normalized();
   figure("normal of a slope of 8 degrees, off by, degrees",
-         std::acos(std::min(1., tilted.surface.normal.dot(normal))) * 180 / std::numbers::pi, "<= 0.5");
+         std::acos(std::min(1., tilted.surface.normal.dot(normal))) / kDegree, "<= 0.5");
   figure("its points off the plane, mm", 1e3 * tilted.surface.off_plane_most_m, "<= 0.2");
-  EXPECT_GT(tilted.surface.normal.dot(normal), std::cos(.5 * std::numbers::pi / 180));
+  EXPECT_GT(tilted.surface.normal.dot(normal), std::cos(.5 * kDegree));
   EXPECT_LE(tilted.surface.off_plane_most_m, 2e-4);
   double worst = 0;
   for (const double stiffness : tilted.surface.stiffness_N_m)

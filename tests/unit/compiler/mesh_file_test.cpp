@@ -16,6 +16,7 @@
 #include "tests/support/figure.h"
 #include "tests/support/meshes.h"
 #include "tests/support/random.h"
+#include "tests/unit/compiler/refusal.h"
 #include "tests/unit/compiler/sound_mesh.h"
 
 namespace thimble::test {
@@ -31,25 +32,8 @@ constexpr const char* kTetrahedron =
     "0 0 0\n100 0 0\n0 100 0\n0 0 100\n"
     "1 3 0 1 2\n1 3 0 3 1\n1 3 0 2 3\n1 3 1 3 2\n";
 
-struct Refusal {
-  std::string name;
-  std::string cause;
-};
-
-template <typename Read>
-Refusal refusal(Read&& read) {
-  try {
-    read();
-  } catch (const host::Error& error) {
-    EXPECT_EQ(error.code, host::ExitCode::kBadInput);
-    EXPECT_FALSE(error.remedy.empty());
-    return {error.name, error.cause};
-  }
-  return {"nothing refused", ""};
-}
-
 Refusal plg_refusal(const std::string& text) {
-  return refusal([&] { static_cast<void>(host::read_plg(text, "x.plg")); });
+  return refusal_of([&] { static_cast<void>(host::read_plg(text, "x.plg")); });
 }
 
 class Folder {
@@ -71,7 +55,7 @@ class Folder {
 };
 
 Refusal file_refusal(const fs::path& file) {
-  return refusal([&] { static_cast<void>(host::read_mesh_file(file, 1.0, "the mesh")); });
+  return refusal_of([&] { static_cast<void>(host::read_mesh_file(file, 1.0, "the mesh")); });
 }
 
 TEST(Plg, ReadsAndMirrors) {

@@ -15,9 +15,10 @@
 #include "host-tools/compiler/compile.h"
 #include "host-tools/error.h"
 #include "tests/support/figure.h"
+#include "tests/unit/compiler/refusal.h"
 #include "thimble_scene_schema/scene_generated.h"
 
-namespace thimble::test {
+namespace thimble::test::scene_control {
 namespace {
 
 using nlohmann::json;
@@ -39,27 +40,9 @@ constexpr const char* kScene = R"({ "thimble_scene": 1, "name": "controls", "obj
 "switch": { "on_at_deg": -30, "off_at_deg": -10 } } } }
 ] })";
 
-std::string with(const std::string& from, const std::string& to) {
-  std::string text = kScene;
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+std::string with(const std::string& from, const std::string& to) { return replaced(kScene, from, to); }
 
-struct Refusal {
-  std::string name;
-  std::string cause;
-};
-
-Refusal refusal(const std::string& text) {
-  try {
-    static_cast<void>(host::compile_scene_text(text, "test.scene.json", "."));
-  } catch (const host::Error& error) {
-    EXPECT_FALSE(error.remedy.empty());
-    return {error.name, error.cause};
-  }
-  return {"nothing refused", ""};
-}
+Refusal refusal(const std::string& text) { return refusal_of_scene(text, "."); }
 
 TEST(SceneControl, ReadsEveryKeyIntoTheImage) {
   const host::CompiledScene compiled = host::compile_scene_text(kScene, "test.scene.json", ".");
@@ -225,4 +208,4 @@ TEST(SceneControl, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
 }
 
 }  // namespace
-}  // namespace thimble::test
+}  // namespace thimble::test::scene_control

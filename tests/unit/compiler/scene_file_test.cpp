@@ -17,9 +17,11 @@
 #include "host-tools/compiler/compile.h"
 #include "host-tools/error.h"
 #include "tests/support/figure.h"
+#include "tests/support/sanitizers.h"
+#include "tests/unit/compiler/refusal.h"
 #include "thimble_scene_schema/scene_generated.h"
 
-namespace thimble::test {
+namespace thimble::test::scene_file {
 namespace {
 
 namespace fs = std::filesystem;
@@ -52,28 +54,9 @@ constexpr const char* kScene = R"({
 
 const fs::path kAsteroid = kSource / "scenes" / "asteroid";
 
-std::string with(const std::string& from, const std::string& to) {
-  std::string text = kScene;
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+std::string with(const std::string& from, const std::string& to) { return replaced(kScene, from, to); }
 
-struct Refusal {
-  std::string name;
-  std::string cause;
-};
-
-Refusal refusal(const std::string& text) {
-  try {
-    static_cast<void>(host::compile_scene_text(text, "test.scene.json", kAsteroid));
-  } catch (const host::Error& error) {
-    EXPECT_EQ(error.code, host::ExitCode::kBadInput);
-    EXPECT_FALSE(error.remedy.empty());
-    return {error.name, error.cause};
-  }
-  return {"nothing refused", ""};
-}
+Refusal refusal(const std::string& text) { return refusal_of_scene(text, kAsteroid); }
 
 TEST(SceneFile, ReadsEveryKeyIntoTheImage) {
   const host::CompiledScene compiled = host::compile_scene_text(kScene, "test.scene.json", kAsteroid);
@@ -338,11 +321,7 @@ TEST(SceneFile, LinesAreRightAcrossStringsAndNesting) {
 }
 
 TEST(SceneFile, BrokenTextNeverDoesMoreThanFail) {
-#if defined(__SANITIZE_ADDRESS__)
-  constexpr std::size_t kStep = 11;
-#else
-  constexpr std::size_t kStep = 1;
-#endif
+  constexpr std::size_t kStep = kUnderSanitizers ? 11 : 1;
   const std::string text = kScene;
   std::size_t tried = 0;
   std::size_t refused = 0;
@@ -462,4 +441,4 @@ TEST(Scenes, EverySceneOfTheRepositoryCompilesWithoutAWarning) {
 }
 
 }  // namespace
-}  // namespace thimble::test
+}  // namespace thimble::test::scene_file

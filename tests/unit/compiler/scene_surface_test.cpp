@@ -15,9 +15,10 @@
 #include "host-tools/compiler/scene_file.h"
 #include "host-tools/error.h"
 #include "tests/support/figure.h"
+#include "tests/unit/compiler/refusal.h"
 #include "thimble_scene_schema/scene_generated.h"
 
-namespace thimble::test {
+namespace thimble::test::scene_surface {
 namespace {
 
 using nlohmann::json;
@@ -59,28 +60,9 @@ host::CompiledScene compile(const std::string& text) {
   return host::compile_scene_text(text, "test.scene.json", folder());
 }
 
-std::string with(const std::string& from, const std::string& to) {
-  std::string text = kScene;
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+std::string with(const std::string& from, const std::string& to) { return replaced(kScene, from, to); }
 
-struct Refusal {
-  std::string name;
-  std::string cause;
-};
-
-Refusal refusal(const std::string& text) {
-  try {
-    static_cast<void>(compile(text));
-  } catch (const host::Error& error) {
-    EXPECT_EQ(error.code, host::ExitCode::kBadInput);
-    EXPECT_FALSE(error.remedy.empty());
-    return {error.name, error.cause};
-  }
-  return {"nothing refused", ""};
-}
+Refusal refusal(const std::string& text) { return refusal_of_scene(text, folder()); }
 
 TEST(SceneSurface, IsReadIntoTheImage) {
   const host::CompiledScene compiled = compile(kScene);
@@ -295,4 +277,4 @@ TEST(SceneSurface, TheSchemaHasTheReadersLimits) {
 }
 
 }  // namespace
-}  // namespace thimble::test
+}  // namespace thimble::test::scene_surface

@@ -7,7 +7,7 @@
 namespace thimble::kinematics {
 namespace {
 
-constexpr float kPeriod_s = 1.0F / 4000.0F;
+constexpr float kTick_s = 1.0F / 4000.0F;
 
 ArmModel premium(CounterWidth width, float sign = 1.0F) {
   ArmModel m = *find_arm_model("premium-1.5");
@@ -24,7 +24,7 @@ TEST_P(Wrap, BothWaysThroughZeroAndHalf) {
   for (const std::uint32_t start :
        {std::uint32_t{0}, std::uint32_t{3}, mask, mask / 2, mask / 2 + 1, mask - 5}) {
     for (const int step : {1, -1, 17, -17}) {
-      JointEncoder encoder(premium(GetParam()), 0, kPeriod_s);
+      JointEncoder encoder(premium(GetParam()), 0, kTick_s);
       encoder.home(start, 0.5F);
       std::uint32_t raw = start;
       // Far enough that a 16-bit counter wraps more than once.
@@ -42,7 +42,7 @@ INSTANTIATE_TEST_SUITE_P(Widths, Wrap, testing::Values(CounterWidth::k16, Counte
 
 TEST(JointEncoder, SignTransmissionAndHome) {
   const ArmModel m = premium(CounterWidth::k32, -1.0F);
-  JointEncoder encoder(m, 0, kPeriod_s);
+  JointEncoder encoder(m, 0, kTick_s);
   encoder.home(1000, 0.25F);
   EXPECT_FLOAT_EQ(encoder.angle_rad(), 0.25F);
   std::uint32_t raw = 1000;
@@ -54,13 +54,13 @@ TEST(JointEncoder, SignTransmissionAndHome) {
 TEST(JointEncoder, AJumpIsRefusedAndTheAngleStays) {
   for (const CounterWidth width : {CounterWidth::k16, CounterWidth::k32}) {
     const ArmModel m = premium(width);
-    JointEncoder encoder(m, 1, kPeriod_s);
+    JointEncoder encoder(m, 1, kTick_s);
     encoder.home(100, 0.0F);
     const std::int32_t most = encoder.max_counts_per_tick();
     std::printf("most counts a tick at 4 kHz: %d\n", most);
     // The joint's top speed and no more than one count beyond.
-    EXPECT_GE(static_cast<float>(most), m.max_joint_speed_rad_s * kPeriod_s / encoder.rad_per_count());
-    EXPECT_LE(static_cast<float>(most - 1), m.max_joint_speed_rad_s * kPeriod_s / encoder.rad_per_count());
+    EXPECT_GE(static_cast<float>(most), m.max_joint_speed_rad_s * kTick_s / encoder.rad_per_count());
+    EXPECT_LE(static_cast<float>(most - 1), m.max_joint_speed_rad_s * kTick_s / encoder.rad_per_count());
     EXPECT_EQ(encoder.update(static_cast<std::uint32_t>(100 + most)), EncoderStatus::kOk);
     const float angle = encoder.angle_rad();
     EXPECT_EQ(encoder.update(static_cast<std::uint32_t>(100 + 2 * most + 1)), EncoderStatus::kJump);

@@ -1,0 +1,16 @@
+// Ctrl-C and SIGTERM end a long verb at its next round instead of in its midst.
+#pragma once
+
+#include <csignal>
+
+namespace thimble::host {
+
+inline volatile std::sig_atomic_t interrupted = 0;
+
+inline void heed_interrupts() {
+  const auto stop = [](int) { interrupted = 1; };
+  std::signal(SIGINT, stop);
+  std::signal(SIGTERM, stop);
+}
+
+}  // namespace thimble::host

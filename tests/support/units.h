@@ -1,0 +1,10 @@
+// Units that people write and the code does not.
+#pragma once
+
+#include <numbers>
+
+namespace thimble::test {
+
+inline constexpr double kDegree = std::numbers::pi / 180.0;  // rad
+
+}  // namespace thimble::test
