@@ -14,6 +14,7 @@
 #include "control/renderer.h"
 #include "host-tools/compiler/compile.h"
 #include "tests/support/figure.h"
+#include "tests/support/sanitizers.h"
 #include "tests/support/scene.h"
 #include "tests/support/units.h"
 #include "thimble_scene_schema/scene_generated.h"
@@ -90,8 +91,11 @@ class Played {
 
 std::string mode(bool ideal) { return ideal ? "exact tip: " : "simulated arm: "; }
 
+// Ideally and through the arm; under the sanitizers the arm is left to the last test of this file.
+std::vector<bool> played_ways() { return kUnderSanitizers ? std::vector{true} : std::vector{true, false}; }
+
 TEST(ScenesOfControls, SlidersArePushedAsideAndComeBack) {
-  for (const bool ideal : {true, false}) {
+  for (const bool ideal : played_ways()) {
     const Played played("sliders", ideal);
     ASSERT_EQ(played.travels.size(), 4U);
     for (const auto& [name, travel] : played.travels) {
@@ -130,7 +134,7 @@ TEST(ScenesOfControls, SlidersPushBackInProportionToTheirSpring) {
 }
 
 TEST(ScenesOfControls, EveryControlOfThePanelIsOperated) {
-  for (const bool ideal : {true, false}) {
+  for (const bool ideal : played_ways()) {
     const Played played("buttons", ideal);
     ASSERT_EQ(played.travels.size(), 8U);
     for (const char* name : {"click button", "hard button", "soft button", "toggle"}) {
@@ -159,7 +163,7 @@ TEST(ScenesOfControls, EveryControlOfThePanelIsOperated) {
 }
 
 TEST(ScenesOfControls, ThePanelWorksAtOtherRatesToo) {
-  for (const double rate_Hz : {1000.0, 10000.0}) {
+  for (const double rate_Hz : kUnderSanitizers ? std::vector{1000.0} : std::vector{1000.0, 10000.0}) {
     const Played played("buttons", true, rate_Hz);
     for (const char* name : {"click button", "hard button", "soft button", "toggle"}) {
       EXPECT_EQ(played.of(name).ons, 1) << rate_Hz << " Hz: " << name;

@@ -14,6 +14,7 @@
 #include "tests/sim/scan/scanner.h"
 #include "tests/support/figure.h"
 #include "tests/support/ideal_run.h"
+#include "tests/support/sanitizers.h"
 
 namespace thimble::test {
 namespace {
@@ -60,6 +61,8 @@ std::string text_of(const fs::path& file) {
 
 // scenes/scan: the plan and the specimen as they are, scanned anew, felt at the points and between them.
 TEST(Scan, TheSceneFeelsLikeTheSpecimen) {
+  if (kUnderSanitizers)
+    GTEST_SKIP() << "77 guarded moves are too slow; Scan.FindsStiffness... makes 16 of them";
   const fs::path folder = fs::path(THIMBLE_SOURCE_DIR) / "scenes/scan";
   const ScanPlan plan = host::read_scan_plan(folder / "scan.plan.json");
   const auto specimen = std::make_shared<const Specimen>(board::read_specimen(folder / "specimen.json"));
@@ -84,7 +87,13 @@ TEST(Scan, TheSceneFeelsLikeTheSpecimen) {
   EXPECT_LE(agreement.worst, .05);
   EXPECT_LE(agreement.rms, .02);
   EXPECT_LE(scanned.surface.off_plane_rms_m, 1e-4);
-  const Agreement checked_in = felt(text_of(folder / "scan.scene.json"), plan, *specimen, .5);
+}
+
+TEST(Scan, TheSceneThatIsCheckedInFeelsLikeTheSpecimen) {
+  const fs::path folder = fs::path(THIMBLE_SOURCE_DIR) / "scenes/scan";
+  const ScanPlan plan = host::read_scan_plan(folder / "scan.plan.json");
+  const Specimen specimen = board::read_specimen(folder / "specimen.json");
+  const Agreement checked_in = felt(text_of(folder / "scan.scene.json"), plan, specimen, .5);
   figure("the scene that is checked in, worst", checked_in.worst, "<= 0.05; make_scan.py writes it anew");
   EXPECT_LE(checked_in.worst, .05);
 }

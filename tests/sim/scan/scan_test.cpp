@@ -5,11 +5,14 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "host-tools/error.h"
 #include "tests/sim/scan/scanner.h"
 #include "tests/support/figure.h"
+#include "tests/support/sanitizers.h"
 #include "tests/support/units.h"
 
 namespace thimble::test {
@@ -43,7 +46,8 @@ double wave(double x_m, double y_m) {
 TEST(Scan, FindsStiffnessOnEveryArmWithDampingAndFriction) {
   const ScanPlan plan = small_plan();
   const auto specimen = specimen_of(-.01, wave, 2.0);
-  for (const char* arm : {"premium-1.5", "premium-1.5-frictionless", "wooden"}) {
+  const std::vector<std::string> arms{"premium-1.5", "premium-1.5-frictionless", "wooden"};
+  for (const std::string& arm : std::span(arms).first(kUnderSanitizers ? 1 : arms.size())) {
     const Scanned scanned = scan(plan, specimen, arm);
     double worst = 0, height_m = 0, hysteresis_N = 0;
     for (std::size_t i = 0; i < scanned.fits.size(); ++i) {
@@ -52,9 +56,9 @@ TEST(Scan, FindsStiffnessOnEveryArmWithDampingAndFriction) {
       height_m = std::max(height_m, std::abs(scanned.fits[i].contact_m));
       hysteresis_N = std::max(hysteresis_N, std::abs(scanned.fits[i].hysteresis_N));
     }
-    figure(std::string(arm) + ": K off the truth, worst of 16 points", worst, "<= 0.04");
-    figure(std::string(arm) + ": surface off the truth, worst, mm", 1e3 * height_m, "<= 0.2");
-    figure(std::string(arm) + ": friction that the model missed, worst, N", hysteresis_N, "reported");
+    figure(arm + ": K off the truth, worst of 16 points", worst, "<= 0.04");
+    figure(arm + ": surface off the truth, worst, mm", 1e3 * height_m, "<= 0.2");
+    figure(arm + ": friction that the model missed, worst, N", hysteresis_N, "reported");
     EXPECT_LE(worst, .04);
     EXPECT_LE(height_m, 2e-4);
   }

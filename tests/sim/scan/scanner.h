@@ -18,7 +18,7 @@ namespace thimble::test {
 
 class SimulatedProbe final : public host::Probe {
  public:
-  SimulatedProbe(std::shared_ptr<const board::Specimen> specimen, const char* arm)
+  SimulatedProbe(std::shared_ptr<const board::Specimen> specimen, const std::string& arm)
       : probe_({.variant = arm, .specimen = std::move(specimen)}, free_space()) {}
   Result move(const firmware::link::MoveOrder& order) override {
     board::SimProbe::Result result = probe_.move(order);
@@ -36,7 +36,7 @@ struct Scanned {
 };
 
 inline Scanned scan(const host::ScanPlan& plan, std::shared_ptr<const board::Specimen> specimen,
-                    const char* arm = "premium-1.5") {
+                    const std::string& arm = "premium-1.5") {
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / ("thimble-scan-" + std::to_string(getpid()) + ".csv");
   std::filesystem::remove(file);

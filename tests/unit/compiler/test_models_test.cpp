@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <map>
 
 #include "host-tools/compiler/mesh.h"
@@ -13,6 +14,7 @@
 #include "host-tools/error.h"
 #include "tests/support/figure.h"
 #include "tests/support/meshes.h"
+#include "tests/support/sanitizers.h"
 #include "tests/unit/compiler/sound_mesh.h"
 
 // Assimp leaks a few bytes when it refuses a file; the leak check is about our own code.
@@ -26,11 +28,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Under the sanitizers the large ones would take minutes.
+constexpr std::uintmax_t kMostBytes = kUnderSanitizers ? 100'000 : std::numeric_limits<std::uintmax_t>::max();
+
 TEST(TestModels, EveryFileCompilesOrIsRefusedClearly) {
   const fs::path root = test_model_path("");
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root)) {
-    if (entry.is_regular_file()) {
+    if (entry.is_regular_file() && entry.file_size() <= kMostBytes) {
       files.push_back(entry.path());
     }
   }
@@ -84,12 +89,12 @@ TEST(TestModels, EveryFileCompilesOrIsRefusedClearly) {
     slowest_s = std::max(slowest_s, seconds());
   }
   figure("files", static_cast<double>(files.size()), "each one above");
-  figure("compiled to a sound mesh", static_cast<double>(compiled), ">= 300");
+  figure("compiled to a sound mesh", static_cast<double>(compiled), ">= 300; >= 200 under the sanitizers");
   for (const auto& [name, count] : refused) {
     figure("refused: " + name, static_cast<double>(count), "with a cause and a remedy");
   }
   figure("bytes a triangle, worst closed mesh of 80 triangles or more", most_bytes, "for information");
-  EXPECT_GE(compiled, 300U);
+  EXPECT_GE(compiled, kUnderSanitizers ? 200U : 300U);
   EXPECT_LT(figure("seconds, slowest file", slowest_s, "< 60"), 60.0);
 }
 
