@@ -1,13 +1,17 @@
 """thimble-sim itself: what it leaves behind (nothing), what it says when it cannot start, and what it keeps."""
 
+import json
 import os
 import signal
 import socket
 import subprocess
 import time
 import unittest
+from pathlib import Path
 
 from rig import BIN, Rig
+
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
 
 
 class Simulator(Rig):
@@ -102,6 +106,32 @@ class Simulator(Rig):
         out, err = watcher.communicate(timeout=20)
         self.assertEqual(watcher.returncode, 0, err)
         self.assertGreater(len(out.splitlines()), 50)
+
+    def test_what_moves_is_told(self):
+        """Each scene under its own hand, until its state frames say that something has happened."""
+        first = {}
+
+        def moved(m):
+            return m["message"] == "BodyPosition" and abs(m["x_m"] - first.setdefault(m["object"], m["x_m"])) > 0.002
+
+        for scene, happened in (
+                ("needle", lambda m: m["message"] == "NeedleState" and m["arm_inside_torn"] & 2 and m["depth_m"] > 0.001),
+                ("deform", lambda m: m["message"] == "TissueState" and m["arm_pressed"] & 2 and m["depth_m"] > 0.0005),
+                ("buttons", lambda m: m["message"] == "ControlState" and m["on"] == 1 and m["q"] != 0),
+                ("multy3", moved),
+                ("blocks-6dof", lambda m: m["message"] == "BodyRotation" and m["x"] ** 2 + m["y"] ** 2 + m["z"] ** 2 > 1e-4)):
+            with self.subTest(scene):
+                folder = SCENES / scene
+                sim = self.sim("--tcp", 0, "--hand", folder / "stroke.csv")
+                self.ok("upload", folder / (scene + ".scene.json"), "--device", sim.tcp)
+                self.ok("home", "--device", sim.tcp)
+                watcher = self.start("monitor", "--json", "--seconds", 60, "--device", sim.tcp)
+                self.ok("arm", "--device", sim.tcp)
+                told = any(happened(json.loads(line)) for line in watcher.stdout)
+                watcher.kill()
+                watcher.communicate()
+                sim.stop()
+                self.assertTrue(told)
 
 
 if __name__ == "__main__":

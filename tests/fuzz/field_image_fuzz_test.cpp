@@ -14,7 +14,6 @@
 #include "tests/fuzz/image.h"
 #include "tests/fuzz/wander.h"
 #include "tests/support/figure.h"
-#include "tests/support/random.h"
 #include "tests/support/sanitizers.h"
 #include "thimble_scene_schema/scene_generated.h"
 
@@ -44,21 +43,7 @@ const Bytes& field_image() {
 }
 
 TEST(FieldImage, MutantsAreRefusedOrLivedWith) {
-  Random random(7);
-  int accepted = 0;
-  int not_finite = 0;
-  for (int mutant = 0; mutant < kFieldMutants; ++mutant) {
-    Bytes bytes = field_image();
-    spoil(bytes, random);
-    SceneView view;
-    if (SceneView::check(bytes, view) != ImageStatus::kOk) continue;
-    ++accepted;
-    if (!stays_finite(view, random)) ++not_finite;
-  }
-  figure("fields: mutants accepted, of " + std::to_string(kFieldMutants), accepted, "reported");
-  figure("fields: accepted mutants with a force that is not finite", not_finite, "0");
-  EXPECT_GT(accepted, kFieldMutants / 20);
-  EXPECT_EQ(not_finite, 0);
+  mutants_are_refused_or_lived_with("fields", field_image(), kFieldMutants, 7);
 }
 
 using Field = std::function<const void*(const scene::Object&)>;

@@ -15,7 +15,6 @@
 #include "tests/fuzz/image.h"
 #include "tests/fuzz/wander.h"
 #include "tests/support/figure.h"
-#include "tests/support/random.h"
 #include "tests/support/sanitizers.h"
 #include "thimble_scene_schema/scene_generated.h"
 
@@ -48,21 +47,7 @@ const Bytes& surface_image() {
 }
 
 TEST(SurfaceImage, MutantsAreRefusedOrLivedWith) {
-  Random random(6);
-  int accepted = 0;
-  int not_finite = 0;
-  for (int mutant = 0; mutant < kSurfaceMutants; ++mutant) {
-    Bytes bytes = surface_image();
-    spoil(bytes, random);
-    SceneView view;
-    if (SceneView::check(bytes, view) != ImageStatus::kOk) continue;
-    ++accepted;
-    if (!stays_finite(view, random)) ++not_finite;
-  }
-  figure("surfaces: mutants accepted, of " + std::to_string(kSurfaceMutants), accepted, "reported");
-  figure("surfaces: accepted mutants with a force that is not finite", not_finite, "0");
-  EXPECT_GT(accepted, kSurfaceMutants / 20);
-  EXPECT_EQ(not_finite, 0);
+  mutants_are_refused_or_lived_with("surfaces", surface_image(), kSurfaceMutants, 6);
 }
 
 // The image with one field changed; `field` points into it.
