@@ -457,7 +457,7 @@ Nrc Controller::write_download(std::uint32_t offset, std::span<const std::uint8_
 Nrc Controller::finish_download() noexcept {
   const StoreStatus status = store_.verify();
   if (status == StoreStatus::kRefused) {
-    refuse(control::name(store_.image_status()));
+    control::write_text(store_.image_verdict(), refusal_);
   } else if (status != StoreStatus::kOk) {
     refuse(name(status));
   }

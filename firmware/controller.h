@@ -81,7 +81,7 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] ParamStatus write_param(std::uint16_t id, std::uint32_t bits) noexcept;
 
   // A whole upload at once: copies an image into the store, verifies it and posts it; the tick switches to it
-  // with the force ramped. kRefused: store().image_status() says why, and the running scene stays.
+  // with the force ramped. kRefused: store().image_verdict() says why, and the running scene stays.
   [[nodiscard]] StoreStatus load_scene(std::span<const std::byte> image) noexcept;
   [[nodiscard]] const SceneStore& store() const noexcept { return store_; }
 

@@ -110,8 +110,8 @@ StoreStatus SceneStore::open(control::SceneView& view) noexcept {
     if (!sound[i]) continue;
     const auto image = storage_->slot(i).subspan(kHeaderBytes, headers[i].length);
     if (crc32(image) != headers[i].crc) continue;
-    image_status_ = control::SceneView::check(image, view);
-    if (image_status_ != control::ImageStatus::kOk) continue;
+    image_verdict_ = control::SceneView::check(image, view);
+    if (image_verdict_ != control::ImageStatus::kOk) continue;
     active_ = i;
     sequence_ = headers[i].sequence;
     image_crc_ = headers[i].crc;
@@ -153,8 +153,8 @@ StoreStatus SceneStore::verify() noexcept {
     abandon();
     return StoreStatus::kWrongCrc;
   }
-  image_status_ = control::SceneView::check(image, checked_);
-  if (image_status_ != control::ImageStatus::kOk) {
+  image_verdict_ = control::SceneView::check(image, checked_);
+  if (image_verdict_ != control::ImageStatus::kOk) {
     abandon();
     return StoreStatus::kRefused;
   }

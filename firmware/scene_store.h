@@ -28,7 +28,7 @@ enum class StoreStatus : std::uint8_t {
   kWrongOffset = 3,  // not where the download stands, or past its end
   kIncomplete = 4,   // verify before the last byte
   kWrongCrc = 5,     // what stands in the slot is not what was announced
-  kRefused = 6,      // SceneView::check said no: image_status() says why
+  kRefused = 6,      // SceneView::check said no: image_verdict() says why
   kStorage = 7,      // the hardware refused an erase or a write
   kBusy = 8,         // the tick still reads the slot that would be written
 };
@@ -69,8 +69,8 @@ class SceneStore {
   [[nodiscard]] std::uint32_t sequence() const noexcept { return sequence_; }  // of the newest scene; 0: none
   [[nodiscard]] std::uint32_t image_crc() const noexcept { return image_crc_; }
   [[nodiscard]] std::size_t image_bytes() const noexcept { return image_bytes_; }
-  [[nodiscard]] control::ImageStatus image_status() const noexcept {
-    return image_status_;
+  [[nodiscard]] const control::ImageVerdict& image_verdict() const noexcept {
+    return image_verdict_;
   }  // of the last check
 
  private:
@@ -82,7 +82,7 @@ class SceneStore {
   std::uint32_t sequence_ = 0;
   std::uint32_t image_crc_ = 0;
   std::size_t image_bytes_ = 0;
-  control::ImageStatus image_status_ = control::ImageStatus::kOk;
+  control::ImageVerdict image_verdict_;
   // The download.
   bool downloading_ = false;
   bool verified_ = false;

@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "board/sim/verdict_text.h"
+
 namespace thimble::board {
 namespace {
 
@@ -24,7 +26,7 @@ SimProbe::SimProbe(SimBoardOptions options, std::span<const std::byte> image)
     : board_(alone(std::move(options))) {
   Controller& controller = board_.controller();
   if (controller.load_scene(image) != firmware::StoreStatus::kOk)
-    fail(std::string("the scene was refused: ") + control::name(controller.store().image_status()));
+    fail("the scene was refused: " + text_of(controller.store().image_verdict()));
   tick();
   const auto until = [this](double most_s, auto&& condition) {
     for (long left = std::lround(most_s * board_.options().rate_Hz); left > 0 && !condition(); --left) tick();

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "board/sim/sim_board.h"
+#include "board/sim/verdict_text.h"
 #include "control/renderer.h"
 
 namespace thimble::board {
@@ -65,9 +66,9 @@ class Simulation {
     std::vector<std::uint64_t> aligned((image_.size() + 7) / 8);
     if (!image_.empty()) std::memcpy(aligned.data(), image_.data(), image_.size());
     control::SceneView scene;
-    const control::ImageStatus status =
+    const control::ImageVerdict verdict =
         control::SceneView::check(std::as_bytes(std::span(aligned)).first(image_.size()), scene);
-    if (status != control::ImageStatus::kOk) return refused(status);
+    if (verdict != control::ImageStatus::kOk) return refused(verdict);
     const auto renderer = std::make_unique<control::Renderer>();
     renderer->bind(scene);
     std::vector<control::Tip> tips(paths_.size());
@@ -113,7 +114,7 @@ class Simulation {
     }
 
     if (controller.load_scene(image_) != firmware::StoreStatus::kOk)
-      return refused(controller.store().image_status());
+      return refused(controller.store().image_verdict());
     const auto until = [&](auto&& condition) {
       for (long left = std::lround(kLongestWait_s * options_.rate_Hz); left > 0; --left) {
         if (condition()) return true;
@@ -169,9 +170,8 @@ class Simulation {
     return start_s_ + static_cast<double>(tick) / options_.rate_Hz;
   }
 
-  static SimulationResult refused(control::ImageStatus status) {
-    return failure(SimulationStatus::kImageRefused,
-                   std::string("the scene image was refused: ") + control::name(status));
+  static SimulationResult refused(const control::ImageVerdict& verdict) {
+    return failure(SimulationStatus::kImageRefused, "the scene image was refused: " + text_of(verdict));
   }
 
   static SimulationResult not_armed(const firmware::Controller& controller, const char* what) {

@@ -1,4 +1,5 @@
-// What the checks of a scene image share, and the checks of its parts. Used by SceneView::check only.
+// What the checks of a scene image share, and the checks of its parts. For SceneView::check, and for the compiler, which refuses the same
+// things with more words.
 #pragma once
 
 #include "control/scene/limits.h"
@@ -8,12 +9,18 @@
 namespace thimble::control {
 
 // Every check answers the first thing wrong; kOk goes on.
-#define RETURN_IF_BAD(expression)                                                           \
-  do {                                                                                      \
-    if (const ImageStatus status = (expression); status != ImageStatus::kOk) return status; \
+#define RETURN_IF_BAD(expression)                                                               \
+  do {                                                                                          \
+    if (const ImageVerdict verdict = (expression); verdict != ImageStatus::kOk) return verdict; \
   } while (false)
 
-inline ImageStatus require(bool sound, ImageStatus otherwise) { return sound ? ImageStatus::kOk : otherwise; }
+inline ImageVerdict require(bool sound, ImageStatus otherwise) {
+  return sound ? ImageStatus::kOk : otherwise;
+}
+
+inline ImageVerdict at_most(std::size_t limit, std::size_t count, const char* what, ImageStatus otherwise) {
+  return count <= limit ? ImageVerdict() : ImageVerdict(otherwise, what, count, limit);
+}
 
 // Comparisons with NaN are false, so these refuse it too.
 inline bool in_range(float value, float lo, float hi) { return value >= lo && value <= hi; }
@@ -25,14 +32,22 @@ inline bool is_coordinate(const scene::Vec3& v) {
 inline bool is_size(float value) { return value > 0.0F && value <= kMaxCoordinate_m; }
 inline bool is_unit(float length2) { return in_range(length2, 0.998F, 1.002F); }
 
-[[nodiscard]] ImageStatus check_surface(
+[[nodiscard]] ImageVerdict check_surface(
     const scene::Object& object) noexcept;  // object.surface, when it has one
-[[nodiscard]] ImageStatus check_body(const scene::Object& object) noexcept;  // object.body, when it has one
+// The largest stiffness of a surface anywhere, N/m: a spline is nowhere above the largest of its control points.
+[[nodiscard]] inline float stiffest_N_m(float of_material_N_m, const scene::Surface* surface) noexcept {
+  if (surface == nullptr || surface->stiffness_map() == nullptr) return of_material_N_m;
+  const auto& points_N_m = *surface->stiffness_map()->stiffness_n_per_m();
+  float stiffest = 0.0F;  // the map takes the place of the material's
+  for (const float each_N_m : points_N_m) stiffest = each_N_m > stiffest ? each_N_m : stiffest;
+  return stiffest;
+}
+[[nodiscard]] ImageVerdict check_body(const scene::Object& object) noexcept;  // object.body, when it has one
 // The control of an object's body, when it has one; the body's own numbers have been checked before.
-[[nodiscard]] ImageStatus check_control(const scene::Object& object) noexcept;
-[[nodiscard]] ImageStatus check_volume(const scene::Object& object) noexcept;  // a shape that is a volume
-[[nodiscard]] ImageStatus check_needle(const scene::Needle& needle) noexcept;
-[[nodiscard]] ImageStatus check_tissue(const scene::Tissue& tissue,
-                                       float stiffness_N_m) noexcept;  // of the object's material
+[[nodiscard]] ImageVerdict check_control(const scene::Object& object) noexcept;
+[[nodiscard]] ImageVerdict check_volume(const scene::Object& object) noexcept;  // a shape that is a volume
+[[nodiscard]] ImageVerdict check_needle(const scene::Needle& needle) noexcept;
+[[nodiscard]] ImageVerdict check_tissue(const scene::Tissue& tissue,
+                                        float stiffness_N_m) noexcept;  // of the object's material
 
 }  // namespace thimble::control

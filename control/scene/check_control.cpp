@@ -8,11 +8,11 @@
 namespace thimble::control {
 namespace {
 
-ImageStatus check_curve(const scene::Control& control, float most, float& steepest) {
+ImageVerdict check_curve(const scene::Control& control, float most, float& steepest) {
   steepest = 0.0F;
   if (control.curve() == nullptr) return ImageStatus::kOk;
   const auto& curve = *control.curve();
-  if (curve.size() > kMaxCurvePoints) return ImageStatus::kTooManySamples;
+  RETURN_IF_BAD(at_most(kMaxCurvePoints, curve.size(), "points of a curve", ImageStatus::kTooManySamples));
   for (std::uint32_t i = 0; i < curve.size(); ++i) {
     const scene::CurvePoint& point = *curve.Get(i);
     RETURN_IF_BAD(require(
@@ -28,7 +28,7 @@ ImageStatus check_curve(const scene::Control& control, float most, float& steepe
 
 }  // namespace
 
-ImageStatus check_control(const scene::Object& object) noexcept {
+ImageVerdict check_control(const scene::Object& object) noexcept {
   const scene::Body& body = *object.body();
   if (body.control() == nullptr) return ImageStatus::kOk;
   const scene::Control& c = *body.control();

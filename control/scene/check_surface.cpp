@@ -6,9 +6,9 @@ namespace {
 bool is_unit(const scene::Vec3& v) { return control::is_unit(v.x() * v.x() + v.y() * v.y() + v.z() * v.z()); }
 
 // A grid of as many numbers as it says, all of them in the range.
-ImageStatus check_grid(const flatbuffers::Vector<float>& numbers, std::size_t columns, std::size_t rows,
-                       std::size_t most, float lo, float hi) {
-  if (columns * rows > most) return ImageStatus::kTooManySamples;
+ImageVerdict check_grid(const flatbuffers::Vector<float>& numbers, std::size_t columns, std::size_t rows,
+                        std::size_t most, const char* what, float lo, float hi) {
+  RETURN_IF_BAD(at_most(most, columns * rows, what, ImageStatus::kTooManySamples));
   if (columns == 0 || rows == 0 || numbers.size() != columns * rows) return ImageStatus::kBadIndex;
   for (const float number : numbers) {
     if (!in_range(number, lo, hi)) return ImageStatus::kBadNumber;
@@ -16,16 +16,16 @@ ImageStatus check_grid(const flatbuffers::Vector<float>& numbers, std::size_t co
   return ImageStatus::kOk;
 }
 
-ImageStatus check_click(const scene::Click& click) {
+ImageVerdict check_click(const scene::Click& click) {
   return require(in_range(click.amplitude_n(), 0.0F, kMaxClick_N) &&
                      in_range(click.frequency_hz(), kMinClickFrequency_Hz, kMaxClickFrequency_Hz) &&
                      in_range(click.decay_per_s(), kMinClickDecay_per_s, kMaxClickDecay_per_s),
                  ImageStatus::kBadNumber);
 }
 
-ImageStatus check_texture(const scene::Texture& texture) {
+ImageVerdict check_texture(const scene::Texture& texture) {
   RETURN_IF_BAD(check_grid(*texture.height_m(), texture.columns(), texture.rows(), kMaxTextureSamples,
-                           -kMaxRelief_m, kMaxRelief_m));
+                           "points of a texture", -kMaxRelief_m, kMaxRelief_m));
   return require(
       texture.kind() <= scene::TextureKind::MAX &&
           in_range(texture.tile_u_m() / static_cast<float>(texture.columns()), kMinSpacing_m,
@@ -34,12 +34,12 @@ ImageStatus check_texture(const scene::Texture& texture) {
       ImageStatus::kBadNumber);
 }
 
-ImageStatus check_map(const scene::StiffnessMap& map) {
-  RETURN_IF_BAD(check_grid(*map.stiffness_n_per_m(), map.columns(), map.rows(), kMaxMapSamples, 0.0F,
-                           kMaxStiffness_N_m));
+ImageVerdict check_map(const scene::StiffnessMap& map) {
+  RETURN_IF_BAD(check_grid(*map.stiffness_n_per_m(), map.columns(), map.rows(), kMaxMapSamples,
+                           "points of a map", 0.0F, kMaxStiffness_N_m));
   if (map.damping_n_s_per_m() != nullptr) {
-    RETURN_IF_BAD(check_grid(*map.damping_n_s_per_m(), map.columns(), map.rows(), kMaxMapSamples, 0.0F,
-                             kMaxDamping_N_s_m));
+    RETURN_IF_BAD(check_grid(*map.damping_n_s_per_m(), map.columns(), map.rows(), kMaxMapSamples,
+                             "points of a map", 0.0F, kMaxDamping_N_s_m));
   }
   return require(in_range(map.cell_m(), kMinSpacing_m, kMaxCoordinate_m) && is_coordinate(*map.origin_m()) &&
                      is_unit(*map.u()) && is_unit(*map.v()),
@@ -48,7 +48,7 @@ ImageStatus check_map(const scene::StiffnessMap& map) {
 
 }  // namespace
 
-ImageStatus check_surface(const scene::Object& object) noexcept {
+ImageVerdict check_surface(const scene::Object& object) noexcept {
   const scene::Surface* surface = object.surface();
   if (surface == nullptr) return ImageStatus::kOk;
   if (surface->click() != nullptr) RETURN_IF_BAD(check_click(*surface->click()));

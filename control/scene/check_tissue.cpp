@@ -2,8 +2,8 @@
 
 namespace thimble::control {
 
-ImageStatus check_needle(const scene::Needle& needle) noexcept {
-  if (needle.layers()->size() > kMaxLayers) return ImageStatus::kTooManySamples;
+ImageVerdict check_needle(const scene::Needle& needle) noexcept {
+  RETURN_IF_BAD(at_most(kMaxLayers, needle.layers()->size(), "layers", ImageStatus::kTooManySamples));
   if (needle.layers()->size() == 0) return ImageStatus::kBadNumber;
   for (const scene::Layer* layer : *needle.layers()) {
     RETURN_IF_BAD(require(is_size(layer->thickness_m()) &&
@@ -17,7 +17,7 @@ ImageStatus check_needle(const scene::Needle& needle) noexcept {
   return ImageStatus::kOk;
 }
 
-ImageStatus check_tissue(const scene::Tissue& tissue, float stiffness_N_m) noexcept {
+ImageVerdict check_tissue(const scene::Tissue& tissue, float stiffness_N_m) noexcept {
   return require(
       is_size(tissue.half_x_m()) && is_size(tissue.half_y_m()) && is_size(tissue.contact_radius_m()) &&
           stiffness_N_m > 0.0F &&

@@ -9,12 +9,14 @@ bool is_half_space(const scene::HalfSpace& half) {
          in_range(half.offset_m(), -2.0F * kMaxCoordinate_m, 2.0F * kMaxCoordinate_m);
 }
 
-ImageStatus check_vector_field(const scene::VectorField& field) {
-  if (field.subvolumes()->size() > kMaxSubvolumes) return ImageStatus::kTooManySamples;
+ImageVerdict check_vector_field(const scene::VectorField& field) {
+  RETURN_IF_BAD(
+      at_most(kMaxSubvolumes, field.subvolumes()->size(), "subvolumes", ImageStatus::kTooManySamples));
   RETURN_IF_BAD(
       require(is_coordinate(*field.lo_m()) && is_coordinate(*field.hi_m()), ImageStatus::kBadNumber));
   for (const scene::Subvolume* subvolume : *field.subvolumes()) {
-    if (subvolume->sides()->size() > kMaxSubvolumeSides) return ImageStatus::kTooManySamples;
+    RETURN_IF_BAD(at_most(kMaxSubvolumeSides, subvolume->sides()->size(), "sides of a subvolume",
+                          ImageStatus::kTooManySamples));
     for (const scene::HalfSpace* side : *subvolume->sides()) {
       RETURN_IF_BAD(require(is_half_space(*side), ImageStatus::kBadNumber));
     }
@@ -25,14 +27,14 @@ ImageStatus check_vector_field(const scene::VectorField& field) {
   return ImageStatus::kOk;
 }
 
-ImageStatus check_potential_field(const scene::PotentialField& field) {
+ImageVerdict check_potential_field(const scene::PotentialField& field) {
   constexpr std::uint16_t kLeastCount = 4;  // one cell of the spline
   if (field.count()->size() != 3) return ImageStatus::kBadIndex;
   std::size_t samples = 1;
   for (const std::uint16_t count : *field.count()) {
     if (count < kLeastCount) return ImageStatus::kBadIndex;
     samples *= count;
-    if (samples > kMaxFieldSamples) return ImageStatus::kTooManySamples;
+    RETURN_IF_BAD(at_most(kMaxFieldSamples, samples, "points of a field", ImageStatus::kTooManySamples));
   }
   RETURN_IF_BAD(require(field.coefficients()->size() == samples, ImageStatus::kBadIndex));
   RETURN_IF_BAD(require(is_coordinate(*field.origin_m()) &&
@@ -47,7 +49,7 @@ ImageStatus check_potential_field(const scene::PotentialField& field) {
 
 }  // namespace
 
-ImageStatus check_volume(const scene::Object& object) noexcept {
+ImageVerdict check_volume(const scene::Object& object) noexcept {
   // Effects of a surface and motion belong to objects that have a surface; a proxy needs a stiffness.
   if (object.surface() != nullptr || object.body() != nullptr) return ImageStatus::kNoShape;
   RETURN_IF_BAD(require(object.material()->stiffness_n_per_m() > 0.0F, ImageStatus::kBadNumber));

@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 constexpr std::uint32_t kLeaf = 0x80000000U;
 
-ImageStatus check_material(const scene::Material& m) {
+ImageVerdict check_material(const scene::Material& m) {
   return require(in_range(m.stiffness_n_per_m(), 0.0F, kMaxStiffness_N_m) &&
                      in_range(m.damping_n_s_per_m(), 0.0F, kMaxDamping_N_s_m) &&
                      in_range(m.static_friction(), 0.0F, kMaxFriction) &&
@@ -24,14 +24,14 @@ ImageStatus check_material(const scene::Material& m) {
                  ImageStatus::kBadNumber);
 }
 
-ImageStatus check_pose(const scene::Pose& pose) {
+ImageVerdict check_pose(const scene::Pose& pose) {
   const scene::Quat& q = pose.rotation();
   return require(is_coordinate(pose.position_m()) &&
                      is_unit(q.w() * q.w() + q.x() * q.x() + q.y() * q.y() + q.z() * q.z()),
                  ImageStatus::kBadNumber);
 }
 
-ImageStatus check_triangles(const scene::Mesh& mesh) {
+ImageVerdict check_triangles(const scene::Mesh& mesh) {
   const std::uint32_t vertices = mesh.vertices()->size();
   const std::uint32_t triangles = mesh.triangles()->size();
   for (std::uint32_t i = 0; i < triangles; ++i) {
@@ -64,7 +64,7 @@ ImageStatus check_triangles(const scene::Mesh& mesh) {
 }
 
 // Walks the whole tree: every node once, no deeper than a sweep's stack, every leaf inside the triangles.
-ImageStatus check_tree(const scene::Mesh& mesh) {
+ImageVerdict check_tree(const scene::Mesh& mesh) {
   const std::uint32_t nodes = mesh.nodes()->size();
   const std::uint32_t triangles = mesh.triangles()->size();
   std::array<std::uint32_t, kMaxBvhDepth> stack{};
@@ -88,10 +88,10 @@ ImageStatus check_tree(const scene::Mesh& mesh) {
   return ImageStatus::kOk;
 }
 
-ImageStatus check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene) {
+ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene) {
   const std::uint32_t triangles = mesh.triangles()->size();
   triangles_in_scene += triangles;
-  if (triangles_in_scene > kMaxTriangles) return ImageStatus::kTooManyTriangles;
+  RETURN_IF_BAD(at_most(kMaxTriangles, triangles_in_scene, "triangles", ImageStatus::kTooManyTriangles));
   if (triangles == 0 || mesh.vertices()->size() == 0 || mesh.nodes()->size() == 0)
     return ImageStatus::kBadIndex;
   if (mesh.flags()->size() != triangles) return ImageStatus::kBadIndex;
@@ -110,7 +110,7 @@ ImageStatus check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene)
   return check_tree(mesh);
 }
 
-ImageStatus check_shape(const scene::Object& object, std::size_t& triangles_in_scene) {
+ImageVerdict check_shape(const scene::Object& object, std::size_t& triangles_in_scene) {
   switch (object.shape_type()) {
     case scene::Shape::NONE:
       return ImageStatus::kNoShape;
@@ -149,38 +149,8 @@ ImageStatus check_shape(const scene::Object& object, std::size_t& triangles_in_s
 
 }  // namespace
 
-const char* name(ImageStatus status) noexcept {
-  switch (status) {
-    case ImageStatus::kOk:
-      return "ok";
-    case ImageStatus::kTooLarge:
-      return "too_large";
-    case ImageStatus::kMisaligned:
-      return "misaligned";
-    case ImageStatus::kNotAScene:
-      return "not_a_scene";
-    case ImageStatus::kTooManyObjects:
-      return "too_many_objects";
-    case ImageStatus::kTooManyTriangles:
-      return "too_many_triangles";
-    case ImageStatus::kTooManyBodies:
-      return "too_many_bodies";
-    case ImageStatus::kTooManySamples:
-      return "too_many_samples";
-    case ImageStatus::kBadNumber:
-      return "bad_number";
-    case ImageStatus::kBadIndex:
-      return "bad_index";
-    case ImageStatus::kBadTree:
-      return "bad_tree";
-    case ImageStatus::kNoShape:
-      return "no_shape";
-  }
-  return "unknown";
-}
-
-ImageStatus SceneView::check(std::span<const std::byte> bytes, SceneView& view) noexcept {
-  if (bytes.size() > kMaxImageBytes) return ImageStatus::kTooLarge;
+ImageVerdict SceneView::check(std::span<const std::byte> bytes, SceneView& view) noexcept {
+  RETURN_IF_BAD(at_most(kMaxImageBytes, bytes.size(), "bytes", ImageStatus::kTooLarge));
   if (std::bit_cast<std::uintptr_t>(bytes.data()) % 8 != 0) return ImageStatus::kMisaligned;
   const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
   // Scene -> object -> surface -> texture is 4 tables deep; an object has at most itself, its shape with subvolumes, its surface
@@ -191,7 +161,7 @@ ImageStatus SceneView::check(std::span<const std::byte> bytes, SceneView& view) 
   if (bytes.size() < 2 * sizeof(std::uint32_t) || !scene::VerifySceneBuffer(verifier))
     return ImageStatus::kNotAScene;
   const scene::Scene* scene = scene::GetScene(data);
-  if (scene->objects()->size() > kMaxObjects) return ImageStatus::kTooManyObjects;
+  RETURN_IF_BAD(at_most(kMaxObjects, scene->objects()->size(), "objects", ImageStatus::kTooManyObjects));
   std::size_t triangles = 0;
   std::size_t bodies = 0;
   std::size_t volumes = 0;
@@ -205,8 +175,10 @@ ImageStatus SceneView::check(std::span<const std::byte> bytes, SceneView& view) 
     RETURN_IF_BAD(check_material(*object->material()));
     RETURN_IF_BAD(check_surface(*object));
     RETURN_IF_BAD(check_body(*object));
-    if (object->body() != nullptr && ++bodies > kMaxBodies) return ImageStatus::kTooManyBodies;
-    if (is_volume(object->shape_type()) && ++volumes > kMaxVolumes) return ImageStatus::kTooManyObjects;
+    if (object->body() != nullptr) ++bodies;
+    if (is_volume(object->shape_type())) ++volumes;
+    RETURN_IF_BAD(at_most(kMaxBodies, bodies, "objects that move", ImageStatus::kTooManyBodies));
+    RETURN_IF_BAD(at_most(kMaxVolumes, volumes, "volumes", ImageStatus::kTooManyObjects));
   }
   view.scene_ = scene;
   return ImageStatus::kOk;

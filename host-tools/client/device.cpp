@@ -102,7 +102,7 @@ std::string fault_sentence(std::uint8_t number) {
 
 // What to do about the reasons that a device gives most; they come as a list, "not_homed,no_scene".
 std::string remedy_of(const std::string& reasons) {
-  constexpr std::array<std::pair<const char*, const char*>, 8> kRemedies = {{
+  constexpr std::array<std::pair<const char*, const char*>, 9> kRemedies = {{
       {"not_homed", "home the arm (`thimble home`)"},
       {"no_scene", "send a scene (`thimble upload`)"},
       {"dead_man_released", "hold the dead-man switch"},
@@ -110,6 +110,7 @@ std::string remedy_of(const std::string& reasons) {
       {"moves_not_allowed", "keep hands off the arm, then allow it to move (`thimble scan --allow-moves`)"},
       {"in_contact", "move the tip off the scene's surfaces"},
       {"outside_workspace", "move the tip back into the workspace"},
+      {"too_many", "leave some out; the limits are in `thimble info`"},
       {"fault_latched", "clear the fault (`thimble fault list`, `thimble fault clear`)"},
   }};
   std::string remedy;

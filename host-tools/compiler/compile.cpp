@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "control/scene/check.h"
 #include "control/scene/limits.h"
 #include "host-tools/compiler/height_grid.h"
 #include "host-tools/compiler/mesh_file.h"
@@ -60,13 +61,17 @@ class ImageWriter {
     const SceneMaterial& m = object.material;
     const scene::Material material(cast(m.stiffness_N_m), cast(m.damping_N_s_m), cast(m.static_friction),
                                    cast(m.dynamic_friction), m.friction_mode);
-    const auto body =
-        object.body ? write_body(builder_, *object.body, unit_inertia_, object.position_m, object.rotation)
-                    : 0;
     const auto* cylinder = std::get_if<CylinderShape>(&object.shape);
     const Wearer wearer{object.name, object.shape_word, shape.first >= scene::Shape::VectorField,
                         cylinder != nullptr ? cylinder->radius_m : 0.0};
     const auto surface = write_surface(builder_, m.surface, wearer, folder_, report_.warnings);
+    const float stiffest_N_m = control::stiffest_N_m(
+        material.stiffness_n_per_m(),
+        surface.IsNull() ? nullptr : flatbuffers::GetTemporaryPointer(builder_, surface));
+    const auto body = object.body
+                          ? write_body(builder_, *object.body, unit_inertia_,
+                                       static_cast<double>(stiffest_N_m), object.position_m, object.rotation)
+                          : 0;
     return scene::CreateObject(builder_, name, shape.first, shape.second, &pose, &material, surface, body);
   }
 

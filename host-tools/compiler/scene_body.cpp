@@ -7,6 +7,7 @@
 
 #include "control/scene/limits.h"
 #include "host-tools/compiler/to_scene.h"
+#include "host-tools/error.h"
 
 namespace thimble::host {
 namespace {
@@ -46,6 +47,7 @@ SceneBody read_body(const Value& value, double stiffness_N_m) {
     }
   }
 
+  body.place = value.place();
   body.mass_kg =
       value.at("mass_kg").as_number({limit(control::kMinMass_kg), limit(control::kMaxMass_kg), false, "kg"});
   const double stiffest = limit(kMaxStiffnessPerMass_1_s2) * body.mass_kg;
@@ -138,14 +140,44 @@ std::optional<MeshMass> mesh_mass(const CompiledMesh& mesh) {
   return MeshMass{first / volume, {s.y() + s.z(), s.z() + s.x(), s.x() + s.y()}};
 }
 
+namespace {
+
+// An evenly filled body of the least mass that the surface allows has the least moments too: a smaller one gives way to a fingertip
+// at its side as a lighter body does.
+void refuse_too_light(const SceneBody& body, const Eigen::Vector3d& unit_inertia,
+                      const Eigen::Vector3d& moments, double stiffest_N_m) {
+  constexpr double kRounding = 1.0 - 1.0e-5;  // the controller compares the numbers as rounded to float
+  const double least_kg = stiffest_N_m / limit(control::kMaxStiffnessPerMass_1_s2);
+  const std::string surface = "; its surface is up to " + number(stiffest_N_m) + " N/m stiff";
+  const char* const remedy = "make it heavier or its surface softer";
+  if (body.mass_kg < least_kg * kRounding) {
+    throw Error(ExitCode::kBadInput, "body-too-light",
+                body.place + " has a mass of " + number(body.mass_kg) + " kg, at least " + number(least_kg) +
+                    " kg are needed" + surface,
+                remedy);
+  }
+  if (body.motion != scene::Motion::Free && body.motion != scene::Motion::Turn) return;
+  const Eigen::Vector3d least_kg_m2 = least_kg * unit_inertia;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (moments[axis] >= least_kg_m2[axis] * kRounding) continue;
+    throw Error(ExitCode::kBadInput, "body-too-light",
+                body.place + "/inertia_kg_m2/" + std::to_string(axis) + " is " + number(moments[axis]) +
+                    ", at least " + number(least_kg_m2[axis]) + " kg m2 are needed" + surface,
+                remedy);
+  }
+}
+
+}  // namespace
+
 flatbuffers::Offset<scene::Body> write_body(flatbuffers::FlatBufferBuilder& builder, const SceneBody& body,
-                                            const Eigen::Vector3d& unit_inertia,
+                                            const Eigen::Vector3d& unit_inertia, double stiffest_N_m,
                                             const Eigen::Vector3d& position_m,
                                             const Eigen::Quaterniond& rotation) {
   const auto cast = [](double value) { return static_cast<float>(value); };
   const Eigen::Vector3d least = Eigen::Vector3d::Constant(limit(control::kMinInertia_kg_m2));
   const Eigen::Vector3d moments =
       body.inertia_kg_m2.value_or(Eigen::Vector3d((body.mass_kg * unit_inertia).cwiseMax(least)));
+  refuse_too_light(body, unit_inertia, moments, stiffest_N_m);
   const Eigen::Vector3d pivot_m = body.pivot_m.value_or(position_m);
   flatbuffers::Offset<scene::Control> control = 0;
   if (body.control) {

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "host-tools/compiler/mesh.h"
@@ -31,6 +32,7 @@ struct SceneBody {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
   std::optional<Eigen::Vector3d> pivot_m;  // absent: the object's position
   std::optional<SceneControl> control;
+  std::string place;  // in the scene file, for errors
 };
 
 // stiffness_N_m is the object's material's: what is too stiff for the mass is refused.
@@ -49,11 +51,10 @@ struct MeshMass {
 };
 [[nodiscard]] std::optional<MeshMass> mesh_mass(const CompiledMesh& mesh);
 
-// unit_inertia: of the shape, for 1 kg. Position and rotation are the object's. Throws what write_control does.
-[[nodiscard]] flatbuffers::Offset<scene::Body> write_body(flatbuffers::FlatBufferBuilder& builder,
-                                                          const SceneBody& body,
-                                                          const Eigen::Vector3d& unit_inertia,
-                                                          const Eigen::Vector3d& position_m,
-                                                          const Eigen::Quaterniond& rotation);
+// unit_inertia: of the shape, for 1 kg; stiffest_N_m: of the surface, anywhere; position and rotation are the object's.
+// Throws `body-too-light`, for what would swing by itself under a fingertip, and what write_control does.
+[[nodiscard]] flatbuffers::Offset<scene::Body> write_body(
+    flatbuffers::FlatBufferBuilder& builder, const SceneBody& body, const Eigen::Vector3d& unit_inertia,
+    double stiffest_N_m, const Eigen::Vector3d& position_m, const Eigen::Quaterniond& rotation);
 
 }  // namespace thimble::host

@@ -38,6 +38,9 @@ const Bytes& body_image() {
   "body": { "motion": "translate", "mass_kg": 0.05, "velocity_m_s": [1, 2, 3], "spring_N_m": 10, "damping_N_s_m": 0.1 } },
 { "name": "puck", "shape": { "cylinder": { "radius_m": 0.01, "height_m": 0.01 } }, "material": "m", "pose": { "position_m": [-0.03, 0, 0] },
   "body": { "motion": "plane", "mass_kg": 0.05 } },
+{ "name": "lump", "shape": { "sphere": { "radius_m": 0.01 } }, "pose": { "position_m": [0, -0.03, 0] },
+  "material": { "stiffness_N_m": 500, "stiffness_map": { "stiffness_N_m": [[100, 200], [300, 400]], "cell_m": 0.01 } },
+  "body": { "motion": "free", "mass_kg": 0.05 } },
 { "name": "pill", "shape": { "capsule": { "radius_m": 0.01, "height_m": 0.01 } }, "material": "m", "pose": { "position_m": [0, 0.03, 0] },
   "body": { "motion": "free", "mass_kg": 0.05 } } ] })",
                                "seed.scene.json", ".")
@@ -71,6 +74,10 @@ TEST(BodyImage, EachNumberOutOfItsRangeIsRefusedByName) {
       {field_of_block<B::VT_ANGULAR_DAMPING_N_M_S>, {-1.0F, 1001.0F}},
       {field_of_block<B::VT_AXIS, 8>, {0.0F, 2.0F}},
       {field_of_block<B::VT_PIVOT_M>, {11.0F}},
+      {[](const scene::Scene& s) -> const void* {
+         return s.objects()->Get(4)->surface()->stiffness_map()->stiffness_n_per_m()->Data() + 4;
+       },
+       {-1.0F, 5.1e4F}},  // at 50 g, 5e4 N/m is the most
       {[](const scene::Scene& s) -> const void* { return s.gravity_m_per_s2(); }, {11.0F}},
   };
   int tried = 0;

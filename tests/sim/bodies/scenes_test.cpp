@@ -225,6 +225,43 @@ TEST(Scenes, PucksOfMulty3KnockEachOther) {
   figure("multy3: hardest force, N", felt[0], "0.3 to 6");
   for (const double f : fastest) EXPECT_GT(f, .05);
   EXPECT_LT(off_plane, 1e-8);
+  // A knock: in one tick two pucks that come together both change their speed, and part.
+  const std::array<double, 3> mass_kg{.05, .15, .45};
+  int knocks = 0;
+  double restitution_off = 0;
+  double momentum_lost = 0;  // share of what one gave the other
+  for (std::size_t k = 1; k < moments.size(); ++k) {
+    const auto& before = moments[k - 1].bodies;
+    const auto& after = moments[k].bodies;
+    for (const auto& [i, j] : {std::pair(0U, 1U), std::pair(0U, 2U), std::pair(1U, 2U)}) {
+      const Vector3d n = (before[j].at_m - before[i].at_m).normalized();
+      const double closing = (before[i].velocity_m_s - before[j].velocity_m_s).dot(n);
+      const double parting = (after[j].velocity_m_s - after[i].velocity_m_s).dot(n);
+      const Vector3d given = mass_kg[i] * (before[i].velocity_m_s - after[i].velocity_m_s);
+      const Vector3d taken = mass_kg[j] * (after[j].velocity_m_s - before[j].velocity_m_s);
+      if (closing < .03 || parting <= 0 || given.norm() < 1e-3 || taken.norm() < 1e-3) continue;
+      ++knocks;
+      restitution_off = std::max(restitution_off, std::abs(parting / closing - .8));
+      momentum_lost = std::max(momentum_lost, (given - taken).norm() / taken.norm());
+    }
+  }
+  figure("multy3: knocks", knocks, "at least 3");
+  figure("multy3: restitution of a knock off 0.8 by, worst", restitution_off, "< 0.005");
+  figure("multy3: momentum lost in a knock, worst share", momentum_lost, "< 0.01");
+  EXPECT_GE(knocks, 3);
+  EXPECT_LT(restitution_off, .005);
+  EXPECT_LT(momentum_lost, .01);
+  // Pushed alike, each by its own stroke: what it takes tells the masses apart.
+  std::array<double, 3> impulse_N_s{};
+  for (std::size_t puck = 0; puck < 3; ++puck) {
+    const double from_s = .9 + 2.7 * static_cast<double>(puck);
+    for (double t = from_s; t < from_s + .7; t += 2.5e-4)
+      impulse_N_s[puck] += 2.5e-4 * at(moments, t).force_N[0].norm();
+    figure("multy3: push of puck " + std::to_string(puck) + ", N s", impulse_N_s[puck],
+           "more for the heavier one");
+  }
+  EXPECT_GT(impulse_N_s[1], 1.1 * impulse_N_s[0]);
+  EXPECT_GT(impulse_N_s[2], 2 * impulse_N_s[1]);
   EXPECT_GT(felt[0], .3);
   EXPECT_LT(felt[0], 6);
 }

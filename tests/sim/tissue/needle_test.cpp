@@ -30,12 +30,16 @@ const std::vector<Layer> kTable{{0.004, 800, 2.0, 0.2, 10},
 SceneImage needle_scene(const std::vector<Layer>& layers, bool rubbing, double damping_N_s_m = 0.0) {
   std::string list;
   for (const Layer& l : layers) {
-    list += (list.empty() ? "" : ",") + std::string("{\"thickness_m\":") + std::to_string(l.thickness_m) +
-            ",\"stiffness_N_m\":" + std::to_string(l.stiffness_N_m) +
-            ",\"tear_N\":" + std::to_string(l.tear_N);
-    if (rubbing)
-      list += ",\"friction_N\":" + std::to_string(l.friction_N) +
-              ",\"viscosity_N_s_m2\":" + std::to_string(l.viscosity_N_s_m2);
+    const auto key = [&](const char* before, const char* name, double value) {
+      list.append(before).append("\"").append(name).append("\":").append(std::to_string(value));
+    };
+    key(list.empty() ? "{" : ",{", "thickness_m", l.thickness_m);
+    key(",", "stiffness_N_m", l.stiffness_N_m);
+    key(",", "tear_N", l.tear_N);
+    if (rubbing) {
+      key(",", "friction_N", l.friction_N);
+      key(",", "viscosity_N_s_m2", l.viscosity_N_s_m2);
+    }
     list += "}";
   }
   const std::string text =

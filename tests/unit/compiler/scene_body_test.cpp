@@ -111,6 +111,14 @@ TEST(SceneBody, EachMistakeIsNamedWithItsPlace) {
       {scene_with(kBox, R"({"motion": "free", "mass_kg": 0.002})")
            .replace(scene_with(kBox, "").find("1000"), 4, "5000"),
        "bad-value", "at least 0.005 kg with a material of 5000.0 N/m"},
+      {scene_with(kBox, R"({"motion": "free", "mass_kg": 0.04})")
+           .replace(scene_with(kBox, "").find("1000"), 4,
+                    R"(100, "stiffness_map": {"stiffness_N_m": [[100, 100], [100, 50000]], "cell_m": 0.01})"),
+       "body-too-light",
+       "/objects/0/body has a mass of 0.04 kg, at least 0.05 kg are needed; its surface is up to 50000.0 "
+       "N/m"},
+      {with(R"("inertia_kg_m2": [1, 1e-9, 1])"), "body-too-light",
+       "/objects/0/body/inertia_kg_m2/1 is 1e-09"},
       {with(R"("mass": 1)"), "unknown-key", "/body/mass is not a key"},
       {with(R"("inertia_kg_m2": [1, 1, 0])"), "bad-value", "/inertia_kg_m2/2 is 0"},
       {with(R"("inertia_kg_m2": 1)"), "bad-value", "/inertia_kg_m2 is 1"},

@@ -108,7 +108,7 @@ TEST(SceneControl, WithoutAKeyItHasNone) {
                                                         {"turn_control", "/objects/1/body/control"},
                                                         {"turn_detents", "/objects/1/body/control/detents"},
                                                         {"turn_switch", "/objects/1/body/control/switch"}}) {
-    const json required = definitions.at(kind).value("required", json::array());
+    const auto required = definitions.at(kind).value("required", std::vector<std::string>());
     for (const auto& [key, unused] : definitions.at(kind).at("properties").items()) {
       json less = whole;
       ASSERT_EQ(less[json::json_pointer(place)].erase(key), 1U) << place << "/" << key;

@@ -412,7 +412,7 @@ TEST(SceneSchema, EveryRequiredKeyIsRequiredByTheReader) {
       if (object.erase(key) == 0 || key == "materials") {
         continue;
       }
-      const json required = definition.value("required", json::array());
+      const auto required = definition.value("required", std::vector<std::string>());
       const bool needed = std::find(required.begin(), required.end(), key) != required.end();
       EXPECT_EQ(refusal(less.dump()).name, needed ? "missing-key" : "nothing refused")
           << place.pointer << "/" << key;

@@ -268,7 +268,7 @@ TEST(SceneSurface, TheSchemaHasTheReadersLimits) {
     for (const auto& [key, unused] : definition.at("properties").items()) {
       json less = whole;
       if (less[json::json_pointer(pointer)].erase(key) == 0 || key == "pattern") continue;
-      const json required = definition.value("required", json::array());
+      const auto required = definition.value("required", std::vector<std::string>());
       const bool needed = std::find(required.begin(), required.end(), key) != required.end();
       EXPECT_EQ(refusal(less.dump()).name, needed ? "missing-key" : "nothing refused")
           << pointer << "/" << key;

@@ -5,14 +5,17 @@
 namespace thimble::test {
 
 std::vector<std::byte> plane_image(float stiffness_N_m, float height_m, float damping_N_s_m,
-                                   const std::string& name) {
+                                   const std::string& name, std::size_t planes) {
   flatbuffers::FlatBufferBuilder builder;
   const scene::Plane plane(scene::Vec3(0, 0, 1), height_m);
   const scene::Pose pose(scene::Vec3(0, 0, 0), scene::Quat(1, 0, 0, 0));
   const scene::Material material(stiffness_N_m, damping_N_s_m, 0, 0, scene::FrictionMode::StickSlip);
-  const auto object = scene::CreateObject(builder, builder.CreateString("plane"), scene::Shape::Plane,
-                                          builder.CreateStruct(plane).Union(), &pose, &material);
-  const auto objects = builder.CreateVector(&object, 1);
+  std::vector<flatbuffers::Offset<scene::Object>> all;
+  for (std::size_t i = 0; i < planes; ++i) {
+    all.push_back(scene::CreateObject(builder, builder.CreateString("plane"), scene::Shape::Plane,
+                                      builder.CreateStruct(plane).Union(), &pose, &material));
+  }
+  const auto objects = builder.CreateVector(all);
   scene::FinishSceneBuffer(builder, scene::CreateScene(builder, builder.CreateString(name), objects));
   const auto bytes = std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
   return {bytes.begin(), bytes.end()};

@@ -67,9 +67,9 @@ class TestStorage final : public firmware::Storage {
   std::array<std::vector<std::uint64_t>, kSlots> slots_;
 };
 
-// A scene with one horizontal plane: solid below z = height_m.
+// A scene with one horizontal plane, or as many in one place: solid below z = height_m.
 std::vector<std::byte> plane_image(float stiffness_N_m, float height_m = 0.0F, float damping_N_s_m = 0.0F,
-                                   const std::string& name = "plane");
+                                   const std::string& name = "plane", std::size_t planes = 1);
 
 class Bench {
  public:

@@ -254,7 +254,7 @@ TEST(Services, FaultMemory) {
 
 // A bad image by the link: refused with its reason, the running scene untouched.
 TEST(Services, RefusedImage) {
-  Bench bench;
+  Bench bench({}, std::size_t{1} << 15U);
   bench.load();
   bench.home();
   Tester tester(bench, true);
@@ -270,6 +270,10 @@ TEST(Services, RefusedImage) {
   exit = download(tester, image, firmware::crc32(image) + 1);
   ASSERT_EQ(exit.size(), 3U);
   EXPECT_EQ(tester.text(link::kDidRefusal), "wrong_crc");
+  image = plane_image(1000.0F, 0.0F, 0.0F, "many", control::kMaxObjects + 1);
+  exit = download(tester, image, firmware::crc32(image));
+  ASSERT_EQ(exit.size(), 3U);
+  EXPECT_EQ(tester.text(link::kDidRefusal), "too_many_objects: 65 objects, at most 64");
   EXPECT_FALSE(tester.routine(kActivate));
   EXPECT_EQ(tester.text(link::kDidRefusal), "no_download");
   EXPECT_EQ(bench.shown().scene_sequence, before);
