@@ -48,7 +48,7 @@ const Bytes& body_image() {
   return bytes;
 }
 
-Bytes with(const void* (*place)(const scene::Scene&), float value) {
+Bytes body_with(const void* (*place)(const scene::Scene&), float value) {
   return changed(body_image(), place(*scene::GetScene(body_image().data())), value);
 }
 
@@ -87,7 +87,7 @@ TEST(BodyImage, EachNumberOutOfItsRangeIsRefusedByName) {
     bad.push_back(std::numeric_limits<float>::infinity());
     for (const float value : bad) {
       SceneView view;
-      EXPECT_EQ(SceneView::check(with(each.place, value), view), ImageStatus::kBadNumber)
+      EXPECT_EQ(SceneView::check(body_with(each.place, value), view), ImageStatus::kBadNumber)
           << tried << " " << value;
       ++tried;
     }

@@ -50,7 +50,7 @@ using Field = std::function<const void*(const scene::Object&)>;
 
 // The image with one field of one object changed; `field` points into it.
 template <typename Value>
-Bytes with(unsigned object, const Field& field, Value value) {
+Bytes field_with(unsigned object, const Field& field, Value value) {
   return changed(field_image(), field(*scene::GetScene(field_image().data())->objects()->Get(object)), value);
 }
 
@@ -86,34 +86,35 @@ TEST(FieldImage, EachFieldOutOfItsRangeIsRefusedByName) {
     ImageStatus expected;
   };
   const std::vector<Case> cases = {
-      {"side's normal not a number", with(kHand, side, nan), ImageStatus::kBadNumber},
-      {"side's normal of length 0", with(kHand, side, std::array<float, 3>{}), ImageStatus::kBadNumber},
-      {"side's offset infinite", with(kHand, side_offset, infinite), ImageStatus::kBadNumber},
-      {"plane's normal of length 2", with(kHand, plane, std::array<float, 3>{0.0F, 0.0F, 2.0F}),
+      {"side's normal not a number", field_with(kHand, side, nan), ImageStatus::kBadNumber},
+      {"side's normal of length 0", field_with(kHand, side, std::array<float, 3>{}), ImageStatus::kBadNumber},
+      {"side's offset infinite", field_with(kHand, side_offset, infinite), ImageStatus::kBadNumber},
+      {"plane's normal of length 2", field_with(kHand, plane, std::array<float, 3>{0.0F, 0.0F, 2.0F}),
        ImageStatus::kBadNumber},
-      {"plane's offset not a number", with(kHand, plane_offset, nan), ImageStatus::kBadNumber},
-      {"plane's offset 21 m", with(kHand, plane_offset, 21.0F), ImageStatus::kBadNumber},
-      {"ball's centre not a number", with(kHand, centre, nan), ImageStatus::kBadNumber},
-      {"ball's radius negative", with(kHand, radius, -0.01F), ImageStatus::kBadNumber},
-      {"ball's radius not a number", with(kHand, radius, nan), ImageStatus::kBadNumber},
-      {"sides beyond the image", with(kHand, sides, 0x00FFFFFFU), ImageStatus::kNotAScene},
-      {"box not a number", with(kCube, lo, nan), ImageStatus::kBadNumber},
-      {"box 11 m away", with(kCube, hi, 11.0F), ImageStatus::kBadNumber},
-      {"stiffness zero", with(kCube, stiffness, 0.0F), ImageStatus::kBadNumber},
-      {"count 3", with(kSoft, count, std::uint16_t{3}), ImageStatus::kBadIndex},
-      {"count too large for the coefficients", with(kSoft, count, std::uint16_t{12}), ImageStatus::kBadIndex},
-      {"counts beyond the limit", with(kSoft, count, std::array<std::uint16_t, 3>{200, 200, 200}),
+      {"plane's offset not a number", field_with(kHand, plane_offset, nan), ImageStatus::kBadNumber},
+      {"plane's offset 21 m", field_with(kHand, plane_offset, 21.0F), ImageStatus::kBadNumber},
+      {"ball's centre not a number", field_with(kHand, centre, nan), ImageStatus::kBadNumber},
+      {"ball's radius negative", field_with(kHand, radius, -0.01F), ImageStatus::kBadNumber},
+      {"ball's radius not a number", field_with(kHand, radius, nan), ImageStatus::kBadNumber},
+      {"sides beyond the image", field_with(kHand, sides, 0x00FFFFFFU), ImageStatus::kNotAScene},
+      {"box not a number", field_with(kCube, lo, nan), ImageStatus::kBadNumber},
+      {"box 11 m away", field_with(kCube, hi, 11.0F), ImageStatus::kBadNumber},
+      {"stiffness zero", field_with(kCube, stiffness, 0.0F), ImageStatus::kBadNumber},
+      {"count 3", field_with(kSoft, count, std::uint16_t{3}), ImageStatus::kBadIndex},
+      {"count too large for the coefficients", field_with(kSoft, count, std::uint16_t{12}),
+       ImageStatus::kBadIndex},
+      {"counts beyond the limit", field_with(kSoft, count, std::array<std::uint16_t, 3>{200, 200, 200}),
        ImageStatus::kTooManySamples},
-      {"counts that overflow", with(kSoft, count, std::array<std::uint16_t, 3>{65535, 65535, 65535}),
+      {"counts that overflow", field_with(kSoft, count, std::array<std::uint16_t, 3>{65535, 65535, 65535}),
        ImageStatus::kTooManySamples},
-      {"two counts", with(kSoft, counts, 2U), ImageStatus::kBadIndex},
-      {"origin infinite", with(kSoft, origin, infinite), ImageStatus::kBadNumber},
-      {"step zero", with(kSoft, step, 0.0F), ImageStatus::kBadNumber},
-      {"step not a number", with(kSoft, step, nan), ImageStatus::kBadNumber},
-      {"step 11 m", with(kSoft, step, 11.0F), ImageStatus::kBadNumber},
-      {"law 7", with(kSharp, law, std::uint8_t{7}), ImageStatus::kBadNumber},
-      {"coefficient not a number", with(kSoft, coefficient, nan), ImageStatus::kBadNumber},
-      {"coefficient over its limit", with(kSoft, coefficient, 2.0F * control::kMaxPotential),
+      {"two counts", field_with(kSoft, counts, 2U), ImageStatus::kBadIndex},
+      {"origin infinite", field_with(kSoft, origin, infinite), ImageStatus::kBadNumber},
+      {"step zero", field_with(kSoft, step, 0.0F), ImageStatus::kBadNumber},
+      {"step not a number", field_with(kSoft, step, nan), ImageStatus::kBadNumber},
+      {"step 11 m", field_with(kSoft, step, 11.0F), ImageStatus::kBadNumber},
+      {"law 7", field_with(kSharp, law, std::uint8_t{7}), ImageStatus::kBadNumber},
+      {"coefficient not a number", field_with(kSoft, coefficient, nan), ImageStatus::kBadNumber},
+      {"coefficient over its limit", field_with(kSoft, coefficient, 2.0F * control::kMaxPotential),
        ImageStatus::kBadNumber}};
   int wrong = 0;
   for (const Case& test : cases) {

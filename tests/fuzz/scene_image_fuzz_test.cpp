@@ -180,7 +180,7 @@ TEST(SceneImage, BytesReplacedAtRandom) {
 
 // The same layout with one field changed. `field` points into the image that is being changed.
 template <typename Value>
-Bytes with(const std::function<const void*(const scene::Scene&)>& field, Value value) {
+Bytes shape_with(const std::function<const void*(const scene::Scene&)>& field, Value value) {
   return changed(shapes_image(), field(*scene::GetScene(shapes_image().data())), value);
 }
 
@@ -195,11 +195,6 @@ const scene::Mesh& mesh(const scene::Scene& scene, unsigned index = kMesh) {
   return *object(scene, index).shape_as_Mesh();
 }
 
-// A byte inside a struct of the schema, by its offset there.
-const void* at(const void* start, std::size_t offset) {
-  return static_cast<const std::byte*>(start) + offset;
-}
-
 TEST(SceneImage, EachFieldOutOfItsRangeIsRefusedByName) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinite = std::numeric_limits<float>::infinity();
@@ -210,21 +205,24 @@ TEST(SceneImage, EachFieldOutOfItsRangeIsRefusedByName) {
   };
   const auto vertex = [](const scene::Scene& s) -> const void* { return mesh(s).vertices()->Get(7); };
   const auto pseudonormal = [](const scene::Scene& s) -> const void* {
-    return at(mesh(s).vertices()->Get(7), 12);
+    return part(mesh(s).vertices()->Get(7), 12);
   };
   const auto corner = [](const scene::Scene& s) -> const void* { return mesh(s).triangles()->Get(3); };
   const auto neighbour = [](const scene::Scene& s) -> const void* {
-    return at(mesh(s).triangles()->Get(3), 12);
+    return part(mesh(s).triangles()->Get(3), 12);
   };
-  const auto child = [](const scene::Scene& s) -> const void* { return at(mesh(s).nodes()->Get(0), 24); };
+  const auto child = [](const scene::Scene& s) -> const void* { return part(mesh(s).nodes()->Get(0), 24); };
   const auto last_child = [](const scene::Scene& s) -> const void* {
-    return at(mesh(s).nodes()->Get(mesh(s).nodes()->size() - 1), 28);
+    return part(mesh(s).nodes()->Get(mesh(s).nodes()->size() - 1), 28);
   };
-  const auto quaternion = [](const scene::Scene& s) -> const void* { return at(object(s, kBox).pose(), 12); };
+  const auto quaternion = [](const scene::Scene& s) -> const void* {
+    return part(object(s, kBox).pose(), 12);
+  };
   const auto position = [](const scene::Scene& s) -> const void* { return object(s, kBox).pose(); };
   const auto material_field = [](std::size_t offset) {
-    return
-        [offset](const scene::Scene& s) -> const void* { return at(object(s, kSphere).material(), offset); };
+    return [offset](const scene::Scene& s) -> const void* {
+      return part(object(s, kSphere).material(), offset);
+    };
   };
   const auto radius = [](const scene::Scene& s) -> const void* {
     return object(s, kSphere).shape_as_Sphere();
@@ -232,40 +230,40 @@ TEST(SceneImage, EachFieldOutOfItsRangeIsRefusedByName) {
   const auto half = [](const scene::Scene& s) -> const void* { return object(s, kBox).shape_as_Box(); };
   const auto normal = [](const scene::Scene& s) -> const void* { return object(s, 0).shape_as_Plane(); };
   const std::vector<Case> cases = {
-      {"vertex not a number", with(vertex, nan), ImageStatus::kBadNumber},
-      {"vertex infinite", with(vertex, infinite), ImageStatus::kBadNumber},
-      {"vertex 11 m away", with(vertex, 11.0F), ImageStatus::kBadNumber},
-      {"pseudonormal not a number", with(pseudonormal, nan), ImageStatus::kBadNumber},
-      {"corner that does not exist", with(corner, 0x00FFFFFFU), ImageStatus::kBadIndex},
-      {"corner -1", with(corner, 0xFFFFFFFFU), ImageStatus::kBadIndex},
-      {"neighbour that does not exist", with(neighbour, 0x00FFFFFFU), ImageStatus::kBadIndex},
-      {"neighbour's edge 3", with(neighbour, 4U * 2U + 3U), ImageStatus::kBadIndex},
-      {"root its own child", with(child, 0U), ImageStatus::kBadTree},
-      {"child that does not exist", with(child, 0x00FFFFFFU), ImageStatus::kBadTree},
-      {"leaf out of range", with(child, 0x80000000U | (0x00FFFFFFU << 3U)), ImageStatus::kBadTree},
-      {"last node points back", with(last_child, 0U), ImageStatus::kBadTree},
-      {"rotation zero", with(quaternion, std::array<float, 4>{}), ImageStatus::kBadNumber},
-      {"rotation of length 2", with(quaternion, std::array<float, 4>{2.0F, 0.0F, 0.0F, 0.0F}),
+      {"vertex not a number", shape_with(vertex, nan), ImageStatus::kBadNumber},
+      {"vertex infinite", shape_with(vertex, infinite), ImageStatus::kBadNumber},
+      {"vertex 11 m away", shape_with(vertex, 11.0F), ImageStatus::kBadNumber},
+      {"pseudonormal not a number", shape_with(pseudonormal, nan), ImageStatus::kBadNumber},
+      {"corner that does not exist", shape_with(corner, 0x00FFFFFFU), ImageStatus::kBadIndex},
+      {"corner -1", shape_with(corner, 0xFFFFFFFFU), ImageStatus::kBadIndex},
+      {"neighbour that does not exist", shape_with(neighbour, 0x00FFFFFFU), ImageStatus::kBadIndex},
+      {"neighbour's edge 3", shape_with(neighbour, 4U * 2U + 3U), ImageStatus::kBadIndex},
+      {"root its own child", shape_with(child, 0U), ImageStatus::kBadTree},
+      {"child that does not exist", shape_with(child, 0x00FFFFFFU), ImageStatus::kBadTree},
+      {"leaf out of range", shape_with(child, 0x80000000U | (0x00FFFFFFU << 3U)), ImageStatus::kBadTree},
+      {"last node points back", shape_with(last_child, 0U), ImageStatus::kBadTree},
+      {"rotation zero", shape_with(quaternion, std::array<float, 4>{}), ImageStatus::kBadNumber},
+      {"rotation of length 2", shape_with(quaternion, std::array<float, 4>{2.0F, 0.0F, 0.0F, 0.0F}),
        ImageStatus::kBadNumber},
-      {"rotation not a number", with(quaternion, nan), ImageStatus::kBadNumber},
-      {"position infinite", with(position, infinite), ImageStatus::kBadNumber},
-      {"position 11 m", with(position, -11.0F), ImageStatus::kBadNumber},
-      {"stiffness negative", with(material_field(0), -1.0F), ImageStatus::kBadNumber},
-      {"stiffness not a number", with(material_field(0), nan), ImageStatus::kBadNumber},
-      {"stiffness over its limit", with(material_field(0), 2.0F * control::kMaxStiffness_N_m),
+      {"rotation not a number", shape_with(quaternion, nan), ImageStatus::kBadNumber},
+      {"position infinite", shape_with(position, infinite), ImageStatus::kBadNumber},
+      {"position 11 m", shape_with(position, -11.0F), ImageStatus::kBadNumber},
+      {"stiffness negative", shape_with(material_field(0), -1.0F), ImageStatus::kBadNumber},
+      {"stiffness not a number", shape_with(material_field(0), nan), ImageStatus::kBadNumber},
+      {"stiffness over its limit", shape_with(material_field(0), 2.0F * control::kMaxStiffness_N_m),
        ImageStatus::kBadNumber},
-      {"damping negative", with(material_field(4), -1.0F), ImageStatus::kBadNumber},
-      {"damping over its limit", with(material_field(4), 2.0F * control::kMaxDamping_N_s_m),
+      {"damping negative", shape_with(material_field(4), -1.0F), ImageStatus::kBadNumber},
+      {"damping over its limit", shape_with(material_field(4), 2.0F * control::kMaxDamping_N_s_m),
        ImageStatus::kBadNumber},
-      {"static friction negative", with(material_field(8), -0.1F), ImageStatus::kBadNumber},
-      {"dynamic friction infinite", with(material_field(12), infinite), ImageStatus::kBadNumber},
-      {"dynamic over static friction", with(material_field(12), 0.7F), ImageStatus::kBadNumber},
-      {"friction mode 7", with(material_field(16), std::uint8_t{7}), ImageStatus::kBadNumber},
-      {"radius negative", with(radius, -0.01F), ImageStatus::kBadNumber},
-      {"radius zero", with(radius, 0.0F), ImageStatus::kBadNumber},
-      {"radius not a number", with(radius, nan), ImageStatus::kBadNumber},
-      {"half size negative", with(half, -0.01F), ImageStatus::kBadNumber},
-      {"plane's normal of length 3", with(normal, std::array<float, 3>{0.0F, 0.0F, 3.0F}),
+      {"static friction negative", shape_with(material_field(8), -0.1F), ImageStatus::kBadNumber},
+      {"dynamic friction infinite", shape_with(material_field(12), infinite), ImageStatus::kBadNumber},
+      {"dynamic over static friction", shape_with(material_field(12), 0.7F), ImageStatus::kBadNumber},
+      {"friction mode 7", shape_with(material_field(16), std::uint8_t{7}), ImageStatus::kBadNumber},
+      {"radius negative", shape_with(radius, -0.01F), ImageStatus::kBadNumber},
+      {"radius zero", shape_with(radius, 0.0F), ImageStatus::kBadNumber},
+      {"radius not a number", shape_with(radius, nan), ImageStatus::kBadNumber},
+      {"half size negative", shape_with(half, -0.01F), ImageStatus::kBadNumber},
+      {"plane's normal of length 3", shape_with(normal, std::array<float, 3>{0.0F, 0.0F, 3.0F}),
        ImageStatus::kBadNumber}};
   int wrong = 0;
   for (const Case& test : cases) {
@@ -302,7 +300,7 @@ TEST(SceneImage, LiesInRangeAreLivedWith) {
       const auto some_float = [&] { return static_cast<float>(random.uniform(-0.05, 0.05)); };
       switch (first_kind + random.below(7 - first_kind)) {
         case 0:
-          write(at(m.triangles()->Get(triangle), 4 * random.below(3)),
+          write(part(m.triangles()->Get(triangle), 4 * random.below(3)),
                 static_cast<std::uint32_t>(random.below(m.vertices()->size())));
           break;
         case 1:

@@ -52,7 +52,8 @@ TEST(SurfaceImage, MutantsAreRefusedOrLivedWith) {
 
 // The image with one field changed; `field` points into it.
 template <typename Value>
-Bytes with(const std::function<const void*(const scene::Surface&)>& field, Value value, unsigned object = 0) {
+Bytes surface_with(const std::function<const void*(const scene::Surface&)>& field, Value value,
+                   unsigned object = 0) {
   return changed(surface_image(),
                  field(*scene::GetScene(surface_image().data())->objects()->Get(object)->surface()), value);
 }
@@ -92,35 +93,37 @@ TEST(SurfaceImage, EachFieldOutOfItsRangeIsRefusedByName) {
   using T = scene::Texture;
   using M = scene::StiffnessMap;
   const std::vector<Case> cases = {
-      {"click's amplitude not a number", with(click(0), nan), ImageStatus::kBadNumber},
-      {"click's amplitude over its limit", with(click(0), 2.0F * control::kMaxClick_N),
+      {"click's amplitude not a number", surface_with(click(0), nan), ImageStatus::kBadNumber},
+      {"click's amplitude over its limit", surface_with(click(0), 2.0F * control::kMaxClick_N),
        ImageStatus::kBadNumber},
-      {"click's frequency zero", with(click(4), 0.0F), ImageStatus::kBadNumber},
-      {"click's decay negative", with(click(8), -1.0F), ImageStatus::kBadNumber},
-      {"brake negative", with(brake, -0.1F), ImageStatus::kBadNumber},
-      {"brake not a number", with(brake, nan), ImageStatus::kBadNumber},
-      {"texture of kind 7", with(texture(T::VT_KIND), std::uint8_t{7}, 2), ImageStatus::kBadNumber},
-      {"texture of more columns than heights", with(texture(T::VT_COLUMNS), std::uint16_t{4}),
+      {"click's frequency zero", surface_with(click(4), 0.0F), ImageStatus::kBadNumber},
+      {"click's decay negative", surface_with(click(8), -1.0F), ImageStatus::kBadNumber},
+      {"brake negative", surface_with(brake, -0.1F), ImageStatus::kBadNumber},
+      {"brake not a number", surface_with(brake, nan), ImageStatus::kBadNumber},
+      {"texture of kind 7", surface_with(texture(T::VT_KIND), std::uint8_t{7}, 2), ImageStatus::kBadNumber},
+      {"texture of more columns than heights", surface_with(texture(T::VT_COLUMNS), std::uint16_t{4}),
        ImageStatus::kBadIndex},
-      {"texture of too many heights", with(texture(T::VT_ROWS), std::uint16_t{65535}),
+      {"texture of too many heights", surface_with(texture(T::VT_ROWS), std::uint16_t{65535}),
        ImageStatus::kTooManySamples},
-      {"texture without columns", with(texture(T::VT_COLUMNS), std::uint16_t{0}), ImageStatus::kBadIndex},
-      {"tile of no size", with(texture(T::VT_TILE_U_M), 0.0F), ImageStatus::kBadNumber},
-      {"tile too fine", with(texture(T::VT_TILE_V_M), 1.0e-5F), ImageStatus::kBadNumber},
-      {"height not a number", with(height, nan), ImageStatus::kBadNumber},
-      {"height over its limit", with(height, -2.0F * control::kMaxRelief_m), ImageStatus::kBadNumber},
-      {"map of more rows than numbers", with(map(M::VT_ROWS), std::uint16_t{3}), ImageStatus::kBadIndex},
-      {"map of too many numbers", with(map(M::VT_COLUMNS), std::uint16_t{65535}),
+      {"texture without columns", surface_with(texture(T::VT_COLUMNS), std::uint16_t{0}),
+       ImageStatus::kBadIndex},
+      {"tile of no size", surface_with(texture(T::VT_TILE_U_M), 0.0F), ImageStatus::kBadNumber},
+      {"tile too fine", surface_with(texture(T::VT_TILE_V_M), 1.0e-5F), ImageStatus::kBadNumber},
+      {"height not a number", surface_with(height, nan), ImageStatus::kBadNumber},
+      {"height over its limit", surface_with(height, -2.0F * control::kMaxRelief_m), ImageStatus::kBadNumber},
+      {"map of more rows than numbers", surface_with(map(M::VT_ROWS), std::uint16_t{3}),
+       ImageStatus::kBadIndex},
+      {"map of too many numbers", surface_with(map(M::VT_COLUMNS), std::uint16_t{65535}),
        ImageStatus::kTooManySamples},
-      {"cell of no size", with(map(M::VT_CELL_M), 0.0F), ImageStatus::kBadNumber},
-      {"origin infinite", with(map(M::VT_ORIGIN_M), std::numeric_limits<float>::infinity()),
+      {"cell of no size", surface_with(map(M::VT_CELL_M), 0.0F), ImageStatus::kBadNumber},
+      {"origin infinite", surface_with(map(M::VT_ORIGIN_M), std::numeric_limits<float>::infinity()),
        ImageStatus::kBadNumber},
-      {"direction of length 2", with(map(M::VT_U), 2.0F), ImageStatus::kBadNumber},
-      {"direction not a number", with(map(M::VT_V), nan), ImageStatus::kBadNumber},
-      {"stiffness negative", with(stiffness, -1.0F), ImageStatus::kBadNumber},
-      {"stiffness over its limit", with(stiffness, 2.0F * control::kMaxStiffness_N_m),
+      {"direction of length 2", surface_with(map(M::VT_U), 2.0F), ImageStatus::kBadNumber},
+      {"direction not a number", surface_with(map(M::VT_V), nan), ImageStatus::kBadNumber},
+      {"stiffness negative", surface_with(stiffness, -1.0F), ImageStatus::kBadNumber},
+      {"stiffness over its limit", surface_with(stiffness, 2.0F * control::kMaxStiffness_N_m),
        ImageStatus::kBadNumber},
-      {"damping not a number", with(damping, nan), ImageStatus::kBadNumber}};
+      {"damping not a number", surface_with(damping, nan), ImageStatus::kBadNumber}};
   int wrong = 0;
   for (const Case& test : cases) {
     SceneView view;
