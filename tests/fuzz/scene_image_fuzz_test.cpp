@@ -304,11 +304,11 @@ TEST(SceneImage, LiesInRangeAreLivedWith) {
                 static_cast<std::uint32_t>(random.below(m.vertices()->size())));
           break;
         case 1:
-          write(at(m.triangles()->Get(triangle), 12 + 4 * random.below(3)),
+          write(part(m.triangles()->Get(triangle), 12 + 4 * random.below(3)),
                 static_cast<std::uint32_t>(4 * random.below(m.triangles()->size()) + random.below(3)));
           break;
         case 2:
-          write(at(m.nodes()->Get(node), 2 * random.below(12)), static_cast<std::uint16_t>(random.bits()));
+          write(part(m.nodes()->Get(node), 2 * random.below(12)), static_cast<std::uint16_t>(random.bits()));
           break;
         case 3:
           write(m.flags()->Data() + triangle, static_cast<std::uint8_t>(random.below(4)));
@@ -320,10 +320,10 @@ TEST(SceneImage, LiesInRangeAreLivedWith) {
           }
           break;
         case 5:
-          write(at(m.vertices()->Get(vertex), 4 * random.below(3)), some_float());
+          write(part(m.vertices()->Get(vertex), 4 * random.below(3)), some_float());
           break;
         default:
-          write(at(m.vertices()->Get(vertex), 12 + 4 * random.below(3)), 20.0F * some_float());
+          write(part(m.vertices()->Get(vertex), 12 + 4 * random.below(3)), 20.0F * some_float());
       }
     }
     verdicts.judge(bytes, random);
