@@ -16,7 +16,7 @@ constexpr double limit(float value) { return static_cast<double>(value); }
 
 }  // namespace
 
-SceneBody read_body(const Value& value, double stiffness_N_m) {
+SceneBody read_body(const Value& value) {
   using control::kMaxStiffnessPerMass_1_s2;
   value.object("a body", kBodyKeys);
   constexpr std::array<std::string_view, 5> kMotions{"free", "translate", "plane", "slide", "turn"};
@@ -51,10 +51,6 @@ SceneBody read_body(const Value& value, double stiffness_N_m) {
   body.mass_kg =
       value.at("mass_kg").as_number({limit(control::kMinMass_kg), limit(control::kMaxMass_kg), false, "kg"});
   const double stiffest = limit(kMaxStiffnessPerMass_1_s2) * body.mass_kg;
-  if (stiffness_N_m > stiffest) {
-    value.at("mass_kg").wrong("at least " + number(stiffness_N_m / limit(kMaxStiffnessPerMass_1_s2)) +
-                              " kg with a material of " + number(stiffness_N_m) + " N/m");
-  }
   if (value.has("inertia_kg_m2")) {
     body.inertia_kg_m2 = value.at("inertia_kg_m2")
                              .as_vector({limit(control::kMinInertia_kg_m2), limit(control::kMaxInertia_kg_m2),

@@ -35,8 +35,7 @@ struct SceneBody {
   std::string place;  // in the scene file, for errors
 };
 
-// stiffness_N_m is the object's material's: what is too stiff for the mass is refused.
-[[nodiscard]] SceneBody read_body(const Value& value, double stiffness_N_m);
+[[nodiscard]] SceneBody read_body(const Value& value);
 
 // Principal moments about the object's axes for a mass of 1 kg, m2.
 [[nodiscard]] Eigen::Vector3d box_inertia(const Eigen::Vector3d& size_m);

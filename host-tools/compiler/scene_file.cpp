@@ -169,7 +169,7 @@ void read_object_body(const Value& value, SceneObject& object, std::size_t& bodi
                    std::to_string(control::kMaxBodies) + " are allowed",
                "leave some objects where they are");
   }
-  object.body = read_body(value, object.material.stiffness_N_m);
+  object.body = read_body(value);
 }
 
 }  // namespace

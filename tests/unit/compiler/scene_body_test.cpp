@@ -110,7 +110,7 @@ TEST(SceneBody, EachMistakeIsNamedWithItsPlace) {
       {scene_with(kBox, R"({"motion": "free", "mass_kg": null})"), "bad-value", "/mass_kg is null"},
       {scene_with(kBox, R"({"motion": "free", "mass_kg": 0.002})")
            .replace(scene_with(kBox, "").find("1000"), 4, "5000"),
-       "bad-value", "at least 0.005 kg with a material of 5000.0 N/m"},
+       "body-too-light", "a mass of 0.002 kg, at least 0.005 kg are needed; its surface is up to 5000.0 N/m"},
       {scene_with(kBox, R"({"motion": "free", "mass_kg": 0.04})")
            .replace(scene_with(kBox, "").find("1000"), 4,
                     R"(100, "stiffness_map": {"stiffness_N_m": [[100, 100], [100, 50000]], "cell_m": 0.01})"),
