@@ -37,10 +37,7 @@ ImageVerdict check_body(const scene::Object& object) noexcept {
   for (const float each : {v.x(), v.y(), v.z()}) {
     RETURN_IF_BAD(require(in_range(each, -kMaxBodySpeed_m_s, kMaxBodySpeed_m_s), ImageStatus::kBadNumber));
   }
-  const scene::Vec3& axis = *body.axis();
-  RETURN_IF_BAD(require(is_unit(axis.x() * axis.x() + axis.y() * axis.y() + axis.z() * axis.z()) &&
-                            is_coordinate(*body.pivot_m()),
-                        ImageStatus::kBadNumber));
+  RETURN_IF_BAD(require(is_unit(*body.axis()) && is_coordinate(*body.pivot_m()), ImageStatus::kBadNumber));
   RETURN_IF_BAD(check_free(body));
   return check_control(object);
 }

@@ -3,8 +3,6 @@
 namespace thimble::control {
 namespace {
 
-bool is_unit(const scene::Vec3& v) { return control::is_unit(v.x() * v.x() + v.y() * v.y() + v.z() * v.z()); }
-
 // A grid of as many numbers as it says, all of them in the range.
 ImageVerdict check_grid(const flatbuffers::Vector<float>& numbers, std::size_t columns, std::size_t rows,
                         std::size_t most, const char* what, float lo, float hi) {

@@ -4,8 +4,7 @@ namespace thimble::control {
 namespace {
 
 bool is_half_space(const scene::HalfSpace& half) {
-  const scene::Vec3& n = half.normal();
-  return is_coordinate(n) && is_unit(n.x() * n.x() + n.y() * n.y() + n.z() * n.z()) &&
+  return is_coordinate(half.normal()) && is_unit(half.normal()) &&
          in_range(half.offset_m(), -2.0F * kMaxCoordinate_m, 2.0F * kMaxCoordinate_m);
 }
 

@@ -7,13 +7,13 @@
 #include "control/contact/world.h"
 #include "control/scene/check.h"
 #include "control/scene/limits.h"
+#include "control/scene/mesh_leaf.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
 namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-constexpr std::uint32_t kLeaf = 0x80000000U;
 
 ImageVerdict check_material(const scene::Material& m) {
   return require(in_range(m.stiffness_n_per_m(), 0.0F, kMaxStiffness_N_m) &&
@@ -76,9 +76,9 @@ ImageVerdict check_tree(const scene::Mesh& mesh) {
     const auto& child = *mesh.nodes()->Get(at)->child();
     for (std::uint16_t c = 0; c < 2; ++c) {
       if (c == 1 && child[1] == child[0]) break;  // a node with one child repeats it
-      if ((child[c] & kLeaf) != 0) {
-        const std::uint32_t first = (child[c] & ~kLeaf) >> 3U;
-        if (first >= triangles || (child[c] & 7U) >= triangles - first) return ImageStatus::kBadTree;
+      if (is_leaf(child[c])) {
+        const std::uint32_t first = first_triangle(child[c]);
+        if (first >= triangles || triangle_count(child[c]) > triangles - first) return ImageStatus::kBadTree;
         continue;
       }
       if (child[c] <= at || child[c] >= nodes || depth == stack.size()) return ImageStatus::kBadTree;
@@ -115,11 +115,10 @@ ImageVerdict check_shape(const scene::Object& object, std::size_t& triangles_in_
     case scene::Shape::NONE:
       return ImageStatus::kNoShape;
     case scene::Shape::Plane: {
-      const scene::Vec3& n = object.shape_as_Plane()->normal();
-      const float offset = object.shape_as_Plane()->offset_m();
-      return require(is_unit(n.x() * n.x() + n.y() * n.y() + n.z() * n.z()) &&
-                         in_range(offset, -kMaxCoordinate_m, kMaxCoordinate_m),
-                     ImageStatus::kBadNumber);
+      const scene::Plane& plane = *object.shape_as_Plane();
+      return require(
+          is_unit(plane.normal()) && in_range(plane.offset_m(), -kMaxCoordinate_m, kMaxCoordinate_m),
+          ImageStatus::kBadNumber);
     }
     case scene::Shape::Sphere:
       return require(is_size(object.shape_as_Sphere()->radius_m()), ImageStatus::kBadNumber);

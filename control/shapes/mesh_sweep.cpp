@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "control/scene/limits.h"
+#include "control/scene/mesh_leaf.h"
 #include "control/shapes/mesh.h"
 #include "control/shapes/mesh_topology.h"
 
@@ -14,7 +15,6 @@ using namespace topology;  // NOLINT(google-build-using-namespace): this file is
 
 namespace {
 
-constexpr std::uint32_t kLeaf = 0x80000000U;
 constexpr int kMaxNodeVisits = 2048;  // of one sweep
 
 // A segment as the tree and the triangles want it.
@@ -188,12 +188,12 @@ bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to, std::s
       if (!(c == 0 ? overlaps(s, *node.lo_a(), *node.hi_a()) : overlaps(s, *node.lo_b(), *node.hi_b())))
         continue;
       const std::uint32_t child = (*node.child())[c];
-      if ((child & kLeaf) == 0) {
+      if (!is_leaf(child)) {
         inner[count++] = child;
         continue;
       }
-      const std::uint32_t first = (child & ~kLeaf) >> 3U;
-      for (std::uint32_t i = first; i <= first + (child & 7U); ++i) meet(mesh, i, s, leaving, hit);
+      const std::uint32_t first = first_triangle(child);
+      for (std::uint32_t i = first; i < first + triangle_count(child); ++i) meet(mesh, i, s, leaving, hit);
     }
     if (count == 0) {
       if (depth == 0) return true;

@@ -55,7 +55,7 @@ class Builder {
     tree_.nodes.reserve(boxes_.size() / 2 + 1);
     tree_.order.reserve(boxes_.size());
     const std::uint32_t root = child(0, boxes_.size(), 1);
-    if ((root & kLeafBit) != 0) {
+    if (control::is_leaf(root)) {
       const GridBox box = bounds(0, boxes_.size());
       tree_.nodes.push_back(make_node(box, box, root, root));
       tree_.depth = 1;
@@ -145,7 +145,7 @@ class Builder {
       for (std::size_t i = begin; i < end; ++i) {
         tree_.order.push_back(lists_[0][i]);
       }
-      return kLeafBit | (first << 3U) | static_cast<std::uint32_t>(count - 1);
+      return control::leaf_of(first, static_cast<std::uint32_t>(count));
     }
     Split split = best_split(begin, end);
     const std::size_t larger = std::max(split.left, count - split.left);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "control/scene/limits.h"
+#include "control/scene/mesh_leaf.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::host {
@@ -27,8 +28,6 @@ struct GridBox {
     }
   }
 };
-
-inline constexpr std::uint32_t kLeafBit = 0x80000000U;
 
 struct MeshTree {
   Eigen::Vector3f grid_origin_m;
@@ -62,9 +61,9 @@ void visit_box(const std::vector<scene::BvhNode>& nodes, const GridBox& box, Vis
   stack[size++] = 0;
   while (size > 0) {
     const std::uint32_t reference = stack[--size];
-    if ((reference & kLeafBit) != 0) {
-      const std::uint32_t first = (reference & ~kLeafBit) >> 3U;
-      for (std::uint32_t i = 0; i <= (reference & 7U); ++i) {
+    if (control::is_leaf(reference)) {
+      const std::uint32_t first = control::first_triangle(reference);
+      for (std::uint32_t i = 0; i < control::triangle_count(reference); ++i) {
         if (!visit(first + i)) {
           return;
         }
