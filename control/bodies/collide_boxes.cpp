@@ -106,8 +106,8 @@ void collide_boxes(const OrientedBox& a, const OrientedBox& b, float margin_m, M
     for (Eigen::Index j = 0; j < 3; ++j) {
       const Vec3 cross = a.axes.col(i).cross(b.axes.col(j));
       const float length = cross.norm();
-      constexpr float kParallel = 1.0e-2F;
-      if (length < kParallel) continue;
+      constexpr float kLeastSine = 1.0e-2F;
+      if (length < kLeastSine) continue;
       const Vec3 way = cross / length;
       const float g = gap(way);
       if (g > margin_m) return;

@@ -143,8 +143,8 @@ bool try_set(const Planes& planes, const Vec3& r, float slack, Projection& out) 
     }
   }
   const float determinant = gram.determinant();
-  constexpr float kParallel = 1.0e-6F;
-  if (determinant < kParallel) return false;
+  constexpr float kLeastDeterminant = 1.0e-6F;
+  if (determinant < kLeastDeterminant) return false;
   const Vec3 c0 = gram.col(0);
   const Vec3 c1 = gram.col(1);
   const Vec3 c2 = gram.col(2);

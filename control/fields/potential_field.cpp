@@ -7,6 +7,7 @@
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
+namespace potential {
 namespace {
 
 constexpr unsigned kTaps = 4;  // along each axis
@@ -79,7 +80,8 @@ VolumeTouch tick(const scene::Object& object, const Material& material, const Ti
 }
 
 }  // namespace
+}  // namespace potential
 
-const VolumeOps kPotentialFieldOps{bounds, tick};
+const VolumeOps kPotentialFieldOps{potential::bounds, potential::tick};
 
 }  // namespace thimble::control

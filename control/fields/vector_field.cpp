@@ -4,6 +4,7 @@
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
+namespace vector {
 namespace {
 
 float behind(const scene::HalfSpace& half, const Vec3& p) {
@@ -41,7 +42,8 @@ VolumeTouch tick(const scene::Object& object, const Material& material, const Ti
 }
 
 }  // namespace
+}  // namespace vector
 
-const VolumeOps kVectorFieldOps{bounds, tick};
+const VolumeOps kVectorFieldOps{vector::bounds, vector::tick};
 
 }  // namespace thimble::control

@@ -6,6 +6,7 @@
 #include "control/shapes/shape.h"
 
 namespace thimble::control {
+namespace box {
 namespace {
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
@@ -73,7 +74,8 @@ int normals(const ShapeData& /*shape*/, const Feature& feature, const Vec3& /*po
 Vec3 reach(const ShapeData& shape) { return shape.vector; }
 
 }  // namespace
+}  // namespace box
 
-const ShapeOps kBoxOps{sweep, slide, normals, reach, nullptr, false};
+const ShapeOps kBoxOps{box::sweep, box::slide, box::normals, box::reach, nullptr, false};
 
 }  // namespace thimble::control

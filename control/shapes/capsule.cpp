@@ -6,6 +6,7 @@
 #include "control/shapes/shape.h"
 
 namespace thimble::control {
+namespace capsule {
 namespace {
 
 Vec3 from_axis(const ShapeData& shape, const Vec3& p) {
@@ -70,7 +71,8 @@ Vec3 reach(const ShapeData& shape) {
 }
 
 }  // namespace
+}  // namespace capsule
 
-const ShapeOps kCapsuleOps{sweep, slide, normals, reach, nullptr, false};
+const ShapeOps kCapsuleOps{capsule::sweep, capsule::slide, capsule::normals, capsule::reach, nullptr, false};
 
 }  // namespace thimble::control

@@ -6,6 +6,7 @@
 #include "control/shapes/shape.h"
 
 namespace thimble::control {
+namespace cylinder {
 namespace {
 
 constexpr std::uint32_t kSide = 0;
@@ -108,7 +109,9 @@ int normals(const ShapeData& /*shape*/, const Feature& feature, const Vec3& poin
 Vec3 reach(const ShapeData& shape) { return {shape.radius_m, shape.radius_m, shape.half_height_m}; }
 
 }  // namespace
+}  // namespace cylinder
 
-const ShapeOps kCylinderOps{sweep, slide, normals, reach, nullptr, false};
+const ShapeOps kCylinderOps{cylinder::sweep, cylinder::slide, cylinder::normals,
+                            cylinder::reach, nullptr,         false};
 
 }  // namespace thimble::control

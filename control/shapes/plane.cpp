@@ -5,6 +5,7 @@
 #include "control/shapes/shape.h"
 
 namespace thimble::control {
+namespace plane {
 namespace {
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
@@ -35,7 +36,8 @@ int normals(const ShapeData& shape, const Feature& /*feature*/, const Vec3& /*po
 Vec3 reach(const ShapeData& /*shape*/) { return Vec3::Constant(std::numeric_limits<float>::infinity()); }
 
 }  // namespace
+}  // namespace plane
 
-const ShapeOps kPlaneOps{sweep, slide, normals, reach, nullptr, false};
+const ShapeOps kPlaneOps{plane::sweep, plane::slide, plane::normals, plane::reach, nullptr, false};
 
 }  // namespace thimble::control

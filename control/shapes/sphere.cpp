@@ -3,6 +3,7 @@
 #include "control/shapes/shape.h"
 
 namespace thimble::control {
+namespace sphere {
 namespace {
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
@@ -47,7 +48,8 @@ int normals(const ShapeData& /*shape*/, const Feature& /*feature*/, const Vec3& 
 Vec3 reach(const ShapeData& shape) { return Vec3::Constant(shape.radius_m); }
 
 }  // namespace
+}  // namespace sphere
 
-const ShapeOps kSphereOps{sweep, slide, normals, reach, nullptr, false};
+const ShapeOps kSphereOps{sphere::sweep, sphere::slide, sphere::normals, sphere::reach, nullptr, false};
 
 }  // namespace thimble::control
