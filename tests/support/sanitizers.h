@@ -1,19 +1,16 @@
 // Whether this is the build under ASan and UBSan, several times slower: the longest runs are shorter there.
 #pragma once
 
+#if defined(__has_feature)  // clang's way of saying it
+#define THIMBLE_UNDER_SANITIZERS __has_feature(address_sanitizer)
+#elif defined(__SANITIZE_ADDRESS__)  // and GCC's
+#define THIMBLE_UNDER_SANITIZERS 1
+#else
+#define THIMBLE_UNDER_SANITIZERS 0
+#endif
+
 namespace thimble::test {
 
-#if !defined(__has_feature)
-#define THIMBLE_HAS_FEATURE(name) 0
-#else
-#define THIMBLE_HAS_FEATURE(name) __has_feature(name)
-#endif
-#if defined(__SANITIZE_ADDRESS__) || \
-    THIMBLE_HAS_FEATURE(address_sanitizer)  // GCC's way of saying it, and clang's
-inline constexpr bool kUnderSanitizers = true;
-#else
-inline constexpr bool kUnderSanitizers = false;
-#endif
-#undef THIMBLE_HAS_FEATURE
+inline constexpr bool kUnderSanitizers = THIMBLE_UNDER_SANITIZERS;
 
 }  // namespace thimble::test

@@ -14,7 +14,6 @@
 #include "tests/sim/scan/scanner.h"
 #include "tests/support/figure.h"
 #include "tests/support/ideal_run.h"
-#include "tests/support/sanitizers.h"
 
 namespace thimble::test {
 namespace {
@@ -61,8 +60,6 @@ std::string text_of(const fs::path& file) {
 
 // scenes/scan: the plan and the specimen as they are, scanned anew, felt at the points and between them.
 TEST(Scan, TheSceneFeelsLikeTheSpecimen) {
-  if (kUnderSanitizers)
-    GTEST_SKIP() << "77 guarded moves are too slow; Scan.FindsStiffness... makes 16 of them";
   const fs::path folder = fs::path(THIMBLE_SOURCE_DIR) / "scenes/scan";
   const ScanPlan plan = host::read_scan_plan(folder / "scan.plan.json");
   const auto specimen = std::make_shared<const Specimen>(board::read_specimen(folder / "specimen.json"));

@@ -12,8 +12,10 @@ std::vector<std::byte> plane_image(float stiffness_N_m, float height_m, float da
   const scene::Material material(stiffness_N_m, damping_N_s_m, 0, 0, scene::FrictionMode::StickSlip);
   std::vector<flatbuffers::Offset<scene::Object>> all;
   for (std::size_t i = 0; i < planes; ++i) {
-    all.push_back(scene::CreateObject(builder, builder.CreateString("plane"), scene::Shape::Plane,
-                                      builder.CreateStruct(plane).Union(), &pose, &material));
+    const auto shape =
+        builder.CreateStruct(plane).Union();  // the image's last bytes: one less is one too few
+    const auto object = builder.CreateString("plane");
+    all.push_back(scene::CreateObject(builder, object, scene::Shape::Plane, shape, &pose, &material));
   }
   const auto objects = builder.CreateVector(all);
   scene::FinishSceneBuffer(builder, scene::CreateScene(builder, builder.CreateString(name), objects));
