@@ -5,7 +5,7 @@ packages_to_build=(
   libflatbuffers-dev libfmt-dev libgmock-dev libgtest-dev libpng-dev librapidcheck-dev mricron-data ninja-build
   nlohmann-json3-dev python3 zlib1g-dev
 )
-packages_to_check=(clang-format clang-tidy git valgrind)
+packages_to_check=(clang clang-format clang-tidy git libclang-rt-dev llvm valgrind)
 
 install_packages() {
   local missing=()
