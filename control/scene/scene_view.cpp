@@ -2,7 +2,7 @@
 
 #include <array>
 #include <bit>
-#include <cmath>
+#include <cstdint>
 
 #include "control/contact/world.h"
 #include "control/scene/check.h"

@@ -61,7 +61,7 @@ void operator delete[](void* memory, std::align_val_t) noexcept { release(memory
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { release(memory); }
 void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { release(memory); }
 
-#if defined(__GLIBC__) && !THIMBLE_UNDER_SANITIZERS
+#if defined(__GLIBC__) && !THIMBLE_UNDER_SANITIZERS && !defined(__SANITIZE_THREAD__)
 // The executable's malloc stands before the C library's.
 extern "C" {
 // The C library's own names. NOLINTBEGIN(bugprone-reserved-identifier)

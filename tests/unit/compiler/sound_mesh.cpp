@@ -12,7 +12,7 @@ namespace thimble::test {
 namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
-constexpr std::uint32_t kLeaf = 0x80000000U;
+constexpr std::uint32_t kLeaf = 0x80000000U;  // read from scene.fbs anew, not from the code under test
 
 std::uint32_t vertex(const host::CompiledMesh& mesh, std::uint32_t triangle, std::uint32_t corner) {
   return mesh.triangles[triangle].vertex()->Get(static_cast<std::uint16_t>(corner % 3));

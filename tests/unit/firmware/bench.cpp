@@ -12,8 +12,8 @@ std::vector<std::byte> plane_image(float stiffness_N_m, float height_m, float da
   const scene::Material material(stiffness_N_m, damping_N_s_m, 0, 0, scene::FrictionMode::StickSlip);
   std::vector<flatbuffers::Offset<scene::Object>> all;
   for (std::size_t i = 0; i < planes; ++i) {
-    const auto shape =
-        builder.CreateStruct(plane).Union();  // the image's last bytes: one less is one too few
+    // Before the name, so that the image ends in the shape and not in padding: cut anywhere, it is refused.
+    const auto shape = builder.CreateStruct(plane).Union();
     const auto object = builder.CreateString("plane");
     all.push_back(scene::CreateObject(builder, object, scene::Shape::Plane, shape, &pose, &material));
   }
