@@ -7,7 +7,7 @@
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
-namespace potential {
+namespace potential_field {
 namespace {
 
 constexpr unsigned kTaps = 4;  // along each axis
@@ -80,8 +80,8 @@ VolumeTouch tick(const scene::Object& object, const Material& material, const Ti
 }
 
 }  // namespace
-}  // namespace potential
+}  // namespace potential_field
 
-const VolumeOps kPotentialFieldOps{potential::bounds, potential::tick};
+const VolumeOps kPotentialFieldOps{potential_field::bounds, potential_field::tick};
 
 }  // namespace thimble::control

@@ -4,7 +4,7 @@
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
-namespace vector {
+namespace vector_field {
 namespace {
 
 float behind(const scene::HalfSpace& half, const Vec3& p) {
@@ -42,8 +42,8 @@ VolumeTouch tick(const scene::Object& object, const Material& material, const Ti
 }
 
 }  // namespace
-}  // namespace vector
+}  // namespace vector_field
 
-const VolumeOps kVectorFieldOps{vector::bounds, vector::tick};
+const VolumeOps kVectorFieldOps{vector_field::bounds, vector_field::tick};
 
 }  // namespace thimble::control
