@@ -27,6 +27,7 @@ constexpr Micros kAfterPending_us = 5'000'000;    // P2*
 constexpr Micros kLongestAnswer_us = 60'000'000;  // however often the device says "pending"
 constexpr Micros kSwitch_us = 1'000'000;          // a tick takes the new scene
 constexpr Micros kBusy_us = 2'000'000;            // how often "busy, repeat" is believed
+constexpr Micros kLongestPause_us = 30'000;  // after an answer that broke off: many times an answer's length
 constexpr Micros kModePoll_us = 20'000;
 
 std::uint8_t byte_of(Service service) { return static_cast<std::uint8_t>(service); }
@@ -197,7 +198,12 @@ std::optional<Device::Answer> Device::try_request(const Bytes& request, unsigned
       // The answer's time begins when the request has left, and starts anew while an answer comes in; both
       // have deadlines of their own in the channel.
       if (moving && (channel_.sending() || channel_.receiving())) deadline_us = now_us() + answer_us;
-      if (channel_.take_error() != link::IsoTpError::kNone) break;
+      // Another host's request may have cut the answer short. If both asked again at once, each would cut
+      // the other's, again and again.
+      if (channel_.take_error() != link::IsoTpError::kNone) {
+        std::uniform_int_distribution<Micros> pause_us(0, kLongestPause_us);
+        deadline_us = std::min(deadline_us, now_us() + pause_us(pauses_));
+      }
       const std::span<const std::uint8_t> answer = channel_.received();
       if (answer.empty()) continue;
       if (answers(answer, request)) {

@@ -15,6 +15,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <random>
 #include <span>
 #include <string>
 #include <vector>
@@ -117,6 +118,7 @@ class Device {
   DeviceOptions options_;
   link::IsoTpChannel channel_;
   link::LinkInfo info_;
+  std::minstd_rand pauses_{std::random_device{}()};  // two hosts must not wait alike
 };
 
 // CRC-32 of IEEE 802.3, as zlib's crc32: what is announced for an image.

@@ -107,6 +107,15 @@ class Simulator(Rig):
         self.assertEqual(watcher.returncode, 0, err)
         self.assertGreater(len(out.splitlines()), 50)
 
+    def test_hosts_that_ask_at_once_all_get_their_answers(self):
+        """An answer that another host's request cuts short is asked for again, and not by both at once."""
+        sim = self.sim("--tcp", 0)
+        for _ in range(60):
+            hosts = [self.start("info", "--device", sim.tcp) for _ in range(3)]
+            for host in hosts:
+                err = host.communicate(timeout=20)[1]
+                self.assertEqual(host.returncode, 0, err)
+
     def test_what_moves_is_told(self):
         """Each scene under its own hand, until its state frames say that something has happened."""
         first = {}
