@@ -29,7 +29,7 @@ Error bad_mesh(const std::string& slug, const std::string& cause, const std::str
   return Error(ExitCode::kBadInput, slug, cause, remedy);
 }
 
-std::string number(double value) {
+std::string six_digits(double value) {
   std::array<char, 32> text{};
   const int size = std::snprintf(text.data(), text.size(), "%.6g", value);
   return {text.data(), static_cast<std::size_t>(size)};
@@ -64,9 +64,9 @@ void check_soup(const TriangleSoup& soup, const std::string& name) {
       }
       if (p.cwiseAbs().maxCoeff() > static_cast<double>(control::kMaxCoordinate_m)) {
         throw bad_mesh("mesh-too-large",
-                       name + ": vertex " + std::to_string(v) + " lies at (" + number(p.x()) + ", " +
-                           number(p.y()) + ", " + number(p.z()) + ") m, at most " +
-                           number(static_cast<double>(control::kMaxCoordinate_m)) +
+                       name + ": vertex " + std::to_string(v) + " lies at (" + six_digits(p.x()) + ", " +
+                           six_digits(p.y()) + ", " + six_digits(p.z()) + ") m, at most " +
+                           six_digits(static_cast<double>(control::kMaxCoordinate_m)) +
                            " m from the object's origin are allowed",
                        "set the mesh's \"scale\" (metres per file unit; 0.001 for a file in mm)");
       }
@@ -92,8 +92,8 @@ Surface weld(const TriangleSoup& soup, const std::string& name) {
   surface.size_m = (hi - lo).norm();
   if (surface.size_m < kMinSize_m) {
     throw bad_mesh("mesh-too-small",
-                   name + ": the mesh is " + number(surface.size_m) + " m across, at least " +
-                       number(kMinSize_m) + " m are needed",
+                   name + ": the mesh is " + six_digits(surface.size_m) + " m across, at least " +
+                       six_digits(kMinSize_m) + " m are needed",
                    "set the mesh's \"scale\" (metres per file unit)");
   }
   const double tolerance =

@@ -40,7 +40,7 @@ constexpr std::array<std::string_view, 4> kMeshKeys{"file", "scale", "crease_deg
 constexpr std::array<std::string_view, 9> kMaterialKeys{
     "stiffness_N_m", "damping_N_s_m",  "static_friction", "dynamic_friction", "friction_mode",
     "click",         "brake_friction", "texture",         "stiffness_map"};
-constexpr auto kKinds = std::to_array<SceneKeys>({{"scene", kSceneKeys},
+constexpr auto kTable = std::to_array<SceneKeys>({{"scene", kSceneKeys},
                                                   {"object", kObjectKeys},
                                                   {"shape", kShapeKeys},
                                                   {"plane", kPlaneKeys},
@@ -174,7 +174,7 @@ void read_object_body(const Value& value, SceneObject& object, std::size_t& bodi
 
 }  // namespace
 
-std::span<const SceneKeys> scene_keys() { return kKinds; }
+std::span<const SceneKeys> scene_keys() { return kTable; }
 
 SceneFile read_scene_file(const std::string& text, const std::string& name) {
   if (text.size() > kMaxSceneBytes) {
