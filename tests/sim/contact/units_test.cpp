@@ -13,6 +13,7 @@
 #include "tests/support/oracle.h"
 #include "tests/support/peer_path.h"
 #include "tests/support/sanitizers.h"
+#include "tests/support/temporary_folder.h"
 
 namespace thimble::test {
 namespace {
@@ -20,8 +21,8 @@ namespace {
 constexpr int kTicks = kUnderSanitizers ? 2000 : 40'000;
 
 TEST(Units, TheSameForcesInMetresDecimetresAndMillimetres) {
-  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "thimble_units";
-  std::filesystem::create_directories(folder);
+  const TemporaryFolder temporary;
+  const std::filesystem::path& folder = temporary.path();
   struct Unit {
     std::string name;
     double per_m;

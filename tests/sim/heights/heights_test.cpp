@@ -2,12 +2,10 @@
 // in the grid's step; the block around it; its limits.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <numbers>
 #include <sstream>
 
@@ -24,6 +22,7 @@
 #include "tests/support/random.h"
 #include "tests/support/sanitizers.h"
 #include "tests/support/scene.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/units.h"
 
 namespace thimble::test {
@@ -35,29 +34,15 @@ using testing::HasSubstr;
 
 constexpr double kStiffness_N_m = 1000.0;
 
-// A folder of the test's own, gone with it.
-class Folder {
+class Folder : public TemporaryFolder {
  public:
-  Folder() : path_(fs::path(testing::TempDir()) / ("heights_" + std::to_string(getpid()))) {
-    fs::create_directories(path_);
-  }
-  ~Folder() { fs::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  void write(const std::string& name, const std::string& bytes) const {
-    std::ofstream(path_ / name, std::ios::binary) << bytes;
-  }
   // A scene of one height field.
   [[nodiscard]] host::CompiledScene compile(const std::string& shape) const {
     return host::compile_scene_text(
         R"({"thimble_scene": 1, "name": "heights", "objects": [{"name": "hill", "shape": {"height_field": )" +
             shape + R"(}, "material": {"stiffness_N_m": 1000}}]})",
-        "heights", path_);
+        "heights", path());
   }
-
- private:
-  fs::path path_;
 };
 
 // A smooth surface: hills of 4 mm, 50 and 60 mm apart; least radius of curvature 12 mm.

@@ -1,7 +1,5 @@
 #include "tests/sim/surfaces/rig.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -11,10 +9,11 @@
 
 namespace thimble::test {
 
-SceneImage surface_scene(const std::string& material, const std::string& shape) {
+SceneImage surface_scene(const std::string& material, const std::string& shape,
+                         const std::filesystem::path& folder) {
   const std::string text = R"({"thimble_scene": 1, "name": "test", "objects": [{"name": "it", "shape": {)" +
                            shape + R"(}, "material": {)" + material + "}}]}";
-  return SceneImage(host::compile_scene_text(text, "test.scene.json", testing::TempDir()).image);
+  return SceneImage(host::compile_scene_text(text, "test.scene.json", folder).image);
 }
 
 const Felt& Mass::step(IdealRun& run, const Vector3d& other_N) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,9 @@ using Eigen::Vector3d;
 inline constexpr const char* kFloor = R"("plane": {"normal": [0, 0, 1]})";
 
 // One object named "it" at the origin; `material` and `shape` are the members of the JSON objects of those names. Files are
-// looked for in the tests' own folder for temporary files.
-[[nodiscard]] SceneImage surface_scene(const std::string& material, const std::string& shape = kFloor);
+// looked for in `folder`.
+[[nodiscard]] SceneImage surface_scene(const std::string& material, const std::string& shape = kFloor,
+                                       const std::filesystem::path& folder = {});
 
 // A point mass that the renderer pushes: force held for a tick, so that the steps are exact.
 struct Mass {

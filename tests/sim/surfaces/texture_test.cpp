@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <functional>
 #include <numbers>
 #include <string>
@@ -12,6 +11,7 @@
 #include "tests/sim/surfaces/rig.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
+#include "tests/support/temporary_folder.h"
 
 namespace thimble::test {
 namespace {
@@ -114,12 +114,13 @@ TEST(Texture, TilesWithoutAStepAtTheSeam) {
 
 // Two faces, one with edges of 30 mm and one of 10 mm, each tilted another way.
 TEST(Texture, HasTheSameSpatialFrequencyOnFacetsOfAnySize) {
-  const std::string file = testing::TempDir() + "facets.obj";
-  std::ofstream(file) << "v 0 0 0\nv 0.03 0 0.01\nv 0.03 0.03 0.01\nv 0 0.03 0\n"          // rises to +x
-                         "v 0.05 0 0\nv 0.06 0 0\nv 0.06 0.01 0.004\nv 0.05 0.01 0.004\n"  // rises to +y
-                         "f 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n";
-  const SceneImage image =
-      surface_scene(textured("height", "", "\"pattern\": \"cos_cos\""), R"("mesh": {"file": "facets.obj"})");
+  const TemporaryFolder folder;
+  folder.write("facets.obj",
+               "v 0 0 0\nv 0.03 0 0.01\nv 0.03 0.03 0.01\nv 0 0.03 0\n"          // rises to +x
+               "v 0.05 0 0\nv 0.06 0 0\nv 0.06 0.01 0.004\nv 0.05 0.01 0.004\n"  // rises to +y
+               "f 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n");
+  const SceneImage image = surface_scene(textured("height", "", "\"pattern\": \"cos_cos\""),
+                                         R"("mesh": {"file": "facets.obj"})", folder.path());
   struct Facet {
     Vector3d corner;
     Vector3d u;  // along one side, and square to it on the face

@@ -3,16 +3,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <clocale>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
 #include "host-tools/error.h"
 #include "tests/support/figure.h"
 #include "tests/support/png.h"
+#include "tests/support/temporary_folder.h"
 
 namespace thimble::test {
 namespace {
@@ -22,13 +21,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 HeightGrid read(const std::string& bytes, std::size_t most_samples = 1000) {
-  const std::filesystem::path file =
-      std::filesystem::path(testing::TempDir()) / ("height_grid_" + std::to_string(getpid()));
-  std::ofstream(file, std::ios::binary) << bytes;
-  struct Remove {
-    const std::filesystem::path& file;
-    ~Remove() { std::filesystem::remove(file); }
-  } remove{file};
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.write("grid", bytes);
   return host::read_height_grid(file, most_samples, "grid");
 }
 

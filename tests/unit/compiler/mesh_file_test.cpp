@@ -3,12 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <Eigen/Geometry>
 #include <clocale>
 #include <filesystem>
-#include <fstream>
 
 #include "host-tools/compiler/plg.h"
 #include "host-tools/compiler/polygon.h"
@@ -16,6 +14,7 @@
 #include "tests/support/figure.h"
 #include "tests/support/meshes.h"
 #include "tests/support/random.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/compiler/refusal.h"
 #include "tests/unit/compiler/sound_mesh.h"
 
@@ -35,24 +34,6 @@ constexpr const char* kTetrahedron =
 Refusal plg_refusal(const std::string& text) {
   return refusal_of([&] { static_cast<void>(host::read_plg(text, "x.plg")); });
 }
-
-class Folder {
- public:
-  Folder() : path_(fs::temp_directory_path() / ("thimble_compiler_test_" + std::to_string(::getpid()))) {
-    fs::create_directories(path_);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() { fs::remove_all(path_); }
-  fs::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name, std::ios::binary) << text;
-    return path_ / name;
-  }
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 Refusal file_refusal(const fs::path& file) {
   return refusal_of([&] { static_cast<void>(host::read_mesh_file(file, 1.0, "the mesh")); });
@@ -204,7 +185,7 @@ TEST(Polygon, ConcaveOnesKeepTheirArea) {
 }
 
 TEST(MeshFile, ObjComesThroughAndScales) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const TriangleSoup sphere = icosphere(3, 0.05);
   for (const double units_per_m : {1.0, 10.0, 1000.0}) {
     const fs::path file = folder.path() / "sphere.obj";
@@ -221,7 +202,7 @@ TEST(MeshFile, ObjComesThroughAndScales) {
 }
 
 TEST(MeshFile, NodeTransformsArePlacedAndMirrorsRewound) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string collada = R"(<?xml version="1.0" encoding="utf-8"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset><up_axis>Y_UP</up_axis></asset>
 <library_geometries><geometry id="g"><mesh>
@@ -253,7 +234,7 @@ TEST(MeshFile, NodeTransformsArePlacedAndMirrorsRewound) {
 }
 
 TEST(MeshFile, ErrorsAreClear) {
-  const Folder folder;
+  const TemporaryFolder folder;
   EXPECT_EQ(file_refusal(folder.path() / "no.obj").name, "missing-mesh");
   EXPECT_THAT(file_refusal(folder.path() / "no.obj").cause, HasSubstr("there is no such file"));
   EXPECT_EQ(file_refusal(folder.path()).name, "missing-mesh");

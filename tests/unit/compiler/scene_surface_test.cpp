@@ -15,6 +15,7 @@
 #include "host-tools/compiler/scene_file.h"
 #include "host-tools/error.h"
 #include "tests/support/figure.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/compiler/refusal.h"
 #include "thimble_scene_schema/scene_generated.h"
 
@@ -48,21 +49,22 @@ constexpr const char* kScene = R"({
 ]
 })";
 
-std::string folder() {
-  std::string at = testing::TempDir();
-  std::ofstream(at + "heights.csv") << "# seen from above\n1, 2, 3\n4, 5, 6\n7, 8, 9\n";
-  std::ofstream(at + "stiffness.csv") << "100, 200\n300, 400\n";
-  std::ofstream(at + "negative.csv") << "100, 200\n300, -400\n";
-  return at;
-}
+class Folder : public TemporaryFolder {
+ public:
+  Folder() {
+    write("heights.csv", "# seen from above\n1, 2, 3\n4, 5, 6\n7, 8, 9\n");
+    write("stiffness.csv", "100, 200\n300, 400\n");
+    write("negative.csv", "100, 200\n300, -400\n");
+  }
+};
 
 host::CompiledScene compile(const std::string& text) {
-  return host::compile_scene_text(text, "test.scene.json", folder());
+  return host::compile_scene_text(text, "test.scene.json", Folder().path());
 }
 
 std::string with(const std::string& from, const std::string& to) { return replaced(kScene, from, to); }
 
-Refusal refusal(const std::string& text) { return refusal_of_scene(text, folder()); }
+Refusal refusal(const std::string& text) { return refusal_of_scene(text, Folder().path()); }
 
 TEST(SceneSurface, IsReadIntoTheImage) {
   const host::CompiledScene compiled = compile(kScene);

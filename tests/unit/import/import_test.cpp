@@ -2,7 +2,6 @@
 // Debian's mricron-data brings.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include "host-tools/error.h"
 #include "host-tools/import/import_volume.h"
 #include "tests/support/figure.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/import/nifti_writer.h"
 
 namespace thimble::test {
@@ -26,16 +26,8 @@ using testing::HasSubstr;
 
 class Import : public testing::Test {
  protected:
-  Import() : folder_(fs::temp_directory_path() / ("thimble-import-" + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~Import() override { fs::remove_all(folder_); }
-  Import(const Import&) = delete;
-  Import& operator=(const Import&) = delete;
-
   fs::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return folder_ / name;
+    return temporary_.write(name, text);
   }
   fs::path write(const NiftiFile& file) const {
     fs::path path = folder_ / (file.compressed ? "volume.nii.gz" : "volume.nii");
@@ -53,7 +45,8 @@ class Import : public testing::Test {
     return {"nothing refused", ""};
   }
 
-  fs::path folder_;
+  const TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 // Layers square to a direction that no axis of the volume has.
