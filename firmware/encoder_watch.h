@@ -1,5 +1,5 @@
-// Tells a frozen encoder from an arm held still: a joint whose torque changes by far must move a count,
-// however firm the hand. Called every tick while armed, once a joint.
+// Tells a frozen encoder from an arm held still: a joint whose torque changes by far must move a count soon
+// after, however firm the hand. Called every tick while armed, once a joint.
 //
 // Evidence: 25 % of the Premium's peak joint torque is 2 N at the tip; a hand of 2000 N/m gives way 1 mm to
 // that, 40 counts.
@@ -14,8 +14,8 @@ class EncoderWatch {
  public:
   void reset() noexcept { time_s_ = -1.0F; }
 
-  // torque: what the joint was last driven with. True: the count stood still for min_time_s or longer, while
-  // the torque changed by more than max_change.
+  // torque: what the joint was last driven with. True: while the count stood still the torque changed by more
+  // than max_change, and min_time_s later it still stands.
   [[nodiscard]] bool frozen(std::int32_t counts, float torque_N_m, float max_change_N_m, float min_time_s,
                             float period_s) noexcept {
     if (time_s_ < 0.0F || counts != counts_) {
@@ -24,15 +24,15 @@ class EncoderWatch {
       lowest_N_m_ = highest_N_m_ = torque_N_m;
       return false;
     }
-    time_s_ += period_s;
     lowest_N_m_ = std::min(lowest_N_m_, torque_N_m);
     highest_N_m_ = std::max(highest_N_m_, torque_N_m);
-    return time_s_ >= min_time_s && highest_N_m_ - lowest_N_m_ > max_change_N_m;
+    if (highest_N_m_ - lowest_N_m_ > max_change_N_m) time_s_ += period_s;
+    return time_s_ >= min_time_s;
   }
 
  private:
   std::int32_t counts_ = 0;
-  float time_s_ = -1.0F;  // since the count changed; negative: not started
+  float time_s_ = -1.0F;  // since the torque has changed by far; negative: not started
   float lowest_N_m_ = 0;
   float highest_N_m_ = 0;
 };

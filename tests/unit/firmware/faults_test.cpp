@@ -262,5 +262,18 @@ TEST(FaultWhileBraking, OfAnEncoderEndsTheBraking) {
   scripted_force_N.setZero();
 }
 
+// A firm hand that holds a thing and loses it: the arm needs time to give way.
+TEST(FrozenEncoder, IsNotAnArmThatStoodStillAndIsLetGo) {
+  const auto bench = pressing();
+  bench->frozen = true;
+  bench->ticks(1000);
+  scripted_force_N.setZero();
+  bench->ticks(150);
+  EXPECT_EQ(bench->mode(), Mode::kArmed) << "37 ms after";
+  bench->frozen = false;
+  bench->ticks(400);
+  EXPECT_EQ(bench->mode(), Mode::kArmed);
+}
+
 }  // namespace
 }  // namespace thimble::test
