@@ -5,8 +5,10 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "control/renderer.h"
@@ -54,14 +56,18 @@ void bench(const std::filesystem::path& file, const std::string& name) {
 }
 
 void bench_all(const std::filesystem::path& scenes) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(scenes)) {
-    if (entry.is_directory()) names.push_back(entry.path().filename().string());
+  constexpr std::string_view kEnding = ".scene.json";
+  std::map<std::string, std::filesystem::path> files;  // by FOLDER, or FOLDER/NAME
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(scenes)) {
+    std::string name = entry.path().filename().string();
+    if (!name.ends_with(kEnding)) continue;
+    name.resize(name.size() - kEnding.size());
+    const std::string folder = entry.path().parent_path().filename().string();
+    files.emplace(name == folder ? folder : folder + "/" + name, entry.path());
   }
-  std::sort(names.begin(), names.end());
   std::printf("| scene | objects | image, bytes | arms | ns a tick | worst tick, us | in contact |\n");
   std::printf("|---|---|---|---|---|---|---|\n");
-  for (const std::string& name : names) bench(scenes / name / (name + ".scene.json"), name);
+  for (const auto& [name, file] : files) bench(file, name);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "tests/bench/scene_path.h"
 
 #include <algorithm>
+#include <string>
 
 #include "board/sim/hand_path.h"
 #include "board/sim/hand_path_file.h"
@@ -12,7 +13,11 @@ namespace thimble::test {
 ScenePath scene_path(const std::filesystem::path& file) {
   ScenePath scene{SceneImage(host::compile_scene(file).image), 1, {}};
   std::array<std::vector<board::PathPoint>, control::kMaxArms> points;
-  for (const board::PathPoint& point : board::read_hand_path(file.parent_path() / "stroke.csv")) {
+  const std::string file_name = file.filename().string();
+  const std::filesystem::path own =
+      file.parent_path() / (file_name.substr(0, file_name.find('.')) + ".stroke.csv");
+  for (const board::PathPoint& point :
+       board::read_hand_path(std::filesystem::exists(own) ? own : file.parent_path() / "stroke.csv")) {
     points.at(static_cast<std::size_t>(point.arm)).push_back(point);
   }
   std::vector<board::HandPath> hands;

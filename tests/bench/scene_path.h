@@ -17,7 +17,7 @@ struct ScenePath {
   std::vector<std::array<control::Tip, control::kMaxArms>> tips;  // the hand's whole way at kRate_Hz
 };
 
-// `file`: a *.scene.json with a stroke.csv beside it.
+// `file`: NAME.scene.json with NAME.stroke.csv or stroke.csv beside it.
 [[nodiscard]] ScenePath scene_path(const std::filesystem::path& file);
 
 }  // namespace thimble::test
