@@ -1,7 +1,9 @@
 # thimble_core: what every library of the controller is compiled with (no heap, no exceptions, no RTTI below
 # host-tools; the same floating-point result on every target, so contraction and vectorised sums are off).
 # thimble_host_code: the same warnings for code that runs on a PC only.
-# thimble_brief_code: besides, for what takes longer to compile than to run: commands and unit tests, not what they call.
+# thimble_brief_code: besides, optimised less, for what takes longer to compile than to run: commands and unit tests, not the
+# libraries they call.
+# thimble_loop_code: the same for tests that simulate; they would crawl without any optimisation.
 add_library(thimble_warnings INTERFACE)
 if(PROJECT_IS_TOP_LEVEL)  # a project that links the renderer has warnings of its own
   target_compile_options(thimble_warnings INTERFACE
@@ -24,7 +26,12 @@ target_compile_options(thimble_no_runtime INTERFACE -fno-exceptions -fno-rtti)
 add_library(thimble_host_code INTERFACE)
 target_link_libraries(thimble_host_code INTERFACE thimble_core)
 
+add_library(thimble_loop_code INTERFACE)
+target_link_libraries(thimble_loop_code INTERFACE thimble_host_code)
+target_compile_options(thimble_loop_code INTERFACE $<$<CONFIG:Release>:-O1>)
+
 add_library(thimble_brief_code INTERFACE)
-target_link_libraries(thimble_brief_code INTERFACE thimble_host_code)
-target_compile_options(thimble_brief_code INTERFACE
-  $<$<CONFIG:Release>:-O1> $<$<AND:$<CONFIG:Debug>,$<CXX_COMPILER_ID:Clang>>:-O0>)
+target_link_libraries(thimble_brief_code INTERFACE thimble_loop_code)
+if(CMAKE_CXX_FLAGS_DEBUG MATCHES sanitize)
+  target_compile_options(thimble_brief_code INTERFACE $<$<CONFIG:Debug>:-O0>)
+endif()

@@ -1,4 +1,4 @@
-// Tells a frozen encoder from an arm held still: a joint whose torque changes by far must move a count soon
+// Tells a frozen encoder from an arm held still: a joint whose torque changes by much must move a count soon
 // after, however firm the hand. Called every tick while armed, once a joint.
 //
 // Evidence: 25 % of the Premium's peak joint torque is 2 N at the tip; a hand of 2000 N/m gives way 1 mm to
@@ -32,7 +32,7 @@ class EncoderWatch {
 
  private:
   std::int32_t counts_ = 0;
-  float time_s_ = -1.0F;  // since the torque has changed by far; negative: not started
+  float time_s_ = -1.0F;  // since the torque has changed by more, also if it came back; negative: not started
   float lowest_N_m_ = 0;
   float highest_N_m_ = 0;
 };

@@ -27,7 +27,8 @@ constexpr Micros kAfterPending_us = 5'000'000;    // P2*
 constexpr Micros kLongestAnswer_us = 60'000'000;  // however often the device says "pending"
 constexpr Micros kSwitch_us = 1'000'000;          // a tick takes the new scene
 constexpr Micros kBusy_us = 2'000'000;            // how often "busy, repeat" is believed
-constexpr Micros kLongestPause_us = 30'000;  // after an answer that broke off: many times an answer's length
+constexpr Micros kLongestPause_us =
+    30'000;  // after an answer that broke off: many times a short answer's length
 constexpr Micros kModePoll_us = 20'000;
 
 std::uint8_t byte_of(Service service) { return static_cast<std::uint8_t>(service); }
@@ -192,17 +193,22 @@ std::optional<Device::Answer> Device::try_request(const Bytes& request, unsigned
     if (!channel_.send(request, now_us())) throw std::logic_error("a request has 1 to 4095 bytes");
     const Micros last_us = now_us() + kLongestAnswer_us;
     Micros deadline_us = now_us() + answer_us;
+    // Another host's request may have cut the answer short. If both asked again at once, each would cut the
+    // other's, again and again.
+    bool broke_off = false;
+    const auto pause = [&] {
+      std::uniform_int_distribution<Micros> pause_us(0, kLongestPause_us);
+      deadline_us = std::min(deadline_us, now_us() + pause_us(pauses_));
+    };
     while (now_us() < std::min(deadline_us, last_us)) {
       const bool moving = channel_.sending() || channel_.receiving();
       pump(std::min(deadline_us, last_us));
       // The answer's time begins when the request has left, and starts anew while an answer comes in; both
       // have deadlines of their own in the channel.
       if (moving && (channel_.sending() || channel_.receiving())) deadline_us = now_us() + answer_us;
-      // Another host's request may have cut the answer short. If both asked again at once, each would cut
-      // the other's, again and again.
       if (channel_.take_error() != link::IsoTpError::kNone) {
-        std::uniform_int_distribution<Micros> pause_us(0, kLongestPause_us);
-        deadline_us = std::min(deadline_us, now_us() + pause_us(pauses_));
+        broke_off = true;
+        pause();
       }
       const std::span<const std::uint8_t> answer = channel_.received();
       if (answer.empty()) continue;
@@ -218,7 +224,8 @@ std::optional<Device::Answer> Device::try_request(const Bytes& request, unsigned
         deadline_us = now_us() + kAfterPending_us;
         continue;
       }
-      channel_.release();  // the late answer to an earlier request
+      channel_.release();  // the late answer to an earlier request, or another host's
+      if (broke_off) pause();
     }
   }
   return std::nullopt;

@@ -63,7 +63,8 @@ void bench_all(const std::filesystem::path& scenes) {
     if (!name.ends_with(kEnding)) continue;
     name.resize(name.size() - kEnding.size());
     const std::string folder = entry.path().parent_path().filename().string();
-    files.emplace(name == folder ? folder : folder + "/" + name, entry.path());
+    if (name != folder) name.insert(0, folder + '/');
+    files.emplace(name, entry.path());
   }
   std::printf("| scene | objects | image, bytes | arms | ns a tick | worst tick, us | in contact |\n");
   std::printf("|---|---|---|---|---|---|---|\n");

@@ -3,7 +3,7 @@
 //
 //   tick_instructions BODY TICKS     BODY: sphere, box, icosphere-80, icosphere-1280, icosphere-20480,
 //   icosphere-327680, or a file of assimp-testmodels; the path is the peers' (tests/support/peer_path.h). Or a
-//   *.scene.json with a stroke.csv beside it, over and over
+//   NAME.scene.json with NAME.stroke.csv or stroke.csv beside it, over and over
 #include <valgrind/callgrind.h>
 
 #include <array>

@@ -111,10 +111,12 @@ class Simulator(Rig):
         """An answer that another host's request cuts short is asked for again, and not by both at once."""
         sim = self.sim("--tcp", 0)
         for _ in range(60):
-            hosts = [self.start("info", "--device", sim.tcp) for _ in range(3)]
-            for host in hosts:
-                err = host.communicate(timeout=20)[1]
+            hosts = [(self.start(*asked, "--device", sim.tcp), shown) for asked, shown in
+                     ((("info",), "protocol"), (("param", "list"), "encoder_frozen"), (("info", "--json"), '"protocol"'))]
+            for host, shown in hosts:
+                out, err = host.communicate(timeout=20)
                 self.assertEqual(host.returncode, 0, err)
+                self.assertIn(shown, out)
 
     def test_what_moves_is_told(self):
         """Each scene under its own hand, until its state frames say that something has happened."""

@@ -8,6 +8,9 @@
 #include <filesystem>
 #include <numbers>
 #include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "board/sim/hand_path.h"
 #include "board/sim/hand_path_file.h"

@@ -2,9 +2,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -13,6 +11,7 @@
 #include "board/sim/sim_probe.h"
 #include "host-tools/scan/scan.h"
 #include "tests/sim/scan/specimens.h"
+#include "tests/support/temporary_folder.h"
 
 namespace thimble::test {
 
@@ -37,18 +36,15 @@ struct Scanned {
 
 inline Scanned scan(const host::ScanPlan& plan, std::shared_ptr<const board::Specimen> specimen,
                     const std::string& arm = "premium-1.5") {
-  const std::filesystem::path file =
-      std::filesystem::temp_directory_path() / ("thimble-scan-" + std::to_string(getpid()) + ".csv");
-  std::filesystem::remove(file);
+  const TemporaryFolder folder;
   SimulatedProbe probe(std::move(specimen), arm);
   Scanned scanned;
   {
-    host::ScanLog log(file, plan.crc, plan.points(), false);
+    host::ScanLog log(folder.path() / "log.csv", plan.crc, plan.points(), false);
     EXPECT_TRUE(host::probe_points(
         plan, log, [&]() -> host::Probe& { return probe; }, [](std::size_t) { return true; }));
     scanned.fits = host::fit_points(plan, log);
   }
-  std::filesystem::remove(file);
   scanned.surface = host::surface_of(plan, scanned.fits);
   scanned.scene = host::scene_text(plan, scanned.surface);
   return scanned;

@@ -4,9 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <clocale>
 #include <cmath>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "host-tools/error.h"
 #include "tests/support/figure.h"

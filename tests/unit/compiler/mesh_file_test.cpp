@@ -5,8 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <clocale>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "host-tools/compiler/plg.h"
 #include "host-tools/compiler/polygon.h"

@@ -7,7 +7,9 @@
 #include <cstdio>
 #include <limits>
 #include <map>
+#include <memory>
 #include <set>
+#include <string>
 
 #include "tests/unit/firmware/bench.h"
 #include "tests/unit/firmware/fault_hooks.h"
@@ -271,6 +273,7 @@ TEST(FrozenEncoder, IsNotAnArmThatStoodStillAndIsLetGo) {
   bench->ticks(150);
   EXPECT_EQ(bench->mode(), Mode::kArmed) << "37 ms after";
   bench->frozen = false;
+  bench->joints[0].array() += 0.002;  // some counts
   bench->ticks(400);
   EXPECT_EQ(bench->mode(), Mode::kArmed);
 }

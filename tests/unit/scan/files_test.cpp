@@ -1,6 +1,5 @@
 // The plan and the log: what they refuse, and that a log which broke off anywhere goes on.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -11,6 +10,7 @@
 #include "host-tools/scan/scan_log.h"
 #include "host-tools/scan/scan_plan.h"
 #include "host-tools/scan/scan_scene.h"
+#include "tests/support/temporary_folder.h"
 
 namespace thimble::test {
 namespace {
@@ -96,10 +96,8 @@ TEST(ScanPlanFile, MistakesAreNamed) {
 
 class ScanLogFile : public ::testing::Test {
  protected:
-  std::filesystem::path file_ =
-      std::filesystem::temp_directory_path() / ("thimble-scan-log-" + std::to_string(getpid()) + ".csv");
-  void SetUp() override { std::filesystem::remove(file_); }
-  void TearDown() override { std::filesystem::remove(file_); }
+  const TemporaryFolder folder_;
+  const std::filesystem::path file_ = folder_.path() / "log.csv";
   std::string text() const {
     std::ifstream in(file_);
     std::ostringstream out;
