@@ -26,7 +26,8 @@
 namespace thimble::test {
 namespace {
 
-constexpr double kDefaultTicks = kUnderSanitizers ? 1e5 : 1e7;  // a hundredth under the sanitizers
+// The shares are rounded down; a hundredth under the sanitizers.
+constexpr double kDefaultTicks = kUnderSanitizers ? 1e5 : 1.0001e7;
 
 constexpr double kInside_m = 1e-6;  // deeper than this in a solid is a fall
 constexpr double kJump_m = 5e-3;
