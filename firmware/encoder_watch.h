@@ -32,7 +32,7 @@ class EncoderWatch {
 
  private:
   std::int32_t counts_ = 0;
-  float time_s_ = -1.0F;  // since the torque has changed by more, also if it came back; negative: not started
+  float time_s_ = -1.0F;  // since the torque changed by much, even if it came back; negative: not started
   float lowest_N_m_ = 0;
   float highest_N_m_ = 0;
 };

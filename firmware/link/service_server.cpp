@@ -167,7 +167,7 @@ void ServiceServer::handle(Micros now) noexcept {
   if (request.empty()) return;
   if (channel_.sending()) {
     if (pending_) return;
-    channel_.abort_send();  // a host asks again only when it has given up the last answer
+    channel_.abort_send();  // its host has given it up, or will ask again (docs/link.md)
   }
   last_request_us_ = now;
 

@@ -27,8 +27,7 @@ constexpr Micros kAfterPending_us = 5'000'000;    // P2*
 constexpr Micros kLongestAnswer_us = 60'000'000;  // however often the device says "pending"
 constexpr Micros kSwitch_us = 1'000'000;          // a tick takes the new scene
 constexpr Micros kBusy_us = 2'000'000;            // how often "busy, repeat" is believed
-constexpr Micros kLongestPause_us =
-    30'000;  // after an answer that broke off: many times a short answer's length
+constexpr Micros kLongestPause_us = 30'000;       // after a broken answer: many times a short one's length
 constexpr Micros kModePoll_us = 20'000;
 
 std::uint8_t byte_of(Service service) { return static_cast<std::uint8_t>(service); }
