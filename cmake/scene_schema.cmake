@@ -13,3 +13,8 @@ add_dependencies(thimble_scene_schema thimble_scene_schema_header)
 target_compile_definitions(thimble_scene_schema INTERFACE
   FLATBUFFERS_ASSERT=thimble_flatbuffers_assert
   FLATBUFFERS_ASSERT_INCLUDE="control/scene/flatbuffers_assert.h")
+if(CMAKE_CROSSCOMPILING)  # /usr/include as a whole belongs to another machine
+  find_path(FLATBUFFERS_INCLUDE_DIR flatbuffers/flatbuffers.h PATHS /usr/include /usr/local/include REQUIRED)
+  file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/generated)
+  file(CREATE_LINK ${FLATBUFFERS_INCLUDE_DIR}/flatbuffers ${CMAKE_BINARY_DIR}/generated/flatbuffers SYMBOLIC)
+endif()

@@ -41,13 +41,13 @@ Nearest nearest_on_box(const Vec3& half, const Vec3& p) {
 }
 
 Nearest nearest_on_cylinder(float radius, float half_height, const Vec3& p) {
-  const float across = std::hypot(p.x(), p.y());
+  const float across = planar_length(p.x(), p.y());
   const Vec3 out = across > 0.0F ? Vec3(p.x() / across, p.y() / across, 0.0F) : Vec3(Vec3::UnitX());
   const Vec3 up(0.0F, 0.0F, p.z() < 0.0F ? -1.0F : 1.0F);
   const float side = across - radius;
   const float cap = std::abs(p.z()) - half_height;
   if (side > 0.0F && cap > 0.0F) {
-    const float distance = std::hypot(side, cap);
+    const float distance = planar_length(side, cap);
     return {(side * out + cap * up) / distance, distance};
   }
   return side > cap ? Nearest{out, side} : Nearest{up, cap};
@@ -130,7 +130,7 @@ void box_on_plane(const PlacedObject& a, const PlacedObject& plane, float margin
 // Four points of each rim, the lowest one among them.
 void cylinder_on_plane(const PlacedObject& a, const PlacedObject& plane, float margin, Manifold& out) {
   const Vec3 down = a.turn_back(-plane.turn(plane.shape.vector));
-  const float across = std::hypot(down.x(), down.y());
+  const float across = planar_length(down.x(), down.y());
   constexpr float kUpright = 0.01F;
   const Vec3 lowest =
       across > kUpright ? Vec3(down.x() / across, down.y() / across, 0.0F) : Vec3(Vec3::UnitX());

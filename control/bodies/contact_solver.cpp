@@ -84,7 +84,7 @@ void ContactSolver::rub(std::span<Mover> movers, Contact& contact) noexcept {
     const Row& r = contact.tangent[i];
     wanted[i] = r.impulse - r.mass * speed(movers, contact, r);
   }
-  const float length = std::hypot(wanted[0], wanted[1]);
+  const float length = planar_length(wanted[0], wanted[1]);
   const float scale = length > most ? most / length : 1.0F;
   for (std::size_t i = 0; i < 2; ++i) {
     Row& r = contact.tangent[i];
@@ -254,7 +254,7 @@ void ContactSolver::solve(const World& world, std::span<Mover> movers, float per
     const float most = (c.sliding ? c.dynamic_friction : c.static_friction) * c.normal.impulse;
     constexpr float kAll = 1.0F - 1.0e-4F;
     c.sliding =
-        c.normal.impulse > 0.0F && std::hypot(c.tangent[0].impulse, c.tangent[1].impulse) >= kAll * most;
+        c.normal.impulse > 0.0F && planar_length(c.tangent[0].impulse, c.tangent[1].impulse) >= kAll * most;
   }
   move_apart(movers);
   keep();

@@ -14,6 +14,7 @@
 #include <numbers>
 
 #include "control/fields/volume.h"
+#include "kinematics/trig.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
@@ -28,7 +29,7 @@ VolumeBounds tissue_bounds(const scene::Object&) noexcept {  // a dimple comes b
 float surface_depth_m(const scene::Tissue& tissue, const ArmState& own, const Vec3& x) {
   if (own.inside || own.crept_m == 0.0F) return own.crept_m;
   return dimple_depth_m(own.crept_m, tissue.contact_radius_m(),
-                        std::hypot(x.x() - own.middle_m.x(), x.y() - own.middle_m.y()));
+                        planar_length(x.x() - own.middle_m.x(), x.y() - own.middle_m.y()));
 }
 
 VolumeTouch tissue_tick(const scene::Object& object, const Material& material, const Tip& tip, float period_s,
@@ -67,7 +68,7 @@ VolumeTouch tissue_tick(const scene::Object& object, const Material& material, c
   own.depth_m = depth_m;
 
   const float stretch_m = depth_m - own.crept_m;
-  const float drag_m = std::hypot(own.grip_m.x() - x.x(), own.grip_m.y() - x.y());
+  const float drag_m = planar_length(own.grip_m.x() - x.x(), own.grip_m.y() - x.y());
   const float held_m = own.friction.tick({material.stiffness_N_m, material.static_friction * stretch_m,
                                           material.dynamic_friction * stretch_m, material.steady},
                                          drag_m, period_s);
@@ -86,7 +87,7 @@ VolumeTouch tissue_tick(const scene::Object& object, const Material& material, c
 
 float dimple_depth_m(float depth_m, float radius_m, float r_m) noexcept {
   if (r_m <= radius_m) return depth_m;
-  return depth_m * (2.0F / std::numbers::pi_v<float>)*std::asin(radius_m / r_m);
+  return depth_m * (2.0F / std::numbers::pi_v<float>)*kinematics::arc_sine(radius_m / r_m);
 }
 
 const VolumeOps kTissueOps = {tissue_bounds, tissue_tick};

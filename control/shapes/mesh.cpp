@@ -15,11 +15,11 @@ using namespace topology;  // NOLINT(google-build-using-namespace): this file is
 
 MeshView view_mesh(const scene::Mesh& mesh) noexcept {
   MeshView view;
-  view.vertices = reinterpret_cast<const scene::Vertex*>(mesh.vertices()->Data());
-  view.triangles = reinterpret_cast<const scene::Triangle*>(mesh.triangles()->Data());
+  view.vertices = mesh.vertices()->Get(0);
+  view.triangles = mesh.triangles()->Get(0);
   view.flags = mesh.flags()->data();
   view.corner_normals = mesh.corner_normals() != nullptr ? mesh.corner_normals()->data() : nullptr;
-  view.nodes = reinterpret_cast<const scene::BvhNode*>(mesh.nodes()->Data());
+  view.nodes = mesh.nodes()->Get(0);
   if (mesh.grid_origin_m() != nullptr) {
     view.grid_origin_m = {mesh.grid_origin_m()->x(), mesh.grid_origin_m()->y(), mesh.grid_origin_m()->z()};
   }

@@ -42,8 +42,9 @@ inline SplineWindow spline_window(float cells, std::uint32_t count, Beyond beyon
   SplineWindow window;
   for (std::size_t i = 0; i < kSplineWindow; ++i) {
     const std::int32_t index = first + static_cast<std::int32_t>(i);
-    window.index[i] = static_cast<std::uint32_t>(
-        beyond == Beyond::kRepeats ? (index + 4 * (last + 1)) % (last + 1) : std::clamp(index, 0, last));
+    window.index[i] =
+        static_cast<std::uint32_t>(beyond == Beyond::kRepeats ? (index + 4 * (last + 1)) % (last + 1)
+                                                              : std::clamp<std::int32_t>(index, 0, last));
   }
   const float t = at - cell;
   const float s = 1.0F - t;

@@ -64,6 +64,16 @@ TEST(Trig, OutOfRangeIsNaN) {
   }
 }
 
+TEST(Trig, ArcSineIsThatOfTheLibrary) {
+  double worst = 0;
+  for (int k = 0; k <= 1 << 20; ++k) {
+    const float x = static_cast<float>(k) * 0x1p-20F;
+    worst = std::max(worst, std::abs(static_cast<double>(arc_sine(x)) - std::asin(static_cast<double>(x))));
+  }
+  EXPECT_LT(worst, 2e-7);
+  for (const float x : {-1e-6F, 1.000001F, INFINITY, NAN}) EXPECT_TRUE(std::isnan(arc_sine(x))) << x;
+}
+
 // The same bits on every target: a digest over a sweep, so that a target (or a compiler flag) that rounds
 // otherwise is seen.
 TEST(Trig, BitsAreTheSameEverywhere) {

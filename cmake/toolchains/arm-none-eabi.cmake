@@ -1,0 +1,13 @@
+# What every bare ARM core shares; the toolchain file that includes this one has set THIMBLE_CPU.
+set(CMAKE_SYSTEM_NAME Generic)
+set(CMAKE_SYSTEM_PROCESSOR arm)
+set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
+set(CMAKE_C_COMPILER arm-none-eabi-gcc)
+set(CMAKE_CXX_COMPILER arm-none-eabi-g++)
+set(CMAKE_ASM_COMPILER arm-none-eabi-gcc)
+set(CMAKE_EXECUTABLE_SUFFIX .elf)
+set(thimble_sections "-ffunction-sections -fdata-sections -fno-common")
+set(CMAKE_C_FLAGS_INIT "${THIMBLE_CPU} ${thimble_sections}")
+set(CMAKE_CXX_FLAGS_INIT "${THIMBLE_CPU} ${thimble_sections} -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-use-cxa-atexit")
+set(CMAKE_ASM_FLAGS_INIT "${THIMBLE_CPU}")
+set(CMAKE_EXE_LINKER_FLAGS_INIT "${THIMBLE_CPU} -nostartfiles --specs=nano.specs --specs=nosys.specs -Wl,--gc-sections -Wl,--fatal-warnings")
