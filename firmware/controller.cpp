@@ -54,9 +54,14 @@ Nrc to_nrc(StoreStatus status) noexcept {
 }  // namespace
 
 Controller::Controller(const Config& config, Storage& storage) noexcept
-    : config_(config), servo_(config, params_), store_(storage), server_(*this, config.node_id) {
+    : config_(config),
+      servo_(config, params_),
+      store_(storage, config.pause),
+      param_store_(storage),
+      server_(*this, config.node_id) {
   if (config_.arm_count > kMaxArms)
     config_.arm_count = kMaxArms;  // such a controller is faulted; its answers stay in bounds
+  param_store_.load(params_);
   if (store_.open(running_) == StoreStatus::kOk) (void)servo_.post_scene(running_, store_.sequence());
 }
 
@@ -264,6 +269,18 @@ link::DeviceState Controller::device_state() const noexcept {
   return state;
 }
 
+link::Lateness Controller::lateness() const noexcept {
+  link::Lateness late;
+  std::uint32_t* const bins[] = {&late.below_1us,   &late.below_2us,  &late.below_5us,   &late.below_10us,
+                                 &late.below_20us,  &late.below_50us, &late.below_100us, &late.below_200us,
+                                 &late.below_500us, &late.below_1ms,  &late.below_2ms,   &late.below_5ms,
+                                 &late.longer};
+  static_assert(std::size(bins) == kLateBounds_us.size() + 1);
+  for (std::size_t i = 0; i < std::size(bins); ++i) *bins[i] = servo_.late_ticks(i);
+  late.worst_s = servo_.worst_late_us() * 1e-6F;
+  return late;
+}
+
 // -------------------------------------------------------------------------------------------- the services
 
 Nrc Controller::read_data(std::uint16_t did, link::ByteWriter& out) noexcept {
@@ -285,11 +302,20 @@ Nrc Controller::read_data(std::uint16_t did, link::ByteWriter& out) noexcept {
     case link::MoveState::kId:
       out.put_record(move_state());
       return Nrc::kOk;
+    case link::Lateness::kId:
+      out.put_record(lateness());
+      return Nrc::kOk;
     case link::kDidSerialNumber:
       out.put_text(config_.serial_number);
       return Nrc::kOk;
     case link::kDidFirmwareVersion:
       out.put_text(THIMBLE_VERSION);
+      return Nrc::kOk;
+    case link::kDidBoardName:
+      out.put_text(config_.board);
+      return Nrc::kOk;
+    case link::kDidResetReason:
+      out.put_text(config_.reset_reason);
       return Nrc::kOk;
     case link::kDidArmName:
       for (std::size_t i = 0; i < config_.arm_count && i < kMaxArms; ++i) {
@@ -334,9 +360,25 @@ ParamStatus Controller::read_param(std::uint16_t id, std::uint32_t& bits) const 
 }
 
 ParamStatus Controller::write_param(std::uint16_t id, std::uint32_t bits) noexcept {
+  return params_.write(id, bits, motors_off());
+}
+
+StoreStatus Controller::save_params() noexcept {
+  return motors_off() ? param_store_.save(params_) : StoreStatus::kBusy;
+}
+
+Nrc Controller::save_parameters() noexcept {
+  refuse("");
+  if (!motors_off()) {
+    refuse(kWrongMode);
+    return Nrc::kConditionsNotCorrect;
+  }
+  return to_nrc(param_store_.save(params_));
+}
+
+bool Controller::motors_off() const noexcept {
   const Mode now = mode();
-  const bool at_rest = now != Mode::kArmed && now != Mode::kDamping && !servo_.command_pending();
-  return params_.write(id, bits, at_rest);
+  return now != Mode::kArmed && now != Mode::kDamping && !servo_.command_pending();
 }
 
 // Posts a command and answers when the tick has obeyed it or has not.
@@ -436,6 +478,11 @@ void Controller::refuse(Conditions conditions) noexcept {
     if ((conditions & row.bit) == 0) continue;
     if (at != 0) append(",");
     append(row.name);
+    if (row.bit == kBoardLacks) {
+      append("(");
+      append(config_.lacks);
+      append(")");
+    }
   }
   refusal_[at] = '\0';
 }

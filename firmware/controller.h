@@ -25,6 +25,7 @@
 #include "firmware/faults.h"
 #include "firmware/link/can_frame.h"
 #include "firmware/link/service_server.h"
+#include "firmware/param_store.h"
 #include "firmware/params.h"
 #include "firmware/scene_store.h"
 #include "firmware/servo.h"
@@ -79,6 +80,8 @@ class Controller final : private link::ServiceBackend {
   // A write with access kAtRest is refused while the motors are on.
   [[nodiscard]] ParamStatus read_param(std::uint16_t id, std::uint32_t& bits) const noexcept;
   [[nodiscard]] ParamStatus write_param(std::uint16_t id, std::uint32_t bits) noexcept;
+  // Keeps them over power-off, with the motors off (kBusy: they are on).
+  [[nodiscard]] StoreStatus save_params() noexcept;
 
   // A whole upload at once: copies an image into the store, verifies it and posts it; the tick switches to it
   // with the force ramped. kRefused: store().image_verdict() says why, and the running scene stays.
@@ -98,6 +101,7 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] link::Nrc disarm() noexcept override;
   [[nodiscard]] link::Nrc home() noexcept override;
   [[nodiscard]] link::Nrc activate() noexcept override;
+  [[nodiscard]] link::Nrc save_parameters() noexcept override;
   [[nodiscard]] link::Nrc start_move(const link::MoveOrder& order) noexcept override;
   [[nodiscard]] link::Nrc end_move() noexcept override;
   [[nodiscard]] link::Nrc move_samples(link::ByteWriter& out) noexcept override;
@@ -119,7 +123,9 @@ class Controller final : private link::ServiceBackend {
   void refuse(Conditions conditions) noexcept;
   void refuse(const char* reason) noexcept;
   void fetch_records() noexcept;
+  [[nodiscard]] bool motors_off() const noexcept;
   [[nodiscard]] link::DeviceState device_state() const noexcept;
+  [[nodiscard]] link::Lateness lateness() const noexcept;
   [[nodiscard]] std::uint8_t status_flags() const noexcept;
   [[nodiscard]] link::CanFrame pose_frame() const noexcept;
   [[nodiscard]] link::CanFrame force_frame() const noexcept;
@@ -131,6 +137,7 @@ class Controller final : private link::ServiceBackend {
   Params params_;
   Servo servo_;
   SceneStore store_;
+  ParamStore param_store_;
   link::ServiceServer server_;
   control::SceneView running_;           // the scene posted last
   Command waited_for_ = Command::kNone;  // posted for a service, its answer not given yet

@@ -1,5 +1,6 @@
 // The parameters of params.def: table, names and the store. Written from the background, read by the tick:
-// each value is one 32-bit atomic, so neither waits and a value is never torn. Values live until power-off.
+// each value is one 32-bit atomic, so neither waits and a value is never torn. Values live until power-off, unless
+// they are saved (param_store.h).
 #pragma once
 
 #include <array>

@@ -14,12 +14,10 @@
 #include <span>
 
 #include "control/scene/scene_view.h"
+#include "firmware/slot_header.h"
 #include "firmware/storage.h"
 
 namespace thimble::firmware {
-
-// CRC-32 of IEEE 802.3 (zlib's crc32). Continue with the last result as `crc`.
-[[nodiscard]] std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t crc = 0) noexcept;
 
 enum class StoreStatus : std::uint8_t {
   kOk = 0,
@@ -36,10 +34,11 @@ enum class StoreStatus : std::uint8_t {
 
 class SceneStore {
  public:
-  // In front of the image in each slot.
-  static constexpr std::size_t kHeaderBytes = 64;
+  static constexpr std::size_t kHeaderBytes = kSlotHeaderBytes;  // in front of the image in each slot
 
-  explicit SceneStore(Storage& storage) noexcept : storage_(&storage) {}
+  // pause: called every now and then from O(image) work; may be null.
+  explicit SceneStore(Storage& storage, control::Pause pause = nullptr) noexcept
+      : storage_(&storage), pause_(pause) {}
 
   // At start: the newest slot whose header, CRC and scene are sound. kRefused: there is none; `view` is
   // untouched. O(image).
@@ -77,6 +76,7 @@ class SceneStore {
   [[nodiscard]] unsigned target() const noexcept { return sequence_ == 0 ? 0U : 1U - active_; }
 
   Storage* storage_;
+  control::Pause pause_;
   // The newest scene.
   unsigned active_ = 0;
   std::uint32_t sequence_ = 0;

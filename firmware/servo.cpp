@@ -67,6 +67,7 @@ Servo::ArmState::ArmState(const ArmConfig& config, float period_s) noexcept
 
 Servo::Servo(const Config& config, const Params& params) noexcept
     : params_(params),
+      board_lacks_(config.lacks != nullptr && *config.lacks != '\0'),
       period_s_(config_works(config) ? config.period_s : kMaxPeriod_s),
       arm_count_(config_works(config) ? config.arm_count : std::uint8_t{0}),
       arms_{ArmState(config.arm[0], period_s_), ArmState(config.arm[1], period_s_)},
@@ -148,6 +149,11 @@ void Servo::check_inputs(const Inputs& inputs) noexcept {
   const auto lost = static_cast<std::uint32_t>(std::min<std::uint64_t>(lost_, UINT32_MAX));
   telemetry_.lost_ticks += lost;
   if (inputs.last_tick_us > period_s_ * 1e6F) ++telemetry_.overruns;
+  const auto* const bound = std::upper_bound(kLateBounds_us.begin(), kLateBounds_us.end(), inputs.late_us);
+  std::atomic<std::uint32_t>& late = late_ticks_[static_cast<std::size_t>(bound - kLateBounds_us.begin())];
+  late.store(late.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);  // one writer
+  if (inputs.late_us > worst_late_us_.load(std::memory_order_relaxed))
+    worst_late_us_.store(inputs.late_us, std::memory_order_relaxed);
   if (inputs.e_stop) trip(Fault::e_stop);
   if (motors_on() && lost > params_.get_unsigned(Param::lost_ticks)) trip(Fault::tick_lost);
 
@@ -268,6 +274,7 @@ Conditions Servo::conditions(const Inputs& inputs) const noexcept {
   if (sequence_ == 0) unmet |= kNoScene;
   if (!link_seen_) unmet |= kLinkDown;
   if (inputs.e_stop) unmet |= kEStopPressed;
+  if (board_lacks_) unmet |= kBoardLacks;
   if (mode_ == Mode::kHoming || mode_ == Mode::kDamping) unmet |= kWrongMode;
   return static_cast<Conditions>(unmet);
 }

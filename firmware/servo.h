@@ -29,6 +29,8 @@ namespace thimble::firmware {
 using control::kMaxArms;
 inline constexpr std::size_t kJoints = 3;
 inline constexpr std::size_t kFreezeTicks = 64;
+inline constexpr std::array<float, 12> kLateBounds_us = {1,   2,   5,   10,   20,   50,
+                                                         100, 200, 500, 1000, 2000, 5000};
 
 struct ArmConfig {
   const char* model = "premium-1.5";  // an arm model of kinematics/, by name
@@ -44,6 +46,14 @@ struct Config {
   std::array<ArmConfig, kMaxArms> arm;
   std::uint8_t node_id = 1;            // on the link, 1 to 127
   const char* serial_number = "none";  // text for the host
+  const char* board = "none";          // the board that the image is for, by its folder in board/
+  const char* reset_reason = "";  // why it started: "power_on", "watchdog", "host", "crash"; empty: not known
+  // What the board lacks for safe motion, as far as it knew at start ("no_realtime_priority,no_watchdog"): arming is
+  // refused with it. Empty: nothing.
+  const char* lacks = "";
+  // Called from long work of the background (checking an image) every 20 us or so: a board whose tick is no interrupt
+  // runs it there. Null: not needed.
+  control::Pause pause = nullptr;
 };
 
 struct ArmInputs {
@@ -59,6 +69,7 @@ struct Inputs {
   std::uint64_t tick = 0;
   std::uint64_t time_us = 0;  // the board's monotonic clock at the start of this tick
   float last_tick_us = 0;     // how long the tick before took, for telemetry
+  float late_us = 0;          // how long after its time this tick began, for telemetry
   bool e_stop = false;        // true: pressed, or its wire open
   bool dead_man = false;      // true: held (a board without one says true)
   std::array<ArmInputs, kMaxArms> arm;
@@ -86,7 +97,7 @@ enum class Command : std::uint8_t {
 };
 
 // What stands against a command, as bits. The numbers travel over the link: append only.
-using Conditions = std::uint16_t;
+using Conditions = std::uint32_t;
 enum Condition : Conditions {
   kNotHomed = 1U << 0U,
   kEncoderStale = 1U << 1U,
@@ -105,13 +116,15 @@ enum Condition : Conditions {
   kInContact = 1U << 13U,
   kMoveUnderWay = 1U << 14U,
   kRampRuns = 1U << 15U,
+  // Against arming again: Config::lacks, which the refusal names.
+  kBoardLacks = 1U << 16U,
 };
 struct ConditionRow {
   Condition bit;
   const char* name;
   const char* remedy;
 };
-inline constexpr std::array<ConditionRow, 16> kConditionTable = {{
+inline constexpr std::array<ConditionRow, 17> kConditionTable = {{
     {kNotHomed, "not_homed", "home the arm"},
     {kEncoderStale, "encoder_stale", "check the encoder cable and that the loop runs"},
     {kOutsideWorkspace, "outside_workspace", "move the tip back, or home again"},
@@ -128,6 +141,7 @@ inline constexpr std::array<ConditionRow, 16> kConditionTable = {{
     {kInContact, "in_contact", "move the tip off the scene's surfaces"},
     {kMoveUnderWay, "move_under_way", "wait until the move has ended, or stop it"},
     {kRampRuns, "ramp_runs", "wait until the force has ramped up"},
+    {kBoardLacks, "board_lacks", "give the board what the refusal names, and restart it"},
 }};
 
 class Servo {
@@ -180,6 +194,14 @@ class Servo {
   [[nodiscard]] bool next_record(Telemetry& record) noexcept;
   // The scene as it was at a record since the last call; false where nothing can move, or no record came.
   [[nodiscard]] bool next_scene_state(SceneState& state) noexcept;
+  // Ticks since start by how late they began: [i] counts those below kLateBounds_us[i] and not below the bound before
+  // it, the last one the rest. In us: the worst.
+  [[nodiscard]] std::uint32_t late_ticks(std::size_t index) const noexcept {
+    return late_ticks_[index].load(std::memory_order_relaxed);
+  }
+  [[nodiscard]] float worst_late_us() const noexcept {
+    return worst_late_us_.load(std::memory_order_relaxed);
+  }
   // The ticks up to the trip, 0 the oldest, until the fault is cleared. False: there is no such tick.
   [[nodiscard]] bool freeze_tick(std::size_t index, Telemetry& tick) const noexcept;
   [[nodiscard]] std::size_t freeze_count() const noexcept;  // 0 without a fault
@@ -228,6 +250,7 @@ class Servo {
   void show_scene() noexcept;
 
   const Params& params_;
+  bool board_lacks_;
   float period_s_;
   std::uint8_t arm_count_;
   std::array<ArmState, kMaxArms> arms_;
@@ -285,6 +308,8 @@ class Servo {
   std::atomic<Conditions> published_unmet_for_move_{kNotArmed};
   std::atomic<link::MovePhase> published_move_phase_{link::MovePhase::kNone};
   std::atomic<link::MoveEnd> published_move_end_{link::MoveEnd::kNotYet};
+  std::array<std::atomic<std::uint32_t>, kLateBounds_us.size() + 1> late_ticks_{};
+  std::atomic<float> worst_late_us_{0.0F};
   std::atomic<std::uint32_t> faults_seen_{0};
   std::atomic<std::uint32_t> fault_tick_{0};
 };

@@ -1,5 +1,8 @@
-// The two scene slots as a board gives them: flash, a file, or memory. Called from the background only, but
-// what is mapped is read by the tick, in place.
+// What a board keeps over power-off, as slots: flash, EEPROM, a file, or memory. Called from the background only,
+// but what is mapped is read by the tick, in place.
+//
+//   slots 0, 1   scenes (firmware/scene_store.h): both have one size, the board's choice
+//   slots 2, 3   parameters (firmware/param_store.h): at least kParamSlotBytes each
 #pragma once
 
 #include <cstddef>
@@ -9,17 +12,18 @@ namespace thimble::firmware {
 
 class Storage {
  public:
-  static constexpr unsigned kSlots = 2;
+  static constexpr unsigned kSceneSlots = 2;
+  static constexpr unsigned kSlots = 4;
+  static constexpr std::size_t kParamSlotBytes = 1024;
 
-  // Slot contents in place: at least 8-byte aligned, at the same address and size for ever. Both slots have
-  // one size.
+  // Slot contents in place: at least 8-byte aligned, at the same address and size for ever.
   [[nodiscard]] virtual std::span<const std::byte> slot(unsigned index) const noexcept = 0;
 
   // Makes the first `bytes` of a slot writable (at least; a flash rounds up to its sectors). May take long on
   // a flash; power may fail in the middle, and then the slot holds anything. False: the hardware refused.
   [[nodiscard]] virtual bool erase(unsigned index, std::size_t bytes) noexcept = 0;
 
-  // Writes bytes that were erased and not written since. The store writes in ascending order, the slot's
+  // Writes bytes that were erased and not written since. The stores write in ascending order, the slot's
   // header last; power may fail after any byte.
   [[nodiscard]] virtual bool write(unsigned index, std::size_t offset,
                                    std::span<const std::byte> bytes) noexcept = 0;

@@ -54,7 +54,7 @@ struct Telemetry {
   Mode mode = Mode::kDisarmed;
   Fault fault = Fault::kNone;  // the first reason, until cleared
   float ramp = 0;           // 0 to 1: the part of the rendered force that arming and scene swaps let through
-  std::uint16_t unmet = 0;  // Condition bits (servo.h) that stand against arming now
+  std::uint32_t unmet = 0;  // Condition bits (servo.h) that stand against arming now
   std::uint8_t arm_count = 0;
   bool moves_itself = false;         // a guarded move goes, comes back or holds
   std::uint32_t scene_sequence = 0;  // of the scene that is rendered; 0: none

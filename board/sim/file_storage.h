@@ -1,7 +1,8 @@
-// The two scene slots in a file, so that a simulated board keeps its scene from one run to the next. Used by
+// The slots in a file, so that a simulated board keeps scene and parameters from one run to the next. Used by
 // thimble-sim --store.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <span>
@@ -15,7 +16,7 @@ class FileStorage final : public firmware::Storage {
   // Maps the file, which is made when it is missing; it is sparse, so only what was written takes space.
   // Throws std::runtime_error when it cannot be opened, is held by another simulator, or belongs to other
   // slots.
-  FileStorage(const std::filesystem::path& file, std::size_t slot_bytes);
+  FileStorage(const std::filesystem::path& file, std::size_t scene_slot_bytes);
   FileStorage(const FileStorage&) = delete;
   FileStorage& operator=(const FileStorage&) = delete;
   ~FileStorage();
@@ -26,9 +27,8 @@ class FileStorage final : public firmware::Storage {
                            std::span<const std::byte> bytes) noexcept override;
 
  private:
-  [[nodiscard]] std::size_t size() const noexcept { return kSlots * slot_bytes_; }
-
-  std::size_t slot_bytes_;
+  // Slot i of the file: from begin_[i] to begin_[i + 1].
+  std::array<std::size_t, kSlots + 1> begin_{};
   int fd_;
   std::byte* map_ = nullptr;
 };

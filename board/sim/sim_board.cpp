@@ -32,25 +32,26 @@ const PlantVariant& variant_of(const SimBoardOptions& options) {
 
 void MemoryStorage::Free::operator()(std::byte* memory) const noexcept { std::free(memory); }
 
-MemoryStorage::MemoryStorage(std::size_t slot_bytes) : slot_bytes_(slot_bytes) {
-  for (auto& slot : slots_) {
-    slot.reset(static_cast<std::byte*>(std::calloc(slot_bytes, 1)));  // not touched until written
-    if (!slot) throw std::bad_alloc();
+MemoryStorage::MemoryStorage(std::size_t scene_slot_bytes)
+    : slot_bytes_{scene_slot_bytes, scene_slot_bytes, kParamSlotBytes, kParamSlotBytes} {
+  for (unsigned i = 0; i < kSlots; ++i) {
+    slots_[i].reset(static_cast<std::byte*>(std::calloc(slot_bytes_[i], 1)));  // not touched until written
+    if (!slots_[i]) throw std::bad_alloc();
   }
 }
 
 std::span<const std::byte> MemoryStorage::slot(unsigned index) const noexcept {
-  return {slots_[index].get(), slot_bytes_};
+  return {slots_[index].get(), slot_bytes_[index]};
 }
 
 bool MemoryStorage::erase(unsigned index, std::size_t bytes) noexcept {
-  if (bytes > slot_bytes_) return false;
+  if (bytes > slot_bytes_[index]) return false;
   std::memset(slots_[index].get(), 0xFF, bytes);
   return true;
 }
 
 bool MemoryStorage::write(unsigned index, std::size_t offset, std::span<const std::byte> bytes) noexcept {
-  if (offset > slot_bytes_ || bytes.size() > slot_bytes_ - offset) return false;
+  if (offset > slot_bytes_[index] || bytes.size() > slot_bytes_[index] - offset) return false;
   std::copy(bytes.begin(), bytes.end(), slots_[index].get() + offset);
   return true;
 }

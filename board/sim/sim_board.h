@@ -25,10 +25,10 @@
 
 namespace thimble::board {
 
-// Two scene slots in memory. Pages that are never written cost nothing.
+// The slots in memory. Pages that are never written cost nothing.
 class MemoryStorage final : public firmware::Storage {
  public:
-  explicit MemoryStorage(std::size_t slot_bytes);
+  explicit MemoryStorage(std::size_t scene_slot_bytes);
   [[nodiscard]] std::span<const std::byte> slot(unsigned index) const noexcept override;
   [[nodiscard]] bool erase(unsigned index, std::size_t bytes) noexcept override;
   [[nodiscard]] bool write(unsigned index, std::size_t offset,
@@ -38,7 +38,7 @@ class MemoryStorage final : public firmware::Storage {
   struct Free {
     void operator()(std::byte* memory) const noexcept;
   };
-  std::size_t slot_bytes_;
+  std::array<std::size_t, kSlots> slot_bytes_;
   std::array<std::unique_ptr<std::byte, Free>, kSlots> slots_;
 };
 

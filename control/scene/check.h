@@ -3,6 +3,7 @@
 #pragma once
 
 #include "control/scene/limits.h"
+#include "control/scene/pauses.h"
 #include "control/scene/scene_view.h"
 #include "thimble_scene_schema/scene_generated.h"
 
@@ -33,8 +34,8 @@ inline bool is_size(float value) { return value > 0.0F && value <= kMaxCoordinat
 inline bool is_unit(float length2) { return in_range(length2, 0.998F, 1.002F); }
 inline bool is_unit(const scene::Vec3& v) { return is_unit(v.x() * v.x() + v.y() * v.y() + v.z() * v.z()); }
 
-[[nodiscard]] ImageVerdict check_surface(
-    const scene::Object& object) noexcept;  // object.surface, when it has one
+// object.surface, when it has one
+[[nodiscard]] ImageVerdict check_surface(const scene::Object& object, Pauses& pauses) noexcept;
 // The largest stiffness of a surface anywhere, N/m: a spline is nowhere above the largest of its control points.
 [[nodiscard]] inline float stiffest_N_m(float of_material_N_m, const scene::Surface* surface) noexcept {
   if (surface == nullptr || surface->stiffness_map() == nullptr) return of_material_N_m;
@@ -46,7 +47,8 @@ inline bool is_unit(const scene::Vec3& v) { return is_unit(v.x() * v.x() + v.y()
 [[nodiscard]] ImageVerdict check_body(const scene::Object& object) noexcept;  // object.body, when it has one
 // The control of an object's body, when it has one; the body's own numbers have been checked before.
 [[nodiscard]] ImageVerdict check_control(const scene::Object& object) noexcept;
-[[nodiscard]] ImageVerdict check_volume(const scene::Object& object) noexcept;  // a shape that is a volume
+[[nodiscard]] ImageVerdict check_volume(const scene::Object& object,
+                                        Pauses& pauses) noexcept;  // a shape that is a volume
 [[nodiscard]] ImageVerdict check_needle(const scene::Needle& needle) noexcept;
 [[nodiscard]] ImageVerdict check_tissue(const scene::Tissue& tissue,
                                         float stiffness_N_m) noexcept;  // of the object's material

@@ -26,7 +26,7 @@ ImageVerdict check_vector_field(const scene::VectorField& field) {
   return ImageStatus::kOk;
 }
 
-ImageVerdict check_potential_field(const scene::PotentialField& field) {
+ImageVerdict check_potential_field(const scene::PotentialField& field, Pauses& pauses) {
   constexpr std::uint16_t kLeastCount = 4;  // one cell of the spline
   if (field.count()->size() != 3) return ImageStatus::kBadIndex;
   std::size_t samples = 1;
@@ -41,6 +41,7 @@ ImageVerdict check_potential_field(const scene::PotentialField& field) {
                             field.law() <= scene::PotentialLaw::MAX,
                         ImageStatus::kBadNumber));
   for (const float coefficient : *field.coefficients()) {
+    pauses.step();
     RETURN_IF_BAD(require(in_range(coefficient, -kMaxPotential, kMaxPotential), ImageStatus::kBadNumber));
   }
   return ImageStatus::kOk;
@@ -48,7 +49,7 @@ ImageVerdict check_potential_field(const scene::PotentialField& field) {
 
 }  // namespace
 
-ImageVerdict check_volume(const scene::Object& object) noexcept {
+ImageVerdict check_volume(const scene::Object& object, Pauses& pauses) noexcept {
   // Effects of a surface and motion belong to objects that have a surface; a proxy needs a stiffness.
   if (object.surface() != nullptr || object.body() != nullptr) return ImageStatus::kNoShape;
   RETURN_IF_BAD(require(object.material()->stiffness_n_per_m() > 0.0F, ImageStatus::kBadNumber));
@@ -56,7 +57,7 @@ ImageVerdict check_volume(const scene::Object& object) noexcept {
     case scene::Shape::VectorField:
       return check_vector_field(*object.shape_as_VectorField());
     case scene::Shape::PotentialField:
-      return check_potential_field(*object.shape_as_PotentialField());
+      return check_potential_field(*object.shape_as_PotentialField(), pauses);
     case scene::Shape::Needle:
       return check_needle(*object.shape_as_Needle());
     case scene::Shape::Tissue:

@@ -31,10 +31,11 @@ ImageVerdict check_pose(const scene::Pose& pose) {
                  ImageStatus::kBadNumber);
 }
 
-ImageVerdict check_triangles(const scene::Mesh& mesh) {
+ImageVerdict check_triangles(const scene::Mesh& mesh, Pauses& pauses) {
   const std::uint32_t vertices = mesh.vertices()->size();
   const std::uint32_t triangles = mesh.triangles()->size();
   for (std::uint32_t i = 0; i < triangles; ++i) {
+    pauses.step();
     const scene::Triangle& triangle = *mesh.triangles()->Get(i);
     const auto& v = *triangle.vertex();
     for (std::uint16_t corner = 0; corner < 3; ++corner) {
@@ -44,6 +45,7 @@ ImageVerdict check_triangles(const scene::Mesh& mesh) {
   }
   // A neighbour shares the edge it is the neighbour across, so that a walk over the surface is never torn.
   for (std::uint32_t i = 0; i < triangles; ++i) {
+    pauses.step();
     const scene::Triangle& triangle = *mesh.triangles()->Get(i);
     for (std::uint16_t edge = 0; edge < 3; ++edge) {
       const std::uint32_t neighbour = (*triangle.neighbour())[edge];
@@ -64,13 +66,14 @@ ImageVerdict check_triangles(const scene::Mesh& mesh) {
 }
 
 // Walks the whole tree: every node once, no deeper than a sweep's stack, every leaf inside the triangles.
-ImageVerdict check_tree(const scene::Mesh& mesh) {
+ImageVerdict check_tree(const scene::Mesh& mesh, Pauses& pauses) {
   const std::uint32_t nodes = mesh.nodes()->size();
   const std::uint32_t triangles = mesh.triangles()->size();
   std::array<std::uint32_t, kMaxBvhDepth> stack{};
   std::size_t depth = 0;
   stack[depth++] = 0;
   for (std::uint32_t visited = 0; depth > 0; ++visited) {
+    pauses.step();
     if (visited == nodes) return ImageStatus::kBadTree;
     const std::uint32_t at = stack[--depth];
     const auto& child = *mesh.nodes()->Get(at)->child();
@@ -88,7 +91,7 @@ ImageVerdict check_tree(const scene::Mesh& mesh) {
   return ImageStatus::kOk;
 }
 
-ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene) {
+ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene, Pauses& pauses) {
   const std::uint32_t triangles = mesh.triangles()->size();
   triangles_in_scene += triangles;
   RETURN_IF_BAD(at_most(kMaxTriangles, triangles_in_scene, "triangles", ImageStatus::kTooManyTriangles));
@@ -103,14 +106,15 @@ ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene
   constexpr float kSmallestStep_m = 1.0e-12F;
   if (!in_range(mesh.grid_step_m(), kSmallestStep_m, kMaxCoordinate_m)) return ImageStatus::kBadNumber;
   for (const scene::Vertex* vertex : *mesh.vertices()) {
+    pauses.step();
     if (!is_coordinate(vertex->position_m()) || !is_coordinate(vertex->pseudonormal()))
       return ImageStatus::kBadNumber;
   }
-  RETURN_IF_BAD(check_triangles(mesh));
-  return check_tree(mesh);
+  RETURN_IF_BAD(check_triangles(mesh, pauses));
+  return check_tree(mesh, pauses);
 }
 
-ImageVerdict check_shape(const scene::Object& object, std::size_t& triangles_in_scene) {
+ImageVerdict check_shape(const scene::Object& object, std::size_t& triangles_in_scene, Pauses& pauses) {
   switch (object.shape_type()) {
     case scene::Shape::NONE:
       return ImageStatus::kNoShape;
@@ -136,19 +140,19 @@ ImageVerdict check_shape(const scene::Object& object, std::size_t& triangles_in_
                      ImageStatus::kBadNumber);
     }
     case scene::Shape::Mesh:
-      return check_mesh(*object.shape_as_Mesh(), triangles_in_scene);
+      return check_mesh(*object.shape_as_Mesh(), triangles_in_scene, pauses);
     case scene::Shape::VectorField:
     case scene::Shape::PotentialField:
     case scene::Shape::Needle:
     case scene::Shape::Tissue:
-      return check_volume(object);
+      return check_volume(object, pauses);
   }
   return ImageStatus::kNoShape;
 }
 
 }  // namespace
 
-ImageVerdict SceneView::check(std::span<const std::byte> bytes, SceneView& view) noexcept {
+ImageVerdict SceneView::check(std::span<const std::byte> bytes, SceneView& view, Pause pause) noexcept {
   RETURN_IF_BAD(at_most(kMaxImageBytes, bytes.size(), "bytes", ImageStatus::kTooLarge));
   if (std::bit_cast<std::uintptr_t>(bytes.data()) % 8 != 0) return ImageStatus::kMisaligned;
   const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
@@ -161,6 +165,7 @@ ImageVerdict SceneView::check(std::span<const std::byte> bytes, SceneView& view)
     return ImageStatus::kNotAScene;
   const scene::Scene* scene = scene::GetScene(data);
   RETURN_IF_BAD(at_most(kMaxObjects, scene->objects()->size(), "objects", ImageStatus::kTooManyObjects));
+  Pauses pauses(pause);
   std::size_t triangles = 0;
   std::size_t bodies = 0;
   std::size_t volumes = 0;
@@ -169,10 +174,10 @@ ImageVerdict SceneView::check(std::span<const std::byte> bytes, SceneView& view)
   }
   for (const scene::Object* object : *scene->objects()) {
     if (object->shape() == nullptr) return ImageStatus::kNoShape;
-    RETURN_IF_BAD(check_shape(*object, triangles));
+    RETURN_IF_BAD(check_shape(*object, triangles, pauses));
     RETURN_IF_BAD(check_pose(*object->pose()));
     RETURN_IF_BAD(check_material(*object->material()));
-    RETURN_IF_BAD(check_surface(*object));
+    RETURN_IF_BAD(check_surface(*object, pauses));
     RETURN_IF_BAD(check_body(*object));
     if (object->body() != nullptr) ++bodies;
     if (is_volume(object->shape_type())) ++volumes;

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "control/scene/image_verdict.h"
+#include "control/scene/pauses.h"
 
 namespace thimble::scene {
 struct Scene;
@@ -17,8 +18,9 @@ namespace thimble::control {
 class SceneView {
  public:
   // Verifies bytes (FlatBuffers, then numbers, ranges and tree) and sets `view` when they are sound; `view`
-  // is untouched otherwise. Cost O(bytes). Never reads outside `bytes`, whatever they hold.
-  [[nodiscard]] static ImageVerdict check(std::span<const std::byte> bytes, SceneView& view) noexcept;
+  // is untouched otherwise. Cost O(bytes), with breaks. Never reads outside `bytes`, whatever they hold.
+  [[nodiscard]] static ImageVerdict check(std::span<const std::byte> bytes, SceneView& view,
+                                          Pause pause = nullptr) noexcept;
 
   [[nodiscard]] const scene::Scene* scene() const noexcept { return scene_; }  // null: the empty scene
 

@@ -378,6 +378,8 @@ Nrc ServiceServer::routine(std::span<const std::uint8_t> request, ByteWriter& ou
       return backend_.home();
     case Routine::kActivate:
       return backend_.activate();
+    case Routine::kSaveParameters:
+      return backend_.save_parameters();
     case Routine::kPrepareDownload:
     case Routine::kMove:
       break;

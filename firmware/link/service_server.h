@@ -69,6 +69,9 @@ class ServiceBackend {
   [[nodiscard]] virtual Nrc home() noexcept = 0;      // kOk: homing began; the mode tells when it is done
   [[nodiscard]] virtual Nrc activate() noexcept = 0;  // the finished download becomes the running scene
 
+  // kConditionsNotCorrect: the motors are on; kProgrammingFailure: the store refused.
+  [[nodiscard]] virtual Nrc save_parameters() noexcept = 0;
+
   // A guarded move. kRequestOutOfRange: the order's values; kConditionsNotCorrect: not now. move_samples appends
   // MoveSamples, and has kRequestSequenceError while the arm goes or comes back.
   [[nodiscard]] virtual Nrc start_move(const MoveOrder& order) noexcept = 0;

@@ -60,6 +60,7 @@ enum class Routine : std::uint16_t {
   // A guarded move: the arm moves by itself (firmware/guarded_move.h). Start: arguments are a MoveOrder; also while
   // it holds. Stop: the arm is let go. Results: MoveSamples, in the order in which they were taken.
   kMove = 0x0206,
+  kSaveParameters = 0x0207,  // as they are now, over power-off; with the motors off
 };
 
 enum class MovePhase : std::uint8_t { kNone = 0, kGoing = 1, kComingBack = 2, kHolding = 3 };
@@ -85,6 +86,8 @@ inline constexpr std::uint16_t kDidSerialNumber = 0xF18C;     // text
 inline constexpr std::uint16_t kDidFirmwareVersion = 0xF195;  // text
 inline constexpr std::uint16_t kDidArmName = 0xF1A8;          // text: the arm model
 inline constexpr std::uint16_t kDidSceneName = 0xF1A9;        // text: the running scene
+inline constexpr std::uint16_t kDidBoardName = 0xF1AB;        // text: the board that this image is for
+inline constexpr std::uint16_t kDidResetReason = 0xF1AC;      // text: why it started ("power_on", "watchdog")
 // Text: why the last arming, homing, download or activation was refused ("dead_man_released"). Empty: it was
 // not.
 inline constexpr std::uint16_t kDidRefusal = 0xF1AA;

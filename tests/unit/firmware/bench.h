@@ -31,7 +31,9 @@ class TestStorage final : public firmware::Storage {
  public:
   explicit TestStorage(std::size_t slot_bytes = 4096)
       : slots_{std::vector<std::uint64_t>(slot_bytes / 8, kErased),
-               std::vector<std::uint64_t>(slot_bytes / 8, kErased)} {}
+               std::vector<std::uint64_t>(slot_bytes / 8, kErased),
+               std::vector<std::uint64_t>(kParamSlotBytes / 8, kErased),
+               std::vector<std::uint64_t>(kParamSlotBytes / 8, kErased)} {}
 
   std::span<const std::byte> slot(unsigned index) const noexcept override {
     return std::as_bytes(std::span(slots_[index]));

@@ -1,0 +1,63 @@
+#include "firmware/param_store.h"
+
+#include <array>
+
+#include "firmware/slot_header.h"
+
+namespace thimble::firmware {
+namespace {
+
+// Each: id and value, little-endian, 4 bytes both. A list and no struct, so that parameters may come and go.
+constexpr std::size_t kEntryBytes = 8;
+constexpr std::size_t kSetBytes = kParamCount * kEntryBytes;
+static_assert(kSlotHeaderBytes + kSetBytes <= Storage::kParamSlotBytes);
+
+void put(std::span<std::byte> at, std::uint32_t value) noexcept {
+  for (std::size_t i = 0; i < 4; ++i) at[i] = static_cast<std::byte>(value >> (8 * i));
+}
+
+std::uint32_t get(std::span<const std::byte> at) noexcept {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value |= std::to_integer<std::uint32_t>(at[i]) << (8 * i);
+  return value;
+}
+
+}  // namespace
+
+void ParamStore::load(Params& params) noexcept {
+  const NewestFirst found = newest_first(*storage_, kFirstSlot, SlotMagic::kParams);
+  if (found.count == 0) return;
+  const auto& [slot, header] = found.slot[0];
+  active_ = slot;
+  sequence_ = header.sequence;
+  const std::span<const std::byte> set = storage_->slot(slot).subspan(kSlotHeaderBytes, header.length);
+  for (std::size_t at = 0; at + kEntryBytes <= set.size(); at += kEntryBytes) {
+    const std::uint32_t id = get(set.subspan(at));
+    // That nobody's hand is near is said for today, not for ever.
+    constexpr std::uint32_t kNotKept = kParamTable[static_cast<std::size_t>(Param::allow_moves)].id;
+    if (id <= 0xFFFF && id != kNotKept)
+      static_cast<void>(params.write(static_cast<std::uint16_t>(id), get(set.subspan(at + 4)), true));
+  }
+}
+
+StoreStatus ParamStore::save(const Params& params) noexcept {
+  std::array<std::byte, kSetBytes> set{};
+  for (std::size_t i = 0; i < kParamCount; ++i) {
+    std::uint32_t bits = 0;
+    static_cast<void>(params.read(kParamTable[i].id, bits));
+    put(std::span(set).subspan(i * kEntryBytes), kParamTable[i].id);
+    put(std::span(set).subspan(i * kEntryBytes + 4), bits);
+  }
+  const unsigned slot = sequence_ == 0 ? kFirstSlot : 2 * kFirstSlot + 1 - active_;  // the other one
+  const std::uint32_t sequence = next_sequence(sequence_);
+  const SlotHeaderBytes header = encode(SlotMagic::kParams, {sequence, kSetBytes, crc32(set)});
+  if (!storage_->erase(slot, kSlotHeaderBytes + kSetBytes) || !storage_->write(slot, kSlotHeaderBytes, set) ||
+      !storage_->write(slot, 0, header)) {
+    return StoreStatus::kStorage;
+  }
+  active_ = slot;
+  sequence_ = sequence;
+  return StoreStatus::kOk;
+}
+
+}  // namespace thimble::firmware
