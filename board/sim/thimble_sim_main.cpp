@@ -1,6 +1,6 @@
 // thimble-sim: the simulated board in real time behind the link, for people without an arm and for tests.
 //
-// Prints one address a line (slcan:PTY, tcp:HOST:PORT), then "ready". Ends with SIGTERM, SIGINT or SIGHUP and
+// Prints one address a line (tcp:HOST:PORT, slcan:PTY, canfd:INTERFACE ...), then "ready". Ends with SIGTERM, SIGINT or SIGHUP and
 // leaves nothing behind. Exit codes: 0 ended by signal, 1 failed, 2 usage.
 #include <unistd.h>
 
@@ -15,10 +15,14 @@
 #include <string>
 #include <vector>
 
+#include "board/posix/can_port.h"
+#include "board/posix/link_ports.h"
+#include "board/posix/pty_port.h"
+#include "board/posix/tcp_port.h"
+#include "board/posix/tty_port.h"
 #include "board/sim/announcement.h"
 #include "board/sim/file_storage.h"
 #include "board/sim/hand_path_file.h"
-#include "board/sim/link_ports.h"
 #include "board/sim/sim_board.h"
 #include "board/sim/specimen_file.h"
 
@@ -34,6 +38,8 @@ struct Options {
   std::optional<std::uint16_t> tcp_port;
   bool pty = true;
   std::string link;
+  std::string can;
+  std::string tty;
   std::string hand;
   bool loop = false;
   std::string specimen;
@@ -78,9 +84,12 @@ std::unique_ptr<SimBoard> start_board(const Options& options, firmware::Storage&
 
 void run(const Options& options) {
   LinkPorts ports;
-  if (options.pty) ports.open_pty(options.link);
-  if (options.tcp_port) ports.open_tcp(*options.tcp_port);
-  if (ports.uris().empty()) throw std::runtime_error("without a pty and without --tcp nobody can reach it");
+  // The best first: TCP carries more than a pty, whose buffer is 4 kB.
+  if (options.tcp_port) ports.add(std::make_unique<TcpPort>(*options.tcp_port));
+  if (options.pty) ports.add(std::make_unique<PtyPort>(options.link));
+  if (!options.can.empty()) ports.add(std::make_unique<CanPort>(options.can, firmware::Config{}.node_id));
+  if (!options.tty.empty()) ports.add(std::make_unique<TtyPort>(options.tty));
+  if (ports.empty()) throw std::runtime_error("without a pty, --tcp, --can and --tty nobody can reach it");
 
   constexpr std::size_t kSlotBytes = control::kMaxImageBytes + firmware::SceneStore::kHeaderBytes;
   std::unique_ptr<FileStorage> file;
@@ -99,6 +108,7 @@ void run(const Options& options) {
 
   std::uint64_t last_us = now_us();
   double skipped_s = 0;
+  std::string trouble;
   while (stopping == 0) {
     const std::uint64_t time_us = now_us();
     double due_s = static_cast<double>(time_us - last_us) * 1e-6;
@@ -117,11 +127,15 @@ void run(const Options& options) {
     controller.poll(now_us());
     for (firmware::link::CanFrame out; controller.next_frame(out, now_us());) ports.send(out);
     ports.flush();
+    if (ports.trouble() != trouble) {
+      trouble = ports.trouble();
+      std::cerr << "thimble-sim: " << (trouble.empty() ? "the link is whole again" : trouble) << std::endl;
+    }
     if (controller.take_reset()) board = start_board(options, storage);
     ports.wait(kWait_us);
   }
   std::cerr << "thimble-sim: " << board->time_s() << " s simulated, " << skipped_s << " s skipped, "
-            << ports.dropped() << " telemetry frames dropped\n";
+            << ports.dropped() << " frames dropped\n";
 }
 
 int main_of(int argc, char** argv) {
@@ -136,8 +150,11 @@ int main_of(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--seed", options.seed, "of the simulated arm")->capture_default_str();
   app.add_option("--tcp", options.tcp_port, "offer the link on this port of 127.0.0.1 too; 0: any free one");
-  app.add_flag("!--no-pty", options.pty, "no pty, only TCP");
+  app.add_flag("!--no-pty", options.pty, "no pty, only the others");
   app.add_option("--link", options.link, "a symbolic link to the pty");
+  app.add_option("--can", options.can, "offer the link on this SocketCAN interface too, classic and FD");
+  app.add_option("--tty", options.tty,
+                 "offer it as SLCAN on this serial port too: /dev/ttyGS0 of a USB gadget");
   CLI::Option* hand =
       app.add_option("--hand", options.hand, "the hand's path once armed: CSV time_s,x_m,y_m,z_m[,arm]");
   app.add_flag("--loop", options.loop, "the hand begins again at the path's end");

@@ -49,7 +49,7 @@ class Simulator(Rig):
     def test_bad_options(self):
         self.start_fails(1, "elbow", "--arm", "elbow")
         self.start_fails(2, "--rate", "--rate", "1")
-        self.start_fails(1, "without a pty and without --tcp", "--no-pty")
+        self.start_fails(1, "without a pty, --tcp, --can and --tty", "--no-pty")
 
     def test_two_of_one_name(self):
         sim = self.sim()

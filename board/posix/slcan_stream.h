@@ -1,0 +1,46 @@
+// One host that speaks SLCAN over a byte stream: the board's end. Telemetry that the host does not fetch is dropped, never queued for
+// long. For the pty, TCP and serial ports.
+#pragma once
+
+#include <poll.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "board/posix/descriptor.h"
+#include "firmware/link/can_frame.h"
+#include "firmware/link/slcan.h"
+
+namespace thimble::board {
+
+class SlcanStream {
+ public:
+  explicit SlcanStream(Descriptor fd) : fd_(std::move(fd)) {}  // non-blocking
+
+  [[nodiscard]] pollfd polled() const;
+  void read();
+  [[nodiscard]] std::optional<firmware::link::CanFrame> receive();
+  void send(const firmware::link::CanFrame& frame);  // once the host has opened the channel
+  void flush();
+
+  [[nodiscard]] bool waiting() const { return !out_.empty(); }
+  [[nodiscard]] bool gone() const { return gone_; }  // the other end left: to be given up
+  [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
+
+ private:
+  void command();
+
+  Descriptor fd_;
+  bool open_ = false;  // after the O command
+  bool gone_ = false;
+  firmware::link::SlcanParser parser_;
+  std::string in_;
+  std::size_t in_at_ = 0;
+  std::string out_;
+  std::uint64_t dropped_ = 0;
+};
+
+}  // namespace thimble::board

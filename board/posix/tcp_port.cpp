@@ -1,0 +1,88 @@
+#include "board/posix/tcp_port.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+namespace thimble::board {
+namespace {
+
+[[noreturn]] void fail_tcp(const std::string& what) {
+  throw std::runtime_error(what + ": " + std::strerror(errno));
+}
+
+}  // namespace
+
+TcpPort::TcpPort(std::uint16_t port)
+    : listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+  if (!listener_.is_open()) fail_tcp("cannot open a TCP socket");
+  const int on = 1;
+  setsockopt(listener_.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  auto* generic = reinterpret_cast<sockaddr*>(&address);
+  if (bind(listener_.get(), generic, sizeof(address)) != 0 || listen(listener_.get(), 8) != 0) {
+    if (errno == EADDRINUSE) {
+      throw std::runtime_error("TCP port " + std::to_string(port) +
+                               " is in use: end what uses it, choose another, or --tcp 0 for any");
+    }
+    fail_tcp("cannot listen on TCP port " + std::to_string(port));
+  }
+  socklen_t size = sizeof(address);
+  getsockname(listener_.get(), generic, &size);
+  uri_ = "tcp:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+}
+
+void TcpPort::add_to(std::vector<pollfd>& polled) const {
+  polled.push_back({listener_.get(), POLLIN, 0});
+  for (const auto& host : hosts_) polled.push_back(host->polled());
+}
+
+void TcpPort::read() {
+  for (const auto& host : hosts_) {
+    host->read();
+    if (host->gone()) dropped_ += host->dropped();
+  }
+  std::erase_if(hosts_, [](const std::unique_ptr<SlcanStream>& host) { return host->gone(); });
+  Descriptor fd(accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+  if (!fd.is_open()) return;
+  const int on = 1;
+  setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
+  hosts_.push_back(std::make_unique<SlcanStream>(std::move(fd)));
+}
+
+std::optional<firmware::link::CanFrame> TcpPort::receive() {
+  for (const auto& host : hosts_) {
+    if (const auto frame = host->receive()) return frame;
+  }
+  return std::nullopt;
+}
+
+void TcpPort::send(const firmware::link::CanFrame& frame) {
+  for (const auto& host : hosts_) host->send(frame);
+}
+
+void TcpPort::flush() {
+  for (const auto& host : hosts_) host->flush();
+}
+
+bool TcpPort::waiting() const {
+  return std::ranges::any_of(hosts_, [](const auto& host) { return host->waiting(); });
+}
+
+std::uint64_t TcpPort::dropped() const {
+  std::uint64_t frames = dropped_;
+  for (const auto& host : hosts_) frames += host->dropped();
+  return frames;
+}
+
+}  // namespace thimble::board

@@ -1,0 +1,36 @@
+// SLCAN on TCP, loopback only: any number of hosts at once, each a node on the same bus.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "board/posix/port.h"
+#include "board/posix/slcan_stream.h"
+
+namespace thimble::board {
+
+class TcpPort final : public Port {
+ public:
+  // On 127.0.0.1; 0: any free port. Throws std::runtime_error with what to do.
+  explicit TcpPort(std::uint16_t port);
+
+  [[nodiscard]] std::vector<std::string> uris() const override { return {uri_}; }
+  void add_to(std::vector<pollfd>& polled) const override;
+  void read() override;
+  [[nodiscard]] std::optional<firmware::link::CanFrame> receive() override;
+  void send(const firmware::link::CanFrame& frame) override;
+  void flush() override;
+  [[nodiscard]] bool waiting() const override;
+  [[nodiscard]] std::uint64_t dropped() const override;
+
+ private:
+  Descriptor listener_;
+  std::vector<std::unique_ptr<SlcanStream>> hosts_;
+  std::string uri_;
+  std::uint64_t dropped_ = 0;  // of hosts that have left
+};
+
+}  // namespace thimble::board
