@@ -5,7 +5,9 @@ packages_to_build=(
   libflatbuffers-dev libfmt-dev libgmock-dev libgtest-dev libpng-dev librapidcheck-dev mricron-data ninja-build
   nlohmann-json3-dev python3 zlib1g-dev
 )
-packages_to_check=(clang clang-format clang-tidy git libclang-rt-dev llvm valgrind)
+packages_to_check=(
+  binutils clang clang-format clang-tidy cpio gcc-12 git libclang-rt-dev llvm make qemu-system-x86 tshark valgrind xz-utils
+)
 
 install_packages() {
   local missing=()
