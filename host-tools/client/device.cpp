@@ -156,6 +156,7 @@ Device::Device(std::unique_ptr<Transport> transport, const DeviceOptions& option
     : transport_(std::move(transport)),
       options_(options),
       channel_(link::request_id(options.node), link::response_id(options.node), link::IsoTpConfig{}) {
+  transport_->listen_to(options.node);
   const Bytes answer = demand(read_request(link::LinkInfo::kId), "reading the device's version");
   if (!link::decode(std::span(answer).subspan(3), info_)) {
     throw Error(ExitCode::kVersion, "version-mismatch", "the device's version record is too short",
@@ -168,7 +169,7 @@ Device::Device(std::unique_ptr<Transport> transport, const DeviceOptions& option
                     std::to_string(link::kProtocolVersion) + " and " + std::to_string(link::kImageVersion),
                 "install the firmware and the host tools of one release");
   }
-  channel_.config().fd = info_.frame_bytes == link::kFdDataBytes;
+  channel_.config().fd = info_.frame_bytes == link::kFdDataBytes && transport_->carries_fd();
 }
 
 // --- Requests

@@ -1,50 +1,30 @@
 #include "host-tools/client/transport.h"
 
-#include <fcntl.h>
-#include <netdb.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
-#include <sys/file.h>
-#include <sys/socket.h>
-#include <termios.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <chrono>
-#include <cstring>
-#include <string_view>
-#include <utility>
 
-#include "firmware/link/slcan.h"
+#include "host-tools/client/descriptor.h"
+#include "host-tools/client/slcan_transport.h"
+#include "host-tools/client/socketcan_transport.h"
 #include "host-tools/error.h"
 
 namespace thimble::host {
-namespace {
 
-using link::CanFrame;
 using link::Micros;
-using link::SlcanParser;
 
-constexpr Micros kSendDeadline_us = 2'000'000;
-constexpr Micros kConnectDeadline_us = 3'000'000;
+Micros now_us() {
+  return static_cast<Micros>(std::chrono::duration_cast<std::chrono::microseconds>(
+                                 std::chrono::steady_clock::now().time_since_epoch())
+                                 .count());
+}
 
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&&) = delete;
-  ~Descriptor() {
-    if (fd_ >= 0) close(fd_);
-  }
-  [[nodiscard]] int get() const { return fd_; }
+Descriptor::~Descriptor() {
+  if (fd_ >= 0) close(fd_);
+}
 
- private:
-  int fd_;
-};
-
-// Waits for readiness; false after the deadline.
 bool wait_for(int fd, short events, Micros deadline_us) {
   while (true) {
     const Micros now = now_us();
@@ -57,159 +37,18 @@ bool wait_for(int fd, short events, Micros deadline_us) {
   }
 }
 
-[[noreturn]] void fail_open(const std::string& uri, int error) {
-  const std::string cause = "cannot open " + uri + ": " + std::strerror(error);
-  switch (error) {
-    case EACCES:
-    case EPERM:
-      throw Error(ExitCode::kPermission, "permission", cause,
-                  "join the group that owns the device (often dialout), or install the udev rule");
-    case ENOENT:
-    case ENODEV:
-    case ENXIO:
-    case ENOTTY:
-    case ECONNREFUSED:
-      throw Error(ExitCode::kNotFound, "no-device", cause,
-                  "check the cable or start thimble-sim; `thimble list` shows what is there");
-    case EBUSY:
-    case EWOULDBLOCK:
-      throw Error(ExitCode::kRefused, "device-in-use", cause, "end the other program that has it open");
-    default:
-      throw Error(ExitCode::kLinkLost, "open-failed", cause, "check the cable and the address");
-  }
-}
-
-// SLCAN over a descriptor that is non-blocking.
-class SlcanTransport final : public Transport {
- public:
-  SlcanTransport(Descriptor fd, std::string uri) : fd_(std::move(fd)), uri_(std::move(uri)) {
-    // Close ends a line that someone left open, then 1 Mbit/s, then open. Answers are one CR each; a device
-    // that cannot speak shows at the first request.
-    write_all("\rC\rS8\rO\r");
-  }
-
-  SlcanTransport(const SlcanTransport&) = delete;
-  SlcanTransport& operator=(const SlcanTransport&) = delete;
-  ~SlcanTransport() override {
-    // So that nobody fills the buffers of a port that nobody reads. Best effort: the link may be gone.
-    constexpr std::string_view kClose = "C\r";
-    static_cast<void>(!write(fd_.get(), kClose.data(), kClose.size()));
-  }
-
-  void send(const CanFrame& frame) override {
-    link::SlcanLine line;
-    const std::size_t size = link::encode_slcan(frame, line);
-    write_all({line.data(), size});
-  }
-
-  std::optional<CanFrame> receive(Micros deadline_us) override {
-    while (true) {
-      while (taken_ < filled_) {
-        if (parser_.push(buffer_[taken_++]) == SlcanParser::Event::kFrame) return parser_.frame();
-      }
-      if (!wait_for(fd_.get(), POLLIN, deadline_us)) return std::nullopt;
-      const ssize_t got = read(fd_.get(), buffer_.data(), buffer_.size());
-      if (got > 0) {
-        taken_ = 0;
-        filled_ = static_cast<std::size_t>(got);
-      } else if (got == 0 || (errno != EAGAIN && errno != EINTR)) {
-        lost(got == 0 ? "the device closed it" : std::strerror(errno));
-      }
-    }
-  }
-
- private:
-  [[noreturn]] void lost(const std::string& why) const {
-    throw Error(ExitCode::kLinkLost, "link-lost", "the link " + uri_ + " broke: " + why,
-                "check the cable and that the device runs, then repeat; an upload goes on where it stopped");
-  }
-
-  void write_all(std::string_view text) {
-    const Micros deadline_us = now_us() + kSendDeadline_us;
-    while (!text.empty()) {
-      const ssize_t put = write(fd_.get(), text.data(), text.size());
-      if (put > 0) {
-        text.remove_prefix(static_cast<std::size_t>(put));
-      } else if (put < 0 && errno != EAGAIN && errno != EINTR) {
-        lost(std::strerror(errno));
-      } else if (!wait_for(fd_.get(), POLLOUT, deadline_us)) {
-        lost("it takes no more data");
-      }
-    }
-  }
-
-  Descriptor fd_;
-  std::string uri_;
-  SlcanParser parser_;
-  std::array<char, 4096> buffer_{};
-  std::size_t taken_ = 0;
-  std::size_t filled_ = 0;
-};
-
-std::unique_ptr<Transport> open_serial(const std::string& path, const std::string& uri) {
-  Descriptor fd(open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (fd.get() < 0) fail_open(uri, errno);
-  if (flock(fd.get(), LOCK_EX | LOCK_NB) != 0) fail_open(uri, errno);
-  termios settings{};
-  if (tcgetattr(fd.get(), &settings) != 0) fail_open(uri, ENOTTY);
-  cfmakeraw(&settings);
-  settings.c_cflag |= CLOCAL | CREAD;
-  cfsetspeed(&settings, B3000000);  // a pty and USB ignore it
-  if (tcsetattr(fd.get(), TCSANOW, &settings) != 0) fail_open(uri, errno);
-  tcflush(fd.get(), TCIFLUSH);
-  return std::make_unique<SlcanTransport>(std::move(fd), uri);
-}
-
-std::unique_ptr<Transport> open_tcp(const std::string& host, const std::string& port,
-                                    const std::string& uri) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* found = nullptr;
-  const int failed = getaddrinfo(host.c_str(), port.c_str(), &hints, &found);
-  if (failed != 0) {
-    throw Error(ExitCode::kNotFound, "no-device", "cannot find " + uri + ": " + gai_strerror(failed),
-                "check the host and port; `thimble list` shows what is there");
-  }
-  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> addresses(found, freeaddrinfo);
-  int error = ECONNREFUSED;
-  for (const addrinfo* address = addresses.get(); address != nullptr; address = address->ai_next) {
-    Descriptor fd(socket(address->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-    if (fd.get() < 0) continue;
-    if (connect(fd.get(), address->ai_addr, address->ai_addrlen) != 0 && errno != EINPROGRESS) {
-      error = errno;
-      continue;
-    }
-    if (!wait_for(fd.get(), POLLOUT, now_us() + kConnectDeadline_us)) {
-      error = ETIMEDOUT;
-      continue;
-    }
-    socklen_t size = sizeof(error);
-    getsockopt(fd.get(), SOL_SOCKET, SO_ERROR, &error, &size);
-    if (error != 0) continue;
-    const int on = 1;  // flow control is a ping-pong of small frames
-    setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
-    return std::make_unique<SlcanTransport>(std::move(fd), uri);
-  }
-  fail_open(uri, error);
-}
-
-}  // namespace
-
-Micros now_us() {
-  return static_cast<Micros>(std::chrono::duration_cast<std::chrono::microseconds>(
-                                 std::chrono::steady_clock::now().time_since_epoch())
-                                 .count());
-}
-
 std::unique_ptr<Transport> open_transport(const std::string& uri) {
   if (uri.starts_with("slcan:") && uri.size() > 6) return open_serial(uri.substr(6), uri);
+  if (uri.starts_with("can:") && uri.size() > 4) return open_socketcan(uri.substr(4), false);
+  if (uri.starts_with("canfd:") && uri.size() > 6) return open_socketcan(uri.substr(6), true);
   if (uri.starts_with("tcp:")) {
     const std::size_t colon = uri.rfind(':');
     if (colon > 4 && colon + 1 < uri.size())
       return open_tcp(uri.substr(4, colon - 4), uri.substr(colon + 1), uri);
   }
   throw Error(ExitCode::kUsage, "bad-uri", "'" + uri + "' is not the address of a device",
-              "write slcan:/dev/ttyACM0 or tcp:127.0.0.1:29536; `thimble list` shows what is there");
+              "write slcan:/dev/ttyACM0, can:can0, canfd:can0 or tcp:127.0.0.1:29536; `thimble list` shows "
+              "what is there");
 }
 
 }  // namespace thimble::host

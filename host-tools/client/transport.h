@@ -2,11 +2,14 @@
 //
 //   slcan:/dev/ttyACM0        SLCAN on a serial port or pty
 //   tcp:127.0.0.1:29536       SLCAN on TCP
+//   can:can0                  SocketCAN, classic frames
+//   canfd:can0                SocketCAN, FD frames too
 //
 // Every wait has a deadline. Failures are Error: kUsage (not such a URI), kNotFound (nothing there),
-// kPermission, kRefused (in use), kLinkLost (gone in between).
+// kPermission, kRefused (in use), kLinkLost (gone in between; of a CAN interface also: down, bus off).
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,10 +25,17 @@ namespace link = firmware::link;
 
 class Transport {
  public:
+  Transport() = default;
+  Transport(const Transport&) = delete;
+  Transport& operator=(const Transport&) = delete;
   virtual ~Transport() = default;
   virtual void send(const link::CanFrame& frame) = 0;
   // The next frame, or nothing once `deadline_us` has passed.
   [[nodiscard]] virtual std::optional<link::CanFrame> receive(link::Micros deadline_us) = 0;
+
+  [[nodiscard]] virtual bool carries_fd() const { return true; }
+  // Frames that are not this node's need not come through any more.
+  virtual void listen_to(std::uint8_t /*node*/) {}
 };
 
 [[nodiscard]] std::unique_ptr<Transport> open_transport(const std::string& uri);

@@ -87,6 +87,8 @@ class ExitCodes(Rig):
         self.fails(3, "no-device", "info")
         self.fails(3, "no-device", "info", "--device", "arm-9")
         self.fails(3, "no-device", "info", "--device", "slcan:/dev/no-such-port")
+        self.fails(3, "no-interface", "info", "--device", "can:no-such-can")
+        self.fails(3, "no-interface", "info", "--device", "canfd:lo")
         with socket.create_server(("127.0.0.1", 0)) as closed:
             port = closed.getsockname()[1]
         self.fails(3, "no-device", "info", "--device", "tcp:127.0.0.1:%d" % port)
