@@ -10,7 +10,7 @@ namespace thimble::board {
 namespace {
 
 namespace link = firmware::link;
-using link::SlcanParser;
+using link::SlcanPort;
 
 constexpr std::size_t kTelemetryQueue = std::size_t{64}
                                         << 10U;               // bytes; beyond it real-time frames are dropped
@@ -40,66 +40,24 @@ void SlcanStream::read() {
 
 std::optional<link::CanFrame> SlcanStream::receive() {
   while (in_at_ < in_.size()) {
-    switch (parser_.push(in_[in_at_++])) {
-      case SlcanParser::Event::kFrame:
-        if (open_) return parser_.frame();
-        out_ += '\a';
-        break;
-      case SlcanParser::Event::kCommand:
-        command();
-        break;
-      case SlcanParser::Event::kBad:
-        out_ += '\a';
-        break;
-      case SlcanParser::Event::kNone:
-      case SlcanParser::Event::kAck:
-      case SlcanParser::Event::kRefused:
-        break;
-    }
+    const SlcanPort::Event event = port_.push(in_[in_at_++]);
+    if (event == SlcanPort::Event::kFrame) return port_.frame();
+    if (event == SlcanPort::Event::kClosed) out_.clear();
+    out_ += port_.reply();
   }
   in_.clear();
   in_at_ = 0;
   return std::nullopt;
 }
 
-void SlcanStream::command() {
-  switch (parser_.command()[0]) {
-    case 'O':
-      open_ = true;
-      out_ += '\r';
-      break;
-    case 'C':
-      open_ = false;
-      out_.clear();  // what waited was for the one who left
-      out_ += '\r';
-      break;
-    case 'S':  // any bit rate: there is no bus
-    case 's':
-    case 'Y':
-      out_ += '\r';
-      break;
-    case 'V':
-      out_ += "V1013\r";
-      break;
-    case 'N':
-      out_ += "NTHIM\r";
-      break;
-    case 'F':
-      out_ += "F00\r";
-      break;
-    default:
-      out_ += '\a';
-  }
-}
-
 void SlcanStream::send(const link::CanFrame& frame) {
-  if (!open_ || gone_) return;
+  if (!port_.open() || gone_) return;
   if (!frame.extended && out_.size() > kTelemetryQueue) {
     ++dropped_;
     return;
   }
   if (out_.size() > kServiceQueue) {  // until somebody opens it again
-    open_ = false;
+    port_.close();
     out_.clear();
     return;
   }

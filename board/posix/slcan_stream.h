@@ -12,7 +12,7 @@
 
 #include "board/posix/descriptor.h"
 #include "firmware/link/can_frame.h"
-#include "firmware/link/slcan.h"
+#include "firmware/link/slcan_port.h"
 
 namespace thimble::board {
 
@@ -31,12 +31,9 @@ class SlcanStream {
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
  private:
-  void command();
-
   Descriptor fd_;
-  bool open_ = false;  // after the O command
   bool gone_ = false;
-  firmware::link::SlcanParser parser_;
+  firmware::link::SlcanPort port_;
   std::string in_;
   std::size_t in_at_ = 0;
   std::string out_;

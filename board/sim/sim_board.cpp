@@ -63,6 +63,8 @@ SimBoard::SimBoard(const SimBoardOptions& options)
   config.period_s = static_cast<float>(1.0 / options_.rate_Hz);
   config.arm_count = options_.arm_count;
   config.node_id = options_.node_id;
+  config.board = "sim";
+  config.reset_reason = options_.reset_reason;
   if (options_.storage == nullptr) own_storage_ = std::make_unique<MemoryStorage>(options_.slot_bytes);
   for (std::size_t i = 0; i < options_.arm_count; ++i) {
     kinematics::BasePose base;

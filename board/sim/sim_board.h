@@ -52,6 +52,7 @@ struct SimBoardOptions {
   std::shared_ptr<const Specimen> specimen{};  // what arm 0 can touch; null: nothing
   std::uint64_t seed = 1;
   std::uint8_t node_id = 1;
+  const char* reset_reason = "power_on";
   firmware::Storage* storage = nullptr;  // must outlive the board; null: its own, in memory
   std::size_t slot_bytes = control::kMaxImageBytes + firmware::SceneStore::kHeaderBytes;  // of its own
   bool time_ticks = false;  // fill Inputs::last_tick_us from the machine's clock (telemetry only)

@@ -58,12 +58,14 @@ std::uint64_t now_us() {
                                         .count());
 }
 
-std::unique_ptr<SimBoard> start_board(const Options& options, firmware::Storage& storage) {
+std::unique_ptr<SimBoard> start_board(const Options& options, firmware::Storage& storage,
+                                      const char* reset_reason) {
   SimBoardOptions board_options;
   board_options.variant = options.arm;
   board_options.rate_Hz = options.rate_Hz;
   board_options.seed = options.seed;
   board_options.storage = &storage;
+  board_options.reset_reason = reset_reason;
   board_options.time_ticks = true;
   if (!options.specimen.empty()) {
     board_options.specimen = std::make_shared<const Specimen>(read_specimen(options.specimen));
@@ -100,7 +102,7 @@ void run(const Options& options) {
     file = std::make_unique<FileStorage>(options.store, kSlotBytes);
   }
   firmware::Storage& storage = file ? static_cast<firmware::Storage&>(*file) : *memory;
-  std::unique_ptr<SimBoard> board = start_board(options, storage);
+  std::unique_ptr<SimBoard> board = start_board(options, storage, "power_on");
 
   const Announced announced({options.name, options.arm, ports.uris()});
   for (const std::string& uri : ports.uris()) std::cout << uri << '\n';
@@ -131,7 +133,7 @@ void run(const Options& options) {
       trouble = ports.trouble();
       std::cerr << "thimble-sim: " << (trouble.empty() ? "the link is whole again" : trouble) << std::endl;
     }
-    if (controller.take_reset()) board = start_board(options, storage);
+    if (controller.take_reset()) board = start_board(options, storage, "host");
     ports.wait(kWait_us);
   }
   std::cerr << "thimble-sim: " << board->time_s() << " s simulated, " << skipped_s << " s skipped, "

@@ -25,6 +25,7 @@ class SlcanPort {
   // What the last byte is answered with; empty mostly.
   [[nodiscard]] std::string_view reply() const noexcept { return reply_; }
   [[nodiscard]] bool open() const noexcept { return open_; }
+  void close() noexcept { open_ = false; }  // the host takes nothing: until it opens the channel again
 
  private:
   SlcanParser parser_;

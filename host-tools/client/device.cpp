@@ -290,6 +290,13 @@ link::DeviceState Device::state() {
   return state;
 }
 
+link::Lateness Device::lateness() {
+  const Bytes answer = demand(read_request(link::Lateness::kId), "reading how late ticks are");
+  link::Lateness late;
+  static_cast<void>(link::decode(std::span(answer).subspan(3), late));
+  return late;
+}
+
 std::string Device::text(std::uint16_t did) {
   const Answer answer = request(read_request(did));
   if (answer.code != Nrc::kOk) return {};
@@ -315,6 +322,11 @@ void Device::write_param(const firmware::ParamRow& row, double value) {
   put_u16(request, row.id);
   for (std::size_t i = 0; i < 4; ++i) request.push_back(static_cast<std::uint8_t>(bits >> (8U * i)));
   demand(request, what);
+}
+
+void Device::save_params() {
+  enter(Session::kExtended);
+  demand(routine_request(Routine::kSaveParameters), "saving the parameters");
 }
 
 std::vector<std::uint8_t> Device::faults() {

@@ -67,10 +67,12 @@ class Device {
 
   [[nodiscard]] const link::LinkInfo& info() const { return info_; }
   [[nodiscard]] link::DeviceState state();
+  [[nodiscard]] link::Lateness lateness();
   [[nodiscard]] std::string text(std::uint16_t did);
 
   [[nodiscard]] double read_param(const firmware::ParamRow& row);
   void write_param(const firmware::ParamRow& row, double value);
+  void save_params();  // as they are, over power-off
 
   [[nodiscard]] std::vector<std::uint8_t> faults();  // numbers, since the last clear
   [[nodiscard]] std::vector<link::FreezeFrame> freeze_frames(std::uint8_t fault);

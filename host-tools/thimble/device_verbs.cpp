@@ -33,12 +33,21 @@ constexpr unsigned kTries = 5;
 constexpr Micros kSilence_us = 3'000'000;  // a device that sends no telemetry for so long is lost
 constexpr Micros kKeepAlive_us = 200'000;
 
-Device open_device(const Remote& remote) {
+Device open_quietly(const Remote& remote) {
   DeviceOptions options;
   options.node = static_cast<std::uint8_t>(remote.node);
   options.tries = kTries;
   options.answer_us = static_cast<Micros>(remote.timeout_s * 1e6) / kTries;
   return Device(open_transport(choose_device(remote.device)), options);
+}
+
+// Tells a person which image it met. A program asks `thimble info`: what it reads on stderr stays progress and errors.
+Device open_device(const Common& common, const Remote& remote) {
+  Device device = open_quietly(remote);
+  if (common.json || isatty(STDERR_FILENO) == 0) return device;
+  fmt::print(stderr, "{} {} on board {}\n", device.text(link::kDidArmName),
+             device.text(link::kDidFirmwareVersion), device.text(link::kDidBoardName));
+  return device;
 }
 
 // How an upload tells how far it is: a line that is redrawn on a terminal, a line per 10 % otherwise. On
@@ -110,6 +119,17 @@ Json to_json(const ParamRow& row, double value) {
 std::string shown(const ParamRow& row, double value) {
   return row.type == ParamType::kUnsigned ? fmt::format("{}", static_cast<std::uint64_t>(value))
                                           : fmt::format("{}", static_cast<float>(value));
+}
+
+// The bins that are not empty: " below_1us 39990, below_10us 10".
+std::string histogram(const link::Lateness& late) {
+  std::string text;
+  link::visit_fields(late, [&text](auto, const char* name, const auto& value, auto&&...) {
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, std::uint32_t>) {
+      if (value != 0) text += fmt::format("{} {} {}", text.empty() ? "" : ",", name, value);
+    }
+  });
+  return text.empty() ? " none" : text;
 }
 
 Json limits_json() {
@@ -220,8 +240,11 @@ void list(const Common& common) {
 }
 
 void info(const Common& common, const Remote& remote) {
-  Device device = open_device(remote);
+  Device device = open_quietly(remote);
   const link::DeviceState state = device.state();
+  const link::Lateness late = device.lateness();
+  const std::string board = device.text(link::kDidBoardName);
+  const std::string reset_reason = device.text(link::kDidResetReason);
   const std::string version = device.text(link::kDidFirmwareVersion);
   const std::string serial = device.text(link::kDidSerialNumber);
   const std::string arm = device.text(link::kDidArmName);
@@ -229,18 +252,22 @@ void info(const Common& common, const Remote& remote) {
   if (common.json) {
     Json json = document("info");
     json["firmware"] = version;
+    json["board"] = board;
+    json["reset_reason"] = reset_reason;
     json["serial"] = serial;
     json["arm"] = arm;
     json["scene"] = scene;
     json["link"] = host::to_json(device.info());
     json["state"] = host::to_json(state);
     json["state"]["mode"] = mode_name(state.mode);
+    json["lateness"] = host::to_json(late);
     json["limits"] = limits_json();
     print(json);
     return;
   }
   fmt::print("firmware   {} (protocol {}, scene image {})\n", version, device.info().protocol,
              device.info().image);
+  fmt::print("board      {}, last start: {}\n", board, reset_reason.empty() ? "not known why" : reset_reason);
   fmt::print("serial     {}\n", serial);
   fmt::print("arm        {}, {} arm(s), node {}, {}\n", arm, device.info().arms, device.info().node,
              device.info().frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");
@@ -256,6 +283,7 @@ void info(const Common& common, const Remote& remote) {
   }
   fmt::print("loop       {:.0f} Hz, tick {}, worst tick {:.1f} us, {} overruns\n", state.tick_rate_Hz,
              state.tick, state.worst_tick_s * 1e6F, state.overruns);
+  fmt::print("late       worst {:.1f} us; ticks:{}\n", late.worst_s * 1e6F, histogram(late));
   fmt::print("contact    {} ticks, peak {:.3f} N, mean {:.3f} N\n", state.contact_ticks, state.peak_force_N,
              state.mean_force_N);
   fmt::print("limits     {} objects, {} triangles, {} bytes a scene; {:g} N/m, {:g} Ns/m, friction {:g}\n",
@@ -268,7 +296,7 @@ void info(const Common& common, const Remote& remote) {
 
 void upload(const Common& common, const Remote& remote, const UploadChoice& choice) {
   const ImageFile file = load_image(choice.file);
-  Device device = open_device(remote);
+  Device device = open_device(common, remote);
   ProgressPrinter printer;
   std::function<void(const UploadProgress&)> progress;
   if (!common.json) progress = std::ref(printer);
@@ -294,23 +322,23 @@ void upload(const Common& common, const Remote& remote, const UploadChoice& choi
 }
 
 void arm(const Common& common, const Remote& remote) {
-  open_device(remote).arm();
+  open_device(common, remote).arm();
   done(common, "arm", kModeArmed);
 }
 
 void disarm(const Common& common, const Remote& remote) {
-  Device device = open_device(remote);
+  Device device = open_quietly(remote);  // first things first
   device.disarm();
   done(common, "disarm", device.state().mode);
 }
 
 void home(const Common& common, const Remote& remote, double wait_s) {
-  open_device(remote).home(static_cast<Micros>(wait_s * 1e6));
+  open_device(common, remote).home(static_cast<Micros>(wait_s * 1e6));
   done(common, "home", kModeReady);
 }
 
 void monitor(const Common& common, const Remote& remote, const MonitorChoice& choice) {
-  Device device = open_device(remote);
+  Device device = open_device(common, remote);
   TelemetryPrinter printer(common.json, device.info().node);
   heed_interrupts();
 
@@ -338,7 +366,7 @@ void monitor(const Common& common, const Remote& remote, const MonitorChoice& ch
 }
 
 void param_list(const Common& common, const Remote& remote) {
-  Device device = open_device(remote);
+  Device device = open_device(common, remote);
   Json json = document("param");
   json["params"] = Json::array();
   for (const ParamRow& row : kParamTable) {
@@ -355,7 +383,7 @@ void param_list(const Common& common, const Remote& remote) {
 
 void param_get(const Common& common, const Remote& remote, const std::string& name) {
   const ParamRow& row = param_named(name);
-  const double value = open_device(remote).read_param(row);
+  const double value = open_device(common, remote).read_param(row);
   if (common.json) {
     Json json = document("param");
     json.update(to_json(row, value));
@@ -379,7 +407,7 @@ void param_set(const Common& common, const Remote& remote, const std::string& na
                     row.type == ParamType::kFloat ? "number" : "whole number", row.min, row.max, row.unit),
         "choose a value in that range");
   }
-  Device device = open_device(remote);
+  Device device = open_device(common, remote);
   device.write_param(row, number);
   const double now = device.read_param(row);
   if (common.json) {
@@ -391,8 +419,20 @@ void param_set(const Common& common, const Remote& remote, const std::string& na
   }
 }
 
+void param_save(const Common& common, const Remote& remote) {
+  Device device = open_device(common, remote);
+  device.save_params();
+  if (common.json) {
+    Json json = document("param");
+    json["saved"] = true;
+    print(json);
+  } else {
+    fmt::print("saved\n");
+  }
+}
+
 void fault_list(const Common& common, const Remote& remote) {
-  Device device = open_device(remote);
+  Device device = open_device(common, remote);
   const std::vector<std::uint8_t> numbers = device.faults();
   const std::uint8_t latched = device.state().fault;
   Json json = document("fault");
@@ -429,7 +469,7 @@ void fault_list(const Common& common, const Remote& remote) {
 }
 
 void fault_clear(const Common& common, const Remote& remote) {
-  Device device = open_device(remote);
+  Device device = open_device(common, remote);
   device.clear_faults();
   done(common, "fault", device.state().mode);
 }

@@ -123,10 +123,11 @@ void define(CLI::App& app, Choices& c) {
   remote_verb(*param, c, "get", "one", [&c] { param_get(c.common, c.remote, c.name); })
       ->add_option("name", c.name, "its name")
       ->required();
-  CLI::App* set = remote_verb(*param, c, "set", "change one, until power-off",
+  CLI::App* set = remote_verb(*param, c, "set", "change one, until power-off (then `param save`)",
                               [&c] { param_set(c.common, c.remote, c.name, c.value); });
   set->add_option("name", c.name, "its name")->required();
   set->add_option("value", c.value, "its new value")->required();
+  remote_verb(*param, c, "save", "keep all of them over power-off", [&c] { param_save(c.common, c.remote); });
 
   CLI::App* fault = app.add_subcommand("fault", "read, clear and explain faults");
   fault->require_subcommand(1);

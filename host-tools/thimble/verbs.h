@@ -54,6 +54,7 @@ void scan(const Common& common, const Remote& remote, const ScanChoice& choice);
 
 void param_list(const Common& common, const Remote& remote);
 void param_get(const Common& common, const Remote& remote, const std::string& name);
+void param_save(const Common& common, const Remote& remote);
 void param_set(const Common& common, const Remote& remote, const std::string& name, const std::string& value);
 
 void fault_list(const Common& common, const Remote& remote);

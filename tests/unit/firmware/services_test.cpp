@@ -120,8 +120,26 @@ Bytes download(Tester& tester, const std::vector<std::byte>& image, std::uint32_
   return tester.ask({0x37});
 }
 
-TEST(Services, WholeSession) {
+TEST(Services, LateTicksAreCountedByTheirLateness) {
   Bench bench;
+  Tester tester(bench);
+  const std::array<float, 5> late_us = {0.0F, 0.99F, 1.0F, 4999.0F, 5000.0F};
+  for (const float late : late_us) {
+    bench.inputs.late_us = late;
+    bench.tick();
+  }
+  bench.inputs.late_us = 3.0F;
+  link::Lateness told;
+  ASSERT_TRUE(link::decode(tester.read(link::Lateness::kId), told));
+  EXPECT_EQ(told.below_1us, 2U);
+  EXPECT_EQ(told.below_2us, 1U);
+  EXPECT_EQ(told.below_5ms, 1U);
+  EXPECT_EQ(told.longer, 1U);
+  EXPECT_FLOAT_EQ(told.worst_s, 0.005F);
+}
+
+TEST(Services, WholeSession) {
+  Bench bench({.board = "bench", .reset_reason = "watchdog"});
   Tester tester(bench);
   bench.tick();
 
@@ -133,6 +151,9 @@ TEST(Services, WholeSession) {
   EXPECT_EQ(tester.text(link::kDidRefusal), "not_homed,no_scene");
   EXPECT_EQ(tester.text(link::kDidArmName), "premium-1.5");
   EXPECT_FALSE(tester.text(link::kDidFirmwareVersion).empty());
+
+  EXPECT_EQ(tester.text(link::kDidBoardName), "bench");
+  EXPECT_EQ(tester.text(link::kDidResetReason), "watchdog");
 
   // Parameters.
   const firmware::ParamRow& force = *firmware::find_param("max_force");

@@ -44,6 +44,7 @@ class FakeBackend final : public ServiceBackend {
   Nrc disarm() noexcept override { return answered("disarm"); }
   Nrc home() noexcept override { return answered("home"); }
   Nrc activate() noexcept override { return answered("activate"); }
+  Nrc save_parameters() noexcept override { return answered("save"); }
   Nrc start_move(const MoveOrder& order) noexcept override {
     if (!(order.speed_m_s > 0)) return Nrc::kRequestOutOfRange;
     return answered("move");

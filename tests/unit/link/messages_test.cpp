@@ -98,7 +98,7 @@ TEST(MessagesProperty, EveryMessageComesBack) {
       RC_ASSERT(buffer == again);
     }));
   });
-  EXPECT_EQ(messages, 17);
+  EXPECT_EQ(messages, 18);
 }
 
 template <class Wire>
