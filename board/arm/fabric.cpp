@@ -1,5 +1,7 @@
 #include "board/arm/fabric.h"
 
+#include <atomic>
+
 namespace thimble::board {
 namespace {
 
@@ -25,6 +27,7 @@ bool Fabric::present() const noexcept {
 
 void Fabric::latch(firmware::Inputs& inputs) const noexcept {
   registers_->latch = 1;
+  std::atomic_thread_fence(std::memory_order_seq_cst);
   const std::uint32_t lines = registers_->lines;
   inputs.e_stop = (lines & kLineEStopReleased) == 0;
   inputs.dead_man = (lines & kLineDeadManHeld) != 0;
@@ -47,6 +50,7 @@ void Fabric::commit(const firmware::Outputs& outputs) const noexcept {
       arm.current_uA[joint] = to_microamperes(output.current_A[joint]);
     arm.enable = output.enable ? 1 : 0;
   }
+  std::atomic_thread_fence(std::memory_order_seq_cst);
   registers_->commit = 1;
 }
 
@@ -56,6 +60,7 @@ void Fabric::off() const noexcept {
     for (std::size_t joint = 0; joint < firmware::kJoints; ++joint) arm.current_uA[joint] = 0;
     arm.enable = 0;
   }
+  std::atomic_thread_fence(std::memory_order_seq_cst);
   registers_->commit = 1;
 }
 

@@ -1,0 +1,56 @@
+#include "board/mps2-an500/clock.h"
+
+#include "board/mps2-an500/registers.h"
+
+namespace thimble::board::clock {
+namespace {
+
+constexpr std::uint32_t kCyclesPerUs = kClock_Hz / 1'000'000;
+constexpr std::uint32_t kTimerOn = 1U << 7U | 1U << 1U;
+constexpr std::uint32_t kSysTickOn = 7;
+
+std::uint32_t period = 0;   // cycles
+std::uint64_t cycles = 0;   // up to the last tick; written by the tick
+std::uint32_t at_last = 0;  // the timer then
+
+std::uint32_t timer() noexcept { return ~at<TimerRegisters>(kDualTimer).value; }
+
+}  // namespace
+
+void start(std::uint32_t rate_Hz) noexcept {
+  period = kClock_Hz / rate_Hz;
+  at<TimerRegisters>(kDualTimer).load = 0xFFFFFFFF;
+  at<TimerRegisters>(kDualTimer).control = kTimerOn;
+  at<std::uint8_t>(kSysTickPriority) = 0;  // above everything else
+  volatile SysTickRegisters& tick = at<SysTickRegisters>(kSysTick);
+  tick.load = period - 1;
+  at_last = timer();
+  tick.value = 0;
+  tick.control = kSysTickOn;
+}
+
+TickTime begin_tick() noexcept {
+  const std::uint32_t now = timer();
+  cycles += now - at_last;  // the timer wraps after 171 s, a tick comes sooner
+  at_last = now;
+  return {cycles / period, cycles / kCyclesPerUs,
+          static_cast<float>(cycles % period) / static_cast<float>(kCyclesPerUs)};
+}
+
+float since_begin_us() noexcept {
+  return static_cast<float>(timer() - at_last) / static_cast<float>(kCyclesPerUs);
+}
+
+// The tick may come in between: asked again until it did not.
+std::uint64_t now_us() noexcept {
+  const volatile std::uint32_t& last = at_last;
+  for (;;) {
+    const std::uint32_t before = last;
+    asm volatile("" ::: "memory");
+    const std::uint64_t now = cycles + (timer() - before);
+    asm volatile("" ::: "memory");
+    if (last == before) return now / kCyclesPerUs;
+  }
+}
+
+}  // namespace thimble::board::clock

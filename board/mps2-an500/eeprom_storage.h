@@ -1,0 +1,33 @@
+// The slots in the bank of EEPROMs, with a copy in RAM that the tick reads. As many chips as answer at start share their bytes
+// between the two scenes: one chip holds scenes of 31 kB, eight hold scenes of 260 kB (docs/board-mps2-an500.md: which those are).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "board/mps2-an500/eeprom.h"
+#include "firmware/storage.h"
+
+namespace thimble::board {
+
+class EepromStorage final : public firmware::Storage {
+ public:
+  // Reads what the slots hold: about a second for a scene of 64 kB.
+  EepromStorage() noexcept;
+
+  [[nodiscard]] bool present() const noexcept { return scene_slot_bytes_ != 0; }
+
+  [[nodiscard]] std::span<const std::byte> slot(unsigned index) const noexcept override;
+  [[nodiscard]] bool erase(unsigned index, std::size_t bytes) noexcept override;
+  [[nodiscard]] bool write(unsigned index, std::size_t offset,
+                           std::span<const std::byte> bytes) noexcept override;
+
+ private:
+  [[nodiscard]] std::span<std::byte> copy(unsigned index) const noexcept;
+  [[nodiscard]] std::size_t address(unsigned index) const noexcept;
+
+  std::size_t scene_slot_bytes_ = 0;
+};
+
+}  // namespace thimble::board

@@ -1,0 +1,121 @@
+// The board: tick from the SysTick's interrupt, SLCAN on UART 0 and everything long in the background below it.
+#include "board/arm/fabric.h"
+#include "board/arm/runtime.h"
+#include "board/common/liveness.h"
+#include "board/mps2-an500/board.h"
+#include "board/mps2-an500/clock.h"
+#include "board/mps2-an500/eeprom_storage.h"
+#include "board/mps2-an500/registers.h"
+#include "board/mps2-an500/restart.h"
+#include "board/mps2-an500/uart.h"
+#include "firmware/controller.h"
+#include "firmware/link/slcan_port.h"
+
+namespace thimble::board {
+namespace {
+
+namespace link = firmware::link;
+
+enum Context : std::size_t { kTick, kLink, kBackground, kContexts };
+
+firmware::Controller* controller = nullptr;
+const Fabric* fabric = nullptr;
+Liveness<kContexts> liveness({kTickLimit_us, kBackgroundLimit_us, kBackgroundLimit_us});
+float last_tick_us = 0;
+
+void start_watchdog() noexcept {
+  word(kWatchdogLock) = kWatchdogKey;
+  volatile WatchdogRegisters& watchdog = at<WatchdogRegisters>(kWatchdogUnit);
+  watchdog.load = kClock_Hz / 1000 * kWatchdog_ms;
+  watchdog.control = 3;
+}
+void feed_watchdog() noexcept { at<WatchdogRegisters>(kWatchdogUnit).clear = 1; }
+
+void send(link::SlcanPort& port, link::Micros now) noexcept {
+  link::CanFrame frame;
+  link::SlcanLine line;
+  while (uart::room() >= line.size() && controller->next_frame(frame, now)) {
+    if (port.open()) static_cast<void>(uart::put({line.data(), link::encode_slcan(frame, line)}));
+  }
+}
+
+void receive(link::SlcanPort& port, link::Micros now) noexcept {
+  for (char byte = 0; uart::take(byte);) {
+    const link::SlcanPort::Event event = port.push(byte);
+    if (event == link::SlcanPort::Event::kClosed) uart::forget();
+    static_cast<void>(uart::put(port.reply()));
+    if (event == link::SlcanPort::Event::kFrame) {
+      controller->on_frame(port.frame(), now);
+      send(port, now);
+    }
+  }
+}
+
+[[noreturn]] void run() noexcept {
+  link::SlcanPort port;
+  for (;;) {
+    // No waiting for interrupts: QEMU loses the SysTick's when it counts instructions, and there is no battery to spare.
+    const link::Micros now = clock::now_us();
+    receive(port, now);
+    send(port, now);
+    liveness.beat(kLink);
+    controller->poll(now);
+    if (controller->take_reset()) {
+      while (!uart::sent() && clock::now_us() - now < kBackgroundLimit_us) {
+      }
+      restart(Restart::kHost);
+    }
+    liveness.beat(kBackground);
+    if (liveness.alive(now)) feed_watchdog();
+  }
+}
+
+}  // namespace
+
+void crash() noexcept {
+  if (fabric != nullptr) fabric->off();
+  restart(Restart::kCrash);
+}
+
+extern "C" void on_sys_tick() {
+  const clock::TickTime time = clock::begin_tick();
+  firmware::Inputs inputs;
+  inputs.tick = time.tick;
+  inputs.time_us = time.time_us;
+  inputs.late_us = time.late_us;
+  inputs.last_tick_us = last_tick_us;
+  fabric->latch(inputs);
+  fabric->commit(controller->tick(inputs));
+  last_tick_us = clock::since_begin_us();
+  liveness.beat(kTick);
+}
+
+// The first time-out's interrupt. It stays set, so the second one resets.
+extern "C" void on_watchdog() {
+  fabric->off();
+  remember(Restart::kWatchdog);
+  for (;;) {
+  }
+}
+
+extern "C" void run_board() {
+  static const Fabric logic(kFabric, kArms, kFabricWatchdog_us);
+  fabric = &logic;
+  uart::start();
+  static EepromStorage storage;
+  firmware::Config config;
+  config.period_s = 1.0F / static_cast<float>(kRate_Hz);
+  config.arm_count = kArms;
+  for (firmware::ArmConfig& arm : config.arm) arm.model = kArmModel;
+  config.node_id = kNode;
+  config.board = "mps2-an500";
+  config.reset_reason = take_restart_reason();
+  config.lacks = !logic.present() ? "no_fabric" : !storage.present() ? "no_eeprom" : "";
+  static firmware::Controller the_controller(config, storage);
+  controller = &the_controller;
+  clock::start(kRate_Hz);
+  start_watchdog();
+  run();
+}
+
+}  // namespace thimble::board
