@@ -138,6 +138,8 @@ class Pair {
     options.flags = CAN_ISOTP_RX_PADDING | CAN_ISOTP_CHK_PAD_LEN | CAN_ISOTP_CHK_PAD_DATA;
     if (variant.kernel_pads) options.flags |= CAN_ISOTP_TX_PADDING;
     options.txpad_content = options.rxpad_content = kPadding;
+    options.frame_txtime =
+        CAN_ISOTP_FRAME_TXTIME_ZERO;  // or it waits 50 us between two frames, whatever we ask for
     kernel_.set(SOL_CAN_ISOTP, CAN_ISOTP_OPTS, options);
     kernel_.set(SOL_CAN_ISOTP, CAN_ISOTP_RECV_FC,
                 can_isotp_fc_options{variant.kernel_block, variant.kernel_gap, 0});

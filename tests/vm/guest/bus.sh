@@ -1,0 +1,67 @@
+#!/bin/sh
+# What can happen on a CAN bus: an interface that is missing, down, too small, bus off or unplugged, two hosts at once, and a stop from
+# another node.
+. /usr/local/bin/lib.sh
+
+ip link add dev vcan0 type vcan
+fails 6 interface-down thimble info --device can:vcan0
+fails 3 no-interface thimble info --device can:vcan1
+fails 3 no-interface thimble info --device can:lo
+ip link set vcan0 mtu 16
+fails 2 classic-interface thimble info --device canfd:vcan0
+ip link set vcan0 mtu 72 up
+fails 6 no-answer thimble info --device can:vcan0
+
+step 'what is listed'
+thimble list >/tmp/list
+grep -q '^vcan0  can' /tmp/list || die "thimble list: $(cat /tmp/list)"
+fails 3 no-device thimble info  # nobody asks on a bus unless told to
+
+start_controller --can vcan0
+thimble info --device vcan0 >/dev/null || die 'by the name of the list'
+
+step 'two hosts at once'
+thimble monitor --seconds 60 --json --device can:vcan0 >/tmp/other &
+other=$!
+thimble upload blocks.thim --device canfd:vcan0 --json >/tmp/first &
+first=$!
+thimble upload ice.thim --device can:vcan0 --json >/tmp/second || die "the second of two hosts: $(cat /tmp/second)"
+wait $first || die "the first of two hosts: $(cat /tmp/first)"
+for i in 1 2 3 4 5; do
+  thimble info --device can:vcan0 >/tmp/one &
+  one=$!
+  thimble info --device canfd:vcan0 >/tmp/two || die 'the second of two hosts'
+  wait $one || die 'the first of two hosts'
+done
+kill -INT $other
+wait $other || true
+figure "the host that only watched saw $(grep -c Pose /tmp/other) poses"
+[ "$(grep -c Pose /tmp/other)" -gt 10 ] || die 'the other host saw no telemetry'
+
+step 'the stop of any node on the bus'
+cansend vcan0 001#00
+wait_until 10 sh -c 'thimble fault list --device can:vcan0 | grep -q host_stop'
+thimble fault clear --device can:vcan0 >/dev/null
+
+step 'bus off'
+thimble monitor --seconds 60 --device can:vcan0 >/dev/null 2>/tmp/monitor.err &
+monitor=$!
+sleep 1
+cansend vcan0 20000040#0000000000000000  # the error frame that a driver sends then; no emulated controller leaves the bus by itself
+status=0
+wait $monitor || status=$?
+cat /tmp/monitor.err
+[ $status = 6 ] && grep -q 'bus-off: .* bus off' /tmp/monitor.err || die "monitor ended with $status"
+wait_until 10 grep -q 'vcan0 is bus off' /tmp/controller.err
+cansend vcan0 20000100#0000000000000000  # and after the restart
+wait_until 10 grep -q 'whole again' /tmp/controller.err
+thimble info --device can:vcan0 >/dev/null || die 'after the restart'
+
+step 'the interface goes, and comes back'
+ip link del vcan0
+wait_until 10 grep -q 'vcan0 is gone' /tmp/controller.err
+fails 3 no-interface thimble info --device can:vcan0
+ip link add dev vcan0 type vcan
+ip link set vcan0 up
+wait_until 10 thimble info --device can:vcan0
+stop_controller

@@ -1,0 +1,66 @@
+# What the guest's scripts share. Sourced.
+set -eu
+cd /usr/local/bin  # where run-vm.sh puts the files
+
+step() { echo "== $* [$(cut -d' ' -f1 /proc/uptime) s]"; }
+die() { echo "FAILED: $*"; exit 1; }
+figure() { echo "figure: $*"; }
+
+# wait_until SECONDS COMMAND...: until the command succeeds.
+wait_until() {
+  tenths=$(($1 * 10))
+  shift
+  until "$@" >/dev/null 2>&1; do
+    [ $((tenths -= 1)) -gt 0 ] || die "not in time: $*"
+    sleep 0.1
+  done
+}
+
+# The controller under test. Its command line is here and nowhere else.
+# start_controller --can INTERFACE | --tty DEVICE
+start_controller() {
+  case $CONTROLLER in
+    thimble-sim) thimble-sim --no-pty --rate 1000 --store /tmp/scenes "$@" >/tmp/controller 2>/tmp/controller.err & ;;  # 1 kHz: under emulation
+    *) die "no controller is named $CONTROLLER" ;;
+  esac
+  controller=$!
+  wait_until 20 grep -qx ready /tmp/controller
+}
+
+# Ends it as a user would, and by then it must not have died of anything else.
+stop_controller() {
+  kill -TERM "$controller" || die "the controller ended by itself: $(cat /tmp/controller.err)"
+  wait "$controller" || die "the controller ended with $?: $(cat /tmp/controller.err)"
+  rm -f /tmp/scenes
+}
+
+# fails CODE NAME COMMAND...: thimble ends with this exit code and names this error.
+fails() {
+  code=$1 name=$2
+  shift 2
+  status=0
+  "$@" >/tmp/fails 2>&1 || status=$?
+  [ "$status" = "$code" ] || die "$* ended with $status, not $code: $(cat /tmp/fails)"
+  grep -q "^thimble: $name: " /tmp/fails || die "$* did not say $name: $(cat /tmp/fails)"
+  grep "^thimble: \|^  remedy: " /tmp/fails
+}
+
+# field NAME FILE: the value of a JSON field, as thimble prints it, one a line.
+field() { sed -n "s/^ *\"$1\": \"\{0,1\}\([^\",]*\)\"\{0,1\},\{0,1\}$/\1/p" "$2"; }
+
+# What every user does in a day, over this address.
+session() {
+  thimble upload asteroid.thim --device "$1" --json >/tmp/uploaded || die "upload over $1"
+  [ "$(field verified /tmp/uploaded)" = true ] || die "upload over $1: $(cat /tmp/uploaded)"
+  figure "upload over $1: $(field bytes /tmp/uploaded) bytes at $(field rate_bytes_s /tmp/uploaded) B/s, $(field retried_blocks /tmp/uploaded) blocks twice"
+  [ "$(thimble home --device "$1")" = ready ] || die "home over $1"
+  [ "$(thimble arm --device "$1")" = armed ] || die "arm over $1"
+  thimble monitor --count 20 --device "$1" >/tmp/monitored || die "monitor over $1"
+  [ "$(grep -c 'armed$' /tmp/monitored)" -ge 1 ] || die "monitor over $1 shows no armed arm: $(cat /tmp/monitored)"
+  thimble info --device "$1" --json >/tmp/info
+  [ "$(field mode /tmp/info)" = armed ] || die "info over $1: $(cat /tmp/info)"
+  [ "$(field scene_crc /tmp/info)" = "$(field crc /tmp/uploaded)" ] || die "another scene runs: $(cat /tmp/info)"
+  thimble param set max_force 3.5 --device "$1" >/dev/null
+  [ "$(thimble param get max_force --device "$1")" = 3.5 ] || die "parameter over $1"
+  [ "$(thimble disarm --device "$1")" = ready ] || die "disarm over $1"
+}

@@ -1,0 +1,52 @@
+#!/bin/sh
+# A day with the controller on a virtual CAN bus, with classic frames and with FD frames, and a tester made of can-utils. The classic day's
+# frames go to /out/session.log.
+. /usr/local/bin/lib.sh
+
+# record FILE: every frame on the bus, until end_record. The buffer holds what candump has no time for; -d tells if it did not.
+record() {
+  candump -L -d -r 8000000 vcan0 >"/tmp/$1" &
+  dump=$! dumped=$1
+  sleep 0.5
+}
+end_record() {
+  sleep 0.5
+  kill $dump
+  wait $dump || true
+  ! grep DROPCOUNT "/tmp/$dumped" || die 'candump lost frames'
+}
+
+ip link add dev vcan0 type vcan
+ip link set vcan0 up
+start_controller --can vcan0
+
+step 'a day with classic frames'
+record session.log
+session can:vcan0
+end_record
+[ "$(grep -c '##' /tmp/session.log)" = 0 ] || die 'there were FD frames'
+cp /tmp/session.log /out
+
+step 'a day with FD frames'
+record fd.log
+session canfd:vcan0
+end_record
+figure "$(grep -c '18DA01F1##' /tmp/fd.log) FD frames of requests, $(grep -c '18DAF101##' /tmp/fd.log) of answers"
+[ "$(grep -c '18DA01F1##' /tmp/fd.log)" -gt 250 ] || die 'the upload had no FD frames'
+[ "$(grep -c '18DAF101##' /tmp/fd.log)" -gt 20 ] || die 'the answers were no FD frames'
+
+step 'a tester made of can-utils'
+isotprecv -s 18DA01F1 -d 18DAF101 -p CC vcan0 >/tmp/answer &
+receiver=$!
+sleep 0.3
+echo 22 F1 A0 | isotpsend -s 18DA01F1 -d 18DAF101 -p CC vcan0
+wait $receiver
+grep -qi '^62 F1 A0 .* 40 01 01' /tmp/answer || die "LinkInfo: $(cat /tmp/answer)"  # 64 bytes, node 1, 1 arm
+isotprecv -s 18DA01F1 -d 18DAF101 -p CC vcan0 >/tmp/answer &
+receiver=$!
+sleep 0.3
+echo 22 F1 A1 F1 A0 F1 95 | isotpsend -s 18DA01F1 -d 18DAF101 -p CC vcan0
+wait $receiver
+grep -qi '^62 F1 A1 .* F1 A0 .* F1 95 ' /tmp/answer || die "several records: $(cat /tmp/answer)"  # more than a frame: with flow control
+
+stop_controller
