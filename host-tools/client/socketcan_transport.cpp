@@ -14,6 +14,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <utility>
 
 #include "firmware/link/messages.h"
@@ -134,7 +135,10 @@ class SocketCanTransport final : public Transport {
                       " down`, then " + how_to_bring_up(interface_, true));
     }
     if (ioctl(socket_.get(), SIOCGIFFLAGS, &request) != 0 || (request.ifr_flags & IFF_UP) == 0) down();
-    if ((request.ifr_flags & IFF_RUNNING) == 0) bus_off();  // up, and the driver has taken it off the bus
+    // Up, and the driver has taken it off the bus. Not by IFF_RUNNING, which follows up to a second late.
+    if (char carrier = 0;
+        std::ifstream("/sys/class/net/" + interface_ + "/carrier") >> carrier && carrier == '0')
+      bus_off();
   }
 
   [[noreturn]] void down() const {

@@ -64,3 +64,27 @@ session() {
   [ "$(thimble param get max_force --device "$1")" = 3.5 ] || die "parameter over $1"
   [ "$(thimble disarm --device "$1")" = ready ] || die "disarm over $1"
 }
+
+# upload ADDRESS: begins one in the background, and returns once a tenth of it is there.
+upload() {
+  thimble upload ring.thim --device "$1" >/tmp/upload 2>&1 &
+  uploading=$!
+  wait_until 60 grep -q '^[1-9]0 %' /tmp/upload
+}
+
+# broke_off NAME: it ended with link lost, and said this.
+broke_off() {
+  status=0
+  wait $uploading || status=$?
+  grep '^thimble: \|^  remedy: ' /tmp/upload || true
+  [ $status = 6 ] || die "the upload ended with $status: $(cat /tmp/upload)"
+  grep -q "^thimble: $1: " /tmp/upload || die "the upload did not say $1: $(cat /tmp/upload)"
+}
+
+# goes_on ADDRESS: the same upload once more does not begin at the beginning.
+goes_on() {
+  thimble upload ring.thim --device "$1" --json >/tmp/uploaded || die "the second upload: $(cat /tmp/uploaded)"
+  [ "$(field verified /tmp/uploaded)" = true ] || die "the second upload: $(cat /tmp/uploaded)"
+  [ "$(field resumed_from /tmp/uploaded)" -gt 10000 ] || die "the second upload began anew: $(cat /tmp/uploaded)"
+  figure "upload over $1: $(field bytes /tmp/uploaded) bytes, resumed at $(field resumed_from /tmp/uploaded), $(field rate_bytes_s /tmp/uploaded) B/s, $(field retried_blocks /tmp/uploaded) blocks twice"
+}

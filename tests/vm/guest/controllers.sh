@@ -1,0 +1,25 @@
+#!/bin/sh
+# Real drivers: QEMU's CAN controllers, two kvaser_pci (classic, 500 kbit/s) and two ports of a ctucan_pci (FD, 500k/2M), all on one bus.
+# A day on each kind. What the emulation does not have: arbitration, errors on the wire, and so no controller that leaves the bus by itself
+# (guest/bus.sh sends the error frame of that).
+. /usr/local/bin/lib.sh
+
+modprobe kvaser_pci
+modprobe ctucanfd_pci
+for can in can0 can1; do ip link set $can up type can bitrate 500000; done
+for can in can2 can3; do ip link set $can up type can bitrate 500000 dbitrate 2000000 fd on; done
+for pair in can0:kvaser_pci can1:kvaser_pci can2:ctucanfd_pci can3:ctucanfd_pci; do
+  driver=$(basename "$(readlink "/sys/class/net/${pair%:*}/device/driver")")
+  [ "$driver" = "${pair#*:}" ] || die "${pair%:*} has the driver $driver"
+done
+
+step 'classic: kvaser_pci'
+start_controller --can can0
+session can:can1
+stop_controller
+
+step 'FD: ctucan_pci'
+start_controller --can can2
+session canfd:can3
+session can:can1  # a classic host and an FD controller on one bus
+stop_controller
