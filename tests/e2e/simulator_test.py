@@ -50,6 +50,42 @@ class Simulator(Rig):
         self.start_fails(1, "elbow", "--arm", "elbow")
         self.start_fails(2, "--rate", "--rate", "1")
         self.start_fails(1, "without a pty, --tcp, --can and --tty", "--no-pty")
+        self.start_fails(1, "cannot use the CAN interface no-such-can", "--can", "no-such-can")
+        self.start_fails(1, "cannot open the serial port /dev/no-such-port", "--tty", "/dev/no-such-port")
+
+    def test_a_serial_port_that_goes_and_comes_back(self):
+        port = self.folder / "tty"
+
+        def plug_in():
+            host, device = os.openpty()
+            name = os.ttyname(device)
+            (self.folder / "new").symlink_to(name)
+            (self.folder / "new").rename(port)
+            return host, device
+
+        def link_info(host):
+            os.write(host, b"\rC\rS8\rO\rT18DA01F180322F1A0CCCCCCCC\r")
+            heard = b""
+            end = time.monotonic() + 20
+            while b"T18DAF1018" not in heard:
+                self.assertLess(time.monotonic(), end, heard)
+                heard += os.read(host, 4096)
+
+        host, device = plug_in()
+        sim = self.sim("--no-pty", "--tty", port)
+        self.assertEqual(sim.uris, [])
+        link_info(host)
+        os.close(device)
+        os.close(host)
+        host, device = plug_in()
+        time.sleep(1)  # it looks ten times a second
+        link_info(host)
+        sim.process.send_signal(signal.SIGTERM)
+        said = sim.process.communicate(timeout=20)[1]
+        self.assertIn("%s is gone" % port, said)
+        self.assertIn("the link is whole again", said)
+        os.close(device)
+        os.close(host)
 
     def test_two_of_one_name(self):
         sim = self.sim()
