@@ -8,21 +8,21 @@ for can in can0 can1; do ip link set $can up type can bitrate 500000; done
 start_controller --can can0
 
 step 'the host'"'"'s interface goes down in an upload'
-upload can:can1
+upload ring.thim can:can1
 ip link set can1 down
 broke_off interface-down
 fails 6 interface-down thimble info --device can:can1
 ip link set can1 up
-goes_on can:can1
+goes_on ring.thim can:can1
 
 step 'the controller'"'"'s interface goes down in an upload'
 stop_controller
 start_controller --can can0
-upload can:can1
+upload ring.thim can:can1
 ip link set can0 down
 wait_until 10 grep -q 'can0 is down' /tmp/controller.err
 broke_off no-answer
 ip link set can0 up
 wait_until 10 grep -q 'whole again' /tmp/controller.err
-goes_on can:can1
+goes_on ring.thim can:can1
 stop_controller

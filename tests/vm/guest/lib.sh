@@ -65,9 +65,9 @@ session() {
   [ "$(thimble disarm --device "$1")" = ready ] || die "disarm over $1"
 }
 
-# upload ADDRESS: begins one in the background, and returns once a tenth of it is there.
+# upload IMAGE ADDRESS: begins one in the background, and returns once a tenth of it is there. Long enough to be interrupted.
 upload() {
-  thimble upload ring.thim --device "$1" >/tmp/upload 2>&1 &
+  thimble upload "$1" --device "$2" >/tmp/upload 2>&1 &
   uploading=$!
   wait_until 60 grep -q '^[1-9]0 %' /tmp/upload
 }
@@ -81,10 +81,10 @@ broke_off() {
   grep -q "^thimble: $1: " /tmp/upload || die "the upload did not say $1: $(cat /tmp/upload)"
 }
 
-# goes_on ADDRESS: the same upload once more does not begin at the beginning.
+# goes_on IMAGE ADDRESS: the same upload once more does not begin at the beginning.
 goes_on() {
-  thimble upload ring.thim --device "$1" --json >/tmp/uploaded || die "the second upload: $(cat /tmp/uploaded)"
+  thimble upload "$1" --device "$2" --json >/tmp/uploaded || die "the second upload: $(cat /tmp/uploaded)"
   [ "$(field verified /tmp/uploaded)" = true ] || die "the second upload: $(cat /tmp/uploaded)"
   [ "$(field resumed_from /tmp/uploaded)" -gt 10000 ] || die "the second upload began anew: $(cat /tmp/uploaded)"
-  figure "upload over $1: $(field bytes /tmp/uploaded) bytes, resumed at $(field resumed_from /tmp/uploaded), $(field rate_bytes_s /tmp/uploaded) B/s, $(field retried_blocks /tmp/uploaded) blocks twice"
+  figure "upload over $2: $(field bytes /tmp/uploaded) bytes, resumed at $(field resumed_from /tmp/uploaded), $(field rate_bytes_s /tmp/uploaded) B/s, $(field retried_blocks /tmp/uploaded) blocks twice"
 }

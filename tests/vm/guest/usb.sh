@@ -1,6 +1,6 @@
 #!/bin/sh
-# USB: a serial gadget (CDC ACM) and its host in one machine, /dev/ttyGS0 at the controller's end and /dev/ttyACM0 at the host's. A day over
-# SLCAN, the same with slcand as a SocketCAN interface, and the cable pulled in an upload.
+# USB: a serial gadget (CDC ACM) and its host in one machine, /dev/ttyGS0 at the controller's end and /dev/ttyACM0 at the host's. The cable is
+# pulled in an upload; then a day over SLCAN, and the same with slcand as a SocketCAN interface.
 . /usr/local/bin/lib.sh
 
 modprobe dummy_hcd
@@ -23,17 +23,14 @@ pull_out() {
 }
 plug_in
 
-step 'slcan'
-start_controller --tty /dev/ttyGS0
-session slcan:/dev/ttyACM0
-
 step 'the cable is pulled in an upload'
-upload slcan:/dev/ttyACM0
+start_controller --tty /dev/ttyGS0
+upload baboon.thim slcan:/dev/ttyACM0
 pull_out
 broke_off link-lost
 fails 3 no-device thimble info --device slcan:/dev/ttyACM0
 plug_in
-goes_on slcan:/dev/ttyACM0
+goes_on baboon.thim slcan:/dev/ttyACM0
 
 step 'the cable is pulled while nobody looks'
 pull_out
@@ -41,7 +38,12 @@ sleep 2
 plug_in
 thimble info --device slcan:/dev/ttyACM0 >/dev/null || die 'after the cable was pulled'
 
+step 'slcan'
+session slcan:/dev/ttyACM0
+
 step 'slcand'
+stop_controller
+start_controller --tty /dev/ttyGS0
 modprobe slcan
 slcand -o -s8 /dev/ttyACM0 slcan0
 wait_until 10 ip link set slcan0 up
