@@ -8,13 +8,14 @@
 extern "C" {
 extern std::uint32_t stack_end;
 [[noreturn]] void start();
-void on_sys_tick();
-void on_watchdog();
-void on_uart_receive();
-void on_uart_transmit();
 [[noreturn]] void run_board();
 
 [[noreturn]] void on_crash() { thimble::board::crash(); }
+// An image that switches an interrupt on has a handler of its own.
+[[gnu::weak]] void on_sys_tick() { on_crash(); }
+[[gnu::weak]] void on_watchdog() { on_crash(); }
+[[gnu::weak]] void on_uart_receive() { on_crash(); }
+[[gnu::weak]] void on_uart_transmit() { on_crash(); }
 
 // Before anything that might use the floating-point unit: full access to coprocessors 10 and 11.
 [[noreturn]] void start() {
