@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+"""A recorded run on an emulated board: the forces are those of this machine, byte for byte, and the instructions a tick are those of
+ticks.baseline within a hundredth, in both directions.
+
+  replay_test.py BOARD SCENE RECORDINGS PLUGIN [--update]
+
+--update writes the rows seen into ticks.baseline instead of comparing them.
+"""
+import fcntl
+import pathlib
+import sys
+import tempfile
+
+import replays
+
+BASELINE = replays.HERE / "ticks.baseline"
+BUDGET = 40_000  # instructions a tick: 10 kHz on a core of 480 MHz, half of the time spare
+TOLERANCE = 0.01
+
+
+def rows():
+    return {tuple(line.split()[:3]): [int(word) for word in line.split()[3:]]
+            for line in BASELINE.read_text().splitlines() if line and not line.startswith("#")}
+
+
+def write_rows(new):
+    with open(BASELINE, "r+") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)  # the tests of other scenes write beside us
+        comments = [line for line in file if line.startswith("#")]
+        all_rows = rows() | new
+        file.seek(0)
+        file.truncate()
+        file.writelines(comments)
+        for key in sorted(all_rows):
+            file.write("%-11s %-18s %-7s %6d %6d %6d\n" % (*key, *all_rows[key]))
+
+
+def seen(board, name, recordings, plugin):
+    found = {}
+    for run in ("stroke", "worst"):
+        recording = recordings / f"{name}.{run}.rec"
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            counts = replays.replay(board, recording, plugin, folder)
+            ours, theirs = recording.with_suffix(".forces").read_bytes(), (folder / "forces.bin").read_bytes()
+        if ours != theirs:
+            at = next((i for i, (a, b) in enumerate(zip(ours, theirs)) if a != b), min(len(ours), len(theirs)))
+            raise replays.Failed(f"{name}, {run}: the forces differ from byte {at} on ({len(ours)} and {len(theirs)} bytes)")
+        found[board, name, run] = [min(counts), round(sum(counts) / len(counts)), max(counts)]
+        print("[ figure ] %s %s, %s: %d ticks alike byte for byte; instructions a tick: min %d, mean %d, max %d%s" % (
+            board, name, run, len(counts), *found[board, name, run], "" if max(counts) <= BUDGET else " (over the budget of %d)" % BUDGET))
+    return found
+
+
+def compare(found):
+    known = rows()
+    for key, now in found.items():
+        before = known.get(key)
+        if before is None:
+            raise replays.Failed(f"{' '.join(key)} is not in {BASELINE.name}: run with --update")
+        for what, a, b in zip(("min", "mean", "max"), before, now):
+            if abs(b - a) > TOLERANCE * a:
+                raise replays.Failed(f"{' '.join(key)}: {what} is {b} instructions a tick, the baseline says {a}. "
+                                     "If the change is meant, run with --update and commit the rows.")
+
+
+def main():
+    board, name, recordings, plugin = sys.argv[1:5]
+    try:
+        found = seen(board, name, pathlib.Path(recordings), plugin)
+        if "--update" in sys.argv:
+            write_rows(found)
+        else:
+            compare(found)
+    except replays.Failed as failure:
+        sys.exit(f"replay_test: {failure}")
+
+
+if __name__ == "__main__":
+    main()
