@@ -58,7 +58,7 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
       servo_(config, params_),
       store_(storage, config.pause),
       param_store_(storage),
-      server_(*this, config.node_id) {
+      server_(*this, config.node_id, {}, config.block_bytes) {
   if (config_.arm_count > kMaxArms)
     config_.arm_count = kMaxArms;  // such a controller is faulted; its answers stay in bounds
   param_store_.load(params_);
@@ -134,6 +134,7 @@ bool Controller::next_frame(link::CanFrame& frame, link::Micros now) noexcept {
 }
 
 std::optional<link::Reset> Controller::take_reset() noexcept {
+  if (!reset_ || !motors_off()) return std::nullopt;  // first the tip is braked
   const std::optional<link::Reset> kind = reset_;
   reset_.reset();
   return kind;

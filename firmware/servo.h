@@ -44,7 +44,9 @@ struct Config {
   float period_s = 1.0F / 4000.0F;  // 40 us to 20 ms
   std::uint8_t arm_count = 1;       // 1 to kMaxArms
   std::array<ArmConfig, kMaxArms> arm{};
-  std::uint8_t node_id = 1;            // on the link, 1 to 127
+  std::uint8_t node_id = 1;  // on the link, 1 to 127
+  // Of an upload, taken at once: less where the store takes long, for the host waits for each block's answer.
+  std::uint16_t block_bytes = link::kMaxBlockBytes;
   const char* serial_number = "none";  // text for the host
   const char* board = "none";          // the board that the image is for, by its folder in board/
   const char* reset_reason = "";  // why it started: "power_on", "watchdog", "host", "crash"; empty: not known

@@ -11,12 +11,14 @@ inline constexpr std::uint8_t kArms = 1;
 inline constexpr const char* kArmModel = "premium-1.5";
 inline constexpr std::uint8_t kNode = 1;
 
-// The register block of encoders and currents (board/arm/fabric.h), in the last MiB of the PSRAM's range.
-inline constexpr std::uintptr_t kFabric = 0x60F00000;
+// The register block of encoders and currents (board/arm/fabric.h), in the last page of the PSRAM.
+inline constexpr std::uintptr_t kFabric = 0x60FFF000;
 inline constexpr std::uint32_t kFabricWatchdog_us = 2000;
 
-// Without a tick, a round of the link or of the background for so long the board starts anew, the motors off. The
-// background writes a block of an upload into the EEPROM in one go: 0.3 s.
+// Of an upload, at once: the EEPROM takes 25 ms for it.
+inline constexpr std::uint16_t kBlockBytes = 512;
+
+// Without a tick, a round of the link or of the background for so long the board starts anew, the motors off.
 inline constexpr std::uint32_t kTickLimit_us = 10'000;
 inline constexpr std::uint32_t kBackgroundLimit_us = 1'000'000;
 inline constexpr std::uint32_t kWatchdog_ms =

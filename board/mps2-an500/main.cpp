@@ -108,6 +108,7 @@ extern "C" void run_board() {
   config.arm_count = kArms;
   for (firmware::ArmConfig& arm : config.arm) arm.model = kArmModel;
   config.node_id = kNode;
+  config.block_bytes = kBlockBytes;
   config.board = "mps2-an500";
   config.reset_reason = take_restart_reason();
   config.lacks = !logic.present() ? "no_fabric" : !storage.present() ? "no_eeprom" : "";

@@ -130,8 +130,9 @@ void ByteWriter::advance(std::size_t bytes) noexcept {
 
 void ServiceServer::end_download() noexcept { prepared_ = downloading_ = finished_ = false; }
 
-ServiceServer::ServiceServer(ServiceBackend& backend, std::uint8_t node, const IsoTpConfig& config) noexcept
-    : backend_(backend), channel_(response_id(node), request_id(node), config) {}
+ServiceServer::ServiceServer(ServiceBackend& backend, std::uint8_t node, const IsoTpConfig& config,
+                             std::uint16_t block_bytes) noexcept
+    : backend_(backend), block_bytes_(block_bytes), channel_(response_id(node), request_id(node), config) {}
 
 bool ServiceServer::on_frame(const CanFrame& frame, Micros now) noexcept {
   if (!channel_.on_frame(frame, now)) return false;
@@ -410,7 +411,7 @@ Nrc ServiceServer::request_download(std::span<const std::uint8_t> request, ByteW
   last_block_ = 0;
   any_block_ = false;
   out.put(0x20);
-  out.put_u16(static_cast<std::uint16_t>(kMaxPduBytes));
+  out.put_u16(static_cast<std::uint16_t>(block_bytes_ + kMaxPduBytes - kMaxBlockBytes));
   return Nrc::kOk;
 }
 
@@ -419,6 +420,7 @@ Nrc ServiceServer::transfer_data(std::span<const std::uint8_t> request, ByteWrit
   if (!downloading_) return Nrc::kRequestSequenceError;
   const std::uint8_t block = request[1];
   const std::span<const std::uint8_t> data = request.subspan(2);
+  if (data.size() > block_bytes_) return Nrc::kRequestOutOfRange;
   out.put(block);
   if (any_block_ && block == last_block_) return Nrc::kOk;  // our answer was lost: it is stored already
   if (block != static_cast<std::uint8_t>(last_block_ + 1)) return Nrc::kWrongBlockCounter;

@@ -113,7 +113,9 @@ class ServiceServer {
   static constexpr Micros kPendingInterval_us = 1'000'000;  // between two "response pending"
   static constexpr Micros kPendingLimit_us = 30'000'000;
 
-  ServiceServer(ServiceBackend& backend, std::uint8_t node, const IsoTpConfig& config = {}) noexcept;
+  // block_bytes: the most that a block of a download may hold.
+  ServiceServer(ServiceBackend& backend, std::uint8_t node, const IsoTpConfig& config = {},
+                std::uint16_t block_bytes = kMaxBlockBytes) noexcept;
 
   bool on_frame(const CanFrame& frame, Micros now) noexcept;
   void poll(Micros now) noexcept;
@@ -141,6 +143,7 @@ class ServiceServer {
   [[nodiscard]] Nrc tester_present(std::span<const std::uint8_t> request, ByteWriter& out) noexcept;
 
   ServiceBackend& backend_;
+  std::uint16_t block_bytes_;
   IsoTpChannel channel_;
   std::array<std::uint8_t, kMaxPduBytes> response_{};
 

@@ -93,7 +93,7 @@ inline constexpr std::uint16_t kDidResetReason = 0xF1AC;      // text: why it st
 inline constexpr std::uint16_t kDidRefusal = 0xF1AA;
 
 inline constexpr std::size_t kMaxPduBytes = 4095;
-inline constexpr std::size_t kMaxBlockBytes = kMaxPduBytes - 2;  // data of one TransferData
+inline constexpr std::uint16_t kMaxBlockBytes = kMaxPduBytes - 2;  // data of one TransferData
 inline constexpr std::size_t kMaxFreezeFrames = 64;
 
 // Bits of a fault's status byte (ISO 14229-1 D.2).

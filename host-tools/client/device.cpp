@@ -403,6 +403,11 @@ void Device::disarm(Micros wait_us) {
 
 // --- Guarded moves
 
+void Device::restart() {
+  enter(Session::kExtended);
+  demand({byte_of(Service::kReset), static_cast<std::uint8_t>(link::Reset::kHard)}, "restarting");
+}
+
 void Device::start_move(const link::MoveOrder& order) {
   enter(Session::kExtended);
   Bytes start = routine_request(Routine::kMove);
@@ -463,7 +468,8 @@ UploadResult Device::upload(std::span<const std::byte> image, const UploadOption
 
   // A block that fails tells nothing about what the device has of it: it is asked, and smaller blocks follow,
   // because ISO-TP repeats nothing and a lossy link loses the longer ones.
-  std::size_t block = link::kMaxBlockBytes;
+  std::size_t most = link::kMaxBlockBytes;  // what the device takes at once
+  std::size_t block = most;
   // An answer that is lost is noticed sooner than elsewhere: four times what the last block took.
   Micros patience_us = options_.answer_us;
   unsigned stalls = 0;
@@ -492,6 +498,11 @@ UploadResult Device::upload(std::span<const std::byte> image, const UploadOption
       continue;
     }
     if (accepted.code != Nrc::kOk) refused("the upload", accepted.code);
+    if (accepted.bytes.size() >= 4) {
+      const std::size_t request = static_cast<std::size_t>(accepted.bytes[2]) << 8U | accepted.bytes[3];
+      if (request > 2) most = std::min(most, request - 2);
+      block = std::min(block, most);
+    }
 
     std::uint8_t counter = 1;
     bool broken = false;
@@ -508,7 +519,7 @@ UploadResult Device::upload(std::span<const std::byte> image, const UploadOption
         ++counter;
         stalls = 0;
         patience_us = std::max(kBlockAnswer_us, 4 * (now_us() - asked_us));
-        block = std::min(link::kMaxBlockBytes, block + block / 8 + 1);
+        block = std::min(most, block + block / 8 + 1);
         const double rate = (sent - begun_at) / std::max(seconds(), 1e-6);
         if (progress) progress({sent, length, result.resumed_from, rate});
       } else if (answer && answer->code == Nrc::kProgrammingFailure) {

@@ -83,6 +83,9 @@ class Device {
   void arm(link::Micros wait_us = 2'000'000);
   void disarm(link::Micros wait_us = 5'000'000);
 
+  // Disarms it, and starts it again. It answers before it does.
+  void restart();
+
   // A guarded move: starts it; tells how far it is; what it measured once it holds; ends it. The device needs a sign of
   // life every link::kMoveHostTimeout_s meanwhile: asking move_state() is one.
   void start_move(const link::MoveOrder& order);

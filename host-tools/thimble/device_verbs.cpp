@@ -332,6 +332,17 @@ void disarm(const Common& common, const Remote& remote) {
   done(common, "disarm", device.state().mode);
 }
 
+void restart(const Common& common, const Remote& remote) {
+  open_device(common, remote).restart();
+  if (common.json) {
+    Json json = document("restart");
+    json["restarting"] = true;
+    print(json);
+  } else {
+    fmt::print("restarting\n");
+  }
+}
+
 void home(const Common& common, const Remote& remote, double wait_s) {
   open_device(common, remote).home(static_cast<Micros>(wait_s * 1e6));
   done(common, "home", kModeReady);

@@ -106,6 +106,8 @@ void define(CLI::App& app, Choices& c) {
 
   remote_verb(app, c, "arm", "turn the forces on", [&c] { arm(c.common, c.remote); });
   remote_verb(app, c, "disarm", "turn the forces off", [&c] { disarm(c.common, c.remote); });
+  remote_verb(app, c, "restart", "turn the forces off and start the controller again",
+              [&c] { restart(c.common, c.remote); });
   remote_verb(app, c, "home", "find the arm's home position", [&c] { home(c.common, c.remote, c.wait_s); })
       ->add_option("--wait", c.wait_s, "seconds that homing may take")
       ->check(CLI::Range(0.1, 600.0))
