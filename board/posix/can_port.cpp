@@ -29,7 +29,9 @@ constexpr std::size_t kServiceFrames =
 constexpr unsigned kReadAtOnce = 1024;  // frames a read()
 constexpr int kSocketBytes =
     4096;  // of frames on their way: fewer than the interface's queue holds (10 frames)
+constexpr int kReceiveBytes = 1 << 20;  // 1300 frames: two of the longest requests in classic ones
 constexpr std::chrono::milliseconds kTryCanAgain(250);
+constexpr std::chrono::milliseconds kStuckAfter(1000);  // what waits that long is of no use any more
 
 [[noreturn]] void fail_can(const std::string& interface, const std::string& why, const std::string& remedy) {
   throw std::runtime_error("cannot use the CAN interface " + interface + ": " + why + ": " + remedy);
@@ -67,6 +69,9 @@ void CanPort::open_socket() {
   set(opened.get(), CAN_RAW_ERR_FILTER, can_err_mask_t{CAN_ERR_BUSOFF | CAN_ERR_RESTARTED});
   if (fd_frames_) set(opened.get(), CAN_RAW_FD_FRAMES, int{1});
   setsockopt(opened.get(), SOL_SOCKET, SO_SNDBUF, &kSocketBytes, sizeof(kSocketBytes));
+  // Above the system's limit where one may; else what is allowed.
+  if (setsockopt(opened.get(), SOL_SOCKET, SO_RCVBUFFORCE, &kReceiveBytes, sizeof(kReceiveBytes)) != 0)
+    setsockopt(opened.get(), SOL_SOCKET, SO_RCVBUF, &kReceiveBytes, sizeof(kReceiveBytes));
 
   sockaddr_can address{};
   address.can_family = AF_CAN;
@@ -118,7 +123,6 @@ void CanPort::read() {
 
 void CanPort::on_error_frame(std::uint32_t classes) {
   if ((classes & CAN_ERR_BUSOFF) != 0) {
-    ++bus_offs_;
     state_ = State::kBusOff;
     drop_all();
   }
@@ -183,11 +187,17 @@ bool CanPort::write(const link::CanFrame& frame) {
 }
 
 void CanPort::flush() {
+  const auto now = std::chrono::steady_clock::now();
+  if (!waiting()) free_ = now;
   for (Frames* frames : {&real_time_, &services_}) {
-    while (!frames->empty()) {
-      if (!write(frames->front())) return;
+    while (!frames->empty() && write(frames->front())) {
       frames->pop_front();
+      free_ = now;
     }
+  }
+  if (waiting() && now - free_ > kStuckAfter) {
+    state_ = State::kStuck;
+    drop_all();
   }
 }
 
@@ -199,6 +209,8 @@ std::string CanPort::trouble() const {
       return interface_ + " is down";
     case State::kBusOff:
       return interface_ + " is bus off: it waits for its restart";
+    case State::kStuck:
+      return interface_ + " sends nothing: nobody acknowledges its frames";
     case State::kGone:
       return interface_ + " is gone";
   }

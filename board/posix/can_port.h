@@ -17,7 +17,8 @@ namespace thimble::board {
 class CanPort final : public Port {
  public:
   // Takes in what is meant for `node`, and the e-stop. Throws std::runtime_error with what to do when there is no such interface. It
-  // may be down, go down, leave the bus or be unplugged: the port waits until it is back, and drops what it was to send meanwhile.
+  // may be down, go down, leave the bus, be stuck (nobody acknowledges) or be unplugged: the port waits until it is back, and drops
+  // what it was to send meanwhile.
   CanPort(std::string interface, std::uint8_t node);
 
   [[nodiscard]] std::vector<std::string> uris() const override;
@@ -29,10 +30,9 @@ class CanPort final : public Port {
   [[nodiscard]] bool waiting() const override { return !real_time_.empty() || !services_.empty(); }
   [[nodiscard]] std::uint64_t dropped() const override { return dropped_; }
   [[nodiscard]] std::string trouble() const override;
-  [[nodiscard]] std::uint32_t bus_offs() const { return bus_offs_; }  // since the start
 
  private:
-  enum class State : std::uint8_t { kUp, kDown, kBusOff, kGone };
+  enum class State : std::uint8_t { kUp, kDown, kBusOff, kStuck, kGone };
   using Frames = std::deque<firmware::link::CanFrame>;
 
   void open_socket();  // throws
@@ -48,11 +48,11 @@ class CanPort final : public Port {
   State state_ = State::kUp;
   bool full_ = false;  // the kernel's queue: no use to wake up for room in the socket's
   std::chrono::steady_clock::time_point try_again_;
+  std::chrono::steady_clock::time_point free_;  // when a frame left, or none waited, last
   Frames received_;
   Frames real_time_;  // both to be sent, this one first
   Frames services_;
   std::uint64_t dropped_ = 0;
-  std::uint32_t bus_offs_ = 0;
 };
 
 }  // namespace thimble::board

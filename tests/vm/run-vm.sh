@@ -41,7 +41,7 @@ shift
 
 # What the guest's modprobe finds, with all that these depend on.
 available="$load can-gw slcan kvaser_pci ctucanfd_pci irq_sim gpio-sim counter interrupt-cnt dummy_hcd cdc-acm u_serial usb_f_acm
-  libcomposite g_serial spidev softdog i6300esb virtio_pci 9pnet_virtio 9p"
+  libcomposite g_serial sch_tbf spidev softdog i6300esb virtio_pci 9pnet_virtio 9p"
 
 base=$("$here/prepare-vm.sh") || exit 125
 release=$(cat "$base/release")
@@ -66,7 +66,7 @@ cp "$base/kernel/$modules"/modules.{order,builtin,builtin.modinfo} "$root/$modul
 cp "$tools/bin/busybox" "$root/bin"
 ln -s /bin/busybox "$root/sbin/modprobe"
 cp -L /bin/dash "$root/bin/sh"  # busybox's shell would prefer its own ip to the real one
-programs=("$tools"/usr/bin/{can,isotp,gpio,slcan}* "$tools/bin/ip" "$@")
+programs=("$tools"/usr/bin/{can,isotp,gpio,slcan}* "$tools/bin/ip" "$tools/sbin/tc" "$@")
 cp -L "${programs[@]}" "$root/usr/local/bin"
 cp "$script" "$root/script"
 chmod +x "$root/script"

@@ -1,5 +1,5 @@
 #!/bin/sh
-# What can happen on a CAN bus: an interface that is missing, down, too small, bus off or unplugged, two hosts at once, and a stop from
+# What can happen on a CAN bus: an interface that is missing, down, too small, full, bus off or unplugged, two hosts at once, and a stop from
 # another node.
 . /usr/local/bin/lib.sh
 
@@ -43,6 +43,23 @@ cansend vcan0 001#00
 wait_until 10 sh -c 'thimble fault list --device can:vcan0 | grep -q host_stop'
 thimble fault clear --device can:vcan0 >/dev/null
 
+step 'a slow bus with a short queue'
+modprobe sch_tbf
+tc qdisc add dev vcan0 root tbf rate 500kbit burst 32 limit 48  # three frames: no room most of the time, ENOBUFS
+thimble upload asteroid.thim --device can:vcan0 --json >/tmp/uploaded || die "a full queue is no failure: $(cat /tmp/uploaded)"
+figure "upload at 500 kbit/s: $(field rate_bytes_s /tmp/uploaded) B/s, $(field retried_blocks /tmp/uploaded) blocks twice"
+tc -s qdisc show dev vcan0 >/tmp/queue
+figure "the queue: $(grep -o 'dropped [0-9]*' /tmp/queue)"
+[ "$(sed -n 's/.*dropped \([0-9]*\).*/\1/p' /tmp/queue)" -gt 100 ] || die "the queue was never full: $(cat /tmp/queue)"
+
+step 'a bus that takes nothing'
+tc qdisc replace dev vcan0 root tbf rate 8bit burst 20 limit 20
+fails 6 bus-full thimble upload asteroid.thim --device can:vcan0
+wait_until 10 grep -q 'vcan0 sends nothing' /tmp/controller.err
+tc qdisc del dev vcan0 root
+wait_until 10 sh -c 'tail -n 1 /tmp/controller.err | grep -q "whole again"'
+thimble info --device can:vcan0 >/dev/null || die 'after the bus was full'
+
 step 'bus off'
 thimble monitor --seconds 60 --device can:vcan0 >/dev/null 2>/tmp/monitor.err &
 monitor=$!
@@ -54,7 +71,7 @@ cat /tmp/monitor.err
 [ $status = 6 ] && grep -q 'bus-off: .* bus off' /tmp/monitor.err || die "monitor ended with $status"
 wait_until 10 grep -q 'vcan0 is bus off' /tmp/controller.err
 cansend vcan0 20000100#0000000000000000  # and after the restart
-wait_until 10 grep -q 'whole again' /tmp/controller.err
+wait_until 10 sh -c 'tail -n 1 /tmp/controller.err | grep -q "whole again"'
 thimble info --device can:vcan0 >/dev/null || die 'after the restart'
 
 step 'the interface goes, and comes back'
