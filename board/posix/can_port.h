@@ -48,7 +48,8 @@ class CanPort final : public Port {
   State state_ = State::kUp;
   bool full_ = false;  // the kernel's queue: no use to wake up for room in the socket's
   std::chrono::steady_clock::time_point try_again_;
-  std::chrono::steady_clock::time_point free_;  // when a frame left, or none waited, last
+  // When a frame left, or none waited, last.
+  std::chrono::steady_clock::time_point free_ = std::chrono::steady_clock::now();
   Frames received_;
   Frames real_time_;  // both to be sent, this one first
   Frames services_;

@@ -19,6 +19,7 @@ wait_until() {
 # The controller under test. Its command line is here and nowhere else.
 # start_controller --can INTERFACE | --tty DEVICE
 start_controller() {
+  rm -f /tmp/controller  # or the one before would be ready
   case $CONTROLLER in
     thimble-sim) thimble-sim --no-pty --rate 1000 --store /tmp/scenes "$@" >/tmp/controller 2>/tmp/controller.err & ;;  # 1 kHz: under emulation
     *) die "no controller is named $CONTROLLER" ;;
@@ -67,6 +68,7 @@ session() {
 
 # upload IMAGE ADDRESS: begins one in the background, and returns once a tenth of it is there. Long enough to be interrupted.
 upload() {
+  rm -f /tmp/upload  # or the one before would be far enough
   thimble upload "$1" --device "$2" >/tmp/upload 2>&1 &
   uploading=$!
   wait_until 60 grep -q '^[1-9]0 %' /tmp/upload

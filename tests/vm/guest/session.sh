@@ -7,10 +7,10 @@
 record() {
   candump -L -d -r 8000000 vcan0 >"/tmp/$1" &
   dump=$! dumped=$1
-  sleep 0.5
+  wait_until 10 grep -q '^ *vcan0 ' /proc/net/can/rcvlist_all  # it listens
 }
 end_record() {
-  sleep 0.5
+  sleep 1  # for what it has not written yet
   kill $dump
   wait $dump || true
   ! grep DROPCOUNT "/tmp/$dumped" || die 'candump lost frames'
@@ -38,13 +38,13 @@ figure "$(grep -c '18DA01F1##' /tmp/fd.log) FD frames of requests, $(grep -c '18
 step 'a tester made of can-utils'
 isotprecv -s 18DA01F1 -d 18DAF101 -p CC vcan0 >/tmp/answer &
 receiver=$!
-sleep 0.3
+wait_until 10 grep -q 98daf101 /proc/net/can/rcvlist_eff
 echo 22 F1 A0 | isotpsend -s 18DA01F1 -d 18DAF101 -p CC vcan0
 wait $receiver
 grep -qi '^62 F1 A0 .* 40 01 01' /tmp/answer || die "LinkInfo: $(cat /tmp/answer)"  # 64 bytes, node 1, 1 arm
 isotprecv -s 18DA01F1 -d 18DAF101 -p CC vcan0 >/tmp/answer &
 receiver=$!
-sleep 0.3
+wait_until 10 grep -q 98daf101 /proc/net/can/rcvlist_eff
 echo 22 F1 A1 F1 A0 F1 95 | isotpsend -s 18DA01F1 -d 18DAF101 -p CC vcan0
 wait $receiver
 grep -qi '^62 F1 A1 .* F1 A0 .* F1 95 ' /tmp/answer || die "several records: $(cat /tmp/answer)"  # more than a frame: with flow control
