@@ -497,6 +497,11 @@ UploadResult Device::upload(std::span<const std::byte> image, const UploadOption
       stalled();
       continue;
     }
+    if (accepted.code ==
+        Nrc::kRequestOutOfRange) {  // these are not the numbers of the upload that was prepared last
+      throw Error(ExitCode::kRefused, "other-upload", "another host began an upload of its own in between",
+                  "let it end, then repeat");
+    }
     if (accepted.code != Nrc::kOk) refused("the upload", accepted.code);
     if (accepted.bytes.size() >= 4) {
       const std::size_t request = static_cast<std::size_t>(accepted.bytes[2]) << 8U | accepted.bytes[3];
