@@ -1,5 +1,5 @@
-// The recorded run in memory (QEMU's loader puts it there), replayed on bare metal. Writes "forces.bin"; exit code: ReplayEnd, or 9 when
-// the recording or the file is not there.
+// The recorded run in memory (QEMU's loader puts it there), replayed on bare metal. Writes "forces.bin"; exit code: 0, or 32 and a
+// ReplayEnd, 40 after a crash, 41 when the recording or the file is not there.
 #include <array>
 
 #include "board/arm/runtime.h"
@@ -9,7 +9,7 @@
 namespace thimble {
 namespace {
 
-constexpr int kNothingThere = 9, kCrashed = 8;
+constexpr int kFirst = 32, kCrashed = 40, kNothingThere = 41;
 constexpr std::size_t kMostRecording = std::size_t{6} << 20U;
 
 class SlotsInMemory final : public firmware::Storage {
@@ -61,7 +61,7 @@ extern "C" [[noreturn]] void run_board() {
   static firmware::Controller controller(test::config_of(recording), storage);
   const test::ReplayEnd end = test::replay(recording, controller, keep);
   flush();
-  test::exit_with(static_cast<int>(end));
+  test::exit_with(end == test::ReplayEnd::kDone ? 0 : kFirst + static_cast<int>(end));
 }
 
 }  // namespace thimble

@@ -12,8 +12,9 @@ WORST_TICKS = 20_000
 QEMU = {
     "mps2-an500": ["qemu-system-arm", "-M", "mps2-an500", "-kernel", "{elf}", "-device", "loader,file={recording},addr=0x60800000,force-raw=on"],
 }
-ENDS = ["done", "the scene was refused", "homing was refused", "arming was refused", "a fault latched", *["?"] * 3, "the image crashed",
-        "QEMU loaded no recording, or forces.bin can't be written"]
+# The image's exit codes; QEMU's own are below.
+ENDS = {33: "the scene was refused", 34: "homing was refused", 35: "arming was refused", 36: "a fault latched", 40: "the image crashed",
+        41: "QEMU loaded no recording, or forces.bin can't be written"}
 
 
 class Failed(Exception):
@@ -50,10 +51,10 @@ def replay(board, recording, plugin, folder):
     """Runs it with `folder` as working directory: forces.bin, and the instructions of every tick."""
     elf = BUILD / board / "bin" / f"replay-{board}.elf"
     counts = folder / "counts"
-    command = [part.format(elf=elf, recording=recording) for part in QEMU[board]]
+    command = [part.format(elf=elf, recording=pathlib.Path(recording).absolute()) for part in QEMU[board]]
     command += ["-display", "none", "-monitor", "none", "-serial", "none", "-nodefaults", "-semihosting-config", "enable=on,target=native",
-                "-plugin", f"file={plugin},begin={address_of(elf, 'tick_begin')},end={address_of(elf, 'tick_end')},csv={counts}"]
+                "-plugin", f"file={pathlib.Path(plugin).absolute()},begin={address_of(elf, 'tick_begin')},end={address_of(elf, 'tick_end')},csv={counts}"]
     run = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=280)
     if run.returncode != 0:
-        raise Failed(f"{board}: {ENDS[run.returncode] if run.returncode < len(ENDS) else '?'} (exit code {run.returncode})\n{run.stderr}")
+        raise Failed(f"{board}: {ENDS.get(run.returncode, 'QEMU failed')} (exit code {run.returncode})\n{run.stderr}")
     return [int(line) for line in counts.read_text().split()]
