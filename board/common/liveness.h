@@ -20,7 +20,7 @@ template <std::size_t kContexts>
 class Liveness {
  public:
   // limit_us: for each context, how long it may take from one beat to the next. The time starts with the first alive().
-  explicit Liveness(const std::array<std::uint32_t, kContexts>& limit_us) noexcept {
+  explicit constexpr Liveness(const std::array<std::uint32_t, kContexts>& limit_us) noexcept {
     for (std::size_t i = 0; i < kContexts; ++i) contexts_[i].limit_us = limit_us[i];
   }
 

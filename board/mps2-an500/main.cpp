@@ -20,7 +20,7 @@ enum Context : std::size_t { kTick, kLink, kBackground, kContexts };
 
 firmware::Controller* controller = nullptr;
 const Fabric* fabric = nullptr;
-Liveness<kContexts> liveness({kTickLimit_us, kBackgroundLimit_us, kBackgroundLimit_us});
+constinit Liveness<kContexts> liveness({kTickLimit_us, kBackgroundLimit_us, kBackgroundLimit_us});
 float last_tick_us = 0;
 
 void start_watchdog() noexcept {

@@ -37,14 +37,14 @@ class Ring {
   }
 
  private:
-  std::array<char, kBytes> bytes_;
+  std::array<char, kBytes> bytes_{};
   std::atomic<std::uint32_t> head_{0};
   std::atomic<std::uint32_t> tail_{0};
 };
 
 constexpr std::size_t kReceiveBytes = 8192, kTransmitBytes = 8192;
-Ring<kReceiveBytes> receive;  // a whole block of an upload
-Ring<kTransmitBytes> transmit;
+constinit Ring<kReceiveBytes> receive;  // a whole block of an upload
+constinit Ring<kTransmitBytes> transmit;
 std::atomic<std::uint32_t> drops{0};
 
 // Called with the transmitter's interrupt off, or from it.
