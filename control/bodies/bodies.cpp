@@ -182,10 +182,11 @@ Mover Bodies::accelerate(std::size_t body, float period_s) noexcept {
 }
 
 // What the contacts have made of it.
-void Bodies::take_over(std::size_t body, const Mover& before, const Mover& after, float period_s) noexcept {
+void Bodies::take_over(std::size_t body, const Vec3& velocity_before_m_s, const Vec3& spin_before_rad_s,
+                       const Mover& after, float period_s) noexcept {
   const BodyModel& model = models_[body];
   BodyState& state = states_[body];
-  const Vec3 struck = after.spin_rad_s - before.spin_rad_s;
+  const Vec3 struck = after.spin_rad_s - spin_before_rad_s;
   switch (model.motion) {
     case scene::Motion::Free:
       state.spin_rad_s = after.spin_rad_s;
@@ -201,7 +202,7 @@ void Bodies::take_over(std::size_t body, const Mover& before, const Mover& after
       break;
     case scene::Motion::Slide:
       efforts_[body] +=
-          model.axis.dot(after.velocity_m_s - before.velocity_m_s) * model.control_inertia / period_s;
+          model.axis.dot(after.velocity_m_s - velocity_before_m_s) * model.control_inertia / period_s;
       controls_[body].q += model.axis.dot(after.shift_m);
       break;
     case scene::Motion::Turn:
@@ -288,16 +289,19 @@ void Bodies::stop(std::size_t body) noexcept {
 void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
                   RenderCounters& counters) noexcept {
   std::array<Mover, kMaxBodies> movers;
-  std::array<Mover, kMaxBodies> pushed;
-  for (std::size_t i = 0; i < count_; ++i) movers[i] = accelerate(i, period_s);
-  pushed = movers;
+  std::array<Vec3, kMaxBodies> velocity_before_m_s, spin_before_rad_s;
+  for (std::size_t i = 0; i < count_; ++i) {
+    movers[i] = accelerate(i, period_s);
+    velocity_before_m_s[i] = movers[i].velocity_m_s;
+    spin_before_rad_s[i] = movers[i].spin_rad_s;
+  }
   solver_.solve(world, std::span(movers).first(count_), period_s, counters);
   for (std::size_t i = 0; i < count_; ++i) {
     const std::uint8_t index = models_[i].object;
     const PlacedObject before = world.objects[index];
     const BodyState state_before = states_[i];
     const ControlState control_before = controls_[i];
-    take_over(i, pushed[i], movers[i], period_s);
+    take_over(i, velocity_before_m_s[i], spin_before_rad_s[i], movers[i], period_s);
     limit_speed(i);
     advance(i, period_s);
     place(world.objects[index], states_[i],

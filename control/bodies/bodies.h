@@ -86,7 +86,8 @@ class Bodies {
   };
 
   [[nodiscard]] Mover accelerate(std::size_t body, float period_s) noexcept;
-  void take_over(std::size_t body, const Mover& before, const Mover& after, float period_s) noexcept;
+  void take_over(std::size_t body, const Vec3& velocity_before_m_s, const Vec3& spin_before_rad_s,
+                 const Mover& after, float period_s) noexcept;
   void limit_speed(std::size_t body) noexcept;
   void advance(std::size_t body, float period_s) noexcept;
   void advance_along_axis(std::size_t body, float period_s) noexcept;

@@ -58,7 +58,9 @@ void Fields::bind(const SceneView& view) noexcept {
   }
 }
 
-void Fields::reset() noexcept { state_ = {}; }
+void Fields::reset() noexcept {
+  for (State& state : state_) state = {};
+}
 
 std::size_t Fields::show(TissueViews& views) const noexcept {
   std::size_t count = 0;
