@@ -115,7 +115,8 @@ class Arm {
     const S distance2 = reach * reach + up * up, distance = std::sqrt(distance2);
     if (!(distance < l1 + l2 && distance > std::abs(l1 - l2))) return false;
     const S q2 = std::atan2(up, reach) + std::acos((l1 * l1 + distance2 - l2 * l2) / (2 * l1 * distance));
-    const S forearm = std::atan2(up - l1 * std::sin(q2), reach - l1 * std::cos(q2));  // above the horizontal
+    const SinCos<S> upper = sin_cos(q2);
+    const S forearm = std::atan2(up - l1 * upper.sin, reach - l1 * upper.cos);  // above the horizontal
     q = {std::atan2(p.y(), p.x()), q2, forearm + S(1.57079632679489662)};
     return true;
   }
