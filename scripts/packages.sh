@@ -6,7 +6,8 @@ packages_to_build=(
   nlohmann-json3-dev python3 zlib1g-dev
 )
 packages_to_check=(
-  binutils clang clang-format clang-tidy cpio gcc-12 git libclang-rt-dev llvm make qemu-system-x86 tshark valgrind xz-utils
+  binutils clang clang-format clang-tidy cpio gcc-12 gcc-arm-none-eabi git libclang-rt-dev libnewlib-arm-none-eabi
+  libstdc++-arm-none-eabi-newlib llvm make qemu-system-arm qemu-system-x86 tshark valgrind xz-utils
 )
 
 install_packages() {
