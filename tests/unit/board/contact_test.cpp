@@ -1,0 +1,45 @@
+// SafeContact: open at once, closed only when it has settled.
+#include <gtest/gtest.h>
+
+#include "board/common/safe_contact.h"
+
+namespace thimble::test {
+namespace {
+
+using board::SafeContact;
+
+TEST(SafeContact, StartsOpenAndClosesWhenSettled) {
+  SafeContact contact(5);
+  for (int tick = 1; tick < 5; ++tick) EXPECT_FALSE(contact.update(true, false)) << tick;
+  for (int tick = 0; tick < 5; ++tick) EXPECT_TRUE(contact.update(true, false));
+}
+
+TEST(SafeContact, OpensAtOnceAndBouncesDoNotCloseIt) {
+  SafeContact contact(3);
+  for (int tick = 0; tick < 10; ++tick) (void)contact.update(true, false);
+  EXPECT_FALSE(contact.update(false, true));
+  for (int bounce = 0; bounce < 20; ++bounce) {
+    EXPECT_FALSE(contact.update(true, false));
+    EXPECT_FALSE(contact.update(true, false));
+    EXPECT_FALSE(contact.update(false, false));
+  }
+}
+
+// The contact opened and closed again between two samples: only the edge tells.
+TEST(SafeContact, AnOpeningBetweenTwoSamplesCounts) {
+  SafeContact contact(2);
+  (void)contact.update(true, false);
+  EXPECT_TRUE(contact.update(true, false));
+  EXPECT_FALSE(contact.update(true, true));
+  EXPECT_FALSE(contact.update(true, false));
+  EXPECT_TRUE(contact.update(true, false));
+}
+
+TEST(SafeContact, NoTicksToSettleIsOne) {
+  SafeContact contact(0);
+  EXPECT_TRUE(contact.update(true, false));
+  EXPECT_FALSE(contact.update(false, false));
+}
+
+}  // namespace
+}  // namespace thimble::test
