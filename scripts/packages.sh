@@ -2,12 +2,12 @@
 
 packages_to_build=(
   assimp-testmodels cmake flatbuffers-compiler g++ libassimp-dev libbenchmark-dev libcli11-dev libeigen3-dev libembree-dev
-  libflatbuffers-dev libfmt-dev libgmock-dev libgtest-dev libpng-dev librapidcheck-dev mricron-data ninja-build
-  nlohmann-json3-dev python3 zlib1g-dev
+  libflatbuffers-dev libfmt-dev libgmock-dev libgpiod-dev libgtest-dev libpng-dev librapidcheck-dev mricron-data ninja-build
+  nlohmann-json3-dev pkgconf python3 zlib1g-dev
 )
 packages_to_check=(
   binutils clang clang-format clang-tidy cpio gcc-12 gcc-arm-none-eabi git libclang-rt-dev libnewlib-arm-none-eabi
-  libstdc++-arm-none-eabi-newlib llvm make qemu-system-arm qemu-system-x86 tshark valgrind xz-utils
+  libstdc++-arm-none-eabi-newlib llvm make qemu-system-arm qemu-system-x86 strace tshark valgrind xz-utils
 )
 
 install_packages() {

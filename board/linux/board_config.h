@@ -1,0 +1,73 @@
+// What is wired to an embedded Linux board, and how it is to run: one JSON file. docs/board-linux.md has every key.
+#pragma once
+
+#include <linux/counter.h>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "board/common/ad5754.h"
+#include "board/linux/counter_encoder.h"
+#include "board/linux/gpio.h"
+#include "board/linux/json_value.h"
+#include "kinematics/arm.h"
+
+namespace thimble::board {
+
+struct EncoderConfig {
+  enum class Kind : std::uint8_t { kCounterPoll, kCounterEvents, kGpio };
+  Kind kind = Kind::kCounterPoll;
+  std::array<CounterPlace, 3> counter;
+  counter_event_type event = COUNTER_EVENT_CAPTURE;  // that latches, with kCounterEvents
+  std::array<std::array<std::string, 2>, 3> lines;   // A and B of each joint, with kGpio
+};
+
+struct DacConfig {
+  std::string device;
+  std::uint32_t speed_Hz = 0;
+  std::array<Ad5754::Channel, 3> channels;
+};
+
+struct ArmWiring {
+  const kinematics::ArmModel* model = nullptr;
+  kinematics::BasePose base;
+  EncoderConfig encoders;
+  DacConfig dac;
+  GpioLine enable;
+  std::optional<GpioLine> drive_fault;
+  std::optional<GpioLine> index;
+};
+
+struct LinkConfig {
+  enum class Kind : std::uint8_t { kCan, kTty };
+  Kind kind = Kind::kCan;
+  std::string device;  // "can0", "/dev/ttyGS0"
+};
+
+struct BoardConfig {
+  std::string serial_number;
+  std::uint8_t node = 1;
+  double rate_Hz = 0;
+  std::vector<LinkConfig> links;
+  std::vector<ArmWiring> arms;
+  // Contacts: active is closed, whatever the wiring; an open wire reads as open.
+  GpioLine e_stop;
+  std::optional<GpioLine> dead_man;
+  double settle_s = 0.02;  // of both contacts
+  std::filesystem::path store;
+  int priority = 0;        // of SCHED_FIFO
+  std::optional<int> cpu;  // that the servo has
+  std::optional<std::filesystem::path> watchdog;
+  int watchdog_timeout_s = 0;
+};
+
+// Throws ConfigError: file, JSON pointer, value and what is allowed; also for text that is not JSON.
+[[nodiscard]] BoardConfig parse_board_config(const std::string& text, const std::string& file);
+// Throws ConfigError or, where the file cannot be read, std::system_error.
+[[nodiscard]] BoardConfig read_board_config(const std::filesystem::path& file);
+
+}  // namespace thimble::board

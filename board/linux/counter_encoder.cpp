@@ -1,0 +1,116 @@
+#include "board/linux/counter_encoder.h"
+
+#include <sys/ioctl.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+
+namespace thimble::board {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kDevices = "/sys/bus/counter/devices";
+constexpr const char* kFunction = "quadrature x4";
+
+std::string first_line(const fs::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
+
+// The device's folder in sysfs.
+fs::path find_device(const std::string& device) {
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(kDevices, failed))
+    if (entry.path().filename() == device || first_line(entry.path() / "name") == device) return entry.path();
+  throw std::system_error(ENOENT, std::generic_category(), "counter \"" + device + "\"");
+}
+
+void write_setting(const fs::path& file, const std::string& value) {
+  const Descriptor out = open_file(file, O_WRONLY);
+  if (write(out.get(), value.data(), value.size()) != static_cast<ssize_t>(value.size()))
+    throw std::system_error(errno, std::generic_category(), file.string() + ": " + value);
+}
+
+// The count's folder, set up for an encoder.
+fs::path set_up(const CounterPlace& joint, kinematics::CounterWidth width) {
+  fs::path count = find_device(joint.device) / ("count" + std::to_string(joint.count));
+  if (!fs::exists(count / "count"))
+    throw std::system_error(ENOENT, std::generic_category(), (count / "count").string());
+  if (fs::exists(count / "function") && first_line(count / "function") != kFunction)
+    write_setting(count / "function", kFunction);
+  if (fs::exists(count / "ceiling")) {
+    const std::string wanted = width == kinematics::CounterWidth::k16 ? "65535" : "4294967295";
+    if (first_line(count / "ceiling") != wanted) write_setting(count / "ceiling", wanted);
+  }
+  if (fs::exists(count / "enable") && first_line(count / "enable") != "1")
+    write_setting(count / "enable", "1");
+  return count;
+}
+
+}  // namespace
+
+CounterPoll::CounterPoll(const std::array<CounterPlace, 3>& joints, kinematics::CounterWidth width) {
+  for (std::size_t j = 0; j < joints.size(); ++j)
+    files_[j] = open_file(set_up(joints[j], width) / "count", O_RDONLY);
+}
+
+std::optional<EncoderSample> CounterPoll::read(std::uint64_t now_ns) noexcept {
+  EncoderSample sample;
+  sample.time_ns = now_ns;
+  for (std::size_t j = 0; j < files_.size(); ++j) {
+    std::array<char, 24> text;
+    const ssize_t size = pread(files_[j].get(), text.data(), text.size(), 0);
+    std::uint64_t value = 0;
+    if (size <= 0 || std::from_chars(text.data(), text.data() + size, value).ec != std::errc{})
+      return std::nullopt;
+    sample.counts[j] = static_cast<std::uint32_t>(value);
+  }
+  return sample;
+}
+
+CounterEvents::CounterEvents(const std::array<CounterPlace, 3>& joints, kinematics::CounterWidth width,
+                             counter_event_type event) {
+  fs::path device;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    device = fs::path("/dev") / find_device(joints[j].device).filename();
+    (void)set_up(joints[j], width);
+    count_of_[j] = joints[j].count;
+  }
+  device_ = open_file(device, O_RDONLY | O_NONBLOCK);
+  for (const unsigned count : count_of_) {
+    counter_watch watch{};
+    watch.component.type = COUNTER_COMPONENT_COUNT;
+    watch.component.scope = COUNTER_SCOPE_COUNT;
+    watch.component.parent = static_cast<__u8>(count);
+    watch.event = static_cast<__u8>(event);
+    if (ioctl(device_.get(), COUNTER_ADD_WATCH_IOCTL, &watch) != 0)
+      throw std::system_error(errno, std::generic_category(), device.string() + ": watch a count");
+  }
+  if (ioctl(device_.get(), COUNTER_ENABLE_EVENTS_IOCTL) != 0)
+    throw std::system_error(errno, std::generic_category(), device.string() + ": enable events");
+}
+
+std::optional<EncoderSample> CounterEvents::read(std::uint64_t) noexcept {
+  constexpr unsigned kAll = 0b111;
+  std::optional<EncoderSample> newest;
+  const ssize_t size = ::read(device_.get(), events_.data(), sizeof(events_));
+  const std::size_t count = size > 0 ? static_cast<std::size_t>(size) / sizeof(counter_event) : 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const counter_event& event = events_[i];
+    const auto at = std::find(count_of_.begin(), count_of_.end(), event.watch.component.parent);
+    if (event.status != 0 || at == count_of_.end()) continue;
+    const auto joint = static_cast<std::size_t>(at - count_of_.begin());
+    if (event.timestamp != gathered_.time_ns) joints_gathered_ = 0;
+    gathered_.time_ns = event.timestamp;
+    gathered_.counts[joint] = static_cast<std::uint32_t>(event.value);
+    joints_gathered_ |= 1U << joint;
+    if (joints_gathered_ == kAll) newest = gathered_;
+  }
+  return newest;
+}
+
+}  // namespace thimble::board

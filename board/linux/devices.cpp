@@ -1,0 +1,167 @@
+#include "board/linux/devices.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <system_error>
+#include <thread>
+
+#include "board/linux/gpio_encoder.h"
+
+namespace thimble::board {
+namespace {
+
+constexpr std::size_t kEStopLine = 0;  // among the inputs
+
+std::uint32_t settle_ticks(const BoardConfig& config) {
+  return static_cast<std::uint32_t>(std::ceil(config.settle_s * config.rate_Hz));
+}
+
+std::string remedy_for(int error) {
+  switch (error) {
+    case EACCES:
+    case EPERM:
+      return "install the udev rule and run as its group, or as root";
+    case EBUSY:
+      return "end the program that uses it (gpioinfo shows the lines' holders)";
+    case ENOENT:
+    case ENODEV:
+    case ENXIO:
+      return "load its driver, or correct the configuration";
+    default:
+      return "see the kernel's log (dmesg)";
+  }
+}
+
+std::unique_ptr<EncoderReader> open_encoders(const ArmWiring& wiring) {
+  const EncoderConfig& encoders = wiring.encoders;
+  switch (encoders.kind) {
+    case EncoderConfig::Kind::kCounterPoll:
+      return std::make_unique<CounterPoll>(encoders.counter, wiring.model->counter_width);
+    case EncoderConfig::Kind::kCounterEvents:
+      return std::make_unique<CounterEvents>(encoders.counter, wiring.model->counter_width, encoders.event);
+    case EncoderConfig::Kind::kGpio:
+      return std::make_unique<GpioEncoder>(encoders.lines);
+  }
+  return nullptr;
+}
+
+// Runs `open`; what it throws becomes an entry of `missing`.
+template <typename Open>
+void attempt(std::vector<Missing>& missing, const char* name, Open open) {
+  try {
+    open();
+  } catch (const GpioError& error) {
+    missing.push_back({name, error.what(), remedy_for(error.code.value()), error.code.value()});
+  } catch (const std::system_error& error) {
+    const int code = error.code().value();
+    missing.push_back({name, error.what(), remedy_for(code), code});
+  }
+}
+
+}  // namespace
+
+Devices::Devices(const BoardConfig& config)
+    : e_stop_(settle_ticks(config)), dead_man_(settle_ticks(config)), arms_(config.arms.size()) {
+  // The outputs first: they are in the safe state from then on, whatever else is missing.
+  for (std::size_t i = 0; i < arms_.size(); ++i) open_arm(config.arms[i], arms_[i]);
+  attempt(missing_, "no_inputs", [&] { open_inputs(config); });
+  // Until the contacts have settled, or every start would begin with an e-stop.
+  const std::chrono::duration<double> period(1.0 / config.rate_Hz);
+  for (std::uint32_t tick = 0; tick <= settle_ticks(config) && inputs_; ++tick) {
+    firmware::Inputs in;
+    read_lines(in);
+    std::this_thread::sleep_for(period);
+  }
+}
+
+void Devices::open_arm(const ArmWiring& wiring, Arm& arm) {
+  attempt(missing_, "no_enable_line", [&] { arm.enable = std::make_unique<GpioOutput>(wiring.enable); });
+  attempt(missing_, "no_dac", [&] {
+    arm.dac = std::make_unique<SpiDac>(wiring.dac.device, wiring.dac.speed_Hz, wiring.dac.channels);
+  });
+  attempt(missing_, "no_encoders", [&] { arm.encoders = open_encoders(wiring); });
+}
+
+void Devices::open_inputs(const BoardConfig& config) {
+  std::vector<GpioLine> lines = {config.e_stop};
+  const auto add = [&lines](const GpioLine& line) {
+    lines.push_back(line);
+    return lines.size() - 1;
+  };
+  if (config.dead_man) dead_man_line_ = add(*config.dead_man);
+  for (std::size_t i = 0; i < arms_.size(); ++i) {
+    if (config.arms[i].drive_fault) arms_[i].drive_fault = add(*config.arms[i].drive_fault);
+    if (config.arms[i].index) arms_[i].index = add(*config.arms[i].index);
+  }
+  inputs_ = std::make_unique<GpioInputs>(lines);
+}
+
+void Devices::read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t period_ns) noexcept {
+  for (std::size_t i = 0; i < arms_.size(); ++i) {
+    Arm& arm = arms_[i];
+    const auto sample = arm.encoders ? arm.encoders->read(now_ns) : std::nullopt;
+    if (sample) {
+      // A latch of the last period is of this tick; an older one of as many ticks ago.
+      const std::uint64_t age_ns = sample->time_ns < now_ns ? now_ns - sample->time_ns : 0;
+      arm.last.counts = sample->counts;
+      arm.last.sample_tick = in.tick - std::min(in.tick, age_ns / period_ns);
+    }
+    in.arm[i].counts = arm.last.counts;
+    in.arm[i].sample_tick = arm.last.sample_tick;
+  }
+  read_lines(in);
+}
+
+// Without its lines a board has its e-stop pressed.
+void Devices::read_lines(firmware::Inputs& in) noexcept {
+  rose_.fill(false);
+  fell_.fill(false);
+  const auto seen = inputs_ ? inputs_->edges() : std::nullopt;
+  const bool read = seen && inputs_->levels(levels_);
+  if (!read) levels_.fill(false);
+  if (read)
+    for (const GpioEdge& edge : seen->edges) (edge.active ? rose_ : fell_)[edge.line] = true;
+  in.e_stop = !e_stop_.update(read && levels_[kEStopLine], fell_[kEStopLine]);
+  in.dead_man = dead_man_line_ ? dead_man_.update(levels_[*dead_man_line_], fell_[*dead_man_line_]) : read;
+  for (std::size_t i = 0; i < arms_.size(); ++i) {
+    const Arm& arm = arms_[i];
+    in.arm[i].drive_fault = arm.write_failed || (arm.drive_fault && (!read || levels_[*arm.drive_fault]));
+    in.arm[i].index = arm.index && (levels_[*arm.index] || rose_[*arm.index]);
+  }
+}
+
+// A drive whose current cannot be set is switched off, and the other way round.
+void Devices::write(const firmware::Outputs& out) noexcept {
+  for (std::size_t i = 0; i < arms_.size(); ++i) {
+    Arm& arm = arms_[i];
+    const firmware::ArmOutputs& wanted = out.arm[i];
+    bool works = arm.dac && arm.enable;
+    if (arm.dac && !arm.dac->write(wanted.enable ? wanted.current_A : std::array<float, 3>{})) works = false;
+    const bool enable = wanted.enable && works;
+    if (arm.enable && enable != arm.enabled) {
+      if (arm.enable->set(enable)) {
+        arm.enabled = enable;
+      } else {
+        works = false;
+        if (arm.dac) (void)arm.dac->zero();
+      }
+    }
+    arm.write_failed = !works;
+  }
+}
+
+void Devices::drives_off() noexcept {
+  for (Arm& arm : arms_)
+    if (arm.enable) (void)arm.enable->set(false);
+}
+
+void Devices::make_safe() noexcept {
+  for (Arm& arm : arms_) {
+    if (arm.enable && arm.enable->set(false)) arm.enabled = false;
+    if (arm.dac) (void)arm.dac->zero();
+  }
+}
+
+}  // namespace thimble::board

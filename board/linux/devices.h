@@ -1,0 +1,62 @@
+// The devices of an embedded Linux board as its configuration names them: encoders, converters, lines. A device that cannot be
+// opened is in missing(), and the rest works: without its lines the e-stop reads as pressed, without encoders no sample is
+// new, without a converter or an enable line the drive is faulty.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "board/common/safe_contact.h"
+#include "board/linux/board_config.h"
+#include "board/linux/encoder_reader.h"
+#include "board/linux/gpio.h"
+#include "board/linux/missing.h"
+#include "board/linux/spi_dac.h"
+#include "board/linux/tick_devices.h"
+
+namespace thimble::board {
+
+class Devices final : public TickDevices {
+ public:
+  // No current flows and no drive is on, from here on. Takes as long as the contacts need to settle. Does not throw for
+  // what is missing.
+  explicit Devices(const BoardConfig& config);
+  [[nodiscard]] const std::vector<Missing>& missing() const noexcept { return missing_; }
+
+  void read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t period_ns) noexcept override;
+  void write(const firmware::Outputs& out) noexcept override;
+  void make_safe() noexcept override;
+  // Every drive off, whatever the servo does: for the main thread when the servo hangs. Any thread.
+  void drives_off() noexcept;
+
+ private:
+  struct Arm {
+    std::unique_ptr<EncoderReader> encoders;
+    std::unique_ptr<SpiDac> dac;
+    std::unique_ptr<GpioOutput> enable;
+    std::optional<std::size_t> drive_fault;  // its place among the inputs
+    std::optional<std::size_t> index;
+    firmware::ArmInputs last;
+    bool enabled = false;
+    bool write_failed = false;
+  };
+  void open_inputs(const BoardConfig& config);
+  void open_arm(const ArmWiring& wiring, Arm& arm);
+  void read_lines(firmware::Inputs& in) noexcept;
+
+  std::vector<Missing> missing_;
+  std::unique_ptr<GpioInputs> inputs_;
+  std::optional<std::size_t> dead_man_line_;
+  SafeContact e_stop_;
+  SafeContact dead_man_;
+  std::vector<Arm> arms_;
+  // One entry an input.
+  std::array<bool, GpioInputs::kMaxLines> levels_{};
+  std::array<bool, GpioInputs::kMaxLines> rose_{};
+  std::array<bool, GpioInputs::kMaxLines> fell_{};
+};
+
+}  // namespace thimble::board

@@ -1,0 +1,83 @@
+// Lines of GPIO chips, found by their names: inputs with level and edges, and one output. The servo reads and writes them.
+// gpio_v1.cpp speaks libgpiod 1.x (Debian 12), gpio_v2.cpp libgpiod 2.x; CMake takes the one that fits what is installed.
+//
+// Constructors throw GpioError: line and cause. Nothing else throws or waits.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <vector>
+
+namespace thimble::board {
+
+class GpioError : public std::runtime_error {
+ public:
+  // error: an errno, which says whether the line is missing, in use or forbidden.
+  GpioError(const std::string& line, const std::string& cause, int error)
+      : std::runtime_error("GPIO line \"" + line + "\": " + cause), code(error, std::generic_category()) {}
+  std::error_code code;
+};
+
+enum class GpioBias : std::uint8_t { kAsIs, kPullDown, kPullUp };
+
+struct GpioLine {
+  std::string name;
+  bool active_low = false;
+  GpioBias bias = GpioBias::kAsIs;
+};
+
+struct GpioEdge {
+  std::uint64_t time_ns = 0;  // CLOCK_MONOTONIC
+  std::uint8_t line = 0;      // its place among the inputs
+  bool active = false;        // after the edge
+};
+
+[[nodiscard]] std::string gpio_library();  // "libgpiod 1.6.3", for people
+
+class GpioInputs {
+ public:
+  static constexpr std::size_t kMaxLines = 12;
+  static constexpr std::size_t kEdgesPerLine = 16;  // that the kernel keeps between two calls
+  struct Edges {
+    std::span<const GpioEdge> edges;  // the oldest first
+    bool lost = false;                // the kernel's list was full: there may have been more
+  };
+
+  explicit GpioInputs(std::span<const GpioLine> lines);
+  GpioInputs(const GpioInputs&) = delete;
+  GpioInputs& operator=(const GpioInputs&) = delete;
+  ~GpioInputs();
+
+  // Levels now, in the order of the lines. False: the chip is gone. One system call a line (v1) or a chip (v2).
+  [[nodiscard]] bool levels(std::span<bool> active) noexcept;
+  // Edges since the last call. Nothing: the chip is gone. One system call a line (v1) or a chip (v2).
+  [[nodiscard]] std::optional<Edges> edges() noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+  std::array<GpioEdge, kMaxLines * kEdgesPerLine> edges_;
+};
+
+class GpioOutput {
+ public:
+  explicit GpioOutput(const GpioLine& line);  // not active
+  GpioOutput(const GpioOutput&) = delete;
+  GpioOutput& operator=(const GpioOutput&) = delete;
+  ~GpioOutput();  // not active; then the kernel has the line again
+
+  [[nodiscard]] bool set(bool active) noexcept;  // false: the chip is gone. Any thread.
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace thimble::board

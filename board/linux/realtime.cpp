@@ -1,0 +1,71 @@
+#include "board/linux/realtime.h"
+
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <thread>
+
+namespace thimble::board {
+namespace {
+
+constexpr std::size_t kPrefaultedBytes = std::size_t{256}
+                                         << 10U;  // tests/unit/board measures what a tick takes
+constexpr std::size_t kPageBytes = 4096;
+
+Missing missing(const char* name, const std::string& what, const std::string& remedy) {
+  return {name, what + ": " + std::strerror(errno), remedy, errno};
+}
+
+}  // namespace
+
+std::optional<Missing> lock_memory() {
+  // Two calls: MCL_ONFAULT with MCL_CURRENT would not bring in what is there and was never touched.
+  if (mlockall(MCL_CURRENT) == 0 && mlockall(MCL_FUTURE | MCL_ONFAULT) == 0) return std::nullopt;
+  return missing("no_locked_memory", "lock memory (memlock)",
+                 "run under the systemd unit, or set LimitMEMLOCK=infinity (ulimit -l unlimited)");
+}
+
+std::vector<Missing> become_realtime(int priority, std::optional<int> cpu) {
+  std::vector<Missing> all;
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  if (sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters) != 0)
+    all.push_back(missing("no_realtime_priority",
+                          "real-time priority " + std::to_string(priority) + " (rtprio)",
+                          "run under the systemd unit, or set LimitRTPRIO=" + std::to_string(priority) +
+                              " (ulimit -r " + std::to_string(priority) + ")"));
+  if (cpu) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(static_cast<std::size_t>(*cpu), &set);
+    if (sched_setaffinity(0, sizeof(set), &set) != 0)
+      all.push_back(missing("no_processor", "processor " + std::to_string(*cpu),
+                            "correct /realtime/cpu in the configuration"));
+  }
+  return all;
+}
+
+std::vector<Missing> try_realtime(int priority, std::optional<int> cpu) {
+  std::vector<Missing> missing;
+  std::thread([&] { missing = become_realtime(priority, cpu); }).join();
+  return missing;
+}
+
+void prefault_stack() noexcept {
+  std::array<unsigned char, kPrefaultedBytes> stack;
+  auto* bytes = static_cast<volatile unsigned char*>(stack.data());
+  for (std::size_t i = 0; i < stack.size(); i += kPageBytes) bytes[i] = 0;
+}
+
+long page_faults() noexcept {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_minflt + usage.ru_majflt;
+}
+
+}  // namespace thimble::board

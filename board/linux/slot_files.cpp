@@ -1,0 +1,121 @@
+#include "board/linux/slot_files.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "board/linux/open_file.h"
+#include "firmware/slot_header.h"
+
+namespace thimble::board {
+namespace {
+
+constexpr const char* kNewFile = "new";
+
+[[noreturn]] void fail_with(int error, const std::filesystem::path& path) {
+  throw std::system_error(error, std::generic_category(), path.string());
+}
+
+// All of it, over interruptions.
+bool write_all(int fd, std::span<const std::byte> bytes) noexcept {
+  while (!bytes.empty()) {
+    const ssize_t put = ::write(fd, bytes.data(), bytes.size());
+    if (put < 0 && errno == EINTR) continue;
+    if (put <= 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(put));
+  }
+  return true;
+}
+
+}  // namespace
+
+SlotFiles::SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes)
+    : path_(std::move(folder)), folder_(open_file(path_, O_RDONLY | O_DIRECTORY)) {
+  if (flock(folder_.get(), LOCK_EX | LOCK_NB) != 0) fail_with(errno, path_);
+  if (faccessat(folder_.get(), ".", W_OK, 0) != 0) fail_with(errno, path_);
+  (void)unlinkat(folder_.get(), kNewFile, 0);  // what a power failure left
+  constexpr std::array<const char*, kSlots> kFiles = {"scene0", "scene1", "params0", "params1"};
+  try {
+    for (unsigned i = 0; i < kSlots; ++i) {
+      slots_[i].file = kFiles[i];
+      slots_[i].bytes = i < kSceneSlots ? scene_slot_bytes : kParamSlotBytes;
+      void* map = mmap(nullptr, slots_[i].bytes, PROT_READ | PROT_WRITE,
+                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+      if (map == MAP_FAILED) fail_with(errno, path_ / slots_[i].file);
+      slots_[i].memory = static_cast<std::byte*>(map);
+      load(slots_[i]);
+    }
+  } catch (...) {
+    unmap();
+    throw;
+  }
+}
+
+SlotFiles::~SlotFiles() { unmap(); }
+
+void SlotFiles::unmap() noexcept {
+  for (const Slot& slot : slots_)
+    if (slot.memory != nullptr) munmap(slot.memory, slot.bytes);
+}
+
+// A file that is longer than its slot or shorter than it says is the stores' to refuse: length and CRC are in the header.
+void SlotFiles::load(Slot& slot) const {
+  const Descriptor file(openat(folder_.get(), slot.file, O_RDONLY | O_CLOEXEC));
+  if (!file.is_open()) {
+    if (errno == ENOENT) return;
+    fail_with(errno, path_ / slot.file);
+  }
+  while (slot.used < slot.bytes) {
+    const ssize_t got = ::read(file.get(), slot.memory + slot.used, slot.bytes - slot.used);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) fail_with(errno, path_ / slot.file);
+    if (got == 0) return;
+    slot.used += static_cast<std::size_t>(got);
+  }
+}
+
+bool SlotFiles::fits(unsigned index, std::size_t offset, std::size_t bytes) const noexcept {
+  return index < kSlots && offset <= slots_[index].bytes && bytes <= slots_[index].bytes - offset;
+}
+
+std::span<const std::byte> SlotFiles::slot(unsigned index) const noexcept {
+  return {slots_[index].memory, slots_[index].bytes};
+}
+
+// In memory only: the file is as before until the slot is whole again. A store never takes it for the newest, since the
+// other slot's is newer.
+bool SlotFiles::erase(unsigned index, std::size_t bytes) noexcept {
+  if (!fits(index, 0, bytes)) return false;
+  Slot& slot = slots_[index];
+  std::fill_n(slot.memory, std::max(bytes, slot.used), std::byte{0xFF});
+  slot.used = 0;
+  return true;
+}
+
+bool SlotFiles::write(unsigned index, std::size_t offset, std::span<const std::byte> bytes) noexcept {
+  if (!fits(index, offset, bytes.size())) return false;
+  Slot& slot = slots_[index];
+  std::copy(bytes.begin(), bytes.end(), slot.memory + offset);
+  slot.used = std::max(slot.used, offset + bytes.size());
+  if (offset >= firmware::kSlotHeaderBytes || save(slot)) return true;
+  std::fill_n(slot.memory, firmware::kSlotHeaderBytes, std::byte{0xFF});
+  return false;
+}
+
+bool SlotFiles::save(const Slot& slot) noexcept {
+  const Descriptor file(openat(folder_.get(), kNewFile, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  if (file.is_open() && write_all(file.get(), {slot.memory, slot.used}) && fsync(file.get()) == 0 &&
+      renameat(folder_.get(), kNewFile, folder_.get(), slot.file) == 0 && fsync(folder_.get()) == 0)
+    return true;
+  error_ = errno;
+  (void)unlinkat(folder_.get(), kNewFile, 0);
+  return false;
+}
+
+}  // namespace thimble::board

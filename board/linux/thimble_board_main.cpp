@@ -1,0 +1,302 @@
+// thimble-board: the controller of a haptic arm on an embedded Linux board. docs/board-linux.md.
+//
+// Threads: the servo (SCHED_FIFO, servo_loop.h), the controller's background (link and scenes), and the main one, which
+// feeds the watchdogs while both of them make progress.
+// Ends with SIGTERM or SIGINT, motors off. Exit codes: 0 ended by signal, or --check found nothing missing; 1 failed; 2 usage;
+// 3 --check: a device is missing; 5 --check: a privilege is missing; 10 bad configuration.
+#include <pthread.h>
+#include <signal.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "board/linux/board_config.h"
+#include "board/linux/devices.h"
+#include "board/linux/guardian.h"
+#include "board/linux/realtime.h"
+#include "board/linux/service_manager.h"
+#include "board/linux/servo_loop.h"
+#include "board/linux/slot_files.h"
+#include "board/linux/watchdog.h"
+#include "board/posix/can_port.h"
+#include "board/posix/link_ports.h"
+#include "board/posix/tty_port.h"
+#include "control/scene/limits.h"
+#include "firmware/slot_header.h"
+
+namespace thimble::board {
+namespace {
+
+constexpr int kFailed = 1, kUsage = 2, kNotFound = 3, kPermission = 5, kBadConfig = 10;
+constexpr std::uint64_t kWait_us = 1000;  // of the background for the link; telemetry waits as long at most
+constexpr long kFeed_ns = 200'000'000;    // from one look at servo and background to the next
+// For how long each may make no progress and the watchdogs are still fed. The background checks and saves a scene in one
+// round: 64 MB on a slow card.
+constexpr std::uint32_t kTickLimit_us = 100'000, kRoundLimit_us = 10'000'000;
+constexpr std::size_t kSceneSlotBytes = control::kMaxImageBytes + firmware::kSlotHeaderBytes;
+
+std::uint64_t now_us() {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return static_cast<std::uint64_t>(time.tv_sec) * 1'000'000U +
+         static_cast<std::uint64_t>(time.tv_nsec) / 1000U;
+}
+
+std::string describe(const Missing& missing) { return missing.what + "; " + missing.remedy; }
+
+// The names, each once, with commas between.
+std::string names(const std::vector<Missing>& missing) {
+  std::string all;
+  for (const Missing& one : missing)
+    if (all.find(one.name) == std::string::npos) all += (all.empty() ? "" : ",") + one.name;
+  return all;
+}
+
+void add(std::vector<Missing>& all, std::vector<Missing> more) {
+  for (Missing& one : more) all.push_back(std::move(one));
+}
+
+firmware::Config controller_config(const BoardConfig& board, const std::string& lacks,
+                                   const char* reset_reason) {
+  firmware::Config config;
+  config.period_s = static_cast<float>(1.0 / board.rate_Hz);
+  config.arm_count = static_cast<std::uint8_t>(board.arms.size());
+  config.node_id = board.node;
+  config.serial_number = board.serial_number.c_str();
+  config.board = "linux";
+  config.reset_reason = reset_reason;
+  config.lacks = lacks.c_str();
+  for (std::size_t i = 0; i < board.arms.size(); ++i) {
+    config.arm[i].model = board.arms[i].model->name.data();
+    config.arm[i].base = board.arms[i].base;
+    config.arm[i].has_index = board.arms[i].index.has_value();
+  }
+  return config;
+}
+
+std::unique_ptr<Port> open_port(const LinkConfig& link, std::uint8_t node) {
+  switch (link.kind) {
+    case LinkConfig::Kind::kCan:
+      return std::make_unique<CanPort>(link.device, node);
+    case LinkConfig::Kind::kTty:
+      return std::make_unique<TtyPort>(link.device);
+  }
+  return nullptr;
+}
+
+// The controller's background in a thread of its own, from construction to stop().
+class Background {
+ public:
+  Background(firmware::Controller& controller, LinkPorts& ports, BoardLiveness& liveness)
+      : controller_(controller), ports_(ports), liveness_(liveness), thread_([this] { run(); }) {}
+  Background(const Background&) = delete;
+  Background& operator=(const Background&) = delete;
+  ~Background() { stop(); }
+  void stop() {
+    stopping_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+  [[nodiscard]] bool ended() const { return ended_; }  // by itself: restart() or the exception of rethrow()
+  [[nodiscard]] bool restart() const { return restart_; }  // a host asked for it
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  void run() {
+    pthread_setname_np(pthread_self(), "thimble-link");
+    try {
+      while (!stopping_ && !restart_) round();
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+    ended_ = true;
+  }
+  void round() {
+    while (const std::optional<firmware::link::CanFrame> frame = ports_.receive()) {
+      controller_.on_frame(*frame, now_us());
+      send();
+    }
+    controller_.poll(now_us());
+    send();
+    liveness_.beat(kBackground);
+    ports_.flush();
+    ports_.wait(kWait_us);
+    liveness_.beat(kLink);
+    restart_ = controller_.take_reset().has_value();
+  }
+  void send() {
+    for (firmware::link::CanFrame out; controller_.next_frame(out, now_us());) ports_.send(out);
+  }
+
+  firmware::Controller& controller_;
+  LinkPorts& ports_;
+  BoardLiveness& liveness_;
+  std::atomic<bool> stopping_{false};
+  std::atomic<bool> restart_{false};
+  std::atomic<bool> ended_{false};
+  std::exception_ptr failure_;
+  std::thread thread_;  // last: it uses the rest
+};
+
+// The signals that end the board; blocked in every thread and taken by the main one.
+sigset_t ending_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGTERM);
+  sigaddset(&set, SIGINT);
+  return set;
+}
+
+void report(const ServoLoop::Report& servo) {
+  std::cerr << "thimble-board: " << servo.ticks << " ticks, " << servo.lost << " lost, the latest "
+            << servo.worst_late_us << " us late, " << servo.page_faults << " page faults in the servo\n";
+}
+
+// In this order: devices safe, guardian, memory locked, and only then what is large or must not be in the guardian.
+void run(const BoardConfig& config) {
+  Devices devices(config);
+  Guardian guardian(devices);
+  static std::optional<firmware::Controller> controller;  // static: there before memory is locked
+  std::vector<Missing> missing = devices.missing();
+  if (const std::optional<Missing> memory = lock_memory()) missing.push_back(*memory);
+  const std::vector<Missing> realtime = try_realtime(config.priority, config.cpu);
+  add(missing, realtime);
+
+  SlotFiles store(config.store, kSceneSlotBytes);
+  LinkPorts ports;
+  for (const LinkConfig& link : config.links) ports.add(open_port(link, config.node));
+  std::optional<Watchdog> watchdog;
+  if (config.watchdog) {
+    try {
+      watchdog.emplace(*config.watchdog, config.watchdog_timeout_s);
+    } catch (const std::system_error& error) {
+      missing.push_back(
+          {"no_watchdog", error.what(), "load its driver, or run as root", error.code().value()});
+    }
+  }
+  ServiceManager manager;
+  BoardLiveness liveness({kTickLimit_us, kRoundLimit_us, kRoundLimit_us});
+  ServoLoop servo({config.rate_Hz, config.priority, config.cpu}, devices, liveness);
+  const std::string lacks = names(missing);
+  for (const Missing& one : missing) std::cerr << "thimble-board: " << describe(one) << '\n';
+
+  const sigset_t signals = ending_signals();
+  const char* reset_reason = "";
+  for (bool again = true; again;) {
+    controller.emplace(controller_config(config, lacks, reset_reason), store);
+    if (servo.start(*controller).size() != realtime.size())
+      throw std::runtime_error("the servo thread did not get what it could have had: start again");
+    Background background(*controller, ports, liveness);
+    for (const std::string& uri : ports.uris()) std::cout << uri << '\n';
+    std::cout << "ready" << std::endl;
+    manager.tell("READY=1\nSTATUS=" +
+                 (missing.empty() ? "running" : "cannot arm: " + describe(missing.front())));
+
+    const timespec feed{0, manager.watchdog_us() == 0
+                               ? kFeed_ns
+                               : std::min(kFeed_ns, static_cast<long>(manager.watchdog_us()) * 1000 / 2)};
+    again = false;
+    while (sigtimedwait(&signals, nullptr, &feed) < 0) {
+      if (guardian.gone())
+        throw std::runtime_error("the guardian process was ended: nothing would switch the drives off");
+      if (background.ended()) {
+        background.rethrow();
+        again = background.restart();
+        break;
+      }
+      if (!liveness.alive(now_us())) {
+        // Not fed; and a servo that comes back finds its ticks lost, and trips.
+        if ((liveness.hanging(now_us()) & 1U << kTick) != 0) devices.drives_off();
+        continue;
+      }
+      if (watchdog) (void)watchdog->feed();
+      manager.tell("WATCHDOG=1");
+    }
+    report(servo.stop());
+    reset_reason = "host";
+  }
+  manager.tell("STOPPING=1");
+  if (watchdog) (void)watchdog->disarm();
+}
+
+// Opens everything once, as the board would, and says what is not there.
+int check(const BoardConfig& config) {
+  const Devices devices(config);
+  std::vector<Missing> missing = devices.missing();
+  if (const std::optional<Missing> memory = lock_memory()) missing.push_back(*memory);
+  add(missing, try_realtime(config.priority, config.cpu));
+  try {
+    const SlotFiles store(config.store, kSceneSlotBytes);
+  } catch (const std::system_error& error) {
+    missing.push_back({"no_store", error.what(),
+                       "make the folder, for the board's user to write; end another thimble-board",
+                       error.code().value()});
+  }
+  for (const LinkConfig& link : config.links) {
+    try {
+      (void)open_port(link, config.node);
+    } catch (const std::runtime_error& error) {
+      missing.push_back({"no_link", error.what(), "or correct /links in the configuration", errno});
+    }
+  }
+  // A watchdog is not opened: it would start.
+  if (config.watchdog && access(config.watchdog->c_str(), W_OK) != 0)
+    missing.push_back({"no_watchdog", config.watchdog->string() + ": " + std::strerror(errno),
+                       "load its driver, or run as root", errno});
+  for (const Missing& one : missing) std::cout << "missing: " << describe(one) << '\n';
+  if (missing.empty()) {
+    std::cout << "nothing is missing\n";
+    return 0;
+  }
+  const bool forbidden =
+      std::any_of(missing.begin(), missing.end(), [](const Missing& one) { return one.forbidden(); });
+  return forbidden ? kPermission : kNotFound;
+}
+
+int main_of(int argc, char** argv) {
+  std::string file = "/etc/thimble/board.json";
+  bool only_check = false;
+  CLI::App app{"The controller of a Thimble haptic arm on an embedded Linux board", "thimble-board"};
+  app.add_option("--config", file, "what is wired to this board, docs/board-linux.md")->capture_default_str();
+  app.add_flag("--check", only_check, "say which devices and privileges are missing, and end");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsage;
+  }
+  const sigset_t signals = ending_signals();
+  sigprocmask(SIG_BLOCK, &signals, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+  try {
+    const BoardConfig config = read_board_config(file);
+    if (only_check) return check(config);
+    run(config);
+    return 0;
+  } catch (const ConfigError& error) {
+    std::cerr << "thimble-board: " << error.what() << '\n';
+    return kBadConfig;
+  } catch (const std::exception& error) {
+    std::cerr << "thimble-board: " << error.what() << '\n';
+    return kFailed;
+  }
+}
+
+}  // namespace
+}  // namespace thimble::board
+
+int main(int argc, char** argv) { return thimble::board::main_of(argc, argv); }

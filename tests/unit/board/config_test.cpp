@@ -1,0 +1,157 @@
+// The board's configuration: the example of the docs, every key's bounds, and errors that say where.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <system_error>
+
+#include "board/linux/board_config.h"
+
+namespace thimble::test {
+namespace {
+
+using board::BoardConfig;
+using board::ConfigError;
+using board::EncoderConfig;
+using board::GpioBias;
+using nlohmann::json;
+
+// The first JSON block of docs/board-linux.md.
+std::string example() {
+  std::ifstream in(THIMBLE_SOURCE_DIR "/docs/board-linux.md");
+  const std::string page((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const std::size_t begin = page.find("```json\n");
+  const std::size_t end = page.find("```", begin + 8);
+  if (begin == std::string::npos || end == std::string::npos)
+    throw std::logic_error("no example in docs/board-linux.md");
+  return page.substr(begin + 8, end - begin - 8);
+}
+
+BoardConfig parse(const json& root) { return board::parse_board_config(root.dump(), "board.json"); }
+
+// What is said about the example after `change`.
+std::string complaint(const std::function<void(json&)>& change) {
+  json root = json::parse(example());
+  change(root);
+  try {
+    (void)parse(root);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+TEST(BoardConfig, TheExampleOfTheDocs) {
+  const BoardConfig config = board::parse_board_config(example(), "board.json");
+  EXPECT_EQ(config.rate_Hz, 1000.0);
+  EXPECT_EQ(config.node, 1);
+  ASSERT_EQ(config.arms.size(), 1U);
+  EXPECT_EQ(config.arms[0].model->name, "premium-1.5");
+  EXPECT_EQ(config.arms[0].encoders.kind, EncoderConfig::Kind::kCounterPoll);
+  EXPECT_EQ(config.arms[0].encoders.counter[2].device, "48304180.counter");
+  ASSERT_EQ(config.links.size(), 2U);
+  EXPECT_EQ(config.links[0].device, "can0");
+  EXPECT_EQ(config.links[1].device, "/dev/ttyGS0");
+  ASSERT_TRUE(config.watchdog);
+  EXPECT_EQ(config.priority, 80);
+}
+
+// Whichever way a contact is wired: closed is active, and the pull is towards open.
+TEST(BoardConfig, AnOpenWireIsAnOpenContact) {
+  for (const bool low : {false, true}) {
+    json root = json::parse(example());
+    root["e_stop"]["closed"] = low ? "low" : "high";
+    const BoardConfig config = parse(root);
+    EXPECT_EQ(config.e_stop.active_low, low);
+    EXPECT_EQ(config.e_stop.bias, low ? GpioBias::kPullUp : GpioBias::kPullDown);
+  }
+}
+
+TEST(BoardConfig, OtherEncoders) {
+  json root = json::parse(example());
+  json& encoders = root["arms"][0]["encoders"];
+  encoders = {{"read", "counter_events"}, {"event", "capture"}, {"joints", json::array()}};
+  for (int j = 0; j < 3; ++j) encoders["joints"].push_back({{"counter", "counter0"}, {"count", j}});
+  EXPECT_EQ(parse(root).arms[0].encoders.kind, EncoderConfig::Kind::kCounterEvents);
+  encoders["joints"][1]["counter"] = "counter1";
+  EXPECT_THROW((void)parse(root), ConfigError);
+  encoders = {{"read", "gpio"}, {"joints", json::array()}};
+  for (const char* joint : {"1", "2", "3"})
+    encoders["joints"].push_back(
+        {{"line_a", std::string("A") + joint}, {"line_b", std::string("B") + joint}});
+  EXPECT_EQ(parse(root).arms[0].encoders.lines[2][1], "B3");
+}
+
+TEST(BoardConfig, ErrorsSayWhere) {
+  EXPECT_EQ(complaint([](json& root) { root["arms"][0]["dac"]["channels"][1]["volts_per_ampere"] = "two"; }),
+            "board.json: /arms/0/dac/channels/1/volts_per_ampere is \"two\", allowed is a number from -100.0 "
+            "to 100.0");
+  EXPECT_EQ(complaint([](json& root) { root["arms"][0].erase("dac"); }),
+            "board.json: /arms/0 has no \"dac\"");
+  EXPECT_NE(complaint([](json& root) {
+              root["arms"][0]["modle"] = "x";
+            }).find("board.json: /arms/0/modle is no key here"),
+            std::string::npos);
+  EXPECT_NE(complaint([](json& root) { root["arms"][0]["model"] = "omega"; }).find("\"premium-1.5\""),
+            std::string::npos);
+  try {
+    (void)board::parse_board_config("{ \"thimble_board\": 1, }", "board.json");
+    FAIL() << "this is no JSON";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("board.json: "), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("line 1"), std::string::npos);
+  }
+  EXPECT_THROW((void)board::read_board_config("/nowhere/board.json"), std::system_error);
+}
+
+// Every key of the example: an unknown one beside it, and itself with a value of a wrong kind, are refused by name.
+TEST(BoardConfig, EveryKeyIsChecked) {
+  const json root = json::parse(example());
+  int keys = 0;
+  const std::function<void(const json&, const json::json_pointer&)> walk = [&](const json& value,
+                                                                               const json::json_pointer& at) {
+    if (value.is_object()) {
+      EXPECT_NE(
+          complaint([&](json& changed) { changed[at]["unknown"] = 1; }).find((at / "unknown").to_string()),
+          std::string::npos)
+          << at;
+      for (const auto& [key, child] : value.items()) walk(child, at / key);
+    } else if (value.is_array()) {
+      for (std::size_t i = 0; i < value.size(); ++i) walk(value[i], at / i);
+    }
+    if (at.empty()) return;
+    EXPECT_NE(complaint([&](json& changed) { changed[at] = nullptr; }).find(at.to_string() + " is null"),
+              std::string::npos)
+        << at;
+    ++keys;
+  };
+  walk(root, json::json_pointer());
+  EXPECT_GT(keys, 40);
+}
+
+TEST(BoardConfig, Bounds) {
+  const auto refused = [](const char* pointer, const json& value) {
+    return complaint([&](json& root) {
+             root[json::json_pointer(pointer)] = value;
+           }).find(std::string(pointer) + " is ") != std::string::npos;
+  };
+  EXPECT_TRUE(refused("/rate_Hz", 99.9));
+  EXPECT_TRUE(refused("/rate_Hz", 20001));
+  EXPECT_TRUE(refused("/node", 0));
+  EXPECT_TRUE(refused("/node", 128));
+  EXPECT_TRUE(refused("/node", 1.5));
+  EXPECT_TRUE(refused("/thimble_board", 2));
+  EXPECT_TRUE(refused("/arms", json::array()));
+  EXPECT_TRUE(refused("/links", json::array()));
+  EXPECT_TRUE(refused("/links/0", json::object()));
+  EXPECT_TRUE(refused("/e_stop/closed", "yes"));
+  EXPECT_TRUE(refused("/realtime/priority", 99));
+  EXPECT_TRUE(refused("/arms/0/dac/channels/0/volts_per_ampere", 0));
+  EXPECT_TRUE(refused("/serial_number", ""));
+}
+
+}  // namespace
+}  // namespace thimble::test

@@ -1,0 +1,191 @@
+// The slots in files: what Storage promises, and power that fails at any byte of a save.
+#include "board/linux/slot_files.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <bit>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <system_error>
+
+#include "firmware/param_store.h"
+#include "firmware/scene_store.h"
+#include "firmware/slot_header.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/unit/firmware/bench.h"
+
+namespace thimble::test {
+namespace {
+
+namespace fs = std::filesystem;
+using board::SlotFiles;
+using firmware::crc32;
+using firmware::SceneStore;
+using firmware::StoreStatus;
+
+constexpr std::size_t kSlotBytes = 8192;
+
+class SlotFilesTest : public ::testing::Test {
+ protected:
+  static StoreStatus upload(SceneStore& store, const std::vector<std::byte>& image) {
+    control::SceneView view;
+    StoreStatus status = store.begin(image.size(), crc32(image));
+    for (std::size_t at = 0; status == StoreStatus::kOk && at < image.size(); at += 64)
+      status = store.write(at, std::span(image).subspan(at, std::min<std::size_t>(64, image.size() - at)));
+    if (status == StoreStatus::kOk) status = store.verify();
+    if (status == StoreStatus::kOk) status = store.commit(view);
+    return status;
+  }
+  // The CRC of the scene that a start from these files gives; 0: none.
+  std::uint32_t start() const {
+    SlotFiles files(folder_.path(), kSlotBytes);
+    SceneStore store(files);
+    control::SceneView view;
+    return store.open(view) == StoreStatus::kOk ? store.image_crc() : 0;
+  }
+  void put(const std::vector<std::byte>& image) const {
+    SlotFiles files(folder_.path(), kSlotBytes);
+    SceneStore store(files);
+    control::SceneView view;
+    (void)store.open(view);
+    ASSERT_EQ(upload(store, image), StoreStatus::kOk);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(SlotFilesTest, KeepsTheNewestOverRestarts) {
+  EXPECT_EQ(start(), 0U);
+  for (const float stiffness : {100.0F, 200.0F, 300.0F, 400.0F}) {
+    put(plane_image(stiffness));
+    EXPECT_EQ(start(), crc32(plane_image(stiffness)));
+  }
+  EXPECT_TRUE(fs::exists(folder_.path() / "scene0"));
+  EXPECT_TRUE(fs::exists(folder_.path() / "scene1"));
+}
+
+TEST_F(SlotFilesTest, SlotsStayWhereTheyAre) {
+  SlotFiles files(folder_.path(), kSlotBytes);
+  SceneStore store(files);
+  const std::byte* const first = files.slot(0).data();
+  EXPECT_EQ(files.slot(0).size(), files.slot(1).size());
+  EXPECT_GE(files.slot(0).size(), kSlotBytes);
+  ASSERT_EQ(upload(store, plane_image(100.0F)), StoreStatus::kOk);
+  ASSERT_EQ(upload(store, plane_image(200.0F)), StoreStatus::kOk);
+  EXPECT_EQ(files.slot(0).data(), first);
+  EXPECT_FALSE(files.erase(0, kSlotBytes + 4096));
+  EXPECT_FALSE(files.erase(SlotFiles::kSlots, 1));
+  EXPECT_FALSE(files.write(0, kSlotBytes, std::array<std::byte, 1>{}));
+}
+
+TEST_F(SlotFilesTest, KeepsParameters) {
+  for (const float most_N : {3.0F, 4.0F, 5.0F}) {
+    SlotFiles files(folder_.path(), kSlotBytes);
+    firmware::ParamStore store(files);
+    firmware::Params params;
+    store.load(params);
+    if (most_N > 3.0F) {
+      EXPECT_EQ(params.get(firmware::Param::max_force), most_N - 1.0F);
+    }
+    ASSERT_EQ(params.write(firmware::kParamTable[static_cast<std::size_t>(firmware::Param::max_force)].id,
+                           std::bit_cast<std::uint32_t>(most_N), true),
+              firmware::ParamStatus::kOk);
+    EXPECT_EQ(store.save(params), StoreStatus::kOk);
+  }
+}
+
+// The kernel cuts a save short after every single byte (a full disk, power: the same to the file that was there).
+TEST_F(SlotFilesTest, ASaveThatFailsAtAnyByteLeavesTheOldScene) {
+  const std::vector<std::byte> old_scene = plane_image(100.0F), new_scene = plane_image(200.0F);
+  put(old_scene);
+  const std::size_t bytes = firmware::kSlotHeaderBytes + new_scene.size();
+  int refused = 0;
+  for (std::size_t limit = 0; limit <= bytes; ++limit) {
+    const pid_t board = fork();  // the limit is the process's
+    if (board == 0) {
+      signal(SIGXFSZ, SIG_IGN);
+      SlotFiles files(folder_.path(), kSlotBytes);
+      SceneStore store(files);
+      control::SceneView view;
+      if (store.open(view) != StoreStatus::kOk) _exit(2);
+      const rlimit most{limit, limit};
+      if (setrlimit(RLIMIT_FSIZE, &most) != 0) _exit(3);
+      const StoreStatus status = upload(store, new_scene);
+      // The store goes on with the scene it had, and its slot has no header.
+      if (status == StoreStatus::kStorage &&
+          (files.error() != EFBIG || store.image_crc() != crc32(old_scene)))
+        _exit(4);
+      _exit(status == StoreStatus::kOk ? 0 : status == StoreStatus::kStorage ? 1 : 5);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(board, &status, 0), board);
+    ASSERT_TRUE(WIFEXITED(status));
+    ASSERT_LE(WEXITSTATUS(status), 1) << limit;
+    const bool saved = WEXITSTATUS(status) == 0;
+    EXPECT_EQ(saved, limit == bytes) << limit;
+    ASSERT_EQ(start(), crc32(saved ? new_scene : old_scene)) << "cut after byte " << limit;
+    refused += saved ? 0 : 1;
+  }
+  EXPECT_EQ(refused, static_cast<int>(bytes));
+}
+
+// Power fails before the rename: what stands in the new file, to any length, is never looked at, and is gone.
+TEST_F(SlotFilesTest, WhatAPowerFailureLeftIsCleared) {
+  const std::vector<std::byte> old_scene = plane_image(100.0F);
+  put(old_scene);
+  const fs::path left = folder_.path() / "new";
+  for (const std::size_t bytes :
+       {std::size_t{0}, std::size_t{1}, firmware::kSlotHeaderBytes, old_scene.size()}) {
+    std::ofstream(left) << std::string(bytes, 'x');
+    EXPECT_EQ(start(), crc32(old_scene));
+    EXPECT_FALSE(fs::exists(left));
+  }
+}
+
+// A file system that flipped a byte in spite of fsync, or lost the file's tail: the other slot's scene is there.
+TEST_F(SlotFilesTest, ADamagedFileIsNotTaken) {
+  put(plane_image(100.0F));
+  put(plane_image(200.0F));
+  const fs::path newest = folder_.path() / "scene1";
+  std::ifstream in(newest, std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    // Between the header's 24 bytes and the image, at 64, nothing is looked at.
+    if (at >= 24 && at < firmware::kSlotHeaderBytes) continue;
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 1);
+    std::ofstream(newest, std::ios::binary) << damaged;
+    ASSERT_EQ(start(), crc32(plane_image(100.0F))) << at;
+  }
+  std::ofstream(newest, std::ios::binary) << whole.substr(0, whole.size() / 2);
+  EXPECT_EQ(start(), crc32(plane_image(100.0F)));
+  std::ofstream(newest, std::ios::binary) << whole;
+  EXPECT_EQ(start(), crc32(plane_image(200.0F)));
+}
+
+TEST_F(SlotFilesTest, OneBoardAtATime) {
+  const SlotFiles files(folder_.path(), kSlotBytes);
+  EXPECT_THROW(SlotFiles(folder_.path(), kSlotBytes), std::system_error);
+}
+
+TEST_F(SlotFilesTest, AMissingFolderIsNamed) {
+  try {
+    const SlotFiles files(folder_.path() / "nowhere", kSlotBytes);
+    FAIL() << "there is no such folder";
+  } catch (const std::system_error& error) {
+    EXPECT_NE(std::string(error.what()).find("nowhere"), std::string::npos);
+    EXPECT_EQ(error.code().value(), ENOENT);
+  }
+}
+
+}  // namespace
+}  // namespace thimble::test
