@@ -57,7 +57,7 @@ for module in $available; do
 done | awk '$1 == "insmod" {print $2}' | sort -u | xargs cp -t "$root/$modules"
 if [ -n "$own_modules" ]; then
   cp -r "$own_modules" "$work/modules"
-  make -s -C "$base/headers/build" M="$work/modules" modules >&2 || die "the modules of $own_modules do not build"
+  make -s -C "$base/headers/build" M="$work/modules" KBUILD_EXTRA_SYMBOLS="$base/extra/Module.symvers" modules >&2 || die "the modules of $own_modules do not build"
   cp "$work"/modules/*.ko "$root/$modules"
 fi
 cp "$base/kernel/$modules"/modules.{order,builtin,builtin.modinfo} "$root/$modules"

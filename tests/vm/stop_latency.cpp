@@ -1,0 +1,72 @@
+// stop_latency PULL_FILE LEVEL: writes LEVEL ("pull-down") to a simulated GPIO line while a board drives the converter of
+// arm_hardware/, and prints as JSON after how many loads of the converter, and how long, its voltages have left what they were.
+// In the virtual machine only; exit code 1: they never did.
+#include <fcntl.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+namespace {
+
+// As arm_hardware.c has it.
+struct Outputs {
+  std::array<std::int16_t, 4> word;
+  std::array<std::uint16_t, 4> range;
+  std::uint16_t power;
+  std::uint16_t bad_frames;
+  std::uint32_t loads;
+  std::uint64_t last_load_ns;
+};
+
+constexpr timespec kLook{0, 100'000};  // ten looks a tick
+constexpr int kLooks = 10'000;         // a second
+constexpr int kChange =
+    1000;  // steps of the converter: 0.3 V, 0.15 A; a tick's change in steady contact is a tenth
+
+std::uint64_t now_ns() {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return static_cast<std::uint64_t>(time.tv_sec) * 1'000'000'000U + static_cast<std::uint64_t>(time.tv_nsec);
+}
+
+int change(const Outputs& a, const Outputs& b) {
+  int most = 0;
+  for (std::size_t i = 0; i < 3; ++i) most = std::max(most, std::abs(a.word[i] - b.word[i]));
+  return most;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int hardware = open("/dev/arm_hardware", O_RDONLY), pull = argc == 3 ? open(argv[1], O_WRONLY) : -1;
+  Outputs before{}, now{};
+  if (hardware < 0 || pull < 0 || read(hardware, &before, sizeof(before)) != sizeof(before)) return 1;
+  int steady = 0;  // how much the voltages change by themselves
+  for (int look = 0; look < 200; ++look) {
+    nanosleep(&kLook, nullptr);
+    if (read(hardware, &now, sizeof(now)) != sizeof(now)) return 1;
+    steady = std::max(steady, change(before, now));
+    before = now;
+  }
+  const std::uint64_t edge_ns = now_ns();
+  if (write(pull, argv[2], std::strlen(argv[2])) < 0) return 1;
+  for (int look = 0; look < kLooks; ++look) {
+    if (read(hardware, &now, sizeof(now)) != sizeof(now)) return 1;
+    if (change(before, now) > kChange) {
+      std::printf("{\"loads\": %u, \"latency_us\": %.0f, \"steady_steps\": %d, \"step\": %d}\n",
+                  now.loads - before.loads, static_cast<double>(now.last_load_ns - edge_ns) * 1e-3, steady,
+                  change(before, now));
+      return 0;
+    }
+    nanosleep(&kLook, nullptr);
+  }
+  std::printf("{\"loads\": %u, \"steady_steps\": %d, \"step\": %d}\n", now.loads - before.loads, steady,
+              change(before, now));
+  return 1;
+}
