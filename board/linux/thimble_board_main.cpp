@@ -43,7 +43,7 @@ namespace {
 
 constexpr int kFailed = 1, kUsage = 2, kNotFound = 3, kPermission = 5, kBadConfig = 10;
 constexpr std::uint64_t kWait_us = 1000;  // of the background for the link; telemetry waits as long at most
-constexpr long kFeed_ns = 200'000'000;    // from one look at servo and background to the next
+constexpr std::uint64_t kFeed_ns = 200'000'000;  // from one look at servo and background to the next
 // For how long each may make no progress and the watchdogs are still fed. The background checks and saves a scene in one
 // round: 64 MB on a slow card.
 constexpr std::uint32_t kTickLimit_us = 100'000, kRoundLimit_us = 10'000'000;
@@ -207,9 +207,9 @@ void run(const BoardConfig& config) {
     manager.tell("READY=1\nSTATUS=" +
                  (missing.empty() ? "running" : "cannot arm: " + describe(missing.front())));
 
-    const timespec feed{0, manager.watchdog_us() == 0
-                               ? kFeed_ns
-                               : std::min(kFeed_ns, static_cast<long>(manager.watchdog_us()) * 1000 / 2)};
+    std::uint64_t feed_ns = kFeed_ns;
+    if (manager.watchdog_us() != 0) feed_ns = std::min(feed_ns, manager.watchdog_us() * 1000 / 2);
+    const timespec feed{0, static_cast<long>(feed_ns)};
     again = false;
     while (sigtimedwait(&signals, nullptr, &feed) < 0) {
       if (guardian.gone())

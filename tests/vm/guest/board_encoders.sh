@@ -58,12 +58,12 @@ turn() {
 }
 x_um() { thimble monitor --count 1 $device | awk '$1 == "0" {printf "%d", $2 * 1e6}'; }
 before=$(x_um)
-turn 4 50  # joint 1, 200 counts
+turn 4 50  # joint 1, 200 counts of 24.8 um at the tip
 sleep 0.1
 after=$(x_um)
 figure "200 counts of joint 1 moved the tip from $before um to $after um in x"
 moved=$((after - before))
-[ ${moved#-} -ge 4000 ] && [ ${moved#-} -le 9000 ] || die "moved by $moved um"
+[ ${moved#-} -ge 4900 ] && [ ${moved#-} -le 5020 ] || die "moved by $moved um"
 ! fault_is encoder || die 'a fault without a lost edge'
 
 # More edges than the kernel keeps between two ticks, here by a servo that is held up.
