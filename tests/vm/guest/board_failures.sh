@@ -99,7 +99,7 @@ sleep 2
 
 step 'a user without privileges'
 user='setpriv --reuid 65534 --regid 65534 --clear-groups'
-chown 65534 /tmp/store /tmp/store/*
+chown -R 65534 /tmp/store
 board_as=$user board_check 5 'Permission denied'
 board_as=$user start_board
 wait_until 5 fault_is e_stop  # it cannot read the line
