@@ -222,7 +222,7 @@ class Manners(Rig):
         def candidates(*words):
             return self.ok("__complete", *words).out.split()
 
-        self.assertEqual(set(candidates("")), {"list", "info", "compile", "upload", "arm", "disarm", "home", "monitor", "param",
+        self.assertEqual(set(candidates("")), {"list", "info", "compile", "upload", "arm", "disarm", "restart", "home", "monitor", "param",
                                                "fault", "simulate", "import", "scan"})
         self.assertEqual(candidates("up"), ["upload"])
         self.assertEqual(candidates("param", "g"), ["get"])
