@@ -291,7 +291,7 @@ Nrc Controller::read_data(std::uint16_t did, link::ByteWriter& out) noexcept {
       link::LinkInfo info;
       info.protocol = link::kProtocolVersion;
       info.image = link::kImageVersion;
-      info.frame_bytes = link::kFdDataBytes;
+      info.frame_bytes = config_.classic_can ? link::kClassicDataBytes : link::kFdDataBytes;
       info.node = config_.node_id;
       info.arms = config_.arm_count;
       out.put_record(info);

@@ -1,0 +1,34 @@
+# xsdb flash.tcl ELF PSU_INIT: loads the image over JTAG and starts it. PSU_INIT is the psu_init.tcl of the board's design (pins, clocks, DDR,
+# programmable logic's clocks); its bitstream has to be loaded already where the design has one.
+#
+# It runs until power-off; docs/board-zynqmp.md says how a boot image keeps it. Register names are those of UG1087.
+lassign $argv elf psu_init
+if {$psu_init eq ""} {
+  puts stderr "flash.tcl: the board's psu_init.tcl is missing: cmake -D THIMBLE_ZYNQMP_PSU_INIT=FILE"
+  exit 1
+}
+connect
+targets -set -nocase -filter {name =~ "*PSU*"}
+source $psu_init
+psu_init
+psu_post_config
+psu_ps_pl_isolation_removal
+psu_ps_pl_reset_config
+
+# The two cores in lock step, halted, their vectors at 0, both tightly coupled memories together.
+set RPU_GLBL_CNTL 0xFF9A0000
+set RPU_0_CFG 0xFF9A0100
+set RPU_1_CFG 0xFF9A0200
+set RST_LPD_TOP 0xFF5E023C
+mask_write $RST_LPD_TOP 0x7 0x7
+mask_write $RPU_GLBL_CNTL 0x58 0x50
+mask_write $RPU_0_CFG 0x5 0x0
+mask_write $RPU_1_CFG 0x5 0x0
+mask_write $RST_LPD_TOP 0x7 0x0
+
+targets -set -nocase -filter {name =~ "*R5*#0"}
+# A word of tightly coupled memory that was never written has a wrong check sum.
+mwr -force 0x00000000 0 65536
+dow $elf
+con
+exit

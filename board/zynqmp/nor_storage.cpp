@@ -1,0 +1,75 @@
+#include "board/zynqmp/nor_storage.h"
+
+#include <algorithm>
+
+#include "board/zynqmp/board.h"
+#include "firmware/slot_header.h"
+
+namespace thimble::board {
+namespace {
+
+using firmware::SlotMagic;
+using firmware::Storage;
+
+constexpr std::size_t kParamSlotBytes = Nor::kSectorBytes;
+static_assert(kParamSlotBytes >= Storage::kParamSlotBytes);
+static_assert(kSceneSlotBytes % Nor::kSectorBytes == 0 && kStore % Nor::kSectorBytes == 0);
+
+[[gnu::section(".slots")]] alignas(
+    8) std::array<std::byte, Storage::kSceneSlots * kSceneSlotBytes +
+                                 (Storage::kSlots - Storage::kSceneSlots) * kParamSlotBytes> copies;
+
+constexpr std::size_t begin_of(unsigned index) noexcept {
+  return index < Storage::kSceneSlots
+             ? index * kSceneSlotBytes
+             : Storage::kSceneSlots * kSceneSlotBytes + (index - Storage::kSceneSlots) * kParamSlotBytes;
+}
+std::uint32_t address_of(unsigned index) noexcept {
+  return kStore + static_cast<std::uint32_t>(begin_of(index));
+}
+
+}  // namespace
+
+NorStorage::NorStorage(Nor& nor) noexcept : nor_(nor) {
+  for (unsigned i = 0; i < kSlots; ++i) {
+    const std::span<std::byte> all = copy(i);
+    // What can't be read has no header, or a wrong CRC.
+    const auto header_bytes = all.first(firmware::kSlotHeaderBytes);
+    std::ranges::fill(header_bytes, std::byte{0xFF});
+    firmware::SlotHeader header;
+    if (nor_.read(address_of(i), header_bytes) &&
+        decode(all, i < kSceneSlots ? SlotMagic::kScene : SlotMagic::kParams, header)) {
+      static_cast<void>(nor_.read(address_of(i) + firmware::kSlotHeaderBytes,
+                                  all.subspan(firmware::kSlotHeaderBytes, header.length)));
+    }
+  }
+}
+
+std::span<std::byte> NorStorage::copy(unsigned index) const noexcept {
+  return std::span(copies).subspan(begin_of(index), index < kSceneSlots ? kSceneSlotBytes : kParamSlotBytes);
+}
+
+std::span<const std::byte> NorStorage::slot(unsigned index) const noexcept { return copy(index); }
+
+bool NorStorage::erase(unsigned index, std::size_t bytes) noexcept {
+  if (!nor_.present() || bytes > copy(index).size()) return false;
+  erased_[index] = 0;
+  if (!nor_.erase_sector(address_of(index))) return false;
+  erased_[index] = Nor::kSectorBytes;
+  std::ranges::fill(copy(index).first(firmware::kSlotHeaderBytes), std::byte{0xFF});
+  return true;
+}
+
+bool NorStorage::write(unsigned index, std::size_t offset, std::span<const std::byte> bytes) noexcept {
+  if (!nor_.present() || offset > copy(index).size() || bytes.size() > copy(index).size() - offset)
+    return false;
+  while (erased_[index] < offset + bytes.size()) {
+    if (!nor_.erase_sector(address_of(index) + static_cast<std::uint32_t>(erased_[index]))) return false;
+    erased_[index] += Nor::kSectorBytes;
+  }
+  if (!nor_.write(address_of(index) + static_cast<std::uint32_t>(offset), bytes)) return false;
+  std::ranges::copy(bytes, copy(index).begin() + static_cast<std::ptrdiff_t>(offset));
+  return true;
+}
+
+}  // namespace thimble::board

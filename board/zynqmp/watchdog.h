@@ -1,0 +1,12 @@
+// The system watchdog timer of the low-power domain (SWDT0, UG1085 chapter 14): unless fed in time it reports an error to the platform
+// management unit, which resets the system as its firmware is told. QEMU has no such device: there writing to it does nothing.
+#pragma once
+
+#include <cstdint>
+
+namespace thimble::board {
+
+void start_watchdog(std::uint32_t clock_Hz, std::uint32_t limit_ms) noexcept;  // up to 10 s
+void feed_watchdog() noexcept;
+
+}  // namespace thimble::board
