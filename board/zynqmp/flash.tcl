@@ -1,7 +1,8 @@
 # xsdb flash.tcl ELF PSU_INIT: loads the image over JTAG and starts it. PSU_INIT is the psu_init.tcl of the board's design (pins, clocks, DDR,
 # programmable logic's clocks); its bitstream has to be loaded already where the design has one.
 #
-# It runs until power-off; docs/board-zynqmp.md says how a boot image keeps it. Register names are those of UG1087.
+# Written after the manuals (register names are those of UG1087); it has not met a board yet. The image runs until power-off;
+# docs/board-zynqmp.md says how a boot image keeps it.
 lassign $argv elf psu_init
 if {$psu_init eq ""} {
   puts stderr "flash.tcl: the board's psu_init.tcl is missing: cmake -D THIMBLE_ZYNQMP_PSU_INIT=FILE"
@@ -30,5 +31,6 @@ targets -set -nocase -filter {name =~ "*R5*#0"}
 # A word of tightly coupled memory that was never written has a wrong check sum.
 mwr -force 0x00000000 0 65536
 dow $elf
+mask_write $RPU_0_CFG 0x1 0x1
 con
 exit

@@ -47,10 +47,11 @@ class LinkRequest {
     header()->nlmsg_len = NLMSG_LENGTH(sizeof(ifinfomsg));
     header()->nlmsg_type = RTM_NEWLINK;
     header()->nlmsg_flags = NLM_F_REQUEST | NLM_F_ACK;
-    auto* const message = static_cast<ifinfomsg*>(NLMSG_DATA(header()));
-    message->ifi_index = static_cast<int>(index);
-    message->ifi_flags = up ? IFF_UP : 0;
-    message->ifi_change = up ? IFF_UP : 0;
+    ifinfomsg message{};
+    message.ifi_index = static_cast<int>(index);
+    message.ifi_flags = up ? IFF_UP : 0;
+    message.ifi_change = up ? IFF_UP : 0;
+    std::memcpy(&bytes_[NLMSG_HDRLEN], &message, sizeof(message));
   }
   std::size_t add(unsigned short type, const void* data, std::size_t bytes) {
     const std::size_t at = NLMSG_ALIGN(header()->nlmsg_len);
