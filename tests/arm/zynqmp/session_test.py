@@ -13,9 +13,11 @@ class Session(ZynqmpRig):
         uploaded = self.ok_json("upload", self.plane_scene(), "--device", board.uri)
         self.assertEqual(self.running(board.uri), ("floor", uploaded["bytes"], uploaded["crc"]))
         self.touch(board)
-        # Floor and hand in balance: 800 N/m x depth = 500 N/m x (10 mm - depth).
-        self.wait_for(lambda: abs(float(board.ask("state").split()[2]) + 0.00385) < 0.0005, "the balance of floor and hand")
-        self.assertAlmostEqual(self.force_N(board.uri), 3.08, delta=0.8)  # joint friction holds some of it
+        self.rest(board)
+        # Floor and hand in balance: 800 N/m x depth = 500 N/m x (10 mm - depth), but for the joints' friction.
+        self.assertAlmostEqual(float(board.ask("state").split()[2]), -0.00385, delta=0.001)
+        row = [float(word) for word in self.ok("monitor", "--count", "1", "--device", board.uri).out.splitlines()[-1].split()[:7]]
+        self.assertAlmostEqual(row[6], -800 * row[3], delta=0.1)
         state = self.ok_json("info", "--device", board.uri)
         self.assertEqual(state["state"]["mode"], "armed")
         self.assertAlmostEqual(state["state"]["tick_rate_Hz"], 4000, delta=1)

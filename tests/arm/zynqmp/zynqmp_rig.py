@@ -137,6 +137,12 @@ class ZynqmpRig(Rig):
         board.tell("hand 0 0 -0.01")
         self.wait_for(lambda: self.force_N(uri) > 1.0, "a force of the floor")
 
+    def rest(self, board):
+        """A second for the arm: the ramp is over, and the hand has come to rest."""
+        steps = lambda: int(board.ask("state").split()[6])
+        end = steps() + 4000
+        self.wait_for(lambda: steps() >= end, "the arm to move on", seconds=60)
+
     def force_N(self, uri):
         """The floor's on the fingertip, upwards, of the newest record."""
         return float(self.ok("monitor", "--count", "1", "--device", uri).out.splitlines()[-1].split()[6])
