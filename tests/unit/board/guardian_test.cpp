@@ -47,7 +47,7 @@ struct Pipe {
 pid_t start_board(const Pipe& pipe) {
   const pid_t board = fork();
   if (board == 0) {
-    std::signal(SIGSEGV, SIG_DFL);  // the sanitizers would make an exit of it
+    signal(SIGSEGV, SIG_DFL);  // the sanitizers would make an exit of it
     PipedOutputs outputs{pipe.writing.get()};
     const Guardian guardian(outputs);
     raise(SIGSTOP);
