@@ -2,6 +2,8 @@
 // code, once its stack and floating-point unit work.
 #pragma once
 
+#include <cstdint>
+
 namespace thimble::board {
 
 // Copies .data, clears .bss, runs the constructors. The linker script (board/arm/sections.ld) names the ends.
@@ -9,6 +11,7 @@ void start_runtime() noexcept;
 
 // A board defines it: motors off, then whatever it does after a crash. What the runtime calls where a program on a PC would
 // abort: a pure virtual call, std::terminate, a failed FlatBuffers assertion's trap handler.
-[[noreturn]] void crash() noexcept;
+// address: near what failed; 0: not known.
+[[noreturn]] void crash(std::uint32_t address = 0) noexcept;
 
 }  // namespace thimble::board

@@ -71,7 +71,7 @@ void receive(link::SlcanPort& port, link::Micros now) noexcept {
 
 }  // namespace
 
-void crash() noexcept {
+void crash(std::uint32_t /*address*/) noexcept {
   if (fabric != nullptr) fabric->off();
   restart(Restart::kCrash);
 }

@@ -39,7 +39,7 @@ firmware::Controller* controller = nullptr;
 Can* can = nullptr;
 float last_tick_us = 0;
 bool uart_asked = false;  // the host that spoke last is on the UART: what is sent goes there
-Liveness<kContexts> liveness({kTickLimit_us, kBackgroundLimit_us, kBackgroundLimit_us});
+constinit Liveness<kContexts> liveness({kTickLimit_us, kBackgroundLimit_us, kBackgroundLimit_us});
 
 void run_due_tick() noexcept {
   if (!clock::tick_due()) return;
@@ -131,9 +131,7 @@ void print_hex(std::uint32_t value) noexcept {
 
 }  // namespace
 
-void crash() noexcept { crash_at(0); }
-
-void crash_at(std::uint32_t address) noexcept {
+void crash(std::uint32_t address) noexcept {
   if (fabric != nullptr) fabric->off();
   restart(Restart::kCrash, address);
 }

@@ -20,7 +20,4 @@ struct StartReason {
 
 [[noreturn]] void restart(Restart reason, std::uint32_t address = 0) noexcept;
 
-// What crash() (board/arm/runtime.h) does, where the place is known. main.cpp has it.
-[[noreturn]] void crash_at(std::uint32_t address) noexcept;
-
 }  // namespace thimble::board

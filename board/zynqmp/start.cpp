@@ -4,7 +4,6 @@
 
 #include "board/arm/runtime.h"
 #include "board/zynqmp/memory.h"
-#include "board/zynqmp/restart.h"
 
 extern "C" {
 [[noreturn]] void start();
@@ -17,7 +16,7 @@ extern "C" {
 }
 
 // address: where the exception came back to, up to 8 bytes behind what raised it.
-[[noreturn, gnu::used]] void on_exception(std::uint32_t address) { thimble::board::crash_at(address); }
+[[noreturn, gnu::used]] void on_exception(std::uint32_t address) { thimble::board::crash(address); }
 
 // No interrupt is switched on: whatever comes is a crash. The vectors lie at 0, in the tightly coupled memory.
 [[gnu::section(".vectors"), gnu::naked, gnu::used]] void vectors() {

@@ -50,7 +50,7 @@ void keep(std::span<const float> force_N) {
 
 }  // namespace
 
-void board::crash() noexcept { test::exit_with(kCrashed); }
+void board::crash(std::uint32_t) noexcept { test::exit_with(kCrashed); }
 
 extern "C" [[noreturn]] void run_board() {
   const auto* memory = reinterpret_cast<const std::byte*>(THIMBLE_RECORDING);

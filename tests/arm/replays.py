@@ -11,6 +11,9 @@ WORST_TICKS = 20_000
 # How QEMU starts the image build/BOARD/bin/replay-BOARD.elf, with the recording where board/BOARD/CMakeLists.txt says.
 QEMU = {
     "mps2-an500": ["qemu-system-arm", "-M", "mps2-an500", "-kernel", "{elf}", "-device", "loader,file={recording},addr=0x60800000,force-raw=on"],
+    # Only the first Cortex-R5F runs, and from the image's first instruction on.
+    "zynqmp": ["qemu-system-aarch64", "-M", "xlnx-zcu102", "-smp", "5", "-m", "1G", "-global", "xlnx-zynqmp.boot-cpu=rpu-cpu[0]", "-kernel", "{elf}",
+               "-device", "loader,file={recording},addr=0x3E800000,force-raw=on"],
 }
 # The image's exit codes; QEMU's own are below.
 ENDS = {33: "the scene was refused", 34: "homing was refused", 35: "arming was refused", 36: "a fault latched", 40: "the image crashed",

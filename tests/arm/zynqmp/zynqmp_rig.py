@@ -47,7 +47,7 @@ class Board:
         stub = self.folder / "stub"
         (kernel or assemble_stub)(stub)
         qtest = self.folder / "qtest"
-        self.peer = subprocess.Popen([BIN / "zynqmp_peer", memory, qtest], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        self.peer = subprocess.Popen([BIN / "arm_peer", memory, qtest], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                      text=True, bufsize=1)
         self.qemu = None
         self.expect_line("arm")
@@ -85,13 +85,13 @@ class Board:
     def expect_line(self, wanted):
         line = self.peer.stdout.readline().strip()
         if line != wanted:
-            raise AssertionError(f"zynqmp_peer says {line!r}, not {wanted!r}")
+            raise AssertionError(f"arm_peer says {line!r}, not {wanted!r}")
 
     def ask(self, command):
         self.peer.stdin.write(command + "\n")
         answer = self.peer.stdout.readline().strip()
         if not answer:
-            raise AssertionError(f"zynqmp_peer has ended at {command!r}")
+            raise AssertionError(f"arm_peer has ended at {command!r}")
         return answer
 
     def tell(self, command):

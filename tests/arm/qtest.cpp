@@ -1,4 +1,4 @@
-#include "tests/arm/zynqmp/qtest.h"
+#include "tests/arm/qtest.h"
 
 #include <sys/socket.h>
 #include <sys/un.h>

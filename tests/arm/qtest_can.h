@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "firmware/link/can_frame.h"
-#include "tests/arm/zynqmp/qtest.h"
+#include "tests/arm/qtest.h"
 
 namespace thimble::tests {
 
