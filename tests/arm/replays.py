@@ -1,6 +1,10 @@
 """Recorded runs and their replay on emulated boards: what the tests here and find_worst share."""
 import pathlib
 import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent / "zynqmp"))
+from stub import assemble_stub  # noqa: E402
 
 HERE = pathlib.Path(__file__).parent
 SCENES = HERE.parent.parent / "scenes"
@@ -11,9 +15,9 @@ WORST_TICKS = 20_000
 # How QEMU starts the image build/BOARD/bin/replay-BOARD.elf, with the recording where board/BOARD/CMakeLists.txt says.
 QEMU = {
     "mps2-an500": ["qemu-system-arm", "-M", "mps2-an500", "-kernel", "{elf}", "-device", "loader,file={recording},addr=0x60800000,force-raw=on"],
-    # Only the first Cortex-R5F runs, and from the image's first instruction on.
-    "zynqmp": ["qemu-system-aarch64", "-M", "xlnx-zcu102", "-smp", "5", "-m", "1G", "-global", "xlnx-zynqmp.boot-cpu=rpu-cpu[0]", "-kernel", "{elf}",
-               "-device", "loader,file={recording},addr=0x3E800000,force-raw=on"],
+    # The first Cortex-A53 only starts the Cortex-R5F: no instruction of its own is in a tick.
+    "zynqmp": ["qemu-system-aarch64", "-M", "xlnx-zcu102", "-smp", "5", "-m", "1G", "-audiodev", "none,id=none", "-kernel", "{stub}",
+               "-device", "loader,file={elf}", "-device", "loader,file={recording},addr=0x3E800000,force-raw=on"],
 }
 # The image's exit codes; QEMU's own are below.
 ENDS = {33: "the scene was refused", 34: "homing was refused", 35: "arming was refused", 36: "a fault latched", 40: "the image crashed",
@@ -54,7 +58,9 @@ def replay(board, recording, plugin, folder):
     """Runs it with `folder` as working directory: forces.bin, and the instructions of every tick."""
     elf = BUILD / board / "bin" / f"replay-{board}.elf"
     counts = folder / "counts"
-    command = [part.format(elf=elf, recording=pathlib.Path(recording).absolute()) for part in QEMU[board]]
+    if board == "zynqmp":
+        assemble_stub(folder / "stub")
+    command = [part.format(elf=elf, stub=folder / "stub", recording=pathlib.Path(recording).absolute()) for part in QEMU[board]]
     command += ["-display", "none", "-monitor", "none", "-serial", "none", "-nodefaults", "-semihosting-config", "enable=on,target=native",
                 "-plugin", f"file={pathlib.Path(plugin).absolute()},begin={address_of(elf, 'tick_begin')},end={address_of(elf, 'tick_end')},csv={counts}"]
     run = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=280)

@@ -8,8 +8,10 @@ import time
 import unittest
 from pathlib import Path
 
-from zynqmp_rig import HERE, Board, ZynqmpRig, assemble_stub, figure, tool
+from stub import assemble_stub, tool
+from zynqmp_rig import Board, ZynqmpRig, figure
 
+HERE = Path(__file__).resolve().parent
 CLIENT = Path(os.environ["THIMBLE_CAN_CLIENT"])
 KERNEL_AT, TREE_AT, INITRAMFS_AT = 0x02000000, 0x0E000000, 0x10000000
 INIT = """#!/bin/busybox sh

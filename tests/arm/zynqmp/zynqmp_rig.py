@@ -11,27 +11,13 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "e2e"))
 from rig import BIN, Rig, figure  # noqa: E402, F401
+from stub import assemble_stub, tool  # noqa: E402
 
 RAM_BYTES = 1 << 30
 FLASH_BYTES = 64 << 20
 IMAGE = Path(os.environ["THIMBLE_ZYNQMP_IMAGE"])
-HERE = Path(__file__).resolve().parent
 # Time goes by as instructions do, 4 ns each, so a busy machine delays no tick.
 CLOCK = ["-icount", "shift=2,sleep=off"]
-
-
-def tool(name):
-    """Its path; a machine without it fails."""
-    path = shutil.which(name)
-    if path is None:
-        raise AssertionError(name + " is missing: scripts/packages.sh names the packages of the tests")
-    return path
-
-
-def assemble_stub(output, *options):
-    """What the first Cortex-A53 runs."""
-    subprocess.run([tool("aarch64-linux-gnu-gcc"), "-nostdlib", "-static", "-Wl,-Ttext=0x08000000,--build-id=none", *options,
-                    HERE / "stub.S", "-o", output], check=True)
 
 
 class Board:
