@@ -135,6 +135,8 @@ class Background {
     send();
     liveness_.beat(kBackground);
     ports_.flush();
+    if (const std::optional<std::string> news = ports_.news())
+      std::cerr << "thimble-board: " << *news << std::endl;
     ports_.wait(kWait_us);
     liveness_.beat(kLink);
     restart_ = controller_.take_reset().has_value();

@@ -51,13 +51,15 @@ std::uint64_t LinkPorts::dropped() const {
   return frames;
 }
 
-std::string LinkPorts::trouble() const {
+std::optional<std::string> LinkPorts::news() {
   std::string all;
   for (const auto& port : ports_) {
     const std::string one = port->trouble();
     if (!one.empty()) all += (all.empty() ? "" : "; ") + one;
   }
-  return all;
+  if (all == trouble_) return std::nullopt;
+  trouble_ = all;
+  return all.empty() ? "the link is whole again" : all;
 }
 
 }  // namespace thimble::board

@@ -30,11 +30,12 @@ class LinkPorts {
   void flush();
 
   [[nodiscard]] std::uint64_t dropped() const;  // frames
-  // What stands against sending on any port, "; " between them; empty: nothing.
-  [[nodiscard]] std::string trouble() const;
+  // What stands against sending on any port, for a log: each time it has changed since the last call.
+  [[nodiscard]] std::optional<std::string> news();
 
  private:
   std::vector<std::unique_ptr<Port>> ports_;
+  std::string trouble_;  // told
   std::vector<pollfd> polled_;
 };
 

@@ -110,7 +110,6 @@ void run(const Options& options) {
 
   std::uint64_t last_us = now_us();
   double skipped_s = 0;
-  std::string trouble;
   while (stopping == 0) {
     const std::uint64_t time_us = now_us();
     double due_s = static_cast<double>(time_us - last_us) * 1e-6;
@@ -129,10 +128,8 @@ void run(const Options& options) {
     controller.poll(now_us());
     for (firmware::link::CanFrame out; controller.next_frame(out, now_us());) ports.send(out);
     ports.flush();
-    if (ports.trouble() != trouble) {
-      trouble = ports.trouble();
-      std::cerr << "thimble-sim: " << (trouble.empty() ? "the link is whole again" : trouble) << std::endl;
-    }
+    if (const std::optional<std::string> news = ports.news())
+      std::cerr << "thimble-sim: " << *news << std::endl;
     if (controller.take_reset()) board = start_board(options, storage, "host");
     ports.wait(kWait_us);
   }

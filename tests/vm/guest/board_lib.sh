@@ -20,9 +20,10 @@ make_lines() {
 pull() { echo "pull-$2" >"$lines/sim_gpio$1/pull"; }
 close_contacts() { pull 0 up; pull 1 up; sleep 0.1; }  # they settle in 20 ms
 # After a start: gpio-sim takes the pull that the board asks for as the line's level, and so every contact is open.
+# release_all [ADDRESS]
 release_all() {
   close_contacts
-  thimble fault clear --device can:vcan0 >/dev/null
+  thimble fault clear --device "${1:-can:vcan0}" >/dev/null
 }
 press() {
   case $1 in

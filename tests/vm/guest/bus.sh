@@ -42,10 +42,9 @@ for i in 1 2 3 4 5; do
   thimble info --device canfd:vcan0 >/tmp/two || die 'the second of two hosts'
   wait $one || die 'the first of two hosts'
 done
+wait_until 30 sh -c '[ "$(grep -c Pose /tmp/other)" -gt 10 ]'  # the host that only watches
 kill -INT $other
 wait $other || true
-figure "the host that only watched saw $(grep -c Pose /tmp/other) poses"
-[ "$(grep -c Pose /tmp/other)" -gt 10 ] || die 'the other host saw no telemetry'
 
 step 'the stop of any node on the bus'
 cansend vcan0 001#00

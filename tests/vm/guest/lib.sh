@@ -22,17 +22,34 @@ start_controller() {
   rm -f /tmp/controller  # or the one before would be ready
   case $CONTROLLER in
     thimble-sim) thimble-sim --no-pty --rate 1000 --store /tmp/scenes "$@" >/tmp/controller 2>/tmp/controller.err & ;;  # 1 kHz: under emulation
+    thimble-board)
+      [ -e /sys/class/net/workshop ] || make_board
+      sed "s|\"links\": .*|\"links\": [{ \"$(echo "$1" | sed 's/--tty/slcan/; s/--can/can/')\": \"$2\" }, { \"can\": \"workshop\" }],|" board.json >/tmp/board.json
+      thimble-board --config /tmp/board.json >/tmp/controller 2>/tmp/controller.err &
+      ;;
     *) die "no controller is named $CONTROLLER" ;;
   esac
   controller=$!
   wait_until 20 grep -qx ready /tmp/controller
+  [ $CONTROLLER = thimble-sim ] || release_all can:workshop
+}
+
+# Its devices, the simulated arm behind them, and a bus of its own on which its first fault is cleared: that of an e-stop that nobody has closed yet.
+make_board() {
+  . board_lib.sh
+  modprobe -a gpio-sim arm_hardware
+  make_lines
+  start_arm
+  mkdir -p /tmp/store
+  ip link add dev workshop type vcan
+  ip link set workshop up
 }
 
 # Ends it as a user would, and by then it must not have died of anything else.
 stop_controller() {
   kill -TERM "$controller" || die "the controller ended by itself: $(cat /tmp/controller.err)"
   wait "$controller" || die "the controller ended with $?: $(cat /tmp/controller.err)"
-  rm -f /tmp/scenes
+  rm -rf /tmp/scenes /tmp/store/*
 }
 
 # fails CODE NAME COMMAND...: thimble ends with this exit code and names this error.
