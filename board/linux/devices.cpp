@@ -86,9 +86,11 @@ void Devices::open_arm(const ArmWiring& wiring, Arm& arm) {
 
 void Devices::open_inputs(const BoardConfig& config) {
   std::vector<GpioLine> lines = {config.e_stop};
-  const auto add = [&lines](const GpioLine& line) {
-    lines.push_back(line);
-    return lines.size() - 1;
+  const auto add = [&lines](const GpioLine& line) {  // two arms may share one
+    const auto there = std::ranges::find(lines, line);
+    const auto place = static_cast<std::size_t>(there - lines.begin());
+    if (there == lines.end()) lines.push_back(line);
+    return place;
   };
   if (config.dead_man) dead_man_line_ = add(*config.dead_man);
   for (std::size_t i = 0; i < arms_.size(); ++i) {

@@ -31,6 +31,8 @@ struct GpioLine {
   std::string name;
   bool active_low = false;
   GpioBias bias = GpioBias::kAsIs;
+
+  bool operator==(const GpioLine&) const = default;
 };
 
 struct GpioEdge {

@@ -4,7 +4,7 @@
 . /usr/local/bin/board_lib.sh
 
 modprobe -a gpio-sim arm_hardware
-make_lines 1A 1B 2A 2B 3A 3B
+make_lines 1A 1B 2A 2B 3A 3B INDEX AMP_EN_2
 mkdir /tmp/store
 ip link add dev vcan0 type vcan
 ip link set vcan0 mtu 72 up
@@ -80,3 +80,28 @@ sleep 0.3
 thimble fault clear $device >/dev/null
 thimble home $device >/dev/null
 stop_board
+
+step 'two arms, and an index that one of them has to see'
+# The second arm has lines of its own, and the first one's converter and counters.
+tr -d '\n' </tmp/poll.json | sed 's#"arms": \[ *\(.*\) *\], *"e_stop"#"arms": [\1, \1], "e_stop"#; s#"AMP_EN"#"AMP_EN_2"#2
+  s#"drive_fault"#"index": { "line": "INDEX", "active": "high" }, "drive_fault"#2' >/tmp/two.json
+start_arm
+start_board /tmp/two.json
+release_all
+thimble home $device >/tmp/home 2>&1 &
+homing=$!
+sleep 0.5
+kill -0 $homing || die "it was homed without its index: $(cat /tmp/home)"
+thimble info $device --json >/tmp/info
+[ "$(field mode /tmp/info)" = homing ] || die "no index, and yet: $(cat /tmp/info)"
+pull 10 up
+pull 10 down
+wait $homing || die "home: $(cat /tmp/home)"
+thimble arm $device >/dev/null
+wait_until 2 enabled
+[ "$(cat "$lines/sim_gpio11/value")" = 1 ] || die 'the second arm is not enabled'
+thimble disarm $device >/dev/null
+wait_until 2 not_enabled
+[ "$(cat "$lines/sim_gpio11/value")" = 0 ] || die 'the second arm stays enabled'
+stop_board
+stop_arm
