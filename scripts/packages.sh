@@ -6,8 +6,9 @@ packages_to_build=(
   nlohmann-json3-dev pkgconf python3 zlib1g-dev
 )
 packages_to_check=(
-  binutils clang clang-format clang-tidy cpio device-tree-compiler g++-aarch64-linux-gnu gcc-12 gcc-arm-none-eabi git libclang-rt-dev
-  libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make qemu-system-arm qemu-system-x86 strace tshark valgrind xz-utils
+  binutils clang clang-format clang-tidy cpio device-tree-compiler g++-aarch64-linux-gnu g++-arm-linux-gnueabihf gcc-12 gcc-arm-none-eabi
+  git libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make qemu-system-arm qemu-system-x86 qemu-user strace
+  tshark valgrind xz-utils
 )
 
 install_packages() {

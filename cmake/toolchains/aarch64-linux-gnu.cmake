@@ -1,6 +1,6 @@
 # 64-bit ARM Linux (Raspberry Pi, Kria). Debian: g++-aarch64-linux-gnu; qemu-user runs what is built.
-set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
-set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
-set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
-set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L /usr/aarch64-linux-gnu)
+set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
+set(THIMBLE_DEBIAN_ARCHITECTURE arm64)
+set(THIMBLE_QEMU qemu-aarch64)
+include(${CMAKE_CURRENT_LIST_DIR}/arm-linux.cmake)

@@ -1,6 +1,7 @@
 # 32-bit ARM Linux (BeagleBone). Debian: g++-arm-linux-gnueabihf; qemu-user runs what is built.
-set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR arm)
-set(CMAKE_C_COMPILER arm-linux-gnueabihf-gcc)
-set(CMAKE_CXX_COMPILER arm-linux-gnueabihf-g++)
-set(CMAKE_CROSSCOMPILING_EMULATOR qemu-arm -L /usr/arm-linux-gnueabihf)
+set(CMAKE_LIBRARY_ARCHITECTURE arm-linux-gnueabihf)
+set(CMAKE_CXX_FLAGS_INIT -Wno-psabi)  # notes on what GCC 7 changed; all is compiled by one GCC
+set(THIMBLE_DEBIAN_ARCHITECTURE armhf)
+set(THIMBLE_QEMU qemu-arm)
+include(${CMAKE_CURRENT_LIST_DIR}/arm-linux.cmake)
