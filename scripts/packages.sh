@@ -2,7 +2,7 @@
 
 packages_to_build=(
   assimp-testmodels cmake flatbuffers-compiler g++ libassimp-dev libbenchmark-dev libcli11-dev libeigen3-dev libembree-dev
-  libflatbuffers-dev libfmt-dev libgmock-dev libgpiod-dev libgtest-dev libpng-dev librapidcheck-dev mricron-data ninja-build
+  libflatbuffers-dev libfmt-dev libgmock-dev libgpiod-dev libgtest-dev libmnl-dev libpng-dev librapidcheck-dev mricron-data ninja-build
   nlohmann-json3-dev pkgconf python3 zlib1g-dev
 )
 packages_to_check=(

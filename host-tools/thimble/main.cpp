@@ -22,6 +22,7 @@ namespace {
 struct Choices {
   Common common;
   Remote remote;
+  DoctorChoice doctor;
   UploadChoice upload;
   MonitorChoice monitor;
   ScanChoice scan;
@@ -92,6 +93,12 @@ void define(CLI::App& app, Choices& c) {
   verb(app, c, "list", "show the devices that are there", [&c] { list(c.common); });
   remote_verb(app, c, "info", "show a device: versions, scene, state and limits",
               [&c] { info(c.common, c.remote); });
+
+  CLI::App* doctor_verb = verb(app, c, "doctor", "look whether this machine is ready for a device",
+                               [&c] { doctor(c.common, c.doctor); });
+  doctor_verb->add_option("--device", c.doctor.device,
+                          "an address (can:can0, slcan:/dev/ttyACM0) or a name; default: all");
+  doctor_verb->add_flag("--board", c.doctor.board, "look at what thimble-board needs, too");
 
   CLI::App* compile_verb = verb(app, c, "compile", "turn a scene file into a scene image",
                                 [&c] { compile(c.common, c.scene, c.image); });

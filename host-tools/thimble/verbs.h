@@ -22,6 +22,12 @@ struct Remote {
 void list(const Common& common);
 void info(const Common& common, const Remote& remote);
 
+struct DoctorChoice {
+  std::string device;  // address, interface or name; empty: all that is there
+  bool board = false;  // and what thimble-board needs
+};
+void doctor(const Common& common, const DoctorChoice& choice);
+
 struct UploadChoice {
   std::filesystem::path file;
   bool verify = true;

@@ -222,7 +222,7 @@ class Manners(Rig):
         def candidates(*words):
             return self.ok("__complete", *words).out.split()
 
-        self.assertEqual(set(candidates("")), {"list", "info", "compile", "upload", "arm", "disarm", "restart", "home", "monitor", "param",
+        self.assertEqual(set(candidates("")), {"list", "info", "doctor", "compile", "upload", "arm", "disarm", "restart", "home", "monitor", "param",
                                                "fault", "simulate", "import", "scan"})
         self.assertEqual(candidates("up"), ["upload"])
         self.assertEqual(candidates("param", "g"), ["get"])
@@ -232,6 +232,33 @@ class Manners(Rig):
         self.assertEqual(candidates("simulate", "--arm", "w"), ["wooden"])
         self.sim()
         self.assertEqual(candidates("info", "--device", ""), ["arm-1"])
+
+    def test_doctor(self):
+        report = self.ok_json("doctor")
+        self.assertEqual(report["failures"], 0)
+        self.assertEqual(report["warnings"], sum(finding["state"] == "warning" for finding in report["findings"]))
+        names = {finding["name"] for finding in report["findings"]}
+        self.assertLessEqual({"rtprio", "memlock"}, names)
+        for finding in report["findings"]:
+            self.assertEqual(list(finding), ["name", "subject", "state", "cause", "remedy"])
+            self.assertEqual(finding["state"] == "ok", finding["remedy"] == "", finding)
+        self.assertIn("rtprio: ", self.ok("doctor", "--board").out)
+
+        port = self.sim().pty
+        report = self.ok_json("doctor", "--device", port)
+        self.assertEqual(report["findings"][0], {"name": "serial-port", "subject": port.removeprefix("slcan:"), "state": "ok",
+                                                 "cause": "may be read and written", "remedy": ""})
+        self.ok("doctor", "--device", "arm-1")
+
+        for code, name, device in ((2, "bad-uri", "tcp:127.0.0.1:1"), (2, "bad-uri", "can:"), (3, "no-interface", "can:no-such-can"),
+                                   (3, "no-interface", "lo"), (3, "no-device", "arm-9"), (3, "no-device", "slcan:/dev/no-such-port")):
+            result = self.run_thimble("doctor", "--device", device, "--json")
+            self.assertEqual(result.code, code, result.err)
+            error = json.loads(result.err)["error"]
+            self.assertEqual((error["name"], error["exit_code"]), (name, code))
+            if result.out:  # the report is there all the same
+                self.assertEqual(result.json["failures"], 1)
+            self.assertIn("remedy: ", self.run_thimble("doctor", "--device", device).err)
 
     def test_compile_reports_the_mesh(self):
         scene = self.ball_scene(10)

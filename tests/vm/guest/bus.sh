@@ -5,6 +5,7 @@
 
 ip link add dev vcan0 type vcan
 fails 6 interface-down thimble info --device can:vcan0
+fails 6 interface-down thimble doctor --device vcan0
 fails 3 no-interface thimble info --device can:vcan1
 fails 3 no-interface thimble info --device can:lo
 ip link set vcan0 mtu 16

@@ -1,0 +1,66 @@
+// What `thimble doctor` looks at, as it is on this machine. Reading it changes nothing and judges nothing (findings.h does).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace thimble::host {
+
+enum class BusState { kErrorActive, kErrorWarning, kErrorPassive, kBusOff, kStopped, kSleeping };
+
+// A controller behind an interface; vcan has none.
+struct CanController {
+  BusState state = BusState::kErrorActive;
+  std::uint32_t bit_rate = 0;         // bit/s; 0: not set
+  std::uint32_t sample_point = 0;     // in thousandths of a bit
+  std::uint32_t data_bit_rate = 0;    // of FD frames' data
+  std::uint32_t restart_ms = 0;       // 0: after bus off it stays off
+  std::uint32_t transmit_errors = 0;  // its counters, where the driver tells
+  std::uint32_t receive_errors = 0;
+  bool listen_only = false;
+};
+
+struct CanInterface {
+  std::string name;
+  bool up = false;
+  bool fd = false;  // it takes FD frames
+  std::uint32_t queue_frames = 0;
+  std::optional<CanController> controller;
+};
+
+enum class DeviceKind { kSerial, kGpio, kSpi, kCounter };
+
+struct DeviceFile {
+  DeviceKind kind = DeviceKind::kSerial;
+  std::string path;
+  bool exists = true;
+  bool usable = false;         // this process may read and write it
+  std::string group;           // its group, where members may; else empty
+  bool member_by_now = false;  // the user is in that group, but was not when this session began
+};
+
+struct Privileges {
+  std::optional<std::uint64_t> locked_bytes;  // memory that may be locked; nothing: no limit
+  std::uint64_t priority = 0;                 // of SCHED_FIFO, the highest
+};
+
+struct Facts {
+  bool can_sockets = false;  // the kernel has SocketCAN
+  std::vector<CanInterface> interfaces;
+  std::vector<DeviceFile> devices;
+  Privileges privileges;
+};
+
+// Throws Error where the kernel does not answer.
+[[nodiscard]] std::vector<CanInterface> read_can_interfaces();
+// A port, or any other device file.
+[[nodiscard]] DeviceFile read_device(DeviceKind kind, const std::string& path);
+// Every serial port that may be a controller's; of a board also GPIO, SPI and counters.
+[[nodiscard]] std::vector<DeviceFile> read_devices(bool board);
+[[nodiscard]] Privileges read_privileges();
+[[nodiscard]] bool kernel_has_can_sockets();
+
+}  // namespace thimble::host
