@@ -2,11 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <numbers>
 #include <string_view>
-#include <system_error>
 
 #include "control/scene/limits.h"
 
@@ -171,7 +171,11 @@ BoardConfig parse_board_config(const std::string& text, const std::string& file)
 BoardConfig read_board_config(const std::filesystem::path& file) {
   std::ifstream in(file);
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (!in.is_open() || in.bad()) throw std::system_error(errno, std::generic_category(), file.string());
+  if (!in.is_open() || in.bad()) {
+    throw ConfigError(file.string() + ": " + std::strerror(errno) +
+                      "; write it, beginning with examples/board.json of the package (docs/board-linux.md), "
+                      "or name another with --config");
+  }
   return parse_board_config(text, file.string());
 }
 

@@ -67,7 +67,7 @@ struct BoardConfig {
 
 // Throws ConfigError: file, JSON pointer, value and what is allowed; also for text that is not JSON.
 [[nodiscard]] BoardConfig parse_board_config(const std::string& text, const std::string& file);
-// Throws ConfigError or, where the file cannot be read, std::system_error.
+// The same, also where the file cannot be read.
 [[nodiscard]] BoardConfig read_board_config(const std::filesystem::path& file);
 
 }  // namespace thimble::board

@@ -1,0 +1,2 @@
+_thimble() { mapfile -t COMPREPLY < <(thimble __complete "${COMP_WORDS[@]:1:COMP_CWORD}"); }
+complete -F _thimble thimble

@@ -1,0 +1,108 @@
+"""The Debian packages of a build: made by CPack, read, unpacked into a fresh root, and run there."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+BUILD = Path(os.environ["THIMBLE_BUILD"])
+BOARD_FILES = {"usr/bin/thimble-board", "usr/lib/systemd/system/thimble-board.service", "usr/lib/sysusers.d/thimble-board.conf",
+               "usr/lib/udev/rules.d/60-thimble-board.rules", "usr/share/doc/thimble-board/board-linux.md",
+               "usr/share/doc/thimble-board/changelog.gz", "usr/share/doc/thimble-board/copyright",
+               "usr/share/doc/thimble-board/examples/board.json"}
+
+
+def output(*command, **options):
+    done = subprocess.run([*map(str, command)], capture_output=True, text=True, **options)
+    if done.returncode:
+        raise AssertionError(f"{' '.join(map(str, command))} ended with {done.returncode}:\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+class Packages(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = Path(tempfile.mkdtemp(prefix="thimble-packages-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        cls.cross = BUILD.name.removeprefix("linux-") if BUILD.name.startswith("linux-") else None
+        cls.arch = cls.cross or output("dpkg", "--print-architecture").strip()
+        output(os.environ["CPACK"], "--config", BUILD / "CPackConfig.cmake", "-B", cls.folder)
+        cls.packages = {file.name.split("_")[0]: file for file in cls.folder.glob("*.deb")}
+        for name, file in cls.packages.items():
+            output("dpkg-deb", "-x", file, cls.folder / name)
+            output("dpkg-deb", "-e", file, cls.folder / name / "DEBIAN")
+
+    def field(self, package, name):
+        return output("dpkg-deb", "--field", self.packages[package], name).strip()
+
+    def files(self, package):
+        """Path to mode and owner of every file."""
+        rows = [line.split(None, 5) for line in output("dpkg-deb", "--contents", self.packages[package]).splitlines()]
+        return {row[5].removeprefix("./"): (row[0], row[1]) for row in rows if not row[5].endswith("/")}
+
+    def test_which_there_are(self):
+        self.assertEqual(set(self.packages), {"thimble-board"} if self.cross else {"thimble", "thimble-board"})
+        for name, file in self.packages.items():
+            self.assertRegex(file.name, rf"^{name}_\d+\.\d+\.\d+_{self.arch}\.deb$")
+            self.assertEqual(self.field(name, "Architecture"), self.arch)
+            self.assertIn("@", self.field(name, "Maintainer"))
+            self.assertEqual(self.field(name, "Description").splitlines()[0].split(":")[0], "force-feedback arm")
+            for path, (mode, owner) in self.files(name).items():
+                self.assertEqual(mode, "-rwxr-xr-x" if path.startswith("usr/bin/") else "-rw-r--r--", path)
+                self.assertEqual(owner, "root/root", path)
+
+    def test_the_board(self):
+        self.assertEqual(set(self.files("thimble-board")), BOARD_FILES)
+        depends = self.field("thimble-board", "Depends")
+        for library in ("libc6 (>= ", "libgcc-s1 (>= ", "libgpiod2 (>= ", "libstdc++6 (>= ", "systemd"):
+            self.assertIn(library, depends)
+        self.assertNotIn("cross", depends)  # the compiler's own packages are not the board's
+        root = self.folder / "thimble-board"
+        for script in ("postinst", "prerm", "postrm"):
+            output("sh", "-n", root / "DEBIAN" / script)
+            self.assertEqual((root / "DEBIAN" / script).stat().st_mode & 0o777, 0o755)
+        self.assertEqual(json.loads((root / "usr/share/doc/thimble-board/examples/board.json").read_text())["thimble_board"], 1)
+        unit = (root / "usr/lib/systemd/system/thimble-board.service").read_text()
+        self.assertIn("ExecStart=/usr/bin/thimble-board\n", unit)
+
+    def test_the_board_runs(self):
+        root = self.folder / "thimble-board"
+        # The example is a configuration that is taken; its devices are not there (3), or it may not have them (5).
+        done = subprocess.run([root / "usr/bin/thimble-board", "--config", root / "usr/share/doc/thimble-board/examples/board.json",
+                               "--check"], capture_output=True, text=True, timeout=60)
+        self.assertIn(done.returncode, (3, 5), done.stderr)
+
+    def test_the_host(self):
+        files = set(self.files("thimble"))
+        self.assertLessEqual({"usr/bin/thimble", "usr/bin/thimble-sim", "usr/lib/udev/rules.d/70-thimble.rules",
+                              "usr/share/bash-completion/completions/thimble", "usr/share/doc/thimble/cli.md",
+                              "usr/share/thimble/scene.schema.json", "usr/share/thimble/scenes/asteroid/asteroid.scene.json"}, files)
+        depends = self.field("thimble", "Depends")
+        for library in ("libassimp5 ", "libc6 (>= ", "libfmt9 ", "libmnl0 ", "libpng16-16 ", "libstdc++6 (>= ", "zlib1g "):
+            self.assertIn(library, depends)
+        self.assertNotIn("libgpiod", depends)
+        links = re.findall(r"\]\((?!https?:|#)([^)#]+)", (self.folder / "thimble/usr/share/doc/thimble/cli.md").read_text())
+        self.assertEqual([link for link in links if "usr/share/doc/thimble/" + link not in files], [])
+
+    def test_the_host_runs(self):
+        root = self.folder / "thimble/usr"
+        self.assertIn(self.field("thimble", "Version"), output(root / "bin/thimble", "--version"))
+        scenes = sorted((root / "share/thimble/scenes").glob("*/*.scene.json"))
+        self.assertGreater(len(scenes), 15)
+        for scene in scenes[:3]:
+            output(root / "bin/thimble", "compile", scene, "--output", self.folder / "scene.thim")
+        log = self.folder / "felt.csv"
+        output(root / "bin/thimble", "simulate", root / "share/thimble/scenes/ring/ring.scene.json", "--path",
+               root / "share/thimble/scenes/probe.csv", "--ideal", "--rate", "1000", "--log", log)
+        self.assertGreater(len(log.read_text().splitlines()), 100)
+        completed = output("bash", "-c", f"PATH={root}/bin:$PATH; . {root}/share/bash-completion/completions/thimble; "
+                           "COMP_WORDS=(thimble doc) COMP_CWORD=1; _thimble; echo ${COMPREPLY[@]}")
+        self.assertEqual(completed.strip(), "doctor")
+
+
+if __name__ == "__main__":
+    unittest.main()
