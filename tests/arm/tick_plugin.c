@@ -22,7 +22,7 @@ size_t qemu_plugin_tb_n_insns(const struct qemu_plugin_tb *);
 struct qemu_plugin_insn *qemu_plugin_tb_get_insn(const struct qemu_plugin_tb *, size_t);
 uint64_t qemu_plugin_insn_vaddr(const struct qemu_plugin_insn *);
 void qemu_plugin_register_vcpu_insn_exec_cb(struct qemu_plugin_insn *, void (*)(unsigned, void *), int, void *);
-void qemu_plugin_register_vcpu_insn_exec_inline(struct qemu_plugin_insn *, int, void *, uint64_t);
+void qemu_plugin_register_vcpu_tb_exec_inline(struct qemu_plugin_tb *, int, void *, uint64_t);
 
 #define EXPORT __attribute__((visibility("default")))
 enum { ADD_U64 = 0, NO_REGISTERS = 0 };
@@ -51,14 +51,16 @@ static void on_end(unsigned cpu, void *data) {
   passages++;
 }
 
+// A block is counted when it is entered: it ends at its first branch. The two addresses begin functions, hence blocks, so both have their
+// whole block in the count.
 static void on_block(qemu_plugin_id_t id, struct qemu_plugin_tb *block) {
   (void)id;
+  qemu_plugin_register_vcpu_tb_exec_inline(block, ADD_U64, &executed, qemu_plugin_tb_n_insns(block));
   for (size_t i = 0; i < qemu_plugin_tb_n_insns(block); i++) {
     struct qemu_plugin_insn *insn = qemu_plugin_tb_get_insn(block, i);
     const uint64_t address = qemu_plugin_insn_vaddr(insn);
     if (address == begin_address) qemu_plugin_register_vcpu_insn_exec_cb(insn, on_begin, NO_REGISTERS, NULL);
     if (address == end_address) qemu_plugin_register_vcpu_insn_exec_cb(insn, on_end, NO_REGISTERS, NULL);
-    qemu_plugin_register_vcpu_insn_exec_inline(insn, ADD_U64, &executed, 1);
   }
 }
 
