@@ -3,16 +3,13 @@
 
 #include <cstdint>
 
+#include "board/arm/tick.h"
+
 namespace thimble::board::clock {
 
 void start(std::uint32_t rate_Hz) noexcept;  // the first tick's interrupt comes one period later
 
 // The tick's context.
-struct TickTime {
-  std::uint64_t tick = 0;  // periods since start
-  std::uint64_t time_us = 0;
-  float late_us = 0;  // of now against the tick's time
-};
 [[nodiscard]] TickTime begin_tick() noexcept;
 [[nodiscard]] float since_begin_us() noexcept;
 

@@ -1,6 +1,7 @@
 // The board: tick from the SysTick's interrupt, SLCAN on UART 0 and everything long in the background below it.
 #include "board/arm/fabric.h"
 #include "board/arm/runtime.h"
+#include "board/arm/tick.h"
 #include "board/common/liveness.h"
 #include "board/mps2-an500/board.h"
 #include "board/mps2-an500/clock.h"
@@ -77,14 +78,8 @@ void crash(std::uint32_t /*address*/) noexcept {
 }
 
 extern "C" void on_sys_tick() {
-  const clock::TickTime time = clock::begin_tick();
-  firmware::Inputs inputs;
-  inputs.tick = time.tick;
-  inputs.time_us = time.time_us;
-  inputs.late_us = time.late_us;
-  inputs.last_tick_us = last_tick_us;
-  fabric->latch(inputs);
-  fabric->commit(controller->tick(inputs));
+  const TickTime time = clock::begin_tick();
+  run_tick(*fabric, *controller, time, last_tick_us);
   last_tick_us = clock::since_begin_us();
   liveness.beat(kTick);
   // Here, for the background may check an image for longer than the watchdog waits.

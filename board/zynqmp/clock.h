@@ -8,6 +8,7 @@
 
 #include <cstdint>
 
+#include "board/arm/tick.h"
 #include "firmware/link/can_frame.h"
 
 namespace thimble::board::clock {
@@ -23,11 +24,6 @@ void rest() noexcept;
 
 // --- servo
 [[nodiscard]] bool tick_due() noexcept;
-struct TickTime {
-  std::uint64_t tick = 0;  // periods since start_ticks()
-  firmware::link::Micros time_us = 0;
-  float late_us = 0;  // of now against the tick's time
-};
 [[nodiscard]] TickTime begin_tick() noexcept;  // once a tick that is due
 [[nodiscard]] float since_begin_us() noexcept;
 

@@ -8,6 +8,7 @@
 
 #include "board/arm/fabric.h"
 #include "board/arm/runtime.h"
+#include "board/arm/tick.h"
 #include "board/common/liveness.h"
 #include "board/zynqmp/board.h"
 #include "board/zynqmp/can.h"
@@ -43,14 +44,8 @@ constinit Liveness<kContexts> liveness({kTickLimit_us, kBackgroundLimit_us, kBac
 
 void run_due_tick() noexcept {
   if (!clock::tick_due()) return;
-  const clock::TickTime time = clock::begin_tick();
-  firmware::Inputs inputs;
-  inputs.tick = time.tick;
-  inputs.time_us = time.time_us;
-  inputs.late_us = time.late_us;
-  inputs.last_tick_us = last_tick_us;
-  fabric->latch(inputs);
-  fabric->commit(controller->tick(inputs));
+  const TickTime time = clock::begin_tick();
+  run_tick(*fabric, *controller, time, last_tick_us);
   last_tick_us = clock::since_begin_us();
   liveness.beat(kTick);
   if (liveness.alive(time.time_us)) feed_watchdog();  // here, for the background may wait for the flash
