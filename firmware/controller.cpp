@@ -267,6 +267,7 @@ link::DeviceState Controller::device_state() const noexcept {
   state.scene_sequence = store_.sequence();
   state.frames_received = frames_received_;
   state.frames_dropped = frames_dropped_;
+  state.link_losses = link_losses_;
   return state;
 }
 

@@ -57,6 +57,8 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] bool next_frame(link::CanFrame& frame,
                                 link::Micros now) noexcept;  // false: nothing to send now
   // The host asked for a restart, and has its answer: the board stops calling, and starts again. Once.
+  // What the board's link has lost since start, for the host to see (DeviceState).
+  void tell_link_losses(std::uint32_t frames_or_bytes) noexcept { link_losses_ = frames_or_bytes; }
   [[nodiscard]] std::optional<link::Reset> take_reset() noexcept;
 
   // --- background: what the services do, for a program that holds the controller
@@ -165,6 +167,7 @@ class Controller final : private link::ServiceBackend {
   link::Micros heartbeat_due_ = 0;
   std::uint32_t frames_received_ = 0;
   std::uint32_t frames_dropped_ = 0;
+  std::uint32_t link_losses_ = 0;
 };
 
 }  // namespace thimble::firmware

@@ -129,19 +129,21 @@ void Devices::read_lines(firmware::Inputs& in) noexcept {
   in.dead_man = dead_man_line_ ? dead_man_.update(levels_[*dead_man_line_], fell_[*dead_man_line_]) : read;
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     const Arm& arm = arms_[i];
-    in.arm[i].drive_fault = arm.write_failed || (arm.drive_fault && (!read || levels_[*arm.drive_fault]));
+    in.arm[i].drive_fault =
+        cut_ || arm.write_failed || (arm.drive_fault && (!read || levels_[*arm.drive_fault]));
     in.arm[i].index = arm.index && (levels_[*arm.index] || rose_[*arm.index]);
   }
 }
 
 // A drive whose current cannot be set is switched off, and the other way round.
 void Devices::write(const firmware::Outputs& out) noexcept {
+  bool any = false;
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     Arm& arm = arms_[i];
     const firmware::ArmOutputs& wanted = out.arm[i];
     bool works = arm.dac && arm.enable;
     if (arm.dac && !arm.dac->write(wanted.enable ? wanted.current_A : std::array<float, 3>{})) works = false;
-    const bool enable = wanted.enable && works;
+    const bool enable = wanted.enable && works && !cut_;
     if (arm.enable && enable != arm.enabled) {
       if (arm.enable->set(enable)) {
         arm.enabled = enable;
@@ -151,10 +153,13 @@ void Devices::write(const firmware::Outputs& out) noexcept {
       }
     }
     arm.write_failed = !works;
+    any = any || wanted.enable;
   }
+  if (!any) cut_ = false;
 }
 
 void Devices::drives_off() noexcept {
+  cut_ = true;
   for (Arm& arm : arms_)
     if (arm.enable) (void)arm.enable->set(false);
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -29,7 +30,8 @@ class Devices final : public TickDevices {
   void read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t period_ns) noexcept override;
   void write(const firmware::Outputs& out) noexcept override;
   void make_safe() noexcept override;
-  // Every drive off, whatever the servo does: for the main thread when the servo hangs. Any thread.
+  // Every drive off, whatever the servo does: for the main thread when the servo hangs. Any thread. A servo that comes back reads it as a
+  // fault of every drive, until it has switched them off itself.
   void drives_off() noexcept;
 
  private:
@@ -52,6 +54,7 @@ class Devices final : public TickDevices {
   std::optional<std::size_t> dead_man_line_;
   SafeContact e_stop_;
   SafeContact dead_man_;
+  std::atomic<bool> cut_{false};  // drives_off() was called, and the servo does not know yet
   std::vector<Arm> arms_;
   // One entry an input.
   std::array<bool, GpioInputs::kMaxLines> levels_{};

@@ -43,7 +43,8 @@ namespace {
 
 constexpr int kFailed = 1, kUsage = 2, kNotFound = 3, kPermission = 5, kBadConfig = 10;
 constexpr std::uint64_t kWait_us = 1000;  // of the background for the link; telemetry waits as long at most
-constexpr std::uint64_t kFeed_ns = 200'000'000;  // from one look at servo and background to the next
+constexpr std::uint64_t kLook_ns = 20'000'000;  // from one look at servo and background to the next
+constexpr std::uint64_t kFeed_us = 200'000;     // from one feeding of the watchdogs to the next
 // For how long each may make no progress and the watchdogs are still fed. The background checks and saves a scene in one
 // round: 64 MB on a slow card.
 constexpr std::uint32_t kTickLimit_us = 100'000, kRoundLimit_us = 10'000'000;
@@ -131,6 +132,7 @@ class Background {
       controller_.on_frame(*frame, now_us());
       send();
     }
+    controller_.tell_link_losses(static_cast<std::uint32_t>(ports_.dropped()));
     controller_.poll(now_us());
     send();
     liveness_.beat(kBackground);
@@ -209,11 +211,12 @@ void run(const BoardConfig& config) {
     manager.tell("READY=1\nSTATUS=" +
                  (missing.empty() ? "running" : "cannot arm: " + describe(missing.front())));
 
-    std::uint64_t feed_ns = kFeed_ns;
-    if (manager.watchdog_us() != 0) feed_ns = std::min(feed_ns, manager.watchdog_us() * 1000 / 2);
-    const timespec feed{0, static_cast<long>(feed_ns)};
+    const std::uint64_t feed_us =
+        manager.watchdog_us() == 0 ? kFeed_us : std::min(kFeed_us, manager.watchdog_us() / 2);
+    std::uint64_t fed_us = 0;
+    constexpr timespec kLook{0, kLook_ns};
     again = false;
-    while (sigtimedwait(&signals, nullptr, &feed) < 0) {
+    while (sigtimedwait(&signals, nullptr, &kLook) < 0) {
       if (guardian.gone())
         throw std::runtime_error("the guardian process was ended: nothing would switch the drives off");
       if (background.ended()) {
@@ -222,10 +225,12 @@ void run(const BoardConfig& config) {
         break;
       }
       if (!liveness.alive(now_us())) {
-        // Not fed; and a servo that comes back finds its ticks lost, and trips.
+        // Not fed; and a servo that comes back finds its drives cut, and trips.
         if ((liveness.hanging(now_us()) & 1U << kTick) != 0) devices.drives_off();
         continue;
       }
+      if (now_us() - fed_us < feed_us) continue;
+      fed_us = now_us();
       if (watchdog) (void)watchdog->feed();
       manager.tell("WATCHDOG=1");
     }
@@ -252,8 +257,11 @@ int check(const BoardConfig& config) {
   for (const LinkConfig& link : config.links) {
     try {
       (void)open_port(link, config.node);
+    } catch (const std::system_error& error) {
+      missing.push_back(
+          {"no_link", error.what(), "or correct /links in the configuration", error.code().value()});
     } catch (const std::runtime_error& error) {
-      missing.push_back({"no_link", error.what(), "or correct /links in the configuration", errno});
+      missing.push_back({"no_link", error.what(), "or correct /links in the configuration", ENODEV});
     }
   }
   // A watchdog is not opened: it would start.

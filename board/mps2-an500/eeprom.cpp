@@ -93,9 +93,21 @@ bool write_page(std::size_t address, std::span<const std::byte> bytes) noexcept 
   return read(address, now) && std::equal(bytes.begin(), bytes.end(), now.begin());
 }
 
+// A chip that was being read when the processor was reset holds the data line until it has sent its byte.
+void free_bus() noexcept {
+  constexpr int kClocks = 9;
+  data(true);
+  for (int i = 0; i < kClocks; ++i) {
+    clock(false);
+    clock(true);
+  }
+  end();
+}
+
 }  // namespace
 
 std::size_t chips() noexcept {
+  free_bus();
   std::size_t count = 0;
   for (; count < kMostChips; ++count) {
     begin();

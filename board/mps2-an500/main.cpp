@@ -60,6 +60,7 @@ void receive(link::SlcanPort& port, link::Micros now) noexcept {
     receive(port, now);
     send(port, now);
     liveness.beat(kLink);
+    controller->tell_link_losses(uart::dropped());
     controller->poll(now);
     if (controller->take_reset()) {
       while (!uart::sent() && clock::now_us() - now < kBackgroundLimit_us) {

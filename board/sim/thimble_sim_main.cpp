@@ -125,6 +125,7 @@ void run(const Options& options) {
       controller.on_frame(*frame, now_us());
       for (firmware::link::CanFrame out; controller.next_frame(out, now_us());) ports.send(out);
     }
+    controller.tell_link_losses(static_cast<std::uint32_t>(ports.dropped()));
     controller.poll(now_us());
     for (firmware::link::CanFrame out; controller.next_frame(out, now_us());) ports.send(out);
     ports.flush();

@@ -45,7 +45,7 @@ void rest() noexcept {
   }
 }
 
-firmware::link::Micros now_us() noexcept { return read() * 1'000'000U / hertz; }
+firmware::link::Micros now_us() noexcept { return to_micros(read(), hertz); }
 
 bool tick_due() noexcept { return period != 0 && read() >= due; }
 
@@ -54,7 +54,7 @@ TickTime begin_tick() noexcept {
   const std::uint64_t since = begin - first;
   const std::uint64_t tick = since / period;
   due = first + (tick + 1) * period;
-  return {tick, begin * 1'000'000U / hertz, to_us(since % period)};
+  return {tick, to_micros(begin, hertz), to_us(since % period)};
 }
 
 float since_begin_us() noexcept { return to_us(read() - begin); }

@@ -13,6 +13,11 @@
 
 namespace thimble::board::clock {
 
+// The counts of a clock in microseconds; no product overflows before the result does.
+[[nodiscard]] constexpr std::uint64_t to_micros(std::uint64_t counts, std::uint32_t hertz) noexcept {
+  return counts / hertz * 1'000'000U + counts % hertz * 1'000'000U / hertz;
+}
+
 void start(std::uint32_t clock_Hz) noexcept;       // time begins
 void start_ticks(std::uint32_t rate_Hz) noexcept;  // the first tick is due one period later
 

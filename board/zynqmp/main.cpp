@@ -99,6 +99,7 @@ bool receive(link::SlcanPort& port, link::Micros now) noexcept {
     const link::Micros now = clock::now_us();
     const bool any = receive(port, now);
     can->supervise(now);
+    controller->tell_link_losses(can->counters().overflows + uart::overruns());
     send(port, now);
     liveness.beat(kLink);
     controller->poll(now);
@@ -132,6 +133,7 @@ void crash(std::uint32_t address) noexcept {
 }
 
 extern "C" void run_board() {
+  stop_watchdog();  // it runs on over a restart of the program, and reading the scenes back takes longer than its limit
   fabric = nullptr;  // a crash from here on does not touch what is not set up
   static const Fabric logic(reinterpret_cast<std::uintptr_t>(board_fabric), kArms, kFabricWatchdog_us);
   fabric = &logic;

@@ -46,9 +46,11 @@ bool wait_for(std::uint32_t bit, bool set) noexcept {
 
 // One selection of the chip: begin(), then what goes out and comes in, then end().
 void begin() noexcept { registers().gen_fifo = kLine | kChipSelect | kSetup; }
-bool end() noexcept {
+bool end(bool done) noexcept {
   registers().gen_fifo = kLine | kSetup;
-  return wait_for(kGenFifoEmpty, true);
+  const bool ended = wait_for(kGenFifoEmpty, true) && done;
+  if (!ended) registers().fifo_ctrl = kResetFifos;  // what is left in them would shift the next transfer
+  return ended;
 }
 
 // At most a page; in words, the last one filled up, and the controller leaves that out.
@@ -87,7 +89,7 @@ bool command(std::uint8_t code) noexcept {
   begin();
   const std::array bytes{std::byte{code}};
   const bool sent = send(bytes);
-  return end() && sent;
+  return end(sent);
 }
 
 bool command(std::uint8_t code, std::uint32_t address, std::span<const std::byte> out,
@@ -97,14 +99,14 @@ bool command(std::uint8_t code, std::uint32_t address, std::span<const std::byte
                          static_cast<std::byte>(address >> 16U), static_cast<std::byte>(address >> 8U),
                          static_cast<std::byte>(address)};
   const bool done = send(bytes) && (out.empty() || send(out)) && (in.empty() || receive(in));
-  return end() && done;
+  return end(done);
 }
 
 bool ask(std::uint8_t code, std::span<std::byte> answer) noexcept {
   begin();
   const std::array bytes{std::byte{code}};
   const bool done = send(bytes) && receive(answer);
-  return end() && done;
+  return end(done);
 }
 
 }  // namespace

@@ -54,9 +54,10 @@ std::span<const std::byte> NorStorage::slot(unsigned index) const noexcept { ret
 bool NorStorage::erase(unsigned index, std::size_t bytes) noexcept {
   if (!nor_.present() || bytes > copy(index).size()) return false;
   erased_[index] = 0;
+  std::ranges::fill(copy(index).first(firmware::kSlotHeaderBytes),
+                    std::byte{0xFF});  // whatever becomes of it
   if (!nor_.erase_sector(address_of(index))) return false;
   erased_[index] = Nor::kSectorBytes;
-  std::ranges::fill(copy(index).first(firmware::kSlotHeaderBytes), std::byte{0xFF});
   return true;
 }
 

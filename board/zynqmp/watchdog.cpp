@@ -16,11 +16,13 @@ volatile WatchdogRegisters& registers() noexcept { return at<WatchdogRegisters>(
 
 void start_watchdog(std::uint32_t clock_Hz, std::uint32_t limit_ms) noexcept {
   const std::uint32_t counts = clock_Hz / 64 / 1000 * limit_ms;
-  registers().mode = kModeKey;  // off while it is changed
+  stop_watchdog();  // while it is changed
   registers().control = kControlKey | ((counts / kStep + 1) & 0xFFFU) << 2U | kBy64;
   registers().mode = kModeKey | kOn | kResetsSystem | kLongPulse;
   feed_watchdog();
 }
+
+void stop_watchdog() noexcept { registers().mode = kModeKey; }
 
 void feed_watchdog() noexcept { registers().restart = kRestartKey; }
 

@@ -8,5 +8,6 @@ namespace thimble::board {
 
 void start_watchdog(std::uint32_t clock_Hz, std::uint32_t limit_ms) noexcept;  // up to 10 s
 void feed_watchdog() noexcept;
+void stop_watchdog() noexcept;
 
 }  // namespace thimble::board

@@ -70,6 +70,7 @@ wait $board || status=$?
 [ $status = 1 ] && grep guardian /tmp/board.err || die "the board ended with $status: $(cat /tmp/board.err)"
 not_enabled && no_voltage || die 'the drive stayed on'
 
+centiseconds() { cut -d' ' -f1 /proc/uptime | tr -d .; }
 step 'a thread hangs: the watchdog bites'
 mkdir /tmp/freezer
 mount -t cgroup -o freezer freezer /tmp/freezer
@@ -82,7 +83,12 @@ for thread in thimble-servo thimble-link; do
   ! dmesg | grep softdog || die 'it bit a board that works'
   thread_of $thread >/tmp/freezer/hung/tasks
   echo FROZEN >/tmp/freezer/hung/freezer.state
-  if [ $thread = thimble-servo ]; then wait_until 1 not_enabled; fi
+  if [ $thread = thimble-servo ]; then
+    frozen=$(centiseconds)
+    until not_enabled || [ $(($(centiseconds) - frozen)) -gt 100 ]; do :; done
+    figure "the drive went off $(($(centiseconds) - frozen)) cs after the servo had stopped"
+    [ $(($(centiseconds) - frozen)) -le 20 ] || die 'the servo hangs and the drive stays on'
+  fi
   kill -STOP $arm  # its simulation is what takes long here
   sleep 11.5
   dmesg | grep 'softdog.*Reboot ignored' || die "$thread hangs and nothing bites"

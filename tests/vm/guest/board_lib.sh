@@ -72,10 +72,11 @@ thread_of() { basename "$(dirname "$(grep -l "$1" /proc/$board/task/*/comm)")"; 
 # Every output of the converter at 0 V.
 no_voltage() { [ "$(dd if=/dev/arm_hardware bs=32 count=1 2>/dev/null | od -An -td2 -N8 | tr -s ' ')" = ' 0 0 0 0' ]; }
 
-fault_is() { thimble fault list --device can:vcan0 | grep -q "$1"; }
-# touches TICKS: the tip has been in contact for so many.
+# fault_is NAME [ADDRESS]
+fault_is() { thimble fault list --device "${2:-can:vcan0}" | grep -q "$1"; }
+# touches TICKS [ADDRESS]: the tip has been in contact for so many.
 touches() {
-  thimble info --device can:vcan0 --json >/tmp/info
+  thimble info --device "${2:-can:vcan0}" --json >/tmp/info
   [ "$(field contact_ticks /tmp/info)" -ge "$1" ]
 }
 # refused REASON COMMAND...: the command is refused with this reason.

@@ -24,6 +24,7 @@ start_controller() {
     thimble-sim) thimble-sim --no-pty --rate 1000 --store /tmp/scenes "$@" >/tmp/controller 2>/tmp/controller.err & ;;  # 1 kHz: under emulation
     thimble-board)
       [ -e /sys/class/net/workshop ] || make_board
+      start_arm
       sed "s|\"links\": .*|\"links\": [{ \"$(echo "$1" | sed 's/--tty/slcan/; s/--can/can/')\": \"$2\" }, { \"can\": \"workshop\" }],|" board.json >/tmp/board.json
       thimble-board --config /tmp/board.json >/tmp/controller 2>/tmp/controller.err &
       ;;
@@ -32,6 +33,7 @@ start_controller() {
   controller=$!
   wait_until 20 grep -qx ready /tmp/controller
   [ $CONTROLLER = thimble-sim ] || release_all can:workshop
+  fresh=1
 }
 
 # Its devices, the simulated arm behind them, and a bus of its own on which its first fault is cleared: that of an e-stop that nobody has closed yet.
@@ -39,7 +41,6 @@ make_board() {
   . board_lib.sh
   modprobe -a gpio-sim arm_hardware
   make_lines
-  start_arm
   mkdir -p /tmp/store
   ip link add dev workshop type vcan
   ip link set workshop up
@@ -49,6 +50,7 @@ make_board() {
 stop_controller() {
   kill -TERM "$controller" || die "the controller ended by itself: $(cat /tmp/controller.err)"
   wait "$controller" || die "the controller ended with $?: $(cat /tmp/controller.err)"
+  [ $CONTROLLER = thimble-sim ] || stop_arm
   rm -rf /tmp/scenes /tmp/store/*
 }
 
@@ -66,8 +68,27 @@ fails() {
 # field NAME FILE: the value of a JSON field, as thimble prints it, one a line.
 field() { sed -n "s/^ *\"$1\": \"\{0,1\}\([^\",]*\)\"\{0,1\},\{0,1\}$/\1/p" "$2"; }
 
+# The hand goes down to the floor, and somebody presses the e-stop: within a tick and its own time the currents change. Over this address; the
+# arm is where it was put together.
+touch_and_trip() {
+  thimble upload walls.thim --device "$1" >/dev/null 2>&1 || die "upload of the walls over $1"
+  thimble home --device "$1" >/dev/null
+  thimble arm --device "$1" >/dev/null
+  wait_until 60 touches 100 "$1"
+  stop_latency $lines/sim_gpio0/pull pull-down >/tmp/latency || die "the currents went on: $(cat /tmp/latency)"
+  figure "over $1, from the e-stop's edge to other currents: $(cat /tmp/latency)"
+  [ "$(sed 's/.*"latency_us": \([0-9]*\).*/\1/' /tmp/latency)" -le 1200 ] || die 'later than one tick and its own time'
+  wait_until 2 not_enabled
+  fault_is e_stop "$1" || die "no fault over $1"
+  fails 9 device-faulted thimble fault clear --device "$1"
+  close_contacts
+  thimble fault clear --device "$1" >/dev/null || die "clear over $1"
+}
+
 # What every user does in a day, over this address.
 session() {
+  if [ $CONTROLLER != thimble-sim ] && [ $fresh = 1 ]; then touch_and_trip "$1"; fi
+  fresh=0
   thimble upload asteroid.thim --device "$1" --json >/tmp/uploaded || die "upload over $1"
   [ "$(field verified /tmp/uploaded)" = true ] || die "upload over $1: $(cat /tmp/uploaded)"
   figure "upload over $1: $(field bytes /tmp/uploaded) bytes at $(field rate_bytes_s /tmp/uploaded) B/s, $(field retried_blocks /tmp/uploaded) blocks twice"
