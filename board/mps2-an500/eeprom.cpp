@@ -101,6 +101,7 @@ void free_bus() noexcept {
     clock(false);
     clock(true);
   }
+  clock(false);
   end();
 }
 
