@@ -1,8 +1,12 @@
 // The verbs that talk to a device.
 #include <fmt/format.h>
+#include <langinfo.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
+#include <clocale>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -13,9 +17,10 @@
 #include "firmware/faults.h"
 #include "host-tools/client/device.h"
 #include "host-tools/client/discovery.h"
-#include "host-tools/thimble/image_file.h"
+#include "host-tools/files/image_file.h"
 #include "host-tools/thimble/interrupt.h"
 #include "host-tools/thimble/limits.h"
+#include "host-tools/thimble/monitor_screen.h"
 #include "host-tools/thimble/output.h"
 #include "host-tools/thimble/verbs.h"
 
@@ -217,6 +222,45 @@ class TelemetryPrinter {
   std::string mode_ = mode_name(0);
 };
 
+// Draws a MonitorScreen over itself ten times a second.
+class ScreenPrinter {
+ public:
+  explicit ScreenPrinter(Device& device)
+      : screen_(
+            fmt::format("{} on board {}", device.text(link::kDidArmName), device.text(link::kDidBoardName)),
+            device.info().node, terminal_has_blocks()) {}
+
+  // True when it drew.
+  bool operator()(const CanFrame& frame) {
+    screen_.take(frame);
+    if (now_us() - drawn_us_ < kRedraw_us) return false;
+    drawn_us_ = now_us();
+    screen_.step();
+    winsize window{};
+    constexpr unsigned kColumns = 80;  // of a terminal that does not tell
+    const bool told = ioctl(STDOUT_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col != 0;
+    std::string text = screen_.text(told ? window.ws_col : kColumns);
+    // Up to where the last picture began, and each line's old rest away.
+    std::string picture = lines_ == 0 ? "" : fmt::format("\x1b[{}A", lines_);
+    lines_ = static_cast<std::size_t>(std::ranges::count(text, '\n'));
+    for (const char c : text) picture += c == '\n' ? "\x1b[K\n" : std::string(1, c);
+    fmt::print("{}\x1b[J", picture);
+    std::fflush(stdout);
+    return true;
+  }
+
+ private:
+  static bool terminal_has_blocks() {
+    std::setlocale(LC_CTYPE, "");  // or it would be "C", whatever the user has
+    return std::string_view(nl_langinfo(CODESET)) == "UTF-8";
+  }
+
+  static constexpr Micros kRedraw_us = 100'000;
+  MonitorScreen screen_;
+  Micros drawn_us_ = 0;
+  std::size_t lines_ = 0;
+};
+
 }  // namespace
 
 void list(const Common& common) {
@@ -350,7 +394,12 @@ void home(const Common& common, const Remote& remote, double wait_s) {
 
 void monitor(const Common& common, const Remote& remote, const MonitorChoice& choice) {
   Device device = open_device(common, remote);
-  TelemetryPrinter printer(common.json, device.info().node);
+  std::function<bool(const CanFrame&)> printer;
+  if (!common.json && !choice.rows && isatty(STDOUT_FILENO) != 0) {
+    printer = ScreenPrinter(device);
+  } else {
+    printer = TelemetryPrinter(common.json, device.info().node);
+  }
   heed_interrupts();
 
   const Micros start_us = now_us();

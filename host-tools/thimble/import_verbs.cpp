@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "host-tools/files/output_file.h"
 #include "host-tools/import/import_volume.h"
 #include "host-tools/thimble/output.h"
 #include "host-tools/thimble/verbs.h"

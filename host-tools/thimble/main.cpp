@@ -86,6 +86,18 @@ void define_scan(CLI::App& app, Choices& c) {
       ->capture_default_str();
 }
 
+void define_trace(CLI::App& app, Choices& c) {
+  CLI::App* dbc_verb = app.add_subcommand("dbc", "the real-time messages as a DBC file, for other CAN tools");
+  dbc_verb->callback([&c] { write_dbc(c.remote.node, c.image); });
+  dbc_verb->add_option("--node", c.remote.node, "the controller's node number")
+      ->check(CLI::Range(1U, 127U))
+      ->capture_default_str();
+  dbc_verb->add_option("--output,-o", c.image, "where it goes; default: standard output");
+  verb(app, c, "decode", "say what a log of CAN frames means", [&c] { decode(c.common, c.image); })
+      ->add_option("log", c.image, "what `candump -L` wrote; - is standard input")
+      ->required();
+}
+
 void define(CLI::App& app, Choices& c) {
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("thimble ") + THIMBLE_VERSION);
@@ -124,6 +136,7 @@ void define(CLI::App& app, Choices& c) {
                                        [&c] { monitor(c.common, c.remote, c.monitor); });
   monitor_verb->add_option("--seconds", c.monitor.seconds, "stop after so long")->check(CLI::PositiveNumber);
   monitor_verb->add_option("--count", c.monitor.count, "stop after so many rows (with --json: messages)");
+  monitor_verb->add_flag("--rows", c.monitor.rows, "a row a force in a terminal, too, instead of a picture");
   monitor_verb->add_flag("--keep-alive", c.monitor.keep_alive, "feed the device's host supervision");
 
   CLI::App* param = app.add_subcommand("param", "read and change parameters");
@@ -177,6 +190,7 @@ void define(CLI::App& app, Choices& c) {
       ->required();
 
   define_scan(app, c);
+  define_trace(app, c);
 
   CLI::App* simulate_verb =
       verb(app, c, "simulate", "run a scene on the simulated arm, faster than real time",

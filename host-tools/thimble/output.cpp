@@ -49,41 +49,4 @@ double tidy(float value) {
   return read;
 }
 
-OutputFile::OutputFile(std::filesystem::path place) : place_(std::move(place)) {
-  std::error_code none;
-  const auto kind = std::filesystem::status(place_, none).type();
-  if (kind == std::filesystem::file_type::directory) fail(EISDIR);
-  const bool direct =
-      kind != std::filesystem::file_type::not_found && kind != std::filesystem::file_type::regular;
-  draft_ = place_;
-  if (!direct) draft_ += ".part-" + std::to_string(getpid());
-  errno = 0;
-  stream_.open(draft_, std::ios::binary | std::ios::trunc);
-  if (!stream_) fail(errno);
-}
-
-OutputFile::~OutputFile() {
-  stream_.close();
-  std::error_code ignored;
-  if (draft_ != place_) std::filesystem::remove(draft_, ignored);
-}
-
-void OutputFile::commit() {
-  errno = 0;
-  stream_.close();
-  if (!stream_) fail(errno);
-  if (draft_ == place_) return;
-  std::error_code failed;
-  std::filesystem::rename(draft_, place_, failed);
-  if (failed) fail(failed.value());
-}
-
-void OutputFile::fail(int error) const {
-  const std::string cause = "cannot write " + place_.string() + ": " + std::strerror(error);
-  if (error == EACCES || error == EPERM || error == EROFS) {
-    throw Error(ExitCode::kPermission, "permission", cause, "choose a place that you may write to");
-  }
-  throw Error(ExitCode::kRefused, "cannot-write", cause, "check the folder and the space left");
-}
-
 }  // namespace thimble::host

@@ -1,9 +1,6 @@
-// What every verb shares on its way out: JSON with a schema version, messages on stderr, files that appear
-// whole or not at all.
+// What every verb shares on its way out: JSON with a schema version, messages on stderr.
 #pragma once
 
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -40,26 +37,5 @@ template <class Message>
   });
   return json;
 }
-
-// A file that is written beside its place and moved there by commit(); without it nothing remains. A place
-// that exists and is no regular file (a pipe, /dev/stdout) is written directly. Errors: kPermission, kRefused
-// (no space ...).
-class OutputFile {
- public:
-  explicit OutputFile(std::filesystem::path place);
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
-  ~OutputFile();
-
-  [[nodiscard]] std::ofstream& stream() { return stream_; }
-  void commit();
-
- private:
-  [[noreturn]] void fail(int error) const;
-
-  std::filesystem::path place_;
-  std::filesystem::path draft_;
-  std::ofstream stream_;
-};
 
 }  // namespace thimble::host

@@ -13,6 +13,7 @@
 #include "host-tools/client/device.h"
 #include "host-tools/client/discovery.h"
 #include "host-tools/compiler/compile.h"
+#include "host-tools/files/output_file.h"
 #include "host-tools/scan/scan.h"
 #include "host-tools/thimble/interrupt.h"
 #include "host-tools/thimble/output.h"

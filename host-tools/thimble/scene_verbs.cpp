@@ -4,10 +4,10 @@
 #include <array>
 #include <cstdio>
 
-#include "board/sim/hand_path_file.h"
-#include "board/sim/simulation.h"
 #include "host-tools/compiler/compile.h"
-#include "host-tools/thimble/image_file.h"
+#include "host-tools/files/image_file.h"
+#include "host-tools/files/output_file.h"
+#include "host-tools/simulate/simulation_run.h"
 #include "host-tools/thimble/output.h"
 #include "host-tools/thimble/verbs.h"
 
@@ -26,30 +26,6 @@ Json to_json(const MeshReport& mesh) {
           {"pierced_triangles", mesh.pierced_triangles},
           {"bytes", mesh.bytes},
           {"depth", mesh.depth}};
-}
-
-[[noreturn]] void fail(const board::SimulationResult& result) {
-  using board::SimulationStatus;
-  switch (result.status) {
-    case SimulationStatus::kUnknownArm:
-      throw Error(ExitCode::kUsage, "unknown-arm", result.detail, "`thimble simulate --help` names the arms");
-    case SimulationStatus::kBadRate:
-      throw Error(ExitCode::kUsage, "bad-rate", result.detail, "choose --rate between 100 and 20000");
-    case SimulationStatus::kBadPath:
-      throw Error(ExitCode::kBadInput, "bad-path", result.detail, "correct the path file");
-    case SimulationStatus::kOutOfReach:
-      throw Error(ExitCode::kBadInput, "out-of-reach", result.detail,
-                  "begin the path inside the arm's workspace, or use --ideal");
-    case SimulationStatus::kImageRefused:
-      throw Error(ExitCode::kBadInput, "bad-image", result.detail, "compile the scene again");
-    case SimulationStatus::kFaulted:
-      throw Error(ExitCode::kFaulted, "device-faulted", result.detail,
-                  "the log ends where it tripped; see `thimble fault explain`");
-    case SimulationStatus::kNotArmed:
-    case SimulationStatus::kOk:
-      break;
-  }
-  throw Error(ExitCode::kRefused, "not-armed", result.detail, "see what stands against arming in the cause");
 }
 
 void write_row(std::ofstream& out, const board::LogRow& row) {
@@ -101,15 +77,7 @@ void compile(const Common& common, const std::filesystem::path& scene, const std
 }
 
 void simulate(const Common& common, const SimulateChoice& choice) {
-  const ImageFile scene = load_image(choice.scene);
-  std::vector<board::PathPoint> path;
-  try {
-    path = board::read_hand_path(choice.path);
-  } catch (const board::HandPathError& error) {
-    throw Error(ExitCode::kBadInput, "bad-path", error.what(),
-                "correct the path file: time_s,x_m,y_m,z_m[,arm]");
-  }
-
+  const SimulationRun run(choice.scene, choice.path);
   board::SimulationOptions options;
   options.ideal = choice.ideal;
   options.rate_Hz = choice.rate_Hz;
@@ -122,20 +90,17 @@ void simulate(const Common& common, const SimulateChoice& choice) {
   double peak_N = 0;
   double sum_N = 0;
   std::uint64_t contact_rows = 0;
-  const board::SimulationResult result =
-      board::simulate(scene.image, path, options, [&](const board::LogRow& row) {
-        write_row(log.stream(), row);
-        const double force_N = row.force_N.norm();
-        peak_N = std::max(peak_N, force_N);
-        if (row.contacts != 0) {
-          ++contact_rows;
-          sum_N += force_N;
-        }
-      });
-  if (result.status != board::SimulationStatus::kOk && result.status != board::SimulationStatus::kFaulted)
-    fail(result);
+  const board::SimulationResult result = run.go(options, [&](const board::LogRow& row) {
+    write_row(log.stream(), row);
+    const double force_N = row.force_N.norm();
+    peak_N = std::max(peak_N, force_N);
+    if (row.contacts != 0) {
+      ++contact_rows;
+      sum_N += force_N;
+    }
+  });
   log.commit();
-  if (result.status == board::SimulationStatus::kFaulted) fail(result);
+  throw_if_faulted(result);
 
   const double mean_N = contact_rows == 0 ? 0.0 : sum_N / static_cast<double>(contact_rows);
   if (common.json) {

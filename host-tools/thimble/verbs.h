@@ -41,7 +41,8 @@ void home(const Common& common, const Remote& remote, double wait_s);
 
 struct MonitorChoice {
   double seconds = 0;       // 0: until Ctrl-C
-  std::uint64_t count = 0;  // frames with --json, rows without; 0: no limit
+  std::uint64_t count = 0;  // frames with --json, rows without (pictures in a terminal); 0: no limit
+  bool rows = false;        // in a terminal, too
   bool keep_alive = false;  // feed host supervision
 };
 void monitor(const Common& common, const Remote& remote, const MonitorChoice& choice);
@@ -67,6 +68,12 @@ void param_set(const Common& common, const Remote& remote, const std::string& na
 void fault_list(const Common& common, const Remote& remote);
 void fault_clear(const Common& common, const Remote& remote);
 void fault_explain(const Common& common, const std::string& which);  // number or name
+
+void write_dbc(std::uint8_t node, const std::filesystem::path& output);  // empty: stdout
+void decode(const Common& common, const std::filesystem::path& log);       // "-": stdin
+
+void write_dbc(unsigned node, const std::filesystem::path& output);   // empty: stdout
+void decode(const Common& common, const std::filesystem::path& log);  // "-": stdin
 
 void compile(const Common& common, const std::filesystem::path& scene, const std::filesystem::path& output);
 

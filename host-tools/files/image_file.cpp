@@ -1,4 +1,4 @@
-#include "host-tools/thimble/image_file.h"
+#include "host-tools/files/image_file.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -10,7 +10,8 @@
 #include "control/scene/limits.h"
 #include "host-tools/client/device.h"
 #include "host-tools/compiler/compile.h"
-#include "host-tools/thimble/output.h"
+#include "host-tools/error.h"
+#include "host-tools/files/output_file.h"
 
 namespace thimble::host {
 namespace {

@@ -1,0 +1,30 @@
+// Files that appear whole or not at all.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+
+namespace thimble::host {
+
+// A file that is written beside its place and moved there by commit(); without it nothing remains. A place
+// that exists and is no regular file (a pipe, /dev/stdout) is written directly. Errors: kPermission, kRefused
+// (no space ...).
+class OutputFile {
+ public:
+  explicit OutputFile(std::filesystem::path place);
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  ~OutputFile();
+
+  [[nodiscard]] std::ofstream& stream() { return stream_; }
+  void commit();
+
+ private:
+  [[noreturn]] void fail(int error) const;
+
+  std::filesystem::path place_;
+  std::filesystem::path draft_;
+  std::ofstream stream_;
+};
+
+}  // namespace thimble::host

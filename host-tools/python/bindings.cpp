@@ -1,0 +1,274 @@
+// thimble._thimble: the client library and the simulation for Python. thimble/__init__.py is the part that a person reads.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "firmware/faults.h"
+#include "host-tools/client/device.h"
+#include "host-tools/client/discovery.h"
+#include "host-tools/compiler/compile.h"
+#include "host-tools/error.h"
+#include "host-tools/files/image_file.h"
+#include "host-tools/simulate/simulation_run.h"
+
+namespace py = pybind11;
+
+namespace thimble::host {
+namespace {
+
+constexpr link::Micros kSlice_us = 100'000;  // how long Ctrl-C waits at most
+
+// One fingertip as the link tells it. Without padding: numpy sees the fields where they are.
+struct TelemetryRow {
+  double time_s;  // this machine's clock, from the beginning
+  std::int32_t arm;
+  std::int32_t contacts;
+  std::array<double, 3> tip_m;
+  std::array<double, 3> force_N;
+};
+
+struct SimulationRow {
+  double time_s;
+  std::int32_t arm;
+  std::int32_t contacts;
+  std::array<double, 3> tip_m;
+  std::array<double, 3> proxy_m;
+  std::array<double, 3> force_N;
+};
+
+std::array<double, 3> to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+template <class Row>
+py::array_t<Row> to_numpy(const std::vector<Row>& rows) {
+  return py::array_t<Row>(static_cast<py::ssize_t>(rows.size()), rows.data());
+}
+
+const firmware::ParamRow& param_named(const std::string& name) {
+  const firmware::ParamRow* row = firmware::find_param(std::string_view(name));
+  if (row == nullptr) throw py::key_error("there is no parameter '" + name + "'");
+  return *row;
+}
+
+// Ctrl-C between two frames.
+void heed_python() {
+  const py::gil_scoped_acquire python;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+class Connection {
+ public:
+  Connection(const std::string& device, unsigned node, double timeout_s) {
+    constexpr unsigned kTries = 5;
+    DeviceOptions options;
+    options.node = static_cast<std::uint8_t>(node);
+    options.tries = kTries;
+    options.answer_us = static_cast<link::Micros>(timeout_s * 1e6) / kTries;
+    device_ = std::make_unique<Device>(open_transport(choose_device(device)), options);
+  }
+  void close() { device_.reset(); }
+  [[nodiscard]] Device& device() {
+    if (!device_) throw py::value_error("the connection is closed");
+    return *device_;
+  }
+
+  py::dict info() {
+    Device& d = device();
+    const link::DeviceState state = d.state();
+    py::dict info;
+    info["arm"] = d.text(link::kDidArmName);
+    info["board"] = d.text(link::kDidBoardName);
+    info["firmware"] = d.text(link::kDidFirmwareVersion);
+    info["serial_number"] = d.text(link::kDidSerialNumber);
+    info["scene"] = d.text(link::kDidSceneName);
+    info["arms"] = d.info().arms;
+    info["mode"] = mode_name(state.mode);
+    const firmware::FaultRow* fault = firmware::find_fault(static_cast<firmware::Fault>(state.fault));
+    info["fault"] = state.fault == 0 || fault == nullptr ? py::object(py::none()) : py::str(fault->name);
+    info["tick"] = state.tick;
+    info["tick_rate_Hz"] = state.tick_rate_Hz;
+    info["worst_tick_s"] = state.worst_tick_s;
+    info["overruns"] = state.overruns;
+    info["contact_ticks"] = state.contact_ticks;
+    info["peak_force_N"] = state.peak_force_N;
+    return info;
+  }
+
+  py::dict upload(const std::filesystem::path& file) {
+    UploadResult result;
+    {
+      const py::gil_scoped_release others;
+      const ImageFile scene = load_image(file);
+      result = device().upload(scene.image, {scene.crc, true}, [](const UploadProgress&) { heed_python(); });
+    }
+    py::dict done;
+    done["bytes"] = result.bytes;
+    done["crc"] = result.crc;
+    done["resumed_from"] = result.resumed_from;
+    done["rate_bytes_s"] = result.bytes_per_s;
+    return done;
+  }
+
+  // Every force that the link brings in so long, with the pose that belongs to it.
+  py::array_t<TelemetryRow> telemetry(double seconds) {
+    std::vector<TelemetryRow> rows;
+    {
+      const py::gil_scoped_release others;
+      Device& d = device();
+      const std::uint8_t node = d.info().node;
+      std::array<link::Pose, 4> poses{};
+      const link::Micros start_us = now_us();
+      const link::Micros end_us = start_us + static_cast<link::Micros>(seconds * 1e6);
+      while (now_us() < end_us) {
+        const std::optional<link::CanFrame> frame = d.telemetry(std::min(end_us, now_us() + kSlice_us));
+        heed_python();
+        if (!frame) continue;
+        link::Pose pose;
+        link::Force force;
+        if (link::from_frame(*frame, node, pose)) {
+          poses[pose.arm & 3U] = pose;
+        } else if (link::from_frame(*frame, node, force)) {
+          const unsigned arm = force.arm_contacts >> 6U;
+          const link::Pose& at = poses[arm];
+          if (at.sequence != force.sequence) continue;  // of another tick
+          rows.push_back({static_cast<double>(now_us() - start_us) * 1e-6,
+                          static_cast<std::int32_t>(arm),
+                          force.arm_contacts & 3,
+                          {at.x_m, at.y_m, at.z_m},
+                          {force.x_N, force.y_N, force.z_N}});
+        }
+      }
+    }
+    return to_numpy(rows);
+  }
+
+  std::vector<std::string> faults() {
+    std::vector<std::string> names;
+    for (const std::uint8_t number : device().faults()) {
+      const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(number));
+      names.push_back(row == nullptr ? std::to_string(number) : row->name);
+    }
+    return names;
+  }
+
+ private:
+  std::unique_ptr<Device> device_;
+};
+
+py::array_t<SimulationRow> simulate(const std::filesystem::path& scene,
+                                    const std::variant<std::filesystem::path, py::array_t<double>>& path,
+                                    double rate_Hz, const std::string& arm, bool ideal, std::uint64_t seed) {
+  std::vector<board::PathPoint> points;
+  const auto* const given = std::get_if<py::array_t<double>>(&path);
+  if (given != nullptr) {
+    const auto columns = given->ndim() == 2 ? given->shape(1) : 0;
+    if (columns != 4 && columns != 5)
+      throw py::value_error("a path has rows of time_s, x_m, y_m, z_m and, for two arms, arm");
+    const auto rows = given->unchecked<2>();
+    for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
+      board::PathPoint point;
+      point.time_s = rows(i, 0);
+      point.position_m = {rows(i, 1), rows(i, 2), rows(i, 3)};
+      if (columns == 5) point.arm = static_cast<int>(rows(i, 4));
+      points.push_back(point);
+    }
+  }
+  board::SimulationOptions options;
+  options.rate_Hz = rate_Hz;
+  options.arm = arm;
+  options.ideal = ideal;
+  options.seed = seed;
+  std::vector<SimulationRow> rows;
+  {
+    const py::gil_scoped_release others;
+    const SimulationRun run = given != nullptr ? SimulationRun(scene, std::move(points))
+                                               : SimulationRun(scene, std::get<std::filesystem::path>(path));
+    throw_if_faulted(run.go(options, [&rows](const board::LogRow& row) {
+      rows.push_back({row.time_s, row.arm, row.contacts, to_array(row.tip_m), to_array(row.proxy_m),
+                      to_array(row.force_N)});
+      if (rows.size() % 4096 == 0) heed_python();
+    }));
+  }
+  return to_numpy(rows);
+}
+
+template <class... Arguments>
+auto without_gil(void (Device::*method)(Arguments...), Arguments... arguments) {
+  return [method, arguments...](Connection& c) {
+    const py::gil_scoped_release others;
+    (c.device().*method)(arguments...);
+  };
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_thimble, m) {
+  PYBIND11_NUMPY_DTYPE(TelemetryRow, time_s, arm, contacts, tip_m, force_N);
+  PYBIND11_NUMPY_DTYPE(SimulationRow, time_s, arm, contacts, tip_m, proxy_m, force_N);
+
+  static py::handle error_class;  // kept for good: the interpreter may be gone before static objects are
+  m.def("set_error_class", [](py::object type) { error_class = type.release(); });
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const Error& error) {
+      PyErr_SetObject(
+          error_class.ptr(),
+          py::make_tuple(error.name, error.cause, error.remedy, static_cast<int>(error.code)).ptr());
+    }
+  });
+
+  m.def("discover", [] {
+    py::list all;
+    for (const DeviceEntry& entry : discover()) {
+      py::dict one;
+      one["name"] = entry.name;
+      one["kind"] = entry.kind;
+      one["arm"] = entry.arm;
+      one["uris"] = entry.uris;
+      all.append(one);
+    }
+    return all;
+  });
+  m.def("compile", [](const std::filesystem::path& scene) {
+    const std::vector<std::byte> image = compile_scene(scene).image;
+    return py::bytes(reinterpret_cast<const char*>(image.data()), image.size());
+  });
+  m.def("simulate", &simulate);
+
+  constexpr link::Micros kHome_us = 30'000'000, kArm_us = 2'000'000, kDisarm_us = 5'000'000;
+  py::class_<Connection>(m, "Connection")
+      .def(py::init<std::string, unsigned, double>())
+      .def("close", &Connection::close)
+      .def("info", &Connection::info)
+      .def("upload", &Connection::upload)
+      .def("telemetry", &Connection::telemetry)
+      .def("faults", &Connection::faults)
+      .def("home", without_gil(&Device::home, kHome_us))
+      .def("arm", without_gil(&Device::arm, kArm_us))
+      .def("disarm", without_gil(&Device::disarm, kDisarm_us))
+      .def("clear_faults", without_gil(&Device::clear_faults))
+      .def("keep_alive", without_gil(&Device::keep_alive))
+      .def("parameters",
+           [](Connection&) {
+             std::vector<std::string> names;
+             for (const firmware::ParamRow& row : firmware::kParamTable) names.emplace_back(row.name);
+             return names;
+           })
+      .def("read_parameter",
+           [](Connection& c, const std::string& name) { return c.device().read_param(param_named(name)); })
+      .def("write_parameter", [](Connection& c, const std::string& name, double value) {
+        c.device().write_param(param_named(name), value);
+      });
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,123 @@
+"""Thimble for Python: devices on the link, and the simulated arm.
+
+    import thimble
+    felt = thimble.simulate("scenes/walls/walls.scene.json", "scenes/walls/stroke.csv")
+    felt["force_N"][:, 2].max()
+
+    with thimble.connect() as device:          # or an address, or a name of thimble.discover()
+        device.upload("scenes/asteroid/asteroid.scene.json")
+        device.home()
+        device.arm()
+        rows = device.telemetry(seconds=2.0)   # time_s, arm, contacts, tip_m, force_N
+        device.disarm()
+
+Lengths in metres, forces in newtons, the world's frame (z up). What fails raises thimble.Error, with the name, cause, remedy and exit code that
+the command `thimble` has for it.
+"""
+
+from . import _thimble
+
+__all__ = ["Error", "Device", "connect", "discover", "compile", "simulate"]
+
+
+class Error(Exception):
+    """What went wrong (name, cause) and what to do (remedy); exit_code as in docs/cli.md."""
+
+    def __init__(self, name, cause, remedy, exit_code):
+        super().__init__(f"{name}: {cause} ({remedy})")
+        self.name, self.cause, self.remedy, self.exit_code = name, cause, remedy, exit_code
+
+
+_thimble.set_error_class(Error)
+
+
+def discover():
+    """The devices that are there: a list of {"name", "kind", "arm", "uris"}."""
+    return _thimble.discover()
+
+
+def compile(scene):
+    """The image of a scene file, as an upload sends it."""
+    return _thimble.compile(scene)
+
+
+def simulate(scene, path, *, rate_Hz=4000.0, arm="premium-1.5", ideal=False, seed=1):
+    """A scene felt by the simulated arm, faster than real time: a structured array with a row a tick and arm, of time_s, arm, contacts, tip_m,
+    proxy_m (the god object) and force_N. path: a CSV file, or an array of rows time_s, x_m, y_m, z_m[, arm]. ideal: the fingertip is on the path
+    exactly, and the force is only computed. The same arguments give the same bytes."""
+    return _thimble.simulate(scene, path, rate_Hz, arm, ideal, seed)
+
+
+def connect(device="", *, node=1, timeout_s=2.0):
+    """A Device by its address (can:can0, slcan:/dev/ttyACM0, tcp:127.0.0.1:29536) or name; without: the only one."""
+    return Device(device, node, timeout_s)
+
+
+class _Parameters:
+    """device.parameters["max_force"]: read and written on the device; iterating gives the names."""
+
+    def __init__(self, connection):
+        self._connection = connection
+
+    def __getitem__(self, name):
+        return self._connection.read_parameter(name)
+
+    def __setitem__(self, name, value):
+        self._connection.write_parameter(name, value)
+
+    def __iter__(self):
+        return iter(self._connection.parameters())
+
+    def __len__(self):
+        return len(self._connection.parameters())
+
+
+class Device:
+    """A device on the link. One thread at a time; `with` closes it. Closing does not disarm: the scene runs on the controller."""
+
+    def __init__(self, device="", node=1, timeout_s=2.0):
+        self._connection = _thimble.Connection(device, node, timeout_s)
+        self.parameters = _Parameters(self._connection)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        self._connection.close()
+
+    @property
+    def info(self):
+        """Versions, scene, mode, fault and figures, as of now."""
+        return self._connection.info()
+
+    def upload(self, scene):
+        """Sends a scene file (*.json) or an image, and runs it."""
+        return self._connection.upload(scene)
+
+    def home(self):
+        self._connection.home()
+
+    def arm(self):
+        self._connection.arm()
+
+    def disarm(self):
+        self._connection.disarm()
+
+    def telemetry(self, seconds):
+        """What the link tells in so long: a structured array of time_s (this machine's, from the call on), arm, contacts, tip_m and force_N."""
+        return self._connection.telemetry(seconds)
+
+    @property
+    def faults(self):
+        """Names of the faults since the last clear."""
+        return self._connection.faults()
+
+    def clear_faults(self):
+        self._connection.clear_faults()
+
+    def keep_alive(self):
+        """A sign of life, where the parameter host_supervision asks for one."""
+        self._connection.keep_alive()

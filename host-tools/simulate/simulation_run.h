@@ -1,0 +1,31 @@
+// A scene file and a file with a hand's path, as `thimble simulate` and the Python package feel them. Failures are Errors.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <vector>
+
+#include "board/sim/simulation.h"
+
+namespace thimble::host {
+
+class SimulationRun {
+ public:
+  // scene: a scene file (*.json) or an image; path: CSV time_s,x_m,y_m,z_m[,arm]. Error kBadInput, kPermission.
+  SimulationRun(const std::filesystem::path& scene, const std::filesystem::path& path);
+  SimulationRun(const std::filesystem::path& scene, std::vector<board::PathPoint> path);
+
+  // board::simulate(); what cannot run is an Error. A run that tripped is none yet: its rows are good up to there.
+  board::SimulationResult go(const board::SimulationOptions& options,
+                             const std::function<void(const board::LogRow&)>& row) const;
+
+ private:
+  std::vector<std::byte> image_;
+  std::vector<board::PathPoint> path_;
+};
+
+// Error kFaulted where the controller tripped on the way.
+void throw_if_faulted(const board::SimulationResult& result);
+
+}  // namespace thimble::host

@@ -1,0 +1,52 @@
+// The telemetry of a device as a picture in a terminal: the tip, its force as bars and over time, and how the controller does.
+// Pure: frames in, text out. `thimble monitor` draws it where its output is a terminal.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "control/scene/limits.h"
+#include "firmware/link/messages.h"
+
+namespace thimble::host {
+
+class MonitorScreen {
+ public:
+  // title: what is shown. utf8: the terminal has block characters.
+  MonitorScreen(std::string title, std::uint8_t node, bool utf8)
+      : title_(std::move(title)), node_(node), utf8_(utf8) {}
+
+  void take(const firmware::link::CanFrame& frame);
+  // A step of the curves: the largest force since the last one.
+  void step();
+  // Lines of at most so many characters, each ending in a line feed.
+  [[nodiscard]] std::string text(std::size_t columns) const;
+
+ private:
+  struct Arm {
+    bool seen = false;
+    firmware::link::Pose pose;
+    firmware::link::Force force;
+    float most_N = 0.0F;  // since the last step
+    std::vector<float> past_N;
+  };
+
+  void take(const firmware::link::Pose& pose);
+  void take(const firmware::link::Force& force);
+  void take(const firmware::link::Status& status) { status_ = status; }
+  template <class Message>
+  void take(const Message&) {}
+  [[nodiscard]] std::string bar(float value, float full, std::size_t half) const;
+  [[nodiscard]] std::string curve(const Arm& arm, float full, std::size_t columns) const;
+
+  std::string title_;
+  std::uint8_t node_;
+  bool utf8_;
+  firmware::link::Status status_;
+  std::array<Arm, control::kMaxArms> arms_;
+};
+
+}  // namespace thimble::host

@@ -1,0 +1,15 @@
+// The real-time messages as a DBC file, the database that CAN tools read (Vector's format, as python-can, SavvyCAN and Wireshark's plugins
+// have it). Generated from firmware/link/messages.def, with the faults' and the modes' names.
+//
+// The services are not in it but for their two ids: they are ISO-TP, which a DBC cannot say.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace thimble::host {
+
+// Of the controller with this node number, 1 to 127. Values are physical, in the units of the table.
+[[nodiscard]] std::string dbc(std::uint8_t node);
+
+}  // namespace thimble::host

@@ -1,0 +1,106 @@
+"""The DBC file as somebody else's tool reads it (canmatrix, Debian's python3-canmatrix), and logs of frames by `thimble decode`."""
+
+import json
+import os
+import subprocess
+import unittest
+
+from rig import BIN, Rig
+
+with open(os.devnull, "w") as nowhere:  # it names the formats that it lacks
+    out, err = os.dup(1), os.dup(2)
+    os.dup2(nowhere.fileno(), 1), os.dup2(nowhere.fileno(), 2)
+    import canmatrix.formats
+    os.dup2(out, 1), os.dup2(err, 2)
+
+COUNT = 200
+
+
+def meant_frames():
+    lines = subprocess.run([BIN / "meant_frames", str(COUNT)], capture_output=True, text=True, check=True).stdout
+    return [json.loads(line) for line in lines.splitlines()]
+
+
+class Dbc(Rig):
+    def matrix(self, *arguments):
+        file = self.folder / "thimble.dbc"
+        self.ok("dbc", "--output", file, *arguments)
+        self.assertEqual(self.ok("dbc", *arguments).out, file.read_text())
+        return canmatrix.formats.loadp_flat(str(file))
+
+    def test_canmatrix_reads_what_the_firmware_meant(self):
+        matrix = self.matrix()
+        seen = set()
+        for frame in meant_frames():
+            message = matrix.frame_by_id(canmatrix.ArbitrationId(frame["id"], extended=False))
+            self.assertEqual(message.name, frame["message"])
+            seen.add(message.name)
+            data = bytes.fromhex(frame["data"])
+            self.assertEqual(message.size, len(data))
+            decoded = message.decode(data)
+            self.assertEqual(set(decoded), set(frame["meant"]))
+            for name, (value, step) in frame["meant"].items():
+                self.assertAlmostEqual(float(decoded[name].phys_value), value, delta=0.501 * step + 1e-6 * abs(value), msg=f"{message.name}.{name}")
+        self.assertEqual(seen | {"Request", "Response"}, {message.name for message in matrix.frames})
+
+    def test_names_of_values_and_comments(self):
+        matrix = self.matrix()
+        status = matrix.frame_by_name("Status")
+        self.assertEqual(status.signal_by_name("mode").values[3], "armed")
+        self.assertEqual(status.signal_by_name("fault").values[1], "e_stop")
+        self.assertEqual(status.signal_by_name("worst_tick_s").unit, "s")
+        self.assertTrue(all(message.comment for message in matrix.frames))
+        request = matrix.frame_by_name("Request")
+        self.assertTrue(request.arbitration_id.extended)
+        self.assertEqual(request.arbitration_id.id, 0x18DA01F1)
+
+    def test_another_node(self):
+        self.assertEqual(self.matrix("--node", "5").frame_by_name("Pose").arbitration_id.id, 0x185)
+        self.assertEqual(self.run_thimble("dbc", "--node", "128").code, 2)
+        self.assertEqual(self.run_thimble("dbc", "--output", "/nowhere/x.dbc").code, 5 if os.getuid() else 1)
+
+
+class Decode(Rig):
+    def log(self, *lines):
+        file = self.folder / "frames.log"
+        file.write_text("\n".join(lines) + "\n")
+        return file
+
+    def decode(self, *lines):
+        return [json.loads(line) for line in self.ok("decode", "--json", self.log(*lines)).out.splitlines()]
+
+    def test_real_time_frames(self):
+        frames = meant_frames()
+        said = self.decode(*("(%d.5) can0 %03X#%s" % (i, frame["id"], frame["data"]) for i, frame in enumerate(frames)))
+        self.assertEqual(len(said), len(frames))
+        for i, (line, frame) in enumerate(zip(said, frames)):
+            self.assertEqual((line["time_s"], line["interface"], line["message"]), (i + 0.5, "can0", frame["message"]))
+            for name, (value, step) in frame["meant"].items():
+                self.assertAlmostEqual(line[name], value, delta=0.501 * step + 1e-6 * abs(value))
+
+    def test_services(self):
+        said = self.decode("(1.0) can0 18DA01F1#0322F1A0CCCCCCCC",
+                           "(1.1) can0 18DAF101#100A62F1A0010001",
+                           "(1.2) can0 18DA01F1#300000CCCCCCCCCC",
+                           "(1.3) can0 18DAF101#2100080101CCCCCC",
+                           "(1.4) can0 18DAF101#037F3122CCCCCCCC",
+                           "(1.5) can0 20000040#0000000000000000")
+        self.assertEqual([line["message"] for line in said], ["Request", "Response", "Response", "ErrorFrame"])
+        self.assertEqual((said[0]["service"], said[0]["pdu"]), ("read_data", "22F1A0"))
+        self.assertEqual(said[1]["record"], "LinkInfo")
+        self.assertEqual(said[1]["fields"], {"protocol": 1, "image": 1, "frame_bytes": 8, "node": 1, "arms": 1})
+        self.assertEqual((said[2]["service"], said[2]["refused"]), ("routine", "conditions_not_correct"))
+
+    def test_lost_frames_and_strangers_are_counted(self):
+        result = self.ok("decode", self.log("(1.0) can0 18DAF101#101462F1A0010001", "(1.1) can0 18DAF101#2200080101CCCCCC", "(1.2) can0 7FF#00"))
+        self.assertEqual(result.out, "")
+        self.assertIn("1 PDUs are not whole, 1 frames are not Thimble's", result.err)
+
+    def test_a_broken_log(self):
+        result = self.fails(10, "bad-log", "decode", self.log("(1.0) can0 7FF#00", "(1.1) can0 oops"))
+        self.assertIn("frames.log:2:", result["cause"])
+        self.fails(10, "unreadable-file", "decode", self.folder / "none.log")
+
+
+if __name__ == "__main__":
+    unittest.main()

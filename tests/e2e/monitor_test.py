@@ -1,0 +1,67 @@
+"""`thimble monitor` in a terminal: a picture over itself; elsewhere rows."""
+
+import fcntl
+import os
+import pty
+import re
+import struct
+import subprocess
+import termios
+import unittest
+
+from rig import BIN, Rig
+
+
+class Monitor(Rig):
+    def in_terminal(self, *arguments, columns=80, **variables):
+        """What is on the terminal in the end, by lines, and all that was written."""
+        master, slave = pty.openpty()
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+        process = subprocess.Popen([BIN / "thimble", "monitor", *map(str, arguments)], stdout=slave, stderr=subprocess.DEVNULL,
+                                   env={**self.environment, **variables})
+        os.close(slave)
+        written = b""
+        while True:
+            try:
+                piece = os.read(master, 65536)
+            except OSError:  # the other end is closed
+                break
+            if not piece:
+                break
+            written += piece
+        os.close(master)
+        self.assertEqual(process.wait(), 0)
+        return written.decode()
+
+    def test_a_picture_over_itself(self):
+        sim = self.sim("--tcp", 0)
+        written = self.in_terminal("--seconds", 1.5, "--device", sim.tcp, LC_ALL="C.UTF-8")
+        pictures = re.split(r"\x1b\[\d+A", written)
+        self.assertGreater(len(pictures), 5)
+        self.assertEqual(len({picture.count("\n") for picture in pictures[1:]}), 1)
+        for words in ("disarmed", "no fault", "arm 0", "Fz", "|F|"):
+            self.assertIn(words, pictures[-1])
+        for line in pictures[-1].replace("\x1b[K", "").replace("\x1b[J", "").splitlines():
+            self.assertLessEqual(len(line), 80)
+
+    def test_without_utf8_it_is_plain(self):
+        sim = self.sim("--tcp", 0)
+        self.in_terminal("--seconds", 0.5, "--device", sim.tcp, LC_ALL="C").encode("ascii")
+
+    def test_rows_on_request(self):
+        sim = self.sim("--tcp", 0)
+        self.assertTrue(self.in_terminal("--rows", "--count", 2, "--device", sim.tcp).startswith("arm x_m y_m z_m"))
+
+    def test_a_person_is_told_the_image(self):
+        """Each verb that talks to a device, where stderr is a terminal."""
+        sim = self.sim("--tcp", 0)
+        master, slave = pty.openpty()
+        subprocess.run([BIN / "thimble", "param", "get", "max_force", "--device", sim.tcp], stdout=subprocess.DEVNULL, stderr=slave, check=True, env=self.environment)
+        os.close(slave)
+        told = os.read(master, 4096).decode()
+        os.close(master)
+        self.assertRegex(told, r"^premium-1\.5 \d+\.\d+\.\d+ on board sim")
+
+
+if __name__ == "__main__":
+    unittest.main()
