@@ -131,7 +131,7 @@ std::string MonitorScreen::text(std::size_t columns) const {
     const std::string label = fmt::format("  |F| {:6.2f} N  ", size(arm.force));
     const std::string scale = fmt::format("  most {:.2f} of {:g} N", most_N, full);
     const std::size_t left = columns - std::min(columns, columns_of(label) + columns_of(scale));
-    all += cut(label + curve(arm, full, left) + scale, columns);
+    all += cut(fmt::format("{}{}{}", label, curve(arm, full, left), scale), columns);
   }
   return all;
 }

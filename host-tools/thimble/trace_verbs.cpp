@@ -121,8 +121,8 @@ class Decoder {
       using Message = decltype(message);
       if constexpr (Message::kIsFrame) {
         const auto node = static_cast<std::uint8_t>(frame.id & kNodes);
-        const bool mine =
-            Message::kPerNode ? node != 0 && (frame.id & ~kNodes) == Message::kId : frame.id == Message::kId;
+        bool mine = frame.id == Message::kId;
+        if constexpr (Message::kPerNode) mine = node != 0 && (frame.id & ~kNodes) == Message::kId;
         if (!mine || frame.remote || !link::decode(frame.bytes(), message)) return;
         json["message"] = Message::kName;
         if (Message::kPerNode) json["node"] = node;
