@@ -2,10 +2,10 @@
 // {"id": ..., "data": "hex", "message": "Pose", "meant": {"x_m": [value, step] ...}}. For dbc_test.py.
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <string>
 
 #include "firmware/link/messages.h"
 
@@ -58,5 +58,5 @@ void print_all(int count) {
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
-  thimble::print_all(std::atoi(argv[1]));
+  thimble::print_all(std::stoi(argv[1]));
 }
