@@ -28,6 +28,7 @@ export interface Options {
 export function compile(scene: string): Uint8Array {
   const thimble = process.env.THIMBLE ?? join(kTop, 'build/release/bin/thimble');
   const file = existsSync(scene) ? scene : join(kTop, 'scenes', scene, `${scene}.scene.json`);
+  if (!existsSync(thimble)) throw new Error(`there is no ${thimble}: build it, or name it in THIMBLE`);
   const folder = mkdtempSync(join(tmpdir(), 'thimble-mock-'));
   try {
     const image = join(folder, 'scene.thim');

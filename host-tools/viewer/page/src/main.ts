@@ -317,7 +317,9 @@ function count_frame(begin_ms: number): void {
   frames.busy_ms += end_ms - begin_ms;
   const span_ms = end_ms - frames.since_ms;
   if (span_ms < 1000) return;
-  canvas.dataset.framesPerS = ((frames.count * 1000) / span_ms).toFixed(1);
+  const frames_per_s = (frames.count * 1000) / span_ms;
+  if (span_ms < 2000) stage?.pace(frames_per_s); // longer: the page was hidden
+  canvas.dataset.framesPerS = frames_per_s.toFixed(1);
   canvas.dataset.workMs = (frames.busy_ms / frames.count).toFixed(2);
   Object.assign(frames, { since_ms: end_ms, count: 0, busy_ms: 0 });
 }

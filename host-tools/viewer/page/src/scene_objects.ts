@@ -10,7 +10,7 @@ import {
   Group,
   Material,
   Mesh,
-  MeshStandardMaterial,
+  MeshLambertMaterial,
   Quaternion,
   Vector3,
 } from 'three';
@@ -26,7 +26,7 @@ const kSwitchedOn = new Color(0x2f9e44);
 interface Shown {
   model: ObjectModel;
   group: Group;
-  materials: MeshStandardMaterial[];
+  materials: MeshLambertMaterial[];
   tissue: { shape: TissueModel; mesh: Mesh; dimples: string } | null;
 }
 
@@ -119,11 +119,10 @@ function show(model: ObjectModel, index: number): Shown {
   return it;
 }
 
-function material_of(part: Part, index: number): MeshStandardMaterial {
-  const color = part.grid ? new Color(0x9aa1ab) : new Color().setHSL(kHues[index % kHues.length] / 360, 0.35, 0.62 - 0.3 * part.shade);
-  return new MeshStandardMaterial({
+function material_of(part: Part, index: number): MeshLambertMaterial {
+  const color = part.grid ? new Color(0xb4bac4) : new Color().setHSL(kHues[index % kHues.length] / 360, 0.45, 0.64 - 0.3 * part.shade);
+  return new MeshLambertMaterial({
     color,
-    roughness: 0.75,
     side: part.two_sided ? DoubleSide : FrontSide,
     transparent: part.see_through,
     opacity: part.see_through ? 0.45 : 1,

@@ -18,7 +18,13 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 // From the user's seat, a little above and to the right.
 const kFrom = new Vector3(0.3, -1, 0.55).normalize();
 
+// Where frames come more slowly than this for two seconds, the picture gets coarser, down to the least pixel ratio.
+const kSlow_per_s = 24;
+const kLeastPixelRatio = 0.5;
+
 export type Turn = 'left' | 'right' | 'up' | 'down' | 'nearer' | 'farther';
+
+const full_ratio = (): number => Math.min(devicePixelRatio, 2);
 
 export class Stage {
   readonly scene = new Scene();
@@ -27,12 +33,13 @@ export class Stage {
   private readonly renderer: WebGLRenderer;
   private readonly controls: OrbitControls;
   private framed = new Sphere(new Vector3(), 0.12);
+  private slow_s = 0;
   private waiting = true; // something changed since the last render
 
   // Throws where the browser has no WebGL 2.
   constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setPixelRatio(full_ratio());
     this.camera.up.set(0, 0, 1);
     this.light_of_view.position.set(0.3, 0.8, 1);
     this.camera.add(this.light_of_view);
@@ -70,6 +77,7 @@ export class Stage {
   // Looks at a box from the user's seat, from so far that all of it is seen.
   frame(box: Box3): void {
     box.getBoundingSphere(this.framed);
+    this.renderer.setPixelRatio(full_ratio());
     this.reset();
   }
 
@@ -112,6 +120,16 @@ export class Stage {
     const distance = Math.max(new Vector3().subVectors(at, this.camera.position).dot(away), this.camera.near);
     const pixel_m = (2 * distance * Math.tan(MathUtils.degToRad(this.camera.fov / 2))) / Math.max(this.canvas.clientHeight, 1);
     return { right, up, away, pixel_m };
+  }
+
+  // Once a second while frames are drawn. A machine without a graphics processor keeps up with fewer pixels.
+  pace(frames_per_s: number): void {
+    this.slow_s = frames_per_s < kSlow_per_s ? this.slow_s + 1 : 0;
+    const ratio = this.renderer.getPixelRatio();
+    if (this.slow_s < 2 || ratio <= kLeastPixelRatio) return;
+    this.slow_s = 0;
+    this.renderer.setPixelRatio(Math.max(ratio * 0.7, kLeastPixelRatio));
+    this.touch();
   }
 
   private resize(): void {
