@@ -24,6 +24,7 @@ const kTissueCells = 96;
 export interface Part {
   geometry: BufferGeometry;
   two_sided: boolean;
+  faceted: boolean; // the graphics makes the normals of its triangles
   see_through: boolean;
   shade: number; // 0 to 1: how far towards the dark end of the object's colour
   grid: boolean; // a grid drawn on it gives a large plane a scale
@@ -32,6 +33,7 @@ export interface Part {
 const part = (geometry: BufferGeometry, more: Partial<Part> = {}): Part => ({
   geometry,
   two_sided: false,
+  faceted: false,
   see_through: false,
   shade: 0,
   grid: false,
@@ -61,8 +63,9 @@ export function build_parts(shape: ShapeModel): Part[] {
     case 'mesh': {
       const geometry = new BufferGeometry();
       geometry.setAttribute('position', new BufferAttribute(shape.positions, 3));
-      geometry.setAttribute('normal', new BufferAttribute(shape.normals, 3));
-      return [part(geometry, { two_sided: shape.two_sided })];
+      geometry.setIndex(new BufferAttribute(shape.indices, 1));
+      if (shape.normals !== null) geometry.setAttribute('normal', new BufferAttribute(shape.normals, 3));
+      return [part(geometry, { two_sided: shape.two_sided, faceted: shape.normals === null })];
     }
     case 'vector_field': {
       const faces: BufferGeometry[] = [];

@@ -40,11 +40,11 @@ export interface LayerModel {
   stiffness_N_m: number;
 }
 
-// Three corners a triangle, nine numbers each: facets have normals of their own, so corners are not shared.
 export interface MeshModel {
   kind: 'mesh';
-  positions: Float32Array;
-  normals: Float32Array;
+  positions: Float32Array; // three numbers a vertex
+  normals: Float32Array | null; // as many; null: faceted
+  indices: Uint32Array; // three vertices a triangle
   two_sided: boolean;
 }
 export interface PotentialModel {
@@ -117,7 +117,7 @@ export function read_scene_image(bytes: Uint8Array): SceneModel {
   }
 }
 
-const triangles_of = (shape: ShapeModel): number => (shape.kind === 'mesh' ? shape.positions.length / 9 : 0);
+const triangles_of = (shape: ShapeModel): number => (shape.kind === 'mesh' ? shape.indices.length / 3 : 0);
 
 function read_object(scene: Scene, index: number): ObjectModel {
   const object = required(scene.objects(index), 'object');
@@ -192,27 +192,44 @@ function read_shape(object: NonNullable<ReturnType<Scene['objects']>>): ShapeMod
 }
 
 function read_mesh(mesh: Mesh): MeshModel {
-  const triangle_count = mesh.trianglesLength();
-  const shaded = mesh.cornerNormalsArray();
   const flags = mesh.flagsArray();
-  const positions = new Float32Array(triangle_count * 9);
-  const normals = new Float32Array(triangle_count * 9);
-  const vertices = read_positions(mesh);
-  for (let i = 0; i < triangle_count; ++i) {
+  const positions = read_positions(mesh);
+  const corners = new Uint32Array(mesh.trianglesLength() * 3);
+  for (let i = 0; i * 3 < corners.length; ++i) {
     const triangle = required(mesh.triangles(i, kTriangle), 'triangle');
-    const corners = [triangle.vertex0(), triangle.vertex1(), triangle.vertex2()];
-    for (let corner = 0; corner < 3; ++corner) {
-      const from = corners[corner] * 3;
-      const to = i * 9 + corner * 3;
-      if (from >= vertices.length) throw new RangeError('vertex');
-      positions[to] = vertices[from];
-      positions[to + 1] = vertices[from + 1];
-      positions[to + 2] = vertices[from + 2];
-      if (shaded !== null) decode_octahedral(shaded[i * 3 + corner], normals, to);
-    }
-    if (shaded === null) face_normal(positions, normals, i * 9);
+    corners.set([triangle.vertex0(), triangle.vertex1(), triangle.vertex2()], i * 3);
   }
-  return { kind: 'mesh', positions, normals, two_sided: flags !== null && flags.some((flag) => flag & TriangleFlag.TwoSided) };
+  if (corners.some((vertex) => vertex * 3 >= positions.length)) throw new RangeError('vertex');
+  const two_sided = flags !== null && flags.some((flag) => flag & TriangleFlag.TwoSided);
+  const shading = mesh.cornerNormalsArray();
+  if (shading === null) return { kind: 'mesh', positions, normals: null, indices: corners, two_sided };
+  if (shading.length !== corners.length) throw new RangeError('normal');
+  return { kind: 'mesh', ...split_by_normal(positions, corners, shading), two_sided };
+}
+
+// The image has a normal for each corner, graphics one for each vertex: a vertex becomes as many as it has normals.
+function split_by_normal(from: Float32Array, corners: Uint32Array, shading: Uint32Array): Pick<MeshModel, 'positions' | 'normals' | 'indices'> {
+  const known = new Map<number, number>();
+  const vertices: number[] = [];
+  const bits: number[] = [];
+  const indices = corners.map((vertex, i) => {
+    const key = vertex * 2 ** 32 + shading[i];
+    let index = known.get(key);
+    if (index === undefined) {
+      index = vertices.length;
+      known.set(key, index);
+      vertices.push(vertex);
+      bits.push(shading[i]);
+    }
+    return index;
+  });
+  const positions = new Float32Array(vertices.length * 3);
+  const normals = new Float32Array(vertices.length * 3);
+  vertices.forEach((vertex, i) => {
+    positions.set(from.subarray(vertex * 3, vertex * 3 + 3), i * 3);
+    decode_octahedral(bits[i], normals, i * 3);
+  });
+  return { positions, normals, indices };
 }
 
 function read_positions(mesh: Mesh): Float32Array {
@@ -224,18 +241,6 @@ function read_positions(mesh: Mesh): Float32Array {
     out[i * 3 + 2] = position.z();
   }
   return out;
-}
-
-function face_normal(p: Float32Array, out: Float32Array, at: number): void {
-  const ax = p[at + 3] - p[at], ay = p[at + 4] - p[at + 1], az = p[at + 5] - p[at + 2];
-  const bx = p[at + 6] - p[at], by = p[at + 7] - p[at + 1], bz = p[at + 8] - p[at + 2];
-  const x = ay * bz - az * by, y = az * bx - ax * bz, z = ax * by - ay * bx;
-  const size = Math.hypot(x, y, z) || 1;
-  for (let corner = 0; corner < 9; corner += 3) {
-    out[at + corner] = x / size;
-    out[at + corner + 1] = y / size;
-    out[at + corner + 2] = z / size;
-  }
 }
 
 function read_vector_field(field: VectorField): ShapeModel {

@@ -123,6 +123,7 @@ function material_of(part: Part, index: number): MeshLambertMaterial {
   const color = part.grid ? new Color(0xb4bac4) : new Color().setHSL(kHues[index % kHues.length] / 360, 0.45, 0.64 - 0.3 * part.shade);
   return new MeshLambertMaterial({
     color,
+    flatShading: part.faceted,
     side: part.two_sided ? DoubleSide : FrontSide,
     transparent: part.see_through,
     opacity: part.see_through ? 0.45 : 1,

@@ -33,26 +33,28 @@ test('blocks: a plane and two boxes that move', () => {
 test('smooth: a mesh whose corner normals are unit vectors and near those of its faces', () => {
   const mesh = scene('smooth').objects.map((it) => it.shape).find((it) => it.kind === 'mesh');
   assert.ok(mesh?.kind === 'mesh');
-  assert.equal(mesh.positions.length, mesh.normals.length);
+  const { positions: p, normals, indices } = mesh;
+  assert.ok(normals !== null && normals.length === p.length);
   let least = 1;
-  for (let i = 0; i < mesh.normals.length; i += 3) {
-    near(Math.hypot(mesh.normals[i], mesh.normals[i + 1], mesh.normals[i + 2]), 1, 1e-5, 'length');
-    const t = i - (i % 9);
-    const p = mesh.positions;
-    const a = [0, 1, 2].map((k) => p[t + 3 + k] - p[t + k]);
-    const b = [0, 1, 2].map((k) => p[t + 6 + k] - p[t + k]);
+  for (let i = 0; i < indices.length; i += 3) {
+    const [u, v, w] = [...indices.subarray(i, i + 3)].map((vertex) => vertex * 3);
+    const a = [0, 1, 2].map((k) => p[v + k] - p[u + k]);
+    const b = [0, 1, 2].map((k) => p[w + k] - p[u + k]);
     const n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    const cosine = (n[0] * mesh.normals[i] + n[1] * mesh.normals[i + 1] + n[2] * mesh.normals[i + 2]) / Math.hypot(...n);
-    least = Math.min(least, cosine);
+    for (const at of [u, v, w]) {
+      near(Math.hypot(normals[at], normals[at + 1], normals[at + 2]), 1, 1e-5, 'length');
+      least = Math.min(least, (n[0] * normals[at] + n[1] * normals[at + 1] + n[2] * normals[at + 2]) / Math.hypot(...n));
+    }
   }
   assert.ok(least > 0.3, `a corner normal stands at a cosine of ${least} to its face`);
 });
 
-test('a faceted mesh has the normals of its faces', () => {
+test('a faceted mesh has no normals of its own, and every vertex once', () => {
   const { objects, triangles } = scene('asteroid');
   const mesh = objects[0].shape;
-  assert.ok(mesh.kind === 'mesh' && triangles > 100);
-  for (let i = 0; i < mesh.normals.length; i += 9) assert.equal(mesh.normals[i], mesh.normals[i + 3]);
+  assert.ok(mesh.kind === 'mesh' && mesh.normals === null && triangles > 100);
+  // Euler's formula of a closed surface: V - E + F = 2, E = 3 F / 2.
+  assert.equal(mesh.positions.length / 3 - triangles / 2, 2);
 });
 
 test('fields, needle, tissue and controls', () => {
