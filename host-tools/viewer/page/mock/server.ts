@@ -14,6 +14,8 @@ import { Touch } from './touch';
 const kPage = dirname(dirname(fileURLToPath(import.meta.url)));
 const kTop = join(kPage, '../../..');
 const kRate_Hz = 60;
+// The page runs nothing but what it is built of; its icon is a data URL.
+const kPolicy = "default-src 'self'; img-src 'self' data:";
 const kTypes: Record<string, string> = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml' };
 
 export interface Options {
@@ -52,7 +54,7 @@ export class Mock {
   private readonly clients = new Map<WebSocket, boolean>(); // may it control
   private readonly http = createServer((request, response) => this.answer(request, response));
   private readonly sockets = new WebSocketServer({ noServer: true });
-  private timer: NodeJS.Timeout | undefined;
+  timer: NodeJS.Timeout | undefined;
 
   constructor(private readonly options: Options = {}) {
     this.token = options.token ?? 'letmein';
@@ -82,7 +84,7 @@ export class Mock {
       before = now;
       if (!this.link_up) return;
       const state = this.touch.state(this.options.simulated ?? true);
-      this.sent_ms.set(state.tick, Date.now());
+      this.sent_ms.set(state.tick ?? 0, Date.now());
       this.broadcast(state);
     }, 1000 / kRate_Hz);
   }
@@ -103,7 +105,10 @@ export class Mock {
   }
 
   broadcast(message: ServerMessage): void {
-    const text = JSON.stringify(message);
+    this.broadcast_text(JSON.stringify(message));
+  }
+
+  broadcast_text(text: string): void {
     for (const client of this.clients.keys()) client.send(text);
   }
 
@@ -183,6 +188,6 @@ export class Mock {
     }
     const file = join(kPage, 'dist', normalize(path === '/' ? '/index.html' : path));
     if (!existsSync(file)) return void response.writeHead(404).end();
-    response.writeHead(200, { 'content-type': kTypes[extname(file)] ?? 'application/octet-stream' }).end(readFileSync(file));
+    response.writeHead(200, { 'content-type': kTypes[extname(file)] ?? 'application/octet-stream', 'content-security-policy': kPolicy }).end(readFileSync(file));
   }
 }

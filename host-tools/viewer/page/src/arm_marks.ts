@@ -88,8 +88,8 @@ export class ArmMarks {
 
   update(state: State, scene: SceneModel | null): void {
     const it = state.arms[this.arm];
-    this.group.visible = it !== undefined;
-    if (it === undefined) return;
+    this.group.visible = Boolean(it);
+    if (!it) return;
     this.tip.place(it.tip_m);
     this.show_contact(it);
     this.show_force(it);

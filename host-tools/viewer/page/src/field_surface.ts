@@ -69,11 +69,16 @@ function knot_values({ count, coefficients }: PotentialModel): { size: Vec3; val
   return { size: [size[0], size[1], size[2]], values };
 }
 
+// A knot on the surface is zero but for rounding, so the surface is drawn a little inside, where u is this share of its most.
+const kLevel = 0.002;
+
 // Naive surface nets (Gibson 1998): a vertex in each cell that the zero crosses, a quadrangle about each edge that it crosses.
 export function zero_surface(field: PotentialModel): Float32Array {
   if (field.count.some((n) => n < 4)) return new Float32Array();
   const { size, values } = knot_values(field);
   const [nx, ny, nz] = size;
+  const level = kLevel * values.reduce((most, value) => Math.max(most, value), 0);
+  for (let i = 0; i < values.length; ++i) values[i] -= level;
   const index = (i: number, j: number, k: number) => i + nx * (j + ny * k);
   const corner = [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => [bits & 1, (bits >> 1) & 1, bits >> 2] as Vec3);
   const vertices = new Map<number, Vec3>();

@@ -284,7 +284,7 @@ function frame(now_ms: number): void {
     objects?.update(state);
     for (const mark of marks) mark.update(state, model);
     stage?.touch();
-    canvas.dataset.tick = String(state.tick);
+    canvas.dataset.tick = String(state.tick ?? '');
   }
   stage?.render();
   if (now_ms - text_ms > kTextEvery_ms) {

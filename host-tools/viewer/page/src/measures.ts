@@ -11,7 +11,7 @@ const kDigits: Record<Measure, number> = { force: 2, depth: 2, velocity: 0, ener
 // How far the tip is behind the surface: from the god object where there is one; else in tissue or below the skin. In metres.
 export function depth_m(state: State, arm: number): number {
   const it = state.arms[arm];
-  if (it === undefined) return 0;
+  if (!it) return 0;
   if ((it.contacts ?? 0) > 0 && it.god_m) return length(sub(it.god_m, it.tip_m));
   let depth = 0;
   for (const tissue of state.tissues ?? []) if (tissue.arm === arm && tissue.pressed) depth = Math.max(depth, tissue.depth_m);
@@ -19,7 +19,7 @@ export function depth_m(state: State, arm: number): number {
   return depth;
 }
 
-const size = (it: ArmState | undefined, key: 'force_N' | 'velocity_m_s'): number | null => {
+const size = (it: ArmState | null, key: 'force_N' | 'velocity_m_s'): number | null => {
   const vector = it?.[key];
   return vector ? length(vector) : null;
 };
@@ -27,7 +27,7 @@ const size = (it: ArmState | undefined, key: 'force_N' | 'velocity_m_s'): number
 // In the unit of kUnits; null where it is not known.
 export function measure(state: State, arm: number, what: Measure): number | null {
   const it = state.arms[arm];
-  if (it === undefined) return null;
+  if (!it) return null;
   switch (what) {
     case 'force':
       return size(it, 'force_N');

@@ -42,17 +42,18 @@ export interface ArmState {
   energy_J?: number;
 }
 
+// What is not known is left out.
 export interface State {
   type: 'state';
   time_s: number;
-  tick: number;
-  mode: string;
-  fault: number;
-  fault_name: string;
-  limiter: number;
-  tick_rate_Hz: number;
-  worst_tick_s: number;
-  arms: ArmState[];
+  tick?: number;
+  mode?: string;
+  fault?: number;
+  fault_name?: string;
+  limiter?: number;
+  tick_rate_Hz?: number;
+  worst_tick_s?: number;
+  arms: (ArmState | null)[]; // null: nothing is known of where its tip is
   bodies?: { object: number; position_m: Vec3; rotation: Quat }[];
   controls?: { object: number; q: number; on: boolean }[];
   tissues?: { object: number; arm: number; pressed: boolean; at_m: readonly [number, number]; depth_m: number }[];
@@ -84,6 +85,7 @@ export type PageMessage =
   | { type: 'material'; object: number; key: MaterialKey; value: number }
   | { type: 'save' };
 
+const kMostArms = 2;
 const kTypes = new Set(['hello', 'scene', 'state', 'event', 'link']);
 
 // What a text message says; null where it is none of ours. A newer server may send types that this page does not know.
@@ -96,8 +98,12 @@ export function parse_message(text: string): ServerMessage | null {
   }
   if (typeof value !== 'object' || value === null || !('type' in value) || !kTypes.has(String(value.type))) return null;
   const message = value as ServerMessage;
-  if (message.type === 'state' && (!Number.isFinite(message.time_s) || !Array.isArray(message.arms))) return null;
+  if (message.type === 'state') {
+    if (!Number.isFinite(message.time_s) || !Array.isArray(message.arms)) return null;
+    message.arms = message.arms.map((arm) => (Array.isArray(arm?.tip_m) ? arm : null));
+  }
   if (message.type === 'scene' && !Array.isArray(message.objects)) return null;
+  if (message.type === 'hello' && !(Number.isInteger(message.arms) && message.arms >= 1 && message.arms <= kMostArms)) return null;
   return message;
 }
 

@@ -22,6 +22,9 @@ const kFrom = new Vector3(0.3, -1, 0.55).normalize();
 const kSlow_per_s = 24;
 const kLeastPixelRatio = 0.5;
 
+// The box that is framed is seldom as large as the ball about it.
+const kFill = 0.8;
+
 export type Turn = 'left' | 'right' | 'up' | 'down' | 'nearer' | 'farther';
 
 const full_ratio = (): number => Math.min(devicePixelRatio, 2);
@@ -85,7 +88,7 @@ export class Stage {
     const half = MathUtils.degToRad(this.camera.fov / 2);
     const narrow = Math.min(half, Math.atan(Math.tan(half) * this.camera.aspect));
     this.controls.target.copy(this.framed.center);
-    this.camera.position.copy(this.framed.center).addScaledVector(kFrom, this.framed.radius / Math.sin(narrow));
+    this.camera.position.copy(this.framed.center).addScaledVector(kFrom, (kFill * this.framed.radius) / Math.sin(narrow));
     this.controls.update();
     this.touch();
   }

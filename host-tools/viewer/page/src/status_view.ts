@@ -39,24 +39,25 @@ export class StatusView {
 
   // Mode and fault are always those of now: nobody shall take a picture of the past for the state of the device.
   update(state: State): void {
-    const faulted = state.fault !== 0;
-    const fault = faulted ? `${state.fault} ${state.fault_name}` : 'none';
-    set_text(element('mode'), state.mode);
+    const faulted = (state.fault ?? 0) !== 0;
+    const fault = faulted ? `${state.fault} ${state.fault_name ?? ''}` : 'none';
+    set_text(element('mode'), state.mode ?? '-');
     element('mode').className = state.mode === 'armed' ? 'good' : state.mode === 'faulted' ? 'bad' : '';
     set_text(element('fault'), fault);
     element('fault').className = faulted ? 'bad' : '';
-    set_text(element('limiter'), limiter_names(state.limiter));
-    set_text(element('tick-rate'), `${Math.round(state.tick_rate_Hz)} Hz`);
-    set_text(element('worst-tick'), `${(state.worst_tick_s * 1e6).toFixed(1)} µs`);
+    set_text(element('limiter'), known(state.limiter, limiter_names));
+    set_text(element('tick-rate'), known(state.tick_rate_Hz, (rate) => `${Math.round(rate)} Hz`));
+    set_text(element('worst-tick'), known(state.worst_tick_s, (time_s) => `${(time_s * 1e6).toFixed(1)} µs`));
   }
 
   // For those who hear the page: only what changed in mode and fault.
   announce(state: State): void {
-    const text = `Mode ${state.mode}. ${state.fault !== 0 ? `Fault ${state.fault_name}` : 'No fault'}.`;
+    const text = `Mode ${state.mode ?? 'unknown'}. ${state.fault ? `Fault ${state.fault_name ?? state.fault}` : 'No fault'}.`;
     if (text === this.announced) return;
     this.announced = text;
     set_text(element('announce'), text);
   }
 }
 
+const known = (value: number | undefined, text: (value: number) => string): string => (value === undefined ? '-' : text(value));
 const column = (text: string): HTMLElement => make('th', { textContent: text, scope: 'col' });

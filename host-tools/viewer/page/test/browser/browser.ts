@@ -26,7 +26,9 @@ export async function pixels_near(page: Page, rgb: [number, number, number], tol
   const png = (await page.getByTestId('view').screenshot()).toString('base64');
   return page.evaluate(
     async ([data, wanted, limit]) => {
-      const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${data}`)).blob());
+      const bitmap = new Image();
+      bitmap.src = `data:image/png;base64,${data}`;
+      await bitmap.decode();
       const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
       const context = canvas.getContext('2d') as OffscreenCanvasRenderingContext2D;
       context.drawImage(bitmap, 0, 0);

@@ -25,6 +25,9 @@ async function show(options: Options = {}, context: BrowserContextOptions = {}, 
   await mock.start();
   const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, ...context });
   const errors: string[] = [];
+  page.on('console', (message) => {
+    if (message.text().includes('Content Security Policy')) errors.push(message.text().slice(0, 200));
+  });
   page.on('pageerror', (error) => errors.push(error.message));
   open.push(async () => {
     await page.close();
@@ -224,7 +227,7 @@ test('without the token everything is seen and nothing can be changed', async ()
   assert.deepEqual(mock.received, []);
 });
 
-test('a device of flesh and iron has no hand to drag', async () => {
+test('a real device has no hand to drag', async () => {
   const { page, mock } = await show({ simulated: false });
   await drag(page, 60, 60);
   await page.waitForTimeout(200);
@@ -312,6 +315,36 @@ test('every scene is shown without a word of complaint', async () => {
     await page.waitForTimeout(150);
   }
   assert.equal(await text(page, 'messages'), '');
+});
+
+test('a server that leaves things out, or talks of what is not there, is borne', async () => {
+  const { page, mock } = await show();
+  clearInterval(mock.timer);
+  const state = { type: 'state', time_s: 1e6 };
+  const nonsense = [
+    '',
+    '[]',
+    '{"type":"hello","arms":-1}',
+    '{"type":"unheard-of"}',
+    JSON.stringify({ ...state, arms: 7 }),
+    JSON.stringify({ ...state, arms: [] }),
+    JSON.stringify({ ...state, arms: [null, {}] }),
+    JSON.stringify({ ...state, arms: [{ tip_m: [0, 0, 0], force_N: [0, 0, 0], planes: [] }] }),
+    JSON.stringify({
+      ...state,
+      arms: [{ tip_m: [0, 0, 0] }],
+      bodies: [{ object: 99, position_m: [0, 0, 0], rotation: [1, 0, 0, 0] }],
+      controls: [{ object: 0, q: 1, on: true }],
+      tissues: [{ object: 99, arm: 1, pressed: true, at_m: [0, 0], depth_m: 1 }],
+      needles: [{ object: 99, arm: 1, inside: true, at_m: [0, 0], depth_m: 1, torn: 0 }],
+    }),
+  ];
+  for (const message of nonsense) {
+    mock.broadcast_text(message);
+    await page.waitForTimeout(150);
+  }
+  assert.equal(await text(page, 'tick-rate'), '-');
+  assert.equal(await text(page, 'force'), '-');
 });
 
 test('an image that cannot be read is said; tips go on', async () => {
