@@ -15,7 +15,7 @@ const kPage = dirname(dirname(fileURLToPath(import.meta.url)));
 const kTop = join(kPage, '../../..');
 const kRate_Hz = 60;
 // The page runs nothing but what it is built of; its icon is a data URL.
-const kPolicy = "default-src 'self'; img-src 'self' data:";
+const kPolicy = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; form-action 'none'";
 const kTypes: Record<string, string> = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml' };
 
 export interface Options {
@@ -51,6 +51,7 @@ export class Mock {
   private name = '';
   private crc = 1;
   private link_up = true;
+  private max_force = 8;
   private readonly clients = new Map<WebSocket, boolean>(); // may it control
   private readonly http = createServer((request, response) => this.answer(request, response));
   private readonly sockets = new WebSocketServer({ noServer: true });
@@ -126,6 +127,14 @@ export class Mock {
     this.broadcast(this.started());
   }
 
+  // As a controller that has no scene.
+  unload(): void {
+    this.image = new Uint8Array();
+    this.name = '';
+    this.touch = new Touch({ name: '', objects: [], triangles: 0 }, this.options.arms ?? 1);
+    this.broadcast(this.started());
+  }
+
   private started(): SceneStarted {
     return {
       type: 'scene',
@@ -140,17 +149,20 @@ export class Mock {
     this.clients.set(client, may_control);
     client.on('close', () => this.clients.delete(client));
     client.on('message', (data) => this.take(client, String(data)));
-    const hello: Hello = {
+    client.send(JSON.stringify(this.hello(may_control)));
+    client.send(JSON.stringify(this.started()));
+  }
+
+  private hello(may_control: boolean): Hello {
+    return {
       type: 'hello',
       version: '0.1.0',
       simulated: this.options.simulated ?? true,
       may_control,
       arms: this.options.arms ?? 1,
       device: { address: 'mock', board: 'sim', firmware: '0.1.0', arm: 'premium-1.5' },
-      parameters: [{ name: 'max_force', value: 8, unit: 'N', min: 0.5, max: 8.5, writable: true, text: 'the most that the hand feels' }],
+      parameters: [{ name: 'max_force', value: this.max_force, unit: 'N', min: 0.5, max: 8.5, writable: true, text: 'the most that the hand feels' }],
     };
-    client.send(JSON.stringify(hello));
-    client.send(JSON.stringify(this.started()));
   }
 
   private take(client: WebSocket, text: string): void {
@@ -175,12 +187,15 @@ export class Mock {
       case 'save':
         return this.broadcast({ type: 'event', level: 'info', name: 'saved', cause: 'written to a file of the mock, which is none', remedy: '' });
       case 'parameter':
+        this.max_force = message.value;
+        for (const [other, may_control] of this.clients) other.send(JSON.stringify(this.hello(may_control)));
         return;
     }
   }
 
   private answer(request: IncomingMessage, response: ServerResponse): void {
     const path = new URL(request.url ?? '/', 'http://mock').pathname;
+    if (path === '/scene.thim' && this.image.length === 0) return void response.writeHead(404).end();
     if (path === '/scene.thim') return void response.writeHead(200, { 'content-type': 'application/octet-stream' }).end(this.image);
     if (path === '/scenes.json') {
       const scenes = readdirSync(join(kTop, 'scenes'), { withFileTypes: true }).filter((it) => it.isDirectory());

@@ -6,7 +6,7 @@ import { Connection, type Link } from './connection';
 import { element, make, set_text } from './dom';
 import { HandControl } from './hand_control';
 import { MaterialPanel } from './material_panel';
-import { show_parameters } from './parameter_panel';
+import { ParameterPanel } from './parameter_panel';
 import { Plots } from './plots';
 import type { Hello, PageMessage, SceneStarted, ServerEvent, ServerMessage, State, Verb } from './protocol';
 import { SceneObjects } from './scene_objects';
@@ -50,6 +50,7 @@ let new_curves = true;
 const stage = make_stage();
 const hand = stage && new HandControl(stage, (arm, position_m) => send({ type: 'hand', arm, position_m }));
 const materials = new MaterialPanel(element('material'), send);
+const parameters = new ParameterPanel(element('parameters'), send);
 const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live${query}`, { on_message, on_link });
 
 function send(message: PageMessage): void {
@@ -93,8 +94,7 @@ function on_hello(it: Hello): void {
   element('arms').hidden = !can_move_hand() || it.arms < 2;
   element('legend-arm-1').hidden = it.arms < 2;
   if (arms_were !== it.arms) lay_out_arms(it.arms);
-  show_parameters(element('parameters'), it.parameters ?? [], it.may_control, send);
-  element('parameters-panel').hidden = (it.parameters ?? []).every((parameter) => !parameter.writable);
+  parameters.show(it.parameters ?? []);
   show_permission();
   void load_scene_names();
 }
@@ -116,7 +116,8 @@ function show_permission(): void {
   const may = hello !== null && hello.may_control && (link === 'live' || link === 'connecting' || link === 'silent');
   for (const button of document.querySelectorAll<HTMLButtonElement>('[data-verb], #picker button')) button.disabled = !may;
   element<HTMLSelectElement>('scenes').disabled = !may;
-  materials.enable(may && started !== null);
+  materials.enable(may && started !== null && started.objects.length > 0);
+  parameters.enable(may);
   hand?.enable(may && can_move_hand() && !timeline.paused);
 }
 
@@ -124,7 +125,7 @@ function on_scene(it: SceneStarted): void {
   const other = started?.name !== it.name || started.objects.length !== it.objects.length;
   started = it;
   if (other) timeline.forget();
-  set_text(element('scene'), it.name);
+  set_text(element('scene'), it.name || 'none');
   choose_scene_name(it.name);
   materials.show(it);
   show_permission();
@@ -138,18 +139,26 @@ async function load_scene(look: boolean): Promise<void> {
   const expected = started;
   try {
     const answer = await fetch(`/scene.thim${query}`, { cache: 'no-store' });
-    if (!answer.ok) throw new Error(answer.status === 404 ? 'the server does not know the scene that runs' : `the server answered ${answer.status}`);
+    // No scene, or one whose file the server does not have, which it says itself.
+    if (answer.status === 404) return hide_scene();
+    if (!answer.ok) throw new Error(`the server answered ${answer.status}`);
     const bytes = new Uint8Array(await answer.arrayBuffer());
     if (expected !== started) return; // another one runs by now
     show_scene(read_scene_image(bytes), look);
   } catch (error) {
     if (expected !== started) return;
-    objects?.dispose();
-    objects = model = null;
-    stage?.touch();
+    hide_scene();
     const cause = error instanceof Error ? error.message : String(error);
     say({ level: 'error', name: 'no-scene-image', cause, remedy: 'load a scene; tips and forces are shown all the same' });
   }
+}
+
+function hide_scene(): void {
+  objects?.dispose();
+  objects = model = null;
+  delete canvas.dataset.objects;
+  delete canvas.dataset.triangles;
+  stage?.touch();
 }
 
 function show_scene(read: SceneModel, look: boolean): void {
@@ -204,8 +213,9 @@ async function load_scene_names(): Promise<void> {
   try {
     const answer = await fetch(`/scenes.json${query}`, { cache: 'no-store' });
     const names: unknown = answer.ok ? await answer.json() : [];
-    if (!Array.isArray(names)) return;
     const list = element<HTMLSelectElement>('scenes');
+    const same = [...list.options].map((option) => option.value).join('\n');
+    if (!Array.isArray(names) || names.join('\n') === same) return;
     list.replaceChildren(...names.map((name) => make('option', { textContent: String(name), value: String(name) })));
     if (started) choose_scene_name(started.name);
   } catch {

@@ -347,6 +347,30 @@ test('a server that leaves things out, or talks of what is not there, is borne',
   assert.equal(await text(page, 'force'), '-');
 });
 
+test('a parameter goes to the server, and its answer stands in the field', async () => {
+  const { page, mock } = await show();
+  await page.locator('#parameters-panel summary').click();
+  const field = page.getByTestId('parameter-max_force');
+  assert.equal(await field.inputValue(), '8');
+  await field.fill('3.5');
+  await page.getByTestId('pause').focus();
+  await until('the message', () => said(mock, 'parameter').length === 1);
+  assert.deepEqual(said(mock, 'parameter')[0], { type: 'parameter', name: 'max_force', value: 3.5 });
+  await field.fill('99'); // more than it may be
+  await page.getByTestId('pause').focus();
+  await page.waitForTimeout(300);
+  assert.equal(said(mock, 'parameter').length, 1);
+});
+
+test('a controller without a scene is no error', async () => {
+  const { page, mock } = await show();
+  mock.unload();
+  await until('nothing', async () => (await text(page, 'scene')) === 'none');
+  await until('an empty view', async () => (await page.getByTestId('view').getAttribute('data-objects')) === null);
+  assert.ok(await page.getByTestId('save').isDisabled());
+  assert.equal(await text(page, 'messages'), '');
+});
+
 test('an image that cannot be read is said; tips go on', async () => {
   const { page, mock } = await show();
   await page.route('**/scene.thim*', (route) => route.fulfill({ body: 'not an image' }));
