@@ -102,7 +102,14 @@ export class Mock {
   set_link(up: boolean): void {
     this.link_up = up;
     this.broadcast({ type: 'link', up });
-    if (!up) this.broadcast({ type: 'event', level: 'error', name: 'link-lost', cause: 'the controller does not answer', remedy: 'check the cable' });
+    if (!up)
+      this.broadcast({
+        type: 'event',
+        level: 'error',
+        name: 'link-lost',
+        cause: 'the controller does not answer',
+        remedy: 'check the cable',
+      });
   }
 
   broadcast(message: ServerMessage): void {
@@ -161,7 +168,9 @@ export class Mock {
       may_control,
       arms: this.options.arms ?? 1,
       device: { address: 'mock', board: 'sim', firmware: '0.1.0', arm: 'premium-1.5' },
-      parameters: [{ name: 'max_force', value: this.max_force, unit: 'N', min: 0.5, max: 8.5, writable: true, text: 'the most that the hand feels' }],
+      parameters: [
+        { name: 'max_force', value: this.max_force, unit: 'N', min: 0.5, max: 8.5, writable: true, text: 'the most that the hand feels' },
+      ],
     };
   }
 
@@ -185,7 +194,13 @@ export class Mock {
         ++this.crc;
         return this.broadcast(this.started());
       case 'save':
-        return this.broadcast({ type: 'event', level: 'info', name: 'saved', cause: 'written to a file of the mock, which is none', remedy: '' });
+        return this.broadcast({
+          type: 'event',
+          level: 'info',
+          name: 'saved',
+          cause: 'written to a file of the mock, which is none',
+          remedy: '',
+        });
       case 'parameter':
         this.max_force = message.value;
         for (const [other, may_control] of this.clients) other.send(JSON.stringify(this.hello(may_control)));
@@ -203,6 +218,8 @@ export class Mock {
     }
     const file = join(kPage, 'dist', normalize(path === '/' ? '/index.html' : path));
     if (!existsSync(file)) return void response.writeHead(404).end();
-    response.writeHead(200, { 'content-type': kTypes[extname(file)] ?? 'application/octet-stream', 'content-security-policy': kPolicy }).end(readFileSync(file));
+    response
+      .writeHead(200, { 'content-type': kTypes[extname(file)] ?? 'application/octet-stream', 'content-security-policy': kPolicy })
+      .end(readFileSync(file));
   }
 }

@@ -45,7 +45,8 @@ function radius_of(shape: ShapeModel): number {
       return shape.radius_m;
     case 'mesh': {
       let sum = 0;
-      for (let i = 0; i < shape.positions.length; i += 3) sum += Math.hypot(shape.positions[i], shape.positions[i + 1], shape.positions[i + 2]);
+      for (let i = 0; i < shape.positions.length; i += 3)
+        sum += Math.hypot(shape.positions[i], shape.positions[i + 1], shape.positions[i + 2]);
       return sum / Math.max(shape.positions.length / 3, 1);
     }
     default:

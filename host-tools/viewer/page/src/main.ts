@@ -51,7 +51,10 @@ const stage = make_stage();
 const hand = stage && new HandControl(stage, (arm, position_m) => send({ type: 'hand', arm, position_m }));
 const materials = new MaterialPanel(element('material'), send);
 const parameters = new ParameterPanel(element('parameters'), send);
-const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live${query}`, { on_message, on_link });
+const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live${query}`, {
+  on_message,
+  on_link,
+});
 
 function send(message: PageMessage): void {
   connection.send(message);
@@ -61,7 +64,12 @@ function make_stage(): Stage | null {
   try {
     return new Stage(canvas);
   } catch (error) {
-    say({ level: 'error', name: 'no-picture', cause: 'this browser has no WebGL 2', remedy: 'switch hardware acceleration on; the rest works' });
+    say({
+      level: 'error',
+      name: 'no-picture',
+      cause: 'this browser has no WebGL 2',
+      remedy: 'switch hardware acceleration on; the rest works',
+    });
     console.error(error);
     return null;
   }
@@ -91,6 +99,7 @@ function on_hello(it: Hello): void {
   set_text(element('device'), [device.arm, device.board, device.firmware, device.address].filter(Boolean).join(' · '));
   element('readonly').hidden = it.may_control;
   element('hand-help').hidden = !can_move_hand();
+  element('two-help').hidden = it.arms < 2;
   element('arms').hidden = !can_move_hand() || it.arms < 2;
   element('legend-arm-1').hidden = it.arms < 2;
   if (arms_were !== it.arms) lay_out_arms(it.arms);
@@ -170,7 +179,7 @@ function show_scene(read: SceneModel, look: boolean): void {
   canvas.setAttribute('aria-label', `The scene in three dimensions: ${read.objects.map((object) => object.name).join(', ')}`);
   if (stage === null || objects === null) return;
   stage.scene.add(objects.group);
-  if (look) stage.frame(objects.bounds());
+  if (look) stage.frame(objects.bounds(hello?.arms ?? 1));
   stage.touch();
   new_state = true;
 }

@@ -4,7 +4,7 @@ import 'uplot/dist/uPlot.min.css';
 
 import type { History } from './history';
 import { type Measure, kMeasures, kUnits } from './measures';
-import { range_of } from './ranges';
+import { range_of, splits_of } from './ranges';
 
 const kHeight_px = 96;
 // A curve of noise alone shall not fill the plot.
@@ -74,7 +74,7 @@ export class Plots {
         scales: { x: { time: false }, y: { auto: false, range: (_, min, max) => [min, max] } },
         axes: [
           { ...axis, size: 20, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
-          { ...axis, size: 44, splits: (_plot, _axis, min, max) => [min, (min + max) / 2, max], values: (_, ticks) => ticks.map(short) },
+          { ...axis, size: 44, splits: (_plot, _axis, min, max) => splits_of(min, max), values: (_, ticks) => ticks.map(short) },
         ],
         series: [{}, ...Array.from({ length: this.arms }, (_, arm) => ({ stroke: color(`--arm-${arm}`), width: 1.5 }))],
       },

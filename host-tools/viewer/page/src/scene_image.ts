@@ -208,7 +208,11 @@ function read_mesh(mesh: Mesh): MeshModel {
 }
 
 // The image has a normal for each corner, graphics one for each vertex: a vertex becomes as many as it has normals.
-function split_by_normal(from: Float32Array, corners: Uint32Array, shading: Uint32Array): Pick<MeshModel, 'positions' | 'normals' | 'indices'> {
+function split_by_normal(
+  from: Float32Array,
+  corners: Uint32Array,
+  shading: Uint32Array,
+): Pick<MeshModel, 'positions' | 'normals' | 'indices'> {
   const known = new Map<number, number>();
   const vertices: number[] = [];
   const bits: number[] = [];

@@ -42,9 +42,11 @@ export class SceneObjects {
     });
   }
 
-  // What there is to look at. Planes have no end and say nothing.
-  bounds(): Box3 {
-    const box = new Box3(new Vector3(-0.05, -0.05, -0.05), new Vector3(0.05, 0.05, 0.05));
+  // What there is to look at: the middle of the workspace, where two tips stand side by side, and the objects. Planes have no end and say
+  // nothing.
+  bounds(arms: number): Box3 {
+    const half_x_m = arms > 1 ? 0.1 : 0.05;
+    const box = new Box3(new Vector3(-half_x_m, -0.05, -0.05), new Vector3(half_x_m, 0.05, 0.05));
     for (const { model, group } of this.shown) if (model.shape.kind !== 'plane') box.expandByObject(group);
     return box;
   }

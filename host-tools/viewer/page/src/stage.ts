@@ -23,7 +23,7 @@ const kSlow_per_s = 24;
 const kLeastPixelRatio = 0.5;
 
 // The box that is framed is seldom as large as the ball about it.
-const kFill = 0.8;
+const kFill = 0.92;
 
 export type Turn = 'left' | 'right' | 'up' | 'down' | 'nearer' | 'farther';
 

@@ -46,8 +46,14 @@ export class StatusView {
     set_text(element('fault'), fault);
     element('fault').className = faulted ? 'bad' : '';
     set_text(element('limiter'), known(state.limiter, limiter_names));
-    set_text(element('tick-rate'), known(state.tick_rate_Hz, (rate) => `${Math.round(rate)} Hz`));
-    set_text(element('worst-tick'), known(state.worst_tick_s, (time_s) => `${(time_s * 1e6).toFixed(1)} µs`));
+    set_text(
+      element('tick-rate'),
+      known(state.tick_rate_Hz, (rate) => `${Math.round(rate)} Hz`),
+    );
+    set_text(
+      element('worst-tick'),
+      known(state.worst_tick_s, (time_s) => `${(time_s * 1e6).toFixed(1)} µs`),
+    );
   }
 
   // For those who hear the page: only what changed in mode and fault.

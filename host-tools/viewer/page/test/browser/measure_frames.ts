@@ -1,5 +1,6 @@
-// npm run measure [-- SCENE]: frames a second, the page's own work in a frame, and the time from the server to the picture, with a mesh of 100 000
-// triangles where no scene is named. In headless Chromium a processor draws the picture, so the frames a second are those of a machine without a GPU.
+// npm run measure [-- SCENE]: frames a second, the page's own work in a frame, and the time from the server to the picture, with a mesh
+// of 100 000 triangles where no scene is named. In headless Chromium a processor draws the picture, so the frames a second are those of
+// a machine without a GPU.
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -72,7 +73,9 @@ for (let second = 0; second < kSeconds; ++second) {
   work.push(Number(data.workMs));
 }
 const shown = await page.evaluate(() => (window as unknown as { shown: [number, number][] }).shown);
-const delays = shown.flatMap(([tick, at_ms]) => (mock.sent_ms.has(tick) ? [at_ms - (mock.sent_ms.get(tick) as number)] : [])).sort((a, b) => a - b);
+const delays = shown
+  .flatMap(([tick, at_ms]) => (mock.sent_ms.has(tick) ? [at_ms - (mock.sent_ms.get(tick) as number)] : []))
+  .sort((a, b) => a - b);
 const median = (values: number[]) => [...values].sort((a, b) => a - b)[values.length >> 1];
 const triangles = await page.getByTestId('view').getAttribute('data-triangles');
 const renderer = await page.evaluate(() => {

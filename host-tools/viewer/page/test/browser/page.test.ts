@@ -163,11 +163,15 @@ test('the scrubber shows the past while the present goes on', async () => {
   await page.waitForTimeout(600);
   const now = await pixels_near(page, kForceColor);
   await page.getByTestId('scrubber').focus();
-  await until('no force in the past', async () => {
-    for (let i = 0; i < 10; ++i) await page.keyboard.press('ArrowLeft'); // 0.2 s
-    await page.waitForTimeout(100);
-    return (await number_in(page, 'force')) === 0;
-  }, 20000);
+  await until(
+    'no force in the past',
+    async () => {
+      for (let i = 0; i < 10; ++i) await page.keyboard.press('ArrowLeft'); // 0.2 s
+      await page.waitForTimeout(100);
+      return (await number_in(page, 'force')) === 0;
+    },
+    20000,
+  );
   assert.match((await text(page, 'when')) ?? '', /^-\d+\.\d\d s$/);
   await page.waitForTimeout(400);
   assert.ok((await pixels_near(page, kForceColor)) < now / 2);
@@ -311,7 +315,10 @@ test('every scene is shown without a word of complaint', async () => {
   assert.ok(names.length > 15);
   for (const name of names) {
     mock.load(name);
-    await until(name, async () => (await page.getByTestId('view').getAttribute('data-objects')) === String(mock.touch.scene.objects.length));
+    await until(
+      name,
+      async () => (await page.getByTestId('view').getAttribute('data-objects')) === String(mock.touch.scene.objects.length),
+    );
     await page.waitForTimeout(150);
   }
   assert.equal(await text(page, 'messages'), '');

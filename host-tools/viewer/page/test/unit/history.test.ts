@@ -3,7 +3,7 @@ import { test } from 'node:test';
 
 import { History, kSpan_s } from '../../src/history';
 import { depth_m, measure } from '../../src/measures';
-import { range_of } from '../../src/ranges';
+import { range_of, splits_of } from '../../src/ranges';
 import { type State, limiter_names, parse_message } from '../../src/protocol';
 import { Timeline } from '../../src/timeline';
 
@@ -68,10 +68,13 @@ test('objects that a state does not name stay where they were', () => {
   history.push(at(0, { bodies: [body(1, 0.1), body(2, 0.2)] }));
   history.push(at(1, { bodies: [body(2, 0.3)] }));
   history.push(at(2));
-  assert.deepEqual(history.newest?.bodies?.map((it) => [it.object, it.position_m[0]]), [
-    [1, 0.1],
-    [2, 0.3],
-  ]);
+  assert.deepEqual(
+    history.newest?.bodies?.map((it) => [it.object, it.position_m[0]]),
+    [
+      [1, 0.1],
+      [2, 0.3],
+    ],
+  );
 });
 
 test('the timeline shows the past while new states come', () => {
@@ -100,13 +103,18 @@ test('depth is that of the god object, else of tissue or needle', () => {
 });
 
 test('a range ends at 1, 2, 5 times a power of ten', () => {
-  assert.deepEqual(range_of([[0.1, 3.2, null]], 0.5), { min: -0, max: 5 });
-  assert.deepEqual(range_of([[-0.3, 0.01]], 0.5), { min: -0.5, max: 0.5 });
+  assert.deepEqual(range_of([[0.1, 3.2, null]], 0.5), { min: 0, max: 5 });
+  assert.deepEqual(range_of([[0, 0.01]], 0.5), { min: 0, max: 0.5 });
+  assert.deepEqual(range_of([[-30, 0]], 0.5), { min: -50, max: 0 });
+  assert.deepEqual(range_of([[-30, 0.01]], 0.5), { min: -50, max: 20 });
+  assert.deepEqual(splits_of(-50, 0), [-50, -25, 0]);
+  assert.deepEqual(splits_of(-50, 20), [-50, 0, 20]);
 });
 
 test('limiters by name; messages of others are none', () => {
   assert.equal(limiter_names(0), 'none');
   assert.equal(limiter_names(9), 'clamp, thermal');
-  for (const text of ['', 'null', '[]', '{"type":"other"}', '{"type":"state"}', '{"type":"scene"}']) assert.equal(parse_message(text), null);
+  for (const text of ['', 'null', '[]', '{"type":"other"}', '{"type":"state"}', '{"type":"scene"}'])
+    assert.equal(parse_message(text), null);
   assert.equal(parse_message('{"type":"link","up":true}')?.type, 'link');
 });

@@ -31,7 +31,9 @@ test('blocks: a plane and two boxes that move', () => {
 });
 
 test('smooth: a mesh whose corner normals are unit vectors and near those of its faces', () => {
-  const mesh = scene('smooth').objects.map((it) => it.shape).find((it) => it.kind === 'mesh');
+  const mesh = scene('smooth')
+    .objects.map((it) => it.shape)
+    .find((it) => it.kind === 'mesh');
   assert.ok(mesh?.kind === 'mesh');
   const { positions: p, normals, indices } = mesh;
   assert.ok(normals !== null && normals.length === p.length);
@@ -58,7 +60,10 @@ test('a faceted mesh has no normals of its own, and every vertex once', () => {
 });
 
 test('fields, needle, tissue and controls', () => {
-  const shape = (name: string, kind: string) => scene(name).objects.map((it) => it.shape).find((it) => it.kind === kind);
+  const shape = (name: string, kind: string) =>
+    scene(name)
+      .objects.map((it) => it.shape)
+      .find((it) => it.kind === kind);
   const field = shape('vector-fields', 'vector_field');
   assert.ok(field?.kind === 'vector_field' && field.subvolumes.length > 0 && field.hi_m[0] > field.lo_m[0]);
   const potential = shape('potential', 'potential_field');
@@ -98,7 +103,10 @@ test('octahedral normals: the six axes, and the lower half', () => {
     return [...out];
   };
   assert.deepEqual(decode(1, 0), [1, 0, 0]);
-  assert.deepEqual(decode(0, -1).map((it) => it + 0), [0, -1, 0]);
+  assert.deepEqual(
+    decode(0, -1).map((it) => it + 0),
+    [0, -1, 0],
+  );
   assert.deepEqual(decode(0, 0), [0, 0, 1]);
   decode(1, 1).forEach((value, i) => near(value, [0, 0, -1][i], 1e-4));
   decode(0.75, 0.75).forEach((value, i) => near(value, [0.4082, 0.4082, -0.8165][i], 1e-3));

@@ -16,7 +16,10 @@ test("a dimple is Boussinesq's: whole below the tip, half as deep at sqrt(2) rad
 
 test('the face of a box field is the square that its pyramid cuts out of its plane', () => {
   const half = 0.02;
-  const diagonal = (x: number, y: number) => ({ normal: [x, y, -1].map((it) => it / Math.SQRT2) as unknown as [number, number, number], offset_m: 0 });
+  const diagonal = (x: number, y: number) => ({
+    normal: [x, y, -1].map((it) => it / Math.SQRT2) as unknown as [number, number, number],
+    offset_m: 0,
+  });
   const face = subvolume_face(
     {
       sides: [diagonal(1, 0), diagonal(-1, 0), diagonal(0, 1), diagonal(0, -1)],
