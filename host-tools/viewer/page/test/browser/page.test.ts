@@ -103,6 +103,37 @@ test('the wheel moves the hand away from the user and back', async () => {
   await until('the way back', () => Math.abs((said(mock, 'hand').at(-1) as typeof far).position_m[1]) < 0.001);
 });
 
+test('on a touch screen one finger moves the hand, two move it in depth', async () => {
+  const { page, mock } = await show({}, { viewport: { width: 390, height: 844 }, hasTouch: true });
+  const box = await page.getByTestId('view').boundingBox();
+  assert.ok(box);
+  const session = await page.context().newCDPSession(page);
+  const touch = (type: 'touchStart' | 'touchMove' | 'touchEnd', points: [number, number][]) =>
+    session.send('Input.dispatchTouchEvent', {
+      type,
+      touchPoints: points.map(([x, y], id) => ({ x: box.x + x, y: box.y + y, id })),
+    });
+  const swipe = async (from: [number, number][], dx: number, dy: number) => {
+    await touch('touchStart', from);
+    for (let i = 1; i <= 10; ++i) {
+      const moved = from.map(([x, y]): [number, number] => [x + (dx * i) / 10, y + (dy * i) / 10]);
+      await touch('touchMove', moved);
+      await page.waitForTimeout(30);
+    }
+    await touch('touchEnd', []);
+    await page.waitForTimeout(500);
+    return (said(mock, 'hand').at(-1) as Extract<PageMessage, { type: 'hand' }>).position_m;
+  };
+  const [x, y, z] = await swipe([[150, 250]], 60, 0);
+  assert.ok(x > 0.01 && Math.abs(z) < 0.002, `${[x, y, z]}`);
+  const two: [number, number][] = [
+    [120, 250],
+    [240, 250],
+  ];
+  const [, away] = await swipe(two, 0, -60);
+  assert.ok(away > y + 0.01, `${away} after ${y}`);
+});
+
 test('a right drag turns the view and leaves the hand where it is', async () => {
   const { page, mock } = await show();
   const box = await page.getByTestId('view').boundingBox();
