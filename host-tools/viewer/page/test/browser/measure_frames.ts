@@ -51,7 +51,7 @@ const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
 await page.goto(mock.url);
 await page.waitForSelector('canvas[data-triangles]');
 await page.waitForTimeout(5000); // the picture has found its resolution
-// As text: tsx gives functions a helper that the page does not have.
+// As text: tsx adds calls to functions that the page does not have.
 await page.evaluate(`{
   const canvas = document.querySelector('canvas#view');
   window.shown = [];

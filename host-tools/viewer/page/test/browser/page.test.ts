@@ -107,9 +107,9 @@ test('on a touch screen one finger moves the hand, two move it in depth', async 
   const { page, mock } = await show({}, { viewport: { width: 390, height: 844 }, hasTouch: true });
   const box = await page.getByTestId('view').boundingBox();
   assert.ok(box);
-  const session = await page.context().newCDPSession(page);
+  const devtools = await page.context().newCDPSession(page);
   const touch = (type: 'touchStart' | 'touchMove' | 'touchEnd', points: [number, number][]) =>
-    session.send('Input.dispatchTouchEvent', {
+    devtools.send('Input.dispatchTouchEvent', {
       type,
       touchPoints: points.map(([x, y], id) => ({ x: box.x + x, y: box.y + y, id })),
     });
