@@ -6,13 +6,15 @@ packages_to_build=(
   nlohmann-json3-dev pkgconf python3 zlib1g-dev
 )
 packages_to_check=(
-  binutils chromium clang clang-format clang-tidy cpio device-tree-compiler g++-aarch64-linux-gnu g++-arm-linux-gnueabihf gcc-12
-  gcc-arm-none-eabi git libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make qemu-system-arm qemu-system-x86
-  qemu-user strace tshark valgrind xz-utils
+  binutils clang clang-format clang-tidy cpio device-tree-compiler g++-aarch64-linux-gnu g++-arm-linux-gnueabihf gcc-12 gcc-arm-none-eabi
+  git libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make qemu-system-arm qemu-system-x86 qemu-user strace
+  tshark valgrind xz-utils
 )
-# The viewer's page is built with npm (host-tools/viewer/page). A Node.js from elsewhere brings an npm of its own, beside which Debian's
-# cannot be installed.
+
+# The viewer's page: npm builds it, Chromium shows it to its tests (host-tools/viewer/page). A Node.js from elsewhere brings an npm of its
+# own, beside which Debian's cannot be installed.
 command -v npm >/dev/null || packages_to_build+=(nodejs npm)
+packages_to_check+=(chromium)
 
 install_packages() {
   local missing=()
