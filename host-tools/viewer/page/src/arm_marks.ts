@@ -1,0 +1,147 @@
+// What is shown of an arm: its tip, the god object, the planes that hold it, the force, and the hand with the line that the force
+// stretches. Shared geometry; an update only moves things.
+import {
+  BufferGeometry,
+  CircleGeometry,
+  ConeGeometry,
+  CylinderGeometry,
+  DoubleSide,
+  Group,
+  Mesh,
+  MeshBasicMaterial,
+  SphereGeometry,
+  Vector3,
+} from 'three';
+
+import type { ArmState, State } from './protocol';
+import type { SceneModel } from './scene_image';
+import { type Vec3, add, length, rotate, scale, sub } from './vector';
+
+export const kArmColors = [0x2f7de1, 0xb14fc5];
+export const kForceColor = 0xff7a00;
+const kGodColor = 0xe0b000;
+const kPlaneColor = 0x2eb872;
+const kHandColor = 0xe5484d;
+const kArrow_m_per_N = 0.008;
+const kLeastForce_N = 0.005;
+const kPlanes = 3;
+const kNeedleLength_m = 0.12;
+
+const kUp = new Vector3(0, 1, 0);
+const kBall = new SphereGeometry(1, 24, 16);
+const kRod = new CylinderGeometry(1, 1, 1, 12).translate(0, 0.5, 0); // from the origin along y
+const kHead = new ConeGeometry(1, 1, 20).translate(0, -0.5, 0); // its tip at the origin
+const kDisc = new CircleGeometry(0.008, 40);
+
+// A tip is inside what it touches: what is hidden is seen faintly through it.
+class Mark extends Group {
+  constructor(geometry: BufferGeometry, color: number, through = 0.4) {
+    super();
+    const hidden = new Mesh(geometry, new MeshBasicMaterial({ color, transparent: true, opacity: through, depthTest: false }));
+    hidden.renderOrder = 10;
+    const seen = new Mesh(geometry, new MeshBasicMaterial({ color }));
+    seen.renderOrder = 11;
+    this.add(hidden, seen);
+  }
+  place(at: Vec3): void {
+    this.position.set(...at);
+    this.visible = true;
+  }
+  // A rod from a to b.
+  stretch(a: Vec3, b: Vec3, radius_m: number): void {
+    const size = length(sub(b, a));
+    this.visible = size > 1e-6;
+    if (!this.visible) return;
+    this.position.set(...a);
+    this.quaternion.setFromUnitVectors(kUp, new Vector3(...sub(b, a)).divideScalar(size));
+    this.scale.set(radius_m, size, radius_m);
+  }
+}
+
+export class ArmMarks {
+  readonly group = new Group();
+  private readonly tip: Mark;
+  private readonly god = new Mark(kBall, kGodColor, 0.8);
+  private readonly shaft = new Mark(kRod, kForceColor, 1);
+  private readonly head = new Mark(kHead, kForceColor, 1);
+  private readonly hand: Mark;
+  private readonly pull = new Mark(kRod, kHandColor, 0.7);
+  private readonly needle = new Mark(kRod, 0x8a929e, 0.5);
+  private readonly planes: Mesh[] = [];
+
+  constructor(readonly arm: number) {
+    const color = kArmColors[arm % kArmColors.length];
+    this.tip = new Mark(kBall, color);
+    this.hand = new Mark(kBall, kHandColor, 0.7);
+    this.tip.scale.setScalar(0.0028);
+    this.god.scale.setScalar(0.0018);
+    this.hand.scale.setScalar(0.0016);
+    for (let i = 0; i < kPlanes; ++i) {
+      const material = new MeshBasicMaterial({ color: kPlaneColor, transparent: true, opacity: 0.4, side: DoubleSide, depthTest: false });
+      const disc = new Mesh(kDisc, material);
+      disc.renderOrder = 9;
+      this.planes.push(disc);
+    }
+    this.group.add(this.tip, this.god, this.shaft, this.head, this.hand, this.pull, this.needle, ...this.planes);
+    this.group.visible = false;
+  }
+
+  update(state: State, scene: SceneModel | null): void {
+    const it = state.arms[this.arm];
+    this.group.visible = Boolean(it);
+    if (!it) return;
+    this.tip.place(it.tip_m);
+    this.show_contact(it);
+    this.show_force(it);
+    this.hand.visible = this.pull.visible = it.hand_m !== undefined;
+    if (it.hand_m) {
+      this.hand.place(it.hand_m);
+      this.pull.stretch(it.tip_m, it.hand_m, 0.0006);
+    }
+    this.show_needle(state, it, scene);
+  }
+
+  private show_contact(it: ArmState): void {
+    const touches = (it.contacts ?? 0) > 0;
+    this.god.visible = it.god_m !== undefined && touches;
+    if (it.god_m) this.god.position.set(...it.god_m);
+    this.planes.forEach((disc, i) => {
+      const normal = it.planes?.[i]?.normal;
+      disc.visible = normal !== undefined && it.god_m !== undefined && touches;
+      if (normal === undefined || it.god_m === undefined) return;
+      disc.position.set(...it.god_m);
+      disc.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...normal).normalize());
+    });
+  }
+
+  // From the tip, in the direction in which the device pushes the hand.
+  private show_force(it: ArmState): void {
+    const force: Vec3 = it.force_N ?? [0, 0, 0];
+    const size_N = length(force);
+    this.shaft.visible = this.head.visible = size_N > kLeastForce_N;
+    if (!this.head.visible) return;
+    const size_m = size_N * kArrow_m_per_N;
+    const head_m = Math.min(0.006, size_m / 2);
+    const direction = scale(force, 1 / size_N);
+    this.shaft.stretch(it.tip_m, add(it.tip_m, scale(direction, size_m - head_m)), 0.0009);
+    this.head.position.set(...add(it.tip_m, scale(direction, size_m)));
+    this.head.quaternion.setFromUnitVectors(kUp, new Vector3(...direction));
+    this.head.scale.set(head_m * 0.45, head_m, head_m * 0.45);
+  }
+
+  // The needle stands along the object's z; in its track it is held to the track.
+  private show_needle(state: State, it: ArmState, scene: SceneModel | null): void {
+    const index = scene?.objects.findIndex((object) => object.shape.kind === 'needle') ?? -1;
+    this.needle.visible = index >= 0;
+    if (scene === null || index < 0) return;
+    const object = scene.objects[index];
+    const axis = rotate(object.rotation, [0, 0, 1]);
+    const track = state.needles?.find((needle) => needle.object === index && needle.arm === this.arm && needle.inside);
+    let point = it.tip_m;
+    if (track) {
+      point = add(object.position_m, rotate(object.rotation, [track.at_m[0], track.at_m[1], -track.depth_m]));
+    }
+    const top = add(point, scale(axis, kNeedleLength_m));
+    this.needle.stretch(point, top, 0.0007);
+  }
+}

@@ -1,0 +1,83 @@
+// The WebSocket to the server. It connects again by itself, and says how the link is: to the server, and behind it to the controller.
+import { type PageMessage, type ServerMessage, parse_message } from './protocol';
+
+// connecting: not yet, or not again. live: states come. silent: the server is there and sends no state. controller-lost: the server
+// said so. server-gone: nobody answers.
+export type Link = 'connecting' | 'live' | 'silent' | 'controller-lost' | 'server-gone';
+
+const kSilent_ms = 1500;
+const kFirstWait_ms = 300;
+const kLongestWait_ms = 3000;
+
+export interface Listener {
+  on_message(message: ServerMessage): void;
+  on_link(link: Link): void;
+}
+
+export class Connection {
+  private socket: WebSocket | null = null;
+  private link: Link = 'connecting';
+  private wait_ms = kFirstWait_ms;
+  private last_state_ms = 0;
+  private controller_up = true;
+
+  constructor(
+    private readonly url: string,
+    private readonly listener: Listener,
+  ) {
+    this.open();
+    setInterval(() => this.watch(), 250);
+  }
+
+  // False where there is nobody to send to.
+  send(message: PageMessage): boolean {
+    if (this.socket?.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify(message));
+    return true;
+  }
+
+  private open(): void {
+    const socket = new WebSocket(this.url);
+    this.socket = socket;
+    socket.onopen = () => {
+      this.wait_ms = kFirstWait_ms;
+      this.controller_up = true;
+      this.last_state_ms = performance.now();
+      this.tell('connecting');
+    };
+    socket.onmessage = (event) => {
+      const message = typeof event.data === 'string' ? parse_message(event.data) : null;
+      if (message !== null) this.take(message);
+    };
+    // An error is followed by a close.
+    socket.onclose = () => {
+      this.tell('server-gone');
+      setTimeout(() => this.open(), this.wait_ms);
+      this.wait_ms = Math.min(this.wait_ms * 2, kLongestWait_ms);
+    };
+  }
+
+  private take(message: ServerMessage): void {
+    if (message.type === 'state') {
+      this.last_state_ms = performance.now();
+      this.controller_up = true;
+      this.tell('live');
+    } else if (message.type === 'link') {
+      this.controller_up = message.up;
+      this.last_state_ms = performance.now();
+      this.tell(message.up ? 'connecting' : 'controller-lost');
+    }
+    this.listener.on_message(message);
+  }
+
+  private watch(): void {
+    const open = this.socket?.readyState === WebSocket.OPEN;
+    if (open && this.controller_up && performance.now() - this.last_state_ms > kSilent_ms) this.tell('silent');
+  }
+
+  private tell(link: Link): void {
+    if (link === this.link) return;
+    this.link = link;
+    this.listener.on_link(link);
+  }
+}

@@ -1,0 +1,158 @@
+// The simulated hand by mouse, finger and keys: in the plane of the screen, and in depth by wheel, two fingers, PageUp and PageDown.
+// It only says where the hand wants to be; the server keeps it inside the workspace and answers with hand_m.
+import { Vector3 } from 'three';
+
+import type { Stage } from './stage';
+import { type Vec3, length, sub } from './vector';
+
+const kKeyStep_m = 0.001;
+const kKeySpeed_m_s = 0.04;
+const kKeyHold_s = 0.25; // held for longer, a key moves the hand all the time
+const kFine = 0.2; // with shift
+const kWheel_m_per_px = 0.00003;
+const kLinePixels = 16;
+// How far a wish may be from where the server lets the hand be, so that it need not come back from far beyond the workspace.
+const kLead_m = 0.08;
+
+const kKeys: Record<string, Vec3> = {
+  ArrowLeft: [-1, 0, 0],
+  ArrowRight: [1, 0, 0],
+  ArrowUp: [0, 1, 0],
+  ArrowDown: [0, -1, 0],
+  PageUp: [0, 0, 1],
+  PageDown: [0, 0, -1],
+};
+
+export class HandControl {
+  arm = 0;
+  private enabled = false;
+  private wish: Vec3 | null = null;
+  private unsent = false;
+  private known: Vec3 | null = null; // where the server says the hand is
+  private pointers = new Map<number, { x: number; y: number }>();
+  private held = new Map<string, number>(); // key: since when, in seconds
+  private fine = false;
+  private sent_s = -Infinity;
+
+  constructor(
+    private readonly stage: Stage,
+    private readonly send: (arm: number, position_m: Vec3) => void,
+  ) {
+    const canvas = stage.canvas;
+    const first = { capture: true }; // before the camera's own listeners
+    canvas.addEventListener('pointerdown', (event) => this.on_down(event), first);
+    canvas.addEventListener('pointermove', (event) => this.on_move(event), first);
+    canvas.addEventListener('pointerup', (event) => this.on_up(event), first);
+    canvas.addEventListener('pointercancel', (event) => this.on_up(event), first);
+    canvas.addEventListener('wheel', (event) => this.on_wheel(event), { capture: true, passive: false });
+    canvas.addEventListener('keydown', (event) => this.on_key(event));
+    canvas.addEventListener('keyup', (event) => this.held.delete(event.key));
+    canvas.addEventListener('blur', () => this.held.clear());
+  }
+
+  enable(yes: boolean): void {
+    this.enabled = yes;
+    if (!yes) this.release();
+    this.stage.drag_turns(!yes);
+  }
+
+  choose(arm: number): void {
+    this.arm = arm;
+    this.release();
+  }
+
+  // Where the server says that the hand (or else the tip) of the chosen arm is.
+  follow(position_m: Vec3): void {
+    this.known = position_m;
+    if (!this.busy) this.wish = null;
+  }
+
+  // Once a frame: held keys move on, and at most one wish is sent.
+  step(now_s: number, dt_s: number): void {
+    if (!this.enabled) return;
+    for (const [key, since_s] of this.held) {
+      if (now_s - since_s > kKeyHold_s) this.move(kKeys[key], kKeySpeed_m_s * dt_s * (this.fine ? kFine : 1));
+    }
+    if (!this.unsent || this.wish === null) return;
+    this.unsent = false;
+    this.send(this.arm, this.wish);
+    this.sent_s = now_s;
+  }
+
+  // The wheel and a tapped key have no end that could be waited for: a wish is kept until the server had time to answer.
+  private get busy(): boolean {
+    return this.pointers.size > 0 || this.held.size > 0 || this.unsent || performance.now() / 1000 - this.sent_s < 0.3;
+  }
+
+  private release(): void {
+    this.pointers.clear();
+    this.held.clear();
+    this.wish = null;
+    this.unsent = false;
+  }
+
+  // By `by_m` along a direction of the screen: right, up, away.
+  private move([right, up, away]: Vec3, by_m: number): void {
+    const from = this.wish ?? this.known;
+    if (from === null) return;
+    const screen = this.stage.screen(new Vector3(...from));
+    const to = new Vector3(...from)
+      .addScaledVector(screen.right, right * by_m)
+      .addScaledVector(screen.up, up * by_m)
+      .addScaledVector(screen.away, away * by_m);
+    const wish: Vec3 = [to.x, to.y, to.z];
+    const lead_m = this.known === null ? 0 : length(sub(wish, this.known));
+    if (lead_m > kLead_m && this.wish !== null && lead_m > length(sub(this.wish, this.known as Vec3))) return;
+    this.wish = wish;
+    this.unsent = true;
+  }
+
+  private move_pixels(dx: number, dy: number, depth: boolean): void {
+    const from = this.wish ?? this.known;
+    if (from === null) return;
+    const { pixel_m } = this.stage.screen(new Vector3(...from));
+    if (depth) this.move([0, 0, 1], -dy * pixel_m);
+    else this.move([dx, -dy, 0], pixel_m);
+  }
+
+  private on_down(event: PointerEvent): void {
+    this.stage.canvas.focus({ preventScroll: true });
+    if (!this.enabled || event.button !== 0 || event.shiftKey) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    this.stage.canvas.setPointerCapture(event.pointerId);
+    this.pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+  }
+
+  private on_move(event: PointerEvent): void {
+    const before = this.pointers.get(event.pointerId);
+    if (before === undefined) return;
+    event.stopImmediatePropagation();
+    const fingers = this.pointers.size;
+    this.move_pixels((event.clientX - before.x) / fingers, (event.clientY - before.y) / fingers, fingers > 1);
+    this.pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+  }
+
+  private on_up(event: PointerEvent): void {
+    if (this.pointers.delete(event.pointerId)) event.stopImmediatePropagation();
+  }
+
+  // Ctrl + wheel, which is also what a pinch on a touch pad sends, is left to the camera.
+  private on_wheel(event: WheelEvent): void {
+    if (!this.enabled || event.ctrlKey) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    const pixels = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? event.deltaY : event.deltaY * kLinePixels;
+    this.move([0, 0, 1], -pixels * kWheel_m_per_px);
+  }
+
+  private on_key(event: KeyboardEvent): void {
+    const direction = kKeys[event.key];
+    if (!this.enabled || direction === undefined || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    this.fine = event.shiftKey;
+    if (event.repeat) return;
+    this.held.set(event.key, performance.now() / 1000);
+    this.move(direction, kKeyStep_m * (this.fine ? kFine : 1));
+  }
+}

@@ -1,0 +1,346 @@
+// The page of `thimble view`: messages come in, one frame after the other is drawn, what the user does goes out.
+import './style.css';
+
+import { ArmMarks } from './arm_marks';
+import { Connection, type Link } from './connection';
+import { element, make, set_text } from './dom';
+import { HandControl } from './hand_control';
+import { MaterialPanel } from './material_panel';
+import { ParameterPanel } from './parameter_panel';
+import { Plots } from './plots';
+import type { Hello, PageMessage, SceneStarted, ServerEvent, ServerMessage, State, Verb } from './protocol';
+import { SceneObjects } from './scene_objects';
+import { type SceneModel, read_scene_image } from './scene_image';
+import { Stage, type Turn } from './stage';
+import { StatusView } from './status_view';
+import { Timeline } from './timeline';
+
+const kTextEvery_ms = 60;
+const kCurvesEvery_ms = 80;
+const kMessages = 100;
+const kNotices: Partial<Record<Link, string>> = {
+  silent: 'The server is there, but sends no telemetry. What you see is old.',
+  'controller-lost': 'The link to the controller is lost. What you see is old; it goes on when the controller is back.',
+  'server-gone': 'The server is gone. What you see is old; the page goes on trying to reach it.',
+};
+const kLinkTexts: Record<Link, string> = {
+  connecting: 'connecting',
+  live: 'live',
+  silent: 'silent',
+  'controller-lost': 'controller lost',
+  'server-gone': 'server gone',
+};
+
+const query = location.search; // has the token
+const timeline = new Timeline();
+const status = new StatusView();
+const canvas = element<HTMLCanvasElement>('view');
+
+let hello: Hello | null = null;
+let started: SceneStarted | null = null;
+let model: SceneModel | null = null;
+let objects: SceneObjects | null = null;
+let marks: ArmMarks[] = [];
+let plots: Plots | null = null;
+let link: Link = 'connecting';
+let new_state = false; // since the last frame
+let new_text = true; // not yet in the readings
+let new_curves = true;
+
+const stage = make_stage();
+const hand = stage && new HandControl(stage, (arm, position_m) => send({ type: 'hand', arm, position_m }));
+const materials = new MaterialPanel(element('material'), send);
+const parameters = new ParameterPanel(element('parameters'), send);
+const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live${query}`, {
+  on_message,
+  on_link,
+});
+
+function send(message: PageMessage): void {
+  connection.send(message);
+}
+
+function make_stage(): Stage | null {
+  try {
+    return new Stage(canvas);
+  } catch (error) {
+    say({
+      level: 'error',
+      name: 'no-picture',
+      cause: 'this browser has no WebGL 2',
+      remedy: 'switch hardware acceleration on; the rest works',
+    });
+    console.error(error);
+    return null;
+  }
+}
+
+// --- What the server says
+
+function on_message(message: ServerMessage): void {
+  switch (message.type) {
+    case 'hello':
+      return on_hello(message);
+    case 'scene':
+      return on_scene(message);
+    case 'state':
+      return on_state(message);
+    case 'event':
+      return say(message);
+    case 'link':
+      return;
+  }
+}
+
+function on_hello(it: Hello): void {
+  const arms_were = hello?.arms;
+  hello = it;
+  const device = it.device ?? {};
+  set_text(element('device'), [device.arm, device.board, device.firmware, device.address].filter(Boolean).join(' · '));
+  element('readonly').hidden = it.may_control;
+  element('hand-help').hidden = !can_move_hand();
+  element('two-help').hidden = it.arms < 2;
+  element('arms').hidden = !can_move_hand() || it.arms < 2;
+  element('legend-arm-1').hidden = it.arms < 2;
+  if (arms_were !== it.arms) lay_out_arms(it.arms);
+  parameters.show(it.parameters ?? []);
+  show_permission();
+  void load_scene_names();
+}
+
+function lay_out_arms(arms: number): void {
+  status.lay_out(arms);
+  plots?.dispose();
+  plots = new Plots(element('plots'), arms);
+  plots.span_s = Number(element<HTMLSelectElement>('span').value);
+  for (const mark of marks) mark.group.removeFromParent();
+  marks = Array.from({ length: arms }, (_, arm) => new ArmMarks(arm));
+  for (const mark of marks) stage?.scene.add(mark.group);
+}
+
+const can_move_hand = (): boolean => hello !== null && hello.may_control && hello.simulated;
+
+// Buttons that would do nothing say so.
+function show_permission(): void {
+  const may = hello !== null && hello.may_control && (link === 'live' || link === 'connecting' || link === 'silent');
+  for (const button of document.querySelectorAll<HTMLButtonElement>('[data-verb], #picker button')) button.disabled = !may;
+  element<HTMLSelectElement>('scenes').disabled = !may;
+  materials.enable(may && started !== null && started.objects.length > 0);
+  parameters.enable(may);
+  hand?.enable(may && can_move_hand() && !timeline.paused);
+}
+
+function on_scene(it: SceneStarted): void {
+  const other = started?.name !== it.name || started.objects.length !== it.objects.length;
+  started = it;
+  if (other) timeline.forget();
+  set_text(element('scene'), it.name || 'none');
+  choose_scene_name(it.name);
+  materials.show(it);
+  show_permission();
+  clearTimeout(reload);
+  // A slider makes many images that differ in a number; the last of them is enough.
+  reload = setTimeout(() => void load_scene(other), other ? 0 : 300);
+}
+let reload: ReturnType<typeof setTimeout> | undefined;
+
+async function load_scene(look: boolean): Promise<void> {
+  const expected = started;
+  try {
+    const answer = await fetch(`/scene.thim${query}`, { cache: 'no-store' });
+    // No scene, or one whose file the server does not have, which it says itself.
+    if (answer.status === 404) return hide_scene();
+    if (!answer.ok) throw new Error(`the server answered ${answer.status}`);
+    const bytes = new Uint8Array(await answer.arrayBuffer());
+    if (expected !== started) return; // another one runs by now
+    show_scene(read_scene_image(bytes), look);
+  } catch (error) {
+    if (expected !== started) return;
+    hide_scene();
+    const cause = error instanceof Error ? error.message : String(error);
+    say({ level: 'error', name: 'no-scene-image', cause, remedy: 'load a scene; tips and forces are shown all the same' });
+  }
+}
+
+function hide_scene(): void {
+  objects?.dispose();
+  objects = model = null;
+  delete canvas.dataset.objects;
+  delete canvas.dataset.triangles;
+  stage?.touch();
+}
+
+function show_scene(read: SceneModel, look: boolean): void {
+  objects?.dispose();
+  model = read;
+  objects = stage === null ? null : new SceneObjects(read);
+  canvas.dataset.triangles = String(read.triangles);
+  canvas.dataset.objects = String(read.objects.length);
+  canvas.setAttribute('aria-label', `The scene in three dimensions: ${read.objects.map((object) => object.name).join(', ')}`);
+  if (stage === null || objects === null) return;
+  stage.scene.add(objects.group);
+  if (look) stage.frame(objects.bounds(hello?.arms ?? 1));
+  stage.touch();
+  new_state = true;
+}
+
+function on_state(state: State): void {
+  timeline.live.push(state);
+  status.announce(state);
+  const arm = state.arms[hand?.arm ?? 0];
+  const at = arm?.hand_m ?? arm?.tip_m;
+  if (at !== undefined) hand?.follow(at);
+  if (timeline.paused) return;
+  all_new();
+}
+
+function all_new(): void {
+  new_state = new_text = new_curves = true;
+}
+
+function on_link(now: Link): void {
+  link = now;
+  const text = kNotices[now];
+  const notice = element('notice');
+  if (text !== undefined) set_text(notice, text);
+  if (text !== undefined || now === 'live') notice.hidden = text === undefined;
+  set_text(element('link'), kLinkTexts[now]);
+  element('link').className = now === 'live' ? 'good' : now === 'connecting' ? '' : 'bad';
+  show_permission();
+}
+
+function say(event: Omit<ServerEvent, 'type'>): void {
+  const list = element('messages');
+  const time = new Date().toLocaleTimeString();
+  const line = make('li', { className: event.level });
+  line.textContent = `${time} ${event.name}: ${event.cause}${event.remedy ? ` - ${event.remedy}` : ''}`;
+  list.prepend(line);
+  while (list.children.length > kMessages) list.lastElementChild?.remove();
+}
+
+async function load_scene_names(): Promise<void> {
+  try {
+    const answer = await fetch(`/scenes.json${query}`, { cache: 'no-store' });
+    const names: unknown = answer.ok ? await answer.json() : [];
+    const list = element<HTMLSelectElement>('scenes');
+    const same = [...list.options].map((option) => option.value).join('\n');
+    if (!Array.isArray(names) || names.join('\n') === same) return;
+    list.replaceChildren(...names.map((name) => make('option', { textContent: String(name), value: String(name) })));
+    if (started) choose_scene_name(started.name);
+  } catch {
+    // The link says what is wrong.
+  }
+}
+
+// What runs stands in the picker, unless somebody is choosing there. A scene from elsewhere is not among the names.
+function choose_scene_name(name: string): void {
+  const list = element<HTMLSelectElement>('scenes');
+  if (document.activeElement !== list && [...list.options].some((option) => option.value === name)) list.value = name;
+}
+
+// --- What the user does
+
+element<HTMLFormElement>('picker').addEventListener('submit', (event) => {
+  event.preventDefault();
+  const scene = element<HTMLSelectElement>('scenes').value;
+  if (scene !== '') send({ type: 'pick', scene });
+});
+for (const button of document.querySelectorAll<HTMLButtonElement>('[data-verb]'))
+  button.addEventListener('click', () => send({ type: 'command', verb: button.dataset.verb as Verb }));
+for (const button of document.querySelectorAll<HTMLButtonElement>('[data-turn]'))
+  button.addEventListener('click', () => stage?.turn(button.dataset.turn as Turn));
+element('reset-view').addEventListener('click', () => stage?.reset());
+
+function choose_arm(arm: number): void {
+  if (hello === null || arm >= hello.arms) return;
+  hand?.choose(arm);
+  for (const radio of document.querySelectorAll<HTMLInputElement>('input[name=arm]')) radio.checked = Number(radio.value) === arm;
+}
+for (const radio of document.querySelectorAll<HTMLInputElement>('input[name=arm]'))
+  radio.addEventListener('change', () => choose_arm(Number(radio.value)));
+canvas.addEventListener('keydown', (event) => {
+  if (event.key === '1' || event.key === '2') choose_arm(Number(event.key) - 1);
+});
+
+const scrubber = element<HTMLInputElement>('scrubber');
+const span = element<HTMLSelectElement>('span');
+span.addEventListener('change', () => {
+  if (plots) plots.span_s = Number(span.value);
+  all_new();
+});
+scrubber.addEventListener('input', () => {
+  timeline.seek(scrubber.valueAsNumber);
+  show_pause();
+});
+element('pause').addEventListener('click', () => {
+  if (timeline.paused) timeline.resume();
+  else timeline.pause();
+  show_pause();
+});
+function show_pause(): void {
+  set_text(element('pause'), timeline.paused ? 'Go live' : 'Pause');
+  show_permission();
+  all_new();
+}
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => plots?.redraw());
+
+// --- Frames
+
+const frames = { since_ms: performance.now(), count: 0, busy_ms: 0 };
+let text_ms = 0;
+let curves_ms = 0;
+let before_ms = performance.now();
+
+function frame(now_ms: number): void {
+  requestAnimationFrame(frame);
+  const begin_ms = performance.now();
+  hand?.step(now_ms / 1000, Math.min((now_ms - before_ms) / 1000, 0.1));
+  materials.flush();
+  before_ms = now_ms;
+  const state = timeline.state;
+  if (new_state && state !== undefined) {
+    new_state = false;
+    objects?.update(state);
+    for (const mark of marks) mark.update(state, model);
+    stage?.touch();
+    canvas.dataset.tick = String(state.tick ?? '');
+  }
+  stage?.render();
+  if (now_ms - text_ms > kTextEvery_ms) {
+    if (timeline.live.newest) status.update(timeline.live.newest);
+    if (new_text && state !== undefined) show_readings(state);
+    text_ms = now_ms;
+  }
+  if (new_curves && now_ms - curves_ms > kCurvesEvery_ms) {
+    plots?.update(timeline.shown, timeline.until_s, timeline.newest_s);
+    new_curves = false;
+    curves_ms = now_ms;
+  }
+  count_frame(begin_ms);
+}
+
+function show_readings(state: State): void {
+  new_text = false;
+  status.update_readings(state);
+  scrubber.min = timeline.least_offset_s.toFixed(2);
+  scrubber.value = timeline.offset_s.toFixed(2);
+  const when = timeline.paused ? `${timeline.offset_s.toFixed(2)} s` : 'live';
+  set_text(element('when'), when);
+  scrubber.setAttribute('aria-valuetext', timeline.paused ? `${(-timeline.offset_s).toFixed(1)} seconds ago` : 'live');
+}
+
+// For measurements: frames a second, and how long the page's own work in a frame takes.
+function count_frame(begin_ms: number): void {
+  const end_ms = performance.now();
+  ++frames.count;
+  frames.busy_ms += end_ms - begin_ms;
+  const span_ms = end_ms - frames.since_ms;
+  if (span_ms < 1000) return;
+  const frames_per_s = (frames.count * 1000) / span_ms;
+  if (span_ms < 2000) stage?.pace(frames_per_s); // longer: the page was hidden
+  canvas.dataset.framesPerS = frames_per_s.toFixed(1);
+  canvas.dataset.workMs = (frames.busy_ms / frames.count).toFixed(2);
+  Object.assign(frames, { since_ms: end_ms, count: 0, busy_ms: 0 });
+}
+
+requestAnimationFrame(frame);

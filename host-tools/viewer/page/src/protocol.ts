@@ -1,0 +1,116 @@
+// The messages between page and server: JSON text over the WebSocket /live. The server's part of this contract is host-tools/viewer.
+import type { Quat, Vec3 } from './vector';
+
+export interface Parameter {
+  name: string;
+  value: number;
+  unit: string;
+  min: number;
+  max: number;
+  writable: boolean;
+  text: string;
+}
+
+export interface Hello {
+  type: 'hello';
+  version: string;
+  simulated: boolean;
+  may_control: boolean;
+  arms: number;
+  device?: { address?: string; board?: string; firmware?: string; arm?: string };
+  parameters?: Parameter[];
+}
+
+export type MaterialKey = 'stiffness' | 'damping' | 'static_friction' | 'dynamic_friction';
+export type Material = Record<MaterialKey, number>;
+
+export interface SceneStarted {
+  type: 'scene';
+  name: string;
+  crc: number;
+  objects: { name: string; material: Material }[];
+}
+
+export interface ArmState {
+  tip_m: Vec3;
+  god_m?: Vec3;
+  force_N?: Vec3;
+  velocity_m_s?: Vec3;
+  contacts?: number;
+  planes?: { normal: Vec3 }[];
+  hand_m?: Vec3;
+  energy_J?: number;
+}
+
+// What is not known is left out.
+export interface State {
+  type: 'state';
+  time_s: number;
+  tick?: number;
+  mode?: string;
+  fault?: number;
+  fault_name?: string;
+  limiter?: number;
+  tick_rate_Hz?: number;
+  worst_tick_s?: number;
+  arms: (ArmState | null)[]; // null: nothing is known of where its tip is
+  bodies?: { object: number; position_m: Vec3; rotation: Quat }[];
+  controls?: { object: number; q: number; on: boolean }[];
+  tissues?: { object: number; arm: number; pressed: boolean; at_m: readonly [number, number]; depth_m: number }[];
+  needles?: { object: number; arm: number; inside: boolean; at_m: readonly [number, number]; depth_m: number; torn: number }[];
+}
+
+export interface ServerEvent {
+  type: 'event';
+  level: 'info' | 'error';
+  name: string;
+  cause: string;
+  remedy: string;
+}
+
+export interface LinkChange {
+  type: 'link';
+  up: boolean;
+}
+
+export type ServerMessage = Hello | SceneStarted | State | ServerEvent | LinkChange;
+
+export type Verb = 'home' | 'arm' | 'disarm' | 'clear';
+
+export type PageMessage =
+  | { type: 'hand'; arm: number; position_m: Vec3 }
+  | { type: 'command'; verb: Verb }
+  | { type: 'pick'; scene: string }
+  | { type: 'parameter'; name: string; value: number }
+  | { type: 'material'; object: number; key: MaterialKey; value: number }
+  | { type: 'save' };
+
+const kMostArms = 2;
+const kTypes = new Set(['hello', 'scene', 'state', 'event', 'link']);
+
+// What a text message says; null where it is none of ours. A newer server may send types that this page does not know.
+export function parse_message(text: string): ServerMessage | null {
+  let value: unknown;
+  try {
+    value = JSON.parse(text);
+  } catch {
+    return null;
+  }
+  if (typeof value !== 'object' || value === null || !('type' in value) || !kTypes.has(String(value.type))) return null;
+  const message = value as ServerMessage;
+  if (message.type === 'state') {
+    if (!Number.isFinite(message.time_s) || !Array.isArray(message.arms)) return null;
+    message.arms = message.arms.map((arm) => (Array.isArray(arm?.tip_m) ? arm : null));
+  }
+  if (message.type === 'scene' && !Array.isArray(message.objects)) return null;
+  if (message.type === 'hello' && !(Number.isInteger(message.arms) && message.arms >= 1 && message.arms <= kMostArms)) return null;
+  return message;
+}
+
+// Bits of State.limiter (firmware/telemetry.h).
+const kLimiters = ['clamp', 'slew', 'current', 'thermal'];
+
+export function limiter_names(bits: number): string {
+  const names = kLimiters.filter((_, bit) => bits & (1 << bit));
+  return names.length > 0 ? names.join(', ') : 'none';
+}

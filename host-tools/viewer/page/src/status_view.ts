@@ -1,0 +1,69 @@
+// The state of the controller in words: mode, fault, limiter, rates, and the readings of each arm.
+import { element, make, set_text } from './dom';
+import { kMeasures, measure_text } from './measures';
+import { type State, limiter_names } from './protocol';
+
+const kLabels = { force: 'Force', depth: 'Depth', velocity: 'Speed', energy: 'Energy' };
+
+export class StatusView {
+  private cells: { what: (typeof kMeasures)[number] | 'contacts'; arm: number; cell: HTMLElement }[] = [];
+  private announced = '';
+
+  // Lays the table of readings out; the first arm's cells have the plain names.
+  lay_out(arms: number): void {
+    this.cells = [];
+    const table = element('readings');
+    const head = make('tr');
+    head.append(make('th'), ...Array.from({ length: arms }, (_, arm) => column(`arm ${arm}`)));
+    const thead = make('thead');
+    if (arms > 1) thead.append(head);
+    const body = make('tbody');
+    for (const what of [...kMeasures, 'contacts' as const]) {
+      const line = make('tr');
+      line.append(make('th', { textContent: what === 'contacts' ? 'Contacts' : kLabels[what], scope: 'row' }));
+      for (let arm = 0; arm < arms; ++arm) {
+        const cell = make('td', { textContent: '-' }, { testid: arm === 0 ? what : `${what}-${arm}` });
+        this.cells.push({ what, arm, cell });
+        line.append(cell);
+      }
+      body.append(line);
+    }
+    table.replaceChildren(thead, body);
+  }
+
+  // Of the moment that is shown, which may be past.
+  update_readings(state: State): void {
+    for (const { what, arm, cell } of this.cells)
+      set_text(cell, what === 'contacts' ? `${state.arms[arm]?.contacts ?? '-'}` : measure_text(state, arm, what));
+  }
+
+  // Mode and fault are always those of now: nobody shall take a picture of the past for the state of the device.
+  update(state: State): void {
+    const faulted = (state.fault ?? 0) !== 0;
+    const fault = faulted ? `${state.fault} ${state.fault_name ?? ''}` : 'none';
+    set_text(element('mode'), state.mode ?? '-');
+    element('mode').className = state.mode === 'armed' ? 'good' : state.mode === 'faulted' ? 'bad' : '';
+    set_text(element('fault'), fault);
+    element('fault').className = faulted ? 'bad' : '';
+    set_text(element('limiter'), known(state.limiter, limiter_names));
+    set_text(
+      element('tick-rate'),
+      known(state.tick_rate_Hz, (rate) => `${Math.round(rate)} Hz`),
+    );
+    set_text(
+      element('worst-tick'),
+      known(state.worst_tick_s, (time_s) => `${(time_s * 1e6).toFixed(1)} µs`),
+    );
+  }
+
+  // For those who hear the page: only what changed in mode and fault.
+  announce(state: State): void {
+    const text = `Mode ${state.mode ?? 'unknown'}. ${state.fault ? `Fault ${state.fault_name ?? state.fault}` : 'No fault'}.`;
+    if (text === this.announced) return;
+    this.announced = text;
+    set_text(element('announce'), text);
+  }
+}
+
+const known = (value: number | undefined, text: (value: number) => string): string => (value === undefined ? '-' : text(value));
+const column = (text: string): HTMLElement => make('th', { textContent: text, scope: 'col' });

@@ -1,0 +1,10 @@
+import { defineConfig } from 'vite';
+
+// `npm run dev` serves the page with hot reload; everything that changes comes from `npm run mock`.
+const mock = 'http://127.0.0.1:8099';
+
+export default defineConfig({
+  base: './',
+  build: { target: 'es2022', emptyOutDir: true, chunkSizeWarningLimit: 1000 },
+  server: { proxy: { '/live': { target: mock, ws: true }, '/scene.thim': mock, '/scenes.json': mock } },
+});
