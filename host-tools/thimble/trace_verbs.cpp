@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <type_traits>
 
 #include "firmware/link/iso_tp.h"
 #include "firmware/link/services.h"
@@ -59,9 +60,9 @@ std::string_view service_name(std::uint8_t code) {
   return "unknown";
 }
 
-// A record of messages.def that one answer of read_data brings.
+// A record of messages.def that one answer of read_data brings; empty where it brings something else.
 Json record_json(std::span<const std::uint8_t> pdu) {
-  Json json;
+  Json json = Json::object();
   const std::uint16_t did = static_cast<std::uint16_t>(pdu[1] << 8U | pdu[2]);
   link::visit_messages([&](auto message) {
     using Message = decltype(message);
@@ -123,7 +124,10 @@ class Decoder {
         const auto node = static_cast<std::uint8_t>(frame.id & kNodes);
         bool mine = frame.id == Message::kId;
         if constexpr (Message::kPerNode) mine = node != 0 && (frame.id & ~kNodes) == Message::kId;
-        if (!mine || frame.remote || !link::decode(frame.bytes(), message)) return;
+        // The stop counts with data or without, and as a remote frame, too.
+        constexpr bool kAnyFrame = std::is_same_v<Message, link::EmergencyStop>;
+        const bool whole = !frame.remote && link::decode(frame.bytes(), message);
+        if (!mine || (!whole && !kAnyFrame)) return;
         json["message"] = Message::kName;
         if (Message::kPerNode) json["node"] = node;
         json.update(host::to_json(message));

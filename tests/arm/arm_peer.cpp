@@ -1,4 +1,4 @@
-// arm_peer MEMORY [QTEST]: what an emulated ZCU102 needs around it. The simulated arm in the register block, which is the last page of the
+// arm_peer MEMORY [QTEST]: what an emulated board needs around it. The simulated arm in the register block, which is the last page of the
 // file MEMORY (the machine's RAM); and where QEMU's test socket QTEST is given, the second node on its bus, as SLCAN on TCP.
 //
 // Prints "arm" once the block is there. Takes commands, one a line, and answers each with one line:

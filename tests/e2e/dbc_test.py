@@ -91,6 +91,12 @@ class Decode(Rig):
         self.assertEqual(said[1]["fields"], {"protocol": 1, "image": 1, "frame_bytes": 8, "node": 1, "arms": 1})
         self.assertEqual((said[2]["service"], said[2]["refused"]), ("routine", "conditions_not_correct"))
 
+    def test_what_is_no_record_and_stops_without_data(self):
+        said = self.decode("(1.0) can0 18DAF101#0662F195302E31CC", "(1.1) can0 001#", "(1.2) can0 001#R", "(1.3) can0 18DAF101#027F31CCCCCCCCCC")
+        self.assertEqual([line["message"] for line in said], ["Response", "EmergencyStop", "EmergencyStop", "Response"])
+        self.assertEqual((said[0]["service"], said[0]["pdu"]), ("read_data", "62F195302E31"))
+        self.assertNotIn("record", said[0])
+
     def test_lost_frames_and_strangers_are_counted(self):
         result = self.ok("decode", self.log("(1.0) can0 18DAF101#101462F1A0010001", "(1.1) can0 18DAF101#2200080101CCCCCC", "(1.2) can0 7FF#00"))
         self.assertEqual(result.out, "")
