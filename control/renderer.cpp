@@ -218,7 +218,15 @@ bool is_nearer(const Vec3& slipped, const Vec3& stuck, const Vec3& rest, const V
 
 }  // namespace
 
-void Renderer::bind(const SceneView& scene) noexcept {
+void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
+  if (binding == Binding::kGoOn) {
+    world_.go_on(scene);
+    fields_.go_on(scene);
+    bodies_.go_on(scene);
+    // What was stored in the old spring is not what the new one gives back.
+    for (Finger& finger : fingers_) finger.account.close();
+    return;
+  }
   world_.bind(scene);
   fields_.bind(scene);
   bodies_.bind(scene, world_);

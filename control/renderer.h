@@ -30,7 +30,8 @@ class Renderer {
  public:
   // Takes a scene (an empty view: free space everywhere). Every contact is forgotten: each god object starts
   // at its tip.
-  void bind(const SceneView& scene) noexcept;
+  // kGoOn: the same scene in other materials; contacts, objects that move and tissue stay as they are.
+  void bind(const SceneView& scene, Binding binding = Binding::kStart) noexcept;
 
   // Forgets every contact, as after a pause in which the tips were not rendered. Objects that move stay where they are.
   void reset() noexcept;
@@ -43,6 +44,11 @@ class Renderer {
 
   // The objects that move, in the order of the scene, where the next tick will meet them.
   [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return bodies_.states(); }
+
+  // The planes that the god object of an arm lies on: their unit normals, world frame; returns how many.
+  std::size_t show_planes(std::size_t arm, std::span<Vec3, kMaxContacts> normals) const noexcept {
+    return lies_on(world_, fingers_[arm].god, normals);
+  }
 
   // Needles and fingers in tissue; returns how many.
   std::size_t show_tissue(TissueViews& views) const noexcept { return fields_.show(views); }

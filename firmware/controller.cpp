@@ -11,7 +11,7 @@ namespace {
 
 using link::Nrc;
 
-// After each record's poses and forces: at 100 records a second 400 frames, a twentieth of a classic bus at 1 Mbit/s.
+// After each record's poses, forces and god objects: at 100 records a second 400 frames, a twentieth of a classic bus at 1 Mbit/s.
 constexpr std::uint8_t kPictureFrames = 4;
 constexpr link::Micros kStatusPeriod_us = 100'000;
 constexpr link::Micros kHeartbeatPeriod_us = 500'000;
@@ -126,6 +126,7 @@ bool Controller::next_frame(link::CanFrame& frame, link::Micros now) noexcept {
     --frames_left_;
     return true;
   }
+  if (next_god_object_frame(frame)) return true;
   if (picture_frames_left_ > 0 && next_picture_frame(frame)) {
     --picture_frames_left_;
     return true;
@@ -154,6 +155,7 @@ void Controller::fetch_records() noexcept {
     }
     frames_dropped_ += frames_left_;
     frames_left_ = static_cast<std::uint8_t>(2 * record_.arm_count);
+    god_object_arm_ = 0;
     picture_frames_left_ = kPictureFrames;
   }
 }
@@ -183,14 +185,47 @@ link::CanFrame Controller::force_frame() const noexcept {
   return link::to_frame(force, config_.node_id);
 }
 
-// The picture of one tick, frame by frame: each body its position, its rotation and, when it is a control, its coordinate; then the
-// tissues. The next picture is fetched when this one is out, so a busy link shows fewer pictures, never half ones.
+// Of the arms whose god object is not the tip.
+bool Controller::next_god_object_frame(link::CanFrame& frame) noexcept {
+  while (god_object_arm_ < record_.arm_count) {
+    const std::uint8_t arm = god_object_arm_++;
+    const ArmTelemetry& shown = record_.arm[arm];
+    if (shown.contacts == 0 && !record_.moves_itself) continue;
+    const link::GodObject god{shown.god_object_m.x(), shown.god_object_m.y(), shown.god_object_m.z(), arm,
+                              record_count_};
+    frame = link::to_frame(god, config_.node_id);
+    return true;
+  }
+  return false;
+}
+
+bool Controller::next_plane_frame(link::CanFrame& frame) noexcept {
+  for (; plane_arm_ < control::kMaxArms; ++plane_arm_, plane_at_ = 0) {
+    const unsigned count = picture_.plane_count[plane_arm_];
+    if (plane_at_ >= count) continue;
+    const Vec3& normal = picture_.planes[plane_arm_][plane_at_];
+    const link::ContactPlane plane{
+        static_cast<std::uint8_t>(plane_arm_ | static_cast<unsigned>(plane_at_) << 1U | count << 3U),
+        picture_count_, normal.x(), normal.y(), normal.z()};
+    ++plane_at_;
+    frame = link::to_frame(plane, config_.node_id);
+    return true;
+  }
+  return false;
+}
+
+// The picture of one tick, frame by frame: each body its position, its rotation and, when it is a control, its coordinate; the
+// tissues; the planes. The next picture is fetched when this one is out, so a busy link shows fewer pictures, never half ones.
 bool Controller::next_picture_frame(link::CanFrame& frame) noexcept {
   if (picture_at_ == picture_.body_count + picture_.tissue_count) {
+    if (next_plane_frame(frame)) return true;
     if (!servo_.next_scene_state(picture_)) return false;
     ++picture_count_;
     picture_at_ = 0;
     picture_part_ = 0;
+    plane_arm_ = 0;
+    plane_at_ = 0;
+    if (picture_.body_count + picture_.tissue_count == 0) return next_plane_frame(frame);
   }
   if (picture_at_ >= picture_.body_count) {
     frame = tissue_frame(picture_.tissues[picture_at_++ - picture_.body_count]);
@@ -526,7 +561,7 @@ Nrc Controller::activate() noexcept {
     refuse(name(status));
     return status == StoreStatus::kNoDownload ? Nrc::kConditionsNotCorrect : to_nrc(status);
   }
-  (void)servo_.post_scene(running_, store_.sequence());
+  (void)servo_.post_scene(running_, store_.sequence(), store_.binding());
   activating_ = true;
   return Nrc::kResponsePending;
 }
@@ -537,7 +572,7 @@ StoreStatus Controller::load_scene(std::span<const std::byte> image) noexcept {
   if (status == StoreStatus::kOk) status = store_.write(store_.offset(), image.subspan(store_.offset()));
   if (status == StoreStatus::kOk) status = store_.verify();
   if (status == StoreStatus::kOk) status = store_.commit(running_);
-  if (status == StoreStatus::kOk) (void)servo_.post_scene(running_, store_.sequence());
+  if (status == StoreStatus::kOk) (void)servo_.post_scene(running_, store_.sequence(), store_.binding());
   return status;
 }
 

@@ -131,7 +131,9 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] std::uint8_t status_flags() const noexcept;
   [[nodiscard]] link::CanFrame pose_frame() const noexcept;
   [[nodiscard]] link::CanFrame force_frame() const noexcept;
+  [[nodiscard]] bool next_god_object_frame(link::CanFrame& frame) noexcept;
   [[nodiscard]] bool next_picture_frame(link::CanFrame& frame) noexcept;
+  [[nodiscard]] bool next_plane_frame(link::CanFrame& frame) noexcept;
   [[nodiscard]] link::CanFrame body_frame(const control::BodyState& body, std::uint8_t part) const noexcept;
   [[nodiscard]] link::CanFrame tissue_frame(const control::TissueView& tissue) const noexcept;
 
@@ -148,14 +150,17 @@ class Controller final : private link::ServiceBackend {
   std::array<char, 192> refusal_{};  // text, as kDidRefusal gives it
 
   // What is due on the link.
-  Telemetry record_;               // the newest
-  std::uint8_t record_count_ = 0;  // pairs pose with force
-  std::uint8_t frames_left_ = 0;   // of record_: a pose and a force for each arm
+  Telemetry record_;                                 // the newest
+  std::uint8_t record_count_ = 0;                    // pairs pose with force
+  std::uint8_t frames_left_ = 0;                     // of record_: a pose and a force for each arm
+  std::uint8_t god_object_arm_ = control::kMaxArms;  // of record_, after them: the arm whose turn it is
   // Of the scene, a few frames after those of each record, until the picture is whole.
   SceneState picture_;
   std::uint8_t picture_count_ = 0;
-  std::size_t picture_at_ = 0;            // bodies and tissues that have been sent whole
-  std::uint8_t picture_part_ = 0;         // frames of the next one that have been sent
+  std::size_t picture_at_ = 0;                  // bodies and tissues that have been sent whole
+  std::uint8_t picture_part_ = 0;               // frames of the next one that have been sent
+  std::uint8_t plane_arm_ = control::kMaxArms;  // then the planes: whose turn it is
+  std::uint8_t plane_at_ = 0;
   std::uint8_t picture_frames_left_ = 0;  // until the next record
   std::uint8_t limiters_ = 0;             // since the last status
   float worst_tick_us_ = 0;               // since the last status

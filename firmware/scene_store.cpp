@@ -1,5 +1,7 @@
 #include "firmware/scene_store.h"
 
+#include "control/scene/same_shapes.h"
+
 namespace thimble::firmware {
 
 const char* name(StoreStatus status) noexcept {
@@ -41,6 +43,7 @@ StoreStatus SceneStore::open(control::SceneView& view) noexcept {
     sequence_ = header.sequence;
     image_crc_ = header.crc;
     image_bytes_ = header.length;
+    newest_ = view;
     return StoreStatus::kOk;
   }
   return StoreStatus::kRefused;
@@ -95,10 +98,16 @@ StoreStatus SceneStore::commit(control::SceneView& view) noexcept {
   const SlotHeaderBytes header =
       encode(SlotMagic::kScene, {sequence, static_cast<std::uint32_t>(length_), expected_crc_});
   if (!storage_->write(slot, 0, header)) return StoreStatus::kStorage;
+  binding_ = sequence_ != 0 && control::differs_in_materials_only(
+                                   storage_->slot(active_).subspan(kHeaderBytes, image_bytes_), newest_,
+                                   storage_->slot(slot).subspan(kHeaderBytes, length_), checked_, pause_)
+                 ? control::Binding::kGoOn
+                 : control::Binding::kStart;
   active_ = slot;
   sequence_ = sequence;
   image_crc_ = expected_crc_;
   image_bytes_ = length_;
+  newest_ = checked_;
   view = checked_;
   return StoreStatus::kOk;
 }

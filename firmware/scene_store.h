@@ -51,7 +51,7 @@ class SceneStore {
   [[nodiscard]] StoreStatus verify() noexcept;
 
   // Makes the verified download the newest scene, for this and every later start, and sets `view`.
-  // kNoDownload: nothing was verified. kStorage: the old scene stays the newest.
+  // kNoDownload: nothing was verified. kStorage: the old scene stays the newest. O(image) where it is the old one in other materials.
   [[nodiscard]] StoreStatus commit(control::SceneView& view) noexcept;
 
   void abandon() noexcept {
@@ -68,6 +68,8 @@ class SceneStore {
   [[nodiscard]] std::uint32_t sequence() const noexcept { return sequence_; }  // of the newest scene; 0: none
   [[nodiscard]] std::uint32_t image_crc() const noexcept { return image_crc_; }
   [[nodiscard]] std::size_t image_bytes() const noexcept { return image_bytes_; }
+  // How the newest scene may follow the one before it.
+  [[nodiscard]] control::Binding binding() const noexcept { return binding_; }
   [[nodiscard]] const control::ImageVerdict& image_verdict() const noexcept {
     return image_verdict_;
   }  // of the last check
@@ -82,6 +84,8 @@ class SceneStore {
   std::uint32_t sequence_ = 0;
   std::uint32_t image_crc_ = 0;
   std::size_t image_bytes_ = 0;
+  control::Binding binding_ = control::Binding::kStart;
+  control::SceneView newest_;
   control::ImageVerdict image_verdict_;
   // The download.
   bool downloading_ = false;

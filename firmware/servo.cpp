@@ -350,7 +350,7 @@ void Servo::switch_scene() noexcept {
     if (waiting && force_ramp_ > 0.0F) return;
   }
   if (!waiting) return;
-  renderer_.bind(posted_scene_);
+  renderer_.bind(posted_scene_, posted_binding_);
   sequence_ = posted_sequence_;
   telemetry_.contact_ticks = 0;
   telemetry_.peak_force_N = 0;
@@ -549,7 +549,14 @@ void Servo::show_scene() noexcept {
   std::copy(bodies.begin(), bodies.end(), scene_state_.bodies.begin());
   scene_state_.body_count = bodies.size();
   scene_state_.tissue_count = renderer_.show_tissue(scene_state_.tissues);
-  if (scene_state_.body_count + scene_state_.tissue_count != 0)
+  std::size_t planes = 0;
+  for (std::size_t arm = 0; arm < arm_count_; ++arm) {
+    const std::size_t count =
+        telemetry_.arm[arm].contacts != 0 ? renderer_.show_planes(arm, scene_state_.planes[arm]) : 0;
+    scene_state_.plane_count[arm] = static_cast<std::uint8_t>(count);
+    planes += count;
+  }
+  if (scene_state_.body_count + scene_state_.tissue_count + planes != 0)
     scene_state_full_.store(true, std::memory_order_release);
 }
 
@@ -634,9 +641,11 @@ void Servo::keep_alive() noexcept {
   alive_.store(alive_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
 }
 
-bool Servo::post_scene(const control::SceneView& view, std::uint32_t sequence) noexcept {
+bool Servo::post_scene(const control::SceneView& view, std::uint32_t sequence,
+                       control::Binding binding) noexcept {
   if (scene_pending()) return false;
   posted_scene_ = view;
+  posted_binding_ = binding;
   posted_sequence_ = sequence;
   scene_posted_.store(scene_posted_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   return true;

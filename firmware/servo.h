@@ -191,11 +191,12 @@ class Servo {
     return fault_tick_.load(std::memory_order_acquire);
   }
   // The next scene (its bytes must stay until a later scene is the running one). False: the last one is still
-  // waiting.
-  [[nodiscard]] bool post_scene(const control::SceneView& view, std::uint32_t sequence) noexcept;
+  // waiting. kGoOn: it is the last one in other materials.
+  [[nodiscard]] bool post_scene(const control::SceneView& view, std::uint32_t sequence,
+                                control::Binding binding = control::Binding::kStart) noexcept;
   [[nodiscard]] bool scene_pending() const noexcept;  // the tick has not taken the last one yet
   [[nodiscard]] bool next_record(Telemetry& record) noexcept;
-  // The scene as it was at a record since the last call; false where nothing can move, or no record came.
+  // The scene as it was at a record since the last call; false where nothing moves and nothing is touched, or no record came.
   [[nodiscard]] bool next_scene_state(SceneState& state) noexcept;
   // Ticks since start by how late they began: [i] counts those below kLateBounds_us[i] and not below the bound before
   // it, the last one the rest. In us: the worst.
@@ -301,6 +302,7 @@ class Servo {
   std::uint32_t alive_seen_ = 0;
   control::SceneView posted_scene_;
   std::uint32_t posted_sequence_ = 0;
+  control::Binding posted_binding_ = control::Binding::kStart;
   std::atomic<std::uint32_t> scene_posted_{0};
   std::atomic<std::uint32_t> scene_taken_{0};
 

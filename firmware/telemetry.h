@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "control/bodies/bodies.h"
+#include "control/contact/god_object.h"
 #include "control/fields/fields.h"
 #include "control/scene/limits.h"
 #include "firmware/faults.h"
@@ -74,10 +75,13 @@ struct Telemetry {
   std::array<ArmTelemetry, control::kMaxArms> arm;
 };
 
-// What moves and gives way in the scene, for a picture elsewhere: the state of one tick.
+// What moves and gives way in the scene and what holds the god objects, for a picture elsewhere: the state of one tick.
 struct SceneState {
   std::array<control::BodyState, control::kMaxBodies> bodies;
   control::TissueViews tissues;
+  std::array<std::array<Vec3, control::kMaxContacts>, control::kMaxArms>
+      planes;  // their normals, world frame
+  std::array<std::uint8_t, control::kMaxArms> plane_count{};
   std::size_t body_count = 0;
   std::size_t tissue_count = 0;
 };

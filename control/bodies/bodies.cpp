@@ -62,6 +62,15 @@ void place(PlacedObject& object, const BodyState& state, bool turns) {
 
 }  // namespace
 
+// A control's curve lies in the image; of the other numbers none is a material.
+void Bodies::go_on(const SceneView& scene) noexcept {
+  std::size_t body = 0;
+  for (const scene::Object* object : *scene.scene()->objects()) {
+    if (object->body() == nullptr || is_volume(object->shape_type()) || body == count_) continue;
+    models_[body++].control = control_params(*object->body());
+  }
+}
+
 void Bodies::bind(const SceneView& scene, World& world) noexcept {
   count_ = 0;
   gravity_m_s2_ = Vec3::Zero();

@@ -59,6 +59,7 @@ class Bodies {
  public:
   // Takes the scene's bodies to their start. World is bound already; its objects learn which body they are.
   void bind(const SceneView& scene, World& world) noexcept;
+  void go_on(const SceneView& scene) noexcept;  // Binding::kGoOn: they stay where they are, and as fast
 
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
   [[nodiscard]] std::span<const BodyState> states() const noexcept { return {states_.data(), count_}; }

@@ -355,6 +355,14 @@ void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& 
   ++counters.slide_bound;
 }
 
+std::size_t lies_on(const World& world, const GodObject& god,
+                    std::span<Vec3, kMaxContacts> normals) noexcept {
+  const Planes planes = planes_at(world, god);
+  const std::size_t count = std::min(planes.count, kMaxContacts);
+  std::copy_n(planes.normal.begin(), count, normals.begin());
+  return count;
+}
+
 Constraints constraints(const World& world, const GodObject& god, const Vec3& tip) noexcept {
   Constraints out;
   if (god.count == 0) return out;

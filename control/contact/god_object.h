@@ -88,6 +88,9 @@ void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& t
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
           RenderCounters& counters) noexcept;
 
+// The unit normals of the planes that the god object lies on, to the free side, world frame; returns how many.
+std::size_t lies_on(const World& world, const GodObject& god, std::span<Vec3, kMaxContacts> normals) noexcept;
+
 // Splits god - tip into the planes that hold the god object: sum of lambda n = god - tip, lambda >= 0.
 [[nodiscard]] Constraints constraints(const World& world, const GodObject& god, const Vec3& tip) noexcept;
 

@@ -80,4 +80,18 @@ void World::bind(const SceneView& view) noexcept {
   }
 }
 
+// What lies in the image is elsewhere now; of all else the materials alone are new.
+void World::go_on(const SceneView& view) noexcept {
+  std::size_t index = 0;
+  for (const scene::Object* object : *view.scene()->objects()) {
+    if (is_volume(object->shape_type()) || index == count) continue;
+    PlacedObject& placed = objects[index];
+    placed.source = object;
+    placed.material = view_material(*object->material());
+    if (object->shape_type() == scene::Shape::Mesh) placed.shape.mesh = view_mesh(*object->shape_as_Mesh());
+    if (object->surface() != nullptr) surfaces[index] = view_surface(*object->surface());
+    ++index;
+  }
+}
+
 }  // namespace thimble::control

@@ -58,6 +58,7 @@ struct World {
   std::size_t count = 0;
 
   void bind(const SceneView& view) noexcept;
+  void go_on(const SceneView& view) noexcept;  // Binding::kGoOn
 };
 
 }  // namespace thimble::control

@@ -37,6 +37,15 @@ bool holds(const VolumeBounds& bounds, const Vec3& p) {
 
 }  // namespace
 
+void Fields::go_on(const SceneView& view) noexcept {
+  std::size_t index = 0;
+  for (const scene::Object* object : *view.scene()->objects()) {
+    if (volume_ops(object->shape_type()) == nullptr || index == count_) continue;
+    placed_[index].source = object;
+    placed_[index++].material = view_material(*object->material());
+  }
+}
+
 void Fields::bind(const SceneView& view) noexcept {
   count_ = 0;
   reset();

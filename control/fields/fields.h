@@ -27,6 +27,7 @@ using TissueViews = std::array<TissueView, kMaxVolumes * kMaxArms>;
 class Fields {
  public:
   void bind(const SceneView& scene) noexcept;
+  void go_on(const SceneView& scene) noexcept;  // Binding::kGoOn
 
   // Every volume as it was at the start.
   void reset() noexcept;

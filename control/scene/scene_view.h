@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "control/scene/image_verdict.h"
@@ -12,6 +13,10 @@ struct Scene;
 }
 
 namespace thimble::control {
+
+// How a scene is taken: from its start, or as the one that is bound in other materials, with all else as it is now. The second only
+// where differs_in_materials_only() (control/scene/same_shapes.h) has said so.
+enum class Binding : std::uint8_t { kStart, kGoOn };
 
 // Refers to the bytes that were checked; they must stay unchanged and in place for as long as the view is
 // used.

@@ -87,13 +87,25 @@ struct Heard {
   link::ControlState control;
   link::NeedleState needle;
   link::TissueState tissue;
+  std::map<std::uint8_t, link::Pose> pose;  // by arm
+  std::map<std::uint8_t, link::GodObject> god;
+  std::map<int, link::ContactPlane> plane;  // by index, of arm 0
+  int gods = 0, planes = 0, paired = 0;
   int needles = 0, tissues = 0, controls = 0;
 
   void take(const link::CanFrame& frame) {
-    link::Pose pose;
+    link::Pose tip;
+    link::GodObject held;
+    link::ContactPlane lies_on;
     link::BodyPosition at;
     link::BodyRotation turned;
-    if (link::from_frame(frame, 1, pose)) ++poses;
+    if (link::from_frame(frame, 1, tip)) ++poses, pose[tip.arm] = tip;
+    if (link::from_frame(frame, 1, held)) {
+      ++gods, god[held.arm] = held;
+      if (held.sequence == pose[held.arm].sequence) ++paired;
+    }
+    if (link::from_frame(frame, 1, lies_on))
+      ++pictures, ++planes, plane[lies_on.arm_index >> 1U & 3U] = lies_on;
     if (link::from_frame(frame, 1, at)) ++pictures, position[at.object] = at;
     if (link::from_frame(frame, 1, turned)) ++pictures, rotation[turned.object] = turned;
     if (link::from_frame(frame, 1, control)) ++pictures, ++controls;
@@ -211,6 +223,36 @@ TEST(Picture, ShowsTheDimple) {
   listen(bench, heard, 2000);
   EXPECT_NEAR(heard.tissue.depth_m, left * std::exp(-1.0F), 0.05F * left)
       << "half a second is its time constant";
+}
+
+// In free space no frame more than before; in contact the god object on the surface, and the surface's normal.
+TEST(Picture, ShowsTheGodObjectAndItsPlane) {
+  Bench bench;
+  bench.start();
+  bench.move({0, 0, 0.005}, 200);
+  Heard free;
+  listen(bench, free, 400);
+  EXPECT_EQ(free.gods + free.planes, 0);
+  bench.move({0.01, 0, 0.005}, 200);
+  bench.move({0.01, 0, -0.003}, 400);
+  Heard held;
+  listen(bench, held, 400);
+  EXPECT_GE(held.poses, 10);
+  EXPECT_EQ(held.gods, held.poses);
+  EXPECT_EQ(held.paired, held.poses);
+  EXPECT_NEAR(held.god[0].z_m, 0.0F, 1e-5F);
+  EXPECT_NEAR(held.god[0].x_m, 0.01F, 5e-5F);
+  EXPECT_NEAR(held.pose[0].z_m, -0.003F, 5e-5F);
+  EXPECT_GE(held.planes, 5);
+  ASSERT_EQ(held.plane.size(), 1U);
+  EXPECT_EQ(held.plane[0].arm_index, 1U << 3U) << "arm 0, the first of one";
+  EXPECT_NEAR(held.plane[0].z, 1.0F, 1e-4F);
+  EXPECT_NEAR(held.plane[0].x, 0.0F, 1e-4F);
+  bench.move({0.01, 0, 0.005}, 400);
+  listen(bench, free, 80);  // what was on its way
+  Heard left;
+  listen(bench, left, 400);
+  EXPECT_EQ(left.gods + left.planes, 0);
 }
 
 TEST(Picture, IsBoundedAndStarvesNothing) {

@@ -43,7 +43,9 @@ TEST(Messages, IdsAreThoseOfTheDesign) {
   EXPECT_EQ(to_frame(EmergencyStop{}, 5).id, 0x001U);
   EXPECT_EQ(to_frame(Emergency{}, 5).id, 0x085U);
   EXPECT_EQ(to_frame(Pose{}, 5).id, 0x185U);
+  EXPECT_EQ(to_frame(GodObject{}, 5).id, 0x205U);
   EXPECT_EQ(to_frame(Force{}, 5).id, 0x285U);
+  EXPECT_EQ(to_frame(ContactPlane{}, 5).id, 0x305U);
   EXPECT_EQ(to_frame(Status{}, 5).id, 0x385U);
   EXPECT_EQ(to_frame(BodyPosition{}, 5).id, 0x405U);
   EXPECT_EQ(to_frame(BodyRotation{}, 5).id, 0x485U);
@@ -98,7 +100,7 @@ TEST(MessagesProperty, EveryMessageComesBack) {
       RC_ASSERT(buffer == again);
     }));
   });
-  EXPECT_EQ(messages, 18);
+  EXPECT_EQ(messages, 20);
 }
 
 template <class Wire>
