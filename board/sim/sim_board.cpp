@@ -148,6 +148,30 @@ void SimBoard::hold(std::size_t arm, const Vector3d& position_m, const Vector3d&
   a.plant.set_hand_target(position_m, velocity_m_s);
 }
 
+Vector3d SimBoard::within_reach(std::size_t arm, const Vector3d& position_m) const {
+  const PlantParameters& parameters = arms_[arm].plant.parameters();
+  const kinematics::Arm<double> model(*parameters.model, parameters.base);
+  constexpr double kMargin_rad = .03;  // to the joints' stops
+  const auto reached = [&](const Vector3d& p) {
+    Vector3d joints;
+    return model.inverse(p, joints) && kinematics::workspace_limit(*parameters.model, joints, kMargin_rad) ==
+                                           kinematics::WorkspaceLimit::kNone;
+  };
+  if (reached(position_m)) return position_m;
+  const Vector3d home = parameters.base.home_m.cast<double>();
+  constexpr double kBeyond_m =
+      2;  // no arm reaches so far, and the halvings end below a hundredth of a millimetre
+  const Vector3d all = position_m - home;
+  const Vector3d way = all * std::min(1.0, kBeyond_m / all.norm());
+  double inside = 0, outside = 1;
+  constexpr int kHalvings = 18;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = (inside + outside) / 2;
+    (reached(home + middle * way) ? inside : outside) = middle;
+  }
+  return home + inside * way;
+}
+
 bool SimBoard::hand_waits(std::size_t arm) const noexcept { return arms_[arm].state == HandState::kWait; }
 
 bool SimBoard::hand_follows(std::size_t arm) const noexcept { return arms_[arm].state == HandState::kFollow; }

@@ -75,6 +75,9 @@ class SimBoard {
       std::size_t arm) const noexcept;  // at its path's first point, for the controller
   [[nodiscard]] bool hand_follows(std::size_t arm) const noexcept;
 
+  // The position itself, or where the way from the arm's home to it leaves the workspace.
+  [[nodiscard]] Vector3d within_reach(std::size_t arm, const Vector3d& position_m) const;
+
   void set_e_stop(bool pressed) noexcept { e_stop_ = pressed; }
   void set_dead_man(bool held) noexcept { dead_man_ = held; }
 

@@ -1,0 +1,119 @@
+#include "board/sim/live_board.h"
+
+#include <algorithm>
+#include <chrono>
+#include <iterator>
+#include <stdexcept>
+
+#include "board/posix/can_port.h"
+#include "board/posix/link_ports.h"
+#include "board/posix/pty_port.h"
+#include "board/posix/tcp_port.h"
+#include "board/posix/tty_port.h"
+#include "board/sim/announcement.h"
+#include "board/sim/file_storage.h"
+#include "board/sim/hand_path_file.h"
+#include "board/sim/specimen_file.h"
+
+namespace thimble::board {
+namespace {
+
+// Behind by more than this, the arm waits instead of catching up: the machine was busy, and a burst would be worse. The link waits as
+// long: where the arm cannot keep up (under sanitizers it runs at 0.7 of real time), 0.1 s took 2 s to answer a question.
+constexpr double kMostBehind_s = 0.02;
+constexpr std::uint64_t kWait_us = 500;
+
+std::uint64_t steady_us() {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(
+                                        std::chrono::steady_clock::now().time_since_epoch())
+                                        .count());
+}
+
+}  // namespace
+
+LiveBoard::LiveBoard(const LiveOptions& options) : options_(options), ports_(std::make_unique<LinkPorts>()) {
+  // The best first: TCP carries more than a pty, whose buffer is 4 kB.
+  if (options.tcp_port) ports_->add(std::make_unique<TcpPort>(*options.tcp_port));
+  if (options.pty) ports_->add(std::make_unique<PtyPort>(options.link));
+  if (!options.can.empty()) ports_->add(std::make_unique<CanPort>(options.can, firmware::Config{}.node_id));
+  if (!options.tty.empty()) ports_->add(std::make_unique<TtyPort>(options.tty));
+  if (ports_->empty()) throw std::runtime_error("without a pty, --tcp, --can and --tty nobody can reach it");
+
+  constexpr std::size_t kSlotBytes = control::kMaxImageBytes + firmware::SceneStore::kHeaderBytes;
+  if (options.store.empty()) {
+    memory_ = std::make_unique<MemoryStorage>(kSlotBytes);
+  } else {
+    file_ = std::make_unique<FileStorage>(options.store, kSlotBytes);
+  }
+  board_ = start("power_on");
+  announced_ = std::make_unique<Announced>(Announcement{options.name, options.arm, ports_->uris()});
+}
+
+LiveBoard::~LiveBoard() = default;
+
+std::vector<std::string> LiveBoard::uris() const { return ports_->uris(); }
+
+std::uint64_t LiveBoard::dropped() const { return ports_->dropped(); }
+
+std::unique_ptr<SimBoard> LiveBoard::start(const char* reset_reason) {
+  SimBoardOptions board_options;
+  board_options.variant = options_.arm;
+  board_options.rate_Hz = options_.rate_Hz;
+  board_options.seed = options_.seed;
+  board_options.storage = file_ ? static_cast<firmware::Storage*>(file_.get()) : memory_.get();
+  board_options.reset_reason = reset_reason;
+  board_options.time_ticks = true;
+  if (!options_.specimen.empty()) {
+    board_options.specimen = std::make_shared<const Specimen>(read_specimen(options_.specimen));
+    board_options.hand = kNoHand;  // nobody holds an arm that scans
+  }
+  std::vector<PathPoint> points;
+  if (!options_.hand.empty()) points = read_hand_path(options_.hand);
+  const bool two = std::ranges::any_of(points, [](const PathPoint& point) { return point.arm == 1; });
+  board_options.arm_count = two ? std::uint8_t{2} : options_.arm_count;
+  auto board = std::make_unique<SimBoard>(board_options);
+  for (int arm = 0; arm < board_options.arm_count; ++arm) {
+    std::vector<PathPoint> own;
+    std::ranges::copy_if(points, std::back_inserter(own), [arm](const PathPoint& p) { return p.arm == arm; });
+    if (!own.empty()) board->follow(static_cast<std::size_t>(arm), HandPath(std::move(own)), options_.loop);
+  }
+  return board;
+}
+
+void LiveBoard::run(const std::function<bool()>& stopping, const std::function<void(const Round&)>& each,
+                    const std::function<void(const std::string&)>& news) {
+  std::vector<firmware::link::CanFrame> sent;
+  const auto send_all = [&] {
+    for (firmware::link::CanFrame out; board_->controller().next_frame(out, steady_us());) {
+      ports_->send(out);
+      if (!out.extended) sent.push_back(out);
+    }
+  };
+  std::uint64_t last_us = steady_us();
+  while (!stopping()) {
+    const std::uint64_t time_us = steady_us();
+    double due_s = static_cast<double>(time_us - last_us) * 1e-6;
+    last_us = time_us;
+    if (due_s > kMostBehind_s) {
+      skipped_s_ += due_s - kMostBehind_s;
+      due_s = kMostBehind_s;
+    }
+    sent.clear();
+    board_->step(due_s);
+
+    while (const std::optional<firmware::link::CanFrame> frame = ports_->receive()) {
+      board_->controller().on_frame(*frame, steady_us());
+      send_all();
+    }
+    board_->controller().tell_link_losses(static_cast<std::uint32_t>(ports_->dropped()));
+    board_->controller().poll(steady_us());
+    send_all();
+    if (each) each({*board_, sent, time_us});
+    ports_->flush();
+    if (const std::optional<std::string> trouble = ports_->news(); trouble && news) news(*trouble);
+    if (board_->controller().take_reset()) board_ = start("host");
+    ports_->wait(kWait_us);
+  }
+}
+
+}  // namespace thimble::board

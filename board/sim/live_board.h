@@ -1,0 +1,79 @@
+// The simulated board in real time behind the link: thimble-sim's whole loop, and what `thimble view --scene` runs in a thread.
+//
+//   LiveBoard live(options);            // opens the ports, announces itself
+//   live.run([] { return stopping; });  // until told to stop
+//
+// One thread. `news` hears what stands against sending, each time it has changed.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "board/sim/sim_board.h"
+
+namespace thimble::board {
+
+class Announced;
+class FileStorage;
+class LinkPorts;
+
+struct LiveOptions {
+  std::string arm = "premium-1.5";
+  double rate_Hz = 4000;
+  std::uint64_t seed = 1;
+  std::uint8_t arm_count = 1;  // at least; a path with a second arm makes it two
+  std::optional<std::uint16_t> tcp_port;
+  bool pty = true;
+  std::string link;      // a symbolic link to the pty
+  std::string can;       // an interface
+  std::string tty;       // a serial port
+  std::string hand;      // the hand's path
+  bool loop = false;     // over and over
+  std::string specimen;  // instead of a hand, a thing to scan
+  std::string store;     // a file that keeps the scenes
+  std::string name;      // in `thimble list`
+};
+
+class LiveBoard {
+ public:
+  // What a program that runs it may see and do between two rounds. `sent`: the real-time frames of this round, in order;
+  // `since_us`: of the machine's steady clock, before the first tick of the round.
+  struct Round {
+    SimBoard& board;
+    const std::vector<firmware::link::CanFrame>& sent;
+    std::uint64_t since_us;
+  };
+
+  // Throws std::exception: a port in use, an unknown arm, a file with a mistake.
+  explicit LiveBoard(const LiveOptions& options);
+  LiveBoard(const LiveBoard&) = delete;
+  LiveBoard& operator=(const LiveBoard&) = delete;
+  ~LiveBoard();
+
+  [[nodiscard]] std::vector<std::string> uris() const;  // the best first
+
+  // Rounds of about half a millisecond until stopping() says so. `each` may be empty.
+  void run(const std::function<bool()>& stopping, const std::function<void(const Round&)>& each = {},
+           const std::function<void(const std::string&)>& news = {});
+
+  [[nodiscard]] SimBoard& board() noexcept { return *board_; }
+  [[nodiscard]] double skipped_s() const noexcept { return skipped_s_; }
+  [[nodiscard]] std::uint64_t dropped() const;  // frames
+
+ private:
+  [[nodiscard]] std::unique_ptr<SimBoard> start(const char* reset_reason);
+
+  LiveOptions options_;
+  std::unique_ptr<LinkPorts> ports_;
+  std::unique_ptr<FileStorage> file_;
+  std::unique_ptr<MemoryStorage> memory_;
+  std::unique_ptr<SimBoard> board_;
+  std::unique_ptr<Announced> announced_;
+  double skipped_s_ = 0;
+};
+
+}  // namespace thimble::board
