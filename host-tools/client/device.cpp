@@ -180,6 +180,7 @@ void Device::pump(Micros deadline_us) {
   const Micros gap = channel_.gap(now_us());
   if (gap != 0) deadline_us = std::min(deadline_us, now_us() + gap);
   if (const std::optional<CanFrame> got = transport_->receive(deadline_us)) {
+    if (heard_ && !got->extended) heard_(*got);
     static_cast<void>(channel_.on_frame(*got, now_us()));
   }
   channel_.poll(now_us());
@@ -582,7 +583,9 @@ void Device::keep_alive() {
 
 std::optional<CanFrame> Device::telemetry(Micros deadline_us) {
   while (std::optional<CanFrame> frame = transport_->receive(deadline_us)) {
-    if (!frame->extended) return frame;
+    if (frame->extended) continue;
+    if (heard_) heard_(*frame);
+    return frame;
   }
   return std::nullopt;
 }

@@ -18,6 +18,7 @@
 #include <random>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "firmware/link/iso_tp.h"
@@ -98,6 +99,8 @@ class Device {
 
   // A tester-present that asks for no answer: it feeds host supervision.
   void keep_alive();
+  // Every real-time frame of the device, also those that come in while an answer is waited for. It must not call the device.
+  void set_listener(std::function<void(const link::CanFrame&)> heard) { heard_ = std::move(heard); }
   // The next real-time frame of the device; nothing once the deadline has passed.
   [[nodiscard]] std::optional<link::CanFrame> telemetry(link::Micros deadline_us);
 
@@ -123,6 +126,7 @@ class Device {
   DeviceOptions options_;
   link::IsoTpChannel channel_;
   link::LinkInfo info_;
+  std::function<void(const link::CanFrame&)> heard_;
   std::minstd_rand pauses_{std::random_device{}()};  // two hosts must not wait alike
 };
 

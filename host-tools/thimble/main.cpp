@@ -25,6 +25,7 @@ struct Choices {
   DoctorChoice doctor;
   UploadChoice upload;
   MonitorChoice monitor;
+  ViewChoice view;
   ScanChoice scan;
   SimulateChoice simulate;
   ImportVolumeChoice import_volume;
@@ -96,6 +97,28 @@ void define_trace(CLI::App& app, Choices& c) {
   verb(app, c, "decode", "say what a log of CAN frames means", [&c] { decode(c.common, c.image); })
       ->add_option("log", c.image, "what `candump -L` wrote; - is standard input")
       ->required();
+}
+
+void define_view(CLI::App& app, Choices& c) {
+  CLI::App* view_verb = remote_verb(app, c, "view", "show a device, or a simulated one, in a browser",
+                                    [&c] { view(c.common, c.remote, c.view); });
+  CLI::Option* scene = view_verb->add_option("--scene", c.view.scene,
+                                             "start a simulated device with this scene file (*.json)");
+  scene->excludes(view_verb->get_option("--device"));
+  view_verb->add_option("--arm", c.view.arm, "with --scene: one of " + arm_names())
+      ->capture_default_str()
+      ->needs(scene);
+  view_verb->add_option("--arms", c.view.arms, "with --scene: how many")
+      ->check(CLI::Range(1U, 2U))
+      ->capture_default_str()
+      ->needs(scene);
+  view_verb->add_option("--scenes", c.view.scenes,
+                        "a folder with scenes to pick from, besides Thimble's own");
+  view_verb->add_option("--port", c.view.port, "of the server; 0: any free one")->capture_default_str();
+  view_verb->add_option(
+      "--listen", c.view.listen,
+      "an address of this machine that others may reach, 0.0.0.0 for all; default: this machine only");
+  view_verb->add_flag("!--no-browser", c.view.browser, "print the address, and open no browser");
 }
 
 void define(CLI::App& app, Choices& c) {
@@ -189,6 +212,7 @@ void define(CLI::App& app, Choices& c) {
                    "where the scene file goes; nothing is written when it fails")
       ->required();
 
+  define_view(app, c);
   define_scan(app, c);
   define_trace(app, c);
 

@@ -1,14 +1,8 @@
 #include "host-tools/thimble/output.h"
 
-#include <unistd.h>
-
 #include <array>
-#include <cerrno>
 #include <charconv>
-#include <cstdio>
-#include <cstring>
 #include <iostream>
-#include <system_error>
 
 namespace thimble::host {
 

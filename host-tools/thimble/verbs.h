@@ -47,6 +47,17 @@ struct MonitorChoice {
 };
 void monitor(const Common& common, const Remote& remote, const MonitorChoice& choice);
 
+struct ViewChoice {
+  std::filesystem::path scene;  // start a simulated device with it
+  std::string arm = "premium-1.5";
+  unsigned arms = 1;
+  std::filesystem::path scenes;
+  std::string listen;
+  std::uint16_t port = 0;
+  bool browser = true;
+};
+void view(const Common& common, const Remote& remote, const ViewChoice& choice);
+
 struct ScanChoice {
   std::filesystem::path plan;
   std::filesystem::path log;

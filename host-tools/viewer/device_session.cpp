@@ -1,0 +1,375 @@
+#include "host-tools/viewer/device_session.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+#include "firmware/faults.h"
+#include "host-tools/client/discovery.h"
+
+namespace thimble::host {
+namespace {
+
+using link::Micros;
+
+constexpr Micros kRound_us = 5'000;  // how long a message of a page may wait
+constexpr Micros kStatePeriod_us = 1'000'000 / 60;
+constexpr Micros kLook_us = 500'000;       // another host may have sent a scene
+constexpr Micros kSilence_us = 2'000'000;  // four heartbeats
+constexpr Micros kRetry_us = 300'000;
+constexpr Micros kHomingAnswer_us = 1'000'000;
+constexpr Micros kBetweenUploads_us = 300'000;  // down and up again: the force of each scene swap
+
+}  // namespace
+
+DeviceSession::DeviceSession(SessionOptions options, SceneBook book, SimulatedDevice* simulated,
+                             std::optional<OpenScene> first, ViewSink& sink)
+    : options_(std::move(options)),
+      book_(std::move(book)),
+      simulated_(simulated),
+      sink_(sink),
+      begun_us_(now_us()),
+      to_upload_(std::move(first)),
+      begin_(simulated != nullptr) {}
+
+void DeviceSession::post(PageMessage message) {
+  if (const auto* hand = std::get_if<HandMessage>(&message)) {
+    obey(*hand);
+    return;
+  }
+  const std::scoped_lock lock(mutex_);
+  if (waiting_.size() >= kMostWaiting) {
+    throw Error(ExitCode::kRefused, "busy", "too many messages wait for the device", "send them slower");
+  }
+  waiting_.push_back(std::move(message));
+}
+
+std::optional<PageMessage> DeviceSession::next_message() {
+  const std::scoped_lock lock(mutex_);
+  if (waiting_.empty()) return std::nullopt;
+  PageMessage message = std::move(waiting_.front());
+  waiting_.pop_front();
+  return message;
+}
+
+bool DeviceSession::urgent_waits() {
+  const std::scoped_lock lock(mutex_);
+  return std::ranges::any_of(waiting_, [](const PageMessage& message) {
+    const auto* command = std::get_if<CommandMessage>(&message);
+    return command != nullptr && command->verb == ViewCommand::kDisarm;
+  });
+}
+
+void DeviceSession::inform(const std::string& name, const std::string& cause, const std::string& remedy) {
+  sink_.event(event_json("info", name, cause, remedy));
+}
+
+void DeviceSession::run(const std::atomic<bool>& stopping, const std::function<void()>& connected) {
+  stopping_ = &stopping;
+  connect();
+  connected();
+  while (!stopping) {
+    try {
+      serve(stopping);
+    } catch (const Error& error) {
+      device_.reset();
+      sink_.event(event_json(error));
+      sink_.link(false);
+      wait_for_device(stopping);
+    }
+  }
+  device_.reset();
+}
+
+void DeviceSession::connect() {
+  address_ = simulated_ != nullptr ? simulated_->uri() : choose_device(options_.device);
+  device_ = std::make_unique<Device>(open_transport(address_), options_.options);
+  arms_ = device_->info().arms;
+  live_ = LiveState(device_->info().node, arms_);
+  heard_us_ = now_us();
+  shown_crc_.reset();
+  send_hello();
+  device_state_ = device_->state();
+  live_.take_state(device_state_);
+  device_->set_listener([this](const link::CanFrame& frame) { hear(frame); });
+  look_at_device();
+}
+
+void DeviceSession::send_hello() {
+  Json hello = {{"type", "hello"},
+                {"version", options_.version},
+                {"simulated", simulated_ != nullptr},
+                {"may_control", false},
+                {"arms", arms_}};
+  hello["device"] = {{"address", address_},
+                     {"board", device_->text(link::kDidBoardName)},
+                     {"firmware", device_->text(link::kDidFirmwareVersion)},
+                     {"arm", device_->text(link::kDidArmName)}};
+  hello["parameters"] = Json::array();
+  for (const firmware::ParamRow& row : firmware::kParamTable) {
+    const double value = device_->read_param(row);
+    if (std::string_view(row.name) == "telemetry_decimation") decimation_ = value;
+    hello["parameters"].push_back(
+        {{"name", row.name},
+         {"value", row.type == firmware::ParamType::kUnsigned ? Json(static_cast<std::uint64_t>(value))
+                                                              : Json(exact(static_cast<float>(value)))},
+         {"unit", row.unit},
+         {"min", exact(row.min)},
+         {"max", exact(row.max)},
+         {"writable", row.access == firmware::Access::kAlways},  // while armed
+         {"text", row.text}});
+  }
+  sink_.hello(std::move(hello));
+}
+
+void DeviceSession::wait_for_device(const std::atomic<bool>& stopping) {
+  while (!stopping) {
+    std::this_thread::sleep_for(std::chrono::microseconds(kRetry_us));
+    while (const std::optional<PageMessage> message = next_message()) {
+      sink_.event(event_json("error", "no-device", "the device is not there, so nothing was done",
+                             "wait until it is back"));
+    }
+    try {
+      connect();
+      sink_.link(true);
+      inform("link-back", "the device " + address_ + " answers again");
+      return;
+    } catch (const Error&) {
+      device_.reset();
+    }
+  }
+}
+
+void DeviceSession::serve(const std::atomic<bool>& stopping) {
+  while (!stopping) {
+    static_cast<void>(device_->telemetry(now_us() + kRound_us));
+    while (const std::optional<PageMessage> message = next_message()) obey(*message);
+    tend_job();
+    if (to_upload_ && now_us() >= upload_due_us_) {
+      const OpenScene scene = std::move(*to_upload_);
+      to_upload_.reset();
+      try {
+        upload(scene);
+        begin_simulation();
+      } catch (const Disturbed&) {
+        if (!to_upload_) to_upload_ = scene;  // it goes on where it stopped
+      } catch (const Error& error) {
+        if (error.code == ExitCode::kLinkLost) throw;
+        sink_.event(event_json(error));
+      }
+    }
+    if (now_us() >= look_due_us_) look_at_device();
+    if (now_us() - heard_us_ > kSilence_us) {
+      throw Error(ExitCode::kLinkLost, "link-lost", "the device " + address_ + " has been silent for 2 s",
+                  "check that it still runs");
+    }
+  }
+}
+
+void DeviceSession::begin_simulation() {
+  if (!begin_) return;
+  begin_ = false;
+  device_->home();
+  device_->arm();
+}
+
+// --- What comes from the device
+
+void DeviceSession::hear(const link::CanFrame& frame) {
+  const Micros now = now_us();
+  heard_us_ = now;
+  const bool complete = live_.take(frame, now);
+  if (const std::optional<std::uint8_t> fault = live_.take_emergency()) {
+    const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(*fault));
+    if (row != nullptr) sink_.event(event_json("error", row->name, row->cause, row->remedy));
+  }
+  if (!complete || now < state_due_us_) return;
+  // On average: a state that came a little late does not put off the next one.
+  state_due_us_ = std::max(state_due_us_ + kStatePeriod_us, now - kStatePeriod_us);
+  send_state(now);
+}
+
+void DeviceSession::send_state(Micros now) {
+  Json json = {{"type", "state"}};
+  json["time_s"] = std::round(static_cast<double>(now - begun_us_) * 1e-2) / 1e4;
+  if (simulated_ != nullptr) {
+    const SimulatedDevice::Stamp stamp = simulated_->stamp(live_.sequence());
+    json["tick"] = stamp.tick;
+    json["since_us"] = stamp.since_us;
+  } else if (device_state_us_ != 0) {
+    const double since_s = static_cast<double>(now - device_state_us_) * 1e-6;
+    json["tick"] = device_state_.tick + static_cast<std::uint64_t>(std::max(
+                                            0.0, since_s * static_cast<double>(device_state_.tick_rate_Hz)));
+  }
+  json.update(live_.json(now));
+  if (simulated_ != nullptr) {
+    for (std::size_t arm = 0; arm < json["arms"].size() && arm < simulated_->arms(); ++arm) {
+      if (json["arms"][arm].is_null()) continue;
+      Json hand = Json::array();
+      for (const double value : simulated_->hand_m(arm)) hand.push_back(std::round(value * 1e6) / 1e6);
+      json["arms"][arm]["hand_m"] = std::move(hand);
+    }
+  }
+  sink_.state(to_text(json));
+}
+
+void DeviceSession::look_at_device() {
+  look_due_us_ = now_us() + kLook_us;
+  device_state_ = device_->state();
+  device_state_us_ = now_us();
+  live_.take_state(device_state_);
+  if (device_state_.tick_rate_Hz > 0)
+    live_.set_record_period(decimation_ / static_cast<double>(device_state_.tick_rate_Hz));
+  if (shown_crc_ == device_state_.scene_crc) return;
+  const std::uint32_t crc = device_state_.scene_crc;
+  show_scene(device_state_.scene_bytes == 0 ? "" : device_->text(link::kDidSceneName), crc);
+}
+
+// Another scene runs than the pages show.
+void DeviceSession::show_scene(const std::string& name, std::uint32_t crc) {
+  shown_crc_ = crc;
+  live_.forget_scene();
+  if (running_ && running_->crc == crc) {
+    show_open_scene();
+    return;
+  }
+  running_.reset();
+  edited_.reset();
+  if (!name.empty()) running_ = book_.with_crc(name, crc);
+  if (running_) {
+    show_open_scene();
+    return;
+  }
+  sink_.scene(to_text(Json{{"type", "scene"}, {"name", name}, {"crc", crc}, {"objects", Json::array()}}),
+              nullptr);
+  if (!name.empty()) {
+    inform("scene-unknown", "the device runs \"" + name + "\", of which no scene file is known here",
+           "pick a scene, or give the folder of its file: `thimble view --scenes FOLDER`");
+  }
+}
+
+void DeviceSession::show_open_scene() {
+  shown_crc_ = running_->crc;
+  sink_.scene(to_text(scene_json(*running_->image, running_->crc)), running_->image);
+}
+
+// --- What pages ask for
+
+void DeviceSession::obey(const PageMessage& message) {
+  try {
+    std::visit([this](const auto& one) { obey(one); }, message);
+  } catch (const Error& error) {
+    if (error.code == ExitCode::kLinkLost) throw;
+    sink_.event(event_json(error));
+  }
+}
+
+void DeviceSession::obey(const HandMessage& message) {
+  if (simulated_ == nullptr) {
+    throw Error(ExitCode::kRefused, "not-simulated", "a real arm's hand is not moved from a page",
+                "`thimble view --scene` starts a simulated one");
+  }
+  if (message.arm >= simulated_->arms()) {
+    throw Error(ExitCode::kUsage, "no-such-arm", "there is no arm " + std::to_string(message.arm),
+                "`thimble view --arms 2` starts two");
+  }
+  simulated_->want(message.arm, message.position_m);
+}
+
+void DeviceSession::obey(const CommandMessage& message) {
+  switch (message.verb) {
+    case ViewCommand::kHome:
+      try {
+        device_->home(kHomingAnswer_us);
+      } catch (const Error& error) {
+        if (error.name != "not-in-time") throw;  // it goes on; nobody else shall wait for it
+        inform("homing", "the arm looks for its home position", "move it there");
+      }
+      return;
+    case ViewCommand::kArm:
+      device_->arm();
+      return;
+    case ViewCommand::kDisarm:
+      device_->disarm();
+      return;
+    case ViewCommand::kClear:
+      device_->clear_faults();
+      return;
+  }
+}
+
+void DeviceSession::obey(const ParameterMessage& message) {
+  device_->write_param(*message.row, message.value);
+  send_hello();
+}
+
+void DeviceSession::obey(const PickMessage& message) {
+  const std::filesystem::path file = book_.find(message.scene);
+  edited_.reset();
+  edited_since_job_ = false;
+  to_upload_.reset();
+  job_ = Job{std::async(std::launch::async, [file] { return open_scene(file); }), true};
+}
+
+void DeviceSession::obey(const MaterialMessage& message) {
+  if (!running_) {
+    throw Error(ExitCode::kRefused, "no-scene-file", "the file of the scene that runs is not known here",
+                "pick a scene, or give the folder of its file: `thimble view --scenes FOLDER`");
+  }
+  if (!edited_) edited_ = *running_;
+  set_material(*edited_, message);
+  edited_since_job_ = true;
+}
+
+void DeviceSession::obey(const SaveMessage&) {
+  if (!running_ || !running_->changed) {
+    inform("nothing-to-save", "no material of the scene has been changed");
+    return;
+  }
+  save_scene(*running_);
+  if (edited_) edited_->file_time = running_->file_time;
+  inform("saved", running_->file.string() + " has the new materials");
+}
+
+// --- Scenes
+
+// Compiling is another thread's work: telemetry goes on.
+void DeviceSession::tend_job() {
+  if (job_ && job_->result.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+    try {
+      to_upload_ = job_->result.get();
+    } catch (const Error& error) {
+      sink_.event(event_json(error));
+      if (!job_->picked) edited_.reset();  // back to what runs
+    } catch (const std::exception& error) {
+      sink_.event(event_json("error", "failed", error.what(), "report this with the scene"));
+      if (!job_->picked) edited_.reset();
+    }
+    job_.reset();
+  }
+  if (!job_ && edited_ && edited_since_job_ && !to_upload_) {
+    edited_since_job_ = false;
+    job_ = Job{std::async(std::launch::async,
+                          [scene = *edited_]() mutable {
+                            compile_changes(scene);
+                            return scene;
+                          }),
+               false};
+  }
+}
+
+void DeviceSession::upload(const OpenScene& scene) {
+  device_->upload(*scene.image, {}, [this](const UploadProgress&) {
+    if (*stopping_ || urgent_waits()) throw Disturbed{};
+  });
+  upload_due_us_ = now_us() + kBetweenUploads_us;
+  if (!running_ || running_->file != scene.file) live_.forget_scene();
+  running_ = scene;
+  show_open_scene();
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,121 @@
+// The device's end of a viewer: a thread that talks to it, merges its telemetry, does what pages ask for, and waits for a device that
+// has gone. What it finds out goes to a Sink.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host-tools/client/device.h"
+#include "host-tools/viewer/live_state.h"
+#include "host-tools/viewer/protocol.h"
+#include "host-tools/viewer/scene_book.h"
+#include "host-tools/viewer/simulated_device.h"
+
+namespace thimble::host {
+
+// Called in the session's thread.
+class ViewSink {
+ public:
+  ViewSink() = default;
+  ViewSink(const ViewSink&) = delete;
+  ViewSink& operator=(const ViewSink&) = delete;
+  virtual ~ViewSink() = default;
+  virtual void hello(Json hello) = 0;                           // without may_control
+  virtual void scene(std::string scene, ImageBytes image) = 0;  // no image: the server does not know it
+  virtual void state(std::string state) = 0;
+  virtual void event(const Json& event) = 0;
+  virtual void link(bool up) = 0;
+};
+
+struct SessionOptions {
+  std::string device;  // address or name; empty: the only one. Not used with a simulated device
+  DeviceOptions options;
+  std::string version;
+};
+
+class DeviceSession {
+ public:
+  // simulated, if any, must outlive it. first: the scene that a simulated device begins with.
+  DeviceSession(SessionOptions options, SceneBook book, SimulatedDevice* simulated,
+                std::optional<OpenScene> first, ViewSink& sink);
+
+  // From any thread. Messages wait their turn, at most kMostWaiting; a hand's do not.
+  void post(PageMessage message);
+
+  // Connects (Error when the device is not there), then serves until stopping. `connected` is called once.
+  void run(const std::atomic<bool>& stopping, const std::function<void()>& connected);
+
+  static constexpr std::size_t kMostWaiting = 64;
+
+ private:
+  struct Disturbed {};  // thrown through an upload by something more urgent
+
+  void connect();
+  void begin_simulation();
+  void serve(const std::atomic<bool>& stopping);
+  void wait_for_device(const std::atomic<bool>& stopping);
+  void send_hello();
+  void hear(const link::CanFrame& frame);
+  void send_state(link::Micros now);
+  void look_at_device();
+  void show_scene(const std::string& name, std::uint32_t crc);
+  void show_open_scene();
+
+  [[nodiscard]] std::optional<PageMessage> next_message();
+  [[nodiscard]] bool urgent_waits();
+  void obey(const PageMessage& message);
+  void obey(const HandMessage& message);
+  void obey(const CommandMessage& message);
+  void obey(const PickMessage& message);
+  void obey(const ParameterMessage& message);
+  void obey(const MaterialMessage& message);
+  void obey(const SaveMessage& message);
+
+  void tend_job();
+  void upload(const OpenScene& scene);
+  void inform(const std::string& name, const std::string& cause, const std::string& remedy = "");
+
+  SessionOptions options_;
+  SceneBook book_;
+  SimulatedDevice* simulated_;
+  ViewSink& sink_;
+  const std::atomic<bool>* stopping_ = nullptr;
+  std::unique_ptr<Device> device_;
+  std::string address_;
+  std::uint8_t arms_ = 1;
+  LiveState live_;
+  link::Micros begun_us_;
+  link::Micros heard_us_ = 0;
+  link::Micros state_due_us_ = 0;
+  link::Micros look_due_us_ = 0;
+  link::DeviceState device_state_;
+  link::Micros device_state_us_ = 0;
+  double decimation_ = 40;  // ticks from record to record
+
+  // The scene that runs, where its file is known; and one that is being compiled.
+  std::optional<OpenScene> running_;
+  std::optional<std::uint32_t> shown_crc_;
+  std::optional<OpenScene> edited_;  // running_ with changes that do not run yet
+  struct Job {
+    std::future<OpenScene> result;
+    bool picked = false;
+  };
+  std::optional<Job> job_;
+  bool edited_since_job_ = false;
+  std::optional<OpenScene> to_upload_;
+  link::Micros upload_due_us_ = 0;  // the force of the last one has risen again
+  bool begin_ = false;              // a simulated device that has its scene is homed and armed
+
+  std::mutex mutex_;
+  std::deque<PageMessage> waiting_;
+};
+
+}  // namespace thimble::host

@@ -1,0 +1,268 @@
+#include "host-tools/viewer/live_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "firmware/faults.h"
+#include "host-tools/client/device.h"
+
+namespace thimble::host {
+namespace {
+
+constexpr link::Micros kPlaneLife_us = 300'000;  // planes that nothing renews are of a contact that is over
+
+// As many digits as the link carries: half the bytes of a message.
+double rounded(double value, double per_unit) { return std::round(value * per_unit) / per_unit; }
+constexpr double kPerMetre = 1e6, kPerNewton = 1e4, kPerOne = 1e5;
+
+template <class Message>
+Json vector_json(const Message& m, double per_unit) {
+  return {rounded(static_cast<double>(m.x_m), per_unit), rounded(static_cast<double>(m.y_m), per_unit),
+          rounded(static_cast<double>(m.z_m), per_unit)};
+}
+
+std::array<double, 3> tip_of(const link::Pose& p) {
+  return {static_cast<double>(p.x_m), static_cast<double>(p.y_m), static_cast<double>(p.z_m)};
+}
+std::array<double, 3> force_of(const link::Force& f) {
+  return {static_cast<double>(f.x_N), static_cast<double>(f.y_N), static_cast<double>(f.z_N)};
+}
+
+unsigned arm_of(const link::Force& force) { return force.arm_contacts >> 6U; }
+unsigned contacts_of(const link::Force& force) { return force.arm_contacts & 3U; }
+
+Json rotation_json(const link::BodyRotation& r) {
+  const double x = static_cast<double>(r.x), y = static_cast<double>(r.y), z = static_cast<double>(r.z);
+  const double w = std::sqrt(std::max(0.0, 1 - x * x - y * y - z * z));
+  return {rounded(w, kPerOne), rounded(x, kPerOne), rounded(y, kPerOne), rounded(z, kPerOne)};
+}
+
+}  // namespace
+
+bool LiveState::take(const link::CanFrame& frame, link::Micros now_us) {
+  const bool was_due = !shown_;
+  link::visit_messages([&](auto message) {
+    using Message = decltype(message);
+    if constexpr (Message::kIsFrame) {
+      if (!link::from_frame(frame, node_, message)) return;
+      if constexpr (std::is_same_v<Message, link::Pose>) {
+        take_pose(message);
+      } else if constexpr (std::is_same_v<Message, link::Force>) {
+        take_force(message);
+      } else if constexpr (std::is_same_v<Message, link::GodObject>) {
+        take_god(message);
+      } else if constexpr (std::is_same_v<Message, link::ContactPlane>) {
+        take_plane(message, now_us);
+      } else if constexpr (std::is_same_v<Message, link::Status>) {
+        status_ = message;
+      } else if constexpr (std::is_same_v<Message, link::Emergency>) {
+        if (message.fault != 0) emergency_ = message.fault;
+      } else if constexpr (std::is_same_v<Message, link::BodyPosition>) {
+        positions_[message.object] = message;
+      } else if constexpr (std::is_same_v<Message, link::BodyRotation>) {
+        const auto position = positions_.find(message.object);
+        if (position != positions_.end() && position->second.sequence == message.sequence)
+          bodies_[message.object] = {position->second, message};
+      } else if constexpr (std::is_same_v<Message, link::ControlState>) {
+        controls_[message.object] = message;
+      } else if constexpr (std::is_same_v<Message, link::TissueState>) {
+        tissues_[{message.object, message.arm_pressed & 1U}] = message;
+      } else if constexpr (std::is_same_v<Message, link::NeedleState>) {
+        needles_[{message.object, message.arm_inside_torn & 1U}] = message;
+      }
+    }
+  });
+  if (shown_) return false;
+  // A record whose last frame was dropped is over when the next one begins.
+  link::Pose pose;
+  const bool next_began = was_due && link::from_frame(frame, node_, pose) && pose.arm == 0;
+  if (!complete() && !next_began) return false;
+  shown_ = !next_began;
+  return true;
+}
+
+void LiveState::take_pose(const link::Pose& pose) {
+  if (pose.arm >= arms_) return;
+  Arm& arm = arm_.at(pose.arm);
+  if (arm.pose && pose.sequence != arm.pose->sequence) {
+    const auto records = static_cast<std::uint8_t>(pose.sequence - arm.pose->sequence);
+    constexpr unsigned kMostLost = 20;  // then nothing is known of the way between
+    const std::array<double, 3> from = tip_of(*arm.pose);
+    const std::array<double, 3> to = tip_of(pose);
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      constexpr double kNew = 0.5;  // a mean over some records: a step of the link's is 1 mm/s of one record
+      const double speed = records < kMostLost ? (to[i] - from[i]) / (records * period_s_) : 0.0;
+      arm.velocity_m_s[i] += kNew * (speed - arm.velocity_m_s[i]);
+    }
+    arm.moves = true;
+  }
+  arm.pose = pose;
+  sequence_ = pose.sequence;
+  shown_ = false;
+}
+
+void LiveState::take_force(const link::Force& force) {
+  if (arm_of(force) >= arms_) return;
+  Arm& arm = arm_.at(arm_of(force));
+  const bool held_before = arm.force && contacts_of(*arm.force) != 0;
+  arm.force = force;
+  const unsigned limiters = force.arm_contacts >> 2U & 0xFU;
+  limiters_ = static_cast<std::uint8_t>(arm_of(force) == 0 ? limiters : limiters_ | limiters);
+  if (contacts_of(force) == 0) arm.planes.clear();
+  if (!arm.pose || arm.pose->sequence != force.sequence) {
+    arm.worked.reset();
+    return;
+  }
+  const std::pair now{tip_of(*arm.pose), force_of(force)};
+  if (contacts_of(force) != 0) {
+    if (!held_before) {
+      arm.energy_J = 0;
+      arm.begun = true;
+    }
+    if (arm.worked && held_before) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        arm.energy_J += 0.5 * (now.second[i] + arm.worked->second[i]) * (now.first[i] - arm.worked->first[i]);
+      }
+    }
+  }
+  arm.worked = now;
+}
+
+// A contact begins between two records: what the spring holds by then, the hand has put in.
+void LiveState::take_god(const link::GodObject& god) {
+  if (god.arm >= arms_) return;
+  Arm& arm = arm_.at(god.arm);
+  arm.god = god;
+  if (!std::exchange(arm.begun, false) || !arm.worked || !arm.pose || arm.pose->sequence != god.sequence)
+    return;
+  const std::array<double, 3> at{static_cast<double>(god.x_m), static_cast<double>(god.y_m),
+                                 static_cast<double>(god.z_m)};
+  for (std::size_t i = 0; i < at.size(); ++i)
+    arm.energy_J += 0.5 * arm.worked->second[i] * (arm.worked->first[i] - at[i]);
+}
+
+void LiveState::take_plane(const link::ContactPlane& plane, link::Micros now_us) {
+  const unsigned index = plane.arm_index & 1U;
+  if (index >= arms_) return;
+  Arm& arm = arm_.at(index);
+  if (arm.planes_sequence != plane.sequence) arm.planes.clear();
+  arm.planes_sequence = plane.sequence;
+  arm.planes_us = now_us;
+  constexpr std::size_t kMost = 3;
+  const auto same = std::ranges::find(arm.planes, plane.arm_index, &link::ContactPlane::arm_index);
+  if (same != arm.planes.end()) {
+    *same = plane;
+  } else if (arm.planes.size() < kMost) {
+    arm.planes.push_back(plane);
+  }
+}
+
+bool LiveState::complete() const {
+  for (std::size_t i = 0; i < arms_ && i < arm_.size(); ++i) {
+    const Arm& arm = arm_.at(i);
+    if (!arm.pose || !arm.force || arm.pose->sequence != sequence_ || arm.force->sequence != sequence_)
+      return false;
+    if (contacts_of(*arm.force) != 0 && (!arm.god || arm.god->sequence != sequence_)) return false;
+  }
+  return true;
+}
+
+void LiveState::take_state(const link::DeviceState& state) {
+  if (!status_) status_.emplace();
+  status_->mode = state.mode;
+  status_->fault = state.fault;
+  status_->flags = state.flags;
+  status_->tick_rate_Hz = state.tick_rate_Hz;
+}
+
+void LiveState::forget_scene() {
+  positions_.clear();
+  bodies_.clear();
+  controls_.clear();
+  tissues_.clear();
+  needles_.clear();
+  for (Arm& arm : arm_) arm.planes.clear();
+}
+
+std::optional<std::uint8_t> LiveState::take_emergency() { return std::exchange(emergency_, std::nullopt); }
+
+Json LiveState::arm_json(const Arm& arm, link::Micros now_us) const {
+  const unsigned contacts = arm.force ? contacts_of(*arm.force) : 0;
+  const bool own = arm.god && (contacts != 0 || arm.god->sequence == arm.pose->sequence);
+  Json json = {{"tip_m", vector_json(*arm.pose, kPerMetre)}};
+  json["god_m"] = own ? vector_json(*arm.god, kPerMetre) : json["tip_m"];
+  if (arm.force) {
+    const std::array<double, 3> force = force_of(*arm.force);
+    json["force_N"] = {rounded(force[0], kPerNewton), rounded(force[1], kPerNewton),
+                       rounded(force[2], kPerNewton)};
+    json["contacts"] = contacts;
+    json["energy_J"] = rounded(arm.energy_J, kPerMetre);
+  }
+  if (arm.moves) {
+    json["velocity_m_s"] = {rounded(arm.velocity_m_s[0], kPerOne), rounded(arm.velocity_m_s[1], kPerOne),
+                            rounded(arm.velocity_m_s[2], kPerOne)};
+  }
+  json["planes"] = Json::array();
+  if (now_us - arm.planes_us < kPlaneLife_us) {
+    for (const link::ContactPlane& plane : arm.planes) {
+      json["planes"].push_back(
+          {{"normal",
+            {rounded(static_cast<double>(plane.x), kPerOne), rounded(static_cast<double>(plane.y), kPerOne),
+             rounded(static_cast<double>(plane.z), kPerOne)}}});
+    }
+  }
+  return json;
+}
+
+Json LiveState::json(link::Micros now_us) const {
+  Json json = Json::object();
+  if (status_) {
+    json["mode"] = mode_name(status_->mode);
+    json["fault"] = status_->fault;
+    const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(status_->fault));
+    json["fault_name"] = row == nullptr ? "" : row->name;
+    json["limiter"] = status_->limiter | limiters_;
+    json["tick_rate_Hz"] = status_->tick_rate_Hz;
+    json["worst_tick_s"] = rounded(static_cast<double>(status_->worst_tick_s), 1e8);
+  }
+  json["arms"] = Json::array();
+  for (std::size_t i = 0; i < arms_ && i < arm_.size(); ++i)
+    json["arms"].push_back(arm_.at(i).pose ? arm_json(arm_.at(i), now_us) : Json());
+  json["bodies"] = Json::array();
+  for (const auto& [object, body] : bodies_) {
+    json["bodies"].push_back({{"object", object},
+                              {"position_m", vector_json(body.position, kPerMetre)},
+                              {"rotation", rotation_json(body.rotation)}});
+  }
+  json["controls"] = Json::array();
+  for (const auto& [object, control] : controls_) {
+    json["controls"].push_back({{"object", object},
+                                {"q", rounded(static_cast<double>(control.q), kPerMetre)},
+                                {"on", control.on != 0}});
+  }
+  const auto at = [](const auto& m) {
+    return Json{rounded(static_cast<double>(m.x_m), kPerMetre),
+                rounded(static_cast<double>(m.y_m), kPerMetre)};
+  };
+  json["tissues"] = Json::array();
+  for (const auto& [key, tissue] : tissues_) {
+    json["tissues"].push_back({{"object", key.first},
+                               {"arm", key.second},
+                               {"pressed", (tissue.arm_pressed & 2U) != 0},
+                               {"at_m", at(tissue)},
+                               {"depth_m", rounded(static_cast<double>(tissue.depth_m), kPerMetre)}});
+  }
+  json["needles"] = Json::array();
+  for (const auto& [key, needle] : needles_) {
+    json["needles"].push_back({{"object", key.first},
+                               {"arm", key.second},
+                               {"inside", (needle.arm_inside_torn & 2U) != 0},
+                               {"at_m", at(needle)},
+                               {"depth_m", rounded(static_cast<double>(needle.depth_m), kPerMetre)},
+                               {"torn", needle.arm_inside_torn >> 2U}});
+  }
+  return json;
+}
+
+}  // namespace thimble::host

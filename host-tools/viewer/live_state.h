@@ -1,0 +1,84 @@
+// What the telemetry of a device adds up to: the frames of all kinds merged into the newest picture of it. Pure: frames and times in,
+// JSON out. Used by the device's thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "firmware/link/messages.h"
+#include "host-tools/viewer/protocol.h"
+
+namespace thimble::host {
+
+namespace link = firmware::link;
+
+class LiveState {
+ public:
+  LiveState() = default;
+  LiveState(std::uint8_t node, std::size_t arms) : node_(node), arms_(arms) {}
+
+  // True when the frame completes a record: tip, force and, where there is one, god object of every arm. Frames may be missing.
+  bool take(const link::CanFrame& frame, link::Micros now_us);
+
+  void take_state(const link::DeviceState& state);  // for before the first status frame
+
+  void forget_scene();  // what moved and gave way is of another scene
+  void set_record_period(double seconds) { period_s_ = seconds; }  // between two records, for velocities
+
+  [[nodiscard]] std::optional<std::uint8_t> take_emergency();  // the fault of an emergency frame that came
+  [[nodiscard]] std::uint8_t sequence() const { return sequence_; }  // of the newest record
+  [[nodiscard]] std::uint8_t mode() const { return status_ ? status_->mode : std::uint8_t{0}; }
+
+  // "mode" to "needles" of a state message. What has not come is left out; an arm of
+  // which nothing has is null. energy_J: the work of the arm's force on the hand since the
+  // contact began, from the telemetry's records; below zero, the hand has put it in.
+  [[nodiscard]] Json json(link::Micros now_us) const;
+
+ private:
+  using Vector = std::array<double, 3>;
+  struct Arm {
+    std::optional<link::Pose> pose;
+    std::optional<link::Force> force;
+    std::optional<link::GodObject> god;
+    Vector velocity_m_s{};
+    bool moves = false;  // two poses have come
+    double energy_J = 0;
+    bool begun = false;  // a contact, whose god object has not come
+    std::vector<link::ContactPlane> planes;
+    std::uint8_t planes_sequence = 0;
+    link::Micros planes_us = 0;
+    std::optional<std::pair<Vector, Vector>> worked;  // tip and force of the record before
+  };
+  struct Body {
+    link::BodyPosition position;
+    link::BodyRotation rotation;
+  };
+
+  void take_pose(const link::Pose& pose);
+  void take_force(const link::Force& force);
+  void take_god(const link::GodObject& god);
+  void take_plane(const link::ContactPlane& plane, link::Micros now_us);
+  [[nodiscard]] bool complete() const;
+  [[nodiscard]] Json arm_json(const Arm& arm, link::Micros now_us) const;
+
+  std::uint8_t node_ = 1;
+  std::size_t arms_ = 1;
+  double period_s_ = 0.01;
+  std::uint8_t sequence_ = 0;
+  bool shown_ = true;  // the newest record has been reported
+  std::array<Arm, 2> arm_;
+  std::optional<link::Status> status_;
+  std::optional<std::uint8_t> emergency_;
+  std::uint8_t limiters_ = 0;                             // of the newest forces
+  std::map<std::uint8_t, link::BodyPosition> positions_;  // whose rotation has not come
+  std::map<std::uint8_t, Body> bodies_;                   // by object
+  std::map<std::uint8_t, link::ControlState> controls_;
+  std::map<std::pair<std::uint8_t, unsigned>, link::TissueState> tissues_;  // by object and arm
+  std::map<std::pair<std::uint8_t, unsigned>, link::NeedleState> needles_;
+};
+
+}  // namespace thimble::host

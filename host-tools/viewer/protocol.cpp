@@ -1,0 +1,132 @@
+#include "host-tools/viewer/protocol.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+namespace thimble::host {
+namespace {
+
+[[noreturn]] void nonsense(const std::string& why) {
+  throw Error(ExitCode::kUsage, "bad-message", "the page sent what is no message: " + why,
+              "reload the page; pages and servers of one release belong together");
+}
+
+const Json& member(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  if (found == json.end()) nonsense(std::string("no \"") + key + "\"");
+  return *found;
+}
+
+double number(const Json& json, const char* what) {
+  if (!json.is_number()) nonsense(std::string("\"") + what + "\" is not a number");
+  const double value = json.get<double>();
+  if (!std::isfinite(value)) nonsense(std::string("\"") + what + "\" is not finite");
+  return value;
+}
+
+std::size_t index_of(const Json& json, const char* key) {
+  constexpr double kMost = 1e6;
+  const double value = number(member(json, key), key);
+  if (value < 0 || value > kMost || value != std::floor(value))
+    nonsense(std::string("\"") + key + "\" is not an index");
+  return static_cast<std::size_t>(value);
+}
+
+std::string text_of(const Json& json, const char* key) {
+  const Json& value = member(json, key);
+  if (!value.is_string()) nonsense(std::string("\"") + key + "\" is not a text");
+  return value.get<std::string>();
+}
+
+HandMessage read_hand(const Json& json) {
+  HandMessage hand;
+  hand.arm = index_of(json, "arm");
+  const Json& position = member(json, "position_m");
+  if (!position.is_array() || position.size() != hand.position_m.size())
+    nonsense("\"position_m\" has not three numbers");
+  for (std::size_t i = 0; i < hand.position_m.size(); ++i)
+    hand.position_m[i] = number(position[i], "position_m");
+  return hand;
+}
+
+CommandMessage read_command(const Json& json) {
+  const std::string verb = text_of(json, "verb");
+  for (const auto& [name, command] :
+       {std::pair{"home", ViewCommand::kHome}, std::pair{"arm", ViewCommand::kArm},
+        std::pair{"disarm", ViewCommand::kDisarm}, std::pair{"clear", ViewCommand::kClear}}) {
+    if (verb == name) return {command};
+  }
+  nonsense("\"verb\" is not home, arm, disarm or clear");
+}
+
+ParameterMessage read_parameter(const Json& json) {
+  const std::string name = text_of(json, "name");
+  const firmware::ParamRow* row = firmware::find_param(std::string_view(name));
+  if (row == nullptr) {
+    throw Error(ExitCode::kUsage, "unknown-parameter", "there is no parameter of that name",
+                "`thimble param list` names them");
+  }
+  const double value = number(member(json, "value"), "value");
+  const bool whole = row->type == firmware::ParamType::kFloat || std::floor(value) == value;
+  if (!whole || value < static_cast<double>(row->min) || value > static_cast<double>(row->max)) {
+    throw Error(ExitCode::kUsage, "bad-value",
+                name + " is a " + (whole ? "number" : "whole number") + " from " +
+                    Json(exact(row->min)).dump() + " to " + Json(exact(row->max)).dump() + " " + row->unit,
+                "choose a value in that range");
+  }
+  return {row, value};
+}
+
+MaterialMessage read_material_message(const Json& json) {
+  MaterialMessage material;
+  material.object = index_of(json, "object");
+  material.value = number(member(json, "value"), "value");
+  const std::string key = text_of(json, "key");
+  for (const auto& [name, in_file] :
+       {std::pair{"stiffness", "stiffness_N_m"}, std::pair{"damping", "damping_N_s_m"},
+        std::pair{"static_friction", "static_friction"}, std::pair{"dynamic_friction", "dynamic_friction"}}) {
+    if (key == name) material.key = in_file;
+  }
+  if (material.key.empty())
+    nonsense("\"key\" is not stiffness, damping, static_friction or dynamic_friction");
+  return material;
+}
+
+}  // namespace
+
+PageMessage parse_page_message(std::string_view text) {
+  if (text.size() > kMostMessageBytes) nonsense("it is longer than a message may be");
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object()) nonsense("not a JSON object");
+  const std::string type = text_of(json, "type");
+  if (type == "hand") return read_hand(json);
+  if (type == "command") return read_command(json);
+  if (type == "pick") return PickMessage{text_of(json, "scene")};
+  if (type == "parameter") return read_parameter(json);
+  if (type == "material") return read_material_message(json);
+  if (type == "save") return SaveMessage{};
+  nonsense("its \"type\" is unknown");
+}
+
+Json event_json(std::string_view level, std::string_view name, std::string_view cause,
+                std::string_view remedy) {
+  return {{"type", "event"}, {"level", level}, {"name", name}, {"cause", cause}, {"remedy", remedy}};
+}
+
+Json event_json(const Error& error) { return event_json("error", error.name, error.cause, error.remedy); }
+
+Json link_json(bool up) { return {{"type", "link"}, {"up", up}}; }
+
+double exact(float value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  double read = 0;
+  std::from_chars(text.data(), end, read);
+  return read;
+}
+
+std::string to_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+}  // namespace thimble::host

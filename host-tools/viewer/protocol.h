@@ -1,0 +1,61 @@
+// What the page and the server say to each other: JSON text messages over the WebSocket /live.
+//
+// server -> page: hello, scene, state, event, link. page -> server: hand, command, pick, parameter, material, save.
+// SI units, the world frame; object numbers are places in the scene image.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "firmware/params.h"
+#include "host-tools/error.h"
+
+namespace thimble::host {
+
+using Json = nlohmann::ordered_json;
+
+inline constexpr std::size_t kMostMessageBytes = 4096;  // of a page
+
+struct HandMessage {
+  std::size_t arm = 0;
+  std::array<double, 3> position_m{};
+};
+enum class ViewCommand { kHome, kArm, kDisarm, kClear };
+struct CommandMessage {
+  ViewCommand verb;
+};
+struct PickMessage {
+  std::string scene;
+};
+struct ParameterMessage {
+  const firmware::ParamRow* row = nullptr;
+  double value = 0;
+};
+struct MaterialMessage {
+  std::size_t object = 0;
+  std::string key;  // of the scene file: "stiffness_N_m"
+  double value = 0;
+};
+struct SaveMessage {};
+using PageMessage =
+    std::variant<HandMessage, CommandMessage, PickMessage, ParameterMessage, MaterialMessage, SaveMessage>;
+
+// Throws Error (kUsage) for everything that is not such a message. Parameters are checked against their limits.
+[[nodiscard]] PageMessage parse_page_message(std::string_view text);
+
+[[nodiscard]] Json event_json(std::string_view level, std::string_view name, std::string_view cause,
+                              std::string_view remedy);
+[[nodiscard]] Json event_json(const Error& error);
+[[nodiscard]] Json link_json(bool up);
+
+// The double that prints like the float: 0.1F as 0.1.
+[[nodiscard]] double exact(float value);
+
+// One line; bytes that are not UTF-8 are replaced.
+[[nodiscard]] std::string to_text(const Json& json);
+
+}  // namespace thimble::host

@@ -1,0 +1,154 @@
+#include "host-tools/viewer/view.h"
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <future>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "host-tools/client/discovery.h"
+#include "host-tools/viewer/device_session.h"
+#include "host-tools/viewer/scene_book.h"
+#include "host-tools/viewer/simulated_device.h"
+#include "host-tools/viewer/web_server.h"
+
+extern char** environ;  // NOLINT(readability-redundant-declaration): not in every libc's unistd.h
+
+namespace thimble::host {
+namespace {
+
+std::unique_ptr<SimulatedDevice> start_simulated(const ViewOptions& options) {
+  board::LiveOptions live;
+  live.arm = options.arm;
+  live.arm_count = options.arms;
+  live.tcp_port = 0;
+  live.pty = false;
+  live.name = "view-" + std::to_string(getpid());
+  try {
+    return std::make_unique<SimulatedDevice>(live);
+  } catch (const std::exception& error) {
+    throw Error(ExitCode::kRefused, "no-simulator",
+                std::string("the simulated controller did not start: ") + error.what(), "see the cause");
+  }
+}
+
+// Ends with its object, whatever came between.
+class SessionThread {
+ public:
+  SessionThread(DeviceSession& session, WebServer& server) {
+    connected_ = ready_.get_future();
+    thread_ = std::thread([this, &session, &server] {
+      bool told = false;
+      try {
+        session.run(stopping_, [this, &told] {
+          told = true;
+          ready_.set_value();
+        });
+      } catch (...) {
+        if (!told) {
+          ready_.set_exception(std::current_exception());
+        } else {
+          failure_ = std::current_exception();
+          server.stop();
+        }
+      }
+    });
+  }
+  SessionThread(const SessionThread&) = delete;
+  SessionThread& operator=(const SessionThread&) = delete;
+  ~SessionThread() { join(); }
+
+  void wait_until_connected() { connected_.get(); }
+  void finish() {
+    join();
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  void join() {
+    stopping_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+
+  std::atomic<bool> stopping_{false};
+  std::promise<void> ready_;
+  std::future<void> connected_;
+  std::exception_ptr failure_;
+  std::thread thread_;
+};
+
+}  // namespace
+
+void view(const ViewOptions& options,
+          const std::function<void(const std::string& url, const std::string& device)>& serving) {
+  std::signal(SIGPIPE, SIG_IGN);  // a device that has gone is an error of the write
+  std::optional<OpenScene> first;
+  if (!options.scene.empty()) first = open_scene(options.scene);
+  std::vector<std::filesystem::path> folders = scene_folders(options.scene);
+  if (!options.scenes.empty()) {
+    std::error_code none;
+    if (!std::filesystem::is_directory(options.scenes, none)) {
+      throw Error(ExitCode::kBadInput, "no-folder", options.scenes.string() + " is not a folder",
+                  "--scenes takes a folder of scene files");
+    }
+    folders.insert(folders.begin(), options.scenes);
+  }
+  const SceneBook book(folders);
+
+  // Called in this thread only, when the session is there.
+  DeviceSession* session_of_pages = nullptr;
+  WebServer server({options.listen, options.port},
+                   {.message = [&](PageMessage message) { session_of_pages->post(std::move(message)); },
+                    .scenes =
+                        [&book] {
+                          Json names = Json::array();
+                          for (const auto& [name, file] : book.list()) names.push_back(name);
+                          return names;
+                        }});
+  const std::unique_ptr<SimulatedDevice> simulated = first ? start_simulated(options) : nullptr;
+  const std::string device = simulated ? simulated->uri() : choose_device(options.device);
+  DeviceSession session({options.device, options.device_options, options.version}, book, simulated.get(),
+                        std::move(first), server);
+  session_of_pages = &session;
+  SessionThread thread(session, server);
+  thread.wait_until_connected();
+  serving(server.url(), device);
+  server.run();
+  thread.finish();
+}
+
+std::string open_browser(const std::string& url) {
+  const char* wish = std::getenv("BROWSER");
+  std::string program = wish != nullptr && *wish != '\0' ? wish : "xdg-open";
+  std::string address = url;
+  const std::array<char*, 3> arguments{program.data(), address.data(), nullptr};
+  posix_spawn_file_actions_t quiet;
+  posix_spawn_file_actions_init(&quiet);
+  posix_spawn_file_actions_addopen(&quiet, STDOUT_FILENO, "/dev/null", 1 /* O_WRONLY */, 0);
+  posix_spawn_file_actions_addopen(&quiet, STDERR_FILENO, "/dev/null", 1 /* O_WRONLY */, 0);
+  pid_t child = 0;
+  const int failed = posix_spawnp(&child, program.c_str(), &quiet, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&quiet);
+  if (failed != 0) return program + " cannot be started: " + std::strerror(failed);
+  // One that fails does so at once; one that is a browser itself may stay.
+  for (int round = 0; round < 20; ++round) {
+    int status = 0;
+    if (waitpid(child, &status, WNOHANG) == child) {
+      return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? "" : program + " found no browser";
+    }
+    usleep(50'000);
+  }
+  return {};
+}
+
+}  // namespace thimble::host

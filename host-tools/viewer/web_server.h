@@ -1,0 +1,57 @@
+// The pages' end of a viewer: HTTP and WebSocket on one port, one thread. Serves the built-in page, and passes on what the device's
+// thread finds out.
+//
+// Who may do what:
+//   on 127.0.0.1 (or ::1): anyone may look; a WebSocket with the token may control. Host must name this machine's loopback.
+//   on another address: everything takes the token, in the address or in the cookie that the page's address sets.
+//   always: an Origin that is not this server is refused.
+// A client that reads slowly misses states: one waits, and the newest replaces it.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "host-tools/viewer/device_session.h"
+
+namespace thimble::host {
+
+struct WebOptions {
+  std::string listen;      // an address; empty: loopback only
+  std::uint16_t port = 0;  // 0: any free one
+};
+
+struct WebHandlers {
+  std::function<void(PageMessage)>
+      message;                   // of a page that may control; may throw Error, which the page gets
+  std::function<Json()> scenes;  // what /scenes.json says
+};
+
+class WebServer final : public ViewSink {
+ public:
+  // Takes the port. Error: kRefused (in use), kPermission, kUsage (no address of this machine).
+  WebServer(const WebOptions& options, WebHandlers handlers);
+  ~WebServer() override;
+
+  [[nodiscard]] const std::string& url() const;  // with the token
+
+  // Until stop(), or SIGINT, SIGTERM or SIGHUP.
+  void run();
+  void stop();  // from any thread
+
+  // From any thread.
+  void hello(Json hello) override;
+  void scene(std::string scene, ImageBytes image) override;
+  void state(std::string state) override;
+  void event(const Json& event) override;
+  void link(bool up) override;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace thimble::host

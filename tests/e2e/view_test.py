@@ -1,0 +1,408 @@
+"""`thimble view`: the server behind the page, as a page meets it."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import time
+import unittest
+from pathlib import Path
+
+from rig import BIN, Rig, figure
+from web_client import Page, Refused, http
+
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
+SLOW = 4 if "THIMBLE_UNDER_SANITIZERS" in os.environ else 1
+
+
+class View:
+    """A running `thimble view --no-browser`."""
+
+    def __init__(self, rig, *arguments):
+        self.process = subprocess.Popen([BIN / "thimble", "view", "--no-browser", *map(str, arguments)], stdout=subprocess.PIPE,
+                                        stderr=subprocess.PIPE, text=True, env=rig.environment)
+        rig.addCleanup(self.stop)
+        self.url = self.process.stdout.readline().strip()
+        if not self.url:
+            raise AssertionError("thimble view did not start: " + self.process.stderr.read())
+        self.port = int(self.url.split("/")[2].rsplit(":", 1)[1])
+        self.token = self.url.partition("?token=")[2]
+
+    def stop(self, how=signal.SIGTERM):
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        self.process.communicate(timeout=20)
+        return self.process.returncode
+
+
+def force(state, arm=0):
+    return sum(f * f for f in state["arms"][arm]["force_N"]) ** 0.5
+
+
+class Viewer(Rig):
+    def view(self, *arguments):
+        return View(self, *arguments)
+
+    def page(self, view, token=True, **options):
+        page = Page(view.port, view.token if token else None, **options)
+        self.addCleanup(page.close)
+        return page
+
+    def blocks(self):
+        return self.view("--scene", SCENES / "blocks" / "blocks.scene.json")
+
+    def steady(self, page, seconds=0.8):
+        """The mean force of the states that come in so long."""
+        end = time.monotonic() + seconds
+        forces = []
+        while time.monotonic() < end:
+            forces.append(force(page.state()))
+        return sum(forces[len(forces) // 2:]) / len(forces[len(forces) // 2:])
+
+    def test_a_page_that_feels_a_block(self):
+        view = self.blocks()
+        page = self.page(view)
+        hello = page.receive()
+        self.assertEqual(hello["type"], "hello")
+        self.assertTrue(hello["simulated"] and hello["may_control"])
+        self.assertEqual(hello["arms"], 1)
+        self.assertEqual((hello["device"]["board"], hello["device"]["arm"]), ("sim", "premium-1.5"))
+        self.assertIn("max_force", [parameter["name"] for parameter in hello["parameters"]])
+        scene = page.until(lambda m: m["type"] == "scene" and m["objects"], what="the scene")
+        self.assertEqual(scene["name"], "blocks")
+        self.assertEqual([o["name"] for o in scene["objects"]], ["table", "near block", "far block"])
+        self.assertEqual(scene["objects"][1]["material"],
+                         {"stiffness": 1000, "damping": 2, "static_friction": 0.8, "dynamic_friction": 0.6})
+        status, headers, image = http(view.port, "/scene.thim")
+        self.assertEqual((status, image[4:8]), (200, b"THIM"))
+        self.assertEqual(headers["content-type"], "application/octet-stream")
+
+        free = page.state(lambda s: s.get("mode") == "armed")
+        self.assertEqual(free["arms"][0]["contacts"], 0)
+        self.assertEqual(free["arms"][0]["planes"], [])
+        self.assertEqual(free["arms"][0]["god_m"], free["arms"][0]["tip_m"])
+        for key in ("time_s", "tick", "fault", "fault_name", "limiter", "tick_rate_Hz", "worst_tick_s", "bodies", "controls", "tissues", "needles"):
+            self.assertIn(key, free)
+
+        # On to the near block, and 6 mm into it.
+        page.send(type="hand", arm=0, position_m=[0, -0.03, -0.01])
+        page.state(lambda s: abs(s["arms"][0]["tip_m"][1] + 0.03) < 0.003)
+        page.send(type="hand", arm=0, position_m=[0, -0.03, -0.026])
+        page.state(lambda s: s["arms"][0]["contacts"] == 1, what="a contact")
+        felt = self.steady(page)
+        state = page.state(lambda s: s["arms"][0]["planes"])
+        arm = state["arms"][0]
+        figure("6 mm into the block: %.2f N, hand %.1f mm from the tip" % (felt, 1e3 * abs(arm["tip_m"][2] - arm["hand_m"][2])))
+        self.assertGreater(felt, 1.5)
+        self.assertLess(abs(arm["god_m"][2] + 0.02), 0.001, "the god object stays on the block")
+        self.assertLess(arm["tip_m"][2], arm["god_m"][2] - 0.001)
+        self.assertGreater(arm["planes"][0]["normal"][2], 0.99)
+        self.assertEqual({body["object"] for body in state["bodies"]}, {1, 2})
+        self.assertLess(arm["energy_J"], 0, "the hand has done work on the block")
+
+        # Softer, under the finger.
+        page.send(type="material", object=1, key="stiffness", value=200)
+        changed = page.until(lambda m: m["type"] == "scene", what="the changed scene")
+        self.assertEqual(changed["objects"][1]["material"]["stiffness"], 200)
+        self.assertEqual(changed["objects"][2]["material"]["stiffness"], 1000, "of one block only, though they share a material")
+        self.assertNotEqual(changed["crc"], scene["crc"])
+        self.steady(page)
+        softer = self.steady(page)
+        figure("1000 N/m: %.2f N, 200 N/m: %.2f N" % (felt, softer))
+        self.assertLess(softer, 0.75 * felt)
+        self.assertGreater(softer, 0.3 * felt)
+
+        # A parameter, and a value beyond its limits.
+        page.send(type="parameter", name="max_force", value=0.5)
+        hello = page.until(lambda m: m["type"] == "hello")
+        self.assertEqual(next(p for p in hello["parameters"] if p["name"] == "max_force")["value"], 0.5)
+        self.assertLess(self.steady(page), 0.55)
+        page.send(type="parameter", name="max_force", value=500)
+        self.assertIn("max_force", page.event("bad-value")["cause"])
+
+        page.send(type="command", verb="disarm")
+        page.state(lambda s: s["mode"] == "ready")
+        page.send(type="command", verb="arm")
+        page.state(lambda s: s["mode"] == "armed")
+
+        page.send(type="pick", scene="ring")
+        scene = page.until(lambda m: m["type"] == "scene", what="the picked scene")
+        self.assertEqual(scene["name"], json.loads((SCENES / "ring/ring.scene.json").read_text())["name"])
+        page.send(type="pick", scene="../../etc/passwd")
+        page.event("no-such-scene")
+        self.assertEqual(view.stop(), 0)
+
+    def test_how_late_a_state_is(self):
+        view = self.blocks()
+        page = self.page(view)
+        page.state(lambda s: s["mode"] == "armed")
+        late_ms, begun = [], time.monotonic()
+        while time.monotonic() - begun < 3:
+            state = page.state()
+            late_ms.append(time.monotonic_ns() * 1e-6 - state["since_us"] * 1e-3)
+        late_ms.sort()
+        rate = len(late_ms) / 3
+        figure("from the tick to the socket's reader: median %.2f ms, 95 %% %.2f ms, worst %.2f ms; %.0f states a second"
+               % (late_ms[len(late_ms) // 2], late_ms[len(late_ms) * 95 // 100], late_ms[-1], rate))
+        self.assertGreater(late_ms[0], 0)
+        self.assertLess(late_ms[len(late_ms) // 2], 50 * SLOW)
+        self.assertLess(rate, 63)
+
+    def test_who_may_what(self):
+        view = self.blocks()
+        looker = self.page(view, token=False)
+        self.assertFalse(looker.receive()["may_control"])
+        looker.state(lambda s: s["mode"] == "armed")
+        for message in ({"type": "command", "verb": "disarm"}, {"type": "hand", "arm": 0, "position_m": [0, 0, -0.03]},
+                        {"type": "parameter", "name": "max_force", "value": 1}, {"type": "pick", "scene": "ring"},
+                        {"type": "material", "object": 1, "key": "stiffness", "value": 200}, {"type": "save"}):
+            looker.send(**message)
+            looker.event("read-only")
+        state = looker.state()
+        self.assertEqual(state["mode"], "armed")
+        self.assertEqual(state["arms"][0]["hand_m"], [0, 0, 0])
+        stranger = Page(view.port, "0" * 32)
+        self.addCleanup(stranger.close)
+        self.assertFalse(stranger.receive()["may_control"])
+
+        own = "http://127.0.0.1:%d" % view.port
+        self.assertTrue(self.page(view, origin=own).receive()["may_control"])
+        self.assertTrue(self.page(view, host="localhost:%d" % view.port, origin="http://localhost:%d" % view.port).receive()["may_control"])
+        for origin in ("http://example.org", "null", "https://127.0.0.1:%d" % view.port, "http://127.0.0.1:%d" % (view.port - 1)):
+            with self.assertRaises(Refused) as refused:
+                Page(view.port, view.token, origin=origin)
+            self.assertEqual(refused.exception.status, 403)
+            self.assertEqual(http(view.port, "/", headers=["Origin: " + origin])[0], 403)
+        # A name that somebody's DNS turns into this machine.
+        for host in ("example.org:%d" % view.port, "127.0.0.1:1", "127.0.0.1.example.org:%d" % view.port, ""):
+            self.assertEqual(http(view.port, "/", host=host or "x")[0], 403)
+            with self.assertRaises(Refused):
+                Page(view.port, view.token, host=host or "x")
+
+        status, headers, body = http(view.port, "/")
+        self.assertEqual((status, headers["content-type"]), (200, "text/html; charset=utf-8"))
+        self.assertEqual(headers["cache-control"], "no-store")
+        self.assertIn("default-src 'none'", headers["content-security-policy"])
+        self.assertEqual((headers["x-content-type-options"], headers["referrer-policy"]), ("nosniff", "no-referrer"))
+        self.assertNotIn(view.token.encode(), body)
+        self.assertNotIn("set-cookie", headers)
+        self.assertEqual(http(view.port, "/", method="HEAD")[::2], (200, b""))
+        self.assertEqual(http(view.port, "/", method="POST")[0], 405)
+        for path in ("/nothing", "/../../../etc/passwd", "/assets/../index.html", "/%2e%2e/etc/passwd"):
+            self.assertEqual(http(view.port, path)[0], 404, path)
+        scenes = json.loads(http(view.port, "/scenes.json")[2])
+        self.assertLessEqual({"asteroid", "blocks", "buttons", "ring"}, set(scenes))
+
+    def test_listening_takes_the_token_for_everything(self):
+        view = self.view("--scene", SCENES / "walls" / "walls.scene.json", "--listen", "127.0.0.1")
+        for path in ("/", "/scene.thim", "/scenes.json", "/?token=" + "0" * 32):
+            self.assertEqual(http(view.port, path)[0], 401, path)
+        with self.assertRaises(Refused) as refused:
+            Page(view.port)
+        self.assertEqual(refused.exception.status, 401)
+        status, headers, _ = http(view.port, "/?token=" + view.token)
+        self.assertEqual(status, 200)
+        cookie = headers["set-cookie"]
+        self.assertIn("httponly; samesite=strict", cookie)
+        # Header values were lowered; a token is hexadecimal.
+        self.assertEqual(http(view.port, "/scenes.json", headers=["Cookie: a=b; " + cookie.split(";")[0]])[0], 200)
+        self.assertTrue(self.page(view).receive()["may_control"])
+
+    def test_nonsense_is_answered_and_does_nothing(self):
+        view = self.blocks()
+        page = self.page(view)
+        page.state(lambda s: s["mode"] == "armed")
+        for text in ("", "{", "[]", "3", "null", "{}", '{"type": 3}', '{"type": "fly"}', '{"type": "hand"}', '{"type": "hand", "arm": 0}',
+                     '{"type": "hand", "arm": 0, "position_m": [1, 2]}', '{"type": "hand", "arm": 0, "position_m": [1, 2, "3"]}',
+                     '{"type": "hand", "arm": -1, "position_m": [0, 0, 0]}', '{"type": "hand", "arm": 0, "position_m": [0, 0, 1e999]}',
+                     '{"type": "command", "verb": "explode"}', '{"type": "parameter", "name": "max_force"}', '{"type": "pick", "scene": 1}',
+                     '{"type": "material", "object": 1, "key": "mass", "value": 1}', '{"type": "material", "object": 1.5, "key": "stiffness", "value": 1}',
+                     "[" * 4000, "x" * 5000, '{"type": "command", "verb": "disarm"'):
+            page.send_text(text)
+            event = page.event("bad-message")
+            self.assertEqual(event["level"], "error")
+            self.assertTrue(event["cause"] and event["remedy"])
+        page.frame(2, b"\x00\x01")
+        page.event("bad-message")
+        page.send(type="parameter", name="no_such", value=1)
+        page.event("unknown-parameter")
+        page.send(type="hand", arm=1, position_m=[0, 0, 0])
+        page.event("no-such-arm")
+        page.send(type="material", object=9, key="stiffness", value=200)
+        page.event("no-such-object")
+        page.send(type="material", object=1, key="stiffness", value=-5)
+        self.assertIn("stiffness_N_m", page.event("bad-value")["cause"])
+        page.send(type="save")
+        page.event("nothing-to-save")
+        state = page.state()
+        self.assertEqual((state["mode"], state["arms"][0]["hand_m"]), ("armed", [0, 0, 0]))
+        # Far out of reach: the hand stops where the arm does.
+        page.send(type="hand", arm=0, position_m=[0, 0, 1e6])
+        time.sleep(1)
+        far = page.state(lambda s: s["arms"][0]["hand_m"][2] > 0.02)
+        for _ in range(60):
+            far = page.state()
+        self.assertLess(far["arms"][0]["hand_m"][2], 1)
+        self.assertEqual(far["fault"], 0)
+        # More than anyone needs.
+        for _ in range(600):
+            page.send(type="hand", arm=0, position_m=[0, 0, 0.01])
+        page.event("too-many-messages")
+        # Not text at all: the connection ends, and nothing else.
+        page.frame(1, b"\xff\xfe")
+        with self.assertRaises(ConnectionError):
+            while True:
+                page.receive()
+        with socket.create_connection(("127.0.0.1", view.port)) as raw:
+            raw.sendall(b"\x16\x03\x01" + os.urandom(200))
+        self.page(view).state(lambda s: s["mode"] == "armed")
+
+    def test_two_pages_and_a_slow_one(self):
+        view = self.blocks()
+        page, other = self.page(view), self.page(view)
+        slow = self.page(view, receive_buffer=2048)
+        page.state(lambda s: s["mode"] == "armed")
+
+        def rate(of, seconds):
+            end, count = time.monotonic() + seconds, 0
+            while time.monotonic() < end:
+                of.state()
+                count += 1
+            return count / seconds
+
+        page.send(type="hand", arm=0, position_m=[0.01, 0, 0])
+        other.state(lambda s: s["arms"][0]["hand_m"][0] > 0.009, what="the other page's hand")
+        alone = rate(page, 2)
+        with_slow = rate(page, 4)  # by now nothing more goes into the slow one's buffers
+        figure("states a second: %.0f, and %.0f after six seconds beside a page that does not read" % (alone, with_slow))
+        self.assertGreater(with_slow, 0.7 * alone)
+        page.send(type="hand", arm=0, position_m=[-0.01, 0, 0])
+        page.state(lambda s: s["arms"][0]["hand_m"][0] < -0.009)
+        behind = 0
+        while slow.state()["arms"][0]["hand_m"][0] > -0.009:
+            behind += 1
+        figure("the slow page had %d states to read before the newest" % behind)
+        self.assertLess(behind, 250)
+
+    def test_saving(self):
+        scene = self.plane_scene("saved", offset_m=-0.01)
+        view = self.view("--scene", scene)
+        page = self.page(view)
+        page.state(lambda s: s["mode"] == "armed")
+        for value in (500, 450, 400):
+            page.send(type="material", object=0, key="stiffness", value=value)
+        page.until(lambda m: m["type"] == "scene" and m["objects"][0]["material"]["stiffness"] == 400)
+        page.send(type="save")
+        self.assertIn(str(scene), page.event("saved")["cause"])
+        document = json.loads(scene.read_text())
+        self.assertEqual(document["objects"][0]["material"]["stiffness_N_m"], 400)
+        self.assertEqual(list(document), ["thimble_scene", "name", "objects"])
+        self.assertEqual([f.name for f in self.folder.glob("saved*")], ["saved.scene.json"])
+        self.image(scene)
+        page.send(type="material", object=0, key="stiffness", value=300)
+        page.until(lambda m: m["type"] == "scene" and m["objects"][0]["material"]["stiffness"] == 300)
+        scene.write_text(scene.read_text() + "\n")
+        os.utime(scene, (1, 1))
+        page.send(type="save")
+        page.event("scene-changed")
+        self.assertEqual(json.loads(scene.read_text())["objects"][0]["material"]["stiffness_N_m"], 400)
+
+    def test_a_device_that_vanishes_and_comes_back(self):
+        sim = self.sim("--tcp", 0)
+        port = sim.port
+        self.ok("upload", SCENES / "blocks/blocks.scene.json", "--device", sim.tcp)
+        view = self.view("--device", sim.tcp)
+        page = self.page(view)
+        hello = page.receive()
+        self.assertFalse(hello["simulated"])
+        self.assertEqual(hello["device"]["address"], sim.tcp)
+        scene = page.until(lambda m: m["type"] == "scene")
+        self.assertEqual([o["name"] for o in scene["objects"]], ["table", "near block", "far block"], "found by its CRC among Thimble's own")
+        self.assertEqual(http(view.port, "/scene.thim")[0], 200)
+        state = page.state()
+        self.assertNotIn("hand_m", state["arms"][0])
+        page.send(type="hand", arm=0, position_m=[0, 0, 0])
+        page.event("not-simulated")
+        page.send(type="command", verb="arm")
+        self.assertIn("not_homed", page.event("refused")["cause"])
+        page.send(type="command", verb="home")
+        page.state(lambda s: s["mode"] == "ready")
+        page.send(type="command", verb="arm")
+        page.state(lambda s: s["mode"] == "armed")
+        # Another host sends a scene whose file is not known.
+        self.ok("upload", self.plane_scene("elsewhere"), "--device", sim.tcp)
+        scene = page.until(lambda m: m["type"] == "scene")
+        self.assertEqual((scene["name"], scene["objects"]), ("elsewhere", []))
+        page.event("scene-unknown")
+        self.assertEqual(http(view.port, "/scene.thim")[0], 404)
+        page.send(type="material", object=0, key="stiffness", value=300)
+        page.event("no-scene-file")
+
+        sim.stop(signal.SIGKILL)
+        began = time.monotonic()
+        event = page.event("link-lost")
+        self.assertTrue(event["cause"] and event["remedy"])
+        page.until(lambda m: m == {"type": "link", "up": False})
+        figure("a killed controller is told after %.2f s" % (time.monotonic() - began))
+        late = self.page(view)
+        late.until(lambda m: m == {"type": "link", "up": False}, what="what a new page is told")
+        page.send(type="command", verb="arm")
+        page.event("no-device")
+        self.sim("--tcp", port)
+        began = time.monotonic()
+        page.until(lambda m: m == {"type": "link", "up": True}, what="the link")
+        page.event("link-back")
+        figure("and its return after %.2f s" % (time.monotonic() - began))
+        self.assertEqual(page.state(lambda s: s.get("mode"))["mode"], "disarmed")
+        self.assertEqual(view.stop(signal.SIGINT), 0)
+
+    def test_a_clear_word(self):
+        scene = SCENES / "walls" / "walls.scene.json"
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            self.fails(1, "port-in-use", "view", "--no-browser", "--scene", scene, "--port", taken.getsockname()[1])
+        self.fails(2, "bad-address", "view", "--no-browser", "--scene", scene, "--listen", "nowhere")
+        self.fails(2, "cannot-listen", "view", "--no-browser", "--scene", scene, "--listen", "192.0.2.1")
+        self.fails(2, "usage", "view", "--no-browser", "--scene", scene, "--device", "arm-1")
+        self.fails(3, "no-device", "view", "--no-browser")
+        self.fails(3, "no-device", "view", "--no-browser", "--device", "tcp:127.0.0.1:1")
+        self.fails(10, "missing-scene", "view", "--no-browser", "--scene", "nowhere.scene.json")
+        self.fails(10, "no-folder", "view", "--no-browser", "--scene", scene, "--scenes", "nowhere")
+        broken = self.folder / "broken.scene.json"
+        broken.write_text('{"thimble_scene": 1, "name": "x", "objects": [{"name": "y", "shape": {"cube": 1}}]}')
+        error = self.fails(10, "unknown-key", "view", "--no-browser", "--scene", broken)
+        self.assertIn("broken.scene.json:1: /objects/0/shape/cube", error["cause"])
+
+    def test_a_browser_and_none(self):
+        """With a browser it gets the address; without one the address is printed, and that is said."""
+        opened = self.folder / "opened"
+        browser = self.folder / "browser.sh"
+        browser.write_text('#!/bin/sh\necho "$1" > %s\n' % opened)
+        browser.chmod(0o755)
+        for program, said in ((browser, ""), (self.folder / "none", "no browser was opened")):
+            process = subprocess.Popen([BIN / "thimble", "view", "--scene", SCENES / "walls/walls.scene.json"], text=True,
+                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=dict(self.environment, BROWSER=str(program)))
+            url = process.stdout.readline().strip()
+            time.sleep(1.5)
+            process.send_signal(signal.SIGTERM)
+            err = process.communicate(timeout=20)[1]
+            self.assertEqual(process.returncode, 0)
+            self.assertIn(said, err)
+            if not said:
+                self.assertEqual(opened.read_text().strip(), url)
+                self.assertEqual(err, "")
+
+    def test_two_arms_in_one_scene(self):
+        view = self.view("--scene", SCENES / "blocks" / "blocks.scene.json", "--arms", 2)
+        page = self.page(view)
+        self.assertEqual(page.receive()["arms"], 2)
+        state = page.state(lambda s: s["mode"] == "armed" and all(s["arms"]))
+        self.assertEqual(len(state["arms"]), 2)
+        self.assertAlmostEqual(state["arms"][1]["tip_m"][0] - state["arms"][0]["tip_m"][0], 0.2, delta=0.01)
+        page.send(type="hand", arm=1, position_m=[0.1, 0, -0.06])
+        page.state(lambda s: s["arms"][1]["contacts"] == 1 and s["arms"][0]["contacts"] == 0, what="the second arm on the table")
+        self.assertEqual(page.state(lambda s: s["arms"][1]["planes"], what="its plane")["arms"][1]["planes"], [{"normal": [0, 0, 1]}])
+
+
+if __name__ == "__main__":
+    unittest.main()

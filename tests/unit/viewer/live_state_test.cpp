@@ -1,0 +1,165 @@
+// Frames merged into states: pairs, losses, what ends, and what the next scene begins without.
+#include "host-tools/viewer/live_state.h"
+
+#include <gtest/gtest.h>
+
+namespace thimble::host {
+namespace {
+
+constexpr std::uint8_t kNode = 3;
+constexpr link::Micros kNow_us = 1'000'000;
+
+class Telemetry {
+ public:
+  explicit Telemetry(std::size_t arms = 1) : state(kNode, arms) {}
+
+  template <class Message>
+  bool take(const Message& message, link::Micros now_us = kNow_us) {
+    return state.take(link::to_frame(message, kNode), now_us);
+  }
+  // Tip, force and, in contact, god object of one arm; true when the last one completed the record.
+  bool record(std::uint8_t sequence, float z_m, float force_N, unsigned contacts, std::uint8_t arm = 0) {
+    bool complete = take(link::Pose{0, 0, z_m, arm, sequence});
+    complete =
+        take(link::Force{0, 0, force_N,
+                         static_cast<std::uint8_t>(contacts | static_cast<unsigned>(arm) << 6U), sequence}) ||
+        complete;
+    if (contacts != 0) complete = take(link::GodObject{0, 0, 0, arm, sequence});
+    return complete;
+  }
+  Json arm(std::size_t index = 0) const { return state.json(kNow_us)["arms"][index]; }
+
+  LiveState state;
+};
+
+TEST(LiveState, KnowsNothingAtFirst) {
+  const Telemetry t(2);
+  const Json json = t.state.json(kNow_us);
+  EXPECT_FALSE(json.contains("mode"));
+  EXPECT_EQ(json["arms"], Json::parse("[null, null]"));
+  EXPECT_EQ(json["bodies"], Json::array());
+}
+
+TEST(LiveState, ARecordIsCompleteOnce) {
+  Telemetry t;
+  EXPECT_FALSE(t.take(link::Pose{0, 0, 0.01F, 0, 1}));
+  EXPECT_TRUE(t.take(link::Force{0, 0, 0, 0, 1})) << "in free space without a god object";
+  EXPECT_FALSE(t.take(link::Status{}));
+  EXPECT_EQ(t.arm()["god_m"], t.arm()["tip_m"]);
+  EXPECT_FALSE(t.take(link::Pose{0, 0, -0.001F, 0, 2}));
+  EXPECT_FALSE(t.take(link::Force{0, 0, 1, 1, 2})) << "its god object follows";
+  EXPECT_TRUE(t.take(link::GodObject{0, 0, 0, 0, 2}));
+  EXPECT_EQ(t.arm()["god_m"], Json({0, 0, 0}));
+  EXPECT_EQ(t.arm()["contacts"], 1);
+  EXPECT_EQ(t.state.sequence(), 2);
+}
+
+TEST(LiveState, ARecordWithALostFrameEndsWithTheNext) {
+  Telemetry t;
+  EXPECT_TRUE(t.record(1, 0, 0, 0));
+  EXPECT_FALSE(t.take(link::Pose{0, 0, 0, 0, 2}));  // its force is lost
+  EXPECT_TRUE(t.take(link::Pose{0, 0, 0, 0, 3}));
+  EXPECT_TRUE(t.take(link::Force{0, 0, 0, 0, 3}));
+}
+
+TEST(LiveState, TwoArmsAreOneRecord) {
+  Telemetry t(2);
+  EXPECT_FALSE(t.record(7, 0.01F, 0, 0, 0));
+  EXPECT_TRUE(t.record(7, 0.02F, 0, 0, 1));
+  EXPECT_EQ(t.arm(1)["tip_m"], Json({0, 0, 0.02}));
+  Telemetry one;
+  EXPECT_TRUE(one.record(1, 0, 0, 0, 0));
+  EXPECT_FALSE(one.record(1, 0, 0, 0, 1)) << "an arm that the device does not have";
+}
+
+TEST(LiveState, FramesOfOthersAreNone) {
+  Telemetry t;
+  EXPECT_FALSE(t.state.take(link::to_frame(link::Pose{1, 1, 1, 0, 1}, 4), kNow_us));
+  EXPECT_TRUE(t.arm().is_null());
+}
+
+TEST(LiveState, VelocityOverLostRecords) {
+  Telemetry t;
+  t.state.set_record_period(0.01);
+  for (std::uint8_t i = 250; i != 30;
+       i = static_cast<std::uint8_t>(i + (i % 3 == 0 ? 2 : 1)))  // some are lost, and 255 is passed
+    t.record(i, 0.001F * static_cast<float>(static_cast<std::uint8_t>(i - 250)), 0, 0);
+  EXPECT_NEAR(t.arm()["velocity_m_s"][2].get<double>(), 0.1, 1e-3);
+}
+
+TEST(LiveState, EnergyIsTheWorkSinceTheContactBegan) {
+  Telemetry t;
+  t.record(1, 0.01F, 0, 0);
+  for (std::uint8_t i = 0; i <= 10; ++i)  // pressed 2 mm into 500 N/m
+    t.record(static_cast<std::uint8_t>(2 + i), -0.0002F * i, 0.1F * i, 1);
+  EXPECT_NEAR(t.arm()["energy_J"].get<double>(), -0.5 * 500 * 4e-6, 1e-6);
+  t.record(13, 0.01F, 0, 0);
+  EXPECT_NEAR(t.arm()["energy_J"].get<double>(), -0.5 * 500 * 4e-6, 1e-6) << "as it ended";
+  t.record(14, 0, 0, 1);
+  EXPECT_EQ(t.arm()["energy_J"], 0.0);
+  t.record(15, 0.01F, 0, 0);
+  t.record(16, -0.002F, 1, 1);
+  EXPECT_NEAR(t.arm()["energy_J"].get<double>(), -0.5 * 500 * 4e-6, 1e-6) << "it began between two records";
+}
+
+TEST(LiveState, PlanesAreThoseOfTheNewestPicture) {
+  Telemetry t;
+  t.record(1, -0.001F, 1, 2);
+  t.take(link::ContactPlane{2U << 3U, 5, 0, 0, 1});
+  t.take(link::ContactPlane{2U << 3U | 1U << 1U, 5, 1, 0, 0});
+  t.take(link::ContactPlane{2U << 3U | 1U << 1U, 5, 1, 0, 0});
+  EXPECT_EQ(t.arm()["planes"], Json::parse(R"([{"normal": [0, 0, 1]}, {"normal": [1, 0, 0]}])"));
+  t.take(link::ContactPlane{1U << 3U, 6, 0, 1, 0});
+  EXPECT_EQ(t.arm()["planes"], Json::parse(R"([{"normal": [0, 1, 0]}])"));
+  EXPECT_EQ(t.state.json(kNow_us + 400'000)["arms"][0]["planes"], Json::array()) << "nothing renews it";
+  t.record(2, 0.001F, 0, 0);
+  EXPECT_EQ(t.arm()["planes"], Json::array()) << "contact lost";
+}
+
+TEST(LiveState, ThePictureOfAScene) {
+  Telemetry t;
+  t.take(link::BodyPosition{4, 1, 0.01F, 0, 0});
+  EXPECT_EQ(t.state.json(kNow_us)["bodies"], Json::array()) << "its rotation follows";
+  t.take(link::BodyRotation{4, 2, 0, 0, 0});
+  EXPECT_EQ(t.state.json(kNow_us)["bodies"], Json::array()) << "of another picture";
+  t.take(link::BodyRotation{4, 1, 0, 0, 1});
+  t.take(link::ControlState{5, 1, 1, 0.25F});
+  t.take(link::TissueState{6, 3, 0.01F, 0.02F, 0.003F});
+  t.take(link::NeedleState{7, 2U | 3U << 2U, 0, 0, 0.004F});
+  const Json json = t.state.json(kNow_us);
+  EXPECT_EQ(json["bodies"],
+            Json::parse(R"([{"object": 4, "position_m": [0.01, 0, 0], "rotation": [0, 0, 0, 1]}])"))
+      << json;
+  EXPECT_EQ(json["controls"], Json::parse(R"([{"object": 5, "q": 0.25, "on": true}])"));
+  EXPECT_EQ(
+      json["tissues"],
+      Json::parse(R"([{"object": 6, "arm": 1, "pressed": true, "at_m": [0.01, 0.02], "depth_m": 0.003}])"));
+  EXPECT_EQ(json["needles"],
+            Json::parse(
+                R"([{"object": 7, "arm": 0, "inside": true, "at_m": [0, 0], "depth_m": 0.004, "torn": 3}])"));
+  t.state.forget_scene();
+  for (const char* part : {"bodies", "controls", "tissues", "needles"})
+    EXPECT_EQ(t.state.json(kNow_us)[part], Json::array());
+}
+
+TEST(LiveState, StatusAndFaults) {
+  Telemetry t;
+  link::Status status;
+  status.mode = 5;
+  status.fault = 1;
+  status.limiter = 2;
+  status.tick_rate_Hz = 4000;
+  t.take(status);
+  t.take(link::Emergency{0x9001, 1, 1, 77});
+  const Json json = t.state.json(kNow_us);
+  EXPECT_EQ(json["mode"], "faulted");
+  EXPECT_EQ(json["fault_name"], "e_stop");
+  EXPECT_EQ(json["limiter"], 2);
+  EXPECT_EQ(t.state.take_emergency(), 1);
+  EXPECT_EQ(t.state.take_emergency(), std::nullopt);
+  t.take(link::Emergency{});
+  EXPECT_EQ(t.state.take_emergency(), std::nullopt) << "cleared";
+}
+
+}  // namespace
+}  // namespace thimble::host
