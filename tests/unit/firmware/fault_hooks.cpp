@@ -33,7 +33,7 @@ const ArmModel* find_arm_model(std::string_view name) noexcept {
 
 namespace control {
 
-void Renderer::bind(const SceneView&) noexcept {}
+void Renderer::bind(const SceneView&, Binding) noexcept {}
 void Renderer::reset() noexcept {}
 void Renderer::tick(std::span<const Tip> tips, float, std::span<Touch> touches) noexcept {
   for (std::size_t i = 0; i < tips.size(); ++i) touches[i] = {test::scripted_force_N, tips[i].position_m, 1};
