@@ -73,7 +73,25 @@ void Controller::on_frame(const link::CanFrame& frame, link::Micros now) noexcep
     (void)servo_.request(Command::kStop);
     return;
   }
+  if (!frame.extended && frame.id == std::uint32_t{link::ForceOrder::kId} + config_.node_id) {
+    take_order(frame, now);
+    return;
+  }
   (void)server_.on_frame(frame, now);
+}
+
+// A force from a host that renders. Nobody else is asked for one: without the parameter, or not armed, it is as if none had come.
+void Controller::take_order(const link::CanFrame& frame, link::Micros now) noexcept {
+  if (!params_.on(Param::host_forces) || mode() != Mode::kArmed) return;
+  link::ForceOrder order;
+  if (!link::from_frame(frame, config_.node_id, order) || order.arm >= config_.arm_count) {
+    ++orders_.wrong;
+  } else if (!servo_.order_force(order, now)) {
+    ++orders_.old;
+  } else {
+    ++orders_.taken;
+    servo_.keep_alive();
+  }
 }
 
 void Controller::poll(link::Micros now) noexcept {
@@ -276,10 +294,13 @@ std::uint8_t Controller::status_flags() const noexcept {
   unsigned flags = 0;
   if ((unmet & kNotHomed) == 0) flags |= 1U << 0U;
   if ((unmet & kDeadManOpen) == 0) flags |= 1U << 1U;
-  if ((unmet & kNoScene) == 0) flags |= 1U << 2U;
-  if (params_.on(Param::host_supervision)) flags |= 1U << 3U;
+  // Where the host renders, none is a condition for arming.
+  if (params_.on(Param::host_forces) ? running_.scene() != nullptr : (unmet & kNoScene) == 0)
+    flags |= 1U << 2U;
+  if (params_.on(Param::host_supervision) || params_.on(Param::host_forces)) flags |= 1U << 3U;
   if (store_.downloading()) flags |= 1U << 4U;
   if (servo_.move_phase() != link::MovePhase::kNone) flags |= 1U << 5U;
+  if (params_.on(Param::host_forces)) flags |= 1U << 6U;
   return static_cast<std::uint8_t>(flags);
 }
 
@@ -342,6 +363,12 @@ Nrc Controller::read_data(std::uint16_t did, link::ByteWriter& out) noexcept {
     case link::Lateness::kId:
       out.put_record(lateness());
       return Nrc::kOk;
+    case link::HostOrders::kId: {
+      link::HostOrders orders = orders_;
+      orders.expired = servo_.orders_expired();
+      out.put_record(orders);
+      return Nrc::kOk;
+    }
     case link::kDidSerialNumber:
       out.put_text(config_.serial_number);
       return Nrc::kOk;

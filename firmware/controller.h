@@ -124,6 +124,7 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] link::Nrc finish(Command command) noexcept;
   void refuse(Conditions conditions) noexcept;
   void refuse(const char* reason) noexcept;
+  void take_order(const link::CanFrame& frame, link::Micros now) noexcept;
   void fetch_records() noexcept;
   [[nodiscard]] bool motors_off() const noexcept;
   [[nodiscard]] link::DeviceState device_state() const noexcept;
@@ -173,6 +174,7 @@ class Controller final : private link::ServiceBackend {
   std::uint32_t frames_received_ = 0;
   std::uint32_t frames_dropped_ = 0;
   std::uint32_t link_losses_ = 0;
+  link::HostOrders orders_;  // but for the expired ones, which the tick counts
 };
 
 }  // namespace thimble::firmware

@@ -71,6 +71,7 @@ Servo::Servo(const Config& config, const Params& params) noexcept
       period_s_(config_works(config) ? config.period_s : kMaxPeriod_s),
       arm_count_(config_works(config) ? config.arm_count : std::uint8_t{0}),
       arms_{ArmState(config.arm[0], period_s_), ArmState(config.arm[1], period_s_)},
+      host_forces_(period_s_),
       published_unmet_(kNotHomed | kEncoderStale | kNoScene) {
   if (arm_count_ != 0) return;
   trip(Fault::bad_config);
@@ -170,7 +171,7 @@ void Servo::check_inputs(const Inputs& inputs) noexcept {
   }
   alive_seen_ = alive;
   if (static_cast<float>(link_age_ticks_) * period_s_ > params_.get(Param::link_timeout)) link_seen_ = false;
-  const bool supervised = !link_seen_ && params_.on(Param::host_supervision);
+  const bool supervised = !link_seen_ && (host_renders_ || params_.on(Param::host_supervision));
   if (mode_ == Mode::kArmed && (supervised || (move_.active() && unattended()))) trip(Fault::host_lost);
 
   const float ambient_C = params_.get(Param::ambient);
@@ -271,7 +272,7 @@ Conditions Servo::conditions(const Inputs& inputs) const noexcept {
   }
   if (fault_ != Fault::kNone) unmet |= kFaultLatched;
   if (!inputs.dead_man) unmet |= kDeadManOpen;
-  if (sequence_ == 0) unmet |= kNoScene;
+  if (sequence_ == 0 && !params_.on(Param::host_forces)) unmet |= kNoScene;
   if (!link_seen_) unmet |= kLinkDown;
   if (inputs.e_stop) unmet |= kEStopPressed;
   if (board_lacks_) unmet |= kBoardLacks;
@@ -284,6 +285,7 @@ Conditions Servo::move_conditions(Conditions unmet) const noexcept {
   unsigned against = unmet & ~static_cast<unsigned>(kDeadManOpen);  // an open dead-man has disarmed
   if (mode_ != Mode::kArmed) against |= kNotArmed;
   if (!params_.on(Param::allow_moves)) against |= kMovesNotAllowed;
+  if (params_.on(Param::host_forces)) against |= kHostRenders;
   if (unattended()) against |= kLinkDown;
   if (mode_ == Mode::kArmed && force_ramp_ < 1.0F && !move_.active()) against |= kRampRuns;
   if (move_.under_way()) against |= kMoveUnderWay;
@@ -305,6 +307,8 @@ void Servo::obey(Command command, Conditions unmet) noexcept {
       if (mode_ != Mode::kReady || unmet != 0) return;
       mode_ = Mode::kArmed;
       force_ramp_ = gravity_ramp_ = 0;
+      host_renders_ = params_.on(Param::host_forces);
+      host_forces_.forget();
       renderer_.reset();
       for (ArmState& arm : arms_) {
         arm.force_N.setZero();
@@ -340,14 +344,16 @@ void Servo::obey(Command command, Conditions unmet) noexcept {
   }
 }
 
-// Takes the scene that the background posted. While armed the old one fades out first and the new one in.
+// Takes the scene that the background posted. While armed the old one fades out first and the new one in; what the host orders
+// has nothing to do with either.
 void Servo::switch_scene() noexcept {
   const std::uint32_t posted = scene_posted_.load(std::memory_order_acquire);
   const bool waiting = posted != scene_taken_.load(std::memory_order_relaxed);
   if (mode_ == Mode::kArmed) {
-    const float step = waiting ? -period_s_ / kRampDown_s : period_s_ / kRampUp_s;
+    const bool fades = waiting && !host_renders_;
+    const float step = fades ? -period_s_ / kRampDown_s : period_s_ / kRampUp_s;
     force_ramp_ = std::clamp(force_ramp_ + step, 0.0F, 1.0F);
-    if (waiting && force_ramp_ > 0.0F) return;
+    if (fades && force_ramp_ > 0.0F) return;
   }
   if (!waiting) return;
   renderer_.bind(posted_scene_, posted_binding_);
@@ -359,9 +365,14 @@ void Servo::switch_scene() noexcept {
 }
 
 void Servo::render() noexcept {
-  std::array<control::Tip, kMaxArms> tips;
-  for (std::size_t i = 0; i < arm_count_; ++i) tips[i] = {arms_[i].posture.tip_m, arms_[i].tip_velocity_m_s};
-  renderer_.tick(std::span(tips).first(arm_count_), period_s_, std::span(touches_).first(arm_count_));
+  if (host_renders_) {
+    feel_orders();
+  } else {
+    std::array<control::Tip, kMaxArms> tips;
+    for (std::size_t i = 0; i < arm_count_; ++i)
+      tips[i] = {arms_[i].posture.tip_m, arms_[i].tip_velocity_m_s};
+    renderer_.tick(std::span(tips).first(arm_count_), period_s_, std::span(touches_).first(arm_count_));
+  }
 
   gravity_ramp_ = std::min(gravity_ramp_ + period_s_ / kRampUp_s, 1.0F);
   const float max_step_N = params_.get(Param::force_slew) * period_s_;
@@ -391,6 +402,19 @@ void Servo::render() noexcept {
     arm.force_N = last.value;
     if (wanted.which || clamped.which || last.which) arm.limiters |= kLimitClamp;
     if (slewed.which) arm.limiters |= kLimitSlew;
+  }
+}
+
+// What the host orders stands where the scene's forces do, so that ramp, clamp, slew and the motors' limits are the same. Without an
+// order that is in force the tip is damped.
+void Servo::feel_orders() noexcept {
+  const float damping_N_s_m = params_.get(Param::stop_damping);
+  for (std::size_t i = 0; i < arm_count_; ++i) {
+    const Vec3* ordered_N = host_forces_.take(i, tick_);
+    touches_[i].god_object_m = arms_[i].posture.tip_m;
+    touches_[i].force_N =
+        ordered_N != nullptr ? *ordered_N : Vec3(-damping_N_s_m * arms_[i].tip_velocity_m_s);
+    touches_[i].contacts = 0;
   }
 }
 
@@ -532,7 +556,7 @@ void Servo::show(const Inputs& inputs) noexcept {
     } else {
       ++t.records_dropped;
     }
-    show_scene();
+    if (!host_renders_ || mode_ != Mode::kArmed) show_scene();
   }
 
   published_fault_.store(fault_, std::memory_order_release);

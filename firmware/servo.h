@@ -1,8 +1,8 @@
 // The servo: what happens in one tick, from encoder counts to motor currents, with the modes, faults and
 // limits. Owned by Controller, which is what boards call; controller.h states the two contexts.
 //
-// encoders -> kinematics -> control::Renderer -> ramp, clamp, slew -> Jacobian transpose + gravity ->
-// currents, thermal
+// encoders -> kinematics -> control::Renderer, or what the host orders -> ramp, clamp, slew -> Jacobian
+// transpose + gravity -> currents, thermal
 #pragma once
 
 #include <array>
@@ -16,6 +16,7 @@
 #include "firmware/encoder_watch.h"
 #include "firmware/faults.h"
 #include "firmware/guarded_move.h"
+#include "firmware/host_forces.h"
 #include "firmware/params.h"
 #include "firmware/telemetry.h"
 #include "firmware/thermal.h"
@@ -121,13 +122,15 @@ enum Condition : Conditions {
   kRampRuns = 1U << 15U,
   // Against arming again: Config::lacks, which the refusal names.
   kBoardLacks = 1U << 16U,
+  // Against a guarded move.
+  kHostRenders = 1U << 17U,
 };
 struct ConditionRow {
   Condition bit;
   const char* name;
   const char* remedy;
 };
-inline constexpr std::array<ConditionRow, 17> kConditionTable = {{
+inline constexpr std::array<ConditionRow, 18> kConditionTable = {{
     {kNotHomed, "not_homed", "home the arm"},
     {kEncoderStale, "encoder_stale", "check the encoder cable and that the loop runs"},
     {kOutsideWorkspace, "outside_workspace", "move the tip back, or home again"},
@@ -145,6 +148,7 @@ inline constexpr std::array<ConditionRow, 17> kConditionTable = {{
     {kMoveUnderWay, "move_under_way", "wait until the move has ended, or stop it"},
     {kRampRuns, "ramp_runs", "wait until the force has ramped up"},
     {kBoardLacks, "board_lacks", "give the board what the refusal names, and restart it"},
+    {kHostRenders, "host_renders", "set host_forces to 0: a guarded move needs the scene"},
 }};
 
 class Servo {
@@ -180,6 +184,11 @@ class Servo {
   // Null while a move is under way or about to be.
   [[nodiscard]] const GuardedMove* move_results() const noexcept;
   void keep_alive() noexcept;
+  // A force that the host orders; its arm is one of the controller's. False: it was passed over.
+  [[nodiscard]] bool order_force(const link::ForceOrder& order, link::Micros now) noexcept {
+    return host_forces_.order(order, now);
+  }
+  [[nodiscard]] std::uint32_t orders_expired() const noexcept { return host_forces_.expired(); }
   [[nodiscard]] Mode mode() const noexcept { return published_mode_.load(std::memory_order_acquire); }
   [[nodiscard]] Fault fault() const noexcept { return published_fault_.load(std::memory_order_acquire); }
   [[nodiscard]] Conditions unmet() const noexcept { return published_unmet_.load(std::memory_order_acquire); }
@@ -248,6 +257,7 @@ class Servo {
   void switch_scene() noexcept;
   [[nodiscard]] Conditions move_conditions(Conditions unmet) const noexcept;
   void render() noexcept;
+  void feel_orders() noexcept;
   void damp() noexcept;
   void drive(Outputs& outputs) noexcept;
   void show(const Inputs& inputs) noexcept;
@@ -268,6 +278,9 @@ class Servo {
   std::uint64_t tick_ = 0;
   std::uint64_t lost_ = 0;  // periods between the last tick and this one
   GuardedMove move_;
+  HostForces host_forces_;
+  // host_forces, as it was when this arming began.
+  bool host_renders_ = false;
   float force_ramp_ = 0;    // of the rendered force
   float gravity_ramp_ = 0;  // of the weight that the motors carry
   float mode_time_s_ = 0;   // in kHoming and kDamping

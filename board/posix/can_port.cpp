@@ -62,8 +62,9 @@ void CanPort::open_socket() {
   fd_frames_ = request.ifr_mtu == CANFD_MTU;
 
   // With or without data, remote or not, whoever sends it.
-  const std::array<can_filter, 2> filters = {
+  const std::array<can_filter, 3> filters = {
       {{link::EmergencyStop::kId, CAN_SFF_MASK | CAN_EFF_FLAG},
+       {std::uint32_t{link::ForceOrder::kId} + node_, CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG},
        {link::request_id(node_) | CAN_EFF_FLAG, CAN_EFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG}}};
   set(opened.get(), CAN_RAW_FILTER, filters);
   set(opened.get(), CAN_RAW_ERR_FILTER, can_err_mask_t{CAN_ERR_BUSOFF | CAN_ERR_RESTARTED});

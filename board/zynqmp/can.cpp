@@ -62,7 +62,9 @@ void Can::start() noexcept {
   registers_.filter[0].id = id_word(firmware::link::request_id(node_), true, false);
   registers_.filter[1].mask = 0x7FFU << 21U | kExtended;
   registers_.filter[1].id = id_word(firmware::link::EmergencyStop::kId, false, false);
-  registers_.afr = 0b0011;
+  registers_.filter[2].mask = kEveryIdBit;
+  registers_.filter[2].id = id_word(std::uint32_t{firmware::link::ForceOrder::kId} + node_, false, false);
+  registers_.afr = 0b0111;
   registers_.srr = kEnable;
   on_bus_ = true;
 }

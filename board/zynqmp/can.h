@@ -28,7 +28,7 @@ class Can {
   // Until it takes part again after a bus-off: as long as Linux is usually told to wait (`ip link ... restart-ms 100`).
   static constexpr firmware::link::Micros kOffBus_us = 100'000;
 
-  // Takes the frames for this node: its requests, and the e-stop.
+  // Takes the frames for this node: its requests, the forces that a host orders of it, and the e-stop.
   Can(volatile CanRegisters& registers, const CanTiming& timing, std::uint32_t bitrate,
       std::uint8_t node) noexcept;
 

@@ -53,5 +53,23 @@ TEST(NoHeap, InTheTick) {
                        1 << static_cast<int>(Mode::kFaulted) | 1 << static_cast<int>(Mode::kReady));
 }
 
+TEST(NoHeap, WhereTheHostRenders) {
+  Bench bench;
+  ASSERT_EQ(bench.controller->write_param(firmware::find_param("host_forces")->id, 1),
+            firmware::ParamStatus::kOk);
+  bench.home();
+  bench.arm();
+  std::uint8_t sequence = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const NoHeapGuard guard;
+    if (i % 500 < 300) {
+      const firmware::link::ForceOrder order{0, 0, 1.0F, 0, ++sequence};
+      bench.controller->on_frame(firmware::link::to_frame(order, 1), bench.inputs.time_us);
+    }
+    bench.tick();
+  }
+  EXPECT_EQ(bench.mode(), Mode::kArmed);
+}
+
 }  // namespace
 }  // namespace thimble::test

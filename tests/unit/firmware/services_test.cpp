@@ -356,6 +356,34 @@ TEST(Services, GuardedMove) {
   EXPECT_EQ(bench.mode(), Mode::kArmed);
 }
 
+TEST(Services, OrdersOfForceAreCounted) {
+  Bench bench;
+  const firmware::ParamRow& host_forces = *firmware::find_param("host_forces");
+  ASSERT_EQ(bench.controller->write_param(host_forces.id, 1), firmware::ParamStatus::kOk);
+  bench.home();
+  Tester tester(bench);
+  ASSERT_TRUE(tester.ok({0x10, 0x03}));
+  ASSERT_TRUE(tester.routine(kArm));
+  const auto send = [&](std::uint8_t arm, std::uint8_t sequence, std::uint8_t bytes = 8) {
+    link::CanFrame frame = link::to_frame(link::ForceOrder{0, 0, 1, arm, sequence}, 1);
+    frame.size = bytes;
+    bench.controller->on_frame(frame, bench.inputs.time_us);
+    tester.run(1);
+  };
+  for (const int sequence : {1, 2, 2, 4, 3, 5}) send(0, static_cast<std::uint8_t>(sequence));
+  send(1, 6);
+  send(0, 7, 4);
+  tester.run(100);
+  send(0, 1);
+  tester.run(100);
+  link::HostOrders orders;
+  ASSERT_TRUE(link::decode(tester.read(link::HostOrders::kId), orders));
+  EXPECT_EQ(orders.taken, 5U);
+  EXPECT_EQ(orders.old, 2U);
+  EXPECT_EQ(orders.wrong, 2U);
+  EXPECT_EQ(orders.expired, 2U);
+}
+
 // Only valid commands feed the watchdog, and arming is none of them.
 TEST(Services, ArmingDoesNotKeepTheLinkAlive) {
   Bench bench;

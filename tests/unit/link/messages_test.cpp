@@ -42,6 +42,7 @@ TEST(Messages, PoseOnTheWire) {
 TEST(Messages, IdsAreThoseOfTheDesign) {
   EXPECT_EQ(to_frame(EmergencyStop{}, 5).id, 0x001U);
   EXPECT_EQ(to_frame(Emergency{}, 5).id, 0x085U);
+  EXPECT_EQ(to_frame(ForceOrder{}, 5).id, 0x105U);
   EXPECT_EQ(to_frame(Pose{}, 5).id, 0x185U);
   EXPECT_EQ(to_frame(GodObject{}, 5).id, 0x205U);
   EXPECT_EQ(to_frame(Force{}, 5).id, 0x285U);
@@ -100,7 +101,7 @@ TEST(MessagesProperty, EveryMessageComesBack) {
       RC_ASSERT(buffer == again);
     }));
   });
-  EXPECT_EQ(messages, 20);
+  EXPECT_EQ(messages, 22);
 }
 
 template <class Wire>

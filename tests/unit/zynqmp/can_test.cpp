@@ -47,17 +47,17 @@ TEST(CanTiming, RefusesWhatTheClockCannotGive) {
   EXPECT_FALSE(can_timing(kClock_Hz, 5'000));       // a prescaler above 256
 }
 
-TEST(Can, StartsInNormalModeWithItsBitTimingAndTwoFilters) {
+TEST(Can, StartsInNormalModeWithItsBitTimingAndFilters) {
   const Bench bench;
   EXPECT_EQ(bench.registers.srr, kOn);
   EXPECT_EQ(bench.registers.msr, 0U);
   EXPECT_EQ(bench.registers.brpr, 4U);  // 20 quanta of 5 clocks
   EXPECT_EQ(bench.registers.btr, 3U << 7U | 3U << 4U | 14U);
-  EXPECT_EQ(bench.registers.afr, 0b0011U);
+  EXPECT_EQ(bench.registers.afr, 0b0111U);
   // A request to node 5 as Linux sends it: id 0x18DA05F1, extended.
   const std::uint32_t request = (0x18DA05F1U >> 18U) << 21U | 3U << 19U | (0x18DA05F1U & 0x3FFFFU) << 1U;
   const auto passes = [&bench](std::uint32_t id) {
-    for (const std::size_t i : {0U, 1U})
+    for (const std::size_t i : {0U, 1U, 2U})
       if (((id ^ bench.registers.filter[i].id) & bench.registers.filter[i].mask) == 0) return true;
     return false;
   };
@@ -66,6 +66,9 @@ TEST(Can, StartsInNormalModeWithItsBitTimingAndTwoFilters) {
   EXPECT_TRUE(passes(0x001U << 21U));              // the e-stop
   EXPECT_TRUE(passes(0x001U << 21U | 1U << 20U));  // as a remote frame too
   EXPECT_FALSE(passes(0x181U << 21U));             // another node's pose
+  EXPECT_TRUE(passes(0x105U << 21U));              // a force that a host orders of node 5
+  EXPECT_FALSE(passes(0x104U << 21U));             // of node 4
+  EXPECT_FALSE(passes(0x185U << 21U));             // its own pose
 }
 
 TEST(Can, FramesKeepIdSizeAndDataBothWays) {
@@ -132,7 +135,7 @@ TEST(Can, LeavesTheBusWhenItIsOffAndComesBackAfterAWhile) {
   EXPECT_EQ(bench.registers.srr, kInReset);
   bench.can.supervise(kAt + Can::kOffBus_us);
   EXPECT_EQ(bench.registers.srr, kOn);
-  EXPECT_EQ(bench.registers.afr, 0b0011U);
+  EXPECT_EQ(bench.registers.afr, 0b0111U);
   EXPECT_EQ(bench.can.counters().restarts, 1U);
   EXPECT_TRUE(bench.can.can_send(kAt + Can::kOffBus_us));
 }
