@@ -26,7 +26,7 @@ float unpack(std::uint32_t half) noexcept {
 
 // A period that does not divide the life ends it early rather than late; one tick at least.
 HostForces::HostForces(float period_s) noexcept
-    : life_ticks_(std::max(1U, static_cast<std::uint32_t>(kLife_s / period_s + 0.01F))) {}
+    : life_ticks_(std::max<std::uint32_t>(1, static_cast<std::uint32_t>(kLife_s / period_s + 0.01F))) {}
 
 bool HostForces::order(const link::ForceOrder& order, link::Micros now) noexcept {
   Arm& arm = arms_[order.arm];

@@ -191,7 +191,11 @@ class Servo {
   [[nodiscard]] std::uint32_t orders_expired() const noexcept { return host_forces_.expired(); }
   [[nodiscard]] Mode mode() const noexcept { return published_mode_.load(std::memory_order_acquire); }
   [[nodiscard]] Fault fault() const noexcept { return published_fault_.load(std::memory_order_acquire); }
-  [[nodiscard]] Conditions unmet() const noexcept { return published_unmet_.load(std::memory_order_acquire); }
+  // Of the last tick; but a host that sets host_forces and arms at once need not wait for one.
+  [[nodiscard]] Conditions unmet() const noexcept {
+    const Conditions unmet = published_unmet_.load(std::memory_order_acquire);
+    return params_.on(Param::host_forces) ? unmet & ~Conditions{kNoScene} : unmet;
+  }
   // Bit n: fault n occurred since the last clear. Low 32 bits of the tick in which the first one latched.
   [[nodiscard]] std::uint32_t faults_seen() const noexcept {
     return faults_seen_.load(std::memory_order_acquire);

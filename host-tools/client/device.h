@@ -10,6 +10,7 @@
 // kVersion, kVerification, kFaulted.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -61,6 +62,15 @@ struct UploadOptions {
   bool verify = true;                // ask the device afterwards which image it runs
 };
 
+// A fingertip in one tick, as the link tells it (Pose and Force). World frame.
+struct TipReading {
+  std::array<double, 3> position_m{};
+  std::array<double, 3> force_N{};  // that the device exerts on the hand, after all limits
+  std::uint8_t limiters = 0;        // Limiter bits of firmware/telemetry.h: which of them acted
+  std::uint8_t sequence = 0;        // counts readings: a gap are those that came meanwhile, or were lost
+  link::Micros heard_us = 0;        // by now_us(): the reading is as old as that, and the link's delay
+};
+
 class Device {
  public:
   // Asks for LinkInfo: Error kVersion when the device speaks another version.
@@ -94,6 +104,28 @@ class Device {
   [[nodiscard]] std::vector<link::MoveSample> move_samples();
   void end_move();
 
+  // The program gives the forces (docs/host-rendering.md):
+  //
+  //   device.home();
+  //   device.take_over();                                          // arms; no scene is felt from here on
+  //   while (const auto tip = device.next_tip(now_us() + 100'000)) device.order_force(wall(tip->position_m));
+  //   device.hand_back();                                          // disarms
+  //
+  // An order is felt for 20 ms at most, then the tip is damped until the next; after link_timeout without any the
+  // device has the fault host_lost. Each call but order_force() throws kFaulted or kRefused once the device is not armed
+  // any more.
+  //
+  // Sets host_forces and telemetry_decimation (readings_per_s, at most one a tick) and arms. The device is homed and at rest.
+  void take_over(double readings_per_s = 1000);
+  // The newest reading that was not given before; nothing: none came until the deadline.
+  [[nodiscard]] std::optional<TipReading> next_tip(link::Micros deadline_us, unsigned arm = 0);
+  // Sends and does not wait. At most 32 N along an axis travel; the device's own limits are lower. Error kUsage: not a
+  // number, or no such arm.
+  void order_force(const std::array<double, 3>& force_N, unsigned arm = 0);
+  // Disarms; the two parameters are as they were.
+  void hand_back();
+  [[nodiscard]] link::HostOrders orders();  // how many the device took, passed over, and missed
+
   UploadResult upload(std::span<const std::byte> image, const UploadOptions& options,
                       const std::function<void(const UploadProgress&)>& progress);
 
@@ -121,12 +153,22 @@ class Device {
   void pump(link::Micros deadline_us);
   void enter(link::Session session);
   void wait_for_mode(std::uint8_t wanted, link::Micros wait_us, const std::string& what);
+  void take_reading(const link::CanFrame& frame);
+  void release_forces();
 
   std::unique_ptr<Transport> transport_;
   DeviceOptions options_;
   link::IsoTpChannel channel_;
   link::LinkInfo info_;
   std::function<void(const link::CanFrame&)> heard_;
+  // While the program gives the forces.
+  struct Rendered {
+    link::Pose pose;
+    std::optional<TipReading> newest;  // not given yet
+    std::uint8_t sequence = 0;         // of the last order
+  };
+  std::array<Rendered, 2> rendered_;
+  std::optional<double> decimation_before_;          // while it has taken over
   std::minstd_rand pauses_{std::random_device{}()};  // two hosts must not wait alike
 };
 

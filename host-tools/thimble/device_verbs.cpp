@@ -88,10 +88,11 @@ void done(const Common& common, const char* verb, std::uint8_t mode) {
   }
 }
 
-// An arm that moves by itself says so.
+// An arm that moves by itself says so, and one that is a host's.
 std::string mode_shown(std::uint8_t mode, std::uint8_t flags) {
-  constexpr unsigned kMovesItself = 1U << 5U;  // of Status and DeviceState
-  return mode_name(mode) + ((flags & kMovesItself) != 0 ? ",moves_by_itself" : "");
+  constexpr unsigned kMovesItself = 1U << 5U, kHostRenders = 1U << 6U;  // of Status and DeviceState
+  return mode_name(mode) + ((flags & kMovesItself) != 0 ? ",moves_by_itself" : "") +
+         ((flags & kHostRenders) != 0 ? ",host_renders" : "");
 }
 
 const ParamRow& param_named(const std::string& name) {
@@ -287,6 +288,7 @@ void info(const Common& common, const Remote& remote) {
   Device device = open_quietly(remote);
   const link::DeviceState state = device.state();
   const link::Lateness late = device.lateness();
+  const link::HostOrders orders = device.orders();
   const std::string board = device.text(link::kDidBoardName);
   const std::string reset_reason = device.text(link::kDidResetReason);
   const std::string version = device.text(link::kDidFirmwareVersion);
@@ -305,6 +307,7 @@ void info(const Common& common, const Remote& remote) {
     json["state"] = host::to_json(state);
     json["state"]["mode"] = mode_name(state.mode);
     json["lateness"] = host::to_json(late);
+    json["host_orders"] = host::to_json(orders);
     json["limits"] = limits_json();
     print(json);
     return;
@@ -330,6 +333,10 @@ void info(const Common& common, const Remote& remote) {
   fmt::print("late       worst {:.1f} us; ticks:{}\n", late.worst_s * 1e6F, histogram(late));
   fmt::print("contact    {} ticks, peak {:.3f} N, mean {:.3f} N\n", state.contact_ticks, state.peak_force_N,
              state.mean_force_N);
+  if (orders.taken + orders.old + orders.wrong != 0) {
+    fmt::print("orders     {} forces taken from a host, {} old, {} wrong; {} times none in time\n",
+               orders.taken, orders.old, orders.wrong, orders.expired);
+  }
   fmt::print("limits     {} objects, {} triangles, {} bytes a scene; {:g} N/m, {:g} Ns/m, friction {:g}\n",
              control::kMaxObjects, control::kMaxTriangles, control::kMaxImageBytes,
              control::kMaxStiffness_N_m, control::kMaxDamping_N_s_m, control::kMaxFriction);

@@ -78,8 +78,7 @@ TEST(HostForces, ArmingNeedsNoScene) {
   bench.home();
   EXPECT_EQ(bench.controller->unmet(), firmware::kNoScene);
   set_value(bench, "host_forces", 1);
-  bench.tick();
-  EXPECT_EQ(bench.controller->unmet(), 0);
+  EXPECT_EQ(bench.controller->unmet(), 0) << "at once, without a tick in between";
   bench.arm();
   const std::uint16_t id = firmware::find_param("host_forces")->id;
   EXPECT_EQ(bench.controller->write_param(id, 0), firmware::ParamStatus::kNotWhileArmed);
@@ -350,6 +349,35 @@ TEST(HostForces, AHostThatIsGoneIsAFaultAfterTheLinkTimeout) {
   EXPECT_EQ(damped_after, 80);
   EXPECT_EQ(lost_after, 2001);
   EXPECT_EQ(bench.mode(), Mode::kDamping);
+}
+
+// Over the link alone: the order that comes after a pose is in the very next Force frame.
+TEST(HostForces, ShowInTheNextForceFrame) {
+  Bench bench;
+  set_value(bench, "telemetry_decimation", 1);
+  take_over(bench);
+  Host host(bench);
+  link::CanFrame frame;
+  while (bench.controller->next_frame(frame, bench.inputs.time_us)) {
+  }
+  int forces = 0;
+  float ordered_N = 0;
+  for (int i = 0; i < 1000; ++i) {
+    bench.tick();
+    while (bench.controller->next_frame(frame, bench.inputs.time_us)) {
+      link::Pose pose;
+      link::Force force;
+      if (link::from_frame(frame, 1, force)) {
+        ++forces;
+        if (i > 0) {
+          ASSERT_NEAR(force.z_N, ordered_N, 5e-4F) << i;
+        }
+      }
+      if (link::from_frame(frame, 1, pose)) ordered_N = 0.001F * static_cast<float>(i % 500);
+    }
+    host.order({0, 0, ordered_N});
+  }
+  EXPECT_EQ(forces, 1000) << "one a tick";
 }
 
 TEST(HostForces, TwoArmsHaveAnOrderEach) {
