@@ -151,6 +151,47 @@ class Connection {
     return to_numpy(rows);
   }
 
+  // Position, force, limiters, number and when it was heard; none: no reading came in so long.
+  py::object next_tip(double timeout_s, unsigned arm) {
+    std::optional<TipReading> tip;
+    {
+      const py::gil_scoped_release others;
+      const link::Micros end_us = now_us() + static_cast<link::Micros>(timeout_s * 1e6);
+      while (true) {
+        const link::Micros slice_us = now_us() + kSlice_us;
+        tip = device().next_tip(std::min(end_us, slice_us), arm);
+        if (tip || now_us() >= end_us) break;
+        heed_python();
+      }
+    }
+    if (!tip) return py::none();
+    return py::make_tuple(py::array_t<double>(3, tip->position_m.data()),
+                          py::array_t<double>(3, tip->force_N.data()), tip->limiters, tip->sequence,
+                          static_cast<double>(tip->heard_us) * 1e-6);
+  }
+
+  void order_force(const py::array_t<double>& force_N, unsigned arm) {
+    if (force_N.ndim() != 1 || force_N.shape(0) != 3) throw py::value_error("a force has three numbers");
+    const auto given = force_N.unchecked<1>();
+    const std::array<double, 3> force{given(0), given(1), given(2)};
+    const py::gil_scoped_release others;
+    device().order_force(force, arm);
+  }
+
+  py::dict orders() {
+    link::HostOrders counted;
+    {
+      const py::gil_scoped_release others;
+      counted = device().orders();
+    }
+    py::dict orders;
+    orders["taken"] = counted.taken;
+    orders["old"] = counted.old;
+    orders["wrong"] = counted.wrong;
+    orders["expired"] = counted.expired;
+    return orders;
+  }
+
   std::vector<std::string> faults() {
     std::vector<std::string> names;
     for (const std::uint8_t number : device().faults()) {
@@ -244,6 +285,7 @@ PYBIND11_MODULE(_thimble, m) {
     return py::bytes(reinterpret_cast<const char*>(image.data()), image.size());
   });
   m.def("simulate", &simulate);
+  m.def("now_s", [] { return static_cast<double>(now_us()) * 1e-6; });
 
   constexpr link::Micros kHome_us = 30'000'000, kArm_us = 2'000'000, kDisarm_us = 5'000'000;
   py::class_<Connection>(m, "Connection")
@@ -253,6 +295,15 @@ PYBIND11_MODULE(_thimble, m) {
       .def("upload", &Connection::upload)
       .def("telemetry", &Connection::telemetry)
       .def("faults", &Connection::faults)
+      .def("take_over",
+           [](Connection& c, double readings_per_s) {
+             const py::gil_scoped_release others;
+             c.device().take_over(readings_per_s);
+           })
+      .def("next_tip", &Connection::next_tip)
+      .def("order_force", &Connection::order_force)
+      .def("hand_back", without_gil(&Device::hand_back))
+      .def("orders", &Connection::orders)
       .def("home", without_gil(&Device::home, kHome_us))
       .def("arm", without_gil(&Device::arm, kArm_us))
       .def("disarm", without_gil(&Device::disarm, kDisarm_us))

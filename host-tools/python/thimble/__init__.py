@@ -17,7 +17,7 @@ the command `thimble` has for it.
 
 from . import _thimble
 
-__all__ = ["Error", "Device", "connect", "discover", "compile", "simulate"]
+__all__ = ["Error", "Device", "Tip", "connect", "discover", "compile", "simulate"]
 
 
 class Error(Exception):
@@ -72,6 +72,20 @@ class _Parameters:
         return len(self._connection.parameters())
 
 
+class Tip:
+    """A fingertip in one tick: tip_m and force_N (arrays of three; the force that the device exerts, after all limits), limiters (the bits that
+    acted), sequence (counts readings, to 255), and age_s since it was heard."""
+
+    __slots__ = ("tip_m", "force_N", "limiters", "sequence", "heard_s")
+
+    def __init__(self, tip_m, force_N, limiters, sequence, heard_s):
+        self.tip_m, self.force_N, self.limiters, self.sequence, self.heard_s = tip_m, force_N, limiters, sequence, heard_s
+
+    @property
+    def age_s(self):
+        return _thimble.now_s() - self.heard_s
+
+
 class Device:
     """A device on the link. One thread at a time; `with` closes it. Closing does not disarm: the scene runs on the controller."""
 
@@ -109,6 +123,38 @@ class Device:
     def telemetry(self, seconds):
         """What the link tells in so long: a structured array of time_s (this machine's, from the call on), arm, contacts, tip_m and force_N."""
         return self._connection.telemetry(seconds)
+
+    def take_over(self, readings_per_s=1000.0):
+        """This program gives the forces (docs/host-rendering.md): arms, and no scene is felt. The device is homed and at rest."""
+        self._connection.take_over(readings_per_s)
+
+    def next_tip(self, timeout_s=0.1, arm=0):
+        """The newest Tip that was not given before; None: no reading came in so long."""
+        reading = self._connection.next_tip(timeout_s, arm)
+        return None if reading is None else Tip(*reading)
+
+    def order_force(self, force_N, arm=0):
+        """The force on the hand from now on, for 20 ms at most; then the tip is damped until the next."""
+        self._connection.order_force(force_N, arm)
+
+    def render(self, force, seconds, arm=0):
+        """Orders force(tip) for every Tip, for so long. Returns the number of orders."""
+        orders, end_s = 0, _thimble.now_s() + seconds
+        while (left_s := end_s - _thimble.now_s()) > 0:
+            tip = self.next_tip(min(left_s, 0.1), arm)
+            if tip is not None:
+                self.order_force(force(tip), arm)
+                orders += 1
+        return orders
+
+    def hand_back(self):
+        """Disarms, and gives the scene its forces back."""
+        self._connection.hand_back()
+
+    @property
+    def orders(self):
+        """How many orders the device took, passed over as old or wrong, and how often one expired: since its start."""
+        return self._connection.orders()
 
     @property
     def faults(self):
