@@ -54,9 +54,12 @@ std::string value_names(std::string_view message, std::string_view field) {
 template <class Message>
 void add_message(std::uint8_t node, Sections& out) {
   const unsigned id = Message::kId + (Message::kPerNode ? node : 0U);
+  constexpr bool kOrder = std::is_same_v<Message, link::ForceOrder>;  // the one that goes the other way
   // Any node may stop everything.
   out.messages += fmt::format("BO_ {} {}: {} {}\n", id, Message::kName, link::wire_size<Message>(),
-                              Message::kPerNode ? "Controller" : "Vector__XXX");
+                              kOrder              ? "Host"
+                              : Message::kPerNode ? "Controller"
+                                                  : "Vector__XXX");
   out.comments += fmt::format("CM_ BO_ {} {};\n", id, quoted(Message::kDescription));
   unsigned bit = 0;
   const Message message;
@@ -67,8 +70,9 @@ void add_message(std::uint8_t node, Sections& out) {
     const double step = std::stod(fmt::format("{}", scale));  // 1e-5F is meant as 0.00001
     const double low = kFloat ? 0.0 : static_cast<double>(Limits::lowest()) * step;
     const double high = kFloat ? 0.0 : static_cast<double>(Limits::max()) * step;
-    out.messages += fmt::format(" SG_ {} : {}|{}@1{} ({},0) [{}|{}] {} Host\n", name, bit, 8 * sizeof(Wire),
-                                Limits::is_signed ? '-' : '+', step, low, high, quoted(unit));
+    out.messages += fmt::format(" SG_ {} : {}|{}@1{} ({},0) [{}|{}] {} {}\n", name, bit, 8 * sizeof(Wire),
+                                Limits::is_signed ? '-' : '+', step, low, high, quoted(unit),
+                                kOrder ? "Controller" : "Host");
     if (*text != '\0') out.comments += fmt::format("CM_ SG_ {} {} {};\n", id, name, quoted(text));
     if (kFloat) out.floats += fmt::format("SIG_VALTYPE_ {} {} : 1;\n", id, name);
     if (const std::string names = value_names(Message::kName, name); !names.empty())

@@ -136,7 +136,99 @@ class Connect(Rig):
         self.assertEqual(caught.exception.exit_code, 6)
 
 
+class HostRendering(Rig):
+    def pressed_sim(self):
+        hand = self.folder / "press.csv"
+        hand.write_text("time_s,x_m,y_m,z_m\n0,0,0,0\n0.5,0,0,-0.02\n1.0,0,0,-0.02\n1.5,0,0,0\n")
+        return self.sim("--tcp", 0, "--hand", hand, "--loop")
+
+    def test_a_wall_of_ones_own(self):
+        sim = self.pressed_sim()
+        readings = []
+
+        def wall(tip):
+            readings.append((tip.tip_m[2], tip.force_N[2], tip.age_s))
+            return np.array([0, 0, 300 * max(-0.01 - tip.tip_m[2], 0)])
+
+        with thimble.connect(sim.tcp) as device:
+            device.home()
+            decimation = device.parameters["telemetry_decimation"]
+            device.take_over()
+            self.assertEqual(device.parameters["telemetry_decimation"], 4)
+            first, before = device.info["tick"], device.orders
+            sent = device.render(wall, seconds=4)
+            last, after = device.info["tick"], device.orders
+            self.assertEqual(device.info["mode"], "armed")
+            tip = device.next_tip(timeout_s=5)
+            self.assertEqual((tip.tip_m.shape, tip.force_N.shape), ((3,), (3,)))
+            device.hand_back()
+            self.assertEqual((device.parameters["host_forces"], device.parameters["telemetry_decimation"]), (0, decimation))
+        taken = after["taken"] - before["taken"]
+        self.assertEqual((taken, after["old"], after["wrong"]), (sent, 0, 0))
+        height, force, age_s = np.array(readings).T
+        print("[ figure ] %d orders in %d ticks, %.0f a second; age of a reading %.2f ms as median; %d times none in time" % (
+            taken, last - first, taken / (last - first) * 4000, 1e3 * np.median(age_s), after["expired"]))
+        self.assertGreater(taken, 400)
+        self.assertLess(np.median(age_s), 0.01)
+        deep = -0.01 - height > 0.0005
+        self.assertGreater(deep.sum(), 50)
+        slope = (force[deep] * (-0.01 - height[deep])).sum() / ((-0.01 - height[deep]) ** 2).sum()
+        self.assertAlmostEqual(slope, 300, delta=15)
+
+    def test_other_threads_run_while_one_waits(self):
+        sim = self.sim("--tcp", 0)
+        with thimble.connect(sim.tcp) as device:
+            device.home()
+            device.take_over(readings_per_s=0.1)  # as good as none
+            counted, done = [0], threading.Event()
+
+            def count():
+                while not done.is_set():
+                    counted[0] += 1
+
+            counter = threading.Thread(target=count)
+            counter.start()
+            before = counted[0]
+            device.next_tip(timeout_s=0.5)
+            during = counted[0] - before
+            done.set()
+            counter.join()
+            device.hand_back()
+        self.assertGreater(during, 1000)
+
+    def test_what_is_no_force(self):
+        sim = self.sim("--tcp", 0)
+        with thimble.connect(sim.tcp) as device:
+            for force, arm in (([0, 0, float("nan")], 0), ([0, 0, float("inf")], 0), ([0, 0, 1], 1)):
+                with self.assertRaises(thimble.Error) as caught:
+                    device.order_force(force, arm)
+                self.assertEqual(caught.exception.name, "bad-force")
+            for force in ([0, 0], 1.0, [[0, 0, 1]]):
+                with self.assertRaisesRegex(ValueError, "three numbers"):
+                    device.order_force(force)
+            with self.assertRaises(thimble.Error) as caught:
+                device.take_over()
+            self.assertIn("not_homed", caught.exception.cause)
+            self.assertEqual(device.parameters["host_forces"], 0, "what was refused leaves nothing behind")
+
+    def test_somebody_else_disarms(self):
+        sim = self.sim("--tcp", 0)
+        with thimble.connect(sim.tcp) as device:
+            device.home()
+            device.take_over()
+            self.ok("disarm", "--device", sim.pty)
+            with self.assertRaises(thimble.Error) as caught:
+                device.render(lambda tip: [0, 0, 0], seconds=10)
+            self.assertEqual(caught.exception.name, "not-armed")
+
+
 class Example(Rig):
+    def test_the_wall_of_the_example(self):
+        sim = self.sim("--tcp", 0)
+        run = subprocess.run([sys.executable, ROOT / "docs/examples/host_wall.py", sim.tcp, "2"], check=True, capture_output=True, text=True, timeout=60)
+        self.assertRegex(run.stdout, r"^\d+ orders/s, \d+ times none in time$")
+        print("[ figure ] " + run.stdout.strip())
+
     def test_the_example_draws_its_curve(self):
         picture = self.folder / "curve.svg"
         subprocess.run([sys.executable, ROOT / "docs/examples/force_curve.py", picture], check=True, cwd=self.folder, timeout=120)

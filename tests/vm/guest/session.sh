@@ -35,6 +35,17 @@ figure "$(grep -c '18DA01F1##' /tmp/fd.log) FD frames of requests, $(grep -c '18
 [ "$(grep -c '18DA01F1##' /tmp/fd.log)" -gt 250 ] || die 'the upload had no FD frames'
 [ "$(grep -c '18DAF101##' /tmp/fd.log)" -gt 20 ] || die 'the answers were no FD frames'
 
+step 'forces that a host orders'
+thimble param set link_timeout 60 --device can:vcan0 >/dev/null  # a command takes long under emulation
+thimble param set host_forces 1 --device can:vcan0 >/dev/null
+[ "$(thimble arm --device can:vcan0)" = armed ] || die 'arming for a host that renders'
+for number in 01 02 03 03; do cansend vcan0 "101#00000000640000$number"; done
+cansend vcan0 102#0000000064000004  # of another node
+thimble info --device can:vcan0 --json >/tmp/info
+[ "$(field taken /tmp/info) $(field old /tmp/info) $(field wrong /tmp/info)" = '3 1 0' ] || die "orders: $(cat /tmp/info)"
+[ "$(thimble disarm --device can:vcan0)" = ready ] || die 'disarming'
+thimble param set host_forces 0 --device can:vcan0 >/dev/null
+
 step 'a tester made of can-utils'
 isotprecv -s 18DA01F1 -d 18DAF101 -p CC vcan0 >/tmp/answer &
 receiver=$!
