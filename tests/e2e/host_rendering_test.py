@@ -19,7 +19,8 @@ class HostRendering(Rig):
         return self.sim("--tcp", 0, "--hand", hand, "--loop", *arguments)
 
     def start_host(self, uri, seconds):
-        return subprocess.Popen([BIN / "host_wall", uri, str(seconds)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=self.environment)
+        return subprocess.Popen([BIN / "host_wall", uri, str(seconds)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                env=self.environment)
 
     def test_the_same_wall_on_the_host_and_on_the_board(self):
         sim = self.pressed_sim()
@@ -35,7 +36,8 @@ class HostRendering(Rig):
                     self.assertGreater(int(touching), 50)
                     self.assertAlmostEqual(int(felt), int(of), delta=0.05 * int(of))
                 taken, rate, old = map(int, re.search(r"(\d+) orders taken in \d+ ticks, (\d+) a second, (\d+) old", out).groups())
-                # A busy machine lets both programs wait: how many there are is a figure. 1 kHz exactly is linked_wall_test's, in simulated time.
+                # A busy machine lets both programs wait: how many there are is a figure. Exactly 1 kHz is linked_wall_test's, in
+                # simulated time.
                 self.assertGreater(rate, 100)
                 self.assertGreater(taken, 400)
                 self.assertEqual(old, 0)

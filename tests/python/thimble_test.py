@@ -225,7 +225,8 @@ class HostRendering(Rig):
 class Example(Rig):
     def test_the_wall_of_the_example(self):
         sim = self.sim("--tcp", 0)
-        run = subprocess.run([sys.executable, ROOT / "docs/examples/host_wall.py", sim.tcp, "2"], check=True, capture_output=True, text=True, timeout=60)
+        run = subprocess.run([sys.executable, ROOT / "docs/examples/host_wall.py", sim.tcp, "2"], check=True, capture_output=True, text=True,
+                             timeout=60)
         self.assertRegex(run.stdout, r"^\d+ orders/s, \d+ times none in time$")
         print("[ figure ] " + run.stdout.strip())
 

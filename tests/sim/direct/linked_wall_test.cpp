@@ -9,6 +9,7 @@
 #include <string>
 
 #include "tests/support/figure.h"
+#include "tests/support/sanitizers.h"
 
 namespace thimble::test {
 namespace {
@@ -55,6 +56,7 @@ TEST(LinkedWall, IsStableAsFarAsTheClosedFormSays) {
   const board::PlantParameters parameters = board::PlantParameters::from(*board::find_plant_variant(arm));
   const auto structure_N_m = static_cast<double>(parameters.model->structural_stiffness_N_m);
   for (const Loop& loop : {Loop{true, 4000, .001}, {true, 4000, .002}, {true, 4000, .005}, {false, 100, 0}}) {
+    if (kUnderSanitizers && loop.on_host && loop.link_s != .002) continue;
     const double bound_N_m = hand.damping_N_s_m / (loop.period_s() / 2 + loop.delay_s());
     const double balance = balance_N_m(moved_mass_kg(arm, hand), hand, structure_N_m, loop,
                                        parameters.amplifier_time_constant_s);
