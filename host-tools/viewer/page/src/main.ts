@@ -1,6 +1,8 @@
 // The page of `thimble view`: messages come in, one frame after the other is drawn, what the user does goes out.
 import './style.css';
 
+import { Vector3 } from 'three';
+
 import { ArmMarks } from './arm_marks';
 import { Connection, type Link } from './connection';
 import { element, make, set_text } from './dom';
@@ -14,6 +16,7 @@ import { type SceneModel, read_scene_image } from './scene_image';
 import { Stage, type Turn } from './stage';
 import { StatusView } from './status_view';
 import { Timeline } from './timeline';
+import type { Vec3 } from './vector';
 
 const kTextEvery_ms = 60;
 const kCurvesEvery_ms = 80;
@@ -124,6 +127,9 @@ const can_move_hand = (): boolean => hello !== null && hello.may_control && hell
 function show_permission(): void {
   const may = hello !== null && hello.may_control && (link === 'live' || link === 'connecting' || link === 'silent');
   for (const button of document.querySelectorAll<HTMLButtonElement>('[data-verb], #picker button')) button.disabled = !may;
+  // Homing takes the place where the arm is held for its home. With --scene the server disarms and brings the hand there.
+  const armed = timeline.live.newest?.mode === 'armed';
+  element<HTMLButtonElement>('home').disabled = !may || (armed && !hello?.simulated);
   element<HTMLSelectElement>('scenes').disabled = !may;
   materials.enable(may && started !== null && started.objects.length > 0);
   parameters.enable(may);
@@ -173,19 +179,21 @@ function hide_scene(): void {
 function show_scene(read: SceneModel, look: boolean): void {
   objects?.dispose();
   model = read;
-  objects = stage === null ? null : new SceneObjects(read);
+  objects = stage === null ? null : new SceneObjects(read, hello?.arms ?? 1);
   canvas.dataset.triangles = String(read.triangles);
   canvas.dataset.objects = String(read.objects.length);
   canvas.setAttribute('aria-label', `The scene in three dimensions: ${read.objects.map((object) => object.name).join(', ')}`);
   if (stage === null || objects === null) return;
   stage.scene.add(objects.group);
-  if (look) stage.frame(objects.bounds(hello?.arms ?? 1));
+  if (look) stage.frame(objects.bounds);
   stage.touch();
   new_state = true;
 }
 
 function on_state(state: State): void {
+  const mode_was = timeline.live.newest?.mode;
   timeline.live.push(state);
+  if (state.mode !== mode_was) show_permission();
   status.announce(state);
   const arm = state.arms[hand?.arm ?? 0];
   const at = arm?.hand_m ?? arm?.tip_m;
@@ -291,6 +299,8 @@ let text_ms = 0;
 let curves_ms = 0;
 let before_ms = performance.now();
 
+const pixel_m = (at: Vec3): number => stage?.screen(new Vector3(...at)).pixel_m ?? 0;
+
 function frame(now_ms: number): void {
   requestAnimationFrame(frame);
   const begin_ms = performance.now();
@@ -301,11 +311,12 @@ function frame(now_ms: number): void {
   if (new_state && state !== undefined) {
     new_state = false;
     objects?.update(state);
-    for (const mark of marks) mark.update(state, model);
+    for (const mark of marks) mark.update(state, model, pixel_m);
     stage?.touch();
     canvas.dataset.tick = String(state.tick ?? '');
+    canvas.dataset.sinceUs = String(state.since_us ?? '');
   }
-  stage?.render();
+  stage?.render(now_ms);
   if (now_ms - text_ms > kTextEvery_ms) {
     if (timeline.live.newest) status.update(timeline.live.newest);
     if (new_text && state !== undefined) show_readings(state);

@@ -47,6 +47,7 @@ export interface State {
   type: 'state';
   time_s: number;
   tick?: number;
+  since_us?: number; // when the ticks that are shown began, on the server's monotonic clock
   mode?: string;
   fault?: number;
   fault_name?: string;

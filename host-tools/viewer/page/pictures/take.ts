@@ -1,0 +1,89 @@
+// npm run pictures [-- FOLDER [NAME ...]]: what the page shows of every demonstration, FOLDER/NAME.png. Each scene is played by
+// `thimble view --scene`, in real time, under its own scripted hand, which the page sends as it sends the mouse's.
+import { once } from 'node:events';
+import { existsSync, mkdirSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import type { Page } from 'playwright-core';
+import { WebSocket } from 'ws';
+
+import { launch, until } from '../test/browser/browser';
+import { kTop, scene_file, view } from '../test/real/command';
+import { live_address } from '../test/real/watcher';
+import { type Picture, kPictures } from './list';
+
+type Row = [time_s: number, x_m: number, y_m: number, z_m: number, arm: number];
+
+// The hand that ./demo plays.
+function path_of({ scene, folder }: Picture): Row[] {
+  const own = join(kTop, 'scenes', folder, `${scene}.stroke.csv`);
+  const text = readFileSync(existsSync(own) ? own : join(kTop, 'scenes', folder, 'stroke.csv'), 'utf8');
+  return text
+    .trim()
+    .split('\n')
+    .slice(1)
+    .map((line) => {
+      const [time_s, x_m, y_m, z_m, arm = 0] = line.split(',').map(Number);
+      return [time_s, x_m, y_m, z_m, arm];
+    });
+}
+
+// As a page of its own does it, which draws nothing: 60 times a second.
+async function play(url: string, picture: Picture): Promise<void> {
+  const rows = path_of(picture);
+  const arms = [...new Set(rows.map((row) => row[4]))].map((arm) => ({ arm, own: rows.filter((row) => row[4] === arm) }));
+  const socket = new WebSocket(live_address(url));
+  await once(socket, 'open');
+  const from_s = picture.from_s ?? 0;
+  const begin_ms = performance.now();
+  for (let time_s = from_s; time_s < picture.at_s;) {
+    time_s = Math.min(from_s + (performance.now() - begin_ms) / 1000, picture.at_s);
+    for (const { arm, own } of arms) socket.send(JSON.stringify({ type: 'hand', arm, position_m: at(own, time_s) }));
+    await new Promise((resolve) => setTimeout(resolve, 16));
+  }
+  socket.close();
+  await once(socket, 'close');
+}
+
+function at(rows: Row[], time_s: number): number[] {
+  const after = rows.findIndex((row) => row[0] > time_s);
+  const [a, b] = after <= 0 ? [rows.at(after)!, rows.at(after)!] : [rows[after - 1], rows[after]];
+  const share = b[0] > a[0] ? (time_s - a[0]) / (b[0] - a[0]) : 1;
+  return [1, 2, 3].map((i) => a[i] + share * (b[i] - a[i]));
+}
+
+const kTurns: Record<string, string> = { l: 'left', r: 'right', u: 'up', d: 'down', '+': 'nearer', '-': 'farther' };
+
+async function take(page: Page, url: string, picture: Picture, file: string): Promise<void> {
+  await until('armed', async () => (await page.getByTestId('mode').textContent()) === 'armed');
+  await until('the scene', async () => (await page.getByTestId('view').getAttribute('data-objects')) !== null);
+  for (const turn of picture.turns ?? '')
+    await page.locator(`[data-turn=${kTurns[turn]}]`).evaluate((button: HTMLElement) => button.click());
+  await play(url, picture);
+  await page.waitForTimeout(400);
+  await page.getByTestId('pause').click();
+  await page.waitForTimeout(1500); // what stands still is drawn finely
+  const force = await page.getByTestId('force').textContent();
+  await page.screenshot({ path: file });
+  console.log(`${picture.scene}: ${force}`);
+}
+
+const [folder = join(kTop, 'docs/pictures'), ...names] = process.argv.slice(2);
+for (const name of names) if (!kPictures.some((it) => it.scene === name)) throw new Error(`there is no picture of ${name}`);
+mkdirSync(folder, { recursive: true });
+const browser = await launch();
+try {
+  for (const picture of kPictures) {
+    if (names.length > 0 && !names.includes(picture.scene)) continue;
+    const { url, command } = await view('--scene', scene_file(picture.scene, picture.folder), '--arms', `${picture.arms ?? 1}`);
+    const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, deviceScaleFactor: 0.75 });
+    try {
+      await page.goto(url);
+      await take(page, url, picture, join(folder, `${picture.scene}.png`));
+    } finally {
+      await page.close();
+      await command.stop();
+    }
+  }
+} finally {
+  await browser.close();
+}
