@@ -274,7 +274,9 @@ void DeviceSession::show_scene(const std::string& name, std::uint32_t crc) {
 
 void DeviceSession::show_open_scene() {
   shown_crc_ = running_->crc;
-  sink_.scene(to_text(scene_json(*running_->image, running_->crc)), running_->image);
+  Json json = scene_json(*running_->image, running_->crc);
+  json["pick"] = name_of(running_->file);
+  sink_.scene(to_text(json), running_->image);
 }
 
 // --- What pages ask for

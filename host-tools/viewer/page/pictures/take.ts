@@ -1,15 +1,16 @@
-// npm run pictures [-- FOLDER [NAME ...]]: what the page shows of every demonstration, FOLDER/NAME.png. Each scene is played by
+// npm run pictures [-- FOLDER [NAME ...]]: what the page shows of every demonstration, FOLDER/NAME.png; and docs/pictures.md. Each scene is played by
 // `thimble view --scene`, in real time, under its own scripted hand, which the page sends as it sends the mouse's.
 import { once } from 'node:events';
-import { existsSync, mkdirSync, readFileSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Page } from 'playwright-core';
 import { WebSocket } from 'ws';
 
+import type { ServerMessage, State } from '../src/protocol';
 import { launch, until } from '../test/browser/browser';
 import { kTop, scene_file, view } from '../test/real/command';
 import { live_address } from '../test/real/watcher';
-import { type Picture, kPictures } from './list';
+import { type Picture, kPictures, page_of_pictures } from './list';
 
 type Row = [time_s: number, x_m: number, y_m: number, z_m: number, arm: number];
 
@@ -28,11 +29,16 @@ function path_of({ scene, folder }: Picture): Row[] {
 }
 
 // As a page of its own does it, which draws nothing: 60 times a second.
-async function play(url: string, picture: Picture): Promise<void> {
+async function play(url: string, picture: Picture): Promise<State[]> {
   const rows = path_of(picture);
   const arms = [...new Set(rows.map((row) => row[4]))].map((arm) => ({ arm, own: rows.filter((row) => row[4] === arm) }));
   const socket = new WebSocket(live_address(url));
   await once(socket, 'open');
+  const states: State[] = [];
+  socket.on('message', (data) => {
+    const message = JSON.parse(String(data)) as ServerMessage;
+    if (message.type === 'state') states.push(message);
+  });
   const from_s = picture.from_s ?? 0;
   const begin_ms = performance.now();
   for (let time_s = from_s; time_s < picture.at_s;) {
@@ -40,8 +46,24 @@ async function play(url: string, picture: Picture): Promise<void> {
     for (const { arm, own } of arms) socket.send(JSON.stringify({ type: 'hand', arm, position_m: at(own, time_s) }));
     await new Promise((resolve) => setTimeout(resolve, 16));
   }
-  socket.close();
-  await once(socket, 'close');
+  setTimeout(() => socket.close(), 3000); // states go on coming until the page has been paused
+  return states;
+}
+
+async function seek_peak(page: Page, states: State[]): Promise<void> {
+  const since_us = Number(await page.getByTestId('view').getAttribute('data-since-us'));
+  const newest = states.find((state) => state.since_us === since_us);
+  const force = (state: State) => Math.hypot(...(state.arms[0]?.force_N ?? [0]));
+  const peak = states.reduce((a, b) => (force(b) > force(a) ? b : a));
+  if (newest === undefined) throw new Error('the page shows a state that nobody else got');
+  await page.getByTestId('scrubber').evaluate(
+    (input: HTMLInputElement, offset_s) => {
+      input.step = 'any'; // a blow is over within two of its steps
+      input.value = String(offset_s);
+      input.dispatchEvent(new Event('input'));
+    },
+    peak.time_s - newest.time_s + 0.02,
+  ); // a step of the scrubber later: not before a contact begins
 }
 
 function at(rows: Row[], time_s: number): number[] {
@@ -51,6 +73,7 @@ function at(rows: Row[], time_s: number): number[] {
   return [1, 2, 3].map((i) => a[i] + share * (b[i] - a[i]));
 }
 
+const kAfter_ms = 400; // the tip comes after the hand
 const kTurns: Record<string, string> = { l: 'left', r: 'right', u: 'up', d: 'down', '+': 'nearer', '-': 'farther' };
 
 async function take(page: Page, url: string, picture: Picture, file: string): Promise<void> {
@@ -58,9 +81,10 @@ async function take(page: Page, url: string, picture: Picture, file: string): Pr
   await until('the scene', async () => (await page.getByTestId('view').getAttribute('data-objects')) !== null);
   for (const turn of picture.turns ?? '')
     await page.locator(`[data-turn=${kTurns[turn]}]`).evaluate((button: HTMLElement) => button.click());
-  await play(url, picture);
-  await page.waitForTimeout(400);
+  const states = await play(url, picture);
+  await page.waitForTimeout(kAfter_ms);
   await page.getByTestId('pause').click();
+  if (picture.peak) await seek_peak(page, states);
   await page.waitForTimeout(1500); // what stands still is drawn finely
   const force = await page.getByTestId('force').textContent();
   await page.screenshot({ path: file });
@@ -70,6 +94,7 @@ async function take(page: Page, url: string, picture: Picture, file: string): Pr
 const [folder = join(kTop, 'docs/pictures'), ...names] = process.argv.slice(2);
 for (const name of names) if (!kPictures.some((it) => it.scene === name)) throw new Error(`there is no picture of ${name}`);
 mkdirSync(folder, { recursive: true });
+writeFileSync(join(kTop, 'docs/pictures.md'), page_of_pictures());
 const browser = await launch();
 try {
   for (const picture of kPictures) {

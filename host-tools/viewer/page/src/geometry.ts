@@ -5,7 +5,7 @@ import { mergeGeometries } from 'three/examples/jsm/utils/BufferGeometryUtils.js
 import { subvolume_face, zero_surface } from './field_surface';
 import type { Patch } from './plane_patch';
 import type { ShapeModel, StiffnessMapModel } from './scene_image';
-import { add, cross, scale, unit } from './vector';
+import { type Vec3, add, cross, scale, unit } from './vector';
 
 // The field of view into a needle's way.
 export const kNeedleBlock_m = 0.06;
@@ -36,7 +36,7 @@ export function build_parts(shape: ShapeModel): Part[] {
       return [part(new SphereGeometry(shape.radius_m, 48, 32))];
     case 'box': {
       const [x, y, z] = shape.half_size_m;
-      return [part(new BoxGeometry(2 * x, 2 * y, 2 * z))];
+      return [part(in_metres(new BoxGeometry(2 * x, 2 * y, 2 * z), [x, y, z]))];
     }
     // three.js stands them along y.
     case 'cylinder':
@@ -82,6 +82,14 @@ function of_triangles(positions: Float32Array): BufferGeometry {
   geometry.setAttribute('position', new BufferAttribute(positions, 3));
   geometry.computeVertexNormals();
   return geometry;
+}
+
+// The texture coordinates of a box, which three.js has from 0 to 1 on each of its six faces.
+function in_metres(box: BoxGeometry, [x, y, z]: Vec3): BoxGeometry {
+  const sizes = [[z, y], [z, y], [x, z], [x, z], [x, y], [x, y]]; // prettier-ignore
+  const uv = box.getAttribute('uv');
+  for (let i = 0; i < uv.count; ++i) uv.setXY(i, 2 * sizes[i >> 2][0] * uv.getX(i), 2 * sizes[i >> 2][1] * uv.getY(i));
+  return box;
 }
 
 // Only what every face has may be merged.

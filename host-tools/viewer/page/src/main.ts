@@ -11,7 +11,7 @@ import { MaterialPanel } from './material_panel';
 import { ParameterPanel } from './parameter_panel';
 import { Plots } from './plots';
 import type { Hello, PageMessage, SceneStarted, ServerEvent, ServerMessage, State, Verb } from './protocol';
-import { SceneObjects } from './scene_objects';
+import { SceneObjects, set_plane_color } from './scene_objects';
 import { type SceneModel, read_scene_image } from './scene_image';
 import { Stage, type Turn } from './stage';
 import { StatusView } from './status_view';
@@ -141,7 +141,7 @@ function on_scene(it: SceneStarted): void {
   started = it;
   if (other) timeline.forget();
   set_text(element('scene'), it.name || 'none');
-  choose_scene_name(it.name);
+  choose_scene_name(it);
   materials.show(it);
   show_permission();
   clearTimeout(reload);
@@ -193,7 +193,10 @@ function show_scene(read: SceneModel, look: boolean): void {
 function on_state(state: State): void {
   const mode_was = timeline.live.newest?.mode;
   timeline.live.push(state);
-  if (state.mode !== mode_was) show_permission();
+  if (state.mode !== mode_was) {
+    show_permission();
+    element('arm').classList.toggle('main', state.mode !== 'armed');
+  }
   status.announce(state);
   const arm = state.arms[hand?.arm ?? 0];
   const at = arm?.hand_m ?? arm?.tip_m;
@@ -234,16 +237,16 @@ async function load_scene_names(): Promise<void> {
     const same = [...list.options].map((option) => option.value).join('\n');
     if (!Array.isArray(names) || names.join('\n') === same) return;
     list.replaceChildren(...names.map((name) => make('option', { textContent: String(name), value: String(name) })));
-    if (started) choose_scene_name(started.name);
+    if (started) choose_scene_name(started);
   } catch {
     // The link says what is wrong.
   }
 }
 
-// What runs stands in the picker, unless somebody is choosing there. A scene from elsewhere is not among the names.
-function choose_scene_name(name: string): void {
+// What runs stands in the picker, unless somebody is choosing there. For a scene that is none of those to pick nothing does.
+function choose_scene_name({ name, pick }: SceneStarted): void {
   const list = element<HTMLSelectElement>('scenes');
-  if (document.activeElement !== list && [...list.options].some((option) => option.value === name)) list.value = name;
+  if (document.activeElement !== list) list.selectedIndex = [...list.options].findIndex((option) => option.value === (pick ?? name));
 }
 
 // --- What the user does
@@ -290,7 +293,13 @@ function show_pause(): void {
   show_permission();
   all_new();
 }
-matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => plots?.redraw());
+const follow_theme = () => set_plane_color(getComputedStyle(canvas).getPropertyValue('--plane').trim());
+follow_theme();
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
+  follow_theme();
+  plots?.redraw();
+  stage?.touch();
+});
 
 // --- Frames
 

@@ -11,7 +11,7 @@ const kHeight_px = 96;
 const kLeast: Record<Measure, number> = { force: 0.5, depth: 0.5, velocity: 20, energy: 0.5 };
 const kTitles: Record<Measure, string> = { force: 'Force', depth: 'Depth', velocity: 'Speed', energy: 'Energy to the hand' };
 // The sign is the force's: what the arm does to the hand.
-const kNotes: Partial<Record<Measure, string>> = { energy: ' in this contact; below 0: taken from it' };
+const kNotes: Partial<Record<Measure, string>> = { energy: ' in this contact (−: from it)' };
 
 export class Plots {
   span_s = 10;

@@ -27,6 +27,7 @@ export type Material = Record<MaterialKey, number>;
 export interface SceneStarted {
   type: 'scene';
   name: string;
+  pick?: string; // under which it is among the scenes to pick, if it is
   crc: number;
   objects: { name: string; material: Material }[];
 }

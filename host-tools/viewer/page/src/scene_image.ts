@@ -84,9 +84,18 @@ export interface StiffnessMapModel {
   stiffness_N_m: Float32Array;
 }
 
+// One tile, u fastest; it repeats.
+export interface TextureModel {
+  columns: number;
+  rows: number;
+  tile_m: readonly [number, number];
+  height_m: Float32Array; // control points, near the heights themselves
+}
+
 export interface ObjectModel {
   name: string;
   shape: ShapeModel;
+  texture: TextureModel | null;
   stiffness_map: StiffnessMapModel | null;
   position_m: Vec3;
   rotation: Quat;
@@ -140,6 +149,7 @@ function read_object(scene: Scene, index: number): ObjectModel {
   return {
     name: object.name() ?? '',
     shape: read_shape(object),
+    texture: read_texture(object),
     stiffness_map: read_stiffness_map(object),
     position_m: vec3(pose.positionM()),
     rotation: [rotation.w(), rotation.x(), rotation.y(), rotation.z()],
@@ -155,6 +165,15 @@ function read_object(scene: Scene, index: number): ObjectModel {
         ? null
         : { turns: body.motion() === Motion.Turn, axis: vec3(body.axis()), pivot_m: vec3(body.pivotM()) },
   };
+}
+
+function read_texture(object: NonNullable<ReturnType<Scene['objects']>>): TextureModel | null {
+  const texture = object.surface()?.texture();
+  if (!texture) return null;
+  const [columns, rows] = [texture.columns(), texture.rows()];
+  const height_m = required(texture.heightMArray(), 'height');
+  if (height_m.length !== columns * rows) throw new Error('a texture has too few heights');
+  return { columns, rows, tile_m: [texture.tileUM(), texture.tileVM()], height_m };
 }
 
 function read_stiffness_map(object: NonNullable<ReturnType<Scene['objects']>>): StiffnessMapModel | null {

@@ -4,15 +4,20 @@ import {
   Box3,
   BufferAttribute,
   Color,
+  DataTexture,
   DoubleSide,
   FrontSide,
   Group,
   LineBasicMaterial,
   LineSegments,
+  LinearFilter,
+  LinearMipmapLinearFilter,
   Material,
   Mesh,
   MeshLambertMaterial,
   Quaternion,
+  RedFormat,
+  RepeatWrapping,
   Vector3,
 } from 'three';
 
@@ -20,15 +25,17 @@ import { type Dimple, surface_m } from './dimple';
 import { type Part, build_parts, of_lines, of_patch, of_stiffness_map } from './geometry';
 import { is_wall, plane_patch } from './plane_patch';
 import type { State } from './protocol';
-import type { ObjectModel, SceneModel, StiffnessMapModel, TissueModel } from './scene_image';
-import { type Vec3, rotate } from './vector';
+import type { ObjectModel, SceneModel, StiffnessMapModel, TextureModel, TissueModel } from './scene_image';
+import { type Vec3, add, rotate } from './vector';
 
 const kHues = [210, 28, 150, 330, 265, 75, 185, 0];
-const kPlaneColor = 0xd3d8e0;
 const kLineColor = 0x6b7684;
 const kWall_m = 0.02; // that a wall is higher than what is in front of it
+const kReliefPixel_m = 0.0003; // three.js reckons heights in pixels: about one where a scene is seen from
 const kHalfMiddle_m = 0.05; // of the workspace, where nothing but planes says how large a scene is
 const kHome_m = 0.015; // about the home of a tip
+const kMoves_m = 0.01; // about what moves
+const kRoom_m = 0.3; // across the floor of one
 const kHomes: Record<number, Vec3[]> = {
   1: [[0, 0, 0]],
   2: [
@@ -43,6 +50,11 @@ interface Shown {
   group: Group;
   materials: MeshLambertMaterial[];
   tissue: { shape: TissueModel; mesh: Mesh; dimples: string } | null;
+}
+
+// Of all planes; it follows light and dark.
+export function set_plane_color(color: string): void {
+  kPlaneMaterial.color.set(color);
 }
 
 export class SceneObjects {
@@ -63,7 +75,7 @@ export class SceneObjects {
     model.objects.forEach((object, index) => {
       if (object.shape.kind !== 'plane') return;
       const patch = plane_patch(model.objects, index, walls);
-      const floor = new Mesh(of_patch(patch), plane_material());
+      const floor = new Mesh(of_patch(patch), kPlaneMaterial);
       floor.receiveShadow = true;
       this.shown[index].group.add(floor, new LineSegments(of_lines(patch), kGridMaterial));
       if (object.stiffness_map !== null) this.shown[index].group.add(colored(object.stiffness_map, index));
@@ -78,13 +90,28 @@ export class SceneObjects {
     for (const home of kHomes[arms] ?? []) box.expandByPoint(new Vector3(...home));
     box.expandByScalar(kHome_m);
     this.group.updateMatrixWorld(true);
-    for (const { model, group } of this.shown) if (model.shape.kind !== 'plane') box.expandByObject(group);
-    if (this.shown.every(({ model }) => model.shape.kind === 'plane')) {
+    for (const { model, group } of this.shown) {
+      if (model.shape.kind === 'plane') continue;
+      const own = new Box3().setFromObject(group);
+      box.union(model.moves ? own.expandByScalar(kMoves_m) : own);
+    }
+    const planes = this.model.objects.flatMap(({ shape }, index) => (shape.kind === 'plane' ? [index] : []));
+    if (planes.length === this.shown.length) {
       box.expandByPoint(new Vector3(-kHalfMiddle_m, -kHalfMiddle_m, -kHalfMiddle_m));
       box.expandByPoint(new Vector3(kHalfMiddle_m, kHalfMiddle_m, kHome_m));
     }
-    const wall = ({ shape, rotation }: ObjectModel) => shape.kind === 'plane' && is_wall(rotate(rotation, shape.normal));
-    if (this.model.objects.some(wall)) box.max.z += kWall_m;
+    for (const index of planes) {
+      const { shape, rotation, position_m } = this.model.objects[index];
+      if (shape.kind !== 'plane') continue;
+      if (is_wall(rotate(rotation, shape.normal))) {
+        box.max.z = Math.max(box.max.z, kHome_m + kWall_m);
+        continue;
+      }
+      // The floor of a room.
+      const corners = plane_patch(this.model.objects, index, { from_m: 0, to_m: 0 }).corners;
+      const floor = new Box3().setFromPoints(corners.map((corner) => new Vector3(...add(position_m, rotate(rotation, corner)))));
+      if (floor.getSize(new Vector3()).length() < kRoom_m) box.union(floor);
+    }
     return box;
   }
 
@@ -107,7 +134,10 @@ export class SceneObjects {
     this.group.traverse((it) => {
       if (!(it instanceof Mesh) && !(it instanceof LineSegments)) return;
       it.geometry.dispose();
-      for (const material of [it.material].flat() as Material[]) if (material !== kGridMaterial) material.dispose();
+      for (const material of [it.material].flat() as Material[]) {
+        if (material instanceof MeshLambertMaterial) material.bumpMap?.dispose();
+        if (material !== kGridMaterial && material !== kPlaneMaterial) material.dispose();
+      }
     });
   }
 
@@ -141,7 +171,7 @@ function show(model: ObjectModel, index: number): Shown {
   const group = new Group();
   group.name = model.name;
   const parts = build_parts(model.shape);
-  const materials = parts.map((part) => material_of(part, index));
+  const materials = parts.map((part) => material_of(part, index, model));
   const meshes = parts.map((part, i) => {
     const mesh = new Mesh(part.geometry, materials[i]);
     group.add(mesh);
@@ -158,8 +188,9 @@ function show(model: ObjectModel, index: number): Shown {
   return it;
 }
 
-function material_of(part: Part, index: number): MeshLambertMaterial {
+function material_of(part: Part, index: number, { shape, texture }: ObjectModel): MeshLambertMaterial {
   return new MeshLambertMaterial({
+    ...(texture !== null && shape.kind === 'box' ? relief(texture) : {}),
     color: object_color(index, part.shade),
     flatShading: part.faceted,
     side: part.two_sided ? DoubleSide : FrontSide,
@@ -170,12 +201,27 @@ function material_of(part: Part, index: number): MeshLambertMaterial {
   });
 }
 
+// A texture is seen as light and shade: its normals are those of its heights, its outline is the shape's.
+function relief(texture: TextureModel): { bumpMap: DataTexture; bumpScale: number } {
+  const least = texture.height_m.reduce((a, b) => Math.min(a, b), Infinity);
+  const most = texture.height_m.reduce((a, b) => Math.max(a, b), -Infinity);
+  const steps = Uint8Array.from(texture.height_m, (height) => Math.round((255 * (height - least)) / (most - least || 1)));
+  const map = new DataTexture(steps, texture.columns, texture.rows, RedFormat);
+  map.wrapS = map.wrapT = RepeatWrapping;
+  map.magFilter = LinearFilter;
+  map.minFilter = LinearMipmapLinearFilter;
+  map.generateMipmaps = true;
+  map.unpackAlignment = 1;
+  map.repeat.set(1 / texture.tile_m[0], 1 / texture.tile_m[1]);
+  map.needsUpdate = true;
+  return { bumpMap: map, bumpScale: (most - least) / kReliefPixel_m };
+}
+
 const object_color = (index: number, shade: number): Color =>
   new Color().setHSL(kHues[index % kHues.length] / 360, 0.55, 0.6 - 0.28 * shade);
 
 // Its grid, its colours, and objects that stand on it are seen rather than the plane.
-const plane_material = (): MeshLambertMaterial =>
-  new MeshLambertMaterial({ color: kPlaneColor, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+const kPlaneMaterial = new MeshLambertMaterial({ polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
 const kGridMaterial = new LineBasicMaterial({ color: kLineColor, transparent: true, opacity: 0.4 });
 
 // Stiffer places are darker.

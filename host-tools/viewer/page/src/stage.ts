@@ -51,7 +51,7 @@ export class Stage {
   private readonly controls: OrbitControls;
   private framed = new Box3();
   private slow_s = 0;
-  private quality: Quality = { ratio: full_ratio(), shadows: true };
+  private quality: Quality;
   private waiting = true; // something changed since the last render
   private changed_ms = 0;
   private fine = true; // the last render was as fine as it can be
@@ -61,7 +61,7 @@ export class Stage {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
-    this.renderer.setPixelRatio(full_ratio());
+    this.quality = this.first_quality();
     this.camera.up.set(0, 0, 1);
     this.light_of_view.position.set(0.3, 0.8, 1);
     this.camera.add(this.light_of_view);
@@ -119,7 +119,7 @@ export class Stage {
   // Looks at a box from the user's seat, from so far that all of it is seen.
   frame(box: Box3): void {
     this.framed = box.clone();
-    this.quality = { ratio: full_ratio(), shadows: true };
+    this.quality = this.first_quality();
     const ball = box.getBoundingSphere(new Sphere());
     const reach = 1.3 * ball.radius;
     this.sun.target.position.copy(ball.center);
@@ -183,6 +183,14 @@ export class Stage {
     const distance = Math.max(new Vector3().subVectors(at, this.camera.position).dot(away), this.camera.near);
     const pixel_m = (2 * distance * Math.tan(MathUtils.degToRad(this.camera.fov / 2))) / Math.max(this.canvas.clientHeight, 1);
     return { right, up, away, pixel_m };
+  }
+
+  // A browser that has no graphics processor says so, and begins where pace() would come to.
+  private first_quality(): Quality {
+    const gl = this.renderer.getContext();
+    const name = gl.getExtension('WEBGL_debug_renderer_info')?.UNMASKED_RENDERER_WEBGL;
+    const software = name !== undefined && /swiftshader|llvmpipe|software/i.test(String(gl.getParameter(name)));
+    return software ? { ratio: 0.7 * full_ratio(), shadows: false } : { ratio: full_ratio(), shadows: true };
   }
 
   // Once a second while frames are drawn. A machine without a graphics processor keeps up without shadows and with fewer pixels.
