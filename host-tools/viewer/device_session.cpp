@@ -21,6 +21,8 @@ constexpr Micros kStatePeriod_us = 1'000'000 / 60;
 constexpr Micros kLook_us = 500'000;       // another host may have sent a scene
 constexpr Micros kSilence_us = 2'000'000;  // four heartbeats
 constexpr Micros kRetry_us = 300'000;
+constexpr Micros kHandHome_us = 3'000'000;  // from anywhere in a workspace
+constexpr Micros kSettle_us = 200'000;      // the tip after the hand
 constexpr Micros kHomingAnswer_us = 1'000'000;
 constexpr Micros kBetweenUploads_us = 300'000;  // down and up again: the force of each scene swap
 
@@ -177,6 +179,24 @@ void DeviceSession::begin_simulation() {
   device_->arm();
 }
 
+// Homing takes the place where an arm is held for its home, so the hands go there first, with the motors off.
+void DeviceSession::home_simulation() {
+  const bool armed = device_->state().mode == kModeArmed;
+  if (armed) device_->disarm();
+  Micros end_us = now_us() + kHandHome_us;
+  for (bool there = false; now_us() < end_us;) {
+    if (!there && simulated_->bring_hands_home()) {
+      there = true;
+      end_us = now_us() + kSettle_us;
+    }
+    static_cast<void>(device_->telemetry(std::min(now_us() + kRound_us, end_us)));
+  }
+  device_->home();
+  if (armed) device_->arm();
+  inform("homed", armed ? "the hand went home; the arm is homed and armed again"
+                        : "the hand went home, and the arm is homed");
+}
+
 // --- What comes from the device
 
 void DeviceSession::hear(const link::CanFrame& frame) {
@@ -254,7 +274,9 @@ void DeviceSession::show_scene(const std::string& name, std::uint32_t crc) {
 
 void DeviceSession::show_open_scene() {
   shown_crc_ = running_->crc;
-  sink_.scene(to_text(scene_json(*running_->image, running_->crc)), running_->image);
+  Json json = scene_json(*running_->image, running_->crc);
+  json["pick"] = name_of(running_->file);
+  sink_.scene(to_text(json), running_->image);
 }
 
 // --- What pages ask for
@@ -283,6 +305,7 @@ void DeviceSession::obey(const HandMessage& message) {
 void DeviceSession::obey(const CommandMessage& message) {
   switch (message.verb) {
     case ViewCommand::kHome:
+      if (simulated_ != nullptr) return home_simulation();
       try {
         device_->home(kHomingAnswer_us);
       } catch (const Error& error) {

@@ -60,6 +60,7 @@ class DeviceSession {
 
   void connect();
   void begin_simulation();
+  void home_simulation();
   void serve(const std::atomic<bool>& stopping);
   void wait_for_device(const std::atomic<bool>& stopping);
   void send_hello();

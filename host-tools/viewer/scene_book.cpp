@@ -119,6 +119,11 @@ void save_scene(OpenScene& scene) {
   scene.changed = false;
 }
 
+std::string name_of(const fs::path& file) {
+  const std::string name = file.filename().string();
+  return name.ends_with(kSuffix) ? name.substr(0, name.size() - kSuffix.size()) : name;
+}
+
 Json scene_json(const std::vector<std::byte>& image, std::uint32_t crc) {
   const scene::Scene* scene = scene::GetScene(image.data());
   Json json = {{"type", "scene"}, {"name", scene->name()->str()}, {"crc", crc}};
@@ -143,7 +148,7 @@ std::map<std::string, fs::path> SceneBook::list() const {
     for (fs::directory_iterator at(folder, none), end; !none && at != end; at.increment(none)) {
       const std::string name = at->path().filename().string();
       if (name.size() > kSuffix.size() && name.ends_with(kSuffix)) {
-        found.emplace(name.substr(0, name.size() - kSuffix.size()), at->path());
+        found.emplace(name_of(at->path()), at->path());
       } else if (at->is_directory(none) && !name.starts_with(".")) {
         folders.push_back(at->path());
       }

@@ -39,6 +39,9 @@ void compile_changes(OpenScene& scene);
 // Writes the file, whole or not at all. Error kRefused: somebody else has changed it since it was read.
 void save_scene(OpenScene& scene);
 
+// Under which a book lists the file: "ring" of ring.scene.json.
+[[nodiscard]] std::string name_of(const std::filesystem::path& file);
+
 // "objects" of the scene message: names and materials, as the image has them.
 [[nodiscard]] Json scene_json(const std::vector<std::byte>& image, std::uint32_t crc);
 

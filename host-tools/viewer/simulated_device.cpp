@@ -21,7 +21,7 @@ SimulatedDevice::SimulatedDevice(const board::LiveOptions& options) : live_(opti
   arms_ = live_.board().options().arm_count;
   for (std::size_t arm = 0; arm < arms_; ++arm) {
     const board::Vector3d tip_m = live_.board().plant(arm).tip_m();
-    hands_[arm].at_m = {tip_m.x(), tip_m.y(), tip_m.z()};
+    hands_[arm].at_m = hands_[arm].home_m = {tip_m.x(), tip_m.y(), tip_m.z()};
   }
   thread_ = std::thread([this] {
     live_.run(
@@ -46,6 +46,19 @@ void SimulatedDevice::want(std::size_t arm, const Vector& position_m) {
   if (arm >= arms_) return;
   hands_[arm].wanted_m = position_m;
   hands_[arm].fresh = true;
+}
+
+bool SimulatedDevice::bring_hands_home() {
+  constexpr double kNear_m = 1e-5;
+  const std::scoped_lock lock(mutex_);
+  bool there = true;
+  for (std::size_t arm = 0; arm < arms_; ++arm) {
+    Hand& hand = hands_[arm];
+    hand.wanted_m = hand.home_m;
+    hand.fresh = true;
+    for (std::size_t i = 0; i < 3; ++i) there = there && std::abs(hand.at_m[i] - hand.home_m[i]) < kNear_m;
+  }
+  return there;
 }
 
 std::array<double, 3> SimulatedDevice::hand_m(std::size_t arm) const {

@@ -29,6 +29,8 @@ class SimulatedDevice {
   // The hand goes there, or as far as the arm's workspace reaches, at a hand's speed.
   void want(std::size_t arm, const std::array<double, 3>& position_m);
   [[nodiscard]] std::array<double, 3> hand_m(std::size_t arm) const;
+  // Every hand goes where its arm is homed; true when all are there.
+  [[nodiscard]] bool bring_hands_home();
 
   // Of the record with this sequence number: the newest tick in it, and when the round of ticks that it is of began, on the
   // machine's steady clock: what is measured from there on errs by up to a round to the long side.
@@ -43,7 +45,7 @@ class SimulatedDevice {
   struct Hand {
     std::optional<Vector> wanted_m;
     bool fresh = false;  // not brought into the workspace yet
-    Vector goal_m{}, at_m{};
+    Vector goal_m{}, at_m{}, home_m{};
   };
   void each(const board::LiveBoard::Round& round);
 

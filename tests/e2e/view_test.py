@@ -126,9 +126,19 @@ class Viewer(Rig):
         page.send(type="command", verb="arm")
         page.state(lambda s: s["mode"] == "armed")
 
+        # Homing takes where the arm is held for its home: the hand goes there first.
+        page.send(type="hand", arm=0, position_m=[0.03, 0.01, 0.01])
+        page.state(lambda s: s["arms"][0]["hand_m"][0] > 0.029)
+        page.send(type="command", verb="home")
+        page.event("homed")
+        state = page.state(lambda s: s["mode"] == "armed")
+        self.assertLess(max(map(abs, state["arms"][0]["hand_m"])), 1e-4)
+        self.assertLess(max(map(abs, state["arms"][0]["tip_m"])), 5e-4)
+
         page.send(type="pick", scene="ring")
         scene = page.until(lambda m: m["type"] == "scene", what="the picked scene")
         self.assertEqual(scene["name"], json.loads((SCENES / "ring/ring.scene.json").read_text())["name"])
+        self.assertEqual(scene["pick"], "ring")
         page.send(type="pick", scene="../../etc/passwd")
         page.event("no-such-scene")
         self.assertEqual(view.stop(), 0)

@@ -87,7 +87,7 @@ export class Touch {
         const size_N = stiffness * depth_m;
         if (size_N > kMaxForce_N) this.limiter |= 1;
         force = scale(surface.normal, Math.min(size_N, kMaxForce_N));
-        energy_J = 0.5 * stiffness * depth_m * depth_m;
+        energy_J = -0.5 * stiffness * depth_m * depth_m;
         planes.push({ normal: surface.normal });
         if (object.shape.kind === 'tissue') {
           const at = sub(tip, object.position_m);

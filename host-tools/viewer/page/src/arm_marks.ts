@@ -22,7 +22,8 @@ export const kForceColor = 0xff7a00;
 const kGodColor = 0xe0b000;
 const kPlaneColor = 0x2eb872;
 const kHandColor = 0xe5484d;
-const kArrow_m_per_N = 0.008;
+const kArrow_m_per_N = 0.012;
+const kSizes_px = { tip: 6.5, god: 4.5, hand: 4.5, shaft: 2, pull: 1.5, needle: 1.5, head: 14, plane: 22 }; // at least, radii and the head's length
 const kLeastForce_N = 0.005;
 const kPlanes = 3;
 const kNeedleLength_m = 0.12;
@@ -31,15 +32,16 @@ const kUp = new Vector3(0, 1, 0);
 const kBall = new SphereGeometry(1, 24, 16);
 const kRod = new CylinderGeometry(1, 1, 1, 12).translate(0, 0.5, 0); // from the origin along y
 const kHead = new ConeGeometry(1, 1, 20).translate(0, -0.5, 0); // its tip at the origin
-const kDisc = new CircleGeometry(0.008, 40);
+const kDisc = new CircleGeometry(1, 40);
 
 // A tip is inside what it touches: what is hidden is seen faintly through it.
 class Mark extends Group {
-  constructor(geometry: BufferGeometry, color: number, through = 0.4) {
+  constructor(geometry: BufferGeometry, color: number, through = 0.4, shadow = false) {
     super();
-    const hidden = new Mesh(geometry, new MeshBasicMaterial({ color, transparent: true, opacity: through, depthTest: false }));
+    const hidden = new Mesh(geometry, new MeshBasicMaterial({ color, transparent: true, opacity: through, depthTest: false, fog: false }));
     hidden.renderOrder = 10;
-    const seen = new Mesh(geometry, new MeshBasicMaterial({ color }));
+    const seen = new Mesh(geometry, new MeshBasicMaterial({ color, fog: false }));
+    seen.castShadow = shadow;
     seen.renderOrder = 11;
     this.add(hidden, seen);
   }
@@ -66,18 +68,22 @@ export class ArmMarks {
   private readonly head = new Mark(kHead, kForceColor, 1);
   private readonly hand: Mark;
   private readonly pull = new Mark(kRod, kHandColor, 0.7);
-  private readonly needle = new Mark(kRod, 0x8a929e, 0.5);
+  private readonly needle = new Mark(kRod, 0x8a929e, 0.5, true);
   private readonly planes: Mesh[] = [];
 
   constructor(readonly arm: number) {
     const color = kArmColors[arm % kArmColors.length];
-    this.tip = new Mark(kBall, color);
+    this.tip = new Mark(kBall, color, 0.6, true);
     this.hand = new Mark(kBall, kHandColor, 0.7);
-    this.tip.scale.setScalar(0.0028);
-    this.god.scale.setScalar(0.0018);
-    this.hand.scale.setScalar(0.0016);
     for (let i = 0; i < kPlanes; ++i) {
-      const material = new MeshBasicMaterial({ color: kPlaneColor, transparent: true, opacity: 0.4, side: DoubleSide, depthTest: false });
+      const material = new MeshBasicMaterial({
+        color: kPlaneColor,
+        transparent: true,
+        opacity: 0.4,
+        side: DoubleSide,
+        depthTest: false,
+        fog: false,
+      });
       const disc = new Mesh(kDisc, material);
       disc.renderOrder = 9;
       this.planes.push(disc);
@@ -86,19 +92,25 @@ export class ArmMarks {
     this.group.visible = false;
   }
 
-  update(state: State, scene: SceneModel | null): void {
+  // pixel_m: how long a pixel of the screen is at a place. Marks are as large as they are to be seen, lengths of arrows and lines are true.
+  update(state: State, scene: SceneModel | null, pixel_m: (at: Vec3) => number): void {
     const it = state.arms[this.arm];
     this.group.visible = Boolean(it);
     if (!it) return;
+    const px_m = pixel_m(it.tip_m);
+    this.tip.scale.setScalar(Math.max(0.0025, kSizes_px.tip * px_m));
+    this.god.scale.setScalar(Math.max(0.0017, kSizes_px.god * px_m));
+    this.hand.scale.setScalar(Math.max(0.0017, kSizes_px.hand * px_m));
+    for (const disc of this.planes) disc.scale.setScalar(Math.max(0.008, kSizes_px.plane * px_m));
     this.tip.place(it.tip_m);
     this.show_contact(it);
-    this.show_force(it);
+    this.show_force(it, px_m);
     this.hand.visible = this.pull.visible = it.hand_m !== undefined;
     if (it.hand_m) {
       this.hand.place(it.hand_m);
-      this.pull.stretch(it.tip_m, it.hand_m, 0.0006);
+      this.pull.stretch(it.tip_m, it.hand_m, Math.max(0.0006, kSizes_px.pull * px_m));
     }
-    this.show_needle(state, it, scene);
+    this.show_needle(state, it, scene, px_m);
   }
 
   private show_contact(it: ArmState): void {
@@ -115,22 +127,26 @@ export class ArmMarks {
   }
 
   // From the tip, in the direction in which the device pushes the hand.
-  private show_force(it: ArmState): void {
+  private show_force(it: ArmState, px_m: number): void {
     const force: Vec3 = it.force_N ?? [0, 0, 0];
     const size_N = length(force);
     this.shaft.visible = this.head.visible = size_N > kLeastForce_N;
     if (!this.head.visible) return;
     const size_m = size_N * kArrow_m_per_N;
-    const head_m = Math.min(0.006, size_m / 2);
+    const head_m = Math.min(Math.max(0.007, kSizes_px.head * px_m), size_m / 2);
     const direction = scale(force, 1 / size_N);
-    this.shaft.stretch(it.tip_m, add(it.tip_m, scale(direction, size_m - head_m)), 0.0009);
+    this.shaft.stretch(
+      it.tip_m,
+      add(it.tip_m, scale(direction, size_m - head_m)),
+      Math.min(Math.max(0.0009, kSizes_px.shaft * px_m), head_m * 0.3),
+    );
     this.head.position.set(...add(it.tip_m, scale(direction, size_m)));
     this.head.quaternion.setFromUnitVectors(kUp, new Vector3(...direction));
     this.head.scale.set(head_m * 0.45, head_m, head_m * 0.45);
   }
 
   // The needle stands along the object's z; in its track it is held to the track.
-  private show_needle(state: State, it: ArmState, scene: SceneModel | null): void {
+  private show_needle(state: State, it: ArmState, scene: SceneModel | null, px_m: number): void {
     const index = scene?.objects.findIndex((object) => object.shape.kind === 'needle') ?? -1;
     this.needle.visible = index >= 0;
     if (scene === null || index < 0) return;
@@ -142,6 +158,6 @@ export class ArmMarks {
       point = add(object.position_m, rotate(object.rotation, [track.at_m[0], track.at_m[1], -track.depth_m]));
     }
     const top = add(point, scale(axis, kNeedleLength_m));
-    this.needle.stretch(point, top, 0.0007);
+    this.needle.stretch(point, top, Math.max(0.0007, kSizes_px.needle * px_m));
   }
 }

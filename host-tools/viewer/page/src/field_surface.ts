@@ -35,7 +35,7 @@ function box_sides(lo: Vec3, hi: Vec3): HalfSpaceModel[] {
 }
 
 // Sutherland and Hodgman's. What lies on the side itself, within the tolerance, stays.
-function clip(polygon: Vec3[], { normal, offset_m }: HalfSpaceModel, tolerance_m: number): Vec3[] {
+export function clip(polygon: Vec3[], { normal, offset_m }: HalfSpaceModel, tolerance_m: number): Vec3[] {
   const out: Vec3[] = [];
   polygon.forEach((b, i) => {
     const a = polygon[(i + polygon.length - 1) % polygon.length];

@@ -1,6 +1,8 @@
 // The page of `thimble view`: messages come in, one frame after the other is drawn, what the user does goes out.
 import './style.css';
 
+import { Vector3 } from 'three';
+
 import { ArmMarks } from './arm_marks';
 import { Connection, type Link } from './connection';
 import { element, make, set_text } from './dom';
@@ -9,11 +11,12 @@ import { MaterialPanel } from './material_panel';
 import { ParameterPanel } from './parameter_panel';
 import { Plots } from './plots';
 import type { Hello, PageMessage, SceneStarted, ServerEvent, ServerMessage, State, Verb } from './protocol';
-import { SceneObjects } from './scene_objects';
+import { SceneObjects, set_plane_color } from './scene_objects';
 import { type SceneModel, read_scene_image } from './scene_image';
 import { Stage, type Turn } from './stage';
 import { StatusView } from './status_view';
 import { Timeline } from './timeline';
+import type { Vec3 } from './vector';
 
 const kTextEvery_ms = 60;
 const kCurvesEvery_ms = 80;
@@ -124,6 +127,9 @@ const can_move_hand = (): boolean => hello !== null && hello.may_control && hell
 function show_permission(): void {
   const may = hello !== null && hello.may_control && (link === 'live' || link === 'connecting' || link === 'silent');
   for (const button of document.querySelectorAll<HTMLButtonElement>('[data-verb], #picker button')) button.disabled = !may;
+  // Homing takes the place where the arm is held for its home. With --scene the server disarms and brings the hand there.
+  const armed = timeline.live.newest?.mode === 'armed';
+  element<HTMLButtonElement>('home').disabled = !may || (armed && !hello?.simulated);
   element<HTMLSelectElement>('scenes').disabled = !may;
   materials.enable(may && started !== null && started.objects.length > 0);
   parameters.enable(may);
@@ -135,7 +141,7 @@ function on_scene(it: SceneStarted): void {
   started = it;
   if (other) timeline.forget();
   set_text(element('scene'), it.name || 'none');
-  choose_scene_name(it.name);
+  choose_scene_name(it);
   materials.show(it);
   show_permission();
   clearTimeout(reload);
@@ -173,19 +179,24 @@ function hide_scene(): void {
 function show_scene(read: SceneModel, look: boolean): void {
   objects?.dispose();
   model = read;
-  objects = stage === null ? null : new SceneObjects(read);
+  objects = stage === null ? null : new SceneObjects(read, hello?.arms ?? 1);
   canvas.dataset.triangles = String(read.triangles);
   canvas.dataset.objects = String(read.objects.length);
   canvas.setAttribute('aria-label', `The scene in three dimensions: ${read.objects.map((object) => object.name).join(', ')}`);
   if (stage === null || objects === null) return;
   stage.scene.add(objects.group);
-  if (look) stage.frame(objects.bounds(hello?.arms ?? 1));
+  if (look) stage.frame(objects.bounds);
   stage.touch();
   new_state = true;
 }
 
 function on_state(state: State): void {
+  const mode_was = timeline.live.newest?.mode;
   timeline.live.push(state);
+  if (state.mode !== mode_was) {
+    show_permission();
+    element('arm').classList.toggle('main', state.mode !== 'armed');
+  }
   status.announce(state);
   const arm = state.arms[hand?.arm ?? 0];
   const at = arm?.hand_m ?? arm?.tip_m;
@@ -226,16 +237,16 @@ async function load_scene_names(): Promise<void> {
     const same = [...list.options].map((option) => option.value).join('\n');
     if (!Array.isArray(names) || names.join('\n') === same) return;
     list.replaceChildren(...names.map((name) => make('option', { textContent: String(name), value: String(name) })));
-    if (started) choose_scene_name(started.name);
+    if (started) choose_scene_name(started);
   } catch {
     // The link says what is wrong.
   }
 }
 
-// What runs stands in the picker, unless somebody is choosing there. A scene from elsewhere is not among the names.
-function choose_scene_name(name: string): void {
+// What runs stands in the picker, unless somebody is choosing there. For a scene that is none of those to pick nothing does.
+function choose_scene_name({ name, pick }: SceneStarted): void {
   const list = element<HTMLSelectElement>('scenes');
-  if (document.activeElement !== list && [...list.options].some((option) => option.value === name)) list.value = name;
+  if (document.activeElement !== list) list.selectedIndex = [...list.options].findIndex((option) => option.value === (pick ?? name));
 }
 
 // --- What the user does
@@ -282,7 +293,13 @@ function show_pause(): void {
   show_permission();
   all_new();
 }
-matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => plots?.redraw());
+const follow_theme = () => set_plane_color(getComputedStyle(canvas).getPropertyValue('--plane').trim());
+follow_theme();
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
+  follow_theme();
+  plots?.redraw();
+  stage?.touch();
+});
 
 // --- Frames
 
@@ -290,6 +307,8 @@ const frames = { since_ms: performance.now(), count: 0, busy_ms: 0 };
 let text_ms = 0;
 let curves_ms = 0;
 let before_ms = performance.now();
+
+const pixel_m = (at: Vec3): number => stage?.screen(new Vector3(...at)).pixel_m ?? 0;
 
 function frame(now_ms: number): void {
   requestAnimationFrame(frame);
@@ -301,11 +320,12 @@ function frame(now_ms: number): void {
   if (new_state && state !== undefined) {
     new_state = false;
     objects?.update(state);
-    for (const mark of marks) mark.update(state, model);
+    for (const mark of marks) mark.update(state, model, pixel_m);
     stage?.touch();
     canvas.dataset.tick = String(state.tick ?? '');
+    canvas.dataset.sinceUs = String(state.since_us ?? '');
   }
-  stage?.render();
+  stage?.render(now_ms);
   if (now_ms - text_ms > kTextEvery_ms) {
     if (timeline.live.newest) status.update(timeline.live.newest);
     if (new_text && state !== undefined) show_readings(state);

@@ -9,7 +9,9 @@ import { range_of, splits_of } from './ranges';
 const kHeight_px = 96;
 // A curve of noise alone shall not fill the plot.
 const kLeast: Record<Measure, number> = { force: 0.5, depth: 0.5, velocity: 20, energy: 0.5 };
-const kTitles: Record<Measure, string> = { force: 'Force', depth: 'Depth', velocity: 'Speed', energy: 'Energy' };
+const kTitles: Record<Measure, string> = { force: 'Force', depth: 'Depth', velocity: 'Speed', energy: 'Energy to the hand' };
+// The sign is the force's: what the arm does to the hand.
+const kNotes: Partial<Record<Measure, string>> = { energy: ' in this contact (−: from it)' };
 
 export class Plots {
   span_s = 10;
@@ -61,7 +63,7 @@ export class Plots {
     };
     const figure = document.createElement('figure');
     const caption = document.createElement('figcaption');
-    caption.textContent = `${kTitles[what]}, ${kUnits[what]}`;
+    caption.textContent = `${kTitles[what]}${kNotes[what] ?? ''}, ${kUnits[what]}`;
     figure.append(caption);
     this.place.append(figure);
     return new uPlot(

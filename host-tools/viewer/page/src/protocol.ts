@@ -27,6 +27,7 @@ export type Material = Record<MaterialKey, number>;
 export interface SceneStarted {
   type: 'scene';
   name: string;
+  pick?: string; // under which it is among the scenes to pick, if it is
   crc: number;
   objects: { name: string; material: Material }[];
 }
@@ -47,6 +48,7 @@ export interface State {
   type: 'state';
   time_s: number;
   tick?: number;
+  since_us?: number; // when the ticks that are shown began, on the server's monotonic clock
   mode?: string;
   fault?: number;
   fault_name?: string;

@@ -73,9 +73,30 @@ export interface ControlAxis {
   pivot_m: Vec3;
 }
 
+// Control points of a bicubic B-spline, u fastest, in the object's frame.
+export interface StiffnessMapModel {
+  columns: number;
+  rows: number;
+  cell_m: number;
+  origin_m: Vec3;
+  u: Vec3;
+  v: Vec3;
+  stiffness_N_m: Float32Array;
+}
+
+// One tile, u fastest; it repeats.
+export interface TextureModel {
+  columns: number;
+  rows: number;
+  tile_m: readonly [number, number];
+  height_m: Float32Array; // control points, near the heights themselves
+}
+
 export interface ObjectModel {
   name: string;
   shape: ShapeModel;
+  texture: TextureModel | null;
+  stiffness_map: StiffnessMapModel | null;
   position_m: Vec3;
   rotation: Quat;
   material: Material;
@@ -128,6 +149,8 @@ function read_object(scene: Scene, index: number): ObjectModel {
   return {
     name: object.name() ?? '',
     shape: read_shape(object),
+    texture: read_texture(object),
+    stiffness_map: read_stiffness_map(object),
     position_m: vec3(pose.positionM()),
     rotation: [rotation.w(), rotation.x(), rotation.y(), rotation.z()],
     material: {
@@ -142,6 +165,25 @@ function read_object(scene: Scene, index: number): ObjectModel {
         ? null
         : { turns: body.motion() === Motion.Turn, axis: vec3(body.axis()), pivot_m: vec3(body.pivotM()) },
   };
+}
+
+function read_texture(object: NonNullable<ReturnType<Scene['objects']>>): TextureModel | null {
+  const texture = object.surface()?.texture();
+  if (!texture) return null;
+  const [columns, rows] = [texture.columns(), texture.rows()];
+  const height_m = required(texture.heightMArray(), 'height');
+  if (height_m.length !== columns * rows) throw new Error('a texture has too few heights');
+  return { columns, rows, tile_m: [texture.tileUM(), texture.tileVM()], height_m };
+}
+
+function read_stiffness_map(object: NonNullable<ReturnType<Scene['objects']>>): StiffnessMapModel | null {
+  const map = object.surface()?.stiffnessMap();
+  if (!map) return null;
+  const [columns, rows] = [map.columns(), map.rows()];
+  const stiffness_N_m = required(map.stiffnessNPerMArray(), 'stiffness');
+  if (stiffness_N_m.length !== columns * rows) throw new Error('a stiffness map has too few control points');
+  const [origin_m, u, v] = [vec3(map.originM()), vec3(map.u()), vec3(map.v())];
+  return { columns, rows, cell_m: map.cellM(), origin_m, u, v, stiffness_N_m };
 }
 
 function read_shape(object: NonNullable<ReturnType<Scene['objects']>>): ShapeModel {

@@ -4,23 +4,45 @@ import {
   Box3,
   BufferAttribute,
   Color,
+  DataTexture,
   DoubleSide,
   FrontSide,
-  GridHelper,
   Group,
+  LineBasicMaterial,
+  LineSegments,
+  LinearFilter,
+  LinearMipmapLinearFilter,
   Material,
   Mesh,
   MeshLambertMaterial,
   Quaternion,
+  RedFormat,
+  RepeatWrapping,
   Vector3,
 } from 'three';
 
 import { type Dimple, surface_m } from './dimple';
-import { type Part, build_parts, kPlaneSize_m } from './geometry';
+import { type Part, build_parts, of_lines, of_patch, of_stiffness_map } from './geometry';
+import { is_wall, plane_patch } from './plane_patch';
 import type { State } from './protocol';
-import type { ObjectModel, SceneModel, TissueModel } from './scene_image';
+import type { ObjectModel, SceneModel, StiffnessMapModel, TextureModel, TissueModel } from './scene_image';
+import { type Vec3, add, rotate } from './vector';
 
 const kHues = [210, 28, 150, 330, 265, 75, 185, 0];
+const kLineColor = 0x6b7684;
+const kWall_m = 0.02; // that a wall is higher than what is in front of it
+const kReliefPixel_m = 0.0003; // three.js reckons heights in pixels: about one where a scene is seen from
+const kHalfMiddle_m = 0.05; // of the workspace, where nothing but planes says how large a scene is
+const kHome_m = 0.015; // about the home of a tip
+const kMoves_m = 0.01; // about what moves
+const kRoom_m = 0.3; // across the floor of one
+const kHomes: Record<number, Vec3[]> = {
+  1: [[0, 0, 0]],
+  2: [
+    [-0.1, 0, 0],
+    [0.1, 0, 0],
+  ],
+};
 const kSwitchedOn = new Color(0x2f9e44);
 
 interface Shown {
@@ -30,24 +52,66 @@ interface Shown {
   tissue: { shape: TissueModel; mesh: Mesh; dimples: string } | null;
 }
 
+// Of all planes; it follows light and dark.
+export function set_plane_color(color: string): void {
+  kPlaneMaterial.color.set(color);
+}
+
 export class SceneObjects {
   readonly group = new Group();
   private shown: Shown[] = [];
 
-  constructor(readonly model: SceneModel) {
+  constructor(
+    readonly model: SceneModel,
+    arms: number,
+  ) {
     model.objects.forEach((object, index) => {
       const it = show(object, index);
       this.shown.push(it);
       this.group.add(it.group);
     });
+    this.bounds = this.find_bounds(arms);
+    const walls = { from_m: this.bounds.min.z, to_m: this.bounds.max.z };
+    model.objects.forEach((object, index) => {
+      if (object.shape.kind !== 'plane') return;
+      const patch = plane_patch(model.objects, index, walls);
+      const floor = new Mesh(of_patch(patch), kPlaneMaterial);
+      floor.receiveShadow = true;
+      this.shown[index].group.add(floor, new LineSegments(of_lines(patch), kGridMaterial));
+      if (object.stiffness_map !== null) this.shown[index].group.add(colored(object.stiffness_map, index));
+    });
   }
 
-  // What there is to look at: the middle of the workspace, where two tips stand side by side, and the objects. Planes have no end and say
-  // nothing.
-  bounds(arms: number): Box3 {
-    const half_x_m = arms > 1 ? 0.1 : 0.05;
-    const box = new Box3(new Vector3(-half_x_m, -0.05, -0.05), new Vector3(half_x_m, 0.05, 0.05));
-    for (const { model, group } of this.shown) if (model.shape.kind !== 'plane') box.expandByObject(group);
+  // What there is to look at: the objects, and the homes of the tips. Planes have no end and say nothing.
+  readonly bounds: Box3;
+
+  private find_bounds(arms: number): Box3 {
+    const box = new Box3();
+    for (const home of kHomes[arms] ?? []) box.expandByPoint(new Vector3(...home));
+    box.expandByScalar(kHome_m);
+    this.group.updateMatrixWorld(true);
+    for (const { model, group } of this.shown) {
+      if (model.shape.kind === 'plane') continue;
+      const own = new Box3().setFromObject(group);
+      box.union(model.moves ? own.expandByScalar(kMoves_m) : own);
+    }
+    const planes = this.model.objects.flatMap(({ shape }, index) => (shape.kind === 'plane' ? [index] : []));
+    if (planes.length === this.shown.length) {
+      box.expandByPoint(new Vector3(-kHalfMiddle_m, -kHalfMiddle_m, -kHalfMiddle_m));
+      box.expandByPoint(new Vector3(kHalfMiddle_m, kHalfMiddle_m, kHome_m));
+    }
+    for (const index of planes) {
+      const { shape, rotation, position_m } = this.model.objects[index];
+      if (shape.kind !== 'plane') continue;
+      if (is_wall(rotate(rotation, shape.normal))) {
+        box.max.z = Math.max(box.max.z, kHome_m + kWall_m);
+        continue;
+      }
+      // The floor of a room.
+      const corners = plane_patch(this.model.objects, index, { from_m: 0, to_m: 0 }).corners;
+      const floor = new Box3().setFromPoints(corners.map((corner) => new Vector3(...add(position_m, rotate(rotation, corner)))));
+      if (floor.getSize(new Vector3()).length() < kRoom_m) box.union(floor);
+    }
     return box;
   }
 
@@ -68,9 +132,12 @@ export class SceneObjects {
   dispose(): void {
     this.group.removeFromParent();
     this.group.traverse((it) => {
-      if (!(it instanceof Mesh) && !(it instanceof GridHelper)) return;
+      if (!(it instanceof Mesh) && !(it instanceof LineSegments)) return;
       it.geometry.dispose();
-      for (const material of [it.material].flat() as Material[]) material.dispose();
+      for (const material of [it.material].flat() as Material[]) {
+        if (material instanceof MeshLambertMaterial) material.bumpMap?.dispose();
+        if (material !== kGridMaterial && material !== kPlaneMaterial) material.dispose();
+      }
     });
   }
 
@@ -104,11 +171,11 @@ function show(model: ObjectModel, index: number): Shown {
   const group = new Group();
   group.name = model.name;
   const parts = build_parts(model.shape);
-  const materials = parts.map((part) => material_of(part, index));
+  const materials = parts.map((part) => material_of(part, index, model));
   const meshes = parts.map((part, i) => {
     const mesh = new Mesh(part.geometry, materials[i]);
     group.add(mesh);
-    if (part.grid) mesh.add(grid_on(model));
+    mesh.castShadow = mesh.receiveShadow = !part.see_through;
     return mesh;
   });
   const it: Shown = {
@@ -121,34 +188,48 @@ function show(model: ObjectModel, index: number): Shown {
   return it;
 }
 
-function material_of(part: Part, index: number): MeshLambertMaterial {
-  const color = part.grid ? new Color(0xb4bac4) : new Color().setHSL(kHues[index % kHues.length] / 360, 0.45, 0.64 - 0.3 * part.shade);
+function material_of(part: Part, index: number, { shape, texture }: ObjectModel): MeshLambertMaterial {
   return new MeshLambertMaterial({
-    color,
+    ...(texture !== null && shape.kind === 'box' ? relief(texture) : {}),
+    color: object_color(index, part.shade),
     flatShading: part.faceted,
     side: part.two_sided ? DoubleSide : FrontSide,
     transparent: part.see_through,
     opacity: part.see_through ? 0.45 : 1,
     depthWrite: !part.see_through,
-    // The grid of a plane, and objects that stand on one, are seen rather than the plane.
-    polygonOffset: part.grid,
-    polygonOffsetFactor: 1,
-    polygonOffsetUnits: 1,
+    fog: false,
   });
 }
 
-// Lines 2 cm apart on the free side of a plane.
-function grid_on(model: ObjectModel): Group {
-  const holder = new Group();
-  if (model.shape.kind !== 'plane') return holder;
-  const normal = new Vector3(...model.shape.normal);
-  const grid = new GridHelper(kPlaneSize_m, 20, 0x6b7280, 0x6b7280);
-  grid.material.transparent = true;
-  grid.material.opacity = 0.35;
-  grid.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), normal);
-  grid.position.copy(normal).multiplyScalar(model.shape.offset_m + 0.0001);
-  holder.add(grid);
-  return holder;
+// A texture is seen as light and shade: its normals are those of its heights, its outline is the shape's.
+function relief(texture: TextureModel): { bumpMap: DataTexture; bumpScale: number } {
+  const least = texture.height_m.reduce((a, b) => Math.min(a, b), Infinity);
+  const most = texture.height_m.reduce((a, b) => Math.max(a, b), -Infinity);
+  const steps = Uint8Array.from(texture.height_m, (height) => Math.round((255 * (height - least)) / (most - least || 1)));
+  const map = new DataTexture(steps, texture.columns, texture.rows, RedFormat);
+  map.wrapS = map.wrapT = RepeatWrapping;
+  map.magFilter = LinearFilter;
+  map.minFilter = LinearMipmapLinearFilter;
+  map.generateMipmaps = true;
+  map.unpackAlignment = 1;
+  map.repeat.set(1 / texture.tile_m[0], 1 / texture.tile_m[1]);
+  map.needsUpdate = true;
+  return { bumpMap: map, bumpScale: (most - least) / kReliefPixel_m };
+}
+
+const object_color = (index: number, shade: number): Color =>
+  new Color().setHSL(kHues[index % kHues.length] / 360, 0.55, 0.6 - 0.28 * shade);
+
+// Its grid, its colours, and objects that stand on it are seen rather than the plane.
+const kPlaneMaterial = new MeshLambertMaterial({ polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+const kGridMaterial = new LineBasicMaterial({ color: kLineColor, transparent: true, opacity: 0.4 });
+
+// Stiffer places are darker.
+function colored(map: StiffnessMapModel, index: number): Mesh {
+  const geometry = of_stiffness_map(map, (share) => object_color(index, 0.2 + 1.2 * share).toArray() as [number, number, number]);
+  const mesh = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, fog: false }));
+  mesh.receiveShadow = true;
+  return mesh;
 }
 
 const dimples_of = (state: State, object: number): Dimple[] =>

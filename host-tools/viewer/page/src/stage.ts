@@ -3,9 +3,11 @@ import {
   Box3,
   Color,
   DirectionalLight,
+  Fog,
   HemisphereLight,
   MOUSE,
   MathUtils,
+  PCFShadowMap,
   PerspectiveCamera,
   Scene,
   Sphere,
@@ -22,31 +24,55 @@ const kFrom = new Vector3(0.3, -1, 0.55).normalize();
 const kSlow_per_s = 24;
 const kLeastPixelRatio = 0.5;
 
-// The box that is framed is seldom as large as the ball about it.
-const kFill = 0.92;
+const kStill_ms = 400; // what does not change for so long is drawn once more, as fine as it can be
+const kMargin = 1.12; // about the box that is framed
+const kLightFrom = new Vector3(-0.35, -0.45, 1).normalize();
+const kShadowPixels = 1024;
+// Planes fade into the background, in distances from the camera to what it looks at.
+const kFogFrom = 1.3;
+const kFogTo = 3.2;
 
 export type Turn = 'left' | 'right' | 'up' | 'down' | 'nearer' | 'farther';
+
+interface Quality {
+  ratio: number; // pixels of the picture to a pixel of the page
+  shadows: boolean;
+}
 
 const full_ratio = (): number => Math.min(devicePixelRatio, 2);
 
 export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(40, 1, 0.005, 20);
-  readonly light_of_view = new DirectionalLight(0xffffff, 1.6);
+  private readonly light_of_view = new DirectionalLight(0xffffff, 0.6);
+  private readonly sun = new DirectionalLight(0xffffff, 1.5);
+  private readonly fog = new Fog(0);
   private readonly renderer: WebGLRenderer;
   private readonly controls: OrbitControls;
-  private framed = new Sphere(new Vector3(), 0.12);
+  private framed = new Box3();
   private slow_s = 0;
+  private quality: Quality;
   private waiting = true; // something changed since the last render
+  private changed_ms = 0;
+  private fine = true; // the last render was as fine as it can be
 
   // Throws where the browser has no WebGL 2.
   constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
-    this.renderer.setPixelRatio(full_ratio());
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFShadowMap;
+    this.quality = this.first_quality();
     this.camera.up.set(0, 0, 1);
     this.light_of_view.position.set(0.3, 0.8, 1);
     this.camera.add(this.light_of_view);
-    this.scene.add(this.camera, new HemisphereLight(0xffffff, 0x888890, 1.5));
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(kShadowPixels, kShadowPixels);
+    this.sun.shadow.normalBias = 0.0006;
+    this.sun.shadow.radius = 2;
+    const sky = new HemisphereLight(0xffffff, 0x9a9aa2, 1.2);
+    sky.position.copy(this.camera.up);
+    this.scene.add(this.camera, this.sun, this.sun.target, sky);
+    this.scene.fog = this.fog;
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.zoomSpeed = 1.5;
     this.controls.minDistance = 0.03;
@@ -69,26 +95,60 @@ export class Stage {
     this.waiting = true;
   }
 
-  // Draws if anything changed. True when it did.
-  render(): boolean {
-    if (!this.waiting) return false;
-    this.waiting = false;
+  // Draws if anything changed, as finely as the machine keeps up with; and once more, finely, when nothing has changed for a while.
+  render(now_ms: number): void {
+    if (this.waiting) {
+      this.waiting = false;
+      this.changed_ms = now_ms;
+      this.draw(this.quality);
+    } else if (!this.fine && now_ms - this.changed_ms > kStill_ms) {
+      this.draw({ ratio: full_ratio(), shadows: true });
+    }
+  }
+
+  private draw(quality: Quality): void {
+    this.fine = quality.shadows && quality.ratio === full_ratio();
+    if (this.renderer.getPixelRatio() !== quality.ratio) this.renderer.setPixelRatio(quality.ratio);
+    this.sun.castShadow = quality.shadows;
+    const distance = this.camera.position.distanceTo(this.controls.target);
+    this.fog.near = kFogFrom * distance;
+    this.fog.far = kFogTo * distance;
     this.renderer.render(this.scene, this.camera);
-    return true;
   }
 
   // Looks at a box from the user's seat, from so far that all of it is seen.
   frame(box: Box3): void {
-    box.getBoundingSphere(this.framed);
-    this.renderer.setPixelRatio(full_ratio());
+    this.framed = box.clone();
+    this.quality = this.first_quality();
+    const ball = box.getBoundingSphere(new Sphere());
+    const reach = 1.3 * ball.radius;
+    this.sun.target.position.copy(ball.center);
+    this.sun.position.copy(ball.center).addScaledVector(kLightFrom, 2 * reach);
+    Object.assign(this.sun.shadow.camera, { left: -reach, right: reach, bottom: -reach, top: reach, near: 0.1 * reach, far: 4 * reach });
+    this.sun.shadow.camera.updateProjectionMatrix();
     this.reset();
   }
 
+  // The nearest place in the user's direction from which every corner of the box is inside the picture.
   reset(): void {
-    const half = MathUtils.degToRad(this.camera.fov / 2);
-    const narrow = Math.min(half, Math.atan(Math.tan(half) * this.camera.aspect));
-    this.controls.target.copy(this.framed.center);
-    this.camera.position.copy(this.framed.center).addScaledVector(kFrom, (kFill * this.framed.radius) / Math.sin(narrow));
+    const center = this.framed.getCenter(new Vector3());
+    const right = new Vector3().crossVectors(this.camera.up, kFrom).normalize();
+    const up = new Vector3().crossVectors(kFrom, right);
+    const high = Math.tan(MathUtils.degToRad(this.camera.fov / 2)) / kMargin;
+    const fit = (direction: Vector3, slope: number) => {
+      let [most, least] = [-Infinity, -Infinity];
+      for (const corner of corners_of(this.framed)) {
+        const from = corner.sub(center);
+        const [side, near] = [from.dot(direction) / slope, from.dot(kFrom)];
+        most = Math.max(most, near + side);
+        least = Math.max(least, near - side);
+      }
+      return { distance: (most + least) / 2, shift: (slope * (most - least)) / 2 };
+    };
+    const wide = fit(right, high * this.camera.aspect);
+    const tall = fit(up, high);
+    this.controls.target.copy(center).addScaledVector(right, wide.shift).addScaledVector(up, tall.shift);
+    this.camera.position.copy(this.controls.target).addScaledVector(kFrom, Math.max(wide.distance, tall.distance));
     this.controls.update();
     this.touch();
   }
@@ -125,13 +185,21 @@ export class Stage {
     return { right, up, away, pixel_m };
   }
 
-  // Once a second while frames are drawn. A machine without a graphics processor keeps up with fewer pixels.
+  // A browser that has no graphics processor says so, and begins where pace() would come to.
+  private first_quality(): Quality {
+    const gl = this.renderer.getContext();
+    const name = gl.getExtension('WEBGL_debug_renderer_info')?.UNMASKED_RENDERER_WEBGL;
+    const software = name !== undefined && /swiftshader|llvmpipe|software/i.test(String(gl.getParameter(name)));
+    return software ? { ratio: 0.7 * full_ratio(), shadows: false } : { ratio: full_ratio(), shadows: true };
+  }
+
+  // Once a second while frames are drawn. A machine without a graphics processor keeps up without shadows and with fewer pixels.
   pace(frames_per_s: number): void {
     this.slow_s = frames_per_s < kSlow_per_s ? this.slow_s + 1 : 0;
-    const ratio = this.renderer.getPixelRatio();
-    if (this.slow_s < 2 || ratio <= kLeastPixelRatio) return;
+    const { ratio, shadows } = this.quality;
+    if (this.slow_s < 2 || (!shadows && ratio <= kLeastPixelRatio)) return;
     this.slow_s = 0;
-    this.renderer.setPixelRatio(Math.max(ratio * 0.7, kLeastPixelRatio));
+    this.quality = shadows ? { ratio, shadows: false } : { ratio: Math.max(ratio * 0.7, kLeastPixelRatio), shadows };
     this.touch();
   }
 
@@ -147,7 +215,12 @@ export class Stage {
   }
 
   private read_theme(): void {
-    this.scene.background = new Color(getComputedStyle(this.canvas).getPropertyValue('--view').trim());
+    const background = new Color(getComputedStyle(this.canvas).getPropertyValue('--view').trim());
+    this.scene.background = background;
+    this.fog.color = background;
     this.touch();
   }
 }
+
+const corners_of = ({ min, max }: Box3): Vector3[] =>
+  [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => new Vector3(bits & 1 ? max.x : min.x, bits & 2 ? max.y : min.y, bits & 4 ? max.z : min.z));

@@ -3,7 +3,7 @@ import { element, make, set_text } from './dom';
 import { kMeasures, measure_text } from './measures';
 import { type State, limiter_names } from './protocol';
 
-const kLabels = { force: 'Force', depth: 'Depth', velocity: 'Speed', energy: 'Energy' };
+const kLabels = { force: 'Force', depth: 'Depth', velocity: 'Speed', energy: 'Energy to the hand' };
 
 export class StatusView {
   private cells: { what: (typeof kMeasures)[number] | 'contacts'; arm: number; cell: HTMLElement }[] = [];

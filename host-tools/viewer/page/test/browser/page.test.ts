@@ -8,6 +8,7 @@ import type { PageMessage } from '../../src/protocol';
 import { launch, number_in, pixels_near, until } from './browser';
 
 const kForceColor: [number, number, number] = [0xff, 0x7a, 0x00];
+const kScale = 0.5; // a processor draws the picture: fewer pixels, more frames
 
 let browser: Browser;
 let open: (() => Promise<void>)[] = [];
@@ -23,7 +24,7 @@ afterEach(async () => {
 async function show(options: Options = {}, context: BrowserContextOptions = {}, token?: string): Promise<{ page: Page; mock: Mock }> {
   const mock = new Mock(options);
   await mock.start();
-  const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, ...context });
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, deviceScaleFactor: kScale, ...context });
   const errors: string[] = [];
   page.on('console', (message) => {
     if (message.text().includes('Content Security Policy')) errors.push(message.text().slice(0, 200));
@@ -87,7 +88,7 @@ test('dragged onto a block the hand is pushed back: force in the DOM, an arrow i
   assert.ok((await number_in(page, 'depth')) > 0.1);
   await page.waitForTimeout(300);
   const after_it = await pixels_near(page, kForceColor);
-  assert.ok(after_it > before + 100, `${before} pixels of the arrow's colour before, ${after_it} after`);
+  assert.ok(after_it > before + 50, `${before} pixels of the arrow's colour before, ${after_it} after`);
   assert.ok(said(mock, 'hand').length > 3);
 });
 
