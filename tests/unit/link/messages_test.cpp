@@ -100,7 +100,7 @@ TEST(MessagesProperty, EveryMessageComesBack) {
       RC_ASSERT(buffer == again);
     }));
   });
-  EXPECT_EQ(messages, 20);
+  EXPECT_EQ(messages, 25);
 }
 
 template <class Wire>
