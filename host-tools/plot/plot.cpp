@@ -27,7 +27,7 @@ namespace {
 
 constexpr std::size_t kCurveColumns =
     2000;  // of the picture over time: in each the least and the greatest value is drawn
-constexpr std::size_t kPoints = 20'000;  // of the picture over depth
+constexpr std::size_t kPoints = 5000;  // of the picture over depth
 constexpr int kWidth = 1000, kPanelHeight = 400;
 
 std::string quoted(const std::string& text) {
