@@ -44,6 +44,7 @@ set(CPACK_DEBIAN_HOST_PACKAGE_NAME thimble)
 set(CPACK_COMPONENT_HOST_DESCRIPTION "force-feedback arm: scenes, devices, simulator
 Compiles scenes, uploads them to the controller of a haptic arm, shows what
 the fingertip feels, and simulates an arm where there is none.")
+set(CPACK_DEBIAN_HOST_PACKAGE_RECOMMENDS "gnuplot-nox")
 set(CPACK_DEBIAN_HOST_PACKAGE_SUGGESTS "can-utils, iproute2")
 
 set(CPACK_DEBIAN_BOARD_PACKAGE_NAME thimble-board)

@@ -13,6 +13,8 @@ using link::Nrc;
 
 // After each record's poses, forces and god objects: at 100 records a second 400 frames, a twentieth of a classic bus at 1 Mbit/s.
 constexpr std::uint8_t kPictureFrames = 4;
+// Then the services have one: on a bus that a trace fills it could not be stopped.
+constexpr std::uint8_t kTraceFrames = 8;
 constexpr link::Micros kStatusPeriod_us = 100'000;
 constexpr link::Micros kHeartbeatPeriod_us = 500'000;
 constexpr std::uint64_t kRateWindow_us = 500'000;
@@ -144,6 +146,14 @@ bool Controller::next_frame(link::CanFrame& frame, link::Micros now) noexcept {
     --frames_left_;
     return true;
   }
+  if (trace_burst_ >= kTraceFrames) {
+    trace_burst_ = 0;
+    if (server_.next_frame(frame, now)) return true;
+  }
+  if (next_trace_frame(frame)) {
+    ++trace_burst_;
+    return true;
+  }
   if (next_god_object_frame(frame)) return true;
   if (picture_frames_left_ > 0 && next_picture_frame(frame)) {
     --picture_frames_left_;
@@ -215,6 +225,25 @@ bool Controller::next_god_object_frame(link::CanFrame& frame) noexcept {
     return true;
   }
   return false;
+}
+
+// A tick after the other: the counts of each arm, then the check.
+bool Controller::next_trace_frame(link::CanFrame& frame) noexcept {
+  if (trace_arm_ >= config_.arm_count && !trace_entry_.checked) {
+    if (!servo_.trace().next(trace_entry_)) return false;
+    trace_arm_ = trace_entry_.counted ? std::uint8_t{0} : config_.arm_count;
+  }
+  if (trace_arm_ < config_.arm_count) {
+    const auto& counts = trace_entry_.counts[trace_arm_];
+    const auto tick_arm =
+        static_cast<std::uint16_t>((trace_entry_.tick & 0x7FFFU) | static_cast<unsigned>(trace_arm_) << 15U);
+    ++trace_arm_;
+    frame = link::to_frame(link::TraceCounts{tick_arm, counts[0], counts[1], counts[2]}, config_.node_id);
+    return true;
+  }
+  trace_entry_.checked = false;
+  frame = link::to_frame(trace_entry_.check, config_.node_id);
+  return true;
 }
 
 bool Controller::next_plane_frame(link::CanFrame& frame) noexcept {
@@ -360,6 +389,9 @@ Nrc Controller::read_data(std::uint16_t did, link::ByteWriter& out) noexcept {
     case link::MoveState::kId:
       out.put_record(move_state());
       return Nrc::kOk;
+    case link::TraceState::kId:
+      out.put_record(servo_.trace().state());
+      return Nrc::kOk;
     case link::Lateness::kId:
       out.put_record(lateness());
       return Nrc::kOk;
@@ -407,6 +439,12 @@ Nrc Controller::write_data(std::uint16_t did, std::span<const std::uint8_t> data
   if (data.size() != kParamBytes) return Nrc::kIncorrectLength;
   std::uint32_t bits = 0;
   for (std::size_t i = 0; i < kParamBytes; ++i) bits |= static_cast<std::uint32_t>(data[i]) << (8 * i);
+  // The tick reads parameters whenever it likes: a trace must have ended before.
+  if (did != row_of(Param::telemetry_decimation).id && servo_.trace().phase() == TracePhase::kRunning &&
+      params_.check(did, bits, motors_off()) == ParamStatus::kOk) {
+    servo_.trace().request_end(TraceEnd::kParameter);
+    return Nrc::kResponsePending;
+  }
   switch (write_param(did, bits)) {
     case ParamStatus::kOk:
       return Nrc::kOk;
@@ -424,6 +462,7 @@ ParamStatus Controller::read_param(std::uint16_t id, std::uint32_t& bits) const 
 }
 
 ParamStatus Controller::write_param(std::uint16_t id, std::uint32_t bits) noexcept {
+  if (id != row_of(Param::telemetry_decimation).id) servo_.trace().request_end(TraceEnd::kParameter);
   return params_.write(id, bits, motors_off());
 }
 
@@ -468,6 +507,7 @@ Nrc Controller::finish(Command command) noexcept {
                     : command == Command::kHome    ? now == Mode::kHoming || now == Mode::kReady
                     : command == Command::kMove    ? moves
                     : command == Command::kEndMove ? !moves
+                    : command == Command::kTrace   ? servo_.trace().phase() == TracePhase::kRunning
                                                    : servo_.fault() == Fault::kNone;
   if (done) return Nrc::kOk;
   refuse(command == Command::kMove ? servo_.unmet_for_move()
@@ -517,6 +557,49 @@ Nrc Controller::move_samples(link::ByteWriter& out) noexcept {
   for (const MoveSample& sample : results->going()) out.put_record(to_link(link::MovePhase::kGoing, sample));
   for (const MoveSample& sample : results->coming_back())
     out.put_record(to_link(link::MovePhase::kComingBack, sample));
+  return Nrc::kOk;
+}
+
+Nrc Controller::start_trace() noexcept {
+  if (waited_for_ != Command::kTrace) {
+    if (servo_.scene_pending()) return Nrc::kBusyRepeatRequest;
+    if (servo_.trace().phase() == TracePhase::kRunning) {
+      refuse("trace_runs");
+      return Nrc::kConditionsNotCorrect;
+    }
+    // Of the last trace nothing more is sent.
+    for (std::uint32_t i = 0; i < Trace::kEntries && servo_.trace().next(trace_entry_); ++i) {
+    }
+    trace_arm_ = kMaxArms;
+    trace_entry_.checked = false;
+    trace_crc_ = store_.image_crc();
+  }
+  return run(Command::kTrace);
+}
+
+Nrc Controller::end_trace() noexcept {
+  if (servo_.trace().phase() != TracePhase::kRunning) return Nrc::kOk;
+  servo_.trace().request_end(TraceEnd::kStopped);
+  return Nrc::kResponsePending;
+}
+
+Nrc Controller::trace_start(link::ByteWriter& out) noexcept {
+  if (servo_.trace().phase() == TracePhase::kNone) return Nrc::kRequestSequenceError;
+  link::TraceStart start = servo_.trace().start();
+  start.scene_crc = trace_crc_;
+  out.put_record(start);
+  for (std::size_t i = 0; i < config_.arm_count; ++i) {
+    link::TraceArm arm = servo_.trace().arms()[i];
+    if (config_.arm[i].has_index) arm.flags |= link::kTraceHasIndex;
+    const kinematics::BasePose& base = config_.arm[i].base;
+    arm.home_x_m = base.home_m.x();
+    arm.home_y_m = base.home_m.y();
+    arm.home_z_m = base.home_m.z();
+    const std::array<float*, 9> turn = {&arm.turn_xx, &arm.turn_xy, &arm.turn_xz, &arm.turn_yx, &arm.turn_yy,
+                                        &arm.turn_yz, &arm.turn_zx, &arm.turn_zy, &arm.turn_zz};
+    for (int k = 0; k < 9; ++k) *turn[static_cast<std::size_t>(k)] = base.rotation(k / 3, k % 3);
+    out.put_record(arm);
+  }
   return Nrc::kOk;
 }
 

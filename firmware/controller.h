@@ -75,11 +75,16 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] link::MoveState move_state() const noexcept;
   // What the move that ran last measured; empty while one is under way.
   [[nodiscard]] const GuardedMove* move_results() const noexcept { return servo_.move_results(); }
+  // A trace (firmware/trace.h): start it with request(Command::kTrace); the link sends what it brings.
+  [[nodiscard]] link::TraceState trace_state() const noexcept { return servo_.trace().state(); }
+  // For a replay, before the first tick: Servo::resume(). The Config, the parameters and the scene must be those of the trace.
+  void resume(const link::TraceStart& start, const TraceArms& arms) noexcept { servo_.resume(start, arms); }
+  void replay(Command command) noexcept { servo_.replay(command); }
   void keep_alive() noexcept { servo_.keep_alive(); }  // a valid command came; arming does not count as one
   [[nodiscard]] Mode mode() const noexcept { return servo_.mode(); }
   [[nodiscard]] Fault fault() const noexcept { return servo_.fault(); }
   [[nodiscard]] Conditions unmet() const noexcept { return servo_.unmet(); }  // against arming, now
-  // A write with access kAtRest is refused while the motors are on.
+  // A write with access kAtRest is refused while the motors are on. A trace ends with any but telemetry_decimation's.
   [[nodiscard]] ParamStatus read_param(std::uint16_t id, std::uint32_t& bits) const noexcept;
   [[nodiscard]] ParamStatus write_param(std::uint16_t id, std::uint32_t bits) noexcept;
   // Keeps them over power-off, with the motors off (kBusy: they are on).
@@ -107,6 +112,9 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] link::Nrc start_move(const link::MoveOrder& order) noexcept override;
   [[nodiscard]] link::Nrc end_move() noexcept override;
   [[nodiscard]] link::Nrc move_samples(link::ByteWriter& out) noexcept override;
+  [[nodiscard]] link::Nrc start_trace() noexcept override;
+  [[nodiscard]] link::Nrc end_trace() noexcept override;
+  [[nodiscard]] link::Nrc trace_start(link::ByteWriter& out) noexcept override;
   [[nodiscard]] link::Nrc prepare_download(std::uint32_t length, std::uint32_t crc,
                                            std::uint32_t& has) noexcept override;
   [[nodiscard]] link::Nrc write_download(std::uint32_t offset,
@@ -133,6 +141,7 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] link::CanFrame pose_frame() const noexcept;
   [[nodiscard]] link::CanFrame force_frame() const noexcept;
   [[nodiscard]] bool next_god_object_frame(link::CanFrame& frame) noexcept;
+  [[nodiscard]] bool next_trace_frame(link::CanFrame& frame) noexcept;
   [[nodiscard]] bool next_picture_frame(link::CanFrame& frame) noexcept;
   [[nodiscard]] bool next_plane_frame(link::CanFrame& frame) noexcept;
   [[nodiscard]] link::CanFrame body_frame(const control::BodyState& body, std::uint8_t part) const noexcept;
@@ -163,9 +172,13 @@ class Controller final : private link::ServiceBackend {
   std::uint8_t plane_arm_ = control::kMaxArms;  // then the planes: whose turn it is
   std::uint8_t plane_at_ = 0;
   std::uint8_t picture_frames_left_ = 0;  // until the next record
-  std::uint8_t limiters_ = 0;             // since the last status
-  float worst_tick_us_ = 0;               // since the last status
-  std::uint64_t rate_tick_ = 0;           // where the measurement of the tick rate began
+  TraceEntry trace_entry_;
+  std::uint8_t trace_arm_ = control::kMaxArms;  // whose counts are next; then comes its check
+  std::uint8_t trace_burst_ = 0;                // frames since a service's
+  std::uint32_t trace_crc_ = 0;                 // of the scene that it began with
+  std::uint8_t limiters_ = 0;                   // since the last status
+  float worst_tick_us_ = 0;                     // since the last status
+  std::uint64_t rate_tick_ = 0;                 // where the measurement of the tick rate began
   std::uint64_t rate_time_us_ = 0;
   float rate_Hz_ = 0;
   Fault reported_ = Fault::kNone;

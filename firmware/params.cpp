@@ -35,17 +35,21 @@ ParamStatus Params::read(std::uint16_t id, std::uint32_t& bits) const noexcept {
   return ParamStatus::kUnknown;
 }
 
+ParamStatus Params::check(std::uint16_t id, std::uint32_t bits, bool at_rest) const noexcept {
+  const ParamRow* row = find_param(id);
+  if (row == nullptr) return ParamStatus::kUnknown;
+  if (row->access == Access::kAtRest && !at_rest) return ParamStatus::kNotWhileArmed;
+  const float value = row->type == ParamType::kFloat ? std::bit_cast<float>(bits) : static_cast<float>(bits);
+  // Refuses NaN too.
+  return value >= row->min && value <= row->max ? ParamStatus::kOk : ParamStatus::kOutOfRange;
+}
+
 ParamStatus Params::write(std::uint16_t id, std::uint32_t bits, bool at_rest) noexcept {
-  for (std::size_t i = 0; i < kParamCount; ++i) {
-    const ParamRow& row = kParamTable[i];
-    if (row.id != id) continue;
-    if (row.access == Access::kAtRest && !at_rest) return ParamStatus::kNotWhileArmed;
-    const float value = row.type == ParamType::kFloat ? std::bit_cast<float>(bits) : static_cast<float>(bits);
-    if (!(value >= row.min && value <= row.max)) return ParamStatus::kOutOfRange;  // refuses NaN too
-    bits_[i].store(bits, std::memory_order_relaxed);
-    return ParamStatus::kOk;
-  }
-  return ParamStatus::kUnknown;
+  const ParamStatus status = check(id, bits, at_rest);
+  if (status == ParamStatus::kOk)
+    bits_[static_cast<std::size_t>(find_param(id) - kParamTable.data())].store(bits,
+                                                                               std::memory_order_relaxed);
+  return status;
 }
 
 }  // namespace thimble::firmware

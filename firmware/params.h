@@ -61,6 +61,10 @@ inline constexpr std::array<ParamRow, kParamCount> kParamTable = {{
   return nullptr;
 }
 
+[[nodiscard]] constexpr const ParamRow& row_of(Param param) noexcept {
+  return kParamTable[static_cast<std::size_t>(param)];
+}
+
 enum class ParamStatus : std::uint8_t { kOk, kUnknown, kOutOfRange, kNotWhileArmed };
 
 // The link carries a value as 32 bits, little-endian like the records of messages.def: an IEEE float, or an
@@ -76,6 +80,8 @@ class Params {
 
   // `bits` is untouched unless kOk. at_rest: the motors are off.
   [[nodiscard]] ParamStatus read(std::uint16_t id, std::uint32_t& bits) const noexcept;
+  // What write() would answer.
+  [[nodiscard]] ParamStatus check(std::uint16_t id, std::uint32_t bits, bool at_rest) const noexcept;
   [[nodiscard]] ParamStatus write(std::uint16_t id, std::uint32_t bits, bool at_rest) noexcept;
 
  private:

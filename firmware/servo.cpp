@@ -27,6 +27,18 @@ const kinematics::ArmModel& model_or_first(const char* name) noexcept {
   return model != nullptr ? *model : kinematics::arm_models().front();
 }
 
+// As TraceCheck has them.
+std::uint8_t levels(const Inputs& inputs, std::size_t arms) noexcept {
+  unsigned bits = 0;
+  if (inputs.dead_man) bits |= link::kTraceDeadMan;
+  if (inputs.e_stop) bits |= link::kTraceEStop;
+  for (std::size_t i = 0; i < arms; ++i) {
+    if (inputs.arm[i].index) bits |= static_cast<unsigned>(link::kTraceIndex) << i;
+    if (inputs.arm[i].drive_fault) bits |= static_cast<unsigned>(link::kTraceDriveFault) << i;
+  }
+  return static_cast<std::uint8_t>(bits);
+}
+
 bool config_works(const Config& config) noexcept {
   if (config.arm_count < 1 || config.arm_count > kMaxArms) return false;
   if (!(config.period_s >= kMinPeriod_s && config.period_s <= kMaxPeriod_s)) return false;
@@ -87,6 +99,7 @@ Outputs Servo::tick(const Inputs& inputs) noexcept {
   const std::uint32_t command = command_.load(std::memory_order_acquire);
   const bool new_command = command >> kSerialShift != command_done_.load(std::memory_order_relaxed);
 
+  if (inputs.tick != tick_ + 1) trace_.end(TraceEnd::kTickLost);
   lost_ = first_tick_ || inputs.tick <= tick_ ? 0 : inputs.tick - tick_ - 1;
   first_tick_ = false;
   tick_ = inputs.tick;
@@ -94,10 +107,16 @@ Outputs Servo::tick(const Inputs& inputs) noexcept {
   mode_time_s_ += period_s_;
   for (ArmState& arm : arms_) arm.limiters = 0;
 
+  const std::uint32_t stops_before = stops_seen_;
   check_inputs(inputs);
   home_arms(inputs);
   const Conditions unmet = conditions(inputs);
-  if (new_command) obey(static_cast<Command>(command & 0xFFU), unmet);
+  Command obeyed = stops_seen_ != stops_before ? Command::kStop : Command::kNone;
+  if (new_command) {
+    const Mode before = mode_;
+    obey(static_cast<Command>(command & 0xFFU), unmet);
+    if (mode_ != before) obeyed = static_cast<Command>(command & 0xFFU);  // without, it had no effect
+  }
   if (mode_ == Mode::kArmed && !dead_man_) stop();
   switch_scene();
 
@@ -109,6 +128,11 @@ Outputs Servo::tick(const Inputs& inputs) noexcept {
   outputs.mode = mode_;
 
   show(inputs);
+  if (trace_.running()) {
+    trace_tick(inputs, obeyed);
+  } else if (new_command && static_cast<Command>(command & 0xFFU) == Command::kTrace) {
+    start_trace(inputs);
+  }
   if (new_command) command_done_.store(command >> kSerialShift, std::memory_order_release);
   return outputs;
 }
@@ -170,7 +194,10 @@ void Servo::check_inputs(const Inputs& inputs) noexcept {
     link_age_ticks_ += std::min(lost + 1U, UINT32_MAX - link_age_ticks_);
   }
   alive_seen_ = alive;
-  if (static_cast<float>(link_age_ticks_) * period_s_ > params_.get(Param::link_timeout)) link_seen_ = false;
+  if (static_cast<float>(link_age_ticks_) * period_s_ > params_.get(Param::link_timeout)) {
+    link_seen_ = false;
+    trace_.end(TraceEnd::kHostSilent);
+  }
   const bool supervised = !link_seen_ && (host_renders_ || params_.on(Param::host_supervision));
   if (mode_ == Mode::kArmed && (supervised || (move_.active() && unattended()))) trip(Fault::host_lost);
 
@@ -192,7 +219,10 @@ void Servo::check_inputs(const Inputs& inputs) noexcept {
 // Encoder counts to joints, tip and velocity. An encoder fault costs the home reference.
 void Servo::read_arm(ArmState& arm, const ArmInputs& input, std::uint64_t tick) noexcept {
   arm.age_ticks = tick - input.sample_tick;  // huge for a sample from the future: stale as well
-  if (arm.age_ticks != 0) ++telemetry_.stale_samples;
+  if (arm.age_ticks != 0) {
+    ++telemetry_.stale_samples;
+    trace_.end(TraceEnd::kSampleStale);
+  }
   const bool watched = arm.homed || mode_ == Mode::kHoming;
   if (arm.age_ticks > params_.get_unsigned(Param::encoder_stale_ticks)) {
     if (watched) trip(Fault::encoder_stale);
@@ -308,6 +338,7 @@ void Servo::obey(Command command, Conditions unmet) noexcept {
       mode_ = Mode::kArmed;
       force_ramp_ = gravity_ramp_ = 0;
       host_renders_ = params_.on(Param::host_forces);
+      if (host_renders_) trace_.end(TraceEnd::kHostForces);
       host_forces_.forget();
       renderer_.reset();
       for (ArmState& arm : arms_) {
@@ -329,6 +360,7 @@ void Servo::obey(Command command, Conditions unmet) noexcept {
       return;
     case Command::kMove: {
       if (move_conditions(unmet) != 0) return;
+      trace_.end(TraceEnd::kGuardedMove);
       const ArmState& arm = arms_[posted_move_.arm];
       move_.start(posted_move_, arm.arm, arm.posture.tip_m);
       return;
@@ -339,7 +371,8 @@ void Servo::obey(Command command, Conditions unmet) noexcept {
       force_ramp_ = 0;  // the scene's force comes back as after arming
       return;
     case Command::kNone:
-    case Command::kStop:  // comes through stop_requests_
+    case Command::kStop:   // comes through stop_requests_
+    case Command::kTrace:  // at the end of the tick
       return;
   }
 }
@@ -349,6 +382,7 @@ void Servo::obey(Command command, Conditions unmet) noexcept {
 void Servo::switch_scene() noexcept {
   const std::uint32_t posted = scene_posted_.load(std::memory_order_acquire);
   const bool waiting = posted != scene_taken_.load(std::memory_order_relaxed);
+  if (waiting) trace_.end(TraceEnd::kScene);
   if (mode_ == Mode::kArmed) {
     const bool fades = waiting && !host_renders_;
     const float step = fades ? -period_s_ / kRampDown_s : period_s_ / kRampUp_s;
@@ -357,11 +391,113 @@ void Servo::switch_scene() noexcept {
   }
   if (!waiting) return;
   renderer_.bind(posted_scene_, posted_binding_);
+  take_scene(posted);
+}
+
+void Servo::take_scene(std::uint32_t posted) noexcept {
+  scene_ = posted_scene_;
   sequence_ = posted_sequence_;
   telemetry_.contact_ticks = 0;
   telemetry_.peak_force_N = 0;
   telemetry_.mean_force_N = 0;
   scene_taken_.store(posted, std::memory_order_release);
+}
+
+// Everything that outlives a tick goes into the start record, or is put back to where it starts.
+void Servo::start_trace(const Inputs& inputs) noexcept {
+  const bool at_rest = mode_ == Mode::kDisarmed || mode_ == Mode::kReady;
+  const bool scene_waits =
+      scene_posted_.load(std::memory_order_acquire) != scene_taken_.load(std::memory_order_relaxed);
+  if (!at_rest || fault_ != Fault::kNone || sequence_ == 0 || scene_waits || arm_count_ == 0) return;
+  TraceArms arms;
+  for (std::size_t i = 0; i < arm_count_; ++i) {
+    const ArmState& arm = arms_[i];
+    if (!arm.seen || arm.age_ticks != 0) return;
+    link::TraceArm& to = arms[i];
+    to.flags = arm.homed ? link::kTraceHomed : std::uint8_t{0};
+    const auto put = [&](std::size_t j, std::uint32_t& raw, std::int32_t& count, float& winding_K,
+                         float& housing_K, float& charge_A2_s, float& time_s) {
+      const MotorHeat::State heat = arm.heat[j].state();
+      raw = arm.encoder[j].raw();
+      count = arm.encoder[j].counts();
+      winding_K = heat.winding_K;
+      housing_K = heat.housing_K;
+      charge_A2_s = heat.charge_A2_s;
+      time_s = heat.time_s;
+    };
+    put(0, to.raw_0, to.count_0, to.winding_0_K, to.housing_0_K, to.charge_0_A2_s, to.time_0_s);
+    put(1, to.raw_1, to.count_1, to.winding_1_K, to.housing_1_K, to.charge_1_A2_s, to.time_1_s);
+    put(2, to.raw_2, to.count_2, to.winding_2_K, to.housing_2_K, to.charge_2_A2_s, to.time_2_s);
+  }
+  link::TraceStart start;
+  start.tick = static_cast<std::uint32_t>(tick_);
+  start.period_s = period_s_;
+  start.mode = static_cast<std::uint8_t>(mode_);
+  start.levels = levels(inputs, arm_count_);
+  start.arms = arm_count_;
+  settle(start, arms);
+  trace_.begin(start, arms);
+}
+
+void Servo::settle(const link::TraceStart& start, const TraceArms& arms) noexcept {
+  renderer_.bind(scene_);
+  touches_ = {};
+  mode_ = start.mode == static_cast<std::uint8_t>(Mode::kReady) ? Mode::kReady : Mode::kDisarmed;
+  mode_time_s_ = force_ramp_ = gravity_ramp_ = 0;
+  link_age_ticks_ = 0;
+  for (std::size_t i = 0; i < arm_count_; ++i) {
+    ArmState& arm = arms_[i];
+    const link::TraceArm& from = arms[i];
+    const std::array<std::uint32_t, kJoints> raw = {from.raw_0, from.raw_1, from.raw_2};
+    const std::array<std::int32_t, kJoints> counts = {from.count_0, from.count_1, from.count_2};
+    const std::array<MotorHeat::State, kJoints> heat = {
+        {{from.winding_0_K, from.housing_0_K, from.charge_0_A2_s, from.time_0_s},
+         {from.winding_1_K, from.housing_1_K, from.charge_1_A2_s, from.time_1_s},
+         {from.winding_2_K, from.housing_2_K, from.charge_2_A2_s, from.time_2_s}}};
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      const auto axis = static_cast<int>(j);
+      arm.encoder[j].resume(raw[j], counts[j], arm.arm.home()[axis]);
+      arm.speed[j].reset(counts[j]);
+      arm.watch[j].reset();
+      arm.heat[j].resume(heat[j]);
+      arm.joint_rad[axis] = arm.encoder[j].angle_rad();
+    }
+    arm.seen = true;
+    arm.homed = (from.flags & link::kTraceHomed) != 0;
+    arm.sample_tick = tick_;
+    arm.age_ticks = 0;
+    arm.posture = arm.arm.at(arm.joint_rad);
+    arm.in_workspace =
+        kinematics::workspace_limit(arm.arm.model(), arm.joint_rad) == kinematics::WorkspaceLimit::kNone;
+    arm.tip_velocity_m_s.setZero();
+    arm.force_N.setZero();
+    arm.torque_N_m.setZero();
+    arm.current_A.setZero();
+  }
+}
+
+void Servo::resume(const link::TraceStart& start, const TraceArms& arms) noexcept {
+  take_scene(scene_posted_.load(std::memory_order_acquire));
+  tick_ = start.tick;
+  first_tick_ = false;
+  settle(start, arms);
+}
+
+void Servo::trace_tick(const Inputs& inputs, Command obeyed) noexcept {
+  Trace::Tick tick;
+  tick.tick = inputs.tick;
+  tick.arms = arm_count_;
+  std::array<float, 3 * kMaxArms> forces_N{};
+  for (std::size_t i = 0; i < kMaxArms; ++i) {
+    tick.counts[i] = inputs.arm[i].counts;
+    std::copy_n(arms_[i].force_N.data(), 3, forces_N.begin() + static_cast<std::ptrdiff_t>(3 * i));
+  }
+  tick.forces = std::as_bytes(std::span(forces_N).first(std::size_t{3} * arm_count_));
+  tick.mode = static_cast<std::uint8_t>(mode_);
+  tick.command = static_cast<std::uint8_t>(obeyed);
+  tick.levels = levels(inputs, arm_count_);
+  tick.faulted = fault_ != Fault::kNone;
+  trace_.tick(tick);
 }
 
 void Servo::render() noexcept {
@@ -602,6 +738,10 @@ Conditions Servo::request(Command command) noexcept {
       break;
     case Command::kMove:
       return kWrongMode;  // without an order
+    case Command::kTrace:
+      refused = against & (kFaultLatched | kEncoderStale | kNoScene | kBadConfig);
+      if (now != Mode::kDisarmed && now != Mode::kReady) refused |= kWrongMode;
+      break;
     case Command::kArm:
       if (now == Mode::kArmed) return 0;
       refused = against;

@@ -20,6 +20,7 @@
 #include "firmware/params.h"
 #include "firmware/telemetry.h"
 #include "firmware/thermal.h"
+#include "firmware/trace.h"
 #include "kinematics/arm.h"
 #include "kinematics/encoder.h"
 #include "kinematics/vector.h"
@@ -98,6 +99,7 @@ enum class Command : std::uint8_t {
   kStop = 5,     // trips host_stop; always accepted
   kMove = 6,     // comes with an order: request_move()
   kEndMove = 7,  // the arm that moves by itself is let go; accepted without one too
+  kTrace = 8,    // the next tick is the first of a trace (firmware/trace.h); motors off
 };
 
 // What stands against a command, as bits. The numbers travel over the link: append only.
@@ -183,6 +185,13 @@ class Servo {
   }
   // Null while a move is under way or about to be.
   [[nodiscard]] const GuardedMove* move_results() const noexcept;
+  [[nodiscard]] Trace& trace() noexcept { return trace_; }
+  [[nodiscard]] const Trace& trace() const noexcept { return trace_; }
+  // Before the first tick: the state that a trace began with, with the scene that was posted last. What is fed from then on gives
+  // what it gave there.
+  void resume(const link::TraceStart& start, const TraceArms& arms) noexcept;
+  // Takes the command in the next tick, whatever stands against it: for a replay, which knows that it was obeyed.
+  void replay(Command command) noexcept { post(command); }
   void keep_alive() noexcept;
   // A force that the host orders; its arm is one of the controller's. False: it was passed over.
   [[nodiscard]] bool order_force(const link::ForceOrder& order, link::Micros now) noexcept {
@@ -259,6 +268,10 @@ class Servo {
   [[nodiscard]] Conditions conditions(const Inputs& inputs) const noexcept;
   void obey(Command command, Conditions unmet) noexcept;
   void switch_scene() noexcept;
+  void take_scene(std::uint32_t posted) noexcept;
+  void start_trace(const Inputs& inputs) noexcept;
+  void settle(const link::TraceStart& start, const TraceArms& arms) noexcept;
+  void trace_tick(const Inputs& inputs, Command obeyed) noexcept;
   [[nodiscard]] Conditions move_conditions(Conditions unmet) const noexcept;
   void render() noexcept;
   void feel_orders() noexcept;
@@ -291,7 +304,9 @@ class Servo {
   std::uint32_t link_age_ticks_ = 0;
   bool link_seen_ = false;
   std::uint32_t sequence_ = 0;  // of the scene; 0: none
+  control::SceneView scene_;
   Telemetry telemetry_;
+  Trace trace_;
 
   // Records on their way to the background: written by the tick at head, read by the background at tail.
   std::array<Telemetry, kRecords> records_;

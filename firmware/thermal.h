@@ -42,6 +42,21 @@ class MotorHeat {
     return part < 0.0F ? 0.0F : part > 1.0F ? 1.0F : part;
   }
 
+  // All that it knows.
+  struct State {
+    float winding_K = 0;
+    float housing_K = 0;
+    float charge_A2_s = 0;
+    float time_s = 0;
+  };
+  [[nodiscard]] State state() const noexcept { return {winding_K_, housing_K_, charge_A2_s_, time_s_}; }
+  void resume(const State& state) noexcept {
+    winding_K_ = state.winding_K;
+    housing_K_ = state.housing_K;
+    charge_A2_s_ = state.charge_A2_s;
+    time_s_ = state.time_s;
+  }
+
  private:
   float winding_K_ = 0;  // above ambient
   float housing_K_ = 0;

@@ -34,6 +34,13 @@ class JointEncoder {
     offset_rad_ = angle_rad;
   }
 
+  // The counter shows raw, and has moved by counts since the joint stood at home_rad.
+  void resume(std::uint32_t raw, std::int32_t counts, float home_rad) noexcept {
+    last_raw_ = raw;
+    counts_ = counts;
+    offset_rad_ = home_rad;
+  }
+
   [[nodiscard]] EncoderStatus update(std::uint32_t raw) noexcept {
     const std::uint32_t difference = raw - last_raw_;
     const std::int32_t delta = width_ == CounterWidth::k16
@@ -50,6 +57,7 @@ class JointEncoder {
   [[nodiscard]] float angle_rad() const noexcept {
     return offset_rad_ + static_cast<float>(counts_) * rad_per_count_;
   }
+  [[nodiscard]] std::uint32_t raw() const noexcept { return last_raw_; }  // of the last reading
   [[nodiscard]] float rad_per_count() const noexcept { return rad_per_count_; }
   [[nodiscard]] std::int32_t max_counts_per_tick() const noexcept { return max_counts_per_tick_; }
 

@@ -22,6 +22,7 @@ namespace {
 // long: where the arm cannot keep up (under sanitizers it runs at 0.7 of real time), 0.1 s took 2 s to answer a question.
 constexpr double kMostBehind_s = 0.02;
 constexpr std::uint64_t kWait_us = 500;
+constexpr double kSlice_s = 0.002;
 
 std::uint64_t steady_us() {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(
@@ -99,7 +100,13 @@ void LiveBoard::run(const std::function<bool()>& stopping, const std::function<v
       due_s = kMostBehind_s;
     }
     sent.clear();
+    // In slices: a trace has room for Trace::kEntries ticks.
+    for (; due_s > kSlice_s; due_s -= kSlice_s) {
+      board_->step(kSlice_s);
+      send_all();
+    }
     board_->step(due_s);
+    send_all();
 
     while (const std::optional<firmware::link::CanFrame> frame = ports_->receive()) {
       board_->controller().on_frame(*frame, steady_us());

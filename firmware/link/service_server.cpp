@@ -90,6 +90,34 @@ const char* name(Nrc code) noexcept {
   return "unknown";
 }
 
+const char* name(TraceEnd end) noexcept {
+  switch (end) {
+    case TraceEnd::kNotYet:
+      return "not_yet";
+    case TraceEnd::kStopped:
+      return "stopped";
+    case TraceEnd::kParameter:
+      return "parameter_written";
+    case TraceEnd::kScene:
+      return "scene_changed";
+    case TraceEnd::kTickLost:
+      return "tick_lost";
+    case TraceEnd::kSampleStale:
+      return "sample_stale";
+    case TraceEnd::kGuardedMove:
+      return "guarded_move";
+    case TraceEnd::kFault:
+      return "fault";
+    case TraceEnd::kHostSilent:
+      return "host_silent";
+    case TraceEnd::kCountsJumped:
+      return "counts_jumped";
+    case TraceEnd::kHostForces:
+      return "host_forces";
+  }
+  return "unknown";
+}
+
 // --- ByteWriter
 
 void ByteWriter::put(std::uint8_t value) noexcept { put(std::span<const std::uint8_t>(&value, 1)); }
@@ -353,6 +381,7 @@ Nrc ServiceServer::routine(std::span<const std::uint8_t> request, ByteWriter& ou
   out.put(action);
   out.put_u16(static_cast<std::uint16_t>(which));
   if (which == Routine::kMove) return move_routine(action, arguments, out);
+  if (which == Routine::kTrace) return trace_routine(action, arguments, out);
   if (action != kStartRoutine) return Nrc::kSubFunctionNotSupported;
 
   if (which == Routine::kPrepareDownload) {
@@ -383,6 +412,7 @@ Nrc ServiceServer::routine(std::span<const std::uint8_t> request, ByteWriter& ou
       return backend_.save_parameters();
     case Routine::kPrepareDownload:
     case Routine::kMove:
+    case Routine::kTrace:
       break;
   }
   return Nrc::kRequestOutOfRange;
@@ -398,6 +428,14 @@ Nrc ServiceServer::move_routine(std::uint8_t action, std::span<const std::uint8_
   if (!arguments.empty()) return Nrc::kIncorrectLength;
   if (action == kStopRoutine) return backend_.end_move();
   return action == kRoutineResults ? backend_.move_samples(out) : Nrc::kSubFunctionNotSupported;
+}
+
+Nrc ServiceServer::trace_routine(std::uint8_t action, std::span<const std::uint8_t> arguments,
+                                 ByteWriter& out) noexcept {
+  if (!arguments.empty()) return Nrc::kIncorrectLength;
+  if (action == kStartRoutine) return backend_.start_trace();
+  if (action == kStopRoutine) return backend_.end_trace();
+  return action == kRoutineResults ? backend_.trace_start(out) : Nrc::kSubFunctionNotSupported;
 }
 
 // 34 00 44 offset(4) bytes to come(4): the prepared image from where the controller's copy ends.

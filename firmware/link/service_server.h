@@ -78,6 +78,11 @@ class ServiceBackend {
   [[nodiscard]] virtual Nrc end_move() noexcept = 0;
   [[nodiscard]] virtual Nrc move_samples(ByteWriter& out) noexcept = 0;
 
+  // A trace. trace_start appends a TraceStart and the TraceArms, and has kRequestSequenceError before the first trace.
+  [[nodiscard]] virtual Nrc start_trace() noexcept = 0;
+  [[nodiscard]] virtual Nrc end_trace() noexcept = 0;
+  [[nodiscard]] virtual Nrc trace_start(ByteWriter& out) noexcept = 0;
+
   // A download into the spare slot: the running scene is never touched. prepare sets `has` to the bytes of
   // this very image (same length, same CRC-32) already held, which is `length` when it is complete;
   // kDownloadNotAccepted: too long.
@@ -137,6 +142,8 @@ class ServiceServer {
   [[nodiscard]] Nrc routine(std::span<const std::uint8_t> request, ByteWriter& out) noexcept;
   [[nodiscard]] Nrc move_routine(std::uint8_t action, std::span<const std::uint8_t> arguments,
                                  ByteWriter& out) noexcept;
+  [[nodiscard]] Nrc trace_routine(std::uint8_t action, std::span<const std::uint8_t> arguments,
+                                  ByteWriter& out) noexcept;
   [[nodiscard]] Nrc request_download(std::span<const std::uint8_t> request, ByteWriter& out) noexcept;
   [[nodiscard]] Nrc transfer_data(std::span<const std::uint8_t> request, ByteWriter& out) noexcept;
   [[nodiscard]] Nrc transfer_exit(std::span<const std::uint8_t> request, ByteWriter& out) noexcept;

@@ -307,11 +307,16 @@ std::string Device::text(std::uint16_t did) {
   return {answer.bytes.begin() + 3, answer.bytes.end()};
 }
 
-double Device::read_param(const firmware::ParamRow& row) {
+std::uint32_t Device::param_bits(const firmware::ParamRow& row) {
   const Bytes answer = demand(read_request(row.id), std::string("reading ") + row.name);
   if (answer.size() != 7) refused(std::string("reading ") + row.name, Nrc::kIncorrectLength);
   std::uint32_t bits = 0;  // little-endian, like the records
   for (std::size_t i = 0; i < 4; ++i) bits |= static_cast<std::uint32_t>(answer[3 + i]) << (8U * i);
+  return bits;
+}
+
+double Device::read_param(const firmware::ParamRow& row) {
+  const std::uint32_t bits = param_bits(row);
   if (row.type == firmware::ParamType::kFloat) return static_cast<double>(std::bit_cast<float>(bits));
   return static_cast<double>(bits);
 }
@@ -446,6 +451,44 @@ std::vector<link::MoveSample> Device::move_samples() {
 void Device::end_move() {
   enter(Session::kExtended);
   demand(routine_request(Routine::kMove, kStop), "ending the move");
+}
+
+// --- Traces
+
+void Device::start_trace() {
+  enter(Session::kExtended);
+  const Answer answer = request(routine_request(Routine::kTrace));
+  // A repeated request finds it running.
+  if (answer.code != Nrc::kOk && trace_state().phase != static_cast<std::uint8_t>(link::TracePhase::kRunning))
+    refused("starting the trace", answer.code);
+}
+
+void Device::end_trace() {
+  enter(Session::kExtended);
+  demand(routine_request(Routine::kTrace, kStop), "ending the trace");
+}
+
+link::TraceState Device::trace_state() {
+  const Bytes answer = demand(read_request(link::TraceState::kId), "reading the trace's state");
+  link::TraceState state;
+  if (!link::decode(std::span(answer).subspan(3), state))
+    refused("reading the trace's state", Nrc::kIncorrectLength);
+  return state;
+}
+
+std::pair<link::TraceStart, std::vector<link::TraceArm>> Device::trace_start() {
+  enter(Session::kExtended);
+  const Bytes answer = demand(routine_request(Routine::kTrace, kResults), "reading how the trace began");
+  std::pair<link::TraceStart, std::vector<link::TraceArm>> result;
+  std::span<const std::uint8_t> rest = std::span(answer).subspan(4);
+  if (!link::decode(rest, result.first)) refused("reading how the trace began", Nrc::kIncorrectLength);
+  rest = rest.subspan(link::wire_size<link::TraceStart>());
+  result.second.resize(result.first.arms);
+  for (link::TraceArm& arm : result.second) {
+    if (!link::decode(rest, arm)) refused("reading how the trace began", Nrc::kIncorrectLength);
+    rest = rest.subspan(link::wire_size<link::TraceArm>());
+  }
+  return result;
 }
 
 // --- Forces of the program's own

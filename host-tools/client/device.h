@@ -104,6 +104,13 @@ class Device {
   [[nodiscard]] std::vector<link::MoveSample> move_samples();
   void end_move();
 
+  // A trace (firmware/trace.h); its frames come as telemetry(). How it began: a TraceStart, and a TraceArm for each arm.
+  void start_trace();
+  void end_trace();
+  [[nodiscard]] link::TraceState trace_state();
+  [[nodiscard]] std::pair<link::TraceStart, std::vector<link::TraceArm>> trace_start();
+  [[nodiscard]] std::uint32_t param_bits(const firmware::ParamRow& row);
+
   // The program gives the forces (docs/host-rendering.md):
   //
   //   device.home();

@@ -6,7 +6,9 @@
 #include <string>
 
 #include "host-tools/files/output_file.h"
+#include "host-tools/import/device_log.h"
 #include "host-tools/import/import_volume.h"
+#include "host-tools/plot/run_log.h"
 #include "host-tools/thimble/output.h"
 #include "host-tools/thimble/verbs.h"
 
@@ -68,6 +70,55 @@ void import_volume(const Common& common, const ImportVolumeChoice& choice) {
     fmt::print("  {:7.2f} to {:7.2f} mm  {} (mean intensity {:.4g})\n", layer.begin_mm, layer.end_mm,
                imported.kinds[layer.kind].name, layer.mean);
   }
+}
+
+void import_device_log(const Common& common, const ImportDeviceLogChoice& choice) {
+  if (choice.path.empty() && choice.forces.empty()) {
+    throw Error(ExitCode::kUsage, "usage", "neither --output nor --log says what to make of it",
+                "--output PATH.csv for `thimble simulate --path`, --log LOG.csv for `thimble plot`");
+  }
+  const DeviceLog log = read_device_log(choice.log, choice.thimble_frame);
+  if (!choice.forces.empty() && !log.has_force) {
+    throw Error(ExitCode::kBadInput, "no-force", choice.log.string() + " has no FORCE",
+                "make a path of it (--output), and feel a scene along it (`thimble simulate`)");
+  }
+  if (!choice.path.empty()) {
+    OutputFile file(choice.path);
+    file.stream() << "time_s,x_m,y_m,z_m\n";
+    for (const DeviceLogSample& sample : log.samples)
+      file.stream() << fmt::format("{:.9g},{:.9g},{:.9g},{:.9g}\n", sample.time_s, sample.position_m.x(),
+                                   sample.position_m.y(), sample.position_m.z());
+    file.commit();
+  }
+  if (!choice.forces.empty()) {
+    OutputFile file(choice.forces);
+    write_log_header(file.stream());
+    for (const DeviceLogSample& sample : log.samples) {
+      board::LogRow row;
+      row.time_s = sample.time_s;
+      row.tip_m = row.proxy_m = sample.position_m;  // a DeviceLog has no god object
+      row.force_N = sample.force_N;
+      row.contacts = sample.force_N.isZero() ? 0 : 1;
+      write_log_row(file.stream(), row);
+    }
+    file.commit();
+  }
+  const double seconds = log.samples.back().time_s - log.samples.front().time_s;
+  if (common.json) {
+    Json json = document("import devicelog");
+    json["kind"] = log.binary ? "binary" : "text";
+    json["columns"] = log.columns;
+    json["rows"] = log.samples.size();
+    json["repeated"] = log.repeated;
+    json["seconds"] = seconds;
+    if (!choice.path.empty()) json["path"] = choice.path.string();
+    if (!choice.forces.empty()) json["log"] = choice.forces.string();
+    print(json);
+    return;
+  }
+  fmt::print("{} log with {}: {} rows over {:.3f} s{}\n", log.binary ? "binary" : "text",
+             fmt::join(log.columns, ", "), log.samples.size(), seconds,
+             log.repeated == 0 ? "" : fmt::format(", {} left out whose time did not rise", log.repeated));
 }
 
 }  // namespace thimble::host

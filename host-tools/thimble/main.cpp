@@ -29,6 +29,10 @@ struct Choices {
   ScanChoice scan;
   SimulateChoice simulate;
   ImportVolumeChoice import_volume;
+  ImportDeviceLogChoice import_device_log;
+  RecordChoice record;
+  ReplayChoice replay;
+  PlotChoice plot;
   std::filesystem::path scene;
   std::filesystem::path image;
   std::string name;
@@ -84,6 +88,36 @@ void define_scan(CLI::App& app, Choices& c) {
       ->needs(simulated);
   scan_verb->add_option("--arm", c.scan.arm, "with --simulate: one of " + arm_names())->capture_default_str();
   scan_verb->add_option("--seed", c.scan.seed, "with --simulate: of the simulated arm")
+      ->capture_default_str();
+}
+
+void define_record(CLI::App& app, Choices& c) {
+  CLI::App* record_verb =
+      remote_verb(app, c, "record", "record every tick of a device, to be replayed to the bit",
+                  [&c] { record(c.common, c.remote, c.record); });
+  record_verb->add_option("output", c.record.output, "where the recording goes")->required();
+  record_verb->add_option("--scene", c.record.scene, "the scene file (*.json) or image that the device runs")
+      ->required();
+  record_verb->add_option("--seconds", c.record.seconds, "stop after so long; default: Ctrl-C")
+      ->check(CLI::PositiveNumber);
+  record_verb->add_flag("--home", c.record.home, "home the arm first");
+  record_verb->add_flag("--arm", c.record.arm, "turn the forces on, and off at the end");
+  record_verb->add_flag("--force", c.record.force, "replace a recording that is there");
+
+  CLI::App* replay_verb = verb(app, c, "replay", "feed a recording to the same core, and compare every force",
+                               [&c] { replay(c.common, c.replay); });
+  replay_verb->add_option("recording", c.replay.file, "what `thimble record` wrote")->required();
+  replay_verb->add_option("--log", c.replay.log, "where a log goes: CSV, one row a tick and arm");
+
+  CLI::App* plot_verb =
+      verb(app, c, "plot", "draw the force of a recording or a log", [&c] { plot(c.common, c.plot); });
+  plot_verb->add_option("file", c.plot.file, "a recording, or a log of `simulate` or `replay`")->required();
+  plot_verb->add_option("--output,-o", c.plot.output, "where the picture goes: *.svg or *.png")->required();
+  plot_verb->add_option("--kind", c.plot.kind, "all, time, depth or spectrum")
+      ->check(CLI::IsMember({"all", "time", "depth", "spectrum"}))
+      ->capture_default_str();
+  plot_verb->add_option("--tip", c.plot.tip, "of which arm: 0 or 1")
+      ->check(CLI::Range(0U, 1U))
       ->capture_default_str();
 }
 
@@ -212,7 +246,17 @@ void define(CLI::App& app, Choices& c) {
                    "where the scene file goes; nothing is written when it fails")
       ->required();
 
+  CLI::App* log_verb = verb(*import, c, "devicelog", "the log of a HAPI DeviceLog",
+                            [&c] { import_device_log(c.common, c.import_device_log); });
+  log_verb->add_option("log", c.import_device_log.log, "the log, text or binary")->required();
+  log_verb->add_option("--output,-o", c.import_device_log.path,
+                       "where the path of the tip goes: CSV, for `simulate --path`");
+  log_verb->add_option("--log", c.import_device_log.forces, "where its forces go: CSV, for `plot`");
+  log_verb->add_flag("--thimble-frame", c.import_device_log.thimble_frame,
+                     "its y points away from the user and its z up; default: y up, z to the user");
+
   define_view(app, c);
+  define_record(app, c);
   define_scan(app, c);
   define_trace(app, c);
 

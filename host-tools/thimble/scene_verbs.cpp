@@ -1,12 +1,10 @@
 // compile and simulate: what needs no device.
 #include <fmt/format.h>
 
-#include <array>
-#include <cstdio>
-
 #include "host-tools/compiler/compile.h"
 #include "host-tools/files/image_file.h"
 #include "host-tools/files/output_file.h"
+#include "host-tools/plot/run_log.h"
 #include "host-tools/simulate/simulation_run.h"
 #include "host-tools/thimble/output.h"
 #include "host-tools/thimble/verbs.h"
@@ -26,15 +24,6 @@ Json to_json(const MeshReport& mesh) {
           {"pierced_triangles", mesh.pierced_triangles},
           {"bytes", mesh.bytes},
           {"depth", mesh.depth}};
-}
-
-void write_row(std::ofstream& out, const board::LogRow& row) {
-  std::array<char, 320> line{};
-  const int size = std::snprintf(
-      line.data(), line.size(), "%.9g,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%d\n", row.time_s,
-      row.arm, row.tip_m.x(), row.tip_m.y(), row.tip_m.z(), row.proxy_m.x(), row.proxy_m.y(), row.proxy_m.z(),
-      row.force_N.x(), row.force_N.y(), row.force_N.z(), row.contacts);
-  out.write(line.data(), size);
 }
 
 }  // namespace
@@ -85,13 +74,12 @@ void simulate(const Common& common, const SimulateChoice& choice) {
   options.seed = choice.seed;
 
   OutputFile log(choice.log);
-  log.stream() << "time_s,arm,tip_x_m,tip_y_m,tip_z_m,proxy_x_m,proxy_y_m,proxy_z_m,"
-                  "force_x_N,force_y_N,force_z_N,contacts\n";
+  write_log_header(log.stream());
   double peak_N = 0;
   double sum_N = 0;
   std::uint64_t contact_rows = 0;
   const board::SimulationResult result = run.go(options, [&](const board::LogRow& row) {
-    write_row(log.stream(), row);
+    write_log_row(log.stream(), row);
     const double force_N = row.force_N.norm();
     peak_N = std::max(peak_N, force_N);
     if (row.contacts != 0) {

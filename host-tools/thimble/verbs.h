@@ -100,6 +100,38 @@ struct ImportVolumeChoice {
 };
 void import_volume(const Common& common, const ImportVolumeChoice& choice);
 
+struct ImportDeviceLogChoice {
+  std::filesystem::path log;
+  std::filesystem::path path;    // for `simulate --path`; empty: none
+  std::filesystem::path forces;  // a log for `plot`; empty: none
+  bool thimble_frame = false;    // x to the right, y away from the user, z up, instead of H3D's axes
+};
+void import_device_log(const Common& common, const ImportDeviceLogChoice& choice);
+
+struct RecordChoice {
+  std::filesystem::path output;
+  std::filesystem::path scene;
+  double seconds = 0;  // 0: until Ctrl-C, or the trace ends
+  bool home = false;
+  bool arm = false;
+  bool force = false;  // OUT may be there
+};
+void record(const Common& common, const Remote& remote, const RecordChoice& choice);
+
+struct ReplayChoice {
+  std::filesystem::path file;
+  std::filesystem::path log;  // empty: none
+};
+void replay(const Common& common, const ReplayChoice& choice);
+
+struct PlotChoice {
+  std::filesystem::path file;  // a recording or a log
+  std::filesystem::path output;
+  std::string kind = "all";
+  unsigned tip = 0;  // of this arm
+};
+void plot(const Common& common, const PlotChoice& choice);
+
 struct SimulateChoice {
   std::filesystem::path scene;
   std::filesystem::path path;

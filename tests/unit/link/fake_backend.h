@@ -54,6 +54,12 @@ class FakeBackend final : public ServiceBackend {
     out.put_record(MoveSample{});
     return answered("move_samples");
   }
+  Nrc start_trace() noexcept override { return answered("trace"); }
+  Nrc end_trace() noexcept override { return answered("end_trace"); }
+  Nrc trace_start(ByteWriter& out) noexcept override {
+    out.put_record(TraceStart{});
+    return answered("trace_start");
+  }
   Nrc prepare_download(std::uint32_t new_length, std::uint32_t new_crc,
                        std::uint32_t& has) noexcept override {
     const Nrc answer = answered("prepare");

@@ -101,7 +101,7 @@ TEST(MessagesProperty, EveryMessageComesBack) {
       RC_ASSERT(buffer == again);
     }));
   });
-  EXPECT_EQ(messages, 22);
+  EXPECT_EQ(messages, 27);
 }
 
 template <class Wire>

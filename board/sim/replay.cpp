@@ -1,0 +1,135 @@
+#include "board/sim/replay.h"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include "board/sim/sim_board.h"
+#include "board/sim/verdict_text.h"
+#include "firmware/link/services.h"
+#include "firmware/slot_header.h"
+
+namespace thimble::board {
+namespace {
+
+namespace link = firmware::link;
+
+firmware::Config config_of(const TraceRun& run) {
+  firmware::Config config;
+  config.period_s = run.start.period_s;
+  config.arm_count = run.start.arms;
+  if (run.start.arms < 1 || run.start.arms > control::kMaxArms || run.arms.size() != run.start.arms ||
+      run.models.size() != run.start.arms)
+    throw std::invalid_argument("it has " + std::to_string(run.start.arms) + " arms, and the state of " +
+                                std::to_string(run.arms.size()));
+  for (std::size_t i = 0; i < run.arms.size(); ++i) {
+    if (kinematics::find_arm_model(run.models[i].c_str()) == nullptr)
+      throw std::invalid_argument("its arm '" + run.models[i] + "' is not known here");
+    const link::TraceArm& from = run.arms[i];
+    firmware::ArmConfig& to = config.arm[i];
+    to.model = run.models[i].c_str();
+    to.has_index = (from.flags & link::kTraceHasIndex) != 0;
+    to.base.home_m = {from.home_x_m, from.home_y_m, from.home_z_m};
+    to.base.rotation << from.turn_xx, from.turn_xy, from.turn_xz,  //
+        from.turn_yx, from.turn_yy, from.turn_yz,                  //
+        from.turn_zx, from.turn_zy, from.turn_zz;
+  }
+  return config;
+}
+
+}  // namespace
+
+class Replay::Board {
+ public:
+  explicit Board(const TraceRun& run)
+      : storage_(run.image.size() + firmware::SceneStore::kHeaderBytes),
+        controller_(config_of(run), storage_),
+        arms_(run.start.arms),
+        // A float's period of 0.25 ms is 12 fs longer: a minute later that shows.
+        period_s_(1.0 / std::round(1.0 / static_cast<double>(run.start.period_s))) {
+    if (controller_.fault() != firmware::Fault::kNone)
+      throw std::invalid_argument("its loop's period of " + std::to_string(run.start.period_s) +
+                                  " s is not possible");
+    for (const auto& [id, bits] : run.params) {
+      if (controller_.write_param(id, bits) != firmware::ParamStatus::kOk)
+        throw std::invalid_argument("its parameter " + std::to_string(id) +
+                                    " is not known here, or has a value that is not allowed");
+    }
+    const firmware::StoreStatus status = controller_.load_scene(run.image);
+    if (status != firmware::StoreStatus::kOk)
+      throw std::invalid_argument("its scene was refused: " + text_of(controller_.store().image_verdict()));
+    firmware::TraceArms arms;
+    for (std::size_t i = 0; i < run.arms.size(); ++i) {
+      arms[i] = run.arms[i];
+      inputs_.arm[i].counts = {run.arms[i].raw_0, run.arms[i].raw_1, run.arms[i].raw_2};
+    }
+    controller_.resume(run.start, arms);
+    inputs_.tick = first_ = run.start.tick;
+  }
+
+  void tick(const Replay::Tick& tick, link::TraceCheck& check) {
+    ++inputs_.tick;
+    inputs_.dead_man = (tick.levels & link::kTraceDeadMan) != 0;
+    inputs_.e_stop = (tick.levels & link::kTraceEStop) != 0;
+    for (std::size_t i = 0; i < arms_; ++i) {
+      firmware::ArmInputs& arm = inputs_.arm[i];
+      arm.sample_tick = inputs_.tick;
+      arm.index = (tick.levels & static_cast<unsigned>(link::kTraceIndex) << i) != 0;
+      arm.drive_fault = (tick.levels & static_cast<unsigned>(link::kTraceDriveFault) << i) != 0;
+      for (std::size_t j = 0; j < arm.counts.size(); ++j) {
+        const auto low = static_cast<std::uint16_t>(tick.counts[3 * i + j] - arm.counts[j]);
+        arm.counts[j] +=
+            static_cast<std::uint32_t>(static_cast<std::int32_t>(static_cast<std::int16_t>(low)));
+      }
+    }
+    controller_.keep_alive();
+    const auto command = static_cast<firmware::Command>(tick.command);
+    if (command == firmware::Command::kStop) {
+      static_cast<void>(controller_.request(command));
+    } else if (command != firmware::Command::kNone) {
+      controller_.replay(command);
+    }
+    static_cast<void>(controller_.tick(inputs_));
+    std::array<float, 3 * control::kMaxArms> forces_N{};
+    for (std::size_t i = 0; i < arms_; ++i)
+      std::memcpy(&forces_N[3 * i], controller_.telemetry().arm[i].force_N.data(), 3 * sizeof(float));
+    check.crc = firmware::crc32(std::as_bytes(std::span(forces_N).first(3 * arms_)), check.crc);
+    check.tick = static_cast<std::uint16_t>(inputs_.tick);
+    check.mode_command = static_cast<std::uint8_t>(controller_.telemetry().mode);
+    check.levels = tick.levels;
+  }
+
+  [[nodiscard]] const firmware::Controller& controller() const noexcept { return controller_; }
+
+  [[nodiscard]] LogRow row(std::size_t arm) const noexcept {
+    const firmware::ArmTelemetry& shown = controller_.telemetry().arm[arm];
+    LogRow row;
+    row.time_s = static_cast<double>(inputs_.tick - first_) * period_s_;
+    row.arm = static_cast<int>(arm);
+    row.tip_m = shown.tip_m.cast<double>();
+    row.proxy_m = shown.god_object_m.cast<double>();
+    row.force_N = shown.force_N.cast<double>();
+    row.contacts = shown.contacts;
+    return row;
+  }
+
+ private:
+  MemoryStorage storage_;
+  firmware::Controller controller_;
+  std::size_t arms_;
+  double period_s_;
+  std::uint64_t first_ = 0;
+  firmware::Inputs inputs_;
+};
+
+Replay::Replay(const TraceRun& run) : board_(std::make_unique<Board>(run)) {}
+Replay::~Replay() = default;
+
+void Replay::tick(const Tick& tick) { board_->tick(tick, check_); }
+std::uint8_t Replay::fault() const noexcept {
+  return static_cast<std::uint8_t>(board_->controller().fault());
+}
+LogRow Replay::row(std::size_t arm) const noexcept { return board_->row(arm); }
+
+}  // namespace thimble::board

@@ -1,0 +1,63 @@
+// A trace (firmware/trace.h) fed to a controller of this process: the same core, so the same forces to the bit.
+//
+//   Replay replay(run);                       // std::invalid_argument: what does not fit
+//   for each tick of the trace: replay.tick({counts, levels, command});
+//   replay.check() against the trace's TraceCheck; replay.telemetry() for the forces
+//
+// One thread. The bytes of the image are copied.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "board/sim/simulation.h"
+#include "firmware/link/messages.h"
+
+namespace thimble::firmware {
+class Controller;
+struct Telemetry;
+}  // namespace thimble::firmware
+
+namespace thimble::board {
+
+// What a trace says of its device.
+struct TraceRun {
+  firmware::link::TraceStart start;
+  std::vector<firmware::link::TraceArm> arms;
+  std::vector<std::string> models;  // of the arms
+  std::vector<std::pair<std::uint16_t, std::uint32_t>> params;
+  std::span<const std::byte> image;
+};
+
+class Replay {
+ public:
+  struct Tick {
+    std::span<const std::uint16_t> counts;  // three an arm
+    std::uint8_t levels = 0;                // as in TraceCheck
+    std::uint8_t command = 0;
+  };
+
+  explicit Replay(const TraceRun& run);
+  ~Replay();
+  Replay(const Replay&) = delete;
+  Replay& operator=(const Replay&) = delete;
+
+  void tick(const Tick& tick);
+  // What the device would have sent for the tick before: its CRC, its mode, the low bits of its number.
+  [[nodiscard]] const firmware::link::TraceCheck& check() const noexcept { return check_; }
+  [[nodiscard]] std::uint8_t fault() const noexcept;
+  // A row as in the log of a simulation, but that the tip is where the encoders say. Time counts from the trace's start.
+  [[nodiscard]] LogRow row(std::size_t arm) const noexcept;
+
+ private:
+  class Board;
+  std::unique_ptr<Board> board_;
+  firmware::link::TraceCheck check_;
+};
+
+}  // namespace thimble::board

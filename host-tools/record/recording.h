@@ -1,0 +1,94 @@
+// Recordings of what a device felt (docs/recording.md): written while they grow, read back whole.
+//
+// A file is kRecordingMagic and then messages (recording.fbs), each behind its length and its CRC-32, so what is cut off leaves all
+// before it whole. The first message is the header; without an end message the recording was cut off.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <ostream>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "firmware/link/can_frame.h"
+#include "firmware/link/messages.h"
+
+namespace thimble::host {
+
+namespace link = firmware::link;
+
+inline constexpr std::string_view kRecordingMagic = "THIMREC\n";
+inline constexpr std::uint16_t kRecordingFormat = 1;
+inline constexpr std::size_t kRecordedCounts = 3;  // an arm and tick
+
+struct RecordingHeader {
+  std::string tool;
+  std::string firmware;
+  std::string board;
+  std::string serial;
+  std::vector<std::string> models;
+  std::uint8_t node = 1;
+  std::int64_t began = 0;
+  std::string scene_name;
+  std::vector<std::byte> scene;
+  std::uint32_t scene_crc = 0;
+  link::TraceStart start;
+  std::vector<link::TraceArm> arms;
+  std::vector<std::pair<std::uint16_t, std::uint32_t>> parameters;
+};
+
+struct RecordedTicks {
+  std::uint64_t first = 0;  // unwrapped: not below the trace's start
+  std::vector<std::uint16_t> counts;
+};
+
+struct RecordedCheck {
+  std::uint64_t tick = 0;
+  std::uint32_t crc = 0;
+  std::uint8_t mode_command = 0;
+  std::uint8_t levels = 0;
+};
+
+struct RecordedFrame {
+  std::uint32_t time_us = 0;
+  link::CanFrame frame;
+};
+
+struct RecordingEnd {
+  std::string reason;
+  std::uint8_t fault = 0;
+  std::uint32_t ticks = 0;
+  std::uint32_t dropped = 0;
+  std::uint32_t missing = 0;
+};
+
+struct Recording {
+  RecordingHeader header;
+  std::vector<RecordedTicks> ticks;  // in order; joined where they follow each other
+  std::vector<RecordedCheck> checks;
+  std::vector<RecordedFrame> frames;
+  std::optional<RecordingEnd> end;  // none: cut off
+  std::uint64_t cut_bytes = 0;      // behind the last whole message
+  [[nodiscard]] std::uint64_t tick_count() const;
+};
+
+// Each writes a message.
+void write_header(std::ostream& out, const RecordingHeader& header);
+void write_ticks(std::ostream& out, const RecordedTicks& ticks);
+void write_checks(std::ostream& out, std::span<const RecordedCheck> checks);
+void write_frames(std::ostream& out, std::span<const RecordedFrame> frames);
+void write_end(std::ostream& out, const RecordingEnd& end);
+
+[[nodiscard]] bool is_recording(const std::filesystem::path& file);
+
+// Error kBadInput: `not-a-recording`, `broken-recording` (with the place); kVersion: of a later format.
+[[nodiscard]] Recording parse_recording(std::span<const std::byte> bytes, const std::string& name);
+[[nodiscard]] Recording read_recording(const std::filesystem::path& file);
+
+}  // namespace thimble::host

@@ -1,0 +1,319 @@
+// Traces: what they bring gives the same forces again in a fresh controller, to the bit; they end where it would not; what does not
+// get through is counted.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+
+#include "tests/unit/firmware/bench.h"
+
+namespace thimble::test {
+namespace {
+
+namespace link = firmware::link;
+using firmware::Trace;
+using link::TraceEnd;
+using link::TracePhase;
+
+struct TracedFrames {
+  std::vector<link::TraceCounts> counts;
+  std::vector<link::TraceCheck> checks;
+};
+
+// What the link brings until nothing is left.
+void hear_trace(Bench& bench, TracedFrames& heard) {
+  link::CanFrame frame;
+  while (bench.controller->next_frame(frame, bench.inputs.time_us)) {
+    link::TraceCounts counts;
+    link::TraceCheck check;
+    if (link::from_frame(frame, 1, counts)) heard.counts.push_back(counts);
+    if (link::from_frame(frame, 1, check)) {
+      heard.checks.push_back(check);
+    }
+  }
+}
+
+// A session with the services, for what only they have.
+class TraceAsker {
+ public:
+  explicit TraceAsker(Bench& bench) : bench_(bench) {}
+  std::vector<std::uint8_t> ask(const std::vector<std::uint8_t>& request) {
+    link::IsoTpChannel channel(link::request_id(1), link::response_id(1), link::IsoTpConfig{});
+    EXPECT_TRUE(channel.send(request, bench_.inputs.time_us));
+    for (int i = 0; i < 2000; ++i) {
+      const link::Micros now = bench_.inputs.time_us;
+      link::CanFrame frame;
+      while (channel.next_frame(frame, now)) bench_.controller->on_frame(frame, now);
+      bench_.controller->poll(now);
+      while (bench_.controller->next_frame(frame, now)) {
+        if (frame.extended) {
+          static_cast<void>(channel.on_frame(frame, now));
+        }
+      }
+      if (!channel.received().empty()) {
+        std::vector<std::uint8_t> answer(channel.received().begin(), channel.received().end());
+        channel.release();
+        if (answer.size() == 3 && answer[0] == 0x7F && answer[2] == 0x78) continue;
+        return answer;
+      }
+      bench_.tick();
+    }
+    ADD_FAILURE() << "no answer";
+    return {0};
+  }
+
+ private:
+  Bench& bench_;
+};
+
+std::pair<link::TraceStart, firmware::TraceArms> started_with(Bench& bench) {
+  TraceAsker asker(bench);
+  EXPECT_EQ(asker.ask({0x10, 0x03})[0], 0x50);
+  const std::vector<std::uint8_t> answer = asker.ask({0x31, 0x03, 0x02, 0x08});
+  link::TraceStart start;
+  firmware::TraceArms arms;
+  std::span<const std::uint8_t> rest = std::span(answer).subspan(4);
+  EXPECT_TRUE(link::decode(rest, start));
+  rest = rest.subspan(link::wire_size<link::TraceStart>());
+  for (std::size_t i = 0; i < start.arms; ++i) {
+    EXPECT_TRUE(link::decode(rest, arms[i]));
+    rest = rest.subspan(link::wire_size<link::TraceArm>());
+  }
+  EXPECT_TRUE(rest.empty());
+  return {start, arms};
+}
+
+TEST(Trace, AFreshControllerGivesTheSameForces) {
+  for (const std::uint8_t arms : {std::uint8_t{1}, std::uint8_t{2}}) {
+    firmware::Config config;
+    config.arm_count = arms;
+    config.arm[1].base.home_m = {0.1F, 0, 0};
+    Bench bench(config);
+    bench.load(1000.0F, 0.0F, 2.0F);
+    bench.home();
+    bench.arm();
+    bench.move({0.01, 0.02, -0.004}, 3000);  // heat, contact, a history
+    ASSERT_EQ(bench.controller->request(Command::kDisarm), 0);
+    bench.ticks(1500);
+    ASSERT_EQ(bench.mode(), Mode::kReady);
+
+    bench.move({0.01, 0.02, 0.003}, 1000);
+    ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
+    bench.tick();
+    ASSERT_EQ(bench.controller->trace_state().phase, static_cast<std::uint8_t>(TracePhase::kRunning));
+    TracedFrames heard;
+    std::vector<std::array<float, 6>> forces;
+    std::vector<Inputs> inputs;
+    std::vector<Command> commands;
+    const auto tick = [&](Command command = Command::kNone) {
+      if (command != Command::kNone) {
+        EXPECT_EQ(bench.controller->request(command), 0);
+      }
+      bench.tick();
+      std::array<float, 6> force{};
+      for (std::size_t i = 0; i < arms; ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+          force[3 * i + k] = bench.shown().arm[i].force_N[static_cast<Eigen::Index>(k)];
+      forces.push_back(force);
+      inputs.push_back(bench.inputs);
+      commands.push_back(command);
+      hear_trace(bench, heard);
+    };
+    for (int i = 0; i < 37; ++i) tick();
+    tick(Command::kArm);
+    for (int i = 0; i < 2000; ++i) {
+      bench.place({0.01 - 5e-6 * i, 0.02, 0.003 - 4e-6 * i});
+      tick();
+    }
+    bench.inputs.dead_man = false;
+    for (int i = 0; i < 40; ++i) tick();
+    bench.inputs.dead_man = true;
+    for (int i = 0; i < 1500; ++i) tick();
+    tick(Command::kArm);
+    for (int i = 0; i < 300; ++i) tick();
+    EXPECT_EQ(bench.controller->trace_state().dropped, 0U);
+    const auto [start, start_arms] = started_with(bench);
+    Bench fresh(config);
+    fresh.load(1000.0F, 0.0F, 2.0F);
+    fresh.controller->resume(start, start_arms);
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      fresh.controller->keep_alive();
+      if (commands[i] != Command::kNone) fresh.controller->replay(commands[i]);
+      static_cast<void>(fresh.controller->tick(inputs[i]));
+      for (std::size_t k = 0; k < std::size_t{3} * arms; ++k) {
+        const float force = fresh.shown().arm[k / 3].force_N[static_cast<Eigen::Index>(k % 3)];
+        if (std::memcmp(&force, &forces[i][k], sizeof(float)) != 0) ++different;
+      }
+    }
+    EXPECT_EQ(different, 0U) << "of " << inputs.size() << " ticks";
+    float most_N = 0;
+    for (const auto& force : forces)
+      for (const float part : force) most_N = std::max(most_N, std::abs(part));
+    EXPECT_GT(most_N, 2.0F) << "nothing was felt";
+  }
+}
+
+TEST(Trace, TheLinkHasEveryTickAndChecksWhereSomethingHappened) {
+  Bench bench;
+  bench.load();
+  bench.home();
+  ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
+  bench.tick();
+  TracedFrames heard;
+  const std::uint64_t first = bench.inputs.tick + 1;
+  std::uint64_t armed_at = 0;
+  for (int i = 0; i < 100; ++i) {
+    if (i == 50) {
+      EXPECT_EQ(bench.controller->request(Command::kArm), 0);
+      armed_at = bench.inputs.tick + 1;
+    }
+    bench.tick();
+    hear_trace(bench, heard);
+  }
+  ASSERT_EQ(heard.counts.size(), 100U);
+  for (std::size_t i = 0; i < heard.counts.size(); ++i)
+    EXPECT_EQ(heard.counts[i].tick_arm, (first + i) & 0x7FFFU);
+  EXPECT_EQ(heard.counts.back().count_1, static_cast<std::uint16_t>(bench.inputs.arm[0].counts[1]));
+  std::size_t commands = 0;
+  for (const link::TraceCheck& check : heard.checks) {
+    if ((check.mode_command >> link::kTraceCommandShift & link::kTraceCommand) == 0) continue;
+    ++commands;
+    EXPECT_EQ(check.tick, static_cast<std::uint16_t>(armed_at));
+    EXPECT_EQ(check.mode_command, static_cast<std::uint8_t>(Mode::kArmed) | 2U << link::kTraceCommandShift);
+    EXPECT_EQ(check.levels, link::kTraceDeadMan);
+  }
+  EXPECT_EQ(commands, 1U);
+  EXPECT_EQ(heard.checks.size(), 7U);  // every 16 ticks, counted anew after the command's
+
+  // The end says so, with the last tick's check.
+  TraceAsker asker(bench);
+  EXPECT_EQ(asker.ask({0x10, 0x03})[0], 0x50);
+  EXPECT_EQ(asker.ask({0x31, 0x02, 0x02, 0x08})[0], 0x71);
+  EXPECT_EQ(bench.controller->trace_state().end, static_cast<std::uint8_t>(TraceEnd::kStopped));
+}
+
+TEST(Trace, AFullRingIsCounted) {
+  Bench bench;
+  bench.load();
+  bench.home();
+  ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
+  bench.tick();
+  bench.ticks(static_cast<int>(Trace::kEntries) + 100);
+  EXPECT_EQ(bench.controller->trace_state().dropped, 100U);
+  EXPECT_EQ(bench.controller->trace_state().ticks, Trace::kEntries + 100U);
+  TracedFrames heard;
+  hear_trace(bench, heard);
+  EXPECT_EQ(heard.counts.size(), Trace::kEntries);
+  bench.tick();
+  hear_trace(bench, heard);
+  EXPECT_EQ(heard.counts.back().tick_arm, bench.inputs.tick & 0x7FFFU) << "a gap, and then the next tick";
+}
+
+TEST(Trace, EndsWhereAHostGivesTheForces) {
+  Bench bench;
+  bench.load();
+  bench.home();
+  ASSERT_EQ(bench.controller->write_param(0x0123, 1), firmware::ParamStatus::kOk);
+  ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
+  bench.ticks(3);
+  ASSERT_EQ(bench.controller->trace_state().phase, 1);
+  ASSERT_EQ(bench.controller->request(Command::kArm), 0);
+  bench.tick();
+  EXPECT_EQ(bench.controller->trace_state().phase, 2);
+  EXPECT_EQ(bench.controller->trace_state().end, static_cast<std::uint8_t>(TraceEnd::kHostForces));
+  EXPECT_EQ(bench.controller->trace_state().ticks, 2U);
+}
+
+struct EndCase {
+  const char* what;
+  TraceEnd end;
+  std::uint32_t ticks;  // of three that were good, and the event's
+  std::function<void(Bench&)> event;
+};
+
+TEST(Trace, EndsWhereCountsDoNotDetermineTheForces) {
+  const std::vector<EndCase> cases = {
+      {"a parameter", TraceEnd::kParameter, 3,
+       [](Bench& b) {
+         EXPECT_EQ(b.controller->write_param(0x0101, std::bit_cast<std::uint32_t>(5000.0F)),
+                   firmware::ParamStatus::kOk);
+       }},
+      {"a scene", TraceEnd::kScene, 3, [](Bench& b) { b.load(500.0F); }},
+      {"a lost tick", TraceEnd::kTickLost, 3, [](Bench& b) { ++b.inputs.tick; }},
+      {"a stale sample", TraceEnd::kSampleStale, 3, [](Bench& b) { b.sampling = false; }},
+      {"a jump", TraceEnd::kCountsJumped, 3, [](Bench& b) { b.joints[0][0] += 1e5; }},
+      {"a fault", TraceEnd::kFault, 4, [](Bench& b) { b.inputs.e_stop = true; }},
+      {"a stop", TraceEnd::kFault, 4, [](Bench& b) { EXPECT_EQ(b.controller->request(Command::kStop), 0); }},
+      {"a silent host", TraceEnd::kHostSilent, 3,
+       [](Bench& b) {
+         b.alive = false;
+         b.controller->keep_alive();
+       }},
+  };
+  for (const EndCase& c : cases) {
+    Bench bench;
+    bench.load();
+    bench.home();
+    bench.arm();
+    ASSERT_NE(bench.controller->request(Command::kTrace), 0) << "with the motors on";
+    ASSERT_EQ(bench.controller->request(Command::kDisarm), 0);
+    bench.ticks(1200);
+    ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
+    bench.tick();
+    TracedFrames heard;
+    ASSERT_EQ(bench.controller->request(Command::kArm), 0);
+    bench.ticks(3);
+    hear_trace(bench, heard);
+    c.event(bench);
+    bench.tick();
+    std::uint32_t more = 0;
+    for (; bench.controller->trace_state().phase == 1 && more < 5000; ++more) {
+      bench.tick();
+      hear_trace(bench, heard);
+    }
+    hear_trace(bench, heard);
+    const link::TraceState state = bench.controller->trace_state();
+    EXPECT_EQ(state.end, static_cast<std::uint8_t>(c.end)) << c.what;
+    if (c.end != TraceEnd::kHostSilent) {
+      EXPECT_EQ(state.ticks, c.ticks) << c.what;
+      EXPECT_EQ(more, 0U) << c.what;
+    } else {
+      EXPECT_NEAR(more, 4000, 5) << "link_timeout is 1 s";
+    }
+    EXPECT_EQ(heard.counts.size(), state.ticks) << c.what;
+    ASSERT_FALSE(heard.checks.empty());
+    EXPECT_NE(heard.checks.back().mode_command & link::kTraceLast, 0) << c.what;
+    EXPECT_EQ(heard.checks.back().tick & 0x7FFFU, heard.counts.back().tick_arm) << c.what;
+  }
+}
+
+TEST(Trace, RefusedWhereItCannotBegin) {
+  Bench bench;
+  bench.tick();
+  EXPECT_EQ(bench.controller->request(Command::kTrace), firmware::kNoScene);
+  bench.load();
+  bench.tick();
+  bench.inputs.e_stop = true;
+  bench.tick();
+  EXPECT_EQ(bench.controller->request(Command::kTrace) & firmware::kFaultLatched, firmware::kFaultLatched);
+  bench.inputs.e_stop = false;
+  bench.tick();
+  EXPECT_EQ(bench.controller->request(Command::kClear), 0);
+  bench.tick();
+  EXPECT_EQ(bench.controller->request(Command::kTrace), 0) << "not homed: a trace may have that in it";
+  bench.tick();
+  TraceAsker asker(bench);
+  EXPECT_EQ(asker.ask({0x10, 0x03})[0], 0x50);
+  EXPECT_EQ(asker.ask({0x31, 0x01, 0x02, 0x08}), (std::vector<std::uint8_t>{0x7F, 0x31, 0x22})) << "it runs";
+  EXPECT_EQ(asker.ask({0x2E, 0x01, 0x70, 0x10, 0, 0, 0})[0], 0x6E) << "telemetry_decimation is nothing to it";
+  EXPECT_EQ(bench.controller->trace_state().phase, 1);
+  EXPECT_EQ(asker.ask({0x2E, 0x01, 0x01, 0, 0, 0, 0}), (std::vector<std::uint8_t>{0x7F, 0x2E, 0x31}));
+  EXPECT_EQ(bench.controller->trace_state().phase, 1) << "a value that is refused is nothing to it either";
+  EXPECT_EQ(asker.ask({0x2E, 0x01, 0x01, 0, 0x40, 0x9C, 0x45})[0], 0x6E);
+  EXPECT_EQ(bench.controller->trace_state().end, static_cast<std::uint8_t>(TraceEnd::kParameter));
+  EXPECT_EQ(asker.ask({0x31, 0x01, 0x02, 0x08})[0], 0x71) << "the next one";
+}
+
+}  // namespace
+}  // namespace thimble::test
