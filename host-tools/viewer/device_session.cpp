@@ -183,15 +183,19 @@ void DeviceSession::begin_simulation() {
 void DeviceSession::home_simulation() {
   const bool armed = device_->state().mode == kModeArmed;
   if (armed) device_->disarm();
-  Micros end_us = now_us() + kHandHome_us;
-  for (bool there = false; now_us() < end_us;) {
-    if (!there && simulated_->bring_hands_home()) {
-      there = true;
-      end_us = now_us() + kSettle_us;
+  {
+    const SimulatedDevice::LedHome hands(*simulated_);
+    const Micros give_up_us = now_us() + kHandHome_us;
+    while (!hands.there() && now_us() < give_up_us)
+      static_cast<void>(device_->telemetry(now_us() + kRound_us));
+    if (!hands.there()) {
+      throw Error(ExitCode::kRefused, "hand-not-home", "the simulated hand did not come home in 3 s",
+                  "is this machine too busy? Home again");
     }
-    static_cast<void>(device_->telemetry(std::min(now_us() + kRound_us, end_us)));
+    const Micros settled_us = now_us() + kSettle_us;
+    while (now_us() < settled_us) static_cast<void>(device_->telemetry(settled_us));
+    device_->home();
   }
-  device_->home();
   if (armed) device_->arm();
   inform("homed", armed ? "the hand went home; the arm is homed and armed again"
                         : "the hand went home, and the arm is homed");

@@ -43,22 +43,29 @@ SimulatedDevice::~SimulatedDevice() {
 
 void SimulatedDevice::want(std::size_t arm, const Vector& position_m) {
   const std::scoped_lock lock(mutex_);
-  if (arm >= arms_) return;
+  if (arm >= arms_ || led_home_) return;
   hands_[arm].wanted_m = position_m;
   hands_[arm].fresh = true;
 }
 
-bool SimulatedDevice::bring_hands_home() {
-  constexpr double kNear_m = 1e-5;
+void SimulatedDevice::lead_home(bool yes) {
   const std::scoped_lock lock(mutex_);
-  bool there = true;
-  for (std::size_t arm = 0; arm < arms_; ++arm) {
-    Hand& hand = hands_[arm];
-    hand.wanted_m = hand.home_m;
-    hand.fresh = true;
-    for (std::size_t i = 0; i < 3; ++i) there = there && std::abs(hand.at_m[i] - hand.home_m[i]) < kNear_m;
+  led_home_ = yes;
+  for (std::size_t arm = 0; yes && arm < arms_; ++arm) {
+    hands_[arm].wanted_m = hands_[arm].home_m;
+    hands_[arm].fresh = true;
   }
-  return there;
+}
+
+bool SimulatedDevice::LedHome::there() const {
+  constexpr double kNear_m = 1e-5;
+  const std::scoped_lock lock(device_.mutex_);
+  bool near = true;
+  for (std::size_t arm = 0; arm < device_.arms_; ++arm) {
+    const Hand& hand = device_.hands_[arm];
+    for (std::size_t i = 0; i < 3; ++i) near = near && std::abs(hand.at_m[i] - hand.home_m[i]) < kNear_m;
+  }
+  return near;
 }
 
 std::array<double, 3> SimulatedDevice::hand_m(std::size_t arm) const {

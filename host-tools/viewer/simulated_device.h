@@ -29,8 +29,18 @@ class SimulatedDevice {
   // The hand goes there, or as far as the arm's workspace reaches, at a hand's speed.
   void want(std::size_t arm, const std::array<double, 3>& position_m);
   [[nodiscard]] std::array<double, 3> hand_m(std::size_t arm) const;
-  // Every hand goes where its arm is homed; true when all are there.
-  [[nodiscard]] bool bring_hands_home();
+  // Every hand goes where its arm is homed, and stays there while this lives, whatever pages want meanwhile.
+  class LedHome {
+   public:
+    explicit LedHome(SimulatedDevice& device) : device_(device) { device_.lead_home(true); }
+    LedHome(const LedHome&) = delete;
+    LedHome& operator=(const LedHome&) = delete;
+    ~LedHome() { device_.lead_home(false); }
+    [[nodiscard]] bool there() const;
+
+   private:
+    SimulatedDevice& device_;
+  };
 
   // Of the record with this sequence number: the newest tick in it, and when the round of ticks that it is of began, on the
   // machine's steady clock: what is measured from there on errs by up to a round to the long side.
@@ -48,11 +58,13 @@ class SimulatedDevice {
     Vector goal_m{}, at_m{}, home_m{};
   };
   void each(const board::LiveBoard::Round& round);
+  void lead_home(bool yes);
 
   mutable std::mutex mutex_;
   std::array<Hand, 2> hands_;
   std::array<Stamp, 256> stamps_{};
   std::uint64_t last_us_ = 0;
+  bool led_home_ = false;
   bool stopping_ = false;
   std::string uri_;
   std::size_t arms_ = 1;

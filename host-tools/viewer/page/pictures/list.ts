@@ -182,7 +182,5 @@ The page of \`thimble view\` with each scene of [scenes/](../scenes/README.md), 
 that the curves end there. \`scripts/pictures\` takes them. Blue is the tip (arm 1: violet), yellow the god object, green the contact
 plane, orange the force on the hand, red the hand and its line to the tip.
 `;
-  return (
-    head + kPictures.map((it) => `\n## ${it.scene}\n\n${it.text} ${anchor(it)}\n\n![${it.scene}](pictures/${it.scene}.png)\n`).join('')
-  );
+  return head + kPictures.map((it) => `\n## ${anchor(it)}\n\n${it.text}\n\n![${it.scene}](pictures/${it.scene}.png)\n`).join('');
 }

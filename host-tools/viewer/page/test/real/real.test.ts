@@ -259,6 +259,8 @@ test('a controller that is killed is said, and the page goes on by itself when i
   await page.getByTestId('arm').click();
   await until('armed', () => says(page, 'mode', 'armed'));
   await until('no homing while armed', () => page.getByTestId('home').isDisabled());
+  const second = await show((await serve('--device', first.address)).url);
+  await until('the same, in a second thimble view', () => says(second, 'mode', 'armed'));
 
   const killed_ms = Date.now();
   await first.command.stop('SIGKILL');
@@ -271,6 +273,7 @@ test('a controller that is killed is said, and the page goes on by itself when i
   const again = await simulator(Number(first.address.split(':').at(-1)));
   ends.push(() => again.command.stop());
   await until('the return', () => says(page, 'link', 'live'));
+  await until('its return to the second', () => says(second, 'link', 'live'));
   assert.ok(!(await page.getByTestId('notice').isVisible()));
   await until('the new one', () => says(page, 'mode', 'disarmed'));
   await page.getByTestId('home').click();

@@ -1,10 +1,13 @@
 // The scene image is read as the compiler wrote it; $THIMBLE names the compiler (mock/server.ts).
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { test } from 'node:test';
 
 import { compile } from '../../mock/server';
 import { decode_octahedral } from '../../src/octahedral';
 import { type SceneModel, read_scene_image } from '../../src/scene_image';
+import { kTop } from '../real/command';
 
 const near = (a: number, b: number, tolerance: number, what = '') => assert.ok(Math.abs(a - b) <= tolerance, `${what} ${a} is not ${b}`);
 const scene = (name: string): SceneModel => read_scene_image(compile(name));
@@ -77,6 +80,22 @@ test('fields, needle, tissue and controls', () => {
   const controls = scene('buttons').objects.flatMap((it) => (it.control ? [it.control] : []));
   assert.ok(controls.some((it) => it.turns) && controls.some((it) => !it.turns));
   for (const { axis } of controls) near(Math.hypot(...axis), 1, 1e-5, 'axis');
+});
+
+test('textures and stiffness maps: the numbers of the scene files', () => {
+  const { texture, stiffness_map } = scene('textures').objects[0];
+  assert.equal(stiffness_map, null);
+  assert.ok(texture);
+  texture.tile_m.forEach((size) => near(size, 0.004, 1e-8));
+  assert.equal(texture.height_m.length, texture.columns * texture.rows);
+  assert.ok(Math.max(...texture.height_m) < 1e-3 && Math.min(...texture.height_m) < 0);
+  const map = scene('spline-tissue').objects[0].stiffness_map;
+  assert.ok(map);
+  assert.deepEqual([map.columns, map.rows], [17, 13]);
+  near(map.cell_m, 0.005, 1e-8);
+  const rows = readFileSync(join(kTop, 'scenes/spline-tissue/stiffness.csv'), 'utf8').trim().split('\n').reverse();
+  const values = rows.flatMap((row) => row.split(',').map(Number)); // the last row is at the least v
+  map.stiffness_N_m.forEach((value, i) => near(value, values[i], 1e-4));
 });
 
 test('what is no image, or is cut short, is refused with a word', () => {
