@@ -526,7 +526,7 @@ TEST(HostForcesProperty, NeverBeyondClampSlewRampOrTheLifeOfAnOrder) {
 
 // The handover with both contexts at once: what the tick takes is one order, and never one from before the last.
 TEST(HostForces, AreHandedOverWhole) {
-  constexpr int kWanted = 5000,
+  constexpr int kWanted = 2000,
                 kMostOrders = 100'000'000;  // the scheduler may let one of the two run alone for long
   constexpr int kDigit = 30000;             // mN
   firmware::HostForces forces(1.0F / 4000);
