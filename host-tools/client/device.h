@@ -119,8 +119,7 @@ class Device {
   //   device.hand_back();                                          // disarms
   //
   // An order is felt for 20 ms at most, then the tip is damped until the next; after link_timeout without any the
-  // device has the fault host_lost. Each call but order_force() throws kFaulted or kRefused once the device is not armed
-  // any more.
+  // device has the fault host_lost. Once the device is not armed any more next_tip() throws kFaulted or kRefused.
   //
   // Sets host_forces and telemetry_decimation (readings_per_s, at most one a tick) and arms. The device is homed and at rest.
   void take_over(double readings_per_s = 1000);
