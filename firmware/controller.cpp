@@ -439,7 +439,8 @@ Nrc Controller::write_data(std::uint16_t did, std::span<const std::uint8_t> data
   if (data.size() != kParamBytes) return Nrc::kIncorrectLength;
   std::uint32_t bits = 0;
   for (std::size_t i = 0; i < kParamBytes; ++i) bits |= static_cast<std::uint32_t>(data[i]) << (8 * i);
-  // The tick reads parameters whenever it likes: a trace must have ended before.
+  // The tick reads parameters whenever it likes: a trace must have ended before, and none may be about to begin.
+  if (waited_for_ == Command::kTrace && servo_.command_pending()) return Nrc::kBusyRepeatRequest;
   if (did != row_of(Param::telemetry_decimation).id && servo_.trace().phase() == TracePhase::kRunning &&
       params_.check(did, bits, motors_off()) == ParamStatus::kOk) {
     servo_.trace().request_end(TraceEnd::kParameter);

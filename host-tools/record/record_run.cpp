@@ -66,7 +66,13 @@ class Run {
       heard_us_ = now_us();
       recorder_.take(frame, static_cast<std::uint32_t>(heard_us_ - begun_us_));
     });
-    device_.end_trace();  // another one's, which would be in the way
+    if (device_.trace_state().phase == static_cast<std::uint8_t>(link::TracePhase::kRunning)) {
+      if (!options_.take_over) {
+        throw Error(ExitCode::kRefused, "trace-runs", "another program is recording this device",
+                    "wait until it has ended, or end its recording with --force");
+      }
+      device_.end_trace();
+    }
     device_.start_trace();
     std::tie(header_.start, header_.arms) = device_.trace_start();
     read_parameters();
@@ -160,6 +166,11 @@ class Run {
     const Micros last_us = now_us() + kLastFrames_us;
     while (!recorder_.ended() && now_us() < last_us) static_cast<void>(device_.telemetry(last_us));
     const link::TraceState state = device_.trace_state();
+    if (state.phase == static_cast<std::uint8_t>(link::TracePhase::kRunning)) {  // another one's already
+      report_.end.reason = "taken_over";
+      report_.end.ticks = static_cast<std::uint32_t>(recorder_.ticks() + recorder_.missing());
+      return;
+    }
     report_.end.reason = link::name(static_cast<link::TraceEnd>(state.end));
     report_.end.ticks = state.ticks;
     report_.end.dropped = state.dropped;

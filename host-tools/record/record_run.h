@@ -18,6 +18,7 @@ struct RecordOptions {
   double seconds = 0;           // 0: until stopping() says so, or the trace ends
   bool home = false;            // first of all, in the recording
   bool arm = false;             // and disarm at the end
+  bool take_over = false;       // end the trace that another program may have begun
   std::string tool;             // version of this program
 };
 

@@ -21,9 +21,9 @@ void Recorder::take(const link::CanFrame& frame, std::uint32_t time_us) {
   link::TraceCounts counts;
   link::TraceCheck check;
   if (link::from_frame(frame, node_, counts)) {
-    take_counts(counts);
+    if (!ended_) take_counts(counts);  // behind the end come those of another trace
   } else if (link::from_frame(frame, node_, check)) {
-    take_check(check);
+    if (!ended_) take_check(check);
   } else if (!frame.extended && frame.size <= link::kClassicDataBytes) {
     frames_.push_back({time_us, frame});
   }

@@ -102,7 +102,8 @@ void define_record(CLI::App& app, Choices& c) {
       ->check(CLI::PositiveNumber);
   record_verb->add_flag("--home", c.record.home, "home the arm first");
   record_verb->add_flag("--arm", c.record.arm, "turn the forces on, and off at the end");
-  record_verb->add_flag("--force", c.record.force, "replace a recording that is there");
+  record_verb->add_flag("--force", c.record.force,
+                        "replace a file that is there, and end another program's recording");
 
   CLI::App* replay_verb = verb(app, c, "replay", "feed a recording to the same core, and compare every force",
                                [&c] { replay(c.common, c.replay); });

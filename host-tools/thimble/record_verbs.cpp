@@ -107,6 +107,7 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
   options.seconds = choice.seconds;
   options.home = choice.home;
   options.arm = choice.arm;
+  options.take_over = choice.force;
   options.tool = THIMBLE_VERSION;
   std::error_code none;
   if (std::filesystem::exists(choice.output, none) && !choice.force) {

@@ -114,7 +114,7 @@ struct RecordChoice {
   double seconds = 0;  // 0: until Ctrl-C, or the trace ends
   bool home = false;
   bool arm = false;
-  bool force = false;  // OUT may be there
+  bool force = false;  // OUT may be there, and another program recording
 };
 void record(const Common& common, const Remote& remote, const RecordChoice& choice);
 

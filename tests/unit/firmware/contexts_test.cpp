@@ -76,5 +76,56 @@ TEST(Contexts, ServoAndBackgroundAtOnce) {
   EXPECT_GT(armed, 2);
 }
 
+// Traces begun, read and ended while the tick runs: each entry is whole, and ticks only go up.
+TEST(Contexts, ATraceIsReadWhileItGrows) {
+  constexpr int kTicks = 200000;
+  firmware::Params params;
+  firmware::Servo servo({}, params);
+  const std::vector<std::byte> image = plane_image(500.0F, 0.0F);
+  control::SceneView scene;
+  ASSERT_EQ(control::SceneView::check(image, scene), control::ImageStatus::kOk);
+  ASSERT_TRUE(servo.post_scene(scene, 1));
+  std::atomic<bool> done{false};
+  std::thread ticking([&] {
+    Inputs inputs;
+    inputs.dead_man = true;
+    for (int i = 0; i < kTicks; ++i) {
+      ++inputs.tick;
+      inputs.arm[0].sample_tick = inputs.tick;
+      const auto count = static_cast<std::uint32_t>(inputs.tick);  // a count a tick
+      inputs.arm[0].counts = {count, count + 1, count + 2};
+      (void)servo.tick(inputs);
+      if (i % 64 == 0) std::this_thread::yield();
+    }
+    done = true;
+  });
+  int entries = 0, torn = 0, ends = 0;
+  std::uint32_t dropped = 0;
+  std::uint16_t last_tick = 0;
+  firmware::TraceEntry entry;
+  while (!done) {
+    servo.keep_alive();
+    (void)servo.request(Command::kTrace);
+    for (int i = 0; i < 200 && servo.trace().next(entry); ++i) {
+      const bool follows = static_cast<std::uint16_t>(entry.tick - last_tick) < 0x8000;
+      const bool fits = !entry.counted || (entry.counts[0][0] == entry.tick &&
+                                           entry.counts[0][2] == static_cast<std::uint16_t>(entry.tick + 2));
+      const bool checks = !entry.checked || entry.check.tick == entry.tick;
+      if (!follows || !fits || !checks) ++torn;
+      last_tick = entry.tick;
+      ++entries;
+      if (!entry.counted) ++ends;
+    }
+    if (entries % 7 == 0) servo.trace().request_end(firmware::TraceEnd::kStopped);
+    dropped += servo.trace().state().dropped != 0 ? 1U : 0U;
+    std::this_thread::yield();
+  }
+  ticking.join();
+  std::printf("%d ticks: %d entries, %d ends, full %u times seen, %d torn\n", kTicks, entries, ends, dropped,
+              torn);
+  EXPECT_EQ(torn, 0);
+  EXPECT_GT(entries, 1000);
+}
+
 }  // namespace
 }  // namespace thimble::test

@@ -2,9 +2,10 @@
 // get through is counted.
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <bit>
 #include <functional>
 
+#include "firmware/slot_header.h"
 #include "tests/unit/firmware/bench.h"
 
 namespace thimble::test {
@@ -143,7 +144,7 @@ TEST(Trace, AFreshControllerGivesTheSameForces) {
       static_cast<void>(fresh.controller->tick(inputs[i]));
       for (std::size_t k = 0; k < std::size_t{3} * arms; ++k) {
         const float force = fresh.shown().arm[k / 3].force_N[static_cast<Eigen::Index>(k % 3)];
-        if (std::memcmp(&force, &forces[i][k], sizeof(float)) != 0) ++different;
+        if (std::bit_cast<std::uint32_t>(force) != std::bit_cast<std::uint32_t>(forces[i][k])) ++different;
       }
     }
     EXPECT_EQ(different, 0U) << "of " << inputs.size() << " ticks";
@@ -152,6 +153,81 @@ TEST(Trace, AFreshControllerGivesTheSameForces) {
       for (const float part : force) most_N = std::max(most_N, std::abs(part));
     EXPECT_GT(most_N, 2.0F) << "nothing was felt";
   }
+}
+
+// Homing at an index, in the trace: levels and commands are fed as the checks tell them.
+TEST(Trace, HomingComesOutAgain) {
+  firmware::Config config;
+  config.arm[0].has_index = true;
+  Bench bench(config);
+  bench.load();
+  bench.ticks(10);
+  ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
+  bench.tick();
+  TracedFrames heard;
+  const std::uint64_t first = bench.inputs.tick + 1;
+  std::vector<Inputs> inputs;
+  const auto ticks = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      bench.tick();
+      inputs.push_back(bench.inputs);
+      hear_trace(bench, heard);
+    }
+  };
+  ticks(20);
+  ASSERT_EQ(bench.controller->request(Command::kHome), 0);
+  ticks(100);
+  EXPECT_EQ(bench.mode(), Mode::kHoming);
+  bench.inputs.arm[0].index = true;
+  ticks(1);
+  bench.inputs.arm[0].index = false;
+  ticks(20);
+  ASSERT_EQ(bench.controller->request(Command::kArm), 0);
+  for (int i = 0; i < 2000; ++i) {
+    bench.place({0, 0, 0.002 - 3e-6 * i});
+    ticks(1);
+  }
+  bench.inputs.arm[0].drive_fault = true;
+  ticks(1);
+  EXPECT_EQ(bench.controller->trace_state().end, static_cast<std::uint8_t>(TraceEnd::kFault));
+  const auto [start, start_arms] = started_with(bench);
+
+  Bench fresh(config);
+  fresh.load();
+  fresh.controller->resume(start, start_arms);
+  std::uint32_t crc = 0;
+  std::uint8_t levels = start.levels;
+  std::size_t agreed = 0;
+  auto check = heard.checks.begin();
+  for (const Inputs& from : inputs) {
+    const auto now = static_cast<std::uint16_t>(from.tick);
+    Inputs fed;  // of the counts only what travels
+    fed.tick = from.tick;
+    fed.arm[0].sample_tick = from.tick;
+    fed.arm[0].counts = from.arm[0].counts;
+    if (check->tick == now) {
+      levels = check->levels;
+      const auto command =
+          static_cast<Command>(check->mode_command >> link::kTraceCommandShift & link::kTraceCommand);
+      if (command != Command::kNone) fresh.controller->replay(command);
+    }
+    fed.dead_man = (levels & link::kTraceDeadMan) != 0;
+    fed.arm[0].index = (levels & link::kTraceIndex) != 0;
+    fed.arm[0].drive_fault = (levels & link::kTraceDriveFault) != 0;
+    fresh.controller->keep_alive();
+    static_cast<void>(fresh.controller->tick(fed));
+    crc = firmware::crc32(std::as_bytes(std::span(fresh.shown().arm[0].force_N.data(), 3)), crc);
+    for (; check != heard.checks.end() && check->tick == now; ++check) {
+      EXPECT_EQ(check->crc, crc) << from.tick - first;
+      EXPECT_EQ(check->mode_command & link::kTraceMode, static_cast<std::uint8_t>(fresh.mode()))
+          << from.tick - first;
+      ++agreed;
+    }
+    if (check == heard.checks.end()) break;
+  }
+  EXPECT_EQ(check, heard.checks.end());
+  EXPECT_EQ(agreed, heard.checks.size());
+  EXPECT_EQ(fresh.controller->fault(), Fault::drive_fault);
 }
 
 TEST(Trace, TheLinkHasEveryTickAndChecksWhereSomethingHappened) {

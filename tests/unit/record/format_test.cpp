@@ -59,14 +59,14 @@ std::string small_recording(std::uint8_t arms = 1) {
   host::write_header(out, small_header(arms));
   const std::uint64_t first = 0xFFFFFFF1U;
   host::RecordedTicks ticks{first, {}};
-  for (std::uint16_t i = 0; i < 20 * 3 * arms; ++i)
-    ticks.counts.push_back(static_cast<std::uint16_t>(1000 + i % 3));
+  for (int i = 0; i < 20 * 3 * arms; ++i) ticks.counts.push_back(static_cast<std::uint16_t>(1000 + i % 3));
   host::write_ticks(out, ticks);
   host::write_checks(out, std::vector<host::RecordedCheck>{{first + 15, 1, 2, 1}});
   host::write_ticks(out, {first + 20, ticks.counts});
   ticks.first = first + 45;
   host::write_ticks(out, ticks);
-  host::write_checks(out, std::vector<host::RecordedCheck>{{first + 31, 2, 0x13, 1}, {first + 64, 3, 0x82, 1}});
+  host::write_checks(out,
+                     std::vector<host::RecordedCheck>{{first + 31, 2, 0x13, 1}, {first + 64, 3, 0x82, 1}});
   host::RecordedFrame frame;
   frame.time_us = 12345;
   frame.frame.id = 0x187;

@@ -75,6 +75,7 @@ TEST(Recorder, EveryTickOverTheWrapOfItsNumber) {
   EXPECT_FALSE(recorder.ended());
   recorder.take(check_frame(kStart + 70'000, true), 0);
   EXPECT_TRUE(recorder.ended());
+  recorder.take(counts_frame(kStart + 70'001), 0);  // of another trace
   EXPECT_EQ(recorder.ticks(), 70'000U);
   EXPECT_EQ(recorder.missing(), 0U);
   const Written result = written(recorder, kStart, 1);

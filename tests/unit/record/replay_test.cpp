@@ -60,7 +60,7 @@ class Traced {
       tick();
       const std::span<const std::uint8_t> received = channel_.received();
       if (received.empty()) continue;
-      const std::vector<std::uint8_t> answer(received.begin(), received.end());
+      std::vector<std::uint8_t> answer(received.begin(), received.end());
       channel_.release();
       if (answer.size() == 3 && answer[2] == 0x78) continue;
       return answer;
