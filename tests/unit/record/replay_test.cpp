@@ -164,7 +164,7 @@ host::Recording felt(const fs::path& folder, const std::vector<std::byte>& befor
 TEST(Replay, EveryScenesForcesComeOutAgain) {
   const fs::path scenes = fs::path(THIMBLE_SOURCE_DIR) / "scenes";
   const std::vector<std::byte> asteroid = image_of(scenes / "asteroid/asteroid.scene.json");
-  const double seconds = kUnderSanitizers ? 0.3 : 3.0;
+  const double seconds = kUnderSanitizers ? 2.0 : 3.0;
   std::size_t scenes_felt = 0;
   std::uint64_t ticks = 0;
   std::uint64_t contacts = 0;
