@@ -2,7 +2,7 @@
 //
 //   Replay replay(run);                       // std::invalid_argument: what does not fit
 //   for each tick of the trace: replay.tick({counts, levels, command});
-//   replay.check() against the trace's TraceCheck; replay.telemetry() for the forces
+//   replay.check() against the trace's TraceCheck; replay.row() for the forces
 //
 // One thread. The bytes of the image are copied.
 #pragma once
@@ -17,11 +17,6 @@
 
 #include "board/sim/simulation.h"
 #include "firmware/link/messages.h"
-
-namespace thimble::firmware {
-class Controller;
-struct Telemetry;
-}  // namespace thimble::firmware
 
 namespace thimble::board {
 

@@ -536,7 +536,8 @@ TEST(HostForces, AreHandedOverWhole) {
   std::thread background([&] {
     for (int i = 0; i < kMostOrders && taken < kWanted; ++i) {
       const float low_N = static_cast<float>(i % kDigit) * 1e-3F;
-      const float high_N = static_cast<float>(i / kDigit) * 1e-3F;
+      const int high_mN = i / kDigit;
+      const float high_N = static_cast<float>(high_mN) * 1e-3F;
       if (!forces.order({low_N, high_N, -low_N, 0, static_cast<std::uint8_t>(i)}, 0)) std::abort();
       ordered = i + 1;
       if (i % 256 == 0) std::this_thread::yield();
