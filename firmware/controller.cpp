@@ -463,7 +463,9 @@ ParamStatus Controller::read_param(std::uint16_t id, std::uint32_t& bits) const 
 }
 
 ParamStatus Controller::write_param(std::uint16_t id, std::uint32_t bits) noexcept {
-  if (id != row_of(Param::telemetry_decimation).id) servo_.trace().request_end(TraceEnd::kParameter);
+  if (id != row_of(Param::telemetry_decimation).id &&
+      params_.check(id, bits, motors_off()) == ParamStatus::kOk)
+    servo_.trace().request_end(TraceEnd::kParameter);
   return params_.write(id, bits, motors_off());
 }
 

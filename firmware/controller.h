@@ -75,7 +75,8 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] link::MoveState move_state() const noexcept;
   // What the move that ran last measured; empty while one is under way.
   [[nodiscard]] const GuardedMove* move_results() const noexcept { return servo_.move_results(); }
-  // A trace (firmware/trace.h): start it with request(Command::kTrace); the link sends what it brings.
+  // A trace (firmware/trace.h); the link sends what it brings. A program that holds the controller may start it with
+  // request(Command::kTrace); its start record then has no scene_crc, which is the service's.
   [[nodiscard]] link::TraceState trace_state() const noexcept { return servo_.trace().state(); }
   // For a replay, before the first tick: Servo::resume(). The Config, the parameters and the scene must be those of the trace.
   void resume(const link::TraceStart& start, const TraceArms& arms) noexcept { servo_.resume(start, arms); }

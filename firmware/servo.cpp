@@ -490,6 +490,7 @@ void Servo::trace_tick(const Inputs& inputs, Command obeyed) noexcept {
   std::array<float, 3 * kMaxArms> forces_N{};
   for (std::size_t i = 0; i < kMaxArms; ++i) {
     tick.counts[i] = inputs.arm[i].counts;
+    tick.wide[i] = arms_[i].arm.model().counter_width == kinematics::CounterWidth::k32;
     std::copy_n(arms_[i].force_N.data(), 3, forces_N.begin() + static_cast<std::ptrdiff_t>(3 * i));
   }
   tick.forces = std::as_bytes(std::span(forces_N).first(std::size_t{3} * arm_count_));
@@ -739,7 +740,9 @@ Conditions Servo::request(Command command) noexcept {
     case Command::kMove:
       return kWrongMode;  // without an order
     case Command::kTrace:
-      refused = against & (kFaultLatched | kEncoderStale | kNoScene | kBadConfig);
+      // unmet() leaves out a scene where the host renders; a trace has one all the same.
+      refused = (against | published_unmet_.load(std::memory_order_acquire)) &
+                (kFaultLatched | kEncoderStale | kNoScene | kBadConfig);
       if (now != Mode::kDisarmed && now != Mode::kReady) refused |= kWrongMode;
       break;
     case Command::kArm:

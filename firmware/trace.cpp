@@ -30,9 +30,8 @@ void Trace::tick(const Tick& tick) noexcept {
   for (std::size_t i = 0; i < tick.arms; ++i) {
     for (std::size_t j = 0; j < entry.counts[i].size(); ++j) {
       const std::uint32_t count = tick.counts[i][j];
-      // The low bits tell the way since the last tick only while it is shorter than half their range.
       const auto step = static_cast<std::int32_t>(count - last_counts_[i][j]);
-      fits = fits && step == static_cast<std::int16_t>(step);
+      fits = fits && (!tick.wide[i] || step == static_cast<std::int16_t>(step));
       last_counts_[i][j] = count;
       entry.counts[i][j] = static_cast<std::uint16_t>(count);
     }

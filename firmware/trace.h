@@ -44,6 +44,8 @@ class Trace {
     std::uint64_t tick = 0;
     std::array<std::span<const std::uint32_t>, control::kMaxArms> counts;  // of the arms that there are
     std::size_t arms = 0;
+    // Registers of 32 bits: their low half tells the way since the last tick only while it is short.
+    std::array<bool, control::kMaxArms> wide{};
     std::span<const std::byte> forces;  // of all arms, after all limits
     std::uint8_t mode = 0;
     std::uint8_t command = 0;  // obeyed in this tick; 0: none

@@ -364,12 +364,14 @@ void Device::clear_faults() {
 
 // --- Modes
 
-void Device::wait_for_mode(std::uint8_t wanted, Micros wait_us, const std::string& what) {
+bool Device::wait_for_mode(std::uint8_t wanted, Micros wait_us, const std::string& what,
+                           const std::function<bool()>& stopping) {
   const Micros deadline_us = now_us() + wait_us;
   while (true) {
     const link::DeviceState now = state();
-    if (now.mode == wanted) return;
+    if (now.mode == wanted) return true;
     if (now.fault != 0) faulted(what, now.fault);
+    if (stopping && stopping()) return false;
     if (now_us() > deadline_us) {
       throw Error(ExitCode::kRefused, "not-in-time",
                   what + " did not end within " + std::to_string(wait_us / 1'000'000) +
@@ -381,10 +383,10 @@ void Device::wait_for_mode(std::uint8_t wanted, Micros wait_us, const std::strin
   }
 }
 
-void Device::home(Micros wait_us) {
+void Device::home(Micros wait_us, const std::function<bool()>& stopping) {
   enter(Session::kExtended);
   demand(routine_request(Routine::kHome), "homing");
-  wait_for_mode(kModeReady, wait_us, "homing");
+  if (!wait_for_mode(kModeReady, wait_us, "homing", stopping)) disarm();
 }
 
 void Device::arm(Micros wait_us) {

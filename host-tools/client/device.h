@@ -90,7 +90,8 @@ class Device {
   void clear_faults();
 
   // Each waits until the mode shows it, at most `wait_us`.
-  void home(link::Micros wait_us = 30'000'000);
+  // home(): once stopping() says so it lets the arm go and returns without.
+  void home(link::Micros wait_us = 30'000'000, const std::function<bool()>& stopping = {});
   void arm(link::Micros wait_us = 2'000'000);
   void disarm(link::Micros wait_us = 5'000'000);
 
@@ -158,7 +159,9 @@ class Device {
   [[noreturn]] void refused(const std::string& what, link::Nrc code);
   void pump(link::Micros deadline_us);
   void enter(link::Session session);
-  void wait_for_mode(std::uint8_t wanted, link::Micros wait_us, const std::string& what);
+  // False: stopping() said so first.
+  bool wait_for_mode(std::uint8_t wanted, link::Micros wait_us, const std::string& what,
+                     const std::function<bool()>& stopping = {});
   void take_reading(const link::CanFrame& frame);
   void release_forces();
 

@@ -52,6 +52,12 @@ constexpr Micros kConnectDeadline_us = 3'000'000;
   }
 }
 
+// Without the signal that a socket whose other end left would raise: it would end the program that uses the device.
+ssize_t write_quietly(int fd, std::string_view text) {
+  const ssize_t put = ::send(fd, text.data(), text.size(), MSG_NOSIGNAL);
+  return put < 0 && errno == ENOTSOCK ? write(fd, text.data(), text.size()) : put;
+}
+
 // SLCAN over a descriptor that is non-blocking.
 class SlcanTransport final : public Transport {
  public:
@@ -64,7 +70,7 @@ class SlcanTransport final : public Transport {
   ~SlcanTransport() override {
     // So that nobody fills the buffers of a port that nobody reads. Best effort: the link may be gone.
     constexpr std::string_view kClose = "C\r";
-    static_cast<void>(!write(fd_.get(), kClose.data(), kClose.size()));
+    static_cast<void>(!write_quietly(fd_.get(), kClose));
   }
 
   void send(const CanFrame& frame) override {
@@ -98,7 +104,7 @@ class SlcanTransport final : public Transport {
   void write_all(std::string_view text) {
     const Micros deadline_us = now_us() + kSendDeadline_us;
     while (!text.empty()) {
-      const ssize_t put = write(fd_.get(), text.data(), text.size());
+      const ssize_t put = write_quietly(fd_.get(), text);
       if (put > 0) {
         text.remove_prefix(static_cast<std::size_t>(put));
       } else if (put < 0 && errno != EAGAIN && errno != EINTR) {

@@ -27,7 +27,13 @@ OutputFile::OutputFile(std::filesystem::path place) : place_(std::move(place)) {
 OutputFile::~OutputFile() {
   stream_.close();
   std::error_code ignored;
-  if (draft_ != place_) std::filesystem::remove(draft_, ignored);
+  if (draft_ != place_ && !kept_) std::filesystem::remove(draft_, ignored);
+}
+
+void OutputFile::flush() {
+  errno = 0;
+  stream_.flush();
+  if (!stream_) fail(errno);
 }
 
 void OutputFile::commit() {
@@ -41,7 +47,8 @@ void OutputFile::commit() {
 }
 
 void OutputFile::fail(int error) const {
-  const std::string cause = "cannot write " + place_.string() + ": " + std::strerror(error);
+  std::string cause = "cannot write " + place_.string() + ": " + std::strerror(error);
+  if (kept_ && draft_ != place_) cause += "; what was written until now is " + draft_.string();
   if (error == EACCES || error == EPERM || error == EROFS) {
     throw Error(ExitCode::kPermission, "permission", cause, "choose a place that you may write to");
   }

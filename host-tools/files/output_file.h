@@ -17,6 +17,9 @@ class OutputFile {
   ~OutputFile();
 
   [[nodiscard]] std::ofstream& stream() { return stream_; }
+  void flush();
+  // What is written is of use by itself: without commit() it stays beside its place.
+  void keep_draft() { kept_ = true; }
   void commit();
 
  private:
@@ -25,6 +28,7 @@ class OutputFile {
   std::filesystem::path place_;
   std::filesystem::path draft_;
   std::ofstream stream_;
+  bool kept_ = false;
 };
 
 }  // namespace thimble::host

@@ -30,13 +30,14 @@ constexpr std::size_t kCurveColumns =
 constexpr std::size_t kPoints = 5000;  // of the picture over depth
 constexpr int kWidth = 1000, kPanelHeight = 400;
 
+// In single quotes: in double ones gnuplot runs what stands between backquotes.
 std::string quoted(const std::string& text) {
-  std::string result = "\"";
+  std::string result = "'";
   for (const char c : text) {
-    if (c == '"' || c == '\\') result += '\\';
+    if (c == '\'') result += '\'';
     if (static_cast<unsigned char>(c) >= ' ') result += c;
   }
-  return result + "\"";
+  return result + "'";
 }
 
 // Thinned to what a picture of so many columns shows.

@@ -19,7 +19,8 @@ namespace {
 
 using link::Micros;
 
-constexpr Micros kRound_us = 100'000;       // the file grows so often
+constexpr Micros kRound_us = 20'000;        // a sign of life so often: link_timeout is 50 ms at least
+constexpr Micros kGrow_us = 100'000;        // the file grows so often
 constexpr Micros kAsk_us = 1'000'000;       // how the trace is, besides what it says on its way
 constexpr Micros kSilence_us = 3'000'000;   // a device that sends nothing for so long is lost
 constexpr Micros kLastFrames_us = 500'000;  // after the trace was ended
@@ -66,32 +67,20 @@ class Run {
       heard_us_ = now_us();
       recorder_.take(frame, static_cast<std::uint32_t>(heard_us_ - begun_us_));
     });
-    if (device_.trace_state().phase == static_cast<std::uint8_t>(link::TracePhase::kRunning)) {
-      if (!options_.take_over) {
-        throw Error(ExitCode::kRefused, "trace-runs", "another program is recording this device",
-                    "wait until it has ended, or end its recording with --force");
-      }
-      device_.end_trace();
-    }
+    claim();
     device_.start_trace();
-    std::tie(header_.start, header_.arms) = device_.trace_start();
-    read_parameters();
-    if (header_.start.scene_crc != crc32(header_.scene)) {
-      throw Error(ExitCode::kVerification, "other-scene", "the device's scene has changed meanwhile",
-                  "repeat the command");
-    }
-    header_.scene_crc = header_.start.scene_crc;
-    recorder_.begin(header_.start);
-    write_header(file.stream(), header_);
     std::optional<Error> failure;
     try {
+      open(file);
       follow(file, stopping, running);
       finish();
     } catch (const Error& error) {
       report_.end.reason = error.name;
       failure = error;
+      let_go();
     }
     device_.set_listener({});
+    if (failure && (!followed_ || !file.stream())) throw Error(*failure);  // nothing to keep, or no room
     if (report_.end.ticks > recorder_.ticks()) {
       report_.end.missing = static_cast<std::uint32_t>(report_.end.ticks - recorder_.ticks());
     } else {
@@ -117,6 +106,43 @@ class Run {
     header_.began = std::time(nullptr);
   }
 
+  // The trace is this program's.
+  void claim() {
+    const bool runs = device_.trace_state().phase == static_cast<std::uint8_t>(link::TracePhase::kRunning);
+    if (runs && !options_.take_over) {
+      throw Error(ExitCode::kRefused, "trace-runs", "another program is recording this device",
+                  "wait until it has ended, or end its recording with --force");
+    }
+    const std::uint8_t mode = device_.state().mode;
+    if (mode == kModeArmed || mode == kModeDamping) {
+      throw Error(ExitCode::kRefused, "motors-on", "a recording begins with the motors off",
+                  "disarm first (`thimble disarm`)");
+    }
+    if (runs) device_.end_trace();
+  }
+
+  void open(OutputFile& file) {
+    std::tie(header_.start, header_.arms) = device_.trace_start();
+    read_parameters();
+    if (header_.start.scene_crc != crc32(header_.scene)) {
+      throw Error(ExitCode::kVerification, "other-scene", "the device's scene has changed meanwhile",
+                  "repeat the command");
+    }
+    header_.scene_crc = header_.start.scene_crc;
+    recorder_.begin(header_.start);
+    write_header(file.stream(), header_);
+  }
+
+  // After a failure: motors off and no trace, where the device still hears.
+  void let_go() {
+    try {
+      if (options_.arm) device_.disarm();
+      device_.end_trace();
+    } catch (const Error&) {
+      return;
+    }
+  }
+
   // A write would have ended the trace, so these are the trace's.
   void read_parameters() {
     for (const firmware::ParamRow& row : firmware::kParamTable)
@@ -134,21 +160,26 @@ class Run {
   }
 
   void follow(OutputFile& file, const std::function<bool()>& stopping, const std::function<void()>& running) {
-    if (options_.home) device_.home(kHoming_us);
-    if (options_.arm) device_.arm();
-    running();
+    if (options_.home) device_.home(kHoming_us, stopping);
+    if (options_.arm && !stopping()) device_.arm();
+    if (!stopping()) running();
+    followed_ = true;
+    file.keep_draft();
     const Micros start_us = now_us();
+    const Micros end_us =
+        options_.seconds > 0 ? start_us + static_cast<Micros>(options_.seconds * 1e6) : ~Micros{0};
     heard_us_ = start_us;
     Micros asked_us = start_us;
-    while (!stopping() && !recorder_.ended()) {
-      const Micros end_us =
-          options_.seconds > 0 ? start_us + static_cast<Micros>(options_.seconds * 1e6) : ~Micros{0};
-      if (now_us() >= end_us) break;
+    Micros grown_us = start_us;
+    while (!stopping() && !recorder_.ended() && now_us() < end_us) {
       const Micros round_us = std::min(end_us, now_us() + kRound_us);
       while (now_us() < round_us && !recorder_.ended()) static_cast<void>(device_.telemetry(round_us));
-      recorder_.write(file.stream());
-      file.stream().flush();
       device_.keep_alive();
+      if (now_us() - grown_us > kGrow_us) {
+        grown_us = now_us();
+        recorder_.write(file.stream());
+        file.flush();
+      }
       if (now_us() - heard_us_ > kSilence_us) {
         throw Error(ExitCode::kLinkLost, "no-telemetry", "the device has been silent for 3 s",
                     "check that it still runs");
@@ -158,7 +189,7 @@ class Run {
         if (device_.trace_state().phase != static_cast<std::uint8_t>(link::TracePhase::kRunning)) break;
       }
     }
-    if (options_.arm && !recorder_.ended()) device_.disarm();
+    if (options_.arm) device_.disarm();
   }
 
   void finish() {
@@ -185,6 +216,7 @@ class Run {
   RecordReport report_;
   Micros begun_us_ = 0;
   Micros heard_us_ = 0;
+  bool followed_ = false;  // it runs, and the device is armed if it was to be
 };
 
 }  // namespace

@@ -148,7 +148,7 @@ class Reader {
       for (const recording::Parameter* parameter : *from.parameters())
         header.parameters.emplace_back(parameter->id(), parameter->bits());
     next_ = std::uint64_t{header.start.tick} + 1;
-    last_check_ = next_;
+    last_check_ = header.start.tick;
   }
 
   // The whole number of a tick of which the low 32 bits are known, at or after another one.

@@ -13,4 +13,10 @@ inline void heed_interrupts() {
   std::signal(SIGTERM, stop);
 }
 
+// And what comes after its last round is ended at once again.
+inline void heed_interrupts_no_more() {
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+}
+
 }  // namespace thimble::host

@@ -92,6 +92,13 @@ std::vector<board::LogRow> rows_of(const std::filesystem::path& file, int arm) {
   return rows;
 }
 
+void keep_apart(const std::filesystem::path& input, const std::filesystem::path& output) {
+  std::error_code none;
+  if (!std::filesystem::equivalent(input, output, none)) return;
+  throw Error(ExitCode::kUsage, "same-file", output.string() + " is the file that is read",
+              "give another name for what is written");
+}
+
 [[noreturn]] void differs(const std::filesystem::path& file, const ReplayVerdict& verdict) {
   throw Error(ExitCode::kVerification, "replay-differs",
               fmt::format("{}: {}", file.string(), in_words(verdict)),
@@ -122,6 +129,7 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
         fmt::print(stderr, "recording{}: Ctrl-C ends it\n",
                    choice.arm ? ", armed" : "; now arm (`thimble arm`)");
       });
+  heed_interrupts_no_more();
   const Recording recording = read_recording(choice.output);
   const ReplayVerdict verdict = replay_recording(recording);
   if (common.json) {
@@ -152,6 +160,7 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
 }
 
 void replay(const Common& common, const ReplayChoice& choice) {
+  keep_apart(choice.file, choice.log);
   const Recording recording = read_recording(choice.file);
   ReplayVerdict verdict;
   if (choice.log.empty()) {
@@ -184,6 +193,7 @@ void replay(const Common& common, const ReplayChoice& choice) {
 }
 
 void plot(const Common& common, const PlotChoice& choice) {
+  keep_apart(choice.file, choice.output);
   PlotChoices wanted;
   const bool all = choice.kind == "all";
   wanted.time = all || choice.kind == "time";

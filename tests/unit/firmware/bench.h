@@ -100,7 +100,8 @@ class Bench {
         const double count = (joints[i][axis] - arms[i].home()[axis]) /
                              static_cast<double>(arms[i].model().rad_per_count(axis));
         const auto tremble = static_cast<std::int64_t>(frozen ? 0 : inputs.tick / 100 % 2);
-        inputs.arm[i].counts[j] = static_cast<std::uint32_t>(std::llround(count) + tremble + 123456789);
+        inputs.arm[i].counts[j] =
+            static_cast<std::uint32_t>(std::llround(count) + tremble + count_at_home) & counter_bits;
       }
     }
     if (alive) controller->keep_alive();
@@ -154,6 +155,8 @@ class Bench {
   std::vector<Eigen::Vector3d> joints;
   Inputs inputs;
   Outputs outputs;
+  std::int64_t count_at_home = 123456789;
+  std::uint32_t counter_bits = 0xFFFFFFFF;  // 0xFFFF: a register of 16 bits
   bool sampling = true;
   bool frozen = false;
   bool alive = true;

@@ -2,7 +2,9 @@
 // get through is counted.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <functional>
 
 #include "firmware/slot_header.h"
@@ -310,15 +312,18 @@ struct EndCase {
 
 TEST(Trace, EndsWhereCountsDoNotDetermineTheForces) {
   const std::vector<EndCase> cases = {
-      {"a parameter", TraceEnd::kParameter, 3,
+      {"a parameter", TraceEnd::kParameter, 4,
        [](Bench& b) {
+         EXPECT_EQ(b.controller->write_param(0x0121, 1), firmware::ParamStatus::kNotWhileArmed)
+             << "no end: refused";
+         b.tick();
+         EXPECT_EQ(b.controller->trace_state().phase, 1);
          EXPECT_EQ(b.controller->write_param(0x0101, std::bit_cast<std::uint32_t>(5000.0F)),
                    firmware::ParamStatus::kOk);
        }},
       {"a scene", TraceEnd::kScene, 3, [](Bench& b) { b.load(500.0F); }},
       {"a lost tick", TraceEnd::kTickLost, 3, [](Bench& b) { ++b.inputs.tick; }},
       {"a stale sample", TraceEnd::kSampleStale, 3, [](Bench& b) { b.sampling = false; }},
-      {"a jump", TraceEnd::kCountsJumped, 3, [](Bench& b) { b.joints[0][0] += 1e5; }},
       {"a fault", TraceEnd::kFault, 4, [](Bench& b) { b.inputs.e_stop = true; }},
       {"a stop", TraceEnd::kFault, 4, [](Bench& b) { EXPECT_EQ(b.controller->request(Command::kStop), 0); }},
       {"a silent host", TraceEnd::kHostSilent, 3,
@@ -364,10 +369,47 @@ TEST(Trace, EndsWhereCountsDoNotDetermineTheForces) {
   }
 }
 
+// A register of 16 bits goes over its edge all the time; one of 32 must not go farther than 16 tell.
+TEST(Trace, WideCountersMayNotJump) {
+  Bench narrow;
+  narrow.count_at_home = 0xFFFF;
+  narrow.counter_bits = 0xFFFF;
+  narrow.load();
+  narrow.home();
+  ASSERT_EQ(narrow.controller->request(Command::kTrace), 0);
+  narrow.tick();
+  TracedFrames heard;
+  for (int i = 0; i < 400; ++i) {
+    narrow.place({0.02 * std::sin(0.05 * i), 0, 0.01 * std::sin(0.07 * i)});
+    narrow.tick();
+    hear_trace(narrow, heard);
+  }
+  EXPECT_EQ(narrow.controller->trace_state().phase, 1);
+  EXPECT_EQ(heard.counts.size(), 400U);
+  const auto high = [](const link::TraceCounts& counts) { return counts.count_0 > 0x8000; };
+  EXPECT_TRUE(std::ranges::any_of(heard.counts, high));
+  EXPECT_FALSE(std::ranges::all_of(heard.counts, high)) << "it never went over the edge";
+
+  firmware::Config config;
+  config.arm[0].model = "wooden";
+  Bench wide(config);
+  wide.load();
+  wide.home();
+  ASSERT_EQ(wide.controller->request(Command::kTrace), 0);
+  wide.ticks(4);
+  wide.count_at_home += 0x8000;
+  wide.tick();
+  EXPECT_EQ(wide.controller->trace_state().end, static_cast<std::uint8_t>(TraceEnd::kCountsJumped));
+  EXPECT_EQ(wide.controller->trace_state().ticks, 3U);
+}
+
 TEST(Trace, RefusedWhereItCannotBegin) {
   Bench bench;
   bench.tick();
   EXPECT_EQ(bench.controller->request(Command::kTrace), firmware::kNoScene);
+  ASSERT_EQ(bench.controller->write_param(0x0123, 1), firmware::ParamStatus::kOk);
+  bench.tick();
+  EXPECT_EQ(bench.controller->unmet() & firmware::kNoScene, 0U) << "the host renders";
   bench.load();
   bench.tick();
   bench.inputs.e_stop = true;
