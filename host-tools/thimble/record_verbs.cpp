@@ -143,7 +143,7 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
     print(json);
   } else {
     fmt::print(
-        "{}: {} ticks at {} Hz, none left out but {} that did not arrive; other telemetry every {} ticks; "
+        "{}: {} ticks at {} Hz, {} missing; other telemetry every {} ticks; "
         "ended: {}\n",
         choice.output.string(), report.ticks, report.counts_Hz, report.end.missing, report.telemetry_ticks,
         end_in_words(recording));
