@@ -32,10 +32,12 @@ class Scan(Rig):
         self.ok("home", "--device", sim.tcp)
         return sim
 
-    def wait_for_row(self, log, begin):
+    def wait_for_row(self, log, begin, process):
         end = time.monotonic() + 30
         while not (log.exists() and "\n" + begin in log.read_text()):
-            self.assertLess(time.monotonic(), end)
+            if process.poll() is not None:
+                self.fail("the scan ended: " + process.stderr.read())
+            self.assertLess(time.monotonic(), end, log.read_text() if log.exists() else "there is no log")
             time.sleep(0.02)
 
     def test_a_small_grid(self):
@@ -70,7 +72,7 @@ class Scan(Rig):
         scan = ["scan", self.plan("broken", columns=3), "--log", log, "--output", scene, "--device", sim.tcp, "--allow-moves",
                 "--resume"]
         process = self.start(*scan)
-        self.wait_for_row(log, "1,press")
+        self.wait_for_row(log, "1,press", process)
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=30)
         self.assertEqual(process.returncode, 1, err)
@@ -90,7 +92,7 @@ class Scan(Rig):
         scan = ["scan", self.plan("killed", speed_m_s=0.002), "--log", log, "--output", self.folder / "killed.scene.json",
                 "--device", sim.tcp, "--allow-moves"]
         process = self.start(*scan)
-        self.wait_for_row(log, "0,press")  # not by asking the device: two hosts that ask at once take each other's answers
+        self.wait_for_row(log, "0,press", process)  # not by asking the device: two hosts that ask at once take each other's answers
         process.send_signal(signal.SIGKILL)
         process.communicate()
         self.assertEqual(self.ok_json("info", "--device", sim.tcp)["state"]["flags"] & 32, 32, "it moves by itself")
