@@ -26,6 +26,11 @@ constexpr Micros kSettle_us = 200'000;      // the tip after the hand
 constexpr Micros kHomingAnswer_us = 1'000'000;
 constexpr Micros kBetweenUploads_us = 300'000;  // down and up again: the force of each scene swap
 
+bool is_command(const PageMessage& message, ViewCommand verb) {
+  const auto* command = std::get_if<CommandMessage>(&message);
+  return command != nullptr && command->verb == verb;
+}
+
 }  // namespace
 
 DeviceSession::DeviceSession(SessionOptions options, SceneBook book, SimulatedDevice* simulated,
@@ -44,10 +49,31 @@ void DeviceSession::post(PageMessage message) {
     return;
   }
   const std::scoped_lock lock(mutex_);
-  if (waiting_.size() >= kMostWaiting) {
+  if (const auto* material = std::get_if<MaterialMessage>(&message)) {
+    if (merge(*material)) return;
+  }
+  if (is_command(message, ViewCommand::kDisarm)) {
+    // Never refused. One beyond kMostWaiting at most: one that waits, with no arming behind it, does for all.
+    for (auto one = waiting_.rbegin(); one != waiting_.rend() && !is_command(*one, ViewCommand::kArm);
+         ++one) {
+      if (is_command(*one, ViewCommand::kDisarm)) return;
+    }
+  } else if (waiting_.size() >= kMostWaiting) {
     throw Error(ExitCode::kRefused, "busy", "too many messages wait for the device", "send them slower");
   }
   waiting_.push_back(std::move(message));
+}
+
+// Of the values that one slider gives, the last one counts. Nothing but materials is passed over.
+bool DeviceSession::merge(const MaterialMessage& material) {
+  for (auto one = waiting_.rbegin(); one != waiting_.rend(); ++one) {
+    auto* waiting = std::get_if<MaterialMessage>(&*one);
+    if (waiting == nullptr) return false;
+    if (waiting->object != material.object || waiting->key != material.key) continue;
+    waiting->value = material.value;
+    return true;
+  }
+  return false;
 }
 
 std::optional<PageMessage> DeviceSession::next_message() {
@@ -60,10 +86,8 @@ std::optional<PageMessage> DeviceSession::next_message() {
 
 bool DeviceSession::urgent_waits() {
   const std::scoped_lock lock(mutex_);
-  return std::ranges::any_of(waiting_, [](const PageMessage& message) {
-    const auto* command = std::get_if<CommandMessage>(&message);
-    return command != nullptr && command->verb == ViewCommand::kDisarm;
-  });
+  return std::ranges::any_of(
+      waiting_, [](const PageMessage& message) { return is_command(message, ViewCommand::kDisarm); });
 }
 
 void DeviceSession::inform(const std::string& name, const std::string& cause, const std::string& remedy) {
@@ -81,6 +105,7 @@ void DeviceSession::run(const std::atomic<bool>& stopping, const std::function<v
       device_.reset();
       sink_.event(event_json(error));
       sink_.link(false);
+      forget_save("the device has gone before the change ran");
       wait_for_device(stopping);
     }
   }
@@ -154,12 +179,15 @@ void DeviceSession::serve(const std::atomic<bool>& stopping) {
     if (to_upload_ && now_us() >= upload_due_us_) {
       const OpenScene scene = std::move(*to_upload_);
       to_upload_.reset();
+      bool runs = false;
       try {
         upload(scene);
+        runs = true;
         begin_simulation();
       } catch (const Disturbed&) {
         if (!to_upload_) to_upload_ = scene;  // it goes on where it stopped
       } catch (const Error& error) {
+        if (!runs) drop_edits();
         if (error.code == ExitCode::kLinkLost) throw;
         sink_.event(event_json(error));
       }
@@ -261,11 +289,28 @@ void DeviceSession::show_scene(const std::string& name, std::uint32_t crc) {
     show_open_scene();
     return;
   }
+  std::optional<OpenScene> before = std::move(running_);
   running_.reset();
   edited_.reset();
+  edited_since_job_ = false;
   if (!name.empty()) running_ = book_.with_crc(name, crc);
   if (running_) {
+    told_of_other_host_ = false;
     show_open_scene();
+    return;
+  }
+  // A slider of another host: the shapes are the same, so the picture stays. (An image does not tell its CRC's materials.)
+  if (before && before->document.value("name", Json()) == Json(name) &&
+      before->image->size() == device_state_.scene_bytes) {
+    running_ = std::move(before);
+    running_->crc = crc;
+    show_open_scene();
+    if (!told_of_other_host_) {
+      inform("other-host",
+             "another host has changed the materials of \"" + name + "\"; those shown here may be old",
+             "pick the scene to have those of its file");
+    }
+    told_of_other_host_ = true;
     return;
   }
   sink_.scene(to_text(Json{{"type", "scene"}, {"name", name}, {"crc", crc}, {"objects", Json::array()}}),
@@ -335,11 +380,11 @@ void DeviceSession::obey(const ParameterMessage& message) {
 }
 
 void DeviceSession::obey(const PickMessage& message) {
-  const std::filesystem::path file = book_.find(message.scene);
+  picked_ = book_.find(message.scene);
   edited_.reset();
   edited_since_job_ = false;
   to_upload_.reset();
-  job_ = Job{std::async(std::launch::async, [file] { return open_scene(file); }), true};
+  forget_save("another scene was picked before the change ran");
 }
 
 void DeviceSession::obey(const MaterialMessage& message) {
@@ -352,7 +397,10 @@ void DeviceSession::obey(const MaterialMessage& message) {
   edited_since_job_ = true;
 }
 
-void DeviceSession::obey(const SaveMessage&) {
+void DeviceSession::obey(const SaveMessage&) { save_wanted_ = true; }
+
+// What is saved is what runs, so a change that is on its way is waited for.
+void DeviceSession::save() {
   if (!running_ || !running_->changed) {
     inform("nothing-to-save", "no material of the scene has been changed");
     return;
@@ -364,19 +412,41 @@ void DeviceSession::obey(const SaveMessage&) {
 
 // --- Scenes
 
-// Compiling is another thread's work: telemetry goes on.
+// When a change does not come to run.
+void DeviceSession::drop_edits() {
+  edited_.reset();
+  edited_since_job_ = false;
+  if (running_) show_open_scene();  // the pages, too, go back to it
+  forget_save("the change did not come to run");
+}
+
+void DeviceSession::forget_save(const std::string& why) {
+  if (!save_wanted_) return;
+  save_wanted_ = false;
+  sink_.event(
+      event_json("error", "not-saved", "nothing was saved: " + why, "change the material and save again"));
+}
+
+// Compiling is another thread's work: telemetry goes on. One job at a time: a std::async's future waits when it goes.
 void DeviceSession::tend_job() {
   if (job_ && job_->result.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     try {
-      to_upload_ = job_->result.get();
+      OpenScene scene = job_->result.get();
+      if (!picked_) to_upload_ = std::move(scene);
     } catch (const Error& error) {
-      sink_.event(event_json(error));
-      if (!job_->picked) edited_.reset();  // back to what runs
+      if (!picked_) {
+        sink_.event(event_json(error));
+        if (!job_->picked) drop_edits();
+      }
     } catch (const std::exception& error) {
       sink_.event(event_json("error", "failed", error.what(), "report this with the scene"));
-      if (!job_->picked) edited_.reset();
+      if (!job_->picked && !picked_) drop_edits();
     }
     job_.reset();
+  }
+  if (!job_ && picked_) {
+    job_ = Job{std::async(std::launch::async, [file = *picked_] { return open_scene(file); }), true};
+    picked_.reset();
   }
   if (!job_ && edited_ && edited_since_job_ && !to_upload_) {
     edited_since_job_ = false;
@@ -387,6 +457,14 @@ void DeviceSession::tend_job() {
                           }),
                false};
   }
+  if (save_wanted_ && !job_ && !edited_since_job_ && !to_upload_) {
+    save_wanted_ = false;
+    try {
+      save();
+    } catch (const Error& error) {
+      sink_.event(event_json(error));
+    }
+  }
 }
 
 void DeviceSession::upload(const OpenScene& scene) {
@@ -394,7 +472,12 @@ void DeviceSession::upload(const OpenScene& scene) {
     if (*stopping_ || urgent_waits()) throw Disturbed{};
   });
   upload_due_us_ = now_us() + kBetweenUploads_us;
-  if (!running_ || running_->file != scene.file) live_.forget_scene();
+  if (!running_ || running_->file != scene.file) {
+    live_.forget_scene();
+    edited_.reset();  // of the scene before
+    edited_since_job_ = false;
+  }
+  told_of_other_host_ = false;
   running_ = scene;
   show_open_scene();
 }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <filesystem>
 #include <functional>
 #include <future>
 #include <memory>
@@ -47,7 +48,7 @@ class DeviceSession {
   DeviceSession(SessionOptions options, SceneBook book, SimulatedDevice* simulated,
                 std::optional<OpenScene> first, ViewSink& sink);
 
-  // From any thread. Messages wait their turn, at most kMostWaiting; a hand's do not.
+  // From any thread. Messages wait their turn, at most kMostWaiting and a disarm; a hand's do not.
   void post(PageMessage message);
 
   // Connects (Error when the device is not there), then serves until stopping. `connected` is called once.
@@ -72,6 +73,7 @@ class DeviceSession {
 
   [[nodiscard]] std::optional<PageMessage> next_message();
   [[nodiscard]] bool urgent_waits();
+  [[nodiscard]] bool merge(const MaterialMessage& material);  // under mutex_
   void obey(const PageMessage& message);
   void obey(const HandMessage& message);
   void obey(const CommandMessage& message);
@@ -80,6 +82,9 @@ class DeviceSession {
   void obey(const MaterialMessage& message);
   void obey(const SaveMessage& message);
 
+  void save();
+  void drop_edits();
+  void forget_save(const std::string& why);
   void tend_job();
   void upload(const OpenScene& scene);
   void inform(const std::string& name, const std::string& cause, const std::string& remedy = "");
@@ -110,7 +115,10 @@ class DeviceSession {
     bool picked = false;
   };
   std::optional<Job> job_;
+  std::optional<std::filesystem::path> picked_;  // to be opened when no job runs
   bool edited_since_job_ = false;
+  bool save_wanted_ = false;
+  bool told_of_other_host_ = false;  // that it changes the materials of what runs
   std::optional<OpenScene> to_upload_;
   link::Micros upload_due_us_ = 0;  // the force of the last one has risen again
   bool begin_ = false;              // a simulated device that has its scene is homed and armed

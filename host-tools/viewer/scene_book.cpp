@@ -112,9 +112,13 @@ void save_scene(OpenScene& scene) {
                 scene.file.string() + " has been changed by another program since it was read",
                 "pick the scene again, then change and save it");
   }
-  OutputFile out(scene.file);
+  // The file itself, not a link to it; and who may read it stays.
+  const fs::path file = fs::canonical(scene.file, none);
+  const fs::perms mode = fs::status(file, none).permissions();
+  OutputFile out(none ? scene.file : file);
   out.stream() << pretty(scene.document);
   out.commit();
+  if (!none) fs::permissions(file, mode, none);
   scene.file_time = fs::last_write_time(scene.file, none);
   scene.changed = false;
 }
@@ -148,7 +152,7 @@ std::map<std::string, fs::path> SceneBook::list() const {
     for (fs::directory_iterator at(folder, none), end; !none && at != end; at.increment(none)) {
       const std::string name = at->path().filename().string();
       if (name.size() > kSuffix.size() && name.ends_with(kSuffix)) {
-        found.emplace(name_of(at->path()), at->path());
+        if (at->is_regular_file(none)) found.emplace(name_of(at->path()), at->path());
       } else if (at->is_directory(none) && !name.starts_with(".")) {
         folders.push_back(at->path());
       }

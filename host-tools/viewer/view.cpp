@@ -122,6 +122,7 @@ void view(const ViewOptions& options,
   session_of_pages = &session;
   SessionThread thread(session, server);
   thread.wait_until_connected();
+  server.take_signals();
   serving(server.url(), device);
   server.run();
   thread.finish();
@@ -134,10 +135,20 @@ std::string open_browser(const std::string& url) {
   const std::array<char*, 3> arguments{program.data(), address.data(), nullptr};
   posix_spawn_file_actions_t quiet;
   posix_spawn_file_actions_init(&quiet);
+  posix_spawn_file_actions_addopen(&quiet, STDIN_FILENO, "/dev/null", 0 /* O_RDONLY */, 0);
   posix_spawn_file_actions_addopen(&quiet, STDOUT_FILENO, "/dev/null", 1 /* O_WRONLY */, 0);
   posix_spawn_file_actions_addopen(&quiet, STDERR_FILENO, "/dev/null", 1 /* O_WRONLY */, 0);
+  // A session of its own: it may be the user's browser, which goes on when Ctrl-C ends this program.
+  posix_spawnattr_t apart;
+  posix_spawnattr_init(&apart);
+  posix_spawnattr_setflags(&apart, POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGDEF);
+  sigset_t usual;
+  sigemptyset(&usual);
+  sigaddset(&usual, SIGPIPE);  // view() ignores it
+  posix_spawnattr_setsigdefault(&apart, &usual);
   pid_t child = 0;
-  const int failed = posix_spawnp(&child, program.c_str(), &quiet, nullptr, arguments.data(), environ);
+  const int failed = posix_spawnp(&child, program.c_str(), &quiet, &apart, arguments.data(), environ);
+  posix_spawnattr_destroy(&apart);
   posix_spawn_file_actions_destroy(&quiet);
   if (failed != 0) return program + " cannot be started: " + std::strerror(failed);
   // One that fails does so at once; one that is a browser itself may stay.

@@ -1,5 +1,6 @@
 #include "host-tools/viewer/web_server.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -29,12 +30,15 @@ using net::ip::tcp;
 using Clock = std::chrono::steady_clock;
 using Text = std::shared_ptr<const std::string>;
 
-constexpr std::size_t kMostClients = 32;  // connections, of either kind
-constexpr std::size_t kMostEvents = 128;  // that wait for a client; one that is so far behind is let go
+constexpr std::size_t kMostClients = 32;    // connections, of either kind
+constexpr std::size_t kMostStrangers = 16;  // of them, those that have not shown the token where it is needed
+constexpr std::size_t kMostEvents = 128;    // that wait for a client; one that is so far behind is let go
 constexpr std::size_t kLongestRead = 64U << 10U;  // a message beyond it ends the connection
 constexpr double kMessagesPerSecond = 200;        // of a page: three times what a hand needs
 constexpr int kSendBuffer_bytes = 32 << 10;       // what lies in the kernel is old when it is read
 constexpr auto kHttpTimeout = std::chrono::seconds(60);
+constexpr auto kStrangerTimeout = std::chrono::seconds(5);
+constexpr auto kBeat = std::chrono::seconds(2);  // a page that hears nothing for longer connects anew
 
 constexpr std::string_view kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
@@ -82,12 +86,14 @@ class WebServer::Impl {
 
   Impl(const WebOptions& options, WebHandlers web_handlers);
   void accept();
+  void beat();
   void publish(const Text& text, bool is_state);
 
   std::size_t clients = 0;  // those that io still holds when it goes count themselves out
   net::io_context io{1};
   tcp::acceptor acceptor{io};
   net::signal_set signals{io};
+  net::steady_timer beat_timer{io};
   WebHandlers handlers;
   std::string token = make_token();
   std::string cookie_name;
@@ -95,6 +101,7 @@ class WebServer::Impl {
   unsigned port = 0;
   std::string url;
   std::vector<std::weak_ptr<Live>> live;
+  std::deque<std::weak_ptr<Http>> strangers;  // the oldest first; some have shown the token since
 
   // What a new page is told.
   std::optional<Json> last_hello;
@@ -150,6 +157,11 @@ class WebServer::Impl::Live : public std::enable_shared_from_this<Live> {
     }
     events_.push_back(text);
     write();
+  }
+
+  // Only to a page that reads: others have something to read.
+  void beat(const Text& text) {
+    if (events_.empty()) tell(text);
   }
 
   // The newest, when there is time.
@@ -226,7 +238,8 @@ class WebServer::Impl::Live : public std::enable_shared_from_this<Live> {
 // A connection before it becomes a WebSocket, if it does.
 class WebServer::Impl::Http : public std::enable_shared_from_this<Http> {
  public:
-  Http(Impl* server, tcp::socket&& socket) : server_(server), stream_(std::move(socket)) {
+  Http(Impl* server, tcp::socket&& socket)
+      : server_(server), stream_(std::move(socket)), known_(!server->guarded) {
     ++server_->clients;
   }
   ~Http() { --server_->clients; }
@@ -239,11 +252,18 @@ class WebServer::Impl::Http : public std::enable_shared_from_this<Http> {
     parser_.emplace();
     parser_->header_limit(kMostHeader);
     parser_->body_limit(kMostBody);
-    stream_.expires_after(kHttpTimeout);
+    if (known_) {
+      stream_.expires_after(kHttpTimeout);
+    } else {
+      stream_.expires_after(kStrangerTimeout);
+    }
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
       if (!error) self->answer(self->parser_->release());
     });
   }
+
+  [[nodiscard]] bool known() const { return known_; }
+  void drop() { stream_.close(); }
 
  private:
   using Request = http::request<http::string_body>;
@@ -253,14 +273,13 @@ class WebServer::Impl::Http : public std::enable_shared_from_this<Http> {
     const std::string_view host = view_of(request[http::field::host]);
     const Target target = parse_target(view_of(request.target()));
     const bool has_token = same_secret(target.token, server_->token);
-    const bool known =
-        has_token ||
-        same_secret(cookie(view_of(request[http::field::cookie]), server_->cookie_name), server_->token);
+    known_ = !server_->guarded || has_token ||
+             same_secret(cookie(view_of(request[http::field::cookie]), server_->cookie_name), server_->token);
     if (!server_->guarded && !is_loopback_host(host, server_->port)) {
       refuse(request, http::status::forbidden, "This server is for this machine: ask for 127.0.0.1.\n");
     } else if (!is_own_origin(view_of(request[http::field::origin]), host)) {
       refuse(request, http::status::forbidden, "Another site's page may not come here.\n");
-    } else if (server_->guarded && !known) {
+    } else if (!known_) {
       refuse(request, http::status::unauthorized,
              "A token is needed: open the address that `thimble view` printed.\n");
     } else if (websocket::is_upgrade(request)) {
@@ -353,6 +372,7 @@ class WebServer::Impl::Http : public std::enable_shared_from_this<Http> {
 
   Impl* server_;
   beast::tcp_stream stream_;
+  bool known_;  // may be here: has shown the token, where it is needed
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   std::optional<Response> response_;
@@ -372,6 +392,8 @@ WebServer::Impl::Impl(const WebOptions& options, WebHandlers web_handlers)
   guarded = !options.listen.empty();
   const tcp::endpoint endpoint(address, options.port);
   acceptor.open(endpoint.protocol(), error);
+  // Not into the browser that is started: it would keep the port.
+  if (!error) fcntl(acceptor.native_handle(), F_SETFD, FD_CLOEXEC);
   if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
   if (!error) acceptor.bind(endpoint, error);
   if (!error) acceptor.listen(net::socket_base::max_listen_connections, error);
@@ -405,7 +427,20 @@ void WebServer::Impl::accept() {
       error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
       socket.set_option(net::socket_base::send_buffer_size(kSendBuffer_bytes), ignored);
-      std::make_shared<Http>(this, std::move(socket))->read();
+      const auto client = std::make_shared<Http>(this, std::move(socket));
+      if (!client->known()) {
+        // Everyone begins as one of them. The oldest has had the longest time to show the token.
+        std::erase_if(strangers, [](const std::weak_ptr<Http>& weak) {
+          const auto stranger = weak.lock();
+          return !stranger || stranger->known();
+        });
+        if (strangers.size() >= kMostStrangers) {
+          if (const auto oldest = strangers.front().lock()) oldest->drop();
+          strangers.pop_front();
+        }
+        strangers.push_back(client);
+      }
+      client->read();
     }
     if (!error) {
       accept();
@@ -414,6 +449,19 @@ void WebServer::Impl::accept() {
     // No descriptors left, say: not again at once.
     auto timer = std::make_shared<net::steady_timer>(io, std::chrono::milliseconds(100));
     timer->async_wait([this, timer](error_code) { accept(); });
+  });
+}
+
+// So that a page can tell a server that has nothing to say from one that is not reached.
+void WebServer::Impl::beat() {
+  beat_timer.expires_after(kBeat);
+  beat_timer.async_wait([this](error_code error) {
+    if (error) return;
+    const auto text = std::make_shared<const std::string>(to_text(link_json(up)));
+    for (const auto& weak : live) {
+      if (const auto page = weak.lock()) page->beat(text);
+    }
+    beat();
   });
 }
 
@@ -426,18 +474,22 @@ void WebServer::Impl::publish(const Text& text, bool is_state) {
 
 WebServer::WebServer(const WebOptions& options, WebHandlers handlers)
     : impl_(std::make_unique<Impl>(options, std::move(handlers))) {
+  impl_->accept();
+  impl_->beat();
+}
+
+WebServer::~WebServer() = default;
+
+const std::string& WebServer::url() const { return impl_->url; }
+
+void WebServer::take_signals() {
   impl_->signals.add(SIGINT);
   impl_->signals.add(SIGTERM);
   impl_->signals.add(SIGHUP);
   impl_->signals.async_wait([io = &impl_->io](error_code error, int) {
     if (!error) io->stop();
   });
-  impl_->accept();
 }
-
-WebServer::~WebServer() = default;
-
-const std::string& WebServer::url() const { return impl_->url; }
 
 void WebServer::run() {
   impl_->io.run();

@@ -5,6 +5,7 @@
 //   on 127.0.0.1 (or ::1): anyone may look; a WebSocket with the token may control. Host must name this machine's loopback.
 //   on another address: everything takes the token, in the address or in the cookie that the page's address sets.
 //   always: an Origin that is not this server is refused.
+// A connection that has not shown the token where it is needed may be dropped for a new one.
 // A client that reads slowly misses states: one waits, and the newest replaces it.
 #pragma once
 
@@ -38,9 +39,9 @@ class WebServer final : public ViewSink {
 
   [[nodiscard]] const std::string& url() const;  // with the token
 
-  // Until stop(), or SIGINT, SIGTERM or SIGHUP.
-  void run();
-  void stop();  // from any thread
+  void take_signals();  // from now on SIGINT, SIGTERM and SIGHUP end run(), and nothing else
+  void run();           // until then, or stop()
+  void stop();          // from any thread
 
   // From any thread.
   void hello(Json hello) override;

@@ -218,6 +218,15 @@ class Viewer(Rig):
         # Header values were lowered; a token is hexadecimal.
         self.assertEqual(http(view.port, "/scenes.json", headers=["Cookie: a=b; " + cookie.split(";")[0]])[0], 200)
         self.assertTrue(self.page(view).receive()["may_control"])
+        # Those that say nothing do not keep out the one that has the token, and are let go.
+        mute = [socket.create_connection(("127.0.0.1", view.port), timeout=20) for _ in range(40)]
+        for one in mute:
+            self.addCleanup(one.close)
+        self.assertTrue(self.page(view).receive()["may_control"])
+        began = time.monotonic()
+        for one in mute:
+            self.assertEqual(one.recv(1), b"")
+        self.assertLess(time.monotonic() - began, 8 * SLOW)
 
     def test_nonsense_is_answered_and_does_nothing(self):
         view = self.blocks()
@@ -318,6 +327,101 @@ class Viewer(Rig):
         page.event("scene-changed")
         self.assertEqual(json.loads(scene.read_text())["objects"][0]["material"]["stiffness_N_m"], 400)
 
+    def test_a_save_waits_for_the_change(self):
+        """A save right behind a change, alone and behind others that compile and go up meanwhile."""
+        scene = self.plane_scene("eager", offset_m=-0.01)
+        link = self.folder / "link.scene.json"
+        link.symlink_to(scene)
+        scene.chmod(0o640)
+        view = self.view("--scene", link)
+        page = self.page(view)
+        page.state(lambda s: s["mode"] == "armed")
+
+        def saved():
+            page.event("saved")
+            return json.loads(scene.read_text())["objects"][0]["material"]["stiffness_N_m"]
+
+        page.send(type="material", object=0, key="stiffness", value=310)
+        page.send(type="save")
+        self.assertEqual(saved(), 310)
+        for value in range(320, 420, 10):
+            page.send(type="material", object=0, key="stiffness", value=value)
+            time.sleep(0.02)
+        page.send(type="save")
+        self.assertEqual(saved(), 410)
+        page.send(type="material", object=0, key="stiffness", value=500)
+        page.send(type="save")
+        page.send(type="pick", scene="ring")
+        self.assertIn("picked", page.event("not-saved")["cause"])
+        self.assertEqual(json.loads(scene.read_text())["objects"][0]["material"]["stiffness_N_m"], 410)
+        self.assertTrue(link.is_symlink())
+        self.assertEqual(scene.stat().st_mode & 0o777, 0o640)
+
+    def test_what_is_picked_last_runs(self):
+        (self.folder / "folder.scene.json").mkdir()
+        os.mkfifo(self.folder / "pipe.scene.json")
+        view = self.view("--scene", SCENES / "blocks" / "blocks.scene.json", "--scenes", self.folder)
+        page = self.page(view)
+        page.state(lambda s: s["mode"] == "armed")
+        names = json.loads(http(view.port, "/scenes.json")[2])
+        self.assertFalse({"folder", "pipe"} & set(names))
+        for name in ("baboon", "walls", "asteroid", "ring"):
+            page.send(type="pick", scene=name)
+        page.send(type="material", object=0, key="stiffness", value=200)  # of the scene that runs yet: given up with it
+        page.until(lambda m: m["type"] == "scene" and m.get("pick") == "ring", what="the last pick")
+        page.send(type="save")
+        page.until(lambda m: self.assertNotEqual(m["type"], "scene") or m.get("name") == "nothing-to-save", what="nothing to save")
+        # A material that does not compile: the pages are told what runs.
+        page.send(type="material", object=0, key="stiffness", value=-5)
+        page.event("bad-value")
+        self.assertEqual(page.until(lambda m: m["type"] == "scene")["pick"], "ring")
+
+    def test_a_disarm_always_has_a_place(self):
+        view = self.blocks()
+        page = self.page(view)
+        page.state(lambda s: s["mode"] == "armed")
+        # Homing goes on for longer than these take to come.
+        page.send(type="hand", arm=0, position_m=[0.03, 0.01, 0.01])
+        page.state(lambda s: s["arms"][0]["hand_m"][0] > 0.029)
+        page.send(type="command", verb="home")
+        for _ in range(80):
+            page.send(type="command", verb="clear")
+        page.event("busy")
+        page.send(type="command", verb="disarm")
+        page.event("homed")
+        self.steady(page, 1.5)  # it is armed again, and then disarmed
+        self.assertEqual(page.state()["mode"], "ready")
+        # A slider's many values are one that waits.
+        page.send(type="command", verb="home")
+        for value in range(110, 200):
+            page.send(type="material", object=1, key="stiffness", value=value)
+            page.send(type="material", object=1, key="damping", value=value / 100)
+        material = page.until(lambda m: self.assertNotEqual(m.get("name"), "busy") or
+                              m["type"] == "scene" and m["objects"][1]["material"]["stiffness"] == 199)["objects"][1]["material"]
+        self.assertEqual(material["damping"], 1.99)
+
+    def test_two_views_of_one_device(self):
+        sim = self.sim("--tcp", 0)
+        self.ok("upload", SCENES / "blocks/blocks.scene.json", "--device", sim.tcp)
+        page, other = (self.page(self.view("--device", sim.tcp)) for _ in range(2))
+        for one in (page, other):
+            one.until(lambda m: m["type"] == "scene" and m["objects"])
+        page.send(type="material", object=1, key="stiffness", value=200)
+        page.until(lambda m: m["type"] == "scene" and m["objects"][1]["material"]["stiffness"] == 200)
+        scene = other.until(lambda m: m["type"] == "scene", what="the scene that the other one changed")
+        self.assertEqual([o["name"] for o in scene["objects"]], ["table", "near block", "far block"])
+        other.event("other-host")
+
+    def test_a_signal_while_it_connects(self):
+        with socket.create_server(("127.0.0.1", 0)) as mute:
+            process = subprocess.Popen([BIN / "thimble", "view", "--no-browser", "--device", "tcp:127.0.0.1:%d" % mute.getsockname()[1], "--timeout", "30"],
+                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=self.environment)
+            end = mute.accept()[0]
+            self.addCleanup(end.close)
+            process.send_signal(signal.SIGTERM)
+            process.communicate(timeout=5)
+            self.assertEqual(process.returncode, -signal.SIGTERM)
+
     def test_a_device_that_vanishes_and_comes_back(self):
         sim = self.sim("--tcp", 0)
         port = sim.port
@@ -387,7 +491,9 @@ class Viewer(Rig):
         """With a browser it gets the address; without one the address is printed, and that is said."""
         opened = self.folder / "opened"
         browser = self.folder / "browser.sh"
-        browser.write_text('#!/bin/sh\necho "$1" > %s\n' % opened)
+        # As one that stays: what it has from the command must not end it, nor keep the port.
+        browser.write_text('#!/bin/sh\nps -o sid= -p $$ > %s.sid\nls -l /proc/$$/fd > %s.fds\ngrep SigIgn /proc/$$/status > %s.ignored\necho "$1" > %s\n'
+                           % (opened, opened, opened, opened))
         browser.chmod(0o755)
         for program, said in ((browser, ""), (self.folder / "none", "no browser was opened")):
             process = subprocess.Popen([BIN / "thimble", "view", "--scene", SCENES / "walls/walls.scene.json"], text=True,
@@ -401,6 +507,11 @@ class Viewer(Rig):
             if not said:
                 self.assertEqual(opened.read_text().strip(), url)
                 self.assertEqual(err, "")
+                self.assertNotEqual(int((self.folder / "opened.sid").read_text()), os.getsid(0))
+                descriptors = (self.folder / "opened.fds").read_text()
+                self.assertNotIn("socket:", descriptors)
+                self.assertIn(" 0 -> /dev/null", descriptors)
+                self.assertFalse(int((self.folder / "opened.ignored").read_text().split()[1], 16) & 1 << (signal.SIGPIPE - 1))
 
     def test_two_arms_in_one_scene(self):
         view = self.view("--scene", SCENES / "blocks" / "blocks.scene.json", "--arms", 2)

@@ -46,6 +46,7 @@ export class Mock {
   // When a state left, by its tick: for measuring how long it takes to the picture.
   readonly sent_ms = new Map<number, number>();
   readonly token: string;
+  refuses = false; // materials
   touch!: Touch;
   private image!: Uint8Array;
   private name = '';
@@ -56,6 +57,7 @@ export class Mock {
   private readonly http = createServer((request, response) => this.answer(request, response));
   private readonly sockets = new WebSocketServer({ noServer: true });
   timer: NodeJS.Timeout | undefined;
+  private beats: NodeJS.Timeout | undefined;
 
   constructor(private readonly options: Options = {}) {
     this.token = options.token ?? 'letmein';
@@ -78,6 +80,7 @@ export class Mock {
       this.http.once('error', reject);
       this.http.listen(port, '127.0.0.1', resolve);
     });
+    this.beats = setInterval(() => this.broadcast({ type: 'link', up: this.link_up }), 2000);
     let before = performance.now();
     this.timer = setInterval(() => {
       const now = performance.now();
@@ -92,6 +95,7 @@ export class Mock {
 
   async stop(): Promise<void> {
     clearInterval(this.timer);
+    clearInterval(this.beats);
     for (const client of this.clients.keys()) client.terminate();
     this.clients.clear();
     this.http.closeAllConnections();
@@ -190,6 +194,10 @@ export class Mock {
       case 'pick':
         return this.load(message.scene);
       case 'material':
+        if (this.refuses) {
+          refuse('the scene does not compile with it', 'choose another value');
+          return this.broadcast(this.started());
+        }
         this.touch.materials[message.object][message.key as MaterialKey] = message.value;
         ++this.crc;
         return this.broadcast(this.started());

@@ -6,6 +6,7 @@ import { type PageMessage, type ServerMessage, parse_message } from './protocol'
 export type Link = 'connecting' | 'live' | 'silent' | 'controller-lost' | 'server-gone';
 
 const kSilent_ms = 1500;
+const kLost_ms = 5000; // the server says something every 2 s, whatever the controller does
 const kFirstWait_ms = 300;
 const kLongestWait_ms = 3000;
 
@@ -19,6 +20,7 @@ export class Connection {
   private link: Link = 'connecting';
   private wait_ms = kFirstWait_ms;
   private last_state_ms = 0;
+  private last_heard_ms = 0;
   private controller_up = true;
 
   constructor(
@@ -42,27 +44,31 @@ export class Connection {
     socket.onopen = () => {
       this.wait_ms = kFirstWait_ms;
       this.controller_up = true;
-      this.last_state_ms = performance.now();
+      this.last_state_ms = this.last_heard_ms = performance.now();
       this.tell('connecting');
     };
     socket.onmessage = (event) => {
+      this.last_heard_ms = performance.now();
       const message = typeof event.data === 'string' ? parse_message(event.data) : null;
       if (message !== null) this.take(message);
     };
     // An error is followed by a close.
-    socket.onclose = () => {
-      this.tell('server-gone');
-      setTimeout(() => this.open(), this.wait_ms);
-      this.wait_ms = Math.min(this.wait_ms * 2, kLongestWait_ms);
-    };
+    socket.onclose = () => this.open_later();
+  }
+
+  private open_later(): void {
+    this.tell('server-gone');
+    setTimeout(() => this.open(), this.wait_ms);
+    this.wait_ms = Math.min(this.wait_ms * 2, kLongestWait_ms);
   }
 
   private take(message: ServerMessage): void {
     if (message.type === 'state') {
       this.last_state_ms = performance.now();
-      this.controller_up = true;
-      this.tell('live');
+      // A new page is told the last state of a controller that has gone, too.
+      if (this.controller_up) this.tell('live');
     } else if (message.type === 'link') {
+      if (message.up === this.controller_up) return; // only to say that the server is there
       this.controller_up = message.up;
       this.last_state_ms = performance.now();
       this.tell(message.up ? 'connecting' : 'controller-lost');
@@ -71,8 +77,17 @@ export class Connection {
   }
 
   private watch(): void {
-    const open = this.socket?.readyState === WebSocket.OPEN;
-    if (open && this.controller_up && performance.now() - this.last_state_ms > kSilent_ms) this.tell('silent');
+    const socket = this.socket;
+    if (socket === null || socket.readyState !== WebSocket.OPEN) return;
+    // A way that broke without a word: the close of such a socket takes its time, so it is not waited for.
+    if (performance.now() - this.last_heard_ms > kLost_ms) {
+      socket.onopen = socket.onmessage = socket.onclose = null;
+      socket.close();
+      this.socket = null;
+      this.open_later();
+      return;
+    }
+    if (this.controller_up && performance.now() - this.last_state_ms > kSilent_ms) this.tell('silent');
   }
 
   private tell(link: Link): void {

@@ -5,6 +5,7 @@ import { Vector3 } from 'three';
 import type { Stage } from './stage';
 import { type Vec3, length, sub } from './vector';
 
+const kWishes_per_s = 70; // the server takes 200 messages a second; displays draw up to 240 frames
 const kKeyStep_m = 0.001;
 const kKeySpeed_m_s = 0.04;
 const kKeyHold_s = 0.25; // held for longer, a key moves the hand all the time
@@ -33,6 +34,7 @@ export class HandControl {
   private held = new Map<string, number>(); // key: since when, in seconds
   private fine = false;
   private sent_s = -Infinity;
+  private due_s = -Infinity;
 
   constructor(
     private readonly stage: Stage,
@@ -73,7 +75,9 @@ export class HandControl {
     for (const [key, since_s] of this.held) {
       if (now_s - since_s > kKeyHold_s) this.move(kKeys[key], kKeySpeed_m_s * dt_s * (this.fine ? kFine : 1));
     }
-    if (!this.unsent || this.wish === null) return;
+    if (!this.unsent || this.wish === null || now_s < this.due_s) return;
+    // On average: a frame that came a little late does not put off the next wish.
+    this.due_s = Math.max(this.due_s + 1 / kWishes_per_s, now_s);
     this.unsent = false;
     this.send(this.arm, this.wish);
     this.sent_s = now_s;

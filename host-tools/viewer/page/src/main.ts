@@ -139,7 +139,10 @@ function show_permission(): void {
 function on_scene(it: SceneStarted): void {
   const other = started?.name !== it.name || started.objects.length !== it.objects.length;
   started = it;
-  if (other) timeline.forget();
+  if (other) {
+    timeline.forget();
+    show_pause(); // it has ended
+  }
   set_text(element('scene'), it.name || 'none');
   choose_scene_name(it);
   materials.show(it);

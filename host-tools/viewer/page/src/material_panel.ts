@@ -22,6 +22,7 @@ const kSettled_ms = 1000;
 
 export class MaterialPanel {
   private objects: SceneStarted['objects'] = [];
+  private crc: number | null = null;
   private chosen = 0;
   private readonly select = make('select', { id: 'object' }, { testid: 'object' });
   private readonly save = make('button', { type: 'button', textContent: 'Save to the scene file' }, { testid: 'save' });
@@ -57,8 +58,12 @@ export class MaterialPanel {
       this.select.replaceChildren(...names.map((name) => make('option', { textContent: name })));
       this.chosen = 0;
     }
-    // What the server says of a slider under the finger is older than the finger.
-    const own = same && performance.now() - this.changed_ms < kSettled_ms ? this.objects[this.chosen] : undefined;
+    // What the server says of a slider under the finger is older than the finger. But a scene that is said again has not changed: it
+    // refused the change.
+    const refused = scene.crc === this.crc;
+    this.crc = scene.crc;
+    if (refused) this.unsent.clear();
+    const own = same && !refused && performance.now() - this.changed_ms < kSettled_ms ? this.objects[this.chosen] : undefined;
     this.objects = scene.objects.map((object) => ({ name: object.name, material: { ...object.material } }));
     if (own !== undefined) this.objects[this.chosen] = own;
     this.choose(Math.min(this.chosen, this.objects.length - 1));

@@ -177,6 +177,25 @@ test('sliders change the running scene, and the force with it; save asks the ser
   assert.equal(said(mock, 'save').length, 1);
 });
 
+test('a material that is refused goes back to what runs, also right under the finger', async () => {
+  const { page, mock } = await show();
+  const value = page.getByTestId('material-stiffness-value');
+  await page.getByTestId('object').selectOption('near block');
+  const before = await value.inputValue();
+  mock.refuses = true;
+  await page.getByTestId('material-stiffness').fill('300');
+  await until('the message', () => said(mock, 'material').length > 0);
+  await until('the old value', async () => (await value.inputValue()) === before);
+});
+
+test('another scene ends the pause', async () => {
+  const { page, mock } = await show();
+  await page.getByTestId('pause').click();
+  assert.equal(await text(page, 'pause'), 'Go live');
+  mock.load('walls');
+  await until('the button', async () => (await text(page, 'pause')) === 'Pause');
+});
+
 test('the picker asks for a scene', async () => {
   const { page, mock } = await show();
   await page.getByTestId('scene-picker').selectOption('ice');

@@ -1,0 +1,33 @@
+// The hand's wishes: how many leave, and which.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Vector3 } from 'three';
+
+import { HandControl } from '../../src/hand_control';
+import type { Stage } from '../../src/stage';
+import type { Vec3 } from '../../src/vector';
+
+for (const display_Hz of [60, 75, 144, 240]) {
+  test(`at ${display_Hz} frames a second a hand that moves all the time sends at most 70 wishes a second, and the last one`, () => {
+    const listeners = new Map<string, (event: object) => void>();
+    const stage = {
+      canvas: { addEventListener: (name: string, listener: (event: object) => void) => listeners.set(name, listener) },
+      drag_turns: () => {},
+      screen: () => ({ right: new Vector3(1, 0, 0), up: new Vector3(0, 1, 0), away: new Vector3(0, 0, 1), pixel_m: 1e-4 }),
+    };
+    const sent: Vec3[] = [];
+    const hand = new HandControl(stage as unknown as Stage, (_, position_m) => sent.push(position_m));
+    hand.enable(true);
+    hand.follow([0, 0, 0]);
+    const turn = { deltaY: -1, deltaMode: 0, preventDefault: () => {}, stopImmediatePropagation: () => {} };
+    Object.assign(globalThis, { WheelEvent: { DOM_DELTA_PIXEL: 0 } });
+    const frames = 3 * display_Hz;
+    for (let i = 0; i < frames; ++i) {
+      listeners.get('wheel')?.(turn);
+      hand.step(100 + i / display_Hz, 1 / display_Hz);
+    }
+    assert.ok(sent.length <= 3 * 70 + 1 && sent.length > 3 * Math.min(display_Hz, 70) - 3, `${sent.length} in 3 s`);
+    hand.step(104, 0.1);
+    assert.ok(Math.abs((sent.at(-1) as Vec3)[2] - frames * 0.00003) < 1e-12);
+  });
+}
