@@ -1,16 +1,14 @@
 #include "host-tools/files/image_file.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "control/scene/limits.h"
 #include "host-tools/client/device.h"
 #include "host-tools/compiler/compile.h"
 #include "host-tools/error.h"
+#include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
 
 namespace thimble::host {
@@ -32,15 +30,7 @@ void write_image(const std::filesystem::path& file, std::span<const std::byte> i
 ImageFile load_image(const std::filesystem::path& file) {
   if (file.extension() == ".json") return {compile_scene(file).image, std::nullopt};
 
-  std::ifstream in(file, std::ios::binary);
-  std::error_code none;
-  if (!in || std::filesystem::is_directory(file, none)) {
-    const int error = in ? EISDIR : errno;
-    throw Error(error == EACCES ? ExitCode::kPermission : ExitCode::kBadInput, "cannot-read",
-                "cannot read " + file.string() + ": " + std::strerror(error),
-                "check the file's name and rights");
-  }
-  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const std::string bytes = read_input(file);
   ImageFile result;
   std::size_t size = bytes.size();
   if (size > kTrailerBytes && bytes.compare(size - kTrailerBytes, kImageTrailer.size(), kImageTrailer) == 0) {

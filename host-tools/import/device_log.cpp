@@ -3,17 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <string_view>
 
 #include "host-tools/error.h"
+#include "host-tools/files/input_file.h"
 
 namespace thimble::host {
 namespace {
@@ -213,16 +210,7 @@ DeviceLog parse_device_log(std::span<const char> bytes, const std::string& name,
 }
 
 DeviceLog read_device_log(const std::filesystem::path& file, bool thimble_frame) {
-  std::ifstream in(file, std::ios::binary);
-  std::error_code none;
-  if (!in || std::filesystem::is_directory(file, none)) {
-    const int error = in ? EISDIR : errno;
-    throw Error(error == EACCES ? ExitCode::kPermission : ExitCode::kBadInput, "cannot-read",
-                "cannot read " + file.string() + ": " + std::strerror(error),
-                "check the file's name and rights");
-  }
-  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  return parse_device_log(bytes, file.string(), thimble_frame);
+  return parse_device_log(read_input(file), file.string(), thimble_frame);
 }
 
 }  // namespace thimble::host

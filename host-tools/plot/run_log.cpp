@@ -1,17 +1,16 @@
 #include "host-tools/plot/run_log.h"
 
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <limits>
 #include <string>
 #include <string_view>
 
 #include "host-tools/error.h"
+#include "host-tools/files/input_file.h"
 
 namespace thimble::host {
 namespace {
@@ -47,14 +46,7 @@ void write_log_row(std::ostream& out, const board::LogRow& row) {
 }
 
 std::vector<board::LogRow> read_run_log(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::error_code none;
-  if (!in || std::filesystem::is_directory(file, none)) {
-    const int error = in ? EISDIR : errno;
-    throw Error(error == EACCES ? ExitCode::kPermission : ExitCode::kBadInput, "cannot-read",
-                "cannot read " + file.string() + ": " + std::strerror(error),
-                "check the file's name and rights");
-  }
+  std::ifstream in = open_input(file);
   std::size_t number = 0;
   const auto fail = [&](const std::string& what) {
     throw Error(ExitCode::kBadInput, "bad-log", file.string() + ":" + std::to_string(number) + ": " + what,

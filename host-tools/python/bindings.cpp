@@ -304,7 +304,11 @@ PYBIND11_MODULE(_thimble, m) {
       .def("order_force", &Connection::order_force)
       .def("hand_back", without_gil(&Device::hand_back))
       .def("orders", &Connection::orders)
-      .def("home", without_gil(&Device::home, kHome_us))
+      .def("home",
+           [](Connection& c) {
+             const py::gil_scoped_release others;
+             c.device().home(kHome_us);
+           })
       .def("arm", without_gil(&Device::arm, kArm_us))
       .def("disarm", without_gil(&Device::disarm, kDisarm_us))
       .def("clear_faults", without_gil(&Device::clear_faults))

@@ -1,15 +1,14 @@
 #include "host-tools/record/recording.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 
 #include "control/scene/limits.h"
 #include "firmware/params.h"
 #include "host-tools/client/device.h"
 #include "host-tools/error.h"
+#include "host-tools/files/input_file.h"
 #include "thimble_recording_schema/recording_generated.h"
 
 namespace thimble::host {
@@ -281,15 +280,7 @@ Recording parse_recording(std::span<const std::byte> bytes, const std::string& n
 }
 
 Recording read_recording(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::error_code none;
-  if (!in || std::filesystem::is_directory(file, none)) {
-    const int error = in ? EISDIR : errno;
-    throw Error(error == EACCES ? ExitCode::kPermission : ExitCode::kBadInput, "cannot-read",
-                "cannot read " + file.string() + ": " + std::strerror(error),
-                "check the file's name and rights");
-  }
-  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const std::string bytes = read_input(file);
   return parse_recording(std::as_bytes(std::span(bytes)), file.string());
 }
 

@@ -21,6 +21,7 @@
 #include "host-tools/thimble/interrupt.h"
 #include "host-tools/thimble/limits.h"
 #include "host-tools/thimble/monitor_screen.h"
+#include "host-tools/thimble/open_remote.h"
 #include "host-tools/thimble/output.h"
 #include "host-tools/thimble/verbs.h"
 
@@ -34,21 +35,12 @@ using firmware::ParamType;
 using link::CanFrame;
 using link::Micros;
 
-constexpr unsigned kTries = 5;
 constexpr Micros kSilence_us = 3'000'000;  // a device that sends no telemetry for so long is lost
 constexpr Micros kKeepAlive_us = 200'000;
 
-Device open_quietly(const Remote& remote) {
-  DeviceOptions options;
-  options.node = static_cast<std::uint8_t>(remote.node);
-  options.tries = kTries;
-  options.answer_us = static_cast<Micros>(remote.timeout_s * 1e6) / kTries;
-  return Device(open_transport(choose_device(remote.device)), options);
-}
-
 // Tells a person which image it met. A program asks `thimble info`: what it reads on stderr stays progress and errors.
 Device open_device(const Common& common, const Remote& remote) {
-  Device device = open_quietly(remote);
+  Device device = open_remote(remote);
   if (common.json || isatty(STDERR_FILENO) == 0) return device;
   fmt::print(stderr, "{} {} on board {}\n", device.text(link::kDidArmName),
              device.text(link::kDidFirmwareVersion), device.text(link::kDidBoardName));
@@ -285,7 +277,7 @@ void list(const Common& common) {
 }
 
 void info(const Common& common, const Remote& remote) {
-  Device device = open_quietly(remote);
+  Device device = open_remote(remote);
   const link::DeviceState state = device.state();
   const link::Lateness late = device.lateness();
   const link::HostOrders orders = device.orders();
@@ -378,7 +370,7 @@ void arm(const Common& common, const Remote& remote) {
 }
 
 void disarm(const Common& common, const Remote& remote) {
-  Device device = open_quietly(remote);  // first things first
+  Device device = open_remote(remote);  // first things first
   device.disarm();
   done(common, "disarm", device.state().mode);
 }

@@ -6,27 +6,18 @@
 
 #include "firmware/faults.h"
 #include "firmware/link/services.h"
-#include "host-tools/client/discovery.h"
 #include "host-tools/files/output_file.h"
 #include "host-tools/plot/plot.h"
 #include "host-tools/plot/run_log.h"
 #include "host-tools/record/record_run.h"
 #include "host-tools/record/replay_recording.h"
 #include "host-tools/thimble/interrupt.h"
+#include "host-tools/thimble/open_remote.h"
 #include "host-tools/thimble/output.h"
 #include "host-tools/thimble/verbs.h"
 
 namespace thimble::host {
 namespace {
-
-Device open_to_record(const Remote& remote) {
-  constexpr unsigned kTriesOfMany = 5;
-  DeviceOptions options;
-  options.node = static_cast<std::uint8_t>(remote.node);
-  options.tries = kTriesOfMany;
-  options.answer_us = static_cast<link::Micros>(remote.timeout_s * 1e6) / kTriesOfMany;
-  return Device(open_transport(choose_device(remote.device)), options);
-}
 
 Json verdict_json(const ReplayVerdict& verdict) {
   Json json = {{"exact", verdict.exact()},
@@ -122,7 +113,7 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
                 "give another file, or --force");
   }
   heed_interrupts();
-  Device device = open_to_record(remote);
+  Device device = open_remote(remote);
   const RecordReport report = record(
       device, options, [] { return interrupted != 0; },
       [&] {

@@ -3,6 +3,7 @@
 
 #include <cstdio>
 
+#include "host-tools/thimble/open_remote.h"
 #include "host-tools/thimble/output.h"
 #include "host-tools/thimble/verbs.h"
 #include "host-tools/viewer/view.h"
@@ -12,9 +13,7 @@ namespace thimble::host {
 void view(const Common& common, const Remote& remote, const ViewChoice& choice) {
   ViewOptions options;
   options.device = remote.device;
-  options.device_options.node = static_cast<std::uint8_t>(remote.node);
-  options.device_options.answer_us =
-      static_cast<link::Micros>(remote.timeout_s * 1e6) / options.device_options.tries;
+  options.device_options = options_of(remote);
   options.scene = choice.scene;
   options.arm = choice.arm;
   options.arms = static_cast<std::uint8_t>(choice.arms);
