@@ -1,7 +1,7 @@
 # Sourced by ./demo and ./check: installs the Debian packages that are missing, and nothing when all are there.
 
 packages_to_build=(
-  assimp-testmodels cmake flatbuffers-compiler g++ libassimp-dev libbenchmark-dev libboost-dev libcli11-dev libeigen3-dev libembree-dev
+  assimp-testmodels cmake flatbuffers-compiler g++ gnuplot-nox libassimp-dev libbenchmark-dev libboost-dev libcli11-dev libeigen3-dev libembree-dev
   libflatbuffers-dev libfmt-dev libgmock-dev libgpiod-dev libgtest-dev libmnl-dev libpng-dev librapidcheck-dev mricron-data ninja-build
   nlohmann-json3-dev pkgconf pybind11-dev python3-dev python3-numpy zlib1g-dev
 )
@@ -9,7 +9,7 @@ packages_to_build=(
 command -v npm >/dev/null || packages_to_build+=(nodejs npm)
 packages_to_check=(
   binutils chromium clang clang-format clang-tidy cpio device-tree-compiler g++-aarch64-linux-gnu g++-arm-linux-gnueabihf gcc-12
-  gcc-arm-none-eabi git gnuplot-nox libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make python3-canmatrix python3-matplotlib qemu-system-arm qemu-system-x86 qemu-user strace
+  gcc-arm-none-eabi git libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make python3-canmatrix python3-matplotlib qemu-system-arm qemu-system-x86 qemu-user strace
   tshark valgrind xz-utils
 )
 
