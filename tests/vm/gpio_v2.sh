@@ -7,9 +7,12 @@ top=$here/../..
 folder=$1
 mkdir -p "$folder"/{parts,lists/partial,archives/partial,packages}
 folder=$(readlink -f "$folder")
-cat >"$folder/parts/backports.sources" <<'EOF'
+# Backports are where the system has its Debian 12 from.
+mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Release: bookworm' 'Component: main' | sed -n 1p)
+[ -n "$mirror" ] || { echo 'the apt sources of this system have no Debian 12 (bookworm main)' >&2; exit 1; }
+cat >"$folder/parts/backports.sources" <<EOF
 Types: deb
-URIs: http://deb.debian.org/debian
+URIs: $mirror
 Suites: bookworm-backports
 Components: main
 Signed-By: /usr/share/keyrings/debian-archive-keyring.gpg
