@@ -78,6 +78,8 @@ std::unique_ptr<SimBoard> LiveBoard::start(const char* reset_reason) {
     std::ranges::copy_if(points, std::back_inserter(own), [arm](const PathPoint& p) { return p.arm == arm; });
     if (!own.empty()) board->follow(static_cast<std::size_t>(arm), HandPath(std::move(own)), options_.loop);
   }
+  // Who asks at once shall not be told what stands before the first tick: that no encoder was read yet.
+  board->step(2 / options_.rate_Hz);
   return board;
 }
 
