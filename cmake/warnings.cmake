@@ -22,7 +22,7 @@ target_compile_definitions(thimble_core INTERFACE EIGEN_DONT_VECTORIZE EIGEN_MAX
 
 add_library(thimble_no_runtime INTERFACE)  # added by the controller's own libraries, not by their users
 target_compile_options(thimble_no_runtime INTERFACE -fno-exceptions -fno-rtti)
-if(THIMBLE_BOARD AND NOT THIMBLE_BOARD STREQUAL "linux")  # what tests/arm/lint_image.py reads beside the objects: each function's stack
+if(THIMBLE_BOARD AND NOT THIMBLE_BOARD STREQUAL "linux")  # what tests/hardware/cortex/lint_image.py reads beside the objects: each function's stack
   target_compile_options(thimble_no_runtime INTERFACE -fcallgraph-info=su)
 endif()
 

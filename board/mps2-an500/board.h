@@ -11,7 +11,7 @@ inline constexpr std::uint8_t kArms = 1;
 inline constexpr const char* kArmModel = "premium-1.5";
 inline constexpr std::uint8_t kNode = 1;
 
-// The register block of encoders and currents (board/arm/fabric.h), in the last page of the PSRAM.
+// The register block of encoders and currents (board/cortex/fabric.h), in the last page of the PSRAM.
 inline constexpr std::uintptr_t kFabric = 0x60FFF000;
 inline constexpr std::uint32_t kFabricWatchdog_us = 2000;
 

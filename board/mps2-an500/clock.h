@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "board/arm/tick.h"
+#include "board/cortex/tick.h"
 
 namespace thimble::board::clock {
 

@@ -1,8 +1,8 @@
 // The board: tick from the SysTick's interrupt, SLCAN on UART 0 and everything long in the background below it.
-#include "board/arm/fabric.h"
-#include "board/arm/runtime.h"
-#include "board/arm/tick.h"
 #include "board/common/liveness.h"
+#include "board/cortex/fabric.h"
+#include "board/cortex/runtime.h"
+#include "board/cortex/tick.h"
 #include "board/mps2-an500/board.h"
 #include "board/mps2-an500/clock.h"
 #include "board/mps2-an500/eeprom_storage.h"

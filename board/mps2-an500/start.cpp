@@ -1,7 +1,7 @@
 // Reset, the vector table, and what a crash does.
 #include <cstdint>
 
-#include "board/arm/runtime.h"
+#include "board/cortex/runtime.h"
 #include "board/mps2-an500/registers.h"
 #include "board/mps2-an500/restart.h"
 

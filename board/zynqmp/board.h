@@ -5,7 +5,7 @@
 #include <cstdint>
 
 extern "C" {  // Absolute symbols of the linker (CMakeLists.txt), whose addresses are the values: QEMU differs in these two.
-extern const char board_fabric[];   // the register block of encoders and currents (board/arm/fabric.h)
+extern const char board_fabric[];   // the register block of encoders and currents (board/cortex/fabric.h)
 extern const char board_core_Hz[];  // the processor's clock: CRL_APB.CPU_R5_CTRL
 }
 

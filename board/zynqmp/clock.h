@@ -8,7 +8,7 @@
 
 #include <cstdint>
 
-#include "board/arm/tick.h"
+#include "board/cortex/tick.h"
 #include "firmware/link/can_frame.h"
 
 namespace thimble::board::clock {

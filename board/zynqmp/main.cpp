@@ -6,10 +6,10 @@
 #include <optional>
 #include <string_view>
 
-#include "board/arm/fabric.h"
-#include "board/arm/runtime.h"
-#include "board/arm/tick.h"
 #include "board/common/liveness.h"
+#include "board/cortex/fabric.h"
+#include "board/cortex/runtime.h"
+#include "board/cortex/tick.h"
 #include "board/zynqmp/board.h"
 #include "board/zynqmp/can.h"
 #include "board/zynqmp/clock.h"

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "board/arm/mmio.h"
+#include "board/cortex/mmio.h"
 
 namespace thimble::board {
 

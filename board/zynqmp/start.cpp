@@ -2,7 +2,7 @@
 // Technical Reference Manual.
 #include <cstdint>
 
-#include "board/arm/runtime.h"
+#include "board/cortex/runtime.h"
 #include "board/zynqmp/memory.h"
 
 extern "C" {

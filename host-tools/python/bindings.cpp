@@ -19,7 +19,7 @@
 #include "host-tools/compiler/compile.h"
 #include "host-tools/error.h"
 #include "host-tools/files/image_file.h"
-#include "host-tools/simulate/simulation_run.h"
+#include "host-tools/lab/simulation_run.h"
 
 namespace py = pybind11;
 

@@ -1,0 +1,58 @@
+// Encoders, motor currents and safety lines of the bare-metal boards: one block of registers in programmable logic, which a
+// board's own address map places. docs/board-cortex.md has the table and what the logic must do.
+//
+//   every tick   fabric.latch(inputs)     counters and lines of one instant
+//                ... Controller::tick ...
+//                fabric.commit(outputs)   currents and enables, together
+//
+// In emulation the block is plain memory, which holds kFabricId from the start and which the simulated arm reads and writes.
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/servo.h"
+
+namespace thimble::board {
+
+// 32-bit registers, little-endian. R: the board reads; W: the board writes.
+struct FabricRegisters {
+  std::uint32_t id;       // R  kFabricId: the logic is loaded
+  std::uint32_t version;  // R  kFabricVersion
+  std::uint32_t latch;  // W  any write: counters and lines below are those of this instant until the next one
+  std::uint32_t lines;  // R  kLine bits
+  std::uint32_t
+      commit;  // W  any write: currents and enables below take effect, and the logic's watchdog starts anew
+  // W  the logic takes the enables away when no commit came for so long; 0: never
+  std::uint32_t watchdog_us;
+  std::uint32_t reserved[2];
+  struct Arm {
+    std::uint32_t count[3];      // R  encoder counters
+    std::uint32_t lines;         // R  kArmLine bits
+    std::int32_t current_uA[3];  // W  motor currents, microamperes
+    std::uint32_t enable;        // W  1: the amplifiers may drive
+  } arm[firmware::kMaxArms];
+};
+static_assert(sizeof(FabricRegisters) == 32 + 32 * firmware::kMaxArms);
+
+inline constexpr std::uint32_t kFabricId = 0x424D4854;  // "THMB"
+inline constexpr std::uint32_t kFabricVersion = 1;
+inline constexpr std::uint32_t kLineEStopReleased = 1U << 0U;  // a broken wire reads as pressed
+inline constexpr std::uint32_t kLineDeadManHeld = 1U << 1U;
+inline constexpr std::uint32_t kArmLineIndex = 1U << 0U;
+inline constexpr std::uint32_t kArmLineDrivesGood = 1U << 1U;
+
+class Fabric {
+ public:
+  Fabric(std::uintptr_t base, std::uint8_t arms, std::uint32_t watchdog_us) noexcept;
+
+  [[nodiscard]] bool present() const noexcept;
+  void latch(firmware::Inputs& inputs) const noexcept;  // all but time and tick; samples are of inputs.tick
+  void commit(const firmware::Outputs& outputs) const noexcept;
+  void off() const noexcept;  // no current, no enable: what a crash does last
+
+ private:
+  volatile FabricRegisters* registers_;
+  std::uint8_t arms_;
+};
+
+}  // namespace thimble::board

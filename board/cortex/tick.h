@@ -1,0 +1,29 @@
+// One tick of a board whose arm is behind the register block (fabric.h), in its servo's context.
+#pragma once
+
+#include <cstdint>
+
+#include "board/cortex/fabric.h"
+#include "firmware/controller.h"
+
+namespace thimble::board {
+
+struct TickTime {
+  std::uint64_t tick = 0;  // periods since the first
+  std::uint64_t time_us = 0;
+  float late_us = 0;  // of now against the tick's time
+};
+
+// Encoders and lines in, currents out. last_tick_us: what the tick before took.
+inline void run_tick(const Fabric& fabric, firmware::Controller& controller, const TickTime& time,
+                     float last_tick_us) noexcept {
+  firmware::Inputs inputs;
+  inputs.tick = time.tick;
+  inputs.time_us = time.time_us;
+  inputs.late_us = time.late_us;
+  inputs.last_tick_us = last_tick_us;
+  fabric.latch(inputs);
+  fabric.commit(controller.tick(inputs));
+}
+
+}  // namespace thimble::board

@@ -1,0 +1,356 @@
+// thimble: the command. Parses, calls a verb, and turns every failure into a message and an exit code
+// (docs/cli.md).
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <functional>
+#include <iostream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "board/sim/plant.h"
+#include "firmware/faults.h"
+#include "firmware/params.h"
+#include "host-tools/cli/output.h"
+#include "host-tools/cli/verbs.h"
+#include "host-tools/client/discovery.h"
+
+namespace thimble::host {
+namespace {
+
+// What the command line is parsed into.
+struct Choices {
+  Common common;
+  Remote remote;
+  DoctorChoice doctor;
+  UploadChoice upload;
+  MonitorChoice monitor;
+  ViewChoice view;
+  ScanChoice scan;
+  SimulateChoice simulate;
+  ImportVolumeChoice import_volume;
+  ImportDeviceLogChoice import_device_log;
+  RecordChoice record;
+  ReplayChoice replay;
+  PlotChoice plot;
+  std::filesystem::path scene;
+  std::filesystem::path image;
+  std::string name;
+  std::string value;
+  double wait_s = 30;
+};
+
+std::string arm_names() {
+  std::string names;
+  for (const board::PlantVariant& variant : board::plant_variants()) {
+    names += (names.empty() ? "" : ", ") + std::string(variant.name);
+  }
+  return names;
+}
+
+// Adds a verb with what all have.
+CLI::App* verb(CLI::App& parent, Choices& choices, const std::string& name, const std::string& text,
+               std::function<void()> run) {
+  CLI::App* sub = parent.add_subcommand(name, text);
+  sub->add_flag("--json", choices.common.json, "print JSON");
+  sub->callback(std::move(run));
+  return sub;
+}
+
+CLI::App* remote_verb(CLI::App& parent, Choices& choices, const std::string& name, const std::string& text,
+                      std::function<void()> run) {
+  CLI::App* sub = verb(parent, choices, name, text, std::move(run));
+  sub->add_option("--device", choices.remote.device, "address or name of the device; default: the only one");
+  sub->add_option("--node", choices.remote.node, "its node number")
+      ->check(CLI::Range(1U, 127U))
+      ->capture_default_str();
+  sub->add_option("--timeout", choices.remote.timeout_s, "seconds to wait for an answer")
+      ->check(CLI::Range(0.1, 600.0))
+      ->capture_default_str();
+  return sub;
+}
+
+void define_scan(CLI::App& app, Choices& c) {
+  CLI::App* scan_verb =
+      remote_verb(app, c, "scan", "let the arm probe a surface, and write a scene that feels like it",
+                  [&c] { scan(c.common, c.remote, c.scan); });
+  scan_verb->add_option("plan", c.scan.plan, "what to scan: JSON, see docs/scan.md")->required();
+  scan_verb->add_option("--log", c.scan.log, "where what was measured goes: CSV, a point at a time")
+      ->required();
+  scan_verb->add_option("--output,-o", c.scan.output, "where the scene file goes")->required();
+  scan_verb->add_flag("--resume", c.scan.resume, "go on with the log of a scan that broke off");
+  scan_verb->add_flag("--allow-moves", c.scan.allow_moves,
+                      "the arm may move by itself: nobody's hand is near it, and its e-stop is in reach");
+  CLI::Option* simulated = scan_verb->add_flag(
+      "--simulate", c.scan.simulate, "scan with the simulated arm, faster than real time; no device");
+  scan_verb
+      ->add_option("--specimen", c.scan.specimen, "what the simulated arm touches: JSON, see docs/scan.md")
+      ->needs(simulated);
+  scan_verb->add_option("--arm", c.scan.arm, "with --simulate: one of " + arm_names())->capture_default_str();
+  scan_verb->add_option("--seed", c.scan.seed, "with --simulate: of the simulated arm")
+      ->capture_default_str();
+}
+
+void define_record(CLI::App& app, Choices& c) {
+  CLI::App* record_verb =
+      remote_verb(app, c, "record", "record every tick of a device, to be replayed to the bit",
+                  [&c] { record(c.common, c.remote, c.record); });
+  record_verb->add_option("output", c.record.output, "where the recording goes")->required();
+  record_verb->add_option("--scene", c.record.scene, "the scene file (*.json) or image that the device runs")
+      ->required();
+  record_verb->add_option("--seconds", c.record.seconds, "stop after so long; default: Ctrl-C")
+      ->check(CLI::PositiveNumber);
+  record_verb->add_flag("--home", c.record.home, "home the arm first");
+  record_verb->add_flag("--arm", c.record.arm, "turn the forces on, and off at the end");
+  record_verb->add_flag("--force", c.record.force,
+                        "replace a file that is there, and end another program's recording");
+
+  CLI::App* replay_verb = verb(app, c, "replay", "feed a recording to the same core, and compare every force",
+                               [&c] { replay(c.common, c.replay); });
+  replay_verb->add_option("recording", c.replay.file, "what `thimble record` wrote")->required();
+  replay_verb->add_option("--log", c.replay.log, "where a log goes: CSV, one row a tick and arm");
+
+  CLI::App* plot_verb =
+      verb(app, c, "plot", "draw the force of a recording or a log", [&c] { plot(c.common, c.plot); });
+  plot_verb->add_option("file", c.plot.file, "a recording, or a log of `simulate` or `replay`")->required();
+  plot_verb->add_option("--output,-o", c.plot.output, "where the picture goes: *.svg or *.png")->required();
+  plot_verb->add_option("--kind", c.plot.kind, "all, time, depth or spectrum")
+      ->check(CLI::IsMember({"all", "time", "depth", "spectrum"}))
+      ->capture_default_str();
+  plot_verb->add_option("--tip", c.plot.tip, "of which arm: 0 or 1")
+      ->check(CLI::Range(0U, 1U))
+      ->capture_default_str();
+}
+
+void define_trace(CLI::App& app, Choices& c) {
+  CLI::App* dbc_verb = app.add_subcommand("dbc", "the real-time messages as a DBC file, for other CAN tools");
+  dbc_verb->callback([&c] { write_dbc(c.remote.node, c.image); });
+  dbc_verb->add_option("--node", c.remote.node, "the controller's node number")
+      ->check(CLI::Range(1U, 127U))
+      ->capture_default_str();
+  dbc_verb->add_option("--output,-o", c.image, "where it goes; default: standard output");
+  verb(app, c, "decode", "say what a log of CAN frames means", [&c] { decode(c.common, c.image); })
+      ->add_option("log", c.image, "what `candump -L` wrote; - is standard input")
+      ->required();
+}
+
+void define_view(CLI::App& app, Choices& c) {
+  CLI::App* view_verb = remote_verb(app, c, "view", "show a device, or a simulated one, in a browser",
+                                    [&c] { view(c.common, c.remote, c.view); });
+  CLI::Option* scene = view_verb->add_option("--scene", c.view.scene,
+                                             "start a simulated device with this scene file (*.json)");
+  scene->excludes(view_verb->get_option("--device"));
+  view_verb->add_option("--arm", c.view.arm, "with --scene: one of " + arm_names())
+      ->capture_default_str()
+      ->needs(scene);
+  view_verb->add_option("--arms", c.view.arms, "with --scene: how many")
+      ->check(CLI::Range(1U, 2U))
+      ->capture_default_str()
+      ->needs(scene);
+  view_verb->add_option("--scenes", c.view.scenes,
+                        "a folder with scenes to pick from, besides Thimble's own");
+  view_verb->add_option("--port", c.view.port, "of the server; 0: any free one")->capture_default_str();
+  view_verb->add_option(
+      "--listen", c.view.listen,
+      "an address of this machine that others may reach, 0.0.0.0 for all; default: this machine only");
+  view_verb->add_flag("!--no-browser", c.view.browser, "print the address, and open no browser");
+}
+
+void define(CLI::App& app, Choices& c) {
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("thimble ") + THIMBLE_VERSION);
+
+  verb(app, c, "list", "show the devices that are there", [&c] { list(c.common); });
+  remote_verb(app, c, "info", "show a device: versions, scene, state and limits",
+              [&c] { info(c.common, c.remote); });
+
+  CLI::App* doctor_verb = verb(app, c, "doctor", "look whether this machine is ready for a device",
+                               [&c] { doctor(c.common, c.doctor); });
+  doctor_verb->add_option("--device", c.doctor.device,
+                          "an address (can:can0, slcan:/dev/ttyACM0) or a name; default: all");
+  doctor_verb->add_flag("--board", c.doctor.board, "look at what thimble-board needs, too");
+
+  CLI::App* compile_verb = verb(app, c, "compile", "turn a scene file into a scene image",
+                                [&c] { compile(c.common, c.scene, c.image); });
+  compile_verb->add_option("scene", c.scene, "the scene file")->required();
+  compile_verb->add_option("--output,-o", c.image, "where the image goes; nothing is written when it fails")
+      ->required();
+
+  CLI::App* upload_verb = remote_verb(app, c, "upload", "send a scene to a device and run it",
+                                      [&c] { upload(c.common, c.remote, c.upload); });
+  upload_verb->add_option("file", c.upload.file, "a scene file (*.json) or an image")->required();
+  upload_verb->add_flag("!--no-verify", c.upload.verify, "don't ask afterwards which image runs");
+
+  remote_verb(app, c, "arm", "turn the forces on", [&c] { arm(c.common, c.remote); });
+  remote_verb(app, c, "disarm", "turn the forces off", [&c] { disarm(c.common, c.remote); });
+  remote_verb(app, c, "restart", "turn the forces off and start the controller again",
+              [&c] { restart(c.common, c.remote); });
+  remote_verb(app, c, "home", "find the arm's home position", [&c] { home(c.common, c.remote, c.wait_s); })
+      ->add_option("--wait", c.wait_s, "seconds that homing may take")
+      ->check(CLI::Range(0.1, 600.0))
+      ->capture_default_str();
+
+  CLI::App* monitor_verb = remote_verb(app, c, "monitor", "show where the tip is and what it feels, live",
+                                       [&c] { monitor(c.common, c.remote, c.monitor); });
+  monitor_verb->add_option("--seconds", c.monitor.seconds, "stop after so long")->check(CLI::PositiveNumber);
+  monitor_verb->add_option("--count", c.monitor.count, "stop after so many rows (with --json: messages)");
+  monitor_verb->add_flag("--rows", c.monitor.rows, "a row a force in a terminal, too, instead of a picture");
+  monitor_verb->add_flag("--keep-alive", c.monitor.keep_alive, "feed the device's host supervision");
+
+  CLI::App* param = app.add_subcommand("param", "read and change parameters");
+  param->require_subcommand(1);
+  remote_verb(*param, c, "list", "all of them", [&c] { param_list(c.common, c.remote); });
+  remote_verb(*param, c, "get", "one", [&c] { param_get(c.common, c.remote, c.name); })
+      ->add_option("name", c.name, "its name")
+      ->required();
+  CLI::App* set = remote_verb(*param, c, "set", "change one, until power-off (then `param save`)",
+                              [&c] { param_set(c.common, c.remote, c.name, c.value); });
+  set->add_option("name", c.name, "its name")->required();
+  set->add_option("value", c.value, "its new value")->required();
+  remote_verb(*param, c, "save", "keep all of them over power-off", [&c] { param_save(c.common, c.remote); });
+
+  CLI::App* fault = app.add_subcommand("fault", "read, clear and explain faults");
+  fault->require_subcommand(1);
+  remote_verb(*fault, c, "list", "faults since the last clear, with what was recorded",
+              [&c] { fault_list(c.common, c.remote); });
+  remote_verb(*fault, c, "clear", "clear the fault whose cause is gone",
+              [&c] { fault_clear(c.common, c.remote); });
+  verb(*fault, c, "explain", "what a fault means and what to do", [&c] { fault_explain(c.common, c.name); })
+      ->add_option("fault", c.name, "number or name")
+      ->required();
+
+  CLI::App* import = app.add_subcommand("import", "make a scene from data of another kind");
+  import->require_subcommand(1);
+  CLI::App* volume_verb = verb(*import, c, "volume", "a needle's way through a NIfTI volume",
+                               [&c] { import_volume(c.common, c.import_volume); });
+  volume_verb->add_option("volume", c.import_volume.volume, "the volume: .nii or .nii.gz")->required();
+  volume_verb
+      ->add_option("--from", c.import_volume.from,
+                   "where the needle comes from: x,y,z in mm of the volume's world")
+      ->required();
+  volume_verb->add_option("--to", c.import_volume.to, "where it goes to: x,y,z")->required();
+  volume_verb->add_flag("--voxel", c.import_volume.in_voxels, "--from and --to are voxels, counted from 0");
+  CLI::Option* table = volume_verb->add_option("--layers", c.import_volume.table,
+                                               "table of tissues by intensity (CSV); see docs/cli.md");
+  volume_verb
+      ->add_option("--classes", c.import_volume.classes,
+                   "without a table: so many kinds of tissue, air included")
+      ->check(CLI::Range(2U, 16U))
+      ->capture_default_str()
+      ->excludes(table);
+  volume_verb
+      ->add_option("--min-thickness", c.import_volume.thinnest_mm, "in mm: thinner layers join a neighbour")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  volume_verb
+      ->add_option("--output,-o", c.import_volume.output,
+                   "where the scene file goes; nothing is written when it fails")
+      ->required();
+
+  CLI::App* log_verb = verb(*import, c, "devicelog", "the log of a HAPI DeviceLog",
+                            [&c] { import_device_log(c.common, c.import_device_log); });
+  log_verb->add_option("log", c.import_device_log.log, "the log, text or binary")->required();
+  log_verb->add_option("--output,-o", c.import_device_log.path,
+                       "where the path of the tip goes: CSV, for `simulate --path`");
+  log_verb->add_option("--log", c.import_device_log.forces, "where its forces go: CSV, for `plot`");
+  log_verb->add_flag("--thimble-frame", c.import_device_log.thimble_frame,
+                     "its y points away from the user and its z up; default: y up, z to the user");
+
+  define_view(app, c);
+  define_record(app, c);
+  define_scan(app, c);
+  define_trace(app, c);
+
+  CLI::App* simulate_verb =
+      verb(app, c, "simulate", "run a scene on the simulated arm, faster than real time",
+           [&c] { simulate(c.common, c.simulate); });
+  simulate_verb->add_option("scene", c.simulate.scene, "a scene file (*.json) or an image")->required();
+  simulate_verb->add_option("--path", c.simulate.path, "the hand's path: CSV time_s,x_m,y_m,z_m[,arm]")
+      ->required();
+  simulate_verb->add_option("--log", c.simulate.log, "where the log goes: CSV, one row a tick and arm")
+      ->required();
+  simulate_verb->add_flag("--ideal", c.simulate.ideal,
+                          "the fingertip is on the path exactly; the force is only computed");
+  simulate_verb->add_option("--rate", c.simulate.rate_Hz, "ticks a second")->capture_default_str();
+  simulate_verb->add_option("--arm", c.simulate.arm, "one of: " + arm_names())->capture_default_str();
+  simulate_verb->add_option("--seed", c.simulate.seed, "of the simulated arm")->capture_default_str();
+}
+
+// `thimble __complete WORD...`: one candidate a line for the last word, the words before it being those after
+// `thimble`.
+void complete(CLI::App& app, const std::vector<std::string>& words) {
+  const std::string last = words.empty() ? "" : words.back();
+  const CLI::App* at = &app;
+  std::string path;  // "param get"
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    const auto next = at->get_subcommands([&](const CLI::App* sub) { return sub->get_name() == words[i]; });
+    if (next.empty()) continue;
+    at = next.front();
+    path += (path.empty() ? "" : " ") + words[i];
+  }
+  const std::string before = words.size() < 2 ? "" : words[words.size() - 2];
+
+  std::vector<std::string> candidates;
+  if (before == "--device") {
+    for (const DeviceEntry& device : discover()) candidates.push_back(device.name);
+  } else if (before == "--arm") {
+    for (const board::PlantVariant& variant : board::plant_variants()) candidates.emplace_back(variant.name);
+  } else {
+    for (const CLI::App* sub : at->get_subcommands([](const CLI::App*) { return true; })) {
+      candidates.push_back(sub->get_name());
+    }
+    for (const CLI::Option* option : at->get_options()) {
+      for (const std::string& name : option->get_lnames()) candidates.push_back("--" + name);
+    }
+    if (path == "param get" || path == "param set") {
+      for (const firmware::ParamRow& row : firmware::kParamTable) candidates.emplace_back(row.name);
+    }
+    if (path == "fault explain") {
+      for (const firmware::FaultRow& row : firmware::kFaultTable) candidates.emplace_back(row.name);
+    }
+  }
+  for (const std::string& candidate : candidates) {
+    if (candidate.starts_with(last) && (!last.empty() || !candidate.starts_with("--")))
+      std::cout << candidate << '\n';
+  }
+}
+
+int run(int argc, char** argv) {
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  const bool json = std::ranges::find(arguments, "--json") != arguments.end();
+  Choices choices;
+  CLI::App app{"Thimble: scenes and devices of a force-feedback arm", "thimble"};
+  try {
+    define(app, choices);
+    if (!arguments.empty() && arguments.front() == "__complete") {
+      complete(app, {arguments.begin() + 1, arguments.end()});
+      return 0;
+    }
+    if (arguments.empty()) {
+      std::cerr << app.help();
+      return static_cast<int>(ExitCode::kUsage);
+    }
+    app.parse(argc, argv);
+    return 0;
+  } catch (const CLI::Success& wish) {  // --help, --version
+    return app.exit(wish);
+  } catch (const CLI::ParseError& error) {
+    const Error usage(ExitCode::kUsage, "usage", error.what(),
+                      "see `thimble --help` and `thimble VERB --help`");
+    report(usage, json);
+    return static_cast<int>(usage.code);
+  } catch (const Error& error) {
+    report(error, json);
+    return static_cast<int>(error.code);
+  } catch (const std::exception& error) {
+    const Error failure(ExitCode::kRefused, "failed", error.what(),
+                        "report this with the command that you gave");
+    report(failure, json);
+    return static_cast<int>(failure.code);
+  }
+}
+
+}  // namespace
+}  // namespace thimble::host
+
+int main(int argc, char** argv) { return thimble::host::run(argc, argv); }

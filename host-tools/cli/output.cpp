@@ -1,0 +1,46 @@
+#include "host-tools/cli/output.h"
+
+#include <array>
+#include <charconv>
+#include <iostream>
+
+namespace thimble::host {
+
+Json document(std::string_view verb) {
+  Json json;
+  json["schema"] = kJsonSchema;
+  json["verb"] = verb;
+  return json;
+}
+
+void print(const Json& json) {
+  std::cout << json.dump(2, ' ', false, Json::error_handler_t::replace) << std::endl;
+}
+void print_line(const Json& json) {
+  std::cout << json.dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;
+}
+
+void report(const Error& error, bool json) {
+  if (json) {
+    Json out;
+    out["schema"] = kJsonSchema;
+    out["error"] = {{"name", error.name},
+                    {"cause", error.cause},
+                    {"remedy", error.remedy},
+                    {"exit_code", static_cast<int>(error.code)}};
+    std::cerr << out.dump(2, ' ', false, Json::error_handler_t::replace) << std::endl;
+  } else {
+    std::cerr << "thimble: " << error.name << ": " << error.cause << "\n  remedy: " << error.remedy
+              << std::endl;
+  }
+}
+
+double tidy(float value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  double read = 0;
+  std::from_chars(text.data(), end, read);
+  return read;
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,213 @@
+// record, replay and plot.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "firmware/faults.h"
+#include "firmware/link/services.h"
+#include "host-tools/cli/interrupt.h"
+#include "host-tools/cli/open_remote.h"
+#include "host-tools/cli/output.h"
+#include "host-tools/cli/verbs.h"
+#include "host-tools/files/output_file.h"
+#include "host-tools/lab/plot.h"
+#include "host-tools/lab/record_run.h"
+#include "host-tools/lab/replay_recording.h"
+#include "host-tools/lab/run_log.h"
+
+namespace thimble::host {
+namespace {
+
+Json verdict_json(const ReplayVerdict& verdict) {
+  Json json = {{"exact", verdict.exact()},
+               {"ticks", verdict.ticks},
+               {"checks", verdict.checks},
+               {"first_tick", verdict.first_tick},
+               {"exact_to", verdict.exact_to},
+               {"not_replayed", verdict.not_replayed},
+               {"contact_ticks", verdict.contact_ticks},
+               {"peak_force_N", verdict.peak_force_N}};
+  if (verdict.differs_at) json["differs_at"] = *verdict.differs_at;
+  if (verdict.gap_at) json["gap_at"] = *verdict.gap_at;
+  return json;
+}
+
+std::string in_words(const ReplayVerdict& verdict) {
+  std::string text = fmt::format("{} ticks replayed, peak {:.3f} N, {} in contact; ", verdict.ticks,
+                                 verdict.peak_force_N, verdict.contact_ticks);
+  if (verdict.differs_at) {
+    text +=
+        fmt::format("the forces differ between tick {} and tick {}", verdict.exact_to, *verdict.differs_at);
+  } else {
+    text += fmt::format("{} checks: every force up to tick {} is the device's, to the bit", verdict.checks,
+                        verdict.exact_to);
+  }
+  if (verdict.gap_at)
+    text += fmt::format("; tick {} or its check is missing, {} ticks behind it are not replayed",
+                        *verdict.gap_at, verdict.not_replayed);
+  return text;
+}
+
+std::string end_in_words(const Recording& recording) {
+  if (!recording.end) return "cut off";
+  const RecordingEnd& end = *recording.end;
+  const firmware::FaultRow* fault = firmware::find_fault(static_cast<firmware::Fault>(end.fault));
+  return end.reason + (end.fault != 0 && fault != nullptr ? std::string(" ") + fault->name : "");
+}
+
+Json about_json(const Recording& recording) {
+  const RecordingHeader& header = recording.header;
+  Json json = {{"tool", header.tool},          {"firmware", header.firmware}, {"board", header.board},
+               {"serial", header.serial},      {"arms", header.models},       {"scene", header.scene_name},
+               {"scene_crc", header.scene_crc}};
+  json["rate_Hz"] = 1.0 / static_cast<double>(header.start.period_s);
+  json["end"] = recording.end ? recording.end->reason : "cut_off";
+  json["missing"] = recording.end ? recording.end->missing : 0;
+  json["dropped"] = recording.end ? recording.end->dropped : 0;
+  return json;
+}
+
+// Of a recording by its replay, of a log as it is written there.
+std::vector<board::LogRow> rows_of(const std::filesystem::path& file, int arm) {
+  std::vector<board::LogRow> rows;
+  if (is_recording(file)) {
+    const ReplayVerdict verdict = replay_recording(read_recording(file), [&](const board::LogRow& row) {
+      if (row.arm == arm) rows.push_back(row);
+    });
+    if (!verdict.exact()) fmt::print(stderr, "warning: {}\n", in_words(verdict));
+  } else {
+    rows = read_run_log(file);
+    std::erase_if(rows, [arm](const board::LogRow& row) { return row.arm != arm; });
+  }
+  return rows;
+}
+
+void keep_apart(const std::filesystem::path& input, const std::filesystem::path& output) {
+  std::error_code none;
+  if (!std::filesystem::equivalent(input, output, none)) return;
+  throw Error(ExitCode::kUsage, "same-file", output.string() + " is the file that is read",
+              "give another name for what is written");
+}
+
+[[noreturn]] void differs(const std::filesystem::path& file, const ReplayVerdict& verdict) {
+  throw Error(ExitCode::kVerification, "replay-differs",
+              fmt::format("{}: {}", file.string(), in_words(verdict)),
+              "replay it with the thimble that recorded it; if that is this one, report it with the file");
+}
+
+}  // namespace
+
+void record(const Common& common, const Remote& remote, const RecordChoice& choice) {
+  RecordOptions options;
+  options.output = choice.output;
+  options.scene = choice.scene;
+  options.seconds = choice.seconds;
+  options.home = choice.home;
+  options.arm = choice.arm;
+  options.take_over = choice.force;
+  options.tool = THIMBLE_VERSION;
+  std::error_code none;
+  if (std::filesystem::exists(choice.output, none) && !choice.force) {
+    throw Error(ExitCode::kRefused, "recording-exists", choice.output.string() + " is there already",
+                "give another file, or --force");
+  }
+  heed_interrupts();
+  Device device = open_remote(remote);
+  const RecordReport report = record(
+      device, options, [] { return interrupted != 0; },
+      [&] {
+        fmt::print(stderr, "recording{}: Ctrl-C ends it\n",
+                   choice.arm ? ", armed" : "; now arm (`thimble arm`)");
+      });
+  heed_interrupts_no_more();
+  const Recording recording = read_recording(choice.output);
+  const ReplayVerdict verdict = replay_recording(recording);
+  if (common.json) {
+    Json json = document("record");
+    json["file"] = choice.output.string();
+    json.update(about_json(recording));
+    json["ticks"] = report.ticks;
+    json["telemetry_every_ticks"] = report.telemetry_ticks;
+    json["trace_frames_per_s"] = report.frames_per_s;
+    json["replay"] = verdict_json(verdict);
+    print(json);
+  } else {
+    fmt::print(
+        "{}: {} ticks at {} Hz, {} missing; other telemetry every {} ticks; "
+        "ended: {}\n",
+        choice.output.string(), report.ticks, report.counts_Hz, report.end.missing, report.telemetry_ticks,
+        end_in_words(recording));
+    fmt::print("{}\n", in_words(verdict));
+  }
+  if (report.end.missing != 0) {
+    fmt::print(stderr,
+               "warning: {} ticks are missing ({} of them the device could not send): the link does not "
+               "carry {} frames a second; "
+               "replay is exact up to tick {}\n",
+               report.end.missing, report.end.dropped, report.frames_per_s, verdict.exact_to);
+  }
+  if (verdict.differs_at) differs(choice.output, verdict);
+}
+
+void replay(const Common& common, const ReplayChoice& choice) {
+  keep_apart(choice.file, choice.log);
+  const Recording recording = read_recording(choice.file);
+  ReplayVerdict verdict;
+  if (choice.log.empty()) {
+    verdict = replay_recording(recording);
+  } else {
+    OutputFile log(choice.log);
+    write_log_header(log.stream());
+    verdict =
+        replay_recording(recording, [&](const board::LogRow& row) { write_log_row(log.stream(), row); });
+    log.commit();
+  }
+  if (verdict.differs_at) differs(choice.file, verdict);
+  if (!recording.end)
+    fmt::print(stderr,
+               "warning: {} was cut off: it has no end, and {} bytes of a message that is not whole\n",
+               choice.file.string(), recording.cut_bytes);
+  if (common.json) {
+    Json json = document("replay");
+    json["file"] = choice.file.string();
+    json.update(about_json(recording));
+    json.update(verdict_json(verdict));
+    print(json);
+    return;
+  }
+  fmt::print("{}: scene '{}', {} {} on board {}, {:.0f} Hz; ended: {}\n", choice.file.string(),
+             recording.header.scene_name, fmt::format("{}", fmt::join(recording.header.models, ",")),
+             recording.header.firmware, recording.header.board,
+             1.0 / static_cast<double>(recording.header.start.period_s), end_in_words(recording));
+  fmt::print("{}\n", in_words(verdict));
+}
+
+void plot(const Common& common, const PlotChoice& choice) {
+  keep_apart(choice.file, choice.output);
+  PlotChoices wanted;
+  const bool all = choice.kind == "all";
+  wanted.time = all || choice.kind == "time";
+  wanted.depth = all || choice.kind == "depth";
+  wanted.spectrum = all || choice.kind == "spectrum";
+  wanted.title = choice.file.filename().string() + (choice.tip == 0 ? "" : ", arm 1");
+  const std::vector<board::LogRow> rows = rows_of(choice.file, static_cast<int>(choice.tip));
+  const PlotResult result = plot(rows, wanted, choice.output);
+  if (common.json) {
+    Json json = document("plot");
+    json["output"] = choice.output.string();
+    json["rows"] = rows.size();
+    json["rate_Hz"] = result.rate_Hz;
+    json["seconds"] = result.seconds;
+    json["peak_force_N"] = result.peak_force_N;
+    json["deepest_m"] = result.deepest_m;
+    if (wanted.spectrum)
+      json["spectrum_peak"] = {{"frequency_Hz", result.peak_Hz}, {"amplitude_N", result.peak_amplitude_N}};
+    print(json);
+    return;
+  }
+  fmt::print("{} rows, {:.2f} s at {:.0f} Hz, peak {:.3f} N -> {}\n", rows.size(), result.seconds,
+             result.rate_Hz, result.peak_force_N, choice.output.string());
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,262 @@
+// scan: the arm probes a surface point by point, and a scene comes of it.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "board/sim/sim_probe.h"
+#include "board/sim/specimen_file.h"
+#include "firmware/faults.h"
+#include "host-tools/cli/interrupt.h"
+#include "host-tools/cli/output.h"
+#include "host-tools/cli/verbs.h"
+#include "host-tools/client/device.h"
+#include "host-tools/client/discovery.h"
+#include "host-tools/compiler/compile.h"
+#include "host-tools/files/output_file.h"
+#include "host-tools/lab/scan.h"
+
+namespace thimble::host {
+namespace {
+
+using link::Micros;
+
+// The arm stops by itself 0.5 s after the last sign of life, so no answer is waited for long.
+constexpr Micros kAnswer_us = 100'000;
+constexpr Micros kPoll_us = 10'000;
+constexpr Micros kRamp_us = 300'000;  // the force's ramp after arming
+constexpr Micros kLongestMove_us = 600'000'000;
+
+// A scene in which the tip touches nothing: a scan measures the real thing.
+CompiledScene free_space() {
+  return compile_scene_text(R"({"thimble_scene": 1, "name": "free space", "objects": [{"name": "far below",
+    "shape": {"plane": {"normal": [0, 0, 1], "offset_m": -9}}, "material": {"stiffness_N_m": 1}}]})",
+                            "free space", {});
+}
+
+const firmware::ParamRow& allow_moves_row() { return *firmware::find_param(std::string_view("allow_moves")); }
+
+// Arms the device, and leaves it disarmed and as it was.
+class DeviceProbe final : public Probe {
+ public:
+  DeviceProbe(const Remote& remote, bool allow) : device_(open(remote)) {
+    const link::DeviceState now = device_.state();
+    const bool allowed = device_.read_param(allow_moves_row()) != 0;
+    if (!allow && !allowed) {
+      throw Error(ExitCode::kRefused, "moves-not-allowed",
+                  "the arm would move by itself, and that is not allowed",
+                  "keep hands off the arm and its e-stop in reach, then give --allow-moves");
+    }
+    if (now.mode == kModeDisarmed) {
+      throw Error(ExitCode::kRefused, "not-homed", "the arm does not know where it stands",
+                  "home it (`thimble home`)");
+    }
+    if (!allowed) {
+      if (now.mode == kModeArmed) device_.disarm();
+      device_.write_param(allow_moves_row(), 1);
+      restore_ = true;
+    }
+    if (now.scene_bytes == 0) device_.upload(free_space().image, {}, {});
+    device_.arm();
+    wait(kRamp_us);
+  }
+  DeviceProbe(const DeviceProbe&) = delete;
+  DeviceProbe& operator=(const DeviceProbe&) = delete;
+  ~DeviceProbe() override {
+    try {
+      device_.disarm();
+      if (restore_) device_.write_param(allow_moves_row(), 0);
+    } catch (const std::exception&) {
+      // The link is gone: the arm has stopped by itself.
+    }
+  }
+
+  Result move(const link::MoveOrder& order) override {
+    device_.start_move(order);
+    const Micros until_us = now_us() + kLongestMove_us;
+    Result result;
+    while (true) {
+      result.state = device_.move_state();
+      const auto phase = static_cast<link::MovePhase>(result.state.phase);
+      if (phase == link::MovePhase::kNone || phase == link::MovePhase::kHolding) break;
+      if (now_us() > until_us) {
+        device_.end_move();
+        throw Error(ExitCode::kRefused, "not-in-time", "the arm did not get to the end of its way",
+                    "let the motors cool, then go on with --resume");
+      }
+      wait(kPoll_us);
+    }
+    if (const std::uint8_t number = device_.state().fault; number != 0) {
+      const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(number));
+      throw Error(
+          ExitCode::kFaulted, "device-faulted",
+          row == nullptr ? "fault " + std::to_string(number) : std::string(row->name) + ": " + row->cause,
+          "see `thimble fault list`; clear it, home or arm, then go on with --resume");
+    }
+    if (result.state.samples != 0) result.samples = device_.move_samples();
+    return result;
+  }
+
+ private:
+  static Device open(const Remote& remote) {
+    DeviceOptions options;
+    options.node = static_cast<std::uint8_t>(remote.node);
+    options.answer_us = kAnswer_us;
+    options.tries = std::max(1U, static_cast<unsigned>(remote.timeout_s * 1e6 / kAnswer_us));
+    return Device(open_transport(choose_device(remote.device)), options);
+  }
+  void wait(Micros us) {
+    const Micros until_us = now_us() + us;
+    while (now_us() < until_us) static_cast<void>(device_.telemetry(until_us));
+  }
+
+  Device device_;
+  bool restore_ = false;
+};
+
+class SimulatedProbe final : public Probe {
+ public:
+  explicit SimulatedProbe(const ScanChoice& choice) {
+    try {
+      board::SimBoardOptions options;
+      options.variant = choice.arm;
+      options.seed = choice.seed;
+      options.specimen = std::make_shared<const board::Specimen>(board::read_specimen(choice.specimen));
+      probe_ = std::make_unique<board::SimProbe>(options, free_space().image);
+    } catch (const board::SpecimenError& error) {
+      throw Error(ExitCode::kBadInput, "bad-specimen", error.what(), "correct the specimen file");
+    } catch (const std::invalid_argument& error) {
+      throw Error(ExitCode::kUsage, "unknown-arm", error.what(), "`thimble scan --help` names the arms");
+    } catch (const board::ProbeError& error) {
+      throw Error(ExitCode::kRefused, "refused", error.what(), "see docs/scan.md");
+    }
+  }
+  Result move(const link::MoveOrder& order) override {
+    try {
+      board::SimProbe::Result result = probe_->move(order);
+      return {result.state, std::move(result.samples)};
+    } catch (const board::ProbeError& error) {
+      throw Error(ExitCode::kRefused, "refused", error.what(),
+                  "keep the scan inside the arm's workspace and its limits (docs/scan.md)");
+    }
+  }
+
+ private:
+  std::unique_ptr<board::SimProbe> probe_;
+};
+
+// On stderr: a line that is redrawn on a terminal, one per 10 % otherwise.
+class Progress {
+ public:
+  Progress(std::size_t already, std::size_t total, bool quiet)
+      : already_(already), total_(total), quiet_(quiet) {}
+  void operator()(std::size_t done) {
+    if (quiet_) return;
+    const double seconds = static_cast<double>(now_us() - start_us_) * 1e-6;
+    const std::size_t fresh = done - already_;
+    const double left_s =
+        fresh == 0 ? 0 : seconds / static_cast<double>(fresh) * static_cast<double>(total_ - done);
+    if (terminal_) {
+      fmt::print(stderr, "\rpoint {} of {}, {:.0f} s left \x1b[K{}", done, total_, left_s,
+                 done == total_ ? "\n" : "");
+    } else if (const std::size_t tenth = 10 * done / total_; tenth != tenth_) {
+      tenth_ = tenth;
+      fmt::print(stderr, "{} %  point {} of {}, {:.0f} s left\n", 10 * tenth, done, total_, left_s);
+    }
+  }
+
+ private:
+  bool terminal_ = isatty(STDERR_FILENO) != 0;
+  Micros start_us_ = now_us();
+  std::size_t already_, total_;
+  std::size_t tenth_ = 0;
+  bool quiet_;
+};
+
+void report(const Common& common, const ScanChoice& choice, const ScanPlan& plan,
+            const std::vector<StiffnessFit>& fits, const ScannedSurface& surface) {
+  double residual_N = 0;
+  double hysteresis_N = 0;
+  for (const StiffnessFit& fit : fits) {
+    residual_N = std::max(residual_N, fit.residual_N);
+    hysteresis_N = std::max(hysteresis_N, std::abs(fit.hysteresis_N));
+  }
+  const auto [least, most] = std::ranges::minmax(surface.stiffness_N_m);
+  const bool flat = surface.off_plane_most_m <= kFlat_m;
+  if (common.json) {
+    Json json = document("scan");
+    json["name"] = plan.name;
+    json["log"] = choice.log.string();
+    json["output"] = choice.output.string();
+    json["columns"] = plan.columns;
+    json["rows"] = plan.rows;
+    json["min_stiffness_N_m"] = least;
+    json["max_stiffness_N_m"] = most;
+    json["worst_residual_N"] = residual_N;
+    json["worst_hysteresis_N"] = hysteresis_N;
+    json["off_plane_rms_m"] = surface.off_plane_rms_m;
+    json["off_plane_most_m"] = surface.off_plane_most_m;
+    json["flat"] = flat;
+    json["points"] = Json::array();
+    for (std::size_t i = 0; i < fits.size(); ++i) {
+      const std::size_t place = plan.row_of(i) * plan.columns + plan.column_of(i);
+      json["points"].push_back({{"column", plan.column_of(i)},
+                                {"row", plan.row_of(i)},
+                                {"stiffness_N_m", surface.stiffness_N_m[place]},
+                                {"height_m", surface.height_m[place]},
+                                {"residual_N", fits[i].residual_N},
+                                {"hysteresis_N", fits[i].hysteresis_N},
+                                {"samples", fits[i].samples}});
+    }
+    print(json);
+    return;
+  }
+  fmt::print("{}: {} x {} points, {:.0f} to {:.0f} N/m, residual at most {:.3f} N -> {}\n", plan.name,
+             plan.columns, plan.rows, least, most, residual_N, choice.output.string());
+  fmt::print("surface: off its plane {:.3f} mm RMS, {:.3f} mm at most\n", 1e3 * surface.off_plane_rms_m,
+             1e3 * surface.off_plane_most_m);
+  if (!flat) fmt::print(stderr, "warning: the specimen is not flat; the scene has a plane through it\n");
+}
+
+}  // namespace
+
+void scan(const Common& common, const Remote& remote, const ScanChoice& choice) {
+  if (choice.simulate && choice.specimen.empty()) {
+    throw Error(ExitCode::kUsage, "usage", "--simulate needs a --specimen",
+                "give what the simulated arm touches");
+  }
+  const ScanPlan plan = read_scan_plan(choice.plan);
+  ScanLog log(choice.log, plan.crc, plan.points(), choice.resume);
+  heed_interrupts();
+
+  std::unique_ptr<Probe> probe;  // only when there is something to probe
+  const auto probe_of = [&]() -> Probe& {
+    if (!probe && choice.simulate) probe = std::make_unique<SimulatedProbe>(choice);
+    if (!probe) probe = std::make_unique<DeviceProbe>(remote, choice.allow_moves);
+    return *probe;
+  };
+  Progress progress(log.points().size(), plan.points(), common.json);
+  const bool whole = probe_points(plan, log, probe_of, [&](std::size_t done) {
+    progress(done);
+    return interrupted == 0;
+  });
+  probe.reset();
+  if (!whole) {
+    throw Error(ExitCode::kRefused, "interrupted",
+                fmt::format("the scan was interrupted after {} of {} points; they are in {}",
+                            log.points().size(), plan.points(), choice.log.string()),
+                "go on with --resume");
+  }
+  progress(plan.points());
+  const std::vector<StiffnessFit> fits = fit_points(plan, log);
+  const ScannedSurface surface = surface_of(plan, fits);
+  OutputFile output(choice.output);
+  output.stream() << scene_text(plan, surface);
+  output.commit();
+  report(common, choice, plan, fits, surface);
+}
+
+}  // namespace thimble::host

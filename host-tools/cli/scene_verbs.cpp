@@ -1,0 +1,112 @@
+// compile and simulate: what needs no device.
+#include <fmt/format.h>
+
+#include "host-tools/cli/output.h"
+#include "host-tools/cli/verbs.h"
+#include "host-tools/compiler/compile.h"
+#include "host-tools/files/image_file.h"
+#include "host-tools/files/output_file.h"
+#include "host-tools/lab/run_log.h"
+#include "host-tools/lab/simulation_run.h"
+
+namespace thimble::host {
+namespace {
+
+Json to_json(const MeshReport& mesh) {
+  return {{"input_triangles", mesh.input_triangles},
+          {"triangles", mesh.triangles},
+          {"vertices", mesh.vertices},
+          {"open_edges", mesh.open_edges},
+          {"non_manifold_edges", mesh.non_manifold_edges},
+          {"components", mesh.components},
+          {"flipped_components", mesh.flipped_components},
+          {"degenerate_dropped", mesh.degenerate_dropped},
+          {"pierced_triangles", mesh.pierced_triangles},
+          {"bytes", mesh.bytes},
+          {"depth", mesh.depth}};
+}
+
+}  // namespace
+
+void compile(const Common& common, const std::filesystem::path& scene, const std::filesystem::path& output) {
+  const CompiledScene compiled = compile_scene(scene);
+  write_image(output, compiled.image);
+
+  const SceneReport& report = compiled.report;
+  if (common.json) {
+    Json json = document("compile");
+    json["scene"] = report.name;
+    json["image"] = output.string();
+    json["bytes"] = compiled.image.size();
+    json["objects"] = Json::array();
+    for (const SceneReport::Object& object : report.objects) {
+      Json entry = {{"name", object.name}, {"shape", object.shape}};
+      if (object.mesh.triangles > 0) entry["mesh"] = to_json(object.mesh);
+      json["objects"].push_back(entry);
+    }
+    json["warnings"] = report.warnings;
+    print(json);
+    return;
+  }
+  fmt::print("{}: {} objects, {} bytes -> {}\n", report.name, report.objects.size(), compiled.image.size(),
+             output.string());
+  for (const SceneReport::Object& object : report.objects) {
+    if (object.mesh.triangles > 0) {
+      const MeshReport& mesh = object.mesh;
+      fmt::print(
+          "  {}: {}, {} triangles, {} vertices, {} open edges, {} bytes ({:.1f} a triangle), tree depth "
+          "{}\n",
+          object.name, object.shape, mesh.triangles, mesh.vertices, mesh.open_edges, mesh.bytes,
+          static_cast<double>(mesh.bytes) / static_cast<double>(mesh.triangles), mesh.depth);
+    } else {
+      fmt::print("  {}: {}\n", object.name, object.shape);
+    }
+  }
+  for (const std::string& warning : report.warnings) fmt::print(stderr, "warning: {}\n", warning);
+}
+
+void simulate(const Common& common, const SimulateChoice& choice) {
+  const SimulationRun run(choice.scene, choice.path);
+  board::SimulationOptions options;
+  options.ideal = choice.ideal;
+  options.rate_Hz = choice.rate_Hz;
+  options.arm = choice.arm;
+  options.seed = choice.seed;
+
+  OutputFile log(choice.log);
+  write_log_header(log.stream());
+  double peak_N = 0;
+  double sum_N = 0;
+  std::uint64_t contact_rows = 0;
+  const board::SimulationResult result = run.go(options, [&](const board::LogRow& row) {
+    write_log_row(log.stream(), row);
+    const double force_N = row.force_N.norm();
+    peak_N = std::max(peak_N, force_N);
+    if (row.contacts != 0) {
+      ++contact_rows;
+      sum_N += force_N;
+    }
+  });
+  log.commit();
+  throw_if_faulted(result);
+
+  const double mean_N = contact_rows == 0 ? 0.0 : sum_N / static_cast<double>(contact_rows);
+  if (common.json) {
+    Json json = document("simulate");
+    json["log"] = choice.log.string();
+    json["ideal"] = choice.ideal;
+    json["rate_Hz"] = choice.rate_Hz;
+    json["ticks"] = result.ticks;
+    json["contact_rows"] = contact_rows;
+    json["peak_force_N"] = peak_N;
+    json["mean_contact_force_N"] = mean_N;
+    json["sweep_bound"] = result.sweep_bound;
+    json["slide_bound"] = result.slide_bound;
+    print(json);
+  } else {
+    fmt::print(stderr, "{} ticks, {} rows in contact, peak {:.3f} N, mean in contact {:.3f} N -> {}\n",
+               result.ticks, contact_rows, peak_N, mean_N, choice.log.string());
+  }
+}
+
+}  // namespace thimble::host

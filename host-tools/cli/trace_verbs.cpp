@@ -1,0 +1,228 @@
+// The verbs for other people's CAN tools: the database of the messages, and their logs in words.
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <type_traits>
+
+#include "firmware/link/iso_tp.h"
+#include "firmware/link/services.h"
+#include "host-tools/can_tools/can_log.h"
+#include "host-tools/can_tools/dbc.h"
+#include "host-tools/cli/output.h"
+#include "host-tools/cli/verbs.h"
+#include "host-tools/files/output_file.h"
+
+namespace thimble::host {
+namespace {
+
+namespace link = firmware::link;
+using link::CanFrame;
+
+constexpr std::uint32_t kServiceId = 0x18DA0000;  // then the address of who is meant, and of who speaks
+constexpr std::uint32_t kNodes = 0x7F;            // the node's bits of a real-time frame's id
+
+std::string hex(std::span<const std::uint8_t> bytes) {
+  std::string text;
+  for (const std::uint8_t byte : bytes) text += fmt::format("{:02X}", byte);
+  return text;
+}
+
+std::string_view service_name(std::uint8_t code) {
+  using link::Service;
+  switch (static_cast<Service>(code)) {
+    case Service::kSession:
+      return "session";
+    case Service::kReset:
+      return "reset";
+    case Service::kClearFaults:
+      return "clear_faults";
+    case Service::kReadFaults:
+      return "read_faults";
+    case Service::kReadData:
+      return "read_data";
+    case Service::kWriteData:
+      return "write_data";
+    case Service::kRoutine:
+      return "routine";
+    case Service::kRequestDownload:
+      return "request_download";
+    case Service::kTransferData:
+      return "transfer_data";
+    case Service::kTransferExit:
+      return "transfer_exit";
+    case Service::kTesterPresent:
+      return "tester_present";
+  }
+  return "unknown";
+}
+
+// A record of messages.def that one answer of read_data brings; empty where it brings something else.
+Json record_json(std::span<const std::uint8_t> pdu) {
+  Json json = Json::object();
+  const std::uint16_t did = static_cast<std::uint16_t>(pdu[1] << 8U | pdu[2]);
+  link::visit_messages([&](auto message) {
+    using Message = decltype(message);
+    if constexpr (!Message::kIsFrame) {
+      if (Message::kId == did && pdu.size() == 3 + link::wire_size<Message>() &&
+          link::decode(pdu.subspan(3), message))
+        json = {{"record", Message::kName}, {"fields", host::to_json(message)}};
+    }
+  });
+  return json;
+}
+
+Json pdu_json(std::span<const std::uint8_t> pdu, bool request) {
+  Json json;
+  json["message"] = request ? "Request" : "Response";
+  const bool refused = !request && pdu[0] == link::kNegative && pdu.size() >= 3;
+  const std::uint8_t code = refused   ? pdu[1]
+                            : request ? pdu[0]
+                                      : static_cast<std::uint8_t>(pdu[0] - link::kPositive);
+  json["service"] = service_name(code);
+  if (refused) json["refused"] = link::name(static_cast<link::Nrc>(pdu[2]));
+  json["bytes"] = pdu.size();
+  json["pdu"] = hex(pdu);
+  if (!request && !refused && code == static_cast<std::uint8_t>(link::Service::kReadData) && pdu.size() > 3)
+    json.update(record_json(pdu));
+  return json;
+}
+
+// Frames to what they say, one JSON object each; empty: this frame alone says nothing.
+class Decoder {
+ public:
+  Json operator()(const LoggedFrame& logged) {
+    Json said;
+    if (logged.error) {
+      said = {{"message", "ErrorFrame"}};
+    } else if (logged.frame.extended) {
+      said = service(logged);
+    } else {
+      said = real_time(logged.frame);
+    }
+    if (said.empty()) return said;
+    Json json;
+    json["schema"] = kJsonSchema;
+    json["time_s"] = logged.time_s;
+    json["interface"] = logged.interface;
+    json.update(said);
+    return json;
+  }
+  // PDUs that did not arrive whole, and frames of nobody.
+  [[nodiscard]] unsigned broken() const { return broken_; }
+  [[nodiscard]] unsigned foreign() const { return foreign_; }
+
+ private:
+  Json real_time(const CanFrame& frame) {
+    Json json;
+    link::visit_messages([&](auto message) {
+      using Message = decltype(message);
+      if constexpr (Message::kIsFrame) {
+        const auto node = static_cast<std::uint8_t>(frame.id & kNodes);
+        bool mine = frame.id == Message::kId;
+        if constexpr (Message::kPerNode) mine = node != 0 && (frame.id & ~kNodes) == Message::kId;
+        // The stop counts with data or without, and as a remote frame, too.
+        constexpr bool kAnyFrame = std::is_same_v<Message, link::EmergencyStop>;
+        const bool whole = !frame.remote && link::decode(frame.bytes(), message);
+        if (!mine || (!whole && !kAnyFrame)) return;
+        json["message"] = Message::kName;
+        if (Message::kPerNode) json["node"] = node;
+        json.update(host::to_json(message));
+      }
+    });
+    if (json.empty()) ++foreign_;
+    return json;
+  }
+
+  Json service(const LoggedFrame& logged) {
+    const CanFrame& frame = logged.frame;
+    const auto to = static_cast<std::uint8_t>(frame.id >> 8U);
+    const auto from = static_cast<std::uint8_t>(frame.id);
+    const bool request = from == link::kHostAddress;
+    if ((frame.id & 0x1FFF0000U) != kServiceId || (!request && to != link::kHostAddress) || frame.remote) {
+      ++foreign_;
+      return {};
+    }
+    constexpr link::IsoTpConfig kConfig;
+    link::IsoTpReceiver& receiver = receivers_[{logged.interface, frame.id}];
+    receiver.on_frame(frame, kConfig, 0);
+    CanFrame flow_control;  // the one who is meant gives it
+    (void)receiver.next_flow_control(flow_control, kConfig);
+    if (receiver.take_error() != link::IsoTpError::kNone) ++broken_;
+    if (receiver.received().empty()) return {};
+    Json json = pdu_json(receiver.received(), request);
+    json["node"] = request ? to : from;
+    receiver.release();
+    return json;
+  }
+
+  std::map<std::pair<std::string, std::uint32_t>, link::IsoTpReceiver> receivers_;
+  unsigned broken_ = 0;
+  unsigned foreign_ = 0;
+};
+
+// "12.000123 can0 Pose node=1 x_m=0.01 ..."
+void print_text(const Json& said) {
+  std::string text = fmt::format("{:.6f} {} {}", said["time_s"].get<double>(),
+                                 said["interface"].get<std::string>(), said["message"].get<std::string>());
+  for (const auto& [key, value] : said.items()) {
+    if (key == "schema" || key == "time_s" || key == "interface" || key == "message") continue;
+    text += fmt::format(" {}={}", key, value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  fmt::print("{}\n", text);
+}
+
+}  // namespace
+
+void write_dbc(unsigned node, const std::filesystem::path& output) {
+  const std::string text = dbc(static_cast<std::uint8_t>(node));
+  if (output.empty()) {
+    fmt::print("{}", text);
+    return;
+  }
+  OutputFile file(output);
+  file.stream() << text;
+  file.commit();
+}
+
+void decode(const Common& common, const std::filesystem::path& log) {
+  std::ifstream file;
+  if (log != "-") {
+    file.open(log);
+    if (!file) {
+      throw Error(ExitCode::kBadInput, "unreadable-file",
+                  fmt::format("cannot read {}: {}", log.string(), std::strerror(errno)),
+                  "name a log that `candump -L` wrote, or - for standard input");
+    }
+  }
+  std::istream& in = log == "-" ? std::cin : file;
+  Decoder decoder;
+  std::size_t number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    const std::optional<LoggedFrame> logged = parse_log_line(line);
+    if (!logged) {
+      throw Error(
+          ExitCode::kBadInput, "bad-log",
+          fmt::format("{}:{}: '{}' is no line of a candump log", log.string(), number, line.substr(0, 60)),
+          "log with `candump -L can0 > FILE` or `candump -l can0`");
+    }
+    const Json said = decoder(*logged);
+    if (said.empty()) continue;
+    if (common.json) {
+      print_line(said);
+    } else {
+      print_text(said);
+    }
+  }
+  if (decoder.broken() + decoder.foreign() != 0) {
+    fmt::print(stderr, "thimble: {} PDUs are not whole, {} frames are not Thimble's\n", decoder.broken(),
+               decoder.foreign());
+  }
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,229 @@
+#include "host-tools/lab/record_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <optional>
+#include <sstream>
+
+#include "firmware/faults.h"
+#include "firmware/link/services.h"
+#include "firmware/params.h"
+#include "host-tools/error.h"
+#include "host-tools/files/image_file.h"
+#include "host-tools/files/output_file.h"
+#include "host-tools/lab/recorder.h"
+
+namespace thimble::host {
+namespace {
+
+using link::Micros;
+
+constexpr Micros kRound_us = 20'000;        // a sign of life so often: link_timeout is 50 ms at least
+constexpr Micros kGrow_us = 100'000;        // the file grows so often
+constexpr Micros kAsk_us = 1'000'000;       // how the trace is, besides what it says on its way
+constexpr Micros kSilence_us = 3'000'000;   // a device that sends nothing for so long is lost
+constexpr Micros kLastFrames_us = 500'000;  // after the trace was ended
+constexpr Micros kHoming_us = 30'000'000;
+
+std::vector<std::byte> scene_that_runs(Device& device, const std::filesystem::path& file) {
+  const link::DeviceState state = device.state();
+  if (state.scene_bytes == 0) {
+    throw Error(ExitCode::kRefused, "no-scene", "the device has no scene",
+                "send one first (`thimble upload`)");
+  }
+  std::vector<std::byte> image = load_image(file).image;
+  const std::uint32_t crc = crc32(image);
+  if (crc != state.scene_crc) {
+    char text[160];
+    std::snprintf(text, sizeof text, "%s makes an image with the CRC-32 %08x; the device runs '%s' with %08x",
+                  file.filename().string().c_str(), crc, device.text(link::kDidSceneName).c_str(),
+                  state.scene_crc);
+    throw Error(ExitCode::kVerification, "other-scene", text,
+                "name the scene file that was uploaded with --scene, or upload it again");
+  }
+  return image;
+}
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> parts;
+  std::istringstream in(list);
+  for (std::string part; std::getline(in, part, ',');) parts.push_back(part);
+  return parts;
+}
+
+// One run, from the trace's start to the end of its file.
+class Run {
+ public:
+  Run(Device& device, const RecordOptions& options)
+      : device_(device), options_(options), recorder_(device.info().node, device.info().arms) {}
+
+  RecordReport go(const std::function<bool()>& stopping, const std::function<void()>& running) {
+    header_.scene = scene_that_runs(device_, options_.scene);
+    describe();
+    OutputFile file(options_.output);
+    begun_us_ = now_us();
+    device_.set_listener([this](const link::CanFrame& frame) {
+      heard_us_ = now_us();
+      recorder_.take(frame, static_cast<std::uint32_t>(heard_us_ - begun_us_));
+    });
+    claim();
+    device_.start_trace();
+    std::optional<Error> failure;
+    try {
+      open(file);
+      follow(file, stopping, running);
+      finish();
+    } catch (const Error& error) {
+      report_.end.reason = error.name;
+      failure = error;
+      let_go();
+    }
+    device_.set_listener({});
+    if (failure && (!followed_ || !file.stream())) throw Error(*failure);  // nothing to keep, or no room
+    if (report_.end.ticks > recorder_.ticks()) {
+      report_.end.missing = static_cast<std::uint32_t>(report_.end.ticks - recorder_.ticks());
+    } else {
+      report_.end.missing = static_cast<std::uint32_t>(recorder_.missing());
+    }
+    recorder_.write(file.stream());
+    write_end(file.stream(), report_.end);
+    file.commit();
+    if (failure) throw Error(*failure);
+    report_.ticks = recorder_.ticks();
+    return report_;
+  }
+
+ private:
+  void describe() {
+    header_.tool = options_.tool;
+    header_.firmware = device_.text(link::kDidFirmwareVersion);
+    header_.board = device_.text(link::kDidBoardName);
+    header_.serial = device_.text(link::kDidSerialNumber);
+    header_.models = split(device_.text(link::kDidArmName));
+    header_.scene_name = device_.text(link::kDidSceneName);
+    header_.node = device_.info().node;
+    header_.began = std::time(nullptr);
+  }
+
+  // The trace is this program's.
+  void claim() {
+    const bool runs = device_.trace_state().phase == static_cast<std::uint8_t>(link::TracePhase::kRunning);
+    if (runs && !options_.take_over) {
+      throw Error(ExitCode::kRefused, "trace-runs", "another program is recording this device",
+                  "wait until it has ended, or end its recording with --force");
+    }
+    const std::uint8_t mode = device_.state().mode;
+    if (mode == kModeArmed || mode == kModeDamping) {
+      throw Error(ExitCode::kRefused, "motors-on", "a recording begins with the motors off",
+                  "disarm first (`thimble disarm`)");
+    }
+    if (runs) device_.end_trace();
+  }
+
+  void open(OutputFile& file) {
+    std::tie(header_.start, header_.arms) = device_.trace_start();
+    read_parameters();
+    if (header_.start.scene_crc != crc32(header_.scene)) {
+      throw Error(ExitCode::kVerification, "other-scene", "the device's scene has changed meanwhile",
+                  "repeat the command");
+    }
+    header_.scene_crc = header_.start.scene_crc;
+    recorder_.begin(header_.start);
+    write_header(file.stream(), header_);
+  }
+
+  // After a failure: motors off and no trace, where the device still hears.
+  void let_go() {
+    try {
+      if (options_.arm) device_.disarm();
+      device_.end_trace();
+    } catch (const Error&) {
+      return;
+    }
+  }
+
+  // A write would have ended the trace, so these are the trace's.
+  void read_parameters() {
+    for (const firmware::ParamRow& row : firmware::kParamTable)
+      header_.parameters.emplace_back(row.id, device_.param_bits(row));
+    report_.telemetry_ticks = device_.param_bits(row_of(firmware::Param::telemetry_decimation));
+    const link::TraceState state = device_.trace_state();
+    if (state.end == static_cast<std::uint8_t>(link::TraceEnd::kParameter)) {
+      throw Error(ExitCode::kRefused, "parameter-written",
+                  "somebody wrote a parameter while the recording began", "repeat the command");
+    }
+    const double rate_Hz = 1.0 / static_cast<double>(header_.start.period_s);
+    report_.counts_Hz = static_cast<std::uint64_t>(std::lround(rate_Hz));
+    report_.frames_per_s =
+        static_cast<std::uint64_t>(std::lround(rate_Hz * (header_.start.arms + 1.0 / 16.0)));
+  }
+
+  void follow(OutputFile& file, const std::function<bool()>& stopping, const std::function<void()>& running) {
+    if (options_.home) device_.home(kHoming_us, stopping);
+    if (options_.arm && !stopping()) device_.arm();
+    if (!stopping()) running();
+    followed_ = true;
+    file.keep_draft();
+    const Micros start_us = now_us();
+    const Micros end_us =
+        options_.seconds > 0 ? start_us + static_cast<Micros>(options_.seconds * 1e6) : ~Micros{0};
+    heard_us_ = start_us;
+    Micros asked_us = start_us;
+    Micros grown_us = start_us;
+    while (!stopping() && !recorder_.ended() && now_us() < end_us) {
+      const Micros round_us = std::min(end_us, now_us() + kRound_us);
+      while (now_us() < round_us && !recorder_.ended()) static_cast<void>(device_.telemetry(round_us));
+      device_.keep_alive();
+      if (now_us() - grown_us > kGrow_us) {
+        grown_us = now_us();
+        recorder_.write(file.stream());
+        file.flush();
+      }
+      if (now_us() - heard_us_ > kSilence_us) {
+        throw Error(ExitCode::kLinkLost, "no-telemetry", "the device has been silent for 3 s",
+                    "check that it still runs");
+      }
+      if (now_us() - asked_us > kAsk_us) {
+        asked_us = now_us();
+        if (device_.trace_state().phase != static_cast<std::uint8_t>(link::TracePhase::kRunning)) break;
+      }
+    }
+    if (options_.arm) device_.disarm();
+  }
+
+  void finish() {
+    if (!recorder_.ended()) device_.end_trace();
+    const Micros last_us = now_us() + kLastFrames_us;
+    while (!recorder_.ended() && now_us() < last_us) static_cast<void>(device_.telemetry(last_us));
+    const link::TraceState state = device_.trace_state();
+    if (state.phase == static_cast<std::uint8_t>(link::TracePhase::kRunning)) {  // another one's already
+      report_.end.reason = "taken_over";
+      report_.end.ticks = static_cast<std::uint32_t>(recorder_.ticks() + recorder_.missing());
+      return;
+    }
+    report_.end.reason = link::name(static_cast<link::TraceEnd>(state.end));
+    report_.end.ticks = state.ticks;
+    report_.end.dropped = state.dropped;
+    if (state.end == static_cast<std::uint8_t>(link::TraceEnd::kFault))
+      report_.end.fault = device_.state().fault;
+  }
+
+  Device& device_;
+  const RecordOptions& options_;
+  Recorder recorder_;
+  RecordingHeader header_;
+  RecordReport report_;
+  Micros begun_us_ = 0;
+  Micros heard_us_ = 0;
+  bool followed_ = false;  // it runs, and the device is armed if it was to be
+};
+
+}  // namespace
+
+RecordReport record(Device& device, const RecordOptions& options, const std::function<bool()>& stopping,
+                    const std::function<void()>& running) {
+  return Run(device, options).go(stopping, running);
+}
+
+}  // namespace thimble::host

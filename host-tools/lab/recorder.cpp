@@ -1,0 +1,82 @@
+#include "host-tools/lab/recorder.h"
+
+#include <algorithm>
+
+#include "firmware/link/services.h"
+
+namespace thimble::host {
+namespace {
+
+constexpr std::uint32_t kTickBits = 0x7FFF;  // of TraceCounts
+constexpr std::uint32_t kArmBit = 0x8000;
+constexpr std::uint32_t kBehind = 0x4000;  // a tick so far ahead is one that is over
+
+}  // namespace
+
+void Recorder::take(const link::CanFrame& frame, std::uint32_t time_us) {
+  if (!begun_) {
+    early_.push_back({time_us, frame});
+    return;
+  }
+  link::TraceCounts counts;
+  link::TraceCheck check;
+  if (link::from_frame(frame, node_, counts)) {
+    if (!ended_) take_counts(counts);  // behind the end come those of another trace
+  } else if (link::from_frame(frame, node_, check)) {
+    if (!ended_) take_check(check);
+  } else if (!frame.extended && frame.size <= link::kClassicDataBytes) {
+    frames_.push_back({time_us, frame});
+  }
+}
+
+void Recorder::begin(const link::TraceStart& start) {
+  begun_ = true;
+  next_ = std::uint64_t{start.tick} + 1;
+  last_check_ = start.tick;
+  const std::vector<RecordedFrame> early = std::move(early_);
+  for (const RecordedFrame& frame : early) take(frame.frame, frame.time_us);
+}
+
+void Recorder::take_counts(const link::TraceCounts& counts) {
+  const std::uint32_t ahead = (counts.tick_arm - static_cast<std::uint32_t>(next_)) & kTickBits;
+  if (ahead >= kBehind) return;
+  if (ahead != 0) {  // what was missing is not whole either
+    missing_ += ahead;
+    next_ += ahead;
+    arms_of_next_ = 0;
+    counts_of_next_.clear();
+  }
+  if (((counts.tick_arm & kArmBit) != 0 ? 1U : 0U) != arms_of_next_) return;
+  counts_of_next_.insert(counts_of_next_.end(), {counts.count_0, counts.count_1, counts.count_2});
+  if (++arms_of_next_ < arms_) return;
+  if (counts_.empty() ||
+      counts_.back().first + counts_.back().counts.size() / (kRecordedCounts * arms_) != next_)
+    counts_.push_back({next_, {}});
+  std::vector<std::uint16_t>& all = counts_.back().counts;
+  all.insert(all.end(), counts_of_next_.begin(), counts_of_next_.end());
+  counts_of_next_.clear();
+  arms_of_next_ = 0;
+  ++ticks_;
+  ++next_;
+}
+
+// Checks come after the counts of their tick, or without them, and never go back.
+void Recorder::take_check(const link::TraceCheck& check) {
+  const auto ahead = static_cast<std::uint16_t>(check.tick - static_cast<std::uint16_t>(last_check_));
+  if (ahead > 2 * kBehind) return;
+  last_check_ += ahead;
+  checks_.push_back({last_check_, check.crc, check.mode_command, check.levels});
+  if ((check.mode_command & link::kTraceLast) != 0) ended_ = true;
+}
+
+void Recorder::write(std::ostream& out) {
+  if (!begun_) return;
+  for (const RecordedTicks& ticks : counts_) write_ticks(out, ticks);
+  if (!checks_.empty()) write_checks(out, checks_);
+  if (!frames_.empty()) write_frames(out, frames_);
+  counts_.clear();
+  checks_.clear();
+  frames_.clear();
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,240 @@
+"""The Python package against the simulated device, against the command, and against closed forms."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import unittest
+from pathlib import Path
+
+import numpy as np
+import thimble
+
+ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "tests/end_to_end"))
+from rig import Rig  # noqa: E402
+
+SCENES = ROOT / "scenes"
+
+
+class Simulate(Rig):
+    def test_the_same_as_the_command(self):
+        scene, path, log = SCENES / "walls/walls.scene.json", SCENES / "walls/stroke.csv", self.folder / "log.csv"
+        self.ok("simulate", scene, "--path", path, "--log", log)
+        felt = thimble.simulate(scene, path)
+        with open(log) as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(len(felt), len(rows))
+        for name, column, axis in (("time_s", "time_s", None), ("force_N", "force_z_N", 2), ("tip_m", "tip_x_m", 0), ("proxy_m", "proxy_z_m", 2),
+                                   ("contacts", "contacts", None)):
+            ours = felt[name] if axis is None else felt[name][:, axis]
+            theirs = np.array([float(row[column]) for row in rows])
+            np.testing.assert_allclose(ours, theirs, rtol=1e-8, atol=1e-12, err_msg=name)
+        np.testing.assert_array_equal(felt, thimble.simulate(str(scene), str(path)))
+
+    def test_a_plane_in_closed_form(self):
+        depth = np.linspace(-0.002, 0.005, 50)
+        path = np.column_stack([np.arange(50) * 0.01, np.zeros(50), np.zeros(50), -depth])
+        felt = thimble.simulate(self.plane_scene(), path, ideal=True, rate_Hz=1000)
+        below = -felt["tip_m"][:, 2]
+        damping = np.gradient(below, felt["time_s"])  # bounds what the damper adds
+        np.testing.assert_allclose(felt["force_N"][:, 2], 800 * np.maximum(below, 0), atol=0.01 + 5 * abs(damping).max())
+        self.assertGreater(felt["force_N"][:, 2].max(), 3.5)
+        self.assertEqual(felt["contacts"][0], 0)
+        self.assertEqual(felt["contacts"][-1], 1)
+
+    def test_bad_input(self):
+        with self.assertRaises(thimble.Error) as caught:
+            thimble.simulate(self.folder / "none.scene.json", SCENES / "walls/stroke.csv")
+        self.assertEqual(caught.exception.exit_code, 10)
+        self.assertTrue(caught.exception.name and caught.exception.cause and caught.exception.remedy)
+        scene = SCENES / "walls/walls.scene.json"
+        for path in (np.zeros((3, 2)), np.zeros(4), [[0, 0, 0]]):
+            with self.assertRaisesRegex(ValueError, "a path has rows of"):
+                thimble.simulate(scene, path)
+        for path in (np.zeros((0, 4)), [[0, 0, 0, 0], [0, 0, 0, 0]], [[0, 0, 0, float("nan")]], [[0, 0, 0, 0, 7]]):
+            with self.assertRaises(thimble.Error) as caught:
+                thimble.simulate(scene, path)
+            self.assertEqual(caught.exception.name, "bad-path")
+        with self.assertRaises(thimble.Error) as caught:
+            thimble.simulate(scene, SCENES / "walls/stroke.csv", arm="octopus")
+        self.assertEqual(caught.exception.name, "unknown-arm")
+
+    def test_it_can_be_interrupted(self):
+        path = [[0, 0, 0, 0.02], [3000, 0, 0, 0.02]]
+        threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        begin = time.monotonic()
+        with self.assertRaises(KeyboardInterrupt):
+            thimble.simulate(SCENES / "walls/walls.scene.json", path, ideal=True)
+        self.assertLess(time.monotonic() - begin, 5)
+
+    def test_compile(self):
+        image = self.folder / "walls.thim"
+        self.ok("compile", SCENES / "walls/walls.scene.json", "--output", image)
+        ours = thimble.compile(SCENES / "walls/walls.scene.json")
+        self.assertEqual(ours, image.read_bytes()[:len(ours)])
+
+
+class Connect(Rig):
+    def test_a_day(self):
+        sim = self.sim("--tcp", 0, "--hand", SCENES / "asteroid/stroke.csv", "--loop")
+        with thimble.connect(sim.tcp) as device:
+            self.assertEqual(device.info["mode"], "disarmed")
+            sent = device.upload(SCENES / "asteroid/asteroid.scene.json")
+            self.assertGreater(sent["bytes"], 10000)
+            self.assertEqual(device.info["scene"], "asteroid")
+            device.home()
+            device.arm()
+            rows = device.telemetry(seconds=3.0)
+            self.assertEqual(device.info["mode"], "armed")
+            device.disarm()
+        self.assertGreater(len(rows), 100)
+        self.assertTrue((np.diff(rows["time_s"]) >= 0).all())
+        self.assertEqual(rows["tip_m"].shape, (len(rows), 3))
+        touching = rows[rows["contacts"] > 0]
+        self.assertGreater(len(touching), 20)
+        self.assertGreater(np.linalg.norm(touching["force_N"], axis=1).max(), 0.3)
+        print("[ figure ] %d rows in 3 s, %.2f N at most" % (len(rows), np.linalg.norm(rows["force_N"], axis=1).max()))
+        with self.assertRaisesRegex(ValueError, "closed"):
+            device.info
+
+    def test_parameters(self):
+        sim = self.sim("--tcp", 0)
+        with thimble.connect(sim.tcp) as device:
+            self.assertIn("max_force", device.parameters)
+            device.parameters["max_force"] = 3.5
+            self.assertEqual(device.parameters["max_force"], 3.5)
+            with self.assertRaises(KeyError):
+                device.parameters["max_farce"]
+            with self.assertRaises(thimble.Error) as caught:
+                device.parameters["max_force"] = 1000
+            self.assertEqual(caught.exception.exit_code, 1)
+            self.assertEqual(device.faults, [])
+
+    def test_what_the_device_refuses(self):
+        sim = self.sim("--tcp", 0)
+        with thimble.connect(sim.tcp) as device:
+            with self.assertRaises(thimble.Error) as caught:
+                device.arm()
+            self.assertEqual((caught.exception.name, caught.exception.exit_code), ("refused", 1))
+            self.assertIn("not_homed", caught.exception.cause)
+
+    def test_no_device(self):
+        with self.assertRaises(thimble.Error) as caught:
+            thimble.connect("tcp:127.0.0.1:1")
+        self.assertIn(caught.exception.exit_code, (3, 6))
+
+    def test_a_device_that_goes_away(self):
+        sim = self.sim("--tcp", 0)
+        device = thimble.connect(sim.tcp, timeout_s=0.5)
+        sim.stop()
+        with self.assertRaises(thimble.Error) as caught:
+            device.info
+        self.assertEqual(caught.exception.exit_code, 6)
+
+
+class HostRendering(Rig):
+    def pressed_sim(self):
+        hand = self.folder / "press.csv"
+        hand.write_text("time_s,x_m,y_m,z_m\n0,0,0,0\n0.5,0,0,-0.02\n1.0,0,0,-0.02\n1.5,0,0,0\n")
+        return self.sim("--tcp", 0, "--hand", hand, "--loop")
+
+    def test_a_wall_of_ones_own(self):
+        sim = self.pressed_sim()
+        readings = []
+
+        def wall(tip):
+            readings.append((tip.tip_m[2], tip.force_N[2], tip.age_s))
+            return np.array([0, 0, 300 * max(-0.01 - tip.tip_m[2], 0)])
+
+        with thimble.connect(sim.tcp) as device:
+            device.home()
+            decimation = device.parameters["telemetry_decimation"]
+            device.take_over()
+            self.assertEqual(device.parameters["telemetry_decimation"], 4)
+            first, before = device.info["tick"], device.orders
+            sent = device.render(wall, seconds=4)
+            last, after = device.info["tick"], device.orders
+            self.assertEqual(device.info["mode"], "armed")
+            tip = device.next_tip(timeout_s=5)
+            self.assertEqual((tip.tip_m.shape, tip.force_N.shape), ((3,), (3,)))
+            device.hand_back()
+            self.assertEqual((device.parameters["host_forces"], device.parameters["telemetry_decimation"]), (0, decimation))
+        taken = after["taken"] - before["taken"]
+        self.assertEqual((taken, after["old"], after["wrong"]), (sent, 0, 0))
+        height, force, age_s = np.array(readings).T
+        print("[ figure ] %d orders in %d ticks, %.0f a second; age of a reading %.2f ms as median; %d times none in time" % (
+            taken, last - first, taken / (last - first) * 4000, 1e3 * np.median(age_s), after["expired"]))
+        self.assertGreater(taken, 400)
+        self.assertLess(np.median(age_s), 0.01)
+        deep = -0.01 - height > 0.0005
+        self.assertGreater(deep.sum(), 50)
+        slope = (force[deep] * (-0.01 - height[deep])).sum() / ((-0.01 - height[deep]) ** 2).sum()
+        self.assertAlmostEqual(slope, 300, delta=15)
+
+    def test_other_threads_run_while_one_waits(self):
+        sim = self.sim("--tcp", 0)
+        with thimble.connect(sim.tcp) as device:
+            device.home()
+            device.take_over(readings_per_s=0.1)  # as good as none
+            counted, done = [0], threading.Event()
+
+            def count():
+                while not done.is_set():
+                    counted[0] += 1
+
+            counter = threading.Thread(target=count)
+            counter.start()
+            before = counted[0]
+            device.next_tip(timeout_s=0.5)
+            during = counted[0] - before
+            done.set()
+            counter.join()
+            device.hand_back()
+        self.assertGreater(during, 1000)
+
+    def test_what_is_no_force(self):
+        sim = self.sim("--tcp", 0)
+        with thimble.connect(sim.tcp) as device:
+            for force, arm in (([0, 0, float("nan")], 0), ([0, 0, float("inf")], 0), ([0, 0, 1], 1)):
+                with self.assertRaises(thimble.Error) as caught:
+                    device.order_force(force, arm)
+                self.assertEqual(caught.exception.name, "bad-force")
+            for force in ([0, 0], 1.0, [[0, 0, 1]]):
+                with self.assertRaisesRegex(ValueError, "three numbers"):
+                    device.order_force(force)
+            with self.assertRaises(thimble.Error) as caught:
+                device.take_over()
+            self.assertIn("not_homed", caught.exception.cause)
+            self.assertEqual(device.parameters["host_forces"], 0, "what was refused leaves nothing behind")
+
+    def test_somebody_else_disarms(self):
+        sim = self.sim("--tcp", 0)
+        with thimble.connect(sim.tcp) as device:
+            device.home()
+            device.take_over()
+            self.ok("disarm", "--device", sim.pty)
+            with self.assertRaises(thimble.Error) as caught:
+                device.render(lambda tip: [0, 0, 0], seconds=10)
+            self.assertEqual(caught.exception.name, "not-armed")
+
+
+class Example(Rig):
+    def test_the_wall_of_the_example(self):
+        sim = self.sim("--tcp", 0)
+        run = subprocess.run([sys.executable, ROOT / "docs/examples/host_wall.py", sim.tcp, "2"], check=True, capture_output=True, text=True,
+                             timeout=60)
+        self.assertRegex(run.stdout, r"^\d+ orders/s, \d+ times none in time$")
+        print("[ figure ] " + run.stdout.strip())
+
+    def test_the_example_draws_its_curve(self):
+        picture = self.folder / "curve.svg"
+        subprocess.run([sys.executable, ROOT / "docs/examples/force_curve.py", picture], check=True, cwd=self.folder, timeout=120)
+        self.assertIn("Depth / mm", picture.read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()

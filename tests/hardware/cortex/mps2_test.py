@@ -1,0 +1,245 @@
+#!/usr/bin/env python3
+"""The image of board/mps2-an500 in QEMU, as its user meets it: `thimble` over SLCAN on a pty, the simulated arm behind the register block.
+
+Time is counted in instructions (-icount), so a busy machine slows the board down and loses no tick.
+"""
+import json
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+BIN = pathlib.Path(os.environ["THIMBLE_BIN"])
+PEER = os.environ["THIMBLE_PEER"]
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent.parent
+ELF = ROOT / "build/mps2-an500/bin/thimble-mps2-an500.elf"
+MEMORY_BYTES = 16 << 20  # the PSRAM: the slots' copies at its beginning, the register block in its last page
+CHIPS = 8
+
+
+def figure(text):
+    print("[ figure ] " + text, flush=True)
+
+
+class Board:
+    """QEMU with the image, the EEPROMs of `folder`, and the arm beside it."""
+
+    def __init__(self, folder, chips=CHIPS):
+        self.folder = folder
+        memory = folder / "memory"
+        with open(memory, "wb") as file:
+            file.truncate(MEMORY_BYTES)
+        self.peer = subprocess.Popen([PEER, memory], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        assert self.peer.stdout.readline().strip() == "arm"
+        eeproms = []
+        for i in range(chips):
+            file = folder / f"eeprom{i}"
+            if not file.exists():
+                file.write_bytes(b"\xff" * 65536)
+            eeproms += ["-drive", f"if=none,id=chip{i},file={file},format=raw",
+                        "-device", f"at24c-eeprom,bus=i2c,address={0x50 + i},rom-size=65536,drive=chip{i}"]
+        self.gdb = folder / "gdb"
+        self.qemu = subprocess.Popen(
+            ["qemu-system-arm", "-M", "mps2-an500,memory-backend=psram", "-object",
+             f"memory-backend-file,id=psram,mem-path={memory},size={MEMORY_BYTES},share=on", "-kernel", ELF, *eeproms,
+             "-icount", "shift=2,sleep=off", "-display", "none", "-monitor", "none", "-nodefaults", "-chardev", "pty,id=uart",
+             "-serial", "chardev:uart", "-chardev", f"socket,id=gdb,path={self.gdb},server=on,wait=off", "-gdb", "chardev:gdb"],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        for line in self.qemu.stdout:
+            found = re.search(r"(/dev/pts/\d+)", line)
+            if found:
+                self.uri = "slcan:" + found[1]
+                break
+        else:
+            raise AssertionError("QEMU did not start: " + str(self.qemu.wait()))
+
+    def stop(self):
+        self.qemu.send_signal(signal.SIGTERM)
+        self.qemu.communicate(timeout=20)
+        self.peer.communicate(timeout=20)
+
+    def tell(self, line):
+        self.peer.stdin.write(line + "\n")
+        self.peer.stdin.flush()
+        return self.peer.stdout.readline().strip()
+
+    def hand(self, x_m, y_m, z_m):
+        self.tell(f"hand {x_m} {y_m} {z_m}")
+
+    def enabled(self):
+        return self.tell("state").split()[-1] == "1"
+
+    def thimble(self, *words):
+        return subprocess.run([BIN / "thimble", *map(str, words), "--device", self.uri, "--timeout", "10"], capture_output=True, text=True, timeout=120)
+
+    def json(self, *words):
+        result = self.thimble(*words, "--json")
+        assert result.returncode == 0, result.stderr
+        return json.loads(result.stdout)
+
+    def force_z(self, count=40):
+        """The force of the last of some telemetry frames, N."""
+        lines = self.thimble("monitor", "--count", count, "--json").stdout.splitlines()
+        return [frame["z_N"] for frame in map(json.loads, lines) if frame["message"] == "Force"][-1]
+
+    def patch(self, symbol, code):
+        """Writes instructions over a function, through QEMU's GDB port: what a bug or a cosmic ray would do."""
+        symbols = subprocess.run(["arm-none-eabi-nm", "-C", ELF], capture_output=True, text=True, check=True).stdout
+        address = int(re.search(r"^([0-9a-f]+) \w " + re.escape(symbol) + r"\(", symbols, re.M)[1], 16)
+        with socket.socket(socket.AF_UNIX) as gdb:
+            gdb.connect(str(self.gdb))
+            gdb.settimeout(10)
+            for command in (f"M{address:x},{len(code):x}:{code.hex()}", "D"):
+                gdb.sendall(b"$%s#%02x" % (command.encode(), sum(command.encode()) % 256))
+                answer = b""
+                while b"OK" not in answer:
+                    answer += gdb.recv(4096)
+                gdb.sendall(b"+")
+
+
+FLOOR = {"thimble_scene": 1, "name": "floor", "objects": [
+    {"name": "floor", "shape": {"plane": {"normal": [0, 0, 1], "offset_m": 0}},
+     "material": {"stiffness_N_m": 500, "damping_N_s_m": 2, "static_friction": 0, "dynamic_friction": 0}}]}
+HANG = bytes.fromhex("fee7")  # b .
+UNDEFINED = bytes.fromhex("00de")  # udf #0
+
+
+class Mps2(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.board = None
+
+    def start(self, **options):
+        board = Board(self.folder, **options)
+        self.addCleanup(lambda: board.qemu.poll() is None and board.stop())
+        return board
+
+    def armed(self, scene="walls"):
+        board = self.start()
+        board.json("upload", ROOT / f"scenes/{scene}/{scene}.scene.json")
+        board.json("home")
+        board.hand(0, 0, 0.03)
+        board.json("arm")
+        return board
+
+    def wait_for_restart(self, board, reason):
+        end = time.monotonic() + 60
+        while time.monotonic() < end:
+            result = board.thimble("info", "--json")
+            if result.returncode == 0 and json.loads(result.stdout)["reset_reason"] == reason:
+                return json.loads(result.stdout)
+        self.fail(f"it did not start again because of {reason}: {result.stdout}{result.stderr}")
+
+    def test_full_life(self):
+        board = self.start()
+        info = board.json("info")
+        self.assertEqual((info["board"], info["reset_reason"], info["arm"]), ("mps2-an500", "power_on", "premium-1.5"))
+        scene = self.folder / "floor.scene.json"
+        scene.write_text(json.dumps(FLOOR))
+        board.json("upload", scene)
+        self.assertIn("not_homed", board.thimble("arm").stderr)
+        board.json("home")
+        board.hand(0, 0, 0.03)
+        board.json("arm")
+        self.assertTrue(board.enabled())
+        self.assertAlmostEqual(board.force_z(), 0, delta=0.05)
+        board.hand(0, 0, -0.006)
+        board.force_z(300)  # until it rests
+        frames = [json.loads(line) for line in board.thimble("monitor", "--count", 20, "--json").stdout.splitlines()]
+        depth_m = [-frame["z_m"] for frame in frames if frame["message"] == "Pose"][-1]
+        force_N = [frame["z_N"] for frame in frames if frame["message"] == "Force"][-1]
+        figure(f"{depth_m * 1e3:.2f} mm deep in a floor of 500 N/m: {force_N:.3f} N")
+        self.assertGreater(depth_m, 1e-3)
+        self.assertAlmostEqual(force_N, 500 * depth_m, delta=0.01 + 0.02 * force_N)
+        board.tell("line e_stop 1")
+        end = time.monotonic() + 30
+        while board.enabled() and time.monotonic() < end:
+            pass
+        self.assertFalse(board.enabled())
+        self.assertEqual(board.json("fault", "list")["faults"][0]["name"], "e_stop")
+        board.tell("line e_stop 0")
+        board.json("fault", "clear")
+        board.json("arm")
+        self.assertEqual(board.json("disarm")["mode"], "ready")
+        info = board.json("info")
+        self.assertEqual(info["state"]["overruns"], 0)
+        figure("ticks by lateness: " + ", ".join(f"{k} {v}" for k, v in info["lateness"].items() if v))
+
+    def test_scene_and_parameters_are_kept(self):
+        board = self.start()
+        board.json("upload", ROOT / "scenes/textures/textures.scene.json")
+        board.json("param", "set", "max_force", 2.5)
+        board.json("param", "save")
+        crc = board.json("info")["state"]["scene_crc"]
+        board.stop()
+        board = self.start()
+        self.assertEqual(board.json("info")["state"]["scene_crc"], crc)
+        self.assertEqual(board.json("param", "get", "max_force")["value"], 2.5)
+
+    def test_an_upload_that_breaks_off_goes_on(self):
+        board = self.start()
+        image = self.folder / "image.thim"
+        subprocess.run([BIN / "thimble", "compile", ROOT / "scenes/textures/textures.scene.json", "--output", image], check=True,
+                       stdout=subprocess.DEVNULL)
+        upload = subprocess.Popen([BIN / "thimble", "upload", image, "--device", board.uri], stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.PIPE, text=True)
+        for line in upload.stderr:
+            if line.startswith(("30", "40")):
+                break
+        upload.kill()
+        upload.communicate()
+        self.assertEqual(board.json("info")["scene"], "")
+        self.assertGreater(board.json("upload", image)["resumed_from"], 4000)
+        self.assertEqual(board.json("info")["scene"], "textures")
+
+    def test_a_scene_that_the_eeproms_cannot_hold_is_refused(self):
+        board = self.start(chips=1)
+        board.json("upload", ROOT / "scenes/smooth/smooth.scene.json")
+        refused = board.thimble("upload", ROOT / "scenes/ring/ring.scene.json")
+        self.assertNotEqual(refused.returncode, 0)
+        self.assertIn("too_large", refused.stderr)
+        self.assertIn("smooth", board.json("info")["scene"])
+
+    def test_without_eeprom_it_is_not_armed(self):
+        board = self.start(chips=0)
+        board.json("home")
+        refused = board.thimble("arm")
+        self.assertIn("board_lacks(no_eeprom)", refused.stderr)
+
+    def test_the_host_starts_it_again(self):
+        board = self.armed()
+        board.json("restart")
+        info = self.wait_for_restart(board, "host")
+        self.assertEqual(info["state"]["mode"], "disarmed")
+        self.assertFalse(board.enabled())
+        self.assertEqual(info["scene"], "walls")
+
+    def test_a_hanging_background_starts_it_again(self):
+        board = self.armed()
+        board.patch("thimble::firmware::Controller::poll", HANG)
+        self.wait_for_restart(board, "watchdog")
+        self.assertFalse(board.enabled())
+
+    def test_a_hanging_tick_starts_it_again(self):
+        board = self.armed()
+        board.patch("thimble::firmware::Servo::tick", HANG)
+        self.wait_for_restart(board, "watchdog")
+        self.assertFalse(board.enabled())
+
+    def test_a_crash_turns_the_motors_off_and_starts_it_again(self):
+        board = self.armed()
+        board.patch("thimble::firmware::Controller::poll", UNDEFINED)
+        self.wait_for_restart(board, "crash")
+        self.assertFalse(board.enabled())
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv)

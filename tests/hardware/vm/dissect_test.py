@@ -1,0 +1,79 @@
+"""dissect_test.py LOG: what Wireshark makes of a recorded session (candump -L, from tests/hardware/vm/guest/session.sh): ISO-TP and UDS, every frame
+of the services dissected, none malformed, and just the requests that were sent, each with its answer."""
+
+import collections
+import subprocess
+import sys
+import unittest
+
+REQUEST, ANSWER = 0x18DA01F1, 0x18DAF101
+NEGATIVE, PENDING = 0x3F, 0x78  # tshark shows a negative answer as one of service 0x3F
+MIN_REQUESTS = 40
+SERVICES = {0x10, 0x22, 0x2E, 0x31, 0x34, 0x36, 0x37, 0x3E}  # of an upload, home, arm, param, info and disarm
+CLEAR_FAULTS = 0x14  # a board's e-stop is pressed too, and its fault not cleared before it is released: conditions not correct
+NOT_NOW = 0x22
+
+
+def tshark(log, wanted, *fields):
+    """Rows of fields of the frames that match the filter."""
+    command = ["tshark", "-r", log, "-o", "iso15765.can.extended_ids:%d,%d" % (REQUEST, ANSWER),
+               "-d", "iso15765.subdissector,uds", "-Y", wanted, "-T", "fields"]
+    for field in fields:
+        command += ["-e", field]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)
+    return [line.split("\t") for line in run.stdout.splitlines()]
+
+
+def frames(log):
+    """(id, bytes) of the frames of the services."""
+    with open(log) as lines:
+        for line in lines:
+            name, data = line.split()[2].split("#")
+            if len(name) == 8:
+                yield int(name, 16), bytes.fromhex(data)
+
+
+class Dissect(unittest.TestCase):
+    log = None
+
+    def requests_sent(self):
+        """By our own reading: the first byte of each single and first frame."""
+        services = collections.Counter()
+        for identifier, data in frames(self.log):
+            if identifier == REQUEST and data[0] >> 4 in (0, 1):
+                services[data[1 + (data[0] >> 4)]] += 1
+        return services
+
+    def test_every_frame_of_the_services_is_iso_tp(self):
+        sent = sum(1 for _ in frames(self.log))
+        self.assertGreater(sent, 2000)
+        self.assertEqual(len(tshark(self.log, "iso15765", "frame.number")), sent)
+        print("    figure: %d frames of the services" % sent, flush=True)
+
+    def test_none_is_malformed(self):
+        self.assertEqual(tshark(self.log, "_ws.malformed || _ws.expert", "frame.number", "_ws.expert.message"), [])
+
+    def test_the_requests_are_those_that_were_sent(self):
+        rows = tshark(self.log, "uds", "uds.sid", "uds.reply", "uds.err.sid", "uds.err.code")
+        shown = collections.Counter(int(sid, 0) for sid, reply, _, _ in rows if int(reply, 0) == 0)
+        self.assertEqual(shown, self.requests_sent())
+        self.assertLessEqual(SERVICES, set(shown))
+        self.assertGreaterEqual(sum(shown.values()), MIN_REQUESTS)
+        answers, pending = collections.Counter(), 0
+        for sid, reply, refused, code in rows:
+            if int(reply, 0) == 0:
+                continue
+            if int(sid, 0) != NEGATIVE:
+                answers[int(sid, 0)] += 1
+            elif int(code, 0) == PENDING:
+                pending += 1
+            else:
+                self.assertEqual((int(refused, 0), int(code, 0)), (CLEAR_FAULTS, NOT_NOW))
+                answers[CLEAR_FAULTS] += 1
+        self.assertEqual(answers, shown, "each request has its answer")
+        print("    figure: %d UDS requests with their answers, %d times 'not yet'" % (sum(shown.values()), pending), flush=True)
+
+
+if __name__ == "__main__":
+    Dissect.log = sys.argv.pop(1)
+    unittest.main()

@@ -1,0 +1,111 @@
+// The recorder: frames to ticks, over every kind of loss, and the wrap of the numbers that travel.
+#include "host-tools/lab/recorder.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "firmware/link/services.h"
+#include "tests/support/scene.h"
+
+namespace thimble::test {
+namespace {
+
+namespace link = firmware::link;
+
+constexpr std::uint8_t kNode = 3;
+
+link::CanFrame counts_frame(std::uint64_t tick, std::size_t arm = 0) {
+  const auto low = static_cast<std::uint16_t>(tick);
+  return link::to_frame(link::TraceCounts{static_cast<std::uint16_t>((low & 0x7FFFU) | arm << 15U), low,
+                                          static_cast<std::uint16_t>(arm), 7},
+                        kNode);
+}
+
+link::CanFrame check_frame(std::uint64_t tick, bool last = false) {
+  return link::to_frame(link::TraceCheck{static_cast<std::uint32_t>(tick), static_cast<std::uint16_t>(tick),
+                                         static_cast<std::uint8_t>(2U | (last ? link::kTraceLast : 0U)), 1},
+                        kNode);
+}
+
+struct Written {
+  std::vector<host::RecordedTicks> ticks;
+  std::vector<host::RecordedCheck> checks;
+  std::size_t frames = 0;
+};
+
+Written written(host::Recorder& recorder, std::uint32_t start_tick, std::uint8_t arms) {
+  host::RecordingHeader header;
+  SceneBuilder builder;
+  builder.plane({0, 0, 1}, 0.0, {});
+  header.scene = builder.bytes();
+  header.scene_crc = host::crc32(header.scene);
+  header.start.tick = start_tick;
+  header.start.arms = arms;
+  header.models.assign(arms, "premium-1.5");
+  header.arms.resize(arms);
+  std::ostringstream out;
+  host::write_header(out, header);
+  recorder.write(out);
+  const std::string bytes = out.str();
+  const host::Recording recording = host::parse_recording(std::as_bytes(std::span(bytes)), "file");
+  return {recording.ticks, recording.checks, recording.frames.size()};
+}
+
+link::TraceStart start_at(std::uint32_t tick) {
+  link::TraceStart start;
+  start.tick = tick;
+  return start;
+}
+
+TEST(Recorder, EveryTickOverTheWrapOfItsNumber) {
+  constexpr std::uint64_t kStart = 0x1FFF0;
+  host::Recorder recorder(kNode, 1);
+  for (std::uint64_t tick = kStart - 50; tick < kStart + 10; ++tick)
+    recorder.take(counts_frame(tick), 0);  // of the trace before, and early ones of this
+  recorder.begin(start_at(kStart));
+  for (std::uint64_t tick = kStart + 10; tick <= kStart + 70'000; ++tick) {
+    recorder.take(counts_frame(tick), 0);
+    if (tick % 16 == 0) recorder.take(check_frame(tick), 0);
+  }
+  link::CanFrame pose = link::to_frame(link::Pose{}, kNode);
+  recorder.take(pose, 5);
+  recorder.take(link::to_frame(link::TraceCounts{}, kNode + 1),
+                5);  // another node's is a frame like any other
+  EXPECT_FALSE(recorder.ended());
+  recorder.take(check_frame(kStart + 70'000, true), 0);
+  EXPECT_TRUE(recorder.ended());
+  recorder.take(counts_frame(kStart + 70'001), 0);  // of another trace
+  EXPECT_EQ(recorder.ticks(), 70'000U);
+  EXPECT_EQ(recorder.missing(), 0U);
+  const Written result = written(recorder, kStart, 1);
+  ASSERT_EQ(result.ticks.size(), 1U);
+  EXPECT_EQ(result.ticks[0].first, kStart + 1);
+  ASSERT_EQ(result.ticks[0].counts.size(), 3U * 70'000U);
+  for (std::size_t i = 0; i < 70'000; ++i)
+    ASSERT_EQ(result.ticks[0].counts[3 * i], static_cast<std::uint16_t>(kStart + 1 + i));
+  EXPECT_EQ(result.checks.back().tick, kStart + 70'000);
+  EXPECT_EQ(result.frames, 2U);
+}
+
+TEST(Recorder, AMissingFrameIsAGapOfItsTick) {
+  host::Recorder recorder(kNode, 2);
+  recorder.begin(start_at(100));
+  for (std::uint64_t tick = 101; tick <= 200; ++tick) {
+    if (tick != 150) recorder.take(counts_frame(tick, 0), 0);
+    if (tick != 160) recorder.take(counts_frame(tick, 1), 0);
+    if (tick == 170) recorder.take(counts_frame(tick, 1), 0);  // twice
+  }
+  const Written result = written(recorder, 100, 2);
+  ASSERT_EQ(result.ticks.size(), 3U);
+  EXPECT_EQ(result.ticks[0].counts.size(), 49U * 6U);
+  EXPECT_EQ(result.ticks[1].first, 151U);
+  EXPECT_EQ(result.ticks[1].counts.size(), 9U * 6U);
+  EXPECT_EQ(result.ticks[2].first, 161U);
+  EXPECT_EQ(result.ticks[2].counts.size(), 40U * 6U);
+  EXPECT_EQ(recorder.missing(), 2U);
+  EXPECT_EQ(result.ticks[2].counts[4], 1U) << "the second arm's are the second three";
+}
+
+}  // namespace
+}  // namespace thimble::test

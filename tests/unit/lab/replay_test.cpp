@@ -1,0 +1,267 @@
+// Replays: of every scene of the repository, after a controller has felt something else, each force comes out again to the bit; and what
+// is not so is found.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+
+#include "board/sim/hand_path_file.h"
+#include "board/sim/sim_board.h"
+#include "firmware/link/iso_tp.h"
+#include "firmware/link/services.h"
+#include "host-tools/client/device.h"
+#include "host-tools/compiler/compile.h"
+#include "host-tools/error.h"
+#include "host-tools/lab/recorder.h"
+#include "host-tools/lab/replay_recording.h"
+#include "tests/support/figure.h"
+#include "tests/support/sanitizers.h"
+
+namespace thimble::test {
+namespace {
+
+namespace fs = std::filesystem;
+using board::SimBoard;
+using firmware::Command;
+
+// The simulated board, its frames, and the services asked as a host asks them.
+class Traced {
+ public:
+  explicit Traced(const board::SimBoardOptions& options) : board(options), recorder_(1, options.arm_count) {}
+
+  void tick() {
+    board.controller().keep_alive();
+    board.tick();
+    time_us_ += 250;
+    board.controller().poll(time_us_);
+    link::CanFrame frame;
+    while (board.controller().next_frame(frame, time_us_)) {
+      if (frame.extended) {
+        static_cast<void>(channel_.on_frame(frame, time_us_));
+      } else {
+        recorder_.take(frame, static_cast<std::uint32_t>(time_us_));
+      }
+    }
+  }
+  void seconds(double s) {
+    for (int i = 0; i < static_cast<int>(s * 4000); ++i) tick();
+  }
+  bool until(firmware::Mode mode) {
+    for (int i = 0; i < 40'000 && board.controller().mode() != mode; ++i) tick();
+    return board.controller().mode() == mode;
+  }
+  std::vector<std::uint8_t> ask(const std::vector<std::uint8_t>& request) {
+    EXPECT_TRUE(channel_.send(request, time_us_));
+    for (int i = 0; i < 4000; ++i) {
+      link::CanFrame frame;
+      while (channel_.next_frame(frame, time_us_)) board.controller().on_frame(frame, time_us_);
+      tick();
+      const std::span<const std::uint8_t> received = channel_.received();
+      if (received.empty()) continue;
+      std::vector<std::uint8_t> answer(received.begin(), received.end());
+      channel_.release();
+      if (answer.size() == 3 && answer[2] == 0x78) continue;
+      return answer;
+    }
+    ADD_FAILURE() << "no answer";
+    return {0};
+  }
+
+  // Starts a trace: what its recording begins with.
+  host::Recording start(std::span<const std::byte> scene) {
+    host::Recording recording;
+    EXPECT_EQ(ask({0x10, 0x03})[0], 0x50);
+    EXPECT_EQ(ask({0x31, 0x01, 0x02, 0x08})[0], 0x71);
+    const std::vector<std::uint8_t> answer = ask({0x31, 0x03, 0x02, 0x08});
+    host::RecordingHeader& header = recording.header;
+    std::span<const std::uint8_t> rest = std::span(answer).subspan(4);
+    EXPECT_TRUE(link::decode(rest, header.start));
+    rest = rest.subspan(link::wire_size<link::TraceStart>());
+    header.arms.resize(header.start.arms);
+    for (link::TraceArm& arm : header.arms) {
+      EXPECT_TRUE(link::decode(rest, arm));
+      rest = rest.subspan(link::wire_size<link::TraceArm>());
+    }
+    header.models.assign(header.arms.size(), "premium-1.5");
+    header.scene.assign(scene.begin(), scene.end());
+    header.scene_crc = host::crc32(scene);
+    EXPECT_EQ(header.start.scene_crc, header.scene_crc);
+    for (const firmware::ParamRow& row : firmware::kParamTable) {
+      std::uint32_t bits = 0;
+      EXPECT_EQ(board.controller().read_param(row.id, bits), firmware::ParamStatus::kOk);
+      header.parameters.emplace_back(row.id, bits);
+    }
+    recorder_.begin(header.start);
+    return recording;
+  }
+
+  // What has come since the start, through the file's bytes.
+  host::Recording finish(const host::Recording& begun) {
+    std::ostringstream out;
+    host::write_header(out, begun.header);
+    recorder_.write(out);
+    const std::string bytes = out.str();
+    return host::parse_recording(std::as_bytes(std::span(bytes)), "file");
+  }
+
+  SimBoard board;
+
+ private:
+  host::Recorder recorder_;
+  link::IsoTpChannel channel_{link::request_id(1), link::response_id(1), link::IsoTpConfig{}};
+  link::Micros time_us_ = 1'000'000;
+};
+
+std::vector<std::byte> image_of(const fs::path& scene) { return host::compile_scene(scene).image; }
+
+// Arms, lets the hand feel, disarms in the middle of it and arms again.
+host::Recording felt(const fs::path& folder, const std::vector<std::byte>& before, double seconds) {
+  const std::vector<board::PathPoint> points = board::read_hand_path(folder / "stroke.csv");
+  board::SimBoardOptions options;
+  options.arm_count =
+      std::ranges::any_of(points, [](const board::PathPoint& point) { return point.arm == 1; }) ? 2 : 1;
+  Traced traced(options);
+  firmware::Controller& controller = traced.board.controller();
+  for (int arm = 0; arm < options.arm_count; ++arm) {
+    std::vector<board::PathPoint> own;
+    std::ranges::copy_if(points, std::back_inserter(own),
+                         [arm](const board::PathPoint& point) { return point.arm == arm; });
+    traced.board.follow(static_cast<std::size_t>(arm), board::HandPath(std::move(own)), true);
+  }
+  // Something else is felt first: heat, counts, a scene's memory.
+  EXPECT_EQ(controller.load_scene(before), firmware::StoreStatus::kOk);
+  traced.seconds(0.01);
+  EXPECT_EQ(controller.request(Command::kHome), 0U);
+  EXPECT_TRUE(traced.until(firmware::Mode::kReady));
+  EXPECT_EQ(controller.request(Command::kArm), 0U);
+  EXPECT_TRUE(traced.until(firmware::Mode::kArmed));
+  traced.seconds(1.0);
+  const std::vector<std::byte> image = image_of(folder / (folder.filename().string() + ".scene.json"));
+  EXPECT_EQ(controller.load_scene(image), firmware::StoreStatus::kOk);
+  traced.seconds(1.0);
+  EXPECT_EQ(controller.request(Command::kDisarm), 0U);
+  EXPECT_TRUE(traced.until(firmware::Mode::kDamping));
+  EXPECT_TRUE(traced.until(firmware::Mode::kReady));
+
+  const host::Recording begun = traced.start(image);
+  traced.seconds(0.1);
+  EXPECT_EQ(controller.request(Command::kArm), 0U);
+  traced.seconds(seconds);
+  traced.board.set_dead_man(false);
+  traced.seconds(0.3);
+  traced.board.set_dead_man(true);
+  traced.seconds(0.1);
+  EXPECT_EQ(controller.request(Command::kArm), 0U);
+  traced.seconds(seconds);
+  EXPECT_EQ(controller.trace_state().phase, 1)
+      << link::name(static_cast<link::TraceEnd>(controller.trace_state().end));
+  EXPECT_EQ(controller.trace_state().dropped, 0U);
+  return traced.finish(begun);
+}
+
+TEST(Replay, EveryScenesForcesComeOutAgain) {
+  const fs::path scenes = fs::path(THIMBLE_SOURCE_DIR) / "scenes";
+  const std::vector<std::byte> asteroid = image_of(scenes / "asteroid/asteroid.scene.json");
+  const double seconds = kUnderSanitizers ? 2.0 : 3.0;
+  std::size_t scenes_felt = 0;
+  std::uint64_t ticks = 0;
+  std::uint64_t contacts = 0;
+  for (const auto& entry : fs::directory_iterator(scenes)) {
+    if (!fs::exists(entry.path() / "stroke.csv") ||
+        !fs::exists(entry.path() / (entry.path().filename().string() + ".scene.json")))
+      continue;
+    SCOPED_TRACE(entry.path().filename().string());
+    const host::Recording recording = felt(entry.path(), asteroid, seconds);
+    const host::ReplayVerdict verdict = host::replay_recording(recording);
+    EXPECT_TRUE(verdict.exact());
+    EXPECT_EQ(verdict.ticks, recording.tick_count());
+    EXPECT_GT(verdict.checks, verdict.ticks / 16);
+    EXPECT_LT(verdict.first_tick + verdict.ticks - 1 - verdict.exact_to, 16U);
+    if (verdict.contact_ticks != 0) ++scenes_felt;
+    ticks += verdict.ticks;
+    contacts += verdict.contact_ticks;
+  }
+  figure("ticks replayed, all the same to the bit", static_cast<double>(ticks), "reported");
+  figure("of those in contact", static_cast<double>(contacts), "reported");
+  figure("scenes that were felt", static_cast<double>(scenes_felt), "reported");
+  EXPECT_GE(scenes_felt, kUnderSanitizers ? 1U : 5U);
+}
+
+TEST(Replay, ADifferenceIsFound) {
+  const fs::path folder = fs::path(THIMBLE_SOURCE_DIR) / "scenes/asteroid";
+  const host::Recording good = felt(folder, image_of(folder / "asteroid.scene.json"), 2.0);
+  ASSERT_TRUE(host::replay_recording(good).exact());
+
+  host::Recording count = good;  // one count, of one tick in contact
+  const std::size_t tick = 6000;
+  count.ticks[0].counts[3 * tick + 2] ^= 1U;
+  const host::ReplayVerdict verdict = host::replay_recording(count);
+  ASSERT_TRUE(verdict.differs_at);
+  const std::uint64_t changed = good.ticks[0].first + tick;
+  EXPECT_GE(*verdict.differs_at, changed);
+  EXPECT_LT(*verdict.differs_at, changed + 40);
+  EXPECT_LT(verdict.exact_to, changed + 16);
+
+  host::Recording scene = good;
+  scene.header.parameters[0].second = 0x3F800000;  // max_force 1 N
+  EXPECT_TRUE(host::replay_recording(scene).differs_at);
+
+  host::Recording heat = good;
+  heat.header.arms[0].winding_1_K = 200;  // hotter than winding_limit
+  EXPECT_TRUE(host::replay_recording(heat).differs_at);
+}
+
+TEST(Replay, StopsWhereSomethingIsMissing) {
+  const fs::path folder = fs::path(THIMBLE_SOURCE_DIR) / "scenes/asteroid";
+  const host::Recording good = felt(folder, image_of(folder / "asteroid.scene.json"), 0.5);
+  const std::size_t each = 3;
+  host::Recording gap = good;
+  std::vector<std::uint16_t>& counts = gap.ticks[0].counts;
+  gap.ticks.push_back({gap.ticks[0].first + 1001, {counts.begin() + 1001 * each, counts.end()}});
+  gap.ticks[0].counts.resize(1000 * each);
+  host::ReplayVerdict verdict = host::replay_recording(gap);
+  EXPECT_FALSE(verdict.exact());
+  EXPECT_FALSE(verdict.differs_at);
+  EXPECT_EQ(verdict.gap_at, good.ticks[0].first + 1000);
+  EXPECT_EQ(verdict.ticks, 1000U);
+  EXPECT_EQ(verdict.not_replayed, good.tick_count() - 1001);
+
+  host::Recording lost = good;  // a check
+  const host::RecordedCheck check = lost.checks[40];
+  lost.checks.erase(lost.checks.begin() + 40);
+  verdict = host::replay_recording(lost);
+  EXPECT_FALSE(verdict.differs_at);
+  EXPECT_EQ(verdict.gap_at, good.checks[39].tick + 1);
+  EXPECT_EQ(verdict.exact_to, good.checks[39].tick);
+  EXPECT_LT(verdict.exact_to, check.tick);
+}
+
+TEST(Replay, WhatIsNotKnownHereIsRefused) {
+  const fs::path folder = fs::path(THIMBLE_SOURCE_DIR) / "scenes/asteroid";
+  const host::Recording good = felt(folder, image_of(folder / "asteroid.scene.json"), 0.1);
+  const auto refused = [](const host::Recording& recording) {
+    try {
+      static_cast<void>(host::replay_recording(recording));
+    } catch (const host::Error& error) {
+      return error.name == "cannot-replay" && error.code == host::ExitCode::kBadInput;
+    }
+    return false;
+  };
+  host::Recording bad = good;
+  bad.header.models[0] = "premium-9";
+  EXPECT_TRUE(refused(bad));
+  bad = good;
+  bad.header.parameters.emplace_back(0x7777, 1);
+  EXPECT_TRUE(refused(bad));
+  bad = good;
+  bad.header.start.period_s = 1;
+  EXPECT_TRUE(refused(bad));
+  bad = good;
+  bad.header.scene.resize(bad.header.scene.size() / 2);
+  EXPECT_TRUE(refused(bad));
+}
+
+}  // namespace
+}  // namespace thimble::test
