@@ -33,7 +33,7 @@ std::string extent_of(const Volume& volume) {
   return "from " + with_commas(lo) + " to " + with_commas(hi) + " mm";
 }
 
-struct Run {
+struct LayerRun {
   std::size_t kind;
   std::size_t begin;
   std::size_t end;
@@ -42,9 +42,9 @@ struct Run {
   [[nodiscard]] double mean() const { return sum / static_cast<double>(size()); }
 };
 
-void join_equals(std::vector<Run>& runs) {
-  std::vector<Run> joined;
-  for (const Run& run : runs) {
+void join_equals(std::vector<LayerRun>& runs) {
+  std::vector<LayerRun> joined;
+  for (const LayerRun& run : runs) {
     if (!joined.empty() && joined.back().kind == run.kind) {
       joined.back().end = run.end;
       joined.back().sum += run.sum;
@@ -56,15 +56,15 @@ void join_equals(std::vector<Run>& runs) {
 }
 
 // Takes away the gaps before the first and behind the last tissue.
-void trim_gaps(std::vector<Run>& runs, const std::vector<TissueKind>& kinds) {
-  const auto is_gap = [&](const Run& run) { return kinds[run.kind].stiffness_N_m == 0.0; };
+void trim_gaps(std::vector<LayerRun>& runs, const std::vector<TissueKind>& kinds) {
+  const auto is_gap = [&](const LayerRun& run) { return kinds[run.kind].stiffness_N_m == 0.0; };
   const auto first = std::find_if_not(runs.begin(), runs.end(), is_gap);
   const auto last = std::find_if_not(runs.rbegin(), runs.rend(), is_gap).base();
   if (first == runs.end()) {
     throw Error(ExitCode::kBadInput, "no-tissue", "the line meets no tissue",
                 "choose another line, or other intensities");
   }
-  runs = std::vector<Run>(first, last);
+  runs = std::vector<LayerRun>(first, last);
 }
 
 }  // namespace
@@ -108,7 +108,7 @@ LineProfile profile_along(const Volume& volume, const Eigen::Vector3d& from_mm, 
 
 std::vector<TissueLayer> layers_of(const LineProfile& profile, const std::vector<TissueKind>& kinds,
                                    double thinnest_mm) {
-  std::vector<Run> runs;
+  std::vector<LayerRun> runs;
   for (std::size_t i = 0; i < profile.values.size(); ++i) {
     const std::optional<std::size_t> kind = kind_of(kinds, profile.values[i]);
     if (!kind) {
@@ -124,12 +124,12 @@ std::vector<TissueLayer> layers_of(const LineProfile& profile, const std::vector
   trim_gaps(runs, kinds);
 
   while (runs.size() > 1) {
-    const auto thinnest = std::min_element(runs.begin(), runs.end(),
-                                           [](const Run& a, const Run& b) { return a.size() < b.size(); });
+    const auto thinnest = std::min_element(
+        runs.begin(), runs.end(), [](const LayerRun& a, const LayerRun& b) { return a.size() < b.size(); });
     if (static_cast<double>(thinnest->size()) * profile.step_mm >= thinnest_mm) break;
     const bool is_first = thinnest == runs.begin();
     const bool is_last = std::next(thinnest) == runs.end();
-    const auto distance = [&](const Run& other) { return std::abs(other.mean() - thinnest->mean()); };
+    const auto distance = [&](const LayerRun& other) { return std::abs(other.mean() - thinnest->mean()); };
     const bool to_next =
         is_first || (!is_last && distance(*std::next(thinnest)) < distance(*std::prev(thinnest)));
     thinnest->kind = to_next ? std::next(thinnest)->kind : std::prev(thinnest)->kind;
@@ -139,7 +139,7 @@ std::vector<TissueLayer> layers_of(const LineProfile& profile, const std::vector
   trim_gaps(runs, kinds);
   std::vector<TissueLayer> layers;
   layers.reserve(runs.size());
-  for (const Run& run : runs) {
+  for (const LayerRun& run : runs) {
     layers.push_back({run.kind, static_cast<double>(run.begin) * profile.step_mm,
                       static_cast<double>(run.end) * profile.step_mm, run.mean()});
   }
