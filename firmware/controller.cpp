@@ -11,18 +11,7 @@ namespace {
 
 using link::Nrc;
 
-// After each record's poses, forces and god objects: at 100 records a second 400 frames, a twentieth of a classic bus at 1 Mbit/s.
-constexpr std::uint8_t kPictureFrames = 4;
-// Then the services have one: on a bus that a trace fills it could not be stopped.
-constexpr std::uint8_t kTraceFrames = 8;
-constexpr link::Micros kStatusPeriod_us = 100'000;
-constexpr link::Micros kHeartbeatPeriod_us = 500'000;
-constexpr std::uint64_t kRateWindow_us = 500'000;
 constexpr std::size_t kParamBytes = 4;
-constexpr std::uint8_t kStateArmed =
-    0x05;  // of the heartbeat, as CiA 301: operational, pre-operational, stopped
-constexpr std::uint8_t kStateNotArmed = 0x7F;
-constexpr std::uint8_t kStateFaulted = 0x04;
 
 // The n-th set bit's number; n counts from 0.
 unsigned nth_bit(std::uint32_t bits, std::size_t n) noexcept {
@@ -60,6 +49,10 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
       servo_(config, params_),
       store_(storage, config.pause),
       param_store_(storage),
+      telemetry_frames_(servo_, config.node_id),
+      status_(servo_, params_, store_, telemetry_frames_, config.node_id),
+      recording_(servo_.trace(), std::min(config.arm_count, std::uint8_t{kMaxArms}), config.node_id),
+      picture_(servo_, config.node_id),
       server_(*this, config.node_id, {}, config.block_bytes) {
   if (config_.arm_count > kMaxArms)
     config_.arm_count = kMaxArms;  // such a controller is faulted; its answers stay in bounds
@@ -101,65 +94,15 @@ void Controller::poll(link::Micros now) noexcept {
   server_.poll(now);
 }
 
-// The real-time frames first; of the telemetry only the newest, whatever the link takes.
+// The real-time frames first, the most urgent before the others. A recording can fill the bus, and then leaves the services
+// one frame in nine.
 bool Controller::next_frame(link::CanFrame& frame, link::Micros now) noexcept {
-  const Fault fault = servo_.fault();
-  if (fault != reported_) {
-    const FaultRow* row = find_fault(fault);
-    reported_ = fault;
-    link::Emergency emergency;
-    if (row != nullptr) {
-      emergency.code = row->emergency_code;
-      emergency.error_register = 1;
-      emergency.fault = static_cast<std::uint8_t>(fault);
-      emergency.tick = servo_.fault_tick();
-    }
-    frame = link::to_frame(emergency, config_.node_id);
-    return true;
-  }
-  if (now >= heartbeat_due_) {
-    heartbeat_due_ = now + kHeartbeatPeriod_us;
-    link::Heartbeat heartbeat;
-    heartbeat.state = fault != Fault::kNone    ? kStateFaulted
-                      : mode() == Mode::kArmed ? kStateArmed
-                                               : kStateNotArmed;
-    frame = link::to_frame(heartbeat, config_.node_id);
-    return true;
-  }
-  if (now >= status_due_) {
-    status_due_ = now + kStatusPeriod_us;
-    link::Status status;
-    status.mode = static_cast<std::uint8_t>(mode());
-    status.fault = static_cast<std::uint8_t>(fault);
-    status.flags = status_flags();
-    status.limiter = limiters_;
-    status.worst_tick_s = worst_tick_us_ * 1e-6F;
-    status.tick_rate_Hz = rate_Hz_;
-    limiters_ = 0;
-    worst_tick_us_ = 0;
-    frame = link::to_frame(status, config_.node_id);
-    return true;
-  }
+  if (status_.next_frame(frame, now)) return true;
   fetch_records();
-  if (frames_left_ > 0) {
-    frame = frames_left_ % 2 == 0 ? pose_frame() : force_frame();
-    --frames_left_;
-    return true;
-  }
-  if (trace_burst_ >= kTraceFrames) {
-    trace_burst_ = 0;
-    if (server_.next_frame(frame, now)) return true;
-  }
-  if (next_trace_frame(frame)) {
-    ++trace_burst_;
-    return true;
-  }
-  if (next_god_object_frame(frame)) return true;
-  if (picture_frames_left_ > 0 && next_picture_frame(frame)) {
-    --picture_frames_left_;
-    return true;
-  }
-  return server_.next_frame(frame, now);
+  if (telemetry_frames_.next_tip_frame(frame)) return true;
+  if (recording_.services_turn() && server_.next_frame(frame, now)) return true;
+  return recording_.next_frame(frame) || telemetry_frames_.next_god_object_frame(frame) ||
+         picture_.next_frame(frame) || server_.next_frame(frame, now);
 }
 
 std::optional<link::Reset> Controller::take_reset() noexcept {
@@ -170,188 +113,29 @@ std::optional<link::Reset> Controller::take_reset() noexcept {
 }
 
 void Controller::fetch_records() noexcept {
-  for (std::size_t i = 0; i < Servo::kRecords && servo_.next_record(record_); ++i) {
-    ++record_count_;
-    for (std::size_t arm = 0; arm < record_.arm_count; ++arm) limiters_ |= record_.arm[arm].limiters;
-    worst_tick_us_ = std::max(worst_tick_us_, record_.tick_us);
-    const std::uint64_t time_us = record_.time_us - rate_time_us_;
-    if (rate_time_us_ == 0 || time_us >= kRateWindow_us) {
-      if (rate_time_us_ != 0)
-        rate_Hz_ = static_cast<float>(record_.tick - rate_tick_) * 1e6F / static_cast<float>(time_us);
-      rate_tick_ = record_.tick;
-      rate_time_us_ = record_.time_us;
-    }
-    frames_dropped_ += frames_left_;
-    frames_left_ = static_cast<std::uint8_t>(2 * record_.arm_count);
-    god_object_arm_ = 0;
-    picture_frames_left_ = kPictureFrames;
-  }
-}
-
-// Of the arm whose turn it is: frames_left_ counts down from a pose and a force for each arm.
-link::CanFrame Controller::pose_frame() const noexcept {
-  const std::size_t arm = record_.arm_count - static_cast<std::size_t>((frames_left_ + 1) / 2);
-  link::Pose pose;
-  pose.x_m = record_.arm[arm].tip_m.x();
-  pose.y_m = record_.arm[arm].tip_m.y();
-  pose.z_m = record_.arm[arm].tip_m.z();
-  pose.arm = static_cast<std::uint8_t>(arm);
-  pose.sequence = record_count_;
-  return link::to_frame(pose, config_.node_id);
-}
-
-link::CanFrame Controller::force_frame() const noexcept {
-  const std::size_t arm = record_.arm_count - static_cast<std::size_t>((frames_left_ + 1) / 2);
-  const ArmTelemetry& shown = record_.arm[arm];
-  link::Force force;
-  force.x_N = shown.force_N.x();
-  force.y_N = shown.force_N.y();
-  force.z_N = shown.force_N.z();
-  force.arm_contacts =
-      static_cast<std::uint8_t>((shown.contacts & 3U) | (shown.limiters & 0xFU) << 2U | arm << 6U);
-  force.sequence = record_count_;
-  return link::to_frame(force, config_.node_id);
-}
-
-// Of the arms whose god object is not the tip.
-bool Controller::next_god_object_frame(link::CanFrame& frame) noexcept {
-  while (god_object_arm_ < record_.arm_count) {
-    const std::uint8_t arm = god_object_arm_++;
-    const ArmTelemetry& shown = record_.arm[arm];
-    if (shown.contacts == 0 && !record_.moves_itself) continue;
-    const link::GodObject god{shown.god_object_m.x(), shown.god_object_m.y(), shown.god_object_m.z(), arm,
-                              record_count_};
-    frame = link::to_frame(god, config_.node_id);
-    return true;
-  }
-  return false;
-}
-
-// A tick after the other: the counts of each arm, then the check.
-bool Controller::next_trace_frame(link::CanFrame& frame) noexcept {
-  if (trace_arm_ >= config_.arm_count && !trace_entry_.checked) {
-    if (!servo_.trace().next(trace_entry_)) return false;
-    trace_arm_ = trace_entry_.counted ? std::uint8_t{0} : config_.arm_count;
-  }
-  if (trace_arm_ < config_.arm_count) {
-    const auto& counts = trace_entry_.counts[trace_arm_];
-    const auto tick_arm =
-        static_cast<std::uint16_t>((trace_entry_.tick & 0x7FFFU) | static_cast<unsigned>(trace_arm_) << 15U);
-    ++trace_arm_;
-    frame = link::to_frame(link::TraceCounts{tick_arm, counts[0], counts[1], counts[2]}, config_.node_id);
-    return true;
-  }
-  trace_entry_.checked = false;
-  frame = link::to_frame(trace_entry_.check, config_.node_id);
-  return true;
-}
-
-bool Controller::next_plane_frame(link::CanFrame& frame) noexcept {
-  for (; plane_arm_ < control::kMaxArms; ++plane_arm_, plane_at_ = 0) {
-    const unsigned count = picture_.plane_count[plane_arm_];
-    if (plane_at_ >= count) continue;
-    const Vec3& normal = picture_.planes[plane_arm_][plane_at_];
-    const link::ContactPlane plane{
-        static_cast<std::uint8_t>(plane_arm_ | static_cast<unsigned>(plane_at_) << 1U | count << 3U),
-        picture_count_, normal.x(), normal.y(), normal.z()};
-    ++plane_at_;
-    frame = link::to_frame(plane, config_.node_id);
-    return true;
-  }
-  return false;
-}
-
-// The picture of one tick, frame by frame: each body its position, its rotation and, when it is a control, its coordinate; the
-// tissues; the planes. The next picture is fetched when this one is out, so a busy link shows fewer pictures, never half ones.
-bool Controller::next_picture_frame(link::CanFrame& frame) noexcept {
-  if (picture_at_ == picture_.body_count + picture_.tissue_count) {
-    if (next_plane_frame(frame)) return true;
-    if (!servo_.next_scene_state(picture_)) return false;
-    ++picture_count_;
-    picture_at_ = 0;
-    picture_part_ = 0;
-    plane_arm_ = 0;
-    plane_at_ = 0;
-    if (picture_.body_count + picture_.tissue_count == 0) return next_plane_frame(frame);
-  }
-  if (picture_at_ >= picture_.body_count) {
-    frame = tissue_frame(picture_.tissues[picture_at_++ - picture_.body_count]);
-    return true;
-  }
-  const control::BodyState& body = picture_.bodies[picture_at_];
-  frame = body_frame(body, picture_part_);
-  const std::uint8_t parts = body.controlled ? 3 : 2;
-  if (++picture_part_ == parts) {
-    picture_part_ = 0;
-    ++picture_at_;
-  }
-  return true;
-}
-
-link::CanFrame Controller::body_frame(const control::BodyState& body, std::uint8_t part) const noexcept {
-  if (part == 0) {
-    link::BodyPosition position{body.object, picture_count_, body.position_m.x(), body.position_m.y(),
-                                body.position_m.z()};
-    return link::to_frame(position, config_.node_id);
-  }
-  if (part == 1) {
-    const float side = body.rotation.w() < 0.0F ? -1.0F : 1.0F;  // both signs are the same rotation
-    link::BodyRotation rotation{body.object, picture_count_, side * body.rotation.x(),
-                                side * body.rotation.y(), side * body.rotation.z()};
-    return link::to_frame(rotation, config_.node_id);
-  }
-  const link::ControlState control{body.object, picture_count_, static_cast<std::uint8_t>(body.on ? 1 : 0),
-                                   body.q};
-  return link::to_frame(control, config_.node_id);
-}
-
-link::CanFrame Controller::tissue_frame(const control::TissueView& tissue) const noexcept {
-  const unsigned arm_inside = tissue.arm | (tissue.inside ? 2U : 0U);
-  if (tissue.is_needle) {
-    const link::NeedleState needle{
-        tissue.object, static_cast<std::uint8_t>(arm_inside | static_cast<unsigned>(tissue.torn) << 2U),
-        tissue.x_m, tissue.y_m, tissue.depth_m};
-    return link::to_frame(needle, config_.node_id);
-  }
-  const link::TissueState state{tissue.object, static_cast<std::uint8_t>(arm_inside), tissue.x_m, tissue.y_m,
-                                tissue.depth_m};
-  return link::to_frame(state, config_.node_id);
-}
-
-std::uint8_t Controller::status_flags() const noexcept {
-  const Conditions unmet = servo_.unmet();
-  unsigned flags = 0;
-  if ((unmet & kNotHomed) == 0) flags |= 1U << 0U;
-  if ((unmet & kDeadManOpen) == 0) flags |= 1U << 1U;
-  // Where the host renders, none is a condition for arming.
-  if (params_.on(Param::host_forces) ? running_.scene() != nullptr : (unmet & kNoScene) == 0)
-    flags |= 1U << 2U;
-  if (params_.on(Param::host_supervision) || params_.on(Param::host_forces)) flags |= 1U << 3U;
-  if (store_.downloading()) flags |= 1U << 4U;
-  if (servo_.move_phase() != link::MovePhase::kNone) flags |= 1U << 5U;
-  if (params_.on(Param::host_forces)) flags |= 1U << 6U;
-  return static_cast<std::uint8_t>(flags);
+  if (telemetry_frames_.fetch()) picture_.on_record();
 }
 
 link::DeviceState Controller::device_state() const noexcept {
+  const Telemetry& record = telemetry_frames_.record();
   link::DeviceState state;
   state.mode = static_cast<std::uint8_t>(mode());
   state.fault = static_cast<std::uint8_t>(servo_.fault());
-  state.flags = status_flags();
-  state.tick = static_cast<std::uint32_t>(record_.tick);
-  state.tick_rate_Hz = rate_Hz_;
-  state.worst_tick_s = record_.worst_tick_us * 1e-6F;
-  state.overruns = record_.overruns;
-  state.contact_ticks = record_.contact_ticks;
-  state.peak_force_N = record_.peak_force_N;
-  state.mean_force_N = record_.mean_force_N;
-  state.sweep_bound = record_.sweep_bound;
-  state.slide_bound = record_.slide_bound;
+  state.flags = status_.flags();
+  state.tick = static_cast<std::uint32_t>(record.tick);
+  state.tick_rate_Hz = telemetry_frames_.rate_Hz();
+  state.worst_tick_s = record.worst_tick_us * 1e-6F;
+  state.overruns = record.overruns;
+  state.contact_ticks = record.contact_ticks;
+  state.peak_force_N = record.peak_force_N;
+  state.mean_force_N = record.mean_force_N;
+  state.sweep_bound = record.sweep_bound;
+  state.slide_bound = record.slide_bound;
   state.scene_bytes = static_cast<std::uint32_t>(store_.image_bytes());
   state.scene_crc = store_.image_crc();
   state.scene_sequence = store_.sequence();
   state.frames_received = frames_received_;
-  state.frames_dropped = frames_dropped_;
+  state.frames_dropped = telemetry_frames_.dropped();
   state.link_losses = link_losses_;
   return state;
 }
@@ -570,11 +354,7 @@ Nrc Controller::start_trace() noexcept {
       refuse("trace_runs");
       return Nrc::kConditionsNotCorrect;
     }
-    // Of the last trace nothing more is sent.
-    for (std::uint32_t i = 0; i < Trace::kEntries && servo_.trace().next(trace_entry_); ++i) {
-    }
-    trace_arm_ = kMaxArms;
-    trace_entry_.checked = false;
+    recording_.discard();
     trace_crc_ = store_.image_crc();
   }
   return run(Command::kTrace);

@@ -25,6 +25,10 @@
 #include "firmware/faults.h"
 #include "firmware/link/can_frame.h"
 #include "firmware/link/service_server.h"
+#include "firmware/observe/picture_frames.h"
+#include "firmware/observe/recording_frames.h"
+#include "firmware/observe/status_frames.h"
+#include "firmware/observe/telemetry_frames.h"
 #include "firmware/param_store.h"
 #include "firmware/params.h"
 #include "firmware/scene_store.h"
@@ -56,9 +60,9 @@ class Controller final : private link::ServiceBackend {
   void poll(link::Micros now) noexcept;
   [[nodiscard]] bool next_frame(link::CanFrame& frame,
                                 link::Micros now) noexcept;  // false: nothing to send now
-  // The host asked for a restart, and has its answer: the board stops calling, and starts again. Once.
   // What the board's link has lost since start, for the host to see (DeviceState).
   void tell_link_losses(std::uint32_t frames_or_bytes) noexcept { link_losses_ = frames_or_bytes; }
+  // The host asked for a restart and has its answer: the board stops calling, and starts again. Told once.
   [[nodiscard]] std::optional<link::Reset> take_reset() noexcept;
 
   // --- background: what the services do, for a program that holds the controller
@@ -138,21 +142,17 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] bool motors_off() const noexcept;
   [[nodiscard]] link::DeviceState device_state() const noexcept;
   [[nodiscard]] link::Lateness lateness() const noexcept;
-  [[nodiscard]] std::uint8_t status_flags() const noexcept;
-  [[nodiscard]] link::CanFrame pose_frame() const noexcept;
-  [[nodiscard]] link::CanFrame force_frame() const noexcept;
-  [[nodiscard]] bool next_god_object_frame(link::CanFrame& frame) noexcept;
-  [[nodiscard]] bool next_trace_frame(link::CanFrame& frame) noexcept;
-  [[nodiscard]] bool next_picture_frame(link::CanFrame& frame) noexcept;
-  [[nodiscard]] bool next_plane_frame(link::CanFrame& frame) noexcept;
-  [[nodiscard]] link::CanFrame body_frame(const control::BodyState& body, std::uint8_t part) const noexcept;
-  [[nodiscard]] link::CanFrame tissue_frame(const control::TissueView& tissue) const noexcept;
 
   Config config_;
   Params params_;
   Servo servo_;
   SceneStore store_;
   ParamStore param_store_;
+  // What is sent as real-time frames (firmware/observe/).
+  TelemetryFrames telemetry_frames_;
+  StatusFrames status_;
+  RecordingFrames recording_;
+  PictureFrames picture_;
   link::ServiceServer server_;
   control::SceneView running_;           // the scene posted last
   Command waited_for_ = Command::kNone;  // posted for a service, its answer not given yet
@@ -160,33 +160,8 @@ class Controller final : private link::ServiceBackend {
   std::optional<link::Reset> reset_;
   std::array<char, 192> refusal_{};  // text, as kDidRefusal gives it
 
-  // What is due on the link.
-  Telemetry record_;                                 // the newest
-  std::uint8_t record_count_ = 0;                    // pairs pose with force
-  std::uint8_t frames_left_ = 0;                     // of record_: a pose and a force for each arm
-  std::uint8_t god_object_arm_ = control::kMaxArms;  // of record_, after them: the arm whose turn it is
-  // Of the scene, a few frames after those of each record, until the picture is whole.
-  SceneState picture_;
-  std::uint8_t picture_count_ = 0;
-  std::size_t picture_at_ = 0;                  // bodies and tissues that have been sent whole
-  std::uint8_t picture_part_ = 0;               // frames of the next one that have been sent
-  std::uint8_t plane_arm_ = control::kMaxArms;  // then the planes: whose turn it is
-  std::uint8_t plane_at_ = 0;
-  std::uint8_t picture_frames_left_ = 0;  // until the next record
-  TraceEntry trace_entry_;
-  std::uint8_t trace_arm_ = control::kMaxArms;  // whose counts are next; then comes its check
-  std::uint8_t trace_burst_ = 0;                // frames since a service's
-  std::uint32_t trace_crc_ = 0;                 // of the scene that it began with
-  std::uint8_t limiters_ = 0;                   // since the last status
-  float worst_tick_us_ = 0;                     // since the last status
-  std::uint64_t rate_tick_ = 0;                 // where the measurement of the tick rate began
-  std::uint64_t rate_time_us_ = 0;
-  float rate_Hz_ = 0;
-  Fault reported_ = Fault::kNone;
-  link::Micros status_due_ = 0;
-  link::Micros heartbeat_due_ = 0;
+  std::uint32_t trace_crc_ = 0;  // of the scene that the last recording began with
   std::uint32_t frames_received_ = 0;
-  std::uint32_t frames_dropped_ = 0;
   std::uint32_t link_losses_ = 0;
   link::HostOrders orders_;  // but for the expired ones, which the tick counts
 };

@@ -1,0 +1,39 @@
+#include "firmware/observe/recording_frames.h"
+
+#include "firmware/link/messages.h"
+
+namespace thimble::firmware {
+
+bool RecordingFrames::next_frame(link::CanFrame& frame) noexcept {
+  if (arm_ >= arm_count_ && !entry_.checked) {
+    if (!trace_.next(entry_)) return false;
+    arm_ = entry_.counted ? std::uint8_t{0} : arm_count_;
+  }
+  ++frames_in_a_row_;
+  if (arm_ < arm_count_) {
+    const auto& counts = entry_.counts[arm_];
+    const auto tick_arm =
+        static_cast<std::uint16_t>((entry_.tick & 0x7FFFU) | static_cast<unsigned>(arm_) << 15U);
+    ++arm_;
+    frame = link::to_frame(link::TraceCounts{tick_arm, counts[0], counts[1], counts[2]}, node_);
+    return true;
+  }
+  entry_.checked = false;
+  frame = link::to_frame(entry_.check, node_);
+  return true;
+}
+
+bool RecordingFrames::services_turn() noexcept {
+  if (frames_in_a_row_ < kFramesInARow) return false;
+  frames_in_a_row_ = 0;
+  return true;
+}
+
+void RecordingFrames::discard() noexcept {
+  for (std::uint32_t i = 0; i < Trace::kEntries && trace_.next(entry_); ++i) {
+  }
+  arm_ = control::kMaxArms;
+  entry_.checked = false;
+}
+
+}  // namespace thimble::firmware

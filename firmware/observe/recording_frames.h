@@ -1,0 +1,37 @@
+// A recording as real-time frames: tick after tick, the counts of each arm (TraceCounts), then the tick's check where it
+// has one (TraceCheck). A recording can fill the bus, so after every kFramesInARow of its frames the services have a turn.
+//
+// Who calls it: the controller, in the background context. Nothing here can fail.
+#pragma once
+
+#include <cstdint>
+
+#include "control/scene/limits.h"
+#include "firmware/link/can_frame.h"
+#include "firmware/trace.h"
+
+namespace thimble::firmware {
+
+class RecordingFrames {
+ public:
+  static constexpr std::uint8_t kFramesInARow = 8;
+
+  RecordingFrames(Trace& trace, std::uint8_t arm_count, std::uint8_t node) noexcept
+      : trace_(trace), arm_count_(arm_count), node_(node) {}
+
+  [[nodiscard]] bool next_frame(link::CanFrame& frame) noexcept;
+  // True once after every kFramesInARow frames.
+  [[nodiscard]] bool services_turn() noexcept;
+  // Of the recording so far nothing more is sent: the next one is about to begin.
+  void discard() noexcept;
+
+ private:
+  Trace& trace_;
+  std::uint8_t arm_count_;
+  std::uint8_t node_;
+  TraceEntry entry_;                      // the tick that is being sent
+  std::uint8_t arm_ = control::kMaxArms;  // whose counts are next; after the last arm comes the check
+  std::uint8_t frames_in_a_row_ = 0;
+};
+
+}  // namespace thimble::firmware

@@ -1,0 +1,52 @@
+// The telemetry records of the tick as real-time frames: for each record, a Pose and a Force of every arm, then a
+// GodObject of every arm that touches something. Only the newest record is sent; what was left of the record before it
+// is dropped and counted.
+//
+// Who calls it: the controller, in the background context. Nothing here can fail.
+#pragma once
+
+#include <cstdint>
+
+#include "control/scene/limits.h"
+#include "firmware/link/can_frame.h"
+#include "firmware/servo.h"
+#include "firmware/telemetry.h"
+
+namespace thimble::firmware {
+
+class TelemetryFrames {
+ public:
+  TelemetryFrames(Servo& servo, std::uint8_t node) noexcept : servo_(servo), node_(node) {}
+
+  // Takes every record that the tick has put out. True: at least one.
+  bool fetch() noexcept;
+  [[nodiscard]] bool next_tip_frame(link::CanFrame& frame) noexcept;         // Pose and Force
+  [[nodiscard]] bool next_god_object_frame(link::CanFrame& frame) noexcept;  // once the tip frames have left
+
+  [[nodiscard]] const Telemetry& record() const noexcept { return record_; }  // the newest
+  [[nodiscard]] float rate_Hz() const noexcept { return rate_Hz_; }           // of the loop; 0: not known yet
+  [[nodiscard]] std::uint32_t dropped() const noexcept { return dropped_; }   // frames, since start
+  // Since the last call: the limiters that acted (Limiter bits), and the longest tick.
+  [[nodiscard]] std::uint8_t take_limiters() noexcept;
+  [[nodiscard]] float take_worst_tick_us() noexcept;
+
+ private:
+  [[nodiscard]] link::CanFrame pose_frame(std::size_t arm) const noexcept;
+  [[nodiscard]] link::CanFrame force_frame(std::size_t arm) const noexcept;
+
+  Servo& servo_;
+  std::uint8_t node_;
+  Telemetry record_;
+  std::uint8_t sequence_ = 0;                        // counts records: pairs pose with force
+  std::uint8_t tip_frames_left_ = 0;                 // of record_
+  std::uint8_t god_object_arm_ = control::kMaxArms;  // of record_: the arm whose turn it is
+  std::uint32_t dropped_ = 0;
+  std::uint8_t limiters_ = 0;
+  float worst_tick_us_ = 0;
+  // The tick rate is measured over a window that began here.
+  std::uint64_t window_tick_ = 0;
+  std::uint64_t window_time_us_ = 0;
+  float rate_Hz_ = 0;
+};
+
+}  // namespace thimble::firmware
