@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "firmware/link/services.h"
+#include "host-tools/client/device.h"
 #include "tests/support/scene.h"
 
 namespace thimble::test {
