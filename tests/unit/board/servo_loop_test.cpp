@@ -30,20 +30,31 @@ class MemoryDevices final : public board::TickDevices {
     in.arm[0].counts = {1000, 2000, 3000};
     in.arm[0].sample_tick = in.tick;
     in.dead_man = true;
-    if (in.tick == delay_at.load()) std::this_thread::sleep_for(10ms);
+    if (in.tick >= delay_at && !delayed) {
+      delayed = true;
+      std::this_thread::sleep_for(10ms);
+    }
   }
   void write(const Outputs& out) noexcept override {
     mode = out.mode;
     ++writes;
+    written_tick = next_tick - 1;
   }
   void make_safe() noexcept override { ++made_safe; }
 
-  std::atomic<std::uint64_t> delay_at{0};
+  // Returns when the servo has written the outputs of this tick or a later one, however late the machine lets it run.
+  void wait_for_tick(std::uint64_t tick) const {
+    while (written_tick < tick) std::this_thread::sleep_for(1ms);
+  }
+
+  std::uint64_t delay_at =
+      ~std::uint64_t{0};  // the first tick from here on takes 10 ms; set before the start
+  std::atomic<std::uint64_t> written_tick{0};
   std::atomic<Mode> mode{Mode::kDisarmed};
   std::atomic<int> made_safe{0};
   // The servo's own.
   std::uint64_t next_tick = 0, lost = 0, last_ns = 0, writes = 0;
-  bool wrong = false;
+  bool wrong = false, delayed = false;
 };
 
 firmware::Config config() {
@@ -61,9 +72,10 @@ TEST(ServoLoop, TicksLosesAndCounts) {
   ServoLoop servo({1000.0, 1, std::nullopt}, devices, liveness);
   const auto begin = std::chrono::steady_clock::now();
   (void)servo.start(controller);
-  std::this_thread::sleep_for(200ms);
+  devices.wait_for_tick(200);
   ASSERT_EQ(controller.request(Command::kHome), 0);
-  std::this_thread::sleep_for(200ms);
+  while (devices.mode != Mode::kReady) std::this_thread::sleep_for(1ms);
+  devices.wait_for_tick(390);
   EXPECT_EQ(devices.mode, Mode::kReady);
   EXPECT_EQ(devices.made_safe, 0);
   const ServoLoop::Report report = servo.stop();
@@ -89,10 +101,10 @@ TEST(ServoLoop, StartsAgain) {
   ServoLoop servo({1000.0, 1, std::nullopt}, devices, liveness);
   for (int start = 1; start <= 3; ++start) {
     Controller controller(config(), storage);
-    devices.next_tick = 0;
+    devices.next_tick = devices.written_tick = 0;
     (void)servo.start(controller);
-    std::this_thread::sleep_for(20ms);
-    EXPECT_GT(servo.stop().ticks, 5U);
+    devices.wait_for_tick(10);
+    EXPECT_GT(servo.stop().ticks, 0U);
     EXPECT_EQ(devices.made_safe, start);
   }
   EXPECT_FALSE(devices.wrong);
@@ -109,8 +121,8 @@ TEST(ServoLoop, SaysWhatItCouldNotHave) {
   ASSERT_EQ(missing.size(), 2U);
   EXPECT_NE(missing[0].what.find("real-time priority 100"), std::string::npos);
   EXPECT_NE(missing[1].what.find("processor 1023"), std::string::npos);
-  std::this_thread::sleep_for(20ms);
-  EXPECT_GT(servo.stop().ticks, 5U);
+  devices.wait_for_tick(10);
+  EXPECT_GT(servo.stop().ticks, 0U);
 }
 
 }  // namespace
