@@ -1,7 +1,6 @@
 #include "firmware/host_forces.h"
 
 #include <algorithm>
-#include <bit>
 
 namespace thimble::firmware {
 namespace {
@@ -11,16 +10,7 @@ static_assert(HostForces::kLife_s == static_cast<float>(kLife_us) * 1e-6F);
 
 constexpr float kStep_N = 1e-3F;  // of ForceOrder
 
-std::uint32_t pack(float low_N, float high_N) noexcept {
-  const auto half = [](float force_N) {
-    return std::uint32_t{std::bit_cast<std::uint16_t>(link::wire::to_wire<std::int16_t>(force_N, kStep_N))};
-  };
-  return half(low_N) | half(high_N) << 16U;
-}
-
-float unpack(std::uint32_t half) noexcept {
-  return static_cast<float>(std::bit_cast<std::int16_t>(static_cast<std::uint16_t>(half))) * kStep_N;
-}
+std::int16_t to_mN(float force_N) noexcept { return link::wire::to_wire<std::int16_t>(force_N, kStep_N); }
 
 }  // namespace
 
@@ -36,38 +26,29 @@ bool HostForces::order(const link::ForceOrder& order, link::Micros now) noexcept
   arm.ordered = true;
   arm.ordered_us = now;
   arm.sequence = order.sequence;
-  const std::uint32_t version = arm.version.load(std::memory_order_relaxed);
-  arm.version.store(version + 1, std::memory_order_relaxed);
-  // Released: who reads one of these words anew reads the odd version, too, when it looks again.
-  arm.words[0].store(pack(order.x_N, order.y_N), std::memory_order_release);
-  arm.words[1].store(pack(order.z_N, 0.0F), std::memory_order_release);
-  arm.version.store(version + 2, std::memory_order_release);
+  arm.handed_over.write({to_mN(order.x_N), to_mN(order.y_N), to_mN(order.z_N), 0});
   return true;
 }
 
 void HostForces::forget() noexcept {
   for (Arm& arm : arms_) {
-    arm.seen = arm.version.load(std::memory_order_acquire);
+    arm.handed_over.skip();
     arm.in_force = false;
   }
 }
 
 const Vec3* HostForces::take(std::size_t index, std::uint64_t tick) noexcept {
   Arm& arm = arms_[index];
-  const std::uint32_t version = arm.version.load(std::memory_order_acquire);
-  if (version != arm.seen && version % 2 == 0) {
-    const std::uint32_t xy = arm.words[0].load(std::memory_order_acquire);
-    const std::uint32_t z = arm.words[1].load(std::memory_order_acquire);
-    if (arm.version.load(std::memory_order_relaxed) == version) {
-      arm.seen = version;
-      arm.in_force = true;
-      arm.taken_tick = tick;
-      arm.force_N = Vec3(unpack(xy), unpack(xy >> 16U), unpack(z));
-    }
+  Force_mN force_mN;
+  if (arm.handed_over.read(force_mN)) {
+    arm.in_force = true;
+    arm.taken_tick = tick;
+    for (int k = 0; k < 3; ++k)
+      arm.force_N[k] = static_cast<float>(force_mN[static_cast<std::size_t>(k)]) * kStep_N;
   }
   if (arm.in_force && tick - arm.taken_tick >= life_ticks_) {
     arm.in_force = false;
-    expired_.store(expired_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);  // one writer
+    expired_.add();
   }
   return arm.in_force ? &arm.force_N : nullptr;
 }

@@ -13,23 +13,21 @@ std::uint32_t to_bits(ParamType type, float value) {
 
 Params::Params() noexcept {
   for (std::size_t i = 0; i < kParamCount; ++i)
-    bits_[i].store(to_bits(kParamTable[i].type, kParamTable[i].initial), std::memory_order_relaxed);
+    bits_[i].set(to_bits(kParamTable[i].type, kParamTable[i].initial));
 }
 
 float Params::get(Param param) const noexcept {
-  const std::uint32_t bits = bits_[at(param)].load(std::memory_order_relaxed);
+  const std::uint32_t bits = bits_[at(param)].get();
   return kParamTable[at(param)].type == ParamType::kFloat ? std::bit_cast<float>(bits)
                                                           : static_cast<float>(bits);
 }
 
-std::uint32_t Params::get_unsigned(Param param) const noexcept {
-  return bits_[at(param)].load(std::memory_order_relaxed);
-}
+std::uint32_t Params::get_unsigned(Param param) const noexcept { return bits_[at(param)].get(); }
 
 ParamStatus Params::read(std::uint16_t id, std::uint32_t& bits) const noexcept {
   for (std::size_t i = 0; i < kParamCount; ++i) {
     if (kParamTable[i].id != id) continue;
-    bits = bits_[i].load(std::memory_order_relaxed);
+    bits = bits_[i].get();
     return ParamStatus::kOk;
   }
   return ParamStatus::kUnknown;
@@ -47,8 +45,7 @@ ParamStatus Params::check(std::uint16_t id, std::uint32_t bits, bool at_rest) co
 ParamStatus Params::write(std::uint16_t id, std::uint32_t bits, bool at_rest) noexcept {
   const ParamStatus status = check(id, bits, at_rest);
   if (status == ParamStatus::kOk)
-    bits_[static_cast<std::size_t>(find_param(id) - kParamTable.data())].store(bits,
-                                                                               std::memory_order_relaxed);
+    bits_[static_cast<std::size_t>(find_param(id) - kParamTable.data())].set(bits);
   return status;
 }
 

@@ -1,14 +1,15 @@
-// The parameters of params.def: table, names and the store. Written from the background, read by the tick:
-// each value is one 32-bit atomic, so neither waits and a value is never torn. Values live until power-off, unless
-// they are saved (param_store.h).
+// The parameters of params.def: table, names and values. The background writes them and the tick reads them: each value is
+// one word (firmware/exchange/word.h), so neither waits, and a value is never torn. Values live until power-off, unless they are
+// saved (param_store.h).
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
+
+#include "firmware/exchange/word.h"
 
 namespace thimble::firmware {
 
@@ -85,7 +86,7 @@ class Params {
   [[nodiscard]] ParamStatus write(std::uint16_t id, std::uint32_t bits, bool at_rest) noexcept;
 
  private:
-  std::array<std::atomic<std::uint32_t>, kParamCount> bits_;
+  std::array<Value<std::uint32_t>, kParamCount> bits_;
 };
 
 }  // namespace thimble::firmware
