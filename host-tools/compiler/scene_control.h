@@ -1,5 +1,5 @@
 // The part of the scene file about controls of one degree of freedom: `control` of a body that slides or turns.
-// docs/scene-format.md, "Controls".
+// docs/scene-format.md, "Control elements".
 #pragma once
 
 #include <array>
