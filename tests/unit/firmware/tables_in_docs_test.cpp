@@ -1,5 +1,5 @@
-// docs/faults.md and docs/parameters.md are what the tables say. When a table changes, the test leaves the
-// new text beside its program and names it; copy it over.
+// docs/faults.md and docs/parameters.md are generated from the tables. If a page differs from its table, the test writes the
+// correct page to the current folder and prints its path; copy it to docs/.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -24,19 +24,21 @@ std::string number(float value) {
 std::string faults_page() {
   std::ostringstream page;
   page << "# Faults\n\n"
-          "A fault latches: the first reason stays, with the 64 ticks up to it, until `thimble fault clear`. "
-          "The motors brake the\n"
-          "tip and then let go (reaction \"brakes\"), or let go at once where the tip's velocity can't be "
-          "trusted (\"lets go\").\n\n"
+          "A fault latches: the first reason and the 64 ticks up to it are kept until `thimble fault clear`. "
+          "Reaction \"brakes\": the motors\n"
+          "damp the tip before they go off. Reaction \"off\": they go off at once, because the tip velocity "
+          "cannot be trusted.\n\n"
           "| number | name | emergency code | reaction | cause | remedy |\n|---|---|---|---|---|---|\n";
   for (const firmware::FaultRow& row : firmware::kFaultTable) {
     char code[8];
     (void)std::snprintf(code, sizeof(code), "0x%04X", static_cast<unsigned>(row.emergency_code));
     page << "| " << static_cast<int>(row.fault) << " | `" << row.name << "` | " << code << " | "
-         << (row.reaction == firmware::Reaction::kDamp ? "brakes" : "lets go") << " | " << row.cause << " | "
+         << (row.reaction == firmware::Reaction::kDamp ? "brakes" : "off") << " | " << row.cause << " | "
          << row.remedy << " |\n";
   }
-  page << "\n## What can stand against arming, and against a guarded move\n\n| name | remedy |\n|---|---|\n";
+  page << "\n## Conditions for arming and for guarded moves\n\nA refused command reports every unmet "
+          "condition "
+          "by name.\n\n| name | remedy |\n|---|---|\n";
   for (const firmware::ConditionRow& row : firmware::kConditionTable)
     page << "| `" << row.name << "` | " << row.remedy << " |\n";
   return page.str();
@@ -45,10 +47,11 @@ std::string faults_page() {
 std::string parameters_page() {
   std::ostringstream page;
   page << "# Parameters\n\n"
-          "`thimble param` reads and writes them. Values last until power-off. Those that say \"at rest\" "
-          "are refused while the motors\n"
-          "are on.\n\n"
-          "| id | name | unit | default | least | most | may change | meaning "
+          "`thimble param` reads and writes them. Values last until power-off unless `thimble param save` "
+          "stores "
+          "them. Parameters that may\n"
+          "change \"at rest\" are refused while the motors are on.\n\n"
+          "| id | name | unit | default | minimum | maximum | may change | meaning "
           "|\n|---|---|---|---|---|---|---|---|\n";
   for (const firmware::ParamRow& row : firmware::kParamTable) {
     char id[8];
@@ -66,12 +69,12 @@ void compare(const std::string& name, const std::string& expected) {
   std::ostringstream found;
   found << in.rdbuf();
   if (found.str() == expected) {
-    std::printf("docs/%s: %zu bytes, as the table\n", name.c_str(), expected.size());
+    std::printf("docs/%s: %zu bytes, equal to the table\n", name.c_str(), expected.size());
     return;
   }
   const std::filesystem::path fresh = std::filesystem::absolute(name);
   std::ofstream(fresh) << expected;
-  ADD_FAILURE() << "docs/" << name << " is not what the table says; the right text is in " << fresh;
+  ADD_FAILURE() << "docs/" << name << " differs from its table; the correct page is " << fresh;
 }
 
 TEST(TablesInDocs, Faults) { compare("faults.md", faults_page()); }
