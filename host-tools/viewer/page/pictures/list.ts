@@ -15,47 +15,47 @@ export const kPictures: Picture[] = [
     scene: 'asteroid',
     folder: 'asteroid',
     at_s: 2.4,
-    text: 'A faceted stone of 320 triangles. The force stands on the facet that the god object lies on.',
+    text: 'A faceted stone of 320 triangles. The force is normal to the facet on which the god object lies.',
   },
   {
     scene: 'pushed',
     folder: 'asteroid',
     at_s: 1.5,
-    text: 'The same stone gives way: a mass on a spring, free to turn, pushed out of its place.',
+    text: 'The same stone as a mass on a spring, free to rotate, pushed away from its position.',
   },
   {
     scene: 'asteroid-inside',
     folder: 'asteroid-inside',
     at_s: 3,
-    text: 'The same stone as a cave about the hand, seen through its near wall: the wall pushes back inwards.',
+    text: 'The same stone as a cave around the hand, seen through its near wall: the wall pushes inwards.',
   },
   {
     scene: 'baboon',
     folder: 'baboon',
     at_s: 2.3,
     turns: 'uu+',
-    text: 'A height field from the brightness of an image: the finger goes down the ridge of the nose.',
+    text: 'A height field from the brightness of an image: the finger moves along the ridge of the nose.',
   },
   {
     scene: 'blocks',
     folder: 'blocks',
     at_s: 2.5,
     arms: 2,
-    text: 'Two fingertips carry a block by friction alone, over to the other one.',
+    text: 'Two fingertips carry a block by friction alone, towards the other block.',
   },
   {
     scene: 'dribble',
     folder: 'blocks',
     at_s: 2.2,
     arms: 2,
-    text: 'A rubber block is lifted between two fingertips, before it is let go and dribbled.',
+    text: 'Two fingertips lift a rubber block before it is released and dribbled.',
   },
   {
     scene: 'blocks-6dof',
     folder: 'blocks-6dof',
     at_s: 2.85,
     arms: 2,
-    text: 'A block that can turn is turned between two fingertips; behind it a tall one that can be tipped.',
+    text: 'Two fingertips rotate a free block; behind it is a tall one that can be tipped over.',
   },
   {
     scene: 'buttons',
@@ -68,26 +68,26 @@ export const kPictures: Picture[] = [
     folder: 'deform',
     at_s: 1.2,
     turns: '+',
-    text: 'A soft pad sinks under the finger, as deep and as wide as the closed form says.',
+    text: 'A soft pad sinks under the finger; depth and width follow the closed form.',
   },
   {
     scene: 'ice',
     folder: 'ice',
     at_s: 1.58,
-    text: 'Ice has no friction: the force stands square on the dome, whichever way the finger slides.',
+    text: 'Ice has no friction: the force is normal to the dome, in whichever direction the finger slides.',
   },
   {
     scene: 'multy3',
     folder: 'multy3',
     at_s: 1.5,
     peak: true,
-    text: 'Three pucks alike to the eye slide on ice between boards. The light one is being pushed against the next.',
+    text: 'Three pucks that look alike slide on ice between boards. The light one is pushed against the next.',
   },
   {
     scene: 'needle',
     folder: 'needle',
     at_s: 2.6,
-    text: "A needle in layers of tissue. The force curve has a fall for each layer's skin that tore.",
+    text: "A needle in layers of tissue. The force curve has a drop for each layer that tore.",
   },
   {
     scene: 'potential',
@@ -99,20 +99,20 @@ export const kPictures: Picture[] = [
     scene: 'ring',
     folder: 'ring',
     at_s: 3.8,
-    text: 'A ring of triangles, smooth by force shading, on a table of ice: the finger is in the groove between the two.',
+    text: 'A mesh ring, smooth by force shading, on a table of ice: the finger is in the groove between the two.',
   },
   {
     scene: 'scan',
     folder: 'scan',
     at_s: 1.9,
     from_s: 0.4,
-    text: 'A pad as `thimble scan` found it by probing. Darker is stiffer: two firm places and a ridge under an even skin.',
+    text: 'A pad as measured by `thimble scan`. Darker is stiffer: two firm spots and a ridge under a flat skin.',
   },
   {
     scene: 'sliders',
     folder: 'sliders',
     at_s: 1.4,
-    text: 'Four handles on springs. The soft one is held aside; the force points back to its middle.',
+    text: 'Four handles on springs. The soft one is displaced; the force points back to its rest position.',
   },
   {
     scene: 'faceted',
@@ -128,26 +128,26 @@ export const kPictures: Picture[] = [
     at_s: 7,
     from_s: 6.2,
     turns: '+',
-    text: 'The same two with force shading: the edges are gone, and 80 triangles push like a sphere.',
+    text: 'The same two with force shading: the edges are not felt, and 80 triangles push like a sphere.',
   },
   {
     scene: 'spline-tissue',
     folder: 'spline-tissue',
     at_s: 3.08,
     from_s: 2.1,
-    text: 'Stiffness from a bicubic B-spline, darker where it is stiffer: a hard lump under an even skin.',
+    text: 'Stiffness from a bicubic B-spline, darker where it is stiffer: a hard lump under a flat skin.',
   },
   {
     scene: 'stick-slip',
     folder: 'stick-slip',
     at_s: 4.4,
-    text: 'A rubber mat: the dragged finger sticks and slips, so the force leans against the way and its curve has teeth.',
+    text: 'A rubber mat: the sliding finger sticks and slips, so the force tilts against the motion and its curve is a saw-tooth.',
   },
   {
     scene: 'telephone',
     folder: 'telephone',
     at_s: 2.44,
-    text: 'A telephone entered as a matrix of heights: twelve keys with dished tops, the slope behind them, the handset.',
+    text: 'A telephone as a matrix of heights: twelve keys with concave tops, the slope behind them, the handset.',
   },
   {
     scene: 'textures',
@@ -155,20 +155,20 @@ export const kPictures: Picture[] = [
     at_s: 2.45,
     from_s: 2,
     turns: 'u',
-    text: 'Six textures, seen by their heights: egg boxes, ridges, rough ridges, noise by normal and by force, a grater.',
+    text: 'Six textures, drawn by their heights: egg boxes, ridges, rough ridges, noise by normal and by force, a grater.',
   },
   {
     scene: 'vector-fields',
     folder: 'vector-fields',
     at_s: 3.2,
     from_s: 2.4,
-    text: 'A cube and a ball of vector field, seen through, and solid ones beside them; a thin plate of each kind.',
+    text: 'A transparent cube and ball of vector field, with solid ones beside them; a thin plate of each kind.',
   },
   {
     scene: 'walls',
     folder: 'walls',
     at_s: 3.6,
-    text: 'Five planes about free space. In the corner of floor and rough back wall two planes hold the god object.',
+    text: 'Five planes around free space. In the corner of floor and rough back wall the god object lies on two planes.',
   },
 ];
 
@@ -178,9 +178,9 @@ const anchor = ({ scene, folder }: Picture): string => `[${scene}](../scenes/${f
 export function page_of_pictures(): string {
   const head = `# What the demonstrations look like
 
-The page of \`thimble view\` with each scene of [scenes/](../scenes/README.md), at a moment of its scripted hand; then it is paused, so
-that the curves end there. \`scripts/pictures\` takes them. Blue is the tip (arm 1: violet), yellow the god object, green the contact
-plane, orange the force on the hand, red the hand and its line to the tip.
+The page of \`thimble view\` with each scene of [scenes/](../scenes/README.md), at one moment of its stroke; the display is paused there, so
+the curves end at that moment. \`scripts/pictures\` takes the pictures. Blue is the tip (arm 1: violet), yellow the god object, green
+the contact plane, orange the force on the hand, red the hand with a line to the tip.
 `;
   return head + kPictures.map((it) => `\n## ${anchor(it)}\n\n${it.text}\n\n![${it.scene}](pictures/${it.scene}.png)\n`).join('');
 }
