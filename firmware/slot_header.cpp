@@ -5,29 +5,11 @@
 namespace thimble::firmware {
 namespace {
 
-constexpr std::array<std::uint32_t, 256> make_crc_table() {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t i = 0; i < 256; ++i) {
-    std::uint32_t value = i;
-    for (int bit = 0; bit < 8; ++bit) value = (value >> 1U) ^ ((value & 1U) != 0 ? 0xEDB88320U : 0U);
-    table[i] = value;
-  }
-  return table;
-}
-constexpr std::array<std::uint32_t, 256> kCrcTable = make_crc_table();
-
 // Little-endian: magic, layout, sequence, length, CRC of the contents, CRC of the five before it.
 constexpr std::uint32_t kLayout = 1;
 constexpr std::size_t kHeaderWords = 6;
 
 }  // namespace
-
-std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t crc) noexcept {
-  crc = ~crc;
-  for (const std::byte byte : bytes)
-    crc = (crc >> 8U) ^ kCrcTable[(crc ^ std::to_integer<std::uint32_t>(byte)) & 0xFFU];
-  return ~crc;
-}
 
 std::uint32_t crc32(std::span<const std::byte> bytes, control::Pause pause) noexcept {
   constexpr std::size_t kAtOnce = 1024;

@@ -8,12 +8,12 @@
 #include <span>
 
 #include "control/scene/pauses.h"
+#include "firmware/link/crc32.h"
 #include "firmware/storage.h"
 
 namespace thimble::firmware {
 
-// CRC-32 of IEEE 802.3 (zlib's crc32). Continue with the last result as `crc`.
-[[nodiscard]] std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t crc = 0) noexcept;
+using link::crc32;
 
 // In front of the contents of each slot; a multiple of 8, so that they stay aligned.
 inline constexpr std::size_t kSlotHeaderBytes = 64;

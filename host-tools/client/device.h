@@ -16,51 +16,19 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <random>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "firmware/link/iso_tp.h"
+#include "firmware/link/crc32.h"
 #include "firmware/link/messages.h"
-#include "firmware/link/services.h"
 #include "firmware/params.h"
+#include "host-tools/client/service_client.h"
 #include "host-tools/client/transport.h"
+#include "host-tools/client/upload.h"
 
 namespace thimble::host {
-
-struct DeviceOptions {
-  std::uint8_t node = 1;
-  link::Micros answer_us = 400'000;  // one try waits this long for an answer
-  unsigned tries = 5;
-};
-
-struct ParamValue {
-  const firmware::ParamRow* row = nullptr;
-  double value = 0;
-};
-
-struct UploadProgress {
-  std::uint32_t sent = 0;  // bytes the device holds now
-  std::uint32_t total = 0;
-  std::uint32_t resumed_from = 0;
-  double bytes_per_s = 0;
-};
-
-struct UploadResult {
-  std::uint32_t bytes = 0;
-  std::uint32_t crc = 0;
-  std::uint32_t resumed_from = 0;
-  std::uint32_t retried_blocks = 0;
-  double seconds = 0;
-  double bytes_per_s = 0;  // of what was sent
-};
-
-struct UploadOptions {
-  std::optional<std::uint32_t> crc;  // announced for the image; default: computed from it
-  bool verify = true;                // ask the device afterwards which image it runs
-};
 
 // A fingertip in one tick, as the link tells it (Pose and Force). World frame.
 struct TipReading {
@@ -134,42 +102,24 @@ class Device {
   [[nodiscard]] link::HostOrders orders();  // how many the device took, passed over, and missed
 
   UploadResult upload(std::span<const std::byte> image, const UploadOptions& options,
-                      const std::function<void(const UploadProgress&)>& progress);
+                      const UploadListener& progress);
 
   // A tester-present that asks for no answer: it feeds host supervision.
   void keep_alive();
   // Every real-time frame of the device, also those that come in while an answer is waited for. It must not call the device.
-  void set_listener(std::function<void(const link::CanFrame&)> heard) { heard_ = std::move(heard); }
+  void set_listener(std::function<void(const link::CanFrame&)> heard);
   // The next real-time frame of the device; nothing once the deadline has passed.
   [[nodiscard]] std::optional<link::CanFrame> telemetry(link::Micros deadline_us);
 
  private:
-  using Bytes = std::vector<std::uint8_t>;
-  struct Answer {
-    link::Nrc code = link::Nrc::kOk;
-    Bytes bytes;  // of a positive answer, whole
-  };
-
-  // nothing: no answer in `tries` of `answer_us` each. Answers that belong to another request are passed
-  // over.
-  [[nodiscard]] std::optional<Answer> try_request(const Bytes& request, unsigned tries,
-                                                  link::Micros answer_us);
-  [[nodiscard]] Answer request(const Bytes& request);           // Error kLinkLost without an answer
-  Bytes demand(const Bytes& request, const std::string& what);  // and Error kRefused for a negative one
-  [[noreturn]] void refused(const std::string& what, link::Nrc code);
-  void pump(link::Micros deadline_us);
-  void enter(link::Session session);
   // False: stopping() said so first.
   bool wait_for_mode(std::uint8_t wanted, link::Micros wait_us, const std::string& what,
                      const std::function<bool()>& stopping = {});
   void take_reading(const link::CanFrame& frame);
   void release_forces();
 
-  std::unique_ptr<Transport> transport_;
-  DeviceOptions options_;
-  link::IsoTpChannel channel_;
+  ServiceClient services_;
   link::LinkInfo info_;
-  std::function<void(const link::CanFrame&)> heard_;
   // While the program gives the forces.
   struct Rendered {
     link::Pose pose;
@@ -177,12 +127,10 @@ class Device {
     std::uint8_t sequence = 0;         // of the last order
   };
   std::array<Rendered, 2> rendered_;
-  std::optional<double> decimation_before_;          // while it has taken over
-  std::minstd_rand pauses_{std::random_device{}()};  // two hosts must not wait alike
+  std::optional<double> decimation_before_;  // while it has taken over
 };
 
-// CRC-32 of IEEE 802.3, as zlib's crc32: what is announced for an image.
-[[nodiscard]] std::uint32_t crc32(std::span<const std::byte> bytes);
+using link::crc32;
 
 // Modes as they travel (Status, DeviceState).
 [[nodiscard]] std::string mode_name(std::uint8_t mode);

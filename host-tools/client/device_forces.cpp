@@ -1,0 +1,113 @@
+// Device: forces of the program's own (docs/host-rendering.md).
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "host-tools/client/device.h"
+
+namespace thimble::host {
+
+using link::CanFrame;
+using link::Micros;
+
+namespace {
+
+constexpr Micros kRateKnown_us =
+    5'000'000;  // the device measures its rate over half a second; a slow simulator takes longer
+
+}  // namespace
+
+void Device::take_over(double readings_per_s) {
+  const firmware::ParamRow& decimation = *firmware::find_param("telemetry_decimation");
+  double rate_Hz = 0;
+  const Micros deadline_us = now_us() + kRateKnown_us;
+  while (rate_Hz <= 0) {  // measured over half a second after its start
+    rate_Hz = static_cast<double>(state().tick_rate_Hz);
+    if (now_us() > deadline_us) {
+      throw Error(ExitCode::kRefused, "not-in-time", "the device does not tell how fast its loop is",
+                  "see `thimble info`: does it run?");
+    }
+  }
+  const double before = read_param(decimation);
+  write_param(*firmware::find_param("host_forces"), 1);
+  write_param(decimation,
+              std::clamp(std::floor(rate_Hz / readings_per_s), 1.0, static_cast<double>(decimation.max)));
+  if (!decimation_before_) decimation_before_ = before;
+  try {
+    arm();
+  } catch (const Error& error) {
+    if (error.code == ExitCode::kRefused) release_forces();  // a link that is lost would only be lost again
+    throw;
+  }
+  for (Rendered& arm : rendered_) arm.newest.reset();
+}
+
+void Device::hand_back() {
+  disarm();
+  release_forces();
+}
+
+void Device::release_forces() {
+  write_param(*firmware::find_param("host_forces"), 0);
+  if (decimation_before_) write_param(*firmware::find_param("telemetry_decimation"), *decimation_before_);
+  decimation_before_.reset();
+}
+
+void Device::order_force(const std::array<double, 3>& force_N, unsigned arm) {
+  if (arm >= info_.arms || arm >= rendered_.size() ||
+      !std::ranges::all_of(force_N, [](double f) { return std::isfinite(f); })) {
+    throw Error(ExitCode::kUsage, "bad-force", "a force has three numbers, and an arm that the device has",
+                "check what the program calculates");
+  }
+  link::ForceOrder order;
+  order.x_N = static_cast<float>(force_N[0]);
+  order.y_N = static_cast<float>(force_N[1]);
+  order.z_N = static_cast<float>(force_N[2]);
+  order.arm = static_cast<std::uint8_t>(arm);
+  order.sequence = ++rendered_[arm].sequence;
+  services_.send(link::to_frame(order, services_.options().node));
+}
+
+// The pose comes before the force of the same tick.
+void Device::take_reading(const CanFrame& frame) {
+  link::Pose pose;
+  link::Force force;
+  link::Status status;
+  link::Emergency emergency;
+  if (link::from_frame(frame, services_.options().node, pose)) {
+    if (pose.arm < rendered_.size()) rendered_[pose.arm].pose = pose;
+  } else if (link::from_frame(frame, services_.options().node, force)) {
+    const unsigned arm = force.arm_contacts >> 6U;
+    if (arm >= rendered_.size()) return;
+    const link::Pose& at = rendered_[arm].pose;
+    if (at.sequence != force.sequence) return;  // of another tick
+    TipReading reading;
+    reading.position_m = {static_cast<double>(at.x_m), static_cast<double>(at.y_m),
+                          static_cast<double>(at.z_m)};
+    reading.force_N = {static_cast<double>(force.x_N), static_cast<double>(force.y_N),
+                       static_cast<double>(force.z_N)};
+    reading.limiters = static_cast<std::uint8_t>(force.arm_contacts >> 2U & 0xFU);
+    reading.sequence = force.sequence;
+    reading.heard_us = now_us();
+    rendered_[arm].newest = reading;
+  } else if (link::from_frame(frame, services_.options().node, emergency)) {
+    if (emergency.fault != 0) services_.faulted("rendering", emergency.fault);
+  } else if (link::from_frame(frame, services_.options().node, status) && decimation_before_ &&
+             status.mode != kModeArmed) {
+    if (status.fault != 0) services_.faulted("rendering", status.fault);
+    throw Error(ExitCode::kRefused, "not-armed", "the device is " + mode_name(status.mode) + ", not armed",
+                "was it disarmed, or the dead-man switch released? Then take over again");
+  }
+}
+
+std::optional<TipReading> Device::next_tip(Micros deadline_us, unsigned arm) {
+  std::optional<TipReading>& newest = rendered_.at(arm).newest;
+  while (true) {
+    // What waits already is read first, so that an old reading is not taken for the newest.
+    const std::optional<CanFrame> frame = telemetry(newest ? 0 : deadline_us);
+    if (!frame) return std::exchange(newest, std::nullopt);
+    take_reading(*frame);
+  }
+}
+
+}  // namespace thimble::host

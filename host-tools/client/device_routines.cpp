@@ -1,0 +1,83 @@
+// Device: the routines that run for longer than a request, guarded moves and recordings.
+#include <stdexcept>
+#include <utility>
+
+#include "host-tools/client/device.h"
+#include "host-tools/client/requests.h"
+
+namespace thimble::host {
+
+using link::Nrc;
+using link::Routine;
+using link::Session;
+
+// --- Guarded moves
+
+void Device::start_move(const link::MoveOrder& order) {
+  services_.enter(Session::kExtended);
+  Bytes start = routine_request(Routine::kMove);
+  const std::size_t head = start.size();
+  start.resize(head + link::wire_size<link::MoveOrder>());
+  if (link::encode(order, std::span(start).subspan(head)) == 0)
+    throw std::logic_error("the order has its size");
+  const ServiceClient::Answer answer = services_.request(start);
+  // A repeated request finds the move under way.
+  if (answer.code != Nrc::kOk && move_state().phase == 0) services_.refused("the move", answer.code);
+}
+
+link::MoveState Device::move_state() { return services_.record<link::MoveState>("reading the move's state"); }
+
+std::vector<link::MoveSample> Device::move_samples() {
+  const Bytes answer =
+      services_.demand(routine_request(Routine::kMove, kResults), "reading what the move measured");
+  std::vector<link::MoveSample> samples;
+  constexpr std::size_t kEach = link::wire_size<link::MoveSample>();
+  for (std::size_t at = 4; at + kEach <= answer.size(); at += kEach) {
+    link::MoveSample sample;
+    if (link::decode(std::span(answer).subspan(at), sample)) samples.push_back(sample);
+  }
+  return samples;
+}
+
+void Device::end_move() {
+  services_.enter(Session::kExtended);
+  services_.demand(routine_request(Routine::kMove, kStop), "ending the move");
+}
+
+// --- Traces
+
+void Device::start_trace() {
+  services_.enter(Session::kExtended);
+  const ServiceClient::Answer answer = services_.request(routine_request(Routine::kTrace));
+  // A repeated request finds it running.
+  if (answer.code != Nrc::kOk && trace_state().phase != static_cast<std::uint8_t>(link::TracePhase::kRunning))
+    services_.refused("starting the trace", answer.code);
+}
+
+void Device::end_trace() {
+  services_.enter(Session::kExtended);
+  services_.demand(routine_request(Routine::kTrace, kStop), "ending the trace");
+}
+
+link::TraceState Device::trace_state() {
+  return services_.record<link::TraceState>("reading the trace's state");
+}
+
+std::pair<link::TraceStart, std::vector<link::TraceArm>> Device::trace_start() {
+  services_.enter(Session::kExtended);
+  const Bytes answer =
+      services_.demand(routine_request(Routine::kTrace, kResults), "reading how the trace began");
+  std::pair<link::TraceStart, std::vector<link::TraceArm>> result;
+  std::span<const std::uint8_t> rest = std::span(answer).subspan(4);
+  if (!link::decode(rest, result.first))
+    services_.refused("reading how the trace began", Nrc::kIncorrectLength);
+  rest = rest.subspan(link::wire_size<link::TraceStart>());
+  result.second.resize(result.first.arms);
+  for (link::TraceArm& arm : result.second) {
+    if (!link::decode(rest, arm)) services_.refused("reading how the trace began", Nrc::kIncorrectLength);
+    rest = rest.subspan(link::wire_size<link::TraceArm>());
+  }
+  return result;
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,249 @@
+#include "host-tools/client/service_client.h"
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <utility>
+
+#include "firmware/faults.h"
+#include "host-tools/client/requests.h"
+
+namespace thimble::host {
+namespace {
+
+using link::CanFrame;
+using link::Micros;
+using link::Nrc;
+using link::Service;
+
+constexpr Micros kAfterPending_us = 5'000'000;    // P2*: how long to wait after "response pending"
+constexpr Micros kLongestAnswer_us = 60'000'000;  // bound for an answer that stays pending
+constexpr Micros kBusy_us = 2'000'000;            // bound for an answer that stays "busy, repeat"
+constexpr Micros kBusyPause_us = 20'000;
+constexpr Micros kLongestPause_us = 30'000;  // after a broken answer; many times the length of a short answer
+
+// How many bytes behind the service an answer repeats of its request.
+std::size_t echo_size(std::uint8_t service) {
+  switch (static_cast<Service>(service)) {
+    case Service::kSession:
+    case Service::kReset:
+    case Service::kReadFaults:
+    case Service::kTransferData:
+    case Service::kTesterPresent:
+      return 1;
+    case Service::kReadData:
+    case Service::kWriteData:
+      return 2;
+    case Service::kRoutine:
+      return 3;
+    case Service::kClearFaults:
+    case Service::kRequestDownload:
+    case Service::kTransferExit:
+      return 0;
+  }
+  return 0;
+}
+
+bool answers(std::span<const std::uint8_t> answer, const Bytes& request) {
+  const std::size_t echo = echo_size(request[0]);
+  return answer.size() >= 1 + echo && answer[0] == (request[0] | link::kPositive) &&
+         std::equal(request.begin() + 1, request.begin() + 1 + static_cast<std::ptrdiff_t>(echo),
+                    answer.begin() + 1);
+}
+
+bool refuses(std::span<const std::uint8_t> answer, const Bytes& request) {
+  return answer.size() == 3 && answer[0] == link::kNegative && answer[1] == request[0];
+}
+
+// What to do about the reasons that a device gives most; they come as a list, "not_homed,no_scene".
+std::string remedy_of(const std::string& reasons) {
+  constexpr std::array<std::pair<const char*, const char*>, 10> kRemedies = {{
+      {"not_homed", "home the arm (`thimble home`)"},
+      {"no_scene", "send a scene (`thimble upload`)"},
+      {"dead_man_released", "hold the dead-man switch"},
+      {"e_stop_pressed", "release the e-stop"},
+      {"moves_not_allowed", "keep hands off the arm, then allow it to move (`thimble scan --allow-moves`)"},
+      {"host_renders", "give the scene back its forces (`thimble param set host_forces 0`)"},
+      {"in_contact", "move the tip off the scene's surfaces"},
+      {"outside_workspace", "move the tip back into the workspace"},
+      {"too_many", "leave some out; the limits are in `thimble info`"},
+      {"fault_latched", "clear the fault (`thimble fault list`, `thimble fault clear`)"},
+  }};
+  std::string remedy;
+  for (const auto& [reason, what] : kRemedies) {
+    if (reasons.find(reason) != std::string::npos) remedy += (remedy.empty() ? "" : "; ") + std::string(what);
+  }
+  return remedy.empty() ? "remove what the device names, then repeat" : remedy;
+}
+
+}  // namespace
+
+ServiceClient::ServiceClient(std::unique_ptr<Transport> transport, const DeviceOptions& options)
+    : transport_(std::move(transport)),
+      options_(options),
+      channel_(link::request_id(options.node), link::response_id(options.node), link::IsoTpConfig{}) {
+  transport_->listen_to(options.node);
+}
+
+// --- Frames
+
+void ServiceClient::pump(Micros deadline_us) {
+  CanFrame frame;
+  while (channel_.next_frame(frame, now_us())) transport_->send(frame);
+  const Micros gap = channel_.gap(now_us());
+  if (gap != 0) deadline_us = std::min(deadline_us, now_us() + gap);
+  if (const std::optional<CanFrame> got = transport_->receive(deadline_us)) {
+    if (heard_ && !got->extended) heard_(*got);
+    static_cast<void>(channel_.on_frame(*got, now_us()));
+  }
+  channel_.poll(now_us());
+}
+
+void ServiceClient::wait_until(Micros deadline_us) {
+  while (now_us() < deadline_us) pump(deadline_us);
+}
+
+std::optional<CanFrame> ServiceClient::telemetry(Micros deadline_us) {
+  while (std::optional<CanFrame> frame = transport_->receive(deadline_us)) {
+    if (frame->extended) continue;
+    if (heard_) heard_(*frame);
+    return frame;
+  }
+  return std::nullopt;
+}
+
+void ServiceClient::keep_alive() {
+  channel_.abort();
+  if (!channel_.send(Bytes{byte_of(Service::kTesterPresent), link::kSuppressPositive}, now_us())) return;
+  CanFrame frame;
+  while (channel_.next_frame(frame, now_us())) transport_->send(frame);
+}
+
+// --- Requests
+
+std::optional<ServiceClient::Answer> ServiceClient::try_request(const Bytes& request, unsigned tries,
+                                                                Micros answer_us) {
+  channel_.config().flow_timeout_us = channel_.config().receive_timeout_us = answer_us;
+  for (unsigned i = 0; i < tries; ++i) {
+    channel_.abort();
+    static_cast<void>(channel_.take_error());
+    if (!channel_.send(request, now_us())) throw std::logic_error("a request has 1 to 4095 bytes");
+    std::optional<Answer> answer = await_answer(request, answer_us);
+    if (answer) return answer;
+  }
+  return std::nullopt;
+}
+
+std::optional<ServiceClient::Answer> ServiceClient::await_answer(const Bytes& request, Micros answer_us) {
+  const Micros last_us = now_us() + kLongestAnswer_us;
+  Micros deadline_us = now_us() + answer_us;
+  // Another host's request may have cut the answer short. A random pause before the repeat: two hosts that repeated at
+  // once would cut each other's answers short again and again.
+  bool broke_off = false;
+  const auto pause = [&] {
+    std::uniform_int_distribution<Micros> pause_us(0, kLongestPause_us);
+    deadline_us = std::min(deadline_us, now_us() + pause_us(pauses_));
+  };
+  while (now_us() < std::min(deadline_us, last_us)) {
+    const bool moving = channel_.sending() || channel_.receiving();
+    pump(std::min(deadline_us, last_us));
+    // The deadline starts anew while the request is being sent or the answer received: the channel has deadlines of its
+    // own for both.
+    if (moving && (channel_.sending() || channel_.receiving())) deadline_us = now_us() + answer_us;
+    if (channel_.take_error() != link::IsoTpError::kNone) {
+      broke_off = true;
+      pause();
+    }
+    const std::span<const std::uint8_t> answer = channel_.received();
+    if (answer.empty()) continue;
+    if (answers(answer, request)) {
+      Answer result{Nrc::kOk, Bytes(answer.begin(), answer.end())};
+      channel_.release();
+      return result;
+    }
+    if (refuses(answer, request)) {
+      const auto code = static_cast<Nrc>(answer[2]);
+      channel_.release();
+      if (code != Nrc::kResponsePending) return Answer{code, {}};
+      deadline_us = now_us() + kAfterPending_us;
+      continue;
+    }
+    channel_.release();  // the late answer to an earlier request, or another host's
+    if (broke_off) pause();
+  }
+  return std::nullopt;
+}
+
+ServiceClient::Answer ServiceClient::request(const Bytes& request) {
+  const Micros busy_until_us = now_us() + kBusy_us;
+  std::optional<Answer> answer = try_request(request, options_.tries, options_.answer_us);
+  while (answer && answer->code == Nrc::kBusyRepeatRequest && now_us() < busy_until_us) {
+    wait_until(now_us() + kBusyPause_us);
+    answer = try_request(request, options_.tries, options_.answer_us);
+  }
+  if (!answer) {
+    throw Error(ExitCode::kLinkLost, "no-answer",
+                "the device did not answer within " +
+                    std::to_string(options_.answer_us * options_.tries / 1000) + " ms",
+                "check that it is a Thimble device, that it runs, and its node number");
+  }
+  return std::move(*answer);
+}
+
+Bytes ServiceClient::read_request(std::uint16_t did) { return host::read_request(did); }
+
+Bytes ServiceClient::demand(const Bytes& request_bytes, const std::string& what) {
+  Answer answer = request(request_bytes);
+  if (answer.code != Nrc::kOk) refused(what, answer.code);
+  return std::move(answer.bytes);
+}
+
+void ServiceClient::enter(link::Session session) {
+  demand({byte_of(Service::kSession), static_cast<std::uint8_t>(session)}, "opening a session");
+}
+
+link::DeviceState ServiceClient::state() { return record<link::DeviceState>("reading the state"); }
+
+std::string ServiceClient::text(std::uint16_t did) {
+  const Answer answer = request(read_request(did));
+  if (answer.code != Nrc::kOk) return {};
+  return {answer.bytes.begin() + 3, answer.bytes.end()};
+}
+
+// --- Errors
+
+void ServiceClient::refused(const std::string& what, Nrc code) {
+  std::string why = link::name(code);
+  std::string remedy = "see `thimble info` for the state of the device";
+  if (code == Nrc::kConditionsNotCorrect || code == Nrc::kDownloadNotAccepted ||
+      code == Nrc::kProgrammingFailure) {
+    const link::DeviceState now = state();
+    if (now.fault != 0 && code == Nrc::kConditionsNotCorrect) faulted(what, now.fault);
+    const std::string reason = text(link::kDidRefusal);
+    if (!reason.empty()) {
+      why = reason;
+      remedy = remedy_of(reason);
+    }
+  } else if (code == Nrc::kRequestOutOfRange) {
+    remedy = "check the value against its limits (`thimble param list`, `thimble info`)";
+  } else if (code == Nrc::kServiceNotSupported || code == Nrc::kSubFunctionNotSupported) {
+    remedy = "install the firmware that belongs to this thimble";
+  }
+  throw Error(ExitCode::kRefused, "refused", what + " was refused: " + why, remedy);
+}
+
+void ServiceClient::faulted(const std::string& what, std::uint8_t fault) {
+  const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(fault));
+  std::string sentence = "fault " + std::to_string(fault);
+  if (row != nullptr) sentence += std::string(" (") + row->name + "): " + row->cause;
+  throw Error(
+      ExitCode::kFaulted, "device-faulted", what + ": the device has " + sentence,
+      row == nullptr ? "see `thimble fault list`" : std::string(row->remedy) + " (`thimble fault clear`)");
+}
+
+void ServiceClient::too_short(const std::string& what) {
+  throw Error(ExitCode::kVersion, "version-mismatch", what + ": the device's record is too short",
+              "install the firmware that belongs to this thimble");
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,95 @@
+// Requests to a device and their answers: UDS services over ISO-TP (docs/link.md), with deadlines and repeats.
+// Device (device.h) and upload_image() (upload.h) use it; a program uses Device. One thread.
+//
+// Errors: kLinkLost, the device did not answer in time. kRefused, the answer is negative. kFaulted, the answer is negative
+// because the device has a fault. kVersion, a record is shorter than this version of the link says. The transport's errors
+// pass through.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "firmware/link/iso_tp.h"
+#include "firmware/link/messages.h"
+#include "firmware/link/services.h"
+#include "host-tools/client/transport.h"
+#include "host-tools/error.h"
+
+namespace thimble::host {
+
+struct DeviceOptions {
+  std::uint8_t node = 1;
+  link::Micros answer_us = 400'000;  // how long one try waits for an answer
+  unsigned tries = 5;
+};
+
+class ServiceClient {
+ public:
+  using Bytes = std::vector<std::uint8_t>;
+  struct Answer {
+    link::Nrc code = link::Nrc::kOk;
+    Bytes bytes;  // the whole answer if it is positive, else empty
+  };
+
+  ServiceClient(std::unique_ptr<Transport> transport, const DeviceOptions& options);
+
+  // Sends `request` and waits for its answer, `tries` times `answer_us` each. Nothing: there was none. Answers to other
+  // requests are skipped.
+  [[nodiscard]] std::optional<Answer> try_request(const Bytes& request, unsigned tries,
+                                                  link::Micros answer_us);
+  // The same with the tries of the options; repeats while the device answers "busy", at most kBusy_us. Error kLinkLost without
+  // an answer.
+  [[nodiscard]] Answer request(const Bytes& request);
+  // The positive answer. `what` begins the message of the error: "<what> was refused: <reason>".
+  Bytes demand(const Bytes& request, const std::string& what);
+  // Throws the error for a negative answer; asks the device for its reason.
+  [[noreturn]] void refused(const std::string& what, link::Nrc code);
+  [[noreturn]] void faulted(const std::string& what, std::uint8_t fault);
+
+  void enter(link::Session session);
+  [[nodiscard]] link::DeviceState state();
+  // A record of text; empty if the device refuses to give it.
+  [[nodiscard]] std::string text(std::uint16_t did);
+  [[nodiscard]] static Bytes read_request(std::uint16_t did);
+  // A record of messages.def. `what` as in demand(): "reading the state".
+  template <class Record>
+  [[nodiscard]] Record record(const std::string& what) {
+    const Bytes answer = demand(read_request(Record::kId), what);
+    Record record;
+    if (!link::decode(std::span(answer).subspan(3), record)) too_short(what);
+    return record;
+  }
+
+  // Handles frames until `deadline_us`.
+  void wait_until(link::Micros deadline_us);
+  // A tester-present that asks for no answer.
+  void keep_alive();
+  void send(const link::CanFrame& frame) { transport_->send(frame); }
+  // The next real-time frame of the device; nothing after `deadline_us`.
+  [[nodiscard]] std::optional<link::CanFrame> telemetry(link::Micros deadline_us);
+  // Called with every real-time frame, also with those that come while an answer is awaited. It must not make requests.
+  void set_listener(std::function<void(const link::CanFrame&)> heard) { heard_ = std::move(heard); }
+
+  // From now on with FD frames, if the transport carries them.
+  void use_fd() { channel_.config().fd = transport_->carries_fd(); }
+  [[nodiscard]] const DeviceOptions& options() const { return options_; }
+
+ private:
+  void pump(link::Micros deadline_us);
+  [[nodiscard]] std::optional<Answer> await_answer(const Bytes& request, link::Micros answer_us);
+  [[noreturn]] static void too_short(const std::string& what);
+
+  std::unique_ptr<Transport> transport_;
+  DeviceOptions options_;
+  link::IsoTpChannel channel_;
+  std::function<void(const link::CanFrame&)> heard_;
+  std::minstd_rand pauses_{std::random_device{}()};  // each host pauses for another time
+};
+
+}  // namespace thimble::host
