@@ -156,14 +156,7 @@ void define_view(CLI::App& app, Choices& c) {
   view_verb->add_flag("!--no-browser", c.view.browser, "print the address, and open no browser");
 }
 
-void define(CLI::App& app, Choices& c) {
-  app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("thimble ") + THIMBLE_VERSION);
-
-  verb(app, c, "list", "show the devices that are there", [&c] { list(c.common); });
-  remote_verb(app, c, "info", "show a device: versions, scene, state and limits",
-              [&c] { info(c.common, c.remote); });
-
+void define_doctor_and_compile(CLI::App& app, Choices& c) {
   CLI::App* doctor_verb = verb(app, c, "doctor", "look whether this machine is ready for a device",
                                [&c] { doctor(c.common, c.doctor); });
   doctor_verb->add_option("--device", c.doctor.device,
@@ -175,7 +168,9 @@ void define(CLI::App& app, Choices& c) {
   compile_verb->add_option("scene", c.scene, "the scene file")->required();
   compile_verb->add_option("--output,-o", c.image, "where the image goes; nothing is written when it fails")
       ->required();
+}
 
+void define_device(CLI::App& app, Choices& c) {
   CLI::App* upload_verb = remote_verb(app, c, "upload", "send a scene to a device and run it",
                                       [&c] { upload(c.common, c.remote, c.upload); });
   upload_verb->add_option("file", c.upload.file, "a scene file (*.json) or an image")->required();
@@ -196,7 +191,9 @@ void define(CLI::App& app, Choices& c) {
   monitor_verb->add_option("--count", c.monitor.count, "stop after so many rows (with --json: messages)");
   monitor_verb->add_flag("--rows", c.monitor.rows, "a row a force in a terminal, too, instead of a picture");
   monitor_verb->add_flag("--keep-alive", c.monitor.keep_alive, "feed the device's host supervision");
+}
 
+void define_param_and_fault(CLI::App& app, Choices& c) {
   CLI::App* param = app.add_subcommand("param", "read and change parameters");
   param->require_subcommand(1);
   remote_verb(*param, c, "list", "all of them", [&c] { param_list(c.common, c.remote); });
@@ -218,7 +215,9 @@ void define(CLI::App& app, Choices& c) {
   verb(*fault, c, "explain", "what a fault means and what to do", [&c] { fault_explain(c.common, c.name); })
       ->add_option("fault", c.name, "number or name")
       ->required();
+}
 
+void define_import(CLI::App& app, Choices& c) {
   CLI::App* import = app.add_subcommand("import", "make a scene from data of another kind");
   import->require_subcommand(1);
   CLI::App* volume_verb = verb(*import, c, "volume", "a needle's way through a NIfTI volume",
@@ -255,12 +254,9 @@ void define(CLI::App& app, Choices& c) {
   log_verb->add_option("--log", c.import_device_log.forces, "where its forces go: CSV, for `plot`");
   log_verb->add_flag("--thimble-frame", c.import_device_log.thimble_frame,
                      "its y points away from the user and its z up; default: y up, z to the user");
+}
 
-  define_view(app, c);
-  define_record(app, c);
-  define_scan(app, c);
-  define_trace(app, c);
-
+void define_simulate(CLI::App& app, Choices& c) {
   CLI::App* simulate_verb =
       verb(app, c, "simulate", "run a scene on the simulated arm, faster than real time",
            [&c] { simulate(c.common, c.simulate); });
@@ -274,6 +270,25 @@ void define(CLI::App& app, Choices& c) {
   simulate_verb->add_option("--rate", c.simulate.rate_Hz, "ticks a second")->capture_default_str();
   simulate_verb->add_option("--arm", c.simulate.arm, "one of: " + arm_names())->capture_default_str();
   simulate_verb->add_option("--seed", c.simulate.seed, "of the simulated arm")->capture_default_str();
+}
+
+void define(CLI::App& app, Choices& c) {
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("thimble ") + THIMBLE_VERSION);
+
+  verb(app, c, "list", "show the devices that are there", [&c] { list(c.common); });
+  remote_verb(app, c, "info", "show a device: versions, scene, state and limits",
+              [&c] { info(c.common, c.remote); });
+
+  define_doctor_and_compile(app, c);
+  define_device(app, c);
+  define_param_and_fault(app, c);
+  define_import(app, c);
+  define_view(app, c);
+  define_record(app, c);
+  define_scan(app, c);
+  define_trace(app, c);
+  define_simulate(app, c);
 }
 
 // `thimble __complete WORD...`: one candidate a line for the last word, the words before it being those after

@@ -1,0 +1,95 @@
+// info: what a device is, and the state that it is in.
+#include <fmt/format.h>
+
+#include "control/scene/limits.h"
+#include "firmware/faults.h"
+#include "host-tools/cli/limits.h"
+#include "host-tools/cli/open_remote.h"
+#include "host-tools/cli/output.h"
+#include "host-tools/cli/verbs.h"
+#include "host-tools/client/device.h"
+
+namespace thimble::host {
+namespace {
+
+// The bins that are not empty: " below_1us 39990, below_10us 10".
+std::string histogram(const link::Lateness& late) {
+  std::string text;
+  link::visit_fields(late, [&text](auto, const char* name, const auto& value, auto&&...) {
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, std::uint32_t>) {
+      if (value != 0) text += fmt::format("{} {} {}", text.empty() ? "" : ",", name, value);
+    }
+  });
+  return text.empty() ? " none" : text;
+}
+
+Json limits_json() {
+  Json json = Json::object();
+  for (const LimitRow& row : scene_limits()) json[row.key] = row.value;
+  return json;
+}
+
+}  // namespace
+
+void info(const Common& common, const Remote& remote) {
+  Device device = open_remote(remote);
+  const link::DeviceState state = device.state();
+  const link::Lateness late = device.lateness();
+  const link::HostOrders orders = device.orders();
+  const std::string board = device.text(link::kDidBoardName);
+  const std::string reset_reason = device.text(link::kDidResetReason);
+  const std::string version = device.text(link::kDidFirmwareVersion);
+  const std::string serial = device.text(link::kDidSerialNumber);
+  const std::string arm = device.text(link::kDidArmName);
+  const std::string scene = device.text(link::kDidSceneName);
+  if (common.json) {
+    Json json = document("info");
+    json["firmware"] = version;
+    json["board"] = board;
+    json["reset_reason"] = reset_reason;
+    json["serial"] = serial;
+    json["arm"] = arm;
+    json["scene"] = scene;
+    json["link"] = host::to_json(device.info());
+    json["state"] = host::to_json(state);
+    json["state"]["mode"] = mode_name(state.mode);
+    json["lateness"] = host::to_json(late);
+    json["host_orders"] = host::to_json(orders);
+    json["limits"] = limits_json();
+    print(json);
+    return;
+  }
+  fmt::print("firmware   {} (protocol {}, scene image {})\n", version, device.info().protocol,
+             device.info().image);
+  fmt::print("board      {}, last start: {}\n", board, reset_reason.empty() ? "not known why" : reset_reason);
+  fmt::print("serial     {}\n", serial);
+  fmt::print("arm        {}, {} arm(s), node {}, {}\n", arm, device.info().arms, device.info().node,
+             device.info().frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");
+  fmt::print("mode       {}\n", mode_shown(state.mode, state.flags));
+  if (const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(state.fault))) {
+    fmt::print("fault      {} {}: {}\n", state.fault, row->name, row->cause);
+  }
+  if (state.scene_bytes == 0) {
+    fmt::print("scene      none\n");
+  } else {
+    fmt::print("scene      {} ({} bytes, CRC {:08x}, activation {})\n", scene, state.scene_bytes,
+               state.scene_crc, state.scene_sequence);
+  }
+  fmt::print("loop       {:.0f} Hz, tick {}, worst tick {:.1f} us, {} overruns\n", state.tick_rate_Hz,
+             state.tick, state.worst_tick_s * 1e6F, state.overruns);
+  fmt::print("late       worst {:.1f} us; ticks:{}\n", late.worst_s * 1e6F, histogram(late));
+  fmt::print("contact    {} ticks, peak {:.3f} N, mean {:.3f} N\n", state.contact_ticks, state.peak_force_N,
+             state.mean_force_N);
+  if (orders.taken + orders.old + orders.wrong != 0) {
+    fmt::print("orders     {} forces taken from a host, {} old, {} wrong; {} times none in time\n",
+               orders.taken, orders.old, orders.wrong, orders.expired);
+  }
+  fmt::print("limits     {} objects, {} triangles, {} bytes a scene; {:g} N/m, {:g} Ns/m, friction {:g}\n",
+             control::kMaxObjects, control::kMaxTriangles, control::kMaxImageBytes,
+             control::kMaxStiffness_N_m, control::kMaxDamping_N_s_m, control::kMaxFriction);
+  for (const LimitRow& row : scene_limits()) {
+    fmt::print("  {:<24} {:>10}  {}\n", row.key, row.value.dump(), row.of);
+  }
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,172 @@
+// monitor: the telemetry of a device, as rows, as JSON lines or as a picture in the terminal.
+#include <fmt/format.h>
+#include <langinfo.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <clocale>
+#include <cstdio>
+#include <functional>
+#include <iostream>
+#include <map>
+
+#include "firmware/faults.h"
+#include "host-tools/cli/interrupt.h"
+#include "host-tools/cli/monitor_screen.h"
+#include "host-tools/cli/open_remote.h"
+#include "host-tools/cli/output.h"
+#include "host-tools/cli/verbs.h"
+#include "host-tools/client/device.h"
+
+namespace thimble::host {
+namespace {
+
+using link::CanFrame;
+using link::Micros;
+
+constexpr Micros kSilence_us = 3'000'000;  // a device that sends no telemetry for so long is lost
+constexpr Micros kKeepAlive_us = 200'000;
+
+// Shows telemetry: every frame as a JSON line, or a row a force frame with the pose before it.
+class TelemetryPrinter {
+ public:
+  TelemetryPrinter(bool json, std::uint8_t node) : json_(json), node_(node) {
+    if (!json_) fmt::print("arm x_m y_m z_m force_x_N force_y_N force_z_N contacts mode\n");
+  }
+
+  // True when it printed a row.
+  bool operator()(const CanFrame& frame) {
+    bool printed = false;
+    link::visit_messages([&](auto message) {
+      using Message = decltype(message);
+      if constexpr (Message::kIsFrame) {
+        if (!link::from_frame(frame, node_, message)) return;
+        if (json_) {
+          Json json;
+          json["schema"] = kJsonSchema;
+          json["message"] = Message::kName;
+          json["node"] = node_;
+          json.update(host::to_json(message));
+          print_line(json);
+          printed = true;
+        } else {
+          printed = show(message) || printed;
+        }
+      }
+    });
+    return printed;
+  }
+
+ private:
+  bool show(const link::Pose& pose) {
+    pose_[pose.arm] = pose;
+    return false;
+  }
+  bool show(const link::Force& force) {
+    const auto arm = static_cast<std::uint8_t>(force.arm_contacts >> 6U);
+    const link::Pose& pose = pose_[arm];
+    fmt::print("{} {:.5f} {:.5f} {:.5f} {:.3f} {:.3f} {:.3f} {} {}\n", arm, pose.x_m, pose.y_m, pose.z_m,
+               force.x_N, force.y_N, force.z_N, force.arm_contacts & 3U, mode_);
+    std::fflush(stdout);
+    return true;
+  }
+  bool show(const link::Status& status) {
+    mode_ = mode_shown(status.mode, status.flags);
+    return false;
+  }
+  bool show(const link::Emergency& emergency) {
+    const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(emergency.fault));
+    fmt::print(stderr, "fault {}: {}\n", emergency.fault, row == nullptr ? "cleared or unknown" : row->cause);
+    return false;
+  }
+  template <class Message>
+  bool show(const Message&) {  // of the scene: with --json only
+    return false;
+  }
+  bool show(const link::EmergencyStop&) {
+    fmt::print(stderr, "emergency stop on the link\n");
+    return false;
+  }
+
+  bool json_;
+  std::uint8_t node_;
+  std::map<std::uint8_t, link::Pose> pose_;
+  std::string mode_ = mode_name(0);
+};
+
+// Draws a MonitorScreen over itself ten times a second.
+class ScreenPrinter {
+ public:
+  explicit ScreenPrinter(Device& device)
+      : screen_(
+            fmt::format("{} on board {}", device.text(link::kDidArmName), device.text(link::kDidBoardName)),
+            device.info().node, terminal_has_blocks()) {}
+
+  // True when it drew.
+  bool operator()(const CanFrame& frame) {
+    screen_.take(frame);
+    if (now_us() - drawn_us_ < kRedraw_us) return false;
+    drawn_us_ = now_us();
+    screen_.step();
+    winsize window{};
+    constexpr unsigned kColumns = 80;  // of a terminal that does not tell
+    const bool told = ioctl(STDOUT_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col != 0;
+    std::string text = screen_.text(told ? window.ws_col : kColumns);
+    // Up to where the last picture began, and each line's old rest away.
+    std::string picture = lines_ == 0 ? "" : fmt::format("\x1b[{}A", lines_);
+    lines_ = static_cast<std::size_t>(std::ranges::count(text, '\n'));
+    for (const char c : text) picture += c == '\n' ? "\x1b[K\n" : std::string(1, c);
+    fmt::print("{}\x1b[J", picture);
+    std::fflush(stdout);
+    return true;
+  }
+
+ private:
+  static bool terminal_has_blocks() {
+    std::setlocale(LC_CTYPE, "");  // or it would be "C", whatever the user has
+    return std::string_view(nl_langinfo(CODESET)) == "UTF-8";
+  }
+
+  static constexpr Micros kRedraw_us = 100'000;
+  MonitorScreen screen_;
+  Micros drawn_us_ = 0;
+  std::size_t lines_ = 0;
+};
+
+}  // namespace
+
+void monitor(const Common& common, const Remote& remote, const MonitorChoice& choice) {
+  Device device = open_device(common, remote);
+  std::function<bool(const CanFrame&)> printer;
+  if (!common.json && !choice.rows && isatty(STDOUT_FILENO) != 0) {
+    printer = ScreenPrinter(device);
+  } else {
+    printer = TelemetryPrinter(common.json, device.info().node);
+  }
+  heed_interrupts();
+
+  const Micros start_us = now_us();
+  const Micros end_us =
+      choice.seconds > 0 ? start_us + static_cast<Micros>(choice.seconds * 1e6) : ~Micros{0};
+  Micros heard_us = start_us;
+  Micros fed_us = 0;
+  std::uint64_t rows = 0;
+  while (interrupted == 0 && now_us() < end_us && (choice.count == 0 || rows < choice.count)) {
+    if (choice.keep_alive && now_us() - fed_us >= kKeepAlive_us) {
+      device.keep_alive();
+      fed_us = now_us();
+    }
+    const std::optional<CanFrame> frame = device.telemetry(std::min(end_us, now_us() + kKeepAlive_us));
+    if (frame) {
+      heard_us = now_us();
+      if (printer(*frame)) ++rows;
+      if (!std::cout || std::ferror(stdout) != 0) return;  // whoever read us has gone
+    } else if (now_us() - heard_us > kSilence_us) {
+      throw Error(ExitCode::kLinkLost, "no-telemetry", "the device has been silent for 3 s",
+                  "check that it still runs");
+    }
+  }
+}
+
+}  // namespace thimble::host
