@@ -31,6 +31,8 @@ struct WebHandlers {
   std::function<Json()> scenes;  // what /scenes.json says
 };
 
+class WebServerImpl;  // web_connections.h
+
 class WebServer final : public ViewSink {
  public:
   // Takes the port. Error: kRefused (in use), kPermission, kUsage (no address of this machine).
@@ -51,8 +53,7 @@ class WebServer final : public ViewSink {
   void link(bool up) override;
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<WebServerImpl> impl_;
 };
 
 }  // namespace thimble::host
