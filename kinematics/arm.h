@@ -1,15 +1,16 @@
-// Where the fingertip is, and what force there asks of the joints. One Arm per physical arm; Arm<float> runs
-// in the tick, Arm<double> in the simulated arm and in tests.
+// Forward kinematics: joint angles to tip position and Jacobian, which also maps a tip force to joint
+// torques. One Arm per physical arm; Arm<float> runs in the tick, Arm<double> in the simulated arm and in
+// tests.
 //
 //   const Arm<float> arm(*find_arm_model("premium-1.5"));
 //   const Posture<float> posture = arm.at(joints_rad);              // once per tick
-//   posture.tip_m;  posture.jacobian * joint_speeds_rad_s;          // position and velocity in the world
+//   posture.tip_m;  posture.jacobian * joint_speeds_rad_s;          // position and velocity, world frame
 //   posture.jacobian.transpose() * force_N;                         // joint torques, N m
 //
-// World frame: +x to the user's right, +y away from the user, +z up; the arm stands beyond the workspace and
-// reaches towards the user. Home: the tip is at BasePose::home_m. Units: m, rad, N, N m. at() cannot fail; an
-// angle that is not finite or beyond kMaxAngle gives NaN. inverse() is for tests and for set-up, not for the
-// tick.
+// World frame: +x to the user's right, +y away from the user, +z up. The base of the arm is behind the
+// workspace, and the arm points towards the user. Home: the tip is at BasePose::home_m. Units: m, rad, N, N
+// m. at() cannot fail; an angle that is not finite or beyond kMaxAngle gives NaN. inverse() is for tests and
+// for set-up, not for the tick.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,8 +27,8 @@ using Vector3 = Eigen::Matrix<S, 3, 1>;
 template <typename S>
 using Matrix3 = Eigen::Matrix<S, 3, 3>;
 
-// Where an arm stands: the world position of its tip at home, and the base's turn from its usual stance
-// (reaching to -y). A turn that tilts the base leaves gravity_torques() wrong.
+// Mounting of an arm: the world position of its tip at home, and the rotation of the base from the default
+// orientation (pointing to -y). gravity_torques() is valid only for a rotation about z.
 struct BasePose {
   Vector3<float> home_m = Vector3<float>::Zero();
   Matrix3<float> rotation = Matrix3<float>::Identity();
@@ -36,13 +37,14 @@ struct BasePose {
 template <typename S>
 struct Posture {
   SinCos<S> q1, q2, q3;
-  Vector3<S> tip_m;     // in the world
+  Vector3<S> tip_m;     // world frame
   Matrix3<S> jacobian;  // d tip_m / d joints
 };
 
 enum class WorkspaceLimit : std::uint8_t { kNone, kJoint1, kJoint2, kJoint3, kElbow };
 
-// The limit that these joints break, kNone inside. margin_rad > 0 asks for room to spare. NaN is outside.
+// The first limit that these joint angles violate; kNone if none. margin_rad > 0 narrows every limit. NaN
+// violates a limit.
 template <typename S>
 [[nodiscard]] constexpr WorkspaceLimit workspace_limit(const ArmModel& model, const Vector3<S>& q,
                                                        S margin_rad = 0) noexcept {
@@ -63,7 +65,7 @@ template <typename S>
 class Arm {
  public:
   explicit Arm(const ArmModel& model, const BasePose& base = {}) noexcept : model_(&model) {
-    // Base x is the way the arm reaches (-y of the world), base y the user's right.
+    // Base x is the direction in which the arm points (-y of the world), base y is the user's right.
     R_WB_ << 0, 1, 0,  //
         -1, 0, 0,      //
         0, 0, 1;
@@ -95,7 +97,7 @@ class Arm {
     return p;
   }
 
-  // Jdot qd: the tip's acceleration while the joints do not accelerate, m/s2.
+  // Jdot qd: acceleration of the tip at zero joint acceleration, m/s2, world frame.
   [[nodiscard]] Vector3<S> acceleration_bias(const Posture<S>& p, const Vector3<S>& qd) const noexcept {
     const S l1 = S(model_->upper_link_m), l2 = S(model_->forearm_m);
     const S reach = l1 * p.q2.cos + l2 * p.q3.sin;
@@ -106,8 +108,9 @@ class Arm {
     return R_WB_ * Vector3<S>(p.q1.cos * out - p.q1.sin * round, p.q1.sin * out + p.q1.cos * round, up);
   }
 
-  // The joints that bring the tip to p_W, elbow up and the base not turned backwards. False (q untouched) out
-  // of reach; joint limits are workspace_limit's matter.
+  // Inverse kinematics: joint angles for the tip position p_W (world frame), with the elbow up and joint 1
+  // facing p_W. False (q unchanged) if p_W is out of reach. Joint limits are not checked; see
+  // workspace_limit().
   [[nodiscard]] bool inverse(const Vector3<S>& p_W, Vector3<S>& q) const noexcept {
     const S l0 = S(model_->base_height_m), l1 = S(model_->upper_link_m), l2 = S(model_->forearm_m);
     const Vector3<S> p = R_WB_.transpose() * (p_W - p_WB_);

@@ -7,8 +7,8 @@ constexpr float kGravity_m_s2 = 9.81F;
 constexpr float kDegree = kPi / 180.0F;
 
 // PHANToM Premium 1.5: Cavusoglu, Feygin, Tendick 2002, Presence 11(6); limits, friction and transmission as
-// identified by mahilab. The five-bar's bodies: a forearm link, c parallel link, be and df the driven links
-// with their counterweights.
+// identified by mahilab. Bodies of the five-bar linkage: a is the forearm link, c the parallel link, be and
+// df are the driven links with their counterweights.
 namespace premium {
 constexpr float kL1 = .215F, kL2 = .170F, kL3 = .0325F, kL5 = -.0368F, kL6 = .0527F;
 constexpr float kMa = .0202F, kMc = .0249F, kMbe = .2359F, kMdf = .1906F;
@@ -47,17 +47,18 @@ constexpr JointModel joint(float turns, float lower_deg, float upper_deg) {
 }  // namespace premium
 
 // WoodenHaptics: geometry, masses, centres of mass, motor constant and limits from haptikfabrikenapi. The
-// source has no inertias, no joint limits, no friction and no motor sheet. So: each link is a uniform rod's
-// inertia about its published centre of mass; joint and elbow limits are ours, keeping the links 30 degrees
-// from folded and 25 from straight; friction and the turntable's inertia (two motors ride on it) are
-// estimates; the motor is a Maxon RE 30 310007, whose constant is the published one, from its data sheet.
+// source has no inertias, joint limits, friction or motor data. Assumptions: each link has the inertia of a
+// uniform rod about its published centre of mass; our joint and elbow limits keep the links 30 degrees from
+// folded and 25 from straight; friction and the inertia of the turntable (which carries two motors) are
+// estimates; the motor is a Maxon RE 30 310007 with the values of its data sheet, whose torque constant is
+// the published one.
 namespace wooden {
 constexpr float kL0 = .080F, kL1 = .205F, kL2 = .245F;
 constexpr float kMb = .170F, kMc = .110F, kCmB = .051F, kCmC = .091F;
 constexpr float kTurntable_kg_m2 = 2.0e-3F;
 
 constexpr InertiaModel inertia() {
-  // Moments about the joint axes: the forearm's mass rides on the elbow.
+  // Moments of inertia about the joint axes; the elbow carries the mass of the forearm.
   const float upper = kMb * (kCmB * kCmB + kL1 * kL1 / 12) + kMc * kL1 * kL1;
   const float fore = kMc * (kCmC * kCmC + kL2 * kL2 / 12);
   return {
@@ -73,7 +74,7 @@ constexpr InertiaModel inertia() {
 }
 
 constexpr JointModel joint(float body_mm, float lower_deg, float upper_deg) {
-  return {.motor_turns_per_turn = body_mm / 10.0F,  // over the capstan's diameter
+  return {.motor_turns_per_turn = body_mm / 10.0F,  // divided by the diameter of the capstan, 10 mm
           .encoder_counts_per_turn = 2000.0F,
           .sign = 1.0F,
           .lower_rad = lower_deg * kDegree,
@@ -99,8 +100,8 @@ constexpr std::array<ArmModel, 2> kArms{
         .max_force_N = 8.5F,
         .supply_V = 24.0F,
         .structural_stiffness_N_m = 3500.0F,
-        // Maxon RE 25 118743. 129 mNm stall; 28.6 mNm is what the published continuous tip forces amount to
-        // (1.24 A x Kt less the motor's own friction).
+        // Maxon RE 25 118743. 129 mNm stall torque; 28.6 mNm corresponds to the published continuous tip
+        // forces (1.24 A x Kt minus the friction of the motor).
         .motor = {.torque_constant_N_m_A = .0234F,
                   .resistance_ohm = 2.18F,
                   .inductance_H = .238e-3F,
@@ -121,8 +122,8 @@ constexpr std::array<ArmModel, 2> kArms{
         .upper_link_m = wooden::kL1,
         .forearm_m = wooden::kL2,
         .joint = {wooden::joint(160, -60, 60), wooden::joint(120, -30, 130), wooden::joint(120, -30, 110)},
-        // The tip is then at the published origin (.22, 0, .08) m: c2 = (l2/l1) c3 keeps it at the shoulder's
-        // height.
+        // The tip is then at the published origin (.22, 0, .08) m; c2 = (l2/l1) c3 puts it at the height of
+        // the shoulder.
         .home_rad = {0, 70.304043F * kDegree, 38.021380F * kDegree},
         .min_elbow_rad = -60 * kDegree,
         .max_elbow_rad = 65 * kDegree,

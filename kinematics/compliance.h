@@ -1,7 +1,7 @@
-// How far the tip stands from where the encoders see it: they sit at the motors, and the cables and links between
-// give way to the load. The firmware's guarded move measures with it. Source of the figure: the arm model's
-// structural stiffness (tip against locked motors, at q = 0), split over the joints as springs of their own.
-// Units: N m/rad, N m, m. Cannot fail.
+// Elastic deflection of the tip relative to the encoders, which are at the motors: cables and links deflect
+// under load. The firmware uses it to correct the tip position of a guarded move. Source: the structural
+// stiffness of the arm model (tip against locked motors, at q = 0), distributed over the joints as one spring
+// each. Units: N m/rad, N m, m. Cannot fail.
 #pragma once
 
 #include "kinematics/arm.h"
@@ -14,8 +14,8 @@ template <typename S>
   return S(arm.model().structural_stiffness_N_m) * J.colwise().squaredNorm().transpose();
 }
 
-// p_tip - p_encoders at rest under these joint torques, as the cables carry them (the weight of the links
-// included, the motors' friction not). World frame.
+// p_tip - p_encoders at rest under the joint torques that the cables transmit (including the weight of the
+// links, without the friction of the motors). World frame.
 template <typename S>
 [[nodiscard]] Vector3<S> tip_stretch(const Posture<S>& posture, const Vector3<S>& stiffness_N_m_rad,
                                      const Vector3<S>& torque_N_m) noexcept {

@@ -1,6 +1,7 @@
-// The rigid-body model  M(q) qdd + C(q, qd) qd + G(q) = torque.  The firmware uses gravity_torques() to carry
-// the arm's weight; the simulated arm integrates all of it; tests instantiate it for double. Rotors are left
-// out: see arm_model.h. Units: kg m2, N m, rad. Cannot fail: with NaN in, NaN comes out.
+// The rigid-body model  M(q) qdd + C(q, qd) qd + G(q) = torque.  The firmware uses gravity_torques() to
+// compensate the weight of the arm; the simulated arm integrates the complete equation; tests instantiate it
+// for double. Rotors are not included, see arm_model.h. Units: kg m2, N m, rad. Cannot fail: NaN input gives
+// NaN output.
 #pragma once
 
 #include "kinematics/arm.h"
@@ -8,7 +9,7 @@
 namespace thimble::kinematics {
 
 template <typename S>
-struct PlaneAngles {  // of joints 2 and 3, the only ones that the inertia depends on
+struct PlaneAngles {  // of joints 2 and 3; the inertia depends on no other joint
   S s2, c2, s3, c3;
   explicit PlaneAngles(const Posture<S>& p) noexcept
       : s2(p.q2.sin), c2(p.q2.cos), s3(p.q3.sin), c3(p.q3.cos) {}
@@ -27,8 +28,8 @@ template <typename S>
   return M;
 }
 
-// C by the Christoffel symbols of M:  C_ij = sum_k (dM_ij/dq_k + dM_ik/dq_j - dM_jk/dq_i) qd_k / 2,  so Mdot
-// - 2C is skew.
+// C from the Christoffel symbols of M:  C_ij = sum_k (dM_ij/dq_k + dM_ik/dq_j - dM_jk/dq_i) qd_k / 2,  so
+// Mdot - 2C is skew-symmetric.
 template <typename S>
 [[nodiscard]] Matrix3<S> coriolis_matrix(const InertiaModel& m, const Posture<S>& posture,
                                          const Vector3<S>& qd) noexcept {
@@ -48,7 +49,7 @@ template <typename S>
   return {S(0), S(m.g2) * posture.q2.cos, S(m.g3) * posture.q3.sin};
 }
 
-// Height energy, whose gradient gravity_torques() is. J.
+// Potential energy in J; its gradient is gravity_torques().
 template <typename S>
 [[nodiscard]] S gravity_energy(const InertiaModel& m, const Posture<S>& posture) noexcept {
   return S(m.g2) * posture.q2.sin - S(m.g3) * posture.q3.cos;

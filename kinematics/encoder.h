@@ -1,9 +1,9 @@
-// One joint's incremental encoder: a raw counter of 16 or 32 bits in, a joint angle out. The firmware calls
-// update() for every joint in every tick, and home() when the joint's angle is known.
+// The incremental encoder of one joint: converts a raw counter of 16 or 32 bits to a joint angle. The
+// firmware calls update() for every joint in every tick, and home() when the joint angle is known.
 //
-// A counter that moved more than the joint can since the last reading is implausible: the reading is refused,
-// the angle stays, and the caller trips. Wraps are followed as long as a tick moves less than half the
-// counter's range.
+// A counter change above what the joint can move since the last reading is implausible: the reading is
+// rejected, the angle is unchanged, and the caller raises a fault. Counter wraps are handled if the change
+// per tick is below half of the counter's range.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ class JointEncoder {
  public:
   JointEncoder() noexcept = default;
 
-  // period_s: between two readings; with the joint's top speed it bounds the counts per tick (at least 2: one
-  // count of jitter either way is no fault).
+  // period_s: time between two readings. Together with the maximum joint speed it gives the maximum counts
+  // per tick (at least 2, so that one count of jitter in either direction is not a fault).
   JointEncoder(const ArmModel& model, int joint, float period_s) noexcept
       : rad_per_count_(model.rad_per_count(joint)), width_(model.counter_width) {
     const float counts =
@@ -27,14 +27,15 @@ class JointEncoder {
     max_counts_per_tick_ = counts < 2.0F ? 2 : static_cast<std::int32_t>(counts) + 1;
   }
 
-  // The joint stands at angle_rad while the counter shows raw. Forgets everything before.
+  // Sets the reference: the joint is at angle_rad while the counter reads raw. Discards the previous state.
   void home(std::uint32_t raw, float angle_rad) noexcept {
     last_raw_ = raw;
     counts_ = 0;
     offset_rad_ = angle_rad;
   }
 
-  // The counter shows raw, and has moved by counts since the joint stood at home_rad.
+  // Restores a recorded state: the counter reads raw and has changed by counts since the joint was at
+  // home_rad.
   void resume(std::uint32_t raw, std::int32_t counts, float home_rad) noexcept {
     last_raw_ = raw;
     counts_ = counts;

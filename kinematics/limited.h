@@ -1,4 +1,4 @@
-// The result of a clamp: the value, and which limiter acted. Clamping is never silent.
+// The result of a clamp: the value, and which limit acted.
 #pragma once
 
 namespace thimble::kinematics {

@@ -1,7 +1,7 @@
-// Joint torques -> motor currents, clamped to what the motors take. The firmware calls it every tick as the
-// last step before its outputs. When one motor would exceed its peak all three are scaled alike, so that the
-// torque keeps its direction in joint space. Cannot fail; NaN in gives NaN out (and kNone): the tick's finite
-// check stands before it.
+// Joint torques to motor currents, clamped to the limits of the motors. The firmware calls it in every tick
+// as the last step before its outputs. If one motor would exceed its limit, all three currents are scaled by
+// the same factor, so the torque keeps its direction in joint space. Cannot fail; NaN input gives NaN output
+// and kNone: the tick checks for finite values before the call.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@ namespace thimble::kinematics {
 
 enum class CurrentLimit : std::uint8_t { kNone, kMotor1, kMotor2, kMotor3 };
 
-// limit_A: per motor, for a limit below the peak (thermal derating).
+// limit_A: per motor; below the peak current when derated by the thermal model.
 [[nodiscard]] inline Limited<Eigen::Vector3f, CurrentLimit> motor_currents(
     const ArmModel& model, const Eigen::Vector3f& joint_torque_N_m, const Eigen::Vector3f& limit_A) noexcept {
   Eigen::Vector3f current_A;
@@ -30,7 +30,7 @@ enum class CurrentLimit : std::uint8_t { kNone, kMotor1, kMotor2, kMotor3 };
   }
   if (which != CurrentLimit::kNone) {
     for (int j = 0; j < 3; ++j) {
-      // The last min(): the division may round up past the limit.
+      // Clamp again: the division may round to above the limit.
       const float scaled = current_A[j] / excess;
       current_A[j] = scaled > limit_A[j] ? limit_A[j] : scaled < -limit_A[j] ? -limit_A[j] : scaled;
     }

@@ -1,7 +1,7 @@
-// Sine, cosine and arcsine of our own: libm's differ in the last bit from one target to the next, and the tick
-// must not. sin_cos: within 1e-7 (float) and 3e-16 (double) over [-kMaxAngle, kMaxAngle]; arc_sine: within 2e-7.
-// An argument outside (or NaN) gives NaN, which the tick's finite check catches. No table, no loop with a
-// variable bound.
+// Own sine, cosine and arcsine: those of libm differ in the last bit between targets, and the tick must give
+// the same bytes on every target. Errors: sin_cos below 1e-7 (float) and 3e-16 (double) over [-kMaxAngle,
+// kMaxAngle]; arc_sine below 2e-7. An argument outside the range (or NaN) gives NaN, which the finite check
+// of the tick detects. No tables, no loops.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,8 @@ struct SinCos {
   S sin, cos;
 };
 
-inline constexpr double kMaxAngle = 12.6;  // just over two turns either way; joints stay within one
+inline constexpr double kMaxAngle =
+    12.6;  // slightly more than two turns in either direction; joint angles stay within one turn
 
 template <typename S>
 [[nodiscard]] constexpr SinCos<S> sin_cos(S angle) noexcept {
@@ -25,8 +26,8 @@ template <typename S>
   if (!(angle >= S(-kMaxAngle) && angle <= S(kMaxAngle))) {
     return {std::numeric_limits<S>::quiet_NaN(), std::numeric_limits<S>::quiet_NaN()};
   }
-  // r = angle - n pi/2, |r| <= pi/4. pi/2 in three parts, the first two short enough that n times them is
-  // exact (Cody, Waite).
+  // r = angle - n pi/2, |r| <= pi/4. pi/2 is split into three parts; the first two have few enough bits that
+  // their product with n is exact (Cody, Waite).
   const S quarters = angle * S(.636619772367581343);
   const int n = static_cast<int>(quarters + (quarters >= 0 ? S(.5) : S(-.5)));
   const S k = static_cast<S>(n);
@@ -34,7 +35,7 @@ template <typename S>
                             k * S(2.0222662487959506e-21)
                       : ((angle - k * S(1.5707950592041016)) - k * S(1.2675900507019833e-06)) -
                             k * S(7.443547480486623e-13);
-  // Taylor: the first term left out is below 2e-9 (float) and 2e-18 (double) at pi/4.
+  // Taylor series: the first omitted term is below 2e-9 (float) and 2e-18 (double) at pi/4.
   const S z = r * r;
   S s, c;
   if constexpr (kDouble) {
@@ -69,13 +70,13 @@ template <typename S>
   }
 }
 
-// Of 0 to 1, in radians.
+// Arcsine of x from 0 to 1, in radians; NaN outside.
 [[nodiscard]] inline float arc_sine(float x) noexcept {
   if (!(x >= 0.0F && x <= 1.0F)) return std::numeric_limits<float>::quiet_NaN();
   const bool upper = x > 0.5F;  // asin x = pi/2 - 2 asin sqrt((1 - x) / 2)
   const float z = upper ? 0.5F * (1.0F - x) : x * x;
   const float s = upper ? std::sqrt(z) : x;
-  // Taylor: the first term left out is below 6e-8 of the result at s = 1/2.
+  // Taylor series: the first omitted term is below 6e-8 of the result at s = 1/2.
   float sum = 2027025.0F / 175472640.0F;
   sum = sum * z + 135135.0F / 9676800.0F;
   sum = sum * z + 10395.0F / 599040.0F;

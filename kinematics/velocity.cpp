@@ -13,13 +13,13 @@ void VelocityEstimator::reset(std::int32_t counts) noexcept { history_.fill(coun
 
 float VelocityEstimator::update(std::int32_t counts) noexcept {
   constexpr int kRing = kMaxWindow + 1;
-  constexpr float kBand = 1.0F;  // counts that a reading may lie off the line
+  constexpr float kBand = 1.0F;  // maximum deviation of a reading from the line, counts
   head_ = head_ + 1 == kRing ? 0 : head_ + 1;
   history_[static_cast<std::size_t>(head_)] = counts;
 
-  // x[i]: the reading i ticks ago, from the newest (a difference, so that it is exact in a float).
+  // x[i]: the reading i ticks ago relative to the newest one; the difference is exact in a float.
   std::array<float, kRing> x;
-  float sum = 0.0F, moment = 0.0F;  // of x[i] and i x[i]
+  float sum = 0.0F, moment = 0.0F;  // sums of x[i] and i x[i]
   for (int i = 0; i <= window_; ++i) {
     const int at = head_ - i < 0 ? head_ - i + kRing : head_ - i;
     const float difference = static_cast<float>(history_[static_cast<std::size_t>(at)] - counts);

@@ -1,10 +1,10 @@
-// Speed of one encoder by first-order adaptive windowing (Janabi-Sharifi, Hayward, Chen 2000): the longest
-// recent window in which the least-squares line stays within one count of every reading, and that line's
-// slope. Slow motion gets a long window and little noise, fast motion a short one and little lag. The
-// firmware calls update() once per joint and tick; tip velocity is the Jacobian times the joints' speeds.
+// Speed of one encoder by first-order adaptive windowing (Janabi-Sharifi, Hayward, Chen 2000): the slope of
+// the least-squares line over the longest recent window in which the line is within one count of every
+// reading. Slow motion gives a long window with low noise, fast motion a short one with low lag. The firmware
+// calls update() once per joint and tick; the tip velocity is the Jacobian times the joint speeds.
 //
-// The window never exceeds kMaxWindow_s, so the lag never exceeds half of it; tests/unit/kinematics measures
-// lag and noise. No heap; at most kMaxWindow^2 short steps a call, kMaxWindow in the common case.
+// The window is at most kMaxWindow_s, so the lag is at most half of it; tests/unit/kinematics measures lag
+// and noise. No heap; at most kMaxWindow^2 short steps per call, kMaxWindow in the common case.
 #pragma once
 
 #include <array>
@@ -14,15 +14,15 @@ namespace thimble::kinematics {
 
 class VelocityEstimator {
  public:
-  static constexpr int kMaxWindow = 32;  // readings, whatever the rate
+  static constexpr int kMaxWindow = 32;  // readings, at any tick rate
   static constexpr float kMaxWindow_s = 2.0e-3F;
 
   explicit VelocityEstimator(float period_s = 1.0e-3F) noexcept;
 
-  // Forgets the past: the encoder stands still at `counts`.
+  // Discards the history; the encoder is assumed to have been at rest at `counts`.
   void reset(std::int32_t counts) noexcept;
 
-  // Takes this tick's reading, gives counts per second.
+  // Adds the reading of this tick; returns counts per second.
   [[nodiscard]] float update(std::int32_t counts) noexcept;
 
  private:

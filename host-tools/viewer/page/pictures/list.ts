@@ -87,7 +87,7 @@ export const kPictures: Picture[] = [
     scene: 'needle',
     folder: 'needle',
     at_s: 2.6,
-    text: "A needle in layers of tissue. The force curve has a drop for each layer that tore.",
+    text: 'A needle in layers of tissue. The force curve has a drop for each layer that tore.',
   },
   {
     scene: 'potential',
