@@ -29,11 +29,11 @@
 #include "firmware/observe/recording_frames.h"
 #include "firmware/observe/status_frames.h"
 #include "firmware/observe/telemetry_frames.h"
-#include "firmware/param_store.h"
 #include "firmware/params.h"
-#include "firmware/scene_store.h"
 #include "firmware/servo.h"
-#include "firmware/storage.h"
+#include "firmware/store/param_store.h"
+#include "firmware/store/scene_store.h"
+#include "firmware/store/storage.h"
 #include "firmware/telemetry.h"
 
 namespace thimble::firmware {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "firmware/slot_header.h"
+#include "firmware/link/crc32.h"
 
 namespace thimble::firmware {
 
@@ -44,7 +44,7 @@ void Trace::tick(const Tick& tick) noexcept {
   }
   const std::uint8_t before = last_.mode_command & link::kTraceMode;
   const bool happened = tick.command != 0 || before != tick.mode || last_.levels != tick.levels;
-  last_.crc = crc32(tick.forces, last_.crc);
+  last_.crc = link::crc32(tick.forces, last_.crc);
   last_.tick = entry.tick;
   last_.mode_command = static_cast<std::uint8_t>(tick.mode | tick.command << link::kTraceCommandShift);
   last_.levels = tick.levels;

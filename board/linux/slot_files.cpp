@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "board/linux/open_file.h"
-#include "firmware/slot_header.h"
+#include "firmware/store/slot_header.h"
 
 namespace thimble::board {
 namespace {

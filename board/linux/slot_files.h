@@ -11,7 +11,7 @@
 #include <span>
 
 #include "board/posix/descriptor.h"
-#include "firmware/storage.h"
+#include "firmware/store/storage.h"
 
 namespace thimble::board {
 

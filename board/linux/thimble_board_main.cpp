@@ -36,7 +36,7 @@
 #include "board/posix/link_ports.h"
 #include "board/posix/tty_port.h"
 #include "control/scene/limits.h"
-#include "firmware/slot_header.h"
+#include "firmware/store/slot_header.h"
 
 namespace thimble::board {
 namespace {

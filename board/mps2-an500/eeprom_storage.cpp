@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "firmware/slot_header.h"
+#include "firmware/store/slot_header.h"
 
 namespace thimble::board {
 namespace {

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "board/mps2-an500/eeprom.h"
-#include "firmware/storage.h"
+#include "firmware/store/storage.h"
 
 namespace thimble::board {
 

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <span>
 
-#include "firmware/storage.h"
+#include "firmware/store/storage.h"
 
 namespace thimble::board {
 

@@ -8,7 +8,7 @@
 #include "board/sim/sim_board.h"
 #include "board/sim/verdict_text.h"
 #include "firmware/link/services.h"
-#include "firmware/slot_header.h"
+#include "firmware/store/slot_header.h"
 
 namespace thimble::board {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "board/zynqmp/board.h"
-#include "firmware/slot_header.h"
+#include "firmware/store/slot_header.h"
 
 namespace thimble::board {
 namespace {

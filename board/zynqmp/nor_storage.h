@@ -9,7 +9,7 @@
 #include <span>
 
 #include "board/zynqmp/nor.h"
-#include "firmware/storage.h"
+#include "firmware/store/storage.h"
 
 namespace thimble::board {
 

@@ -10,7 +10,7 @@
 #include "firmware/link/can_frame.h"
 #include "firmware/observe/telemetry_frames.h"
 #include "firmware/params.h"
-#include "firmware/scene_store.h"
+#include "firmware/store/scene_store.h"
 #include "firmware/servo.h"
 
 namespace thimble::firmware {

@@ -17,9 +17,9 @@
 #include <string>
 #include <system_error>
 
-#include "firmware/param_store.h"
-#include "firmware/scene_store.h"
-#include "firmware/slot_header.h"
+#include "firmware/store/param_store.h"
+#include "firmware/store/scene_store.h"
+#include "firmware/store/slot_header.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/firmware/bench.h"
 

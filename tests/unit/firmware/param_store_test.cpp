@@ -1,5 +1,5 @@
 // Parameters over power-off: whole or not at all, and never a value that is not allowed.
-#include "firmware/param_store.h"
+#include "firmware/store/param_store.h"
 
 #include <gtest/gtest.h>
 

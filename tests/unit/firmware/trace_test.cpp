@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-#include "firmware/slot_header.h"
+#include "firmware/store/slot_header.h"
 #include "tests/unit/firmware/bench.h"
 
 namespace thimble::test {

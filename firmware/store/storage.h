@@ -1,8 +1,8 @@
 // What a board keeps over power-off, as slots: flash, EEPROM, a file, or memory. Called from the background only,
 // but what is mapped is read by the tick, in place.
 //
-//   slots 0, 1   scenes (firmware/scene_store.h): both have one size, the board's choice
-//   slots 2, 3   parameters (firmware/param_store.h): at least kParamSlotBytes each
+//   slots 0, 1   scenes (firmware/store/scene_store.h): both have one size, the board's choice
+//   slots 2, 3   parameters (firmware/store/param_store.h): at least kParamSlotBytes each
 #pragma once
 
 #include <cstddef>

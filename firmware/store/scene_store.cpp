@@ -1,4 +1,4 @@
-#include "firmware/scene_store.h"
+#include "firmware/store/scene_store.h"
 
 #include "control/scene/same_shapes.h"
 

@@ -14,8 +14,8 @@
 #include <span>
 
 #include "control/scene/scene_view.h"
-#include "firmware/slot_header.h"
-#include "firmware/storage.h"
+#include "firmware/store/slot_header.h"
+#include "firmware/store/storage.h"
 
 namespace thimble::firmware {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "firmware/params.h"
-#include "firmware/scene_store.h"
-#include "firmware/storage.h"
+#include "firmware/store/scene_store.h"
+#include "firmware/store/storage.h"
 
 namespace thimble::firmware {
 

@@ -1,8 +1,8 @@
-#include "firmware/param_store.h"
+#include "firmware/store/param_store.h"
 
 #include <array>
 
-#include "firmware/slot_header.h"
+#include "firmware/store/slot_header.h"
 
 namespace thimble::firmware {
 namespace {

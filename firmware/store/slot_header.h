@@ -1,5 +1,5 @@
-// Two slots that take turns, each with a header of sequence number and CRC-32 that is written last: power may fail at any
-// byte of a write and what was saved before is still there. Used by the stores, in the background.
+// Two slots that are written alternately, each with a header of sequence number and CRC-32 that is written last. So power
+// may fail at any byte of a write, and what was saved before is still there. Used by the stores, in the background.
 #pragma once
 
 #include <array>
@@ -9,11 +9,13 @@
 
 #include "control/scene/pauses.h"
 #include "firmware/link/crc32.h"
-#include "firmware/storage.h"
+#include "firmware/store/storage.h"
 
 namespace thimble::firmware {
 
 using link::crc32;
+// The same of many bytes, with a pause after every kilobyte (pause may be null).
+[[nodiscard]] std::uint32_t crc32(std::span<const std::byte> bytes, control::Pause pause) noexcept;
 
 // In front of the contents of each slot; a multiple of 8, so that they stay aligned.
 inline constexpr std::size_t kSlotHeaderBytes = 64;
@@ -34,9 +36,6 @@ using SlotHeaderBytes = std::array<std::byte, 24>;
 [[nodiscard]] constexpr std::uint32_t next_sequence(std::uint32_t sequence) noexcept {
   return sequence + 1 == 0 ? 1 : sequence + 1;
 }
-
-// The same of much, pausing every kilobyte (pause may be null).
-[[nodiscard]] std::uint32_t crc32(std::span<const std::byte> bytes, control::Pause pause) noexcept;
 
 // Which of slots first_slot and first_slot + 1 are whole (header and CRC), the newest first. O(contents).
 struct NewestFirst {

@@ -1,4 +1,4 @@
-#include "firmware/slot_header.h"
+#include "firmware/store/slot_header.h"
 
 #include <algorithm>
 
