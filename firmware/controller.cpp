@@ -22,6 +22,11 @@ static_assert(std::all_of(std::begin(kFaultTable), std::end(kFaultTable),
                           [](const FaultRow& row) { return static_cast<unsigned>(row.fault) < 32; }),
               "faults_seen() has 32 bits");
 
+bool recorded(std::uint16_t id) noexcept {
+  const ParamRow* row = find_param(id);
+  return row != nullptr && row->recorded == Recording::kRecorded;
+}
+
 Nrc to_nrc(StoreStatus status) noexcept {
   switch (status) {
     case StoreStatus::kOk:
@@ -225,7 +230,7 @@ Nrc Controller::write_data(std::uint16_t did, std::span<const std::uint8_t> data
   for (std::size_t i = 0; i < kParamBytes; ++i) bits |= static_cast<std::uint32_t>(data[i]) << (8 * i);
   // The tick reads parameters whenever it likes: a trace must have ended before, and none may be about to begin.
   if (waited_for_ == Command::kTrace && servo_.command_pending()) return Nrc::kBusyRepeatRequest;
-  if (did != row_of(Param::telemetry_decimation).id && servo_.trace().phase() == TracePhase::kRunning &&
+  if (recorded(did) && servo_.trace().phase() == TracePhase::kRunning &&
       params_.check(did, bits, motors_off()) == ParamStatus::kOk) {
     servo_.trace().request_end(TraceEnd::kParameter);
     return Nrc::kResponsePending;
@@ -247,8 +252,7 @@ ParamStatus Controller::read_param(std::uint16_t id, std::uint32_t& bits) const 
 }
 
 ParamStatus Controller::write_param(std::uint16_t id, std::uint32_t bits) noexcept {
-  if (id != row_of(Param::telemetry_decimation).id &&
-      params_.check(id, bits, motors_off()) == ParamStatus::kOk)
+  if (recorded(id) && params_.check(id, bits, motors_off()) == ParamStatus::kOk)
     servo_.trace().request_end(TraceEnd::kParameter);
   return params_.write(id, bits, motors_off());
 }

@@ -89,7 +89,8 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] Mode mode() const noexcept { return servo_.mode(); }
   [[nodiscard]] Fault fault() const noexcept { return servo_.fault(); }
   [[nodiscard]] Conditions unmet() const noexcept { return servo_.unmet(); }  // against arming, now
-  // A write with access kAtRest is refused while the motors are on. A trace ends with any but telemetry_decimation's.
+  // A write with access kAtRest is refused while the motors are on. A recording ends before a parameter that has an effect on
+  // the forces is written (column `recorded` of params.def).
   [[nodiscard]] ParamStatus read_param(std::uint16_t id, std::uint32_t& bits) const noexcept;
   [[nodiscard]] ParamStatus write_param(std::uint16_t id, std::uint32_t bits) noexcept;
   // Keeps them over power-off, with the motors off (kBusy: they are on).

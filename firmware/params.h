@@ -1,6 +1,6 @@
 // The parameters of params.def: table, names and values. The background writes them and the tick reads them: each value is
-// one word (firmware/exchange/word.h), so neither waits, and a value is never torn. Values live until power-off, unless they are
-// saved (param_store.h).
+// one word (firmware/exchange/word.h), so neither waits, and a value is never torn. Values last until power-off, unless they
+// are saved (firmware/store/param_store.h).
 #pragma once
 
 #include <array>
@@ -15,9 +15,11 @@ namespace thimble::firmware {
 
 enum class ParamType : std::uint8_t { kFloat, kUnsigned };
 enum class Access : std::uint8_t { kAlways, kAtRest };
+enum class Persistence : std::uint8_t { kThisSession, kPersistent };
+enum class Recording : std::uint8_t { kNotRecorded, kRecorded };
 
 enum class Param : std::uint8_t {  // position in the table
-#define THIMBLE_PARAM(id, name, unit, type, initial, min, max, access, text) name,
+#define THIMBLE_PARAM(id, name, unit, type, initial, min, max, access, persistent, recorded, text) name,
 #include "firmware/params.def"
 #undef THIMBLE_PARAM
   kCount
@@ -33,19 +35,23 @@ struct ParamRow {
   float min;
   float max;
   Access access;
+  Persistence persistent;
+  Recording recorded;
   const char* text;
 };
 
 inline constexpr std::array<ParamRow, kParamCount> kParamTable = {{
-#define THIMBLE_PARAM(id, name, unit, type, initial, min, max, access, text) \
-  {id,                                                                       \
-   #name,                                                                    \
-   unit,                                                                     \
-   ParamType::type,                                                          \
-   static_cast<float>(initial),                                              \
-   static_cast<float>(min),                                                  \
-   static_cast<float>(max),                                                  \
-   Access::access,                                                           \
+#define THIMBLE_PARAM(id, name, unit, type, initial, min, max, access, persistent, recorded, text) \
+  {id,                                                                                             \
+   #name,                                                                                          \
+   unit,                                                                                           \
+   ParamType::type,                                                                                \
+   static_cast<float>(initial),                                                                    \
+   static_cast<float>(min),                                                                        \
+   static_cast<float>(max),                                                                        \
+   Access::access,                                                                                 \
+   Persistence::persistent,                                                                        \
+   Recording::recorded,                                                                            \
    text},
 #include "firmware/params.def"
 #undef THIMBLE_PARAM

@@ -1,5 +1,6 @@
 #include "firmware/store/param_store.h"
 
+#include <algorithm>
 #include <array>
 
 #include "firmware/store/slot_header.h"
@@ -9,7 +10,9 @@ namespace {
 
 // Each: id and value, little-endian, 4 bytes both. A list and no struct, so that parameters may come and go.
 constexpr std::size_t kEntryBytes = 8;
-constexpr std::size_t kSetBytes = kParamCount * kEntryBytes;
+constexpr bool persistent(const ParamRow& row) { return row.persistent == Persistence::kPersistent; }
+constexpr std::size_t kSetBytes =
+    static_cast<std::size_t>(std::count_if(kParamTable.begin(), kParamTable.end(), persistent)) * kEntryBytes;
 static_assert(kSlotHeaderBytes + kSetBytes <= Storage::kParamSlotBytes);
 
 void put(std::span<std::byte> at, std::uint32_t value) noexcept {
@@ -33,20 +36,22 @@ void ParamStore::load(Params& params) noexcept {
   const std::span<const std::byte> set = storage_->slot(slot).subspan(kSlotHeaderBytes, header.length);
   for (std::size_t at = 0; at + kEntryBytes <= set.size(); at += kEntryBytes) {
     const std::uint32_t id = get(set.subspan(at));
-    // That nobody's hand is near is said for today, not for ever.
-    constexpr std::uint32_t kNotKept = kParamTable[static_cast<std::size_t>(Param::allow_moves)].id;
-    if (id <= 0xFFFF && id != kNotKept)
-      static_cast<void>(params.write(static_cast<std::uint16_t>(id), get(set.subspan(at + 4)), true));
+    const ParamRow* row = id <= 0xFFFF ? find_param(static_cast<std::uint16_t>(id)) : nullptr;
+    if (row != nullptr && persistent(*row))
+      static_cast<void>(params.write(row->id, get(set.subspan(at + 4)), true));
   }
 }
 
 StoreStatus ParamStore::save(const Params& params) noexcept {
   std::array<std::byte, kSetBytes> set{};
-  for (std::size_t i = 0; i < kParamCount; ++i) {
+  std::size_t at = 0;
+  for (const ParamRow& row : kParamTable) {
+    if (!persistent(row)) continue;
     std::uint32_t bits = 0;
-    static_cast<void>(params.read(kParamTable[i].id, bits));
-    put(std::span(set).subspan(i * kEntryBytes), kParamTable[i].id);
-    put(std::span(set).subspan(i * kEntryBytes + 4), bits);
+    static_cast<void>(params.read(row.id, bits));
+    put(std::span(set).subspan(at), row.id);
+    put(std::span(set).subspan(at + 4), bits);
+    at += kEntryBytes;
   }
   const unsigned slot = sequence_ == 0 ? kFirstSlot : 2 * kFirstSlot + 1 - active_;  // the other one
   const std::uint32_t sequence = next_sequence(sequence_);

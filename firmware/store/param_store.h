@@ -1,4 +1,4 @@
-// The parameters that were saved: the newest sound one of two small slots. Called from the background.
+// The parameters that were saved: the newest valid one of two small slots. Called from the background.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,11 @@ class ParamStore {
  public:
   explicit ParamStore(Storage& storage) noexcept : storage_(&storage) {}
 
-  // At start. A parameter that was not saved, is not known any more or has a value that is not allowed now keeps its
-  // default.
+  // At start. A parameter keeps its default where it was not saved, is not persistent or not known any more, or where the
+  // saved value is not allowed now.
   void load(Params& params) noexcept;
 
-  // All of them, as they are now. kStorage: the hardware refused; what was saved before is still there.
+  // All that are persistent (params.def), as they are now. kStorage: the hardware refused; what was saved before is still there.
   [[nodiscard]] StoreStatus save(const Params& params) noexcept;
 
  private:

@@ -84,6 +84,29 @@ TEST(ParamStore, ForgetsWhatIsNotAllowedNotKnownOrNotForEver) {
   EXPECT_EQ(loaded(storage, Param::max_force), Params().get(Param::max_force));
 }
 
+// Column `persistent` of params.def decides, for every row.
+TEST(ParamStore, KeepsThePersistentParametersAndNoOther) {
+  TestStorage storage;
+  Params params;
+  for (const firmware::ParamRow& row : firmware::kParamTable)
+    set(params, static_cast<Param>(&row - firmware::kParamTable.data()),
+        row.initial == row.max ? row.min : row.max);
+  ASSERT_EQ(ParamStore(storage).save(params), StoreStatus::kOk);
+  Params after;
+  ParamStore(storage).load(after);
+  const Params defaults;
+  int kept = 0;
+  for (const firmware::ParamRow& row : firmware::kParamTable) {
+    const auto param = static_cast<Param>(&row - firmware::kParamTable.data());
+    const bool persistent = row.persistent == firmware::Persistence::kPersistent;
+    EXPECT_EQ(after.get_unsigned(param), (persistent ? params : defaults).get_unsigned(param)) << row.name;
+    kept += persistent ? 1 : 0;
+  }
+  std::printf("%d of %zu parameters are persistent\n", kept, firmware::kParamCount);
+  EXPECT_FALSE(firmware::row_of(Param::allow_moves).persistent == firmware::Persistence::kPersistent)
+      << "a permission to move is for one session";
+}
+
 // Through the controller: refused while the motors are on, there after a restart.
 TEST(ParamStore, IsTheControllersOverARestart) {
   Bench bench;

@@ -49,16 +49,21 @@ std::string parameters_page() {
   page << "# Parameters\n\n"
           "`thimble param` reads and writes them. Values last until power-off unless `thimble param save` "
           "stores "
-          "them. Parameters that may\n"
-          "change \"at rest\" are refused while the motors are on.\n\n"
-          "| id | name | unit | default | minimum | maximum | may change | meaning "
-          "|\n|---|---|---|---|---|---|---|---|\n";
+          "them (column \"saved\").\n"
+          "Parameters that may change \"at rest\" are refused while the motors are on. A recording ends "
+          "before a "
+          "parameter with \"yes\" in the\n"
+          "column \"recorded\" is written, because it has an effect on the forces.\n\n"
+          "| id | name | unit | default | minimum | maximum | may change | saved | recorded | meaning "
+          "|\n|---|---|---|---|---|---|---|---|---|---|\n";
   for (const firmware::ParamRow& row : firmware::kParamTable) {
     char id[8];
     (void)std::snprintf(id, sizeof(id), "0x%04X", static_cast<unsigned>(row.id));
     page << "| " << id << " | `" << row.name << "` | " << row.unit << " | " << number(row.initial) << " | "
          << number(row.min) << " | " << number(row.max) << " | "
-         << (row.access == firmware::Access::kAlways ? "always" : "at rest") << " | " << row.text << " |\n";
+         << (row.access == firmware::Access::kAlways ? "always" : "at rest") << " | "
+         << (row.persistent == firmware::Persistence::kPersistent ? "yes" : "no") << " | "
+         << (row.recorded == firmware::Recording::kRecorded ? "yes" : "no") << " | " << row.text << " |\n";
   }
   return page.str();
 }
