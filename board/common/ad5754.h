@@ -1,12 +1,13 @@
-// Motor currents as words for an AD5754R, a digital-to-analogue converter with four outputs of 16 bits (Analog Devices,
-// data sheet rev. G): 24-bit frames, most significant byte first, SPI mode 1 (data taken at the clock's falling edge).
+// Encodes motor currents for an AD5754R, a digital-to-analogue converter with four outputs of 16 bits (Analog
+// Devices, data sheet rev. G): 24-bit frames, most significant byte first, SPI mode 1 (data sampled at the
+// falling clock edge).
 //
 //   bit 23: 0 write   bits 21-19: register   bits 18-16: output   bits 15-0: data
-//   register 0: an output's voltage   1: its range   2: power   3: control
+//   register 0: voltage of an output   1: its range   2: power   3: control
 //
-// Pin BIN/2sCOMP is tied to ground: voltages are in two's complement, and the word 0 at power-on is 0 V. Pin LDAC is tied
-// high: voltages wait until the frame `load`, so that all outputs of an arm change together.
-// No heap, no OS; cannot fail.
+// Pin BIN/2sCOMP is tied to ground: voltages are in two's complement, so the word 0 after power-on is 0 V.
+// Pin LDAC is tied high: voltages take effect with the frame `load`, so all outputs of an arm change
+// together. No heap, no OS; cannot fail.
 #pragma once
 
 #include <array>
@@ -20,11 +21,11 @@ namespace thimble::board {
 class Ad5754 {
  public:
   using Frame = std::array<std::uint8_t, 3>;
-  static constexpr float kRange_V = 10.0F;  // the range that set_range() sets: -10 V to 10 V less one step
+  static constexpr float kRange_V = 10.0F;  // set_range() selects -10 V to 10 V minus one step
 
   struct Channel {
-    float volts_per_ampere = 1.0F;  // of the amplifier behind it; may be negative
-    float offset_V = 0.0F;          // what makes the amplifier drive no current
+    float volts_per_ampere = 1.0F;  // of the amplifier; may be negative
+    float offset_V = 0.0F;          // voltage at which the amplifier drives no current
   };
 
   [[nodiscard]] static constexpr Frame set_range() noexcept {
@@ -38,7 +39,8 @@ class Ad5754 {
     return frame(0, output, static_cast<std::uint16_t>(word));
   }
 
-  // Which is true where the voltage would leave the range. Not a finite number: the offset, so no current.
+  // `which` is true if the voltage was clamped to the range. A current that is not finite gives offset_V,
+  // which is zero current.
   [[nodiscard]] static kinematics::Limited<std::int16_t, bool> word(const Channel& channel,
                                                                     float current_A) noexcept {
     float steps = (current_A * channel.volts_per_ampere + channel.offset_V) * (32768.0F / kRange_V);

@@ -1,12 +1,12 @@
-// Proof that every part of a controller makes progress: what a watchdog may be fed on. Each context counts its rounds with
-// beat(); the one that feeds asks alive() first, so a watchdog bites when any of them hangs, not only the one that feeds.
+// Detects a context that hangs. Each context calls beat() in every cycle. The context that feeds the watchdog
+// calls alive() first, so the watchdog expires when any context hangs, not only the feeding one.
 //
 //   servo        liveness.beat(kTick);                           // at the end of a tick whose outputs have been written
 //   background   liveness.beat(kLink); liveness.beat(kBackground);
 //   the feeder   if (liveness.alive(now_us)) watchdog.feed();    // one context, at least twice per limit
 //
-// No heap, no lock, no OS. A context that beats again counts as alive again: whether it was away for too long is the
-// watchdog's to say, by its own time.
+// No heap, no lock, no OS. A context that beats again counts as alive again; the watchdog decides by its own
+// time whether it was absent for too long.
 #pragma once
 
 #include <array>
@@ -19,18 +19,18 @@ namespace thimble::board {
 template <std::size_t kContexts>
 class Liveness {
  public:
-  // limit_us: for each context, how long it may take from one beat to the next. The time starts with the first alive().
+  // limit_us: for each context the longest time between two beats. Measurement starts with the first alive().
   explicit constexpr Liveness(const std::array<std::uint32_t, kContexts>& limit_us) noexcept {
     for (std::size_t i = 0; i < kContexts; ++i) contexts_[i].limit_us = limit_us[i];
   }
 
-  // Each context's beat comes from one thread or interrupt level only.
+  // Each context calls it from one thread or interrupt level only.
   void beat(std::size_t context) noexcept {
     std::atomic<std::uint32_t>& count = contexts_[context].count;
     count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
 
-  // The feeder's context only; now_us never runs backwards.
+  // Only from the feeding context; now_us must be monotonic.
   [[nodiscard]] bool alive(std::uint64_t now_us) noexcept {
     bool all = true;
     for (Context& context : contexts_) {
@@ -45,7 +45,8 @@ class Liveness {
     return all;
   }
 
-  // Which contexts were over their limit at the last alive(), as bits.
+  // The contexts that exceed their limit at now_us, by the beats that the last alive() saw; bit i is context
+  // i.
   [[nodiscard]] std::uint32_t hanging(std::uint64_t now_us) const noexcept {
     std::uint32_t bits = 0;
     for (std::size_t i = 0; i < kContexts; ++i)

@@ -1,7 +1,7 @@
-// Quadrature decoding from edges, for a board without a counter in hardware: four counts a cycle, up while A leads B.
-// Fed with each edge of the two lines in the order in which they happened; an edge that cannot be (the line was already at
-// that level) proves that one before it was lost, and then the count is worthless until reset().
-// Servo context. No heap, no OS; cannot fail.
+// Quadrature decoding from edges, for a board without a hardware counter: four counts per cycle, up while A
+// leads B. It takes the edges of both lines in order of time. An impossible edge (the line already had that
+// level) shows that an earlier edge was lost; the count is then invalid until reset(). Servo context. No
+// heap, no OS; cannot fail.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,14 @@ enum class QuadratureLine : std::uint8_t { kA, kB };
 
 class Quadrature {
  public:
-  // The levels now; the count goes on from where it is, and lost() is false again.
+  // a, b: the present levels. Keeps the count and clears lost().
   void reset(bool a, bool b) noexcept {
     a_ = a;
     b_ = b;
     lost_ = false;
   }
 
-  // level: of the line after its edge.
+  // level: level of the line after the edge.
   void edge(QuadratureLine line, bool level) noexcept {
     bool& own = line == QuadratureLine::kA ? a_ : b_;
     if (own == level) {
@@ -32,7 +32,7 @@ class Quadrature {
     count_ += up ? 1U : ~0U;
   }
 
-  [[nodiscard]] std::uint32_t count() const noexcept { return count_; }  // wraps, as a 32-bit counter does
+  [[nodiscard]] std::uint32_t count() const noexcept { return count_; }  // wraps at 32 bits
   [[nodiscard]] bool lost() const noexcept { return lost_; }
 
  private:

@@ -1,6 +1,6 @@
-// A contact that keeps people safe (e-stop, dead-man switch), freed of its bounce. Towards the safe side, open, it acts at
-// once and on the shortest opening; towards the other it waits until the contact has stayed closed for a while.
-// Once a tick, servo context. No heap, no OS; cannot fail.
+// Debounces a safety contact (e-stop, dead-man switch). An opening, which is the safe state, takes effect at
+// once, also if it is shorter than a tick. A closing takes effect after the contact has stayed closed for
+// settle_ticks. Called once per tick in the tick context. No heap, no OS; cannot fail.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,13 @@ namespace thimble::board {
 
 class SafeContact {
  public:
-  // settle_ticks: samples in a row that must be closed before it counts as closed; at least 1. It starts open.
+  // settle_ticks: number of consecutive closed samples after which it counts as closed; at least 1. It starts
+  // open.
   explicit SafeContact(std::uint32_t settle_ticks) noexcept
       : settle_ticks_(settle_ticks < 1 ? 1 : settle_ticks) {}
 
-  // closed: the level now; opened: it was open at any time since the last call. Returns whether it counts as closed.
+  // closed: the present level; opened: it was open at some time since the last call. Returns whether it
+  // counts as closed.
   bool update(bool closed, bool opened) noexcept {
     if (!closed || opened) {
       closed_ticks_ = 0;

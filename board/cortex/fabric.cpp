@@ -5,7 +5,7 @@
 namespace thimble::board {
 namespace {
 
-// The limits of firmware/ keep currents within some amperes.
+// No overflow: the limits of firmware/ bound currents to some amperes.
 std::int32_t to_microamperes(float current_A) noexcept {
   constexpr float kMost_uA = 1.0e9F;
   const float current_uA = current_A * 1.0e6F;

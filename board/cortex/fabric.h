@@ -1,11 +1,13 @@
-// Encoders, motor currents and safety lines of the bare-metal boards: one block of registers in programmable logic, which a
-// board's own address map places. docs/board-cortex.md has the table and what the logic must do.
+// Encoders, motor currents and safety lines of the bare-metal boards: one register block in programmable
+// logic, at an address that the board defines. docs/board-cortex.md has the table and the requirements for
+// the logic.
 //
-//   every tick   fabric.latch(inputs)     counters and lines of one instant
+//   every tick   fabric.latch(inputs)     counters and lines from one instant
 //                ... Controller::tick ...
 //                fabric.commit(outputs)   currents and enables, together
 //
-// In emulation the block is plain memory, which holds kFabricId from the start and which the simulated arm reads and writes.
+// In emulation the block is plain memory that contains kFabricId from the start; the simulated arm reads and
+// writes it.
 #pragma once
 
 #include <cstdint>
@@ -18,11 +20,11 @@ namespace thimble::board {
 struct FabricRegisters {
   std::uint32_t id;       // R  kFabricId: the logic is loaded
   std::uint32_t version;  // R  kFabricVersion
-  std::uint32_t latch;  // W  any write: counters and lines below are those of this instant until the next one
-  std::uint32_t lines;  // R  kLine bits
+  std::uint32_t latch;    // W  any write latches the counters and lines below until the next write
+  std::uint32_t lines;    // R  kLine bits
   std::uint32_t
-      commit;  // W  any write: currents and enables below take effect, and the logic's watchdog starts anew
-  // W  the logic takes the enables away when no commit came for so long; 0: never
+      commit;  // W  any write applies the currents and enables below and restarts the watchdog of the logic
+  // W  time without a commit after which the logic clears the enables; 0: never
   std::uint32_t watchdog_us;
   std::uint32_t reserved[2];
   struct Arm {
@@ -46,9 +48,10 @@ class Fabric {
   Fabric(std::uintptr_t base, std::uint8_t arms, std::uint32_t watchdog_us) noexcept;
 
   [[nodiscard]] bool present() const noexcept;
-  void latch(firmware::Inputs& inputs) const noexcept;  // all but time and tick; samples are of inputs.tick
+  void latch(firmware::Inputs& inputs)
+      const noexcept;  // fills all except time and tick; samples belong to inputs.tick
   void commit(const firmware::Outputs& outputs) const noexcept;
-  void off() const noexcept;  // no current, no enable: what a crash does last
+  void off() const noexcept;  // no current, no enable; last action of a crash handler
 
  private:
   volatile FabricRegisters* registers_;

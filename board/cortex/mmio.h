@@ -1,4 +1,4 @@
-// Registers in memory.
+// Access to memory-mapped registers.
 #pragma once
 
 #include <cstdint>

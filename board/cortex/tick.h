@@ -1,4 +1,4 @@
-// One tick of a board whose arm is behind the register block (fabric.h), in its servo's context.
+// One tick of a board whose arm is connected to the register block (fabric.h), in the tick context.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,13 @@
 namespace thimble::board {
 
 struct TickTime {
-  std::uint64_t tick = 0;  // periods since the first
+  std::uint64_t tick = 0;  // periods since the first tick
   std::uint64_t time_us = 0;
-  float late_us = 0;  // of now against the tick's time
+  float late_us = 0;  // delay of the tick against its nominal time
 };
 
-// Encoders and lines in, currents out. last_tick_us: what the tick before took.
+// Reads encoders and lines, runs the controller, writes currents. last_tick_us: duration of the previous
+// tick.
 inline void run_tick(const Fabric& fabric, firmware::Controller& controller, const TickTime& time,
                      float last_tick_us) noexcept {
   firmware::Inputs inputs;

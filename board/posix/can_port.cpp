@@ -23,15 +23,15 @@ namespace {
 
 namespace link = firmware::link;
 
-constexpr std::size_t kRealTimeFrames = 32;  // waiting; beyond it the oldest is dropped
+constexpr std::size_t kRealTimeFrames = 32;  // queue length; when full, the oldest frame is dropped
 constexpr std::size_t kServiceFrames =
-    2048;  // three of the longest PDUs in classic frames; beyond it all are dropped
+    2048;  // three of the longest PDUs in classic frames; when exceeded, all are dropped
 constexpr unsigned kReadAtOnce = 1024;  // frames a read()
 constexpr int kSocketBytes =
-    4096;  // of frames on their way: fewer than the interface's queue holds (10 frames)
+    4096;  // send buffer of the socket: fewer frames than the interface's queue holds (10)
 constexpr int kReceiveBytes = 1 << 20;  // 1300 frames: two of the longest requests in classic ones
 constexpr std::chrono::milliseconds kTryCanAgain(250);
-constexpr std::chrono::milliseconds kStuckAfter(1000);  // what waits that long is of no use any more
+constexpr std::chrono::milliseconds kStuckAfter(1000);  // frames that wait longer are useless
 
 [[noreturn]] void fail_can(const std::string& interface, const std::string& why, const std::string& remedy) {
   throw std::runtime_error("cannot use the CAN interface " + interface + ": " + why + ": " + remedy);
@@ -61,7 +61,7 @@ void CanPort::open_socket() {
     fail_can(interface_, std::strerror(errno), "`ip link show type can` lists those that are there");
   fd_frames_ = request.ifr_mtu == CANFD_MTU;
 
-  // With or without data, remote or not, whoever sends it.
+  // The e-stop frame: with or without data, remote or not, from any sender.
   const std::array<can_filter, 3> filters = {
       {{link::EmergencyStop::kId, CAN_SFF_MASK | CAN_EFF_FLAG},
        {std::uint32_t{link::ForceOrder::kId} + node_, CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG},
@@ -70,7 +70,7 @@ void CanPort::open_socket() {
   set(opened.get(), CAN_RAW_ERR_FILTER, can_err_mask_t{CAN_ERR_BUSOFF | CAN_ERR_RESTARTED});
   if (fd_frames_) set(opened.get(), CAN_RAW_FD_FRAMES, int{1});
   setsockopt(opened.get(), SOL_SOCKET, SO_SNDBUF, &kSocketBytes, sizeof(kSocketBytes));
-  // Above the system's limit where one may; else what is allowed.
+  // FORCE exceeds the system's limit if permitted; otherwise use what is allowed.
   if (setsockopt(opened.get(), SOL_SOCKET, SO_RCVBUFFORCE, &kReceiveBytes, sizeof(kReceiveBytes)) != 0)
     setsockopt(opened.get(), SOL_SOCKET, SO_RCVBUF, &kReceiveBytes, sizeof(kReceiveBytes));
 
@@ -102,7 +102,7 @@ void CanPort::read() {
     try {
       open_socket();
     } catch (const std::runtime_error&) {
-      return;  // trouble() says that it is gone
+      return;  // trouble() reports it
     }
   }
   for (unsigned i = 0; i < kReadAtOnce; ++i) {
@@ -166,14 +166,14 @@ void CanPort::send(const link::CanFrame& frame) {
     }
   } else {
     services_.push_back(frame);
-    if (services_.size() > kServiceFrames) {  // what is left of a PDU is of no use
+    if (services_.size() > kServiceFrames) {  // the rest of an incomplete PDU is useless
       dropped_ += services_.size();
       services_.clear();
     }
   }
 }
 
-// False: not now.
+// False: it cannot be sent now.
 bool CanPort::write(const link::CanFrame& frame) {
   canfd_frame raw;
   const std::size_t bytes = link::to_socketcan(frame, raw);

@@ -1,5 +1,5 @@
-// A SocketCAN interface: any number of hosts on its bus, classic and FD frames. The interface's bit rates, and the restart after a
-// bus-off (restart-ms), are the system's to set (docs/link.md).
+// A SocketCAN interface with any number of hosts on its bus, classic and FD frames. The system sets the bit
+// rates of the interface and the restart after a bus-off (restart-ms), see docs/link.md.
 #pragma once
 
 #include <chrono>
@@ -16,9 +16,9 @@ namespace thimble::board {
 
 class CanPort final : public Port {
  public:
-  // Takes in what is meant for `node`, and the e-stop. Throws std::runtime_error with what to do when there is no such interface. It
-  // may be down, go down, leave the bus, be stuck (nobody acknowledges) or be unplugged: the port waits until it is back, and drops
-  // what it was to send meanwhile.
+  // Receives frames for `node` and the e-stop frame. Throws std::runtime_error with a remedy if the interface
+  // does not exist. The interface may be or go down, go bus-off, be stuck (no acknowledge) or be unplugged:
+  // the port waits until it works again, and drops the frames to be sent in the meantime.
   CanPort(std::string interface, std::uint8_t node);
 
   [[nodiscard]] std::vector<std::string> uris() const override;
@@ -43,15 +43,15 @@ class CanPort final : public Port {
 
   std::string interface_;
   std::uint8_t node_;
-  bool fd_frames_ = false;  // the interface carries them
+  bool fd_frames_ = false;  // the interface supports them
   Descriptor socket_;
   State state_ = State::kUp;
-  bool full_ = false;  // the kernel's queue: no use to wake up for room in the socket's
+  bool full_ = false;  // the kernel's queue is full: do not poll for space in the socket buffer
   std::chrono::steady_clock::time_point try_again_;
-  // When a frame left, or none waited, last.
+  // The last time at which a frame was sent or the queue was empty.
   std::chrono::steady_clock::time_point free_ = std::chrono::steady_clock::now();
   Frames received_;
-  Frames real_time_;  // both to be sent, this one first
+  Frames real_time_;  // transmit queues; real_time_ first
   Frames services_;
   std::uint64_t dropped_ = 0;
 };

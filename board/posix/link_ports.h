@@ -1,6 +1,8 @@
-// All ports of a board as one bus: what one host sends the board gets, what the board sends every host gets.
+// All ports of a board as one bus: the board receives the frames of all hosts, and every host receives the
+// frames of the board.
 //
-// Who calls it: thimble-sim's loop, and the background thread of a board on Linux. One thread. Nothing here blocks but wait().
+// Called by the loop of thimble-sim, and by the background thread of a board on Linux. One thread. Only
+// wait() blocks.
 #pragma once
 
 #include <cstdint>
@@ -22,20 +24,20 @@ class LinkPorts {
 
   [[nodiscard]] std::vector<std::string> uris() const;  // in the order in which the ports were added
 
-  // Waits for something to read, at most so long (1 ms where something waits to be sent), and takes it in.
+  // Waits until data can be read, at most timeout_us (1 ms if frames wait to be sent), and reads them.
   void wait(std::uint64_t timeout_us);
-  // The next frame that a host sent.
+  // The next frame received from a host.
   [[nodiscard]] std::optional<firmware::link::CanFrame> receive();
   void send(const firmware::link::CanFrame& frame);
   void flush();
 
   [[nodiscard]] std::uint64_t dropped() const;  // frames
-  // What stands against sending on any port, for a log: each time it has changed since the last call.
+  // Text for a log if the transmit problem of any port has changed since the last call.
   [[nodiscard]] std::optional<std::string> news();
 
  private:
   std::vector<std::unique_ptr<Port>> ports_;
-  std::string trouble_;  // told
+  std::string trouble_;  // last reported by news()
   std::vector<pollfd> polled_;
 };
 

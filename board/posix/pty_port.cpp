@@ -41,7 +41,7 @@ PtyPort::PtyPort(const std::string& link) {
   std::string path = name.data();
   if (!link.empty()) {
     std::error_code failed;
-    if (fs::is_symlink(link, failed)) fs::remove(link, failed);  // what a killed simulator left
+    if (fs::is_symlink(link, failed)) fs::remove(link, failed);  // left behind by a killed simulator
     fs::create_symlink(path, link, failed);
     if (failed) throw std::runtime_error("cannot make the link " + link + ": " + failed.message());
     link_ = link;

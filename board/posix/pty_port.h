@@ -1,4 +1,4 @@
-// SLCAN on a pseudo-terminal: what a host opens like a serial port.
+// SLCAN on a pseudo-terminal, which a host opens like a serial port.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ namespace thimble::board {
 
 class PtyPort final : public Port {
  public:
-  // `link`: a symbolic link to it, or empty. Throws std::runtime_error with what failed.
+  // `link`: path of a symbolic link to the pty, or empty. Throws std::runtime_error with the cause.
   explicit PtyPort(const std::string& link);
   PtyPort(const PtyPort&) = delete;
   PtyPort& operator=(const PtyPort&) = delete;
@@ -29,7 +29,7 @@ class PtyPort final : public Port {
 
  private:
   std::optional<SlcanStream> stream_;
-  Descriptor slave_;  // held open: without it a client that leaves would end the pty
+  Descriptor slave_;  // kept open: otherwise the pty would close with its first client
   std::string link_;
   std::string uri_;
 };

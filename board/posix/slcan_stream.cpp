@@ -13,10 +13,10 @@ namespace link = firmware::link;
 using link::SlcanPort;
 
 constexpr std::size_t kTelemetryQueue = std::size_t{64}
-                                        << 10U;               // bytes; beyond it real-time frames are dropped
-constexpr std::size_t kServiceQueue = std::size_t{1} << 20U;  // beyond it the channel is closed
+                                        << 10U;  // bytes; when exceeded, real-time frames are dropped
+constexpr std::size_t kServiceQueue = std::size_t{1} << 20U;  // when exceeded, the channel is closed
 
-// Without the signal that a socket whose other end left would raise.
+// MSG_NOSIGNAL: no SIGPIPE when the other end of a socket is closed.
 ssize_t write_quietly(int fd, const std::string& bytes) {
   const ssize_t put = ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   return put < 0 && errno == ENOTSOCK ? write(fd, bytes.data(), bytes.size()) : put;
@@ -56,7 +56,7 @@ void SlcanStream::send(const link::CanFrame& frame) {
     ++dropped_;
     return;
   }
-  if (out_.size() > kServiceQueue) {  // until somebody opens it again
+  if (out_.size() > kServiceQueue) {  // until the host opens the channel again
     port_.close();
     out_.clear();
     return;

@@ -1,5 +1,5 @@
-// One host that speaks SLCAN over a byte stream: the board's end. Telemetry that the host does not fetch is dropped, never queued for
-// long. For the pty, TCP and serial ports.
+// The board's end of an SLCAN connection to one host over a byte stream. Telemetry that the host does not
+// read in time is dropped. Used by the pty, TCP and serial ports.
 #pragma once
 
 #include <poll.h>
@@ -23,11 +23,11 @@ class SlcanStream {
   [[nodiscard]] pollfd polled() const;
   void read();
   [[nodiscard]] std::optional<firmware::link::CanFrame> receive();
-  void send(const firmware::link::CanFrame& frame);  // once the host has opened the channel
+  void send(const firmware::link::CanFrame& frame);  // ignored until the host has opened the channel
   void flush();
 
   [[nodiscard]] bool waiting() const { return !out_.empty(); }
-  [[nodiscard]] bool gone() const { return gone_; }  // the other end left: to be given up
+  [[nodiscard]] bool gone() const { return gone_; }  // the host has closed the connection
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
  private:

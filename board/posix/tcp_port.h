@@ -14,7 +14,7 @@ namespace thimble::board {
 
 class TcpPort final : public Port {
  public:
-  // On 127.0.0.1; 0: any free port. Throws std::runtime_error with what to do.
+  // Listens on 127.0.0.1; 0: any free port. Throws std::runtime_error with a remedy.
   explicit TcpPort(std::uint16_t port);
 
   [[nodiscard]] std::vector<std::string> uris() const override { return {uri_}; }
@@ -30,7 +30,7 @@ class TcpPort final : public Port {
   Descriptor listener_;
   std::vector<std::unique_ptr<SlcanStream>> hosts_;
   std::string uri_;
-  std::uint64_t dropped_ = 0;  // of hosts that have left
+  std::uint64_t dropped_ = 0;  // of closed connections
 };
 
 }  // namespace thimble::board

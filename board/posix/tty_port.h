@@ -1,4 +1,5 @@
-// SLCAN on a serial port that exists: the device end of USB (/dev/ttyGS0), a UART. The host's end of the cable has a name of its own.
+// SLCAN on an existing serial port: the device end of USB (/dev/ttyGS0) or a UART. The host's end of the
+// cable has another name.
 #pragma once
 
 #include <chrono>
@@ -13,8 +14,8 @@ namespace thimble::board {
 
 class TtyPort final : public Port {
  public:
-  // Throws std::runtime_error with what to do when it cannot be opened now. Later it may go (the cable is pulled, the gadget is taken
-  // away): the port opens it again when it is back.
+  // Throws std::runtime_error with a remedy if the serial port cannot be opened now. If it disappears later
+  // (the cable is unplugged, the gadget is removed), it is opened again when it is back.
   explicit TtyPort(std::string path);
 
   [[nodiscard]] std::vector<std::string> uris() const override { return {}; }
@@ -28,12 +29,12 @@ class TtyPort final : public Port {
   [[nodiscard]] std::string trouble() const override;
 
  private:
-  [[nodiscard]] bool open_tty();  // false: errno says why
+  [[nodiscard]] bool open_tty();  // false: see errno
 
   std::string path_;
   std::optional<SlcanStream> stream_;
   std::chrono::steady_clock::time_point try_again_;
-  std::uint64_t dropped_ = 0;  // of the times before
+  std::uint64_t dropped_ = 0;  // of earlier connections
 };
 
 }  // namespace thimble::board
