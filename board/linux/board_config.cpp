@@ -30,7 +30,7 @@ Eigen::Vector3f vector_of(const JsonValue& value, double most) {
 kinematics::BasePose read_base(const JsonValue& arm) {
   kinematics::BasePose base;
   if (arm.has("home_m")) base.home_m = vector_of(arm.at("home_m"), kMostMetres);
-  if (arm.has("turn_deg")) {  // about z: a base that tilts would leave gravity compensation wrong
+  if (arm.has("turn_deg")) {  // only about z: gravity compensation is not valid for a tilted base
     const auto turn_rad = static_cast<float>(arm.at("turn_deg").number(-180, 180) * std::numbers::pi / 180.0);
     base.rotation = Eigen::AngleAxisf(turn_rad, Eigen::Vector3f::UnitZ()).toRotationMatrix();
   }
@@ -43,8 +43,8 @@ GpioLine read_line(const JsonValue& value) {
   return {value.at("line").text(), value.at("active").word(Keys<2>{"high", "low"}) == 1, GpioBias::kAsIs};
 }
 
-// {"line": NAME, "closed": "high" | "low"}: which level a closed contact gives. The pull towards the other one makes an open
-// wire read as open, whichever the wiring.
+// {"line": NAME, "closed": "high" | "low"}: the level of a closed contact. The pull resistor towards the
+// other level makes an open wire read as open for either wiring.
 GpioLine read_contact(const JsonValue& value) {
   value.object(Keys<2>{"line", "closed"});
   const bool closed_low = value.at("closed").word(Keys<2>{"high", "low"}) == 1;

@@ -1,4 +1,5 @@
-// What is wired to an embedded Linux board, and how it is to run: one JSON file. docs/board-linux.md has every key.
+// The configuration of an embedded Linux board (wiring and run-time settings): one JSON file.
+// docs/board-linux.md has every key.
 #pragma once
 
 #include <linux/counter.h>
@@ -22,8 +23,8 @@ struct EncoderConfig {
   enum class Kind : std::uint8_t { kCounterPoll, kCounterEvents, kGpio };
   Kind kind = Kind::kCounterPoll;
   std::array<CounterPlace, 3> counter;
-  counter_event_type event = COUNTER_EVENT_CAPTURE;  // that latches, with kCounterEvents
-  std::array<std::array<std::string, 2>, 3> lines;   // A and B of each joint, with kGpio
+  counter_event_type event = COUNTER_EVENT_CAPTURE;  // for kCounterEvents: the event that latches the counts
+  std::array<std::array<std::string, 2>, 3> lines;   // for kGpio: A and B of each joint
 };
 
 struct DacConfig {
@@ -54,20 +55,20 @@ struct BoardConfig {
   double rate_Hz = 0;
   std::vector<LinkConfig> links;
   std::vector<ArmWiring> arms;
-  // Contacts: active is closed, whatever the wiring; an open wire reads as open.
+  // Switch contacts: active means closed, for either wiring; an open wire reads as open.
   GpioLine e_stop;
   std::optional<GpioLine> dead_man;
-  double settle_s = 0.02;  // of both contacts
+  double settle_s = 0.02;  // debounce time of both contacts
   std::filesystem::path store;
   int priority = 0;        // of SCHED_FIFO
-  std::optional<int> cpu;  // that the servo has
+  std::optional<int> cpu;  // processor reserved for the servo thread
   std::optional<std::filesystem::path> watchdog;
   int watchdog_timeout_s = 0;
 };
 
-// Throws ConfigError: file, JSON pointer, value and what is allowed; also for text that is not JSON.
+// Throws ConfigError with file, JSON pointer, value and allowed range; also for text that is not JSON.
 [[nodiscard]] BoardConfig parse_board_config(const std::string& text, const std::string& file);
-// The same, also where the file cannot be read.
+// The same for a file; also throws ConfigError if the file cannot be read.
 [[nodiscard]] BoardConfig read_board_config(const std::filesystem::path& file);
 
 }  // namespace thimble::board

@@ -35,7 +35,7 @@ void write_setting(const fs::path& file, const std::string& value) {
     throw std::system_error(errno, std::generic_category(), file.string() + ": " + value);
 }
 
-// The count's folder, set up for an encoder.
+// The count's folder; configures the count for an encoder.
 fs::path set_up(const CounterPlace& joint, kinematics::CounterWidth width) {
   fs::path count = find_device(joint.device) / ("count" + std::to_string(joint.count));
   if (!fs::exists(count / "count"))

@@ -1,9 +1,9 @@
-// Encoders on the kernel's counter subsystem, in two ways; board-linux.md says which board takes which.
-//   CounterPoll    reads sysfs: one pread() a joint and tick. Works with every counter driver.
-//   CounterEvents  reads the character device: one read() an arm and tick. It needs a driver that latches all three counts
-//                  at an event that comes at least once a tick (a timer's capture), with the time of the latch; the kernel
-//                  hands out values only with events, never on demand.
-// Both set the counts up: quadrature x4, enabled, and refuse a ceiling that the arm model does not expect.
+// Encoders on the kernel's counter subsystem, by two methods; docs/board-linux.md explains which one to use.
+//   CounterPoll    reads sysfs: one pread() per joint and tick. Works with every counter driver.
+//   CounterEvents  reads the character device: one read() per arm and tick. It needs a driver that latches all three counts
+//                  at an event at least once per tick (a timer's capture), with the time of the latch; the kernel delivers
+//                  values only with events, never on demand.
+// Both configure the counts (quadrature x4, enabled) and refuse a ceiling that differs from the arm model's.
 #pragma once
 
 #include <linux/counter.h>
@@ -20,7 +20,8 @@
 
 namespace thimble::board {
 
-// One count of one device. device: its kernel name ("counter0") or what its driver calls it (the file `name` in sysfs).
+// One count of one device. device: its kernel name ("counter0") or its driver's name for it (the file `name`
+// in sysfs).
 struct CounterPlace {
   std::string device;
   unsigned count = 0;
@@ -28,7 +29,7 @@ struct CounterPlace {
 
 class CounterPoll final : public EncoderReader {
  public:
-  // Throws std::system_error with what is missing and, where a setting is wrong, what to do.
+  // Throws std::system_error with the missing item, and for a wrong setting with a remedy.
   CounterPoll(const std::array<CounterPlace, 3>& joints, kinematics::CounterWidth width);
   [[nodiscard]] std::optional<EncoderSample> read(std::uint64_t now_ns) noexcept override;
 
@@ -44,12 +45,13 @@ class CounterEvents final : public EncoderReader {
   [[nodiscard]] std::optional<EncoderSample> read(std::uint64_t now_ns) noexcept override;
 
  private:
-  static constexpr std::size_t kEvents = 64;  // as many as the kernel keeps
+  static constexpr std::size_t kEvents = 64;  // size of the kernel's event queue
 
   std::array<unsigned, 3> count_of_;
   Descriptor device_;
   std::array<counter_event, kEvents> events_;
-  // A latch may arrive in two reads: gathered until all three counts of one time are there.
+  // The events of one latch may arrive in two reads; they are collected until all three counts with one time
+  // are complete.
   EncoderSample gathered_;
   unsigned joints_gathered_ = 0;  // bits
 };

@@ -12,7 +12,7 @@
 namespace thimble::board {
 namespace {
 
-constexpr std::size_t kEStopLine = 0;  // among the inputs
+constexpr std::size_t kEStopLine = 0;  // index among the inputs
 
 std::uint32_t settle_ticks(const BoardConfig& config) {
   return static_cast<std::uint32_t>(std::ceil(config.settle_s * config.rate_Hz));
@@ -47,7 +47,7 @@ std::unique_ptr<EncoderReader> open_encoders(const ArmWiring& wiring) {
   return nullptr;
 }
 
-// Runs `open`; what it throws becomes an entry of `missing`.
+// Runs `open`; an exception becomes an entry of `missing`.
 template <typename Open>
 void attempt(std::vector<Missing>& missing, const char* name, Open open) {
   try {
@@ -64,10 +64,10 @@ void attempt(std::vector<Missing>& missing, const char* name, Open open) {
 
 Devices::Devices(const BoardConfig& config)
     : e_stop_(settle_ticks(config)), dead_man_(settle_ticks(config)), arms_(config.arms.size()) {
-  // The outputs first: they are in the safe state from then on, whatever else is missing.
+  // The outputs first: from then on they are in the safe state, even if other devices are missing.
   for (std::size_t i = 0; i < arms_.size(); ++i) open_arm(config.arms[i], arms_[i]);
   attempt(missing_, "no_inputs", [&] { open_inputs(config); });
-  // Until the contacts have settled, or every start would begin with an e-stop.
+  // Wait until the contacts are debounced; otherwise every start would begin with an e-stop.
   const std::chrono::duration<double> period(1.0 / config.rate_Hz);
   for (std::uint32_t tick = 0; tick <= settle_ticks(config) && inputs_; ++tick) {
     firmware::Inputs in;
@@ -86,7 +86,7 @@ void Devices::open_arm(const ArmWiring& wiring, Arm& arm) {
 
 void Devices::open_inputs(const BoardConfig& config) {
   std::vector<GpioLine> lines = {config.e_stop};
-  const auto add = [&lines](const GpioLine& line) {  // two arms may share one
+  const auto add = [&lines](const GpioLine& line) {  // two arms may share a line
     const auto there = std::ranges::find(lines, line);
     const auto place = static_cast<std::size_t>(there - lines.begin());
     if (there == lines.end()) lines.push_back(line);
@@ -105,7 +105,7 @@ void Devices::read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t per
     Arm& arm = arms_[i];
     const auto sample = arm.encoders ? arm.encoders->read(now_ns) : std::nullopt;
     if (sample) {
-      // A latch of the last period is of this tick; an older one of as many ticks ago.
+      // A latch within the last period belongs to this tick, an older one to an earlier tick.
       const std::uint64_t age_ns = sample->time_ns < now_ns ? now_ns - sample->time_ns : 0;
       arm.last.counts = sample->counts;
       arm.last.sample_tick = in.tick - std::min(in.tick, age_ns / period_ns);
@@ -116,7 +116,7 @@ void Devices::read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t per
   read_lines(in);
 }
 
-// Without its lines a board has its e-stop pressed.
+// Without its lines the e-stop of the board reads as pressed.
 void Devices::read_lines(firmware::Inputs& in) noexcept {
   rose_.fill(false);
   fell_.fill(false);
@@ -135,7 +135,7 @@ void Devices::read_lines(firmware::Inputs& in) noexcept {
   }
 }
 
-// A drive whose current cannot be set is switched off, and the other way round.
+// A drive whose current cannot be set is switched off; a drive that cannot be enabled gets zero current.
 void Devices::write(const firmware::Outputs& out) noexcept {
   bool any = false;
   for (std::size_t i = 0; i < arms_.size(); ++i) {

@@ -1,6 +1,7 @@
-// The devices of an embedded Linux board as its configuration names them: encoders, converters, lines. A device that cannot be
-// opened is in missing(), and the rest works: without its lines the e-stop reads as pressed, without encoders no sample is
-// new, without a converter or an enable line the drive is faulty.
+// The devices of an embedded Linux board, by its configuration: encoders, converters, lines. A device that
+// cannot be opened is listed in missing(), and the others work: without its lines the e-stop reads as
+// pressed, without encoders there are no new samples, without a converter or an enable line the drive reports
+// a fault.
 #pragma once
 
 #include <array>
@@ -22,16 +23,16 @@ namespace thimble::board {
 
 class Devices final : public TickDevices {
  public:
-  // No current flows and no drive is on, from here on. Takes as long as the contacts need to settle. Does not throw for
-  // what is missing.
+  // Sets all currents to zero and switches all drives off. Takes the debounce time of the contacts. Does not
+  // throw for missing devices.
   explicit Devices(const BoardConfig& config);
   [[nodiscard]] const std::vector<Missing>& missing() const noexcept { return missing_; }
 
   void read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t period_ns) noexcept override;
   void write(const firmware::Outputs& out) noexcept override;
   void make_safe() noexcept override;
-  // Every drive off, whatever the servo does: for the main thread when the servo hangs. Any thread. A servo that comes back reads it as a
-  // fault of every drive, until it has switched them off itself.
+  // Switches every drive off independently of the servo: for the main thread when the servo hangs. Any
+  // thread. A servo that resumes reads a fault of every drive until it has switched them off itself.
   void drives_off() noexcept;
 
  private:
@@ -39,7 +40,7 @@ class Devices final : public TickDevices {
     std::unique_ptr<EncoderReader> encoders;
     std::unique_ptr<SpiDac> dac;
     std::unique_ptr<GpioOutput> enable;
-    std::optional<std::size_t> drive_fault;  // its place among the inputs
+    std::optional<std::size_t> drive_fault;  // its index among the inputs
     std::optional<std::size_t> index;
     firmware::ArmInputs last;
     bool enabled = false;
@@ -54,9 +55,9 @@ class Devices final : public TickDevices {
   std::optional<std::size_t> dead_man_line_;
   SafeContact e_stop_;
   SafeContact dead_man_;
-  std::atomic<bool> cut_{false};  // drives_off() was called, and the servo does not know yet
+  std::atomic<bool> cut_{false};  // drives_off() was called, and the servo has not read it yet
   std::vector<Arm> arms_;
-  // One entry an input.
+  // One entry per input.
   std::array<bool, GpioInputs::kMaxLines> levels_{};
   std::array<bool, GpioInputs::kMaxLines> rose_{};
   std::array<bool, GpioInputs::kMaxLines> fell_{};

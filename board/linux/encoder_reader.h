@@ -1,5 +1,5 @@
-// The encoders of one arm, as the servo reads them once a tick. Implementations: counters of the kernel's counter
-// subsystem (counter_encoder.h), and decoding by GPIO edges for boards without any (gpio_encoder.h).
+// The encoders of one arm, which the servo reads once per tick. Implementations: the kernel's counter
+// subsystem (counter_encoder.h), and decoding of GPIO edges for boards without counters (gpio_encoder.h).
 #pragma once
 
 #include <array>
@@ -9,14 +9,15 @@
 namespace thimble::board {
 
 struct EncoderSample {
-  std::array<std::uint32_t, 3> counts{};  // counter registers as they are
+  std::array<std::uint32_t, 3> counts{};  // raw counter registers
   std::uint64_t time_ns = 0;              // CLOCK_MONOTONIC when they were latched
 };
 
 class EncoderReader {
  public:
   virtual ~EncoderReader() = default;
-  // Nothing: no sample since the last call, or the device failed; the controller sees the last one grow old. Never waits.
+  // Empty if there is no new sample since the last call, or the device failed; the controller then detects
+  // the old sample by its age. Never waits.
   [[nodiscard]] virtual std::optional<EncoderSample> read(std::uint64_t now_ns) noexcept = 0;
 };
 

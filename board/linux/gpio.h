@@ -1,7 +1,8 @@
-// Lines of GPIO chips, found by their names: inputs with level and edges, and one output. The servo reads and writes them.
-// gpio_v1.cpp speaks libgpiod 1.x (Debian 12), gpio_v2.cpp libgpiod 2.x; CMake takes the one that fits what is installed.
+// Lines of GPIO chips, found by name: inputs with level and edges, and single outputs. The servo reads and
+// writes them. gpio_v1.cpp uses libgpiod 1.x (Debian 12), gpio_v2.cpp libgpiod 2.x; CMake selects the one for
+// the installed version.
 //
-// Constructors throw GpioError: line and cause. Nothing else throws or waits.
+// Constructors throw GpioError with line and cause. No other function throws or waits.
 #pragma once
 
 #include <array>
@@ -19,7 +20,7 @@ namespace thimble::board {
 
 class GpioError : public std::runtime_error {
  public:
-  // error: an errno, which says whether the line is missing, in use or forbidden.
+  // error: an errno that tells whether the line is missing, in use or forbidden.
   GpioError(const std::string& line, const std::string& cause, int error)
       : std::runtime_error("GPIO line \"" + line + "\": " + cause), code(error, std::generic_category()) {}
   std::error_code code;
@@ -37,7 +38,7 @@ struct GpioLine {
 
 struct GpioEdge {
   std::uint64_t time_ns = 0;  // CLOCK_MONOTONIC
-  std::uint8_t line = 0;      // its place among the inputs
+  std::uint8_t line = 0;      // its index among the inputs
   bool active = false;        // after the edge
 };
 
@@ -46,10 +47,10 @@ struct GpioEdge {
 class GpioInputs {
  public:
   static constexpr std::size_t kMaxLines = 12;
-  static constexpr std::size_t kEdgesPerLine = 16;  // that the kernel keeps between two calls
+  static constexpr std::size_t kEdgesPerLine = 16;  // kernel buffer between two calls
   struct Edges {
     std::span<const GpioEdge> edges;  // the oldest first
-    bool lost = false;                // the kernel's list was full: there may have been more
+    bool lost = false;                // the kernel's buffer was full: edges may have been lost
   };
 
   explicit GpioInputs(std::span<const GpioLine> lines);
@@ -57,9 +58,10 @@ class GpioInputs {
   GpioInputs& operator=(const GpioInputs&) = delete;
   ~GpioInputs();
 
-  // Levels now, in the order of the lines. False: the chip is gone. One system call a line (v1) or a chip (v2).
+  // Present levels, in the order of the lines. False: the chip is gone. One system call per line (v1) or per
+  // chip (v2).
   [[nodiscard]] bool levels(std::span<bool> active) noexcept;
-  // Edges since the last call. Nothing: the chip is gone. One system call a line (v1) or a chip (v2).
+  // Edges since the last call. Empty: the chip is gone. One system call per line (v1) or per chip (v2).
   [[nodiscard]] std::optional<Edges> edges() noexcept;
 
  private:
@@ -73,7 +75,7 @@ class GpioOutput {
   explicit GpioOutput(const GpioLine& line);  // not active
   GpioOutput(const GpioOutput&) = delete;
   GpioOutput& operator=(const GpioOutput&) = delete;
-  ~GpioOutput();  // not active; then the kernel has the line again
+  ~GpioOutput();  // sets it to not active and returns the line to the kernel
 
   [[nodiscard]] bool set(bool active) noexcept;  // false: the chip is gone. Any thread.
 

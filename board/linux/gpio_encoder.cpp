@@ -43,7 +43,7 @@ bool GpioEncoder::follow() noexcept {
   return std::none_of(joints_.begin(), joints_.end(), [](const Quadrature& joint) { return joint.lost(); });
 }
 
-// Edges that come while this reads show in the next follow() as lost, and it begins once more.
+// Edges that arrive during this call appear as lost in the next follow(), which then starts again.
 bool GpioEncoder::start_again() noexcept {
   if (!inputs_.edges() || !inputs_.levels(levels_)) return false;
   for (std::size_t j = 0; j < joints_.size(); ++j) joints_[j].reset(levels_[2 * j], levels_[2 * j + 1]);

@@ -1,7 +1,8 @@
-// Encoders decoded from GPIO edges, for a board without counters: slow, and only as good as the kernel is quick. At most
-// kEdgesPerLine edges of a line between two ticks: with 1000 ticks a second 16 000 edges a second, 32 000 counts; a
-// quarter of that leaves room for a late tick. A lost edge is noticed (Quadrature, and a list that was full) and costs the
-// sample of more ticks than the parameter encoder_stale_ticks can allow: the controller trips, and the arm must be homed.
+// Encoders decoded from GPIO edges, for a board without counters: slow, and limited by the kernel's latency.
+// At most kEdgesPerLine edges per line between two ticks: at 1000 ticks per second 16 000 edges per second,
+// 32 000 counts; use a quarter of that as a margin for late ticks. A lost edge is detected (by Quadrature, or
+// by a full buffer). Then no sample is delivered for more ticks than encoder_stale_ticks can allow, so the
+// controller raises a fault and the arm must be homed.
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
-// libgpiod 1.x. Every line is a request of its own: the kernel's first interface gives each line with edges its own file.
+// libgpiod 1.x. Each line is a separate request: version 1 of the kernel interface uses one file per line
+// with edges.
 #include <fcntl.h>
 #include <gpiod.h>
 

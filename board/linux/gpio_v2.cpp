@@ -40,7 +40,7 @@ struct Place {
 };
 
 Place find(const std::string& name) {
-  int refused = 0;  // a chip that may not be opened can be the one
+  int refused = 0;  // a chip that could not be opened may have the line
   std::vector<std::string> chips;
   for (const auto& entry : std::filesystem::directory_iterator("/dev"))
     if (gpiod_is_gpiochip_device(entry.path().c_str())) chips.push_back(entry.path().string());
@@ -98,7 +98,7 @@ struct GpioInputs::Impl {
     gpio::Request request;
     gpio::EdgeBuffer buffer;
     std::vector<unsigned> offsets;
-    std::vector<std::size_t> line;  // where each offset's line stands among the inputs
+    std::vector<std::size_t> line;  // index among the inputs for each offset
   };
   std::vector<OfChip> chips;
   std::array<gpiod_line_value, kMaxLines> values;

@@ -22,10 +22,11 @@ bool Guardian::begin() {
   if (process_ < 0) throw std::system_error(errno, std::generic_category(), "fork the guardian");
   if (process_ > 0) return false;
 
-  pipe_ = Descriptor();  // or the pipe would never end
+  pipe_ = Descriptor();  // otherwise the pipe would never close
   sigset_t all;
   sigfillset(&all);
-  sigprocmask(SIG_SETMASK, &all, nullptr);  // a service manager that ends the board ends this one too early
+  sigprocmask(SIG_SETMASK, &all,
+              nullptr);  // a service manager that ends the board also sends its signal here, too early
   prctl(PR_SET_NAME, "thimble-guard");
   char byte = 0;
   while (::read(reading.get(), &byte, 1) < 0 && errno == EINTR) {

@@ -1,8 +1,9 @@
-// A second process that outlives this one by a moment: when the board's process ends, however it ends (SIGKILL, a crash), the
-// guardian puts its outputs into the safe state. The kernel alone would not: most GPIO drivers leave a line as it was when
-// its holder is gone, and a converter keeps its voltages.
+// A second process that puts the outputs into the safe state after the board process has ended in any way
+// (SIGKILL, a crash). The kernel does not do this: most GPIO drivers leave a line as it was when its owner
+// has ended, and a converter keeps its voltages.
 //
-// To be made when the outputs are open and before threads are started and memory is locked. SIGTERM and SIGINT are not for it.
+// Create it when the outputs are open, before threads are started and memory is locked. It ignores SIGTERM
+// and SIGINT.
 #pragma once
 
 #include <sys/types.h>
@@ -13,8 +14,8 @@ namespace thimble::board {
 
 class Guardian {
  public:
-  // Forks; throws std::system_error. In the other process `outputs` is kept as it is now and
-  // outputs.make_safe() called at the end.
+  // Forks; throws std::system_error. The child process keeps `outputs` in its present state and calls
+  // outputs.make_safe() when the parent has ended.
   template <typename Outputs>
   explicit Guardian(Outputs& outputs) {
     if (!begin()) return;
@@ -23,15 +24,15 @@ class Guardian {
   }
   Guardian(const Guardian&) = delete;
   Guardian& operator=(const Guardian&) = delete;
-  ~Guardian();  // lets it do its work, and waits until it has
+  ~Guardian();  // triggers outputs.make_safe() in the guardian and waits for it
 
-  [[nodiscard]] bool gone() noexcept;  // somebody ended it: the board must not go on without
+  [[nodiscard]] bool gone() noexcept;  // the guardian was ended: the board must stop
 
  private:
   [[nodiscard]] bool begin();  // true: in the guardian, and the board has ended
   [[noreturn]] static void leave() noexcept;
 
-  Descriptor pipe_;  // the board's end: it closes with the board
+  Descriptor pipe_;  // the board's end of the pipe; the kernel closes it with the board
   pid_t process_ = -1;
 };
 

@@ -1,5 +1,5 @@
-// One value of a JSON file with its place: checked access, and errors that name file, JSON pointer, value and what is allowed.
-// Used by the reader of the board's configuration.
+// One value of a JSON file with its position: checked access, and errors with file, JSON pointer, value and
+// allowed range. Used by the reader of the board's configuration.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +33,7 @@ class JsonValue {
     fail("is " + given + ", allowed is " + allowed);
   }
 
-  // This value as an object; any other key is an error.
+  // Checks that this value is an object; keys that are not listed are an error.
   const JsonValue& object(std::span<const std::string_view> keys) const {
     std::string all;
     for (const std::string_view key : keys) all += (all.empty() ? "\"" : ", \"") + std::string(key) + "\"";

@@ -1,5 +1,5 @@
-// What a board needs and does not have: a device, a privilege. It then runs all the same and answers over the link, but
-// does not arm (firmware::Config::lacks); `thimble-board --check` prints the list.
+// A device or privilege that the board needs and does not have. The board still runs and answers over the
+// link, but refuses to arm (firmware::Config::lacks); `thimble-board --check` prints the list.
 #pragma once
 
 #include <cerrno>

@@ -11,7 +11,7 @@
 
 namespace thimble::board {
 
-// mode: of a file that is made. Throws std::system_error.
+// mode: permissions of a new file. Throws std::system_error.
 [[nodiscard]] inline Descriptor open_file(const std::filesystem::path& path, int flags, mode_t mode = 0644) {
   const int fd = ::open(path.c_str(), flags | O_CLOEXEC, mode);
   if (fd < 0) throw std::system_error(errno, std::generic_category(), path.string());

@@ -21,7 +21,7 @@ Missing missing(const char* name, const std::string& what, const std::string& re
   return {name, what + ": " + std::strerror(errno), remedy, errno};
 }
 
-// A small process may fit a low limit, and its slots and threads then do not.
+// A small process may fit into a low limit although its slots and threads do not.
 bool room_for_more() noexcept {
   constexpr std::size_t kBytes = std::size_t{256} << 20U;
   void* map =
@@ -32,12 +32,12 @@ bool room_for_more() noexcept {
 }  // namespace
 
 std::optional<Missing> lock_memory() {
-  // Two calls: MCL_ONFAULT with MCL_CURRENT would not bring in what is there and was never touched.
+  // Two calls: MCL_ONFAULT with MCL_CURRENT would not load present pages that were never touched.
   if (mlockall(MCL_CURRENT) == 0 && mlockall(MCL_FUTURE | MCL_ONFAULT) == 0 && room_for_more())
     return std::nullopt;
   Missing refused = missing("no_locked_memory", "lock memory (memlock)",
                             "run under the systemd unit, or set LimitMEMLOCK=infinity (ulimit -l unlimited)");
-  refused.error = EPERM;  // a limit that is too low says ENOMEM or EAGAIN
+  refused.error = EPERM;  // a limit that is too low gives ENOMEM or EAGAIN
   munlockall();
   return refused;
 }

@@ -1,5 +1,5 @@
-// What makes a thread of Linux keep its time: memory that stays, a stack that is there, a priority above all else, a processor of
-// its own. Each function says what it could not do and goes on.
+// Real-time settings of a Linux thread: locked memory, a touched stack, a high priority, a processor of its
+// own. Each function reports what it could not set, and continues.
 #pragma once
 
 #include <cstddef>
@@ -10,20 +10,20 @@
 
 namespace thimble::board {
 
-// All memory that the process has now is there and stays; what it gets later stays from the first touch on. (So that 128 MB
-// of scene slots take only what a scene takes.)
+// Locks all present memory of the process, and later memory on first use (so 128 MB of scene slots occupy
+// only the size of the scenes).
 [[nodiscard]] std::optional<Missing> lock_memory();
 
-// The calling thread: SCHED_FIFO, and the processor where one is given.
+// Sets SCHED_FIFO, and the processor if one is given, for the calling thread.
 [[nodiscard]] std::vector<Missing> become_realtime(int priority, std::optional<int> cpu);
-// What that would lack, without keeping it.
+// Tries the same, restores the previous settings, and reports what is missing.
 [[nodiscard]] std::vector<Missing> try_realtime(int priority, std::optional<int> cpu);
 
-// Touches the calling thread's stack as deep as a tick may go.
+// Touches the stack of the calling thread to the depth that a tick may use.
 void prefault_stack() noexcept;
 inline constexpr std::size_t kServoStackBytes = std::size_t{1} << 20U;  // for pthread_attr_setstacksize
 
-// Page faults of the calling thread since it began.
+// Page faults of the calling thread since its start.
 [[nodiscard]] long page_faults() noexcept;
 
 }  // namespace thimble::board

@@ -14,7 +14,7 @@
 namespace thimble::board {
 namespace {
 
-// A number of the environment; 0: there is none.
+// A number from the environment; 0: not set.
 std::uint64_t number_in(const char* variable) noexcept {
   const char* text = std::getenv(variable);
   std::uint64_t value = 0;
@@ -33,7 +33,7 @@ ServiceManager::ServiceManager() {
   if (length >= sizeof(address.sun_path))
     throw std::system_error(ENAMETOOLONG, std::generic_category(), std::string("NOTIFY_SOCKET ") + path);
   std::memcpy(address.sun_path, path, length);
-  if (path[0] == '@') address.sun_path[0] = '\0';  // in the abstract name space
+  if (path[0] == '@') address.sun_path[0] = '\0';  // a socket in the abstract namespace
   socket_ = Descriptor(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + length);
   if (!socket_.is_open() || connect(socket_.get(), reinterpret_cast<const sockaddr*>(&address), size) != 0)

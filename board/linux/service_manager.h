@@ -1,5 +1,5 @@
-// What a service manager (systemd) is told over the socket in NOTIFY_SOCKET: that the board is ready, lives, ends. The protocol
-// is a datagram of text (sd_notify(3)); libsystemd would be a dependency for twenty lines. Background context.
+// Notifies a service manager (systemd) over the socket in NOTIFY_SOCKET that the board is ready, alive or
+// stopping. The protocol is a text datagram (sd_notify(3)), so libsystemd is not needed. Background context.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@ namespace thimble::board {
 
 class ServiceManager {
  public:
-  // From the environment: NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID. Without a service manager tell() does nothing.
-  // Throws std::system_error where NOTIFY_SOCKET names none that can be.
+  // From the environment: NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID. Without a service manager tell()
+  // does nothing. Throws std::system_error if NOTIFY_SOCKET is not usable.
   ServiceManager();
 
   void tell(std::string_view state) noexcept;  // "READY=1", "STATUS=...", "WATCHDOG=1", "STOPPING=1"
-  // At most this long between two "WATCHDOG=1"; 0: it does not watch.
+  // Longest permitted time between two "WATCHDOG=1"; 0: no watchdog.
   [[nodiscard]] std::uint64_t watchdog_us() const noexcept { return watchdog_us_; }
 
  private:
-  Descriptor socket_;  // connected; none: no service manager
+  Descriptor socket_;  // connected; closed without a service manager
   std::uint64_t watchdog_us_ = 0;
 };
 

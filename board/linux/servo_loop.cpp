@@ -49,7 +49,7 @@ std::vector<Missing> ServoLoop::start(firmware::Controller& controller) {
   pthread_attr_t attributes{};
   check(pthread_attr_init(&attributes), "thread attributes");
   check(pthread_attr_setstacksize(&attributes, kServoStackBytes), "servo stack");
-  // Signals are the main thread's.
+  // The main thread handles signals.
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
@@ -82,10 +82,10 @@ void ServoLoop::run() {
 
   const std::uint64_t begin_ns = now_ns();
   const long faults_before = page_faults();
-  std::uint64_t next = 0;  // the tick that is due, by its number
+  std::uint64_t next = 0;  // number of the tick that is due
   while (!stopping_.load(std::memory_order_relaxed)) {
     sleep_until(begin_ns + next * period_ns_);
-    // After a delay of whole periods the ticks between are lost.
+    // After a delay of whole periods, the ticks in between are lost.
     const std::uint64_t number = std::max(next, (now_ns() - begin_ns) / period_ns_);
     report_.lost += number - next;
     tick(number, begin_ns + next * period_ns_);

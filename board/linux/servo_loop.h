@@ -1,6 +1,6 @@
-// The servo context on Linux: one thread that sleeps until an absolute time, reads the devices, calls Controller::tick() and
-// writes the devices, once a period. In a tick it makes the system calls of its devices, one to sleep, and no other; it
-// touches no memory that is not there.
+// The servo context on Linux: one thread that sleeps until an absolute time, reads the devices, calls
+// Controller::tick() and writes the devices, once a period. A tick makes only the system calls of its devices
+// and one to sleep, and causes no page fault.
 #pragma once
 
 #include <pthread.h>
@@ -28,7 +28,7 @@ class ServoLoop {
     int priority = 80;
     std::optional<int> cpu;
   };
-  struct Report {  // of the ticks since start()
+  struct Report {  // ticks since start()
     std::uint64_t ticks = 0;
     std::uint64_t lost = 0;  // periods
     float worst_late_us = 0;
@@ -40,11 +40,11 @@ class ServoLoop {
   ServoLoop& operator=(const ServoLoop&) = delete;
   ~ServoLoop() { (void)stop(); }
 
-  // Starts the thread; the controller must outlive it. Returns when the first tick is about to begin, with what the thread
-  // could not have; the controller was made with what try_realtime() said before. Throws std::system_error when there can be
-  // no thread.
+  // Starts the thread; the controller must outlive it. Returns before the first tick, with the real-time
+  // settings that the thread could not get (the controller was configured with the result of try_realtime()).
+  // Throws std::system_error if the thread cannot be started.
   [[nodiscard]] std::vector<Missing> start(firmware::Controller& controller);
-  // Ends the thread after the tick under way, and makes the devices safe. Without a thread nothing.
+  // Ends the thread after the current tick and makes the devices safe. Without a thread it does nothing.
   Report stop();
 
  private:

@@ -22,7 +22,7 @@ constexpr const char* kNewFile = "new";
   throw std::system_error(error, std::generic_category(), path.string());
 }
 
-// All of it, over interruptions.
+// Writes all bytes, also after interruptions.
 bool write_all(int fd, std::span<const std::byte> bytes) noexcept {
   while (!bytes.empty()) {
     const ssize_t put = ::write(fd, bytes.data(), bytes.size());
@@ -39,7 +39,7 @@ SlotFiles::SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes)
     : path_(std::move(folder)), folder_(open_file(path_, O_RDONLY | O_DIRECTORY)) {
   if (flock(folder_.get(), LOCK_EX | LOCK_NB) != 0) fail_with(errno, path_);
   if (faccessat(folder_.get(), ".", W_OK, 0) != 0) fail_with(errno, path_);
-  (void)unlinkat(folder_.get(), kNewFile, 0);  // what a power failure left
+  (void)unlinkat(folder_.get(), kNewFile, 0);  // left behind by a power failure
   constexpr std::array<const char*, kSlots> kFiles = {"scene0", "scene1", "params0", "params1"};
   try {
     for (unsigned i = 0; i < kSlots; ++i) {
@@ -64,7 +64,7 @@ void SlotFiles::unmap() noexcept {
     if (slot.memory != nullptr) munmap(slot.memory, slot.bytes);
 }
 
-// A file that is longer than its slot or shorter than it says is the stores' to refuse: length and CRC are in the header.
+// A file with a wrong length is refused by the stores: the header contains length and CRC.
 void SlotFiles::load(Slot& slot) const {
   const Descriptor file(openat(folder_.get(), slot.file, O_RDONLY | O_CLOEXEC));
   if (!file.is_open()) {
@@ -88,8 +88,8 @@ std::span<const std::byte> SlotFiles::slot(unsigned index) const noexcept {
   return {slots_[index].memory, slots_[index].bytes};
 }
 
-// In memory only: the file is as before until the slot is whole again. A store never takes it for the newest, since the
-// other slot's is newer.
+// Changes only the memory: the file stays until the slot is complete again. A store never selects this file
+// as the newest one, because the other slot is newer.
 bool SlotFiles::erase(unsigned index, std::size_t bytes) noexcept {
   if (!fits(index, 0, bytes)) return false;
   Slot& slot = slots_[index];

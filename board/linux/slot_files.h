@@ -1,8 +1,9 @@
-// What an embedded Linux board keeps over power-off: the slots in memory, where the tick reads them and no page fault waits,
-// and each in a file of its own, read once at start. Background context.
+// Non-volatile storage of an embedded Linux board: the slots are in memory, where the tick reads them without
+// page faults, and each slot has a file, which is read once at start. Background context.
 //
-// A slot reaches its file as a whole when its header comes, which the stores write last: into a new file, fsync, rename,
-// fsync of the folder. Power may fail at any byte; a file is what it was or what it is to be.
+// A slot is written to its file as a whole when its header is written, which the stores do last: new file,
+// fsync, rename, fsync of the folder. Power may fail at any byte: the file then has either the old or the new
+// content.
 #pragma once
 
 #include <array>
@@ -17,8 +18,8 @@ namespace thimble::board {
 
 class SlotFiles final : public firmware::Storage {
  public:
-  // folder: must exist and be writable; one board at a time. Throws std::system_error with the path, also when another
-  // program holds the folder.
+  // folder: must exist and be writable; one board at a time. Throws std::system_error with the path, also if
+  // another program uses the folder.
   SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes);
   SlotFiles(const SlotFiles&) = delete;
   SlotFiles& operator=(const SlotFiles&) = delete;
@@ -26,7 +27,7 @@ class SlotFiles final : public firmware::Storage {
 
   [[nodiscard]] std::span<const std::byte> slot(unsigned index) const noexcept override;
   [[nodiscard]] bool erase(unsigned index, std::size_t bytes) noexcept override;
-  // False, too, where the file could not be written; the slot then has no header, and error() says why.
+  // Also false if the file could not be written; the slot then has no header, and error() gives the cause.
   [[nodiscard]] bool write(unsigned index, std::size_t offset,
                            std::span<const std::byte> bytes) noexcept override;
 
@@ -35,9 +36,9 @@ class SlotFiles final : public firmware::Storage {
  private:
   struct Slot {
     const char* file = "";
-    std::byte* memory = nullptr;  // a page that is never written takes no memory
+    std::byte* memory = nullptr;  // pages that are never written occupy no memory
     std::size_t bytes = 0;
-    std::size_t used = 0;  // from its start that are written
+    std::size_t used = 0;  // number of written bytes from the start
   };
   [[nodiscard]] bool fits(unsigned index, std::size_t offset, std::size_t bytes) const noexcept;
   void load(Slot& slot) const;

@@ -15,10 +15,10 @@ SpiDac::SpiDac(const std::string& device, std::uint32_t speed_Hz,
   for (std::size_t i = 0; i < kFrames; ++i) {
     transfers_[i].tx_buf = reinterpret_cast<std::uintptr_t>(frames_[i].data());
     transfers_[i].len = static_cast<std::uint32_t>(frames_[i].size());
-    transfers_[i].cs_change = 1;  // each frame is taken when its chip select ends
+    transfers_[i].cs_change = 1;  // each frame is accepted at the end of its chip select
   }
   transfers_[kFrames - 1].cs_change = 0;
-  // The range while the outputs still sleep, then no current, then awake.
+  // Set the range while the outputs are powered down, then zero current, then power up.
   if (!command(Ad5754::set_range()) || !zero() || !command(Ad5754::power_up()) || !zero())
     throw std::system_error(errno, std::generic_category(), device + ": write to the converter");
 }

@@ -1,5 +1,5 @@
-// The motor currents of one arm on an AD5754R behind spidev (board/common/ad5754.h has its words): outputs A, B and C are
-// the motors 1, 2 and 3. One system call a tick.
+// Motor currents of one arm by an AD5754R on spidev (encoding: board/common/ad5754.h). Outputs A, B and C
+// drive the motors 1, 2 and 3. One system call per tick.
 //
 // The constructor throws std::system_error with the device. Nothing else throws.
 #pragma once
@@ -17,11 +17,11 @@ namespace thimble::board {
 
 class SpiDac {
  public:
-  // No current flows before, in and after it.
+  // The current is zero before, during and after construction.
   SpiDac(const std::string& device, std::uint32_t speed_Hz, const std::array<Ad5754::Channel, 3>& channels);
   SpiDac(SpiDac&&) = delete;
 
-  // False: the converter was not reached, and keeps what it had.
+  // False: the transfer failed; the converter keeps its voltages.
   [[nodiscard]] bool write(const std::array<float, 3>& current_A) noexcept;
   [[nodiscard]] bool zero() noexcept { return write({}); }
 

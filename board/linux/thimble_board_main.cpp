@@ -1,9 +1,9 @@
 // thimble-board: the controller of a haptic arm on an embedded Linux board. docs/board-linux.md.
 //
-// Threads: the servo (SCHED_FIFO, servo_loop.h), the controller's background (link and scenes), and the main one, which
-// feeds the watchdogs while both of them make progress.
-// Ends with SIGTERM or SIGINT, motors off. Exit codes: 0 ended by signal, or --check found nothing missing; 1 failed; 2 usage;
-// 3 --check: a device is missing; 5 --check: a privilege is missing; 10 bad configuration.
+// Threads: the servo (SCHED_FIFO, servo_loop.h), the background of the controller (link and scenes), and the
+// main thread, which feeds the watchdogs while both others make progress. Ends with SIGTERM or SIGINT, motors
+// off. Exit codes: 0 ended by signal, or --check found nothing missing; 1 failed; 2 usage; 3 --check: a
+// device is missing; 5 --check: a privilege is missing; 10 bad configuration.
 #include <pthread.h>
 #include <signal.h>
 #include <time.h>
@@ -42,11 +42,12 @@ namespace thimble::board {
 namespace {
 
 constexpr int kFailed = 1, kUsage = 2, kNotFound = 3, kPermission = 5, kBadConfig = 10;
-constexpr std::uint64_t kWait_us = 1000;  // of the background for the link; telemetry waits as long at most
-constexpr std::uint64_t kLook_ns = 20'000'000;  // from one look at servo and background to the next
-constexpr std::uint64_t kFeed_us = 200'000;     // from one feeding of the watchdogs to the next
-// For how long each may make no progress and the watchdogs are still fed. The background checks and saves a scene in one
-// round: 64 MB on a slow card.
+constexpr std::uint64_t kWait_us =
+    1000;  // longest wait of the background for the link, and so the longest delay of telemetry
+constexpr std::uint64_t kLook_ns = 20'000'000;  // interval of the checks of servo and background
+constexpr std::uint64_t kFeed_us = 200'000;     // interval of feeding the watchdogs
+// Longest time without progress for which the watchdogs are still fed. The background checks and saves a
+// scene in one cycle: 64 MB on a slow card.
 constexpr std::uint32_t kTickLimit_us = 100'000, kRoundLimit_us = 10'000'000;
 constexpr std::size_t kSceneSlotBytes = control::kMaxImageBytes + firmware::kSlotHeaderBytes;
 
@@ -59,7 +60,7 @@ std::uint64_t now_us() {
 
 std::string describe(const Missing& missing) { return missing.what + "; " + missing.remedy; }
 
-// The names, each once, with commas between.
+// The names without duplicates, separated by commas.
 std::string names(const std::vector<Missing>& missing) {
   std::string all;
   for (const Missing& one : missing)
@@ -99,7 +100,7 @@ std::unique_ptr<Port> open_port(const LinkConfig& link, std::uint8_t node) {
   return nullptr;
 }
 
-// The controller's background in a thread of its own, from construction to stop().
+// Runs the background of the controller in a thread, from construction to stop().
 class Background {
  public:
   Background(firmware::Controller& controller, LinkPorts& ports, BoardLiveness& liveness)
@@ -111,8 +112,10 @@ class Background {
     stopping_ = true;
     if (thread_.joinable()) thread_.join();
   }
-  [[nodiscard]] bool ended() const { return ended_; }  // by itself: restart() or the exception of rethrow()
-  [[nodiscard]] bool restart() const { return restart_; }  // a host asked for it
+  [[nodiscard]] bool ended() const {
+    return ended_;
+  }  // by itself, because of restart() or an exception, see rethrow()
+  [[nodiscard]] bool restart() const { return restart_; }  // requested by a host
   void rethrow() const {
     if (failure_) std::rethrow_exception(failure_);
   }
@@ -154,10 +157,10 @@ class Background {
   std::atomic<bool> restart_{false};
   std::atomic<bool> ended_{false};
   std::exception_ptr failure_;
-  std::thread thread_;  // last: it uses the rest
+  std::thread thread_;  // last member: it uses the others
 };
 
-// The signals that end the board; blocked in every thread and taken by the main one.
+// The signals that end the board; blocked in every thread and received by the main thread.
 sigset_t ending_signals() {
   sigset_t set;
   sigemptyset(&set);
@@ -171,11 +174,12 @@ void report(const ServoLoop::Report& servo) {
             << servo.worst_late_us << " us late, " << servo.page_faults << " page faults in the servo\n";
 }
 
-// In this order: devices safe, guardian, memory locked, and only then what is large or must not be in the guardian.
+// Order: make the devices safe, start the guardian, lock memory, and then create what is large or must not
+// exist in the guardian.
 void run(const BoardConfig& config) {
   Devices devices(config);
   Guardian guardian(devices);
-  static std::optional<firmware::Controller> controller;  // static: there before memory is locked
+  static std::optional<firmware::Controller> controller;  // static, so it exists before memory is locked
   std::vector<Missing> missing = devices.missing();
   if (const std::optional<Missing> memory = lock_memory()) missing.push_back(*memory);
   const std::vector<Missing> realtime = try_realtime(config.priority, config.cpu);
@@ -225,7 +229,7 @@ void run(const BoardConfig& config) {
         break;
       }
       if (!liveness.alive(now_us())) {
-        // Not fed; and a servo that comes back finds its drives cut, and trips.
+        // The watchdogs are not fed. A servo that resumes reads its drives as off and raises a fault.
         if ((liveness.hanging(now_us()) & 1U << kTick) != 0) devices.drives_off();
         continue;
       }
@@ -241,7 +245,7 @@ void run(const BoardConfig& config) {
   if (watchdog) (void)watchdog->disarm();
 }
 
-// Opens everything once, as the board would, and says what is not there.
+// Opens every device once, as the board would, and reports what is missing.
 int check(const BoardConfig& config) {
   const Devices devices(config);
   std::vector<Missing> missing = devices.missing();
@@ -264,7 +268,7 @@ int check(const BoardConfig& config) {
       missing.push_back({"no_link", error.what(), "or correct /links in the configuration", ENODEV});
     }
   }
-  // A watchdog is not opened: it would start.
+  // The watchdog is not opened, because that would start it.
   if (config.watchdog && access(config.watchdog->c_str(), W_OK) != 0)
     missing.push_back({"no_watchdog", config.watchdog->string() + ": " + std::strerror(errno),
                        "load its driver, or run as root", errno});

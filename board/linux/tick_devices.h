@@ -1,4 +1,5 @@
-// What the servo thread reads and writes once a tick. Implementations: the board's devices (devices.h), and tests.
+// The devices that the servo thread reads and writes once per tick. Implementations: the board's devices
+// (devices.h), and tests.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +11,11 @@ namespace thimble::board {
 class TickDevices {
  public:
   virtual ~TickDevices() = default;
-  // Fills arms, e-stop and dead-man; in.tick is set. Never waits for longer than a bus transfer takes.
+  // Fills arms, e-stop and dead-man switch; in.tick is already set. Waits at most for a bus transfer.
   virtual void read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t period_ns) noexcept = 0;
   virtual void write(const firmware::Outputs& out) noexcept = 0;
-  // No current and every drive off. Also from the main thread when no servo runs, and from the guardian.
+  // Zero current and every drive off. Also called from the main thread when no servo runs, and from the
+  // guardian.
   virtual void make_safe() noexcept = 0;
 };
 

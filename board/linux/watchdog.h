@@ -1,4 +1,4 @@
-// A watchdog of the kernel: once open the machine restarts unless it is fed. Background context.
+// A kernel watchdog: once opened, it restarts the machine unless it is fed. Background context.
 #pragma once
 
 #include <filesystem>
@@ -9,14 +9,14 @@ namespace thimble::board {
 
 class Watchdog {
  public:
-  // Starts it. Throws std::system_error with the device, also for a file that is no watchdog.
+  // Starts the watchdog. Throws std::system_error with the device, also if the file is not a watchdog.
   Watchdog(const std::filesystem::path& device, int timeout_s);
-  explicit Watchdog(Descriptor device) noexcept;  // one that runs
+  explicit Watchdog(Descriptor device) noexcept;  // an already running watchdog
 
-  // False: it was not reached, and will bite.
+  // False: feeding failed; the watchdog will expire.
   [[nodiscard]] bool feed() noexcept;
-  // The orderly end: the next close stops it (the kernel's "magic close"; not where its driver was told nowayout). Without
-  // this call a program that ends leaves it running.
+  // Orderly end: the next close stops the watchdog (the kernel's "magic close"; not with the driver option
+  // nowayout). Without this call the watchdog keeps running after the program has ended.
   [[nodiscard]] bool disarm() noexcept;
 
  private:

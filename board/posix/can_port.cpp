@@ -70,7 +70,7 @@ void CanPort::open_socket() {
   set(opened.get(), CAN_RAW_ERR_FILTER, can_err_mask_t{CAN_ERR_BUSOFF | CAN_ERR_RESTARTED});
   if (fd_frames_) set(opened.get(), CAN_RAW_FD_FRAMES, int{1});
   setsockopt(opened.get(), SOL_SOCKET, SO_SNDBUF, &kSocketBytes, sizeof(kSocketBytes));
-  // FORCE exceeds the system's limit if permitted; otherwise use what is allowed.
+  // SO_RCVBUFFORCE may exceed the system's limit, but needs a privilege.
   if (setsockopt(opened.get(), SOL_SOCKET, SO_RCVBUFFORCE, &kReceiveBytes, sizeof(kReceiveBytes)) != 0)
     setsockopt(opened.get(), SOL_SOCKET, SO_RCVBUF, &kReceiveBytes, sizeof(kReceiveBytes));
 
