@@ -16,7 +16,7 @@ namespace thimble::board {
 
 // Sets SCHED_FIFO, and the processor if one is given, for the calling thread.
 [[nodiscard]] std::vector<Missing> become_realtime(int priority, std::optional<int> cpu);
-// Tries the same, restores the previous settings, and reports what is missing.
+// Tries the same in a temporary thread and reports what is missing.
 [[nodiscard]] std::vector<Missing> try_realtime(int priority, std::optional<int> cpu);
 
 // Touches the stack of the calling thread to the depth that a tick may use.

@@ -1,4 +1,4 @@
-// This board's choices: what somebody who builds a device with it changes.
+// Settings of this board, to be adapted for a device.
 #pragma once
 
 #include <cstddef>
@@ -15,13 +15,14 @@ inline constexpr std::uint8_t kNode = 1;
 inline constexpr std::uintptr_t kFabric = 0x60FFF000;
 inline constexpr std::uint32_t kFabricWatchdog_us = 2000;
 
-// Of an upload, at once: the EEPROM takes 25 ms for it.
+// Block size of an upload: the EEPROM needs 25 ms for it.
 inline constexpr std::uint16_t kBlockBytes = 512;
 
-// Without a tick, a round of the link or of the background for so long the board starts anew, the motors off.
+// The board restarts with motors off after this time without a tick, or without a cycle of the link or
+// background.
 inline constexpr std::uint32_t kTickLimit_us = 10'000;
 inline constexpr std::uint32_t kBackgroundLimit_us = 1'000'000;
 inline constexpr std::uint32_t kWatchdog_ms =
-    100;  // until its interrupt; the reset comes after as long again
+    100;  // until its interrupt; the reset follows after the same time again
 
 }  // namespace thimble::board

@@ -1,4 +1,5 @@
-// Time since start, and the tick's interrupt: a free-running timer beside the SysTick, so that a lost tick is seen.
+// Time since start, and the interrupt of the tick. A free-running timer, independent of the SysTick, detects
+// lost ticks.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +8,7 @@
 
 namespace thimble::board::clock {
 
-void start(std::uint32_t rate_Hz) noexcept;  // the first tick's interrupt comes one period later
+void start(std::uint32_t rate_Hz) noexcept;  // the first tick interrupt follows one period later
 
 // The tick's context.
 [[nodiscard]] TickTime begin_tick() noexcept;

@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint32_t kClockLine = 1U << 0U, kDataLine = 1U << 1U;
 constexpr std::size_t kPageBytes = 128;
 constexpr std::uint8_t kFirstChip = 0xA0;  // 0x50, as the byte on the bus; bit 0 set reads
-constexpr int kMostPolls = 1000;           // of a chip that writes a page: 5 ms are 50
+constexpr int kMostPolls = 1000;           // while a chip writes a page; 5 ms are 50 polls
 
 volatile I2cRegisters& lines() noexcept { return at<I2cRegisters>(kShield1I2c); }
 
@@ -70,7 +70,7 @@ std::uint8_t chip_of(std::size_t address) noexcept {
   return static_cast<std::uint8_t>(kFirstChip | address / kChipBytes << 1U);
 }
 
-// A chip that writes a page does not answer.
+// A chip does not answer while it writes a page.
 bool select(std::size_t address) noexcept {
   for (int poll = 0; poll < kMostPolls; ++poll) {
     begin();
@@ -93,7 +93,7 @@ bool write_page(std::size_t address, std::span<const std::byte> bytes) noexcept 
   return read(address, now) && std::equal(bytes.begin(), bytes.end(), now.begin());
 }
 
-// A chip that was being read when the processor was reset holds the data line until it has sent its byte.
+// If the processor was reset during a read, the chip holds the data line until its byte has been clocked out.
 void free_bus() noexcept {
   constexpr int kClocks = 9;
   data(true);

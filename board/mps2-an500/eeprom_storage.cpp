@@ -26,7 +26,7 @@ EepromStorage::EepromStorage() noexcept {
     firmware::SlotHeader header;
     if (!eeprom::read(address(i), all.first(firmware::kSlotHeaderBytes)) || !decode(all, magic_of(i), header))
       continue;
-    // What can't be read has a wrong CRC.
+    // Bytes that cannot be read lead to a wrong CRC.
     static_cast<void>(eeprom::read(address(i) + firmware::kSlotHeaderBytes,
                                    all.subspan(firmware::kSlotHeaderBytes, header.length)));
   }
@@ -43,7 +43,8 @@ std::span<std::byte> EepromStorage::copy(unsigned index) const noexcept {
 
 std::span<const std::byte> EepromStorage::slot(unsigned index) const noexcept { return copy(index); }
 
-// An EEPROM needs no erasing; that the slot holds nothing any more is what has to last.
+// An EEPROM needs no erasing. Only the invalid header has to be written, so the slot counts as empty after
+// power-off.
 bool EepromStorage::erase(unsigned index, std::size_t bytes) noexcept {
   if (!present() || bytes > copy(index).size()) return false;
   std::ranges::fill(copy(index).first(bytes), std::byte{0xFF});

@@ -1,5 +1,6 @@
-// The slots in the bank of EEPROMs, with a copy in RAM that the tick reads. As many chips as answer at start share their bytes
-// between the two scenes: one chip holds scenes of 31 kB, eight hold scenes of 260 kB (docs/board-mps2-an500.md: which those are).
+// The slots in the EEPROMs, with a copy in RAM that the tick reads. The memory of all chips that answer at
+// start is divided between the two scenes: one chip holds scenes of 31 kB, eight hold scenes of 260 kB
+// (docs/board-mps2-an500.md lists the demonstrations).
 #pragma once
 
 #include <array>
@@ -13,7 +14,7 @@ namespace thimble::board {
 
 class EepromStorage final : public firmware::Storage {
  public:
-  // Reads what the slots hold: about a second for a scene of 64 kB.
+  // Reads the content of the slots: about a second for a scene of 64 kB.
   EepromStorage() noexcept;
 
   [[nodiscard]] bool present() const noexcept { return scene_slot_bytes_ != 0; }

@@ -1,4 +1,5 @@
-// The board: tick from the SysTick's interrupt, SLCAN on UART 0 and everything long in the background below it.
+// The program of this board: the tick in the SysTick interrupt; SLCAN on UART 0 and all long work in the
+// background.
 #include "board/common/liveness.h"
 #include "board/cortex/fabric.h"
 #include "board/cortex/runtime.h"
@@ -55,7 +56,7 @@ void receive(link::SlcanPort& port, link::Micros now) noexcept {
 [[noreturn]] void run() noexcept {
   link::SlcanPort port;
   for (;;) {
-    // No waiting for interrupts: QEMU loses the SysTick's when it counts instructions, and there is no battery to spare.
+    // No WFI: with instruction counting QEMU loses the SysTick interrupt, and saving power is not needed.
     const link::Micros now = clock::now_us();
     receive(port, now);
     send(port, now);
@@ -83,11 +84,11 @@ extern "C" void on_sys_tick() {
   run_tick(*fabric, *controller, time, last_tick_us);
   last_tick_us = clock::since_begin_us();
   liveness.beat(kTick);
-  // Here, for the background may check an image for longer than the watchdog waits.
+  // In the tick, because the background may check an image for longer than the watchdog waits.
   if (liveness.alive(time.time_us)) feed_watchdog();
 }
 
-// The first time-out's interrupt. It stays set, so the second one resets.
+// Interrupt of the first time-out. It is not cleared, so the second time-out resets the board.
 extern "C" void on_watchdog() {
   fabric->off();
   remember(Restart::kWatchdog);

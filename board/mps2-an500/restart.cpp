@@ -8,7 +8,7 @@
 namespace thimble::board {
 namespace {
 
-// Twice, the second inverted: what memory holds at power-on is not taken for a reason.
+// Stored twice, the second time inverted, so random memory content at power-on is not taken for a reason.
 [[gnu::section(".kept")]] std::array<std::uint32_t, 2> kept;
 
 }  // namespace

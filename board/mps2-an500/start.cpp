@@ -1,4 +1,4 @@
-// Reset, the vector table, and what a crash does.
+// Reset handler, vector table and crash handler.
 #include <cstdint>
 
 #include "board/cortex/runtime.h"
@@ -11,13 +11,13 @@ extern std::uint32_t stack_end;
 [[noreturn]] void run_board();
 
 [[noreturn]] void on_crash() { thimble::board::crash(); }
-// An image that switches an interrupt on has a handler of its own.
+// An image that enables an interrupt defines the handler itself.
 [[gnu::weak]] void on_sys_tick() { on_crash(); }
 [[gnu::weak]] void on_watchdog() { on_crash(); }
 [[gnu::weak]] void on_uart_receive() { on_crash(); }
 [[gnu::weak]] void on_uart_transmit() { on_crash(); }
 
-// Before anything that might use the floating-point unit: full access to coprocessors 10 and 11.
+// Enables the floating-point unit (full access to coprocessors 10 and 11), before any code that may use it.
 [[noreturn]] void start() {
   thimble::board::word(thimble::board::kCoprocessors) |= 0xFU << 20U;
   asm volatile("dsb\n isb" ::: "memory");
@@ -36,7 +36,7 @@ union Vector {
   Handler handler;
 };
 
-// Which are not named here crash: nothing else is switched on.
+// Exceptions without a name here are crashes; no other interrupt is enabled.
 [[gnu::section(".vectors"), gnu::used]] const Vector vectors[kSystemVectors + kInterrupts] = {
     {.stack = &stack_end},    {.handler = start},           {.handler = on_watchdog},  // NMI
     {.handler = on_crash},                                                             // hard fault

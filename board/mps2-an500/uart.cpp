@@ -43,18 +43,18 @@ class Ring {
 };
 
 constexpr std::size_t kReceiveBytes = 8192, kTransmitBytes = 8192;
-constinit Ring<kReceiveBytes> receive;  // a whole block of an upload
+constinit Ring<kReceiveBytes> receive;  // one complete block of an upload
 constinit Ring<kTransmitBytes> transmit;
 std::atomic<std::uint32_t> drops{0};
 
-// Called with the transmitter's interrupt off, or from it.
+// Called with the transmit interrupt disabled, or from this interrupt.
 void feed() noexcept {
   char byte = 0;
   while ((registers().state & kTransmitterFull) == 0 && transmit.pop(byte))
     registers().data = static_cast<std::uint8_t>(byte);
 }
 
-// The transmitter's interrupt comes when it has become empty: the first byte is on us.
+// The transmit interrupt occurs when the register becomes empty, so the first byte is written here.
 class Guard {
  public:
   Guard() noexcept {
@@ -74,7 +74,7 @@ void start() noexcept {
   registers().divider = kClock_Hz / kBaud;
   registers().control = kAll;
   for (const unsigned interrupt : {kUart0ReceiveInterrupt, kUart0TransmitInterrupt})
-    at<std::uint8_t>(kInterruptPriority + interrupt) = 0x40;  // below the tick's
+    at<std::uint8_t>(kInterruptPriority + interrupt) = 0x40;  // lower priority than the tick
   word(kInterruptEnable) = 1U << kUart0ReceiveInterrupt | 1U << kUart0TransmitInterrupt;
 }
 

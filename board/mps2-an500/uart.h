@@ -1,5 +1,5 @@
-// UART 0, driven by interrupts: what a sold board has as USB CDC. Bytes wait in two rings; one that finds no room is dropped and
-// counted.
+// UART 0, driven by interrupts (a product would use USB CDC). Bytes are queued in two rings; bytes that do
+// not fit are dropped and counted.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,11 @@ namespace thimble::board::uart {
 void start() noexcept;
 
 // --- background context
-[[nodiscard]] bool take(char& byte) noexcept;             // false: nothing has come
-[[nodiscard]] std::size_t room() noexcept;                // bytes that put() takes now
-[[nodiscard]] bool put(std::string_view bytes) noexcept;  // whole, or not at all: false
-void forget() noexcept;                                   // what waits to be sent
-[[nodiscard]] bool sent() noexcept;                       // nothing waits
-[[nodiscard]] std::uint32_t dropped() noexcept;           // received bytes without room, since start
+[[nodiscard]] bool take(char& byte) noexcept;             // false: no byte received
+[[nodiscard]] std::size_t room() noexcept;                // bytes that put() accepts now
+[[nodiscard]] bool put(std::string_view bytes) noexcept;  // all bytes, or none: false
+void forget() noexcept;                                   // discards the bytes to be sent
+[[nodiscard]] bool sent() noexcept;                       // all bytes have been sent
+[[nodiscard]] std::uint32_t dropped() noexcept;           // received bytes that did not fit, since start
 
 }  // namespace thimble::board::uart

@@ -1,12 +1,12 @@
-// This board's choices: what somebody who builds a device with it changes.
+// Settings of this board, to be adapted for a device.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
-extern "C" {  // Absolute symbols of the linker (CMakeLists.txt), whose addresses are the values: QEMU differs in these two.
+extern "C" {  // Absolute linker symbols (CMakeLists.txt); their addresses are the values. The image for QEMU has other values.
 extern const char board_fabric[];   // the register block of encoders and currents (board/cortex/fabric.h)
-extern const char board_core_Hz[];  // the processor's clock: CRL_APB.CPU_R5_CTRL
+extern const char board_core_Hz[];  // processor clock: CRL_APB.CPU_R5_CTRL
 }
 
 namespace thimble::board {
@@ -21,16 +21,16 @@ inline constexpr std::uint32_t kCanClock_Hz = 100'000'000;  // CRL_APB.CAN0_REF_
 inline constexpr std::uint32_t kUartBaud = 921'600;
 inline constexpr std::uint32_t kUartClock_Hz = 100'000'000;  // CRL_APB.UART1_REF_CTRL
 
-// Where the slots begin in the flash. Boot images lie below, in a chip of 64 MiB.
+// Start of the slots in the flash, a chip of 64 MiB. Boot images are below.
 inline constexpr std::uint32_t kStore = 48U << 20U;
 inline constexpr std::size_t kSceneSlotBytes = std::size_t{4} << 20U;
 
 inline constexpr std::uint32_t kFabricWatchdog_us = 2000;
-// Without a tick, a round of the link or of the background for so long the board starts anew, the motors off. The
-// background may wait for the flash to erase 64 KiB: 1 s by its data sheet.
+// The board restarts with motors off after this time without a tick, or without a cycle of the link or
+// background. The background may wait until the flash has erased 64 KiB: at most 1 s by its data sheet.
 inline constexpr std::uint32_t kTickLimit_us = 10'000;
 inline constexpr std::uint32_t kBackgroundLimit_us = 2'000'000;
 inline constexpr std::uint32_t kWatchdog_ms = 100;
-inline constexpr std::uint32_t kLsbusClock_Hz = 100'000'000;  // CRL_APB.LPD_LSBUS_CTRL, of the watchdog
+inline constexpr std::uint32_t kLsbusClock_Hz = 100'000'000;  // CRL_APB.LPD_LSBUS_CTRL, clock of the watchdog
 
 }  // namespace thimble::board

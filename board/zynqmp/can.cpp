@@ -17,14 +17,14 @@ constexpr std::uint32_t kReceived = 1U << 4U, kReceiveOverflow = 1U << 6U, kRece
                         kError = 1U << 8U, kBusOff = 1U << 9U;
 constexpr std::uint32_t kAllInterrupts = 0x7FFF;
 constexpr std::uint32_t kAllErrors = 0x1F;  // of esr
-// Words that hold an id: 11 bits, their remote bit (or, extended, its substitute), extended, 18 bits, their remote bit.
+// Words that hold an id: 11 bits, their remote bit (or, extended, its substitute), extended, 18 bits, their
+// remote bit.
 constexpr std::uint32_t kSubstitute = 1U << 20U, kExtended = 1U << 19U, kRemote = 1U << 0U;
-constexpr std::uint32_t kEveryIdBit =
-    0xFFFFFFFE;  // a request is taken whether remote or not: the core drops it
+constexpr std::uint32_t kEveryIdBit = 0xFFFFFFFE;  // remote frames pass the filter too; the link drops them
 
-// Of a frame without its data and stuff bits, with the three bits between frames.
+// Bits of a frame without data and stuff bits, with the three bits of interframe space.
 constexpr std::uint32_t kStandardBits = 47, kExtendedBits = 67;
-constexpr firmware::link::Micros kAhead_us = 100;  // what the loop may take to come round again
+constexpr firmware::link::Micros kAhead_us = 100;  // longest expected time of one cycle of the loop
 
 constexpr std::uint32_t id_word(std::uint32_t id, bool extended, bool remote) noexcept {
   if (!extended) return id << 21U | (remote ? kSubstitute : 0);
@@ -74,7 +74,7 @@ bool Can::receive(CanFrame& frame) noexcept {
   const std::uint32_t id = registers_.rxfifo.id;  // takes the frame out of the FIFO
   const std::uint32_t dlc = registers_.rxfifo.dlc;
   const std::uint32_t data[2] = {registers_.rxfifo.data1, registers_.rxfifo.data2};
-  registers_.icr = kReceiveNotEmpty | kReceived;  // the first comes back while there are more
+  registers_.icr = kReceiveNotEmpty | kReceived;  // kReceiveNotEmpty is set again while frames remain
   ++counters_.received;
   frame = {};
   frame.extended = (id & kExtended) != 0;
@@ -117,7 +117,7 @@ void Can::supervise(firmware::link::Micros now) noexcept {
   }
   if ((status & kError) != 0) {
     ++counters_.errors;
-    registers_.esr = kAllErrors;  // written ones clear
+    registers_.esr = kAllErrors;  // write 1 to clear
     registers_.icr = kError;
   }
   const bool bus_off = (status & kBusOff) != 0;

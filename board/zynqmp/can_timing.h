@@ -1,4 +1,5 @@
-// The bit timing of a Zynq CAN controller (UG1085 chapter 20): one bit is 1 + TS1 + TS2 quanta of `prescaler` clocks.
+// The bit timing of a Zynq CAN controller (UG1085 chapter 20): one bit is 1 + TS1 + TS2 quanta of `prescaler`
+// clocks.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,7 @@ namespace thimble::board {
 struct CanTiming {
   std::uint32_t prescaler = 0;  // 1 to 256
   std::uint32_t segment_1 = 0;  // 1 to 16 quanta, up to the sample point
-  std::uint32_t segment_2 = 0;  // 1 to 8, behind it
+  std::uint32_t segment_2 = 0;  // 1 to 8 quanta, after the sample point
   std::uint32_t jump = 0;       // 1 to 4, resynchronisation
 
   [[nodiscard]] constexpr std::uint32_t brpr() const noexcept { return prescaler - 1; }
@@ -18,8 +19,8 @@ struct CanTiming {
   }
 };
 
-// The bitrate exactly, sampled at 80 % or as near as there are quanta for; of several the finest. Empty: the clock is no
-// whole multiple that the controller can divide by.
+// Timing for the exact bit rate, with the sample point as close to 80 % as possible; of several solutions the
+// one with the most quanta. Empty: the clock cannot be divided to this bit rate.
 [[nodiscard]] constexpr std::optional<CanTiming> can_timing(std::uint32_t clock_Hz,
                                                             std::uint32_t bitrate) noexcept {
   constexpr std::uint32_t kMostQuanta = 25, kFewestQuanta = 8;

@@ -3,7 +3,7 @@
 namespace thimble::board::clock {
 namespace {
 
-constexpr std::uint32_t kRests = 16, kTurns = 200;  // a turn: two or three cycles
+constexpr std::uint32_t kRests = 16, kTurns = 200;  // one iteration takes two or three cycles
 
 std::uint32_t hertz = 1;
 std::uint64_t counts = 0;  // since start()
@@ -15,7 +15,7 @@ std::uint64_t begin = 0;  // of the last tick
 std::uint64_t read() noexcept {
   std::uint32_t cycles = 0;
   asm volatile("mrc p15, 0, %0, c9, c13, 0" : "=r"(cycles));  // PMCCNTR
-  counts += cycles - static_cast<std::uint32_t>(counts);      // the difference wraps as the counter does
+  counts += cycles - static_cast<std::uint32_t>(counts);      // modulo 2^32, like the counter
   return counts;
 }
 
@@ -39,7 +39,7 @@ void start_ticks(std::uint32_t rate_Hz) noexcept {
 }
 
 void rest() noexcept {
-  asm volatile("yield");  // nothing on the chip; QEMU, when it runs all cores in turn, goes on with the next
+  asm volatile("yield");  // no effect on the chip; QEMU switches to the next core when it runs them in turn
   for (std::uint32_t i = 0; i < kRests && !tick_due(); ++i) {
     for (std::uint32_t turn = 0; turn < kTurns; ++turn) asm volatile("");
   }

@@ -1,5 +1,5 @@
-// Thimble on the Cortex-R5F of a Zynq UltraScale+: a cyclic executive. The tick when it is due, the background otherwise; what takes
-// long in the background calls run_due_tick() while it works or waits (Config::pause).
+// Thimble on the Cortex-R5F of a Zynq UltraScale+: a cyclic executive. The loop runs the tick when it is due,
+// otherwise the background. Long background work calls run_due_tick() in between (Config::pause).
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -39,7 +39,7 @@ const Fabric* fabric = nullptr;
 firmware::Controller* controller = nullptr;
 Can* can = nullptr;
 float last_tick_us = 0;
-bool uart_asked = false;  // the host that spoke last is on the UART: what is sent goes there
+bool uart_asked = false;  // the last frame came from the UART, so frames are sent there
 constinit Liveness<kContexts> liveness({kTickLimit_us, kBackgroundLimit_us, kBackgroundLimit_us});
 
 void run_due_tick() noexcept {
@@ -48,10 +48,11 @@ void run_due_tick() noexcept {
   run_tick(*fabric, *controller, time, last_tick_us);
   last_tick_us = clock::since_begin_us();
   liveness.beat(kTick);
-  if (liveness.alive(time.time_us)) feed_watchdog();  // here, for the background may wait for the flash
+  if (liveness.alive(time.time_us))
+    feed_watchdog();  // in the tick, because the background may wait for the flash
 }
 
-// As much as the link takes now.
+// Sends as many frames as the link accepts now.
 void send(const link::SlcanPort& port, link::Micros now) noexcept {
   link::CanFrame frame;
   link::SlcanLine line;
@@ -69,7 +70,7 @@ void send(const link::SlcanPort& port, link::Micros now) noexcept {
   uart::feed();
 }
 
-// True: something came.
+// True: a frame was received.
 bool receive(link::SlcanPort& port, link::Micros now) noexcept {
   bool any = false;
   for (link::CanFrame frame; can->receive(frame); any = true) {
@@ -104,7 +105,7 @@ bool receive(link::SlcanPort& port, link::Micros now) noexcept {
     liveness.beat(kLink);
     controller->poll(now);
     if (controller->take_reset()) {
-      while (clock::now_us() - now < kGoodbye_us) {  // the answer leaves
+      while (clock::now_us() - now < kGoodbye_us) {  // let the answer be sent
         uart::feed();
         run_due_tick();
       }
@@ -133,8 +134,8 @@ void crash(std::uint32_t address) noexcept {
 }
 
 extern "C" void run_board() {
-  stop_watchdog();  // it runs on over a restart of the program, and reading the scenes back takes longer than its limit
-  fabric = nullptr;  // a crash from here on does not touch what is not set up
+  stop_watchdog();  // it keeps running over a restart of the program, and reading the scenes takes longer than its limit
+  fabric = nullptr;  // a crash from here on must not access what is not set up
   static const Fabric logic(reinterpret_cast<std::uintptr_t>(board_fabric), kArms, kFabricWatchdog_us);
   fabric = &logic;
   clock::start(static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(board_core_Hz)));

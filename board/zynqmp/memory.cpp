@@ -14,7 +14,8 @@ namespace {
 // Region access control (DRACR): Cortex-R5 Technical Reference Manual 4.3.21.
 constexpr std::uint32_t kNeverExecuted = 1U << 12U, kReadWrite = 3U << 8U, kReadOnly = 6U << 8U;
 constexpr std::uint32_t kCached = 1U << 3U | 3U;  // normal, write-back, write-allocate
-constexpr std::uint32_t kUncached = 1U << 3U;     // normal: the tightly coupled memory is as fast as a cache
+constexpr std::uint32_t kUncached = 1U
+                                    << 3U;  // normal memory; the tightly coupled memory is as fast as a cache
 constexpr std::uint32_t kDevice = 1U;
 
 // Size field of DRSR: log2(bytes) - 1; bit 0 switches the region on.
@@ -34,7 +35,7 @@ void set_region(std::uint32_t number, const void* base, std::uint32_t size_and_o
 
 }  // namespace
 
-// Where regions overlap the higher number counts.
+// Where regions overlap, the one with the higher number applies.
 void protect_memory() noexcept {
   const auto* const peripherals = reinterpret_cast<const void*>(std::uintptr_t{0xFF000000});
   set_region(0, peripherals, size(24), kDevice | kReadWrite | kNeverExecuted);

@@ -10,7 +10,8 @@
 namespace thimble::board {
 namespace {
 
-// Of cfg: I/O mode (no DMA), commands start by themselves, write protect and hold driven high, 300 MHz / 8.
+// Bits of cfg: I/O mode (no DMA), automatic start of commands, write protect and hold driven high, 300 MHz /
+// 8.
 constexpr std::uint32_t kConfiguration = 1U << 19U | 2U << 3U;
 // of isr
 constexpr std::uint32_t kRxEmpty = 1U << 11U, kGenFifoEmpty = 1U << 7U, kTxEmpty = 1U << 8U,
@@ -23,18 +24,18 @@ constexpr std::uint32_t kImmediate = 0xFF, kDataXfer = 1U << 8U, kExponent = 1U 
 constexpr std::uint32_t kLine = kSpiMode | kLowerBus;
 constexpr std::uint32_t kSetup = 4;  // clocks between the select and the first bit
 
-// Commands of the flash; those that take an address take 4 bytes of it.
+// Commands of the flash; addresses have 4 bytes.
 constexpr std::uint8_t kReadId = 0x9F, kReadStatus = 0x05, kWriteEnable = 0x06, kRead = 0x13, kProgram = 0x12,
                        kEraseSector = 0xDC;
 constexpr std::uint8_t kBusy = 0x01;           // of the status
-constexpr std::uint8_t k64MiB = 0x20;          // third byte of the id: log2 of the size, as Micron counts
+constexpr std::uint8_t k64MiB = 0x20;          // third byte of the id: log2 of the size, in Micron's encoding
 constexpr std::uint32_t kTransfer_us = 5'000;  // 256 bytes take 60 us
 constexpr std::uint32_t kProgram_us = 10'000;
 constexpr std::uint32_t kErase_us = 1'500'000;
 
 volatile GqspiRegisters& registers() noexcept { return at<GqspiRegisters>(kGqspi); }
 
-// Until a bit of isr is as asked for; false: not in kTransfer_us.
+// Waits until a bit of isr has the given value; false: not within kTransfer_us.
 bool wait_for(std::uint32_t bit, bool set) noexcept {
   if (((registers().isr & bit) != 0) == set) return true;
   const firmware::link::Micros from = clock::now_us();
@@ -44,16 +45,16 @@ bool wait_for(std::uint32_t bit, bool set) noexcept {
   return true;
 }
 
-// One selection of the chip: begin(), then what goes out and comes in, then end().
+// One chip select cycle: begin(), transfers, end().
 void begin() noexcept { registers().gen_fifo = kLine | kChipSelect | kSetup; }
 bool end(bool done) noexcept {
   registers().gen_fifo = kLine | kSetup;
   const bool ended = wait_for(kGenFifoEmpty, true) && done;
-  if (!ended) registers().fifo_ctrl = kResetFifos;  // what is left in them would shift the next transfer
+  if (!ended) registers().fifo_ctrl = kResetFifos;  // remaining bytes would shift the next transfer
   return ended;
 }
 
-// At most a page; in words, the last one filled up, and the controller leaves that out.
+// At most a page; written as words, the last one padded; the controller does not send the padding.
 bool send(std::span<const std::byte> bytes) noexcept {
   if (bytes.size() == Nor::kPageBytes) {
     registers().gen_fifo = kLine | kChipSelect | kTransmit | kDataXfer | kExponent | 8;

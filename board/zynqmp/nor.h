@@ -1,6 +1,7 @@
-// A serial NOR flash of 64 MiB (N25Q512A, MT25QU512A and alike: 256-byte pages, 64 KiB sectors, 4-byte addresses) on the lower bus of
-// the quad SPI controller, one data line, polled. Called from the background. What takes long (a page: 0.2 ms, a sector: 0.15 s, 1 s at
-// worst) is waited for; meanwhile the pause function is called every few microseconds, in which the board runs its ticks.
+// A serial NOR flash of 64 MiB (N25Q512A, MT25QU512A and alike: 256-byte pages, 64 KiB sectors, 4-byte
+// addresses) on the lower bus of the quad SPI controller, one data line, polled. Called from the background.
+// The functions wait for the flash (a page: 0.2 ms, a sector: 0.15 s, at most 1 s) and meanwhile call the
+// pause function every few microseconds, in which the board runs its ticks.
 #pragma once
 
 #include <cstddef>
@@ -18,13 +19,13 @@ class Nor {
 
   explicit Nor(control::Pause pause) noexcept;
 
-  // A chip answers, and is one of 64 MiB.
+  // True if a chip of 64 MiB answers.
   [[nodiscard]] bool present() const noexcept { return present_; }
 
-  // Each is false where the controller or the chip did not finish in time. What was erased or written is read back; false, too, where
-  // it is not there.
+  // Each returns false if the controller or the chip did not finish in time. Erasing and writing are verified
+  // by reading back; false if the verification fails.
   [[nodiscard]] bool read(std::uint32_t address, std::span<std::byte> bytes) noexcept;
-  [[nodiscard]] bool erase_sector(std::uint32_t address) noexcept;  // the one that holds the address
+  [[nodiscard]] bool erase_sector(std::uint32_t address) noexcept;  // the sector that contains the address
   [[nodiscard]] bool write(std::uint32_t address, std::span<const std::byte> bytes) noexcept;
 
  private:

@@ -33,7 +33,7 @@ std::uint32_t address_of(unsigned index) noexcept {
 NorStorage::NorStorage(Nor& nor) noexcept : nor_(nor) {
   for (unsigned i = 0; i < kSlots; ++i) {
     const std::span<std::byte> all = copy(i);
-    // What can't be read has no header, or a wrong CRC.
+    // Bytes that cannot be read lead to a missing header or a wrong CRC.
     const auto header_bytes = all.first(firmware::kSlotHeaderBytes);
     std::ranges::fill(header_bytes, std::byte{0xFF});
     firmware::SlotHeader header;
@@ -54,8 +54,7 @@ std::span<const std::byte> NorStorage::slot(unsigned index) const noexcept { ret
 bool NorStorage::erase(unsigned index, std::size_t bytes) noexcept {
   if (!nor_.present() || bytes > copy(index).size()) return false;
   erased_[index] = 0;
-  std::ranges::fill(copy(index).first(firmware::kSlotHeaderBytes),
-                    std::byte{0xFF});  // whatever becomes of it
+  std::ranges::fill(copy(index).first(firmware::kSlotHeaderBytes), std::byte{0xFF});  // even if erasing fails
   if (!nor_.erase_sector(address_of(index))) return false;
   erased_[index] = Nor::kSectorBytes;
   return true;

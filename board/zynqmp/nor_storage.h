@@ -1,7 +1,8 @@
 // The slots in the flash, with a copy in DDR that the tick reads. Called from the background.
 //
-// A slot's first sector is erased at once, and the old content with it; each further sector when the first byte of it is written. So
-// the seconds that erasing takes are spread over an upload, and no request waits longer than one sector takes.
+// erase() erases the first sector of a slot at once, which invalidates the old content, and each further
+// sector when its first byte is written. So the erase time is distributed over an upload, and no request
+// waits for more than one sector.
 #pragma once
 
 #include <array>
@@ -15,7 +16,7 @@ namespace thimble::board {
 
 class NorStorage final : public firmware::Storage {
  public:
-  // Reads what the slots hold: a quarter of a second a MiB.
+  // Reads the content of the slots: a quarter of a second per MiB.
   explicit NorStorage(Nor& nor) noexcept;
 
   [[nodiscard]] std::span<const std::byte> slot(unsigned index) const noexcept override;
@@ -27,7 +28,7 @@ class NorStorage final : public firmware::Storage {
   [[nodiscard]] std::span<std::byte> copy(unsigned index) const noexcept;
 
   Nor& nor_;
-  std::array<std::size_t, kSlots> erased_{};  // bytes from the slot's beginning
+  std::array<std::size_t, kSlots> erased_{};  // bytes from the start of the slot
 };
 
 }  // namespace thimble::board

@@ -1,5 +1,6 @@
-// The registers that this board uses, by the names of the Zynq UltraScale+ Technical Reference Manual (UG1085) and register
-// reference (UG1087). Drivers take a struct by reference, so that a test on the PC can hand them one in memory.
+// The registers that this board uses, by the names of the Zynq UltraScale+ Technical Reference Manual
+// (UG1085) and register reference (UG1087). Drivers take a struct by reference, so that a test on the PC can
+// pass one in memory.
 #pragma once
 
 #include <cstdint>

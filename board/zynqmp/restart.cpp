@@ -7,7 +7,8 @@ extern "C" [[noreturn]] void start();
 namespace thimble::board {
 namespace {
 
-// The first word twice, the second time inverted: what memory holds at power-on is not taken for a reason. One line of the cache.
+// The first word is stored twice, the second time inverted, so random memory content is not taken for a
+// reason. One cache line.
 struct alignas(32) Kept {
   std::uint32_t reason;
   std::uint32_t inverted;
@@ -19,7 +20,8 @@ struct ResetBit {
   std::uint32_t bit;
   const char* name;
 };
-// Of RESET_REASON; the first that is set counts. The PMU resets the system when the watchdog bites.
+// Bits of RESET_REASON; the first one that is set applies. The PMU resets the system when the watchdog
+// expires.
 constexpr ResetBit kResetBits[] = {{1U << 0U, "power_on"}, {1U << 1U, "power_on"},     {1U << 2U, "watchdog"},
                                    {1U << 3U, "software"}, {1U << 4U, "reset_button"}, {1U << 5U, "software"},
                                    {1U << 6U, "debugger"}};
@@ -38,7 +40,7 @@ StartReason take_start_reason() noexcept {
     }
   }
   const std::uint32_t bits = word(kResetReason);
-  word(kResetReason) = bits;  // written ones clear
+  word(kResetReason) = bits;  // write 1 to clear
   for (const ResetBit& row : kResetBits) {
     if ((bits & row.bit) != 0) return {row.name, 0};
   }
@@ -47,7 +49,7 @@ StartReason take_start_reason() noexcept {
 
 void restart(Restart reason, std::uint32_t address) noexcept {
   kept = {static_cast<std::uint32_t>(reason), ~static_cast<std::uint32_t>(reason), address};
-  // The start invalidates the data cache: the words have to be in memory by then (DCCMVAC).
+  // The start-up code invalidates the data cache, so the words must be written to memory before (DCCMVAC).
   asm volatile("mcr p15, 0, %0, c7, c10, 1\n dsb" ::"r"(&kept) : "memory");
   start();
 }

@@ -1,5 +1,5 @@
-// From the processor's first instruction to run_board(), its vectors, and what an exception does. Names are those of the Cortex-R5
-// Technical Reference Manual.
+// Start-up code up to run_board(), exception vectors and the exception handler. Names are those of the
+// Cortex-R5 Technical Reference Manual.
 #include <cstdint>
 
 #include "board/cortex/runtime.h"
@@ -15,10 +15,11 @@ extern "C" {
   run_board();
 }
 
-// address: where the exception came back to, up to 8 bytes behind what raised it.
+// address: return address of the exception, up to 8 bytes behind its cause.
 [[noreturn, gnu::used]] void on_exception(std::uint32_t address) { thimble::board::crash(address); }
 
-// No interrupt is switched on: whatever comes is a crash. The vectors lie at 0, in the tightly coupled memory.
+// No interrupt is enabled, so every exception is a crash. The vectors are at 0, in the tightly coupled
+// memory.
 [[gnu::section(".vectors"), gnu::naked, gnu::used]] void vectors() {
   asm volatile(
       "b start\n"
@@ -37,7 +38,7 @@ extern "C" {
       "  .ltorg\n");
 }
 
-// Also where a restart comes in, with everything on.
+// A restart also enters here, with caches and memory protection on.
 [[gnu::naked, gnu::section(".text.start")]] void start() {
   asm volatile(
       "cpsid aif, #0x1F\n"           // system mode, interrupts off

@@ -1,5 +1,6 @@
-// The system watchdog timer of the low-power domain (SWDT0, UG1085 chapter 14): unless fed in time it reports an error to the platform
-// management unit, which resets the system as its firmware is told. QEMU has no such device: there writing to it does nothing.
+// The system watchdog timer of the low-power domain (SWDT0, UG1085 chapter 14): if it is not fed in time, it
+// reports an error to the platform management unit, which resets the system as configured in its firmware.
+// QEMU does not model this device.
 #pragma once
 
 #include <cstdint>
