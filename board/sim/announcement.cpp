@@ -26,7 +26,7 @@ fs::path runtime_directory() {
 
 bool is_announcement(const fs::path& file) { return file.extension() == ".sim"; }
 
-// Opens the file and says whether a simulator still holds it.
+// Opens the file and reports whether a running simulator has locked it.
 bool is_alive(const fs::path& file) {
   const int fd = open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) return false;
@@ -62,7 +62,7 @@ Announced::Announced(const Announcement& announcement) {
 Announced::~Announced() {
   std::error_code ignored;
   fs::remove(file_, ignored);
-  fs::remove(file_.parent_path(), ignored);  // when it was the last
+  fs::remove(file_.parent_path(), ignored);  // succeeds if this was the last file
   close(fd_);
 }
 

@@ -1,6 +1,6 @@
-// How a running simulator is found: it keeps one small file in the runtime directory,
-// $XDG_RUNTIME_DIR/thimble or /tmp/thimble-<uid>, locked for as long as it lives. thimble-sim writes it, the
-// host's discovery reads it.
+// Announcement of a running simulator: a small file in the runtime directory, $XDG_RUNTIME_DIR/thimble or
+// /tmp/thimble-<uid>, which the simulator keeps locked while it runs. thimble-sim writes it, the host's
+// discovery reads it.
 #pragma once
 
 #include <filesystem>
@@ -12,14 +12,14 @@ namespace thimble::board {
 struct Announcement {
   std::string name;
   std::string arm;
-  std::vector<std::string> uris;  // the best first
+  std::vector<std::string> uris;  // the preferred one first
 };
 
-// There while the object lives, and gone with the process however that ends: what is left of a killed one is
-// not locked, so nobody lists it and the next simulator removes it.
+// The announcement exists as long as the object. If the process is killed, its file stays but is no longer
+// locked: it is not listed, and the next simulator removes it.
 class Announced {
  public:
-  // Throws std::runtime_error when the directory cannot be written, or the name is in use.
+  // Throws std::runtime_error if the directory is not writable or the name is in use.
   explicit Announced(const Announcement& announcement);
   Announced(const Announced&) = delete;
   Announced& operator=(const Announced&) = delete;
@@ -30,6 +30,6 @@ class Announced {
   int fd_;
 };
 
-[[nodiscard]] std::vector<Announcement> announcements();  // of the simulators that live, by name
+[[nodiscard]] std::vector<Announcement> announcements();  // of the running simulators, sorted by name
 
 }  // namespace thimble::board

@@ -34,7 +34,8 @@ FileStorage::FileStorage(const std::filesystem::path& file, std::size_t scene_sl
   struct stat status {};
   if (fstat(fd_, &status) != 0) fail(std::strerror(errno));
   const auto wanted = static_cast<off_t>(begin_[kSlots]);
-  const auto scenes_only = static_cast<off_t>(begin_[kSceneSlots]);  // as long as stores held no parameters
+  const auto scenes_only =
+      static_cast<off_t>(begin_[kSceneSlots]);  // size of files from before parameters were stored
   if (status.st_size != 0 && status.st_size != wanted && status.st_size != scenes_only)
     fail("it is not a store of this simulator");
   if (ftruncate(fd_, wanted) != 0) fail(std::strerror(errno));
@@ -54,7 +55,7 @@ std::span<const std::byte> FileStorage::slot(unsigned index) const noexcept {
 
 bool FileStorage::erase(unsigned index, std::size_t bytes) noexcept {
   if (index >= kSlots || bytes > slot(index).size()) return false;
-  std::fill_n(map_ + begin_[index], bytes, std::byte{0xFF});  // as a flash does
+  std::fill_n(map_ + begin_[index], bytes, std::byte{0xFF});  // like a flash
   return true;
 }
 

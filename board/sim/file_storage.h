@@ -1,5 +1,5 @@
-// The slots in a file, so that a simulated board keeps scene and parameters from one run to the next. Used by
-// thimble-sim --store.
+// The slots in a file, so a simulated board keeps scenes and parameters between runs. Used by thimble-sim
+// --store.
 #pragma once
 
 #include <array>
@@ -13,9 +13,9 @@ namespace thimble::board {
 
 class FileStorage final : public firmware::Storage {
  public:
-  // Maps the file, which is made when it is missing; it is sparse, so only what was written takes space.
-  // Throws std::runtime_error when it cannot be opened, is held by another simulator, or belongs to other
-  // slots.
+  // Maps the file and creates it if it does not exist. The file is sparse: only written parts occupy space.
+  // Throws std::runtime_error if it cannot be opened, is in use by another simulator, or has other slot
+  // sizes.
   FileStorage(const std::filesystem::path& file, std::size_t scene_slot_bytes);
   FileStorage(const FileStorage&) = delete;
   FileStorage& operator=(const FileStorage&) = delete;

@@ -1,5 +1,5 @@
-// A hand's path: points in time, straight lines between them. Used by `thimble simulate` and by the simulated
-// arm's hand.
+// The path of a hand: positions at times, with linear interpolation. Used by `thimble simulate` and by the
+// hand of the simulated arm.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@ namespace thimble::board {
 
 struct PathPoint {
   double time_s = 0;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // in the world
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // world frame
   int arm = 0;
 };
 
@@ -20,11 +20,11 @@ class HandPath {
     Eigen::Vector3d velocity_m_s;
   };
 
-  // points: of one arm, at least one, times strictly rising. Throws std::invalid_argument otherwise.
+  // points: at least one, all of one arm, times strictly increasing. Throws std::invalid_argument otherwise.
   explicit HandPath(std::vector<PathPoint> points);
 
-  // Before the first point and after the last the hand rests there. At a point the velocity is that of the
-  // line that begins there, at the last point that of the line that ends there.
+  // Before the first and after the last point the hand is at rest. At a point the velocity is that of the
+  // following segment, at the last point that of the preceding one.
   [[nodiscard]] Sample at(double time_s) const noexcept;
 
   [[nodiscard]] double start_s() const noexcept { return points_.front().time_s; }

@@ -51,7 +51,7 @@ std::vector<PathPoint> read_hand_path(const std::filesystem::path& file) {
     throw HandPathError(file.string() + ":" + std::to_string(line_number) + ": " + what);
   };
 
-  std::vector<std::size_t> columns;  // what each cell of a row is
+  std::vector<std::size_t> columns;  // the meaning of each cell of a row
   std::vector<PathPoint> points;
   std::array<double, 2> last_time_s;
   last_time_s.fill(-std::numeric_limits<double>::infinity());
@@ -59,7 +59,7 @@ std::vector<PathPoint> read_hand_path(const std::filesystem::path& file) {
     ++line_number;
     std::string_view line(text);
     if (line_number == 1 && line.starts_with("\xEF\xBB\xBF"))
-      line.remove_prefix(3);  // a spreadsheet's byte order mark
+      line.remove_prefix(3);  // byte order mark, written by spreadsheets
     line = trimmed(line);
     if (line.empty()) continue;
     const std::vector<std::string_view> cells = split(line);

@@ -1,6 +1,5 @@
-// A hand's path as people write it: CSV with the header `time_s,x_m,y_m,z_m`, and optionally `arm` (0 or 1),
-// one point a row. Columns may stand in any order. Used by `thimble simulate --path` and `thimble-sim
-// --hand`.
+// File format of a hand's path: CSV with the header `time_s,x_m,y_m,z_m` and optionally `arm` (0 or 1), one
+// point per row. Columns may have any order. Used by `thimble simulate --path` and `thimble-sim --hand`.
 #pragma once
 
 #include <filesystem>
@@ -11,13 +10,14 @@
 
 namespace thimble::board {
 
-// what(): file, line and what is wrong.
+// what(): file, line and cause.
 class HandPathError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// At least one row; every number finite; the times of each arm strictly rising. Throws HandPathError.
+// Requires at least one row, finite numbers, and strictly increasing times for each arm. Throws
+// HandPathError.
 [[nodiscard]] std::vector<PathPoint> read_hand_path(const std::filesystem::path& file);
 
 }  // namespace thimble::board

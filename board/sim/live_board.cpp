@@ -18,8 +18,9 @@
 namespace thimble::board {
 namespace {
 
-// Behind by more than this, the arm waits instead of catching up: the machine was busy, and a burst would be worse. The link waits as
-// long: where the arm cannot keep up (under sanitizers it runs at 0.7 of real time), 0.1 s took 2 s to answer a question.
+// If the simulation is late by more than this, simulated time is skipped instead of caught up, because a
+// burst of ticks would be worse. This is also the longest delay of the link: with 0.1 s a request took 2 s
+// where the simulation is slower than real time (0.7 under sanitizers).
 constexpr double kMostBehind_s = 0.02;
 constexpr std::uint64_t kWait_us = 500;
 constexpr double kSlice_s = 0.002;
@@ -33,7 +34,7 @@ std::uint64_t steady_us() {
 }  // namespace
 
 LiveBoard::LiveBoard(const LiveOptions& options) : options_(options), ports_(std::make_unique<LinkPorts>()) {
-  // The best first: TCP carries more than a pty, whose buffer is 4 kB.
+  // The preferred one first: TCP has more capacity than a pty, whose buffer is 4 kB.
   if (options.tcp_port) ports_->add(std::make_unique<TcpPort>(*options.tcp_port));
   if (options.pty) ports_->add(std::make_unique<PtyPort>(options.link));
   if (!options.can.empty()) ports_->add(std::make_unique<CanPort>(options.can, firmware::Config{}.node_id));
@@ -66,7 +67,7 @@ std::unique_ptr<SimBoard> LiveBoard::start(const char* reset_reason) {
   board_options.time_ticks = true;
   if (!options_.specimen.empty()) {
     board_options.specimen = std::make_shared<const Specimen>(read_specimen(options_.specimen));
-    board_options.hand = kNoHand;  // nobody holds an arm that scans
+    board_options.hand = kNoHand;  // no hand holds an arm that scans
   }
   std::vector<PathPoint> points;
   if (!options_.hand.empty()) points = read_hand_path(options_.hand);
@@ -78,7 +79,7 @@ std::unique_ptr<SimBoard> LiveBoard::start(const char* reset_reason) {
     std::ranges::copy_if(points, std::back_inserter(own), [arm](const PathPoint& p) { return p.arm == arm; });
     if (!own.empty()) board->follow(static_cast<std::size_t>(arm), HandPath(std::move(own)), options_.loop);
   }
-  // Who asks at once shall not be told what stands before the first tick: that no encoder was read yet.
+  // Run two ticks first, so an early request does not get the state from before the first encoder sample.
   board->step(2 / options_.rate_Hz);
   return board;
 }

@@ -1,9 +1,10 @@
-// The simulated board in real time behind the link: thimble-sim's whole loop, and what `thimble view --scene` runs in a thread.
+// The simulated board in real time with its link: the loop of thimble-sim, which `thimble view --scene` runs
+// in a thread.
 //
 //   LiveBoard live(options);            // opens the ports, announces itself
 //   live.run([] { return stopping; });  // until told to stop
 //
-// One thread. `news` hears what stands against sending, each time it has changed.
+// One thread. `news` is called with the transmit problem of the ports each time it changes.
 #pragma once
 
 #include <cstdint>
@@ -25,38 +26,38 @@ struct LiveOptions {
   std::string arm = "premium-1.5";
   double rate_Hz = 4000;
   std::uint64_t seed = 1;
-  std::uint8_t arm_count = 1;  // at least; a path with a second arm makes it two
+  std::uint8_t arm_count = 1;  // minimum; a path with a second arm makes it two
   std::optional<std::uint16_t> tcp_port;
   bool pty = true;
   std::string link;      // a symbolic link to the pty
   std::string can;       // an interface
   std::string tty;       // a serial port
-  std::string hand;      // the hand's path
-  bool loop = false;     // over and over
-  std::string specimen;  // instead of a hand, a thing to scan
+  std::string hand;      // file with the path of the hand
+  bool loop = false;     // repeat the path
+  std::string specimen;  // file of an object to scan; replaces the hand
   std::string store;     // a file that keeps the scenes
   std::string name;      // in `thimble list`
 };
 
 class LiveBoard {
  public:
-  // What a program that runs it may see and do between two rounds. `sent`: the real-time frames of this round, in order;
-  // `since_us`: of the machine's steady clock, before the first tick of the round.
+  // Access for the calling program between two cycles of the loop. `sent`: the real-time frames of this
+  // cycle, in order; `since_us`: steady clock of the machine before the first tick of the cycle.
   struct Round {
     SimBoard& board;
     const std::vector<firmware::link::CanFrame>& sent;
     std::uint64_t since_us;
   };
 
-  // Throws std::exception: a port in use, an unknown arm, a file with a mistake.
+  // Throws std::exception for a port in use, an unknown arm or an error in a file.
   explicit LiveBoard(const LiveOptions& options);
   LiveBoard(const LiveBoard&) = delete;
   LiveBoard& operator=(const LiveBoard&) = delete;
   ~LiveBoard();
 
-  [[nodiscard]] std::vector<std::string> uris() const;  // the best first
+  [[nodiscard]] std::vector<std::string> uris() const;  // the preferred one first
 
-  // Rounds of about half a millisecond until stopping() says so. `each` may be empty.
+  // Runs cycles of about half a millisecond until stopping() returns true. `each` may be empty.
   void run(const std::function<bool()>& stopping, const std::function<void(const Round&)>& each = {},
            const std::function<void(const std::string&)>& news = {});
 

@@ -20,8 +20,9 @@ constexpr std::array<PlantVariant, 3> kVariants{{
 
 constexpr double kCopperPerKelvin = .00393;
 constexpr double kReference_C = 25.0;
-constexpr double kStructuralDamping = .05;  // of critical, motors locked: metal links on steel cable
-// Rubber at the ends of the joints' travel.
+constexpr double kStructuralDamping =
+    .05;  // fraction of critical damping with locked motors: metal links on steel cable
+// Rubber stops at the joint limits.
 constexpr double kStopStiffness_N_m_rad = 100.0;
 constexpr double kStopDamping_N_m_s_rad = .2;
 
@@ -33,7 +34,7 @@ std::uint64_t split_mix(std::uint64_t& state) {
   return z ^ (z >> 31U);
 }
 
-// Pushes back beyond [low, high], and damps on the way in only.
+// Pushes back beyond [low, high]; damps only inward motion.
 double stop_torque(double angle, double speed, double low, double high) {
   if (angle > high)
     return -std::max(0.0, kStopStiffness_N_m_rad * (angle - high) + kStopDamping_N_m_s_rad * speed);
@@ -79,7 +80,8 @@ double Motor::resistance_ohm(const MotorModel& model) const noexcept {
 void Motor::step_winding(const MotorModel& model, double voltage_V, double speed_rad_s, double h) noexcept {
   const double R = resistance_ohm(model);
   const double settled_A = (voltage_V - static_cast<double>(model.torque_constant_N_m_A) * speed_rad_s) / R;
-  // exp(-a) as its (2,2) Pade form, the same bits on every machine: within a^5/720, 1e-6 at 25 us.
+  // exp(-a) by its (2,2) Pade approximant, bit-identical on every machine; error below a^5/720, 1e-6 at 25
+  // us.
   const double a = R * h / static_cast<double>(model.inductance_H);
   const double decay = (12 - 6 * a + a * a) / (12 + 6 * a + a * a);
   current_A = settled_A + (current_A - settled_A) * decay;
@@ -223,8 +225,8 @@ void Plant::substep(double h) noexcept {
     const kinematics::JointModel& joint = parameters_.model->joint[at];
     const double shaft_rad_s = state_.phid[j] * static_cast<double>(joint.sign * joint.motor_turns_per_turn);
     if (enable_) {
-      // The voltage that a good current loop finds: resistance and back-EMF carried, the error gone in its
-      // time constant.
+      // Voltage of an ideal current controller: it compensates resistance and back-EMF and removes the error
+      // within its time constant.
       const double wanted_V = motor.resistance_ohm(motor_model) * motor.current_A +
                               static_cast<double>(motor_model.torque_constant_N_m_A) * shaft_rad_s +
                               static_cast<double>(motor_model.inductance_H) *
@@ -235,7 +237,7 @@ void Plant::substep(double h) noexcept {
     }
     motor.step_heat(motor_model, parameters_.ambient_C, h);
     motor_torque_[j] = motor.current_A * static_cast<double>(parameters_.model->torque_per_ampere(j));
-    // Coulomb: a resting rotor stays until more than its friction pulls.
+    // Coulomb friction: a rotor at rest stays at rest until the torque exceeds the friction.
     const double drive = motor_torque_[j] - cable[j];
     const double direction = state_.phid[j] != 0 ? state_.phid[j] : drive;
     if (state_.phid[j] == 0 && std::abs(drive) <= parameters_.coulomb_N_m[j]) {
@@ -259,7 +261,7 @@ void Plant::substep(double h) noexcept {
              s.phi + h / 6 * (s.phid + 2 * s2.phid + 2 * s3.phid + s4.phid),
              s.phid + h / 6 * (a.phidd + 2 * b.phidd + 2 * c.phidd + d.phidd)};
   for (int j = 0; j < 3; ++j) {
-    // Friction can stop a rotor but not turn it round.
+    // Friction can stop a rotor but not reverse it.
     const Contact contact = coulomb_[static_cast<std::size_t>(j)];
     const bool reversed = (contact == Contact::kForward && next.phid[j] < 0) ||
                           (contact == Contact::kBackward && next.phid[j] > 0);

@@ -1,15 +1,16 @@
-// The simulated arm: rigid links behind elastic cables, motors, amplifiers, encoders, heat, and a hand on the
-// fingertip. Deterministic to the bit on every machine (own sin and cos, no libm beyond sqrt), seeded, with a
-// clock of its own. The simulated board and tests own one per arm; nothing of the controller knows it.
+// The simulated arm: rigid links driven through elastic cables, motors, amplifiers, encoders, motor
+// temperatures, and a hand at the fingertip. Bit-identical on every machine (own sine and cosine, no libm
+// function except sqrt), seeded, with its own clock. The simulated board and tests own one per arm; the
+// controller does not know it.
 //
 //   links   (M(q) + hand mass) qdd + C qd + G = k (phi - q) + d (phid - qd) + stops + J^T F_hand
 //   rotors  J_r phidd = torque - k (phi - q) - d (phid - qd) - viscous - Coulomb
-//   motors  L di/dt = v - R(T) i - Ke w,   |v| <= supply;   the amplifier closes a current loop around it
+//   motors  L di/dt = v - R(T) i - Ke w,   |v| <= supply;   the amplifier controls the current
 //   heat    winding -> housing -> ambient, R(T) = R0 (1 + .00393 (T - 25))
 //
-// Encoders and friction sit at the rotors, as on the real arm, so the cables' stretch lies between what the
-// controller sees and where the finger is: that is the structural mode. Integrated by Runge-Kutta 4 in steps
-// of at most kMaxStep_s. Units: SI, rad, C. World frame as everywhere. Variants: premium-1.5,
+// Encoders and friction are at the rotors, as on the real arm, so the stretch of the cables is between the
+// position that the controller measures and the fingertip: this is the structural mode. Integration is
+// Runge-Kutta 4 with steps of at most kMaxStep_s. Units: SI, rad, C; world frame. Variants: premium-1.5,
 // premium-1.5-frictionless, wooden.
 #pragma once
 
@@ -31,29 +32,30 @@ using Vector3d = Eigen::Vector3d;
 
 struct PlantVariant {
   std::string_view name;
-  std::string_view arm_model;  // what the firmware is told
+  std::string_view arm_model;  // the model that the firmware uses
   bool friction;
 };
 [[nodiscard]] std::span<const PlantVariant> plant_variants() noexcept;
 [[nodiscard]] const PlantVariant* find_plant_variant(std::string_view name) noexcept;  // null: unknown
 
-// What may differ between two arms of one model. from() fills it from a variant; tests change single values.
+// Properties that may differ between two arms of one model. from() fills them from a variant; tests change
+// single values.
 struct PlantParameters {
   const kinematics::ArmModel* model = nullptr;
   Vector3d viscous_N_m_s_rad = Vector3d::Zero();
   Vector3d coulomb_N_m = Vector3d::Zero();
   Vector3d cable_stiffness_N_m_rad =
-      Vector3d::Zero();  // per joint: the model's structural stiffness at q = 0
+      Vector3d::Zero();  // per joint, from the model's structural stiffness at q = 0
   Vector3d cable_damping_N_m_s_rad = Vector3d::Zero();
   double amplifier_time_constant_s = 50e-6;
   double ambient_C = 25.0;
   kinematics::BasePose base;
-  std::uint64_t seed = 1;  // where the encoder counters stand at power-on, to a fraction of a count
+  std::uint64_t seed = 1;  // determines the encoder counters at power-on, including the fraction of a count
 
   [[nodiscard]] static PlantParameters from(const PlantVariant& variant);
 };
 
-// One motor with its amplifier. Exact in the winding for constant voltage and speed.
+// One motor with its amplifier. The winding current is exact for constant voltage and speed.
 struct Motor {
   double current_A = 0;
   double winding_C = 25;
@@ -66,8 +68,7 @@ struct Motor {
   void step_heat(const kinematics::MotorModel& model, double ambient_C, double h) noexcept;
 };
 
-// A finger in the thimble: its mass moves with the tip, and spring and damper pull it to where it wants to
-// be.
+// The hand at the thimble: its mass moves with the tip; a spring and a damper pull it to its target position.
 struct Hand {
   double mass_kg = 0.05;
   double stiffness_N_m = 500.0;
@@ -79,38 +80,39 @@ class Plant {
  public:
   static constexpr double kMaxStep_s = 25e-6;
 
-  // Starts at rest with the tip at home, the hand there too.
+  // Starts at rest with the tip and the hand target at home.
   explicit Plant(const PlantParameters& parameters, const Hand& hand = kNoHand);
 
-  // Commands hold until the next ones.
+  // Commands stay in effect until the next ones.
   void command_current(const Vector3d& current_A, bool enable) noexcept;  // not enabled: motors open
   void set_hand(const Hand& hand) noexcept { hand_ = hand; }
-  void set_hand_target(const Vector3d& position_m,
-                       const Vector3d& velocity_m_s) noexcept;  // moves on at that
+  void set_hand_target(
+      const Vector3d& position_m,
+      const Vector3d& velocity_m_s) noexcept;  // the target continues to move with this velocity
   void set_specimen(std::shared_ptr<const Specimen> specimen) noexcept {
     specimen_ = std::move(specimen);
-  }                                                                   // what the tip can touch; null: nothing
+  }  // object that the tip can touch; null: none
   void push(const Vector3d& force_N) noexcept { push_N_ = force_N; }  // an extra force on the tip
 
-  // Moves the arm: at rest, cables slack. Motors keep their current and heat.
+  // Sets the joint state with unstretched cables. Motors keep their current and temperature.
   void place(const Vector3d& joints_rad, const Vector3d& joint_speeds_rad_s = Vector3d::Zero()) noexcept;
 
   void step(double seconds) noexcept;
 
   [[nodiscard]] std::array<std::uint32_t, 3> encoder_counts()
-      const noexcept;  // raw registers, as wide as the model's
+      const noexcept;  // raw registers, with the width of the model
   [[nodiscard]] Vector3d tip_m() const noexcept;
   [[nodiscard]] Vector3d tip_velocity_m_s() const noexcept;
   [[nodiscard]] Vector3d hand_force_N() const noexcept {
     return hand_force_N_;
-  }  // of the arm on the hand, last step
+  }  // force of the arm on the hand in the last step
   [[nodiscard]] const Vector3d& joints_rad() const noexcept { return state_.q; }
   [[nodiscard]] const Vector3d& joint_speeds_rad_s() const noexcept { return state_.qd; }
-  [[nodiscard]] const Vector3d& rotors_rad() const noexcept { return state_.phi; }  // seen at the joints
+  [[nodiscard]] const Vector3d& rotors_rad() const noexcept { return state_.phi; }  // as joint angles
   [[nodiscard]] const std::array<Motor, 3>& motors() const noexcept { return motors_; }
   [[nodiscard]] double time_s() const noexcept { return time_s_; }
   [[nodiscard]] const PlantParameters& parameters() const noexcept { return parameters_; }
-  // Kinetic (links, rotors, hand), height, cables, hand spring. J.
+  // Kinetic energy (links, rotors, hand), and potential energy of gravity, cables and hand spring. J.
   [[nodiscard]] double energy_J() const noexcept;
 
  private:

@@ -46,7 +46,7 @@ class Replay::Board {
       : storage_(run.image.size() + firmware::SceneStore::kHeaderBytes),
         controller_(config_of(run), storage_),
         arms_(run.start.arms),
-        // A float's period of 0.25 ms is 12 fs longer: a minute later that shows.
+        // As a float, 0.25 ms is 12 fs too long, which is visible after a minute.
         period_s_(1.0 / std::round(1.0 / static_cast<double>(run.start.period_s))) {
     if (controller_.fault() != firmware::Fault::kNone)
       throw std::invalid_argument("its loop's period of " + std::to_string(run.start.period_s) +

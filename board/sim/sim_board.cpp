@@ -35,7 +35,8 @@ void MemoryStorage::Free::operator()(std::byte* memory) const noexcept { std::fr
 MemoryStorage::MemoryStorage(std::size_t scene_slot_bytes)
     : slot_bytes_{scene_slot_bytes, scene_slot_bytes, kParamSlotBytes, kParamSlotBytes} {
   for (unsigned i = 0; i < kSlots; ++i) {
-    slots_[i].reset(static_cast<std::byte*>(std::calloc(slot_bytes_[i], 1)));  // not touched until written
+    slots_[i].reset(
+        static_cast<std::byte*>(std::calloc(slot_bytes_[i], 1)));  // pages are allocated when written
     if (!slots_[i]) throw std::bad_alloc();
   }
 }
@@ -151,7 +152,7 @@ void SimBoard::hold(std::size_t arm, const Vector3d& position_m, const Vector3d&
 Vector3d SimBoard::within_reach(std::size_t arm, const Vector3d& position_m) const {
   const PlantParameters& parameters = arms_[arm].plant.parameters();
   const kinematics::Arm<double> model(*parameters.model, parameters.base);
-  constexpr double kMargin_rad = .03;  // to the joints' stops
+  constexpr double kMargin_rad = .03;  // distance to the joint limits
   const auto reached = [&](const Vector3d& p) {
     Vector3d joints;
     return model.inverse(p, joints) && kinematics::workspace_limit(*parameters.model, joints, kMargin_rad) ==
@@ -160,7 +161,7 @@ Vector3d SimBoard::within_reach(std::size_t arm, const Vector3d& position_m) con
   if (reached(position_m)) return position_m;
   const Vector3d home = parameters.base.home_m.cast<double>();
   constexpr double kBeyond_m =
-      2;  // no arm reaches so far, and the halvings end below a hundredth of a millimetre
+      2;  // beyond the reach of every arm; the bisection ends below a hundredth of a millimetre
   const Vector3d all = position_m - home;
   const Vector3d way = all * std::min(1.0, kBeyond_m / all.norm());
   double inside = 0, outside = 1;

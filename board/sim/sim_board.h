@@ -1,13 +1,13 @@
-// A board whose hardware is simulated: plant, encoders, drives, store in memory, and the controller on top.
-// `thimble simulate` runs it as fast as it goes; thimble-sim runs it in real time behind the link:
+// A board with simulated hardware: plant, encoders, drives, a store in memory, and the controller.
+// `thimble simulate` runs it as fast as possible; thimble-sim runs it in real time with the link:
 //
 //   SimBoard board({.variant = "premium-1.5"});
 //   every period:  board.tick();                       // sample, controller.tick(), drives, plant
 //   otherwise:     board.controller().on_frame(frame, now); ...
 //
-// One thread. Its clock counts ticks, so two runs with the same calls are equal to the bit.
-// The arm lies in a cradle at its home pose until it is homed; then the hand has it. follow() leads the hand
-// to a path's first point and, once the controller is armed and its force ramp done, along the path.
+// One thread. Its clock counts ticks, so two runs with the same calls are bit-identical. The arm rests in a
+// cradle at its home pose until it is homed; then the hand holds it. follow() moves the hand to the first
+// point of a path, and along the path when the controller is armed and its force ramp has ended.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@
 
 namespace thimble::board {
 
-// The slots in memory. Pages that are never written cost nothing.
+// The slots in memory. Pages that are never written occupy no memory.
 class MemoryStorage final : public firmware::Storage {
  public:
   explicit MemoryStorage(std::size_t scene_slot_bytes);
@@ -46,15 +46,16 @@ struct SimBoardOptions {
   std::string variant = "premium-1.5";
   double rate_Hz = 4000.0;  // 100 to 20000
   std::uint8_t arm_count = 1;
-  // Unset: the home of a single arm is the origin, those of two arms lie .1 m left and right of it.
+  // Unset: a single arm has its home at the origin, two arms .1 m to the left and right of it.
   std::optional<std::array<kinematics::BasePose, control::kMaxArms>> base{};
   Hand hand{};
-  std::shared_ptr<const Specimen> specimen{};  // what arm 0 can touch; null: nothing
+  std::shared_ptr<const Specimen> specimen{};  // object that arm 0 can touch; null: none
   std::uint64_t seed = 1;
   std::uint8_t node_id = 1;
   const char* reset_reason = "power_on";
-  firmware::Storage* storage = nullptr;  // must outlive the board; null: its own, in memory
-  std::size_t slot_bytes = control::kMaxImageBytes + firmware::SceneStore::kHeaderBytes;  // of its own
+  firmware::Storage* storage = nullptr;  // must outlive the board; null: internal storage in memory
+  std::size_t slot_bytes =
+      control::kMaxImageBytes + firmware::SceneStore::kHeaderBytes;  // of the internal storage
   bool time_ticks = false;  // fill Inputs::last_tick_us from the machine's clock (telemetry only)
 };
 
@@ -64,18 +65,18 @@ class SimBoard {
   explicit SimBoard(const SimBoardOptions& options = {});
 
   void tick();                // one period
-  void step(double seconds);  // as many whole periods as fit, the remainder kept for the next call
+  void step(double seconds);  // runs the whole periods in this time; the remainder is kept for the next call
 
-  // The hand follows a path, from the path's own start time on. loop: after the last point it is led back to
-  // the first. Out of the armed state it waits at the first point again.
+  // The hand follows a path, beginning at the start time of the path. loop: after the last point it returns
+  // to the first. When the controller is not armed, the hand waits at the first point again.
   void follow(std::size_t arm, HandPath path, bool loop = false);
-  // The hand wants to be here, moving on at this velocity; ends a path.
+  // Sets the target of the hand, which continues to move with this velocity; ends a path.
   void hold(std::size_t arm, const Vector3d& position_m, const Vector3d& velocity_m_s = Vector3d::Zero());
   [[nodiscard]] bool hand_waits(
-      std::size_t arm) const noexcept;  // at its path's first point, for the controller
+      std::size_t arm) const noexcept;  // it waits at the first point of its path for the controller
   [[nodiscard]] bool hand_follows(std::size_t arm) const noexcept;
 
-  // The position itself, or where the way from the arm's home to it leaves the workspace.
+  // The position itself, or the point where the line from the arm's home to it leaves the workspace.
   [[nodiscard]] Vector3d within_reach(std::size_t arm, const Vector3d& position_m) const;
 
   void set_e_stop(bool pressed) noexcept { e_stop_ = pressed; }
@@ -93,21 +94,21 @@ class SimBoard {
   enum class HandState : std::uint8_t { kCradle, kHold, kApproach, kWait, kFollow };
   struct Arm {
     Plant plant;
-    Vector3d sampled_tip_m;  // the true fingertip when the last tick sampled the encoders
+    Vector3d sampled_tip_m;  // true position of the fingertip when the last tick sampled the encoders
     HandState state = HandState::kCradle;
     std::optional<HandPath> path;
     bool loop = false;
-    double since_s = 0;  // when the state began
+    double since_s = 0;  // start of the state
     double approach_s = 0;
-    Vector3d from_m;  // where the approach began
-    Vector3d at_m;    // where the hand wants to be
+    Vector3d from_m;  // start of the approach
+    Vector3d at_m;    // target of the hand
     Vector3d velocity_m_s;
   };
   void move_hand(Arm& arm);
   void approach(Arm& arm);
 
   SimBoardOptions options_;
-  bool nobody_;  // holds the arm: it lies where it stopped while its motors are off
+  bool nobody_;  // no hand: the arm stays in place while its motors are off
   std::unique_ptr<MemoryStorage> own_storage_;
   std::vector<Arm> arms_;
   std::unique_ptr<firmware::Controller> controller_;

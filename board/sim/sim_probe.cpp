@@ -13,7 +13,7 @@ namespace link = firmware::link;
 using firmware::Controller;
 
 constexpr double kHoming_s = 60, kArming_s = 2;
-constexpr double kLongestMove_s = 600;  // the longest way there and back at the lowest speed
+constexpr double kLongestMove_s = 600;  // the longest way in and back at the lowest speed
 
 SimBoardOptions alone(SimBoardOptions options) {
   options.hand = kNoHand;

@@ -1,5 +1,5 @@
-// The simulated arm as a scanner: homed, armed and alone with a specimen, it makes one guarded move after another,
-// faster than real time and deterministic. What the link offers a host (routine 0206), without the link; used by
+// The simulated arm as a scanner: homed and armed, without a hand, it executes guarded moves on a specimen,
+// faster than real time and deterministic. Equivalent to routine 0206 of the link, without the link. Used by
 // `thimble scan --simulate` and by tests.
 //
 //   SimProbe probe({.specimen = ...}, image);
@@ -16,7 +16,7 @@
 
 namespace thimble::board {
 
-// what(): why the controller did not arm, refused the move or tripped.
+// what(): why the controller did not arm, refused the move or has a fault.
 class ProbeError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -26,13 +26,13 @@ class SimProbe {
  public:
   struct Result {
     firmware::link::MoveState state;
-    std::vector<firmware::link::MoveSample> samples;  // in the order in which they were taken
+    std::vector<firmware::link::MoveSample> samples;  // in order of time
   };
 
-  // options.hand is left out: nobody holds the arm. image: a scene in which the tip touches nothing.
+  // options.hand is ignored: no hand holds the arm. image: a scene in which the tip touches nothing.
   SimProbe(SimBoardOptions options, std::span<const std::byte> image);
 
-  // From where the arm stands; returns when it holds again. Throws ProbeError.
+  // Moves from the present position; returns when the arm holds its position again. Throws ProbeError.
   Result move(const firmware::link::MoveOrder& order);
 
   [[nodiscard]] SimBoard& board() noexcept { return board_; }

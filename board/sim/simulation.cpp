@@ -17,7 +17,7 @@ namespace {
 
 using control::kMaxArms;
 
-constexpr double kLongestWait_s = 60.0;  // for homing, the approach and the ramp, each
+constexpr double kLongestWait_s = 60.0;  // for each of homing, approach and ramp
 
 SimulationResult failure(SimulationStatus status, std::string detail) {
   SimulationResult result;
@@ -26,7 +26,7 @@ SimulationResult failure(SimulationStatus status, std::string detail) {
   return result;
 }
 
-// One path an arm, all beginning at the same time. Throws std::invalid_argument.
+// One path per arm, all with the same start time. Throws std::invalid_argument.
 std::vector<HandPath> split(const std::vector<PathPoint>& path) {
   std::array<std::vector<PathPoint>, kMaxArms> points;
   double start_s = std::numeric_limits<double>::infinity();
@@ -58,7 +58,7 @@ class Simulation {
       : image_(image), paths_(std::move(paths)), options_(options), row_(row), start_s_(paths_[0].start_s()) {
     double end_s = start_s_;
     for (const HandPath& path : paths_) end_s = std::max(end_s, path.end_s());
-    // The last time counts when it falls on a tick: a thousandth of a period forgives its rounding.
+    // Includes the last time if it is on a tick; a thousandth of a period allows for rounding.
     ticks_ = static_cast<std::uint64_t>(std::floor((end_s - start_s_) * options_.rate_Hz + 1e-3)) + 1;
   }
 

@@ -87,7 +87,7 @@ Eigen::Vector3d Specimen::force_N(const Eigen::Vector3d& tip_m,
     const double dv = (1 - cell.fu) * (high[0] - low[0]) + cell.fu * (high[1] - low[1]);
     const Eigen::Vector3d steep = normal_ - (cell.inside_u ? du / map_.cell_m : 0.0) * map_.u -
                                   (cell.inside_v ? dv / map_.cell_m : 0.0) * map_.v;
-    depth_m /= steep.norm();  // square to the slope
+    depth_m /= steep.norm();  // perpendicular to the slope
     normal = steep.normalized();
   }
   if (depth_m <= 0) return Eigen::Vector3d::Zero();

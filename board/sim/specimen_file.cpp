@@ -57,7 +57,7 @@ Specimen read_specimen(const std::filesystem::path& file) {
   if (!in) throw SpecimenError(file.string() + ": " + std::strerror(errno));
   try {
     return Specimen(read(json::parse(in)));
-  } catch (const std::exception& error) {  // JSON's and our own
+  } catch (const std::exception& error) {  // from the JSON library or from the checks above
     throw SpecimenError(file.string() + ": " + error.what());
   }
 }

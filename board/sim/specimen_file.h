@@ -1,5 +1,5 @@
-// A specimen as people write it: JSON with the members of SpecimenMap under their names, origin_m, u and v as arrays
-// of three, and "thimble_specimen": 1. u and v may have any length; height_m and damping_N_s_m may be left out.
+// File format of a specimen: JSON with the members of SpecimenMap by name, origin_m, u and v as arrays of
+// three, and "thimble_specimen": 1. u and v may have any length; height_m and damping_N_s_m are optional.
 // Used by `thimble-sim --specimen` and `thimble scan --simulate`.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace thimble::board {
 
-// what(): the file and what is wrong.
+// what(): file and cause.
 class SpecimenError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

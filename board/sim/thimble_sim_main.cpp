@@ -1,7 +1,7 @@
-// thimble-sim: the simulated board in real time behind the link, for people without an arm and for tests.
+// thimble-sim: the simulated board in real time with its link, for users without an arm and for tests.
 //
-// Prints one address a line (tcp:HOST:PORT, slcan:PTY, canfd:INTERFACE ...), then "ready". Ends with SIGTERM, SIGINT or SIGHUP and
-// leaves nothing behind. Exit codes: 0 ended by signal, 1 failed, 2 usage.
+// Prints one address per line (tcp:HOST:PORT, slcan:PTY, canfd:INTERFACE ...), then "ready". Ends with
+// SIGTERM, SIGINT or SIGHUP and removes its files. Exit codes: 0 ended by signal, 1 failed, 2 usage.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// What the check of a scene image found, as a string.
+// The verdict of a scene image's check, as a string.
 #pragma once
 
 #include <array>
