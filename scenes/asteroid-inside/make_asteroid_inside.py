@@ -5,20 +5,16 @@ The cave is the asteroid of scenes/asteroid, half as large again and touched fro
 rising and falling way, with its target 4 mm behind the wall.
 """
 
-import importlib.util
 import math
 import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from strokes import load_asteroid, write_stroke  # noqa: E402
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 SCALE = 1.5  # of asteroid-inside.scene.json, against the asteroid's own
 DEEPER_M = 0.004
-
-
-def load_asteroid():
-    spec = importlib.util.spec_from_file_location("make_asteroid", FOLDER.parent / "asteroid" / "make_asteroid.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def wall_m(asteroid, points, faces, direction):
@@ -53,8 +49,7 @@ def main():
             rows.append((0.6, *((wall - 0.005) * d for d in direction)))
         rows.append((1.0 + 0.07 * i, *((wall + DEEPER_M) * d for d in direction)))
     rows.append((rows[-1][0] + 0.6, 0.0, 0.0, 0.0))
-    lines = ["time_s,x_m,y_m,z_m"] + ["%.2f,%.6f,%.6f,%.6f" % row for row in rows]
-    (FOLDER / "stroke.csv").write_text("\n".join(lines).replace("-0.000000", "0.000000") + "\n", encoding="ascii")
+    write_stroke(FOLDER / "stroke.csv", rows)
 
 
 if __name__ == "__main__":

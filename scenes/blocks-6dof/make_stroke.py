@@ -4,20 +4,17 @@ each time."""
 
 import math
 import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from strokes import Grasp  # noqa: E402
 
 NEAR_M = -0.03  # along y
 LOW_M, HIGH_M = -0.035, 0.0  # of the block's middle: on the table, carried
 OPEN_M, SHUT_M = 0.035, 0.010  # half of the gap between the fingertips; a block's is 0.015
 
-path = []
-
-
-def go(seconds, half_gap, y, z, turn=0.0):
-    """Both fingertips: half_gap to the left and right of x = 0, round it by `turn`."""
-    now = path[-1][0] + seconds if path else 0.0
-    across, along = half_gap * math.cos(turn), half_gap * math.sin(turn)
-    path.append((now, -across, y - along, z, across, y + along, z))
-
+hands = Grasp()
+go = hands.go
 
 go(0.0, 0.1, 0.0, 0.0)
 go(0.5, 0.1, 0.0, 0.0)
@@ -31,13 +28,9 @@ go(0.4, OPEN_M, NEAR_M, LOW_M, math.radians(40.0))  # and let go
 go(0.4, OPEN_M, NEAR_M, 0.02, math.radians(40.0))
 go(0.6, 0.1, 0.0, 0.02)
 # The left hand goes in front of the tall block, and pushes near its top.
-right = path[-1][4:7]
+right = hands.rows[-1][4:7]
 for seconds, x, y, z in ((0.6, 0.0, 0.015, 0.03), (0.3, 0.0, 0.015, 0.002), (0.6, 0.0, 0.055, 0.002), (0.3, 0.0, 0.02, 0.03), (0.6, -0.1, 0.0, 0.0)):
-    path.append((path[-1][0] + seconds, x, y, z) + right)
-path.append((path[-1][0] + 0.3, -0.1, 0.0, 0.0, 0.1, 0.0, 0.0))
+    hands.rows.append((hands.rows[-1][0] + seconds, x, y, z) + right)
+hands.rows.append((hands.rows[-1][0] + 0.3, -0.1, 0.0, 0.0, 0.1, 0.0, 0.0))
 
-lines = ["time_s,x_m,y_m,z_m,arm"]
-for t, x0, y0, z0, x1, y1, z1 in path:
-    lines.append("%.3f,%.6f,%.6f,%.6f,0" % (t, x0, y0, z0))
-    lines.append("%.3f,%.6f,%.6f,%.6f,1" % (t, x1, y1, z1))
-(pathlib.Path(__file__).parent / "stroke.csv").write_text("\n".join(lines) + "\n")
+hands.write(pathlib.Path(__file__).resolve().with_name("stroke.csv"))

@@ -5,20 +5,17 @@ same bytes each time."""
 
 import math
 import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from strokes import Grasp  # noqa: E402
 
 NEAR_M, FAR_M = -0.03, 0.03  # along y
 LOW_M, HIGH_M, TOP_M = -0.035, 0.02, -0.005  # of a block's middle: on the table, carried, on the other block
 OPEN_M, SHUT_M = 0.035, 0.009  # half of the gap between the fingertips; a block's is 0.015
 
-path = []  # time, and the places of both fingertips
-
-
-def go(seconds, half_gap, y, z, turn=0.0):
-    """Both fingertips: half_gap to the left and right of x = 0, round it by `turn`."""
-    now = path[-1][0] + seconds if path else 0.0
-    across, along = half_gap * math.cos(turn), half_gap * math.sin(turn)
-    path.append((now, -across, y - along, z, across, y + along, z))
-
+hands = Grasp()
+go = hands.go
 
 go(0.0, 0.1, 0.0, 0.0)
 go(0.5, 0.1, 0.0, 0.0)
@@ -39,21 +36,12 @@ go(0.6, 0.06, NEAR_M, 0.05)  # it falls, and bounces
 go(0.6, 0.1, 0.0, 0.0)
 go(0.3, 0.1, 0.0, 0.0)
 
-
-
-def write(name):
-    lines = ["time_s,x_m,y_m,z_m,arm"]
-    for t, x0, y0, z0, x1, y1, z1 in path:
-        lines.append("%.3f,%.6f,%.6f,%.6f,0" % (t, x0, y0, z0))
-        lines.append("%.3f,%.6f,%.6f,%.6f,1" % (t, x1, y1, z1))
-    (pathlib.Path(__file__).parent / name).write_text("\n".join(lines) + "\n")
-    path.clear()
-
-
-write("stroke.csv")
+hands.write(pathlib.Path(__file__).resolve().with_name("stroke.csv"))
 
 PERIOD_S, STEP_S, MIDDLE_M, SWING_M = 0.14, 0.01, 0.011, 0.01  # of the finger that dribbles; the block at rest ends at -0.02
 
+hands = Grasp()
+go = hands.go
 go(0.0, 0.1, 0.0, 0.0)
 go(0.5, 0.1, 0.0, 0.0)
 go(0.6, OPEN_M, 0.0, LOW_M + 0.01)  # high on the block: it is soon out from between them
@@ -61,9 +49,9 @@ go(0.4, SHUT_M, 0.0, LOW_M + 0.01)
 go(0.6, SHUT_M, 0.0, 0.03)
 go(0.3, SHUT_M, 0.0, 0.03)
 go(0.05, 0.025, 0.0, 0.04)
-start_s = path[-1][0] + 0.14  # until it is over the block
+start_s = hands.rows[-1][0] + 0.14  # until it is over the block
 for n in range(int(2.4 / STEP_S)):
-    path.append((start_s + n * STEP_S, 0.0, 0.0, MIDDLE_M + SWING_M * math.cos(2.0 * math.pi * n * STEP_S / PERIOD_S), 0.1, 0.0, 0.05))
+    hands.rows.append((start_s + n * STEP_S, 0.0, 0.0, MIDDLE_M + SWING_M * math.cos(2.0 * math.pi * n * STEP_S / PERIOD_S), 0.1, 0.0, 0.05))
 go(0.3, 0.06, 0.0, 0.05)
 go(0.8, 0.1, 0.0, 0.0)
-write("dribble.stroke.csv")
+hands.write(pathlib.Path(__file__).resolve().with_name("dribble.stroke.csv"))

@@ -5,21 +5,17 @@ The ball is an icosphere of 80 triangles with a radius of 30 mm: with its normal
 is that of scenes/asteroid. The stroke goes to and fro over the asteroid, which stands on the left, then round on the ball.
 """
 
-import importlib.util
 import math
 import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from strokes import load_asteroid, write_stroke  # noqa: E402
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 ASTEROID_M = (-0.045, 0.0, -0.055)  # where smooth.scene.json puts them
 BALL_M = (0.045, 0.0, -0.055)
 RADIUS_M = 0.03
-
-
-def load_asteroid():
-    spec = importlib.util.spec_from_file_location("make_asteroid", FOLDER.parent / "asteroid" / "make_asteroid.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def stroke(asteroid):
@@ -55,8 +51,7 @@ def main():
     lines += ["v %.6f %.6f %.6f" % tuple(1000.0 * RADIUS_M * c for c in p) for p in points]
     lines += ["f %d %d %d" % tuple(i + 1 for i in face) for face in faces]
     (FOLDER / "ball.obj").write_text("\n".join(lines) + "\n", encoding="ascii")
-    rows = ["time_s,x_m,y_m,z_m"] + ["%.2f,%.6f,%.6f,%.6f" % row for row in stroke(asteroid)]
-    (FOLDER / "stroke.csv").write_text("\n".join(rows).replace("-0.000000", "0.000000") + "\n", encoding="ascii")
+    write_stroke(FOLDER / "stroke.csv", stroke(asteroid))
 
 
 if __name__ == "__main__":

@@ -2,12 +2,13 @@
 """Writes stroke.csv: both cubes pressed and stroked towards an edge, the ball stroked, both plates pressed."""
 import math
 import pathlib
+import sys
 
-rows = [(0.0, 0.0, 0.0, 0.0)]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from strokes import Stroke, write_stroke  # noqa: E402
 
-
-def go(seconds, x, y, z):
-    rows.append((rows[-1][0] + seconds, x, y, z))
+stroke = Stroke()
+go = stroke.go
 
 
 def main():
@@ -32,9 +33,7 @@ def main():
             go(0.4, plate, 0.040, -0.038)
             go(0.3, plate, 0.040, -0.005)
     go(0.6, 0.0, 0.0, 0.0)
-    lines = ["time_s,x_m,y_m,z_m"] + ["%.2f,%.6f,%.6f,%.6f" % row for row in rows]
-    text = "\n".join(lines).replace("-0.000000", "0.000000") + "\n"
-    (pathlib.Path(__file__).resolve().parent / "stroke.csv").write_text(text, encoding="ascii")
+    write_stroke(pathlib.Path(__file__).resolve().with_name("stroke.csv"), stroke.rows)
 
 
 if __name__ == "__main__":

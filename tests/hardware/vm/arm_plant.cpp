@@ -26,34 +26,22 @@
 #include "board/sim/hand_path.h"
 #include "board/sim/hand_path_file.h"
 #include "board/sim/plant.h"
+#include "tests/hardware/vm/arm_hardware.h"
 
 namespace thimble::board {
 namespace {
+
+using test::ConverterOutputs;
+using test::now_ns;
 
 constexpr std::uint64_t kPeriod_ns = 1'000'000;
 constexpr int kPriority = 90;          // above the board's: encoders do not wait
 constexpr double kMostStep_s = 0.005;  // behind by more, the arm waits: the machine was busy
 
-// As arm_hardware.c has them.
-struct Outputs {
-  std::array<std::int16_t, 4> word;
-  std::array<std::uint16_t, 4> range;
-  std::uint16_t power;
-  std::uint16_t bad_frames;
-  std::uint32_t loads;
-  std::uint64_t last_load_ns;
-};
-static_assert(sizeof(Outputs) == 32);
 constexpr double kVoltsPerStep = 10.0 / 32768.0;
 constexpr std::uint16_t kRange10V = 4;
 
 volatile std::sig_atomic_t stopping = 0;
-
-std::uint64_t now_ns() {
-  timespec time{};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return static_cast<std::uint64_t>(time.tv_sec) * 1'000'000'000U + static_cast<std::uint64_t>(time.tv_nsec);
-}
 
 void check(bool done, const char* what) {
   if (!done) throw std::system_error(errno, std::generic_category(), what);
@@ -69,7 +57,7 @@ class ArmPlant {
         plant_(PlantParameters::from(*find_plant_variant("premium-1.5")), Hand{}) {}
 
   void step(double seconds) {
-    Outputs outputs{};
+    ConverterOutputs outputs{};
     check(read(hardware_.get(), &outputs, sizeof(outputs)) == sizeof(outputs), "/dev/arm_hardware");
     char level = '0';
     check(pread(enable_.get(), &level, 1, 0) == 1, "the enable line");

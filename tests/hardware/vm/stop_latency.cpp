@@ -12,30 +12,19 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "tests/hardware/vm/arm_hardware.h"
+
 namespace {
 
-// As arm_hardware.c has it.
-struct Outputs {
-  std::array<std::int16_t, 4> word;
-  std::array<std::uint16_t, 4> range;
-  std::uint16_t power;
-  std::uint16_t bad_frames;
-  std::uint32_t loads;
-  std::uint64_t last_load_ns;
-};
+using thimble::test::ConverterOutputs;
+using thimble::test::now_ns;
 
 constexpr timespec kLook{0, 100'000};  // ten looks a tick
 constexpr int kLooks = 10'000;         // a second
 constexpr int kChange =
     1000;  // steps of the converter: 0.3 V, 0.15 A; a tick's change in steady contact is a tenth
 
-std::uint64_t now_ns() {
-  timespec time{};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return static_cast<std::uint64_t>(time.tv_sec) * 1'000'000'000U + static_cast<std::uint64_t>(time.tv_nsec);
-}
-
-int change(const Outputs& a, const Outputs& b) {
+int change(const ConverterOutputs& a, const ConverterOutputs& b) {
   int most = 0;
   for (std::size_t i = 0; i < 3; ++i) most = std::max(most, std::abs(a.word[i] - b.word[i]));
   return most;
@@ -45,7 +34,7 @@ int change(const Outputs& a, const Outputs& b) {
 
 int main(int argc, char** argv) {
   const int hardware = open("/dev/arm_hardware", O_RDONLY), pull = argc == 3 ? open(argv[1], O_WRONLY) : -1;
-  Outputs before{}, now{};
+  ConverterOutputs before{}, now{};
   if (hardware < 0 || pull < 0 || read(hardware, &before, sizeof(before)) != sizeof(before)) return 1;
   int steady = 0;  // how much the voltages change by themselves
   for (int look = 0; look < 200; ++look) {
