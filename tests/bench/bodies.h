@@ -1,4 +1,4 @@
-// What the bench touches: icospheres and files of assimp-testmodels, each of 100 mm.
+// The bodies of the benchmark: icospheres and files of assimp-testmodels, each of 100 mm.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
-// ns per tick of the whole renderer (full solve, friction on) along the path on which haptic engines are
-// compared, beside Embree's bare segment query on the same mesh, path and run. docs/bench.md says how to run
-// it and what it gave.
+// ns per tick of the whole renderer (complete solution, friction on) along the path that is used to compare
+// haptic engines, together with Embree's segment query on the same mesh and path in the same run.
+// docs/bench.md has usage and results.
 #include <benchmark/benchmark.h>
 #include <embree3/rtcore.h>
 

@@ -1,5 +1,5 @@
-// ns per tick of every demonstration: each scene of scenes/ under its own hand, all arms in one tick. Prints the
-// table of docs/bench.md.
+// ns per tick of every demonstration: each scene of scenes/ along its stroke, all arms in one tick. Prints
+// the table of docs/bench.md.
 #include <algorithm>
 #include <array>
 #include <chrono>

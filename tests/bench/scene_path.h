@@ -1,4 +1,4 @@
-// A scene of the repository and the tips of its own hand, tick by tick.
+// A scene of the repository and the tip positions of its stroke, tick by tick.
 #pragma once
 
 #include <array>

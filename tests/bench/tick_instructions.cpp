@@ -2,8 +2,8 @@
 // program under it. Only the ticks are instrumented, so everything before them runs fast.
 //
 //   tick_instructions BODY TICKS     BODY: sphere, box, icosphere-80, icosphere-1280, icosphere-20480,
-//   icosphere-327680, or a file of assimp-testmodels; the path is the peers' (tests/support/peer_path.h). Or a
-//   NAME.scene.json with NAME.stroke.csv or stroke.csv beside it, over and over
+//   icosphere-327680, or a file of assimp-testmodels; the path is that of tests/support/peer_path.h. Or a
+//   NAME.scene.json with NAME.stroke.csv or stroke.csv in its folder, repeated
 #include <valgrind/callgrind.h>
 
 #include <array>

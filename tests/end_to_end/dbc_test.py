@@ -1,4 +1,4 @@
-"""The DBC file as somebody else's tool reads it (canmatrix, Debian's python3-canmatrix), and logs of frames by `thimble decode`."""
+"""The DBC file as read by another tool (canmatrix, Debian's python3-canmatrix), and CAN logs decoded by `thimble decode`."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Exit codes 0 to 10, one by one, each with its error in text and JSON; and the manners of the command."""
+"""Exit codes 0 to 10, one by one, each with its error in text and JSON; and general behaviour of the command."""
 
 import json
 import os

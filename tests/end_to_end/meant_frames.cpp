@@ -1,5 +1,6 @@
-// meant_frames COUNT: so many of each real-time frame of node 1 as the firmware encodes them, with values all over their range, as lines of JSON:
-// {"id": ..., "data": "hex", "message": "Pose", "meant": {"x_m": [value, step] ...}}. For dbc_test.py.
+// meant_frames COUNT: prints COUNT of each real-time frame of node 1, encoded by the firmware's encoder, with
+// values over their whole range, as JSON lines: {"id": ..., "data": "hex", "message": "Pose", "meant":
+// {"x_m": [value, step] ...}}. For dbc_test.py.
 #include <array>
 #include <cstdio>
 #include <limits>

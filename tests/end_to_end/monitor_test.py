@@ -1,4 +1,4 @@
-"""`thimble monitor` in a terminal: a picture over itself; elsewhere rows."""
+"""`thimble monitor`: a display that redraws itself in a terminal, and rows elsewhere."""
 
 import fcntl
 import os

@@ -1,5 +1,5 @@
-"""record, replay, plot and import devicelog: a contact recorded over the link comes out again to the bit; broken links, broken files and
-devices that are not ready each have their word."""
+"""record, replay, plot and import devicelog: a contact recorded over the link is replayed bit for bit; lost links, corrupt files and
+devices that are not ready are reported."""
 
 import csv
 import json
@@ -15,7 +15,7 @@ import unittest
 import xml.etree.ElementTree
 from pathlib import Path
 
-from rig import BIN, Proxy, Rig, Weather, figure
+from rig import BIN, Proxy, Rig, LinkFaults, figure
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 SLOW = "THIMBLE_UNDER_SANITIZERS" in os.environ
@@ -25,7 +25,7 @@ class TraceThief(Proxy):
     """Takes one of the trace's frames in 2000, and nothing else."""
 
     def __init__(self, port):
-        super().__init__(port, Weather())
+        super().__init__(port, LinkFaults())
 
     def relay(self, source, sink):
         rest = b""

@@ -1,4 +1,4 @@
-"""What the end-to-end tests share: simulators, the command, scenes, and a proxy that makes bad weather."""
+"""What the end-to-end tests share: simulators, the command, scenes, and a proxy that causes faults on the link."""
 
 import json
 import math
@@ -62,7 +62,7 @@ class Sim:
         return self.process.returncode
 
 
-class Weather:
+class LinkFaults:
     """Chances a frame, each way."""
 
     def __init__(self, drop=0.0, repeat=0.0, reorder=0.0, truncate=0.0, stall=0.0, stall_s=0.3, delay_s=0.0):
@@ -71,10 +71,10 @@ class Weather:
 
 
 class Proxy:
-    """A TCP relay that treats each SLCAN frame as the weather has it; commands (O, C, S8) pass."""
+    """A TCP relay that applies link faults to SLCAN frames; commands (O, C, S8) pass."""
 
-    def __init__(self, port, weather, seed=1):
-        self.weather = weather
+    def __init__(self, port, faults, seed=1):
+        self.faults = faults
         self.target = port
         self.random = random.Random(seed)
         self.counts = dict(frames=0, dropped=0, repeated=0, reordered=0, truncated=0, stalled=0)
@@ -113,12 +113,12 @@ class Proxy:
                         out += line
                         continue
                     treated, held = self.treat(line, held)
-                    if self.weather.delay_s:
-                        time.sleep(self.weather.delay_s)
+                    if self.faults.delay_s:
+                        time.sleep(self.faults.delay_s)
                     if treated is None:  # stalled: what is ready goes out first
                         sink.sendall(out)
                         out = b""
-                        time.sleep(self.weather.stall_s)
+                        time.sleep(self.faults.stall_s)
                         treated = line
                     out += treated
                 sink.sendall(out)
@@ -132,22 +132,22 @@ class Proxy:
 
     def treat(self, line, held):
         """The bytes to send instead of the line, and a line to be sent after the next one."""
-        weather = self.weather
+        faults = self.faults
         with self.lock:
             self.counts["frames"] += 1
-            if self.random.random() < weather.drop:
+            if self.random.random() < faults.drop:
                 self.counts["dropped"] += 1
                 return held, b""
-            if self.random.random() < weather.truncate:
+            if self.random.random() < faults.truncate:
                 self.counts["truncated"] += 1
                 return line[: self.random.randrange(len(line) - 1)] + b"\r" + held, b""
-            if self.random.random() < weather.repeat:
+            if self.random.random() < faults.repeat:
                 self.counts["repeated"] += 1
                 return line + line + held, b""
-            if not held and self.random.random() < weather.reorder:
+            if not held and self.random.random() < faults.reorder:
                 self.counts["reordered"] += 1
                 return b"", line
-            if self.random.random() < weather.stall:
+            if self.random.random() < faults.stall:
                 self.counts["stalled"] += 1
                 return None, held
         return line + held, b""
@@ -181,8 +181,8 @@ class Rig(unittest.TestCase):
         self.addCleanup(sim.stop)
         return sim
 
-    def proxy(self, port, weather, seed=1):
-        proxy = Proxy(port, weather, seed)
+    def proxy(self, port, faults, seed=1):
+        proxy = Proxy(port, faults, seed)
         self.addCleanup(proxy.close)
         return proxy
 

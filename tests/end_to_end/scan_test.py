@@ -1,4 +1,4 @@
-"""A scan over the link: the simulated device probes a specimen by itself, breaks off, goes on, and stops when its host goes."""
+"""A scan over the link: the simulated device probes a specimen by itself; the scan is interrupted and resumed, and stops when its host is lost."""
 
 import json
 import signal

@@ -1,4 +1,4 @@
-"""Every scene of the repository: in the table of scenes/README.md, compiled, and played by its own hand; and every limit shown."""
+"""Every scene of the repository: listed in scenes/README.md, compiled, and simulated along its stroke; and every limit is shown."""
 
 import csv
 import os

@@ -1,4 +1,4 @@
-"""A day with a device: every verb, over pty and TCP, and what a killed upload leaves."""
+"""A session with a device: every verb, over pty and TCP, and the state after a killed upload."""
 
 import json
 import re
@@ -7,7 +7,7 @@ import socket
 import time
 import unittest
 
-from rig import Rig, Weather, figure
+from rig import Rig, LinkFaults, figure
 
 
 class Session(Rig):
@@ -149,7 +149,7 @@ class Session(Rig):
         image = self.image(self.ball_scene(60))
         size = image.stat().st_size - 8
         before = self.ok_json("upload", self.plane_scene(), "--device", sim.tcp)
-        slow = self.proxy(sim.port, Weather(delay_s=0.001))
+        slow = self.proxy(sim.port, LinkFaults(delay_s=0.001))
         process = self.start("upload", image, "--device", slow.uri)
         for line in process.stderr:
             if int(line.split()[0]) >= 30:

@@ -1,4 +1,4 @@
-"""thimble-sim itself: what it leaves behind (nothing), what it says when it cannot start, and what it keeps."""
+"""thimble-sim: it removes its files, reports why it cannot start, and keeps its store."""
 
 import json
 import os

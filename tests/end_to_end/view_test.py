@@ -1,4 +1,4 @@
-"""`thimble view`: the server behind the page, as a page meets it."""
+"""`thimble view`: the server, tested through its WebSocket and HTTP interface."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""A WebSocket client (RFC 6455) and plain HTTP of the standard library, as small as the tests need them."""
+"""A WebSocket client (RFC 6455) and plain HTTP with the standard library, limited to what the tests need."""
 
 import base64
 import hashlib

@@ -1,5 +1,5 @@
-// Hostile images of bodies: each number out of its range is refused by name, and what is accepted stays finite, within its bounds
-// of speed and place, whatever the tips do.
+// Hostile images of bodies: each out-of-range number is refused by name, and accepted images stay finite and
+// within their bounds of speed and position for any tip motion.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,5 +1,5 @@
-// Hostile images of controls: each number out of its range is refused by name, and what is accepted stays finite, between its
-// stops, and within its bounds of speed, whatever the tip does.
+// Hostile images of control elements: each out-of-range number is refused by name, and accepted elements stay
+// finite, between their stops and within their bounds of speed for any tip motion.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,5 @@
-// Hostile fields in scene images: every number out of its range is refused by name, and what is accepted renders finite forces.
+// Hostile fields in scene images: every out-of-range number is refused by name, and accepted images render
+// finite forces.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,4 +1,4 @@
-// Scene images as bytes, and ways to spoil them.
+// Scene images as bytes, and functions to corrupt them.
 #pragma once
 
 #include <flatbuffers/flatbuffers.h>

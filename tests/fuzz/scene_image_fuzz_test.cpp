@@ -1,6 +1,7 @@
-// Hostile scene images: SceneView::check reads nothing outside the bytes it is given (the suite runs again
-// under ASan, and every mutant has a heap block of exactly its size), and what it accepts can be rendered:
-// finite forces, bounded time. THIMBLE_FUZZ_MUTANTS and THIMBLE_FUZZ_SEED make longer and other runs.
+// Hostile scene images: SceneView::check reads nothing outside the given bytes (the tests also run under
+// ASan, and every mutant is in a heap block of exactly its size), and accepted images can be rendered with
+// finite forces in bounded time. THIMBLE_FUZZ_MUTANTS and THIMBLE_FUZZ_SEED set the number of mutants and the
+// seed.
 #include <gtest/gtest.h>
 
 #include <array>

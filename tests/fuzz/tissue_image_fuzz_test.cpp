@@ -1,5 +1,5 @@
-// Hostile images of needles' ways and tissues: each number out of its range is refused by name, and what is accepted stays finite and gives
-// no more than it got.
+// Hostile images of needle layers and tissues: each out-of-range number is refused by name, and accepted
+// images stay finite and return no more energy than they received.
 #include <gtest/gtest.h>
 
 #include <cmath>

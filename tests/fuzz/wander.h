@@ -1,4 +1,4 @@
-// A fingertip that wanders about in a scene that may be hostile.
+// Random motion of a fingertip in a scene that may be hostile.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,8 @@
 
 namespace thimble::test {
 
-// 1000 ticks at 4 kHz within 60 mm of the origin. False when a force or a place was not finite, or there were more contacts than can be.
+// 1000 ticks at 4 kHz within 60 mm of the origin. False when a force or a place was not finite, or there were
+// more contacts than can be.
 inline bool stays_finite(const control::SceneView& view, Random& random) {
   static control::Renderer renderer;
   renderer.bind(view);

@@ -1,4 +1,4 @@
-// Scenes with bodies, written as in a scene file, and fingertips that are exactly where they are put.
+// Scenes with bodies, written as in a scene file, and fingertips that follow given positions exactly.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// What a moving object does to a fingertip: it takes the god object along, and never gets past it.
+// A moving object carries the god object along and never passes through it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -153,7 +153,8 @@ TEST(Carry, AThinPlateNeverChangesTheSideOfAFinger) {
 }
 
 TEST(Carry, FrictionDragsAFingerAlongAndItDragsABlock) {
-  // A block on rails goes by under a fingertip that presses on it: the god object goes with it until friction gives way.
+  // A block on rails goes by under a fingertip that presses on it: the god object goes with it until friction
+  // gives way.
   BodyRun run(
       R"("objects": [{"name": "block", "shape": {"box": {"size_m": [0.1, 0.1, 0.02]}}, "pose": {"position_m": [0, 0, -0.01]},
       "material": {"stiffness_N_m": 1000, "static_friction": 0.5, "dynamic_friction": 0.4},

@@ -1,4 +1,4 @@
-// Bodies against each other and against what stands still: impacts, stacks, slopes.
+// Collisions of bodies with each other and with fixed objects: impacts, stacks, slopes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -163,7 +163,8 @@ TEST(Collision, ABlockOnASlopeTipsWhenItsCornerIsPast) {
 }
 
 TEST(Collision, EveryKindRestsOnEveryOtherAndNothingGainsEnergy) {
-  // One of each falls into a tray with a box and a ball that stand still: all come to rest above the floor, and stay.
+  // One of each falls into a tray with a box and a ball that stand still: all come to rest above the floor,
+  // and stay.
   const std::vector<std::string> shapes = {R"("sphere": {"radius_m": 0.012})",
                                            R"("box": {"size_m": [0.03, 0.02, 0.02]})",
                                            R"("cylinder": {"radius_m": 0.012, "height_m": 0.02})",

@@ -1,4 +1,4 @@
-// Two fingers and a block: what they hold, and what slips.
+// Two fingers grip a block: when it holds, and when it slips.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -79,7 +79,8 @@ TEST(Grasp, ABlockIsLiftedWhenFrictionCarriesItAndSlipsWhenNot) {
 }
 
 TEST(Grasp, TwoFingersTurnABlock) {
-  // Held in the middle, the fingers go round each other by a quarter turn in a second: the block goes with them.
+  // Held in the middle, the fingers go round each other by a quarter turn in a second: the block goes with
+  // them.
   BodyRun run(R"("objects": [{"name": "block", "shape": {"box": {"size_m": [0.04, 0.04, 0.04]}},
      "material": {"stiffness_N_m": 1000, "damping_N_s_m": 2, "static_friction": 1}, "body": {"motion": "free", "mass_kg": 0.1}}])",
               {{-.021, 0, 0}, {.021, 0, 0}});

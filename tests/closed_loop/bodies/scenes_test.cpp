@@ -1,4 +1,4 @@
-// The scenes of moving objects with the hands that are scripted for them, through the firmware and the simulated arms.
+// The scenes with moving objects along their strokes, through the firmware and the simulated arms.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,9 +1,9 @@
-// Closed press-slide-release paths: what the hand gets back is never more than it put in, beyond K T v x.
+// Closed press-slide-release paths: the hand never gets back more energy than it put in, except for K T v x.
 //
-// A device holds each force for a tick, so even an ideal spring gives K (T v)^2 / 2 a tick: K T v x for a
-// press to x and back, T v half of the force's whole way when it goes up and down more often. The work of the
-// mean force of each step has no such part: it is held to K T v x with x the deepest point of the loop,
-// however long the slide.
+// A device holds each force for a tick, so even an ideal spring gives K (T v)^2 / 2 per tick: K T v x for a
+// press to x and back, and T v / 2 times the total variation of the force when it rises and falls repeatedly.
+// The work of the mean force of each step has no such part: its limit is K T v x with x the deepest point of
+// the loop, for any length of slide.
 #include <gtest/gtest.h>
 
 #include <cmath>

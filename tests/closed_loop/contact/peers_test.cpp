@@ -1,5 +1,5 @@
-// The probes with which the existing haptic engines were measured: what they let through, and what this
-// renderer may.
+// The probe paths with which existing haptic engines were measured: their errors, and the limits for this
+// renderer.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What a frictionless shape pushes with, against its closed form.
+// The force of frictionless shapes against their closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The unit of a mesh's file is nothing that a hand can feel.
+// The unit of a mesh file does not change the force.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -69,7 +69,8 @@ TEST(Units, TheSameForcesInMetresDecimetresAndMillimetres) {
       figure(what + "ticks apart by more than 1e-5, of " + std::to_string(2 * path.size()), apart,
              friction ? "0.5 %" : "");
       EXPECT_GT(most_N, 0.01);
-      // Where a tip first sticks is known to the surface's tolerance of 2e-7 m, which K makes 2e-4 N until it slips.
+      // Where a tip first sticks is known to the surface's tolerance of 2e-7 m, which K makes 2e-4 N until it
+      // slips.
       EXPECT_LE(worst_N, (friction ? 1e-4 : 1e-5) * most_N);
       EXPECT_LE(apart, static_cast<int>(path.size() / 100));
     }

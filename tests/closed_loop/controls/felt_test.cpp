@@ -1,4 +1,5 @@
-// What a fingertip feels of a control, through scene file, compiler and renderer, against the control's own effort.
+// The force of a control element on a fingertip, through scene file, compiler and renderer, against the
+// element's own effort.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -139,7 +140,8 @@ TEST(Button, UnderASoftTipItClicks) {
       low_after_s = run.time_s();
     }
   });
-  // It snaps at 2 N with the tip 1.5 mm + 2 N / 700 N/m deep, and then rests where the last branch meets the tip's spring.
+  // It snaps at 2 N with the tip 1.5 mm + 2 N / 700 N/m deep, and then rests where the last branch meets the
+  // tip's spring.
   const double tip_m = .0015 + 2.0 / kTip_N_m, rising = .8 / .0013;
   const double rests_m = (kTip_N_m * tip_m - .8 + rising * .0022) / (kTip_N_m + rising);
   const double expected_N = kTip_N_m * (tip_m - rests_m);
@@ -166,8 +168,8 @@ TEST(Button, APressAndReleaseCostsTheHandWhatItsHysteresisTakes) {
   };
   go(run, {0, 0, -.0052}, .001, sum);
   go(run, {0, 0, .001}, .001, sum);
-  // Between the two jumps of the tip's depth the branches differ: area of the loop. Series of the tip and a branch
-  // effort = e + k (q - q0).
+  // Between the two jumps of the tip's depth the branches differ: area of the loop. Series of the tip and a
+  // branch effort = e + k (q - q0).
   const auto force = [&](double depth_m, double e, double k, double q0) {
     return kTip_N_m * (e + k * (depth_m - q0)) / (kTip_N_m + k);
   };
@@ -183,7 +185,8 @@ TEST(Button, APressAndReleaseCostsTheHandWhatItsHysteresisTakes) {
 }
 
 TEST(Button, NoWayOfPressingTakesEnergyOutOfIt) {
-  // Pressed and let go at random, with no damper and no friction that could hide a gain; the tip ends free of it each time.
+  // Pressed and let go at random, with no damper and no friction that could hide a gain; the tip ends free of
+  // it each time.
   Random random(3);
   double most_J = -1, sum_J = 0;
   constexpr int kPaths = kUnderSanitizers ? 6 : 60;
@@ -323,7 +326,8 @@ TEST(Toggle, ItsSwitchHasHysteresis) {
   EXPECT_FALSE(toggle.on());
 }
 
-// A dial turned by a fingertip that sticks on its top, 15 mm from its axis: the tip can pull it as well as push.
+// A dial turned by a fingertip that sticks on its top, 15 mm from its axis: the tip can pull it as well as
+// push.
 constexpr double kRadius_m = .015;
 const std::string kDialBody = R"("motion": "turn", "mass_kg": 0.05, "axis": [0, 0, 1])";
 const std::string kRubber = R"("stiffness_N_m": 800, "static_friction": 5)";
@@ -368,7 +372,8 @@ TEST(Knob, TheTorqueOfItsDetentsIsTheSlopeOfTheirPotential) {
   EXPECT_LT(worst, .02 * kTorque);
   EXPECT_NEAR(highest, kTorque, .03 * kTorque);
   EXPECT_NEAR(lowest, -kTorque, .03 * kTorque);
-  // Top of the potential: torque x pitch / pi. After three detents nothing is left of it: the rest is damping x speed x way.
+  // Top of the potential: torque x pitch / pi. After three detents nothing is left of it: the rest is damping
+  // x speed x way.
   const double top_J = kTorque * kPitch * kDegree / pi;
   const double damped_J = .0005 * kSpeed_deg_s * kDegree * 90 * kDegree;
   figure("work over three detents but for damping, of the height of one", (work_J - damped_J) / top_J,
@@ -414,7 +419,8 @@ TEST(Knob, FrictionIsFeltEitherWayAndHoldsIt) {
   figure("knob's friction felt back, of friction and damping", back / expected, "1 +- 1 %");
   EXPECT_NEAR(forth, -expected, .01 * expected);
   EXPECT_NEAR(back, expected, .01 * expected);
-  // To and fro costs the friction's work: the fingertip's spring is stretched the one way and the other, 2 x 2 degrees of play.
+  // To and fro costs the friction's work: the fingertip's spring is stretched the one way and the other, 2 x
+  // 2 degrees of play.
   const double expected_J = expected * 120 * kDegree;
   figure("work of a turn to and fro, of friction x way", work_J / expected_J, "0.9 to 1");
   EXPECT_LE(work_J, expected_J);

@@ -1,4 +1,4 @@
-// The scenes `sliders` and `buttons` with the hands that are scripted for them: every control is operated, and does what it is for.
+// The scenes `sliders` and `buttons` along their strokes: every control element is operated and works.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,8 @@ struct Travel {
   [[nodiscard]] double last() const { return q.back(); }
 };
 
-// A scene played by its own hand: through the firmware and the simulated arm, or by the tip that is on the path exactly.
+// A scene played by its own hand: through the firmware and the simulated arm, or by the tip that is on the
+// path exactly.
 class Played {
  public:
   Played(const std::string& name, bool ideal, double rate_Hz = 4000.0) {

@@ -1,5 +1,5 @@
-// Prints the table of docs/host-rendering.md: the stiffest wall that holds still, rendered by a host and on the board, by the
-// link's delay.
+// Prints the table of docs/host-rendering.md: the stiffest stable wall, rendered by a host and on the board,
+// for several delays of the link.
 #include <cmath>
 #include <cstdio>
 #include <initializer_list>

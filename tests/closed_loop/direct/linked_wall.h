@@ -1,6 +1,7 @@
-// One wall rendered in one of two places, in simulated time: by a host at the other end of a link with a delay, or on the
-// board. The firmware core on the simulated arm; between it and the host nothing but CAN frames, each way as late as the
-// link makes them. The host answers every pose with a force, at once. A hand presses the wall as in press.h.
+// One wall rendered in simulated time, either by a host behind a link with a delay or on the board. The
+// firmware core runs on the simulated arm; only CAN frames, with the delay of the link in each direction,
+// connect it with the host. The host answers every pose with a force, at once. A hand presses the wall as in
+// press.h.
 //
 //   a pose of tick k is sent after it, is at the host `delay` later, and its force acts from tick k + 1 + 2 delay on
 #pragma once
@@ -40,12 +41,12 @@ struct LinkedWallResult {
 
 // The wall is still when the tip swings by no more than two encoder counts over the last half.
 [[nodiscard]] bool still(const LinkedWall& wall);
-// A swing that is smaller at the end than in the middle dies down: whether a linear loop is stable, without a word on what friction
-// and counts make of small ones.
+// A swing that is smaller at the end than in the middle dies down: whether a linear loop is stable, without a
+// word on what friction and counts make of small ones.
 [[nodiscard]] bool dies_down(const LinkedWall& wall);
 
-// The largest stiffness for which `stable` holds, and held for all from `softest_N_m` on in steps by `step`; the last step is halved
-// `halvings` times. 0: not even the softest.
+// The largest stiffness for which `stable` holds, and held for all from `softest_N_m` on in steps by `step`;
+// the last step is halved `halvings` times. 0: not even the softest.
 template <class Stable>
 [[nodiscard]] float largest_stiffness(LinkedWall wall, Stable&& stable, float softest_N_m, float step,
                                       int halvings) {

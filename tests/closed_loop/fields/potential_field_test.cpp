@@ -1,4 +1,5 @@
-// Potential fields on the board (paper, section 5.1): no closed path gains work, a hard inclusion is felt, no jumps.
+// Potential fields on the board (paper, section 5.1): closed paths do no work, a hard inclusion has an
+// effect, the force is continuous.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>

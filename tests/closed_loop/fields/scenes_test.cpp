@@ -1,5 +1,5 @@
-// The scenes vector-fields and potential, stroked by their own scripted hands: the fingertip on the path, and the whole loop of
-// firmware core, simulated arm and hand.
+// The scenes vector-fields and potential along their strokes: with the fingertip exactly on the path, and
+// with the whole loop of firmware core, simulated arm and hand.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>

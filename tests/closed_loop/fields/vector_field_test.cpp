@@ -1,4 +1,4 @@
-// Vector fields (paper, section 4): what they share with the god object, and where they fall short of it.
+// Vector fields (paper, section 4): where they agree with the god object, and where they do not.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +25,8 @@ SceneImage field(const std::string& of, const std::string& material, const std::
 }
 
 TEST(VectorField, TheCubesTwoMethodsAgreeAwayFromItsEdges) {
-  // Pressed and stroked on every face, deeper than never more than a third of the way to the nearest edge, with damping.
+  // Pressed and stroked on every face, deeper than never more than a third of the way to the nearest edge,
+  // with damping.
   for (const std::string& pose : {std::string(), kTurned}) {
     const std::string material = R"("stiffness_N_m": 500, "damping_N_s_m": 2)";
     const SceneImage by_field = field(kCube, material, pose);
@@ -57,7 +58,8 @@ TEST(VectorField, TheCubesTwoMethodsAgreeAwayFromItsEdges) {
           const Vector3d p = from + (to - from) * i / count;
           const Felt& f = a.step(p);
           const Felt& g = b.step(p);
-          // Rounding moves the surface by 1e-8 m, which turns the god object's short arm by as much over its length.
+          // Rounding moves the surface by 1e-8 m, which turns the god object's short arm by as much over its
+          // length.
           if (std::abs((rotation.conjugate() * (p - centre)).dot(out) - kHalf_m) < 2.0e-5) continue;
           ASSERT_EQ(f.contacts > 0, g.contacts > 0) << p.transpose();
           worst = std::max(worst, (f.force_N - g.force_N).norm() / std::max(g.force_N.norm(), 0.01));
@@ -76,7 +78,8 @@ TEST(VectorField, TheCubesTwoMethodsAgreeAwayFromItsEdges) {
 }
 
 TEST(VectorField, JumpsAtTheEdgeWhereTheGodObjectDoesNot) {
-  // Presses the top 6 mm deep and goes sideways out through the edge. The nearest face changes at 6 mm from the side.
+  // Presses the top 6 mm deep and goes sideways out through the edge. The nearest face changes at 6 mm from
+  // the side.
   ForceStep by_field;
   ForceStep by_god;
   for (const bool god : {false, true}) {
@@ -183,7 +186,8 @@ TEST(VectorField, DampingNeverPulls) {
 }
 
 TEST(VectorField, HandMadeSubvolumesPushAsTheySay) {
-  // A wedge of two half spaces made by hand, the second one above the first where both hold; and a body of planes.
+  // A wedge of two half spaces made by hand, the second one above the first where both hold; and a body of
+  // planes.
   const SceneImage image = field(R"({"subvolumes": [
       {"sides": [{"normal": [-1, 0, 0], "offset_m": 0}], "plane": {"normal": [0, 0, 1], "offset_m": 0.01}},
       {"plane": {"normal": [0, 0, 3], "offset_m": 0}}]})",

@@ -1,5 +1,5 @@
-// Height fields: a known surface through CSV and PNG, felt as its closed form says, with an error of second order
-// in the grid's step; the block around it; its limits.
+// Height fields: a known surface through CSV and PNG, gives the force of its closed form with a second-order
+// error in the grid step; the block around it; its limits.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -360,7 +360,8 @@ TEST(Heights, TheTelephonesKeysAreFelt) {
          "2: a cell at the rim of a cup rises 20 mm");
   EXPECT_GT(felt.touching, 20000);
   EXPECT_LT(felt.off_m, 2e-3);
-  // Along the row: up the left edge of each of its three keys, which pushes back to the left, and down the right one.
+  // Along the row: up the left edge of each of its three keys, which pushes back to the left, and down the
+  // right one.
   for (const double key_m : {-0.028, -0.008, 0.012}) {
     double left_deg = 0;
     double right_deg = 0;

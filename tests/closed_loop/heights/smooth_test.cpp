@@ -1,5 +1,5 @@
-// SMOOTH and ASTEROID: force shading on coarse meshes, and the asteroid from outside and from inside, under the
-// scenes' own hands.
+// SMOOTH and ASTEROID: force shading on coarse meshes, and the asteroid from outside and from inside, along
+// the strokes of the scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>

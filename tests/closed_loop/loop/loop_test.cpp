@@ -1,4 +1,4 @@
-// What a hand feels through the firmware core and the simulated arm.
+// The force on a hand through the firmware core and the simulated arm.
 #include <gtest/gtest.h>
 
 #include <algorithm>

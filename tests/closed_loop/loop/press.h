@@ -1,5 +1,5 @@
-// The simulated Premium pressed on a wall by a hand: what the stability tests and the table of
-// docs/stability.md run.
+// A hand presses the simulated Premium against a wall. Used by the stability tests and the table of
+// docs/stability.md.
 #pragma once
 
 #include <string>

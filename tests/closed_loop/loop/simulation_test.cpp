@@ -1,4 +1,4 @@
-// The engine behind `thimble simulate`.
+// The engine of `thimble simulate`.
 #include "board/sim/simulation.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// Writes docs/stability.md: the stiffest wall that holds still on the simulated Premium, by tick rate and
-// damping.
+// Writes docs/stability.md: the stiffest stable wall on the simulated Premium, by tick rate and damping.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

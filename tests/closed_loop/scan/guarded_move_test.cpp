@@ -1,4 +1,5 @@
-// The guarded move on the simulated arm: it stops where it should, keeps its limits, and measures.
+// The guarded move on the simulated arm: it stops at the right position, keeps its limits, and measures
+// correctly.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -131,8 +132,8 @@ TEST(GuardedMove, ArrivesInFreeSpaceAndHolds) {
   EXPECT_LT(probe.board().controller().telemetry().ramp, .01F);
 }
 
-// The contact force by the arm against the truth: as commanded, with the model's friction taken off, and as the mean of
-// the ways in and out.
+// The contact force by the arm against the truth: as commanded, with the model's friction taken off, and as
+// the mean of the ways in and out.
 TEST(GuardedMove, MeasuresTheContactForce) {
   constexpr double kStiffness_N_m = 500;
   for (const char* variant : {"premium-1.5", "premium-1.5-frictionless", "wooden"}) {

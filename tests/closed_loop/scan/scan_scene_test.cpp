@@ -1,4 +1,4 @@
-// The scan's point: the scene that comes of it, compiled and rendered, feels like the specimen.
+// The scene made by a scan, compiled and rendered, has the stiffness of the specimen.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,8 @@ namespace fs = std::filesystem;
 using board::Specimen;
 using host::ScanPlan;
 
-// Presses the rendered scene along the surface's normal at (u, v), in cells from the plan's first point, and compares.
+// Presses the rendered scene along the surface's normal at (u, v), in cells from the plan's first point, and
+// compares.
 struct Agreement {
   double worst = 0, rms = 0;  // of K, relative
   int places = 0;

@@ -1,4 +1,4 @@
-// A whole scan of a specimen with the simulated arm, as `thimble scan --simulate` does it.
+// A whole scan of a specimen with the simulated arm, like `thimble scan --simulate`.
 #pragma once
 
 #include <gtest/gtest.h>

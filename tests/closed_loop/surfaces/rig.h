@@ -1,4 +1,5 @@
-// What the tests of surfaces share: a scene of one object written as people write it, a free mass as the hand, and a spectrum.
+// Shared by the tests of surfaces: a scene with one object from scene-file text, a free mass as the hand, and
+// a spectrum.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +16,8 @@ using Eigen::Vector3d;
 
 inline constexpr const char* kFloor = R"("plane": {"normal": [0, 0, 1]})";
 
-// One object named "it" at the origin; `material` and `shape` are the members of the JSON objects of those names. Files are
-// looked for in `folder`.
+// One object named "it" at the origin; `material` and `shape` are the members of the JSON objects of those
+// names. Files are looked for in `folder`.
 [[nodiscard]] SceneImage surface_scene(const std::string& material, const std::string& shape = kFloor,
                                        const std::filesystem::path& folder = {});
 
@@ -30,7 +31,8 @@ struct Mass {
   const Felt& step(IdealRun& run, const Vector3d& other_N = Vector3d::Zero());
 };
 
-// Amplitude of the signal at a frequency, its mean taken away (a Hann window, one bin of a Fourier transform).
+// Amplitude of the signal at a frequency, its mean taken away (a Hann window, one bin of a Fourier
+// transform).
 [[nodiscard]] double amplitude(const std::vector<double>& signal, double rate, double frequency);
 
 // Where the amplitude is largest between two frequencies, in `steps` steps.

@@ -1,5 +1,5 @@
-// The demonstrations of surfaces with their own scripted hands: on the path exactly, and through the firmware core with the
-// simulated arm.
+// The demonstrations of surfaces along their strokes: exactly on the path, and through the firmware core with
+// the simulated arm.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -174,7 +174,8 @@ TEST(Scenes, StickSlipSingsThroughTheArm) {
 }
 
 TEST(Scenes, TexturesAreSixDifferentThings) {
-  // Strokes of 24 mm in 0.4 s: 60 mm/s, so 4 mm are 15 Hz, 2 mm 30 Hz, 1 mm 60 Hz. The way there, y being in the middle.
+  // Strokes of 24 mm in 0.4 s: 60 mm/s, so 4 mm are 15 Hz, 2 mm 30 Hz, 1 mm 60 Hz. The way there, y being in
+  // the middle.
   const std::vector<LogRow> rows = play("textures", true);
   const auto over = [&](int patch) { return between(rows, 0.82 + 1.4 * patch, 1.18 + 1.4 * patch); };
   struct Expected {

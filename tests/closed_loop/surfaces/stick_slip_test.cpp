@@ -1,4 +1,5 @@
-// A mass dragged by a spring over a surface with friction (paper, section 3.6): how often it slips, and that its force shows it.
+// A mass dragged by a spring over a surface with friction (paper, section 3.6): the slip frequency, also in
+// the spectrum of the force.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -65,8 +66,8 @@ double slips_per_second(const std::vector<double>& force_N, double fall_N) {
   return count > 1 ? (count - 1) * kRate_Hz / (last - first) : 0.0;
 }
 
-// The paper's friction: each slip moves the stiction point on by (mu_s - mu_d) F_n / K, so at a mean speed V there are
-// V K / ((mu_s - mu_d) F_n) of them a second, whatever mass and spring do in between.
+// The paper's friction: each slip moves the stiction point on by (mu_s - mu_d) F_n / K, so at a mean speed V
+// there are V K / ((mu_s - mu_d) F_n) of them a second, whatever mass and spring do in between.
 TEST(StickSlip, ThePapersFrictionSlipsAtVKOverTheFallOfTheForce) {
   constexpr double kStiffness_N_m = 1000.0;
   const SceneImage image = surface_scene(rough(kStiffness_N_m, "stick_slip"));
@@ -92,9 +93,10 @@ TEST(StickSlip, ThePapersFrictionSlipsAtVKOverTheFallOfTheForce) {
   }
 }
 
-// Coulomb friction: the classical driven mass on a spring k with a damper c. It sticks while k z + c V grows to mu_s F_n, z = V t - x;
-// then m z'' + c z' + k z = mu_d F_n from z' = V until z' = V again, where the mass stands still. z is a damped sine about
-// mu_d F_n / k, and the sticking lasts (z_slip - z_stop) / V. The surface's own spring K holds the stuck mass: k K / (k + K).
+// Coulomb friction: the classical driven mass on a spring k with a damper c. It sticks while k z + c V grows
+// to mu_s F_n, z = V t - x; then m z'' + c z' + k z = mu_d F_n from z' = V until z' = V again, where the mass
+// stands still. z is a damped sine about mu_d F_n / k, and the sticking lasts (z_slip - z_stop) / V. The
+// surface's own spring K holds the stuck mass: k K / (k + K).
 double classical_period_s(const Drive& d, double stiffness_N_m) {
   const double omega = std::sqrt(d.spring_N_m / d.mass_kg);
   const double sigma = d.damper_N_s_m / (2.0 * d.mass_kg);

@@ -1,4 +1,4 @@
-// The scenes needle and deform with the firmware's controller, the simulated arm and the scripted hands: what a person feels.
+// The scenes needle and deform with the firmware's controller and the simulated arm, along their strokes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -77,7 +77,8 @@ TEST(NeedleScene, EachLayerTearsAtItsStrengthAndOnlyOnceInAHole) {
         top += thick;
       }
       worst_drop = std::max(worst_drop, std::abs(pop.drop_N - tear) / tear);
-      // The material's damping and the viscous part, at the 0.2 m/s with which the hand falls through a layer.
+      // The material's damping and the viscous part, at the 0.2 m/s with which the hand falls through a
+      // layer.
       constexpr double kFall_m_s = 0.2;
       EXPECT_LT(pop.peak_N, 1.01 * tear + rubs + (viscous + 1.0) * kFall_m_s);
       EXPECT_GT(pop.peak_N, 0.99 * tear - rubs);
@@ -95,7 +96,8 @@ TEST(NeedleScene, EachLayerTearsAtItsStrengthAndOnlyOnceInAHole) {
   EXPECT_LT(worst_peak, 0.01);
 }
 
-// Without friction the loop shows the table itself. Soft layers: a count of an encoder is 0.03 mm, so 0.01 N at 300 N/m.
+// Without friction the loop shows the table itself. Soft layers: a count of an encoder is 0.03 mm, so 0.01 N
+// at 300 N/m.
 TEST(NeedleLoop, PeakDropAndWorkOfEachLayerAreThoseOfTheTable) {
   struct Layer {
     double thickness_m, stiffness_N_m, tear_N;

@@ -1,4 +1,4 @@
-// A needle's way against its table: closed forms of peak, drop and work, layer by layer; holes; energy.
+// Needle layers against their table: closed forms of peak, drop and work, layer by layer; holes; energy.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -59,7 +59,8 @@ std::vector<double> meets(const std::vector<Layer>& layers) {
   return at;
 }
 
-// What rubs on the shaft at this depth when the first `torn` layers are pierced: Coulomb force, and viscosity times length.
+// What rubs on the shaft at this depth when the first `torn` layers are pierced: Coulomb force, and viscosity
+// times length.
 Eigen::Vector2d rubbing(const std::vector<Layer>& layers, std::size_t torn, double depth_m) {
   Eigen::Vector2d sum(0, 0);
   double top = 0;

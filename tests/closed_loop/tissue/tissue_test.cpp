@@ -1,4 +1,4 @@
-// Tissue under a finger against the three-parameter solid it is, its dimple, and its energy.
+// Tissue under a finger against the closed form of the three-parameter solid; its dimple and its energy.
 #include "control/fields/tissue.h"
 
 #include <gtest/gtest.h>

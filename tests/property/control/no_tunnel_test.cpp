@@ -1,11 +1,11 @@
-// No tunnel: ten million random ticks, with jumps of up to 5 mm a tick, in which the god object never gets
-// through a surface.
+// No tunnelling: ten million random ticks, with jumps of up to 5 mm per tick, in which the god object never
+// passes through a surface.
 //
-// The judges share nothing with the renderer: signed distances in double precision (closed forms, and
-// tests/support/oracle.h for meshes). For a move from one side of something to the other there must be a way
-// that is never farther from the tip than the god object was: over the faces, or that of the god object by its
-// definition, or one found through the air.
-// THIMBLE_NO_TUNNEL_TICKS sets the number of ticks, THIMBLE_NO_TUNNEL_SEED the seed (docs/bench.md).
+// The oracles share no code with the renderer: signed distances in double precision (closed forms, and
+// tests/support/oracle.h for meshes). For a move from one side of a surface to the other there must be a path
+// that is never farther from the tip than the god object was: over the faces, or that of the god object by
+// definition, or one found through free space. THIMBLE_NO_TUNNEL_TICKS sets the number of ticks,
+// THIMBLE_NO_TUNNEL_SEED the seed (docs/bench.md).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -203,7 +203,8 @@ Vector3d lifted(const MeshOracle& oracle, const Vector3d& p) {
   oracle.near(p, 1e-7, faces);
   Vector3d away = Vector3d::Zero();
   for (const std::uint32_t face : faces) away += oracle.normal(face);
-  // In a narrow pit the mean points into a wall: turn towards the face it is worst for until it is good for all.
+  // In a narrow pit the mean points into a wall: turn towards the face it is worst for until it is good for
+  // all.
   for (int turn = 0; turn < 1000; ++turn) {
     const auto worst = std::min_element(faces.begin(), faces.end(), [&](auto a, auto b) {
       return oracle.normal(a).dot(away) < oracle.normal(b).dot(away);

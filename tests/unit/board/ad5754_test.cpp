@@ -1,4 +1,4 @@
-// The AD5754R's words: the frames of its data sheet, the scale, and what lies beyond the range.
+// Encoding for the AD5754R: the frames of its data sheet, the scale, and values outside the range.
 #include "board/common/ad5754.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// The board's configuration: the example of the docs, every key's bounds, and errors that say where.
+// The board's configuration: the example of the docs, the bounds of every key, and errors with their
+// position.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -106,7 +107,8 @@ TEST(BoardConfig, ErrorsSayWhere) {
   EXPECT_THROW((void)board::read_board_config("/nowhere/board.json"), ConfigError);
 }
 
-// Every key of the example: an unknown one beside it, and itself with a value of a wrong kind, are refused by name.
+// Every key of the example: an unknown one beside it, and itself with a value of a wrong kind, are refused by
+// name.
 TEST(BoardConfig, EveryKeyIsChecked) {
   const json root = json::parse(example());
   int keys = 0;

@@ -1,4 +1,4 @@
-// SafeContact: open at once, closed only when it has settled.
+// SafeContact: open at once, closed only after debouncing.
 #include <gtest/gtest.h>
 
 #include "board/common/safe_contact.h"

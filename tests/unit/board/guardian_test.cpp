@@ -1,4 +1,4 @@
-// The guardian: however the board's process ends, its outputs are made safe.
+// The guardian makes the outputs safe in whatever way the board process ends.
 #include "board/linux/guardian.h"
 
 #include <fcntl.h>

@@ -1,4 +1,4 @@
-// Quadrature: the decoder against a wheel that is turned about at random, and every single lost edge noticed.
+// Quadrature: the decoder against a wheel that is turned at random; every single lost edge is detected.
 #include "board/common/quadrature.h"
 
 #include <gtest/gtest.h>

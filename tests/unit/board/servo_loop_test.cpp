@@ -1,5 +1,5 @@
-// The servo thread with devices made of memory: ticks keep their number and time, a delay costs ticks that are counted, and
-// the devices are safe when it ends.
+// The servo thread with devices in memory: ticks keep their number and time, a delay loses ticks that are
+// counted, and the devices are safe when the thread ends.
 #include "board/linux/servo_loop.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,8 @@ class MemoryDevices final : public board::TickDevices {
   }
   void make_safe() noexcept override { ++made_safe; }
 
-  // Returns when the servo has written the outputs of this tick or a later one, however late the machine lets it run.
+  // Returns when the servo has written the outputs of this tick or a later one, however late the machine lets
+  // it run.
   void wait_for_tick(std::uint64_t tick) const {
     while (written_tick < tick) std::this_thread::sleep_for(1ms);
   }

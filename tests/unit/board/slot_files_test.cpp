@@ -1,4 +1,4 @@
-// The slots in files: what Storage promises, and power that fails at any byte of a save.
+// The slots in files: the contract of Storage, and power failures at every byte of a save.
 #include "board/linux/slot_files.h"
 
 #include <fcntl.h>
@@ -103,7 +103,8 @@ TEST_F(SlotFilesTest, KeepsParameters) {
   }
 }
 
-// The kernel cuts a save short after every single byte (a full disk, power: the same to the file that was there).
+// The kernel cuts a save short after every single byte (a full disk, power: the same to the file that was
+// there).
 TEST_F(SlotFilesTest, ASaveThatFailsAtAnyByteLeavesTheOldScene) {
   const std::vector<std::byte> old_scene = plane_image(100.0F), new_scene = plane_image(200.0F);
   put(old_scene);
@@ -151,7 +152,8 @@ TEST_F(SlotFilesTest, WhatAPowerFailureLeftIsCleared) {
   }
 }
 
-// A file system that flipped a byte in spite of fsync, or lost the file's tail: the other slot's scene is there.
+// A file system that flipped a byte in spite of fsync, or lost the file's tail: the other slot's scene is
+// there.
 TEST_F(SlotFilesTest, ADamagedFileIsNotTaken) {
   put(plane_image(100.0F));
   put(plane_image(200.0F));

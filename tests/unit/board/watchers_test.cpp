@@ -1,4 +1,4 @@
-// Who watches the board: a watchdog (here a pipe), a service manager (here a socket).
+// Supervision of the board: a watchdog (here a pipe) and a service manager (here a socket).
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>

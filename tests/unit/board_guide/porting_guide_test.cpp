@@ -1,4 +1,4 @@
-// The smallest board (board/README.md) on simulated hardware: its listing is compiled as it stands there.
+// The smallest board (board/README.md) on simulated hardware: its listing is compiled as printed.
 #include <gtest/gtest.h>
 
 #include "board/sim/plant.h"

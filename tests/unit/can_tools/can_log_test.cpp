@@ -1,4 +1,4 @@
-// Lines as candump writes them, and lines that it does not write.
+// Valid and invalid lines of candump logs.
 #include "host-tools/can_tools/can_log.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// thimble doctor: what it makes of each state of an interface, a port and a limit; and that reading finds what is there.
+// thimble doctor: its findings for each state of an interface, a port and a limit; and that it reads the real
+// facts.
 #include <gtest/gtest.h>
 #include <pty.h>
 #include <unistd.h>

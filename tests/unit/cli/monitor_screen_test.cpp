@@ -1,4 +1,4 @@
-// What `thimble monitor` draws: the forces' sizes and signs, and no line beyond the terminal's edge.
+// The display of `thimble monitor`: magnitudes and signs of forces, and no line wider than the terminal.
 #include "host-tools/cli/monitor_screen.h"
 
 #include <gmock/gmock.h>

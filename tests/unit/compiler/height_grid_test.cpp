@@ -1,4 +1,4 @@
-// Grids of numbers from text and from images: every value exact, every mistake refused with its place.
+// Grids of numbers from text and from images: every value is exact, every error is refused with its position.
 #include "host-tools/compiler/height_grid.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Mesh files: our own .plg reader with its dialects and refusals, and what comes through assimp.
+// Mesh files: the .plg reader with its dialects and refusals, and formats read by assimp.
 #include "host-tools/compiler/mesh_file.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// compile_mesh: welding, repair, winding, adjacency, normals, tree, flags; and that nothing depends on the
+// compile_mesh: welding, repair, winding, adjacency, normals, tree, flags; and independence of the
 // unit.
 #include "host-tools/compiler/mesh.h"
 

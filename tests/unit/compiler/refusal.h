@@ -1,4 +1,4 @@
-// What the compiler says of input that it refuses.
+// The error of the compiler for input that it refuses.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// `body` and `gravity_m_s2` of a scene file: what reaches the image, moments of inertia, and every mistake with its place.
+// `body` and `gravity_m_s2` of a scene file: what reaches the image, moments of inertia, and every error with
+// its position.
 #include "host-tools/compiler/scene_body.h"
 
 #include <gmock/gmock.h>

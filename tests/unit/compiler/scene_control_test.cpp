@@ -1,4 +1,4 @@
-// The controls of a scene file: what is read, every mistake with its place.
+// The control elements of a scene file: their content in the image, and every error with its position.
 #include "host-tools/compiler/scene_control.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Fields in scene files: what is read into the image, and every mistake with its place.
+// Fields in scene files: their content in the image, and every error with its position.
 #include "host-tools/compiler/scene_field.h"
 
 #include <gmock/gmock.h>

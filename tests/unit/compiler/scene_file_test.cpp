@@ -1,4 +1,4 @@
-// Scene files: what is read, every error with its place, the schema in step with the reader, the image.
+// Scene files: what is read, every error with its position, agreement of schema and reader, the image.
 #include "host-tools/compiler/scene_file.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Surfaces in scene files: what is read into the image, and every mistake with its place.
+// Surfaces in scene files: their content in the image, and every error with its position.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Needles' ways and tissues in a scene file: what is read, and each mistake with its place.
+// Needle layers and tissues in a scene file: their content in the image, and each error with its position.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// What every compiled mesh must satisfy, whatever went in.
+// Invariants of every compiled mesh.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Every file of Debian's assimp-testmodels: it compiles, or it is refused with a clear error; it never ends
+// Every file of Debian's assimp-testmodels: it compiles or is refused with a clear error; it never crashes
 // the process.
 #include <gtest/gtest.h>
 

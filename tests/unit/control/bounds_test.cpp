@@ -1,4 +1,5 @@
-// The named bounds of a tick: what is cut short stays where it was proven free, is counted, and goes on.
+// The named bounds of a tick: a motion that is cut short ends where it was proven free, is counted, and
+// continues in the next tick.
 #include <gtest/gtest.h>
 
 #include "tests/support/figure.h"

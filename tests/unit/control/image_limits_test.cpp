@@ -1,4 +1,4 @@
-// The board's own check of an image that holds too much of something: the figure and the limit are told.
+// The check of an image that exceeds a limit reports the figure and the limit.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,4 +1,4 @@
-// A scene in other materials takes the place of the one that is bound: what is touched and what has moved goes on.
+// A scene that differs only in its materials replaces the bound one: contacts and moved objects are kept.
 #include <gtest/gtest.h>
 
 #include <array>

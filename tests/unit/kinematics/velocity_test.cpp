@@ -1,4 +1,5 @@
-// Lag and noise of the velocity estimate on the Premium's encoders at 4 kHz, beside a plain 15 ms window.
+// Lag and noise of the velocity estimate on the Premium's encoders at 4 kHz, compared with a fixed window of
+// 15 ms.
 #include "kinematics/velocity.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// A needle's way through a volume: synthetic volumes whose layers are known, every way a file can be written, and the volumes that
-// Debian's mricron-data brings.
+// A line of needle layers through a volume: synthetic volumes with known layers, every variant of the file
+// format, and the volumes of Debian's mricron-data.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

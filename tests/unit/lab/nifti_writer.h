@@ -1,4 +1,4 @@
-// Synthetic volumes as NIfTI-1 files, written field by field from the standard and not with the reader's code.
+// Synthetic volumes as NIfTI-1 files, written field by field from the standard, without the reader's code.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,8 @@ struct NiftiFile {
   bool big_endian = false;
   bool compressed = false;
   enum class Frame { kSform, kQform, kPixdim } frame = Frame::kSform;
-  // Voxel to mm. For kQform: rotation times edges, k turned round where the determinant is negative; for kPixdim: edges alone.
+  // Voxel to mm. For kQform: rotation times edges, k turned round where the determinant is negative; for
+  // kPixdim: edges alone.
   Eigen::Affine3d world = Eigen::Affine3d::Identity();
   unsigned units = 2;  // 1 m, 2 mm, 3 um: what the file's numbers are in
   double slope = 0.0;  // as written; stored value = (value - offset) / slope where it is not 0

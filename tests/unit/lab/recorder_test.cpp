@@ -1,4 +1,4 @@
-// The recorder: frames to ticks, over every kind of loss, and the wrap of the numbers that travel.
+// The recorder: frames to ticks, with every kind of loss, and the wrap of the transmitted numbers.
 #include "host-tools/lab/recorder.h"
 
 #include <gtest/gtest.h>

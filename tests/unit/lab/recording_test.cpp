@@ -1,5 +1,5 @@
-// The file of a recording: what was written comes back; what is cut off ends earlier; whatever else the bytes are is an Error, never a
-// crash.
+// The file of a recording: what was written is read back; a truncated file ends earlier; any other content is
+// an Error, never a crash.
 #include "host-tools/lab/recording.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Logs and what is made of them: the CSV log, the log of a HAPI DeviceLog, the spectrum.
+// Logs and their use: the CSV log, the log of a HAPI DeviceLog, the spectrum.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The plan and the log: what they refuse, and that a log which broke off anywhere goes on.
+// The plan and the log: what they refuse, and that a log truncated at any point can be resumed.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Who may have what: names of this machine and of others, origins, tokens, cookies.
+// Access rights: names of this machine and of others, origins, tokens, cookies.
 #include "host-tools/viewer/access.h"
 
 #include <gtest/gtest.h>

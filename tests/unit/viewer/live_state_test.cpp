@@ -1,4 +1,4 @@
-// Frames merged into states: pairs, losses, what ends, and what the next scene begins without.
+// Frames merged into states: pairs, losses, ends, and the reset with the next scene.
 #include "host-tools/viewer/live_state.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What a page may say, and all that is no message.
+// Valid and invalid messages of a page.
 #include "host-tools/viewer/protocol.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Scenes to pick from, found by their image's CRC, changed and saved.
+// The list of scenes: found by the CRC of their image, changed and saved.
 #include "host-tools/viewer/scene_book.h"
 
 #include <gtest/gtest.h>

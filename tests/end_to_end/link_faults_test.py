@@ -1,15 +1,15 @@
-"""Uploads through a link that loses, repeats, exchanges, cuts and holds back frames, and images that are no longer what they were.
-Whatever happens, the running scene is the old one until the new one is whole."""
+"""Uploads over a link that drops, repeats, reorders, truncates and delays frames, and images that were corrupted on disk. In every case
+the old scene runs until the new one is complete."""
 
 import json
 import random
 import time
 import unittest
 
-from rig import Rig, Weather, figure
+from rig import Rig, LinkFaults, figure
 
 
-class BadWeather(Rig):
+class UploadsWithLinkFaults(Rig):
     def setUp(self):
         super().setUp()
         self.device = self.sim("--no-pty", "--tcp", 0)
@@ -17,8 +17,8 @@ class BadWeather(Rig):
         self.before = ("floor", uploaded["bytes"], uploaded["crc"])
         self.assertEqual(self.running(self.device.tcp), self.before)
 
-    def upload_through(self, weather, seed):
-        proxy = self.proxy(self.device.port, weather, seed)
+    def upload_through(self, faults, seed):
+        proxy = self.proxy(self.device.port, faults, seed)
         image = self.image(self.ball_scene(30))
         process = self.start("upload", image, "--device", proxy.uri, "--json")
         # While it runs, looks from beside. They share the bus and the services with the upload, which is trouble of its own.
@@ -31,8 +31,8 @@ class BadWeather(Rig):
         out, err = process.communicate(timeout=100)
         return process.returncode, out, err, proxy, image.stat().st_size - 8
 
-    def one_kind(self, name, weather):
-        code, out, err, proxy, size = self.upload_through(weather, seed=11)
+    def one_kind(self, name, faults):
+        code, out, err, proxy, size = self.upload_through(faults, seed=11)
         self.assertEqual(code, 0, err)
         result = json.loads(out)
         self.assertEqual(self.running(self.device.tcp), ("ball", size, result["crc"]))
@@ -41,34 +41,34 @@ class BadWeather(Rig):
                (name, proxy.counts[name], proxy.counts["frames"], result["retried_blocks"], result["seconds"], size))
 
     def test_dropped(self):
-        self.one_kind("dropped", Weather(drop=0.01))
+        self.one_kind("dropped", LinkFaults(drop=0.01))
 
     def test_repeated(self):
-        self.one_kind("repeated", Weather(repeat=0.01))
+        self.one_kind("repeated", LinkFaults(repeat=0.01))
 
     def test_reordered(self):
-        self.one_kind("reordered", Weather(reorder=0.01))
+        self.one_kind("reordered", LinkFaults(reorder=0.01))
 
     def test_truncated(self):
-        self.one_kind("truncated", Weather(truncate=0.01))
+        self.one_kind("truncated", LinkFaults(truncate=0.01))
 
     def test_stalled(self):
-        self.one_kind("stalled", Weather(stall=0.003))
+        self.one_kind("stalled", LinkFaults(stall=0.003))
 
     def test_all_at_once(self):
-        self.one_kind("dropped", Weather(drop=0.004, repeat=0.004, reorder=0.004, truncate=0.004, stall=0.001))
+        self.one_kind("dropped", LinkFaults(drop=0.004, repeat=0.004, reorder=0.004, truncate=0.004, stall=0.001))
 
     def test_a_link_that_dies_costs_nothing(self):
         """Too bad to carry anything: the upload ends in time with exit code 6, and goes on later where it was."""
-        fair = self.proxy(self.device.port, Weather(), 3)
+        fair = self.proxy(self.device.port, LinkFaults(), 3)
         image = self.image(self.ball_scene(60))
         size = image.stat().st_size - 8
-        fair.weather = Weather(delay_s=0.001)
+        fair.faults = LinkFaults(delay_s=0.001)
         process = self.start("upload", image, "--device", fair.uri, "--timeout", "0.5")
         for line in process.stderr:
             if int(line.split()[0]) >= 20:
                 break
-        fair.weather = Weather(drop=1.0)
+        fair.faults = LinkFaults(drop=1.0)
         _, err = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 6, err)
         self.assertIn("remedy: ", err)
