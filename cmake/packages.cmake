@@ -1,6 +1,6 @@
-# Debian packages by component: `thimble` (the host's: command, simulator, scenes) and `thimble-board`. After a build:
+# Debian packages by component: `thimble` (for a host: command, simulator, scenes) and `thimble-board`. After a build:
 #   cpack --config build/release/CPackConfig.cmake -B build/release/packages
-# A build for a board alone has the second only, for its architecture.
+# A build for a board makes only the second one, for its architecture.
 include(GNUInstallDirs)
 set(THIMBLE_MAINTAINER "Thimble maintainers <maintainers@thimble.invalid>" CACHE STRING "Who made the packages")
 
@@ -11,7 +11,7 @@ endif()
 set(CPACK_HOST_NAME thimble)
 set(CPACK_BOARD_NAME thimble-board)
 
-# What each package has to have: its licence and its changes.
+# Required files of each package: licence and changelog.
 string(TIMESTAMP now "%a, %d %b %Y %H:%M:%S +0000" UTC)
 set(packaging ${PROJECT_BINARY_DIR}/packaging)
 find_program(GZIP gzip REQUIRED)

@@ -1,4 +1,4 @@
-# The scene image's reader and writer, generated from control/scene/scene.fbs.
+# Generates reader and writer of scene images from control/scene/scene.fbs.
 find_program(FLATC flatc REQUIRED)
 set(SCENE_SCHEMA_DIR ${CMAKE_BINARY_DIR}/generated/thimble_scene_schema)
 add_custom_command(
@@ -13,7 +13,7 @@ add_dependencies(thimble_scene_schema thimble_scene_schema_header)
 target_compile_definitions(thimble_scene_schema INTERFACE
   FLATBUFFERS_ASSERT=thimble_flatbuffers_assert
   FLATBUFFERS_ASSERT_INCLUDE="control/scene/flatbuffers_assert.h")
-if(CMAKE_CROSSCOMPILING)  # /usr/include as a whole belongs to another machine
+if(CMAKE_CROSSCOMPILING)  # /usr/include has the headers of the build machine
   find_path(FLATBUFFERS_INCLUDE_DIR flatbuffers/flatbuffers.h PATHS /usr/include /usr/local/include REQUIRED)
   file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/generated)
   file(CREATE_LINK ${FLATBUFFERS_INCLUDE_DIR}/flatbuffers ${CMAKE_BINARY_DIR}/generated/flatbuffers SYMBOLIC)

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Draws what a tip feels on a mesh, as SVG: the ways of tip and god object, and the force over time.
+"""Draws the force on a tip on a mesh, as SVG: the paths of tip and god object, and the force over time.
 
     build/release/bin/thimble simulate scenes/asteroid/asteroid.scene.json \\
         --path scenes/asteroid/stroke.csv --ideal --log asteroid.csv
     docs/plot_force.py scenes/asteroid/asteroid.scene.json asteroid.csv > docs/images/asteroid_force.svg
 
-Reads the scene's first object, a .plg mesh that is not turned. Python's standard library only.
+Reads the scene's first object, a .plg mesh without rotation. Python's standard library only.
 """
 import csv
 import json

@@ -1,11 +1,11 @@
-# Sourced by ./demo and ./check: installs the Debian packages that are missing, and nothing when all are there.
+# Sourced by ./demo and ./check: installs missing Debian packages.
 
 packages_to_build=(
   assimp-testmodels cmake flatbuffers-compiler g++ gnuplot-nox libassimp-dev libbenchmark-dev libboost-dev libcli11-dev libeigen3-dev libembree-dev
   libflatbuffers-dev libfmt-dev libgmock-dev libgpiod-dev libgtest-dev libmnl-dev libpng-dev librapidcheck-dev mricron-data ninja-build
   nlohmann-json3-dev pkgconf pybind11-dev python3-dev python3-numpy zlib1g-dev
 )
-# The viewer's page. Node's own packages bring npm along, and exclude Debian's.
+# Packages for the viewer's page. Packages from Node.js itself include npm and conflict with Debian's npm.
 command -v npm >/dev/null || packages_to_build+=(nodejs npm)
 packages_to_check=(
   binutils chromium clang clang-format clang-tidy cpio device-tree-compiler g++-aarch64-linux-gnu g++-arm-linux-gnueabihf gcc-12

@@ -1,4 +1,4 @@
-# 32-bit ARM Linux (BeagleBone). Debian: g++-arm-linux-gnueabihf; qemu-user runs what is built.
+# 32-bit ARM Linux (BeagleBone). Debian: g++-arm-linux-gnueabihf; qemu-user runs the programs.
 set(CMAKE_SYSTEM_PROCESSOR arm)
 set(CMAKE_LIBRARY_ARCHITECTURE arm-linux-gnueabihf)
 set(CMAKE_CXX_FLAGS_INIT -Wno-psabi)  # notes on what GCC 7 changed; all is compiled by one GCC

@@ -1,12 +1,12 @@
-# What the toolchain files for ARM Linux share; the one that includes this one has set the processor, Debian's two names for it, and
-# the emulator.
+# Common part of the toolchain files for ARM Linux. The including file sets the processor, Debian's two names for it, and the
+# emulator.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_C_COMPILER ${CMAKE_LIBRARY_ARCHITECTURE}-gcc)
 set(CMAKE_CXX_COMPILER ${CMAKE_LIBRARY_ARCHITECTURE}-g++)
 set(CMAKE_SIZE_TOOL ${CMAKE_LIBRARY_ARCHITECTURE}-size)
 
-# Libraries and headers for the target: Debian's, fetched into a cache, or those below a folder of yours that THIMBLE_SYSROOT names.
-# The compiler has its own C and C++ libraries.
+# Libraries and headers for the target: Debian's, fetched into a cache, or those in the folder THIMBLE_SYSROOT. The compiler has its
+# own C and C++ libraries.
 if(NOT THIMBLE_SYSROOT)
   execute_process(COMMAND ${CMAKE_CURRENT_LIST_DIR}/../../scripts/sysroot ${THIMBLE_DEBIAN_ARCHITECTURE}
     OUTPUT_VARIABLE place OUTPUT_STRIP_TRAILING_WHITESPACE RESULT_VARIABLE failed)

@@ -1,4 +1,4 @@
-# What every bare ARM core shares; the toolchain file that includes this one has set THIMBLE_CPU.
+# Common part of the toolchain files for bare-metal ARM Cortex boards. The including file sets THIMBLE_CPU.
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR arm)
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)

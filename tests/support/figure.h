@@ -1,4 +1,4 @@
-// Every figure a test asserts is also printed, with its limit.
+// Prints a figure that a test asserts, with its limit.
 #pragma once
 
 #include <cstdio>

@@ -1,5 +1,4 @@
-// A fingertip that is exactly where it is put, and what the renderer makes of it: the open loop of every test
-// here.
+// The renderer in open loop: a fingertip follows given positions exactly, without an arm.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +12,7 @@ namespace thimble::test {
 inline constexpr double kRate_Hz = 4000.0;
 
 struct Felt {
-  Eigen::Vector3d tip_m = Eigen::Vector3d::Zero();  // as rounded to float: where the renderer saw it
+  Eigen::Vector3d tip_m = Eigen::Vector3d::Zero();  // rounded to float, as given to the renderer
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   Eigen::Vector3d god_object_m = Eigen::Vector3d::Zero();
   int contacts = 0;
@@ -21,14 +20,14 @@ struct Felt {
 
 class IdealRun {
  public:
-  explicit IdealRun(const SceneImage& image, double rate_Hz = kRate_Hz);  // the image outlives the run
+  explicit IdealRun(const SceneImage& image, double rate_Hz = kRate_Hz);  // the image must outlive the run
   explicit IdealRun(SceneImage&& image, double rate_Hz = kRate_Hz);
 
   // One tick with the tip at p. Its velocity is the step from the last tick.
   const Felt& step(const Eigen::Vector3d& p);
   // Ticks along the straight line from the present tip to p, at most `step_m` each.
   const Felt& move(const Eigen::Vector3d& p, double step_m);
-  // Puts the tip at p with no contact, as after a pause; the sums start again.
+  // Puts the tip at p without contact, as after a pause; restarts the sums.
   void restart(const Eigen::Vector3d& p);
 
   [[nodiscard]] const Felt& felt() const { return felt_; }
@@ -37,13 +36,15 @@ class IdealRun {
   // Sums since the start or the last restart().
   [[nodiscard]] double work_on_hand_J() const {
     return work_J_;
-  }  // force held for the whole tick, as a device holds it
+  }  // each force is held for the whole tick, as on a device
   [[nodiscard]] double work_mean_force_J() const {
     return work_mean_J_;
-  }  // mean of the forces at both ends of each step
+  }  // with the mean of the forces at both ends of each step
   [[nodiscard]] double longest_step_m() const { return longest_step_m_; }
-  [[nodiscard]] double deepest_m() const { return deepest_m_; }      // |god object - tip|
-  [[nodiscard]] double force_way_N() const { return force_way_N_; }  // the way of the force: sum of |dF|
+  [[nodiscard]] double deepest_m() const { return deepest_m_; }  // |god object - tip|
+  [[nodiscard]] double force_way_N() const {
+    return force_way_N_;
+  }  // total variation of the force: sum of |dF|
 
  private:
   control::Renderer renderer_;

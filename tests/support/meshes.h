@@ -1,5 +1,5 @@
-// The tests' meshes: triangle soups in metres, counter-clockwise seen from the free side, the same on every
-// machine. Neighbours share their vertices' indices unless stated.
+// Meshes for tests: triangles in metres, counter-clockwise seen from the free side, identical on every
+// machine. Neighbours share vertex indices unless stated.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace thimble::test {
 // 20 * 4^subdivisions triangles, vertices on the sphere: 1 -> 80, 3 -> 1280, 5 -> 20 480, 7 -> 327 680.
 [[nodiscard]] host::TriangleSoup icosphere(int subdivisions, double radius_m);
 
-// Two poles, each a vertex of `slices` triangles.
+// With two poles, each a vertex of `slices` triangles.
 [[nodiscard]] host::TriangleSoup uv_sphere(int slices, int stacks, double radius_m);
 
 [[nodiscard]] host::TriangleSoup torus(double ring_radius_m, double tube_radius_m, int around, int across);
@@ -25,9 +25,9 @@ namespace thimble::test {
 // An open sheet at z = 0, centre at the origin, free side up.
 [[nodiscard]] host::TriangleSoup sheet(double width_m, int cells);
 
-// A polygon in the x-z plane, counter-clockwise with x to the right and z up, drawn out along y from
-// -length/2 to length/2 in `cells` strips; closed by fans about the polygon's first corner, which must see
-// every other one.
+// A polygon in the x-z plane, counter-clockwise with x to the right and z up, extruded along y from -length/2
+// to length/2 in `cells` strips; the ends are triangle fans around the first corner of the polygon, from
+// which all other corners must be visible.
 [[nodiscard]] host::TriangleSoup prism(const std::vector<Eigen::Vector2d>& polygon_m, double length_m,
                                        int cells);
 
@@ -44,8 +44,8 @@ namespace thimble::test {
 [[nodiscard]] host::TriangleSoup hostile_terrain(int cells, double cell_m, double height_m,
                                                  std::uint64_t seed);
 
-// The triangles of a file of Debian's assimp-testmodels ("OFF/Wuson.off"), moved and scaled so that its
-// largest extent is size_m about the origin. Vertices are not shared.
+// The triangles of a file of Debian's assimp-testmodels ("OFF/Wuson.off"), centred on the origin and scaled
+// to a largest extent of size_m. Vertices are not shared.
 [[nodiscard]] host::TriangleSoup test_model(const std::string& file, double size_m);
 [[nodiscard]] std::filesystem::path test_model_path(const std::string& file);
 

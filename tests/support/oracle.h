@@ -1,5 +1,5 @@
-// Independent answers to the questions the renderer answers, in double precision and without its shortcuts.
-// Nothing here is shared with control/: own tree, own exact tests, own god object.
+// Independent implementations of the renderer's queries, in double precision and without its optimisations.
+// No code is shared with control/: separate tree, separate exact tests, separate god object.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,25 +31,26 @@ class MeshOracle {
  public:
   explicit MeshOracle(const host::TriangleSoup& soup);
 
-  // The nearest point of the mesh not farther than `within_m`.
+  // The nearest point of the mesh within `within_m`.
   [[nodiscard]] Nearest nearest(const Vector3d& p,
                                 double within_m = std::numeric_limits<double>::infinity()) const;
 
-  // Distance to the surface, negative in the solid, for a closed mesh; `within_m` when nothing is that near.
-  // Where several faces are equally near (an edge, a vertex) the one whose plane is farthest from p tells the
-  // side.
+  // Distance to the surface, negative in the solid, for a closed mesh; `within_m` if there is none within
+  // that distance. Where several faces are equally near (an edge, a vertex), the one whose plane is farthest
+  // from p determines the side.
   [[nodiscard]] double signed_distance(const Vector3d& p,
                                        double within_m = std::numeric_limits<double>::infinity()) const;
 
-  // Every triangle that the segment meets, in order.
+  // Every triangle that the segment intersects, in order.
   [[nodiscard]] std::vector<Crossing> crossings(const Vector3d& from, const Vector3d& to) const;
   [[nodiscard]] bool crosses(const Vector3d& from, const Vector3d& to) const;
 
   // Every triangle within `radius_m` of p.
   void near(const Vector3d& p, double radius_m, std::vector<std::uint32_t>& triangles) const;
 
-  // Whether a way over the faces leads from a to b, points on the surface, that is never farther from `centre` than `radius_m`.
-  // Exact: the part of a face in the ball is convex, so it joins all of the face's edges that reach into the ball.
+  // Whether a path over the faces from a to b, points on the surface, exists within the ball of `radius_m`
+  // around `centre`. Exact: the part of a face in the ball is convex, so it connects all edges of the face
+  // that reach into the ball.
   [[nodiscard]] bool way_over(const Vector3d& a, const Vector3d& b, const Vector3d& centre,
                               double radius_m) const;
 
@@ -62,7 +63,7 @@ class MeshOracle {
  private:
   struct Node {
     Eigen::AlignedBox3d box;
-    std::uint32_t first = 0;  // of order_ for a leaf, else the left child
+    std::uint32_t first = 0;  // index into order_ for a leaf, otherwise the left child
     std::uint32_t count = 0;  // 0: not a leaf
     std::uint32_t right = 0;
   };
@@ -72,21 +73,21 @@ class MeshOracle {
 
   std::vector<std::array<Vector3d, 3>> corners_;
   std::vector<std::array<std::uint32_t, 3>>
-      across_;  // the triangle beyond each edge; itself where there is none
+      across_;  // the neighbour at each edge; the triangle itself if there is none
   std::vector<Vector3d> normals_;
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;
 };
 
-// The god object by its definition: from where it is, the shortest steps downhill in |tip - g| that never
-// cross a face. It is a ball of `clearance_m` kept off the faces by unsigned distances alone, so it knows no
-// side, edge or corner as such.
+// The god object by definition: from its position it descends in |tip - g| by short steps that never cross a
+// face. It is a ball of `clearance_m` kept away from the faces by unsigned distances only, so sides, edges
+// and corners need no special cases.
 class ReferenceGodObject {
  public:
   explicit ReferenceGodObject(const MeshOracle& mesh, double step_m = 2e-5, double clearance_m = 1e-8);
 
   void place(const Vector3d& free_point) { g_ = free_point; }
-  // Follows the tip; false: still moving after `max_steps`.
+  // Follows the tip; false: not converged after `max_steps`.
   bool follow(const Vector3d& tip, int max_steps = 20000);
   [[nodiscard]] const Vector3d& position() const { return g_; }
 
@@ -98,15 +99,15 @@ class ReferenceGodObject {
   std::vector<std::uint32_t> near_;
 };
 
-// Whether a way leads from a to b that crosses no face and is never farther from `centre` than `radius_m`:
-// the ways open to a god object in one tick are those in the ball about the tip through it. Looks for one
-// along `samples` random points in the ball, half of them close to the surface; "no" means that none was
-// found.
+// Whether a path from a to b exists that crosses no face and stays within the ball of `radius_m` around
+// `centre`. (In one tick a god object may use any path in the ball around the tip whose radius is their
+// distance.) Searches along `samples` random points in the ball, half of them close to the surface; "no"
+// means that none was found.
 [[nodiscard]] bool way_around(const MeshOracle& mesh, const Vector3d& a, const Vector3d& b,
                               const Vector3d& centre, double radius_m, int samples, std::uint64_t seed);
 
-// The nearest vector to `wanted` with v . n >= 0 for every n, by trying every set of up to three of them as
-// walls.
+// The nearest vector to `wanted` with v . n >= 0 for every n, by trying every set of up to three active
+// constraints.
 [[nodiscard]] Vector3d project_on_cone(const Vector3d& wanted, const std::vector<Vector3d>& normals);
 
 }  // namespace thimble::test

@@ -1,4 +1,4 @@
-// Writes PNG images byte by byte, so that the reader under test is compared with something of its own.
+// Writes PNG images byte by byte, so that the reader under test is compared with an independent writer.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace thimble::test {
 
-// As the format has it (ISO 15948): `scanlines` with a filter byte before each row.
+// As in the format (ISO 15948): `scanlines` with a filter byte before each row.
 struct PngImage {
   std::uint32_t width = 0;
   std::uint32_t height = 0;

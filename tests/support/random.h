@@ -1,4 +1,4 @@
-// The tests' random numbers: seeded, the same on every machine (xoshiro256**, Blackman and Vigna 2018, seeded
+// Random numbers for tests: seeded, identical on every machine (xoshiro256**, Blackman and Vigna 2018, seeded
 // by splitmix64).
 #pragma once
 
@@ -15,7 +15,7 @@ class Random {
   [[nodiscard]] std::uint64_t below(std::uint64_t bound);  // 0 to bound - 1; bound > 0
   [[nodiscard]] double uniform(double low, double high);   // low <= result < high
   [[nodiscard]] double gaussian();                         // mean 0, variance 1
-  [[nodiscard]] Eigen::Vector3d direction();               // a unit vector, even over the sphere
+  [[nodiscard]] Eigen::Vector3d direction();               // a unit vector, uniform on the sphere
   [[nodiscard]] Eigen::Vector3d in_box(const Eigen::Vector3d& half_size);
 
  private:

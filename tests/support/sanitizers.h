@@ -1,13 +1,13 @@
-// Whether this is the build under ASan and UBSan, several times slower: the longest runs are shorter there.
+// True in the build with ASan and UBSan, which is several times slower; the longest runs are shorter there.
 #pragma once
 
 #define THIMBLE_UNDER_SANITIZERS 0
-#if defined(__has_feature)  // clang's way of saying it
+#if defined(__has_feature)  // clang
 #if __has_feature(address_sanitizer)
 #undef THIMBLE_UNDER_SANITIZERS
 #define THIMBLE_UNDER_SANITIZERS 1
 #endif
-#elif defined(__SANITIZE_ADDRESS__)  // and GCC's
+#elif defined(__SANITIZE_ADDRESS__)  // GCC
 #undef THIMBLE_UNDER_SANITIZERS
 #define THIMBLE_UNDER_SANITIZERS 1
 #endif

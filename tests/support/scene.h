@@ -1,4 +1,4 @@
-// Scenes without files: shapes and meshes put straight into a scene image, as the compiler would.
+// Scenes without files: shapes and meshes written directly into a scene image, like the compiler does.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,12 +29,11 @@ struct Pose {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
 };
 
-// The bytes of an image, and the view that the renderer takes. Moving keeps the view good; it cannot be
-// copied.
+// The bytes of an image and its view for the renderer. Moving keeps the view valid; it cannot be copied.
 class SceneImage {
  public:
   explicit SceneImage(
-      std::vector<std::byte> bytes);  // throws std::runtime_error with the status's name if refused
+      std::vector<std::byte> bytes);  // throws std::runtime_error with the name of the status if refused
   SceneImage(SceneImage&&) = default;
   SceneImage& operator=(SceneImage&&) = default;
 
@@ -65,7 +64,7 @@ class SceneBuilder {
   SceneBuilder& mesh(const host::TriangleSoup& soup, const Material& material,
                      const host::MeshOptions& options = {}, const Pose& pose = {});
 
-  [[nodiscard]] std::vector<std::byte> bytes();  // once
+  [[nodiscard]] std::vector<std::byte> bytes();  // may be called once
   [[nodiscard]] SceneImage image() { return SceneImage(bytes()); }
 
  private:
@@ -73,8 +72,7 @@ class SceneBuilder {
   std::unique_ptr<State> state_;  // keeps the FlatBuffers builder out of this header
 };
 
-// The triangles as the controller has them, after welding, orientation and rounding to float: what an oracle
-// must look at.
+// The triangles of the image, after welding, orientation and rounding to float; an oracle must use these.
 [[nodiscard]] host::TriangleSoup as_soup(const host::CompiledMesh& mesh);
 
 }  // namespace thimble::test

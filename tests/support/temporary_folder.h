@@ -1,4 +1,4 @@
-// A folder of one test's own, gone with it: tests run side by side, in several builds at once.
+// A temporary folder for one test, removed at its end. Tests of several builds run at the same time.
 #pragma once
 
 #include <cstdlib>

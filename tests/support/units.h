@@ -1,4 +1,4 @@
-// Units that people write and the code does not.
+// Units for test data; the code uses SI.
 #pragma once
 
 #include <numbers>
