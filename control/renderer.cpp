@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "control/contact/damping.h"
 #include "control/surfaces/surfaces.h"
 
 namespace thimble::control {
@@ -51,13 +52,11 @@ Vec3 relative_velocity(const PlacedObject& object, const Bodies& bodies, const V
   return object.body == kNoBody ? velocity : Vec3(velocity - bodies.velocity_at(object.body, at));
 }
 
-// -B v along the normal, at most as far as the spring's own push: damping never pulls (paper, section 3.4).
 Vec3 damping_force(const World& world, const Bodies& bodies, const Constraint& c, const Vec3& at,
                    const Vec3& velocity) {
   const Material& m = c.material;
-  const float push = m.stiffness_N_m * c.lambda_m;
-  const float approach = relative_velocity(world.objects[c.object], bodies, at, velocity).dot(c.normal);
-  return std::max(-m.damping_N_s_m * approach, -push) * c.normal;
+  const float speed = relative_velocity(world.objects[c.object], bodies, at, velocity).dot(c.normal);
+  return damping_force_N(m.stiffness_N_m * c.lambda_m, m.damping_N_s_m, speed) * c.normal;
 }
 
 // Every object that moves gets the opposite of what the finger feels from it: spring and damping along its own normal, and of the
@@ -132,13 +131,6 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
   return (rest - tip).squaredNorm() > kRounding2 * (stuck - tip).squaredNorm();
 }
 
-// A slip must not tighten the spring: over a ridge it could, and then the point goes all the way to rest.
-bool is_nearer(const Vec3& slipped, const Vec3& stuck, const Vec3& rest, const Vec3& tip) {
-  constexpr float kRounding2 = 1.0F + 2.0e-5F;
-  return (slipped - rest).squaredNorm() <= (stuck - rest).squaredNorm() &&
-         (slipped - tip).squaredNorm() <= kRounding2 * (stuck - tip).squaredNorm();
-}
-
 // The common tick, done briefly: nothing else within reach, and one plain surface that holds. It computes
 // what touch() would, but that rest is remembered while the stiction point holds; false, with nothing
 // changed, for every other case.
@@ -168,25 +160,21 @@ bool is_nearer(const Vec3& slipped, const Vec3& stuck, const Vec3& rest, const V
   Vec3 at = rest.to;
   if (m.static_friction > 0.0F) {
     at = stuck;
-    const float holds2 = m.static_friction * m.static_friction;
-    if (finger.friction.sliding() || (stuck - rest.to).squaredNorm() > holds2 * (rest.to - x).squaredNorm() ||
+    // A test on squares, without a root: most ticks stick.
+    const float limit2 = m.static_friction * m.static_friction;
+    if (finger.friction.sliding() || (stuck - rest.to).squaredNorm() > limit2 * (rest.to - x).squaredNorm() ||
         (walks && is_farther(rest.to, stuck, x))) {
       // It may slip: then along a way that begins where it stands.
       feature = contact.feature;
       rest = object.ops->slide(object.shape, feature, stuck, x, {});
       if (rest.end != SlideEnd::kHeld || !rest.swept || feature.kind != 0) return false;
-      const float depth = (rest.to - x).norm();
-      const float stretch = (stuck - rest.to).norm();
       Friction friction = finger.friction;
-      const float allowed =
-          friction.tick({m.stiffness_N_m, m.static_friction * depth, m.dynamic_friction * depth, m.steady},
-                        stretch, period_s);
-      if (allowed < stretch) {
+      const Slip slip = friction.tick(friction_limits(m, (rest.to - x).norm()), stuck - rest.to, period_s);
+      if (slip.slips) {
         Feature slipped_feature = contact.feature;
         const Slide slipped =
-            object.ops->slide(object.shape, slipped_feature, stuck,
-                              rest.to + (allowed / stretch) * (stuck - rest.to), {.hold = true});
-        if (slipped.end != SlideEnd::kHeld || !slipped.swept || !is_nearer(slipped.to, stuck, rest.to, x))
+            object.ops->slide(object.shape, slipped_feature, stuck, rest.to + slip.offset_m, {.hold = true});
+        if (slipped.end != SlideEnd::kHeld || !slipped.swept || !loosens(slipped.to, stuck, rest.to, x))
           return false;
         contact.feature = slipped_feature;
         at = slipped.to;
@@ -203,11 +191,11 @@ bool is_nearer(const Vec3& slipped, const Vec3& stuck, const Vec3& rest, const V
     finger.rest.contacts[0].feature = feature;
   }
   const Vec3 pull = rest.to - x;
-  const float depth2 = pull.squaredNorm();
   Vec3 force = m.stiffness_N_m * (at - x);
-  if (m.damping_N_s_m > 0.0F && depth2 > 0.0F) {
-    const float approach = object.turn_back(tip.velocity_m_s).dot(pull) / depth2;  // over the depth
-    force += std::max(-m.damping_N_s_m * approach, -m.stiffness_N_m) * pull;
+  if (const float depth = pull.norm(); m.damping_N_s_m > 0.0F && depth > 0.0F) {
+    const Vec3 normal = pull / depth;
+    const float speed = object.turn_back(tip.velocity_m_s).dot(normal);
+    force += damping_force_N(m.stiffness_N_m * depth, m.damping_N_s_m, speed) * normal;
   }
   finger.account.close();
   touch.force_N = object.turn(force);
@@ -237,6 +225,10 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
 void Renderer::reset() noexcept {
   fingers_ = {};
   fields_.reset();
+}
+
+void Renderer::use_general_path_only() noexcept {
+  for (PlacedObject& object : world_.objects) object.plain = false;
 }
 
 void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept {
@@ -290,18 +282,14 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   const FrictionLimits limits = friction_limits(held);
   Vec3 force = spring_force(held) + surface.along_N;
   if (limits.static_m > 0.0F) {
-    const float stretch = (god.position_m - rest.position_m).norm();
-    const float allowed = finger.friction.tick(limits, stretch, period_s);
-    if (allowed < stretch) {  // slips: the stiction point follows to the dynamic limit
-      const Vec3 towards = (allowed / stretch) * (god.position_m - rest.position_m);
-      GodObject slipped = god;
+    const Slip slip = finger.friction.tick(limits, god.position_m - rest.position_m, period_s);
+    if (slip.slips) {
+      const Vec3 stuck_m = god.position_m;
       const bool one = rest.count == 1;
-      move(world_, nearby, slipped, one ? Vec3(rest.position_m + towards) : Vec3(x + towards), one,
-           counters_);
+      move(world_, nearby, god, (one ? rest.position_m : x) + slip.offset_m, one, counters_);
       // A shaded rest is not what is nearest to the tip; the account below keeps what such a slip could give.
-      const Vec3& aim = shaded ? rest.position_m : x;
-      god = slipped.count > 0 && is_nearer(slipped.position_m, god.position_m, rest.position_m, aim) ? slipped
-                                                                                                     : rest;
+      const Vec3& nearest_to_m = shaded ? rest.position_m : x;
+      if (god.count == 0 || !loosens(god.position_m, stuck_m, rest.position_m, nearest_to_m)) god = rest;
     }
     force += limits.stiffness_N_m * (god.position_m - rest.position_m);
   } else {

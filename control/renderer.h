@@ -40,6 +40,9 @@ class Renderer {
   // of this period.
   void tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept;
 
+  // For the test that compares the two paths: until the next bind(), no tick takes the fast path for one plain surface.
+  void use_general_path_only() noexcept;
+
   [[nodiscard]] const RenderCounters& counters() const noexcept { return counters_; }
 
   // The objects that move, in the order of the scene, where the next tick will meet them.

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "control/contact/damping.h"
 #include "control/contact/friction.h"
 #include "control/contact/world.h"
 #include "control/renderer_types.h"
@@ -79,7 +80,7 @@ inline Vec3 spring_start(const Vec3& tip_m, const Vec3& force_N, float stiffness
 
 // A push along the unit vector `normal`, with damping across it that never pulls (paper, section 3.4).
 inline Vec3 damped_push(float push_N, const Vec3& normal, const Vec3& velocity_m_s, float damping_N_s_m) {
-  return (push_N + std::max(-damping_N_s_m * velocity_m_s.dot(normal), -push_N)) * normal;
+  return (push_N + damping_force_N(push_N, damping_N_s_m, velocity_m_s.dot(normal))) * normal;
 }
 
 }  // namespace thimble::control
