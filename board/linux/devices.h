@@ -11,7 +11,7 @@
 #include <optional>
 #include <vector>
 
-#include "board/common/safe_contact.h"
+#include "board/common/safety_switch.h"
 #include "board/linux/board_config.h"
 #include "board/linux/encoder_reader.h"
 #include "board/linux/gpio.h"
@@ -53,8 +53,8 @@ class Devices final : public TickDevices {
   std::vector<Missing> missing_;
   std::unique_ptr<GpioInputs> inputs_;
   std::optional<std::size_t> dead_man_line_;
-  SafeContact e_stop_;
-  SafeContact dead_man_;
+  SafetySwitch e_stop_;
+  SafetySwitch dead_man_;
   std::atomic<bool> cut_{false};  // drives_off() was called, and the servo has not read it yet
   std::vector<Arm> arms_;
   // One entry per input.

@@ -286,7 +286,8 @@ int main_of(int argc, char** argv) {
   std::string file = "/etc/thimble/board.json";
   bool only_check = false;
   CLI::App app{"The controller of a Thimble haptic arm on an embedded Linux board", "thimble-board"};
-  app.add_option("--config", file, "what is wired to this board, docs/board-linux.md")->capture_default_str();
+  app.add_option("--config", file, "configuration of this board, see docs/board-linux.md")
+      ->capture_default_str();
   app.add_flag("--check", only_check, "say which devices and privileges are missing, and end");
   try {
     app.parse(argc, argv);

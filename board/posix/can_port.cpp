@@ -52,13 +52,13 @@ CanPort::CanPort(std::string interface, std::uint8_t node) : interface_(std::mov
 void CanPort::open_socket() {
   ifreq request{};
   if (interface_.empty() || interface_.size() >= sizeof(request.ifr_name))
-    fail_can(interface_, "it has no such name", "`ip link show type can` lists those that are there");
+    fail_can(interface_, "it does not exist", "`ip link show type can` lists the CAN interfaces");
   Descriptor opened(socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_RAW));
   if (!opened.is_open())
     fail_can(interface_, std::strerror(errno), "load the kernel's modules can and can-raw");
   std::ranges::copy(interface_, static_cast<char*>(request.ifr_name));
   if (ioctl(opened.get(), SIOCGIFMTU, &request) != 0)
-    fail_can(interface_, std::strerror(errno), "`ip link show type can` lists those that are there");
+    fail_can(interface_, std::strerror(errno), "`ip link show type can` lists the CAN interfaces");
   fd_frames_ = request.ifr_mtu == CANFD_MTU;
 
   // The e-stop frame: with or without data, remote or not, from any sender.
@@ -78,7 +78,7 @@ void CanPort::open_socket() {
   address.can_family = AF_CAN;
   address.can_ifindex = static_cast<int>(if_nametoindex(interface_.c_str()));
   if (bind(opened.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0)
-    fail_can(interface_, std::strerror(errno), "`ip link show type can` lists those that are there");
+    fail_can(interface_, std::strerror(errno), "`ip link show type can` lists the CAN interfaces");
   const bool up = ioctl(opened.get(), SIOCGIFFLAGS, &request) == 0 && (request.ifr_flags & IFF_UP) != 0;
   state_ = up ? State::kUp : State::kDown;
   socket_ = std::move(opened);

@@ -18,7 +18,7 @@ constexpr std::chrono::milliseconds kTryTtyAgain(100);
 TtyPort::TtyPort(std::string path) : path_(std::move(path)) {
   if (open_tty()) return;
   throw std::runtime_error("cannot open the serial port " + path_ + ": " + std::strerror(errno) +
-                           ": check its name, that its driver is loaded, and that it is yours");
+                           ": check its name, its driver and your permission");
 }
 
 bool TtyPort::open_tty() {

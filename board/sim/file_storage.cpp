@@ -30,7 +30,7 @@ FileStorage::FileStorage(const std::filesystem::path& file, std::size_t scene_sl
   for (unsigned i = 0; i < kSlots; ++i)
     begin_[i + 1] = begin_[i] + pages(i < kSceneSlots ? scene_slot_bytes : kParamSlotBytes);
   if (fd_ < 0) fail(std::strerror(errno));
-  if (flock(fd_, LOCK_EX | LOCK_NB) != 0) fail("another simulator uses it");
+  if (flock(fd_, LOCK_EX | LOCK_NB) != 0) fail("it is in use by another simulator");
   struct stat status {};
   if (fstat(fd_, &status) != 0) fail(std::strerror(errno));
   const auto wanted = static_cast<off_t>(begin_[kSlots]);

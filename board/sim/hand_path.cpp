@@ -13,7 +13,7 @@ HandPath::HandPath(std::vector<PathPoint> points) : points_(std::move(points)) {
       throw std::invalid_argument("a number of the path is not finite");
     }
     if (k > 0 && points_[k].time_s <= points_[k - 1].time_s) {
-      throw std::invalid_argument("the path's times do not rise");
+      throw std::invalid_argument("the times of the path do not increase");
     }
   }
 }

@@ -70,7 +70,7 @@ std::vector<PathPoint> read_hand_path(const std::filesystem::path& file) {
         const std::optional<std::size_t> column = column_named(cell);
         if (!column)
           fail("unknown column '" + std::string(cell) + "'; the header is time_s,x_m,y_m,z_m[,arm]");
-        if (seen[*column]) fail("column '" + std::string(cell) + "' stands there twice");
+        if (seen[*column]) fail("column '" + std::string(cell) + "' is repeated");
         seen[*column] = true;
         columns.push_back(*column);
       }

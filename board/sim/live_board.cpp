@@ -39,7 +39,7 @@ LiveBoard::LiveBoard(const LiveOptions& options) : options_(options), ports_(std
   if (options.pty) ports_->add(std::make_unique<PtyPort>(options.link));
   if (!options.can.empty()) ports_->add(std::make_unique<CanPort>(options.can, firmware::Config{}.node_id));
   if (!options.tty.empty()) ports_->add(std::make_unique<TtyPort>(options.tty));
-  if (ports_->empty()) throw std::runtime_error("without a pty, --tcp, --can and --tty nobody can reach it");
+  if (ports_->empty()) throw std::runtime_error("the device has no connection: use the pty, --tcp, --can or --tty");
 
   constexpr std::size_t kSlotBytes = control::kMaxImageBytes + firmware::SceneStore::kHeaderBytes;
   if (options.store.empty()) {

@@ -200,13 +200,13 @@ Plant::Rates Plant::rates(const State& s) noexcept {
   for (int j = 0; j < 3; ++j) {
     double rotor = motor_torque_[j] - cable[j] - parameters_.viscous_N_m_s_rad[j] * s.phid[j];
     switch (coulomb_[static_cast<std::size_t>(j)]) {
-      case Contact::kStuck:
+      case Coulomb::kStuck:
         rotor = 0;
         break;
-      case Contact::kForward:
+      case Coulomb::kForward:
         rotor -= parameters_.coulomb_N_m[j];
         break;
-      case Contact::kBackward:
+      case Coulomb::kBackward:
         rotor += parameters_.coulomb_N_m[j];
         break;
     }
@@ -241,9 +241,9 @@ void Plant::substep(double h) noexcept {
     const double drive = motor_torque_[j] - cable[j];
     const double direction = state_.phid[j] != 0 ? state_.phid[j] : drive;
     if (state_.phid[j] == 0 && std::abs(drive) <= parameters_.coulomb_N_m[j]) {
-      coulomb_[at] = Contact::kStuck;
+      coulomb_[at] = Coulomb::kStuck;
     } else {
-      coulomb_[at] = direction > 0 ? Contact::kForward : Contact::kBackward;
+      coulomb_[at] = direction > 0 ? Coulomb::kForward : Coulomb::kBackward;
     }
   }
 
@@ -262,9 +262,9 @@ void Plant::substep(double h) noexcept {
              s.phid + h / 6 * (a.phidd + 2 * b.phidd + 2 * c.phidd + d.phidd)};
   for (int j = 0; j < 3; ++j) {
     // Friction can stop a rotor but not reverse it.
-    const Contact contact = coulomb_[static_cast<std::size_t>(j)];
-    const bool reversed = (contact == Contact::kForward && next.phid[j] < 0) ||
-                          (contact == Contact::kBackward && next.phid[j] > 0);
+    const Coulomb state = coulomb_[static_cast<std::size_t>(j)];
+    const bool reversed =
+        (state == Coulomb::kForward && next.phid[j] < 0) || (state == Coulomb::kBackward && next.phid[j] > 0);
     if (reversed && parameters_.coulomb_N_m[j] > 0) next.phid[j] = 0;
   }
   state_ = next;

@@ -122,7 +122,7 @@ class Plant {
   struct Rates {
     Vector3d qdd, phidd;
   };
-  enum class Contact : std::uint8_t { kStuck, kForward, kBackward };
+  enum class Coulomb : std::uint8_t { kStuck, kForward, kBackward };
 
   [[nodiscard]] Rates rates(const State& s) noexcept;
   [[nodiscard]] Vector3d cable_torque(const State& s) const noexcept;
@@ -134,7 +134,7 @@ class Plant {
   Hand hand_;
   State state_;
   std::array<Motor, 3> motors_{};
-  std::array<Contact, 3> coulomb_{};
+  std::array<Coulomb, 3> coulomb_{};
   Vector3d rotor_inertia_;
   Vector3d motor_torque_ = Vector3d::Zero();
   Vector3d command_A_ = Vector3d::Zero();

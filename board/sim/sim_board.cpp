@@ -58,7 +58,7 @@ bool MemoryStorage::write(unsigned index, std::size_t offset, std::span<const st
 }
 
 SimBoard::SimBoard(const SimBoardOptions& options)
-    : options_(options), nobody_(options.hand.mass_kg <= 0 && options.hand.stiffness_N_m <= 0) {
+    : options_(options), no_hand_(options.hand.mass_kg <= 0 && options.hand.stiffness_N_m <= 0) {
   const PlantVariant& variant = variant_of(options_);
   firmware::Config config;
   config.period_s = static_cast<float>(1.0 / options_.rate_Hz);
@@ -124,7 +124,7 @@ void SimBoard::tick() {
     const bool driven = out.mode == firmware::Mode::kArmed || out.mode == firmware::Mode::kDamping;
     const Vector3d joints_rad = arms_[i].plant.joints_rad();
     arms_[i].plant.step(1.0 / options_.rate_Hz);
-    if (nobody_ && !driven) arms_[i].plant.place(joints_rad);
+    if (no_hand_ && !driven) arms_[i].plant.place(joints_rad);
   }
   ++ticks_;
 }
@@ -163,14 +163,14 @@ Vector3d SimBoard::within_reach(std::size_t arm, const Vector3d& position_m) con
   constexpr double kBeyond_m =
       2;  // beyond the reach of every arm; the bisection ends below a hundredth of a millimetre
   const Vector3d all = position_m - home;
-  const Vector3d way = all * std::min(1.0, kBeyond_m / all.norm());
+  const Vector3d line = all * std::min(1.0, kBeyond_m / all.norm());
   double inside = 0, outside = 1;
   constexpr int kHalvings = 18;
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = (inside + outside) / 2;
-    (reached(home + middle * way) ? inside : outside) = middle;
+    (reached(home + middle * line) ? inside : outside) = middle;
   }
-  return home + inside * way;
+  return home + inside * line;
 }
 
 bool SimBoard::hand_waits(std::size_t arm) const noexcept { return arms_[arm].state == HandState::kWait; }
@@ -214,9 +214,9 @@ void SimBoard::move_hand(Arm& arm) {
       break;
     case HandState::kApproach: {  // minimum jerk: 10 u^3 - 15 u^4 + 6 u^5
       const double u = (time_s() - arm.since_s) / arm.approach_s;
-      const Vector3d way = first.position_m - arm.from_m;
-      arm.at_m = arm.from_m + u * u * u * (10 - 15 * u + 6 * u * u) * way;
-      arm.velocity_m_s = 30 * u * u * (1 - u) * (1 - u) / arm.approach_s * way;
+      const Vector3d line = first.position_m - arm.from_m;
+      arm.at_m = arm.from_m + u * u * u * (10 - 15 * u + 6 * u * u) * line;
+      arm.velocity_m_s = 30 * u * u * (1 - u) * (1 - u) / arm.approach_s * line;
       break;
     }
     case HandState::kWait:

@@ -108,7 +108,7 @@ class SimBoard {
   void approach(Arm& arm);
 
   SimBoardOptions options_;
-  bool nobody_;  // no hand: the arm stays in place while its motors are off
+  bool no_hand_;  // the arm stays in place while its motors are off
   std::unique_ptr<MemoryStorage> own_storage_;
   std::vector<Arm> arms_;
   std::unique_ptr<firmware::Controller> controller_;

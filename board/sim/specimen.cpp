@@ -29,7 +29,7 @@ Specimen::Specimen(SpecimenMap map) : map_(std::move(map)) {
   demand(map_.origin_m.allFinite(), "origin_m is not finite");
   demand(std::abs(map_.u.norm() - 1) < kSquare && std::abs(map_.v.norm() - 1) < kSquare &&
              std::abs(map_.u.dot(map_.v)) < kSquare,
-         "u and v are not unit vectors square to each other");
+         "u and v are not perpendicular unit vectors");
   demand(map_.damping_N_s_m >= 0 && map_.damping_N_s_m <= kMaxDamping_N_s_m,
          "damping_N_s_m is not within 0 to 1000");
   for (const double stiffness : map_.stiffness_N_m)

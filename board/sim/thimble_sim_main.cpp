@@ -33,26 +33,27 @@ int main_of(int argc, char** argv) {
   for (const PlantVariant& variant : plant_variants())
     arms += (arms.empty() ? "" : ", ") + std::string(variant.name);
   app.add_option("--arm", options.arm, "one of: " + arms)->capture_default_str();
-  app.add_option("--rate", options.rate_Hz, "ticks a second")
+  app.add_option("--rate", options.rate_Hz, "ticks per second")
       ->check(CLI::Range(100.0, 20000.0))
       ->capture_default_str();
-  app.add_option("--seed", options.seed, "of the simulated arm")->capture_default_str();
-  app.add_option("--tcp", options.tcp_port, "offer the link on this port of 127.0.0.1 too; 0: any free one");
-  app.add_flag("!--no-pty", options.pty, "no pty, only the others");
-  app.add_option("--link", options.link, "a symbolic link to the pty");
-  app.add_option("--can", options.can, "offer the link on this SocketCAN interface too, classic and FD");
+  app.add_option("--seed", options.seed, "seed of the simulated arm")->capture_default_str();
+  app.add_option("--tcp", options.tcp_port,
+                 "also offer the link on this port of 127.0.0.1; 0: any free port");
+  app.add_flag("!--no-pty", options.pty, "offer the link without a pty");
+  app.add_option("--link", options.link, "path of a symbolic link to the pty");
+  app.add_option("--can", options.can, "also offer the link on this SocketCAN interface, classic and FD");
   app.add_option("--tty", options.tty,
-                 "offer it as SLCAN on this serial port too: /dev/ttyGS0 of a USB gadget");
-  CLI::Option* hand =
-      app.add_option("--hand", options.hand, "the hand's path once armed: CSV time_s,x_m,y_m,z_m[,arm]");
-  app.add_flag("--loop", options.loop, "the hand begins again at the path's end");
+                 "also offer the link as SLCAN on this serial port, such as /dev/ttyGS0 of a USB gadget");
+  CLI::Option* hand = app.add_option(
+      "--hand", options.hand, "path of the hand once the device is armed: CSV time_s,x_m,y_m,z_m[,arm]");
+  app.add_flag("--loop", options.loop, "the hand repeats its path");
   app.add_option("--specimen", options.specimen,
-                 "no hand, but a thing to touch, for `thimble scan`: JSON, see docs/scan.md")
+                 "an object for `thimble scan` to touch, and no hand: JSON, see docs/scan.md")
       ->excludes(hand);
-  app.add_option("--store", options.store, "keep the scenes in this file");
-  app.add_option("--name", options.name, "its name in `thimble list`; default: sim-PID")
+  app.add_option("--store", options.store, "file that keeps the scenes between runs");
+  app.add_option("--name", options.name, "name in `thimble list`; default: sim-PID")
       ->check([](const std::string& name) {
-        return name.find_first_of("/:") == std::string::npos ? "" : "no / and no :";
+        return name.find_first_of("/:") == std::string::npos ? "" : "must not contain / or :";
       });
   try {
     app.parse(argc, argv);

@@ -114,7 +114,7 @@ class Simulator(Rig):
         result = subprocess.run([BIN / "thimble-sim", "--store", store], capture_output=True, text=True, env=self.environment,
                                 timeout=20)
         self.assertEqual(result.returncode, 1)
-        self.assertIn("another simulator uses it", result.stderr)
+        self.assertIn("in use by another simulator", result.stderr)
 
     def test_a_hand_presses_what_was_uploaded(self):
         hand = self.folder / "press.csv"

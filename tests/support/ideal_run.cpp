@@ -31,7 +31,7 @@ const Felt& IdealRun::step(const Eigen::Vector3d& p) {
   if (started_) {
     work_J_ += before.force_N.dot(travel);
     work_mean_J_ += 0.5 * (before.force_N + felt_.force_N).dot(travel);
-    force_way_N_ += (felt_.force_N - before.force_N).norm();
+    force_variation_N_ += (felt_.force_N - before.force_N).norm();
     longest_step_m_ = std::max(longest_step_m_, travel.norm());
   }
   deepest_m_ = std::max(deepest_m_, (felt_.god_object_m - felt_.tip_m).norm());
@@ -49,7 +49,7 @@ const Felt& IdealRun::move(const Eigen::Vector3d& p, double step_m) {
 void IdealRun::restart(const Eigen::Vector3d& p) {
   renderer_.reset();
   started_ = false;
-  work_J_ = work_mean_J_ = longest_step_m_ = deepest_m_ = force_way_N_ = 0.0;
+  work_J_ = work_mean_J_ = longest_step_m_ = deepest_m_ = force_variation_N_ = 0.0;
   step(p);
 }
 

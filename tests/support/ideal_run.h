@@ -42,8 +42,8 @@ class IdealRun {
   }  // with the mean of the forces at both ends of each step
   [[nodiscard]] double longest_step_m() const { return longest_step_m_; }
   [[nodiscard]] double deepest_m() const { return deepest_m_; }  // |god object - tip|
-  [[nodiscard]] double force_way_N() const {
-    return force_way_N_;
+  [[nodiscard]] double force_variation_N() const {
+    return force_variation_N_;
   }  // total variation of the force: sum of |dF|
 
  private:
@@ -56,7 +56,7 @@ class IdealRun {
   double work_mean_J_ = 0;
   double longest_step_m_ = 0;
   double deepest_m_ = 0;
-  double force_way_N_ = 0;
+  double force_variation_N_ = 0;
 };
 
 }  // namespace thimble::test

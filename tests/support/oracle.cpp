@@ -204,9 +204,9 @@ bool MeshOracle::way_over(const Vector3d& a, const Vector3d& b, const Vector3d& 
     if (std::find(ends.begin(), ends.end(), t) != ends.end()) return true;
     for (std::size_t edge = 0; edge < 3; ++edge) {
       const Vector3d& from = corners_[t][edge];
-      const Vector3d way = corners_[t][(edge + 1) % 3] - from;
-      const double along = std::clamp((centre - from).dot(way) / way.squaredNorm(), 0.0, 1.0);
-      if ((from + along * way - centre).norm() > radius_m) continue;
+      const Vector3d along_edge = corners_[t][(edge + 1) % 3] - from;
+      const double along = std::clamp((centre - from).dot(along_edge) / along_edge.squaredNorm(), 0.0, 1.0);
+      if ((from + along * along_edge - centre).norm() > radius_m) continue;
       if (seen.insert(across_[t][edge]).second) open.push_back(across_[t][edge]);
     }
   }
@@ -317,7 +317,7 @@ Vector3d project_on_cone(const Vector3d& wanted, const std::vector<Vector3d>& no
       if (line.norm() > 1e-6) offer(line * (wanted.dot(line) / line.squaredNorm()));
     }
   }
-  return best;  // zero: held by three walls, or by none that leaves a way down
+  return best;  // zero: held by three constraints, or by none that permits descent
 }
 
 ReferenceGodObject::ReferenceGodObject(const MeshOracle& mesh, double step_m, double clearance_m)
@@ -341,9 +341,9 @@ bool ReferenceGodObject::follow(const Vector3d& tip, int max_steps) {
     if (length < 1e-3 * clearance_m_ || length < 1e-7 * (tip - g_).norm()) return true;
     // The longest step, up to step_m, that stays off everything that is not yet a wall.
     double reach = std::min(step_m_, length);
-    const Vector3d way = wanted / length;
+    const Vector3d direction = wanted / length;
     const auto blocked = [&](double s) {
-      const Vector3d to = g_ + s * way;
+      const Vector3d to = g_ + s * direction;
       if (mesh_.crosses(g_, to)) return true;
       return mesh_.nearest(to, 0.9 * clearance_m_).triangle != 0xFFFFFFFF;
     };
@@ -356,7 +356,7 @@ bool ReferenceGodObject::follow(const Vector3d& tip, int max_steps) {
       reach = free;
       if (reach < 1e-3 * clearance_m_) return true;  // held
     }
-    g_ += reach * way;
+    g_ += reach * direction;
   }
   return false;
 }

@@ -147,7 +147,7 @@ TEST(Energy, AClosedLoopNeverGivesMoreThanKTvx) {
             ++open;  // the god object was left behind a ridge or an edge: the loop is not closed
             continue;
           }
-          const double held = run.work_on_hand_J() / (run.longest_step_m() * 0.5 * run.force_way_N());
+          const double held = run.work_on_hand_J() / (run.longest_step_m() * 0.5 * run.force_variation_N());
           const double mean =
               run.work_mean_force_J() / (kDefaultStiffness_N_m * run.longest_step_m() * run.deepest_m());
           worst_held = std::max(worst_held, held);

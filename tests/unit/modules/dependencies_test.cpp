@@ -1,6 +1,6 @@
-// The arrows of the house: kinematics <- control <- firmware <- board, with host-tools beside them. Reads
-// every include of every room and fails on one that points the wrong way, and on a standard header that
-// brings heap, locks or I/O into the controller.
+// The dependencies of the modules: kinematics <- control <- firmware <- board; host-tools use the link, some tables
+// and the simulated board. Reads every include of every module and fails on a forbidden dependency, and on a standard
+// header that brings heap, locks or I/O into the controller.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kRooms = {"kinematics", "control", "firmware", "board", "host-tools"};
+const std::vector<std::string> kModules = {"kinematics", "control", "firmware", "board", "host-tools"};
 const std::vector<std::string> kCore = {"kinematics", "control", "firmware"};
 
 bool starts_with(const std::string& text, const std::string& prefix) { return text.rfind(prefix, 0) == 0; }
@@ -24,12 +24,12 @@ bool starts_with_any(const std::string& text, const std::vector<std::string>& pr
   return false;
 }
 
-// May a file of the house (path from the top) include "included"?
-bool arrow_allowed(const std::string& file, const std::string& included) {
+// Whether `file` (path from the top) may include `included`.
+bool dependency_allowed(const std::string& file, const std::string& included) {
   const std::string kSchema = "thimble_scene_schema/";
-  if (!starts_with_any(included, kRooms) && !starts_with_any(included, {"tests/", kSchema}))
+  if (!starts_with_any(included, kModules) && !starts_with_any(included, {"tests/", kSchema}))
     return true;  // a library
-  // The link is for both of its ends: it stands on nothing of the controller.
+  // Both ends use the link, so it depends on no other module.
   if (starts_with(file, "firmware/link/")) return starts_with(included, "firmware/link/");
   if (starts_with(file, "kinematics/")) return starts_with(included, "kinematics/");
   if (starts_with(file, "control/")) return starts_with_any(included, {"kinematics/", "control/", kSchema});
@@ -43,7 +43,7 @@ bool arrow_allowed(const std::string& file, const std::string& included) {
                                     "firmware/faults.", "firmware/params.", "board/sim/"});
 }
 
-// Headers that bring heap, locks, exceptions or I/O with them.
+// False for headers that bring heap, locks, exceptions or I/O.
 bool header_allowed_in_core(const std::string& header) {
   static const std::vector<std::string> kForbidden = {"iostream",      "fstream",
                                                       "sstream",       "ostream",
@@ -75,7 +75,7 @@ struct Include {
   bool system = false;  // <...>
 };
 
-// What a line includes; an empty name: nothing.
+// The include of a line; its name is empty if there is none.
 Include parse(const std::string& line) {
   const std::size_t hash = line.find_first_not_of(" \t");
   if (hash == std::string::npos || line[hash] != '#') return {};
@@ -87,9 +87,9 @@ Include parse(const std::string& line) {
   return {"", 0, line.substr(open + 1, line.find(system ? '>' : '"', open + 1) - open - 1), system};
 }
 
-std::vector<Include> includes_of(const fs::path& top, const std::string& room) {
+std::vector<Include> includes_of(const fs::path& top, const std::string& module) {
   std::vector<Include> found;
-  for (const auto& entry : fs::recursive_directory_iterator(top / room)) {
+  for (const auto& entry : fs::recursive_directory_iterator(top / module)) {
     const std::string extension = entry.path().extension().string();
     if (!entry.is_regular_file() || (extension != ".h" && extension != ".cpp" && extension != ".c")) continue;
     std::ifstream in(entry.path());
@@ -105,45 +105,45 @@ std::vector<Include> includes_of(const fs::path& top, const std::string& room) {
   return found;
 }
 
-TEST(House, NoForbiddenArrow) {
-  std::size_t files_with_arrows = 0;
-  for (const std::string& room : kRooms) {
-    const auto includes = includes_of(THIMBLE_SOURCE_DIR, room);
-    EXPECT_GT(includes.size(), 5U) << room << ": are its sources where they should be?";
+TEST(Modules, NoForbiddenDependency) {
+  std::size_t dependencies = 0;
+  for (const std::string& module : kModules) {
+    const auto includes = includes_of(THIMBLE_SOURCE_DIR, module);
+    EXPECT_GT(includes.size(), 5U) << module << ": have its sources moved?";
     for (const Include& include : includes) {
-      EXPECT_TRUE(include.system || arrow_allowed(include.file, include.name))
+      EXPECT_TRUE(include.system || dependency_allowed(include.file, include.name))
           << include.file << ":" << include.line << " includes \"" << include.name
-          << "\", which is a forbidden arrow";
+          << "\", which is a forbidden dependency";
     }
-    std::printf("%s: %zu includes\n", room.c_str(), includes.size());
-    files_with_arrows += includes.size();
+    std::printf("%s: %zu includes\n", module.c_str(), includes.size());
+    dependencies += includes.size();
   }
-  EXPECT_GT(files_with_arrows, 100U);
+  EXPECT_GT(dependencies, 100U);
 }
 
-TEST(House, NoHeapLockOrStreamHeaderInTheCore) {
-  for (const std::string& room : kCore) {
-    for (const Include& include : includes_of(THIMBLE_SOURCE_DIR, room)) {
+TEST(Modules, NoHeapLockOrStreamHeaderInTheCore) {
+  for (const std::string& module : kCore) {
+    for (const Include& include : includes_of(THIMBLE_SOURCE_DIR, module)) {
       EXPECT_TRUE(!include.system || header_allowed_in_core(include.name))
           << include.file << ":" << include.line << " includes <" << include.name << ">";
     }
   }
 }
 
-// The test can fail: each of these is a breach.
-TEST(House, TheTestKnowsABreach) {
-  EXPECT_FALSE(arrow_allowed("kinematics/arm.cpp", "control/renderer.h"));
-  EXPECT_FALSE(arrow_allowed("control/renderer.cpp", "firmware/controller.h"));
-  EXPECT_FALSE(arrow_allowed("control/renderer.cpp", "host-tools/error.h"));
-  EXPECT_FALSE(arrow_allowed("firmware/servo.cpp", "board/sim/plant.h"));
-  EXPECT_FALSE(arrow_allowed("firmware/servo.cpp", "tests/support/scene.h"));
-  EXPECT_FALSE(arrow_allowed("firmware/link/iso_tp.cpp", "firmware/servo.h"));
-  EXPECT_FALSE(arrow_allowed("board/sim/plant.cpp", "host-tools/error.h"));
-  EXPECT_FALSE(arrow_allowed("host-tools/client/device.cpp", "firmware/controller.h"));
-  EXPECT_FALSE(arrow_allowed("host-tools/client/device.cpp", "control/renderer.h"));
-  EXPECT_FALSE(arrow_allowed("host-tools/client/device.cpp", "kinematics/arm.h"));
-  EXPECT_TRUE(arrow_allowed("firmware/servo.cpp", "control/renderer.h"));
-  EXPECT_TRUE(arrow_allowed("host-tools/client/device.cpp", "firmware/link/iso_tp.h"));
+// The test can fail: each of these dependencies is forbidden.
+TEST(Modules, DetectsAForbiddenDependency) {
+  EXPECT_FALSE(dependency_allowed("kinematics/arm.cpp", "control/renderer.h"));
+  EXPECT_FALSE(dependency_allowed("control/renderer.cpp", "firmware/controller.h"));
+  EXPECT_FALSE(dependency_allowed("control/renderer.cpp", "host-tools/error.h"));
+  EXPECT_FALSE(dependency_allowed("firmware/servo.cpp", "board/sim/plant.h"));
+  EXPECT_FALSE(dependency_allowed("firmware/servo.cpp", "tests/support/scene.h"));
+  EXPECT_FALSE(dependency_allowed("firmware/link/iso_tp.cpp", "firmware/servo.h"));
+  EXPECT_FALSE(dependency_allowed("board/sim/plant.cpp", "host-tools/error.h"));
+  EXPECT_FALSE(dependency_allowed("host-tools/client/device.cpp", "firmware/controller.h"));
+  EXPECT_FALSE(dependency_allowed("host-tools/client/device.cpp", "control/renderer.h"));
+  EXPECT_FALSE(dependency_allowed("host-tools/client/device.cpp", "kinematics/arm.h"));
+  EXPECT_TRUE(dependency_allowed("firmware/servo.cpp", "control/renderer.h"));
+  EXPECT_TRUE(dependency_allowed("host-tools/client/device.cpp", "firmware/link/iso_tp.h"));
   EXPECT_EQ(parse("  #  include \"control/renderer.h\"  // why").name, "control/renderer.h");
   EXPECT_TRUE(parse("#include <vector>").system);
   EXPECT_FALSE(header_allowed_in_core("vector"));

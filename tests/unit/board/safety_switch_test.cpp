@@ -1,21 +1,21 @@
-// SafeContact: open at once, closed only after debouncing.
-#include <gtest/gtest.h>
+// SafetySwitch: open at once, closed only after debouncing.
+#include "board/common/safety_switch.h"
 
-#include "board/common/safe_contact.h"
+#include <gtest/gtest.h>
 
 namespace thimble::test {
 namespace {
 
-using board::SafeContact;
+using board::SafetySwitch;
 
-TEST(SafeContact, StartsOpenAndClosesWhenSettled) {
-  SafeContact contact(5);
+TEST(SafetySwitch, StartsOpenAndClosesWhenSettled) {
+  SafetySwitch contact(5);
   for (int tick = 1; tick < 5; ++tick) EXPECT_FALSE(contact.update(true, false)) << tick;
   for (int tick = 0; tick < 5; ++tick) EXPECT_TRUE(contact.update(true, false));
 }
 
-TEST(SafeContact, OpensAtOnceAndBouncesDoNotCloseIt) {
-  SafeContact contact(3);
+TEST(SafetySwitch, OpensAtOnceAndBouncesDoNotCloseIt) {
+  SafetySwitch contact(3);
   for (int tick = 0; tick < 10; ++tick) (void)contact.update(true, false);
   EXPECT_FALSE(contact.update(false, true));
   for (int bounce = 0; bounce < 20; ++bounce) {
@@ -26,8 +26,8 @@ TEST(SafeContact, OpensAtOnceAndBouncesDoNotCloseIt) {
 }
 
 // The contact opened and closed again between two samples: only the edge tells.
-TEST(SafeContact, AnOpeningBetweenTwoSamplesCounts) {
-  SafeContact contact(2);
+TEST(SafetySwitch, AnOpeningBetweenTwoSamplesCounts) {
+  SafetySwitch contact(2);
   (void)contact.update(true, false);
   EXPECT_TRUE(contact.update(true, false));
   EXPECT_FALSE(contact.update(true, true));
@@ -35,8 +35,8 @@ TEST(SafeContact, AnOpeningBetweenTwoSamplesCounts) {
   EXPECT_TRUE(contact.update(true, false));
 }
 
-TEST(SafeContact, NoTicksToSettleIsOne) {
-  SafeContact contact(0);
+TEST(SafetySwitch, NoTicksToSettleIsOne) {
+  SafetySwitch contact(0);
   EXPECT_TRUE(contact.update(true, false));
   EXPECT_FALSE(contact.update(false, false));
 }
