@@ -124,7 +124,7 @@ void Controller::fetch_records() noexcept {
 link::DeviceState Controller::device_state() const noexcept {
   const Telemetry& record = telemetry_frames_.record();
   link::DeviceState state;
-  state.mode = static_cast<std::uint8_t>(mode());
+  state.mode = mode();
   state.fault = static_cast<std::uint8_t>(servo_.fault());
   state.flags = status_.flags();
   state.tick = static_cast<std::uint32_t>(record.tick);
@@ -329,8 +329,8 @@ Nrc Controller::end_move() noexcept { return run(Command::kEndMove); }
 
 link::MoveState Controller::move_state() const noexcept {
   link::MoveState state;
-  state.phase = static_cast<std::uint8_t>(servo_.move_phase());
-  state.end = static_cast<std::uint8_t>(servo_.move_end());
+  state.phase = servo_.move_phase();
+  state.end = servo_.move_end();
   if (const GuardedMove* results = servo_.move_results()) {
     state.samples = static_cast<std::uint16_t>(results->going().size() + results->coming_back().size());
     state.turn_x_m = results->turn_m().x();
@@ -377,14 +377,10 @@ Nrc Controller::trace_start(link::ByteWriter& out) noexcept {
   out.put_record(start);
   for (std::size_t i = 0; i < config_.arm_count; ++i) {
     link::TraceArm arm = servo_.trace().arms()[i];
-    if (config_.arm[i].has_index) arm.flags |= link::kTraceHasIndex;
+    arm.has_index = config_.arm[i].has_index;
     const kinematics::BasePose& base = config_.arm[i].base;
-    arm.home_x_m = base.home_m.x();
-    arm.home_y_m = base.home_m.y();
-    arm.home_z_m = base.home_m.z();
-    const std::array<float*, 9> turn = {&arm.turn_xx, &arm.turn_xy, &arm.turn_xz, &arm.turn_yx, &arm.turn_yy,
-                                        &arm.turn_yz, &arm.turn_zx, &arm.turn_zy, &arm.turn_zz};
-    for (int k = 0; k < 9; ++k) *turn[static_cast<std::size_t>(k)] = base.rotation(k / 3, k % 3);
+    for (int axis = 0; axis < 3; ++axis) arm.home_m[static_cast<std::size_t>(axis)] = base.home_m[axis];
+    for (int k = 0; k < 9; ++k) arm.rotation[static_cast<std::size_t>(k)] = base.rotation(k / 3, k % 3);
     out.put_record(arm);
   }
   return Nrc::kOk;
@@ -498,21 +494,19 @@ bool Controller::freeze_frame(std::uint8_t fault, std::size_t index, link::ByteW
   link::FreezeFrame frame;
   frame.tick = static_cast<std::uint32_t>(tick.tick);
   frame.arm = static_cast<std::uint8_t>(index % arms);
-  frame.mode = static_cast<std::uint8_t>(tick.mode);
-  frame.limiter = arm.limiters;
+  frame.mode = tick.mode;
+  frame.limiters = arm.limiters;
   frame.contacts = arm.contacts;
-  frame.count_0 = static_cast<std::int32_t>(arm.counts[0]);
-  frame.count_1 = static_cast<std::int32_t>(arm.counts[1]);
-  frame.count_2 = static_cast<std::int32_t>(arm.counts[2]);
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    frame.counts[joint] = static_cast<std::int32_t>(arm.counts[joint]);
+    frame.current_A[joint] = arm.current_A[static_cast<int>(joint)];
+  }
   frame.tip_x_m = arm.tip_m.x();
   frame.tip_y_m = arm.tip_m.y();
   frame.tip_z_m = arm.tip_m.z();
   frame.force_x_N = arm.force_N.x();
   frame.force_y_N = arm.force_N.y();
   frame.force_z_N = arm.force_N.z();
-  frame.current_0_A = arm.current_A.x();
-  frame.current_1_A = arm.current_A.y();
-  frame.current_2_A = arm.current_A.z();
   out.put_record(frame);
   return true;
 }

@@ -43,7 +43,7 @@ float mass_along(const kinematics::ArmModel& model, const kinematics::Posture<fl
 
 MoveOrder from_link(const link::MoveOrder& order) noexcept {
   return {order.arm,
-          (order.flags & link::kMoveComesBack) != 0,
+          order.come_back,
           {order.target_x_m, order.target_y_m, order.target_z_m},
           order.speed_m_s,
           order.force_limit_N};
@@ -51,7 +51,7 @@ MoveOrder from_link(const link::MoveOrder& order) noexcept {
 
 link::MoveSample to_link(link::MovePhase phase, const MoveSample& sample) noexcept {
   link::MoveSample entry;
-  entry.phase = static_cast<std::uint8_t>(phase);
+  entry.phase = phase;
   entry.tip_x_m = sample.tip_m.x();
   entry.tip_y_m = sample.tip_m.y();
   entry.tip_z_m = sample.tip_m.z();

@@ -27,16 +27,15 @@ const kinematics::ArmModel& model_or_first(const char* name) noexcept {
   return model != nullptr ? *model : kinematics::arm_models().front();
 }
 
-// As TraceCheck has them.
-std::uint8_t levels(const Inputs& inputs, std::size_t arms) noexcept {
-  unsigned bits = 0;
-  if (inputs.dead_man) bits |= link::kTraceDeadMan;
-  if (inputs.e_stop) bits |= link::kTraceEStop;
+link::Levels levels(const Inputs& inputs, std::size_t arms) noexcept {
+  link::Levels levels;
+  levels.dead_man = inputs.dead_man;
+  levels.e_stop = inputs.e_stop;
   for (std::size_t i = 0; i < arms; ++i) {
-    if (inputs.arm[i].index) bits |= static_cast<unsigned>(link::kTraceIndex) << i;
-    if (inputs.arm[i].drive_fault) bits |= static_cast<unsigned>(link::kTraceDriveFault) << i;
+    levels.index[i] = inputs.arm[i].index;
+    levels.drive_fault[i] = inputs.arm[i].drive_fault;
   }
-  return static_cast<std::uint8_t>(bits);
+  return levels;
 }
 
 bool config_works(const Config& config) noexcept {
@@ -48,24 +47,6 @@ bool config_works(const Config& config) noexcept {
 }
 
 }  // namespace
-
-const char* name(Mode mode) noexcept {
-  switch (mode) {
-    case Mode::kDisarmed:
-      return "disarmed";
-    case Mode::kHoming:
-      return "homing";
-    case Mode::kReady:
-      return "ready";
-    case Mode::kArmed:
-      return "armed";
-    case Mode::kDamping:
-      return "damping";
-    case Mode::kFaulted:
-      return "faulted";
-  }
-  return "unknown";
-}
 
 Servo::ArmState::ArmState(const ArmConfig& config, float period_s) noexcept
     : arm(model_or_first(config.model), config.base), has_index(config.has_index) {
@@ -414,25 +395,21 @@ void Servo::start_trace(const Inputs& inputs) noexcept {
     const ArmState& arm = arms_[i];
     if (!arm.seen || arm.age_ticks != 0) return;
     link::TraceArm& to = arms[i];
-    to.flags = arm.homed ? link::kTraceHomed : std::uint8_t{0};
-    const auto put = [&](std::size_t j, std::uint32_t& raw, std::int32_t& count, float& winding_K,
-                         float& housing_K, float& charge_A2_s, float& time_s) {
+    to.homed = arm.homed;
+    for (std::size_t j = 0; j < kJoints; ++j) {
       const MotorHeat::State heat = arm.heat[j].state();
-      raw = arm.encoder[j].raw();
-      count = arm.encoder[j].counts();
-      winding_K = heat.winding_K;
-      housing_K = heat.housing_K;
-      charge_A2_s = heat.charge_A2_s;
-      time_s = heat.time_s;
-    };
-    put(0, to.raw_0, to.count_0, to.winding_0_K, to.housing_0_K, to.charge_0_A2_s, to.time_0_s);
-    put(1, to.raw_1, to.count_1, to.winding_1_K, to.housing_1_K, to.charge_1_A2_s, to.time_1_s);
-    put(2, to.raw_2, to.count_2, to.winding_2_K, to.housing_2_K, to.charge_2_A2_s, to.time_2_s);
+      to.raw[j] = arm.encoder[j].raw();
+      to.counts[j] = arm.encoder[j].counts();
+      to.winding_K[j] = heat.winding_K;
+      to.housing_K[j] = heat.housing_K;
+      to.charge_A2_s[j] = heat.charge_A2_s;
+      to.time_s[j] = heat.time_s;
+    }
   }
   link::TraceStart start;
   start.tick = static_cast<std::uint32_t>(tick_);
   start.period_s = period_s_;
-  start.mode = static_cast<std::uint8_t>(mode_);
+  start.mode = mode_;
   start.levels = levels(inputs, arm_count_);
   start.arms = arm_count_;
   settle(start, arms);
@@ -442,28 +419,22 @@ void Servo::start_trace(const Inputs& inputs) noexcept {
 void Servo::settle(const link::TraceStart& start, const TraceArms& arms) noexcept {
   renderer_.bind(scene_);
   touches_ = {};
-  mode_ = start.mode == static_cast<std::uint8_t>(Mode::kReady) ? Mode::kReady : Mode::kDisarmed;
+  mode_ = start.mode == Mode::kReady ? Mode::kReady : Mode::kDisarmed;
   mode_time_s_ = force_ramp_ = gravity_ramp_ = 0;
   link_age_ticks_ = 0;
   for (std::size_t i = 0; i < arm_count_; ++i) {
     ArmState& arm = arms_[i];
     const link::TraceArm& from = arms[i];
-    const std::array<std::uint32_t, kJoints> raw = {from.raw_0, from.raw_1, from.raw_2};
-    const std::array<std::int32_t, kJoints> counts = {from.count_0, from.count_1, from.count_2};
-    const std::array<MotorHeat::State, kJoints> heat = {
-        {{from.winding_0_K, from.housing_0_K, from.charge_0_A2_s, from.time_0_s},
-         {from.winding_1_K, from.housing_1_K, from.charge_1_A2_s, from.time_1_s},
-         {from.winding_2_K, from.housing_2_K, from.charge_2_A2_s, from.time_2_s}}};
     for (std::size_t j = 0; j < kJoints; ++j) {
       const auto axis = static_cast<int>(j);
-      arm.encoder[j].resume(raw[j], counts[j], arm.arm.home()[axis]);
-      arm.speed[j].reset(counts[j]);
+      arm.encoder[j].resume(from.raw[j], from.counts[j], arm.arm.home()[axis]);
+      arm.speed[j].reset(from.counts[j]);
       arm.watch[j].reset();
-      arm.heat[j].resume(heat[j]);
+      arm.heat[j].resume({from.winding_K[j], from.housing_K[j], from.charge_A2_s[j], from.time_s[j]});
       arm.joint_rad[axis] = arm.encoder[j].angle_rad();
     }
     arm.seen = true;
-    arm.homed = (from.flags & link::kTraceHomed) != 0;
+    arm.homed = from.homed;
     arm.sample_tick = tick_;
     arm.age_ticks = 0;
     arm.posture = arm.arm.at(arm.joint_rad);
@@ -494,8 +465,8 @@ void Servo::trace_tick(const Inputs& inputs, Command obeyed) noexcept {
     std::copy_n(arms_[i].force_N.data(), 3, forces_N.begin() + static_cast<std::ptrdiff_t>(3 * i));
   }
   tick.forces = std::as_bytes(std::span(forces_N).first(std::size_t{3} * arm_count_));
-  tick.mode = static_cast<std::uint8_t>(mode_);
-  tick.command = static_cast<std::uint8_t>(obeyed);
+  tick.mode = mode_;
+  tick.command = static_cast<link::TracedCommand>(obeyed);
   tick.levels = levels(inputs, arm_count_);
   tick.faulted = fault_ != Fault::kNone;
   trace_.tick(tick);

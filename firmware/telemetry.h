@@ -11,28 +11,13 @@
 #include "control/fields/fields.h"
 #include "control/scene/limits.h"
 #include "firmware/faults.h"
+#include "firmware/link/messages.h"
 #include "kinematics/vector.h"
 
 namespace thimble::firmware {
 
-// The numbers travel over the link: append only.
-enum class Mode : std::uint8_t {
-  kDisarmed = 0,  // motors off, where the arm stands is not known
-  kHoming = 1,    // motors off, waiting for every arm's index (or, without one, for one fresh sample)
-  kReady = 2,     // motors off, the fingertip is known
-  kArmed = 3,     // forces are rendered
-  kDamping = 4,   // on the way to kReady (disarm) or kFaulted (trip): the tip is braked for stop_time
-  kFaulted = 5,   // motors off until the fault is cleared
-};
-[[nodiscard]] const char* name(Mode mode) noexcept;  // "armed"
-
-// Which limiters changed the force or the currents of an arm in this tick (bits; 0: none). Append only.
-enum Limiter : std::uint8_t {
-  kLimitClamp = 1U << 0U,    // |force| at max_force or at the arm's peak
-  kLimitSlew = 1U << 1U,     // force_slew
-  kLimitCurrent = 1U << 2U,  // a motor's peak current: all currents of the arm scaled together
-  kLimitThermal = 1U << 3U,  // derating
-};
+using link::Mode;
+using enum link::Limiter;  // which limiters changed the force or the currents of an arm in this tick; 0: none
 
 struct ArmTelemetry {
   Vec3 tip_m = Vec3::Zero();  // world frame, like every vector here

@@ -9,9 +9,11 @@ namespace thimble::firmware {
 void Trace::begin(const link::TraceStart& start, const TraceArms& arms) noexcept {
   start_ = start;
   arms_ = arms;
-  for (std::size_t i = 0; i < arms.size(); ++i)
-    last_counts_[i] = {arms[i].raw_0, arms[i].raw_1, arms[i].raw_2};
-  last_ = {0, static_cast<std::uint16_t>(start.tick), start.mode, start.levels};
+  for (std::size_t i = 0; i < arms.size(); ++i) last_counts_[i] = arms[i].raw;
+  last_ = {};
+  last_.tick = static_cast<std::uint16_t>(start.tick);
+  last_.mode = start.mode;
+  last_.levels = start.levels;
   since_check_ = 0;
   due_ = TraceEnd::kNotYet;
   running_ = true;
@@ -42,11 +44,12 @@ void Trace::tick(const Tick& tick) noexcept {
     finish(due_);
     return;
   }
-  const std::uint8_t before = last_.mode_command & link::kTraceMode;
-  const bool happened = tick.command != 0 || before != tick.mode || last_.levels != tick.levels;
+  const bool happened =
+      tick.command != link::TracedCommand::kNone || last_.mode != tick.mode || last_.levels != tick.levels;
   last_.crc = link::crc32(tick.forces, last_.crc);
   last_.tick = entry.tick;
-  last_.mode_command = static_cast<std::uint8_t>(tick.mode | tick.command << link::kTraceCommandShift);
+  last_.mode = tick.mode;
+  last_.command = tick.command;
   last_.levels = tick.levels;
   if (happened || ++since_check_ == kCheckTicks) {
     since_check_ = 0;
@@ -64,8 +67,8 @@ void Trace::finish(TraceEnd reason) noexcept {
   entry.tick = last_.tick;
   entry.checked = true;
   entry.check = last_;
-  entry.check.mode_command =
-      static_cast<std::uint8_t>((last_.mode_command & link::kTraceMode) | link::kTraceLast);
+  entry.check.command = link::TracedCommand::kNone;
+  entry.check.last = true;
   push(entry);
   running_ = false;
   end_.store(reason, std::memory_order_relaxed);
@@ -92,8 +95,8 @@ bool Trace::next(TraceEntry& entry) noexcept {
 
 link::TraceState Trace::state() const noexcept {
   link::TraceState state;
-  state.phase = static_cast<std::uint8_t>(phase());
-  state.end = static_cast<std::uint8_t>(end_.load(std::memory_order_relaxed));
+  state.phase = phase();
+  state.end = end_.load(std::memory_order_relaxed);
   state.ticks = ticks_.load(std::memory_order_relaxed);
   state.dropped = dropped_.load(std::memory_order_relaxed);
   return state;

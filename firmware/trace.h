@@ -20,6 +20,7 @@
 
 namespace thimble::firmware {
 
+using link::Mode;
 using link::TraceEnd;
 using link::TracePhase;
 
@@ -47,10 +48,10 @@ class Trace {
     // Registers of 32 bits: their low half tells the way since the last tick only while it is short.
     std::array<bool, control::kMaxArms> wide{};
     std::span<const std::byte> forces;  // of all arms, after all limits
-    std::uint8_t mode = 0;
-    std::uint8_t command = 0;  // obeyed in this tick; 0: none
-    std::uint8_t levels = 0;   // as in TraceCheck
-    bool faulted = false;      // the trace ends with this tick
+    Mode mode = Mode::kDisarmed;
+    link::TracedCommand command = link::TracedCommand::kNone;  // carried out in this tick
+    link::Levels levels;
+    bool faulted = false;  // the trace ends with this tick
   };
 
   // --- tick

@@ -29,11 +29,11 @@ firmware::Config config_of(const TraceRun& run) {
     const link::TraceArm& from = run.arms[i];
     firmware::ArmConfig& to = config.arm[i];
     to.model = run.models[i].c_str();
-    to.has_index = (from.flags & link::kTraceHasIndex) != 0;
-    to.base.home_m = {from.home_x_m, from.home_y_m, from.home_z_m};
-    to.base.rotation << from.turn_xx, from.turn_xy, from.turn_xz,  //
-        from.turn_yx, from.turn_yy, from.turn_yz,                  //
-        from.turn_zx, from.turn_zy, from.turn_zz;
+    to.has_index = from.has_index;
+    to.base.home_m = {from.home_m[0], from.home_m[1], from.home_m[2]};
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 3; ++column)
+        to.base.rotation(row, column) = from.rotation[static_cast<std::size_t>(3 * row + column)];
   }
   return config;
 }
@@ -62,7 +62,7 @@ class Replay::Board {
     firmware::TraceArms arms;
     for (std::size_t i = 0; i < run.arms.size(); ++i) {
       arms[i] = run.arms[i];
-      inputs_.arm[i].counts = {run.arms[i].raw_0, run.arms[i].raw_1, run.arms[i].raw_2};
+      inputs_.arm[i].counts = run.arms[i].raw;
     }
     controller_.resume(run.start, arms);
     inputs_.tick = first_ = run.start.tick;
@@ -70,13 +70,13 @@ class Replay::Board {
 
   void tick(const Replay::Tick& tick, link::TraceCheck& check) {
     ++inputs_.tick;
-    inputs_.dead_man = (tick.levels & link::kTraceDeadMan) != 0;
-    inputs_.e_stop = (tick.levels & link::kTraceEStop) != 0;
+    inputs_.dead_man = tick.levels.dead_man;
+    inputs_.e_stop = tick.levels.e_stop;
     for (std::size_t i = 0; i < arms_; ++i) {
       firmware::ArmInputs& arm = inputs_.arm[i];
       arm.sample_tick = inputs_.tick;
-      arm.index = (tick.levels & static_cast<unsigned>(link::kTraceIndex) << i) != 0;
-      arm.drive_fault = (tick.levels & static_cast<unsigned>(link::kTraceDriveFault) << i) != 0;
+      arm.index = tick.levels.index[i];
+      arm.drive_fault = tick.levels.drive_fault[i];
       for (std::size_t j = 0; j < arm.counts.size(); ++j) {
         const auto low = static_cast<std::uint16_t>(tick.counts[3 * i + j] - arm.counts[j]);
         arm.counts[j] +=
@@ -96,7 +96,7 @@ class Replay::Board {
       std::memcpy(&forces_N[3 * i], controller_.telemetry().arm[i].force_N.data(), 3 * sizeof(float));
     check.crc = firmware::crc32(std::as_bytes(std::span(forces_N).first(3 * arms_)), check.crc);
     check.tick = static_cast<std::uint16_t>(inputs_.tick);
-    check.mode_command = static_cast<std::uint8_t>(controller_.telemetry().mode);
+    check.mode = controller_.telemetry().mode;
     check.levels = tick.levels;
   }
 

@@ -33,8 +33,8 @@ class Replay {
  public:
   struct Tick {
     std::span<const std::uint16_t> counts;  // three an arm
-    std::uint8_t levels = 0;                // as in TraceCheck
-    std::uint8_t command = 0;
+    firmware::link::Levels levels;
+    firmware::link::TracedCommand command = firmware::link::TracedCommand::kNone;
   };
 
   explicit Replay(const TraceRun& run);

@@ -90,34 +90,6 @@ const char* name(Nrc code) noexcept {
   return "unknown";
 }
 
-const char* name(TraceEnd end) noexcept {
-  switch (end) {
-    case TraceEnd::kNotYet:
-      return "not_yet";
-    case TraceEnd::kStopped:
-      return "stopped";
-    case TraceEnd::kParameter:
-      return "parameter_written";
-    case TraceEnd::kScene:
-      return "scene_changed";
-    case TraceEnd::kTickLost:
-      return "tick_lost";
-    case TraceEnd::kSampleStale:
-      return "sample_stale";
-    case TraceEnd::kGuardedMove:
-      return "guarded_move";
-    case TraceEnd::kFault:
-      return "fault";
-    case TraceEnd::kHostSilent:
-      return "host_silent";
-    case TraceEnd::kCountsJumped:
-      return "counts_jumped";
-    case TraceEnd::kHostForces:
-      return "host_forces";
-  }
-  return "unknown";
-}
-
 // --- ByteWriter
 
 void ByteWriter::put(std::uint8_t value) noexcept { put(std::span<const std::uint8_t>(&value, 1)); }

@@ -66,15 +66,6 @@ enum class Routine : std::uint16_t {
   kTrace = 0x0208,
 };
 
-enum class MovePhase : std::uint8_t { kNone = 0, kGoing = 1, kComingBack = 2, kHolding = 3 };
-enum class MoveEnd : std::uint8_t {
-  kNotYet = 0,
-  kTargetReached = 1,
-  kForceReached = 2,
-  kBlocked = 3,  // forces on the arm where it should meet none: it was let go
-  kStopped = 4,  // by a command, a fault or the dead-man
-};
-inline constexpr std::uint8_t kMoveComesBack = 0x01;  // flag of a MoveOrder
 // A self-moving arm is slow and weak: a hand that it meets takes no harm, and stops it.
 inline constexpr float kMinMoveSpeed_m_s = 0.001F;
 inline constexpr float kMaxMoveSpeed_m_s = 0.05F;
@@ -82,36 +73,6 @@ inline constexpr float kMinMoveForce_N = 0.2F;  // joint friction, which the lim
 inline constexpr float kMaxMoveForce_N = 3.0F;
 inline constexpr float kMoveHostTimeout_s = 0.5F;  // without a sign of life for so long: fault host_lost
 inline constexpr std::size_t kMaxMoveSamples = 192;
-
-enum class TracePhase : std::uint8_t { kNone = 0, kRunning = 1, kEnded = 2 };
-// Why a trace ended. Append only.
-enum class TraceEnd : std::uint8_t {
-  kNotYet = 0,
-  kStopped = 1,  // by the host
-  kParameter = 2,
-  kScene = 3,
-  kTickLost = 4,
-  kSampleStale = 5,
-  kGuardedMove = 6,
-  kFault = 7,
-  kHostSilent = 8,    // for link_timeout
-  kCountsJumped = 9,  // by more than 16 bits tell
-  kHostForces = 10,   // armed for a host that renders
-};
-[[nodiscard]] const char* name(TraceEnd end) noexcept;  // "stopped"
-// Of TraceCheck::mode_command.
-inline constexpr std::uint8_t kTraceMode = 0x07;
-inline constexpr unsigned kTraceCommandShift = 3;
-inline constexpr std::uint8_t kTraceCommand = 0x0F;  // once shifted
-inline constexpr std::uint8_t kTraceLast = 0x80;
-// Of TraceCheck::levels; those of arm 1 are one bit higher.
-inline constexpr std::uint8_t kTraceDeadMan = 0x01;
-inline constexpr std::uint8_t kTraceEStop = 0x02;
-inline constexpr std::uint8_t kTraceIndex = 0x04;
-inline constexpr std::uint8_t kTraceDriveFault = 0x10;
-// Of TraceArm::flags.
-inline constexpr std::uint8_t kTraceHomed = 0x01;
-inline constexpr std::uint8_t kTraceHasIndex = 0x02;
 
 // Data identifiers that are not records of messages.def. Parameters: firmware/params.def.
 inline constexpr std::uint16_t kDidSession = 0xF186;          // 1 byte

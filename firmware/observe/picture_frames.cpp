@@ -38,12 +38,16 @@ bool PictureFrames::next_part(link::CanFrame& frame) noexcept {
 
 bool PictureFrames::next_plane(link::CanFrame& frame) noexcept {
   for (; plane_arm_ < control::kMaxArms; ++plane_arm_, plane_at_ = 0) {
-    const unsigned count = picture_.plane_count[plane_arm_];
-    if (plane_at_ >= count) continue;
+    if (plane_at_ >= picture_.plane_count[plane_arm_]) continue;
     const Vec3& normal = picture_.planes[plane_arm_][plane_at_];
-    const link::ContactPlane plane{
-        static_cast<std::uint8_t>(plane_arm_ | static_cast<unsigned>(plane_at_) << 1U | count << 3U),
-        sequence_, normal.x(), normal.y(), normal.z()};
+    link::ContactPlane plane;
+    plane.arm = plane_arm_;
+    plane.index = plane_at_;
+    plane.count = picture_.plane_count[plane_arm_];
+    plane.sequence = sequence_;
+    plane.x = normal.x();
+    plane.y = normal.y();
+    plane.z = normal.z();
     ++plane_at_;
     frame = link::to_frame(plane, node_);
     return true;
@@ -53,32 +57,50 @@ bool PictureFrames::next_plane(link::CanFrame& frame) noexcept {
 
 link::CanFrame PictureFrames::body_frame(const control::BodyState& body, std::uint8_t part) const noexcept {
   if (part == 0) {
-    const link::BodyPosition position{body.object, sequence_, body.position_m.x(), body.position_m.y(),
-                                      body.position_m.z()};
+    link::BodyPosition position;
+    position.object = body.object;
+    position.sequence = sequence_;
+    position.x_m = body.position_m.x();
+    position.y_m = body.position_m.y();
+    position.z_m = body.position_m.z();
     return link::to_frame(position, node_);
   }
   if (part == 1) {
     const float side = body.rotation.w() < 0.0F ? -1.0F : 1.0F;  // both signs are the same rotation
-    const link::BodyRotation rotation{body.object, sequence_, side * body.rotation.x(),
-                                      side * body.rotation.y(), side * body.rotation.z()};
+    link::BodyRotation rotation;
+    rotation.object = body.object;
+    rotation.sequence = sequence_;
+    rotation.x = side * body.rotation.x();
+    rotation.y = side * body.rotation.y();
+    rotation.z = side * body.rotation.z();
     return link::to_frame(rotation, node_);
   }
-  const link::ControlState control{body.object, sequence_, static_cast<std::uint8_t>(body.on ? 1 : 0),
-                                   body.q};
+  link::ControlState control;
+  control.object = body.object;
+  control.sequence = sequence_;
+  control.on = body.on;
+  control.q = body.q;
   return link::to_frame(control, node_);
 }
 
 link::CanFrame PictureFrames::tissue_frame(const control::TissueView& tissue) const noexcept {
-  const unsigned arm_inside = tissue.arm | (tissue.inside ? 2U : 0U);
+  const auto with = [&](auto message) {
+    message.object = tissue.object;
+    message.arm = tissue.arm;
+    message.x_m = tissue.x_m;
+    message.y_m = tissue.y_m;
+    message.depth_m = tissue.depth_m;
+    return message;
+  };
   if (tissue.is_needle) {
-    const link::NeedleState needle{
-        tissue.object, static_cast<std::uint8_t>(arm_inside | static_cast<unsigned>(tissue.torn) << 2U),
-        tissue.x_m, tissue.y_m, tissue.depth_m};
+    auto needle = with(link::NeedleState{});
+    needle.inside = tissue.inside;
+    needle.torn = tissue.torn;
     return link::to_frame(needle, node_);
   }
-  const link::TissueState state{tissue.object, static_cast<std::uint8_t>(arm_inside), tissue.x_m, tissue.y_m,
-                                tissue.depth_m};
-  return link::to_frame(state, node_);
+  auto dimple = with(link::TissueState{});
+  dimple.pressed = tissue.inside;
+  return link::to_frame(dimple, node_);
 }
 
 }  // namespace thimble::firmware

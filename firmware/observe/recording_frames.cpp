@@ -11,11 +11,12 @@ bool RecordingFrames::next_frame(link::CanFrame& frame) noexcept {
   }
   ++frames_in_a_row_;
   if (arm_ < arm_count_) {
-    const auto& counts = entry_.counts[arm_];
-    const auto tick_arm =
-        static_cast<std::uint16_t>((entry_.tick & 0x7FFFU) | static_cast<unsigned>(arm_) << 15U);
+    link::TraceCounts counts;
+    counts.tick = entry_.tick;
+    counts.arm = arm_;
+    counts.counts = entry_.counts[arm_];
     ++arm_;
-    frame = link::to_frame(link::TraceCounts{tick_arm, counts[0], counts[1], counts[2]}, node_);
+    frame = link::to_frame(counts, node_);
     return true;
   }
   entry_.checked = false;

@@ -4,15 +4,6 @@
 #include "firmware/link/services.h"
 
 namespace thimble::firmware {
-namespace {
-
-// Heartbeat::state, with the numbers of CiA 301: operational, pre-operational, stopped.
-constexpr std::uint8_t kStateArmed = 0x05;
-constexpr std::uint8_t kStateNotArmed = 0x7F;
-constexpr std::uint8_t kStateFaulted = 0x04;
-
-}  // namespace
-
 bool StatusFrames::next_frame(link::CanFrame& frame, link::Micros now) noexcept {
   const Fault fault = servo_.fault();
   if (fault != reported_) {
@@ -46,37 +37,35 @@ link::CanFrame StatusFrames::emergency_frame(Fault fault) const noexcept {
 
 link::CanFrame StatusFrames::heartbeat_frame(Fault fault) const noexcept {
   link::Heartbeat heartbeat;
-  heartbeat.state = fault != Fault::kNone           ? kStateFaulted
-                    : servo_.mode() == Mode::kArmed ? kStateArmed
-                                                    : kStateNotArmed;
+  heartbeat.state = fault != Fault::kNone           ? link::NodeState::kFaulted
+                    : servo_.mode() == Mode::kArmed ? link::NodeState::kArmed
+                                                    : link::NodeState::kNotArmed;
   return link::to_frame(heartbeat, node_);
 }
 
 link::CanFrame StatusFrames::status_frame(Fault fault) noexcept {
   link::Status status;
-  status.mode = static_cast<std::uint8_t>(servo_.mode());
+  status.mode = servo_.mode();
   status.fault = static_cast<std::uint8_t>(fault);
   status.flags = flags();
-  status.limiter = telemetry_.take_limiters();
+  status.limiters = telemetry_.take_limiters();
   status.worst_tick_s = telemetry_.take_worst_tick_us() * 1e-6F;
   status.tick_rate_Hz = telemetry_.rate_Hz();
   return link::to_frame(status, node_);
 }
 
-std::uint8_t StatusFrames::flags() const noexcept {
+link::StatusFlags StatusFrames::flags() const noexcept {
   const Conditions unmet = servo_.unmet();
-  const bool host_renders = params_.on(Param::host_forces);
+  link::StatusFlags flags;
+  flags.homed = (unmet & kNotHomed) == 0;
+  flags.dead_man = (unmet & kDeadManOpen) == 0;
+  flags.host_renders = params_.on(Param::host_forces);
   // Where the host renders, no scene is a condition for arming: unmet() does not tell whether there is one.
-  const bool scene = host_renders ? store_.image_bytes() != 0 : (unmet & kNoScene) == 0;
-  unsigned flags = 0;
-  if ((unmet & kNotHomed) == 0) flags |= 1U << 0U;
-  if ((unmet & kDeadManOpen) == 0) flags |= 1U << 1U;
-  if (scene) flags |= 1U << 2U;
-  if (host_renders || params_.on(Param::host_supervision)) flags |= 1U << 3U;
-  if (store_.downloading()) flags |= 1U << 4U;
-  if (servo_.move_phase() != link::MovePhase::kNone) flags |= 1U << 5U;
-  if (host_renders) flags |= 1U << 6U;
-  return static_cast<std::uint8_t>(flags);
+  flags.scene = flags.host_renders ? store_.image_bytes() != 0 : (unmet & kNoScene) == 0;
+  flags.supervised = flags.host_renders || params_.on(Param::host_supervision);
+  flags.uploading = store_.downloading();
+  flags.moves_itself = servo_.move_phase() != link::MovePhase::kNone;
+  return flags;
 }
 
 }  // namespace thimble::firmware

@@ -8,10 +8,11 @@
 
 #include "firmware/faults.h"
 #include "firmware/link/can_frame.h"
+#include "firmware/link/messages.h"
 #include "firmware/observe/telemetry_frames.h"
 #include "firmware/params.h"
-#include "firmware/store/scene_store.h"
 #include "firmware/servo.h"
+#include "firmware/store/scene_store.h"
 
 namespace thimble::firmware {
 
@@ -25,7 +26,7 @@ class StatusFrames {
       : servo_(servo), params_(params), store_(store), telemetry_(telemetry), node_(node) {}
 
   [[nodiscard]] bool next_frame(link::CanFrame& frame, link::Micros now) noexcept;
-  [[nodiscard]] std::uint8_t flags() const noexcept;  // of Status and DeviceState
+  [[nodiscard]] link::StatusFlags flags() const noexcept;
 
  private:
   [[nodiscard]] link::CanFrame emergency_frame(Fault fault) const noexcept;

@@ -57,8 +57,9 @@ link::CanFrame TelemetryFrames::force_frame(std::size_t arm) const noexcept {
   force.x_N = shown.force_N.x();
   force.y_N = shown.force_N.y();
   force.z_N = shown.force_N.z();
-  force.arm_contacts =
-      static_cast<std::uint8_t>((shown.contacts & 3U) | (shown.limiters & 0xFU) << 2U | arm << 6U);
+  force.contacts = shown.contacts;
+  force.limiters = shown.limiters;
+  force.arm = static_cast<std::uint8_t>(arm);
   force.sequence = sequence_;
   return link::to_frame(force, node_);
 }

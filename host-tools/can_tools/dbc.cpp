@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
+#include <bit>
+#include <cmath>
 #include <type_traits>
 
 #include "firmware/faults.h"
 #include "firmware/link/messages.h"
-#include "host-tools/client/device.h"
 
 namespace thimble::host {
 namespace {
@@ -16,7 +16,6 @@ namespace {
 namespace link = firmware::link;
 
 constexpr std::uint32_t kExtended = 1U << 31U;  // of an id in a DBC
-constexpr std::uint8_t kModes = 6;
 
 std::string quoted(std::string text) {
   std::ranges::replace(text, '"', '\'');
@@ -31,25 +30,63 @@ struct Sections {
   std::string values;  // names of values
 };
 
-// "0 "disarmed" 1 "homing" ...": the names of a field's values; empty: it has none.
-std::string value_names(std::string_view message, std::string_view field) {
+// " 0 "disarmed" 1 "homing" ...": the names of the values of a field.
+template <class Value>
+std::string value_names(std::string_view field) {
   std::string names;
   const auto add = [&names](unsigned value, std::string_view name) {
     names += fmt::format(" {} {}", value, quoted(std::string(name)));
   };
-  if (field == "mode") {
-    for (std::uint8_t mode = 0; mode < kModes; ++mode) add(mode, mode_name(mode));
+  if constexpr (link::TableEnum<Value>) {
+    for (const link::EnumRow& row : link::EnumTable<Value>::kRows) add(row.number, row.name);
   } else if (field == "fault") {
     add(0, "none");
     for (const firmware::FaultRow& row : firmware::kFaultTable)
       add(static_cast<unsigned>(row.fault), row.name);
-  } else if (message == "Heartbeat" && field == "state") {
-    add(0x04, "faulted");
-    add(0x05, "armed");
-    add(0x7F, "not armed");
   }
   return names;
 }
+
+// The signals of one message.
+class Signals {
+ public:
+  Signals(unsigned id, const char* receiver, Sections& out) : id_(id), receiver_(receiver), out_(out) {}
+
+  template <class Row, class Value>
+  void operator()(const Row& row, const Value& /*value*/, const link::Place& place) {
+    std::string name = place.part == nullptr ? row.name : fmt::format("{}_{}", place.part, row.name);
+    if (place.index >= 0) name += fmt::format("_{}", place.index);
+    if constexpr (!std::is_void_v<typename Row::Flags>) {
+      for (const link::EnumRow& flag : link::EnumTable<typename Row::Flags>::kRows) {
+        const auto bit = static_cast<unsigned>(std::countr_zero(flag.number));
+        signal(fmt::format("{}_{}", name, flag.name), row.at + bit, 1, false, 1.0, "", flag.description);
+      }
+    } else {
+      using Wire = typename Row::Wire;
+      const double step = std::stod(fmt::format("{}", row.scale));  // 1e-5F is meant as 0.00001
+      signal(name, row.at, Row::kBits, std::is_signed_v<Wire>, step, row.unit, row.description,
+             std::is_floating_point_v<Wire>);
+      if (const std::string names = value_names<Value>(row.name); !names.empty())
+        out_.values += fmt::format("VAL_ {} {}{} ;\n", id_, name, names);
+    }
+  }
+
+ private:
+  void signal(const std::string& name, unsigned at, unsigned bits, bool is_signed, double step,
+              const char* unit, const char* text, bool is_float = false) {
+    const double low = is_signed && !is_float ? -std::exp2(bits - 1) : 0.0;
+    const double high = is_float ? 0.0 : std::exp2(is_signed ? bits - 1 : bits) - 1;
+    out_.messages +=
+        fmt::format(" SG_ {} : {}|{}@1{} ({},0) [{}|{}] {} {}\n", name, at, bits, is_signed ? '-' : '+', step,
+                    low * step, high * step, quoted(unit), receiver_);
+    if (*text != '\0') out_.comments += fmt::format("CM_ SG_ {} {} {};\n", id_, name, quoted(text));
+    if (is_float) out_.floats += fmt::format("SIG_VALTYPE_ {} {} : 1;\n", id_, name);
+  }
+
+  unsigned id_;
+  const char* receiver_;
+  Sections& out_;
+};
 
 template <class Message>
 void add_message(std::uint8_t node, Sections& out) {
@@ -61,24 +98,8 @@ void add_message(std::uint8_t node, Sections& out) {
                               : Message::kPerNode ? "Controller"
                                                   : "Vector__XXX");
   out.comments += fmt::format("CM_ BO_ {} {};\n", id, quoted(Message::kDescription));
-  unsigned bit = 0;
   const Message message;
-  link::visit_fields(message, [&]<class Wire>(Wire, const char* name, const auto&, float scale,
-                                              const char* unit, const char* text) {
-    using Limits = std::numeric_limits<Wire>;
-    constexpr bool kFloat = std::is_floating_point_v<Wire>;
-    const double step = std::stod(fmt::format("{}", scale));  // 1e-5F is meant as 0.00001
-    const double low = kFloat ? 0.0 : static_cast<double>(Limits::lowest()) * step;
-    const double high = kFloat ? 0.0 : static_cast<double>(Limits::max()) * step;
-    out.messages += fmt::format(" SG_ {} : {}|{}@1{} ({},0) [{}|{}] {} {}\n", name, bit, 8 * sizeof(Wire),
-                                Limits::is_signed ? '-' : '+', step, low, high, quoted(unit),
-                                kOrder ? "Controller" : "Host");
-    if (*text != '\0') out.comments += fmt::format("CM_ SG_ {} {} {};\n", id, name, quoted(text));
-    if (kFloat) out.floats += fmt::format("SIG_VALTYPE_ {} {} : 1;\n", id, name);
-    if (const std::string names = value_names(Message::kName, name); !names.empty())
-      out.values += fmt::format("VAL_ {} {}{} ;\n", id, name, names);
-    bit += 8 * sizeof(Wire);
-  });
+  link::visit_numbers(message, Signals(id, kOrder ? "Controller" : "Host", out));
   out.messages += '\n';
 }
 

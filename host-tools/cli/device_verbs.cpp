@@ -92,7 +92,7 @@ void upload(const Common& common, const Remote& remote, const UploadChoice& choi
 
 void arm(const Common& common, const Remote& remote) {
   open_device(common, remote).arm();
-  print_mode(common, "arm", kModeArmed);
+  print_mode(common, "arm", link::Mode::kArmed);
 }
 
 void disarm(const Common& common, const Remote& remote) {
@@ -114,7 +114,7 @@ void restart(const Common& common, const Remote& remote) {
 
 void home(const Common& common, const Remote& remote, double wait_s) {
   open_device(common, remote).home(static_cast<Micros>(wait_s * 1e6));
-  print_mode(common, "home", kModeReady);
+  print_mode(common, "home", link::Mode::kReady);
 }
 
 }  // namespace thimble::host

@@ -49,7 +49,7 @@ void fault_list(const Common& common, const Remote& remote) {
           "  {} ticks kept; the last: tick {}, tip {:.5f} {:.5f} {:.5f} m, force {:.3f} {:.3f} {:.3f} N, "
           "{}\n",
           frames.size(), last.tick, last.tip_x_m, last.tip_y_m, last.tip_z_m, last.force_x_N, last.force_y_N,
-          last.force_z_N, mode_name(last.mode));
+          last.force_z_N, name(last.mode));
     }
   }
   if (common.json) {

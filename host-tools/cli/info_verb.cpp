@@ -15,9 +15,9 @@ namespace {
 // The bins that are not empty: " below_1us 39990, below_10us 10".
 std::string histogram(const link::Lateness& late) {
   std::string text;
-  link::visit_fields(late, [&text](auto, const char* name, const auto& value, auto&&...) {
+  link::visit_fields(late, [&text](auto row, const auto& value) {
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, std::uint32_t>) {
-      if (value != 0) text += fmt::format("{} {} {}", text.empty() ? "" : ",", name, value);
+      if (value != 0) text += fmt::format("{} {} {}", text.empty() ? "" : ",", row.name, value);
     }
   });
   return text.empty() ? " none" : text;
@@ -52,7 +52,6 @@ void info(const Common& common, const Remote& remote) {
     json["scene"] = scene;
     json["link"] = host::to_json(device.info());
     json["state"] = host::to_json(state);
-    json["state"]["mode"] = mode_name(state.mode);
     json["lateness"] = host::to_json(late);
     json["host_orders"] = host::to_json(orders);
     json["limits"] = limits_json();

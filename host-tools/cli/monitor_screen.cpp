@@ -1,13 +1,14 @@
 #include "host-tools/cli/monitor_screen.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "firmware/faults.h"
-#include "host-tools/client/device.h"
+#include "host-tools/client/flag_names.h"
 
 namespace thimble::host {
 namespace {
@@ -39,12 +40,8 @@ std::string cut(std::string text, std::size_t columns) {
 }
 
 std::string limiter_names(std::uint8_t bits) {
-  constexpr std::array<const char*, 4> kNames = {"clamp", "slew", "current",
-                                                 "thermal"};  // Status::limiter, from bit 0
-  std::string names;
-  for (std::size_t bit = 0; bit < kNames.size(); ++bit)
-    if ((bits >> bit & 1U) != 0) names += (names.empty() ? "" : ", ") + std::string(kNames[bit]);
-  return names.empty() ? "none" : names;
+  const std::vector<std::string> names = flag_names<link::Limiter>(bits);
+  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
 }  // namespace
@@ -62,9 +59,8 @@ void MonitorScreen::take(const link::Pose& pose) {
 }
 
 void MonitorScreen::take(const link::Force& force) {
-  const std::size_t index = force.arm_contacts >> 6U;
-  if (index >= arms_.size()) return;
-  Arm& arm = arms_[index];
+  if (force.arm >= arms_.size()) return;
+  Arm& arm = arms_[force.arm];
   arm.seen = true;
   arm.force = force;
   arm.most_N = std::max(arm.most_N, size(force));
@@ -107,9 +103,9 @@ std::string MonitorScreen::text(std::size_t columns) const {
   const firmware::FaultRow* const fault = firmware::find_fault(static_cast<firmware::Fault>(status_.fault));
   std::string all = cut(
       fmt::format("{}   {}   {}   {:.0f} Hz, worst tick {:.1f} us   limiters: {}", title_,
-                  mode_name(status_.mode),
+                  link::name(status_.mode),
                   status_.fault == 0 || fault == nullptr ? "no fault" : fmt::format("FAULT {}", fault->name),
-                  status_.tick_rate_Hz, 1e6F * status_.worst_tick_s, limiter_names(status_.limiter)),
+                  status_.tick_rate_Hz, 1e6F * status_.worst_tick_s, limiter_names(status_.limiters)),
       columns);
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     const Arm& arm = arms_[i];
@@ -117,10 +113,9 @@ std::string MonitorScreen::text(std::size_t columns) const {
     const float most_N = std::accumulate(arm.past_N.begin(), arm.past_N.end(), size(arm.force),
                                          [](float a, float b) { return std::max(a, b); });
     const float full = full_scale(most_N);
-    all +=
-        cut(fmt::format("arm {}   x {:7.2f}   y {:7.2f}   z {:7.2f} mm   contacts {}", i, 1e3F * arm.pose.x_m,
-                        1e3F * arm.pose.y_m, 1e3F * arm.pose.z_m, arm.force.arm_contacts & 3U),
-            columns);
+    all += cut(fmt::format("arm {}   x {:7.2f}   y {:7.2f}   z {:7.2f} mm   contacts {}", i,
+                           1e3F * arm.pose.x_m, 1e3F * arm.pose.y_m, 1e3F * arm.pose.z_m, arm.force.contacts),
+               columns);
     constexpr std::size_t kLabel = 16;
     const std::size_t half =
         columns > kLabel + 20 ? std::min<std::size_t>((columns - kLabel - 1) / 2, 30) : 0;

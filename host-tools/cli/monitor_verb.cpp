@@ -64,10 +64,9 @@ class TelemetryPrinter {
     return false;
   }
   bool show(const link::Force& force) {
-    const auto arm = static_cast<std::uint8_t>(force.arm_contacts >> 6U);
-    const link::Pose& pose = pose_[arm];
-    fmt::print("{} {:.5f} {:.5f} {:.5f} {:.3f} {:.3f} {:.3f} {} {}\n", arm, pose.x_m, pose.y_m, pose.z_m,
-               force.x_N, force.y_N, force.z_N, force.arm_contacts & 3U, mode_);
+    const link::Pose& pose = pose_[force.arm];
+    fmt::print("{} {:.5f} {:.5f} {:.5f} {:.3f} {:.3f} {:.3f} {} {}\n", force.arm, pose.x_m, pose.y_m,
+               pose.z_m, force.x_N, force.y_N, force.z_N, force.contacts, mode_);
     std::fflush(stdout);
     return true;
   }
@@ -92,7 +91,7 @@ class TelemetryPrinter {
   bool json_;
   std::uint8_t node_;
   std::map<std::uint8_t, link::Pose> pose_;
-  std::string mode_ = mode_name(0);
+  std::string mode_ = name(link::Mode::kDisarmed);
 };
 
 // Draws a MonitorScreen over itself ten times a second.

@@ -28,19 +28,18 @@ Device open_device(const Common& common, const Remote& remote) {
   return device;
 }
 
-std::string mode_shown(std::uint8_t mode, std::uint8_t flags) {
-  constexpr unsigned kMovesItself = 1U << 5U, kHostRenders = 1U << 6U;  // of Status and DeviceState
-  return mode_name(mode) + ((flags & kMovesItself) != 0 ? ",moves_by_itself" : "") +
-         ((flags & kHostRenders) != 0 ? ",host_renders" : "");
+std::string mode_shown(link::Mode mode, const link::StatusFlags& flags) {
+  return std::string(name(mode)) + (flags.moves_itself ? ",moves_by_itself" : "") +
+         (flags.host_renders ? ",host_renders" : "");
 }
 
-void print_mode(const Common& common, const char* verb, std::uint8_t mode) {
+void print_mode(const Common& common, const char* verb, link::Mode mode) {
   if (common.json) {
     Json json = document(verb);
-    json["mode"] = mode_name(mode);
+    json["mode"] = name(mode);
     print(json);
   } else {
-    fmt::print("{}\n", mode_name(mode));
+    fmt::print("{}\n", name(mode));
   }
 }
 

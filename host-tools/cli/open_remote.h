@@ -16,8 +16,8 @@ namespace thimble::host {
 [[nodiscard]] Device open_device(const Common& common, const Remote& remote);
 
 // "armed,host_renders": the mode and the flags (of Status and DeviceState) that a user has to know of.
-[[nodiscard]] std::string mode_shown(std::uint8_t mode, std::uint8_t flags);
+[[nodiscard]] std::string mode_shown(link::Mode mode, const link::StatusFlags& flags);
 // What a verb prints that has changed the mode.
-void print_mode(const Common& common, const char* verb, std::uint8_t mode);
+void print_mode(const Common& common, const char* verb, link::Mode mode);
 
 }  // namespace thimble::host

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "firmware/link/messages.h"
+#include "host-tools/client/flag_names.h"
 #include "host-tools/error.h"
 
 namespace thimble::host {
@@ -24,15 +25,33 @@ void report(const Error& error, bool json);
 // The double that prints like the float: 0.1F as 0.1.
 [[nodiscard]] double tidy(float value);
 
+// A number of messages.def: an enum by its name, flags as a list of names.
+template <class Row, class Value>
+[[nodiscard]] Json number_json(const Row& /*row*/, const Value& value) {
+  if constexpr (firmware::link::TableEnum<Value>) {
+    return firmware::link::name(value);
+  } else if constexpr (!std::is_void_v<typename Row::Flags>) {
+    return flag_names<typename Row::Flags>(value);
+  } else if constexpr (std::is_same_v<Value, float>) {
+    return tidy(value);
+  } else {
+    return value;
+  }
+}
+
 // A message of messages.def, field by field under its names.
 template <class Message>
 [[nodiscard]] Json to_json(const Message& message) {
   Json json = Json::object();
-  firmware::link::visit_fields(message, [&json](auto, const char* name, const auto& value, auto&&...) {
-    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, float>) {
-      json[name] = tidy(value);
+  firmware::link::visit_fields(message, [&json](auto row, const auto& value) {
+    using Value = std::remove_cvref_t<decltype(value)>;
+    if constexpr (firmware::link::kIsPart<Value>) {
+      json[row.name] = to_json(value);
+    } else if constexpr (firmware::link::kIsArray<Value>) {
+      json[row.name] = Json::array();
+      for (const auto& one : value) json[row.name].push_back(number_json(row, one));
     } else {
-      json[name] = value;
+      json[row.name] = number_json(row, value);
     }
   });
   return json;

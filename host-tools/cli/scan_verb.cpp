@@ -50,12 +50,12 @@ class DeviceProbe final : public Probe {
                   "the arm would move by itself, and that is not allowed",
                   "keep hands off the arm and its e-stop in reach, then give --allow-moves");
     }
-    if (now.mode == kModeDisarmed) {
+    if (now.mode == link::Mode::kDisarmed) {
       throw Error(ExitCode::kRefused, "not-homed", "the arm does not know where it stands",
                   "home it (`thimble home`)");
     }
     if (!allowed) {
-      if (now.mode == kModeArmed) device_.disarm();
+      if (now.mode == link::Mode::kArmed) device_.disarm();
       device_.write_param(allow_moves_row(), 1);
       restore_ = true;
     }
@@ -80,7 +80,7 @@ class DeviceProbe final : public Probe {
     Result result;
     while (true) {
       result.state = device_.move_state();
-      const auto phase = static_cast<link::MovePhase>(result.state.phase);
+      const link::MovePhase phase = result.state.phase;
       if (phase == link::MovePhase::kNone || phase == link::MovePhase::kHolding) break;
       if (now_us() > until_us) {
         device_.end_move();

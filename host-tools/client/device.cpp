@@ -10,6 +10,7 @@ namespace thimble::host {
 namespace {
 
 using link::Micros;
+using link::Mode;
 using link::Nrc;
 using link::Routine;
 using link::Service;
@@ -18,12 +19,6 @@ using link::Session;
 constexpr Micros kModePoll_us = 20'000;
 
 }  // namespace
-
-std::string mode_name(std::uint8_t mode) {
-  constexpr std::array<const char*, 6> kNames = {"disarmed", "homing",  "ready",
-                                                 "armed",    "damping", "faulted"};
-  return mode < kNames.size() ? kNames[mode] : "mode " + std::to_string(mode);
-}
 
 Device::Device(std::unique_ptr<Transport> transport, const DeviceOptions& options)
     : services_(std::move(transport), options) {
@@ -108,7 +103,7 @@ void Device::clear_faults() {
 
 // --- Modes
 
-bool Device::wait_for_mode(std::uint8_t wanted, Micros wait_us, const std::string& what,
+bool Device::wait_for_mode(Mode wanted, Micros wait_us, const std::string& what,
                            const std::function<bool()>& stopping) {
   const Micros deadline_us = now_us() + wait_us;
   while (true) {
@@ -119,8 +114,8 @@ bool Device::wait_for_mode(std::uint8_t wanted, Micros wait_us, const std::strin
     if (now_us() > deadline_us) {
       throw Error(ExitCode::kRefused, "not-in-time",
                   what + " did not end within " + std::to_string(wait_us / 1'000'000) +
-                      " s: the device is still " + mode_name(now.mode),
-                  wanted == kModeReady ? "move the arm to its home position" : "see `thimble info`");
+                      " s: the device is still " + name(now.mode),
+                  wanted == Mode::kReady ? "move the arm to its home position" : "see `thimble info`");
     }
     services_.wait_until(now_us() + kModePoll_us);
   }
@@ -129,7 +124,7 @@ bool Device::wait_for_mode(std::uint8_t wanted, Micros wait_us, const std::strin
 void Device::home(Micros wait_us, const std::function<bool()>& stopping) {
   services_.enter(Session::kExtended);
   services_.demand(routine_request(Routine::kHome), "homing");
-  if (!wait_for_mode(kModeReady, wait_us, "homing", stopping)) disarm();
+  if (!wait_for_mode(Mode::kReady, wait_us, "homing", stopping)) disarm();
 }
 
 void Device::arm(Micros wait_us) {
@@ -138,8 +133,8 @@ void Device::arm(Micros wait_us) {
                    "the keep-alive");  // arming needs a live link and does not feed it
   const ServiceClient::Answer answer = services_.request(routine_request(Routine::kArm));
   // A repeated request finds the device armed already.
-  if (answer.code != Nrc::kOk && state().mode != kModeArmed) services_.refused("arming", answer.code);
-  wait_for_mode(kModeArmed, wait_us, "arming");
+  if (answer.code != Nrc::kOk && state().mode != Mode::kArmed) services_.refused("arming", answer.code);
+  wait_for_mode(Mode::kArmed, wait_us, "arming");
 }
 
 void Device::disarm(Micros wait_us) {
@@ -147,9 +142,9 @@ void Device::disarm(Micros wait_us) {
   const Micros deadline_us = now_us() + wait_us;
   while (true) {
     const link::DeviceState now = state();
-    if (now.mode != kModeArmed && now.mode != kModeDamping) return;
+    if (now.mode != Mode::kArmed && now.mode != Mode::kDamping) return;
     if (now_us() > deadline_us) {
-      throw Error(ExitCode::kRefused, "not-in-time", "the device is still " + mode_name(now.mode),
+      throw Error(ExitCode::kRefused, "not-in-time", std::string("the device is still ") + name(now.mode),
                   "press the e-stop, then see `thimble info`");
     }
   }

@@ -113,7 +113,7 @@ class Device {
 
  private:
   // False: stopping() said so first.
-  bool wait_for_mode(std::uint8_t wanted, link::Micros wait_us, const std::string& what,
+  bool wait_for_mode(link::Mode wanted, link::Micros wait_us, const std::string& what,
                      const std::function<bool()>& stopping = {});
   void take_reading(const link::CanFrame& frame);
   void release_forces();
@@ -131,10 +131,5 @@ class Device {
 };
 
 using link::crc32;
-
-// Modes as they travel (Status, DeviceState).
-[[nodiscard]] std::string mode_name(std::uint8_t mode);
-inline constexpr std::uint8_t kModeDisarmed = 0, kModeHoming = 1, kModeReady = 2, kModeArmed = 3,
-                              kModeDamping = 4, kModeFaulted = 5;
 
 }  // namespace thimble::host

@@ -77,25 +77,25 @@ void Device::take_reading(const CanFrame& frame) {
   if (link::from_frame(frame, services_.options().node, pose)) {
     if (pose.arm < rendered_.size()) rendered_[pose.arm].pose = pose;
   } else if (link::from_frame(frame, services_.options().node, force)) {
-    const unsigned arm = force.arm_contacts >> 6U;
-    if (arm >= rendered_.size()) return;
-    const link::Pose& at = rendered_[arm].pose;
+    if (force.arm >= rendered_.size()) return;
+    const link::Pose& at = rendered_[force.arm].pose;
     if (at.sequence != force.sequence) return;  // of another tick
     TipReading reading;
     reading.position_m = {static_cast<double>(at.x_m), static_cast<double>(at.y_m),
                           static_cast<double>(at.z_m)};
     reading.force_N = {static_cast<double>(force.x_N), static_cast<double>(force.y_N),
                        static_cast<double>(force.z_N)};
-    reading.limiters = static_cast<std::uint8_t>(force.arm_contacts >> 2U & 0xFU);
+    reading.limiters = force.limiters;
     reading.sequence = force.sequence;
     reading.heard_us = now_us();
-    rendered_[arm].newest = reading;
+    rendered_[force.arm].newest = reading;
   } else if (link::from_frame(frame, services_.options().node, emergency)) {
     if (emergency.fault != 0) services_.faulted("rendering", emergency.fault);
   } else if (link::from_frame(frame, services_.options().node, status) && decimation_before_ &&
-             status.mode != kModeArmed) {
+             status.mode != link::Mode::kArmed) {
     if (status.fault != 0) services_.faulted("rendering", status.fault);
-    throw Error(ExitCode::kRefused, "not-armed", "the device is " + mode_name(status.mode) + ", not armed",
+    throw Error(ExitCode::kRefused, "not-armed",
+                std::string("the device is ") + name(status.mode) + ", not armed",
                 "was it disarmed, or the dead-man switch released? Then take over again");
   }
 }

@@ -22,7 +22,8 @@ void Device::start_move(const link::MoveOrder& order) {
     throw std::logic_error("the order has its size");
   const ServiceClient::Answer answer = services_.request(start);
   // A repeated request finds the move under way.
-  if (answer.code != Nrc::kOk && move_state().phase == 0) services_.refused("the move", answer.code);
+  if (answer.code != Nrc::kOk && move_state().phase == link::MovePhase::kNone)
+    services_.refused("the move", answer.code);
 }
 
 link::MoveState Device::move_state() { return services_.record<link::MoveState>("reading the move's state"); }
@@ -50,7 +51,7 @@ void Device::start_trace() {
   services_.enter(Session::kExtended);
   const ServiceClient::Answer answer = services_.request(routine_request(Routine::kTrace));
   // A repeated request finds it running.
-  if (answer.code != Nrc::kOk && trace_state().phase != static_cast<std::uint8_t>(link::TracePhase::kRunning))
+  if (answer.code != Nrc::kOk && trace_state().phase != link::TracePhase::kRunning)
     services_.refused("starting the trace", answer.code);
 }
 

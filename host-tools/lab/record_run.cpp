@@ -108,13 +108,13 @@ class Run {
 
   // The trace is this program's.
   void claim() {
-    const bool runs = device_.trace_state().phase == static_cast<std::uint8_t>(link::TracePhase::kRunning);
+    const bool runs = device_.trace_state().phase == link::TracePhase::kRunning;
     if (runs && !options_.take_over) {
       throw Error(ExitCode::kRefused, "trace-runs", "another program is recording this device",
                   "wait until it has ended, or end its recording with --force");
     }
-    const std::uint8_t mode = device_.state().mode;
-    if (mode == kModeArmed || mode == kModeDamping) {
+    const link::Mode mode = device_.state().mode;
+    if (mode == link::Mode::kArmed || mode == link::Mode::kDamping) {
       throw Error(ExitCode::kRefused, "motors-on", "a recording begins with the motors off",
                   "disarm first (`thimble disarm`)");
     }
@@ -149,7 +149,7 @@ class Run {
       header_.parameters.emplace_back(row.id, device_.param_bits(row));
     report_.telemetry_ticks = device_.param_bits(row_of(firmware::Param::telemetry_decimation));
     const link::TraceState state = device_.trace_state();
-    if (state.end == static_cast<std::uint8_t>(link::TraceEnd::kParameter)) {
+    if (state.end == link::TraceEnd::kParameter) {
       throw Error(ExitCode::kRefused, "parameter-written",
                   "somebody wrote a parameter while the recording began", "repeat the command");
     }
@@ -186,7 +186,7 @@ class Run {
       }
       if (now_us() - asked_us > kAsk_us) {
         asked_us = now_us();
-        if (device_.trace_state().phase != static_cast<std::uint8_t>(link::TracePhase::kRunning)) break;
+        if (device_.trace_state().phase != link::TracePhase::kRunning) break;
       }
     }
     if (options_.arm) device_.disarm();
@@ -197,16 +197,15 @@ class Run {
     const Micros last_us = now_us() + kLastFrames_us;
     while (!recorder_.ended() && now_us() < last_us) static_cast<void>(device_.telemetry(last_us));
     const link::TraceState state = device_.trace_state();
-    if (state.phase == static_cast<std::uint8_t>(link::TracePhase::kRunning)) {  // another one's already
+    if (state.phase == link::TracePhase::kRunning) {  // another one's already
       report_.end.reason = "taken_over";
       report_.end.ticks = static_cast<std::uint32_t>(recorder_.ticks() + recorder_.missing());
       return;
     }
-    report_.end.reason = link::name(static_cast<link::TraceEnd>(state.end));
+    report_.end.reason = link::name(state.end);
     report_.end.ticks = state.ticks;
     report_.end.dropped = state.dropped;
-    if (state.end == static_cast<std::uint8_t>(link::TraceEnd::kFault))
-      report_.end.fault = device_.state().fault;
+    if (state.end == link::TraceEnd::kFault) report_.end.fault = device_.state().fault;
   }
 
   Device& device_;

@@ -7,9 +7,8 @@
 namespace thimble::host {
 namespace {
 
-constexpr std::uint32_t kTickBits = 0x7FFF;  // of TraceCounts
-constexpr std::uint32_t kArmBit = 0x8000;
-constexpr std::uint32_t kBehind = 0x4000;  // a tick so far ahead is one that is over
+constexpr std::uint32_t kTickMask = (1U << link::kTracedTickBits) - 1;
+constexpr std::uint32_t kBehind = kTickMask / 2 + 1;  // a tick so far ahead is one that is over
 
 }  // namespace
 
@@ -38,7 +37,7 @@ void Recorder::begin(const link::TraceStart& start) {
 }
 
 void Recorder::take_counts(const link::TraceCounts& counts) {
-  const std::uint32_t ahead = (counts.tick_arm - static_cast<std::uint32_t>(next_)) & kTickBits;
+  const std::uint32_t ahead = (counts.tick - static_cast<std::uint32_t>(next_)) & kTickMask;
   if (ahead >= kBehind) return;
   if (ahead != 0) {  // what was missing is not whole either
     missing_ += ahead;
@@ -46,8 +45,8 @@ void Recorder::take_counts(const link::TraceCounts& counts) {
     arms_of_next_ = 0;
     counts_of_next_.clear();
   }
-  if (((counts.tick_arm & kArmBit) != 0 ? 1U : 0U) != arms_of_next_) return;
-  counts_of_next_.insert(counts_of_next_.end(), {counts.count_0, counts.count_1, counts.count_2});
+  if (counts.arm != arms_of_next_) return;
+  counts_of_next_.insert(counts_of_next_.end(), counts.counts.begin(), counts.counts.end());
   if (++arms_of_next_ < arms_) return;
   if (counts_.empty() ||
       counts_.back().first + counts_.back().counts.size() / (kRecordedCounts * arms_) != next_)
@@ -65,8 +64,8 @@ void Recorder::take_check(const link::TraceCheck& check) {
   const auto ahead = static_cast<std::uint16_t>(check.tick - static_cast<std::uint16_t>(last_check_));
   if (ahead > 2 * kBehind) return;
   last_check_ += ahead;
-  checks_.push_back({last_check_, check.crc, check.mode_command, check.levels});
-  if ((check.mode_command & link::kTraceLast) != 0) ended_ = true;
+  checks_.push_back({last_check_, check.crc, check.mode, check.command, check.last, check.levels});
+  if (check.last) ended_ = true;
 }
 
 void Recorder::write(std::ostream& out) {

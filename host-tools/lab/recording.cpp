@@ -40,6 +40,21 @@ void write_message(std::ostream& out, FlatBufferBuilder& builder, Offset<Body> b
   out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
+std::uint16_t bits_of(const link::Levels& levels) {
+  std::array<std::uint8_t, 2> bytes{};
+  static_assert(link::wire_size<link::Levels>() <= bytes.size());
+  static_cast<void>(link::encode(levels, bytes));
+  return static_cast<std::uint16_t>(bytes[0] | bytes[1] << 8U);
+}
+
+link::Levels levels_of(std::uint16_t bits) {
+  const std::array<std::uint8_t, 2> bytes = {static_cast<std::uint8_t>(bits),
+                                             static_cast<std::uint8_t>(bits >> 8U)};
+  link::Levels levels;
+  static_cast<void>(link::decode(bytes, levels));
+  return levels;
+}
+
 std::string text(const flatbuffers::String* from) { return from == nullptr ? std::string() : from->str(); }
 
 // Messages to a Recording. Whatever they hold, it reads nothing else; what makes no sense is an Error.
@@ -172,7 +187,9 @@ class Reader {
     if (from.checks() == nullptr) return;
     for (const recording::Check* check : *from.checks()) {
       last_check_ = unwrapped(check->tick(), last_check_);
-      recording_.checks.push_back({last_check_, check->crc(), check->mode_command(), check->levels()});
+      recording_.checks.push_back({last_check_, check->crc(), static_cast<link::Mode>(check->mode()),
+                                   static_cast<link::TracedCommand>(check->command()), check->last() != 0,
+                                   levels_of(check->levels())});
     }
   }
 
@@ -244,7 +261,9 @@ void write_checks(std::ostream& out, std::span<const RecordedCheck> checks) {
   FlatBufferBuilder builder;
   std::vector<recording::Check> list;
   for (const RecordedCheck& check : checks)
-    list.emplace_back(static_cast<std::uint32_t>(check.tick), check.crc, check.mode_command, check.levels);
+    list.emplace_back(static_cast<std::uint32_t>(check.tick), check.crc,
+                      static_cast<std::uint8_t>(check.mode), static_cast<std::uint8_t>(check.command),
+                      check.last ? std::uint8_t{1} : std::uint8_t{0}, bits_of(check.levels));
   write_message(out, builder, recording::CreateChecks(builder, builder.CreateVectorOfStructs(list)));
 }
 

@@ -24,7 +24,7 @@ namespace thimble::host {
 namespace link = firmware::link;
 
 inline constexpr std::string_view kRecordingMagic = "THIMREC\n";
-inline constexpr std::uint16_t kRecordingFormat = 1;
+inline constexpr std::uint16_t kRecordingFormat = 2;
 inline constexpr std::size_t kRecordedCounts = 3;  // an arm and tick
 
 struct RecordingHeader {
@@ -51,8 +51,10 @@ struct RecordedTicks {
 struct RecordedCheck {
   std::uint64_t tick = 0;
   std::uint32_t crc = 0;
-  std::uint8_t mode_command = 0;
-  std::uint8_t levels = 0;
+  link::Mode mode = link::Mode::kDisarmed;
+  link::TracedCommand command = link::TracedCommand::kNone;
+  bool last = false;
+  link::Levels levels;
 };
 
 struct RecordedFrame {

@@ -37,7 +37,7 @@ ReplayVerdict replay_recording(const Recording& recording,
   verdict.exact_to = recording.header.start.tick;
   std::uint64_t next = verdict.first_tick;
   std::uint64_t last_check = recording.header.start.tick;
-  std::uint8_t levels = recording.header.start.levels;
+  link::Levels levels = recording.header.start.levels;
   auto check = recording.checks.begin();
   const auto missing = [&](std::uint64_t tick) {
     if (!verdict.gap_at) verdict.gap_at = tick;
@@ -55,9 +55,7 @@ ReplayVerdict replay_recording(const Recording& recording,
       tick.counts = std::span(run.counts).subspan(i * each, each);
       for (auto now = check; now != recording.checks.end() && now->tick == next; ++now) {
         levels = now->levels;
-        const auto command =
-            static_cast<std::uint8_t>(now->mode_command >> link::kTraceCommandShift & link::kTraceCommand);
-        if (command != 0) tick.command = command;
+        if (now->command != link::TracedCommand::kNone) tick.command = now->command;
       }
       tick.levels = levels;
       replay->tick(tick);
@@ -73,9 +71,7 @@ ReplayVerdict replay_recording(const Recording& recording,
       for (; check != recording.checks.end() && check->tick <= next; ++check) {
         if (check->tick != next) continue;
         last_check = next;
-        const bool agrees =
-            check->crc == replay->check().crc &&
-            (check->mode_command & link::kTraceMode) == (replay->check().mode_command & link::kTraceMode);
+        const bool agrees = check->crc == replay->check().crc && check->mode == replay->check().mode;
         if (!agrees && !verdict.differs_at) verdict.differs_at = next;
         if (agrees && !verdict.differs_at) {
           ++verdict.checks;

@@ -12,7 +12,7 @@ link::MoveOrder order_to(const ScanPlan& plan, const Eigen::Vector3d& target_m, 
                          bool come_back) {
   link::MoveOrder order;
   order.arm = plan.arm;
-  order.flags = come_back ? link::kMoveComesBack : std::uint8_t{0};
+  order.come_back = come_back;
   order.target_x_m = static_cast<float>(target_m.x());
   order.target_y_m = static_cast<float>(target_m.y());
   order.target_z_m = static_cast<float>(target_m.z());
@@ -26,9 +26,9 @@ std::string named(const ScanPlan& plan, std::size_t point) {
          std::to_string(plan.row_of(point)) + ")";
 }
 
-[[noreturn]] void stopped(const ScanPlan& plan, std::size_t point, std::uint8_t end) {
-  const bool blocked = end == static_cast<std::uint8_t>(link::MoveEnd::kBlocked);
-  const bool met = end == static_cast<std::uint8_t>(link::MoveEnd::kForceReached);
+[[noreturn]] void stopped(const ScanPlan& plan, std::size_t point, link::MoveEnd end) {
+  const bool blocked = end == link::MoveEnd::kBlocked;
+  const bool met = end == link::MoveEnd::kForceReached;
   throw Error(
       ExitCode::kRefused, met || blocked ? "in-the-way" : "stopped",
       (met || blocked ? "something is in the arm's way at " : "the arm was stopped at ") + named(plan, point),
@@ -42,26 +42,24 @@ bool probe_points(const ScanPlan& plan, ScanLog& log, const std::function<Probe&
   for (std::size_t point = log.points().size(); point < plan.points(); ++point) {
     if (!go_on(point)) return false;
     const Eigen::Vector3d nominal_m = plan.place_m(plan.column_of(point), plan.row_of(point));
-    const auto end_of = [](const Probe::Result& result) {
-      return static_cast<link::MoveEnd>(result.state.end);
-    };
     const Probe::Result there = probe().move(
         order_to(plan, nominal_m - plan.clearance_m * plan.approach, plan.travel_speed_m_s, false));
-    if (end_of(there) != link::MoveEnd::kTargetReached) stopped(plan, point, there.state.end);
+    if (there.state.end != link::MoveEnd::kTargetReached) stopped(plan, point, there.state.end);
     const Probe::Result pressed =
         probe().move(order_to(plan, nominal_m + plan.depth_m * plan.approach, plan.speed_m_s, true));
-    if (end_of(pressed) != link::MoveEnd::kTargetReached && end_of(pressed) != link::MoveEnd::kForceReached)
+    if (pressed.state.end != link::MoveEnd::kTargetReached &&
+        pressed.state.end != link::MoveEnd::kForceReached)
       stopped(plan, point, pressed.state.end);
 
     ProbedPoint probed;
     probed.point = point;
-    probed.force_limit = end_of(pressed) == link::MoveEnd::kForceReached;
+    probed.force_limit = pressed.state.end == link::MoveEnd::kForceReached;
     probed.peak_force_N = static_cast<double>(pressed.state.peak_force_N);
     probed.turn_m = Eigen::Vector3f(pressed.state.turn_x_m, pressed.state.turn_y_m, pressed.state.turn_z_m)
                         .cast<double>();
     for (const link::MoveSample& sample : pressed.samples) {
       probed.samples.push_back(
-          {sample.phase == static_cast<std::uint8_t>(link::MovePhase::kGoing),
+          {sample.phase == link::MovePhase::kGoing,
            Eigen::Vector3f(sample.tip_x_m, sample.tip_y_m, sample.tip_z_m).cast<double>(),
            static_cast<double>(sample.force_N)});
     }

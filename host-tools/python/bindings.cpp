@@ -91,7 +91,7 @@ class Connection {
     info["serial_number"] = d.text(link::kDidSerialNumber);
     info["scene"] = d.text(link::kDidSceneName);
     info["arms"] = d.info().arms;
-    info["mode"] = mode_name(state.mode);
+    info["mode"] = link::name(state.mode);
     const firmware::FaultRow* fault = firmware::find_fault(static_cast<firmware::Fault>(state.fault));
     info["fault"] = state.fault == 0 || fault == nullptr ? py::object(py::none()) : py::str(fault->name);
     info["tick"] = state.tick;
@@ -137,12 +137,11 @@ class Connection {
         if (link::from_frame(*frame, node, pose)) {
           poses[pose.arm & 3U] = pose;
         } else if (link::from_frame(*frame, node, force)) {
-          const unsigned arm = force.arm_contacts >> 6U;
-          const link::Pose& at = poses[arm];
+          const link::Pose& at = poses[force.arm];
           if (at.sequence != force.sequence) continue;  // of another tick
           rows.push_back({static_cast<double>(now_us() - start_us) * 1e-6,
-                          static_cast<std::int32_t>(arm),
-                          force.arm_contacts & 3,
+                          force.arm,
+                          force.contacts,
                           {at.x_m, at.y_m, at.z_m},
                           {force.x_N, force.y_N, force.z_N}});
         }

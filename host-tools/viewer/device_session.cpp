@@ -208,7 +208,7 @@ void DeviceSession::begin_simulation() {
 
 // Homing takes the place where an arm is held for its home, so the hands go there first, with the motors off.
 void DeviceSession::home_simulation() {
-  const bool armed = device_->state().mode == kModeArmed;
+  const bool armed = device_->state().mode == link::Mode::kArmed;
   if (armed) device_->disarm();
   {
     const SimulatedDevice::LedHome hands(*simulated_);

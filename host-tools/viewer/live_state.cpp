@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "firmware/faults.h"
-#include "host-tools/client/device.h"
+#include "host-tools/client/flag_names.h"
 
 namespace thimble::host {
 namespace {
@@ -28,9 +28,6 @@ std::array<double, 3> tip_of(const link::Pose& p) {
 std::array<double, 3> force_of(const link::Force& f) {
   return {static_cast<double>(f.x_N), static_cast<double>(f.y_N), static_cast<double>(f.z_N)};
 }
-
-unsigned arm_of(const link::Force& force) { return force.arm_contacts >> 6U; }
-unsigned contacts_of(const link::Force& force) { return force.arm_contacts & 3U; }
 
 Json rotation_json(const link::BodyRotation& r) {
   const double x = static_cast<double>(r.x), y = static_cast<double>(r.y), z = static_cast<double>(r.z);
@@ -67,9 +64,9 @@ bool LiveState::take(const link::CanFrame& frame, link::Micros now_us) {
       } else if constexpr (std::is_same_v<Message, link::ControlState>) {
         controls_[message.object] = message;
       } else if constexpr (std::is_same_v<Message, link::TissueState>) {
-        tissues_[{message.object, message.arm_pressed & 1U}] = message;
+        tissues_[{message.object, message.arm}] = message;
       } else if constexpr (std::is_same_v<Message, link::NeedleState>) {
-        needles_[{message.object, message.arm_inside_torn & 1U}] = message;
+        needles_[{message.object, message.arm}] = message;
       }
     }
   });
@@ -103,19 +100,18 @@ void LiveState::take_pose(const link::Pose& pose) {
 }
 
 void LiveState::take_force(const link::Force& force) {
-  if (arm_of(force) >= arms_) return;
-  Arm& arm = arm_.at(arm_of(force));
-  const bool held_before = arm.force && contacts_of(*arm.force) != 0;
+  if (force.arm >= arms_) return;
+  Arm& arm = arm_.at(force.arm);
+  const bool held_before = arm.force && arm.force->contacts != 0;
   arm.force = force;
-  const unsigned limiters = force.arm_contacts >> 2U & 0xFU;
-  limiters_ = static_cast<std::uint8_t>(arm_of(force) == 0 ? limiters : limiters_ | limiters);
-  if (contacts_of(force) == 0) arm.planes.clear();
+  limiters_ = static_cast<std::uint8_t>(force.arm == 0 ? force.limiters : limiters_ | force.limiters);
+  if (force.contacts == 0) arm.planes.clear();
   if (!arm.pose || arm.pose->sequence != force.sequence) {
     arm.worked.reset();
     return;
   }
   const std::pair now{tip_of(*arm.pose), force_of(force)};
-  if (contacts_of(force) != 0) {
+  if (force.contacts != 0) {
     if (!held_before) {
       arm.energy_J = 0;
       arm.begun = true;
@@ -143,14 +139,13 @@ void LiveState::take_god(const link::GodObject& god) {
 }
 
 void LiveState::take_plane(const link::ContactPlane& plane, link::Micros now_us) {
-  const unsigned index = plane.arm_index & 1U;
-  if (index >= arms_) return;
-  Arm& arm = arm_.at(index);
+  if (plane.arm >= arms_) return;
+  Arm& arm = arm_.at(plane.arm);
   if (arm.planes_sequence != plane.sequence) arm.planes.clear();
   arm.planes_sequence = plane.sequence;
   arm.planes_us = now_us;
   constexpr std::size_t kMost = 3;
-  const auto same = std::ranges::find(arm.planes, plane.arm_index, &link::ContactPlane::arm_index);
+  const auto same = std::ranges::find(arm.planes, plane.index, &link::ContactPlane::index);
   if (same != arm.planes.end()) {
     *same = plane;
   } else if (arm.planes.size() < kMost) {
@@ -163,7 +158,7 @@ bool LiveState::complete() const {
     const Arm& arm = arm_.at(i);
     if (!arm.pose || !arm.force || arm.pose->sequence != sequence_ || arm.force->sequence != sequence_)
       return false;
-    if (contacts_of(*arm.force) != 0 && (!arm.god || arm.god->sequence != sequence_)) return false;
+    if (arm.force->contacts != 0 && (!arm.god || arm.god->sequence != sequence_)) return false;
   }
   return true;
 }
@@ -188,7 +183,7 @@ void LiveState::forget_scene() {
 std::optional<std::uint8_t> LiveState::take_emergency() { return std::exchange(emergency_, std::nullopt); }
 
 Json LiveState::arm_json(const Arm& arm, link::Micros now_us) const {
-  const unsigned contacts = arm.force ? contacts_of(*arm.force) : 0;
+  const unsigned contacts = arm.force ? arm.force->contacts : 0;
   const bool own = arm.god && (contacts != 0 || arm.god->sequence == arm.pose->sequence);
   Json json = {{"tip_m", vector_json(*arm.pose, kPerMetre)}};
   json["god_m"] = own ? vector_json(*arm.god, kPerMetre) : json["tip_m"];
@@ -218,11 +213,11 @@ Json LiveState::arm_json(const Arm& arm, link::Micros now_us) const {
 Json LiveState::json(link::Micros now_us) const {
   Json json = Json::object();
   if (status_) {
-    json["mode"] = mode_name(status_->mode);
+    json["mode"] = link::name(status_->mode);
     json["fault"] = status_->fault;
     const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(status_->fault));
     json["fault_name"] = row == nullptr ? "" : row->name;
-    json["limiter"] = status_->limiter | limiters_;
+    json["limiters"] = flag_names<link::Limiter>(status_->limiters | limiters_);
     json["tick_rate_Hz"] = status_->tick_rate_Hz;
     json["worst_tick_s"] = rounded(static_cast<double>(status_->worst_tick_s), 1e8);
   }
@@ -237,9 +232,8 @@ Json LiveState::json(link::Micros now_us) const {
   }
   json["controls"] = Json::array();
   for (const auto& [object, control] : controls_) {
-    json["controls"].push_back({{"object", object},
-                                {"q", rounded(static_cast<double>(control.q), kPerMetre)},
-                                {"on", control.on != 0}});
+    json["controls"].push_back(
+        {{"object", object}, {"q", rounded(static_cast<double>(control.q), kPerMetre)}, {"on", control.on}});
   }
   const auto at = [](const auto& m) {
     return Json{rounded(static_cast<double>(m.x_m), kPerMetre),
@@ -249,7 +243,7 @@ Json LiveState::json(link::Micros now_us) const {
   for (const auto& [key, tissue] : tissues_) {
     json["tissues"].push_back({{"object", key.first},
                                {"arm", key.second},
-                               {"pressed", (tissue.arm_pressed & 2U) != 0},
+                               {"pressed", tissue.pressed},
                                {"at_m", at(tissue)},
                                {"depth_m", rounded(static_cast<double>(tissue.depth_m), kPerMetre)}});
   }
@@ -257,10 +251,10 @@ Json LiveState::json(link::Micros now_us) const {
   for (const auto& [key, needle] : needles_) {
     json["needles"].push_back({{"object", key.first},
                                {"arm", key.second},
-                               {"inside", (needle.arm_inside_torn & 2U) != 0},
+                               {"inside", needle.inside},
                                {"at_m", at(needle)},
                                {"depth_m", rounded(static_cast<double>(needle.depth_m), kPerMetre)},
-                               {"torn", needle.arm_inside_torn >> 2U}});
+                               {"torn", needle.torn}});
   }
   return json;
 }

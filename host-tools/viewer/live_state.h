@@ -31,7 +31,7 @@ class LiveState {
 
   [[nodiscard]] std::optional<std::uint8_t> take_emergency();  // the fault of an emergency frame that came
   [[nodiscard]] std::uint8_t sequence() const { return sequence_; }  // of the newest record
-  [[nodiscard]] std::uint8_t mode() const { return status_ ? status_->mode : std::uint8_t{0}; }
+  [[nodiscard]] link::Mode mode() const { return status_ ? status_->mode : link::Mode::kDisarmed; }
 
   // "mode" to "needles" of a state message. What has not come is left out; an arm of
   // which nothing has is null. energy_J: the work of the arm's force on the hand since the

@@ -38,9 +38,11 @@ class Dbc(Rig):
             data = bytes.fromhex(frame["data"])
             self.assertEqual(message.size, len(data))
             decoded = message.decode(data)
-            self.assertEqual(set(decoded), set(frame["meant"]))
-            for name, (value, step) in frame["meant"].items():
-                self.assertAlmostEqual(float(decoded[name].phys_value), value, delta=0.501 * step + 1e-6 * abs(value), msg=f"{message.name}.{name}")
+            self.assertEqual(set(decoded), {meant["signal"] for meant in frame["meant"]})
+            for meant in frame["meant"]:
+                value, step = meant["value"], meant["step"]
+                self.assertAlmostEqual(float(decoded[meant["signal"]].phys_value), value, delta=0.501 * step + 1e-6 * abs(value),
+                                       msg=f"{message.name}.{meant['signal']}")
         self.assertEqual(seen | {"Request", "Response"}, {message.name for message in matrix.frames})
 
     def test_names_of_values_and_comments(self):
@@ -48,6 +50,10 @@ class Dbc(Rig):
         status = matrix.frame_by_name("Status")
         self.assertEqual(status.signal_by_name("mode").values[3], "armed")
         self.assertEqual(status.signal_by_name("fault").values[1], "e_stop")
+        self.assertEqual(matrix.frame_by_name("Heartbeat").signal_by_name("state").values[0x7F], "not_armed")
+        homed = status.signal_by_name("flags_homed")
+        self.assertEqual((homed.size, homed.start_bit), (1, 16))
+        self.assertEqual(status.signal_by_name("limiters_thermal").size, 1)
         self.assertEqual(status.signal_by_name("worst_tick_s").unit, "s")
         self.assertTrue(all(message.comment for message in matrix.frames))
         order = matrix.frame_by_name("ForceOrder")
@@ -78,8 +84,14 @@ class Decode(Rig):
         self.assertEqual(len(said), len(frames))
         for i, (line, frame) in enumerate(zip(said, frames)):
             self.assertEqual((line["time_s"], line["interface"], line["message"]), (i + 0.5, "can0", frame["message"]))
-            for name, (value, step) in frame["meant"].items():
-                self.assertAlmostEqual(line[name], value, delta=0.501 * step + 1e-6 * abs(value))
+            for meant in (meant for meant in frame["meant"] if "json" in meant):
+                shown = line
+                for key in meant["json"]:
+                    shown = shown[key]
+                if isinstance(meant["shown"], float):
+                    self.assertAlmostEqual(shown, meant["shown"], delta=0.501 * meant["step"] + 1e-6 * abs(meant["shown"]))
+                else:
+                    self.assertEqual(shown, meant["shown"], f"{frame['message']} {meant['json']}")
 
     def test_services(self):
         said = self.decode("(1.0) can0 18DA01F1#0322F1A0CCCCCCCC",

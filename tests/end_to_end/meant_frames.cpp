@@ -1,9 +1,11 @@
 // meant_frames COUNT: prints COUNT of each real-time frame of node 1, encoded by the firmware's encoder, with
-// values over their whole range, as JSON lines: {"id": ..., "data": "hex", "message": "Pose", "meant":
-// {"x_m": [value, step] ...}}. For dbc_test.py.
+// values over their whole range, as JSON lines: {"id": ..., "data": "hex", "message": "Pose", "meant": [...]}. Each
+// entry of "meant" is a signal: {"signal": its name in the DBC, "value", "step", "json": its place in the line of
+// `thimble decode --json`, "shown": what stands there}. For dbc_test.py.
 #include <array>
+#include <bit>
+#include <cmath>
 #include <cstdio>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <string>
@@ -15,22 +17,60 @@ namespace {
 
 namespace link = firmware::link;
 
+std::string signal_name(const link::Place& place, const char* name) {
+  std::string signal = place.part == nullptr ? name : std::string(place.part) + "_" + name;
+  return place.index < 0 ? signal : signal + "_" + std::to_string(place.index);
+}
+
+nlohmann::json path_of(const link::Place& place, const char* name) {
+  nlohmann::json path = nlohmann::json::array();
+  if (place.part != nullptr) path.push_back(place.part);
+  path.push_back(name);
+  if (place.index >= 0) path.push_back(place.index);
+  return path;
+}
+
 template <class Message>
 void print_random(std::mt19937& random) {
   Message message;
-  nlohmann::json meant;
-  link::visit_fields(message, [&]<class Wire>(Wire, const char* name, auto& value, float scale, auto&&...) {
+  nlohmann::json meant = nlohmann::json::array();
+  link::visit_numbers(message, [&](auto row, auto& value, const link::Place& place) {
+    using Row = decltype(row);
     using Value = std::remove_reference_t<decltype(value)>;
+    const std::string signal = signal_name(place, row.name);
+    const nlohmann::json path = path_of(place, row.name);
+    const auto means = [&](double number, double step, const nlohmann::json& shown) {
+      meant.push_back(
+          {{"signal", signal}, {"value", number}, {"step", step}, {"json", path}, {"shown", shown}});
+    };
     std::uniform_real_distribution<double> any(-1.0, 1.0);
-    if constexpr (std::is_same_v<Wire, float>) {
+    if constexpr (!std::is_void_v<typename Row::Flags>) {
+      nlohmann::json names = nlohmann::json::array();
+      for (const link::EnumRow& flag : link::EnumTable<typename Row::Flags>::kRows) {
+        const bool set = any(random) > 0;
+        if (set) value = static_cast<Value>(value | flag.number);
+        if (set) names.push_back(flag.name);
+        meant.push_back({{"signal", signal + "_" + flag.name}, {"value", set ? 1 : 0}, {"step", 0}});
+      }
+      meant.back()["json"] = path;
+      meant.back()["shown"] = names;
+    } else if constexpr (link::TableEnum<Value>) {
+      const auto& rows = link::EnumTable<Value>::kRows;
+      const link::EnumRow& one = rows[random() % std::size(rows)];
+      value = static_cast<Value>(one.number);
+      means(one.number, 0, one.name);
+    } else if constexpr (std::is_same_v<typename Row::Wire, float>) {
       value = static_cast<float>(1.0e3 * any(random));
-      meant[name] = {static_cast<double>(value), 0.0};
+      means(static_cast<double>(value), 0, value);
+    } else if constexpr (std::is_floating_point_v<Value>) {
+      constexpr bool kSigned = std::is_signed_v<typename Row::Wire>;
+      const double high =
+          (std::exp2(kSigned ? Row::kBits - 1 : Row::kBits) - 1) * static_cast<double>(row.scale);
+      value = static_cast<Value>(kSigned ? high * any(random) : high * 0.5 * (1.0 + any(random)));
+      means(static_cast<double>(value), static_cast<double>(row.scale), value);
     } else {
-      const double high = static_cast<double>(std::numeric_limits<Wire>::max()) * static_cast<double>(scale);
-      const double low = std::is_signed_v<Wire> ? -high : 0.0;
-      value = static_cast<Value>(low + (high - low) * 0.5 * (1.0 + any(random)));
-      meant[name] = {static_cast<double>(value),
-                     std::is_same_v<Wire, Value> ? 0.0 : static_cast<double>(scale)};
+      value = static_cast<Value>(random() & link::wire::kMask<Row::kBits>);
+      means(static_cast<double>(value), 0, value);
     }
   });
   const link::CanFrame frame = link::to_frame(message, 1);

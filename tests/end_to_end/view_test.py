@@ -82,7 +82,7 @@ class Viewer(Rig):
         self.assertEqual(free["arms"][0]["contacts"], 0)
         self.assertEqual(free["arms"][0]["planes"], [])
         self.assertEqual(free["arms"][0]["god_m"], free["arms"][0]["tip_m"])
-        for key in ("time_s", "tick", "fault", "fault_name", "limiter", "tick_rate_Hz", "worst_tick_s", "bodies", "controls", "tissues", "needles"):
+        for key in ("time_s", "tick", "fault", "fault_name", "limiters", "tick_rate_Hz", "worst_tick_s", "bodies", "controls", "tissues", "needles"):
             self.assertIn(key, free)
 
         # On to the near block, and 6 mm into it.

@@ -25,7 +25,7 @@ constexpr double kSurface_m = -.005;
 link::MoveOrder order_to(const Vector3d& target_m, float speed_m_s, float force_limit_N,
                          bool come_back = true) {
   link::MoveOrder order;
-  order.flags = come_back ? link::kMoveComesBack : std::uint8_t{0};
+  order.come_back = come_back;
   order.target_x_m = static_cast<float>(target_m.x());
   order.target_y_m = static_cast<float>(target_m.y());
   order.target_z_m = static_cast<float>(target_m.z());
@@ -42,7 +42,7 @@ board::SimBoardOptions over(double stiffness_N_m, const char* variant = "premium
 // Above the specimen, holding.
 void settle(SimProbe& probe) {
   const auto moved = probe.move(order_to({0, 0, 0}, .05F, 1.0F, false));
-  ASSERT_EQ(moved.state.end, static_cast<int>(link::MoveEnd::kTargetReached));
+  ASSERT_EQ(moved.state.end, link::MoveEnd::kTargetReached);
 }
 
 // Starts a move and looks at every tick of it, as long as it is under way.
@@ -99,12 +99,12 @@ TEST(GuardedMove, StopsAtTheForceLimitAndGoesBack) {
       figure(who + "tip where it stopped, by the arm, off the truth, um",
              1e6 * (kSurface_m - seen.specimen_N / stiffness - static_cast<double>(state.turn_z_m)),
              "|.| <= 150");
-      EXPECT_EQ(state.end, static_cast<int>(link::MoveEnd::kForceReached));
+      EXPECT_EQ(state.end, link::MoveEnd::kForceReached);
       EXPECT_NEAR(seen.specimen_N, kLimit_N, .2);
       EXPECT_LE(seen.commanded_N, kLimit_N + .5 + 1e-3);
       EXPECT_LE(seen.speed_m_s, .04);
       EXPECT_NEAR(state.turn_z_m, kSurface_m - seen.specimen_N / stiffness, 150e-6);
-      EXPECT_EQ(state.phase, static_cast<int>(link::MovePhase::kHolding));
+      EXPECT_EQ(state.phase, link::MovePhase::kHolding);
       EXPECT_LT(probe.board().plant(0).tip_m().norm(), 1e-3) << "it went back to where it began";
     }
   }
@@ -117,7 +117,7 @@ TEST(GuardedMove, ArrivesInFreeSpaceAndHolds) {
   const Vector3d tip_m = probe.board().plant(0).tip_m();
   figure("speed of a move at 0.05 m/s, m/s", seen.speed_m_s, "<= 0.055");
   figure("off the target, mm", 1e3 * (tip_m - Vector3d(.03, .02, .01)).norm(), "<= 0.5");
-  EXPECT_EQ(probe.board().controller().move_state().end, static_cast<int>(link::MoveEnd::kTargetReached));
+  EXPECT_EQ(probe.board().controller().move_state().end, link::MoveEnd::kTargetReached);
   EXPECT_LE(seen.speed_m_s, .055);
   EXPECT_LE((tip_m - Vector3d(.03, .02, .01)).norm(), 5e-4);
   for (int k = 0; k < 4000; ++k) {
@@ -146,7 +146,7 @@ TEST(GuardedMove, MeasuresTheContactForce) {
     for (const link::MoveSample& s : result.samples) {
       const double true_N = kStiffness_N_m * (kSurface_m - static_cast<double>(s.tip_z_m));
       if (true_N < .3 || true_N > 1.3) continue;
-      const std::size_t way = s.phase == static_cast<int>(link::MovePhase::kGoing) ? 0 : 1;
+      const std::size_t way = s.phase == link::MovePhase::kGoing ? 0 : 1;
       const double model_N = static_cast<double>(s.force_N) - true_N;
       const double raw_N = model_N + (way == 0 ? friction_N : -friction_N);
       sum_N.at(way) += model_N;
@@ -215,7 +215,7 @@ TEST(GuardedMove, EveryStopStopsIt) {
     EXPECT_EQ(board.controller().fault(), end.fault) << end.what;
     EXPECT_FALSE(board.controller().telemetry().moves_itself) << end.what;
     for (const board::Motor& motor : board.plant(0).motors()) EXPECT_EQ(motor.current_A, 0) << end.what;
-    const auto state_end = static_cast<link::MoveEnd>(board.controller().move_state().end);
+    const auto state_end = board.controller().move_state().end;
     EXPECT_TRUE(state_end == link::MoveEnd::kStopped || state_end == link::MoveEnd::kBlocked) << end.what;
   }
 }

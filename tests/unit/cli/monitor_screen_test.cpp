@@ -13,16 +13,27 @@ namespace link = firmware::link;
 using testing::HasSubstr;
 using testing::Not;
 
+link::CanFrame force_frame(float x_N, float z_N, std::uint8_t contacts) {
+  link::Force force;
+  force.x_N = x_N;
+  force.z_N = z_N;
+  force.contacts = contacts;
+  return link::to_frame(force, 1);
+}
+
 MonitorScreen with_force(float x_N, float z_N, bool utf8 = true) {
   MonitorScreen screen("premium-1.5 on board sim", 1, utf8);
   link::Status status;
-  status.mode = 3;
-  status.limiter = 1;
+  status.mode = link::Mode::kArmed;
+  status.limiters = link::kLimitClamp;
   status.tick_rate_Hz = 4000;
   status.worst_tick_s = 12e-6F;
   screen.take(link::to_frame(status, 1));
-  screen.take(link::to_frame(link::Pose{0.0123F, -0.004F, 0.0F, 0, 1}, 1));
-  screen.take(link::to_frame(link::Force{x_N, 0.0F, z_N, 0x01, 1}, 1));
+  link::Pose pose;
+  pose.x_m = 0.0123F;
+  pose.y_m = -0.004F;
+  screen.take(link::to_frame(pose, 1));
+  screen.take(force_frame(x_N, z_N, 1));
   screen.step();
   return screen;
 }
@@ -63,8 +74,8 @@ TEST(MonitorScreen, BarsGrowWithTheForceToItsSide) {
 TEST(MonitorScreen, TheCurveHasTheLargestForceOfEachStep) {
   MonitorScreen screen = with_force(0.0F, 1.0F, true);
   for (const float force_N : {0.0F, 0.5F, 0.25F}) {
-    screen.take(link::to_frame(link::Force{0.0F, 0.0F, force_N, 0, 1}, 1));
-    screen.take(link::to_frame(link::Force{0.0F, 0.0F, 0.0F, 0, 2}, 1));
+    screen.take(force_frame(0.0F, force_N, 0));
+    screen.take(force_frame(0.0F, 0.0F, 0));
     screen.step();
   }
   EXPECT_THAT(screen.text(80), HasSubstr("█ ▄▂"));
@@ -86,7 +97,7 @@ TEST(MonitorScreen, NoLineIsLongerThanTheTerminal) {
 TEST(MonitorScreen, AFaultIsNamedAndAnotherNodeIsNone) {
   MonitorScreen screen("x", 1, true);
   link::Status status;
-  status.mode = 5;
+  status.mode = link::Mode::kFaulted;
   status.fault = 1;
   screen.take(link::to_frame(status, 2));
   EXPECT_THAT(screen.text(80), HasSubstr("no fault"));

@@ -148,7 +148,7 @@ TEST(GuardedMoveRules, AlwaysLimitedWhateverTheTipDoes) {
   std::printf("most force %.3f N with a limit of 1 N\n", static_cast<double>(most_N));
   EXPECT_LE(most_N, 1.5F + 1e-4F);
   EXPECT_NE(bench.mode(), Mode::kArmed) << "the one in the way stops it";
-  EXPECT_EQ(bench.controller->move_state().end, static_cast<int>(link::MoveEnd::kBlocked));
+  EXPECT_EQ(bench.controller->move_state().end, link::MoveEnd::kBlocked);
   EXPECT_EQ(bench.controller->fault(), Fault::kNone);
 }
 

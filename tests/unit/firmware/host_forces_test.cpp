@@ -84,9 +84,9 @@ TEST(HostForces, ArmingNeedsNoScene) {
   EXPECT_EQ(bench.controller->write_param(id, 0), firmware::ParamStatus::kNotWhileArmed);
   const std::optional<link::Status> told = status(bench);
   ASSERT_TRUE(told);
-  EXPECT_NE(told->flags & (1U << 6U), 0U) << "the host renders";
-  EXPECT_NE(told->flags & (1U << 3U), 0U) << "and is supervised";
-  EXPECT_EQ(told->flags & (1U << 2U), 0U) << "no scene is loaded";
+  EXPECT_TRUE(told->flags.host_renders);
+  EXPECT_TRUE(told->flags.supervised);
+  EXPECT_FALSE(told->flags.scene) << "none is loaded";
 }
 
 TEST(HostForces, TheForceIsTheNewestOrderInTheNextTick) {

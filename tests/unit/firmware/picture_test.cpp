@@ -104,8 +104,7 @@ struct Heard {
       ++gods, god[held.arm] = held;
       if (held.sequence == pose[held.arm].sequence) ++paired;
     }
-    if (link::from_frame(frame, 1, lies_on))
-      ++pictures, ++planes, plane[lies_on.arm_index >> 1U & 3U] = lies_on;
+    if (link::from_frame(frame, 1, lies_on)) ++pictures, ++planes, plane[lies_on.index] = lies_on;
     if (link::from_frame(frame, 1, at)) ++pictures, position[at.object] = at;
     if (link::from_frame(frame, 1, turned)) ++pictures, rotation[turned.object] = turned;
     if (link::from_frame(frame, 1, control)) ++pictures, ++controls;
@@ -172,7 +171,7 @@ TEST(Picture, CarriesTheTrueStateOfOneTick) {
         EXPECT_EQ(control.object, 1);
         EXPECT_NEAR(control.q / kSlide_m_s, time_s[control.sequence], 2e-3F);
         const bool clear = std::abs(control.q - kOnAt_m) > 1e-4F;
-        EXPECT_TRUE(!clear || (control.on != 0) == (control.q > kOnAt_m));
+        EXPECT_TRUE(!clear || control.on == (control.q > kOnAt_m));
         ++agreed;
       }
     }
@@ -187,18 +186,20 @@ TEST(Picture, ShowsTheNeedle) {
   bench.ticks(900);
   Heard heard;
   listen(bench, heard, 200);
-  EXPECT_EQ(heard.needle.arm_inside_torn, 0) << "above the skin";
+  EXPECT_FALSE(heard.needle.inside) << "above the skin";
   bench.move({0.002, 0.001, 0.0}, 200);
   bench.move({0.002, 0.001, -0.0055}, 400);
   listen(bench, heard, 200);
   EXPECT_EQ(heard.needle.object, 2);
-  EXPECT_EQ(heard.needle.arm_inside_torn, 2) << "inside, nothing torn";
+  EXPECT_TRUE(heard.needle.inside);
+  EXPECT_EQ(heard.needle.torn, 0);
   EXPECT_NEAR(heard.needle.depth_m, 0.0005F, 5e-5F);
   EXPECT_NEAR(heard.needle.x_m, 0.002F, 5e-5F);
   EXPECT_NEAR(heard.needle.y_m, 0.001F, 5e-5F);
   bench.move({0.002, 0.001, -0.0095}, 800);
   listen(bench, heard, 200);
-  EXPECT_EQ(heard.needle.arm_inside_torn, 2 | 1 << 2) << "one layer torn";
+  EXPECT_TRUE(heard.needle.inside);
+  EXPECT_EQ(heard.needle.torn, 1);
   EXPECT_NEAR(heard.needle.depth_m, 0.0045F, 5e-5F);
 }
 
@@ -210,13 +211,14 @@ TEST(Picture, ShowsTheDimple) {
   bench.move({0.01, -0.02, -0.008}, 400);
   Heard heard;
   listen(bench, heard, 4000);
-  EXPECT_EQ(heard.tissue.arm_pressed, 2);
+  EXPECT_TRUE(heard.tissue.pressed);
+  EXPECT_EQ(heard.tissue.arm, 0);
   EXPECT_NEAR(heard.tissue.x_m, 0.01F, 5e-5F);
   EXPECT_NEAR(heard.tissue.y_m, -0.02F, 5e-5F);
   EXPECT_NEAR(heard.tissue.depth_m, 0.003F, 5e-5F) << "it follows the tip";
   bench.move({0.01, -0.02, 0.0}, 4);
   listen(bench, heard, 200);
-  EXPECT_EQ(heard.tissue.arm_pressed, 0);
+  EXPECT_FALSE(heard.tissue.pressed);
   const float left = heard.tissue.depth_m;
   figure("dimple just let go, mm", static_cast<double>(1e3F * left), "near 3 (1 - 100 / 500) = 2.4");
   EXPECT_NEAR(left, 0.0024F, 0.00025F);
@@ -245,7 +247,8 @@ TEST(Picture, ShowsTheGodObjectAndItsPlane) {
   EXPECT_NEAR(held.pose[0].z_m, -0.003F, 5e-5F);
   EXPECT_GE(held.planes, 5);
   ASSERT_EQ(held.plane.size(), 1U);
-  EXPECT_EQ(held.plane[0].arm_index, 1U << 3U) << "arm 0, the first of one";
+  EXPECT_EQ(held.plane[0].arm, 0);
+  EXPECT_EQ(held.plane[0].count, 1);
   EXPECT_NEAR(held.plane[0].z, 1.0F, 1e-4F);
   EXPECT_NEAR(held.plane[0].x, 0.0F, 1e-4F);
   bench.move({0.01, 0, 0.005}, 400);

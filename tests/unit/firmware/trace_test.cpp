@@ -103,7 +103,7 @@ TEST(Trace, AFreshControllerGivesTheSameForces) {
     bench.move({0.01, 0.02, 0.003}, 1000);
     ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
     bench.tick();
-    ASSERT_EQ(bench.controller->trace_state().phase, static_cast<std::uint8_t>(TracePhase::kRunning));
+    ASSERT_EQ(bench.controller->trace_state().phase, TracePhase::kRunning);
     TracedFrames heard;
     std::vector<std::array<float, 6>> forces;
     std::vector<Inputs> inputs;
@@ -191,14 +191,14 @@ TEST(Trace, HomingComesOutAgain) {
   }
   bench.inputs.arm[0].drive_fault = true;
   ticks(1);
-  EXPECT_EQ(bench.controller->trace_state().end, static_cast<std::uint8_t>(TraceEnd::kFault));
+  EXPECT_EQ(bench.controller->trace_state().end, TraceEnd::kFault);
   const auto [start, start_arms] = started_with(bench);
 
   Bench fresh(config);
   fresh.load();
   fresh.controller->resume(start, start_arms);
   std::uint32_t crc = 0;
-  std::uint8_t levels = start.levels;
+  link::Levels levels = start.levels;
   std::size_t agreed = 0;
   auto check = heard.checks.begin();
   for (const Inputs& from : inputs) {
@@ -209,20 +209,18 @@ TEST(Trace, HomingComesOutAgain) {
     fed.arm[0].counts = from.arm[0].counts;
     if (check->tick == now) {
       levels = check->levels;
-      const auto command =
-          static_cast<Command>(check->mode_command >> link::kTraceCommandShift & link::kTraceCommand);
+      const auto command = static_cast<Command>(check->command);
       if (command != Command::kNone) fresh.controller->replay(command);
     }
-    fed.dead_man = (levels & link::kTraceDeadMan) != 0;
-    fed.arm[0].index = (levels & link::kTraceIndex) != 0;
-    fed.arm[0].drive_fault = (levels & link::kTraceDriveFault) != 0;
+    fed.dead_man = levels.dead_man;
+    fed.arm[0].index = levels.index[0];
+    fed.arm[0].drive_fault = levels.drive_fault[0];
     fresh.controller->keep_alive();
     static_cast<void>(fresh.controller->tick(fed));
     crc = firmware::crc32(std::as_bytes(std::span(fresh.shown().arm[0].force_N.data(), 3)), crc);
     for (; check != heard.checks.end() && check->tick == now; ++check) {
       EXPECT_EQ(check->crc, crc) << from.tick - first;
-      EXPECT_EQ(check->mode_command & link::kTraceMode, static_cast<std::uint8_t>(fresh.mode()))
-          << from.tick - first;
+      EXPECT_EQ(check->mode, fresh.mode()) << from.tick - first;
       ++agreed;
     }
     if (check == heard.checks.end()) break;
@@ -251,15 +249,18 @@ TEST(Trace, TheLinkHasEveryTickAndChecksWhereSomethingHappened) {
   }
   ASSERT_EQ(heard.counts.size(), 100U);
   for (std::size_t i = 0; i < heard.counts.size(); ++i)
-    EXPECT_EQ(heard.counts[i].tick_arm, (first + i) & 0x7FFFU);
-  EXPECT_EQ(heard.counts.back().count_1, static_cast<std::uint16_t>(bench.inputs.arm[0].counts[1]));
+    EXPECT_EQ(heard.counts[i].tick, (first + i) & 0x7FFFU);
+  EXPECT_EQ(heard.counts.back().counts[1], static_cast<std::uint16_t>(bench.inputs.arm[0].counts[1]));
   std::size_t commands = 0;
   for (const link::TraceCheck& check : heard.checks) {
-    if ((check.mode_command >> link::kTraceCommandShift & link::kTraceCommand) == 0) continue;
+    if (check.command == link::TracedCommand::kNone) continue;
     ++commands;
     EXPECT_EQ(check.tick, static_cast<std::uint16_t>(armed_at));
-    EXPECT_EQ(check.mode_command, static_cast<std::uint8_t>(Mode::kArmed) | 2U << link::kTraceCommandShift);
-    EXPECT_EQ(check.levels, link::kTraceDeadMan);
+    EXPECT_EQ(check.mode, Mode::kArmed);
+    EXPECT_EQ(check.command, link::TracedCommand::kArm);
+    link::Levels held;
+    held.dead_man = true;
+    EXPECT_EQ(check.levels, held);
   }
   EXPECT_EQ(commands, 1U);
   EXPECT_EQ(heard.checks.size(), 7U);  // every 16 ticks, counted anew after the command's
@@ -268,7 +269,7 @@ TEST(Trace, TheLinkHasEveryTickAndChecksWhereSomethingHappened) {
   TraceAsker asker(bench);
   EXPECT_EQ(asker.ask({0x10, 0x03})[0], 0x50);
   EXPECT_EQ(asker.ask({0x31, 0x02, 0x02, 0x08})[0], 0x71);
-  EXPECT_EQ(bench.controller->trace_state().end, static_cast<std::uint8_t>(TraceEnd::kStopped));
+  EXPECT_EQ(bench.controller->trace_state().end, TraceEnd::kStopped);
 }
 
 TEST(Trace, AFullRingIsCounted) {
@@ -285,7 +286,7 @@ TEST(Trace, AFullRingIsCounted) {
   EXPECT_EQ(heard.counts.size(), Trace::kEntries);
   bench.tick();
   hear_trace(bench, heard);
-  EXPECT_EQ(heard.counts.back().tick_arm, bench.inputs.tick & 0x7FFFU) << "a gap, and then the next tick";
+  EXPECT_EQ(heard.counts.back().tick, bench.inputs.tick & 0x7FFFU) << "a gap, and then the next tick";
 }
 
 TEST(Trace, EndsWhereAHostGivesTheForces) {
@@ -295,11 +296,11 @@ TEST(Trace, EndsWhereAHostGivesTheForces) {
   ASSERT_EQ(bench.controller->write_param(0x0123, 1), firmware::ParamStatus::kOk);
   ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
   bench.ticks(3);
-  ASSERT_EQ(bench.controller->trace_state().phase, 1);
+  ASSERT_EQ(bench.controller->trace_state().phase, TracePhase::kRunning);
   ASSERT_EQ(bench.controller->request(Command::kArm), 0);
   bench.tick();
-  EXPECT_EQ(bench.controller->trace_state().phase, 2);
-  EXPECT_EQ(bench.controller->trace_state().end, static_cast<std::uint8_t>(TraceEnd::kHostForces));
+  EXPECT_EQ(bench.controller->trace_state().phase, TracePhase::kEnded);
+  EXPECT_EQ(bench.controller->trace_state().end, TraceEnd::kHostForces);
   EXPECT_EQ(bench.controller->trace_state().ticks, 2U);
 }
 
@@ -317,7 +318,7 @@ TEST(Trace, EndsWhereCountsDoNotDetermineTheForces) {
          EXPECT_EQ(b.controller->write_param(0x0121, 1), firmware::ParamStatus::kNotWhileArmed)
              << "no end: refused";
          b.tick();
-         EXPECT_EQ(b.controller->trace_state().phase, 1);
+         EXPECT_EQ(b.controller->trace_state().phase, TracePhase::kRunning);
          EXPECT_EQ(b.controller->write_param(0x0101, std::bit_cast<std::uint32_t>(5000.0F)),
                    firmware::ParamStatus::kOk);
        }},
@@ -349,13 +350,13 @@ TEST(Trace, EndsWhereCountsDoNotDetermineTheForces) {
     c.event(bench);
     bench.tick();
     std::uint32_t more = 0;
-    for (; bench.controller->trace_state().phase == 1 && more < 5000; ++more) {
+    for (; bench.controller->trace_state().phase == TracePhase::kRunning && more < 5000; ++more) {
       bench.tick();
       hear_trace(bench, heard);
     }
     hear_trace(bench, heard);
     const link::TraceState state = bench.controller->trace_state();
-    EXPECT_EQ(state.end, static_cast<std::uint8_t>(c.end)) << c.what;
+    EXPECT_EQ(state.end, c.end) << c.what;
     if (c.end != TraceEnd::kHostSilent) {
       EXPECT_EQ(state.ticks, c.ticks) << c.what;
       EXPECT_EQ(more, 0U) << c.what;
@@ -364,8 +365,8 @@ TEST(Trace, EndsWhereCountsDoNotDetermineTheForces) {
     }
     EXPECT_EQ(heard.counts.size(), state.ticks) << c.what;
     ASSERT_FALSE(heard.checks.empty());
-    EXPECT_NE(heard.checks.back().mode_command & link::kTraceLast, 0) << c.what;
-    EXPECT_EQ(heard.checks.back().tick & 0x7FFFU, heard.counts.back().tick_arm) << c.what;
+    EXPECT_TRUE(heard.checks.back().last) << c.what;
+    EXPECT_EQ(heard.checks.back().tick & 0x7FFFU, heard.counts.back().tick) << c.what;
   }
 }
 
@@ -384,9 +385,9 @@ TEST(Trace, WideCountersMayNotJump) {
     narrow.tick();
     hear_trace(narrow, heard);
   }
-  EXPECT_EQ(narrow.controller->trace_state().phase, 1);
+  EXPECT_EQ(narrow.controller->trace_state().phase, TracePhase::kRunning);
   EXPECT_EQ(heard.counts.size(), 400U);
-  const auto high = [](const link::TraceCounts& counts) { return counts.count_0 > 0x8000; };
+  const auto high = [](const link::TraceCounts& counts) { return counts.counts[0] > 0x8000; };
   EXPECT_TRUE(std::ranges::any_of(heard.counts, high));
   EXPECT_FALSE(std::ranges::all_of(heard.counts, high)) << "it never went over the edge";
 
@@ -399,7 +400,7 @@ TEST(Trace, WideCountersMayNotJump) {
   wide.ticks(4);
   wide.count_at_home += 0x8000;
   wide.tick();
-  EXPECT_EQ(wide.controller->trace_state().end, static_cast<std::uint8_t>(TraceEnd::kCountsJumped));
+  EXPECT_EQ(wide.controller->trace_state().end, TraceEnd::kCountsJumped);
   EXPECT_EQ(wide.controller->trace_state().ticks, 3U);
 }
 
@@ -425,11 +426,12 @@ TEST(Trace, RefusedWhereItCannotBegin) {
   EXPECT_EQ(asker.ask({0x10, 0x03})[0], 0x50);
   EXPECT_EQ(asker.ask({0x31, 0x01, 0x02, 0x08}), (std::vector<std::uint8_t>{0x7F, 0x31, 0x22})) << "it runs";
   EXPECT_EQ(asker.ask({0x2E, 0x01, 0x70, 0x10, 0, 0, 0})[0], 0x6E) << "telemetry_decimation is nothing to it";
-  EXPECT_EQ(bench.controller->trace_state().phase, 1);
+  EXPECT_EQ(bench.controller->trace_state().phase, TracePhase::kRunning);
   EXPECT_EQ(asker.ask({0x2E, 0x01, 0x01, 0, 0, 0, 0}), (std::vector<std::uint8_t>{0x7F, 0x2E, 0x31}));
-  EXPECT_EQ(bench.controller->trace_state().phase, 1) << "a value that is refused is nothing to it either";
+  EXPECT_EQ(bench.controller->trace_state().phase, TracePhase::kRunning)
+      << "a value that is refused is nothing to it either";
   EXPECT_EQ(asker.ask({0x2E, 0x01, 0x01, 0, 0x40, 0x9C, 0x45})[0], 0x6E);
-  EXPECT_EQ(bench.controller->trace_state().end, static_cast<std::uint8_t>(TraceEnd::kParameter));
+  EXPECT_EQ(bench.controller->trace_state().end, TraceEnd::kParameter);
   EXPECT_EQ(asker.ask({0x31, 0x01, 0x02, 0x08})[0], 0x71) << "the next one";
 }
 

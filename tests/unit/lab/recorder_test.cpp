@@ -17,16 +17,21 @@ namespace link = firmware::link;
 constexpr std::uint8_t kNode = 3;
 
 link::CanFrame counts_frame(std::uint64_t tick, std::size_t arm = 0) {
-  const auto low = static_cast<std::uint16_t>(tick);
-  return link::to_frame(link::TraceCounts{static_cast<std::uint16_t>((low & 0x7FFFU) | arm << 15U), low,
-                                          static_cast<std::uint16_t>(arm), 7},
-                        kNode);
+  link::TraceCounts counts;
+  counts.tick = static_cast<std::uint16_t>(tick);
+  counts.arm = static_cast<std::uint8_t>(arm);
+  counts.counts = {static_cast<std::uint16_t>(tick), counts.arm, 7};
+  return link::to_frame(counts, kNode);
 }
 
 link::CanFrame check_frame(std::uint64_t tick, bool last = false) {
-  return link::to_frame(link::TraceCheck{static_cast<std::uint32_t>(tick), static_cast<std::uint16_t>(tick),
-                                         static_cast<std::uint8_t>(2U | (last ? link::kTraceLast : 0U)), 1},
-                        kNode);
+  link::TraceCheck check;
+  check.crc = static_cast<std::uint32_t>(tick);
+  check.tick = static_cast<std::uint16_t>(tick);
+  check.mode = link::Mode::kReady;
+  check.levels.dead_man = true;
+  check.last = last;
+  return link::to_frame(check, kNode);
 }
 
 struct Written {

@@ -39,15 +39,15 @@ host::RecordingHeader small_header(std::uint8_t arms) {
   header.scene_crc = host::crc32(header.scene);
   header.start.tick = 0xFFFFFFF0U;  // it wraps
   header.start.period_s = 1.0F / 4000.0F;
-  header.start.mode = 2;
-  header.start.levels = 1;
+  header.start.mode = link::Mode::kReady;
+  header.start.levels.dead_man = true;
   header.start.arms = arms;
   for (std::uint8_t i = 0; i < arms; ++i) {
     header.models.emplace_back("premium-1.5");
     link::TraceArm arm;
-    arm.flags = 1;
-    arm.raw_0 = 1000U + i;
-    arm.turn_xx = arm.turn_yy = arm.turn_zz = 1.0F;
+    arm.homed = true;
+    arm.raw[0] = 1000U + i;
+    arm.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     header.arms.push_back(arm);
   }
   header.parameters = {{0x0100, 0x40A00000}, {0x0170, 40}};
@@ -62,12 +62,17 @@ std::string small_recording(std::uint8_t arms = 1) {
   host::RecordedTicks ticks{first, {}};
   for (int i = 0; i < 20 * 3 * arms; ++i) ticks.counts.push_back(static_cast<std::uint16_t>(1000 + i % 3));
   host::write_ticks(out, ticks);
-  host::write_checks(out, std::vector<host::RecordedCheck>{{first + 15, 1, 2, 1}});
+  link::Levels held;
+  held.dead_man = true;
+  host::RecordedCheck check{first + 15, 1, link::Mode::kReady, link::TracedCommand::kNone, false, held};
+  host::write_checks(out, std::vector{check});
   host::write_ticks(out, {first + 20, ticks.counts});
   ticks.first = first + 45;
   host::write_ticks(out, ticks);
-  host::write_checks(out,
-                     std::vector<host::RecordedCheck>{{first + 31, 2, 0x13, 1}, {first + 64, 3, 0x82, 1}});
+  host::RecordedCheck armed{first + 31, 2, link::Mode::kArmed, link::TracedCommand::kArm, false, held};
+  armed.levels.drive_fault[1] = true;
+  const host::RecordedCheck last{first + 64, 3, link::Mode::kReady, link::TracedCommand::kNone, true, held};
+  host::write_checks(out, std::vector{armed, last});
   host::RecordedFrame frame;
   frame.time_us = 12345;
   frame.frame.id = 0x187;
@@ -93,7 +98,7 @@ TEST(RecordingFile, WhatWasWrittenComesBack) {
     EXPECT_EQ(header.scene, meant.scene);
     EXPECT_EQ(header.parameters, meant.parameters);
     EXPECT_EQ(header.start.tick, meant.start.tick);
-    EXPECT_EQ(header.arms.back().raw_0, 1000U + arms - 1U);
+    EXPECT_EQ(header.arms.back().raw[0], 1000U + arms - 1U);
     ASSERT_EQ(recording.ticks.size(), 2U) << "those that follow each other are one";
     EXPECT_EQ(recording.ticks[0].first, 0xFFFFFFF1U);
     EXPECT_EQ(recording.ticks[0].counts.size(), 40U * 3U * arms);
@@ -101,7 +106,11 @@ TEST(RecordingFile, WhatWasWrittenComesBack) {
     EXPECT_EQ(recording.tick_count(), 60U);
     ASSERT_EQ(recording.checks.size(), 3U);
     EXPECT_EQ(recording.checks[2].tick, 0xFFFFFFF1U + 64ULL);
-    EXPECT_EQ(recording.checks[1].mode_command, 0x13);
+    EXPECT_EQ(recording.checks[1].mode, link::Mode::kArmed);
+    EXPECT_EQ(recording.checks[1].command, link::TracedCommand::kArm);
+    EXPECT_TRUE(recording.checks[1].levels.dead_man && recording.checks[1].levels.drive_fault[1]);
+    EXPECT_FALSE(recording.checks[1].last || recording.checks[1].levels.drive_fault[0]);
+    EXPECT_TRUE(recording.checks[2].last);
     ASSERT_EQ(recording.frames.size(), 1U);
     EXPECT_EQ(recording.frames[0].frame.data[7], 0x87);
     ASSERT_TRUE(recording.end);
@@ -195,28 +204,31 @@ TEST(RecordingFile, NonsenseWithAGoodCrcIsRefusedOrLivedWith) {
   EXPECT_LT(read, kMutants * 1U);
 }
 
-TEST(RecordingFile, OfALaterFormat) {
+TEST(RecordingFile, OfAnotherFormat) {
   std::ostringstream out;
   host::write_header(out, small_header(1));
-  std::string bytes = out.str();
-  // The format is the header's one field with the value 1 in two bytes that makes it so when changed.
-  std::size_t seen = 0;
-  for (std::size_t at = 16; at + 1 < bytes.size(); ++at) {
-    if (bytes[at] != 1 || bytes[at + 1] != 0) continue;
-    std::string later = bytes;
-    later[at] = 2;
-    const std::uint32_t crc = host::crc32(bytes_of(later).subspan(16));
-    std::memcpy(later.data() + 12, &crc, 4);
-    try {
-      static_cast<void>(host::parse_recording(bytes_of(later), "file"));
-    } catch (const Error& error) {
-      if (error.code == ExitCode::kVersion) {
-        EXPECT_EQ(error.name, "version-mismatch");
-        ++seen;
+  const std::string bytes = out.str();
+  for (const int other : {host::kRecordingFormat - 1, host::kRecordingFormat + 1}) {
+    // The format is the header's one field with its value in two bytes that makes it so when changed.
+    std::size_t seen = 0;
+    for (std::size_t at = 16; at + 1 < bytes.size(); ++at) {
+      if (bytes[at] != host::kRecordingFormat || bytes[at + 1] != 0) continue;
+      std::string changed = bytes;
+      changed[at] = static_cast<char>(other);
+      const std::uint32_t crc = host::crc32(bytes_of(changed).subspan(16));
+      std::memcpy(changed.data() + 12, &crc, 4);
+      try {
+        static_cast<void>(host::parse_recording(bytes_of(changed), "file"));
+      } catch (const Error& error) {
+        if (error.code == ExitCode::kVersion) {
+          EXPECT_EQ(error.name, "version-mismatch");
+          EXPECT_NE(error.remedy.find("1.2.3"), std::string::npos) << "the thimble that wrote it";
+          ++seen;
+        }
       }
     }
+    EXPECT_EQ(seen, 1U);
   }
-  EXPECT_EQ(seen, 1U);
 }
 
 }  // namespace

@@ -155,7 +155,7 @@ host::Recording felt(const fs::path& folder, const std::vector<std::byte>& befor
   traced.seconds(0.1);
   EXPECT_EQ(controller.request(Command::kArm), 0U);
   traced.seconds(seconds);
-  EXPECT_EQ(controller.trace_state().phase, 1)
+  EXPECT_EQ(controller.trace_state().phase, link::TracePhase::kRunning)
       << link::name(static_cast<link::TraceEnd>(controller.trace_state().end));
   EXPECT_EQ(controller.trace_state().dropped, 0U);
   return traced.finish(begun);
@@ -209,7 +209,7 @@ TEST(Replay, ADifferenceIsFound) {
   EXPECT_TRUE(host::replay_recording(scene).differs_at);
 
   host::Recording heat = good;
-  heat.header.arms[0].winding_1_K = 200;  // hotter than winding_limit
+  heat.header.arms[0].winding_K[1] = 200;  // hotter than winding_limit
   EXPECT_TRUE(host::replay_recording(heat).differs_at);
 }
 

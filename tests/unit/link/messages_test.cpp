@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <cctype>
 #include <cstdlib>
 #include <fstream>
 #include <iomanip>
@@ -58,6 +59,65 @@ TEST(Messages, IdsAreThoseOfTheDesign) {
   EXPECT_EQ(response_id(5), 0x18DAF105U);
 }
 
+TEST(Messages, BitsFollowEachOtherFromTheLowestOfTheByte) {
+  Force force;
+  force.contacts = 2;
+  force.limiters = kLimitSlew | kLimitThermal;
+  force.arm = 1;
+  EXPECT_EQ(to_frame(force, 1).data[6], 2U | 10U << 2U | 1U << 6U);
+  TraceCheck check;
+  check.mode = Mode::kArmed;
+  check.command = TracedCommand::kDisarm;
+  check.last = true;
+  check.levels.dead_man = check.levels.index[1] = check.levels.drive_fault[0] = true;
+  const CanFrame frame = to_frame(check, 1);
+  EXPECT_EQ(frame.data[6], 3U | 3U << 3U | 1U << 7U);
+  EXPECT_EQ(frame.data[7], 1U | 1U << 3U | 1U << 4U);
+  TraceCheck read;
+  ASSERT_TRUE(from_frame(frame, 1, read));
+  EXPECT_EQ(read.mode, Mode::kArmed);
+  EXPECT_EQ(read.command, TracedCommand::kDisarm);
+  EXPECT_EQ(read.levels, check.levels);
+}
+
+TEST(Messages, OfAWholeNumberTheLowBitsTravel) {
+  TraceCounts counts;
+  counts.tick = 0xFFFF;
+  counts.arm = 1;
+  TraceCounts read;
+  ASSERT_TRUE(from_frame(to_frame(counts, 1), 1, read));
+  EXPECT_EQ(read.tick, 0x7FFF);
+  EXPECT_EQ(read.arm, 1);
+}
+
+TEST(Messages, NumbersThatHaveNames) {
+  EXPECT_STREQ(name(Mode::kArmed), "armed");
+  EXPECT_STREQ(name(TraceEnd::kHostForces), "host_forces");
+  EXPECT_STREQ(name(static_cast<Mode>(200)), "unknown");
+  EXPECT_TRUE(EnumTable<Limiter>::kIsFlagSet);
+  visit_enums([](auto table) {
+    unsigned long long seen = 0;
+    for (const EnumRow& row : decltype(table)::kRows) {
+      ASSERT_LT(row.number, 256U);
+      const unsigned long long bit = decltype(table)::kIsFlagSet ? row.number : 1ULL << (row.number % 64);
+      EXPECT_EQ(seen & bit, 0U) << decltype(table)::kName << ": " << row.name << " has the number of another";
+      seen |= bit;
+    }
+  });
+}
+
+// Rows of whole bytes begin at one.
+TEST(Messages, FieldsBeginAtBytes) {
+  visit_messages([](auto message) {
+    visit_numbers(message, [&](auto row, auto&, Place) {
+      using Of = decltype(row);
+      if (Of::kBits == 8 * sizeof(typename Of::Wire)) {
+        EXPECT_EQ(row.at % 8, 0U) << decltype(message)::kName << "." << row.name;
+      }
+    });
+  });
+}
+
 TEST(Messages, ValuesOutOfRangeAreClampedAndNotANumberIsZero) {
   Force force;
   force.x_N = 1e9F;
@@ -87,9 +147,10 @@ TEST(MessagesProperty, EveryMessageComesBack) {
     ++messages;
     EXPECT_TRUE(rc::check(Message::kName, [] {
       Message sent{};
-      visit_fields(sent, [](auto wire_value, const char*, auto& value, float scale, auto&&...) {
-        const auto any = *rc::gen::arbitrary<decltype(wire_value)>();
-        value = wire::from_wire<std::remove_reference_t<decltype(value)>>(any, scale);
+      visit_numbers(sent, [](auto row, auto& value, Place) {
+        using Of = decltype(row);
+        const auto any = *rc::gen::arbitrary<std::uint32_t>() & wire::kMask<Of::kBits>;
+        value = wire::from_bits<Of, std::remove_reference_t<decltype(value)>>(any, row.scale);
       });
       std::array<std::uint8_t, 128> buffer{};
       const std::size_t size = encode(sent, buffer);
@@ -104,14 +165,57 @@ TEST(MessagesProperty, EveryMessageComesBack) {
   EXPECT_EQ(messages, 27);
 }
 
-template <class Wire>
-const char* wire_name() {
-  if constexpr (std::is_same_v<Wire, float>) return "f32";
-  if constexpr (std::is_same_v<Wire, std::uint8_t>) return "u8";
-  if constexpr (std::is_same_v<Wire, std::uint16_t>) return "u16";
-  if constexpr (std::is_same_v<Wire, std::uint32_t>) return "u32";
-  if constexpr (std::is_same_v<Wire, std::int16_t>) return "i16";
-  if constexpr (std::is_same_v<Wire, std::int32_t>) return "i32";
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+// "u8", "4 bits", "i16[3]".
+template <class Of, class Value>
+std::string type_name(const Value&) {
+  using Number = typename Of::Wire;
+  std::string name = std::is_same_v<Number, float> ? "f" : std::is_signed_v<Number> ? "i" : "u";
+  name = Of::kBits == 8 * sizeof(Number) ? name + std::to_string(Of::kBits)
+         : Of::kBits == 1                ? "1 bit"
+                                         : std::to_string(Of::kBits) + " bits";
+  if constexpr (kIsArray<Value>) name += "[" + std::to_string(std::tuple_size_v<Value>) + "]";
+  return name;
+}
+
+template <class Of, class Value>
+std::string enum_name() {
+  if constexpr (kIsArray<Value>) {
+    return enum_name<Of, typename Value::value_type>();
+  } else if constexpr (!std::is_void_v<typename Of::Flags>) {
+    return EnumTable<typename Of::Flags>::kName;
+  } else if constexpr (TableEnum<Value>) {
+    return EnumTable<Value>::kName;
+  } else {
+    return "";
+  }
+}
+
+template <class Message>
+void document_rows(std::ostream& out, const Message& message, unsigned at, const std::string& prefix) {
+  visit_fields(
+      message,
+      [&](auto row, const auto& value) {
+        using Value = std::remove_cvref_t<decltype(value)>;
+        if constexpr (kIsPart<Value>) {
+          document_rows(out, value, row.at, prefix + row.name + ".");
+        } else {
+          using Of = decltype(row);
+          std::ostringstream place;
+          place << row.at / 8;
+          if (row.at % 8 != 0 || Of::kBits % 8 != 0) place << "." << row.at % 8;
+          const std::string of = enum_name<Of, Value>();
+          out << "| " << place.str() << " | " << type_name<Of>(value) << " | " << prefix << row.name << " | "
+              << row.scale << " | " << row.unit << " | "
+              << (of.empty() ? "" : "[" + of + "](#" + lower(of) + ")")
+              << (of.empty() || *row.description == '\0' ? "" : ": ") << row.description << " |\n";
+        }
+      },
+      at);
 }
 
 std::string documented() {
@@ -123,14 +227,15 @@ std::string documented() {
         << std::setw(Message::kIsFrame ? 3 : 4) << std::setfill('0') << Message::kId << std::dec
         << (Message::kPerNode ? " + node" : "") << ", " << wire_size<Message>() << " bytes. "
         << Message::kDescription << ".\n\n";
-    out << "| byte | type | field | step | unit | |\n|---|---|---|---|---|---|\n";
-    std::size_t at = 0;
-    visit_fields(message, [&](auto wire_value, const char* name, auto&, float scale, const char* unit,
-                              const char* text) {
-      out << "| " << at << " | " << wire_name<decltype(wire_value)>() << " | " << name << " | " << scale
-          << " | " << unit << " | " << text << " |\n";
-      at += sizeof(wire_value);
-    });
+    out << "| byte.bit | type | field | step | unit | |\n|---|---|---|---|---|---|\n";
+    document_rows(out, message, 0, "");
+  });
+  visit_enums([&](auto table) {
+    using Table = decltype(table);
+    out << "\n### " << Table::kName << "\n\n" << Table::kDescription << ".\n\n";
+    out << (Table::kIsFlagSet ? "| mask | name | |" : "| number | name | |") << "\n|---|---|---|\n";
+    for (const EnumRow& row : Table::kRows)
+      out << "| " << row.number << " | " << row.name << " | " << row.description << " |\n";
   });
   return out.str();
 }

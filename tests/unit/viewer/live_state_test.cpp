@@ -9,6 +9,42 @@ namespace {
 constexpr std::uint8_t kNode = 3;
 constexpr link::Micros kNow_us = 1'000'000;
 
+link::Pose pose(float z_m, std::uint8_t sequence, std::uint8_t arm = 0) {
+  link::Pose pose;
+  pose.z_m = z_m;
+  pose.arm = arm;
+  pose.sequence = sequence;
+  return pose;
+}
+
+link::Force force(float z_N, unsigned contacts, std::uint8_t sequence, std::uint8_t arm = 0) {
+  link::Force force;
+  force.z_N = z_N;
+  force.contacts = static_cast<std::uint8_t>(contacts);
+  force.arm = arm;
+  force.sequence = sequence;
+  return force;
+}
+
+link::GodObject god_object(std::uint8_t sequence, std::uint8_t arm = 0) {
+  link::GodObject god;
+  god.arm = arm;
+  god.sequence = sequence;
+  return god;
+}
+
+link::ContactPlane plane(std::uint8_t index, std::uint8_t count, std::uint8_t sequence,
+                         const std::array<float, 3>& normal) {
+  link::ContactPlane plane;
+  plane.index = index;
+  plane.count = count;
+  plane.sequence = sequence;
+  plane.x = normal[0];
+  plane.y = normal[1];
+  plane.z = normal[2];
+  return plane;
+}
+
 class Telemetry {
  public:
   explicit Telemetry(std::size_t arms = 1) : state(kNode, arms) {}
@@ -19,12 +55,9 @@ class Telemetry {
   }
   // Tip, force and, in contact, god object of one arm; true when the last one completed the record.
   bool record(std::uint8_t sequence, float z_m, float force_N, unsigned contacts, std::uint8_t arm = 0) {
-    bool complete = take(link::Pose{0, 0, z_m, arm, sequence});
-    complete =
-        take(link::Force{0, 0, force_N,
-                         static_cast<std::uint8_t>(contacts | static_cast<unsigned>(arm) << 6U), sequence}) ||
-        complete;
-    if (contacts != 0) complete = take(link::GodObject{0, 0, 0, arm, sequence});
+    bool complete = take(pose(z_m, sequence, arm));
+    complete = take(force(force_N, contacts, sequence, arm)) || complete;
+    if (contacts != 0) complete = take(god_object(sequence, arm));
     return complete;
   }
   Json arm(std::size_t index = 0) const { return state.json(kNow_us)["arms"][index]; }
@@ -42,13 +75,13 @@ TEST(LiveState, KnowsNothingAtFirst) {
 
 TEST(LiveState, ARecordIsCompleteOnce) {
   Telemetry t;
-  EXPECT_FALSE(t.take(link::Pose{0, 0, 0.01F, 0, 1}));
-  EXPECT_TRUE(t.take(link::Force{0, 0, 0, 0, 1})) << "in free space without a god object";
+  EXPECT_FALSE(t.take(pose(0.01F, 1)));
+  EXPECT_TRUE(t.take(force(0, 0, 1))) << "in free space without a god object";
   EXPECT_FALSE(t.take(link::Status{}));
   EXPECT_EQ(t.arm()["god_m"], t.arm()["tip_m"]);
-  EXPECT_FALSE(t.take(link::Pose{0, 0, -0.001F, 0, 2}));
-  EXPECT_FALSE(t.take(link::Force{0, 0, 1, 1, 2})) << "its god object follows";
-  EXPECT_TRUE(t.take(link::GodObject{0, 0, 0, 0, 2}));
+  EXPECT_FALSE(t.take(pose(-0.001F, 2)));
+  EXPECT_FALSE(t.take(force(1, 1, 2))) << "its god object follows";
+  EXPECT_TRUE(t.take(god_object(2)));
   EXPECT_EQ(t.arm()["god_m"], Json({0, 0, 0}));
   EXPECT_EQ(t.arm()["contacts"], 1);
   EXPECT_EQ(t.state.sequence(), 2);
@@ -57,9 +90,9 @@ TEST(LiveState, ARecordIsCompleteOnce) {
 TEST(LiveState, ARecordWithALostFrameEndsWithTheNext) {
   Telemetry t;
   EXPECT_TRUE(t.record(1, 0, 0, 0));
-  EXPECT_FALSE(t.take(link::Pose{0, 0, 0, 0, 2}));  // its force is lost
-  EXPECT_TRUE(t.take(link::Pose{0, 0, 0, 0, 3}));
-  EXPECT_TRUE(t.take(link::Force{0, 0, 0, 0, 3}));
+  EXPECT_FALSE(t.take(pose(0, 2)));  // its force is lost
+  EXPECT_TRUE(t.take(pose(0, 3)));
+  EXPECT_TRUE(t.take(force(0, 0, 3)));
 }
 
 TEST(LiveState, TwoArmsAreOneRecord) {
@@ -74,7 +107,7 @@ TEST(LiveState, TwoArmsAreOneRecord) {
 
 TEST(LiveState, FramesOfOthersAreNone) {
   Telemetry t;
-  EXPECT_FALSE(t.state.take(link::to_frame(link::Pose{1, 1, 1, 0, 1}, 4), kNow_us));
+  EXPECT_FALSE(t.state.take(link::to_frame(pose(1, 1), 4), kNow_us));
   EXPECT_TRUE(t.arm().is_null());
 }
 
@@ -105,11 +138,11 @@ TEST(LiveState, EnergyIsTheWorkSinceTheContactBegan) {
 TEST(LiveState, PlanesAreThoseOfTheNewestPicture) {
   Telemetry t;
   t.record(1, -0.001F, 1, 2);
-  t.take(link::ContactPlane{2U << 3U, 5, 0, 0, 1});
-  t.take(link::ContactPlane{2U << 3U | 1U << 1U, 5, 1, 0, 0});
-  t.take(link::ContactPlane{2U << 3U | 1U << 1U, 5, 1, 0, 0});
+  t.take(plane(0, 2, 5, {0, 0, 1}));
+  t.take(plane(1, 2, 5, {1, 0, 0}));
+  t.take(plane(1, 2, 5, {1, 0, 0}));
   EXPECT_EQ(t.arm()["planes"], Json::parse(R"([{"normal": [0, 0, 1]}, {"normal": [1, 0, 0]}])"));
-  t.take(link::ContactPlane{1U << 3U, 6, 0, 1, 0});
+  t.take(plane(0, 1, 6, {0, 1, 0}));
   EXPECT_EQ(t.arm()["planes"], Json::parse(R"([{"normal": [0, 1, 0]}])"));
   EXPECT_EQ(t.state.json(kNow_us + 400'000)["arms"][0]["planes"], Json::array()) << "nothing renews it";
   t.record(2, 0.001F, 0, 0);
@@ -118,14 +151,39 @@ TEST(LiveState, PlanesAreThoseOfTheNewestPicture) {
 
 TEST(LiveState, ThePictureOfAScene) {
   Telemetry t;
-  t.take(link::BodyPosition{4, 1, 0.01F, 0, 0});
+  link::BodyPosition position;
+  position.object = 4;
+  position.sequence = 1;
+  position.x_m = 0.01F;
+  t.take(position);
   EXPECT_EQ(t.state.json(kNow_us)["bodies"], Json::array()) << "its rotation follows";
-  t.take(link::BodyRotation{4, 2, 0, 0, 0});
+  link::BodyRotation rotation;
+  rotation.object = 4;
+  rotation.sequence = 2;
+  t.take(rotation);
   EXPECT_EQ(t.state.json(kNow_us)["bodies"], Json::array()) << "of another picture";
-  t.take(link::BodyRotation{4, 1, 0, 0, 1});
-  t.take(link::ControlState{5, 1, 1, 0.25F});
-  t.take(link::TissueState{6, 3, 0.01F, 0.02F, 0.003F});
-  t.take(link::NeedleState{7, 2U | 3U << 2U, 0, 0, 0.004F});
+  rotation.sequence = 1;
+  rotation.z = 1;
+  t.take(rotation);
+  link::ControlState control;
+  control.object = 5;
+  control.on = true;
+  control.q = 0.25F;
+  t.take(control);
+  link::TissueState tissue;
+  tissue.object = 6;
+  tissue.arm = 1;
+  tissue.pressed = true;
+  tissue.x_m = 0.01F;
+  tissue.y_m = 0.02F;
+  tissue.depth_m = 0.003F;
+  t.take(tissue);
+  link::NeedleState needle;
+  needle.object = 7;
+  needle.inside = true;
+  needle.torn = 3;
+  needle.depth_m = 0.004F;
+  t.take(needle);
   const Json json = t.state.json(kNow_us);
   EXPECT_EQ(json["bodies"],
             Json::parse(R"([{"object": 4, "position_m": [0.01, 0, 0], "rotation": [0, 0, 0, 1]}])"))
@@ -145,16 +203,16 @@ TEST(LiveState, ThePictureOfAScene) {
 TEST(LiveState, StatusAndFaults) {
   Telemetry t;
   link::Status status;
-  status.mode = 5;
+  status.mode = link::Mode::kFaulted;
   status.fault = 1;
-  status.limiter = 2;
+  status.limiters = link::kLimitSlew;
   status.tick_rate_Hz = 4000;
   t.take(status);
   t.take(link::Emergency{0x9001, 1, 1, 77});
   const Json json = t.state.json(kNow_us);
   EXPECT_EQ(json["mode"], "faulted");
   EXPECT_EQ(json["fault_name"], "e_stop");
-  EXPECT_EQ(json["limiter"], 2);
+  EXPECT_EQ(json["limiters"], Json::array({"slew"}));
   EXPECT_EQ(t.state.take_emergency(), 1);
   EXPECT_EQ(t.state.take_emergency(), std::nullopt);
   t.take(link::Emergency{});

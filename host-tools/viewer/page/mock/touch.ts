@@ -22,7 +22,7 @@ export class Touch {
   time_s = 0;
   materials: Material[];
   private homed = false;
-  private limiter = 0;
+  private clamped = false;
   private arms: Arm[];
   private tissues = new Map<number, NonNullable<State['tissues']>[number]>();
   private bodies: Map<number, Vec3>;
@@ -61,7 +61,7 @@ export class Touch {
 
   step(dt_s: number): void {
     this.time_s += dt_s;
-    this.limiter = 0;
+    this.clamped = false;
     for (const tissue of this.tissues.values()) {
       tissue.pressed = false;
       tissue.depth_m *= Math.exp(-dt_s / kRecovery_s);
@@ -85,7 +85,7 @@ export class Touch {
         god = on_surface(arm.hand, surface);
         tip = sub(god, scale(surface.normal, depth_m));
         const size_N = stiffness * depth_m;
-        if (size_N > kMaxForce_N) this.limiter |= 1;
+        if (size_N > kMaxForce_N) this.clamped = true;
         force = scale(surface.normal, Math.min(size_N, kMaxForce_N));
         energy_J = -0.5 * stiffness * depth_m * depth_m;
         planes.push({ normal: surface.normal });
@@ -117,7 +117,7 @@ export class Touch {
       mode: this.mode,
       fault: this.fault,
       fault_name: this.fault_name,
-      limiter: this.limiter,
+      limiters: this.clamped ? ['clamp'] : [],
       tick_rate_Hz: 4000,
       worst_tick_s: 12.3e-6,
       arms: this.arms.map(({ state }) => (simulated ? state : { ...state, hand_m: undefined })),

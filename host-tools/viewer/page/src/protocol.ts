@@ -52,7 +52,7 @@ export interface State {
   mode?: string;
   fault?: number;
   fault_name?: string;
-  limiter?: number;
+  limiters?: string[];
   tick_rate_Hz?: number;
   worst_tick_s?: number;
   arms: (ArmState | null)[]; // null: nothing is known of where its tip is
@@ -107,12 +107,4 @@ export function parse_message(text: string): ServerMessage | null {
   if (message.type === 'scene' && !Array.isArray(message.objects)) return null;
   if (message.type === 'hello' && !(Number.isInteger(message.arms) && message.arms >= 1 && message.arms <= kMostArms)) return null;
   return message;
-}
-
-// Bits of State.limiter (firmware/telemetry.h).
-const kLimiters = ['clamp', 'slew', 'current', 'thermal'];
-
-export function limiter_names(bits: number): string {
-  const names = kLimiters.filter((_, bit) => bits & (1 << bit));
-  return names.length > 0 ? names.join(', ') : 'none';
 }

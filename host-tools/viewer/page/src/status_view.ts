@@ -1,7 +1,7 @@
 // The state of the controller in words: mode, fault, limiter, rates, and the readings of each arm.
 import { element, make, set_text } from './dom';
 import { kMeasures, measure_text } from './measures';
-import { type State, limiter_names } from './protocol';
+import type { State } from './protocol';
 
 const kLabels = { force: 'Force', depth: 'Depth', velocity: 'Speed', energy: 'Energy to the hand' };
 
@@ -45,7 +45,10 @@ export class StatusView {
     element('mode').className = state.mode === 'armed' ? 'good' : state.mode === 'faulted' ? 'bad' : '';
     set_text(element('fault'), fault);
     element('fault').className = faulted ? 'bad' : '';
-    set_text(element('limiter'), known(state.limiter, limiter_names));
+    set_text(
+      element('limiter'),
+      known(state.limiters, (names) => names.join(', ') || 'none'),
+    );
     set_text(
       element('tick-rate'),
       known(state.tick_rate_Hz, (rate) => `${Math.round(rate)} Hz`),
@@ -65,5 +68,5 @@ export class StatusView {
   }
 }
 
-const known = (value: number | undefined, text: (value: number) => string): string => (value === undefined ? '-' : text(value));
+const known = <Value>(value: Value | undefined, text: (value: Value) => string): string => (value === undefined ? '-' : text(value));
 const column = (text: string): HTMLElement => make('th', { textContent: text, scope: 'col' });

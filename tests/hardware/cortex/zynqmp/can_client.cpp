@@ -132,8 +132,8 @@ void run(const std::string& interface, std::uint32_t bitrate, const std::string&
   }
   device.disarm();
   const link::DeviceState state = device.state();
-  std::cout << "disarmed, " << state.contact_ticks << " ticks in contact, mode "
-            << host::mode_name(state.mode) << std::endl;
+  std::cout << "disarmed, " << state.contact_ticks << " ticks in contact, mode " << link::name(state.mode)
+            << std::endl;
 }
 
 }  // namespace

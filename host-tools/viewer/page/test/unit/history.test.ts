@@ -4,7 +4,7 @@ import { test } from 'node:test';
 import { History, kSpan_s } from '../../src/history';
 import { depth_m, measure } from '../../src/measures';
 import { range_of, splits_of } from '../../src/ranges';
-import { type State, limiter_names, parse_message } from '../../src/protocol';
+import { type State, parse_message } from '../../src/protocol';
 import { Timeline } from '../../src/timeline';
 
 const at = (time_s: number, more: Partial<State> = {}): State => ({
@@ -14,7 +14,7 @@ const at = (time_s: number, more: Partial<State> = {}): State => ({
   mode: 'armed',
   fault: 0,
   fault_name: '',
-  limiter: 0,
+  limiters: [],
   tick_rate_Hz: 4000,
   worst_tick_s: 1e-5,
   arms: [{ tip_m: [0, 0, 0], force_N: [0, 0, time_s], velocity_m_s: [0, 0, 0], energy_J: 0 }],
@@ -111,9 +111,7 @@ test('a range ends at 1, 2, 5 times a power of ten', () => {
   assert.deepEqual(splits_of(-50, 20), [-50, 0, 20]);
 });
 
-test('limiters by name; messages of others are none', () => {
-  assert.equal(limiter_names(0), 'none');
-  assert.equal(limiter_names(9), 'clamp, thermal');
+test('messages of others are none', () => {
   for (const text of ['', 'null', '[]', '{"type":"other"}', '{"type":"state"}', '{"type":"scene"}'])
     assert.equal(parse_message(text), null);
   assert.equal(parse_message('{"type":"link","up":true}')?.type, 'link');
