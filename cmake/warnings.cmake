@@ -1,8 +1,9 @@
 # thimble_core: compile options of every library of the controller. Floating-point results must be the same on every target, so
 # contraction and vectorised sums are off.
 # thimble_host_code: the same warnings for code that runs on a PC only.
-# thimble_brief_code: less optimisation, for code that takes longer to compile than to run: commands and unit tests, but not the
-# libraries that they call.
+# thimble_brief_code: less optimisation, for code that takes longer to compile than to run: commands, but not the libraries that they
+# call.
+# thimble_unit_code: no optimisation, for unit tests that compute little.
 # thimble_loop_code: the same for tests that simulate, with -O1, because they are too slow without optimisation.
 add_library(thimble_warnings INTERFACE)
 if(PROJECT_IS_TOP_LEVEL)  # a project that uses the renderer sets its own warnings
@@ -38,3 +39,7 @@ target_link_libraries(thimble_brief_code INTERFACE thimble_loop_code)
 if(CMAKE_CXX_FLAGS_DEBUG MATCHES sanitize)
   target_compile_options(thimble_brief_code INTERFACE $<$<CONFIG:Debug>:-O0>)
 endif()
+
+add_library(thimble_unit_code INTERFACE)
+target_link_libraries(thimble_unit_code INTERFACE thimble_host_code)
+target_compile_options(thimble_unit_code INTERFACE -O0)
