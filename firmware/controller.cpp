@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 
+#include "firmware/sources/guarded_move_link.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::firmware {
@@ -51,18 +52,20 @@ Nrc to_nrc(StoreStatus status) noexcept {
 
 Controller::Controller(const Config& config, Storage& storage) noexcept
     : config_(config),
-      servo_(config, params_),
+      core_(config, params_),
       store_(storage, config.pause),
       param_store_(storage),
-      telemetry_frames_(servo_, config.node_id),
-      status_(servo_, params_, store_, telemetry_frames_, config.node_id),
-      recording_(servo_.trace(), std::min(config.arm_count, std::uint8_t{kMaxArms}), config.node_id),
-      picture_(servo_, config.node_id),
+      telemetry_frames_(core_, config.node_id),
+      status_(core_, params_, store_, telemetry_frames_, config.node_id),
+      recording_(core_.observers().recorder, std::min(config.arm_count, std::uint8_t{kMaxArms}),
+                 config.node_id),
+      picture_(core_, config.node_id),
       server_(*this, config.node_id, {}, config.block_bytes) {
   if (config_.arm_count > kMaxArms)
     config_.arm_count = kMaxArms;  // such a controller is faulted; its answers stay in bounds
   param_store_.load(params_);
-  if (store_.open(running_) == StoreStatus::kOk) (void)servo_.post_scene(running_, store_.sequence());
+  if (store_.open(running_) == StoreStatus::kOk)
+    (void)core_.sources().scene.post(running_, store_.sequence());
 }
 
 // ------------------------------------------------------------------------------------------------ the link
@@ -70,7 +73,7 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
 void Controller::on_frame(const link::CanFrame& frame, link::Micros now) noexcept {
   ++frames_received_;
   if (!frame.extended && frame.id == link::EmergencyStop::kId) {  // with or without data, remote or not
-    (void)servo_.request(Command::kStop);
+    (void)core_.commands().request(Command::kStop);
     return;
   }
   if (!frame.extended && frame.id == std::uint32_t{link::ForceOrder::kId} + config_.node_id) {
@@ -86,11 +89,11 @@ void Controller::take_order(const link::CanFrame& frame, link::Micros now) noexc
   link::ForceOrder order;
   if (!link::from_frame(frame, config_.node_id, order) || order.arm >= config_.arm_count) {
     ++orders_.wrong;
-  } else if (!servo_.order_force(order, now)) {
+  } else if (!core_.sources().host.order(order, now)) {
     ++orders_.old;
   } else {
     ++orders_.taken;
-    servo_.keep_alive();
+    core_.commands().keep_alive();
   }
 }
 
@@ -125,7 +128,7 @@ link::DeviceState Controller::device_state() const noexcept {
   const Telemetry& record = telemetry_frames_.record();
   link::DeviceState state;
   state.mode = mode();
-  state.fault = static_cast<std::uint8_t>(servo_.fault());
+  state.fault = static_cast<std::uint8_t>(core_.status().fault());
   state.flags = status_.flags();
   state.tick = static_cast<std::uint32_t>(record.tick);
   state.tick_rate_Hz = telemetry_frames_.rate_Hz();
@@ -152,8 +155,8 @@ link::Lateness Controller::lateness() const noexcept {
                                  &late.below_500us, &late.below_1ms,  &late.below_2ms,   &late.below_5ms,
                                  &late.longer};
   static_assert(std::size(bins) == kLateBounds_us.size() + 1);
-  for (std::size_t i = 0; i < std::size(bins); ++i) *bins[i] = servo_.late_ticks(i);
-  late.worst_s = servo_.worst_late_us() * 1e-6F;
+  for (std::size_t i = 0; i < std::size(bins); ++i) *bins[i] = core_.observers().late_ticks.ticks(i);
+  late.worst_s = core_.observers().late_ticks.worst_us() * 1e-6F;
   return late;
 }
 
@@ -179,14 +182,14 @@ Nrc Controller::read_data(std::uint16_t did, link::ByteWriter& out) noexcept {
       out.put_record(move_state());
       return Nrc::kOk;
     case link::TraceState::kId:
-      out.put_record(servo_.trace().state());
+      out.put_record(core_.observers().recorder.state());
       return Nrc::kOk;
     case link::Lateness::kId:
       out.put_record(lateness());
       return Nrc::kOk;
     case link::HostOrders::kId: {
       link::HostOrders orders = orders_;
-      orders.expired = servo_.orders_expired();
+      orders.expired = core_.sources().host.expired();
       out.put_record(orders);
       return Nrc::kOk;
     }
@@ -228,11 +231,11 @@ Nrc Controller::write_data(std::uint16_t did, std::span<const std::uint8_t> data
   if (data.size() != kParamBytes) return Nrc::kIncorrectLength;
   std::uint32_t bits = 0;
   for (std::size_t i = 0; i < kParamBytes; ++i) bits |= static_cast<std::uint32_t>(data[i]) << (8 * i);
-  // The tick reads parameters whenever it likes: a trace must have ended before, and none may be about to begin.
-  if (waited_for_ == Command::kTrace && servo_.command_pending()) return Nrc::kBusyRepeatRequest;
-  if (recorded(did) && servo_.trace().phase() == TracePhase::kRunning &&
+  // The tick reads parameters whenever it likes: a recording must have ended before, and none may be about to begin.
+  if (waited_for_ == Command::kRecord && core_.commands().pending()) return Nrc::kBusyRepeatRequest;
+  if (recorded(did) && core_.observers().recorder.phase() == TracePhase::kRunning &&
       params_.check(did, bits, motors_off()) == ParamStatus::kOk) {
-    servo_.trace().request_end(TraceEnd::kParameter);
+    core_.observers().recorder.request_end(TraceEnd::kParameter);
     return Nrc::kResponsePending;
   }
   switch (write_param(did, bits)) {
@@ -253,7 +256,7 @@ ParamStatus Controller::read_param(std::uint16_t id, std::uint32_t& bits) const 
 
 ParamStatus Controller::write_param(std::uint16_t id, std::uint32_t bits) noexcept {
   if (recorded(id) && params_.check(id, bits, motors_off()) == ParamStatus::kOk)
-    servo_.trace().request_end(TraceEnd::kParameter);
+    core_.observers().recorder.request_end(TraceEnd::kParameter);
   return params_.write(id, bits, motors_off());
 }
 
@@ -272,14 +275,14 @@ Nrc Controller::save_parameters() noexcept {
 
 bool Controller::motors_off() const noexcept {
   const Mode now = mode();
-  return now != Mode::kArmed && now != Mode::kDamping && !servo_.command_pending();
+  return now != Mode::kArmed && now != Mode::kDamping && !core_.commands().pending();
 }
 
 // Posts a command and answers when the tick has obeyed it or has not.
 Nrc Controller::run(Command command) noexcept {
   if (waited_for_ != command) {
     refuse("");
-    const Conditions against = servo_.request(command);
+    const Conditions against = core_.commands().request(command);
     if (against != 0) {
       refuse(against);
       return Nrc::kConditionsNotCorrect;
@@ -290,19 +293,20 @@ Nrc Controller::run(Command command) noexcept {
 }
 
 Nrc Controller::finish(Command command) noexcept {
-  if (servo_.command_pending()) return Nrc::kResponsePending;
+  if (core_.commands().pending()) return Nrc::kResponsePending;
   waited_for_ = Command::kNone;
   const Mode now = mode();
-  const bool moves = servo_.move_phase() != link::MovePhase::kNone;
+  const bool moves = core_.sources().move.phase() != link::MovePhase::kNone;
   const bool done = command == Command::kArm       ? now == Mode::kArmed
                     : command == Command::kHome    ? now == Mode::kHoming || now == Mode::kReady
                     : command == Command::kMove    ? moves
                     : command == Command::kEndMove ? !moves
-                    : command == Command::kTrace   ? servo_.trace().phase() == TracePhase::kRunning
-                                                   : servo_.fault() == Fault::kNone;
+                    : command == Command::kRecord ? core_.observers().recorder.phase() == TracePhase::kRunning
+                                                  : core_.status().fault() == Fault::kNone;
   if (done) return Nrc::kOk;
-  refuse(command == Command::kMove ? servo_.unmet_for_move()
-                                   : servo_.unmet());  // something came between the check and the tick
+  refuse(command == Command::kMove
+             ? core_.status().unmet_for_move()
+             : core_.status().unmet());  // something came between the check and the tick
   return Nrc::kConditionsNotCorrect;
 }
 
@@ -313,9 +317,9 @@ Nrc Controller::start_move(const link::MoveOrder& order) noexcept {
   if (waited_for_ != Command::kMove) {
     refuse("");
     const MoveOrder wanted = from_link(order);
-    if (!servo_.move_in_range(wanted)) return Nrc::kRequestOutOfRange;
-    if (servo_.command_pending()) return Nrc::kBusyRepeatRequest;
-    const Conditions against = servo_.request_move(wanted);
+    if (!core_.commands().move_in_range(wanted)) return Nrc::kRequestOutOfRange;
+    if (core_.commands().pending()) return Nrc::kBusyRepeatRequest;
+    const Conditions against = core_.commands().request_move(wanted);
     if (against != 0) {
       refuse(against);
       return Nrc::kConditionsNotCorrect;
@@ -329,54 +333,57 @@ Nrc Controller::end_move() noexcept { return run(Command::kEndMove); }
 
 link::MoveState Controller::move_state() const noexcept {
   link::MoveState state;
-  state.phase = servo_.move_phase();
-  state.end = servo_.move_end();
-  if (const GuardedMove* results = servo_.move_results()) {
-    state.samples = static_cast<std::uint16_t>(results->going().size() + results->coming_back().size());
-    state.turn_x_m = results->turn_m().x();
-    state.turn_y_m = results->turn_m().y();
-    state.turn_z_m = results->turn_m().z();
-    state.peak_force_N = results->peak_force_N();
-    state.friction_N = results->friction_N();
+  state.phase = core_.sources().move.phase();
+  state.end = core_.sources().move.end();
+  if (const MoveResults* results = core_.sources().move.results()) {
+    state.samples =
+        static_cast<std::uint16_t>(results->going.samples().size() + results->coming_back.samples().size());
+    state.turn_x_m = results->turn_m.x();
+    state.turn_y_m = results->turn_m.y();
+    state.turn_z_m = results->turn_m.z();
+    state.peak_force_N = results->peak_force_N;
+    state.friction_N = results->friction_N;
   }
   return state;
 }
 
 Nrc Controller::move_samples(link::ByteWriter& out) noexcept {
-  const GuardedMove* results = servo_.move_results();
+  const MoveResults* results = core_.sources().move.results();
   if (results == nullptr) return Nrc::kRequestSequenceError;
-  for (const MoveSample& sample : results->going()) out.put_record(to_link(link::MovePhase::kGoing, sample));
-  for (const MoveSample& sample : results->coming_back())
+  for (const MoveSample& sample : results->going.samples())
+    out.put_record(to_link(link::MovePhase::kGoing, sample));
+  for (const MoveSample& sample : results->coming_back.samples())
     out.put_record(to_link(link::MovePhase::kComingBack, sample));
   return Nrc::kOk;
 }
 
 Nrc Controller::start_trace() noexcept {
-  if (waited_for_ != Command::kTrace) {
-    if (servo_.scene_pending()) return Nrc::kBusyRepeatRequest;
-    if (servo_.trace().phase() == TracePhase::kRunning) {
+  if (waited_for_ != Command::kRecord) {
+    if (core_.sources().scene.pending()) return Nrc::kBusyRepeatRequest;
+    if (core_.observers().recorder.phase() == TracePhase::kRunning) {
       refuse("trace_runs");
       return Nrc::kConditionsNotCorrect;
     }
     recording_.discard();
     trace_crc_ = store_.image_crc();
   }
-  return run(Command::kTrace);
+  return run(Command::kRecord);
 }
 
 Nrc Controller::end_trace() noexcept {
-  if (servo_.trace().phase() != TracePhase::kRunning) return Nrc::kOk;
-  servo_.trace().request_end(TraceEnd::kStopped);
+  if (core_.observers().recorder.phase() != TracePhase::kRunning) return Nrc::kOk;
+  core_.observers().recorder.request_end(TraceEnd::kStopped);
   return Nrc::kResponsePending;
 }
 
 Nrc Controller::trace_start(link::ByteWriter& out) noexcept {
-  if (servo_.trace().phase() == TracePhase::kNone) return Nrc::kRequestSequenceError;
-  link::TraceStart start = servo_.trace().start();
+  const RecordingStart* recording = core_.observers().recorder.start();
+  if (recording == nullptr) return Nrc::kRequestSequenceError;
+  link::TraceStart start = recording->start;
   start.scene_crc = trace_crc_;
   out.put_record(start);
   for (std::size_t i = 0; i < config_.arm_count; ++i) {
-    link::TraceArm arm = servo_.trace().arms()[i];
+    link::TraceArm arm = recording->arms[i];
     arm.has_index = config_.arm[i].has_index;
     const kinematics::BasePose& base = config_.arm[i].base;
     for (int axis = 0; axis < 3; ++axis) arm.home_m[static_cast<std::size_t>(axis)] = base.home_m[axis];
@@ -389,7 +396,7 @@ Nrc Controller::trace_start(link::ByteWriter& out) noexcept {
 Nrc Controller::clear_faults() noexcept { return run(Command::kClear); }
 
 Nrc Controller::disarm() noexcept {
-  (void)servo_.request(Command::kDisarm);
+  (void)core_.commands().request(Command::kDisarm);
   return Nrc::kOk;
 }
 
@@ -419,7 +426,7 @@ void Controller::refuse(Conditions conditions) noexcept {
 
 Nrc Controller::prepare_download(std::uint32_t length, std::uint32_t crc, std::uint32_t& has) noexcept {
   refuse("");
-  if (servo_.scene_pending())
+  if (core_.sources().scene.pending())
     return Nrc::kBusyRepeatRequest;  // the tick still reads the slot that is to be erased
   const StoreStatus status = store_.begin(length, crc);
   if (status != StoreStatus::kOk) refuse(name(status));
@@ -443,53 +450,54 @@ Nrc Controller::finish_download() noexcept {
 
 Nrc Controller::activate() noexcept {
   if (activating_) {
-    if (servo_.scene_pending()) return Nrc::kResponsePending;
+    if (core_.sources().scene.pending()) return Nrc::kResponsePending;
     activating_ = false;
     if (!store_.verified()) return Nrc::kOk;
   }
-  if (servo_.scene_pending()) return Nrc::kBusyRepeatRequest;
+  if (core_.sources().scene.pending()) return Nrc::kBusyRepeatRequest;
   refuse("");
   const StoreStatus status = store_.commit(running_);
   if (status != StoreStatus::kOk) {
     refuse(name(status));
     return status == StoreStatus::kNoDownload ? Nrc::kConditionsNotCorrect : to_nrc(status);
   }
-  (void)servo_.post_scene(running_, store_.sequence(), store_.binding());
+  (void)core_.sources().scene.post(running_, store_.sequence(), store_.binding());
   activating_ = true;
   return Nrc::kResponsePending;
 }
 
 StoreStatus Controller::load_scene(std::span<const std::byte> image) noexcept {
-  if (servo_.scene_pending()) return StoreStatus::kBusy;
+  if (core_.sources().scene.pending()) return StoreStatus::kBusy;
   StoreStatus status = store_.begin(image.size(), crc32(image));
   if (status == StoreStatus::kOk) status = store_.write(store_.offset(), image.subspan(store_.offset()));
   if (status == StoreStatus::kOk) status = store_.verify();
   if (status == StoreStatus::kOk) status = store_.commit(running_);
-  if (status == StoreStatus::kOk) (void)servo_.post_scene(running_, store_.sequence(), store_.binding());
+  if (status == StoreStatus::kOk)
+    (void)core_.sources().scene.post(running_, store_.sequence(), store_.binding());
   return status;
 }
 
 std::size_t Controller::fault_count() const noexcept {
-  return static_cast<std::size_t>(std::popcount(servo_.faults_seen()));
+  return static_cast<std::size_t>(std::popcount(core_.status().faults_seen()));
 }
 
 link::FaultRecord Controller::fault(std::size_t index) const noexcept {
-  const std::uint32_t seen = servo_.faults_seen();
+  const std::uint32_t seen = core_.status().faults_seen();
   if (index >= static_cast<std::size_t>(std::popcount(seen))) return {};
   const auto number = static_cast<std::uint8_t>(nth_bit(seen, index));
-  const bool latched = number == static_cast<std::uint8_t>(servo_.fault());
+  const bool latched = number == static_cast<std::uint8_t>(core_.status().fault());
   return {number, static_cast<std::uint8_t>(link::kFaultConfirmed | (latched ? link::kFaultActive : 0U))};
 }
 
 // The frames of all arms, tick by tick; when they are more than the link shows, the newest.
 bool Controller::freeze_frame(std::uint8_t fault, std::size_t index, link::ByteWriter& out) const noexcept {
-  if (fault != static_cast<std::uint8_t>(servo_.fault())) return false;
+  if (fault != static_cast<std::uint8_t>(core_.status().fault())) return false;
   const std::size_t arms = config_.arm_count;
-  const std::size_t frames = servo_.freeze_count() * arms;
+  const std::size_t frames = core_.observers().freeze.count() * arms;
   if (index >= std::min(frames, link::kMaxFreezeFrames)) return false;
   if (frames > link::kMaxFreezeFrames) index += frames - link::kMaxFreezeFrames;
   Telemetry tick;
-  if (!servo_.freeze_tick(index / arms, tick)) return false;
+  if (!core_.observers().freeze.tick(index / arms, tick)) return false;
   const ArmTelemetry& arm = tick.arm[index % arms];
   link::FreezeFrame frame;
   frame.tick = static_cast<std::uint32_t>(tick.tick);
@@ -512,10 +520,10 @@ bool Controller::freeze_frame(std::uint8_t fault, std::size_t index, link::ByteW
 }
 
 void Controller::reset(link::Reset kind) noexcept {
-  (void)servo_.request(Command::kDisarm);
+  (void)core_.commands().request(Command::kDisarm);
   reset_ = kind;
 }
 
-void Controller::host_alive(link::Micros) noexcept { servo_.keep_alive(); }
+void Controller::host_alive(link::Micros) noexcept { core_.commands().keep_alive(); }
 
 }  // namespace thimble::firmware

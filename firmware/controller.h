@@ -2,10 +2,9 @@
 // nothing here touches hardware, allocates, throws or waits.
 //
 // Two contexts, and no more:
-//   servo       tick(), telemetry(). One thread or interrupt, at the fixed period of the Config.
-//   background  everything else: one thread or interrupt level at a time. It may be interrupted by the servo at
-//               any instruction and the other way round; they share only 32-bit (or smaller) lock-free atomics
-//               and single-writer buffers handed over by them, so neither ever waits for the other.
+//   tick        tick(), telemetry(). One thread or interrupt, at the fixed period of the Config.
+//   background  everything else: one thread or interrupt level at a time. Either may be interrupted by the other at any
+//               instruction. They share the types of firmware/exchange/ and nothing else, so neither ever waits for the other.
 // A program with one thread may call both in turn.
 //
 //   board: every period   out = controller.tick(in);                         // then write `out` to the drives
@@ -22,19 +21,19 @@
 #include <optional>
 #include <span>
 
-#include "firmware/faults.h"
+#include "firmware/core/core.h"
+#include "firmware/core/faults.h"
 #include "firmware/link/can_frame.h"
 #include "firmware/link/service_server.h"
 #include "firmware/observe/picture_frames.h"
 #include "firmware/observe/recording_frames.h"
 #include "firmware/observe/status_frames.h"
+#include "firmware/observe/telemetry.h"
 #include "firmware/observe/telemetry_frames.h"
 #include "firmware/params.h"
-#include "firmware/servo.h"
 #include "firmware/store/param_store.h"
 #include "firmware/store/scene_store.h"
 #include "firmware/store/storage.h"
-#include "firmware/telemetry.h"
 
 namespace thimble::firmware {
 
@@ -47,13 +46,11 @@ class Controller final : private link::ServiceBackend {
   Controller(const Controller&) = delete;
   Controller& operator=(const Controller&) = delete;
 
-  // --- servo
-  [[nodiscard]] Outputs tick(const Inputs& inputs) noexcept { return servo_.tick(inputs); }
-  [[nodiscard]] const Telemetry& telemetry() const noexcept {
-    return servo_.telemetry();
-  }  // of the last tick
+  // --- tick
+  [[nodiscard]] Outputs tick(const Inputs& inputs) noexcept { return core_.tick(inputs); }
+  [[nodiscard]] const Telemetry& telemetry() const noexcept { return core_.telemetry(); }  // of the last tick
   // The objects that move, as the next tick will meet them.
-  [[nodiscard]] std::span<const control::BodyState> bodies() const noexcept { return servo_.bodies(); }
+  [[nodiscard]] std::span<const control::BodyState> bodies() const noexcept { return core_.bodies(); }
 
   // --- background: the link
   void on_frame(const link::CanFrame& frame, link::Micros now) noexcept;
@@ -66,29 +63,35 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] std::optional<link::Reset> take_reset() noexcept;
 
   // --- background: what the services do, for a program that holds the controller
-  // Returns the conditions that stand against it (Condition bits); 0: accepted, the next tick acts.
-  [[nodiscard]] Conditions request(Command command) noexcept { return servo_.request(command); }
-  // A guarded move (firmware/guarded_move.h): the conditions that stand against it, or 0 and the next tick starts it.
+  // Returns the unmet conditions that refuse it (Condition bits); 0: accepted, the next tick executes it.
+  [[nodiscard]] Conditions request(Command command) noexcept { return core_.commands().request(command); }
+  // A guarded move (firmware/sources/guarded_move.h): the unmet conditions that refuse it, or 0 and the next tick starts it.
   // The order's values must pass move_in_range().
   [[nodiscard]] bool move_in_range(const MoveOrder& order) const noexcept {
-    return servo_.move_in_range(order);
+    return core_.commands().move_in_range(order);
   }
   [[nodiscard]] Conditions request_move(const MoveOrder& order) noexcept {
-    return servo_.request_move(order);
+    return core_.commands().request_move(order);
   }
   [[nodiscard]] link::MoveState move_state() const noexcept;
   // What the move that ran last measured; empty while one is under way.
-  [[nodiscard]] const GuardedMove* move_results() const noexcept { return servo_.move_results(); }
-  // A trace (firmware/trace.h); the link sends what it brings. A program that holds the controller may start it with
-  // request(Command::kTrace); its start record then has no scene_crc, which is the service's.
-  [[nodiscard]] link::TraceState trace_state() const noexcept { return servo_.trace().state(); }
-  // For a replay, before the first tick: Servo::resume(). The Config, the parameters and the scene must be those of the trace.
-  void resume(const link::TraceStart& start, const TraceArms& arms) noexcept { servo_.resume(start, arms); }
-  void replay(Command command) noexcept { servo_.replay(command); }
-  void keep_alive() noexcept { servo_.keep_alive(); }  // a valid command came; arming does not count as one
-  [[nodiscard]] Mode mode() const noexcept { return servo_.mode(); }
-  [[nodiscard]] Fault fault() const noexcept { return servo_.fault(); }
-  [[nodiscard]] Conditions unmet() const noexcept { return servo_.unmet(); }  // against arming, now
+  [[nodiscard]] const MoveResults* move_results() const noexcept { return core_.sources().move.results(); }
+  // A recording (firmware/observe/recorder.h); the link sends its entries. A program that holds the controller may start it with
+  // request(Command::kRecord); its start record then has no scene_crc, which is the service's.
+  [[nodiscard]] link::TraceState recording_state() const noexcept {
+    return core_.observers().recorder.state();
+  }
+  // For a replay, before the first tick: Core::resume(). The Config, the parameters and the scene must be those of the recording.
+  void resume(const RecordingStart& start) noexcept { core_.resume(start); }
+  void replay(Command command) noexcept { core_.commands().replay(command); }
+  void keep_alive() noexcept {
+    core_.commands().keep_alive();
+  }  // a valid command came; arming does not count as one
+  [[nodiscard]] Mode mode() const noexcept { return core_.status().mode(); }
+  [[nodiscard]] Fault fault() const noexcept { return core_.status().fault(); }
+  [[nodiscard]] Conditions unmet() const noexcept {
+    return core_.status().unmet();
+  }  // what refuses arming now
   // A write with access kAtRest is refused while the motors are on. A recording ends before a parameter that has an effect on
   // the forces is written (column `recorded` of params.def).
   [[nodiscard]] ParamStatus read_param(std::uint16_t id, std::uint32_t& bits) const noexcept;
@@ -103,7 +106,7 @@ class Controller final : private link::ServiceBackend {
 
   // The ticks up to the trip, 0 the oldest, until the fault is cleared. False: there is no such tick.
   [[nodiscard]] bool freeze_tick(std::size_t index, Telemetry& tick) const noexcept {
-    return servo_.freeze_tick(index, tick);
+    return core_.observers().freeze.tick(index, tick);
   }
 
  private:
@@ -146,7 +149,7 @@ class Controller final : private link::ServiceBackend {
 
   Config config_;
   Params params_;
-  Servo servo_;
+  Core core_;
   SceneStore store_;
   ParamStore param_store_;
   // What is sent as real-time frames (firmware/observe/).

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "firmware/servo.h"
+#include "firmware/core/config.h"
 
 namespace thimble::board {
 

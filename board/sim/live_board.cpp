@@ -39,7 +39,8 @@ LiveBoard::LiveBoard(const LiveOptions& options) : options_(options), ports_(std
   if (options.pty) ports_->add(std::make_unique<PtyPort>(options.link));
   if (!options.can.empty()) ports_->add(std::make_unique<CanPort>(options.can, firmware::Config{}.node_id));
   if (!options.tty.empty()) ports_->add(std::make_unique<TtyPort>(options.tty));
-  if (ports_->empty()) throw std::runtime_error("the device has no connection: use the pty, --tcp, --can or --tty");
+  if (ports_->empty())
+    throw std::runtime_error("the device has no connection: use the pty, --tcp, --can or --tty");
 
   constexpr std::size_t kSlotBytes = control::kMaxImageBytes + firmware::SceneStore::kHeaderBytes;
   if (options.store.empty()) {
@@ -103,7 +104,7 @@ void LiveBoard::run(const std::function<bool()>& stopping, const std::function<v
       due_s = kMostBehind_s;
     }
     sent.clear();
-    // In slices: a trace has room for Trace::kEntries ticks.
+    // In slices: the recorder has room for Recorder::kEntries ticks.
     for (; due_s > kSlice_s; due_s -= kSlice_s) {
       board_->step(kSlice_s);
       send_all();

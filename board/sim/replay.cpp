@@ -15,7 +15,7 @@ namespace {
 
 namespace link = firmware::link;
 
-firmware::Config config_of(const TraceRun& run) {
+firmware::Config config_of(const RecordedRun& run) {
   firmware::Config config;
   config.period_s = run.start.period_s;
   config.arm_count = run.start.arms;
@@ -42,7 +42,7 @@ firmware::Config config_of(const TraceRun& run) {
 
 class Replay::Board {
  public:
-  explicit Board(const TraceRun& run)
+  explicit Board(const RecordedRun& run)
       : storage_(run.image.size() + firmware::SceneStore::kHeaderBytes),
         controller_(config_of(run), storage_),
         arms_(run.start.arms),
@@ -59,12 +59,12 @@ class Replay::Board {
     const firmware::StoreStatus status = controller_.load_scene(run.image);
     if (status != firmware::StoreStatus::kOk)
       throw std::invalid_argument("its scene was refused: " + text_of(controller_.store().image_verdict()));
-    firmware::TraceArms arms;
+    firmware::RecordingStart start{run.start, {}};
     for (std::size_t i = 0; i < run.arms.size(); ++i) {
-      arms[i] = run.arms[i];
+      start.arms[i] = run.arms[i];
       inputs_.arm[i].counts = run.arms[i].raw;
     }
-    controller_.resume(run.start, arms);
+    controller_.resume(start);
     inputs_.tick = first_ = run.start.tick;
   }
 
@@ -123,7 +123,7 @@ class Replay::Board {
   firmware::Inputs inputs_;
 };
 
-Replay::Replay(const TraceRun& run) : board_(std::make_unique<Board>(run)) {}
+Replay::Replay(const RecordedRun& run) : board_(std::make_unique<Board>(run)) {}
 Replay::~Replay() = default;
 
 void Replay::tick(const Tick& tick) { board_->tick(tick, check_); }

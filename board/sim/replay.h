@@ -1,8 +1,8 @@
-// A trace (firmware/trace.h) fed to a controller of this process: the same core, so the same forces to the bit.
+// A recording (firmware/observe/recorder.h) fed to a controller of this process: the same core, so the same forces to the bit.
 //
 //   Replay replay(run);                       // std::invalid_argument: what does not fit
-//   for each tick of the trace: replay.tick({counts, levels, command});
-//   replay.check() against the trace's TraceCheck; replay.row() for the forces
+//   for each tick of the recording: replay.tick({counts, levels, command});
+//   replay.check() against the recording's TraceCheck; replay.row() for the forces
 //
 // One thread. The bytes of the image are copied.
 #pragma once
@@ -20,8 +20,8 @@
 
 namespace thimble::board {
 
-// What a trace says of its device.
-struct TraceRun {
+// What a recording says of its device.
+struct RecordedRun {
   firmware::link::TraceStart start;
   std::vector<firmware::link::TraceArm> arms;
   std::vector<std::string> models;  // of the arms
@@ -37,7 +37,7 @@ class Replay {
     firmware::link::TracedCommand command = firmware::link::TracedCommand::kNone;
   };
 
-  explicit Replay(const TraceRun& run);
+  explicit Replay(const RecordedRun& run);
   ~Replay();
   Replay(const Replay&) = delete;
   Replay& operator=(const Replay&) = delete;
@@ -46,7 +46,7 @@ class Replay {
   // What the device would have sent for the tick before: its CRC, its mode, the low bits of its number.
   [[nodiscard]] const firmware::link::TraceCheck& check() const noexcept { return check_; }
   [[nodiscard]] std::uint8_t fault() const noexcept;
-  // A row as in the log of a simulation, but that the tip is where the encoders say. Time counts from the trace's start.
+  // A row as in the log of a simulation, but that the tip is where the encoders say. Time counts from the recording's start.
   [[nodiscard]] LogRow row(std::size_t arm) const noexcept;
 
  private:

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "board/sim/verdict_text.h"
+#include "firmware/sources/guarded_move_link.h"
 
 namespace thimble::board {
 namespace {
@@ -56,13 +57,13 @@ SimProbe::Result SimProbe::move(const link::MoveOrder& order) {
   for (long left = std::lround(kLongestMove_s * board_.options().rate_Hz);
        left > 0 && controller.move_results() == nullptr; --left)
     tick();
-  const firmware::GuardedMove* results = controller.move_results();
+  const firmware::MoveResults* results = controller.move_results();
   if (results == nullptr) fail("the move did not end");
   if (controller.fault() != firmware::Fault::kNone) fail("the controller tripped");
   Result result{controller.move_state(), {}};
-  for (const firmware::MoveSample& sample : results->going())
+  for (const firmware::MoveSample& sample : results->going.samples())
     result.samples.push_back(firmware::to_link(link::MovePhase::kGoing, sample));
-  for (const firmware::MoveSample& sample : results->coming_back())
+  for (const firmware::MoveSample& sample : results->coming_back.samples())
     result.samples.push_back(firmware::to_link(link::MovePhase::kComingBack, sample));
   return result;
 }

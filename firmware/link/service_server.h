@@ -47,7 +47,7 @@ class ByteWriter {
 };
 
 struct FaultRecord {
-  std::uint8_t number = 0;  // of firmware/faults.def; never 0
+  std::uint8_t number = 0;  // of firmware/core/faults.def; never 0
   std::uint8_t status = 0;  // kFaultActive | kFaultConfirmed
 };
 

@@ -57,11 +57,11 @@ enum class Routine : std::uint16_t {
   // Arguments: length (4 bytes), CRC-32 (4 bytes), both big-endian. Answers how many bytes of this very image
   // the controller holds already (4 bytes): the download goes on from there.
   kPrepareDownload = 0x0205,
-  // A guarded move: the arm moves by itself (firmware/guarded_move.h). Start: arguments are a MoveOrder; also while
+  // A guarded move: the arm moves by itself (firmware/sources/guarded_move.h). Start: arguments are a MoveOrder; also while
   // it holds. Stop: the arm is let go. Results: MoveSamples, in the order in which they were taken.
   kMove = 0x0206,
   kSaveParameters = 0x0207,  // as they are now, over power-off; with the motors off
-  // A trace (firmware/trace.h): every tick's counts are sent, with checks of the forces. Start: with the motors off; the scene
+  // A trace (firmware/observe/recorder.h): every tick's counts are sent, with checks of the forces. Start: with the motors off; the scene
   // begins anew. Stop. Results: TraceStart, then a TraceArm for each arm.
   kTrace = 0x0208,
 };

@@ -14,7 +14,7 @@ bool PictureFrames::next_frame(link::CanFrame& frame) noexcept {
 bool PictureFrames::next_part(link::CanFrame& frame) noexcept {
   if (at_ == picture_.body_count + picture_.tissue_count) {
     if (next_plane(frame)) return true;
-    if (!servo_.next_scene_state(picture_)) return false;
+    if (!core_.observers().picture.next(picture_)) return false;
     ++sequence_;
     at_ = 0;
     part_ = 0;

@@ -11,9 +11,9 @@
 #include "control/bodies/bodies.h"
 #include "control/fields/fields.h"
 #include "control/scene/limits.h"
+#include "firmware/core/core.h"
 #include "firmware/link/can_frame.h"
-#include "firmware/servo.h"
-#include "firmware/telemetry.h"
+#include "firmware/observe/telemetry.h"
 
 namespace thimble::firmware {
 
@@ -22,7 +22,7 @@ class PictureFrames {
   // After each telemetry record. At 100 records a second 400 frames, a twentieth of a classic bus at 1 Mbit/s.
   static constexpr std::uint8_t kFramesARecord = 4;
 
-  PictureFrames(Servo& servo, std::uint8_t node) noexcept : servo_(servo), node_(node) {}
+  PictureFrames(Core& core, std::uint8_t node) noexcept : core_(core), node_(node) {}
 
   void on_record() noexcept { frames_left_ = kFramesARecord; }  // a telemetry record came
   [[nodiscard]] bool next_frame(link::CanFrame& frame) noexcept;
@@ -33,9 +33,9 @@ class PictureFrames {
   [[nodiscard]] link::CanFrame body_frame(const control::BodyState& body, std::uint8_t part) const noexcept;
   [[nodiscard]] link::CanFrame tissue_frame(const control::TissueView& tissue) const noexcept;
 
-  Servo& servo_;
+  Core& core_;
   std::uint8_t node_;
-  SceneState picture_;
+  Picture picture_;
   std::uint8_t sequence_ = 0;                   // counts pictures
   std::size_t at_ = 0;                          // bodies and tissues of the picture that have been sent whole
   std::uint8_t part_ = 0;                       // frames of the next one that have been sent

@@ -6,7 +6,7 @@ namespace thimble::firmware {
 
 bool RecordingFrames::next_frame(link::CanFrame& frame) noexcept {
   if (arm_ >= arm_count_ && !entry_.checked) {
-    if (!trace_.next(entry_)) return false;
+    if (!recorder_.next(entry_)) return false;
     arm_ = entry_.counted ? std::uint8_t{0} : arm_count_;
   }
   ++frames_in_a_row_;
@@ -31,7 +31,7 @@ bool RecordingFrames::services_turn() noexcept {
 }
 
 void RecordingFrames::discard() noexcept {
-  for (std::uint32_t i = 0; i < Trace::kEntries && trace_.next(entry_); ++i) {
+  for (std::uint32_t i = 0; i < Recorder::kEntries && recorder_.next(entry_); ++i) {
   }
   arm_ = control::kMaxArms;
   entry_.checked = false;

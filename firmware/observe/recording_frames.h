@@ -8,7 +8,7 @@
 
 #include "control/scene/limits.h"
 #include "firmware/link/can_frame.h"
-#include "firmware/trace.h"
+#include "firmware/observe/recorder.h"
 
 namespace thimble::firmware {
 
@@ -16,8 +16,8 @@ class RecordingFrames {
  public:
   static constexpr std::uint8_t kFramesInARow = 8;
 
-  RecordingFrames(Trace& trace, std::uint8_t arm_count, std::uint8_t node) noexcept
-      : trace_(trace), arm_count_(arm_count), node_(node) {}
+  RecordingFrames(Recorder& recorder, std::uint8_t arm_count, std::uint8_t node) noexcept
+      : recorder_(recorder), arm_count_(arm_count), node_(node) {}
 
   [[nodiscard]] bool next_frame(link::CanFrame& frame) noexcept;
   // True once after every kFramesInARow frames.
@@ -26,10 +26,10 @@ class RecordingFrames {
   void discard() noexcept;
 
  private:
-  Trace& trace_;
+  Recorder& recorder_;
   std::uint8_t arm_count_;
   std::uint8_t node_;
-  TraceEntry entry_;                      // the tick that is being sent
+  RecordingEntry entry_;                  // the tick that is being sent
   std::uint8_t arm_ = control::kMaxArms;  // whose counts are next; after the last arm comes the check
   std::uint8_t frames_in_a_row_ = 0;
 };

@@ -5,7 +5,7 @@
 
 namespace thimble::firmware {
 bool StatusFrames::next_frame(link::CanFrame& frame, link::Micros now) noexcept {
-  const Fault fault = servo_.fault();
+  const Fault fault = core_.status().fault();
   if (fault != reported_) {
     reported_ = fault;
     frame = emergency_frame(fault);
@@ -30,22 +30,22 @@ link::CanFrame StatusFrames::emergency_frame(Fault fault) const noexcept {
     emergency.code = row->emergency_code;
     emergency.error_register = 1;
     emergency.fault = static_cast<std::uint8_t>(fault);
-    emergency.tick = servo_.fault_tick();
+    emergency.tick = core_.status().fault_tick();
   }
   return link::to_frame(emergency, node_);
 }
 
 link::CanFrame StatusFrames::heartbeat_frame(Fault fault) const noexcept {
   link::Heartbeat heartbeat;
-  heartbeat.state = fault != Fault::kNone           ? link::NodeState::kFaulted
-                    : servo_.mode() == Mode::kArmed ? link::NodeState::kArmed
-                                                    : link::NodeState::kNotArmed;
+  heartbeat.state = fault != Fault::kNone                   ? link::NodeState::kFaulted
+                    : core_.status().mode() == Mode::kArmed ? link::NodeState::kArmed
+                                                            : link::NodeState::kNotArmed;
   return link::to_frame(heartbeat, node_);
 }
 
 link::CanFrame StatusFrames::status_frame(Fault fault) noexcept {
   link::Status status;
-  status.mode = servo_.mode();
+  status.mode = core_.status().mode();
   status.fault = static_cast<std::uint8_t>(fault);
   status.flags = flags();
   status.limiters = telemetry_.take_limiters();
@@ -55,7 +55,7 @@ link::CanFrame StatusFrames::status_frame(Fault fault) noexcept {
 }
 
 link::StatusFlags StatusFrames::flags() const noexcept {
-  const Conditions unmet = servo_.unmet();
+  const Conditions unmet = core_.status().unmet();
   link::StatusFlags flags;
   flags.homed = (unmet & kNotHomed) == 0;
   flags.dead_man = (unmet & kDeadManOpen) == 0;
@@ -64,7 +64,7 @@ link::StatusFlags StatusFrames::flags() const noexcept {
   flags.scene = flags.host_renders ? store_.image_bytes() != 0 : (unmet & kNoScene) == 0;
   flags.supervised = flags.host_renders || params_.on(Param::host_supervision);
   flags.uploading = store_.downloading();
-  flags.moves_itself = servo_.move_phase() != link::MovePhase::kNone;
+  flags.moves_itself = core_.sources().move.phase() != link::MovePhase::kNone;
   return flags;
 }
 

@@ -6,12 +6,12 @@
 
 #include <cstdint>
 
-#include "firmware/faults.h"
+#include "firmware/core/core.h"
+#include "firmware/core/faults.h"
 #include "firmware/link/can_frame.h"
 #include "firmware/link/messages.h"
 #include "firmware/observe/telemetry_frames.h"
 #include "firmware/params.h"
-#include "firmware/servo.h"
 #include "firmware/store/scene_store.h"
 
 namespace thimble::firmware {
@@ -21,9 +21,9 @@ class StatusFrames {
   static constexpr link::Micros kStatusPeriod_us = 100'000;
   static constexpr link::Micros kHeartbeatPeriod_us = 500'000;
 
-  StatusFrames(const Servo& servo, const Params& params, const SceneStore& store, TelemetryFrames& telemetry,
+  StatusFrames(const Core& core, const Params& params, const SceneStore& store, TelemetryFrames& telemetry,
                std::uint8_t node) noexcept
-      : servo_(servo), params_(params), store_(store), telemetry_(telemetry), node_(node) {}
+      : core_(core), params_(params), store_(store), telemetry_(telemetry), node_(node) {}
 
   [[nodiscard]] bool next_frame(link::CanFrame& frame, link::Micros now) noexcept;
   [[nodiscard]] link::StatusFlags flags() const noexcept;
@@ -33,7 +33,7 @@ class StatusFrames {
   [[nodiscard]] link::CanFrame heartbeat_frame(Fault fault) const noexcept;
   [[nodiscard]] link::CanFrame status_frame(Fault fault) noexcept;
 
-  const Servo& servo_;
+  const Core& core_;
   const Params& params_;
   const SceneStore& store_;
   TelemetryFrames& telemetry_;

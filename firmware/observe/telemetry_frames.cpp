@@ -14,7 +14,7 @@ constexpr std::uint64_t kRateWindow_us = 500'000;
 
 bool TelemetryFrames::fetch() noexcept {
   bool any = false;
-  for (std::size_t i = 0; i < Servo::kRecords && servo_.next_record(record_); ++i) {
+  for (std::size_t i = 0; i < TelemetryRecords::kRecords && core_.observers().records.next(record_); ++i) {
     any = true;
     ++sequence_;
     for (std::size_t arm = 0; arm < record_.arm_count; ++arm) limiters_ |= record_.arm[arm].limiters;

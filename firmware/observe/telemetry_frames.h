@@ -8,15 +8,15 @@
 #include <cstdint>
 
 #include "control/scene/limits.h"
+#include "firmware/core/core.h"
 #include "firmware/link/can_frame.h"
-#include "firmware/servo.h"
-#include "firmware/telemetry.h"
+#include "firmware/observe/telemetry.h"
 
 namespace thimble::firmware {
 
 class TelemetryFrames {
  public:
-  TelemetryFrames(Servo& servo, std::uint8_t node) noexcept : servo_(servo), node_(node) {}
+  TelemetryFrames(Core& core, std::uint8_t node) noexcept : core_(core), node_(node) {}
 
   // Takes every record that the tick has put out. True: at least one.
   bool fetch() noexcept;
@@ -34,7 +34,7 @@ class TelemetryFrames {
   [[nodiscard]] link::CanFrame pose_frame(std::size_t arm) const noexcept;
   [[nodiscard]] link::CanFrame force_frame(std::size_t arm) const noexcept;
 
-  Servo& servo_;
+  Core& core_;
   std::uint8_t node_;
   Telemetry record_;
   std::uint8_t sequence_ = 0;                        // counts records: pairs pose with force

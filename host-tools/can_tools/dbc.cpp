@@ -7,7 +7,7 @@
 #include <cmath>
 #include <type_traits>
 
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "firmware/link/messages.h"
 
 namespace thimble::host {

@@ -3,7 +3,7 @@
 
 #include <iterator>
 
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"

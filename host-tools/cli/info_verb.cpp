@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include "control/scene/limits.h"
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "host-tools/cli/limits.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "board/sim/plant.h"
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "firmware/params.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"

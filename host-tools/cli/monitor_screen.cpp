@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "host-tools/client/flag_names.h"
 
 namespace thimble::host {

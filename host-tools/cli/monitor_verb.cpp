@@ -11,7 +11,7 @@
 #include <iostream>
 #include <map>
 
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/monitor_screen.h"
 #include "host-tools/cli/open_remote.h"

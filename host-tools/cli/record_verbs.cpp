@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "firmware/link/services.h"
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/open_remote.h"

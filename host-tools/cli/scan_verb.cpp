@@ -9,7 +9,7 @@
 
 #include "board/sim/sim_probe.h"
 #include "board/sim/specimen_file.h"
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"

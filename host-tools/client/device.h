@@ -34,7 +34,7 @@ namespace thimble::host {
 struct TipReading {
   std::array<double, 3> position_m{};
   std::array<double, 3> force_N{};  // that the device exerts on the hand, after all limits
-  std::uint8_t limiters = 0;        // Limiter bits of firmware/telemetry.h: which of them acted
+  std::uint8_t limiters = 0;        // Limiter bits of firmware/observe/telemetry.h: which of them acted
   std::uint8_t sequence = 0;        // counts readings: a gap are those that came meanwhile, or were lost
   link::Micros heard_us = 0;        // by now_us(): the reading is as old as that, and the link's delay
 };
@@ -73,7 +73,7 @@ class Device {
   [[nodiscard]] std::vector<link::MoveSample> move_samples();
   void end_move();
 
-  // A trace (firmware/trace.h); its frames come as telemetry(). How it began: a TraceStart, and a TraceArm for each arm.
+  // A trace (firmware/observe/recorder.h); its frames come as telemetry(). How it began: a TraceStart, and a TraceArm for each arm.
   void start_trace();
   void end_trace();
   [[nodiscard]] link::TraceState trace_state();

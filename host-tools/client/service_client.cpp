@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "host-tools/client/requests.h"
 
 namespace thimble::host {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <sstream>
 
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "firmware/link/services.h"
 #include "firmware/params.h"
 #include "host-tools/error.h"

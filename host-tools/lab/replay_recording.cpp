@@ -17,7 +17,7 @@ std::unique_ptr<board::Replay> open_replay(const Recording& recording) {
   const RecordingHeader& header = recording.header;
   try {
     return std::make_unique<board::Replay>(
-        board::TraceRun{header.start, header.arms, header.models, header.parameters, header.scene});
+        board::RecordedRun{header.start, header.arms, header.models, header.parameters, header.scene});
   } catch (const std::invalid_argument& error) {
     throw Error(ExitCode::kBadInput, "cannot-replay",
                 std::string("the recording cannot be replayed: ") + error.what(),

@@ -13,7 +13,7 @@
 #include <variant>
 #include <vector>
 
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "host-tools/client/device.h"
 #include "host-tools/client/discovery.h"
 #include "host-tools/compiler/compile.h"

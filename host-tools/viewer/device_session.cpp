@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "host-tools/client/discovery.h"
 
 namespace thimble::host {

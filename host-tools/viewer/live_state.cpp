@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "firmware/faults.h"
+#include "firmware/core/faults.h"
 #include "host-tools/client/flag_names.h"
 
 namespace thimble::host {

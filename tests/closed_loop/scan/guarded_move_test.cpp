@@ -7,6 +7,7 @@
 #include <string>
 
 #include "board/sim/sim_probe.h"
+#include "firmware/sources/guarded_move_link.h"
 #include "tests/closed_loop/scan/specimens.h"
 #include "tests/support/figure.h"
 

@@ -230,7 +230,7 @@ class Mps2(unittest.TestCase):
 
     def test_a_hanging_tick_starts_it_again(self):
         board = self.armed()
-        board.patch("thimble::firmware::Servo::tick", HANG)
+        board.patch("thimble::firmware::Core::tick", HANG)
         self.wait_for_restart(board, "watchdog")
         self.assertFalse(board.enabled())
 

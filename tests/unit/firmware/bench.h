@@ -81,8 +81,10 @@ class Bench {
         controller(std::make_unique<Controller>(bench_config, storage)) {
     inputs.dead_man = true;
     for (std::size_t i = 0; i < firmware::kMaxArms; ++i) {
-      const kinematics::ArmModel* model = kinematics::find_arm_model(config.arm[i].model);
-      if (model == nullptr) model = &kinematics::arm_models().front();
+      const auto models = config.arm_models.empty() ? kinematics::arm_models() : config.arm_models;
+      const kinematics::ArmModel* model = &models.front();
+      for (const kinematics::ArmModel& known : models)
+        if (known.name == config.arm[i].model) model = &known;
       arms.emplace_back(*model, config.arm[i].base);
       joints.push_back(arms.back().home());
     }

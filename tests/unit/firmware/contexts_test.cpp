@@ -1,5 +1,5 @@
 // The two contexts at once: one thread ticks, the other arms, disarms, uploads scenes, trips, clears, writes
-// parameters and reads records and freeze-frames, as a board's servo and background do. What is read must be
+// parameters and reads records and freeze-frames, as the two contexts of a board do. What is read must be
 // whole.
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ bool whole(const Telemetry& t) { return t.time_us == 7 * t.tick; }
 TEST(Contexts, ServoAndBackgroundAtOnce) {
   constexpr int kTicks = 200000;
   firmware::Params params;
-  firmware::Servo servo({}, params);
+  firmware::Core core({}, params);
   const std::vector<std::byte> images[2] = {plane_image(500.0F, 0.0F), plane_image(900.0F, -0.001F)};
   control::SceneView scenes[2];
   for (int i = 0; i < 2; ++i)
@@ -35,7 +35,7 @@ TEST(Contexts, ServoAndBackgroundAtOnce) {
       inputs.arm[0].sample_tick = inputs.tick;
       inputs.arm[0].counts = {static_cast<std::uint32_t>(i / 8 % 2),
                               static_cast<std::uint32_t>(-(i / 8 % 20)), 0};
-      (void)servo.tick(inputs);
+      (void)core.tick(inputs);
       if (i % 64 == 0) std::this_thread::yield();  // on one core the background needs a turn
     }
     done = true;
@@ -48,19 +48,19 @@ TEST(Contexts, ServoAndBackgroundAtOnce) {
   const firmware::ParamRow& decimation = *firmware::find_param("telemetry_decimation");
   EXPECT_EQ(params.write(decimation.id, 3, true), firmware::ParamStatus::kOk);
   for (int i = 0; !done; ++i) {
-    servo.keep_alive();
-    if (i % 5 == 0 && servo.post_scene(scenes[swaps % 2], swaps + 1)) ++swaps;
-    (void)servo.request(i % 50 == 49 ? Command::kStop : Command::kClear);
-    (void)servo.request(Command::kHome);
-    (void)servo.request(Command::kArm);
+    core.commands().keep_alive();
+    if (i % 5 == 0 && core.sources().scene.post(scenes[swaps % 2], swaps + 1)) ++swaps;
+    (void)core.commands().request(i % 50 == 49 ? Command::kStop : Command::kClear);
+    (void)core.commands().request(Command::kHome);
+    (void)core.commands().request(Command::kArm);
     (void)params.write(max_force.id, std::bit_cast<std::uint32_t>(1.0F + static_cast<float>(i % 8)), false);
-    armed += servo.mode() == Mode::kArmed ? 1 : 0;
-    while (servo.next_record(t)) {
+    armed += core.status().mode() == Mode::kArmed ? 1 : 0;
+    while (core.observers().records.next(t)) {
       torn += whole(t) && t.tick > last_tick ? 0 : 1;
       last_tick = t.tick;
       ++records;
     }
-    for (std::size_t k = 0; servo.freeze_tick(k, t); ++k) {
+    for (std::size_t k = 0; core.observers().freeze.tick(k, t); ++k) {
       torn += whole(t) ? 0 : 1;
       ++frames;
     }
@@ -76,15 +76,15 @@ TEST(Contexts, ServoAndBackgroundAtOnce) {
   EXPECT_GT(armed, 2);
 }
 
-// Traces begun, read and ended while the tick runs: each entry is whole, and ticks only go up.
-TEST(Contexts, ATraceIsReadWhileItGrows) {
+// Recordings begun, read and ended while the tick runs: each entry is whole, and ticks only go up.
+TEST(Contexts, ARecordingIsReadWhileItGrows) {
   constexpr int kTicks = 200000;
   firmware::Params params;
-  firmware::Servo servo({}, params);
+  firmware::Core core({}, params);
   const std::vector<std::byte> image = plane_image(500.0F, 0.0F);
   control::SceneView scene;
   ASSERT_EQ(control::SceneView::check(image, scene), control::ImageStatus::kOk);
-  ASSERT_TRUE(servo.post_scene(scene, 1));
+  ASSERT_TRUE(core.sources().scene.post(scene, 1));
   std::atomic<bool> done{false};
   std::thread ticking([&] {
     Inputs inputs;
@@ -94,7 +94,7 @@ TEST(Contexts, ATraceIsReadWhileItGrows) {
       inputs.arm[0].sample_tick = inputs.tick;
       const auto count = static_cast<std::uint32_t>(inputs.tick);  // a count a tick
       inputs.arm[0].counts = {count, count + 1, count + 2};
-      (void)servo.tick(inputs);
+      (void)core.tick(inputs);
       if (i % 64 == 0) std::this_thread::yield();
     }
     done = true;
@@ -102,11 +102,11 @@ TEST(Contexts, ATraceIsReadWhileItGrows) {
   int entries = 0, torn = 0, ends = 0;
   std::uint32_t dropped = 0;
   std::uint16_t last_tick = 0;
-  firmware::TraceEntry entry;
+  firmware::RecordingEntry entry;
   while (!done) {
-    servo.keep_alive();
-    (void)servo.request(Command::kTrace);
-    for (int i = 0; i < 200 && servo.trace().next(entry); ++i) {
+    core.commands().keep_alive();
+    (void)core.commands().request(Command::kRecord);
+    for (int i = 0; i < 200 && core.observers().recorder.next(entry); ++i) {
       const bool follows = static_cast<std::uint16_t>(entry.tick - last_tick) < 0x8000;
       const bool fits = !entry.counted || (entry.counts[0][0] == entry.tick &&
                                            entry.counts[0][2] == static_cast<std::uint16_t>(entry.tick + 2));
@@ -116,8 +116,8 @@ TEST(Contexts, ATraceIsReadWhileItGrows) {
       ++entries;
       if (!entry.counted) ++ends;
     }
-    if (entries % 7 == 0) servo.trace().request_end(firmware::TraceEnd::kStopped);
-    dropped += servo.trace().state().dropped != 0 ? 1U : 0U;
+    if (entries % 7 == 0) core.observers().recorder.request_end(firmware::TraceEnd::kStopped);
+    dropped += core.observers().recorder.state().dropped != 0 ? 1U : 0U;
     std::this_thread::yield();
   }
   ticking.join();

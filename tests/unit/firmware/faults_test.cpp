@@ -12,7 +12,7 @@
 #include <string>
 
 #include "tests/unit/firmware/bench.h"
-#include "tests/unit/firmware/fault_hooks.h"
+#include "tests/unit/firmware/fault_rig.h"
 
 namespace thimble::test {
 namespace {
@@ -33,7 +33,7 @@ void set_param(Bench& bench, const char* name, float value) {
 
 // Pressing with 5 N for longer than the ramp, and trembling.
 std::unique_ptr<Bench> pressing() {
-  auto bench = std::make_unique<Bench>();
+  auto bench = std::make_unique<Bench>(fault_config());
   scripted_force_N = {0, 0, 5};
   bench->start();
   bench->move({0, 0, -0.003}, 400);
@@ -94,7 +94,7 @@ const std::map<Fault, Injector>& injectors() {
         [](Bench&) { restore_model(); }}},
       {Fault::host_lost,
        {[] {
-          auto bench = std::make_unique<Bench>();
+          auto bench = std::make_unique<Bench>(fault_config());
           set_param(*bench, "host_supervision", 1);
           scripted_force_N = {0, 0, 5};
           bench->start();
@@ -107,7 +107,7 @@ const std::map<Fault, Injector>& injectors() {
         [](Bench& b) { b.inputs.arm[0].drive_fault = false; }}},
       {Fault::homing_timeout,
        {[] {
-          firmware::Config config;
+          firmware::Config config = fault_config();
           config.arm[0].has_index = true;
           auto bench = std::make_unique<Bench>(config);
           set_param(*bench, "homing_timeout", 1);
@@ -119,7 +119,7 @@ const std::map<Fault, Injector>& injectors() {
         [](Bench&) {}, 4003, [](Bench& b) { b.inputs.arm[0].index = true; }}},
       {Fault::bad_config,
        {[] {
-          firmware::Config config;
+          firmware::Config config = fault_config();
           config.arm[0].model = "no such arm";
           auto bench = std::make_unique<Bench>(config);
           bench->load();

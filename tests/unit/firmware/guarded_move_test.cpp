@@ -1,5 +1,5 @@
 // The guarded move's rules: what it is refused for, its ranges, and the buffer of what it measures.
-#include "firmware/guarded_move.h"
+#include "firmware/sources/guarded_move.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Forces that the host orders (parameter host_forces): what is felt of them, when they expire, and what still limits them.
-#include "firmware/host_forces.h"
+#include "firmware/sources/host_forces.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,5 @@
 // What the hand can be given: clamp, slew, ramp, current and thermal limits over the real renderer and a tip
 // that jumps about.
-#include "firmware/limits.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <cstdio>
 #include <random>
 
+#include "firmware/core/force_limits.h"
 #include "tests/unit/firmware/bench.h"
 
 namespace thimble::test {

@@ -1,4 +1,4 @@
-// The tick uses no heap: armed and in contact, through a scene swap, a trip, damping and a clear, and while a trace runs, with two
+// The tick uses no heap: armed and in contact, through a scene swap, a trip, damping and a clear, and while a recording runs, with two
 // arms.
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ TEST(NoHeap, InTheTick) {
     }
     if (i == 12000) (void)bench.controller->request(Command::kStop);
     if (i == 14000) (void)bench.controller->request(Command::kClear);
-    if (i == 14005) (void)bench.controller->request(Command::kTrace);
+    if (i == 14005) (void)bench.controller->request(Command::kRecord);
     if (i == 14010) (void)bench.controller->request(Command::kArm);
     {
       const NoHeapGuard guard;
@@ -50,7 +50,7 @@ TEST(NoHeap, InTheTick) {
   std::printf("20000 ticks under the guard, %d contacts, modes seen 0x%x\n", contacts,
               static_cast<unsigned>(modes));
   EXPECT_GT(contacts, 5000);
-  EXPECT_EQ(bench.controller->trace_state().ticks, 20000U - 14006U) << "the trace ran to the end";
+  EXPECT_EQ(bench.controller->recording_state().ticks, 20000U - 14006U) << "the recording ran to the end";
   EXPECT_EQ(modes, 1 << static_cast<int>(Mode::kArmed) | 1 << static_cast<int>(Mode::kDamping) |
                        1 << static_cast<int>(Mode::kFaulted) | 1 << static_cast<int>(Mode::kReady));
 }

@@ -8,9 +8,9 @@
 #include <sstream>
 #include <string>
 
-#include "firmware/faults.h"
+#include "firmware/core/core.h"
+#include "firmware/core/faults.h"
 #include "firmware/params.h"
-#include "firmware/servo.h"
 
 namespace thimble::test {
 namespace {

@@ -155,9 +155,9 @@ host::Recording felt(const fs::path& folder, const std::vector<std::byte>& befor
   traced.seconds(0.1);
   EXPECT_EQ(controller.request(Command::kArm), 0U);
   traced.seconds(seconds);
-  EXPECT_EQ(controller.trace_state().phase, link::TracePhase::kRunning)
-      << link::name(static_cast<link::TraceEnd>(controller.trace_state().end));
-  EXPECT_EQ(controller.trace_state().dropped, 0U);
+  EXPECT_EQ(controller.recording_state().phase, link::TracePhase::kRunning)
+      << link::name(static_cast<link::TraceEnd>(controller.recording_state().end));
+  EXPECT_EQ(controller.recording_state().dropped, 0U);
   return traced.finish(begun);
 }
 

@@ -1,5 +1,5 @@
-// Traces: what they bring gives the same forces again in a fresh controller, to the bit; they end where it would not; what does not
-// get through is counted.
+// Recordings: fed to a fresh controller they give the same forces again, to the bit; they end where they would not; entries that are
+// dropped are counted.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,17 +14,17 @@ namespace thimble::test {
 namespace {
 
 namespace link = firmware::link;
-using firmware::Trace;
+using firmware::Recorder;
 using link::TraceEnd;
 using link::TracePhase;
 
-struct TracedFrames {
+struct RecordedFrames {
   std::vector<link::TraceCounts> counts;
   std::vector<link::TraceCheck> checks;
 };
 
 // What the link brings until nothing is left.
-void hear_trace(Bench& bench, TracedFrames& heard) {
+void receive(Bench& bench, RecordedFrames& heard) {
   link::CanFrame frame;
   while (bench.controller->next_frame(frame, bench.inputs.time_us)) {
     link::TraceCounts counts;
@@ -37,9 +37,9 @@ void hear_trace(Bench& bench, TracedFrames& heard) {
 }
 
 // A session with the services, for what only they have.
-class TraceAsker {
+class RecordingTester {
  public:
-  explicit TraceAsker(Bench& bench) : bench_(bench) {}
+  explicit RecordingTester(Bench& bench) : bench_(bench) {}
   std::vector<std::uint8_t> ask(const std::vector<std::uint8_t>& request) {
     link::IsoTpChannel channel(link::request_id(1), link::response_id(1), link::IsoTpConfig{});
     EXPECT_TRUE(channel.send(request, bench_.inputs.time_us));
@@ -69,12 +69,12 @@ class TraceAsker {
   Bench& bench_;
 };
 
-std::pair<link::TraceStart, firmware::TraceArms> started_with(Bench& bench) {
-  TraceAsker asker(bench);
+firmware::RecordingStart started_with(Bench& bench) {
+  RecordingTester asker(bench);
   EXPECT_EQ(asker.ask({0x10, 0x03})[0], 0x50);
   const std::vector<std::uint8_t> answer = asker.ask({0x31, 0x03, 0x02, 0x08});
-  link::TraceStart start;
-  firmware::TraceArms arms;
+  firmware::RecordingStart recording;
+  auto& [start, arms] = recording;
   std::span<const std::uint8_t> rest = std::span(answer).subspan(4);
   EXPECT_TRUE(link::decode(rest, start));
   rest = rest.subspan(link::wire_size<link::TraceStart>());
@@ -83,10 +83,10 @@ std::pair<link::TraceStart, firmware::TraceArms> started_with(Bench& bench) {
     rest = rest.subspan(link::wire_size<link::TraceArm>());
   }
   EXPECT_TRUE(rest.empty());
-  return {start, arms};
+  return recording;
 }
 
-TEST(Trace, AFreshControllerGivesTheSameForces) {
+TEST(Recording, AFreshControllerGivesTheSameForces) {
   for (const std::uint8_t arms : {std::uint8_t{1}, std::uint8_t{2}}) {
     firmware::Config config;
     config.arm_count = arms;
@@ -101,10 +101,10 @@ TEST(Trace, AFreshControllerGivesTheSameForces) {
     ASSERT_EQ(bench.mode(), Mode::kReady);
 
     bench.move({0.01, 0.02, 0.003}, 1000);
-    ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
+    ASSERT_EQ(bench.controller->request(Command::kRecord), 0);
     bench.tick();
-    ASSERT_EQ(bench.controller->trace_state().phase, TracePhase::kRunning);
-    TracedFrames heard;
+    ASSERT_EQ(bench.controller->recording_state().phase, TracePhase::kRunning);
+    RecordedFrames heard;
     std::vector<std::array<float, 6>> forces;
     std::vector<Inputs> inputs;
     std::vector<Command> commands;
@@ -120,7 +120,7 @@ TEST(Trace, AFreshControllerGivesTheSameForces) {
       forces.push_back(force);
       inputs.push_back(bench.inputs);
       commands.push_back(command);
-      hear_trace(bench, heard);
+      receive(bench, heard);
     };
     for (int i = 0; i < 37; ++i) tick();
     tick(Command::kArm);
@@ -134,11 +134,11 @@ TEST(Trace, AFreshControllerGivesTheSameForces) {
     for (int i = 0; i < 1500; ++i) tick();
     tick(Command::kArm);
     for (int i = 0; i < 300; ++i) tick();
-    EXPECT_EQ(bench.controller->trace_state().dropped, 0U);
-    const auto [start, start_arms] = started_with(bench);
+    EXPECT_EQ(bench.controller->recording_state().dropped, 0U);
+    const firmware::RecordingStart recording = started_with(bench);
     Bench fresh(config);
     fresh.load(1000.0F, 0.0F, 2.0F);
-    fresh.controller->resume(start, start_arms);
+    fresh.controller->resume(recording);
     std::size_t different = 0;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       fresh.controller->keep_alive();
@@ -157,23 +157,23 @@ TEST(Trace, AFreshControllerGivesTheSameForces) {
   }
 }
 
-// Homing at an index, in the trace: levels and commands are fed as the checks tell them.
-TEST(Trace, HomingComesOutAgain) {
+// Homing at an index, in the recording: levels and commands are fed as the checks tell them.
+TEST(Recording, HomingComesOutAgain) {
   firmware::Config config;
   config.arm[0].has_index = true;
   Bench bench(config);
   bench.load();
   bench.ticks(10);
-  ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
+  ASSERT_EQ(bench.controller->request(Command::kRecord), 0);
   bench.tick();
-  TracedFrames heard;
+  RecordedFrames heard;
   const std::uint64_t first = bench.inputs.tick + 1;
   std::vector<Inputs> inputs;
   const auto ticks = [&](int count) {
     for (int i = 0; i < count; ++i) {
       bench.tick();
       inputs.push_back(bench.inputs);
-      hear_trace(bench, heard);
+      receive(bench, heard);
     }
   };
   ticks(20);
@@ -191,14 +191,14 @@ TEST(Trace, HomingComesOutAgain) {
   }
   bench.inputs.arm[0].drive_fault = true;
   ticks(1);
-  EXPECT_EQ(bench.controller->trace_state().end, TraceEnd::kFault);
-  const auto [start, start_arms] = started_with(bench);
+  EXPECT_EQ(bench.controller->recording_state().end, TraceEnd::kFault);
+  const firmware::RecordingStart recording = started_with(bench);
 
   Bench fresh(config);
   fresh.load();
-  fresh.controller->resume(start, start_arms);
+  fresh.controller->resume(recording);
   std::uint32_t crc = 0;
-  link::Levels levels = start.levels;
+  link::Levels levels = recording.start.levels;
   std::size_t agreed = 0;
   auto check = heard.checks.begin();
   for (const Inputs& from : inputs) {
@@ -230,13 +230,13 @@ TEST(Trace, HomingComesOutAgain) {
   EXPECT_EQ(fresh.controller->fault(), Fault::drive_fault);
 }
 
-TEST(Trace, TheLinkHasEveryTickAndChecksWhereSomethingHappened) {
+TEST(Recording, TheLinkHasEveryTickAndChecksWhereSomethingHappened) {
   Bench bench;
   bench.load();
   bench.home();
-  ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
+  ASSERT_EQ(bench.controller->request(Command::kRecord), 0);
   bench.tick();
-  TracedFrames heard;
+  RecordedFrames heard;
   const std::uint64_t first = bench.inputs.tick + 1;
   std::uint64_t armed_at = 0;
   for (int i = 0; i < 100; ++i) {
@@ -245,7 +245,7 @@ TEST(Trace, TheLinkHasEveryTickAndChecksWhereSomethingHappened) {
       armed_at = bench.inputs.tick + 1;
     }
     bench.tick();
-    hear_trace(bench, heard);
+    receive(bench, heard);
   }
   ASSERT_EQ(heard.counts.size(), 100U);
   for (std::size_t i = 0; i < heard.counts.size(); ++i)
@@ -266,42 +266,42 @@ TEST(Trace, TheLinkHasEveryTickAndChecksWhereSomethingHappened) {
   EXPECT_EQ(heard.checks.size(), 7U);  // every 16 ticks, counted anew after the command's
 
   // The end says so, with the last tick's check.
-  TraceAsker asker(bench);
+  RecordingTester asker(bench);
   EXPECT_EQ(asker.ask({0x10, 0x03})[0], 0x50);
   EXPECT_EQ(asker.ask({0x31, 0x02, 0x02, 0x08})[0], 0x71);
-  EXPECT_EQ(bench.controller->trace_state().end, TraceEnd::kStopped);
+  EXPECT_EQ(bench.controller->recording_state().end, TraceEnd::kStopped);
 }
 
-TEST(Trace, AFullRingIsCounted) {
+TEST(Recording, AFullRingIsCounted) {
   Bench bench;
   bench.load();
   bench.home();
-  ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
+  ASSERT_EQ(bench.controller->request(Command::kRecord), 0);
   bench.tick();
-  bench.ticks(static_cast<int>(Trace::kEntries) + 100);
-  EXPECT_EQ(bench.controller->trace_state().dropped, 100U);
-  EXPECT_EQ(bench.controller->trace_state().ticks, Trace::kEntries + 100U);
-  TracedFrames heard;
-  hear_trace(bench, heard);
-  EXPECT_EQ(heard.counts.size(), Trace::kEntries);
+  bench.ticks(static_cast<int>(Recorder::kEntries) + 100);
+  EXPECT_EQ(bench.controller->recording_state().dropped, 100U);
+  EXPECT_EQ(bench.controller->recording_state().ticks, Recorder::kEntries + 100U);
+  RecordedFrames heard;
+  receive(bench, heard);
+  EXPECT_EQ(heard.counts.size(), Recorder::kEntries);
   bench.tick();
-  hear_trace(bench, heard);
+  receive(bench, heard);
   EXPECT_EQ(heard.counts.back().tick, bench.inputs.tick & 0x7FFFU) << "a gap, and then the next tick";
 }
 
-TEST(Trace, EndsWhereAHostGivesTheForces) {
+TEST(Recording, EndsWhereAHostGivesTheForces) {
   Bench bench;
   bench.load();
   bench.home();
   ASSERT_EQ(bench.controller->write_param(0x0123, 1), firmware::ParamStatus::kOk);
-  ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
+  ASSERT_EQ(bench.controller->request(Command::kRecord), 0);
   bench.ticks(3);
-  ASSERT_EQ(bench.controller->trace_state().phase, TracePhase::kRunning);
+  ASSERT_EQ(bench.controller->recording_state().phase, TracePhase::kRunning);
   ASSERT_EQ(bench.controller->request(Command::kArm), 0);
   bench.tick();
-  EXPECT_EQ(bench.controller->trace_state().phase, TracePhase::kEnded);
-  EXPECT_EQ(bench.controller->trace_state().end, TraceEnd::kHostForces);
-  EXPECT_EQ(bench.controller->trace_state().ticks, 2U);
+  EXPECT_EQ(bench.controller->recording_state().phase, TracePhase::kEnded);
+  EXPECT_EQ(bench.controller->recording_state().end, TraceEnd::kHostForces);
+  EXPECT_EQ(bench.controller->recording_state().ticks, 2U);
 }
 
 struct EndCase {
@@ -311,14 +311,14 @@ struct EndCase {
   std::function<void(Bench&)> event;
 };
 
-TEST(Trace, EndsWhereCountsDoNotDetermineTheForces) {
+TEST(Recording, EndsWhereCountsDoNotDetermineTheForces) {
   const std::vector<EndCase> cases = {
       {"a parameter", TraceEnd::kParameter, 4,
        [](Bench& b) {
          EXPECT_EQ(b.controller->write_param(0x0121, 1), firmware::ParamStatus::kNotWhileArmed)
              << "no end: refused";
          b.tick();
-         EXPECT_EQ(b.controller->trace_state().phase, TracePhase::kRunning);
+         EXPECT_EQ(b.controller->recording_state().phase, TracePhase::kRunning);
          EXPECT_EQ(b.controller->write_param(0x0101, std::bit_cast<std::uint32_t>(5000.0F)),
                    firmware::ParamStatus::kOk);
        }},
@@ -338,24 +338,24 @@ TEST(Trace, EndsWhereCountsDoNotDetermineTheForces) {
     bench.load();
     bench.home();
     bench.arm();
-    ASSERT_NE(bench.controller->request(Command::kTrace), 0) << "with the motors on";
+    ASSERT_NE(bench.controller->request(Command::kRecord), 0) << "with the motors on";
     ASSERT_EQ(bench.controller->request(Command::kDisarm), 0);
     bench.ticks(1200);
-    ASSERT_EQ(bench.controller->request(Command::kTrace), 0);
+    ASSERT_EQ(bench.controller->request(Command::kRecord), 0);
     bench.tick();
-    TracedFrames heard;
+    RecordedFrames heard;
     ASSERT_EQ(bench.controller->request(Command::kArm), 0);
     bench.ticks(3);
-    hear_trace(bench, heard);
+    receive(bench, heard);
     c.event(bench);
     bench.tick();
     std::uint32_t more = 0;
-    for (; bench.controller->trace_state().phase == TracePhase::kRunning && more < 5000; ++more) {
+    for (; bench.controller->recording_state().phase == TracePhase::kRunning && more < 5000; ++more) {
       bench.tick();
-      hear_trace(bench, heard);
+      receive(bench, heard);
     }
-    hear_trace(bench, heard);
-    const link::TraceState state = bench.controller->trace_state();
+    receive(bench, heard);
+    const link::TraceState state = bench.controller->recording_state();
     EXPECT_EQ(state.end, c.end) << c.what;
     if (c.end != TraceEnd::kHostSilent) {
       EXPECT_EQ(state.ticks, c.ticks) << c.what;
@@ -371,21 +371,21 @@ TEST(Trace, EndsWhereCountsDoNotDetermineTheForces) {
 }
 
 // A register of 16 bits goes over its edge all the time; one of 32 must not go farther than 16 tell.
-TEST(Trace, WideCountersMayNotJump) {
+TEST(Recording, WideCountersMayNotJump) {
   Bench narrow;
   narrow.count_at_home = 0xFFFF;
   narrow.counter_bits = 0xFFFF;
   narrow.load();
   narrow.home();
-  ASSERT_EQ(narrow.controller->request(Command::kTrace), 0);
+  ASSERT_EQ(narrow.controller->request(Command::kRecord), 0);
   narrow.tick();
-  TracedFrames heard;
+  RecordedFrames heard;
   for (int i = 0; i < 400; ++i) {
     narrow.place({0.02 * std::sin(0.05 * i), 0, 0.01 * std::sin(0.07 * i)});
     narrow.tick();
-    hear_trace(narrow, heard);
+    receive(narrow, heard);
   }
-  EXPECT_EQ(narrow.controller->trace_state().phase, TracePhase::kRunning);
+  EXPECT_EQ(narrow.controller->recording_state().phase, TracePhase::kRunning);
   EXPECT_EQ(heard.counts.size(), 400U);
   const auto high = [](const link::TraceCounts& counts) { return counts.counts[0] > 0x8000; };
   EXPECT_TRUE(std::ranges::any_of(heard.counts, high));
@@ -396,18 +396,18 @@ TEST(Trace, WideCountersMayNotJump) {
   Bench wide(config);
   wide.load();
   wide.home();
-  ASSERT_EQ(wide.controller->request(Command::kTrace), 0);
+  ASSERT_EQ(wide.controller->request(Command::kRecord), 0);
   wide.ticks(4);
   wide.count_at_home += 0x8000;
   wide.tick();
-  EXPECT_EQ(wide.controller->trace_state().end, TraceEnd::kCountsJumped);
-  EXPECT_EQ(wide.controller->trace_state().ticks, 3U);
+  EXPECT_EQ(wide.controller->recording_state().end, TraceEnd::kCountsJumped);
+  EXPECT_EQ(wide.controller->recording_state().ticks, 3U);
 }
 
-TEST(Trace, RefusedWhereItCannotBegin) {
+TEST(Recording, RefusedWhereItCannotBegin) {
   Bench bench;
   bench.tick();
-  EXPECT_EQ(bench.controller->request(Command::kTrace), firmware::kNoScene);
+  EXPECT_EQ(bench.controller->request(Command::kRecord), firmware::kNoScene);
   ASSERT_EQ(bench.controller->write_param(0x0123, 1), firmware::ParamStatus::kOk);
   bench.tick();
   EXPECT_EQ(bench.controller->unmet() & firmware::kNoScene, 0U) << "the host renders";
@@ -415,23 +415,23 @@ TEST(Trace, RefusedWhereItCannotBegin) {
   bench.tick();
   bench.inputs.e_stop = true;
   bench.tick();
-  EXPECT_EQ(bench.controller->request(Command::kTrace) & firmware::kFaultLatched, firmware::kFaultLatched);
+  EXPECT_EQ(bench.controller->request(Command::kRecord) & firmware::kFaultLatched, firmware::kFaultLatched);
   bench.inputs.e_stop = false;
   bench.tick();
   EXPECT_EQ(bench.controller->request(Command::kClear), 0);
   bench.tick();
-  EXPECT_EQ(bench.controller->request(Command::kTrace), 0) << "not homed: a trace may have that in it";
+  EXPECT_EQ(bench.controller->request(Command::kRecord), 0) << "not homed: a recording may have that in it";
   bench.tick();
-  TraceAsker asker(bench);
+  RecordingTester asker(bench);
   EXPECT_EQ(asker.ask({0x10, 0x03})[0], 0x50);
   EXPECT_EQ(asker.ask({0x31, 0x01, 0x02, 0x08}), (std::vector<std::uint8_t>{0x7F, 0x31, 0x22})) << "it runs";
   EXPECT_EQ(asker.ask({0x2E, 0x01, 0x70, 0x10, 0, 0, 0})[0], 0x6E) << "telemetry_decimation is nothing to it";
-  EXPECT_EQ(bench.controller->trace_state().phase, TracePhase::kRunning);
+  EXPECT_EQ(bench.controller->recording_state().phase, TracePhase::kRunning);
   EXPECT_EQ(asker.ask({0x2E, 0x01, 0x01, 0, 0, 0, 0}), (std::vector<std::uint8_t>{0x7F, 0x2E, 0x31}));
-  EXPECT_EQ(bench.controller->trace_state().phase, TracePhase::kRunning)
+  EXPECT_EQ(bench.controller->recording_state().phase, TracePhase::kRunning)
       << "a value that is refused is nothing to it either";
   EXPECT_EQ(asker.ask({0x2E, 0x01, 0x01, 0, 0x40, 0x9C, 0x45})[0], 0x6E);
-  EXPECT_EQ(bench.controller->trace_state().end, TraceEnd::kParameter);
+  EXPECT_EQ(bench.controller->recording_state().end, TraceEnd::kParameter);
   EXPECT_EQ(asker.ask({0x31, 0x01, 0x02, 0x08})[0], 0x71) << "the next one";
 }
 

@@ -1,4 +1,4 @@
-#include "firmware/guarded_move.h"
+#include "firmware/sources/guarded_move.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -10,8 +10,8 @@
 namespace thimble::firmware {
 namespace {
 
-constexpr float kShortest_m = 1e-4F;  // a way shorter than this has no direction: only hold
-constexpr float kCreep_m_s = 1e-3F;   // the last bit of a way, where sqrt(2 a s) would take for ever
+constexpr float kShortest_m = 1e-4F;  // a line shorter than this has no direction: only hold
+constexpr float kCreep_m_s = 1e-3F;   // lowest speed, or the last of sqrt(2 a s) would take for ever
 constexpr float kArrived_m = 1e-6F;
 
 float norm(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }
@@ -20,7 +20,7 @@ MoveSample mean(const MoveSample& a, const MoveSample& b) noexcept {
   return {0.5F * (a.tip_m + b.tip_m), 0.5F * (a.force_N + b.force_N)};
 }
 
-// By power over speed; per_m: how the joints turn for a metre of the way.
+// Joint friction as a force along the line, by power over speed. per_m: joint angle per metre along the line.
 float friction_along(const kinematics::ArmModel& model, const Vec3& per_m, float speed_m_s) noexcept {
   float friction_N = 0;
   for (int j = 0; j < 3; ++j) {
@@ -31,7 +31,7 @@ float friction_along(const kinematics::ArmModel& model, const Vec3& per_m, float
   return friction_N;
 }
 
-// What moves along the way, kg.
+// The apparent mass along the line, kg.
 float mass_along(const kinematics::ArmModel& model, const kinematics::Posture<float>& posture,
                  const Vec3& per_m) noexcept {
   float mass_kg = per_m.dot(kinematics::mass_matrix(model.inertia, posture) * per_m);
@@ -40,24 +40,6 @@ float mass_along(const kinematics::ArmModel& model, const kinematics::Posture<fl
 }
 
 }  // namespace
-
-MoveOrder from_link(const link::MoveOrder& order) noexcept {
-  return {order.arm,
-          order.come_back,
-          {order.target_x_m, order.target_y_m, order.target_z_m},
-          order.speed_m_s,
-          order.force_limit_N};
-}
-
-link::MoveSample to_link(link::MovePhase phase, const MoveSample& sample) noexcept {
-  link::MoveSample entry;
-  entry.phase = phase;
-  entry.tip_x_m = sample.tip_m.x();
-  entry.tip_y_m = sample.tip_m.y();
-  entry.tip_z_m = sample.tip_m.z();
-  entry.force_N = sample.force_N;
-  return entry;
-}
 
 void SampleBuffer::add(const MoveSample& sample) noexcept {
   // A running mean: sums of positions would lose what an encoder resolves.
@@ -74,8 +56,8 @@ void SampleBuffer::add(const MoveSample& sample) noexcept {
   interval_ *= 2;
 }
 
-void GuardedMove::start(const MoveOrder& order, const kinematics::Arm<float>& arm,
-                        const Vec3& tip_m) noexcept {
+void GuardedMove::start(const MoveOrder& order, const kinematics::Arm<float>& arm, const Vec3& tip_m,
+                        MoveResults& results) noexcept {
   start_m_ = state_ == State::kHolding && order.arm == order_.arm ? set_point_m_ : tip_m;
   order_ = order;
   state_ = State::kGoing;
@@ -88,10 +70,11 @@ void GuardedMove::start(const MoveOrder& order, const kinematics::Arm<float>& ar
   way_m_ = speed_m_s_ = 0;
   set_point_m_ = start_m_;
   filtered_N_.setZero();
-  friction_N_ = peak_force_N_ = 0;
-  turn_m_ = tip_m;
-  going_.clear();
-  coming_back_.clear();
+  results_ = &results;
+  results.friction_N = results.peak_force_N = 0;
+  results.turn_m = tip_m;
+  results.going.clear();
+  results.coming_back.clear();
 }
 
 void GuardedMove::stop() noexcept {
@@ -99,8 +82,8 @@ void GuardedMove::stop() noexcept {
   state_ = State::kNone;
 }
 
-// The set point's next place: faster, at speed, or slower towards its end; never further before the tip than
-// lead_m.
+// Moves the set point: it accelerates, holds its speed, or brakes towards the end of the line. It is never more than lead_m ahead of
+// where the move began.
 void GuardedMove::advance(float period_s, float lead_m) noexcept {
   acceleration_m_s2_ = 0;
   if (!under_way()) return;
@@ -122,7 +105,7 @@ void GuardedMove::turn(End end, bool come_back) noexcept {
   state_ = come_back ? State::kComingBack : State::kHolding;
 }
 
-// What the force of the last ticks and the set point's place mean.
+// Decides from the force of the last ticks and the position of the set point how the move goes on.
 void GuardedMove::judge(const Vec3& tip_m, float speed_m_s, float friction_N) noexcept {
   const float along_N = filtered_N_.dot(direction_);
   const float sideways_N = norm(filtered_N_ - along_N * direction_);
@@ -130,8 +113,8 @@ void GuardedMove::judge(const Vec3& tip_m, float speed_m_s, float friction_N) no
   switch (state_) {
     case State::kGoing: {
       const float contact_N = along_N - friction_N;
-      peak_force_N_ = std::max(peak_force_N_, contact_N);
-      turn_m_ = tip_m;
+      results_->peak_force_N = std::max(results_->peak_force_N, contact_N);
+      results_->turn_m = tip_m;
       if (contact_N >= order_.force_limit_N) {
         turn(End::kForceReached, true);
       } else if (way_m_ >= length_m_ - kArrived_m) {
@@ -174,10 +157,10 @@ LimitedForce GuardedMove::tick(const kinematics::Arm<float>& arm, const kinemati
   const Vec3 tip_m = posture.tip_m + kinematics::tip_stretch(posture, joint_stiffness_N_m_rad_, torque_N_m);
   const MoveSample sample{tip_m, contact_N.dot(direction_)};
   if (state_ == State::kGoing) {
-    friction_N_ = friction_N;
-    going_.add(sample);
+    results_->friction_N = friction_N;
+    results_->going.add(sample);
   } else if (state_ == State::kComingBack) {
-    coming_back_.add(sample);
+    results_->coming_back.add(sample);
   }
   filtered_N_ += (last_force_N - filtered_N_) * (period_s / (kFilter_s + period_s));
   judge(tip_m, norm(tip_velocity_m_s), friction_N);

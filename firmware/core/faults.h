@@ -9,7 +9,7 @@ namespace thimble::firmware {
 enum class Fault : std::uint8_t {
   kNone = 0,
 #define THIMBLE_FAULT(id, name, code, reaction, cause, remedy) name = (id),
-#include "firmware/faults.def"
+#include "firmware/core/faults.def"
 #undef THIMBLE_FAULT
 };
 
@@ -27,7 +27,7 @@ struct FaultRow {
 inline constexpr FaultRow kFaultTable[] = {
 #define THIMBLE_FAULT(id, name, code, reaction, cause, remedy) \
   {Fault::name, #name, code, Reaction::reaction, cause, remedy},
-#include "firmware/faults.def"
+#include "firmware/core/faults.def"
 #undef THIMBLE_FAULT
 };
 inline constexpr std::size_t kFaultCount = sizeof(kFaultTable) / sizeof(kFaultTable[0]);

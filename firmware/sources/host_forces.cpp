@@ -1,4 +1,4 @@
-#include "firmware/host_forces.h"
+#include "firmware/sources/host_forces.h"
 
 #include <algorithm>
 
@@ -16,7 +16,8 @@ std::int16_t to_mN(float force_N) noexcept { return link::wire::to_wire<std::int
 
 // A period that does not divide the life ends it early rather than late; one tick at least.
 HostForces::HostForces(float period_s) noexcept
-    : life_ticks_(std::max<std::uint32_t>(1, static_cast<std::uint32_t>(kLife_s / period_s + 0.01F))) {}
+    : ForceSource({.name = "host", .host = true, .ends_recording = link::TraceEnd::kHostForces}),
+      life_ticks_(std::max<std::uint32_t>(1, static_cast<std::uint32_t>(kLife_s / period_s + 0.01F))) {}
 
 bool HostForces::order(const link::ForceOrder& order, link::Micros now) noexcept {
   Arm& arm = arms_[order.arm];
@@ -30,10 +31,24 @@ bool HostForces::order(const link::ForceOrder& order, link::Micros now) noexcept
   return true;
 }
 
-void HostForces::forget() noexcept {
+bool HostForces::wanted(const Params& params) const noexcept { return params.on(Param::host_forces); }
+
+void HostForces::start(const SourceTick&) noexcept {
   for (Arm& arm : arms_) {
     arm.handed_over.skip();
     arm.in_force = false;
+  }
+}
+
+// Without an order that is in force the tip is damped.
+void HostForces::forces(const SourceTick& tick, SourceForces& out) noexcept {
+  const float damping_N_s_m = tick.params.get(Param::stop_damping);
+  for (std::size_t i = 0; i < tick.arms.size(); ++i) {
+    const ArmState& arm = tick.arms[i];
+    const Vec3* ordered_N = take(i, tick.tick);
+    out.arms[i].god_object_m = arm.posture.tip_m;
+    out.arms[i].force_N = ordered_N != nullptr ? *ordered_N : Vec3(-damping_N_s_m * arm.tip_velocity_m_s);
+    out.arms[i].contacts = 0;
   }
 }
 

@@ -1,12 +1,12 @@
-// The forces that a host orders, on their way to the tick: what is felt instead of the scene while the parameter
-// host_forces is 1. Owned by the servo; docs/host-rendering.md is the user's side of it.
+// The forces that a host orders, as a force source: what is felt instead of the scene while the parameter host_forces is 1.
+// docs/host-rendering.md is the user's side of it.
 //
 //   background  order(): the newest order of an arm replaces the one before it, also one that no tick has seen
-//   tick        forget() when it arms, then take() once a tick and arm
+//   tick        start() when it arms: what was ordered before does not count; then forces() takes the newest order of each arm
 //
 // An order is in force for kLife_s, counted in ticks (lost ones included) from the tick that took it; then it has
-// expired. Frames may arrive twice or out of order: an order is ignored if its number does not follow that of the last
-// one taken, unless that one has expired, because then a new program may have begun to count.
+// expired, and the tip is damped. Frames may arrive twice or out of order: an order is ignored if its number does not follow that of
+// the last one taken, unless that one has expired, because then a new program may have begun to count.
 //
 // Units: N, world frame. Cannot fail.
 #pragma once
@@ -15,29 +15,30 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "control/scene/limits.h"
 #include "firmware/exchange/snapshot.h"
 #include "firmware/exchange/word.h"
 #include "firmware/link/can_frame.h"
 #include "firmware/link/messages.h"
+#include "firmware/sources/force_source.h"
 #include "kinematics/vector.h"
 
 namespace thimble::firmware {
 
-class HostForces {
+class HostForces final : public ForceSource {
  public:
   static constexpr float kLife_s = 0.02F;
 
   explicit HostForces(float period_s) noexcept;
 
-  // --- background. arm < control::kMaxArms. False: it was ignored.
+  // --- background. arm < kMaxArms. False: it was ignored.
   [[nodiscard]] bool order(const link::ForceOrder& order, link::Micros now) noexcept;
   // Orders that expired since start.
   [[nodiscard]] std::uint32_t expired() const noexcept { return expired_.get(); }
 
   // --- tick
-  // What has been ordered until now does not count.
-  void forget() noexcept;
+  [[nodiscard]] bool wanted(const Params& params) const noexcept override;
+  void start(const SourceTick& tick) noexcept override;
+  void forces(const SourceTick& tick, SourceForces& out) noexcept override;
   // The order that is in force in this tick; null: none.
   [[nodiscard]] const Vec3* take(std::size_t arm, std::uint64_t tick) noexcept;
 
@@ -57,7 +58,7 @@ class HostForces {
     Vec3 force_N = Vec3::Zero();
   };
 
-  std::array<Arm, control::kMaxArms> arms_;
+  std::array<Arm, kMaxArms> arms_;
   std::uint32_t life_ticks_;
   Counter expired_;
 };

@@ -1,6 +1,6 @@
-// A guarded move: the arm itself leads its tip along a straight line until it meets something or has arrived,
-// and measures on the way. What `thimble scan` probes with. Owned by the servo, which calls tick() once a tick
-// while armed and active(), clamps and slews the force as every other, and stops the arm when it says kBlocked.
+// A guarded move: the arm leads its tip along a straight line until it meets something or arrives, and measures on the way.
+// `thimble scan` probes with it. The guest source GuardedMoveSource (guarded_move_source.h) calls tick() once a tick while the arm is
+// armed and the move is active(). The core clamps and slews the force as any other, and stops the arm when it is blocked.
 //
 //   set point   from the tip (or where the last move holds it) towards the target, trapezoidal speed
 //   force       K (set point - tip) + D (its velocity - the tip's), at most the order's limit + kForceMargin_N
@@ -8,10 +8,10 @@
 //   blocked     the limit is met sideways, on the way back or while holding, or the tip is faster than any move:
 //               somebody is in the way
 //
-// Contact force along the line: the commanded force less what the arm's model needs to move itself, joint friction by
-// its power, F v = sum of (coulomb |qd| + viscous qd^2), and inertia, q' (M + rotors) q' a. The tip is the encoders' plus the stretch of the cables
-// (kinematics/compliance.h). Units: m, m/s, N, s; world frame. No loop but one of kMaxSamples. Cannot fail: with
-// values that are not finite in, such a force comes out, and the servo trips.
+// Contact force along the line: the commanded force less what the arm's model needs to move itself: joint friction by its power,
+// F v = sum of (coulomb |qd| + viscous qd^2), and inertia, q' (M + rotors) q' a. The tip is the encoders' tip plus the stretch of the
+// cables (kinematics/compliance.h). Units: m, m/s, N, s; world frame. No loop but one of kMaxSamples. Cannot fail: from values that are
+// not finite follows a force that is not finite, and the core trips.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@
 #include <cstdint>
 #include <span>
 
-#include "firmware/limits.h"
+#include "firmware/core/force_limits.h"
 #include "firmware/link/messages.h"
 #include "firmware/link/services.h"
 #include "kinematics/arm.h"
@@ -40,10 +40,6 @@ struct MoveSample {
   Vec3 tip_m = Vec3::Zero();  // stretch taken off
   float force_N = 0;          // contact force along the line, model friction taken off
 };
-
-// As they travel.
-[[nodiscard]] MoveOrder from_link(const link::MoveOrder& order) noexcept;
-[[nodiscard]] link::MoveSample to_link(link::MovePhase phase, const MoveSample& sample) noexcept;
 
 class SampleBuffer {
  public:
@@ -69,6 +65,15 @@ class SampleBuffer {
   std::uint32_t interval_ = 1;  // ticks a sample
 };
 
+// What a move measured.
+struct MoveResults {
+  SampleBuffer going;
+  SampleBuffer coming_back;
+  float friction_N = 0;        // by the model, on the way out
+  float peak_force_N = 0;      // of the contact, filtered
+  Vec3 turn_m = Vec3::Zero();  // the tip where it turned or stopped
+};
+
 class GuardedMove {
  public:
   static constexpr float kStiffness_N_m = 1000.0F;
@@ -90,21 +95,14 @@ class GuardedMove {
   [[nodiscard]] std::uint8_t arm() const noexcept { return order_.arm; }
   [[nodiscard]] const Vec3& set_point_m() const noexcept { return set_point_m_; }
 
-  // order: its ranges are checked. tip_m: by the encoders.
-  void start(const MoveOrder& order, const kinematics::Arm<float>& arm, const Vec3& tip_m) noexcept;
+  // order: its ranges are checked. tip_m: by the encoders. results: written while under_way() only.
+  void start(const MoveOrder& order, const kinematics::Arm<float>& arm, const Vec3& tip_m,
+             MoveResults& results) noexcept;
   // The force to exert in this tick. last_force_N: what was exerted in the last one, after all limits.
   [[nodiscard]] LimitedForce tick(const kinematics::Arm<float>& arm,
                                   const kinematics::Posture<float>& posture, const Vec3& tip_velocity_m_s,
                                   const Vec3& last_force_N, float period_s) noexcept;
-  // The arm is let go. The measurement stays until the next start.
-  void stop() noexcept;
-
-  // Of the move that ran last; written while under_way() only.
-  [[nodiscard]] std::span<const MoveSample> going() const noexcept { return going_.samples(); }
-  [[nodiscard]] std::span<const MoveSample> coming_back() const noexcept { return coming_back_.samples(); }
-  [[nodiscard]] float friction_N() const noexcept { return friction_N_; }      // by the model, on the way out
-  [[nodiscard]] float peak_force_N() const noexcept { return peak_force_N_; }  // of the contact, filtered
-  [[nodiscard]] const Vec3& turn_m() const noexcept { return turn_m_; }        // the tip where it stopped
+  void stop() noexcept;  // the arm is let go
 
  private:
   void advance(float period_s, float lead_m) noexcept;
@@ -123,11 +121,7 @@ class GuardedMove {
   float acceleration_m_s2_ = 0;
   Vec3 set_point_m_ = Vec3::Zero();
   Vec3 filtered_N_ = Vec3::Zero();
-  float friction_N_ = 0;
-  float peak_force_N_ = 0;
-  Vec3 turn_m_ = Vec3::Zero();
-  SampleBuffer going_;
-  SampleBuffer coming_back_;
+  MoveResults* results_ = nullptr;
 };
 
 }  // namespace thimble::firmware

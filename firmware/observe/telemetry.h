@@ -1,30 +1,29 @@
-// What the controller shows of a tick: the struct that the link encodes into frames, the simulator logs and
-// the freeze-frame keeps. Filled at the end of every tick.
+// What the controller shows of a tick: the struct that the link encodes into frames, that the simulator logs, and that the
+// freeze-frame keeps. publish() of firmware/core/ fills it at the end of every tick.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
-#include "control/bodies/bodies.h"
-#include "control/contact/god_object.h"
-#include "control/fields/fields.h"
 #include "control/scene/limits.h"
-#include "firmware/faults.h"
+#include "firmware/core/conditions.h"
+#include "firmware/core/faults.h"
+#include "firmware/core/modes.h"
 #include "firmware/link/messages.h"
 #include "kinematics/vector.h"
 
 namespace thimble::firmware {
 
-using link::Mode;
 using enum link::Limiter;  // which limiters changed the force or the currents of an arm in this tick; 0: none
 
 struct ArmTelemetry {
   Vec3 tip_m = Vec3::Zero();  // world frame, like every vector here
   Vec3 tip_velocity_m_s = Vec3::Zero();
   Vec3 god_object_m = Vec3::Zero();
-  Vec3 force_N = Vec3::Zero();     // what the arm is asked for, after all limits; on the hand
-  Vec3 rendered_N = Vec3::Zero();  // what the renderer asked for, before ramp and limits
+  Vec3 force_N = Vec3::Zero();  // what the arm is asked for, after all limits; on the hand
+  Vec3 rendered_N =
+      Vec3::Zero();  // what the force source asked for, before ramp and limits; 0 in a guarded move
   Vec3 joint_rad = Vec3::Zero();
   Vec3 current_A = Vec3::Zero();
   std::array<std::uint32_t, 3> counts{};  // as the board gave them
@@ -39,10 +38,10 @@ struct Telemetry {
   float tick_us = 0;          // Inputs::last_tick_us: of the tick before
   Mode mode = Mode::kDisarmed;
   Fault fault = Fault::kNone;  // the first reason, until cleared
-  float ramp = 0;           // 0 to 1: the part of the rendered force that arming and scene swaps let through
-  std::uint32_t unmet = 0;  // Condition bits (servo.h) that stand against arming now
+  float ramp = 0;        // 0 to 1: the part of the rendered force that arming and scene swaps let through
+  Conditions unmet = 0;  // what refuses arming now
   std::uint8_t arm_count = 0;
-  bool moves_itself = false;         // a guarded move goes, comes back or holds
+  bool moves_itself = false;         // an arm follows a guarded move: on its way out, back, or holding
   std::uint32_t scene_sequence = 0;  // of the scene that is rendered; 0: none
   // Counters since power-on.
   std::uint32_t lost_ticks = 0;  // periods without a tick
@@ -58,17 +57,6 @@ struct Telemetry {
   std::uint32_t sweep_bound = 0;  // control::RenderCounters
   std::uint32_t slide_bound = 0;
   std::array<ArmTelemetry, control::kMaxArms> arm;
-};
-
-// What moves and gives way in the scene and what holds the god objects, for a picture elsewhere: the state of one tick.
-struct SceneState {
-  std::array<control::BodyState, control::kMaxBodies> bodies;
-  control::TissueViews tissues;
-  std::array<std::array<Vec3, control::kMaxContacts>, control::kMaxArms>
-      planes;  // their normals, world frame
-  std::array<std::uint8_t, control::kMaxArms> plane_count{};
-  std::size_t body_count = 0;
-  std::size_t tissue_count = 0;
 };
 
 }  // namespace thimble::firmware

@@ -1,0 +1,106 @@
+// Commands from the background to the tick, and the table that says for each command in which modes it is accepted and which conditions
+// refuse it. The background checks against the last tick (request()); the tick checks again when it executes (decide.cpp), because
+// something may have happened in between.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "firmware/core/conditions.h"
+#include "firmware/core/modes.h"
+#include "firmware/core/setup.h"
+#include "firmware/core/status.h"
+#include "firmware/exchange/request.h"
+#include "firmware/exchange/word.h"
+#include "firmware/params.h"
+#include "firmware/sources/sources.h"
+
+namespace thimble::firmware {
+
+struct CommandRow {
+  enum class NothingToDo : std::uint8_t {
+    kNever,
+    kWhenArmed,
+    kWithoutFault
+  };  // then it is accepted and not posted
+
+  Command command;
+  NothingToDo nothing_to_do;
+  Modes accepted_in;        // by the background; in other modes it is refused with kWrongMode
+  Conditions refused_by;    // in the background
+  Modes executed_in;        // by the tick; in other modes it has no effect
+  Conditions prevented_by;  // in the tick
+};
+
+inline constexpr Modes kAtRest = only(Mode::kDisarmed) | only(Mode::kReady);
+inline constexpr Conditions kCauses =
+    kEStopPressed | kDriveFault | kBadConfig;  // of faults, as long as they last
+
+inline constexpr std::array<CommandRow, 7> kCommandTable = {{
+    {Command::kHome, CommandRow::NothingToDo::kNever,  //
+     kAtRest | only(Mode::kFaulted), kFaultLatched | kEncoderStale | kBadConfig, kAtRest, 0},
+    {Command::kArm, CommandRow::NothingToDo::kWhenArmed,  //
+     kAllModes, kAnyCondition, only(Mode::kReady), kAnyCondition},
+    {Command::kDisarm, CommandRow::NothingToDo::kNever,  //
+     kAllModes, 0, kAllModes, 0},
+    {Command::kClear, CommandRow::NothingToDo::kWithoutFault,  //
+     only(Mode::kFaulted), kCauses, only(Mode::kFaulted), kCauses},
+    // A released dead-man switch has disarmed the arm already. conditions.cpp adds what refuses a move and nothing else.
+    {Command::kMove, CommandRow::NothingToDo::kNever,  //
+     only(Mode::kArmed), kAnyCondition & ~kDeadManOpen, kAllModes, 0},
+    {Command::kEndMove, CommandRow::NothingToDo::kNever,  //
+     kAllModes, 0, kAllModes, 0},
+    {Command::kRecord, CommandRow::NothingToDo::kNever,  //
+     kAtRest, kFaultLatched | kEncoderStale | kNoScene | kBadConfig, kAtRest, kFaultLatched},
+}};
+
+// Null for kNone and kStop, which have no conditions.
+[[nodiscard]] constexpr const CommandRow* find_command(Command command) noexcept {
+  for (const CommandRow& row : kCommandTable)
+    if (row.command == command) return &row;
+  return nullptr;
+}
+
+// Whether the tick executes it.
+[[nodiscard]] constexpr bool executes(Command command, Mode mode, Conditions unmet) noexcept {
+  const CommandRow* row = find_command(command);
+  return row != nullptr && contains(row->executed_in, mode) && (unmet & row->prevented_by) == 0;
+}
+
+class Commands {
+ public:
+  Commands(const Setup& setup, const Params& params, const Status& status, Sources& sources) noexcept
+      : setup_(setup), params_(params), status_(status), sources_(sources) {}
+
+  // --- background
+  // Posts a command for the next tick, or returns the conditions that refuse it (0: posted). A later command replaces one that no tick
+  // has taken yet; a stop is never replaced.
+  [[nodiscard]] Conditions request(Command command) noexcept;
+  [[nodiscard]] bool pending() const noexcept { return channel_.pending(); }  // posted, and not executed yet
+  // A guarded move: its values are within the limits.
+  [[nodiscard]] bool move_in_range(const MoveOrder& order) const noexcept;
+  // Posts it, or returns what refuses it. Its values are in range.
+  [[nodiscard]] Conditions request_move(const MoveOrder& order) noexcept;
+  // Posts without a check: for a replay, which knows that the command was executed.
+  void replay(Command command) noexcept { channel_.post(command); }
+  void keep_alive() noexcept { alive_.add(); }  // a sign of life from the host
+  [[nodiscard]] const Request<Command>& channel() const noexcept { return channel_; }
+
+  // --- tick
+  [[nodiscard]] std::optional<Command> take() noexcept { return channel_.take(); }
+  void done() noexcept { channel_.done(); }
+  [[nodiscard]] std::uint32_t stops() const noexcept { return stops_.get(); }  // requested so far
+  [[nodiscard]] std::uint32_t alive() const noexcept { return alive_.get(); }  // signs of life so far
+
+ private:
+  const Setup& setup_;
+  const Params& params_;
+  const Status& status_;
+  Sources& sources_;
+  Request<Command> channel_;
+  Counter stops_;  // apart from the channel: nothing may replace a stop
+  Counter alive_;
+};
+
+}  // namespace thimble::firmware

@@ -1,0 +1,82 @@
+// What a board tells the controller, and what the two exchange in every tick: the Config once, Inputs and Outputs each period. Units: SI.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "control/scene/limits.h"
+#include "control/scene/pauses.h"
+#include "firmware/core/modes.h"
+#include "firmware/link/services.h"
+#include "kinematics/arm.h"
+
+namespace thimble::firmware {
+
+class ForceSource;
+
+using control::kMaxArms;
+inline constexpr std::size_t kJoints = 3;
+
+struct ArmConfig {
+  const char* model = "premium-1.5";  // by its name in Config::arm_models
+  kinematics::BasePose base;          // default: the world's origin is at the tip's home position
+  // True: homing ends at the tick in which ArmInputs::index is set. False: the user holds the arm in its home
+  // pose and homing takes the next sample.
+  bool has_index = false;
+};
+
+struct Config {
+  float period_s = 1.0F / 4000.0F;  // 40 us to 20 ms
+  std::uint8_t arm_count = 1;       // 1 to kMaxArms
+  std::array<ArmConfig, kMaxArms> arm{};
+  std::uint8_t node_id = 1;  // on the link, 1 to 127
+  // Of an upload, taken at once: less where the store takes long, for the host waits for each block's answer.
+  std::uint16_t block_bytes = link::kMaxBlockBytes;
+  bool classic_can = false;            // the board's bus has no FD: hosts are told to ask in classic frames
+  const char* serial_number = "none";  // text for the host
+  const char* board = "none";          // the board that the image is for, by its folder in board/
+  const char* reset_reason = "";  // why it started: "power_on", "watchdog", "host", "crash"; empty: not known
+  // What the board lacks for safe motion, as far as it knew at start ("no_realtime_priority,no_watchdog"): arming is
+  // refused with it. Empty: nothing.
+  const char* lacks = "";
+  // Called from long work of the background (checking an image) every 20 us or so: a board whose tick is no interrupt
+  // runs it there. Null: not needed.
+  control::Pause pause = nullptr;
+  // The arm models that `arm` may name; empty: those of kinematics/arm_model.h. They must outlive the controller.
+  std::span<const kinematics::ArmModel> arm_models{};
+  // Force sources in front of those of firmware/sources/sources.h: of a board, or of a test. They must outlive the controller.
+  std::span<ForceSource* const> sources{};
+};
+
+struct ArmInputs {
+  std::array<std::uint32_t, kJoints>
+      counts{};                   // counter registers as they are (16 or 32 bits wide, as the model says)
+  std::uint64_t sample_tick = 0;  // Inputs::tick in which they were latched
+  bool index = false;             // the arm stands at its index
+  bool drive_fault = false;
+};
+
+struct Inputs {
+  // Periods since the loop started, lost ones included: it rises by 1 a tick, by more after an overrun.
+  std::uint64_t tick = 0;
+  std::uint64_t time_us = 0;  // the board's monotonic clock at the start of this tick
+  float last_tick_us = 0;     // how long the tick before took, for telemetry
+  float late_us = 0;          // how long after its time this tick began, for telemetry
+  bool e_stop = false;        // true: pressed, or its wire open
+  bool dead_man = false;      // true: held (a board without one says true)
+  std::array<ArmInputs, kMaxArms> arm;
+};
+
+struct ArmOutputs {
+  std::array<float, kJoints> current_A{};
+  bool enable = false;  // of the motor drives
+};
+
+struct Outputs {
+  Mode mode = Mode::kDisarmed;
+  std::array<ArmOutputs, kMaxArms> arm;
+};
+
+}  // namespace thimble::firmware

@@ -1,0 +1,43 @@
+// The core of the controller: what happens in one tick, from encoder counts to motor currents, with the modes, faults and limits.
+// firmware/core/tick.cpp shows the steps in order. Owned by Controller, which boards call; controller.h states the two contexts.
+//
+//   encoders -> kinematics -> force source -> ramp, clamp, slew -> Jacobian transpose + gravity -> currents, thermal
+#pragma once
+
+#include <span>
+
+#include "control/bodies/bodies.h"
+#include "firmware/core/steps.h"
+
+namespace thimble::firmware {
+
+class Core {
+ public:
+  Core(const Config& config, const Params& params) noexcept;
+  Core(const Core&) = delete;
+  Core& operator=(const Core&) = delete;
+
+  // --- tick. Work: O(one tick of the force source), no heap, lock, exception or I/O.
+  [[nodiscard]] Outputs tick(const Inputs& inputs) noexcept;
+  [[nodiscard]] const Telemetry& telemetry() const noexcept { return parts_.state.telemetry; }
+  [[nodiscard]] std::span<const control::BodyState> bodies() const noexcept {
+    return parts_.sources.scene.renderer().bodies();
+  }
+
+  // --- background. Of each part only what its header says is the background's.
+  [[nodiscard]] Commands& commands() noexcept { return parts_.commands; }
+  [[nodiscard]] const Commands& commands() const noexcept { return parts_.commands; }
+  [[nodiscard]] const Status& status() const noexcept { return parts_.status; }
+  [[nodiscard]] Sources& sources() noexcept { return parts_.sources; }
+  [[nodiscard]] const Sources& sources() const noexcept { return parts_.sources; }
+  [[nodiscard]] Observers& observers() noexcept { return parts_.observers; }
+  [[nodiscard]] const Observers& observers() const noexcept { return parts_.observers; }
+  // Before the first tick: the state that a recording began with, with the scene that was posted last. What is fed from then on gives
+  // the forces that it gave there.
+  void resume(const RecordingStart& start) noexcept;
+
+ private:
+  Parts parts_;
+};
+
+}  // namespace thimble::firmware

@@ -1,0 +1,140 @@
+#include <algorithm>
+
+#include "firmware/core/steps.h"
+
+namespace thimble::firmware {
+namespace {
+
+constexpr float kRampUp_s = 0.2F;     // after arming and after a scene swap
+constexpr float kRampDown_s = 0.05F;  // before a scene swap
+
+void home_arms(Parts& parts, const Inputs& inputs) noexcept {
+  State& state = parts.state;
+  if (state.mode != Mode::kHoming) return;
+  for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
+    ArmState& arm = state.arm[i];
+    const kinematics::Arm<float>& geometry = parts.setup.arm[i];
+    const ArmInputs& input = inputs.arm[i];
+    if (arm.homed || arm.age_ticks != 0 || (parts.setup.has_index[i] && !input.index)) continue;
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      arm.encoder[j].home(input.counts[j], geometry.home()[static_cast<int>(j)]);
+      arm.speed[j].reset(0);
+    }
+    arm.joint_rad = geometry.home();
+    arm.posture = geometry.at(arm.joint_rad);
+    arm.tip_velocity_m_s.setZero();
+    arm.in_workspace = true;
+    arm.homed = true;
+  }
+  if (all_homed(parts.setup, state)) {
+    happen(parts, Event::kAllHomed);
+  } else if (state.mode_time_s > parts.params.get(Param::homing_timeout)) {
+    trip(parts, Fault::homing_timeout);
+  }
+}
+
+void arm_with_source(Parts& parts) noexcept {
+  State& state = parts.state;
+  happen(parts, Event::kArmCommand);
+  state.force_ramp = state.gravity_ramp = 0;
+  state.source = &parts.sources.wanted(parts.params);
+  parts.observers.recorder.end(state.source->needs().ends_recording);
+  parts.sources.start_all(source_tick(parts));
+  for (ArmState& arm : state.arm) {
+    arm.force_N.setZero();
+    for (EncoderWatch& watch : arm.watch) watch.reset();
+  }
+}
+
+void start_move(Parts& parts, Conditions unmet) noexcept {
+  GuardedMoveSource& move = parts.sources.move;
+  const MoveOrder* order = move.ordered();
+  if (order == nullptr) return;
+  if (unmet_for_move(parts, unmet) != 0) {
+    move.forget_order();
+    return;
+  }
+  parts.state.arm[order->arm].source = &move;
+  parts.state.guest = true;
+  parts.observers.recorder.end(move.needs().ends_recording);
+  move.begin(source_tick(parts));
+}
+
+void clear_fault(Parts& parts) noexcept {
+  parts.state.fault = Fault::kNone;
+  parts.state.faults_seen = 0;
+  parts.observers.freeze.clear();
+  happen(parts, Event::kClearCommand);
+}
+
+void execute(Parts& parts, Command command, Conditions unmet) noexcept {
+  State& state = parts.state;
+  // An order whose command was replaced by another one.
+  if (command != Command::kMove && parts.sources.move.ordered() != nullptr) parts.sources.move.forget_order();
+  if (!executes(command, state.mode, unmet)) return;
+  switch (command) {
+    case Command::kHome:
+      for (ArmState& arm : state.arm) arm.homed = false;
+      happen(parts, Event::kHomeCommand);
+      return;
+    case Command::kArm:
+      arm_with_source(parts);
+      return;
+    case Command::kDisarm:
+      happen(parts, Event::kDisarmCommand);
+      return;
+    case Command::kClear:
+      clear_fault(parts);
+      return;
+    case Command::kMove:
+      start_move(parts, unmet);
+      return;
+    case Command::kEndMove:
+      if (!state.guest) return;
+      end_guest(parts);
+      state.force_ramp = 0;  // the scene's force comes back as after arming
+      return;
+    case Command::kNone:
+    case Command::kStop:    // comes as Commands::stops()
+    case Command::kRecord:  // at the end of the tick: publish()
+      return;
+  }
+}
+
+// Takes the scene that the background posted. While armed with forces of a scene, the old one fades out first and the new one in.
+void swap_scenes(Parts& parts) noexcept {
+  State& state = parts.state;
+  SceneSource& scene = parts.sources.scene;
+  const bool waiting = scene.waiting();
+  if (waiting) parts.observers.recorder.end(TraceEnd::kScene);
+  if (state.mode == Mode::kArmed) {
+    const bool fades = waiting && state.source->needs().scene;
+    const float step = fades ? -parts.setup.period_s / kRampDown_s : parts.setup.period_s / kRampUp_s;
+    state.force_ramp = std::clamp(state.force_ramp + step, 0.0F, 1.0F);
+    state.gravity_ramp = std::min(state.gravity_ramp + parts.setup.period_s / kRampUp_s, 1.0F);
+    if (fades && state.force_ramp > 0.0F) return;
+  }
+  if (!waiting) return;
+  scene.take();
+  state.telemetry.contact_ticks = 0;
+  state.telemetry.peak_force_N = 0;
+  state.telemetry.mean_force_N = 0;
+}
+
+}  // namespace
+
+Command decide(Parts& parts, const Inputs& inputs, std::optional<Command> command) noexcept {
+  State& state = parts.state;
+  home_arms(parts, inputs);
+  Command executed = state.stop_ordered ? Command::kStop : Command::kNone;
+  if (command) {
+    const Mode before = state.mode;
+    execute(parts, *command, unmet_conditions(parts, inputs));
+    if (state.mode != before) executed = *command;  // a command that changed nothing is not recorded
+  }
+  if (state.mode == Mode::kArmed && !inputs.dead_man) happen(parts, Event::kLetGo);
+  swap_scenes(parts);
+  return executed;
+}
+
+}  // namespace thimble::firmware

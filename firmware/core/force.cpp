@@ -1,0 +1,82 @@
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/core/force_limits.h"
+#include "firmware/core/steps.h"
+
+namespace thimble::firmware {
+namespace {
+
+float max_force_N(const Parts& parts, std::size_t arm) noexcept {
+  return std::min(parts.params.get(Param::max_force), parts.setup.arm[arm].model().max_force_N);
+}
+
+// One source's forces. False: one is not finite, which is a fault.
+bool ask(Parts& parts, ForceSource& source, SourceForces& out) noexcept {
+  source.forces(source_tick(parts), out);
+  for (control::Touch& touch : out.arms) {
+    if (finite(touch.force_N)) continue;
+    touch = {};
+    trip(parts, Fault::force_not_finite);
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+SourceOutcome apply_source(Parts& parts) noexcept {
+  State& state = parts.state;
+  SourceForces out{std::span(state.touch).first(parts.setup.arm_count)};
+  if (!ask(parts, *state.source, out)) return {};
+  state.in_contact = std::any_of(out.arms.begin(), out.arms.end(),
+                                 [](const control::Touch& touch) { return touch.contacts != 0; });
+  for (std::size_t i = 0; i < parts.setup.arm_count && state.guest; ++i)
+    if (state.arm[i].source != nullptr && !ask(parts, *state.arm[i].source, out)) return {};
+  if (out.let_go) happen(parts, Event::kLetGo);
+  return {!out.let_go, out.clamped};
+}
+
+void end_guest(Parts& parts) noexcept {
+  State& state = parts.state;
+  if (!state.guest) return;
+  parts.sources.move.stop();
+  for (ArmState& arm : state.arm) arm.source = nullptr;
+  state.guest = false;
+}
+
+void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
+  State& state = parts.state;
+  const float max_step_N = parts.params.get(Param::force_slew) * parts.setup.period_s;
+  for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
+    ArmState& arm = state.arm[i];
+    const Vec3& wanted_N = state.touch[i].force_N;
+    const Vec3 ramped_N = arm.source != nullptr ? wanted_N : Vec3(wanted_N * state.force_ramp);
+    const float max_N = max_force_N(parts, i);
+    const LimitedForce clamped = clamp_force(ramped_N, max_N);
+    const LimitedForce slewed = slew_force(clamped.value, arm.force_N, max_step_N);
+    const LimitedForce last = clamp_force(slewed.value, max_N);  // acts only just after max_force was lowered
+    arm.force_N = last.value;
+    const bool by_source = (outcome.clamped >> i & 1U) != 0;
+    if (by_source || clamped.which || last.which) arm.limiters |= kLimitClamp;
+    if (slewed.which) arm.limiters |= kLimitSlew;
+  }
+}
+
+// Brakes the tip, from whatever the force was: a stop does not wait for the slew limit.
+void brake(Parts& parts) noexcept {
+  State& state = parts.state;
+  if (state.mode_time_s >= parts.params.get(Param::stop_time)) {
+    happen(parts, state.fault != Fault::kNone ? Event::kDampedByTrip : Event::kDamped);
+    return;
+  }
+  const float damping_N_s_m = parts.params.get(Param::stop_damping);
+  for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
+    ArmState& arm = state.arm[i];
+    const LimitedForce clamped = clamp_force(-damping_N_s_m * arm.tip_velocity_m_s, max_force_N(parts, i));
+    arm.force_N = clamped.value;
+    if (clamped.which) arm.limiters |= kLimitClamp;
+  }
+}
+
+}  // namespace thimble::firmware

@@ -1,0 +1,156 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "firmware/core/steps.h"
+
+namespace thimble::firmware {
+namespace {
+
+void begin_tick(Parts& parts, const Inputs& inputs) noexcept {
+  State& state = parts.state;
+  if (inputs.tick != state.tick + 1) parts.observers.recorder.end(TraceEnd::kTickLost);
+  state.lost = state.first_tick || inputs.tick <= state.tick ? 0 : inputs.tick - state.tick - 1;
+  state.first_tick = false;
+  state.tick = inputs.tick;
+  state.mode_time_s += parts.setup.period_s;
+  for (ArmState& arm : state.arm) arm.limiters = 0;
+}
+
+void check_clock(Parts& parts, const Inputs& inputs, std::uint32_t lost) noexcept {
+  Telemetry& telemetry = parts.state.telemetry;
+  telemetry.lost_ticks += lost;
+  if (inputs.last_tick_us > parts.setup.period_s * 1e6F) ++telemetry.overruns;
+  parts.observers.late_ticks.add(inputs.late_us);
+  if (inputs.e_stop) trip(parts, Fault::e_stop);
+  if (motors_on(parts.state.mode) && lost > parts.params.get_unsigned(Param::lost_ticks))
+    trip(parts, Fault::tick_lost);
+}
+
+bool misses_host(const Parts& parts, const SourceNeeds& needs) noexcept {
+  if (!needs.host) return false;
+  return needs.host_timeout_s > 0 ? host_silence_s(parts) > needs.host_timeout_s : !parts.state.link_seen;
+}
+
+bool host_is_lost(const Parts& parts) noexcept {
+  const State& state = parts.state;
+  if (state.mode != Mode::kArmed) return false;
+  if (!state.link_seen && parts.params.on(Param::host_supervision)) return true;
+  if (misses_host(parts, state.source->needs())) return true;
+  return state.guest && std::any_of(state.arm.begin(), state.arm.end(), [&](const ArmState& arm) {
+           return arm.source != nullptr && misses_host(parts, arm.source->needs());
+         });
+}
+
+void check_host(Parts& parts, std::uint32_t lost) noexcept {
+  State& state = parts.state;
+  const std::uint32_t stops = parts.commands.stops();
+  state.stop_ordered = stops != state.stops_seen;
+  state.stops_seen = stops;
+  if (state.stop_ordered) trip(parts, Fault::host_stop);
+
+  const std::uint32_t alive = parts.commands.alive();
+  if (alive != state.alive_seen) {
+    state.link_age_ticks = 0;
+    state.link_seen = true;
+  } else {
+    state.link_age_ticks += std::min(lost + 1U, UINT32_MAX - state.link_age_ticks);
+  }
+  state.alive_seen = alive;
+  if (host_silence_s(parts) > parts.params.get(Param::link_timeout)) {
+    state.link_seen = false;
+    parts.observers.recorder.end(TraceEnd::kHostSilent);
+  }
+  if (host_is_lost(parts)) trip(parts, Fault::host_lost);
+}
+
+// Its home position is not known any more.
+void lose_home(ArmState& arm) noexcept {
+  arm.homed = false;
+  arm.seen = false;
+}
+
+bool is_frozen(const Parts& parts, ArmState& arm, const kinematics::ArmModel& model,
+               std::size_t joint) noexcept {
+  const int axis = static_cast<int>(joint);
+  const float peak_N_m = std::abs(model.torque_per_ampere(axis)) * model.motor.peak_current_A;
+  return arm.watch[joint].frozen(arm.encoder[joint].counts(), arm.torque_N_m[axis],
+                                 parts.params.get(Param::encoder_frozen) * peak_N_m,
+                                 parts.params.get(Param::encoder_frozen_time), parts.setup.period_s);
+}
+
+// Encoder counts to joints, tip and velocity.
+void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint64_t tick) noexcept {
+  ArmState& arm = parts.state.arm[index];
+  const kinematics::Arm<float>& geometry = parts.setup.arm[index];
+  arm.age_ticks = tick - input.sample_tick;  // huge for a sample from the future: stale as well
+  if (arm.age_ticks != 0) {
+    ++parts.state.telemetry.stale_samples;
+    parts.observers.recorder.end(TraceEnd::kSampleStale);
+  }
+  const bool watched = arm.homed || parts.state.mode == Mode::kHoming;
+  if (arm.age_ticks > parts.params.get_unsigned(Param::encoder_stale_ticks)) {
+    if (watched) trip(parts, Fault::encoder_stale);
+    lose_home(arm);
+    return;
+  }
+  if (arm.seen && input.sample_tick == arm.sample_tick) return;
+  arm.sample_tick = input.sample_tick;
+  Vec3 joint_speed;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const int axis = static_cast<int>(j);
+    kinematics::JointEncoder& encoder = arm.encoder[j];
+    if (!arm.seen) {
+      encoder.home(input.counts[j], geometry.home()[axis]);
+      arm.speed[j].reset(0);
+    } else if (encoder.update(input.counts[j]) != kinematics::EncoderStatus::kOk) {
+      if (watched) trip(parts, Fault::encoder_jump);
+      lose_home(arm);
+      return;
+    }
+    arm.joint_rad[axis] = encoder.angle_rad();
+    joint_speed[axis] = arm.speed[j].update(encoder.counts()) * encoder.rad_per_count();
+    if (parts.state.mode == Mode::kArmed && is_frozen(parts, arm, geometry.model(), j)) {
+      trip(parts, Fault::encoder_frozen);
+      arm.homed = false;
+    }
+  }
+  arm.seen = true;
+  arm.posture = geometry.at(arm.joint_rad);
+  arm.tip_velocity_m_s = arm.posture.jacobian * joint_speed;
+  arm.in_workspace =
+      kinematics::workspace_limit(geometry.model(), arm.joint_rad) == kinematics::WorkspaceLimit::kNone;
+  if (arm.homed && !(finite(arm.posture.tip_m) && finite(arm.tip_velocity_m_s))) {
+    trip(parts, Fault::tip_not_finite);
+    arm.homed = false;
+  }
+}
+
+void heat_motors(Parts& parts, std::size_t index, std::uint32_t lost) noexcept {
+  ArmState& arm = parts.state.arm[index];
+  const kinematics::MotorModel& motor = parts.setup.arm[index].model().motor;
+  const float ambient_C = parts.params.get(Param::ambient);
+  const float limit_C = std::min(parts.params.get(Param::winding_limit), motor.max_winding_C);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    arm.heat[j].add(motor, arm.current_A[static_cast<int>(j)], ambient_C,
+                    parts.setup.period_s * static_cast<float>(lost + 1U));
+    if (arm.heat[j].winding_C(ambient_C) > limit_C) trip(parts, Fault::motor_hot);
+  }
+}
+
+}  // namespace
+
+void sense(Parts& parts, const Inputs& inputs) noexcept {
+  begin_tick(parts, inputs);
+  if (parts.setup.arm_count == 0) return;
+  const auto lost = static_cast<std::uint32_t>(std::min<std::uint64_t>(parts.state.lost, UINT32_MAX));
+  check_clock(parts, inputs, lost);
+  check_host(parts, lost);
+  for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
+    if (inputs.arm[i].drive_fault) trip(parts, Fault::drive_fault);
+    heat_motors(parts, i, lost);
+    read_arm(parts, i, inputs.arm[i], inputs.tick);
+  }
+}
+
+}  // namespace thimble::firmware

@@ -1,0 +1,46 @@
+#include "firmware/core/setup.h"
+
+#include <algorithm>
+#include <span>
+#include <string_view>
+
+namespace thimble::firmware {
+namespace {
+
+constexpr float kMinPeriod_s = 40e-6F;
+constexpr float kMaxPeriod_s = 20e-3F;
+
+std::span<const kinematics::ArmModel> models(const Config& config) noexcept {
+  return config.arm_models.empty() ? kinematics::arm_models() : config.arm_models;
+}
+
+const kinematics::ArmModel* find_model(const Config& config, std::string_view name) noexcept {
+  for (const kinematics::ArmModel& model : models(config))
+    if (model.name == name) return &model;
+  return nullptr;
+}
+
+// Of a Config that cannot work some model: its arms are never used.
+kinematics::Arm<float> arm_of(const Config& config, std::size_t index) noexcept {
+  const kinematics::ArmModel* model = find_model(config, config.arm[index].model);
+  return kinematics::Arm<float>(model != nullptr ? *model : models(config).front(), config.arm[index].base);
+}
+
+bool works(const Config& config) noexcept {
+  if (config.arm_count < 1 || config.arm_count > kMaxArms) return false;
+  if (!(config.period_s >= kMinPeriod_s && config.period_s <= kMaxPeriod_s)) return false;
+  if (config.node_id < 1 || config.node_id > 127) return false;
+  return std::all_of(config.arm.begin(), config.arm.begin() + config.arm_count,
+                     [&](const ArmConfig& arm) { return find_model(config, arm.model) != nullptr; });
+}
+
+}  // namespace
+
+Setup::Setup(const Config& config) noexcept
+    : period_s(works(config) ? config.period_s : kMaxPeriod_s),
+      arm_count(works(config) ? config.arm_count : std::uint8_t{0}),
+      board_lacks(config.lacks != nullptr && *config.lacks != '\0'),
+      arm{arm_of(config, 0), arm_of(config, 1)},
+      has_index{config.arm[0].has_index, config.arm[1].has_index} {}
+
+}  // namespace thimble::firmware

@@ -1,0 +1,22 @@
+// What the tick knows and never changes: the Config, checked and looked up once.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "firmware/core/config.h"
+#include "kinematics/arm.h"
+
+namespace thimble::firmware {
+
+struct Setup {
+  explicit Setup(const Config& config) noexcept;
+
+  float period_s;
+  std::uint8_t arm_count;  // 0: the Config cannot work, and the controller stays faulted with bad_config
+  bool board_lacks;        // Config::lacks is not empty
+  std::array<kinematics::Arm<float>, kMaxArms> arm;
+  std::array<bool, kMaxArms> has_index;
+};
+
+}  // namespace thimble::firmware

@@ -1,0 +1,71 @@
+// What changes the state from several steps: events, faults, and the start of a recording.
+#include "firmware/core/state.h"
+
+#include "firmware/core/steps.h"
+
+namespace thimble::firmware {
+
+ArmState::ArmState(const kinematics::Arm<float>& arm, float period_s) noexcept : joint_rad(arm.home()) {
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    encoder[j] = kinematics::JointEncoder(arm.model(), static_cast<int>(j), period_s);
+    speed[j] = kinematics::VelocityEstimator(period_s);
+  }
+  posture = arm.at(joint_rad);
+}
+
+void happen(Parts& parts, Event event) noexcept {
+  State& state = parts.state;
+  const Mode next = next_mode(state.mode, event, all_homed(parts.setup, state));
+  if (next == state.mode) return;
+  state.mode = next;
+  state.mode_time_s = 0;
+}
+
+void trip(Parts& parts, Fault reason) noexcept {
+  State& state = parts.state;
+  const FaultRow* row = find_fault(reason);
+  state.faults_seen |= 1U << static_cast<unsigned>(reason);
+  if (state.fault == Fault::kNone) {
+    state.fault = reason;
+    state.fault_tick = static_cast<std::uint32_t>(state.tick);
+    ++state.telemetry.trips;
+  }
+  const bool damps = row != nullptr && row->reaction == Reaction::kDamp;
+  happen(parts, damps ? Event::kTripDamp : Event::kTripZero);
+}
+
+void reset_to(Parts& parts, const RecordingStart& start) noexcept {
+  State& state = parts.state;
+  parts.sources.scene.restart();
+  state.touch = {};
+  state.in_contact = false;
+  state.mode = start.start.mode == Mode::kReady ? Mode::kReady : Mode::kDisarmed;
+  state.mode_time_s = state.force_ramp = state.gravity_ramp = 0;
+  state.link_age_ticks = 0;
+  for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
+    ArmState& arm = state.arm[i];
+    const kinematics::Arm<float>& geometry = parts.setup.arm[i];
+    const link::TraceArm& from = start.arms[i];
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      const auto axis = static_cast<int>(j);
+      arm.encoder[j].resume(from.raw[j], from.counts[j], geometry.home()[axis]);
+      arm.speed[j].reset(from.counts[j]);
+      arm.watch[j].reset();
+      arm.heat[j].resume({from.winding_K[j], from.housing_K[j], from.charge_A2_s[j], from.time_s[j]});
+      arm.joint_rad[axis] = arm.encoder[j].angle_rad();
+    }
+    arm.seen = true;
+    arm.homed = from.homed;
+    arm.sample_tick = state.tick;
+    arm.age_ticks = 0;
+    arm.posture = geometry.at(arm.joint_rad);
+    arm.in_workspace =
+        kinematics::workspace_limit(geometry.model(), arm.joint_rad) == kinematics::WorkspaceLimit::kNone;
+    arm.tip_velocity_m_s.setZero();
+    arm.force_N.setZero();
+    arm.torque_N_m.setZero();
+    arm.current_A.setZero();
+  }
+}
+
+}  // namespace thimble::firmware

@@ -1,0 +1,87 @@
+// Everything that changes in a tick and outlives it, but for the force sources' own state: what a recording's start record has to tell,
+// and what telemetry shows. The steps of firmware/core/steps.h are functions over it. Units: SI, world frame.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "control/renderer_types.h"
+#include "firmware/core/config.h"
+#include "firmware/core/encoder_watch.h"
+#include "firmware/core/faults.h"
+#include "firmware/core/modes.h"
+#include "firmware/core/setup.h"
+#include "firmware/core/thermal.h"
+#include "firmware/observe/telemetry.h"
+#include "kinematics/arm.h"
+#include "kinematics/encoder.h"
+#include "kinematics/vector.h"
+#include "kinematics/velocity.h"
+
+namespace thimble::firmware {
+
+struct ArmState {
+  ArmState(const kinematics::Arm<float>& arm, float period_s) noexcept;
+
+  // Sensed.
+  std::array<kinematics::JointEncoder, kJoints> encoder;
+  std::array<kinematics::VelocityEstimator, kJoints> speed;
+  std::array<EncoderWatch, kJoints> watch;
+  std::array<MotorHeat, kJoints> heat;
+  bool seen = false;  // a first sample has come
+  bool homed = false;
+  bool in_workspace = false;
+  std::uint64_t sample_tick = 0;
+  std::uint64_t age_ticks = 0;  // of the newest sample
+  Vec3 joint_rad = Vec3::Zero();
+  kinematics::Posture<float> posture;
+  Vec3 tip_velocity_m_s = Vec3::Zero();
+  // Driven; before drive() of a tick these are of the tick before.
+  ForceSource* source =
+      nullptr;  // a guest that leads this arm (State::source gives the others' forces); null: none
+  Vec3 force_N = Vec3::Zero();  // after all limits
+  Vec3 torque_N_m = Vec3::Zero();
+  Vec3 current_A = Vec3::Zero();
+  std::uint8_t limiters = 0;  // Limiter bits of this tick
+};
+
+struct State {
+  State(const Setup& setup, ForceSource& first_source) noexcept
+      : arm{ArmState(setup.arm[0], setup.period_s), ArmState(setup.arm[1], setup.period_s)},
+        source(&first_source) {}
+
+  std::uint64_t tick = 0;  // Inputs::tick
+  std::uint64_t lost = 0;  // periods between the last tick and this one
+  bool first_tick = true;
+
+  Mode mode = Mode::kDisarmed;
+  float mode_time_s = 0;  // since the mode changed
+  Fault fault = Fault::kNone;
+  std::uint32_t faults_seen = 0;  // bit n: fault n occurred since the last clear
+  std::uint32_t fault_tick = 0;   // low 32 bits of the tick in which the first one latched
+
+  std::uint32_t link_age_ticks = 0;  // since the host's last sign of life
+  bool link_seen = false;            // it is younger than link_timeout
+  std::uint32_t alive_seen = 0;      // Commands::alive(), as it was
+  std::uint32_t stops_seen = 0;      // Commands::stops(), as it was
+  bool stop_ordered = false;         // in this tick
+
+  std::array<ArmState, kMaxArms> arm;
+
+  ForceSource* source;  // of all arms; chosen when the arm is armed, and kept until the next arming
+  bool guest = false;   // an arm has a source of its own
+  std::array<control::Touch, kMaxArms> touch{};  // what the sources gave in this tick, before ramp and limits
+  bool in_contact = false;                       // of State::source, whichever arm
+  float force_ramp = 0;                          // 0 to 1: the part of its forces that is let through
+  float gravity_ramp = 0;                        // 0 to 1: the part of the weight that the motors carry
+
+  Telemetry telemetry;  // of the last tick; its counters go on
+};
+
+[[nodiscard]] inline bool all_homed(const Setup& setup, const State& state) noexcept {
+  for (std::size_t i = 0; i < setup.arm_count; ++i)
+    if (!state.arm[i].homed) return false;
+  return setup.arm_count != 0;
+}
+
+}  // namespace thimble::firmware

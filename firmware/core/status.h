@@ -1,0 +1,57 @@
+// What the tick tells the background at the end of every tick: mode, fault, and what refuses a command.
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/core/conditions.h"
+#include "firmware/core/faults.h"
+#include "firmware/core/modes.h"
+#include "firmware/core/state.h"
+#include "firmware/exchange/word.h"
+#include "firmware/params.h"
+#include "firmware/sources/sources.h"
+
+namespace thimble::firmware {
+
+class Status {
+ public:
+  Status(const Params& params, const Sources& sources) noexcept : params_(params), sources_(sources) {}
+
+  // --- tick
+  void publish(const State& state, Conditions unmet, Conditions unmet_for_move) noexcept {
+    faults_seen_.set(state.faults_seen);
+    fault_tick_.set(state.fault_tick);
+    fault_.set(state.fault);
+    unmet_.set(unmet);
+    unmet_for_move_.set(unmet_for_move);
+    mode_.set(state.mode);
+  }
+
+  // --- background
+  [[nodiscard]] Mode mode() const noexcept { return mode_.get(); }
+  [[nodiscard]] Fault fault() const noexcept { return fault_.get(); }
+  // What refuses arming, as of the last tick; but a host that sets host_forces and arms at once need not wait for a tick.
+  [[nodiscard]] Conditions unmet() const noexcept {
+    const Conditions unmet = unmet_.get();
+    const bool scene = (unmet & kNoScene) == 0 || sources_.wanted(params_).needs().scene;
+    return scene ? unmet : unmet & ~Conditions{kNoScene};
+  }
+  [[nodiscard]] Conditions unmet_of_tick() const noexcept { return unmet_.get(); }
+  [[nodiscard]] Conditions unmet_for_move() const noexcept { return unmet_for_move_.get(); }
+  // Bit n: fault n occurred since the last clear. Low 32 bits of the tick in which the first one latched.
+  [[nodiscard]] std::uint32_t faults_seen() const noexcept { return faults_seen_.get(); }
+  [[nodiscard]] std::uint32_t fault_tick() const noexcept { return fault_tick_.get(); }
+
+ private:
+  const Params& params_;
+  const Sources& sources_;
+  // The mode is set last, and the fault after its figures: who reads one of the two sees the figures of that tick or of a later one.
+  Signal<Mode> mode_{Mode::kDisarmed};
+  Signal<Fault> fault_{Fault::kNone};
+  Value<Conditions> unmet_{kNotHomed | kEncoderStale | kNoScene};
+  Value<Conditions> unmet_for_move_{kNotArmed};
+  Value<std::uint32_t> faults_seen_;
+  Value<std::uint32_t> fault_tick_;
+};
+
+}  // namespace thimble::firmware

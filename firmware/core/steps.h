@@ -1,0 +1,89 @@
+// The steps of a tick, in the order in which tick.cpp calls them, and what they work on. Each step is a function over Parts, in a file
+// of its own; it runs in the tick, and has no heap, lock, exception or I/O.
+#pragma once
+
+#include <cmath>
+#include <optional>
+
+#include "firmware/core/commands.h"
+#include "firmware/core/conditions.h"
+#include "firmware/core/config.h"
+#include "firmware/core/modes.h"
+#include "firmware/core/setup.h"
+#include "firmware/core/state.h"
+#include "firmware/core/status.h"
+#include "firmware/observe/observers.h"
+#include "firmware/params.h"
+#include "firmware/sources/sources.h"
+#include "kinematics/vector.h"
+
+namespace thimble::firmware {
+
+struct Parts {
+  Parts(const Config& config, const Params& parameters) noexcept
+      : setup(config),
+        params(parameters),
+        sources(setup.period_s, config.sources),
+        status(params, sources),
+        commands(setup, params, status, sources),
+        observers(commands.channel()),
+        state(setup, sources.wanted(params)) {}
+
+  const Setup setup;
+  const Params& params;
+  Sources sources;
+  Status status;
+  Commands commands;
+  Observers observers;
+  State state;
+};
+
+// Sense: inputs to joints, tips and velocities; heat; the host's signs of life. Every fault that an input shows.
+void sense(Parts& parts, const Inputs& inputs) noexcept;
+
+// Decide: homing, the command, the dead-man switch, the next scene; so the mode of this tick. Returns the command that changed the mode.
+[[nodiscard]] Command decide(Parts& parts, const Inputs& inputs, std::optional<Command> command) noexcept;
+
+// Force source: what the arms are to exert, before ramp and limits. False: a fault, or the source gave the arm up.
+struct SourceOutcome {
+  bool good = false;
+  std::uint8_t clamped = 0;  // bit n: the source limited the force of arm n
+};
+[[nodiscard]] SourceOutcome apply_source(Parts& parts) noexcept;
+void end_guest(Parts& parts) noexcept;  // the source of all arms gives every arm's force again
+
+// Limits: ramp, clamp and slew limit; or, while damping, the brake in place of a source.
+void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept;
+void brake(Parts& parts) noexcept;
+
+// Drive: forces to joint torques to motor currents; zero unless the motors are on.
+void drive(Parts& parts, Outputs& outputs) noexcept;
+
+// Publish: telemetry and every observer, then what the background sees. `executed` is what decide() returned.
+void publish(Parts& parts, const Inputs& inputs, Command executed, std::optional<Command> command) noexcept;
+
+// --- used by several steps
+
+// The one way into a fault. The motors brake or go to zero in this very tick.
+void trip(Parts& parts, Fault reason) noexcept;
+// Changes the mode as the table of modes.h says.
+void happen(Parts& parts, Event event) noexcept;
+// What refuses arming, and what refuses a guarded move, in this tick.
+[[nodiscard]] Conditions unmet_conditions(const Parts& parts, const Inputs& inputs) noexcept;
+[[nodiscard]] Conditions unmet_for_move(const Parts& parts, Conditions unmet) noexcept;
+// Puts the state to where a recording starts: everything that outlives a tick comes from the record, or begins anew.
+void reset_to(Parts& parts, const RecordingStart& start) noexcept;
+
+// The squared norm too, because the clamp works with it.
+[[nodiscard]] inline bool finite(const Vec3& vector) noexcept { return std::isfinite(vector.squaredNorm()); }
+
+[[nodiscard]] inline SourceTick source_tick(const Parts& parts) noexcept {
+  return {parts.setup, parts.params, parts.state.tick,
+          std::span(parts.state.arm).first(parts.setup.arm_count)};
+}
+// How long the host has been silent.
+[[nodiscard]] inline float host_silence_s(const Parts& parts) noexcept {
+  return static_cast<float>(parts.state.link_age_ticks) * parts.setup.period_s;
+}
+
+}  // namespace thimble::firmware

@@ -1,0 +1,44 @@
+// One tick of the controller. A reader starts here: the steps in order, each in a file of its own in this folder.
+#include <optional>
+
+#include "firmware/core/core.h"
+#include "firmware/core/steps.h"
+
+namespace thimble::firmware {
+
+Core::Core(const Config& config, const Params& params) noexcept : parts_(config, params) {
+  if (parts_.setup.arm_count != 0) return;
+  trip(parts_, Fault::bad_config);
+  parts_.status.publish(parts_.state, kBadConfig | kFaultLatched, kNotArmed);
+}
+
+Outputs Core::tick(const Inputs& inputs) noexcept {
+  Parts& parts = parts_;
+  const State& state = parts.state;
+  const std::optional<Command> command = parts.commands.take();
+
+  sense(parts, inputs);
+  const Command executed = decide(parts, inputs, command);
+  if (state.mode == Mode::kArmed) {
+    const SourceOutcome outcome = apply_source(parts);
+    if (outcome.good) limit_forces(parts, outcome);
+  }
+  if (state.mode == Mode::kDamping) brake(parts);  // also when the source has just tripped
+  if (state.mode != Mode::kArmed) end_guest(parts);
+  Outputs outputs;
+  drive(parts, outputs);
+  publish(parts, inputs, executed, command);
+
+  outputs.mode = state.mode;
+  if (command) parts.commands.done();
+  return outputs;
+}
+
+void Core::resume(const RecordingStart& start) noexcept {
+  parts_.sources.scene.adopt();
+  parts_.state.tick = start.start.tick;
+  parts_.state.first_tick = false;
+  reset_to(parts_, start);
+}
+
+}  // namespace thimble::firmware

@@ -1,0 +1,65 @@
+// The freeze-frame: the last kFreezeTicks ticks up to the one that tripped, kept until the fault is cleared.
+//
+// The tick writes while no fault is latched, then sends the whole buffer to the background (Mailbox). It takes the buffer back when it
+// executes the clear command, which the background posted: while a command is pending the background reads nothing.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "firmware/core/modes.h"
+#include "firmware/exchange/mailbox.h"
+#include "firmware/exchange/request.h"
+#include "firmware/observe/telemetry.h"
+
+namespace thimble::firmware {
+
+inline constexpr std::size_t kFreezeTicks = 64;
+
+class FreezeFrame {
+ public:
+  explicit FreezeFrame(const Request<Command>& commands) noexcept : commands_(commands) {}
+
+  // --- tick
+  void add(const Telemetry& tick) noexcept {
+    Buffer* buffer = box_.blank();
+    if (buffer == nullptr) return;
+    buffer->ticks[buffer->count++ % kFreezeTicks] = tick;
+    if (buffer->count == 2 * kFreezeTicks) buffer->count = kFreezeTicks;
+    if (tick.fault != Fault::kNone) box_.send();
+  }
+  void clear() noexcept {
+    box_.recall();
+    box_.blank()->count = 0;
+  }
+
+  // --- background
+  [[nodiscard]] std::size_t count() const noexcept {  // 0 without a fault
+    const Buffer* buffer = readable();
+    return buffer == nullptr ? 0 : std::min<std::size_t>(buffer->count, kFreezeTicks);
+  }
+  // 0 the oldest. False: there is no such tick.
+  [[nodiscard]] bool tick(std::size_t index, Telemetry& tick) const noexcept {
+    const std::size_t kept = count();
+    if (index >= kept) return false;
+    const Buffer& buffer = *readable();
+    tick = buffer.ticks[(buffer.count - kept + index) % kFreezeTicks];
+    return true;
+  }
+
+ private:
+  struct Buffer {
+    std::array<Telemetry, kFreezeTicks> ticks;
+    std::uint32_t count = 0;  // of ticks, then counting on from kFreezeTicks
+  };
+  [[nodiscard]] const Buffer* readable() const noexcept {
+    return commands_.pending() ? nullptr : box_.letter();
+  }
+
+  const Request<Command>& commands_;
+  Mailbox<Buffer> box_;
+};
+
+}  // namespace thimble::firmware

@@ -1,0 +1,49 @@
+// The picture of a scene: where everything that moves or gives way is, and what holds the god objects, all of one tick. The tick takes
+// a picture at a telemetry record whenever the background has fetched the one before (Mailbox); the frames that
+// draw it elsewhere are in picture_frames.h.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "control/bodies/bodies.h"
+#include "control/contact/god_object.h"
+#include "control/fields/fields.h"
+#include "control/scene/limits.h"
+#include "firmware/exchange/mailbox.h"
+#include "kinematics/vector.h"
+
+namespace thimble::firmware {
+
+struct Picture {
+  std::array<control::BodyState, control::kMaxBodies> bodies;
+  control::TissueViews tissues;
+  std::array<std::array<Vec3, control::kMaxContacts>, control::kMaxArms>
+      planes;  // their normals, world frame
+  std::array<std::uint8_t, control::kMaxArms> plane_count{};
+  std::size_t body_count = 0;
+  std::size_t tissue_count = 0;
+};
+
+class PictureExchange {
+ public:
+  // --- tick
+  [[nodiscard]] Picture* blank() noexcept { return box_.blank(); }  // null: the last one was not fetched yet
+  void send() noexcept { box_.send(); }
+
+  // --- background
+  // The newest picture since the last call; false: none was taken, or it would be empty.
+  [[nodiscard]] bool next(Picture& picture) noexcept {
+    const Picture* newest = box_.letter();
+    if (newest == nullptr) return false;
+    picture = *newest;
+    box_.done();
+    return true;
+  }
+
+ private:
+  Mailbox<Picture> box_;
+};
+
+}  // namespace thimble::firmware

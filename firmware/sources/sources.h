@@ -1,0 +1,45 @@
+// The table of force sources. When the arm is armed, the first row that is wanted() gives the forces of all arms; a guarded move is a
+// guest on top of it.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "firmware/core/config.h"
+#include "firmware/params.h"
+#include "firmware/sources/guarded_move_source.h"
+#include "firmware/sources/host_forces.h"
+#include "firmware/sources/scene_source.h"
+
+namespace thimble::firmware {
+
+class Sources {
+ public:
+  // own: rows in front of these (Config::sources).
+  Sources(float period_s, std::span<ForceSource* const> own) noexcept : host(period_s), own_(own) {}
+  Sources(const Sources&) = delete;
+  Sources& operator=(const Sources&) = delete;
+
+  HostForces host;
+  SceneSource scene;
+  GuardedMoveSource move;
+
+  // The source that arming with these parameters gives. Called from both contexts.
+  [[nodiscard]] ForceSource& wanted(const Params& params) const noexcept {
+    for (ForceSource* source : own_)
+      if (source->wanted(params)) return *source;
+    for (ForceSource* source : table_)
+      if (source->wanted(params)) return *source;
+    return *table_.back();
+  }
+  void start_all(const SourceTick& tick) noexcept {
+    for (ForceSource* source : own_) source->start(tick);
+    for (ForceSource* source : table_) source->start(tick);
+  }
+
+ private:
+  std::span<ForceSource* const> own_;
+  std::array<ForceSource*, 3> table_ = {&move, &host, &scene};
+};
+
+}  // namespace thimble::firmware
