@@ -44,12 +44,12 @@ class Simulator(Rig):
 
     def test_a_port_in_use(self):
         with socket.create_server(("127.0.0.1", 0)) as taken:
-            self.start_fails(1, "in use: end what uses it, choose another, or --tcp 0 for any", "--tcp", taken.getsockname()[1])
+            self.start_fails(1, "is in use: end the other program, or choose another port (0: any free port)", "--tcp", taken.getsockname()[1])
 
     def test_bad_options(self):
         self.start_fails(1, "elbow", "--arm", "elbow")
         self.start_fails(2, "--rate", "--rate", "1")
-        self.start_fails(1, "without a pty, --tcp, --can and --tty", "--no-pty")
+        self.start_fails(1, "the device has no connection: use the pty, --tcp, --can or --tty", "--no-pty")
         self.start_fails(1, "cannot use the CAN interface no-such-can", "--can", "no-such-can")
         self.start_fails(1, "cannot open the serial port /dev/no-such-port", "--tty", "/dev/no-such-port")
 
