@@ -10,10 +10,12 @@ record() {
   wait_until 10 grep -q '^ *vcan0 ' /proc/net/can/rcvlist_all  # it listens
 }
 end_record() {
-  sleep 1  # for what it has not written yet
+  cansend vcan0 7FF#  # of nobody; when it is in the file, so is all before it
+  wait_until 30 grep -q ' 7FF#' "/tmp/$dumped"
   kill $dump
   wait $dump || true
   ! grep DROPCOUNT "/tmp/$dumped" || die 'candump lost frames'
+  sed -i '/ 7FF#/d' "/tmp/$dumped"
 }
 
 ip link add dev vcan0 type vcan
