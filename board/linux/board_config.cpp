@@ -8,30 +8,24 @@
 #include <numbers>
 #include <string_view>
 
+#include "board/files/json_value.h"
 #include "control/scene/limits.h"
 
 namespace thimble::board {
 namespace {
 
-using nlohmann::json;
-template <std::size_t kCount>
-using Keys = std::array<std::string_view, kCount>;
-
 constexpr double kMostMetres = 10.0;
 
 Eigen::Vector3f vector_of(const JsonValue& value, double most) {
-  (void)value.size(3, 3);
-  Eigen::Vector3f vector;
-  for (int i = 0; i < 3; ++i)
-    vector[i] = static_cast<float>(value.at(static_cast<std::size_t>(i)).number(-most, most));
-  return vector;
+  return value.vector({-most, most}).cast<float>();
 }
 
 kinematics::BasePose read_base(const JsonValue& arm) {
   kinematics::BasePose base;
   if (arm.has("home_m")) base.home_m = vector_of(arm.at("home_m"), kMostMetres);
   if (arm.has("turn_deg")) {  // only about z: gravity compensation is not valid for a tilted base
-    const auto turn_rad = static_cast<float>(arm.at("turn_deg").number(-180, 180) * std::numbers::pi / 180.0);
+    const auto turn_rad =
+        static_cast<float>(arm.at("turn_deg").number({-180, 180}) * std::numbers::pi / 180.0);
     base.rotation = Eigen::AngleAxisf(turn_rad, Eigen::Vector3f::UnitZ()).toRotationMatrix();
   }
   return base;
@@ -39,45 +33,47 @@ kinematics::BasePose read_base(const JsonValue& arm) {
 
 // {"line": NAME, "active": "high" | "low"}
 GpioLine read_line(const JsonValue& value) {
-  value.object(Keys<2>{"line", "active"});
-  return {value.at("line").text(), value.at("active").word(Keys<2>{"high", "low"}) == 1, GpioBias::kAsIs};
+  value.object("a line", {"line", "active"});
+  return {value.at("line").text(), value.at("active").word({"high", "low"}) == 1, GpioBias::kAsIs};
 }
 
 // {"line": NAME, "closed": "high" | "low"}: the level of a closed contact. The pull resistor towards the
 // other level makes an open wire read as open for either wiring.
 GpioLine read_contact(const JsonValue& value) {
-  value.object(Keys<2>{"line", "closed"});
-  const bool closed_low = value.at("closed").word(Keys<2>{"high", "low"}) == 1;
+  value.object("a contact", {"line", "closed"});
+  const bool closed_low = value.at("closed").word({"high", "low"}) == 1;
   return {value.at("line").text(), closed_low, closed_low ? GpioBias::kPullUp : GpioBias::kPullDown};
 }
 
 EncoderConfig read_encoders(const JsonValue& value) {
   EncoderConfig encoders;
-  value.object(Keys<3>{"read", "event", "joints"});
+  value.object("the encoders", {"read", "event", "joints"});
   encoders.kind =
-      static_cast<EncoderConfig::Kind>(value.at("read").word(Keys<3>{"counter", "counter_events", "gpio"}));
+      static_cast<EncoderConfig::Kind>(value.at("read").word({"counter", "counter_events", "gpio"}));
   if (encoders.kind == EncoderConfig::Kind::kCounterEvents) {
-    constexpr Keys<3> kWords = {"capture", "index", "change_of_state"};
     constexpr std::array kEvents = {COUNTER_EVENT_CAPTURE, COUNTER_EVENT_INDEX,
                                     COUNTER_EVENT_CHANGE_OF_STATE};
-    encoders.event = kEvents[value.at("event").word(kWords)];
+    encoders.event = kEvents[value.at("event").word({"capture", "index", "change_of_state"})];
   } else if (value.has("event")) {
-    value.at("event").fail("has a meaning with \"read\": \"counter_events\" only");
+    value.at("event").fail("senseless-key", "has a meaning with \"read\": \"counter_events\" only",
+                           "leave it out");
   }
   const JsonValue joints = value.at("joints");
   (void)joints.size(3, 3);
   for (std::size_t j = 0; j < 3; ++j) {
     const JsonValue joint = joints.at(j);
     if (encoders.kind == EncoderConfig::Kind::kGpio) {
-      joint.object(Keys<2>{"line_a", "line_b"});
+      joint.object("an encoder at two lines", {"line_a", "line_b"});
       encoders.lines[j] = {joint.at("line_a").text(), joint.at("line_b").text()};
     } else {
-      joint.object(Keys<2>{"counter", "count"});
+      joint.object("an encoder at a counter", {"counter", "count"});
       encoders.counter[j] = {joint.at("counter").text(),
                              static_cast<unsigned>(joint.at("count").integer(0, 255))};
       if (encoders.kind == EncoderConfig::Kind::kCounterEvents &&
           encoders.counter[j].device != encoders.counter[0].device)
-        joint.at("counter").fail("differs from joint 0's: one event latches the counts of one counter only");
+        joint.at("counter").fail("bad-value",
+                                 "differs from joint 0's: one event latches the counts of one counter only",
+                                 "give the same counter");
     }
   }
   return encoders;
@@ -85,25 +81,26 @@ EncoderConfig read_encoders(const JsonValue& value) {
 
 DacConfig read_dac(const JsonValue& value) {
   DacConfig dac;
-  value.object(Keys<3>{"spi", "speed_Hz", "channels"});
+  value.object("the DAC", {"spi", "speed_Hz", "channels"});
   dac.device = value.at("spi").text();
   dac.speed_Hz = static_cast<std::uint32_t>(value.at("speed_Hz").integer(10'000, 30'000'000));
   (void)value.at("channels").size(3, 3);
   for (std::size_t i = 0; i < 3; ++i) {
     const JsonValue channel = value.at("channels").at(i);
-    channel.object(Keys<2>{"volts_per_ampere", "offset_V"});
-    dac.channels[i].volts_per_ampere = static_cast<float>(channel.at("volts_per_ampere").number(-100, 100));
+    channel.object("a channel of the DAC", {"volts_per_ampere", "offset_V"});
+    dac.channels[i].volts_per_ampere = static_cast<float>(channel.at("volts_per_ampere").number({-100, 100}));
     if (dac.channels[i].volts_per_ampere == 0.0F)
       channel.at("volts_per_ampere").wrong("a number that is not 0");
     if (channel.has("offset_V"))
-      dac.channels[i].offset_V = static_cast<float>(channel.at("offset_V").number(-1, 1));
+      dac.channels[i].offset_V = static_cast<float>(channel.at("offset_V").number({-1, 1}));
   }
   return dac;
 }
 
 ArmWiring read_arm(const JsonValue& value) {
   ArmWiring arm;
-  value.object(Keys<8>{"model", "home_m", "turn_deg", "encoders", "dac", "enable", "drive_fault", "index"});
+  value.object("an arm",
+               {"model", "home_m", "turn_deg", "encoders", "dac", "enable", "drive_fault", "index"});
   const std::string model = value.at("model").text();
   arm.model = kinematics::find_arm_model(model);
   if (arm.model == nullptr) {
@@ -122,7 +119,7 @@ ArmWiring read_arm(const JsonValue& value) {
 }
 
 LinkConfig read_link(const JsonValue& value) {
-  value.object(Keys<2>{"can", "slcan"});
+  value.object("a link", {"can", "slcan"});
   if (value.has("can") == value.has("slcan")) value.wrong("either {\"can\": INTERFACE} or {\"slcan\": TTY}");
   if (value.has("can")) return {LinkConfig::Kind::kCan, value.at("can").text(15)};
   return {LinkConfig::Kind::kTty, value.at("slcan").text()};
@@ -130,12 +127,12 @@ LinkConfig read_link(const JsonValue& value) {
 
 BoardConfig read(const JsonValue& root) {
   BoardConfig config;
-  root.object(Keys<11>{"thimble_board", "serial_number", "node", "rate_Hz", "links", "arms", "e_stop",
-                       "dead_man", "store", "realtime", "watchdog"});
+  root.object("the configuration", {"thimble_board", "serial_number", "node", "rate_Hz", "links", "arms",
+                                    "e_stop", "dead_man", "store", "realtime", "watchdog"});
   (void)root.at("thimble_board").integer(1, 1);
   config.serial_number = root.at("serial_number").text(32);
   if (root.has("node")) config.node = static_cast<std::uint8_t>(root.at("node").integer(1, 127));
-  config.rate_Hz = root.at("rate_Hz").number(100, 20'000);
+  config.rate_Hz = root.at("rate_Hz").number({100, 20'000});
   for (std::size_t i = 0; i < root.at("links").size(1, 4); ++i)
     config.links.push_back(read_link(root.at("links").at(i)));
   for (std::size_t i = 0; i < root.at("arms").size(1, control::kMaxArms); ++i)
@@ -144,12 +141,12 @@ BoardConfig read(const JsonValue& root) {
   if (root.has("dead_man")) config.dead_man = read_contact(root.at("dead_man"));
   config.store = root.at("store").text();
   const JsonValue realtime = root.at("realtime");
-  realtime.object(Keys<2>{"priority", "cpu"});
+  realtime.object("realtime", {"priority", "cpu"});
   config.priority = realtime.at("priority").integer(1, 98);
   if (realtime.has("cpu")) config.cpu = realtime.at("cpu").integer(0, 1023);
   if (root.has("watchdog")) {
     const JsonValue watchdog = root.at("watchdog");
-    watchdog.object(Keys<2>{"device", "timeout_s"});
+    watchdog.object("the watchdog", {"device", "timeout_s"});
     config.watchdog = watchdog.at("device").text();
     config.watchdog_timeout_s = watchdog.at("timeout_s").integer(1, 60);
   }
@@ -159,13 +156,12 @@ BoardConfig read(const JsonValue& root) {
 }  // namespace
 
 BoardConfig parse_board_config(const std::string& text, const std::string& file) {
-  json root;
   try {
-    root = json::parse(text);
-  } catch (const json::exception& error) {
-    throw ConfigError(file + ": " + error.what());
+    const JsonDocument document(text, file, "the configuration");
+    return read(JsonValue(document));
+  } catch (const JsonError& error) {
+    throw ConfigError(error.what());
   }
-  return read(JsonValue(file, root));
 }
 
 BoardConfig read_board_config(const std::filesystem::path& file) {

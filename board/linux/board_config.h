@@ -8,13 +8,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "board/common/ad5754.h"
 #include "board/linux/counter_encoder.h"
 #include "board/linux/gpio.h"
-#include "board/linux/json_value.h"
 #include "kinematics/arm.h"
 
 namespace thimble::board {
@@ -66,7 +66,13 @@ struct BoardConfig {
   int watchdog_timeout_s = 0;
 };
 
-// Throws ConfigError with file, JSON pointer, value and allowed range; also for text that is not JSON.
+// what(): file, line, JSON pointer, value and what is allowed.
+class ConfigError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Throws ConfigError, also for text that is not JSON.
 [[nodiscard]] BoardConfig parse_board_config(const std::string& text, const std::string& file);
 // The same for a file; also throws ConfigError if the file cannot be read.
 [[nodiscard]] BoardConfig read_board_config(const std::filesystem::path& file);

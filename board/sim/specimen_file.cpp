@@ -1,52 +1,35 @@
 #include "board/sim/specimen_file.h"
 
-#include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <nlohmann/json.hpp>
+#include <iterator>
+#include <stdexcept>
 #include <string>
-#include <string_view>
+
+#include "board/files/json_value.h"
 
 namespace thimble::board {
 namespace {
 
-using nlohmann::json;
+constexpr Range kAny{-1e9, 1e9};
+constexpr Range kFromZero{0, 1e9};
+constexpr int kMostSide = 1 << 16;
 
-constexpr std::array<std::string_view, 11> kKeys = {
-    "thimble_specimen", "description", "origin_m",     "u", "v", "cell_m", "columns", "rows",
-    "stiffness_N_m",    "height_m",    "damping_N_s_m"};
-constexpr double kLeastLength = 1e-9;
-
-Eigen::Vector3d vector_of(const json& value) {
-  const auto numbers = value.get<std::array<double, 3>>();
-  return {numbers[0], numbers[1], numbers[2]};
-}
-
-Eigen::Vector3d direction_of(const json& value) {
-  const Eigen::Vector3d given = vector_of(value);
-  if (!(given.norm() > kLeastLength)) throw std::invalid_argument("u or v has no length");
-  return given.normalized();
-}
-
-SpecimenMap read(const json& root) {
-  if (!root.is_object() || root.value("thimble_specimen", 0) != 1)
-    throw std::invalid_argument("it has no \"thimble_specimen\": 1");
-  for (const auto& [key, unused] : root.items()) {
-    if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end())
-      throw std::invalid_argument("\"" + key + "\" is not a key of a specimen");
-  }
+SpecimenMap read(const JsonValue& root) {
+  root.object("a specimen", {"thimble_specimen", "description", "origin_m", "u", "v", "cell_m", "columns",
+                             "rows", "stiffness_N_m", "height_m", "damping_N_s_m"});
+  (void)root.at("thimble_specimen").integer(1, 1);
   SpecimenMap map;
-  map.origin_m = vector_of(root.at("origin_m"));
-  map.u = direction_of(root.at("u"));
-  map.v = direction_of(root.at("v"));
-  map.cell_m = root.at("cell_m").get<double>();
-  map.columns = root.at("columns").get<std::size_t>();
-  map.rows = root.at("rows").get<std::size_t>();
-  map.stiffness_N_m = root.at("stiffness_N_m").get<std::vector<double>>();
-  if (root.contains("height_m")) map.height_m = root.at("height_m").get<std::vector<double>>();
-  map.damping_N_s_m = root.value("damping_N_s_m", 0.0);
+  map.origin_m = root.at("origin_m").vector(kAny);
+  map.u = root.at("u").direction();
+  map.v = root.at("v").direction();
+  map.cell_m = root.at("cell_m").number(kAny);
+  map.columns = static_cast<std::size_t>(root.at("columns").integer(1, kMostSide));
+  map.rows = static_cast<std::size_t>(root.at("rows").integer(1, kMostSide));
+  map.stiffness_N_m = root.at("stiffness_N_m").numbers(kAny, map.columns * map.rows);
+  if (root.has("height_m")) map.height_m = root.at("height_m").numbers(kAny, map.columns * map.rows);
+  map.damping_N_s_m = root.number_or("damping_N_s_m", kFromZero, 0);
   return map;
 }
 
@@ -55,9 +38,13 @@ SpecimenMap read(const json& root) {
 Specimen read_specimen(const std::filesystem::path& file) {
   std::ifstream in(file);
   if (!in) throw SpecimenError(file.string() + ": " + std::strerror(errno));
+  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   try {
-    return Specimen(read(json::parse(in)));
-  } catch (const std::exception& error) {  // from the JSON library or from the checks above
+    const JsonDocument document(text, file.string(), "the specimen");
+    return Specimen(read(JsonValue(document)));
+  } catch (const JsonError& error) {
+    throw SpecimenError(error.what());
+  } catch (const std::invalid_argument& error) {  // of Specimen: the map as a whole
     throw SpecimenError(file.string() + ": " + error.what());
   }
 }

@@ -1,8 +1,8 @@
 #include "host-tools/cli/output.h"
 
-#include <array>
-#include <charconv>
 #include <iostream>
+
+#include "board/files/json_value.h"
 
 namespace thimble::host {
 
@@ -35,12 +35,6 @@ void report(const Error& error, bool json) {
   }
 }
 
-double tidy(float value) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  double read = 0;
-  std::from_chars(text.data(), end, read);
-  return read;
-}
+double tidy(float value) { return board::as_written(value); }
 
 }  // namespace thimble::host

@@ -4,15 +4,15 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <csetjmp>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <string_view>
 
+#include "board/files/csv.h"
 #include "host-tools/error.h"
 
 namespace thimble::host {
@@ -47,58 +47,34 @@ void turn_over(HeightGrid& grid) {
   }
 }
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r";
-  const std::size_t first = text.find_first_not_of(kBlank);
-  return first == std::string_view::npos ? std::string_view()
-                                         : text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
-
-double read_number(std::string_view cell, const std::string& place, std::size_t column) {
-  double value = 0;
-  const auto [stop, code] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (code != std::errc() || stop != cell.data() + cell.size() || !std::isfinite(value)) {
-    std::string given(cell.substr(0, 40));
-    std::replace_if(
-        given.begin(), given.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-    refuse("bad-number",
-           place + ": column " + std::to_string(column) + " is \"" + given + "\", which is not a number",
-           "separate numbers such as 1.5 or -2e-3 by commas");
-  }
-  return value;
-}
-
 HeightGrid read_csv(std::string_view text, std::size_t most_samples, const std::string& name) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  board::CsvReader csv(text, name, '#');
   HeightGrid grid;
-  for (std::size_t line = 1; !text.empty(); ++line) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view row = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    row = trimmed(row.substr(0, row.find('#')));
-    if (row.empty()) continue;
-    const std::string place = name + ":" + std::to_string(line);
-    std::size_t columns = 0;
-    for (bool more = true; more;) {
-      const std::size_t comma = row.find(',');
-      more = comma != std::string_view::npos;
-      const std::string_view cell = trimmed(row.substr(0, comma));
-      row.remove_prefix(more ? comma + 1 : row.size());
-      ++columns;
-      const double value = read_number(cell, place, columns);
+  while (csv.next()) {
+    const std::size_t columns = csv.cells().size();
+    for (std::size_t column = 0; column < columns; ++column) {
+      const std::optional<double> value = csv.number(column);
+      if (!value) {
+        std::string given(csv.cells()[column].substr(0, 40));
+        std::ranges::replace_if(
+            given, [](char c) { return c < ' ' || c > '~'; }, '?');
+        refuse("bad-number",
+               csv.place() + ": column " + std::to_string(column + 1) + " is \"" + given +
+                   "\", which is not a number",
+               "separate numbers such as 1.5 or -2e-3 by commas");
+      }
       if (grid.values.size() == most_samples) {
         refuse("too-many-samples",
-               place + ": the grid has more than " + std::to_string(most_samples) +
+               csv.place() + ": the grid has more than " + std::to_string(most_samples) +
                    " values, as many as are allowed",
                "make the grid coarser");
       }
-      grid.values.push_back(value);
+      grid.values.push_back(*value);
     }
     if (grid.rows == 0) grid.columns = columns;
     if (columns != grid.columns) {
       refuse("uneven-rows",
-             place + ": the row has " + std::to_string(columns) + " values, the rows before it have " +
+             csv.place() + ": the row has " + std::to_string(columns) + " values, the rows before it have " +
                  std::to_string(grid.columns),
              "give each row as many values");
     }

@@ -14,71 +14,57 @@ namespace {
 
 constexpr double limit(float value) { return static_cast<double>(value); }
 
+// A key that does not apply to the body's motion is an error.
+void refuse_senseless_keys(const ScenePart& part, scene::Motion motion) {
+  const std::string word(scene_key(part.kind(), "motion").words.at(static_cast<std::size_t>(motion)));
+  const auto only = [&](std::string_view key, bool sensible) {
+    if (part.has(key) && !sensible) {
+      part.at(key).fail("senseless-key", "has no meaning, for motion is \"" + word + "\"", "leave it out");
+    }
+  };
+  const bool rotates = motion == scene::Motion::Free || motion == scene::Motion::Turn;
+  for (const std::string_view key : {"inertia_kg_m2", "spin_rad_s", "angular_damping_N_m_s"})
+    only(key, rotates);
+  only("axis", motion >= scene::Motion::Plane);
+  for (const std::string_view key : {"velocity_m_s", "spring_N_m", "damping_N_s_m"})
+    only(key, motion != scene::Motion::Turn);
+  only("pivot_m", motion == scene::Motion::Turn);
+  only("control", motion >= scene::Motion::Slide);
+  if (!part.has("control")) return;
+  for (const std::string_view key : {"spring_N_m", "damping_N_s_m", "angular_damping_N_m_s"}) {
+    if (part.has(key))
+      part.at(key).fail("senseless-key", "stands beside a control", "give it in the control");
+  }
+}
+
 }  // namespace
 
 SceneBody read_body(const Value& value) {
-  using control::kMaxStiffnessPerMass_1_s2;
-  value.object("a body", kBodyKeys);
-  constexpr std::array<std::string_view, 5> kMotions{"free", "translate", "plane", "slide", "turn"};
+  const ScenePart part(value, "body");
   SceneBody body;
-  body.motion = static_cast<scene::Motion>(value.at("motion").as_word(kMotions));
-  const bool turns = body.motion == scene::Motion::Free || body.motion == scene::Motion::Turn;
-  const bool along_axis = body.motion >= scene::Motion::Plane;
-  const std::string motion =
-      "motion is \"" + std::string(kMotions.at(static_cast<std::size_t>(body.motion))) + "\"";
-  const auto only = [&](std::string_view key, bool sensible) {
-    if (value.has(key) && !sensible) {
-      value.at(key).fail("senseless-key", "has no meaning, for " + motion, "leave it out");
-    }
-  };
-  only("inertia_kg_m2", turns);
-  only("spin_rad_s", turns);
-  only("angular_damping_N_m_s", turns);
-  only("axis", along_axis);
-  for (const std::string_view key : {"velocity_m_s", "spring_N_m", "damping_N_s_m"}) {
-    only(key, body.motion != scene::Motion::Turn);
-  }
-  only("pivot_m", body.motion == scene::Motion::Turn);
-  only("control", body.motion >= scene::Motion::Slide);
-  if (value.has("control")) {
-    for (const std::string_view key : {"spring_N_m", "damping_N_s_m", "angular_damping_N_m_s"}) {
-      if (value.has(key))
-        value.at(key).fail("senseless-key", "stands beside a control", "give it in the control");
-    }
-  }
+  const std::size_t motion = part.word("motion");
+  body.motion = static_cast<scene::Motion>(motion);
+  refuse_senseless_keys(part, body.motion);
 
   body.place = value.place();
-  body.mass_kg =
-      value.at("mass_kg").as_number({limit(control::kMinMass_kg), limit(control::kMaxMass_kg), false, "kg"});
-  const double stiffest = limit(kMaxStiffnessPerMass_1_s2) * body.mass_kg;
-  if (value.has("inertia_kg_m2")) {
-    body.inertia_kg_m2 = value.at("inertia_kg_m2")
-                             .as_vector({limit(control::kMinInertia_kg_m2), limit(control::kMaxInertia_kg_m2),
-                                         false, "kg m2"});
+  body.mass_kg = part.number("mass_kg");
+  if (part.has("inertia_kg_m2")) body.inertia_kg_m2 = part.vector("inertia_kg_m2");
+  body.restitution = part.number("restitution");
+  body.velocity_m_s = part.vector("velocity_m_s");
+  body.spin_rad_s = part.vector("spin_rad_s");
+  body.spring_N_m = part.number("spring_N_m");
+  if (part.has("spring_N_m")) {
+    Range spring = part.range("spring_N_m");
+    spring.most = std::min(spring.most, limit(control::kMaxStiffnessPerMass_1_s2) * body.mass_kg);
+    body.spring_N_m = part.at("spring_N_m").number(spring);
   }
-  body.restitution = value.number_or("restitution", {0.0, 1.0}, 0.0);
-  const double speed = limit(control::kMaxBodySpeed_m_s);
-  const double spin = limit(control::kMaxBodySpin_rad_s);
-  if (value.has("velocity_m_s")) {
-    body.velocity_m_s = value.at("velocity_m_s").as_vector({-speed, speed, false, "m/s"});
-  }
-  if (value.has("spin_rad_s"))
-    body.spin_rad_s = value.at("spin_rad_s").as_vector({-spin, spin, false, "rad/s"});
-  body.spring_N_m = value.number_or(
-      "spring_N_m", {0.0, std::min(stiffest, limit(control::kMaxStiffness_N_m)), false, "N/m"}, 0.0);
-  body.damping_N_s_m =
-      value.number_or("damping_N_s_m", {0.0, limit(control::kMaxDamping_N_s_m), false, "N s/m"}, 0.0);
-  body.angular_damping_N_m_s = value.number_or(
-      "angular_damping_N_m_s", {0.0, limit(control::kMaxAngularDamping_N_m_s), false, "N m s"}, 0.0);
-  if (body.motion >= scene::Motion::Slide || value.has("axis")) {
-    const Value axis = value.at("axis");
-    body.axis = axis.as_vector({-1.0e9, 1.0e9});
-    if (body.axis.norm() < 1.0e-6) axis.wrong("a direction, of any length but zero");
-    body.axis.normalize();
-  }
-  if (value.has("pivot_m")) body.pivot_m = value.at("pivot_m").as_vector(kCoordinate);
-  if (value.has("control"))
-    body.control = read_control(value.at("control"), body.motion == scene::Motion::Turn);
+  body.damping_N_s_m = part.number("damping_N_s_m");
+  body.angular_damping_N_m_s = part.number("angular_damping_N_m_s");
+  const bool needs_axis = body.motion >= scene::Motion::Slide;
+  body.axis = needs_axis ? part.at("axis").direction() : part.direction("axis");
+  if (part.has("pivot_m")) body.pivot_m = part.vector("pivot_m");
+  if (part.has("control"))
+    body.control = read_control(part.at("control"), body.motion == scene::Motion::Turn);
   return body;
 }
 

@@ -15,10 +15,6 @@
 
 namespace thimble::host {
 
-inline constexpr std::array<std::string_view, 12> kBodyKeys{
-    "motion",     "mass_kg",       "inertia_kg_m2",         "restitution", "velocity_m_s", "spin_rad_s",
-    "spring_N_m", "damping_N_s_m", "angular_damping_N_m_s", "axis",        "pivot_m",      "control"};
-
 struct SceneBody {
   scene::Motion motion = scene::Motion::Free;
   double mass_kg = 0;

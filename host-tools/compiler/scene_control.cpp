@@ -7,69 +7,38 @@
 namespace thimble::host {
 namespace {
 
-constexpr double kMaxEffort = static_cast<double>(control::kMaxControlEffort);
-constexpr double kMinPitch = static_cast<double>(control::kMinDetentPitch);
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-// What differs between a slide and a turn: the words, and the file's unit of the coordinate.
+// The rows of the table for a slide or a turn, in one order, and the file's unit of the coordinate in m or rad.
 struct Kind {
-  const char* name;
-  const std::array<std::string_view, 9>& keys;
-  const std::array<std::string_view, 3>& detent_keys;
-  const std::array<std::string_view, 2>& switch_keys;
-  double unit;  // in m or rad
-  double most;  // of a coordinate, in the file's unit
-  const char* of_coordinate;
-  const char* of_effort;
-  const char* of_stiffness;
-  const char* of_damping;
+  const char* control;
+  const char* detents;
+  const char* switch_;
+  double unit;
 };
-constexpr Kind kSlide{"a control that slides",
-                      kSlideControlKeys,
-                      kSlideDetentKeys,
-                      kSlideSwitchKeys,
-                      1.0,
-                      kMaxCoordinate,
-                      "m",
-                      "N",
-                      "N/m",
-                      "N s/m"};
-// 5729 degrees are just below control::kMaxTurn_rad.
-constexpr Kind kTurn{"a control that turns",
-                     kTurnControlKeys,
-                     kTurnDetentKeys,
-                     kTurnSwitchKeys,
-                     kDegree,
-                     5729.0,
-                     "degrees",
-                     "N m",
-                     "N m/rad",
-                     "N m s/rad"};
+constexpr Kind kSlide{"slide_control", "slide_detents", "slide_switch", 1.0};
+constexpr Kind kTurn{"turn_control", "turn_detents", "turn_switch", kDegree};
 
-std::vector<scene::CurvePoint> read_curve(const Value& value, const Kind& kind) {
-  if (!value.raw().is_array() || value.raw().empty()) {
-    value.wrong("an array of points [at, effort]");
-  }
+std::vector<scene::CurvePoint> read_curve(const Value& value, const Range& range, double unit) {
+  if (!value.raw().is_array() || value.raw().empty()) value.wrong("an array of points [at, effort]");
   if (value.raw().size() > control::kMaxCurvePoints) {
     value.fail("too-many-curve-points",
                "has " + std::to_string(value.raw().size()) + " points, at most " +
                    std::to_string(control::kMaxCurvePoints) + " are allowed",
                "leave out points that are nearly on a line with their neighbours");
   }
+  constexpr auto kMaxEffort = static_cast<double>(control::kMaxControlEffort);
   std::vector<scene::CurvePoint> curve;
   for (std::size_t i = 0; i < value.raw().size(); ++i) {
     const Value point = value.at(i);
-    if (!point.raw().is_array() || point.raw().size() != 2) {
-      point.wrong("two numbers [at, effort]");
-    }
+    if (!point.raw().is_array() || point.raw().size() != 2) point.wrong("two numbers [at, effort]");
     const Value at = point.at(std::size_t{0});
-    const double q = at.as_number({-kind.most, kind.most, false, kind.of_coordinate});
+    const double q = at.number(range);
     const double effort =
-        point.at(std::size_t{1}).as_number({-kMaxEffort, kMaxEffort, false, kind.of_effort});
-    const scene::CurvePoint next(static_cast<float>(q * kind.unit), static_cast<float>(effort));
-    if (!curve.empty() && next.at() <= curve.back().at()) {
-      at.wrong("a number above the one of the point before, in " + std::string(kind.of_coordinate));
-    }
+        point.at(std::size_t{1}).number({-kMaxEffort, kMaxEffort, false, unit == 1.0 ? "N" : "N m"});
+    const scene::CurvePoint next(static_cast<float>(q * unit), static_cast<float>(effort));
+    if (!curve.empty() && next.at() <= curve.back().at())
+      at.wrong("a number above the one of the point before, in " + std::string(range.unit));
     curve.push_back(next);
   }
   return curve;
@@ -89,45 +58,34 @@ double stiffness_of_curve(const std::vector<scene::CurvePoint>& curve) {
 
 SceneControl read_control(const Value& value, bool turns) {
   const Kind& kind = turns ? kTurn : kSlide;
-  value.object(kind.name, kind.keys);
-  const Range kPlace{-kind.most, kind.most, false, kind.of_coordinate};
+  const ScenePart part(value, kind.control);
+  const std::vector<std::string_view>& keys = part.kind().key_names;
   SceneControl control;
   control.place = value.place();
-  control.stiffness = value.number_or(
-      kind.keys[0], {0.0, static_cast<double>(control::kMaxStiffness_N_m), false, kind.of_stiffness}, 0.0);
-  control.rest = kind.unit * value.number_or(kind.keys[1], kPlace, 0.0);
-  control.damping = value.number_or(
-      kind.keys[2], {0.0, static_cast<double>(control::kMaxDamping_N_s_m), false, kind.of_damping}, 0.0);
-  control.friction = value.number_or(kind.keys[3], {0.0, kMaxEffort, false, kind.of_effort}, 0.0);
-  control.low =
-      kind.unit * value.number_or(kind.keys[4], {-kind.most, 0.0, false, kind.of_coordinate}, -kind.most);
-  control.high =
-      kind.unit * value.number_or(kind.keys[5], {0.0, kind.most, false, kind.of_coordinate}, kind.most);
-  if (static_cast<float>(control.low) == static_cast<float>(control.high)) {
-    value.at(kind.keys[5]).wrong("a number above " + std::string(kind.keys[4]));
+  control.stiffness = part.number(keys[0]);
+  control.rest = kind.unit * part.number(keys[1]);
+  control.damping = part.number(keys[2]);
+  control.friction = part.number(keys[3]);
+  control.low = kind.unit * part.number(keys[4]);
+  control.high = kind.unit * part.number(keys[5]);
+  if (static_cast<float>(control.low) == static_cast<float>(control.high))
+    part.at(keys[5]).wrong("a number above " + std::string(keys[4]));
+  if (part.has("detents")) {
+    const ScenePart detents(part.at("detents"), kind.detents);
+    const std::vector<std::string_view>& words = detents.kind().key_names;
+    control.detent_pitch = kind.unit * detents.number(words[0]);
+    control.detent_phase = kind.unit * detents.number(words[1]);
+    control.detent_effort = detents.number(words[2]);
   }
-  if (value.has("detents")) {
-    const Value detents = value.at("detents");
-    detents.object("detents", kind.detent_keys);
-    control.detent_pitch =
-        kind.unit * detents.at(kind.detent_keys[0])
-                        .as_number({kMinPitch / kind.unit, kind.most, false, kind.of_coordinate});
-    control.detent_phase = kind.unit * detents.number_or(kind.detent_keys[1], kPlace, 0.0);
-    control.detent_effort =
-        detents.at(kind.detent_keys[2]).as_number({0.0, kMaxEffort, true, kind.of_effort});
-  }
-  if (value.has(kind.keys[7])) {
-    control.curve = read_curve(value.at(kind.keys[7]), kind);
-  }
-  if (value.has("switch")) {
-    const Value places = value.at("switch");
-    places.object("a switch", kind.switch_keys);
+  if (part.has(keys[7])) control.curve = read_curve(part.at(keys[7]), part.range(keys[7]), kind.unit);
+  if (part.has("switch")) {
+    const ScenePart places(part.at("switch"), kind.switch_);
+    const std::vector<std::string_view>& words = places.kind().key_names;
     control.has_switch = true;
-    control.on_at = kind.unit * places.at(kind.switch_keys[0]).as_number(kPlace);
-    control.off_at = kind.unit * places.at(kind.switch_keys[1]).as_number(kPlace);
-    if (static_cast<float>(control.on_at) == static_cast<float>(control.off_at)) {
-      places.at(kind.switch_keys[1]).wrong("a number other than " + std::string(kind.switch_keys[0]));
-    }
+    control.on_at = kind.unit * places.number(words[0]);
+    control.off_at = kind.unit * places.number(words[1]);
+    if (static_cast<float>(control.on_at) == static_cast<float>(control.off_at))
+      places.at(words[1]).wrong("a number other than " + std::string(words[0]));
   }
   return control;
 }

@@ -14,17 +14,6 @@
 namespace thimble::host {
 
 // Lengths in m for a slide, angles in degrees for a turn.
-inline constexpr std::array<std::string_view, 9> kSlideControlKeys{
-    "stiffness_N_m", "rest_m",  "damping_N_s_m", "friction_N", "low_m",
-    "high_m",        "detents", "curve_m_N",     "switch"};
-inline constexpr std::array<std::string_view, 9> kTurnControlKeys{
-    "stiffness_N_m_rad", "rest_deg", "damping_N_m_s_rad", "friction_N_m", "low_deg",
-    "high_deg",          "detents",  "curve_deg_N_m",     "switch"};
-inline constexpr std::array<std::string_view, 3> kSlideDetentKeys{"pitch_m", "phase_m", "force_N"};
-inline constexpr std::array<std::string_view, 3> kTurnDetentKeys{"pitch_deg", "phase_deg", "torque_N_m"};
-inline constexpr std::array<std::string_view, 2> kSlideSwitchKeys{"on_at_m", "off_at_m"};
-inline constexpr std::array<std::string_view, 2> kTurnSwitchKeys{"on_at_deg", "off_at_deg"};
-
 // In m and N, or rad and N m.
 struct SceneControl {
   double stiffness = 0;

@@ -14,11 +14,6 @@ namespace {
 using Eigen::Vector3d;
 using Subvolume = VectorFieldShape::Subvolume;
 
-constexpr std::size_t kMaxInclusions = 64;
-constexpr double kMaxSource = 1.0e6;
-constexpr double kMaxDepth = 1.0;      // m
-constexpr double kMaxEnergy = 1000.0;  // J
-
 struct Bounds {
   Vector3d lo_m;
   Vector3d hi_m;
@@ -67,51 +62,34 @@ std::optional<Bounds> bounds_of(const Subvolume& subvolume) {
   return bounds_of(sides);
 }
 
-void check_list(const Value& value, const char* what, std::size_t least, std::size_t most) {
-  if (!value.raw().is_array() || value.raw().size() < least) {
-    value.wrong("an array of at least " + std::to_string(least) + " " + what);
-  }
-  if (value.raw().size() > most) {
-    value.fail("too-many-samples",
-               "has " + std::to_string(value.raw().size()) + " " + what + ", at most " +
-                   std::to_string(most) + " are allowed",
-               "leave some out");
-  }
-}
-
 HalfSpace read_half_space(const Value& value) {
-  constexpr std::array<std::string_view, 2> kKeys{"normal", "offset_m"};
-  value.object("a plane", kKeys);
-  constexpr Range kAnyNumber{-1.0e9, 1.0e9};
-  HalfSpace half{value.at("normal").as_vector(kAnyNumber), value.number_or("offset_m", kCoordinate, 0.0)};
-  if (half.normal.norm() < 1.0e-6) {
-    value.at("normal").wrong("a direction, of any length but zero");
-  }
-  half.normal.normalize();
-  return half;
+  const ScenePart part(value, "plane");
+  return {part.direction("normal"), part.number("offset_m")};
 }
 
-std::vector<HalfSpace> read_half_spaces(const Value& value, std::size_t least) {
-  check_list(value, "planes", least, control::kMaxSubvolumeSides);
+constexpr const char* kTooMany = "too-many-samples";
+constexpr const char* kLeaveOut = "leave some out";
+
+std::vector<HalfSpace> read_half_spaces(const Value& list) {
   std::vector<HalfSpace> planes;
-  for (std::size_t i = 0; i < value.raw().size(); ++i) planes.push_back(read_half_space(value.at(i)));
+  for (std::size_t i = 0; i < list.raw().size(); ++i) planes.push_back(read_half_space(list.at(i)));
   return planes;
 }
 
 Subvolume read_subvolume(const Value& value) {
-  value.object("a subvolume", kSubvolumeKeys);
+  const ScenePart part(value, "subvolume");
   Subvolume subvolume;
-  if (value.has("sides")) subvolume.sides = read_half_spaces(value.at("sides"), 0);
-  if (value.has("plane") == value.has("ball")) {
+  if (part.has("sides"))
+    subvolume.sides = read_half_spaces(part.list("sides", kTooMany, "planes", kLeaveOut));
+  if (part.has("plane") == part.has("ball")) {
     value.wrong("a subvolume with exactly one of \"plane\" and \"ball\", the surface that pushes");
   }
-  if (value.has("plane")) {
-    subvolume.plane = read_half_space(value.at("plane"));
+  if (part.has("plane")) {
+    subvolume.plane = read_half_space(part.at("plane"));
   } else {
-    const Value ball = value.at("ball");
-    ball.object("a ball", kBallKeys);
-    if (ball.has("centre_m")) subvolume.centre_m = ball.at("centre_m").as_vector(kCoordinate);
-    subvolume.radius_m = ball.at("radius_m").as_number(kLength);
+    const ScenePart ball(part.at("ball"), "ball");
+    subvolume.centre_m = ball.vector("centre_m");
+    subvolume.radius_m = ball.number("radius_m");
   }
   if (!bounds_of(subvolume)) {
     value.fail("empty-subvolume", "holds no point: its sides and its surface exclude each other",
@@ -120,36 +98,25 @@ Subvolume read_subvolume(const Value& value) {
   return subvolume;
 }
 
-// The only key of `value`, which says what kind it is.
-std::string only_key(const Value& value, const char* what, Keys keys) {
-  value.object(what, keys);
-  if (value.raw().size() != 1) {
-    value.wrong("an object with exactly one of " + listed(keys));
+Solid read_solid(const Value& shape, const std::string& word) {
+  const ScenePart part(shape, word);
+  Solid solid;
+  if (word == "sphere") {
+    solid.radius_m = part.number("radius_m");
+  } else if (word == "box") {
+    solid.kind = Solid::Kind::kBox;
+    solid.half_size_m = 0.5 * part.vector("size_m");
+  } else {
+    solid.kind = word == "cylinder" ? Solid::Kind::kCylinder : Solid::Kind::kCapsule;
+    solid.radius_m = part.number("radius_m");
+    solid.half_height_m = 0.5 * part.number("height_m");
   }
-  return value.raw().begin().key();
+  return solid;
 }
 
 Solid read_solid(const Value& value) {
-  constexpr std::array<std::string_view, 1> kSphere{"radius_m"};
-  constexpr std::array<std::string_view, 1> kBox{"size_m"};
-  constexpr std::array<std::string_view, 2> kRound{"radius_m", "height_m"};
-  const std::string word = only_key(value, "a shape of closed form", kSolidKeys);
-  const Value shape = value.at(word);
-  Solid solid;
-  if (word == "sphere") {
-    shape.object("a sphere", kSphere);
-    solid.radius_m = shape.at("radius_m").as_number(kLength);
-  } else if (word == "box") {
-    shape.object("a box", kBox);
-    solid.kind = Solid::Kind::kBox;
-    solid.half_size_m = 0.5 * shape.at("size_m").as_vector(kLength);
-  } else {
-    solid.kind = word == "cylinder" ? Solid::Kind::kCylinder : Solid::Kind::kCapsule;
-    shape.object(word == "cylinder" ? "a cylinder" : "a capsule", kRound);
-    solid.radius_m = shape.at("radius_m").as_number(kLength);
-    solid.half_height_m = 0.5 * shape.at("height_m").as_number(kLength);
-  }
-  return solid;
+  const std::string word = ScenePart(value, "solid").only_key();
+  return read_solid(value.at(word), word);
 }
 
 Solid read_placed_solid(const Value& value) {
@@ -175,10 +142,6 @@ std::string_view key_of(const Value& value, const ByLaw& keys, scene::PotentialL
         "use \"" + std::string(spring ? keys.spring : keys.energy) + "\", or change the law");
   }
   return spring ? keys.spring : keys.energy;
-}
-
-Range source_range(scene::PotentialLaw law) {
-  return {0.0, kMaxSource, false, law == scene::PotentialLaw::Spring ? "1/m" : "N/m"};
 }
 
 scene::HalfSpace half_space(const HalfSpace& half) {
@@ -212,70 +175,60 @@ std::vector<Subvolume> divide(const std::vector<HalfSpace>& planes) {
 }
 
 VectorFieldShape read_vector_field(const Value& value) {
-  const std::string word = only_key(value, "a vector field", kVectorFieldKeys);
-  const Value part = value.at(word);
+  const ScenePart part(value, "vector_field");
+  const std::string word = part.only_key();
   VectorFieldShape field;
-  if (word == "box" || word == "sphere") {
-    const Solid solid = read_solid(value);
-    if (word == "sphere") {
-      Subvolume ball;
-      ball.radius_m = solid.radius_m;
-      field.subvolumes.push_back(ball);
-    } else {
-      std::vector<HalfSpace> faces;
-      for (Eigen::Index axis = 0; axis < 3; ++axis) {
-        faces.push_back({Vector3d::Unit(axis), solid.half_size_m[axis]});
-        faces.push_back({-Vector3d::Unit(axis), solid.half_size_m[axis]});
-      }
-      field.subvolumes = divide(faces);
+  if (word == "sphere") {
+    Subvolume ball;
+    ball.radius_m = read_solid(part.at(word), word).radius_m;
+    field.subvolumes.push_back(ball);
+  } else if (word == "box") {
+    const Solid solid = read_solid(part.at(word), word);
+    std::vector<HalfSpace> faces;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      faces.push_back({Vector3d::Unit(axis), solid.half_size_m[axis]});
+      faces.push_back({-Vector3d::Unit(axis), solid.half_size_m[axis]});
     }
+    field.subvolumes = divide(faces);
   } else if (word == "planes") {
-    field.subvolumes = divide(read_half_spaces(part, 1));
+    const Value planes = part.list(word, kTooMany, "planes", kLeaveOut);
+    field.subvolumes = divide(read_half_spaces(planes));
     if (field.subvolumes.empty()) {
-      part.fail("empty-subvolume", "hold no point together",
-                "turn a normal round; a plane holds the points with normal . p <= offset_m");
+      planes.fail("empty-subvolume", "hold no point together",
+                  "turn a normal round; a plane holds the points with normal . p <= offset_m");
     }
   } else {
-    check_list(part, "subvolumes", 1, control::kMaxSubvolumes);
-    for (std::size_t i = 0; i < part.raw().size(); ++i)
-      field.subvolumes.push_back(read_subvolume(part.at(i)));
+    const Value subvolumes = part.list(word, kTooMany, "subvolumes", kLeaveOut);
+    for (std::size_t i = 0; i < subvolumes.raw().size(); ++i)
+      field.subvolumes.push_back(read_subvolume(subvolumes.at(i)));
   }
   return field;
 }
 
 PotentialFieldShape read_potential_field(const Value& value) {
-  value.object("a potential field", kPotentialFieldKeys);
+  const ScenePart part(value, "potential_field");
   PotentialFieldShape field;
-  constexpr std::array<std::string_view, 2> kLaws{"spring", "energy"};
-  if (value.has("law")) field.law = static_cast<scene::PotentialLaw>(value.at("law").as_word(kLaws));
+  field.law = static_cast<scene::PotentialLaw>(part.word("law"));
   PotentialProblem& problem = field.problem;
   problem.place = value.place();
-  problem.shape = read_solid(value.at("shape"));
-  problem.step_m =
-      value.at("step_m").as_number({static_cast<double>(control::kMinFieldStep_m), 1.0, false, "m"});
-  problem.source = value.number_or(key_of(value, kSource, field.law), source_range(field.law), 0.0);
-  if (value.has("inclusions")) {
-    const Value inclusions = value.at("inclusions");
-    check_list(inclusions, "inclusions", 0, kMaxInclusions);
-    const Range range = field.law == scene::PotentialLaw::Spring ? Range{0.0, kMaxDepth, true, "m"}
-                                                                 : Range{0.0, kMaxEnergy, true, "J"};
+  problem.shape = read_solid(part.at("shape"));
+  problem.step_m = part.number("step_m");
+  problem.source = part.number(key_of(value, kSource, field.law));
+  if (part.has("inclusions")) {
+    const Value inclusions = part.list("inclusions", kTooMany, "inclusions", kLeaveOut);
     for (std::size_t i = 0; i < inclusions.raw().size(); ++i) {
-      const Value inclusion = inclusions.at(i);
-      inclusion.object("an inclusion", kInclusionKeys);
-      problem.inclusions.push_back({read_placed_solid(inclusion),
-                                    inclusion.at(key_of(inclusion, kHeld, field.law)).as_number(range),
-                                    inclusion.place()});
+      const Value each = inclusions.at(i);
+      const ScenePart inclusion(each, "inclusion");
+      problem.inclusions.push_back(
+          {read_placed_solid(each), inclusion.number(key_of(each, kHeld, field.law)), each.place()});
     }
   }
-  if (value.has("regions")) {
-    const Value regions = value.at("regions");
-    check_list(regions, "regions", 0, kMaxInclusions);
+  if (part.has("regions")) {
+    const Value regions = part.list("regions", kTooMany, "regions", kLeaveOut);
     for (std::size_t i = 0; i < regions.raw().size(); ++i) {
-      const Value region = regions.at(i);
-      region.object("a region", kRegionKeys);
-      problem.regions.push_back(
-          {read_placed_solid(region),
-           region.at(key_of(region, kSource, field.law)).as_number(source_range(field.law))});
+      const Value each = regions.at(i);
+      const ScenePart region(each, "region");
+      problem.regions.push_back({read_placed_solid(each), region.number(key_of(each, kSource, field.law))});
     }
   }
   return field;

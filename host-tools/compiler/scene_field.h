@@ -14,15 +14,6 @@
 
 namespace thimble::host {
 
-inline constexpr std::array<std::string_view, 4> kVectorFieldKeys{"box", "sphere", "planes", "subvolumes"};
-inline constexpr std::array<std::string_view, 3> kSubvolumeKeys{"sides", "plane", "ball"};
-inline constexpr std::array<std::string_view, 2> kBallKeys{"centre_m", "radius_m"};
-inline constexpr std::array<std::string_view, 7> kPotentialFieldKeys{
-    "shape", "step_m", "law", "source_per_m", "source_N_m", "inclusions", "regions"};
-inline constexpr std::array<std::string_view, 4> kSolidKeys{"sphere", "box", "cylinder", "capsule"};
-inline constexpr std::array<std::string_view, 4> kInclusionKeys{"shape", "pose", "depth_m", "potential_J"};
-inline constexpr std::array<std::string_view, 4> kRegionKeys{"shape", "pose", "source_per_m", "source_N_m"};
-
 // Points with normal . p <= offset_m.
 struct HalfSpace {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();

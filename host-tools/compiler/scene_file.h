@@ -5,9 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -71,14 +69,6 @@ struct SceneFile {
   std::vector<SceneObject> objects;
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d::Zero();
 };
-
-// What the reader knows: for each kind of JSON object its keys. The schema holds the same under $defs (a test
-// compares).
-struct SceneKeys {
-  std::string_view kind;  // "scene", "object", "shape", "plane" ...
-  std::span<const std::string_view> keys;
-};
-[[nodiscard]] std::span<const SceneKeys> scene_keys();
 
 // `name` stands in messages. Throws Error (kBadInput) with file, line, JSON pointer, the value and what is
 // allowed.

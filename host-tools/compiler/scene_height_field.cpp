@@ -9,9 +9,6 @@
 namespace thimble::host {
 namespace {
 
-constexpr double kDefaultThickness_m = 0.01;
-constexpr double kSmoothEverywhere_deg = 180.0;
-
 class BlockBuilder {
  public:
   BlockBuilder(const HeightGrid& grid, TriangleSoup& soup) : grid_(grid), soup_(soup) {}
@@ -94,17 +91,15 @@ class BlockBuilder {
 }  // namespace
 
 HeightFieldShape read_height_field(const Value& value) {
-  value.object("a height field", kHeightFieldKeys);
+  const ScenePart part(value, "height_field");
   HeightFieldShape shape;
-  shape.file = value.at("file").as_text(4096);
-  shape.place = value.at("file").place();
-  const Value size = value.at("size_m");
-  if (!size.raw().is_array() || size.raw().size() != 2) size.wrong("an array of two numbers [x, y]");
-  shape.size_m = {size.at(std::size_t{0}).as_number(kLength), size.at(std::size_t{1}).as_number(kLength)};
-  shape.height_m = value.at("height_m").as_number({0.0, kMaxCoordinate, true, "m"});
-  shape.thickness_m = value.number_or("thickness_m", kLength, kDefaultThickness_m);
-  shape.crease_deg =
-      value.number_or("crease_deg", {0.0, kSmoothEverywhere_deg, false, "degrees"}, kSmoothEverywhere_deg);
+  shape.file = part.text("file");
+  shape.place = part.at("file").place();
+  const std::array<double, 2> size_m = part.pair("size_m");
+  shape.size_m = {size_m[0], size_m[1]};
+  shape.height_m = part.number("height_m");
+  shape.thickness_m = part.number("thickness_m");
+  shape.crease_deg = part.number("crease_deg");
   return shape;
 }
 

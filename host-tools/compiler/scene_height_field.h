@@ -13,9 +13,6 @@
 
 namespace thimble::host {
 
-inline constexpr std::array<std::string_view, 5> kHeightFieldKeys{"file", "size_m", "height_m", "thickness_m",
-                                                                  "crease_deg"};
-
 struct HeightFieldShape {
   std::string file;  // relative to the scene file
   Eigen::Vector2d size_m;

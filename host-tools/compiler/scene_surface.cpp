@@ -10,13 +10,8 @@
 namespace thimble::host {
 namespace {
 
-constexpr double kMaxRelief = 0.01;  // as people read it
-constexpr double kMinSpacing = 1.0e-5;
-static_assert(static_cast<float>(kMaxRelief) == control::kMaxRelief_m &&
-              static_cast<float>(kMinSpacing) == control::kMinSpacing_m);
-constexpr Range kStiffness{0.0, static_cast<double>(control::kMaxStiffness_N_m), true, "N/m"};
-constexpr Range kDamping{0.0, static_cast<double>(control::kMaxDamping_N_s_m), false, "N s/m"};
-constexpr Range kAnyHeight{-1.0e6, 1.0e6};
+constexpr double kMinSpacing = 1.0e-5;  // control::kMinSpacing_m, in the digits that people read
+static_assert(static_cast<float>(kMinSpacing) == control::kMinSpacing_m);
 
 // Rows of numbers, written as in a file: the last one is at the least v.
 HeightGrid read_rows(const Value& value, const Range& range, std::size_t most) {
@@ -39,7 +34,7 @@ HeightGrid read_rows(const Value& value, const Range& range, std::size_t most) {
       numbers.wrong("a row of " + std::to_string(grid.columns) + " numbers, like the first");
     }
     for (std::size_t column = 0; column < grid.columns; ++column) {
-      grid.values.push_back(numbers.at(column).as_number(range));
+      grid.values.push_back(numbers.at(column).number(range));
     }
   }
   return grid;
@@ -50,7 +45,7 @@ GridSource read_source(const Value& value, const Range& range, std::size_t most)
   source.range = range;
   source.place = value.place();
   if (value.raw().is_string()) {
-    source.file = value.as_text(4096);
+    source.file = value.text(4096);
   } else {
     source.inline_grid = read_rows(value, range, most);
   }
@@ -58,73 +53,51 @@ GridSource read_source(const Value& value, const Range& range, std::size_t most)
 }
 
 SceneClick read_click(const Value& value) {
-  value.object("a click", kClickKeys);
-  return {value.at("amplitude_N").as_number({0.0, static_cast<double>(control::kMaxClick_N), false, "N"}),
-          value.at("frequency_Hz")
-              .as_number({static_cast<double>(control::kMinClickFrequency_Hz),
-                          static_cast<double>(control::kMaxClickFrequency_Hz), false, "Hz"}),
-          value.at("decay_per_s")
-              .as_number({static_cast<double>(control::kMinClickDecay_per_s),
-                          static_cast<double>(control::kMaxClickDecay_per_s), false, "1/s"})};
+  const ScenePart part(value, "click");
+  return {part.number("amplitude_N"), part.number("frequency_Hz"), part.number("decay_per_s")};
 }
 
 SceneTexture read_texture(const Value& value) {
-  value.object("a texture", kTextureKeys);
+  const ScenePart part(value, "texture");
   SceneTexture texture{};
-  constexpr std::array<std::string_view, 3> kKinds{"lateral", "normal", "height"};
-  constexpr std::array<scene::TextureKind, 3> kMeaning{
-      scene::TextureKind::Lateral, scene::TextureKind::Normal, scene::TextureKind::Height};
-  texture.kind = kMeaning.at(value.at("kind").as_word(kKinds));
-  const Value tile = value.at("tile_m");
-  if (!tile.raw().is_array() || tile.raw().size() != 2) tile.wrong("an array of two lengths [u, v]");
-  for (std::size_t i = 0; i < 2; ++i) texture.tile_m.at(i) = tile.at(i).as_number(kLength);
-  texture.height_m = value.at("height_m").as_number({0.0, kMaxRelief, true, "m"});
+  constexpr std::array<scene::TextureKind, 3> kKinds{scene::TextureKind::Lateral, scene::TextureKind::Normal,
+                                                     scene::TextureKind::Height};
+  texture.kind = kKinds.at(part.word("kind"));
+  texture.tile_m = part.pair("tile_m");
+  texture.height_m = part.number("height_m");
   texture.place = value.place();
   constexpr std::array<std::string_view, 3> kSources{"pattern", "heights", "file"};
-  if (std::count_if(kSources.begin(), kSources.end(), [&](std::string_view key) { return value.has(key); }) !=
-      1) {
+  if (std::ranges::count_if(kSources, [&](std::string_view key) { return part.has(key); }) != 1)
     value.wrong("a texture with exactly one of " + listed(kSources));
-  }
-  if (value.has("pattern")) {
-    constexpr std::array<std::string_view, 3> kPatterns{"cos_cos", "ridges", "noise"};
-    constexpr std::array<TexturePattern, 3> kWhich{TexturePattern::kCosCos, TexturePattern::kRidges,
-                                                   TexturePattern::kNoise};
-    texture.pattern = kWhich.at(value.at("pattern").as_word(kPatterns));
-  } else if (value.has("heights")) {
-    texture.heights.inline_grid = read_rows(value.at("heights"), kAnyHeight, control::kMaxTextureSamples);
-    texture.heights.place = value.at("heights").place();
+  if (part.has("pattern")) {
+    constexpr std::array<TexturePattern, 3> kPatterns{TexturePattern::kCosCos, TexturePattern::kRidges,
+                                                      TexturePattern::kNoise};
+    texture.pattern = kPatterns.at(part.word("pattern"));
+  } else if (part.has("heights")) {
+    texture.heights.inline_grid =
+        read_rows(part.at("heights"), part.range("heights"), control::kMaxTextureSamples);
+    texture.heights.place = part.at("heights").place();
   } else {
-    texture.heights = {{}, value.at("file").as_text(4096), kAnyHeight, value.at("file").place()};
+    texture.heights = {{}, part.text("file"), part.range("heights"), part.at("file").place()};
   }
   return texture;
 }
 
-Eigen::Vector3d read_direction(const Value& value, const char* key, const Eigen::Vector3d& otherwise) {
-  if (!value.has(key)) return otherwise;
-  const Eigen::Vector3d direction = value.at(key).as_vector({-1.0e9, 1.0e9});
-  if (direction.norm() < 1.0e-6) value.at(key).wrong("a direction, of any length but zero");
-  return direction.normalized();
-}
-
 SceneStiffnessMap read_map(const Value& value) {
-  value.object("a stiffness map", kStiffnessMapKeys);
+  const ScenePart part(value, "stiffness_map");
+  const auto source = [&](std::string_view key) {
+    return read_source(part.at(key), part.range(key), control::kMaxMapSamples);
+  };
   SceneStiffnessMap map{};
-  map.stiffness_N_m = read_source(value.at("stiffness_N_m"), kStiffness, control::kMaxMapSamples);
-  if (value.has("damping_N_s_m")) {
-    map.damping_N_s_m = read_source(value.at("damping_N_s_m"), kDamping, control::kMaxMapSamples);
-  }
-  map.cell_m = value.at("cell_m").as_number(kLength);
-  map.origin_m =
-      value.has("origin_m") ? value.at("origin_m").as_vector(kCoordinate) : Eigen::Vector3d::Zero();
-  map.u = read_direction(value, "u", Eigen::Vector3d::UnitX());
-  map.v = read_direction(value, "v", Eigen::Vector3d::UnitY());
+  map.stiffness_N_m = source("stiffness_N_m");
+  if (part.has("damping_N_s_m")) map.damping_N_s_m = source("damping_N_s_m");
+  map.cell_m = part.number("cell_m");
+  map.origin_m = part.vector("origin_m");
+  map.u = part.direction("u");
+  map.v = part.direction("v");
   constexpr double kParallel = 1.0e-3;
   if (map.u.cross(map.v).norm() < kParallel) value.wrong("a map whose u and v point in different directions");
-  map.conservative = true;
-  if (value.has("conservative")) {
-    if (!value.at("conservative").raw().is_boolean()) value.at("conservative").wrong("true or false");
-    map.conservative = value.at("conservative").raw().get<bool>();
-  }
+  map.conservative = part.flag("conservative");
   map.place = value.place();
   return map;
 }
@@ -134,9 +107,7 @@ HeightGrid load(const GridSource& source, const std::filesystem::path& folder, s
   const std::string name = source.place + ": " + source.file;
   HeightGrid grid = read_height_grid(folder / source.file, most, name);
   for (const double number : grid.values) {
-    const bool above =
-        source.range.least_excluded ? number > source.range.least : number >= source.range.least;
-    if (!above || number > source.range.most) {
+    if (!source.range.holds(number)) {
       throw Error(ExitCode::kBadInput, "bad-value",
                   name + ": has the value " + host::number(number) + ", allowed is " + describe(source.range),
                   "correct the file");
@@ -307,12 +278,11 @@ flatbuffers::Offset<scene::StiffnessMap> write_map(flatbuffers::FlatBufferBuilde
 
 }  // namespace
 
-SceneSurface read_surface(const Value& material) {
+SceneSurface read_surface(const ScenePart& material) {
   SceneSurface surface;
-  surface.place = material.place();
+  surface.place = material.value().place();
   if (material.has("click")) surface.click = read_click(material.at("click"));
-  surface.brake_friction =
-      material.number_or("brake_friction", {0.0, static_cast<double>(control::kMaxFriction)}, 0.0);
+  surface.brake_friction = material.number("brake_friction");
   if (material.has("texture")) surface.texture = read_texture(material.at("texture"));
   if (material.has("stiffness_map")) surface.stiffness_map = read_map(material.at("stiffness_map"));
   return surface;

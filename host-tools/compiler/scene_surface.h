@@ -64,13 +64,7 @@ struct SceneSurface {
   [[nodiscard]] bool any() const { return click || brake_friction > 0.0 || texture || stiffness_map; }
 };
 
-inline constexpr std::array<std::string_view, 3> kClickKeys{"amplitude_N", "frequency_Hz", "decay_per_s"};
-inline constexpr std::array<std::string_view, 6> kTextureKeys{"kind",    "tile_m",  "height_m",
-                                                              "pattern", "heights", "file"};
-inline constexpr std::array<std::string_view, 7> kStiffnessMapKeys{
-    "stiffness_N_m", "damping_N_s_m", "cell_m", "origin_m", "u", "v", "conservative"};
-
-[[nodiscard]] SceneSurface read_surface(const Value& material);
+[[nodiscard]] SceneSurface read_surface(const ScenePart& material);
 
 // The object that wears the surface, for what depends on its shape.
 struct Wearer {

@@ -12,12 +12,6 @@
 
 namespace thimble::host {
 
-inline constexpr std::array<std::string_view, 1> kNeedleKeys{"layers"};
-inline constexpr std::array<std::string_view, 6> kLayerKeys{"name",   "thickness_m", "stiffness_N_m",
-                                                            "tear_N", "friction_N",  "viscosity_N_s_m2"};
-inline constexpr std::array<std::string_view, 4> kTissueKeys{"size_m", "contact_radius_m",
-                                                             "relaxed_stiffness_N_m", "recovery_s"};
-
 struct NeedleShape {
   std::vector<scene::Layer> layers;
 };

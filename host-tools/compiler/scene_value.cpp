@@ -1,32 +1,74 @@
 #include "host-tools/compiler/scene_value.h"
 
-#include <vector>
-
 namespace thimble::host {
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) {
-    row[j] = j;
-  }
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0U : 1U);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, changed});
-    }
-  }
-  return row[b.size()];
+ScenePart::ScenePart(const Value& value, std::string_view kind) : value_(value), kind_(scene_kind(kind)) {
+  value_.object(kind_.what, kind_.key_names);
+  if (kind_.exactly_one && value_.raw().size() != 1)
+    value_.wrong("an object with exactly one of " + listed(kind_.key_names));
 }
 
-std::string number(double value) { return nlohmann::json(value).dump(); }
+std::string ScenePart::only_key() const { return value_.raw().begin().key(); }
 
-std::string describe(const Range& range) {
-  return std::string("a number ") + (range.least_excluded ? "above " : "from ") + number(range.least) +
-         (range.least_excluded ? " and at most " : " to ") + number(range.most) +
-         (*range.unit != '\0' ? " " : "") + range.unit;
+double ScenePart::number(std::string_view key) const {
+  const SceneKey& row = scene_key(kind_, key);
+  if (!has(key) && !row.otherwise.empty()) return row.otherwise.front();
+  return at(key).number(row.range);
+}
+
+Eigen::Vector3d ScenePart::vector(std::string_view key) const {
+  const SceneKey& row = scene_key(kind_, key);
+  if (!has(key) && row.otherwise.size() == 3) return {row.otherwise[0], row.otherwise[1], row.otherwise[2]};
+  return at(key).vector(row.range);
+}
+
+Eigen::Vector3d ScenePart::direction(std::string_view key) const {
+  const SceneKey& row = scene_key(kind_, key);
+  if (!has(key) && row.otherwise.size() == 3) return {row.otherwise[0], row.otherwise[1], row.otherwise[2]};
+  return at(key).direction();
+}
+
+bool ScenePart::flag(std::string_view key) const {
+  const SceneKey& row = scene_key(kind_, key);
+  if (!has(key) && !row.otherwise.empty()) return row.otherwise.front() != 0;
+  return at(key).boolean();
+}
+
+std::size_t ScenePart::word(std::string_view key) const {
+  const SceneKey& row = scene_key(kind_, key);
+  if (!has(key) && !row.default_word.empty()) {
+    std::size_t index = 0;
+    while (row.words.at(index) != row.default_word) ++index;
+    return index;
+  }
+  return at(key).word(row.words);
+}
+
+std::array<double, 2> ScenePart::pair(std::string_view key) const {
+  const SceneKey& row = scene_key(kind_, key);
+  const Value value = at(key);
+  if (!value.raw().is_array() || value.raw().size() != 2) value.wrong("an array of two numbers [x, y]");
+  return {value.at(std::size_t{0}).number(row.range), value.at(std::size_t{1}).number(row.range)};
+}
+
+std::string ScenePart::text(std::string_view key) const {
+  return at(key).text(static_cast<std::size_t>(scene_key(kind_, key).range.most));
+}
+
+Value ScenePart::list(std::string_view key, const char* name, const char* things, const char* remedy) const {
+  const SceneKey& row = scene_key(kind_, key);
+  Value value = at(key);
+  const auto least = static_cast<std::size_t>(row.range.least);
+  const auto most = static_cast<std::size_t>(row.range.most);
+  if (!value.raw().is_array() || value.raw().size() < least)
+    value.wrong("an array of " + std::string(least == 0 ? "" : "at least " + std::to_string(least) + " ") +
+                things);
+  if (value.raw().size() > most)
+    value.fail(name,
+               "has " + std::to_string(value.raw().size()) + " " + things + ", at most " +
+                   std::to_string(most) + " are allowed",
+               remedy);
+  return value;
 }
 
 }  // namespace thimble::host

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "board/files/csv.h"
 #include "host-tools/error.h"
 
 namespace thimble::host {
@@ -35,22 +37,18 @@ struct Row {
 };
 
 // False: not a row.
-bool parse(std::string_view line, Row& row) {
-  const auto cell = [&line]() {
-    const std::size_t comma = line.find(',');
-    const std::string_view text = line.substr(0, comma);
-    line = comma == std::string_view::npos ? std::string_view{} : line.substr(comma + 1);
-    return text;
-  };
-  const auto whole = [](std::string_view text, auto& value) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc() && end == text.data() + text.size();
-  };
-  if (!whole(cell(), row.point)) return false;
-  row.phase = cell();
-  for (double& number : row.numbers)
-    if (!whole(cell(), number) || !std::isfinite(number)) return false;
-  return line.empty();
+bool parse(const board::CsvReader& csv, Row& row) {
+  if (csv.cells().size() != 2 + row.numbers.size()) return false;
+  const std::string_view point = csv.cells()[0];
+  const auto [end, error] = std::from_chars(point.data(), point.data() + point.size(), row.point);
+  if (error != std::errc() || end != point.data() + point.size()) return false;
+  row.phase = csv.cells()[1];
+  for (std::size_t i = 0; i < row.numbers.size(); ++i) {
+    const std::optional<double> number = csv.number(2 + i);
+    if (!number) return false;
+    row.numbers.at(i) = *number;
+  }
+  return row.phase == kPress || row.phase == kRelease || row.phase == kForceLimit || row.phase == kDepth;
 }
 
 [[noreturn]] void cannot(const std::filesystem::path& file, const char* verb, int error) {
@@ -93,23 +91,18 @@ void ScanLog::read(const std::string& text, std::uint32_t plan_crc, std::size_t 
   }
   whole_bytes_ = head.size();
   ProbedPoint point;
-  std::size_t line = 2;
-  for (std::size_t at = head.size(); at < text.size();) {
-    const std::size_t end = text.find('\n', at);
-    if (end == std::string::npos) return;  // broken off in a line
-    ++line;
+  board::CsvReader csv(text, file_.string(), '#');
+  static_cast<void>(csv.next());  // the header
+  while (csv.next()) {
+    if (!csv.whole()) return;  // broken off in a line
     Row row;
-    const bool known =
-        parse(std::string_view(text).substr(at, end - at), row) &&
-        (row.phase == kPress || row.phase == kRelease || row.phase == kForceLimit || row.phase == kDepth);
-    if (!known || row.point != points_.size() || row.point >= points) {
+    if (!parse(csv, row) || row.point != points_.size() || row.point >= points) {
       throw Error(ExitCode::kBadInput, "bad-log",
-                  file_.string() + ":" + std::to_string(line) + ": it is not a row of point " +
-                      std::to_string(points_.size()) + ", which is due here",
+                  csv.place() + ": it is not a row of point " + std::to_string(points_.size()) +
+                      ", which is due here",
                   "remove the rows from there on");
     }
     const Eigen::Vector3d tip_m(row.numbers[0], row.numbers[1], row.numbers[2]);
-    at = end + 1;
     if (row.phase == kPress || row.phase == kRelease) {
       point.samples.push_back({row.phase == kPress, tip_m, row.numbers[3]});
       continue;
@@ -119,7 +112,7 @@ void ScanLog::read(const std::string& text, std::uint32_t plan_crc, std::size_t 
     point.turn_m = tip_m;
     point.peak_force_N = row.numbers[3];
     points_.push_back(std::exchange(point, {}));
-    whole_bytes_ = at;
+    whole_bytes_ = csv.offset();
   }
 }
 

@@ -2,19 +2,15 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <span>
-#include <sstream>
 #include <string_view>
 
+#include "firmware/link/crc32.h"
 #include "firmware/link/services.h"
-#include "host-tools/client/device.h"
-#include "host-tools/compiler/json_document.h"
 #include "host-tools/compiler/scene_value.h"
 #include "host-tools/error.h"
+#include "host-tools/files/input_file.h"
 
 namespace thimble::host {
 namespace {
@@ -33,49 +29,35 @@ constexpr std::size_t kMostPoints = 4096;
 constexpr double kSquare = 1e-3;          // u . v
 constexpr double kLeastIntoCosine = 0.5;  // of approach against the normal
 constexpr Range kWay{5e-4, 0.1, false, "m"};
-constexpr Range kAnyNumber{-1e9, 1e9};
 constexpr Range kSpeed{static_cast<double>(link::kMinMoveSpeed_m_s),
                        static_cast<double>(link::kMaxMoveSpeed_m_s), false, "m/s"};
 constexpr Range kForce{static_cast<double>(link::kMinMoveForce_N), static_cast<double>(link::kMaxMoveForce_N),
                        false, "N"};
 
-Eigen::Vector3d direction(const Value& value) {
-  const Eigen::Vector3d given = value.as_vector(kAnyNumber);
-  if (given.norm() < 1e-6) value.wrong("a direction, of any length but zero");
-  return given.normalized();
-}
-
 std::size_t count(const Value& value, std::size_t least, std::size_t most) {
-  const Range range{static_cast<double>(least), static_cast<double>(most), false, "(a whole number)"};
-  const double number = value.as_number(range);
-  if (std::floor(number) != number) value.wrong(describe(range));
-  return static_cast<std::size_t>(number);
+  return static_cast<std::size_t>(value.integer(static_cast<int>(least), static_cast<int>(most)));
 }
 
-}  // namespace
-
-ScanPlan read_scan_plan_text(const std::string& text, const std::string& name) {
-  const JsonDocument document(text, name);
-  const Value root(document, document.root(), "");
+ScanPlan read_plan(const Value& root) {
   root.object("a scan plan", kPlanKeys);
   if (root.at("thimble_scan").raw() != 1) root.at("thimble_scan").wrong("1");
   ScanPlan plan;
-  plan.name = root.at("name").as_text(64);
-  plan.origin_m = root.at("origin_m").as_vector(kCoordinate);
-  plan.u = direction(root.at("u"));
-  plan.v = direction(root.at("v"));
+  plan.name = root.at("name").text(64);
+  plan.origin_m = root.at("origin_m").vector(kCoordinate);
+  plan.u = root.at("u").direction();
+  plan.v = root.at("v").direction();
   if (std::abs(plan.u.dot(plan.v)) > kSquare) root.at("v").wrong("a direction square to u");
   const Eigen::Vector3d normal = plan.u.cross(plan.v).normalized();
-  plan.approach = root.has("approach") ? direction(root.at("approach")) : Eigen::Vector3d(-normal);
+  plan.approach = root.has("approach") ? root.at("approach").direction() : Eigen::Vector3d(-normal);
   if (-plan.approach.dot(normal) < kLeastIntoCosine)
     root.at("approach").wrong("a direction into the surface, within 60 degrees of -(u x v)");
   plan.columns = count(root.at("columns"), 2, kMostPoints / 2);
   plan.rows = count(root.at("rows"), 2, kMostPoints / plan.columns);
-  plan.cell_m = root.at("cell_m").as_number(kWay);
-  plan.clearance_m = root.at("clearance_m").as_number(kWay);
-  plan.depth_m = root.at("depth_m").as_number(kWay);
-  plan.force_limit_N = root.at("force_limit_N").as_number(kForce);
-  plan.speed_m_s = root.at("speed_m_s").as_number(kSpeed);
+  plan.cell_m = root.at("cell_m").number(kWay);
+  plan.clearance_m = root.at("clearance_m").number(kWay);
+  plan.depth_m = root.at("depth_m").number(kWay);
+  plan.force_limit_N = root.at("force_limit_N").number(kForce);
+  plan.speed_m_s = root.at("speed_m_s").number(kSpeed);
   plan.travel_speed_m_s = root.number_or("travel_speed_m_s", kSpeed, kSpeed.most);
   if (root.has("arm")) plan.arm = static_cast<std::uint8_t>(count(root.at("arm"), 0, control::kMaxArms - 1));
   if (root.has("material")) {
@@ -87,23 +69,25 @@ ScanPlan read_scan_plan_text(const std::string& text, const std::string& name) {
     plan.static_friction = material.number_or("static_friction", kFriction, 0);
     plan.dynamic_friction = material.number_or("dynamic_friction", kFriction, plan.static_friction);
   }
-  if (root.has("conservative")) {
-    if (!root.at("conservative").raw().is_boolean()) root.at("conservative").wrong("true or false");
-    plan.conservative = root.at("conservative").raw().get<bool>();
-  }
-  plan.crc = crc32(std::as_bytes(std::span(text)));
+  if (root.has("conservative")) plan.conservative = root.at("conservative").boolean();
   return plan;
 }
 
-ScanPlan read_scan_plan(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  if (in) text << in.rdbuf();
-  if (!in) {
-    throw Error(ExitCode::kBadInput, "cannot-read", file.string() + ": " + std::strerror(errno),
-                "give the path of a scan plan");
+}  // namespace
+
+ScanPlan read_scan_plan_text(const std::string& text, const std::string& name) {
+  try {
+    const board::JsonDocument document(text, name, "the plan");
+    ScanPlan plan = read_plan(Value(document));
+    plan.crc = link::crc32(std::as_bytes(std::span(text)));
+    return plan;
+  } catch (const board::JsonError& error) {
+    throw to_error(error);
   }
-  return read_scan_plan_text(text.str(), file.string());
+}
+
+ScanPlan read_scan_plan(const std::filesystem::path& file) {
+  return read_scan_plan_text(read_input(file), file.string());
 }
 
 }  // namespace thimble::host

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <limits>
-#include <locale>
+#include <optional>
 #include <sstream>
 #include <string_view>
 
+#include "board/files/csv.h"
 #include "control/scene/limits.h"
 #include "host-tools/error.h"
 
@@ -33,113 +35,70 @@ constexpr std::array<Column, 6> kNumbers{
      {"viscosity_N_s_m2", &TissueKind::viscosity_N_s_m2, 0.0,
       static_cast<double>(control::kMaxViscosity_N_s_m2)}}};
 constexpr std::size_t kMaxNameBytes = 64;
+constexpr std::string_view kHeader = "name,from,to,stiffness_N_m,tear_N,friction_N,viscosity_N_s_m2";
 
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) {
-    const std::size_t first = cell.find_first_not_of(" \t\r");
-    cells.push_back(
-        first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(" \t\r") - first + 1));
-  }
-  return cells;
+std::vector<std::string_view> column_names() {
+  std::vector<std::string_view> names{"name"};
+  for (const Column& column : kNumbers) names.push_back(column.name);
+  return names;
 }
 
-std::optional<double> number_in(const std::string& text) {
-  std::istringstream stream(text);
-  stream.imbue(std::locale::classic());
-  double value = 0.0;
-  if (!(stream >> value) || stream.peek() != std::istringstream::traits_type::eof()) return std::nullopt;
-  return value;
+TissueKind read_kind(const board::CsvReader& csv, const std::vector<std::size_t>& columns) {
+  csv.check_width(columns.size());
+  TissueKind kind;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const std::string cell(csv.cells()[i]);
+    if (columns[i] == 0) {
+      kind.name = cell;
+      continue;
+    }
+    const Column& column = kNumbers.at(columns[i] - 1);
+    const std::optional<double> value = csv.number(i);
+    if (!value || !(*value >= column.least && *value <= column.most)) {
+      std::ostringstream text;
+      text << column.name << " is '" << cell << "', allowed is a number from " << column.least << " to "
+           << column.most;
+      csv.fail(text.str());
+    }
+    kind.*(column.value) = *value;
+  }
+  if (kind.name.empty() || kind.name.size() > kMaxNameBytes) csv.fail("name is not a text of 1 to 64 bytes");
+  if (!(kind.from < kind.to)) csv.fail("from is not below to");
+  if (kind.stiffness_N_m == 0.0 && kind.tear_N > 0.0)
+    csv.fail("tears, and has no stiffness to come to that force");
+  return kind;
 }
 
-class TableReader {
- public:
-  explicit TableReader(const std::filesystem::path& file) : file_(file) {}
-
-  std::vector<TissueKind> read() {
-    std::ifstream stream(file_);
-    if (!stream) fail(std::strerror(errno));
-    std::vector<TissueKind> kinds;
-    std::vector<std::string> header;
-    for (std::string line; std::getline(stream, line);) {
-      ++line_;
-      const std::vector<std::string> cells = cells_of(line);
-      if (cells.empty() || (cells.size() == 1 && cells[0].empty()) || cells[0].starts_with('#')) continue;
-      if (header.empty()) {
-        header = cells;
-        check_header(header);
-      } else {
-        kinds.push_back(row(header, cells));
-        check_overlap(kinds);
-      }
-    }
-    if (kinds.empty()) fail("has no tissue");
-    return kinds;
-  }
-
- private:
-  [[noreturn]] void fail(const std::string& what) const {
-    std::string place = file_.string();
-    if (line_ > 0) place.append(":").append(std::to_string(line_));
-    throw Error(ExitCode::kBadInput, "bad-layers", place + ": " + what,
-                "correct the table; docs/cli.md says what it holds");
-  }
-
-  void check_header(const std::vector<std::string>& header) const {
-    std::vector<std::string> wanted{"name"};
-    for (const Column& column : kNumbers) wanted.emplace_back(column.name);
-    std::vector<std::string> given = header;
-    std::sort(given.begin(), given.end());
-    std::sort(wanted.begin(), wanted.end());
-    if (given != wanted)
-      fail("the columns are not name,from,to,stiffness_N_m,tear_N,friction_N,viscosity_N_s_m2");
-  }
-
-  [[nodiscard]] TissueKind row(const std::vector<std::string>& header,
-                               const std::vector<std::string>& cells) const {
-    if (cells.size() != header.size())
-      fail(std::to_string(cells.size()) + " cells where the header has " + std::to_string(header.size()));
-    TissueKind kind;
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      if (header[i] == "name") {
-        kind.name = cells[i];
-        continue;
-      }
-      const auto* const column = std::find_if(kNumbers.begin(), kNumbers.end(),
-                                              [&](const Column& each) { return each.name == header[i]; });
-      const std::optional<double> value = number_in(cells[i]);
-      if (!value || !(*value >= column->least && *value <= column->most)) {
-        std::ostringstream text;
-        text << header[i] << " is '" << cells[i] << "', allowed is a number from " << column->least << " to "
-             << column->most;
-        fail(text.str());
-      }
-      kind.*(column->value) = *value;
-    }
-    if (kind.name.empty() || kind.name.size() > kMaxNameBytes) fail("name is not a text of 1 to 64 bytes");
-    if (!(kind.from < kind.to)) fail("from is not below to");
-    if (kind.stiffness_N_m == 0.0 && kind.tear_N > 0.0)
-      fail("tears, and has no stiffness to come to that force");
-    return kind;
-  }
-
-  void check_overlap(const std::vector<TissueKind>& kinds) const {
+std::vector<TissueKind> read_kinds(board::CsvReader csv) {
+  const std::vector<std::string_view> names = column_names();
+  if (!csv.next()) csv.fail("has no tissue");
+  const std::vector<std::size_t> columns = csv.columns(names, names.size(), kHeader);
+  std::vector<TissueKind> kinds;
+  while (csv.next()) {
+    kinds.push_back(read_kind(csv, columns));
     const TissueKind& last = kinds.back();
     for (std::size_t i = 0; i + 1 < kinds.size(); ++i) {
       if (kinds[i].from < last.to && last.from < kinds[i].to)
-        fail(last.name + " overlaps " + kinds[i].name + " in intensity");
+        csv.fail(last.name + " overlaps " + kinds[i].name + " in intensity");
     }
   }
-
-  std::filesystem::path file_;
-  std::size_t line_ = 0;
-};
+  if (kinds.empty()) csv.fail("has no tissue");
+  return kinds;
+}
 
 }  // namespace
 
 std::vector<TissueKind> read_tissue_table(const std::filesystem::path& file) {
-  return TableReader(file).read();
+  constexpr const char* kRemedy = "correct the table; docs/cli.md says what it holds";
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream)
+    throw Error(ExitCode::kBadInput, "bad-layers", file.string() + ": " + std::strerror(errno), kRemedy);
+  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  try {
+    return read_kinds(board::CsvReader(text, file.string(), '#'));
+  } catch (const board::CsvError& error) {
+    throw Error(ExitCode::kBadInput, "bad-layers", error.what(), kRemedy);
+  }
 }
 
 std::optional<std::size_t> kind_of(const std::vector<TissueKind>& kinds, double value) {

@@ -1,9 +1,9 @@
 #include "host-tools/viewer/protocol.h"
 
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <utility>
+
+#include "board/files/json_value.h"
 
 namespace thimble::host {
 namespace {
@@ -119,13 +119,7 @@ Json event_json(const Error& error) { return event_json("error", error.name, err
 
 Json link_json(bool up) { return {{"type", "link"}, {"up", up}}; }
 
-double exact(float value) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  double read = 0;
-  std::from_chars(text.data(), end, read);
-  return read;
-}
+double exact(float value) { return board::as_written(value); }
 
 std::string to_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 

@@ -86,14 +86,15 @@ TEST(BoardConfig, OtherEncoders) {
 }
 
 TEST(BoardConfig, ErrorsSayWhere) {
-  EXPECT_EQ(complaint([](json& root) { root["arms"][0]["dac"]["channels"][1]["volts_per_ampere"] = "two"; }),
-            "board.json: /arms/0/dac/channels/1/volts_per_ampere is \"two\", allowed is a number from -100.0 "
-            "to 100.0");
+  EXPECT_EQ(
+      complaint([](json& root) { root["arms"][0]["dac"]["channels"][1]["volts_per_ampere"] = "two"; }),
+      "board.json:1: /arms/0/dac/channels/1/volts_per_ampere is \"two\", allowed is a number from -100.0 "
+      "to 100.0");
   EXPECT_EQ(complaint([](json& root) { root["arms"][0].erase("dac"); }),
-            "board.json: /arms/0 has no \"dac\"");
+            "board.json:1: /arms/0 has no \"dac\"");
   EXPECT_NE(complaint([](json& root) {
               root["arms"][0]["modle"] = "x";
-            }).find("board.json: /arms/0/modle is no key here"),
+            }).find("board.json:1: /arms/0/modle is not a key of an arm; did you mean \"model\"?"),
             std::string::npos);
   EXPECT_NE(complaint([](json& root) { root["arms"][0]["model"] = "omega"; }).find("\"premium-1.5\""),
             std::string::npos);
@@ -101,8 +102,7 @@ TEST(BoardConfig, ErrorsSayWhere) {
     (void)board::parse_board_config("{ \"thimble_board\": 1, }", "board.json");
     FAIL() << "this is no JSON";
   } catch (const ConfigError& error) {
-    EXPECT_NE(std::string(error.what()).find("board.json: "), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find("line 1"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("board.json:1: "), std::string::npos);
   }
   EXPECT_THROW((void)board::read_board_config("/nowhere/board.json"), ConfigError);
 }

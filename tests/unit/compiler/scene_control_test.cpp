@@ -118,19 +118,6 @@ TEST(SceneControl, WithoutAKeyItHasNone) {
   }
 }
 
-TEST(SceneControl, TheSchemaHasTheReadersLimits) {
-  std::ifstream stream(std::string(THIMBLE_SOURCE_DIR) + "/host-tools/compiler/scene.schema.json");
-  const json definitions = json::parse(stream).at("$defs");
-  EXPECT_EQ(definitions.at("curve").at("maxItems").get<std::size_t>(), control::kMaxCurvePoints);
-  EXPECT_EQ(definitions.at("slide_place").at("maximum").get<float>(), control::kMaxCoordinate_m);
-  EXPECT_LT(definitions.at("turn_place").at("maximum").get<double>() * std::numbers::pi / 180,
-            static_cast<double>(control::kMaxTurn_rad));
-  EXPECT_EQ(definitions.at("slide_detents").at("properties").at("pitch_m").at("minimum").get<float>(),
-            control::kMinDetentPitch);
-  EXPECT_EQ(definitions.at("slide_control").at("properties").at("friction_N").at("maximum").get<float>(),
-            control::kMaxControlEffort);
-}
-
 TEST(SceneControl, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
   struct Case {
     std::string text;

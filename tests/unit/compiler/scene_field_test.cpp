@@ -185,7 +185,7 @@ TEST(SceneField, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
       {potential(R"("law": "energy", "source_per_m": 1)"),
        "wrong-law",
        {"source_per_m belongs to the law \"spring\""}},
-      {potential(R"("inclusions": {})"), "bad-value", {"an array of at least 0 inclusions"}},
+      {potential(R"("inclusions": {})"), "bad-value", {"an array of inclusions"}},
       {potential("\"inclusions\": " + repeated("{}", 65)),
        "too-many-samples",
        {"has 65 inclusions, at most 64"}},

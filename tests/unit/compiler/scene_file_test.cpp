@@ -1,4 +1,4 @@
-// Scene files: what is read, every error with its position, agreement of schema and reader, the image.
+// Scene files: what is read, every error with its position, required keys, the image.
 #include "host-tools/compiler/scene_file.h"
 
 #include <gmock/gmock.h>
@@ -356,38 +356,6 @@ TEST(SceneFile, WarnsOfWhatItRepaired) {
 json schema() {
   std::ifstream stream(kSource / "host-tools/compiler/scene.schema.json");
   return json::parse(stream);
-}
-
-TEST(SceneSchema, HasExactlyTheReadersKeys) {
-  const json definitions = schema().at("$defs");
-  std::set<std::string> kinds;
-  for (const host::SceneKeys& known : host::scene_keys()) {
-    const std::string kind(known.kind);
-    kinds.insert(kind);
-    std::set<std::string> in_schema;
-    for (const auto& [key, unused] : definitions.at(kind).at("properties").items()) {
-      in_schema.insert(key);
-    }
-    EXPECT_EQ(in_schema, std::set<std::string>(known.keys.begin(), known.keys.end())) << kind;
-    EXPECT_EQ(definitions.at(kind).at("additionalProperties"), json(false)) << kind;
-  }
-  for (const auto& [kind, definition] : definitions.items()) {
-    EXPECT_TRUE(kinds.contains(kind) || !definition.contains("properties"))
-        << kind << " is unknown to the reader";
-  }
-}
-
-TEST(SceneSchema, HasTheReadersLimits) {
-  const json definitions = schema().at("$defs");
-  const json& material = definitions.at("material").at("properties");
-  EXPECT_EQ(material.at("stiffness_N_m").at("maximum").get<float>(), control::kMaxStiffness_N_m);
-  EXPECT_EQ(material.at("damping_N_s_m").at("maximum").get<float>(), control::kMaxDamping_N_s_m);
-  EXPECT_EQ(material.at("static_friction").at("maximum").get<float>(), control::kMaxFriction);
-  EXPECT_EQ(definitions.at("coordinate_m").at("maximum").get<float>(), control::kMaxCoordinate_m);
-  EXPECT_EQ(definitions.at("coordinate_m").at("minimum").get<float>(), -control::kMaxCoordinate_m);
-  EXPECT_EQ(definitions.at("length_m").at("maximum").get<float>(), control::kMaxCoordinate_m);
-  EXPECT_EQ(definitions.at("scene").at("properties").at("objects").at("maxItems").get<std::size_t>(),
-            control::kMaxObjects);
 }
 
 TEST(SceneSchema, EveryRequiredKeyIsRequiredByTheReader) {

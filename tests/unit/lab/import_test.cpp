@@ -371,7 +371,7 @@ TEST_F(Import, LinesAndTablesThatCannotBeUsedAreRefused) {
   const std::vector<std::pair<std::string, std::string>> tables{
       {"", "has no tissue"},
       {header, "has no tissue"},
-      {"name,from,to\n", "bad.csv:1: the columns are not"},
+      {"name,from,to\n", "bad.csv:1: column 'stiffness_N_m' is missing; the header is name,from,to,"},
       {header + "a,0,1\n", "bad.csv:2: 3 cells where the header has 7"},
       {header + "a,0,x,1,1,1,1\n", "bad.csv:2: to is 'x', allowed is a number from"},
       {header + "a,0,nan,1,1,1,1\n", "to is 'nan'"},

@@ -48,13 +48,15 @@ bool dependency_allowed(const std::string& file, const std::string& included) {
   if (starts_with(file, "kinematics/")) return starts_with(included, "kinematics/");
   if (starts_with(file, "control/")) return starts_with_any(included, {"kinematics/", "control/", kSchema});
   if (starts_with(file, "firmware/")) return firmware_dependency_allowed(file, included);
+  // Readers of text files, for boards under an operating system and for the host tools: they depend on nothing else.
+  if (starts_with(file, "board/files/")) return starts_with(included, "board/files/");
   if (starts_with(file, "board/"))
     return starts_with_any(included, {"kinematics/", "control/", "firmware/", "board/"});
   // host-tools: the scene's schema, check and limits, the protocol, the tables of faults, conditions and parameters, the
   // simulated board.
   return starts_with_any(included,
                          {"host-tools/", kSchema, "control/scene/", "firmware/link/", "firmware/core/faults.",
-                          "firmware/core/conditions.", "firmware/params.", "board/sim/"});
+                          "firmware/core/conditions.", "firmware/params.", "board/sim/", "board/files/"});
 }
 
 // False for headers that bring heap, locks, exceptions or I/O.

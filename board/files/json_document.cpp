@@ -1,12 +1,10 @@
-#include "host-tools/compiler/json_document.h"
+#include "board/files/json_document.h"
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
-#include "host-tools/error.h"
-
-namespace thimble::host {
+namespace thimble::board {
 namespace {
 
 constexpr std::size_t kMaxNesting = 32;
@@ -38,8 +36,10 @@ std::string pointer_step(const std::string& key) {
   return step;
 }
 
-JsonDocument::JsonDocument(const std::string& text, std::string name) : name_(std::move(name)) {
-  constexpr const char* kRemedy = "a scene file is JSON in UTF-8; docs/scene-format.md has an example";
+JsonDocument::JsonDocument(const std::string& text, std::string name, std::string root)
+    : name_(std::move(name)), root_name_(std::move(root)) {
+  constexpr const char* kRemedy =
+      "correct the file: it has to be JSON in UTF-8, without comments or trailing commas";
   std::size_t depth = 0;
   bool in_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -50,10 +50,10 @@ JsonDocument::JsonDocument(const std::string& text, std::string name) : name_(st
       in_string = true;
     } else if (text[i] == '{' || text[i] == '[') {
       if (++depth > kMaxNesting) {
-        throw Error(ExitCode::kBadInput, "bad-json",
-                    name_ + ":" + std::to_string(line_at(text, i)) + ": nested deeper than " +
-                        std::to_string(kMaxNesting),
-                    kRemedy);
+        throw JsonError("bad-json",
+                        name_ + ":" + std::to_string(line_at(text, i)) + ": nested deeper than " +
+                            std::to_string(kMaxNesting),
+                        kRemedy);
       }
     } else if ((text[i] == '}' || text[i] == ']') && depth > 0) {
       --depth;
@@ -62,22 +62,22 @@ JsonDocument::JsonDocument(const std::string& text, std::string name) : name_(st
   try {
     root_ = nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
-    throw Error(ExitCode::kBadInput, "bad-json",
-                name_ + ":" + std::to_string(line_at(text, error.byte > 0 ? error.byte - 1 : 0)) + ": " +
-                    reason(error.what()),
-                kRemedy);
+    throw JsonError("bad-json",
+                    name_ + ":" + std::to_string(line_at(text, error.byte > 0 ? error.byte - 1 : 0)) + ": " +
+                        reason(error.what()),
+                    kRemedy);
   } catch (
       const nlohmann::json::exception& error) {  // "number overflow parsing '1e999'" comes without a place
     const std::string why = reason(error.what());
     const std::size_t quote = why.find('\'');
     const std::string token = why.substr(std::min(quote, why.size() - 1) + 1, why.rfind('\'') - quote - 1);
-    throw Error(ExitCode::kBadInput, "bad-json",
-                name_ + ":" + std::to_string(line_at(text, text.find(token))) + ": " + why, kRemedy);
+    throw JsonError("bad-json", name_ + ":" + std::to_string(line_at(text, text.find(token))) + ": " + why,
+                    kRemedy);
   }
   find_lines(text);
 }
 
-// Walks text that is known to be sound JSON and notes the line of every value.
+// Walks through text that has been parsed as JSON already, and notes the line of every value.
 void JsonDocument::find_lines(const std::string& text) {
   struct Level {
     std::string pointer;
@@ -120,10 +120,10 @@ void JsonDocument::find_lines(const std::string& text) {
         pointer = levels.back().pointer + "/" + pointer_step(key);
         key_next = false;
         if (const auto first = line_of_.find(pointer); first != line_of_.end()) {
-          throw Error(ExitCode::kBadInput, "duplicate-key",
-                      name_ + ":" + std::to_string(line) + ": " + pointer +
-                          " is given twice (first in line " + std::to_string(first->second) + ")",
-                      "remove one of them");
+          throw JsonError("duplicate-key",
+                          name_ + ":" + std::to_string(line) + ": " + pointer +
+                              " is given twice (first in line " + std::to_string(first->second) + ")",
+                          "remove one of them");
         }
         line_of_[pointer] = line;
         continue;
@@ -150,7 +150,7 @@ std::string JsonDocument::place(const std::string& pointer) const {
     found = line_of_.find(known);
   }
   const std::size_t line = found == line_of_.end() ? 1 : found->second;
-  return name_ + ":" + std::to_string(line) + ": " + (pointer.empty() ? "the scene" : pointer);
+  return name_ + ":" + std::to_string(line) + ": " + (pointer.empty() ? root_name_ : pointer);
 }
 
-}  // namespace thimble::host
+}  // namespace thimble::board

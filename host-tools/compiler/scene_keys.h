@@ -1,0 +1,62 @@
+// The keys of a scene file: the one place for their types, units, ranges, defaults and words. The readers (scene_part.h) check
+// against this table, scene.schema.json is generated from it, and docs/scene-format.md is compared with it (scene_keys_test.cpp).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "board/files/json_value.h"
+
+namespace thimble::host {
+
+using board::Range;
+
+enum class KeyType : std::uint8_t {
+  kVersion,     // the number 1
+  kNumber,      // within `range`
+  kPair,        // [x, y], each within `range`
+  kVector,      // [x, y, z], each within `range`
+  kDirection,   // [x, y, z], of any length but zero
+  kText,        // a string; `range` is its length in bytes
+  kWord,        // one of `words`
+  kFlag,        // true or false
+  kPart,        // an object of the kind words[0], or of one of several kinds
+  kList,        // an array of parts; `range` is its length
+  kNamedParts,  // an object of parts by name
+  kPartOrName,  // a part, or the name of one
+  kRows,        // rows of numbers, each within `range`
+  kRowsOrFile,  // the same, or the path of a file of them
+  kCurve,  // points [at, effort], rising in at; `range` is that of at, and effort within control::kMaxControlEffort
+};
+
+struct SceneKey {
+  std::string_view name;
+  KeyType type;
+  Range range{};
+  std::vector<std::string_view> words;
+  bool required = false;
+  std::vector<double> otherwise;       // the default: of a number or flag one value, of a vector three
+  std::string_view default_word = {};  // the default of a kWord
+  std::string_view text = {};          // for people
+};
+
+struct SceneKind {
+  std::string_view name;  // "plane": under $defs in the schema
+  const char* what;       // "a plane", in errors
+  std::string_view text;
+  std::vector<SceneKey> keys;
+  bool exactly_one = false;                   // of its keys
+  std::vector<std::string_view> key_names{};  // of `keys`
+};
+
+[[nodiscard]] const std::vector<SceneKind>& scene_kinds();
+// std::logic_error if there is none.
+[[nodiscard]] const SceneKind& scene_kind(std::string_view name);
+[[nodiscard]] const SceneKey& scene_key(const SceneKind& kind, std::string_view name);
+
+// The text of scene.schema.json (JSON Schema 2020-12).
+[[nodiscard]] std::string scene_schema();
+
+}  // namespace thimble::host
