@@ -80,9 +80,6 @@ void fault_list(const Common& common, const Remote& remote);
 void fault_clear(const Common& common, const Remote& remote);
 void fault_explain(const Common& common, const std::string& which);  // number or name
 
-void write_dbc(std::uint8_t node, const std::filesystem::path& output);  // empty: stdout
-void decode(const Common& common, const std::filesystem::path& log);     // "-": stdin
-
 void write_dbc(unsigned node, const std::filesystem::path& output);   // empty: stdout
 void decode(const Common& common, const std::filesystem::path& log);  // "-": stdin
 

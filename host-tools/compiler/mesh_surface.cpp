@@ -74,6 +74,17 @@ void check_soup(const TriangleSoup& soup, const std::string& name) {
   }
 }
 
+struct CellHash {
+  std::size_t operator()(const std::array<std::int64_t, 3>& c) const {
+    std::uint64_t h = 0;
+    for (const std::int64_t x : c) {
+      h = (h ^ static_cast<std::uint64_t>(x)) * 0x9E3779B97F4A7C15ULL;
+      h ^= h >> 29U;
+    }
+    return static_cast<std::size_t>(h);
+  }
+};
+
 // Merges vertices within the tolerance into the first of them, and drops triangles that lose a corner by it.
 Surface weld(const TriangleSoup& soup, const std::string& name) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -102,16 +113,6 @@ Surface weld(const TriangleSoup& soup, const std::string& name) {
 
   // Cells twice the tolerance wide: what is near a point lies in the eight cells around it.
   const double cell = 2.0 * tolerance;
-  struct CellHash {
-    std::size_t operator()(const std::array<std::int64_t, 3>& c) const {
-      std::uint64_t h = 0;
-      for (const std::int64_t x : c) {
-        h = (h ^ static_cast<std::uint64_t>(x)) * 0x9E3779B97F4A7C15ULL;
-        h ^= h >> 29U;
-      }
-      return static_cast<std::size_t>(h);
-    }
-  };
   std::unordered_map<std::array<std::int64_t, 3>, std::uint32_t, CellHash>
       head;  // only looked up, never walked
   std::vector<std::uint32_t> next_in_cell;

@@ -132,6 +132,53 @@ Spectrum force_spectrum(std::span<const board::LogRow> rows, double rate_Hz) {
   return sum;
 }
 
+void put_time_panel(std::string& script, std::span<const board::LogRow> rows) {
+  const double begin_s = rows.front().time_s;
+  constexpr std::array<const char*, 3> kNames = {"x", "y", "z"};
+  for (int axis = 0; axis < 3; ++axis) {
+    script += fmt::format("$force_{} << EOD\n", kNames[static_cast<std::size_t>(axis)]);
+    put_curve(script, rows, begin_s, [axis](const board::LogRow& row) { return row.force_N[axis]; });
+    script += "EOD\n";
+  }
+  script += "$force << EOD\n";
+  put_curve(script, rows, begin_s, [](const board::LogRow& row) { return row.force_N.norm(); });
+  script +=
+      "EOD\nset xlabel 'time in s'\nset ylabel 'force in N'\n"
+      "plot $force_x using 1:2 with lines title 'x', $force_y using 1:2 with lines title 'y', "
+      "$force_z using 1:2 with lines title 'z', $force using 1:2 with lines lc rgb 'black' title 'size'\n";
+}
+
+void put_depth_panel(std::string& script, std::span<const board::LogRow> rows) {
+  script += "$depth << EOD\n";
+  const std::size_t each = rows.size() / kPoints + 1;
+  for (std::size_t i = 0; i < rows.size(); i += each)
+    script += fmt::format("{:.6g} {:.6g}\n", 1e3 * (rows[i].proxy_m - rows[i].tip_m).norm(),
+                          rows[i].force_N.norm());
+  script +=
+      "EOD\nset xlabel 'depth (from the tip to the god object) in mm'\nset ylabel 'force in N'\n"
+      "plot $depth using 1:2 with points pt 7 ps 0.2 notitle\n";
+}
+
+// Notes the greatest amplitude in `result`.
+void put_spectrum_panel(std::string& script, std::span<const board::LogRow> rows, PlotResult& result) {
+  const Spectrum spectrum = force_spectrum(rows, result.rate_Hz);
+  script += "$spectrum << EOD\n";
+  for (std::size_t i = 1; i < spectrum.amplitude.size(); ++i) {
+    const double frequency_Hz = static_cast<double>(i) * spectrum.bin_Hz;
+    if (spectrum.amplitude[i] > result.peak_amplitude_N) {
+      result.peak_amplitude_N = spectrum.amplitude[i];
+      result.peak_Hz = frequency_Hz;
+    }
+    // A logarithm has no 0.
+    script += fmt::format("{:.6g} {:.6g}\n", frequency_Hz, std::max(spectrum.amplitude[i], 1e-9));
+  }
+  script += fmt::format(
+      "EOD\nset xlabel 'frequency in Hz ({:.3g} Hz a bin, Hann window, mean of {})'\nset ylabel 'amplitude "
+      "in N'\n"
+      "set logscale xy\nset format y '%g'\nplot $spectrum using 1:2 with lines notitle\n",
+      spectrum.bin_Hz, spectrum.segments);
+}
+
 }  // namespace
 
 PlotResult plot(std::span<const board::LogRow> rows, const PlotChoices& choices,
@@ -147,8 +194,7 @@ PlotResult plot(std::span<const board::LogRow> rows, const PlotChoices& choices,
                 "record for longer, or choose the other arm");
   }
   PlotResult result;
-  const double begin_s = rows.front().time_s;
-  result.seconds = rows.back().time_s - begin_s;
+  result.seconds = rows.back().time_s - rows.front().time_s;
   result.rate_Hz = static_cast<double>(rows.size() - 1) / result.seconds;
   for (const board::LogRow& row : rows) {
     result.peak_force_N = std::max(result.peak_force_N, row.force_N.norm());
@@ -164,48 +210,9 @@ PlotResult plot(std::span<const board::LogRow> rows, const PlotChoices& choices,
       "set multiplot layout {},1 title {} noenhanced\n",
       extension == ".svg" ? "svg background rgb 'white'" : "png", kWidth, panels * kPanelHeight,
       quoted(drawn.string()), panels, quoted(choices.title));
-  if (choices.time) {
-    constexpr std::array<const char*, 3> kNames = {"x", "y", "z"};
-    for (int axis = 0; axis < 3; ++axis) {
-      script += fmt::format("$force_{} << EOD\n", kNames[static_cast<std::size_t>(axis)]);
-      put_curve(script, rows, begin_s, [axis](const board::LogRow& row) { return row.force_N[axis]; });
-      script += "EOD\n";
-    }
-    script += "$force << EOD\n";
-    put_curve(script, rows, begin_s, [](const board::LogRow& row) { return row.force_N.norm(); });
-    script +=
-        "EOD\nset xlabel 'time in s'\nset ylabel 'force in N'\n"
-        "plot $force_x using 1:2 with lines title 'x', $force_y using 1:2 with lines title 'y', "
-        "$force_z using 1:2 with lines title 'z', $force using 1:2 with lines lc rgb 'black' title 'size'\n";
-  }
-  if (choices.depth) {
-    script += "$depth << EOD\n";
-    const std::size_t each = rows.size() / kPoints + 1;
-    for (std::size_t i = 0; i < rows.size(); i += each)
-      script += fmt::format("{:.6g} {:.6g}\n", 1e3 * (rows[i].proxy_m - rows[i].tip_m).norm(),
-                            rows[i].force_N.norm());
-    script +=
-        "EOD\nset xlabel 'depth (from the tip to the god object) in mm'\nset ylabel 'force in N'\n"
-        "plot $depth using 1:2 with points pt 7 ps 0.2 notitle\n";
-  }
-  if (choices.spectrum) {
-    const Spectrum spectrum = force_spectrum(rows, result.rate_Hz);
-    script += "$spectrum << EOD\n";
-    for (std::size_t i = 1; i < spectrum.amplitude.size(); ++i) {
-      const double frequency_Hz = static_cast<double>(i) * spectrum.bin_Hz;
-      if (spectrum.amplitude[i] > result.peak_amplitude_N) {
-        result.peak_amplitude_N = spectrum.amplitude[i];
-        result.peak_Hz = frequency_Hz;
-      }
-      // A logarithm has no 0.
-      script += fmt::format("{:.6g} {:.6g}\n", frequency_Hz, std::max(spectrum.amplitude[i], 1e-9));
-    }
-    script += fmt::format(
-        "EOD\nset xlabel 'frequency in Hz ({:.3g} Hz a bin, Hann window, mean of {})'\nset ylabel 'amplitude "
-        "in N'\n"
-        "set logscale xy\nset format y '%g'\nplot $spectrum using 1:2 with lines notitle\n",
-        spectrum.bin_Hz, spectrum.segments);
-  }
+  if (choices.time) put_time_panel(script, rows);
+  if (choices.depth) put_depth_panel(script, rows);
+  if (choices.spectrum) put_spectrum_panel(script, rows, result);
   script += "unset multiplot\nset output\n";
   run_gnuplot(script, folder.path());
 

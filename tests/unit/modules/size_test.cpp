@@ -32,8 +32,6 @@ constexpr Longer kLonger[] = {
     {"firmware/controller.cpp", 600, "to be divided"},
     {"firmware/link/service_server.cpp", 500, "to be divided"},
     {"firmware/servo.cpp", 860, "to be divided"},
-    {"host-tools/compiler/mesh_surface.cpp: weld", 83, "to be divided"},
-    {"host-tools/lab/plot.cpp: plot", 84, "to be divided"},
 };
 
 struct Function {
