@@ -27,8 +27,8 @@ struct Longer {
   std::string_view why;
 };
 constexpr Longer kLonger[] = {
-    {"host-tools/compiler/scene_keys.cpp: table", 300, "the table of the scene file's keys, a row a key"},
-    {"control/renderer.cpp: Renderer::touch", 81, "to be divided"},
+    {"host-tools/compiler/scene_keys.cpp", 700, "the table of the scene file's keys, a row a key"},
+    {"host-tools/compiler/scene_keys.cpp: table", 650, "the table itself"},
     {"firmware/controller.cpp", 600, "to be divided"},
     {"firmware/link/service_server.cpp", 500, "to be divided"},
     {"firmware/servo.cpp", 860, "to be divided"},
