@@ -1,10 +1,10 @@
 #include "host-tools/client/service_client.h"
 
 #include <algorithm>
-#include <array>
 #include <stdexcept>
 #include <utility>
 
+#include "firmware/core/conditions.h"
 #include "firmware/core/faults.h"
 #include "host-tools/client/requests.h"
 
@@ -55,24 +55,18 @@ bool refuses(std::span<const std::uint8_t> answer, const Bytes& request) {
   return answer.size() == 3 && answer[0] == link::kNegative && answer[1] == request[0];
 }
 
-// What to do about the reasons that a device gives most; they come as a list, "not_homed,no_scene".
+// What to do about a refusal: the remedies of the condition table. `reasons` are the names that the device gives, "not_homed,no_scene";
+// one may be followed by details.
 std::string remedy_of(const std::string& reasons) {
-  constexpr std::array<std::pair<const char*, const char*>, 10> kRemedies = {{
-      {"not_homed", "home the arm (`thimble home`)"},
-      {"no_scene", "send a scene (`thimble upload`)"},
-      {"dead_man_released", "hold the dead-man switch"},
-      {"e_stop_pressed", "release the e-stop"},
-      {"moves_not_allowed", "keep hands off the arm, then allow it to move (`thimble scan --allow-moves`)"},
-      {"host_renders", "give the scene back its forces (`thimble param set host_forces 0`)"},
-      {"in_contact", "move the tip off the scene's surfaces"},
-      {"outside_workspace", "move the tip back into the workspace"},
-      {"too_many", "leave some out; the limits are in `thimble info`"},
-      {"fault_latched", "clear the fault (`thimble fault list`, `thimble fault clear`)"},
-  }};
   std::string remedy;
-  for (const auto& [reason, what] : kRemedies) {
-    if (reasons.find(reason) != std::string::npos) remedy += (remedy.empty() ? "" : "; ") + std::string(what);
+  const auto add = [&remedy](const char* what) {
+    remedy += (remedy.empty() ? "" : "; ") + std::string(what);
+  };
+  for (const firmware::ConditionRow& row : firmware::kConditionTable) {
+    if (reasons.find(row.name) != std::string::npos) add(row.remedy);
   }
+  // Not a condition: the scene has more of something than the controller takes.
+  if (reasons.find("too_many") != std::string::npos) add("leave some out; the limits are in `thimble info`");
   return remedy.empty() ? "remove what the device names, then repeat" : remedy;
 }
 

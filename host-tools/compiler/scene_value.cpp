@@ -61,8 +61,8 @@ Value ScenePart::list(std::string_view key, const char* name, const char* things
   const auto least = static_cast<std::size_t>(row.range.least);
   const auto most = static_cast<std::size_t>(row.range.most);
   if (!value.raw().is_array() || value.raw().size() < least)
-    value.wrong("an array of " + std::string(least == 0 ? "" : "at least " + std::to_string(least) + " ") +
-                things);
+    value.wrong(std::string("an array of ") + things +
+                (least == 0 ? "" : ", at least " + std::to_string(least)));
   if (value.raw().size() > most)
     value.fail(name,
                "has " + std::to_string(value.raw().size()) + " " + things + ", at most " +
