@@ -3,41 +3,44 @@
 //
 // Two contexts, and no more:
 //   tick        tick(), telemetry(). One thread or interrupt, at the fixed period of the Config.
-//   background  everything else: one thread or interrupt level at a time. Either may be interrupted by the other at any
-//               instruction. They share the types of firmware/exchange/ and nothing else, so neither ever waits for the other.
+//   background  everything else: one thread or interrupt level at a time. Tick and background may interrupt each other at
+//               any instruction; they share only what firmware/exchange/ hands over, so neither ever waits for the other.
 // A program with one thread may call both in turn.
 //
 //   board: every period   out = controller.tick(in);                         // then write `out` to the drives
 //   board: otherwise      controller.on_frame(f, now); controller.poll(now); // now: us of the board's clock
 //                         while (controller.next_frame(f, now)) send(f);
 //
-// tick() is bounded; on_frame() and next_frame() are short; poll() is O(scene image) once an upload has
-// ended.
+// tick() is bounded; on_frame() and next_frame() are short; on_frame() and poll() are O(scene image) once an upload has ended.
+//
+// What the services do is in firmware/services/, what the real-time frames hold in firmware/observe/.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 
+#include "control/scene/scene_view.h"
 #include "firmware/core/core.h"
 #include "firmware/core/faults.h"
 #include "firmware/link/can_frame.h"
-#include "firmware/link/service_server.h"
 #include "firmware/observe/picture_frames.h"
 #include "firmware/observe/recording_frames.h"
 #include "firmware/observe/status_frames.h"
 #include "firmware/observe/telemetry.h"
 #include "firmware/observe/telemetry_frames.h"
 #include "firmware/params.h"
+#include "firmware/services/force_orders.h"
+#include "firmware/services/router.h"
+#include "firmware/services/services.h"
 #include "firmware/store/param_store.h"
 #include "firmware/store/scene_store.h"
 #include "firmware/store/storage.h"
 
 namespace thimble::firmware {
 
-class Controller final : private link::ServiceBackend {
+class Controller {
  public:
   // Opens the store and posts its newest scene to the tick: O(image). `storage` must outlive the controller.
   // A Config that cannot work (unknown arm model, arm count, period, node) gives a controller that stays
@@ -49,7 +52,7 @@ class Controller final : private link::ServiceBackend {
   // --- tick
   [[nodiscard]] Outputs tick(const Inputs& inputs) noexcept { return core_.tick(inputs); }
   [[nodiscard]] const Telemetry& telemetry() const noexcept { return core_.telemetry(); }  // of the last tick
-  // The objects that move, as the next tick will meet them.
+  // The objects that move, as the next tick will find them.
   [[nodiscard]] std::span<const control::BodyState> bodies() const noexcept { return core_.bodies(); }
 
   // --- background: the link
@@ -58,14 +61,14 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] bool next_frame(link::CanFrame& frame,
                                 link::Micros now) noexcept;  // false: nothing to send now
   // What the board's link has lost since start, for the host to see (DeviceState).
-  void tell_link_losses(std::uint32_t frames_or_bytes) noexcept { link_losses_ = frames_or_bytes; }
+  void tell_link_losses(std::uint32_t frames_or_bytes) noexcept { link_.link_losses = frames_or_bytes; }
   // The host asked for a restart and has its answer: the board stops calling, and starts again. Told once.
   [[nodiscard]] std::optional<link::Reset> take_reset() noexcept;
 
   // --- background: what the services do, for a program that holds the controller
-  // Returns the unmet conditions that refuse it (Condition bits); 0: accepted, the next tick executes it.
+  // Returns the conditions that stand against it (Condition bits); 0: accepted, the next tick executes it.
   [[nodiscard]] Conditions request(Command command) noexcept { return core_.commands().request(command); }
-  // A guarded move (firmware/sources/guarded_move.h): the unmet conditions that refuse it, or 0 and the next tick starts it.
+  // A guarded move (firmware/sources/guarded_move.h): the conditions that stand against it, or 0 and the next tick starts it.
   // The order's values must pass move_in_range().
   [[nodiscard]] bool move_in_range(const MoveOrder& order) const noexcept {
     return core_.commands().move_in_range(order);
@@ -76,12 +79,12 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] link::MoveState move_state() const noexcept;
   // What the move that ran last measured; empty while one is under way.
   [[nodiscard]] const MoveResults* move_results() const noexcept { return core_.sources().move.results(); }
-  // A recording (firmware/observe/recorder.h); the link sends its entries. A program that holds the controller may start it with
+  // A recording (firmware/observe/recorder.h); the link sends what it brings. A program that holds the controller may start it with
   // request(Command::kRecord); its start record then has no scene_crc, which is the service's.
   [[nodiscard]] link::TraceState recording_state() const noexcept {
     return core_.observers().recorder.state();
   }
-  // For a replay, before the first tick: Core::resume(). The Config, the parameters and the scene must be those of the recording.
+  // For a replay, before the first tick: Core::resume(). Config, parameters and scene must be those of the recording.
   void resume(const RecordingStart& start) noexcept { core_.resume(start); }
   void replay(Command command) noexcept { core_.commands().replay(command); }
   void keep_alive() noexcept {
@@ -89,9 +92,7 @@ class Controller final : private link::ServiceBackend {
   }  // a valid command came; arming does not count as one
   [[nodiscard]] Mode mode() const noexcept { return core_.status().mode(); }
   [[nodiscard]] Fault fault() const noexcept { return core_.status().fault(); }
-  [[nodiscard]] Conditions unmet() const noexcept {
-    return core_.status().unmet();
-  }  // what refuses arming now
+  [[nodiscard]] Conditions unmet() const noexcept { return core_.status().unmet(); }  // against arming, now
   // A write with access kAtRest is refused while the motors are on. A recording ends before a parameter that has an effect on
   // the forces is written (column `recorded` of params.def).
   [[nodiscard]] ParamStatus read_param(std::uint16_t id, std::uint32_t& bits) const noexcept;
@@ -104,70 +105,30 @@ class Controller final : private link::ServiceBackend {
   [[nodiscard]] StoreStatus load_scene(std::span<const std::byte> image) noexcept;
   [[nodiscard]] const SceneStore& store() const noexcept { return store_; }
 
-  // The ticks up to the trip, 0 the oldest, until the fault is cleared. False: there is no such tick.
+  // The ticks up to the fault, 0 the oldest, until it is cleared. False: there is no such tick.
   [[nodiscard]] bool freeze_tick(std::size_t index, Telemetry& tick) const noexcept {
     return core_.observers().freeze.tick(index, tick);
   }
 
  private:
-  // link::ServiceBackend
-  [[nodiscard]] link::Nrc read_data(std::uint16_t did, link::ByteWriter& out) noexcept override;
-  [[nodiscard]] link::Nrc write_data(std::uint16_t did, std::span<const std::uint8_t> data) noexcept override;
-  [[nodiscard]] link::Nrc arm() noexcept override;
-  [[nodiscard]] link::Nrc disarm() noexcept override;
-  [[nodiscard]] link::Nrc home() noexcept override;
-  [[nodiscard]] link::Nrc activate() noexcept override;
-  [[nodiscard]] link::Nrc save_parameters() noexcept override;
-  [[nodiscard]] link::Nrc start_move(const link::MoveOrder& order) noexcept override;
-  [[nodiscard]] link::Nrc end_move() noexcept override;
-  [[nodiscard]] link::Nrc move_samples(link::ByteWriter& out) noexcept override;
-  [[nodiscard]] link::Nrc start_trace() noexcept override;
-  [[nodiscard]] link::Nrc end_trace() noexcept override;
-  [[nodiscard]] link::Nrc trace_start(link::ByteWriter& out) noexcept override;
-  [[nodiscard]] link::Nrc prepare_download(std::uint32_t length, std::uint32_t crc,
-                                           std::uint32_t& has) noexcept override;
-  [[nodiscard]] link::Nrc write_download(std::uint32_t offset,
-                                         std::span<const std::uint8_t> data) noexcept override;
-  [[nodiscard]] link::Nrc finish_download() noexcept override;
-  [[nodiscard]] std::size_t fault_count() const noexcept override;
-  [[nodiscard]] link::FaultRecord fault(std::size_t index) const noexcept override;
-  [[nodiscard]] link::Nrc clear_faults() noexcept override;
-  [[nodiscard]] bool freeze_frame(std::uint8_t fault, std::size_t index,
-                                  link::ByteWriter& out) const noexcept override;
-  void reset(link::Reset kind) noexcept override;
-  void host_alive(link::Micros now) noexcept override;
-
-  [[nodiscard]] link::Nrc run(Command command) noexcept;
-  [[nodiscard]] link::Nrc finish(Command command) noexcept;
-  void refuse(Conditions conditions) noexcept;
-  void refuse(const char* reason) noexcept;
-  void take_order(const link::CanFrame& frame, link::Micros now) noexcept;
   void fetch_records() noexcept;
-  [[nodiscard]] bool motors_off() const noexcept;
-  [[nodiscard]] link::DeviceState device_state() const noexcept;
-  [[nodiscard]] link::Lateness lateness() const noexcept;
 
   Config config_;
   Params params_;
   Core core_;
   SceneStore store_;
+  control::SceneView running_;  // the scene posted last
   ParamStore param_store_;
-  // What is sent as real-time frames (firmware/observe/).
-  TelemetryFrames telemetry_frames_;
+  // The real-time frames (firmware/observe/).
+  TelemetryFrames telemetry_;
   StatusFrames status_;
   RecordingFrames recording_;
   PictureFrames picture_;
-  link::ServiceServer server_;
-  control::SceneView running_;           // the scene posted last
-  Command waited_for_ = Command::kNone;  // posted for a service, its answer not given yet
-  bool activating_ = false;
-  std::optional<link::Reset> reset_;
-  std::array<char, 192> refusal_{};  // text, as kDidRefusal gives it
-
-  std::uint32_t trace_crc_ = 0;  // of the scene that the last recording began with
-  std::uint32_t frames_received_ = 0;
-  std::uint32_t link_losses_ = 0;
-  link::HostOrders orders_;  // but for the expired ones, which the tick counts
+  // The hosts' requests (firmware/services/).
+  LinkCounts link_;
+  ForceOrders orders_;
+  Services services_;
+  Router router_;
 };
 
 }  // namespace thimble::firmware

@@ -15,6 +15,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "firmware/link/host_address.h"
 #include "firmware/link/messages.h"
 #include "firmware/link/socketcan.h"
 
@@ -62,10 +63,11 @@ void CanPort::open_socket() {
   fd_frames_ = request.ifr_mtu == CANFD_MTU;
 
   // The e-stop frame: with or without data, remote or not, from any sender.
-  const std::array<can_filter, 3> filters = {
+  const std::array<can_filter, 4> filters = {
       {{link::EmergencyStop::kId, CAN_SFF_MASK | CAN_EFF_FLAG},
        {std::uint32_t{link::ForceOrder::kId} + node_, CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG},
-       {link::request_id(node_) | CAN_EFF_FLAG, CAN_EFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG}}};
+       {link::claim_id(node_) | CAN_EFF_FLAG, link::kClaimMask | CAN_EFF_FLAG | CAN_RTR_FLAG},
+       {link::request_id(node_) | CAN_EFF_FLAG, link::kRequestMask | CAN_EFF_FLAG | CAN_RTR_FLAG}}};
   set(opened.get(), CAN_RAW_FILTER, filters);
   set(opened.get(), CAN_RAW_ERR_FILTER, can_err_mask_t{CAN_ERR_BUSOFF | CAN_ERR_RESTARTED});
   if (fd_frames_) set(opened.get(), CAN_RAW_FD_FRAMES, int{1});

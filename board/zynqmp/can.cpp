@@ -58,13 +58,15 @@ void Can::start() noexcept {
   registers_.icr = kAllInterrupts;
   // A filter may be written only while it is off.
   registers_.afr = 0;
-  registers_.filter[0].mask = kEveryIdBit;
+  registers_.filter[0].mask = id_word(firmware::link::kRequestMask, true, false);
   registers_.filter[0].id = id_word(firmware::link::request_id(node_), true, false);
   registers_.filter[1].mask = 0x7FFU << 21U | kExtended;
   registers_.filter[1].id = id_word(firmware::link::EmergencyStop::kId, false, false);
   registers_.filter[2].mask = kEveryIdBit;
   registers_.filter[2].id = id_word(std::uint32_t{firmware::link::ForceOrder::kId} + node_, false, false);
-  registers_.afr = 0b0111;
+  registers_.filter[3].mask = id_word(firmware::link::kClaimMask, true, false);
+  registers_.filter[3].id = id_word(firmware::link::claim_id(node_), true, false);
+  registers_.afr = 0b1111;
   registers_.srr = kEnable;
   on_bus_ = true;
 }

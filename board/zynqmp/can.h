@@ -29,7 +29,7 @@ class Can {
   // Time from a bus-off to the restart: the usual value on Linux (`ip link ... restart-ms 100`).
   static constexpr firmware::link::Micros kOffBus_us = 100'000;
 
-  // Accepts the frames for this node: requests, force commands and the e-stop.
+  // Accepts the frames for this node: requests and address claims of all hosts, force commands and the e-stop.
   Can(volatile CanRegisters& registers, const CanTiming& timing, std::uint32_t bitrate,
       std::uint8_t node) noexcept;
 

@@ -41,13 +41,19 @@ struct CanFrame {
 [[nodiscard]] std::uint8_t length_code(std::uint8_t size) noexcept;
 [[nodiscard]] std::uint8_t size_of_length_code(std::uint8_t code) noexcept;
 
-// 29-bit ids of the services (ISO 15765-2 normal fixed addressing): host 0xF1 asks, node answers.
-inline constexpr std::uint8_t kHostAddress = 0xF1;
-[[nodiscard]] constexpr std::uint32_t request_id(std::uint8_t node) noexcept {
-  return 0x18DA0000U | static_cast<std::uint32_t>(node) << 8U | kHostAddress;
+// 29-bit ids of the services (ISO 15765-2 normal fixed addressing): a host asks, the node answers. Each host has an address of
+// its own (host_address.h); kTesterAddress is that of a tester that claims none.
+inline constexpr std::uint8_t kTesterAddress = 0xF1;
+[[nodiscard]] constexpr std::uint32_t request_id(std::uint8_t node,
+                                                 std::uint8_t host = kTesterAddress) noexcept {
+  return 0x18DA0000U | static_cast<std::uint32_t>(node) << 8U | host;
 }
-[[nodiscard]] constexpr std::uint32_t response_id(std::uint8_t node) noexcept {
-  return 0x18DA0000U | static_cast<std::uint32_t>(kHostAddress) << 8U | node;
+[[nodiscard]] constexpr std::uint32_t response_id(std::uint8_t node,
+                                                  std::uint8_t host = kTesterAddress) noexcept {
+  return 0x18DA0000U | static_cast<std::uint32_t>(host) << 8U | node;
 }
+// The requests of all hosts to a node are those whose bits under this mask are request_id(node)'s.
+inline constexpr std::uint32_t kRequestMask = 0x1FFFFFF0;
+static_assert((request_id(0, 0xF0) & kRequestMask) == (request_id(0, 0xFF) & kRequestMask));
 
 }  // namespace thimble::firmware::link

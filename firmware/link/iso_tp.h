@@ -1,6 +1,7 @@
 // ISO 15765-2 (ISO-TP): PDUs of 1 to 4095 bytes over CAN frames of 8 or 64 bytes, with flow control.
 //
-// Who calls it: service_server.h on the controller and the host's client, always from one context:
+// Who calls it: firmware/services/router.h on the controller, one channel for each host, and the host's client; always from
+// one context:
 //
 //   channel.send(pdu, now);                          // copies; one at a time each way
 //   channel.on_frame(frame, now);                    // frames with the peer's id
@@ -118,8 +119,16 @@ class IsoTpReceiver {
 // Both directions over one pair of 29-bit ids.
 class IsoTpChannel {
  public:
+  IsoTpChannel() noexcept = default;  // set_ids() follows
   IsoTpChannel(std::uint32_t transmit_id, std::uint32_t receive_id, const IsoTpConfig& config = {}) noexcept
       : transmit_id_(transmit_id), receive_id_(receive_id), config_(config) {}
+
+  // Another peer: what is under way with the last one is given up.
+  void set_ids(std::uint32_t transmit_id, std::uint32_t receive_id) noexcept {
+    abort();
+    transmit_id_ = transmit_id;
+    receive_id_ = receive_id;
+  }
 
   // False when one is on its way or the size is not 1..4095.
   [[nodiscard]] bool send(std::span<const std::uint8_t> pdu, Micros now) noexcept {
@@ -145,8 +154,8 @@ class IsoTpChannel {
   IsoTpConfig& config() noexcept { return config_; }
 
  private:
-  std::uint32_t transmit_id_;
-  std::uint32_t receive_id_;
+  std::uint32_t transmit_id_ = 0;
+  std::uint32_t receive_id_ = 0;
   IsoTpConfig config_;
   IsoTpSender sender_;
   IsoTpReceiver receiver_;

@@ -8,6 +8,7 @@
 #include <map>
 #include <type_traits>
 
+#include "firmware/link/host_address.h"
 #include "firmware/link/iso_tp.h"
 #include "firmware/link/services.h"
 #include "host-tools/can_tools/can_log.h"
@@ -24,6 +25,10 @@ using link::CanFrame;
 
 constexpr std::uint32_t kServiceId = 0x18DA0000;  // then the address of who is meant, and of who speaks
 constexpr std::uint32_t kNodes = 0x7F;            // the node's bits of a real-time frame's id
+
+bool is_host(std::uint8_t address) {
+  return address >= link::kTesterAddress && address <= link::kLastHostAddress;
+}
 
 std::string hex(std::span<const std::uint8_t> bytes) {
   std::string text;
@@ -99,7 +104,8 @@ class Decoder {
     if (logged.error) {
       said = {{"message", "ErrorFrame"}};
     } else if (logged.frame.extended) {
-      said = service(logged);
+      said = address_frame(logged.frame);
+      if (said.empty()) said = service(logged);
     } else {
       said = real_time(logged.frame);
     }
@@ -137,12 +143,26 @@ class Decoder {
     return json;
   }
 
+  // The frames by which hosts get their addresses (link/host_address.h).
+  static Json address_frame(const CanFrame& frame) {
+    const auto node = static_cast<std::uint8_t>(frame.id);
+    link::HostClaim claim;
+    link::HostGrant grant;
+    if (link::from_frame(frame, node, claim)) {
+      const bool release = claim.action == link::ClaimAction::kRelease;
+      return {{"message", release ? "HostRelease" : "HostClaim"}, {"node", node}, {"key", claim.key}};
+    }
+    if (link::from_frame(frame, node, grant))
+      return {{"message", "HostGrant"}, {"node", node}, {"key", grant.key}, {"host", grant.address}};
+    return {};
+  }
+
   Json service(const LoggedFrame& logged) {
     const CanFrame& frame = logged.frame;
     const auto to = static_cast<std::uint8_t>(frame.id >> 8U);
     const auto from = static_cast<std::uint8_t>(frame.id);
-    const bool request = from == link::kHostAddress;
-    if ((frame.id & 0x1FFF0000U) != kServiceId || (!request && to != link::kHostAddress) || frame.remote) {
+    const bool request = is_host(from);
+    if ((frame.id & 0x1FFF0000U) != kServiceId || (!request && !is_host(to)) || frame.remote) {
       ++foreign_;
       return {};
     }
@@ -155,6 +175,7 @@ class Decoder {
     if (receiver.received().empty()) return {};
     Json json = pdu_json(receiver.received(), request);
     json["node"] = request ? to : from;
+    json["host"] = request ? from : to;
     receiver.release();
     return json;
   }

@@ -7,100 +7,19 @@
 #include <bit>
 #include <cstdio>
 #include <cstring>
+#include <set>
 #include <string>
 #include <vector>
 
-#include "firmware/link/iso_tp.h"
+#include "firmware/link/crc32.h"
 #include "firmware/link/messages.h"
-#include "tests/unit/firmware/bench.h"
+#include "firmware/services/refusal.h"
+#include "tests/unit/firmware/tester.h"
 
 namespace thimble::test {
 namespace {
 
-namespace link = firmware::link;
-using Bytes = std::vector<std::uint8_t>;
-
-// A tester on the same wire; the controller ticks on meanwhile.
-class Tester {
- public:
-  explicit Tester(Bench& bench, bool fd = false)
-      : bench_(bench), channel_(link::request_id(1), link::response_id(1), {.fd = fd}) {
-    bench_.alive = false;  // only the link keeps the controller's link alive
-  }
-
-  // The answer, "response pending" ones left out. Empty: none within 5 s.
-  Bytes ask(const Bytes& request) {
-    EXPECT_TRUE(channel_.send(request, now()));
-    for (int i = 0; i < 20000; ++i) {
-      step();
-      const auto got = channel_.received();
-      if (got.empty()) continue;
-      Bytes answer(got.begin(), got.end());
-      channel_.release();
-      if (answer.size() == 3 && answer[0] == link::kNegative &&
-          answer[2] == static_cast<std::uint8_t>(link::Nrc::kResponsePending)) {
-        ++pending;
-        continue;
-      }
-      return answer;
-    }
-    return {};
-  }
-  bool ok(const Bytes& request) {
-    const Bytes answer = ask(request);
-    return !answer.empty() && answer[0] == request[0] + link::kPositive;
-  }
-  link::Nrc refused(const Bytes& request) {
-    const Bytes answer = ask(request);
-    return answer.size() == 3 && answer[0] == link::kNegative ? static_cast<link::Nrc>(answer[2])
-                                                              : link::Nrc::kOk;
-  }
-  Bytes read(std::uint16_t did) {
-    const Bytes answer = ask({0x22, static_cast<std::uint8_t>(did >> 8), static_cast<std::uint8_t>(did)});
-    return answer.size() >= 3 && answer[0] == 0x62 ? Bytes(answer.begin() + 3, answer.end()) : Bytes{};
-  }
-  std::string text(std::uint16_t did) {
-    const Bytes answer = read(did);
-    return {answer.begin(), answer.end()};
-  }
-  bool routine(std::uint16_t id) {
-    return ok({0x31, 0x01, static_cast<std::uint8_t>(id >> 8), static_cast<std::uint8_t>(id)});
-  }
-  void run(int ticks) {
-    for (int i = 0; i < ticks; ++i) step();
-  }
-
-  std::vector<link::CanFrame> seen;  // real-time frames
-  int pending = 0;
-
- private:
-  link::Micros now() const { return bench_.inputs.time_us; }
-  void step() {
-    bench_.tick();
-    link::CanFrame frame;
-    while (channel_.next_frame(frame, now())) bench_.controller->on_frame(frame, now());
-    while (bench_.controller->next_frame(frame, now())) {
-      if (!channel_.on_frame(frame, now())) seen.push_back(frame);
-    }
-    channel_.poll(now());
-  }
-
-  Bench& bench_;
-  link::IsoTpChannel channel_;
-};
-
 constexpr std::uint16_t kArm = 0x0201, kDisarm = 0x0202, kHome = 0x0203, kActivate = 0x0204;
-
-Bytes big_endian(std::initializer_list<std::uint32_t> words) {
-  Bytes bytes;
-  for (const std::uint32_t word : words)
-    for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<std::uint8_t>(word >> shift));
-  return bytes;
-}
-Bytes join(Bytes a, const Bytes& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
 
 // Prepare, request, blocks, exit. Returns the answer to the exit.
 Bytes download(Tester& tester, const std::vector<std::byte>& image, std::uint32_t crc) {
@@ -382,6 +301,109 @@ TEST(Services, OrdersOfForceAreCounted) {
   EXPECT_EQ(orders.old, 2U);
   EXPECT_EQ(orders.wrong, 2U);
   EXPECT_EQ(orders.expired, 2U);
+}
+
+// The parameters whose column `recorded` says so end a recording, and no other.
+TEST(Services, ARecordingEndsBeforeARecordedParameterIsWritten) {
+  int ended = 0;
+  for (const firmware::ParamRow& row : firmware::kParamTable) {
+    Bench bench;
+    bench.load();
+    bench.home();
+    Tester tester(bench);
+    ASSERT_TRUE(tester.ok({0x10, 0x03}));
+    ASSERT_TRUE(tester.ok({0x31, 0x01, 0x02, 0x08}));
+    const Bytes start = tester.ask({0x31, 0x03, 0x02, 0x08});
+    EXPECT_EQ(start.size(), 4 + link::wire_size<link::TraceStart>() + link::wire_size<link::TraceArm>());
+    const Bytes value = tester.read(row.id);
+    ASSERT_TRUE(tester.ok(
+        join({0x2E, static_cast<std::uint8_t>(row.id >> 8), static_cast<std::uint8_t>(row.id)}, value)));
+    link::TraceState state;
+    ASSERT_TRUE(link::decode(tester.read(link::TraceState::kId), state));
+    const bool recorded = row.recorded == firmware::Recording::kRecorded;
+    EXPECT_EQ(static_cast<int>(state.phase),
+              static_cast<int>(recorded ? link::TracePhase::kEnded : link::TracePhase::kRunning))
+        << row.name;
+    ended += recorded ? 1 : 0;
+  }
+  EXPECT_EQ(ended, static_cast<int>(firmware::kParamCount) - 1) << "all but telemetry_decimation";
+}
+
+// Every reason for "busy, repeat", each with its text, and each passing.
+TEST(Services, BusyReasons) {
+  std::set<std::string> seen;
+  Bench bench;
+  Tester first(bench, true, 1), second(bench, true, 2);
+  ASSERT_NE(first.address(), second.address());
+  const std::vector<std::byte> image = plane_image(1000.0F);
+  const Bytes prepare = join({0x31, 0x01, 0x02, 0x05},
+                             big_endian({static_cast<std::uint32_t>(image.size()), link::crc32(image)}));
+  ASSERT_TRUE(first.ok({0x10, 0x02}));
+  ASSERT_TRUE(second.ok({0x10, 0x02}));
+
+  // A download belongs to the host that prepared it.
+  ASSERT_TRUE(first.ok(prepare));
+  EXPECT_EQ(second.refused(prepare), link::Nrc::kBusyRepeatRequest);
+  EXPECT_EQ(second.text(link::kDidRefusal), "other_host_uploads");
+  EXPECT_EQ(first.text(link::kDidRefusal), "") << "a refusal is its host's own";
+  EXPECT_EQ(second.refused({0x36, 0x01, 0xAA}), link::Nrc::kRequestSequenceError);
+  EXPECT_EQ(second.refused({0x31, 0x01, 0x02, 0x04}), link::Nrc::kBusyRepeatRequest);
+  seen.insert("other_host_uploads");
+  ASSERT_TRUE(first.ok({0x10, 0x02})) << "the same host resumes";
+  EXPECT_EQ(second.refused(prepare), link::Nrc::kBusyRepeatRequest);
+  EXPECT_EQ(download(first, image, link::crc32(image)), Bytes{0x77});
+  EXPECT_EQ(second.refused(prepare), link::Nrc::kBusyRepeatRequest) << "until it is activated";
+  ASSERT_TRUE(first.routine(kActivate));
+  EXPECT_TRUE(second.ok(prepare));
+  EXPECT_EQ(first.refused(prepare), link::Nrc::kBusyRepeatRequest);
+  ASSERT_TRUE(second.ok({0x10, 0x01})) << "or its host's session ends";
+  EXPECT_TRUE(first.ok(prepare));
+  ASSERT_TRUE(first.ok({0x10, 0x03}));
+
+  // No tick comes: what was posted stays.
+  ASSERT_EQ(bench.controller->load_scene(image), firmware::StoreStatus::kOk);
+  bench.halted = true;
+  for (const Bytes& request : {prepare, Bytes{0x31, 0x01, 0x02, 0x04}, Bytes{0x31, 0x01, 0x02, 0x08}}) {
+    EXPECT_EQ(second.refused(Bytes{0x10, 0x02}), link::Nrc::kOk);
+    EXPECT_EQ(second.refused(request), link::Nrc::kBusyRepeatRequest);
+    EXPECT_EQ(second.text(link::kDidRefusal), "scene_switching");
+  }
+  seen.insert("scene_switching");
+  bench.halted = false;
+  bench.tick();
+  EXPECT_TRUE(second.ok(prepare));
+
+  ASSERT_EQ(bench.controller->request(Command::kHome), 0U);
+  bench.halted = true;
+  EXPECT_EQ(second.refused({0x2E, 0x01, 0x00, 0, 0, 0x80, 0x40}), link::Nrc::kBusyRepeatRequest);
+  EXPECT_EQ(second.text(link::kDidRefusal), "command_pending");
+  seen.insert("command_pending");
+  bench.halted = false;
+  bench.tick();
+  EXPECT_TRUE(second.ok({0x2E, 0x01, 0x00, 0, 0, 0x80, 0x40}));
+
+  for (const firmware::BusyRow& row : firmware::kBusyTable) EXPECT_TRUE(seen.contains(row.name)) << row.name;
+  EXPECT_EQ(seen.size(), firmware::kBusyTable.size());
+}
+
+// Jobs of several hosts run one after the other; nobody is refused for another's, and who needs none is answered meanwhile.
+TEST(Services, JobsOfSeveralHostsWaitForEachOther) {
+  Bench bench;
+  bench.load();
+  Tester first(bench, false, 1), second(bench, false, 2), third(bench, false, 3);
+  ASSERT_TRUE(first.ok({0x10, 0x03}));
+  ASSERT_TRUE(second.ok({0x10, 0x03}));
+  bench.halted = true;
+  first.post({0x31, 0x01, 0x02, 0x03});
+  second.post({0x31, 0x02, 0x02, 0x06});
+  EXPECT_EQ(third.read(link::kDidSession), Bytes{0x01}) << "while two jobs wait for the tick";
+  EXPECT_EQ(bench.mode(), Mode::kDisarmed);
+  bench.halted = false;
+  EXPECT_EQ(first.posted_answer(), (Bytes{0x71, 0x01, 0x02, 0x03}));
+  EXPECT_NE(bench.mode(), Mode::kDisarmed);
+  EXPECT_EQ(second.posted_answer(), (Bytes{0x71, 0x02, 0x02, 0x06}));
+  EXPECT_EQ(first.pending, 1);
+  EXPECT_EQ(second.pending, 1);
 }
 
 // Only valid commands feed the watchdog, and arming is none of them.

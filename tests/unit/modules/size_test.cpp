@@ -29,8 +29,6 @@ struct Longer {
 constexpr Longer kLonger[] = {
     {"host-tools/compiler/scene_keys.cpp", 700, "the table of the scene file's keys, a row a key"},
     {"host-tools/compiler/scene_keys.cpp: table", 650, "the table itself"},
-    {"firmware/controller.cpp", 600, "to be divided"},
-    {"firmware/link/service_server.cpp", 500, "to be divided"},
 };
 
 struct Function {

@@ -53,16 +53,26 @@ TEST(Can, StartsInNormalModeWithItsBitTimingAndFilters) {
   EXPECT_EQ(bench.registers.msr, 0U);
   EXPECT_EQ(bench.registers.brpr, 4U);  // 20 quanta of 5 clocks
   EXPECT_EQ(bench.registers.btr, 3U << 7U | 3U << 4U | 14U);
-  EXPECT_EQ(bench.registers.afr, 0b0111U);
+  EXPECT_EQ(bench.registers.afr, 0b1111U);
   // A request to node 5 as Linux sends it: id 0x18DA05F1, extended.
   const std::uint32_t request = (0x18DA05F1U >> 18U) << 21U | 3U << 19U | (0x18DA05F1U & 0x3FFFFU) << 1U;
   const auto passes = [&bench](std::uint32_t id) {
-    for (const std::size_t i : {0U, 1U, 2U})
+    for (const std::size_t i : {0U, 1U, 2U, 3U})
       if (((id ^ bench.registers.filter[i].id) & bench.registers.filter[i].mask) == 0) return true;
     return false;
   };
   EXPECT_TRUE(passes(request));
-  EXPECT_FALSE(passes(request ^ 1U << 9U));        // node 4's
+  EXPECT_FALSE(passes(request ^ 1U << 9U));     // node 4's
+  EXPECT_TRUE(passes(request ^ 0xCU << 1U));    // host 0xFD's request
+  EXPECT_FALSE(passes(request ^ 0x20U << 1U));  // of no host
+  const auto extended = [](std::uint32_t id) {
+    return (id >> 18U) << 21U | 3U << 19U | (id & 0x3FFFFU) << 1U;
+  };
+  for (const std::uint32_t salt : {0U, 0x1234U, 0xFFFFU}) {
+    EXPECT_TRUE(passes(extended(0x1C000005U | salt << 8U)));   // a host that claims an address
+    EXPECT_FALSE(passes(extended(0x1C000004U | salt << 8U)));  // of node 4
+  }
+  EXPECT_FALSE(passes(extended(0x1D000005U)));     // its own grant
   EXPECT_TRUE(passes(0x001U << 21U));              // the e-stop
   EXPECT_TRUE(passes(0x001U << 21U | 1U << 20U));  // as a remote frame too
   EXPECT_FALSE(passes(0x181U << 21U));             // another node's pose
@@ -135,7 +145,7 @@ TEST(Can, LeavesTheBusWhenItIsOffAndComesBackAfterAWhile) {
   EXPECT_EQ(bench.registers.srr, kInReset);
   bench.can.supervise(kAt + Can::kOffBus_us);
   EXPECT_EQ(bench.registers.srr, kOn);
-  EXPECT_EQ(bench.registers.afr, 0b0111U);
+  EXPECT_EQ(bench.registers.afr, 0b1111U);
   EXPECT_EQ(bench.can.counters().restarts, 1U);
   EXPECT_TRUE(bench.can.can_send(kAt + Can::kOffBus_us));
 }

@@ -1,0 +1,49 @@
+// What a service handler is given: a request, the host that asks, and the answer to fill in. The router makes it and sends
+// what comes of it; the handlers (handlers.h) know nothing of frames.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "firmware/link/byte_writer.h"
+#include "firmware/link/services.h"
+
+namespace thimble::firmware {
+
+using link::Nrc;
+
+// What the controller keeps of a host between its requests.
+struct Host {
+  link::Session session = link::Session::kDefault;
+  std::optional<link::Reset> restart;  // wanted once the answer has left
+  std::array<char, 192> refusal{};     // kDidRefusal: why its last request was refused, or empty
+
+  // Longer texts are cut.
+  void refuse(const char* reason) noexcept;
+};
+
+struct Call {
+  Host& host;
+  std::span<const std::uint8_t> request;  // the service, then its arguments; at least 1 byte
+  link::ByteWriter& answer;   // begins with the service's positive response; sent if the handler says kOk
+  bool suppressible = false;  // bit 80 of the sub-function means: no positive answer
+  bool sign_of_life = true;   // once answered positively, the host counts as alive
+
+  // Byte 1 without its bit 80. Only for services that have a sub-function, and a request of at least 2 bytes.
+  [[nodiscard]] std::uint8_t sub_function() noexcept {
+    suppressible = true;
+    return request[1] & static_cast<std::uint8_t>(~link::kSuppressPositive);
+  }
+};
+
+[[nodiscard]] inline std::uint16_t u16_at(std::span<const std::uint8_t> bytes, std::size_t at) noexcept {
+  return static_cast<std::uint16_t>(bytes[at] << 8U | bytes[at + 1]);
+}
+[[nodiscard]] inline std::uint32_t u32_at(std::span<const std::uint8_t> bytes, std::size_t at) noexcept {
+  return static_cast<std::uint32_t>(u16_at(bytes, at)) << 16U | u16_at(bytes, at + 2);
+}
+
+}  // namespace thimble::firmware

@@ -1,0 +1,58 @@
+// The download of a scene image into the spare slot (services 34, 36, 37; routines 0205 prepare, 0204 activate). The running
+// scene is never touched before the activation.
+//
+// There is one download at a time, and it belongs to the host that prepared it, until its activation, or until that host's
+// session ends. Other hosts are answered "busy" (refusal.h, kOtherHostUploads) meanwhile.
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/services/call.h"
+
+namespace thimble::firmware {
+
+class Download {
+ public:
+  explicit Download(std::uint16_t block_bytes) noexcept : block_bytes_(block_bytes) {}
+
+  [[nodiscard]] bool belongs_to_another(const Host& host) const noexcept {
+    return owner_ != nullptr && owner_ != &host;
+  }
+  void prepare(const Host& host, std::uint32_t length, std::uint32_t has) noexcept;
+  // The host must prepare again; until then no other host may.
+  void start_over(const Host& host) noexcept;
+  // The host's, if it has one: what has arrived stays in the store, and the download may be prepared again.
+  void end(const Host& host) noexcept;
+
+  // What the protocol says of the host's next step; kOk: the store may act.
+  [[nodiscard]] Nrc begin(const Host& host, std::uint32_t offset, std::uint32_t bytes) noexcept;
+  // `repeated`: the block is stored already; its answer was lost.
+  [[nodiscard]] Nrc check_block(const Host& host, std::uint8_t number, std::size_t bytes,
+                                bool& repeated) const noexcept;
+  void block_stored(std::uint8_t number, std::size_t bytes) noexcept;
+  // `finished`: it has ended well already; its answer was lost.
+  [[nodiscard]] Nrc check_exit(const Host& host, bool& finished) const noexcept;
+  void finish(
+      bool
+          well) noexcept;  // no more blocks; the host keeps what it has until the activation if it ended well
+
+  [[nodiscard]] std::uint32_t offset() const noexcept { return offset_; }
+  [[nodiscard]] std::uint16_t block_bytes() const noexcept { return block_bytes_; }
+
+ private:
+  enum class State : std::uint8_t { kNone, kPrepared, kTakesBlocks, kFinished };
+
+  [[nodiscard]] State state(const Host& host) const noexcept {
+    return owner_ == &host ? state_ : State::kNone;
+  }
+
+  std::uint16_t block_bytes_;    // the most that a block may hold
+  const Host* owner_ = nullptr;  // null: nobody's
+  State state_ = State::kNone;
+  std::uint32_t length_ = 0;
+  std::uint32_t offset_ = 0;  // bytes that the controller holds
+  std::uint8_t last_block_ = 0;
+  bool any_block_ = false;
+};
+
+}  // namespace thimble::firmware

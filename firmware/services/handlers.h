@@ -1,0 +1,49 @@
+// The handlers: one for each service, and one for each routine and action of service 31. Each reads the request, does what
+// it says or begins a job, appends its answer, and returns what the router is to say (call.h).
+#pragma once
+
+#include "firmware/services/services.h"
+
+namespace thimble::firmware {
+
+// session.cpp
+[[nodiscard]] Nrc session_control(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc restart_board(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc tester_present(Services& services, Call& call) noexcept;
+// identification.cpp
+[[nodiscard]] Nrc read_data(Services& services, Call& call) noexcept;
+// parameters.cpp
+[[nodiscard]] Nrc read_parameter(const Services& services, std::uint16_t id,
+                                 link::ByteWriter& answer) noexcept;
+[[nodiscard]] Nrc write_data(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc save_parameters(Services& services, Call& call) noexcept;
+[[nodiscard]] bool motors_off(const Core& core) noexcept;
+// faults.cpp
+[[nodiscard]] Nrc clear_faults(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc read_faults(Services& services, Call& call) noexcept;
+// arming.cpp
+[[nodiscard]] Nrc arm(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc disarm(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc home(Services& services, Call& call) noexcept;
+// download.cpp
+[[nodiscard]] Nrc prepare_download(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc request_download(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc transfer_data(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc transfer_exit(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc activate(Services& services, Call& call) noexcept;
+// moves.cpp
+[[nodiscard]] Nrc start_move(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc end_move(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc move_results(Services& services, Call& call) noexcept;
+[[nodiscard]] link::MoveState move_state(const Core& core) noexcept;
+// recording.cpp
+[[nodiscard]] Nrc start_recording(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc end_recording(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc recording_start(Services& services, Call& call) noexcept;
+
+inline constexpr std::size_t kRoutineHeader = 4;  // of a request: service, action, routine
+[[nodiscard]] inline std::span<const std::uint8_t> routine_arguments(const Call& call) noexcept {
+  return call.request.subspan(kRoutineHeader);
+}
+
+}  // namespace thimble::firmware

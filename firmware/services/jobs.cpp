@@ -1,0 +1,70 @@
+#include "firmware/services/jobs.h"
+
+#include "firmware/services/refusal.h"
+
+namespace thimble::firmware {
+
+Nrc CommandJob::begin(Call& call, Command command) noexcept {
+  call.host.refuse("");
+  return begun(call, command, core_.commands().request(command));
+}
+
+Nrc CommandJob::begin_move(Call& call, const MoveOrder& order) noexcept {
+  call.host.refuse("");
+  if (!core_.commands().move_in_range(order)) return Nrc::kRequestOutOfRange;
+  if (core_.commands().pending()) return busy(call.host, Busy::kCommandPending);
+  return begun(call, Command::kMove, core_.commands().request_move(order));
+}
+
+Nrc CommandJob::begun(Call& call, Command command, Conditions against) noexcept {
+  if (against != 0) return refuse(call.host, against, lacks_);
+  command_ = command;
+  return Nrc::kResponsePending;
+}
+
+Nrc CommandJob::poll(Call& call) noexcept {
+  if (core_.commands().pending()) return Nrc::kResponsePending;
+  if (done()) return Nrc::kOk;
+  // Something came between the check and the tick.
+  const Conditions against =
+      command_ == Command::kMove ? core_.status().unmet_for_move() : core_.status().unmet();
+  return refuse(call.host, against, lacks_);
+}
+
+bool CommandJob::done() const noexcept {
+  const Mode mode = core_.status().mode();
+  switch (command_) {
+    case Command::kArm:
+      return mode == Mode::kArmed;
+    case Command::kHome:
+      return mode == Mode::kHoming || mode == Mode::kReady;
+    case Command::kMove:
+      return core_.sources().move.phase() != link::MovePhase::kNone;
+    case Command::kEndMove:
+      return core_.sources().move.phase() == link::MovePhase::kNone;
+    case Command::kRecord:
+      return core_.observers().recorder.phase() == TracePhase::kRunning;
+    case Command::kNone:
+    case Command::kDisarm:
+    case Command::kClear:
+    case Command::kStop:
+      return core_.status().fault() == Fault::kNone;
+  }
+  return false;
+}
+
+Nrc EndRecordingJob::begin(TraceEnd reason) noexcept {
+  if (core_.observers().recorder.phase() != TracePhase::kRunning) return Nrc::kOk;
+  core_.observers().recorder.request_end(reason);
+  return Nrc::kResponsePending;
+}
+
+Nrc EndRecordingJob::poll(Call& /*call*/) noexcept {
+  return core_.observers().recorder.phase() == TracePhase::kRunning ? Nrc::kResponsePending : Nrc::kOk;
+}
+
+Nrc SwitchSceneJob::poll(Call& /*call*/) noexcept {
+  return core_.sources().scene.pending() ? Nrc::kResponsePending : Nrc::kOk;
+}
+
+}  // namespace thimble::firmware

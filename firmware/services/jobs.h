@@ -1,0 +1,79 @@
+// Services that take several polls: a handler gives its job to Jobs::run(), again at every poll for as long as that answers
+// kResponsePending. One job runs at a time, for one host. The other hosts' requests that need a job wait; those that need
+// none are answered meanwhile.
+//
+// A job is an object with its own state and a `Nrc poll()`. It lives in Services, and only the handler that begins it uses it.
+#pragma once
+
+#include "firmware/core/core.h"
+#include "firmware/services/call.h"
+
+namespace thimble::firmware {
+
+class Jobs {
+ public:
+  // begin(): sets the job up and posts what it waits for. kResponsePending: it runs. Another result is the answer at once.
+  template <class Job, class Begin>
+  [[nodiscard]] Nrc run(Call& call, Job& job, Begin&& begin) noexcept {
+    if (owner_ == nullptr) {
+      const Nrc begun = begin();
+      if (begun != Nrc::kResponsePending) return begun;
+      owner_ = &call.host;
+    } else if (owner_ != &call.host) {
+      return Nrc::kResponsePending;  // another host's job runs
+    }
+    const Nrc result = job.poll(call);
+    if (result != Nrc::kResponsePending) owner_ = nullptr;
+    return result;
+  }
+
+  void give_up(const Host& host) noexcept {
+    if (owner_ == &host) owner_ = nullptr;
+  }
+
+ private:
+  const Host* owner_ = nullptr;  // of the job that runs; null: none
+};
+
+// A command that the tick executes: arming, homing, clearing faults, moves, the start of a recording.
+class CommandJob {
+ public:
+  explicit CommandJob(Core& core, const char* lacks) noexcept : core_(core), lacks_(lacks) {}
+
+  // Posts it, or refuses it with the conditions that stand against it.
+  [[nodiscard]] Nrc begin(Call& call, Command command) noexcept;
+  [[nodiscard]] Nrc begin_move(Call& call, const MoveOrder& order) noexcept;
+  [[nodiscard]] Nrc poll(Call& call) noexcept;
+
+ private:
+  [[nodiscard]] Nrc begun(Call& call, Command command, Conditions against) noexcept;
+  [[nodiscard]] bool done() const noexcept;
+
+  Core& core_;
+  const char* lacks_;  // Config::lacks
+  Command command_ = Command::kNone;
+};
+
+// The end of the recording that runs; the tick ends it.
+class EndRecordingJob {
+ public:
+  explicit EndRecordingJob(Core& core) noexcept : core_(core) {}
+
+  [[nodiscard]] Nrc begin(TraceEnd reason) noexcept;  // kOk: none runs
+  [[nodiscard]] Nrc poll(Call& call) noexcept;
+
+ private:
+  Core& core_;
+};
+
+// The tick takes the scene that was posted.
+class SwitchSceneJob {
+ public:
+  explicit SwitchSceneJob(Core& core) noexcept : core_(core) {}
+  [[nodiscard]] Nrc poll(Call& call) noexcept;
+
+ private:
+  Core& core_;
+};
+
+}  // namespace thimble::firmware

@@ -1,0 +1,69 @@
+// Parameters: service 2E (write), their part of 22 (read), routine 0207 (save).
+#include "firmware/services/handlers.h"
+#include "firmware/services/refusal.h"
+
+namespace thimble::firmware {
+namespace {
+
+constexpr std::size_t kParamBytes = 4;
+
+[[nodiscard]] Nrc to_nrc(ParamStatus status) noexcept {
+  switch (status) {
+    case ParamStatus::kOk:
+      return Nrc::kOk;
+    case ParamStatus::kUnknown:
+    case ParamStatus::kOutOfRange:
+      return Nrc::kRequestOutOfRange;
+    case ParamStatus::kNotWhileArmed:
+      return Nrc::kConditionsNotCorrect;
+  }
+  return Nrc::kGeneralReject;
+}
+
+}  // namespace
+
+bool motors_off(const Core& core) noexcept {
+  const Mode now = core.status().mode();
+  return now != Mode::kArmed && now != Mode::kDamping && !core.commands().pending();
+}
+
+Nrc read_parameter(const Services& services, std::uint16_t id, link::ByteWriter& answer) noexcept {
+  std::uint32_t bits = 0;
+  if (services.parts.params.read(id, bits) != ParamStatus::kOk) return Nrc::kRequestOutOfRange;
+  for (std::size_t i = 0; i < kParamBytes; ++i) answer.put(static_cast<std::uint8_t>(bits >> (8 * i)));
+  return Nrc::kOk;
+}
+
+// 2E did(2) value. The tick may read a parameter at any time, so a recording that contains it ends first.
+Nrc write_data(Services& services, Call& call) noexcept {
+  if (call.request.size() < 4) return Nrc::kIncorrectLength;
+  const std::uint16_t id = u16_at(call.request, 1);
+  const std::span<const std::uint8_t> value = call.request.subspan(3);
+  call.answer.put_u16(id);
+  const ParamRow* row = find_param(id);
+  if (row == nullptr) return Nrc::kRequestOutOfRange;
+  if (value.size() != kParamBytes) return Nrc::kIncorrectLength;
+  std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < kParamBytes; ++i) bits |= static_cast<std::uint32_t>(value[i]) << (8 * i);
+
+  ServiceParts& parts = services.parts;
+  if (row->recorded == Recording::kRecorded) {
+    const Nrc ended = services.jobs.run(call, services.end_recording, [&]() noexcept {
+      const Nrc allowed = to_nrc(parts.params.check(id, bits, motors_off(parts.core)));
+      if (allowed != Nrc::kOk) return allowed;
+      // It may be the start of a recording.
+      if (parts.core.commands().pending()) return busy(call.host, Busy::kCommandPending);
+      return services.end_recording.begin(TraceEnd::kParameter);
+    });
+    if (ended != Nrc::kOk) return ended;
+  }
+  return to_nrc(parts.params.write(id, bits, motors_off(parts.core)));
+}
+
+Nrc save_parameters(Services& services, Call& call) noexcept {
+  call.host.refuse("");
+  if (!motors_off(services.parts.core)) return refuse(call.host, kWrongMode, "");
+  return refuse(call.host, services.parts.param_store.save(services.parts.params));
+}
+
+}  // namespace thimble::firmware

@@ -1,0 +1,45 @@
+// Routine 0208: recordings (firmware/observe/recorder.h).
+#include "firmware/services/handlers.h"
+#include "firmware/services/refusal.h"
+
+namespace thimble::firmware {
+
+Nrc start_recording(Services& services, Call& call) noexcept {
+  ServiceParts& parts = services.parts;
+  return services.jobs.run(call, services.command, [&]() noexcept {
+    if (parts.core.sources().scene.pending()) return busy(call.host, Busy::kSceneSwitching);
+    if (parts.core.observers().recorder.phase() == TracePhase::kRunning) {
+      call.host.refuse("trace_runs");
+      return Nrc::kConditionsNotCorrect;
+    }
+    parts.recording.discard();
+    services.recording_scene_crc = parts.store.image_crc();
+    return services.command.begin(call, Command::kRecord);
+  });
+}
+
+Nrc end_recording(Services& services, Call& call) noexcept {
+  return services.jobs.run(call, services.end_recording,
+                           [&]() noexcept { return services.end_recording.begin(TraceEnd::kStopped); });
+}
+
+// What it began with: TraceStart, then a TraceArm for each arm.
+Nrc recording_start(Services& services, Call& call) noexcept {
+  const RecordingStart* recording = services.parts.core.observers().recorder.start();
+  const Config& config = services.parts.config;
+  if (recording == nullptr) return Nrc::kRequestSequenceError;  // there was none yet
+  link::TraceStart start = recording->start;
+  start.scene_crc = services.recording_scene_crc;
+  call.answer.put_record(start);
+  for (std::size_t i = 0; i < config.arm_count; ++i) {
+    link::TraceArm arm = recording->arms[i];
+    arm.has_index = config.arm[i].has_index;
+    const kinematics::BasePose& base = config.arm[i].base;
+    for (int axis = 0; axis < 3; ++axis) arm.home_m[static_cast<std::size_t>(axis)] = base.home_m[axis];
+    for (int k = 0; k < 9; ++k) arm.rotation[static_cast<std::size_t>(k)] = base.rotation(k / 3, k % 3);
+    call.answer.put_record(arm);
+  }
+  return Nrc::kOk;
+}
+
+}  // namespace thimble::firmware

@@ -1,0 +1,36 @@
+// Why a request is refused, as text: what kDidRefusal (22 F1AA) tells the host that was refused.
+//
+//   condition names   arming, homing, moves, recordings: firmware/core/conditions.def, a list ("not_homed,no_scene")
+//   store statuses    downloads: name(StoreStatus), or the verdict on the image
+//   busy reasons      all that can be answered with "busy, repeat" (21): kBusyTable, here and nowhere else
+#pragma once
+
+#include <array>
+
+#include "firmware/core/core.h"
+#include "firmware/services/call.h"
+#include "firmware/store/scene_store.h"
+
+namespace thimble::firmware {
+
+// Each passes by itself: the host may repeat its request.
+enum class Busy : std::uint8_t { kSceneSwitching, kOtherHostUploads, kCommandPending };
+struct BusyRow {
+  Busy busy;
+  const char* name;
+  const char* meaning;
+};
+inline constexpr std::array<BusyRow, 3> kBusyTable = {{
+    {Busy::kSceneSwitching, "scene_switching",
+     "the tick has not taken the scene that was activated last; until then it reads the slot that a download "
+     "would erase"},
+    {Busy::kOtherHostUploads, "other_host_uploads",
+     "another host has begun a download; it ends with its activation, or with that host's session"},
+    {Busy::kCommandPending, "command_pending", "the tick has not executed the last command yet"},
+}};
+
+Nrc busy(Host& host, Busy reason) noexcept;                                       // kBusyRepeatRequest
+Nrc refuse(Host& host, Conditions conditions, const char* board_lacks) noexcept;  // kConditionsNotCorrect
+Nrc refuse(Host& host, StoreStatus status) noexcept;  // the code that belongs to it; kOk for kOk
+
+}  // namespace thimble::firmware
