@@ -30,6 +30,7 @@ Device::Device(std::unique_ptr<Transport> transport, const DeviceOptions& option
                     std::to_string(link::kProtocolVersion) + " and " + std::to_string(link::kImageVersion),
                 "install the firmware and the host tools of one release");
   }
+  services_.claim_address();
   if (info_.frame_bytes == link::kFdDataBytes) services_.use_fd();
 }
 

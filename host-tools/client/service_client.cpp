@@ -20,7 +20,10 @@ constexpr Micros kAfterPending_us = 5'000'000;    // P2*: how long to wait after
 constexpr Micros kLongestAnswer_us = 60'000'000;  // bound for an answer that stays pending
 constexpr Micros kBusy_us = 2'000'000;            // bound for an answer that stays "busy, repeat"
 constexpr Micros kBusyPause_us = 20'000;
-constexpr Micros kLongestPause_us = 30'000;  // after a broken answer; many times the length of a short answer
+constexpr unsigned kClaimsAWait = 8;        // in the time that an answer may take: frames may be lost
+constexpr Micros kPlacePause_us = 200'000;  // between two claims while all places are taken
+// All places are taken, perhaps by programs that have ended without a word: so long until such a place is free.
+constexpr Micros kPlaceWait_us = link::kHostTimeout_us + 2'000'000;
 
 // How many bytes behind the service an answer repeats of its request.
 std::size_t echo_size(std::uint8_t service) {
@@ -67,16 +70,76 @@ std::string remedy_of(const std::string& reasons) {
   }
   // Not a condition: the scene has more of something than the controller takes.
   if (reasons.find("too_many") != std::string::npos) add("leave some out; the limits are in `thimble info`");
+  // Busy: it passes by itself.
+  if (reasons == "scene_switching" || reasons == "command_pending") add("repeat the command");
   return remedy.empty() ? "remove what the device names, then repeat" : remedy;
 }
 
 }  // namespace
 
 ServiceClient::ServiceClient(std::unique_ptr<Transport> transport, const DeviceOptions& options)
-    : transport_(std::move(transport)),
-      options_(options),
-      channel_(link::request_id(options.node), link::response_id(options.node), link::IsoTpConfig{}) {
-  transport_->listen_to(options.node);
+    : transport_(std::move(transport)), options_(options), claim_(options.node) {
+  listen();
+  static_cast<void>(claim_until(now_us() + options_.answer_us));
+}
+
+ServiceClient::~ServiceClient() {
+  if (!transport_ || !claim_.granted()) return;  // moved from, or nothing to release
+  try {
+    transport_->send(claim_.release());
+  } catch (const Error&) {  // the link is gone: the device frees the place by itself
+  }
+}
+
+// --- The address
+
+void ServiceClient::listen() {
+  transport_->listen_to(options_.node, claim_.address());
+  channel_.set_ids(link::request_id(options_.node, claim_.address()),
+                   link::response_id(options_.node, claim_.address()));
+}
+
+void ServiceClient::claim_address() {
+  if (!claim_.granted() && !claim_until(now_us() + options_.answer_us * options_.tries)) {
+    throw Error(ExitCode::kLinkLost, "no-address", "the device gave this program no address on the link",
+                "check the link; a link that loses most frames carries no claim");
+  }
+}
+
+bool ServiceClient::claim_until(Micros deadline_us) {
+  Micros place_by_us = 0;
+  while (now_us() < deadline_us) {
+    transport_->send(claim_.claim(now_us()));
+    claim_refused_ = false;
+    const Micros again_us = now_us() + options_.answer_us / kClaimsAWait;
+    while (claim_.stale(now_us()) && !claim_refused_ && now_us() < again_us) pump(again_us);
+    if (!claim_.stale(now_us())) return true;
+    if (!claim_refused_) continue;
+    if (place_by_us == 0) place_by_us = now_us() + kPlaceWait_us;
+    if (now_us() > place_by_us) {
+      throw Error(ExitCode::kRefused, "hosts-full",
+                  "the device serves " + std::to_string(link::kMaxHosts) +
+                      " programs at once, and so many are connected",
+                  "end one of the programs that use the device, then repeat");
+    }
+    deadline_us = std::max(deadline_us, now_us() + kPlacePause_us + options_.answer_us);
+    wait_until(now_us() + kPlacePause_us);
+  }
+  return false;
+}
+
+void ServiceClient::take_service_frame(const CanFrame& frame) {
+  switch (claim_.on_frame(frame)) {
+    case HostClaim::Grant::kNew:
+      return listen();
+    case HostClaim::Grant::kRefused:
+      claim_refused_ = true;
+      return;
+    case HostClaim::Grant::kSame:
+      return;
+    case HostClaim::Grant::kNone:
+      static_cast<void>(channel_.on_frame(frame, now_us()));
+  }
 }
 
 // --- Frames
@@ -87,8 +150,11 @@ void ServiceClient::pump(Micros deadline_us) {
   const Micros gap = channel_.gap(now_us());
   if (gap != 0) deadline_us = std::min(deadline_us, now_us() + gap);
   if (const std::optional<CanFrame> got = transport_->receive(deadline_us)) {
-    if (heard_ && !got->extended) heard_(*got);
-    static_cast<void>(channel_.on_frame(*got, now_us()));
+    if (got->extended) {
+      take_service_frame(*got);
+    } else if (heard_) {
+      heard_(*got);
+    }
   }
   channel_.poll(now_us());
 }
@@ -99,7 +165,10 @@ void ServiceClient::wait_until(Micros deadline_us) {
 
 std::optional<CanFrame> ServiceClient::telemetry(Micros deadline_us) {
   while (std::optional<CanFrame> frame = transport_->receive(deadline_us)) {
-    if (frame->extended) continue;
+    if (frame->extended) {
+      take_service_frame(*frame);
+      continue;
+    }
     if (heard_) heard_(*frame);
     return frame;
   }
@@ -107,6 +176,8 @@ std::optional<CanFrame> ServiceClient::telemetry(Micros deadline_us) {
 }
 
 void ServiceClient::keep_alive() {
+  if (claim_.stale(now_us()))
+    transport_->send(claim_.claim(now_us()));  // its grant comes with the next frames
   channel_.abort();
   if (!channel_.send(Bytes{byte_of(Service::kTesterPresent), link::kSuppressPositive}, now_us())) return;
   CanFrame frame;
@@ -118,36 +189,36 @@ void ServiceClient::keep_alive() {
 std::optional<ServiceClient::Answer> ServiceClient::try_request(const Bytes& request, unsigned tries,
                                                                 Micros answer_us) {
   channel_.config().flow_timeout_us = channel_.config().receive_timeout_us = answer_us;
+  if (claim_.granted() && claim_.stale(now_us())) static_cast<void>(claim_until(now_us() + answer_us));
   for (unsigned i = 0; i < tries; ++i) {
+    // The device may have restarted, and know the address no more. The grant comes while the answer is awaited.
+    if (i > 0 && claim_.granted()) transport_->send(claim_.claim(now_us()));
     channel_.abort();
     static_cast<void>(channel_.take_error());
-    if (!channel_.send(request, now_us())) throw std::logic_error("a request has 1 to 4095 bytes");
+    const Micros asked_us = now_us();
+    if (!channel_.send(request, asked_us)) throw std::logic_error("a request has 1 to 4095 bytes");
     std::optional<Answer> answer = await_answer(request, answer_us);
-    if (answer) return answer;
+    if (!answer) continue;
+    claim_.confirm(asked_us);
+    return answer;
   }
   return std::nullopt;
 }
 
 std::optional<ServiceClient::Answer> ServiceClient::await_answer(const Bytes& request, Micros answer_us) {
+  const std::uint8_t address = claim_.address();
   const Micros last_us = now_us() + kLongestAnswer_us;
   Micros deadline_us = now_us() + answer_us;
-  // Another host's request may have cut the answer short. A random pause before the repeat: two hosts that repeated at
-  // once would cut each other's answers short again and again.
-  bool broke_off = false;
-  const auto pause = [&] {
-    std::uniform_int_distribution<Micros> pause_us(0, kLongestPause_us);
-    deadline_us = std::min(deadline_us, now_us() + pause_us(pauses_));
-  };
   while (now_us() < std::min(deadline_us, last_us)) {
     const bool moving = channel_.sending() || channel_.receiving();
     pump(std::min(deadline_us, last_us));
+    if (claim_.address() != address)
+      return std::nullopt;  // the request left from an address that is none any more
     // The deadline starts anew while the request is being sent or the answer received: the channel has deadlines of its
     // own for both.
     if (moving && (channel_.sending() || channel_.receiving())) deadline_us = now_us() + answer_us;
-    if (channel_.take_error() != link::IsoTpError::kNone) {
-      broke_off = true;
-      pause();
-    }
+    if (channel_.take_error() != link::IsoTpError::kNone)
+      return std::nullopt;  // a frame was lost: it is repeated at once
     const std::span<const std::uint8_t> answer = channel_.received();
     if (answer.empty()) continue;
     if (answers(answer, request)) {
@@ -162,8 +233,7 @@ std::optional<ServiceClient::Answer> ServiceClient::await_answer(const Bytes& re
       deadline_us = now_us() + kAfterPending_us;
       continue;
     }
-    channel_.release();  // the late answer to an earlier request, or another host's
-    if (broke_off) pause();
+    channel_.release();  // the late answer to an earlier request
   }
   return std::nullopt;
 }
@@ -210,7 +280,7 @@ void ServiceClient::refused(const std::string& what, Nrc code) {
   std::string why = link::name(code);
   std::string remedy = "see `thimble info` for the state of the device";
   if (code == Nrc::kConditionsNotCorrect || code == Nrc::kDownloadNotAccepted ||
-      code == Nrc::kProgrammingFailure) {
+      code == Nrc::kProgrammingFailure || code == Nrc::kBusyRepeatRequest) {
     const link::DeviceState now = state();
     if (now.fault != 0 && code == Nrc::kConditionsNotCorrect) faulted(what, now.fault);
     const std::string reason = text(link::kDidRefusal);

@@ -1,7 +1,9 @@
-// Requests to a device and their answers: UDS services over ISO-TP (docs/link.md), with deadlines and repeats.
+// Requests to a device and their answers: UDS services over ISO-TP (docs/link.md), with deadlines and repeats, from an address
+// that the program claims for itself (host_claim.h).
 // Device (device.h) and upload_image() (upload.h) use it; a program uses Device. One thread.
 //
-// Errors: kLinkLost, the device did not answer in time. kRefused, the answer is negative. kFaulted, the answer is negative
+// Errors: kLinkLost, the device did not answer in time. kRefused, the answer is negative, or as many other hosts are
+// connected as the device serves. kFaulted, the answer is negative
 // because the device has a fault. kVersion, a record is shorter than this version of the link says. The transport's errors
 // pass through.
 #pragma once
@@ -10,7 +12,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <random>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "firmware/link/iso_tp.h"
 #include "firmware/link/messages.h"
 #include "firmware/link/services.h"
+#include "host-tools/client/host_claim.h"
 #include "host-tools/client/transport.h"
 #include "host-tools/error.h"
 
@@ -37,7 +39,15 @@ class ServiceClient {
     Bytes bytes;  // the whole answer if it is positive, else empty
   };
 
+  // Claims an address. A device that gives none in time may be of another version: then requests leave from
+  // link::kTesterAddress until claim_address() has one.
   ServiceClient(std::unique_ptr<Transport> transport, const DeviceOptions& options);
+  ServiceClient(ServiceClient&&) = default;
+  ServiceClient& operator=(ServiceClient&&) = delete;  // it would have two addresses
+  ~ServiceClient();
+
+  // Claims one if there is none yet. Error kLinkLost: the device gives none.
+  void claim_address();
 
   // Sends `request` and waits for its answer, `tries` times `answer_us` each. Nothing: there was none. Answers to other
   // requests are skipped.
@@ -82,14 +92,19 @@ class ServiceClient {
 
  private:
   void pump(link::Micros deadline_us);
+  void take_service_frame(const link::CanFrame& frame);
+  void listen();
+  // Claims, again and again until `deadline_us`. False: no grant came. Error kRefused: there is no place.
+  bool claim_until(link::Micros deadline_us);
   [[nodiscard]] std::optional<Answer> await_answer(const Bytes& request, link::Micros answer_us);
   [[noreturn]] static void too_short(const std::string& what);
 
   std::unique_ptr<Transport> transport_;
   DeviceOptions options_;
+  HostClaim claim_;
+  bool claim_refused_ = false;  // the device's last word
   link::IsoTpChannel channel_;
   std::function<void(const link::CanFrame&)> heard_;
-  std::minstd_rand pauses_{std::random_device{}()};  // each host pauses for another time
 };
 
 }  // namespace thimble::host

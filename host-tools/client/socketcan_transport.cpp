@@ -17,6 +17,7 @@
 #include <fstream>
 #include <utility>
 
+#include "firmware/link/host_address.h"
 #include "firmware/link/messages.h"
 #include "firmware/link/socketcan.h"
 #include "host-tools/client/descriptor.h"
@@ -104,11 +105,12 @@ class SocketCanTransport final : public Transport {
 
   [[nodiscard]] bool carries_fd() const override { return fd_frames_; }
 
-  void listen_to(std::uint8_t node) override {
-    const std::array<can_filter, 3> filters = {
+  void listen_to(std::uint8_t node, std::uint8_t host) override {
+    const std::array<can_filter, 4> filters = {
         {{link::EmergencyStop::kId, CAN_SFF_MASK | CAN_EFF_FLAG},
          {node, 0x7FU | CAN_EFF_FLAG},  // the real-time frames: the node is the lower half of their ids
-         {link::response_id(node) | CAN_EFF_FLAG, CAN_EFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG}}};
+         {link::grant_id(node) | CAN_EFF_FLAG, CAN_EFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG},
+         {link::response_id(node, host) | CAN_EFF_FLAG, CAN_EFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG}}};
     // If it fails the other nodes' frames come through, and are passed over.
     static_cast<void>(set_option(SOL_CAN_RAW, CAN_RAW_FILTER, filters));
   }

@@ -34,8 +34,9 @@ class Transport {
   [[nodiscard]] virtual std::optional<link::CanFrame> receive(link::Micros deadline_us) = 0;
 
   [[nodiscard]] virtual bool carries_fd() const { return true; }
-  // Frames that are not this node's need not come through any more.
-  virtual void listen_to(std::uint8_t /*node*/) {}
+  // From now on, only the frames of this node need come through: its real-time frames, its grants of addresses, and its
+  // answers to the host with this address.
+  virtual void listen_to(std::uint8_t /*node*/, std::uint8_t /*host*/) {}
 };
 
 [[nodiscard]] std::unique_ptr<Transport> open_transport(const std::string& uri);

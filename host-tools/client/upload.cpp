@@ -19,7 +19,10 @@ using Answer = ServiceClient::Answer;
 constexpr std::size_t kSmallestBlock = 64;
 constexpr Micros kBlockAnswer_us = 100'000;  // the shortest time that a block's answer is waited for
 constexpr unsigned kMaxStalls = 20;          // failures in a row without a byte of progress
-constexpr Micros kSwitch_us = 1'000'000;     // how long the tick may take to switch to the new scene
+// An upload that was broken off keeps others waiting until the device ends the place of its host, which counts from the last
+// frame that comes out of the link's buffers.
+constexpr Micros kOtherUpload_us = 2 * link::kHostTimeout_us;
+constexpr Micros kSwitch_us = 1'000'000;  // how long the tick may take to switch to the new scene
 
 std::uint32_t u32_at(std::span<const std::uint8_t> bytes, std::size_t at) {
   std::uint32_t value = 0;
@@ -56,7 +59,15 @@ class Upload {
     Bytes request = routine_request(Routine::kPrepareDownload);
     put_u32(request, length_);
     put_u32(request, result_.crc);
-    const Bytes has = services_.demand(request, "the upload");
+    const Micros deadline_us = now_us() + kOtherUpload_us;
+    Answer prepared = services_.request(request);
+    while (other_uploads(prepared.code) && now_us() < deadline_us) prepared = services_.request(request);
+    if (other_uploads(prepared.code)) {
+      throw Error(ExitCode::kRefused, "other-upload", "another program is uploading to the device",
+                  "let it end, then repeat");
+    }
+    if (prepared.code != Nrc::kOk) services_.refused("the upload", prepared.code);
+    const Bytes& has = prepared.bytes;
     if (has.size() != 8 || u32_at(has, 4) > length_) services_.refused("the upload", Nrc::kIncorrectLength);
     sent_ = u32_at(has, 4);
     if (first_) result_.resumed_from = begun_at_ = sent_;
@@ -65,17 +76,16 @@ class Upload {
     return true;
   }
 
+  bool other_uploads(Nrc code) {
+    return code == Nrc::kBusyRepeatRequest && services_.text(link::kDidRefusal) == "other_host_uploads";
+  }
+
   bool request_download() {
     Bytes request = {byte_of(Service::kRequestDownload), 0x00, 0x44};
     put_u32(request, sent_);
     put_u32(request, length_ - sent_);
     const Answer accepted = services_.request(request);
     if (other_sequence(accepted.code)) return false;
-    // Offset and length do not belong to the upload that was prepared last.
-    if (accepted.code == Nrc::kRequestOutOfRange) {
-      throw Error(ExitCode::kRefused, "other-upload", "another host began an upload of its own in between",
-                  "let it end, then repeat");
-    }
     if (accepted.code != Nrc::kOk) services_.refused("the upload", accepted.code);
     if (accepted.bytes.size() >= 4) {
       const std::size_t most = static_cast<std::size_t>(accepted.bytes[2]) << 8U | accepted.bytes[3];

@@ -106,6 +106,15 @@ class Decode(Rig):
         self.assertEqual(said[1]["fields"], {"protocol": 1, "image": 1, "frame_bytes": 8, "node": 1, "arms": 1})
         self.assertEqual((said[2]["service"], said[2]["refused"]), ("routine", "conditions_not_correct"))
 
+    def test_addresses_of_hosts(self):
+        """A claim, its grant, and requests and answers of the host that has the address."""
+        said = self.decode("(1.0) can0 1CABCD01#0102030405060100", "(1.1) can0 1D000001#010203040506F304",
+                           "(1.2) can0 18DA01F3#0322F1A0CCCCCCCC", "(1.3) can0 18DAF301#037F2231CCCCCCCC",
+                           "(1.4) can0 1C000001#0102030405060200", "(1.5) can0 18DA01F0#0322F1A0CCCCCCCC")
+        self.assertEqual([line["message"] for line in said], ["HostClaim", "HostGrant", "Request", "Response", "HostRelease"])
+        self.assertEqual([line["key"] for line in said if "key" in line], [0x060504030201] * 3)
+        self.assertEqual([line["host"] for line in said if "host" in line], [0xF3] * 3)
+
     def test_what_is_no_record_and_stops_without_data(self):
         said = self.decode("(1.0) can0 18DAF101#0662F195302E31CC", "(1.1) can0 001#", "(1.2) can0 001#R", "(1.3) can0 18DAF101#027F31CCCCCCCCCC")
         self.assertEqual([line["message"] for line in said], ["Response", "EmergencyStop", "EmergencyStop", "Response"])

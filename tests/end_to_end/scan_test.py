@@ -92,7 +92,7 @@ class Scan(Rig):
         scan = ["scan", self.plan("killed", speed_m_s=0.002), "--log", log, "--output", self.folder / "killed.scene.json",
                 "--device", sim.tcp, "--allow-moves"]
         process = self.start(*scan)
-        self.wait_for_row(log, "0,press", process)  # not by asking the device: two hosts that ask at once take each other's answers
+        self.wait_for_row(log, "0,press", process)  # not by asking the device: every answered question is a sign of life
         process.send_signal(signal.SIGKILL)
         process.communicate()
         self.assertEqual(self.ok_json("info", "--device", sim.tcp)["state"]["flags"] & 32, 32, "it moves by itself")

@@ -6,7 +6,9 @@ import subprocess
 import sys
 import unittest
 
-REQUEST, ANSWER = 0x18DA01F1, 0x18DAF101
+HOSTS = range(0xF1, 0xFE)  # each command has claimed an address of its own
+REQUESTS = [0x18DA0100 | host for host in HOSTS]
+ANSWERS = [0x18DA0001 | host << 8 for host in HOSTS]
 NEGATIVE, PENDING = 0x3F, 0x78  # tshark shows a negative answer as one of service 0x3F
 MIN_REQUESTS = 40
 SERVICES = {0x10, 0x22, 0x2E, 0x31, 0x34, 0x36, 0x37, 0x3E}  # of an upload, home, arm, param, info and disarm
@@ -16,7 +18,7 @@ NOT_NOW = 0x22
 
 def tshark(log, wanted, *fields):
     """Rows of fields of the frames that match the filter."""
-    command = ["tshark", "-r", log, "-o", "iso15765.can.extended_ids:%d,%d" % (REQUEST, ANSWER),
+    command = ["tshark", "-r", log, "-o", "iso15765.can.extended_ids:" + ",".join(map(str, REQUESTS + ANSWERS)),
                "-d", "iso15765.subdissector,uds", "-Y", wanted, "-T", "fields"]
     for field in fields:
         command += ["-e", field]
@@ -29,7 +31,7 @@ def frames(log):
     with open(log) as lines:
         for line in lines:
             name, data = line.split()[2].split("#")
-            if len(name) == 8:
+            if name.startswith("18DA"):  # without the claims of addresses
                 yield int(name, 16), bytes.fromhex(data)
 
 
@@ -40,7 +42,7 @@ class Dissect(unittest.TestCase):
         """By our own reading: the first byte of each single and first frame."""
         services = collections.Counter()
         for identifier, data in frames(self.log):
-            if identifier == REQUEST and data[0] >> 4 in (0, 1):
+            if identifier in REQUESTS and data[0] >> 4 in (0, 1):
                 services[data[1 + (data[0] >> 4)]] += 1
         return services
 

@@ -33,9 +33,11 @@ step 'a day with FD frames'
 record fd.log
 session canfd:vcan0
 end_record
-figure "$(grep -c '18DA01F1##' /tmp/fd.log) FD frames of requests, $(grep -c '18DAF101##' /tmp/fd.log) of answers"
-[ "$(grep -c '18DA01F1##' /tmp/fd.log)" -gt 250 ] || die 'the upload had no FD frames'
-[ "$(grep -c '18DAF101##' /tmp/fd.log)" -gt 20 ] || die 'the answers were no FD frames'
+requests='18DA01F[2-9A-D]##' answers='18DAF[2-9A-D]01##'  # of hosts that claimed an address
+figure "$(grep -c "$requests" /tmp/fd.log) FD frames of requests, $(grep -c "$answers" /tmp/fd.log) of answers"
+[ "$(grep -c "$requests" /tmp/fd.log)" -gt 250 ] || die 'the upload had no FD frames'
+[ "$(grep -c "$answers" /tmp/fd.log)" -gt 20 ] || die 'the answers were no FD frames'
+[ "$(grep -o "$requests" /tmp/fd.log | sort -u | wc -l)" -gt 5 ] || die 'the commands had the same address'
 
 step 'forces that a host orders'
 thimble param set link_timeout 60 --device can:vcan0 >/dev/null  # a command takes long under emulation
