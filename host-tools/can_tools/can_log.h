@@ -17,7 +17,7 @@ struct LoggedFrame {
   firmware::link::CanFrame frame;
 };
 
-// Nothing: the line is none of a log.
+// No value: the line is not a frame.
 [[nodiscard]] std::optional<LoggedFrame> parse_log_line(std::string_view line);
 
 }  // namespace thimble::host

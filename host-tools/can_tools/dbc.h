@@ -1,7 +1,7 @@
 // The real-time messages as a DBC file, the database that CAN tools read (Vector's format, as python-can, SavvyCAN and Wireshark's plugins
 // have it). Generated from firmware/link/messages.def, with the faults' and the modes' names.
 //
-// The services are not in it but for their two ids: they are ISO-TP, which a DBC cannot say.
+// Of the services it has only the two identifiers: a DBC cannot describe ISO-TP.
 #pragma once
 
 #include <cstdint>

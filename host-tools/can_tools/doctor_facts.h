@@ -1,4 +1,4 @@
-// What `thimble doctor` looks at, as it is on this machine. Reading it changes nothing and judges nothing (findings.h does).
+// The facts about this machine that `thimble doctor` judges (doctor_findings.h). Reading them changes nothing.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// What the facts mean for Thimble: for each thing looked at its state, the cause, and the command that mends it. Pure: every case is
-// tested without a CAN interface.
+// Judges the facts: for each item its state, the cause, and the command that repairs it. No I/O, so tests cover every case without a
+// CAN interface.
 #pragma once
 
 #include <string>
@@ -17,8 +17,8 @@ struct Finding {
   std::string name;     // what was looked at or is wrong, a slug: "queue", "bus-off"
   std::string subject;  // an interface or a device; may be empty
   FindingState state = FindingState::kOk;
-  std::string cause;              // what is the case
-  std::string remedy;             // what to type; empty where nothing is to be done
+  std::string cause;              // one sentence
+  std::string remedy;             // the command to type; empty if nothing is to be done
   ExitCode code = ExitCode::kOk;  // of a failure
 };
 
@@ -30,7 +30,7 @@ struct Wish {
   bool board = false;  // thimble-board is to run here
 };
 
-// What is missing for a wish is a failure; for what happens to be there as well it is a warning.
+// What the user's choice lacks is a failure; what other interfaces lack is a warning.
 [[nodiscard]] std::vector<Finding> judge(const Facts& facts, const Wish& wish);
 
 [[nodiscard]] std::string_view state_name(FindingState state);  // "ok", "warning", "failure"

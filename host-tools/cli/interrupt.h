@@ -1,4 +1,4 @@
-// Ctrl-C and SIGTERM end a long verb at its next round instead of in its midst.
+// Ctrl-C and SIGTERM end a long verb after its current loop iteration, so that it can clean up.
 #pragma once
 
 #include <csignal>

@@ -1,4 +1,4 @@
-// What `thimble info` says of the limits of a scene: every constant of control/scene/limits.h, which
+// The limits of a scene that `thimble info` prints: every constant of control/scene/limits.h, which
 // CMakeLists.txt reads into a table while configuring.
 #pragma once
 

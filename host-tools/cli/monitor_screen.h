@@ -1,5 +1,5 @@
-// The telemetry of a device as a picture in a terminal: the tip, its force as bars and over time, and how the controller does.
-// Pure: frames in, text out. `thimble monitor` draws it where its output is a terminal.
+// The telemetry of a device as a picture in a terminal: the tip, its force as bars and over time, and the state of the controller.
+// No I/O: frames in, text out. `thimble monitor` draws it if its output is a terminal.
 #pragma once
 
 #include <array>

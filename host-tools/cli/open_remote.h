@@ -1,4 +1,4 @@
-// The device that a verb is for, and what the verbs say about it.
+// Opens the device that a verb acts on; messages that several verbs print about it.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace thimble::host {
 
 // "armed,host_renders": the mode and the flags (of Status and DeviceState) that a user has to know of.
 [[nodiscard]] std::string mode_shown(link::Mode mode, const link::StatusFlags& flags);
-// What a verb prints that has changed the mode.
+// The output of a verb that has changed the mode.
 void print_mode(const Common& common, const char* verb, link::Mode mode);
 
 }  // namespace thimble::host

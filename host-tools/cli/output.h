@@ -1,4 +1,4 @@
-// What every verb shares on its way out: JSON with a schema version, messages on stderr.
+// Output that all verbs share: JSON with a schema version on stdout, messages on stderr.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// A file descriptor that is closed with its owner, and the wait on one. For the transports of this folder.
+// A file descriptor that its owner closes, and waiting for one. For the transports in this folder.
 #pragma once
 
 #include <utility>

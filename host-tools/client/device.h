@@ -1,13 +1,14 @@
-// A device on the link, as a program on the PC uses it: everything the services offer, with deadlines and
-// retries.
+// A device on the link, as a program on the PC uses it: all services of the controller, with deadlines and
+// repeats.
 //
 //   Device device(open_transport("tcp:127.0.0.1:29536"));
 //   device.upload(image, {}, [](auto p) { ... });
 //   device.home(); device.arm();
 //
-// Who uses it: the command `thimble`, tests, host programs. One thread. Every failure is an Error with its
-// exit code: kLinkLost when no answer came in time, kRefused when the device said no (with its reason),
-// kVersion, kVerification, kFaulted.
+// Used by the command `thimble`, by tests and by programs. One thread. Every function that talks to the device throws Error:
+// kLinkLost if no answer comes in time, kRefused with the device's reason, kFaulted if a fault is the reason, kVersion if a
+// record does not fit this version. Further errors stand at the function. Units: SI. Frame of all vectors: the world, +x to
+// the user's right, +y away from the user, +z up, origin at the tip's home. A force is what the device exerts on the hand.
 #pragma once
 
 #include <array>
@@ -30,18 +31,18 @@
 
 namespace thimble::host {
 
-// A fingertip in one tick, as the link tells it (Pose and Force). World frame.
+// A fingertip in one tick, from the messages Pose and Force. World frame.
 struct TipReading {
   std::array<double, 3> position_m{};
-  std::array<double, 3> force_N{};  // that the device exerts on the hand, after all limits
+  std::array<double, 3> force_N{};  // on the hand, after all limits
   std::uint8_t limiters = 0;        // Limiter bits of firmware/observe/telemetry.h: which of them acted
-  std::uint8_t sequence = 0;        // counts readings: a gap are those that came meanwhile, or were lost
-  link::Micros heard_us = 0;        // by now_us(): the reading is as old as that, and the link's delay
+  std::uint8_t sequence = 0;        // counts readings; a gap: readings were skipped or lost
+  link::Micros heard_us = 0;        // arrival by now_us(); the reading is older by the delay of the link
 };
 
 class Device {
  public:
-  // Asks for LinkInfo: Error kVersion when the device speaks another version.
+  // Reads LinkInfo. Error kVersion if the device speaks another version of the protocol or of the scene image.
   explicit Device(std::unique_ptr<Transport> transport, const DeviceOptions& options = {});
 
   [[nodiscard]] const link::LinkInfo& info() const { return info_; }
@@ -51,23 +52,23 @@ class Device {
 
   [[nodiscard]] double read_param(const firmware::ParamRow& row);
   void write_param(const firmware::ParamRow& row, double value);
-  void save_params();  // as they are, over power-off
+  void save_params();  // stores the present values; they survive power-off
 
-  [[nodiscard]] std::vector<std::uint8_t> faults();  // numbers, since the last clear
+  [[nodiscard]] std::vector<std::uint8_t> faults();  // numbers of the faults since the last clear
   [[nodiscard]] std::vector<link::FreezeFrame> freeze_frames(std::uint8_t fault);
   void clear_faults();
 
-  // Each waits until the mode shows it, at most `wait_us`.
-  // home(): once stopping() says so it lets the arm go and returns without.
+  // Each waits until the mode has changed, at most `wait_us`; then Error kRefused `not-in-time`.
+  // home(): when stopping() returns true, it disarms and returns before the arm is homed.
   void home(link::Micros wait_us = 30'000'000, const std::function<bool()>& stopping = {});
   void arm(link::Micros wait_us = 2'000'000);
   void disarm(link::Micros wait_us = 5'000'000);
 
-  // Disarms it, and starts it again. It answers before it does.
+  // Disarms and restarts the controller. The answer comes before the restart.
   void restart();
 
-  // A guarded move: starts it; tells how far it is; what it measured once it holds; ends it. The device needs a sign of
-  // life every link::kMoveHostTimeout_s meanwhile: asking move_state() is one.
+  // A guarded move: start, progress, the samples once the arm holds, end. During the move the device needs a request every
+  // link::kMoveHostTimeout_s, for example move_state(); without one it has the fault host_lost.
   void start_move(const link::MoveOrder& order);
   [[nodiscard]] link::MoveState move_state();
   [[nodiscard]] std::vector<link::MoveSample> move_samples();
@@ -80,39 +81,39 @@ class Device {
   [[nodiscard]] std::pair<link::TraceStart, std::vector<link::TraceArm>> trace_start();
   [[nodiscard]] std::uint32_t param_bits(const firmware::ParamRow& row);
 
-  // The program gives the forces (docs/host-rendering.md):
+  // Forces from this program instead of the scene (docs/host-rendering.md):
   //
   //   device.home();
-  //   device.take_over();                                          // arms; no scene is felt from here on
+  //   device.take_over();                                          // arms; from here on the scene gives no force
   //   while (const auto tip = device.next_tip(now_us() + 100'000)) device.order_force(wall(tip->position_m));
   //   device.hand_back();                                          // disarms
   //
-  // An order is felt for 20 ms at most, then the tip is damped until the next; after link_timeout without any the
-  // device has the fault host_lost. Once the device is not armed any more next_tip() throws kFaulted or kRefused.
+  // A force acts for at most 20 ms; then the tip is damped until the next one. After link_timeout without a force the device
+  // has the fault host_lost. When the device is no longer armed, next_tip() throws kFaulted or kRefused.
   //
-  // Sets host_forces and telemetry_decimation (readings_per_s, at most one a tick) and arms. The device is homed and at rest.
+  // Sets host_forces and telemetry_decimation (readings_per_s, at most one a tick) and arms. The device must be homed and at rest.
   void take_over(double readings_per_s = 1000);
-  // The newest reading that was not given before; nothing: none came until the deadline.
+  // The newest reading that has not been returned yet; nothing if none came before the deadline.
   [[nodiscard]] std::optional<TipReading> next_tip(link::Micros deadline_us, unsigned arm = 0);
-  // Sends and does not wait. At most 32 N along an axis travel; the device's own limits are lower. Error kUsage: not a
-  // number, or no such arm.
+  // Sends the force on the hand and does not wait. The message carries at most 32 N along an axis; the device's limits are
+  // lower. Error kUsage: a value is not finite, or the device has no such arm.
   void order_force(const std::array<double, 3>& force_N, unsigned arm = 0);
-  // Disarms; the two parameters are as they were.
+  // Disarms and restores the two parameters.
   void hand_back();
-  [[nodiscard]] link::HostOrders orders();  // how many the device took, passed over, and missed
+  [[nodiscard]] link::HostOrders orders();  // counts of forces that were applied, skipped and missing
 
   UploadResult upload(std::span<const std::byte> image, const UploadOptions& options,
                       const UploadListener& progress);
 
-  // A tester-present that asks for no answer: it feeds host supervision.
+  // A tester-present without an answer: it feeds host supervision.
   void keep_alive();
-  // Every real-time frame of the device, also those that come in while an answer is waited for. It must not call the device.
+  // Called with every real-time frame of the device, also while an answer is awaited. It must not call the device.
   void set_listener(std::function<void(const link::CanFrame&)> heard);
   // The next real-time frame of the device; nothing once the deadline has passed.
   [[nodiscard]] std::optional<link::CanFrame> telemetry(link::Micros deadline_us);
 
  private:
-  // False: stopping() said so first.
+  // False: stopping() returned true first.
   bool wait_for_mode(link::Mode wanted, link::Micros wait_us, const std::string& what,
                      const std::function<bool()>& stopping = {});
   void take_reading(const link::CanFrame& frame);

@@ -1,5 +1,5 @@
-// Which devices are there: simulators that announce themselves in the runtime directory, serial ports by
-// name, and CAN interfaces that are up, behind which there may be one. Used by `thimble list` and to choose the one device of every other verb.
+// Finds devices: simulators that announce themselves in the runtime directory, serial ports by name, and CAN interfaces
+// that are up and may have a device on their bus. Used by `thimble list`, and by the other verbs to choose their device.
 #pragma once
 
 #include <string>
@@ -16,8 +16,9 @@ struct DeviceEntry {
 
 [[nodiscard]] std::vector<DeviceEntry> discover();
 
-// The URI for what a user asked for: a URI as it is, a name of the list, or, with an empty wish, the only
-// device there; of a CAN interface nobody knows what is on its bus, so it must be asked for. Error kNotFound: none, or none of that name. kAmbiguous: several; the cause lists them.
+// The URI of the device that a user asked for. wish: a URI, a name from discover(), or empty for the only device. A CAN
+// interface is never the default, because nothing tells what is on its bus. Error kNotFound: none, or none of that name. kAmbiguous:
+// several; the cause lists them.
 [[nodiscard]] std::string choose_device(const std::string& wish);
 
 }  // namespace thimble::host

@@ -1,4 +1,4 @@
-// SLCAN on a serial port, pty or TCP. Called by open_transport(); `uri` is for messages.
+// SLCAN on a serial port, pty or TCP. Called by open_transport(); `uri` stands in errors.
 #pragma once
 
 #include <memory>

@@ -1,12 +1,12 @@
-// Frames to and from a device, over whatever carries them. Used by Device; one thread.
+// CAN frames to and from a device, over one of these carriers. Used by ServiceClient; one thread.
 //
 //   slcan:/dev/ttyACM0        SLCAN on a serial port or pty
 //   tcp:127.0.0.1:29536       SLCAN on TCP
 //   can:can0                  SocketCAN, classic frames
 //   canfd:can0                SocketCAN, FD frames too
 //
-// Every wait has a deadline. Failures are Error: kUsage (not such a URI), kNotFound (nothing there),
-// kPermission, kRefused (in use), kLinkLost (gone in between; of a CAN interface also: down, bus off).
+// Every wait has a deadline. Errors: kUsage (not such a URI), kNotFound (nothing there), kPermission, kRefused (in use),
+// kLinkLost (it disappeared; of a CAN interface also: down, bus off).
 #pragma once
 
 #include <cstdint>

@@ -27,8 +27,8 @@ struct CompiledScene {
   SceneReport report;
 };
 
-// Reads the scene file and every mesh it names. The same input gives the same bytes. Throws Error (kBadInput
-// or kNotFound's file kin) with file, line and JSON pointer.
+// Reads the scene file and every mesh it names. The same input gives the same bytes. Error kBadInput,
+// with file, line and JSON pointer.
 [[nodiscard]] CompiledScene compile_scene(const std::filesystem::path& scene_file);
 
 // The same for text that is not in a file (tests, imports): `name` stands in messages, `folder` is what paths

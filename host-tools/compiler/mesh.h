@@ -1,4 +1,4 @@
-// From a triangle soup to what the controller walks: weld, orient, creases, tree, quantisation.
+// Compiles a triangle soup into the mesh of the scene image: weld, orient, creases, tree, quantisation.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// Do two triangles of a mesh cross? Conservative: closer than `tolerance` counts as crossing, shared corners
+// Tests whether two triangles of a mesh cross. Conservative: closer than `tolerance` counts as crossing, shared corners
 // do not. Called by compile_mesh for TriangleFlag::Pierced.
 #pragma once
 

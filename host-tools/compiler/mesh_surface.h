@@ -1,4 +1,4 @@
-// A triangle soup made clean: welded, without degenerate or repeated faces. The first step of compile_mesh.
+// A clean surface from a triangle soup: welded, without degenerate or repeated faces. The first step of compile_mesh.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
-// The tree over a mesh's triangles, in the layout that the controller walks (control/scene/scene.fbs), and
-// the walk that the compiler itself needs. Called by compile_mesh.
+// The bounding volume hierarchy over a mesh's triangles, in the layout of the scene image (control/scene/scene.fbs), and
+// the traversal that the compiler itself needs. Called by compile_mesh.
 #pragma once
 
 #include <Eigen/Core>

@@ -11,7 +11,7 @@ namespace thimble::host {
 inline constexpr std::size_t kMaxPolygonPoints = 4096;
 
 // Appends the triangles of a polygon over soup.vertices_m, wound as it is. Concave polygons are cut along
-// their ears; what has none left (it crosses itself) becomes a fan. Fewer than three points: nothing. At most
+// their ears; a polygon without an ear (it crosses itself) becomes a fan. Fewer than three points: nothing. At most
 // kMaxPolygonPoints.
 void append_polygon(std::vector<std::uint32_t> polygon, TriangleSoup& soup);
 

@@ -47,7 +47,7 @@ struct MeshMass {
 [[nodiscard]] std::optional<MeshMass> mesh_mass(const CompiledMesh& mesh);
 
 // unit_inertia: of the shape, for 1 kg; stiffest_N_m: of the surface, anywhere; position and rotation are the object's.
-// Throws `body-too-light`, for what would swing by itself under a fingertip, and what write_control does.
+// Error `body-too-light` for a body that would oscillate by itself under a fingertip, and the errors of write_control.
 [[nodiscard]] flatbuffers::Offset<scene::Body> write_body(
     flatbuffers::FlatBufferBuilder& builder, const SceneBody& body, const Eigen::Vector3d& unit_inertia,
     double stiffest_N_m, const Eigen::Vector3d& position_m, const Eigen::Quaterniond& rotation);

@@ -13,8 +13,7 @@
 
 namespace thimble::host {
 
-// Lengths in m for a slide, angles in degrees for a turn.
-// In m and N, or rad and N m.
+// In m and N for a slide, in rad and N m for a turn.
 struct SceneControl {
   double stiffness = 0;
   double rest = 0;

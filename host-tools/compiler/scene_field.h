@@ -1,5 +1,5 @@
-// The fields of a scene file (paper, sections 4 and 5.1): vector fields made of subvolumes, and potential fields; read, checked,
-// made into what the controller evaluates.
+// The fields of a scene file (paper, sections 4 and 5.1): vector fields made of subvolumes, and potential fields: read, checked,
+// compiled for the controller.
 #pragma once
 
 #include <Eigen/Core>

@@ -66,11 +66,11 @@ struct SceneSurface {
 
 [[nodiscard]] SceneSurface read_surface(const ScenePart& material);
 
-// The object that wears the surface, for what depends on its shape.
+// The object that has the surface: some effects depend on its shape.
 struct Wearer {
   std::string_view name;
   std::string_view shape_word;
-  bool volume = false;    // without a surface that a god object rests on
+  bool volume = false;    // it has no surface on which a god object could rest
   double radius_m = 0.0;  // of a cylinder
 };
 

@@ -1,4 +1,4 @@
-// The parts of a scene file that a needle goes into and a finger palpates (paper, section 6): read, checked, written into the image.
+// Needle layers and soft tissue of a scene file (paper, section 6): read, checked, written into the image.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // Scene images in files. `thimble compile` writes the image followed by kImageTrailer and the image's CRC-32
-// (little-endian): readers of FlatBuffers pass over it, and an image that changed on disk is announced with
-// the CRC it once had, so the device refuses it.
+// (little-endian). FlatBuffers readers ignore the trailer. An upload announces this CRC, so the device refuses an image that
+// changed on disk.
 #pragma once
 
 #include <cstddef>

@@ -6,8 +6,8 @@
 
 namespace thimble::host {
 
-// A file that is written beside its place and moved there by commit(); without it nothing remains. A place
-// that exists and is no regular file (a pipe, /dev/stdout) is written directly. Errors: kPermission, kRefused
+// A file that is written under a temporary name beside its final path and renamed by commit(); without commit() it is removed. A
+// path that exists and is no regular file (a pipe, /dev/stdout) is written directly. Errors: kPermission, kRefused
 // (no space ...).
 class OutputFile {
  public:
@@ -18,7 +18,7 @@ class OutputFile {
 
   [[nodiscard]] std::ofstream& stream() { return stream_; }
   void flush();
-  // What is written is of use by itself: without commit() it stays beside its place.
+  // Keeps the temporary file without commit(), because its content is of use even if incomplete.
   void keep_draft() { kept_ = true; }
   void commit();
 

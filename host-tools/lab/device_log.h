@@ -23,14 +23,14 @@ struct DeviceLogSample {
 
 struct DeviceLog {
   bool binary = false;
-  bool raw = false;  // RAW_POSITION, for there was no POSITION
+  bool raw = false;  // positions are RAW_POSITION, because there is no POSITION
   bool has_force = false;
   std::vector<std::string> columns;
   std::vector<DeviceLogSample> samples;  // times rise
   std::size_t repeated = 0;  // rows left out: their time was not later than that of the row before
 };
 
-// thimble_frame: its axes are Thimble's already.
+// thimble_frame: the log has Thimble's axes already.
 // Error kBadInput `bad-device-log` (file, and line or byte), `cannot-read`; kPermission.
 [[nodiscard]] DeviceLog parse_device_log(std::span<const char> bytes, const std::string& name,
                                          bool thimble_frame);

@@ -1,4 +1,4 @@
-// `thimble import volume`: a needle's way through a scanned volume becomes a scene (the paper's section 6, its MRI demonstration).
+// `thimble import volume`: makes a scene from the path of a needle through a scanned volume (paper, section 6, MRI demonstration).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// A volume of voxels from a NIfTI-1 file: header, data and the way from voxels to the scanner's world.
+// A volume of voxels from a NIfTI-1 file: header, data and the transform from voxels to the scanner's world.
 //
 // Read: single files (.nii, .nii.gz; magic "n+1"), either byte order, 3 dimensions (more when they are 1), integers of 1 to 8 bytes and
 // floats of 4 and 8, scaled by scl_slope and scl_inter. Refused with a named Error (kBadInput): header-and-image pairs, NIfTI-2, complex

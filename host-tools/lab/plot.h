@@ -1,4 +1,4 @@
-// Pictures of a force: against time, against depth, its spectrum. Drawn by gnuplot, which is found when it is needed.
+// Plots of a force against time and depth, and of its spectrum, drawn by gnuplot.
 #pragma once
 
 #include <filesystem>
@@ -26,9 +26,9 @@ struct PlotResult {
   double peak_amplitude_N = 0;
 };
 
-// rows: of one arm, evenly spaced. output: *.svg or *.png. Depth is the way from tip to god object. The spectrum is that of the force:
+// rows: of one arm, evenly spaced. output: *.svg or *.png. Depth is the distance from tip to god object. The spectrum is that of the force:
 // the root of the squares of its three components' amplitudes.
-// Errors: kUsage `bad-output` (neither of both), kNotFound `no-gnuplot`, kRefused `plot-failed` (with gnuplot's words), kBadInput
+// Errors: kUsage `bad-output` (another extension), kNotFound `no-gnuplot`, kRefused `plot-failed` (with gnuplot's message), kBadInput
 // `too-short`; those of OutputFile.
 PlotResult plot(std::span<const board::LogRow> rows, const PlotChoices& choices,
                 const std::filesystem::path& output);

@@ -1,7 +1,7 @@
-// Recordings of what a device felt (docs/recording.md): written while they grow, read back whole.
+// Recordings of a device's ticks (docs/recording.md): written message by message, read as a whole.
 //
-// A file is kRecordingMagic and then messages (recording.fbs), each behind its length and its CRC-32, so what is cut off leaves all
-// before it whole. The first message is the header; without an end message the recording was cut off.
+// A file is kRecordingMagic and then messages (recording.fbs), each after its length and its CRC-32; so a truncated file can be read up
+// to the last whole message. The first message is the header. Without an end message the recording was cut off.
 #pragma once
 
 #include <array>

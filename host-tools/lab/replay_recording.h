@@ -27,7 +27,7 @@ struct ReplayVerdict {
   [[nodiscard]] bool exact() const { return !differs_at && !gap_at; }
 };
 
-// Calls row() for every tick and arm. Error kBadInput `cannot-replay`: what the recording has is not known here.
+// Calls row() for every tick and arm. Error kBadInput `cannot-replay`: the recording has an arm model or parameter that this program does not know.
 [[nodiscard]] ReplayVerdict replay_recording(const Recording& recording,
                                              const std::function<void(const board::LogRow&)>& row = {});
 

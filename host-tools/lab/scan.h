@@ -1,5 +1,5 @@
-// A scan: the plan's points one after another, each probed with a guarded move, each in the log before the next; then
-// the fits, and the scene. Used by `thimble scan`, against a device or against the simulated arm.
+// A scan: a guarded move probes each point of the plan, and its samples are logged before the next point; then come the
+// fits and the scene. Used by `thimble scan`, with a device or with the simulated arm.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,13 +24,13 @@ class Probe {
     std::vector<firmware::link::MoveSample> samples;
   };
   virtual ~Probe() = default;
-  // From where the arm holds; returns when it holds again. Throws Error.
+  // Moves from the position where the arm holds; returns when it holds again. Throws Error.
   virtual Result move(const firmware::link::MoveOrder& order) = 0;
 };
 
-// Probes what the log does not have. Before each point `go_on` is asked: false breaks off. True: the log is whole.
-// Throws Error kRefused when the arm meets something on its way to a point, and what the probe throws; the log keeps
-// what it has.
+// Probes the points that the log does not have. go_on() is called before each point; false ends the scan. Returns true if the log
+// is complete. Error kRefused if the arm is blocked on its way to a point, and the errors of the probe; the log keeps the
+// points that are complete.
 [[nodiscard]] bool probe_points(const ScanPlan& plan, ScanLog& log, const std::function<Probe&()>& probe,
                                 const std::function<bool(std::size_t done)>& go_on);
 

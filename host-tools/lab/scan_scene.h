@@ -1,5 +1,5 @@
-// From what a scan measured to a scene that the renderer reads: a plane through the points where the specimen was met,
-// with a stiffness map that passes through the stiffness found at each.
+// Makes a scene from the measurements of a scan: a plane through the points of first contact, with a stiffness map that
+// interpolates the stiffness found at each point.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +26,7 @@ struct ScannedSurface {
   std::vector<double> height_m;       // of each contact above the plan's surface, against its approach
 };
 
-// Above this the specimen is not flat, and a plane is not all of it.
+// Above this deviation the specimen is not flat, and a plane does not describe it.
 inline constexpr double kFlat_m = 3e-4;
 
 // fits: in the order of the plan's points. Without friction the force is along the normal, so what is felt along the

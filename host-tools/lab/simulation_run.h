@@ -1,4 +1,4 @@
-// A scene file and a file with a hand's path, as `thimble simulate` and the Python package feel them. Failures are Errors.
+// Runs a scene file with the hand path of a file, for `thimble simulate` and the Python package. Failures are Errors.
 #pragma once
 
 #include <cstddef>

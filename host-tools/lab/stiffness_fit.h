@@ -1,6 +1,6 @@
-// Stiffness from one guarded move: force against place on the way in and back, a line each, one slope for both.
-// Joint friction shifts the two lines apart and leaves the slope alone; where they meet the force of free motion is
-// the surface. Used by the scan, a point at a time. Units: m, N; cannot fail, but may find no contact.
+// Stiffness from one guarded move: a line is fitted to force against position on the way in, and another on the way back, with one
+// common slope. Joint friction shifts the lines apart and does not change the slope. The surface is where the lines reach the
+// force of free motion. Used by the scan for each point. Units: m, N. Cannot fail, but may find no contact.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ struct StiffnessFit {
 };
 
 // The lines are of the depths between 15 and 95 % of the deepest: the surface's edge and the turn are left out.
-// Nothing: the force stayed below kLeastPeak_N, or fewer than kLeastSamples are in a line.
+// No value: the force stayed below kLeastPeak_N, or a line has fewer than kLeastSamples.
 inline constexpr double kLeastPeak_N = 0.15;
 inline constexpr std::size_t kLeastSamples = 4;
 [[nodiscard]] std::optional<StiffnessFit> fit_stiffness(std::span<const ProbeSample> samples);

@@ -1,5 +1,5 @@
-// Tissues by intensity: which values of a volume are which tissue, and how that tissue feels. From a file of the user's, or made up
-// where there is none.
+// Tissues by intensity: which values of a volume belong to which tissue, and its mechanical properties. Read from the user's file, or
+// invented if there is none.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ struct TissueKind {
 [[nodiscard]] std::optional<std::size_t> kind_of(const std::vector<TissueKind>& kinds, double value);
 
 // At most `count` kinds from the values themselves: the classes of one-dimensional k-means, found exactly by dynamic programming (Wang and
-// Song 2011, Ckmeans.1d.dp), in rising order. How they feel is made up: stiffer and tougher with intensity; the lowest is a gap. values:
+// Song 2011, Ckmeans.1d.dp), in rising order. Their properties are invented: stiffer and tougher with intensity; the lowest is a gap. values:
 // not empty, finite.
 [[nodiscard]] std::vector<TissueKind> kinds_by_k_means(std::vector<double> values, std::size_t count);
 

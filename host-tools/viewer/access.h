@@ -1,4 +1,4 @@
-// Who may have what of the viewer's server: pure decisions over headers and addresses.
+// Access control of the viewer's server: decisions from headers and addresses, without I/O.
 #pragma once
 
 #include <string>
@@ -13,13 +13,13 @@ struct Target {
 };
 [[nodiscard]] Target parse_target(std::string_view target);
 
-// In a time that tells nothing of where they differ.
+// In constant time: the time does not depend on where they differ.
 [[nodiscard]] bool same_secret(std::string_view a, std::string_view b);
 
 // "127.0.0.1:8000", "localhost:8000" or "[::1]:8000" with this port: a name that somebody's DNS turns into 127.0.0.1 is none.
 [[nodiscard]] bool is_loopback_host(std::string_view host, unsigned port);
 
-// No Origin is no browser's; a browser's must be this server's own.
+// A request without Origin is not from a browser; the Origin of a browser must be this server's own.
 [[nodiscard]] bool is_own_origin(std::string_view origin, std::string_view host);
 
 // The value of a cookie in a Cookie header; empty: none.

@@ -1,5 +1,5 @@
-// The device's end of a viewer: a thread that talks to it, merges its telemetry, does what pages ask for, and waits for a device that
-// has gone. What it finds out goes to a Sink.
+// The device side of a viewer: one thread that talks to the device, merges its telemetry, executes the messages of pages, and reconnects
+// to a device that disappeared. Results go to a ViewSink.
 #pragma once
 
 #include <atomic>
@@ -48,7 +48,7 @@ class DeviceSession {
   DeviceSession(SessionOptions options, SceneBook book, SimulatedDevice* simulated,
                 std::optional<OpenScene> first, ViewSink& sink);
 
-  // From any thread. Messages wait their turn, at most kMostWaiting and a disarm; a hand's do not.
+  // From any thread. Messages are queued, at most kMostWaiting and one disarm; those of a hand act at once.
   void post(PageMessage message);
 
   // Connects (Error when the device is not there), then serves until stopping. `connected` is called once.
@@ -57,7 +57,7 @@ class DeviceSession {
   static constexpr std::size_t kMostWaiting = 64;
 
  private:
-  struct Disturbed {};  // thrown through an upload by something more urgent
+  struct Disturbed {};  // thrown through an upload when a more urgent message waits
 
   void connect();
   void begin_simulation();

@@ -1,4 +1,4 @@
-// What the telemetry of a device adds up to: the frames of all kinds merged into the newest picture of it. Pure: frames and times in,
+// The state of a device from its telemetry: merges all kinds of frames into the newest state. No I/O: frames and times in,
 // JSON out. Used by the device's thread.
 #pragma once
 
@@ -26,7 +26,7 @@ class LiveState {
 
   void take_state(const link::DeviceState& state);  // for before the first status frame
 
-  void forget_scene();  // what moved and gave way is of another scene
+  void forget_scene();  // forgets bodies and tissue of the previous scene
   void set_record_period(double seconds) { period_s_ = seconds; }  // between two records, for velocities
 
   [[nodiscard]] std::optional<std::uint8_t> take_emergency();  // the fault of an emergency frame that came

@@ -1,4 +1,4 @@
-// What the page and the server say to each other: JSON text messages over the WebSocket /live.
+// The messages between page and server: JSON text over the WebSocket /live.
 //
 // server -> page: hello, scene, state, event, link. page -> server: hand, command, pick, parameter, material, save.
 // SI units, the world frame; object numbers are places in the scene image.

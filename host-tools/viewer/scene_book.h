@@ -1,4 +1,4 @@
-// The scenes that a viewer knows: the files to pick from, and one that runs, whose materials may be changed and saved.
+// The scenes that a viewer knows: the files to choose from, and the running one, whose materials can be changed and saved.
 //
 // Errors are those of the compiler (kBadInput), and kNotFound for a name that is not in the book.
 #pragma once
@@ -18,11 +18,11 @@ namespace thimble::host {
 
 using ImageBytes = std::shared_ptr<const std::vector<std::byte>>;
 
-// A scene file in memory, and what comes of it.
+// A scene file in memory, and its image.
 struct OpenScene {
   std::filesystem::path file;
   std::filesystem::file_time_type file_time;  // when it was read
-  Json document;                              // as it stands, changed materials and all
+  Json document;                              // with the changed materials
   std::string text;                           // what was compiled
   bool changed = false;                       // against the file
   ImageBytes image;

@@ -1,5 +1,5 @@
 // The simulated controller that `thimble view --scene` starts: in this process, in a thread of its own, in real time, with a hand that
-// goes where a page wants it. Everything public may be called from any thread.
+// follows the position that a page gives. All public functions may be called from any thread.
 #pragma once
 
 #include <array>

@@ -1,12 +1,12 @@
-// The pages' end of a viewer: HTTP and WebSocket on one port, one thread. Serves the built-in page, and passes on what the device's
-// thread finds out.
+// The page side of a viewer: HTTP and WebSocket on one port, one thread. Serves the built-in page, and forwards the results of the
+// device's thread.
 //
 // Who may do what:
 //   on 127.0.0.1 (or ::1): anyone may look; a WebSocket with the token may control. Host must name this machine's loopback.
 //   on another address: everything takes the token, in the address or in the cookie that the page's address sets.
 //   always: an Origin that is not this server is refused.
 // A connection that has not shown the token where it is needed may be dropped for a new one.
-// A client that reads slowly misses states: one waits, and the newest replaces it.
+// A client that reads slowly misses states: at most one is queued, and the newest replaces it.
 #pragma once
 
 #include <atomic>
