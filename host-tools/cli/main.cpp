@@ -60,7 +60,8 @@ CLI::App* verb(CLI::App& parent, Choices& choices, const std::string& name, cons
 CLI::App* remote_verb(CLI::App& parent, Choices& choices, const std::string& name, const std::string& text,
                       std::function<void()> run) {
   CLI::App* sub = verb(parent, choices, name, text, std::move(run));
-  sub->add_option("--device", choices.remote.device, "address or name of the device; default: the only one");
+  sub->add_option("--device", choices.remote.device,
+                  "address or name of the device; default: the only device found");
   sub->add_option("--node", choices.remote.node, "its node number")
       ->check(CLI::Range(1U, 127U))
       ->capture_default_str();
@@ -71,53 +72,54 @@ CLI::App* remote_verb(CLI::App& parent, Choices& choices, const std::string& nam
 }
 
 void define_scan(CLI::App& app, Choices& c) {
-  CLI::App* scan_verb =
-      remote_verb(app, c, "scan", "let the arm probe a surface, and write a scene that feels like it",
-                  [&c] { scan(c.common, c.remote, c.scan); });
-  scan_verb->add_option("plan", c.scan.plan, "what to scan: JSON, see docs/scan.md")->required();
-  scan_verb->add_option("--log", c.scan.log, "where what was measured goes: CSV, a point at a time")
+  CLI::App* scan_verb = remote_verb(
+      app, c, "scan", "probe a surface with the arm, and write a scene with the measured stiffness",
+      [&c] { scan(c.common, c.remote, c.scan); });
+  scan_verb->add_option("plan", c.scan.plan, "scan plan (JSON), see docs/scan.md")->required();
+  scan_verb->add_option("--log", c.scan.log, "log of the measurements (CSV); it grows point by point")
       ->required();
-  scan_verb->add_option("--output,-o", c.scan.output, "where the scene file goes")->required();
-  scan_verb->add_flag("--resume", c.scan.resume, "go on with the log of a scan that broke off");
+  scan_verb->add_option("--output,-o", c.scan.output, "scene file to write")->required();
+  scan_verb->add_flag("--resume", c.scan.resume, "continue the log of an interrupted scan");
   scan_verb->add_flag("--allow-moves", c.scan.allow_moves,
-                      "the arm may move by itself: nobody's hand is near it, and its e-stop is in reach");
+                      "permit the arm to move by itself; keep hands off it and the e-stop within reach");
   CLI::Option* simulated = scan_verb->add_flag(
       "--simulate", c.scan.simulate, "scan with the simulated arm, faster than real time; no device");
   scan_verb
-      ->add_option("--specimen", c.scan.specimen, "what the simulated arm touches: JSON, see docs/scan.md")
+      ->add_option("--specimen", c.scan.specimen,
+                   "the specimen that the simulated arm touches (JSON), see docs/scan.md")
       ->needs(simulated);
   scan_verb->add_option("--arm", c.scan.arm, "with --simulate: one of " + arm_names())->capture_default_str();
-  scan_verb->add_option("--seed", c.scan.seed, "with --simulate: of the simulated arm")
+  scan_verb->add_option("--seed", c.scan.seed, "with --simulate: seed of the simulated arm")
       ->capture_default_str();
 }
 
 void define_record(CLI::App& app, Choices& c) {
-  CLI::App* record_verb =
-      remote_verb(app, c, "record", "record every tick of a device, to be replayed to the bit",
-                  [&c] { record(c.common, c.remote, c.record); });
-  record_verb->add_option("output", c.record.output, "where the recording goes")->required();
+  CLI::App* record_verb = remote_verb(app, c, "record", "record every tick of a device, for an exact replay",
+                                      [&c] { record(c.common, c.remote, c.record); });
+  record_verb->add_option("output", c.record.output, "recording to write")->required();
   record_verb->add_option("--scene", c.record.scene, "the scene file (*.json) or image that the device runs")
       ->required();
-  record_verb->add_option("--seconds", c.record.seconds, "stop after so long; default: Ctrl-C")
+  record_verb->add_option("--seconds", c.record.seconds, "stop after this time; default: Ctrl-C")
       ->check(CLI::PositiveNumber);
   record_verb->add_flag("--home", c.record.home, "home the arm first");
-  record_verb->add_flag("--arm", c.record.arm, "turn the forces on, and off at the end");
+  record_verb->add_flag("--arm", c.record.arm, "arm the device first, and disarm it at the end");
   record_verb->add_flag("--force", c.record.force,
-                        "replace a file that is there, and end another program's recording");
+                        "replace an existing file, and end the recording of another program");
 
-  CLI::App* replay_verb = verb(app, c, "replay", "feed a recording to the same core, and compare every force",
-                               [&c] { replay(c.common, c.replay); });
-  replay_verb->add_option("recording", c.replay.file, "what `thimble record` wrote")->required();
-  replay_verb->add_option("--log", c.replay.log, "where a log goes: CSV, one row a tick and arm");
+  CLI::App* replay_verb =
+      verb(app, c, "replay", "replay a recording with the same core, and compare every force",
+           [&c] { replay(c.common, c.replay); });
+  replay_verb->add_option("recording", c.replay.file, "recording of `thimble record`")->required();
+  replay_verb->add_option("--log", c.replay.log, "log to write: CSV, one row per tick and arm");
 
   CLI::App* plot_verb =
-      verb(app, c, "plot", "draw the force of a recording or a log", [&c] { plot(c.common, c.plot); });
+      verb(app, c, "plot", "plot the force of a recording or a log", [&c] { plot(c.common, c.plot); });
   plot_verb->add_option("file", c.plot.file, "a recording, or a log of `simulate` or `replay`")->required();
-  plot_verb->add_option("--output,-o", c.plot.output, "where the picture goes: *.svg or *.png")->required();
+  plot_verb->add_option("--output,-o", c.plot.output, "picture to write: *.svg or *.png")->required();
   plot_verb->add_option("--kind", c.plot.kind, "all, time, depth or spectrum")
       ->check(CLI::IsMember({"all", "time", "depth", "spectrum"}))
       ->capture_default_str();
-  plot_verb->add_option("--tip", c.plot.tip, "of which arm: 0 or 1")
+  plot_verb->add_option("--tip", c.plot.tip, "the arm: 0 or 1")
       ->check(CLI::Range(0U, 1U))
       ->capture_default_str();
 }
@@ -128,9 +130,9 @@ void define_trace(CLI::App& app, Choices& c) {
   dbc_verb->add_option("--node", c.remote.node, "the controller's node number")
       ->check(CLI::Range(1U, 127U))
       ->capture_default_str();
-  dbc_verb->add_option("--output,-o", c.image, "where it goes; default: standard output");
-  verb(app, c, "decode", "say what a log of CAN frames means", [&c] { decode(c.common, c.image); })
-      ->add_option("log", c.image, "what `candump -L` wrote; - is standard input")
+  dbc_verb->add_option("--output,-o", c.image, "file to write; default: standard output");
+  verb(app, c, "decode", "decode a log of CAN frames", [&c] { decode(c.common, c.image); })
+      ->add_option("log", c.image, "log of `candump -L`; - is standard input")
       ->required();
 }
 
@@ -143,30 +145,30 @@ void define_view(CLI::App& app, Choices& c) {
   view_verb->add_option("--arm", c.view.arm, "with --scene: one of " + arm_names())
       ->capture_default_str()
       ->needs(scene);
-  view_verb->add_option("--arms", c.view.arms, "with --scene: how many")
+  view_verb->add_option("--arms", c.view.arms, "with --scene: number of arms")
       ->check(CLI::Range(1U, 2U))
       ->capture_default_str()
       ->needs(scene);
   view_verb->add_option("--scenes", c.view.scenes,
-                        "a folder with scenes to pick from, besides Thimble's own");
-  view_verb->add_option("--port", c.view.port, "of the server; 0: any free one")->capture_default_str();
-  view_verb->add_option(
-      "--listen", c.view.listen,
-      "an address of this machine that others may reach, 0.0.0.0 for all; default: this machine only");
-  view_verb->add_flag("!--no-browser", c.view.browser, "print the address, and open no browser");
+                        "a folder of scenes to choose from, in addition to Thimble's own");
+  view_verb->add_option("--port", c.view.port, "port of the server; 0: any free port")->capture_default_str();
+  view_verb->add_option("--listen", c.view.listen,
+                        "the address of this machine on which other machines reach the page, 0.0.0.0 for "
+                        "all; default: only this machine");
+  view_verb->add_flag("!--no-browser", c.view.browser, "print the address and do not open a browser");
 }
 
 void define_doctor_and_compile(CLI::App& app, Choices& c) {
-  CLI::App* doctor_verb = verb(app, c, "doctor", "look whether this machine is ready for a device",
+  CLI::App* doctor_verb = verb(app, c, "doctor", "check whether this machine is ready for a device",
                                [&c] { doctor(c.common, c.doctor); });
   doctor_verb->add_option("--device", c.doctor.device,
                           "an address (can:can0, slcan:/dev/ttyACM0) or a name; default: all");
-  doctor_verb->add_flag("--board", c.doctor.board, "look at what thimble-board needs, too");
+  doctor_verb->add_flag("--board", c.doctor.board, "check also what thimble-board needs");
 
   CLI::App* compile_verb = verb(app, c, "compile", "turn a scene file into a scene image",
                                 [&c] { compile(c.common, c.scene, c.image); });
   compile_verb->add_option("scene", c.scene, "the scene file")->required();
-  compile_verb->add_option("--output,-o", c.image, "where the image goes; nothing is written when it fails")
+  compile_verb->add_option("--output,-o", c.image, "image to write; on an error nothing is written")
       ->required();
 }
 
@@ -174,22 +176,23 @@ void define_device(CLI::App& app, Choices& c) {
   CLI::App* upload_verb = remote_verb(app, c, "upload", "send a scene to a device and run it",
                                       [&c] { upload(c.common, c.remote, c.upload); });
   upload_verb->add_option("file", c.upload.file, "a scene file (*.json) or an image")->required();
-  upload_verb->add_flag("!--no-verify", c.upload.verify, "don't ask afterwards which image runs");
+  upload_verb->add_flag("!--no-verify", c.upload.verify, "do not check afterwards which image runs");
 
   remote_verb(app, c, "arm", "turn the forces on", [&c] { arm(c.common, c.remote); });
   remote_verb(app, c, "disarm", "turn the forces off", [&c] { disarm(c.common, c.remote); });
-  remote_verb(app, c, "restart", "turn the forces off and start the controller again",
-              [&c] { restart(c.common, c.remote); });
+  remote_verb(app, c, "restart", "disarm and restart the controller", [&c] { restart(c.common, c.remote); });
   remote_verb(app, c, "home", "find the arm's home position", [&c] { home(c.common, c.remote, c.wait_s); })
       ->add_option("--wait", c.wait_s, "seconds that homing may take")
       ->check(CLI::Range(0.1, 600.0))
       ->capture_default_str();
 
-  CLI::App* monitor_verb = remote_verb(app, c, "monitor", "show where the tip is and what it feels, live",
+  CLI::App* monitor_verb = remote_verb(app, c, "monitor", "show the position of the tip and the force, live",
                                        [&c] { monitor(c.common, c.remote, c.monitor); });
-  monitor_verb->add_option("--seconds", c.monitor.seconds, "stop after so long")->check(CLI::PositiveNumber);
-  monitor_verb->add_option("--count", c.monitor.count, "stop after so many rows (with --json: messages)");
-  monitor_verb->add_flag("--rows", c.monitor.rows, "a row a force in a terminal, too, instead of a picture");
+  monitor_verb->add_option("--seconds", c.monitor.seconds, "stop after this time")
+      ->check(CLI::PositiveNumber);
+  monitor_verb->add_option("--count", c.monitor.count,
+                           "stop after this number of rows (with --json: messages)");
+  monitor_verb->add_flag("--rows", c.monitor.rows, "print rows also in a terminal, instead of a picture");
   monitor_verb->add_flag("--keep-alive", c.monitor.keep_alive, "feed the device's host supervision");
 }
 
@@ -204,13 +207,14 @@ void define_param_and_fault(CLI::App& app, Choices& c) {
                               [&c] { param_set(c.common, c.remote, c.name, c.value); });
   set->add_option("name", c.name, "its name")->required();
   set->add_option("value", c.value, "its new value")->required();
-  remote_verb(*param, c, "save", "keep all of them over power-off", [&c] { param_save(c.common, c.remote); });
+  remote_verb(*param, c, "save", "save all of them, so that they survive power-off",
+              [&c] { param_save(c.common, c.remote); });
 
   CLI::App* fault = app.add_subcommand("fault", "read, clear and explain faults");
   fault->require_subcommand(1);
-  remote_verb(*fault, c, "list", "faults since the last clear, with what was recorded",
+  remote_verb(*fault, c, "list", "faults since the last clear, with their freeze frames",
               [&c] { fault_list(c.common, c.remote); });
-  remote_verb(*fault, c, "clear", "clear the fault whose cause is gone",
+  remote_verb(*fault, c, "clear", "clear the faults after their cause is removed",
               [&c] { fault_clear(c.common, c.remote); });
   verb(*fault, c, "explain", "what a fault means and what to do", [&c] { fault_explain(c.common, c.name); })
       ->add_option("fault", c.name, "number or name")
@@ -218,42 +222,44 @@ void define_param_and_fault(CLI::App& app, Choices& c) {
 }
 
 void define_import(CLI::App& app, Choices& c) {
-  CLI::App* import = app.add_subcommand("import", "make a scene from data of another kind");
+  CLI::App* import = app.add_subcommand("import", "make a scene or a path from other data");
   import->require_subcommand(1);
-  CLI::App* volume_verb = verb(*import, c, "volume", "a needle's way through a NIfTI volume",
-                               [&c] { import_volume(c.common, c.import_volume); });
+  CLI::App* volume_verb =
+      verb(*import, c, "volume", "a scene from the path of a needle through a NIfTI volume",
+           [&c] { import_volume(c.common, c.import_volume); });
   volume_verb->add_option("volume", c.import_volume.volume, "the volume: .nii or .nii.gz")->required();
   volume_verb
       ->add_option("--from", c.import_volume.from,
-                   "where the needle comes from: x,y,z in mm of the volume's world")
+                   "start of the needle's path: x,y,z in mm of the volume's world")
       ->required();
-  volume_verb->add_option("--to", c.import_volume.to, "where it goes to: x,y,z")->required();
+  volume_verb->add_option("--to", c.import_volume.to, "end of the needle's path: x,y,z")->required();
   volume_verb->add_flag("--voxel", c.import_volume.in_voxels, "--from and --to are voxels, counted from 0");
   CLI::Option* table = volume_verb->add_option("--layers", c.import_volume.table,
                                                "table of tissues by intensity (CSV); see docs/cli.md");
   volume_verb
       ->add_option("--classes", c.import_volume.classes,
-                   "without a table: so many kinds of tissue, air included")
+                   "without a table: number of kinds of tissue, including air")
       ->check(CLI::Range(2U, 16U))
       ->capture_default_str()
       ->excludes(table);
   volume_verb
-      ->add_option("--min-thickness", c.import_volume.thinnest_mm, "in mm: thinner layers join a neighbour")
+      ->add_option("--min-thickness", c.import_volume.thinnest_mm,
+                   "in mm: thinner layers are merged with a neighbour")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   volume_verb
       ->add_option("--output,-o", c.import_volume.output,
-                   "where the scene file goes; nothing is written when it fails")
+                   "scene file to write; on an error nothing is written")
       ->required();
 
   CLI::App* log_verb = verb(*import, c, "devicelog", "the log of a HAPI DeviceLog",
                             [&c] { import_device_log(c.common, c.import_device_log); });
   log_verb->add_option("log", c.import_device_log.log, "the log, text or binary")->required();
   log_verb->add_option("--output,-o", c.import_device_log.path,
-                       "where the path of the tip goes: CSV, for `simulate --path`");
-  log_verb->add_option("--log", c.import_device_log.forces, "where its forces go: CSV, for `plot`");
+                       "path of the tip to write: CSV, for `simulate --path`");
+  log_verb->add_option("--log", c.import_device_log.forces, "forces to write: CSV, for `plot`");
   log_verb->add_flag("--thimble-frame", c.import_device_log.thimble_frame,
-                     "its y points away from the user and its z up; default: y up, z to the user");
+                     "y of the log points away from the user and z up; default: y up, z to the user");
 }
 
 void define_simulate(CLI::App& app, Choices& c) {
@@ -263,20 +269,20 @@ void define_simulate(CLI::App& app, Choices& c) {
   simulate_verb->add_option("scene", c.simulate.scene, "a scene file (*.json) or an image")->required();
   simulate_verb->add_option("--path", c.simulate.path, "the hand's path: CSV time_s,x_m,y_m,z_m[,arm]")
       ->required();
-  simulate_verb->add_option("--log", c.simulate.log, "where the log goes: CSV, one row a tick and arm")
+  simulate_verb->add_option("--log", c.simulate.log, "log to write: CSV, one row per tick and arm")
       ->required();
   simulate_verb->add_flag("--ideal", c.simulate.ideal,
-                          "the fingertip is on the path exactly; the force is only computed");
+                          "the tip follows the path exactly; the force is computed and does not act");
   simulate_verb->add_option("--rate", c.simulate.rate_Hz, "ticks a second")->capture_default_str();
   simulate_verb->add_option("--arm", c.simulate.arm, "one of: " + arm_names())->capture_default_str();
-  simulate_verb->add_option("--seed", c.simulate.seed, "of the simulated arm")->capture_default_str();
+  simulate_verb->add_option("--seed", c.simulate.seed, "seed of the simulated arm")->capture_default_str();
 }
 
 void define(CLI::App& app, Choices& c) {
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("thimble ") + THIMBLE_VERSION);
 
-  verb(app, c, "list", "show the devices that are there", [&c] { list(c.common); });
+  verb(app, c, "list", "list the devices found", [&c] { list(c.common); });
   remote_verb(app, c, "info", "show a device: versions, scene, state and limits",
               [&c] { info(c.common, c.remote); });
 
