@@ -22,7 +22,7 @@ std::string quoted(std::string text) {
   return '"' + text + '"';
 }
 
-// What a DBC says in sections of their own, behind the messages.
+// The sections of a DBC that follow the messages.
 struct Sections {
   std::string messages;
   std::string comments;
@@ -91,8 +91,8 @@ class Signals {
 template <class Message>
 void add_message(std::uint8_t node, Sections& out) {
   const unsigned id = Message::kId + (Message::kPerNode ? node : 0U);
-  constexpr bool kOrder = std::is_same_v<Message, link::ForceOrder>;  // the one that goes the other way
-  // Any node may stop everything.
+  constexpr bool kOrder = std::is_same_v<Message, link::ForceOrder>;  // the one that a host sends
+  // Any node may send it.
   out.messages += fmt::format("BO_ {} {}: {} {}\n", id, Message::kName, link::wire_size<Message>(),
                               kOrder              ? "Host"
                               : Message::kPerNode ? "Controller"

@@ -28,7 +28,7 @@
 namespace thimble::host {
 namespace {
 
-// The attributes of one level, by their numbers; what the kernel has besides is passed over.
+// The attributes of one level, by their numbers; unknown ones are skipped.
 template <std::size_t kCount>
 using Attributes = std::array<const nlattr*, kCount>;
 
@@ -46,7 +46,7 @@ Attributes<kCount> nested(const nlattr* outer) {
   return all;
 }
 
-// A structure of the kernel's, as much of it as this kernel sends.
+// A structure of the kernel; an older kernel sends only its first part.
 template <class Struct>
 Struct structure(const nlattr* attribute) {
   Struct value{};

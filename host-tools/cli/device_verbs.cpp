@@ -18,8 +18,8 @@ namespace {
 
 using link::Micros;
 
-// How an upload tells how far it is: a line that is redrawn on a terminal, a line per 10 % otherwise. On
-// stderr.
+// Prints the progress of an upload on stderr: on a terminal one line that is redrawn, otherwise a line per
+// 10 %.
 class ProgressPrinter {
  public:
   void operator()(const UploadProgress& progress) {
@@ -96,7 +96,7 @@ void arm(const Common& common, const Remote& remote) {
 }
 
 void disarm(const Common& common, const Remote& remote) {
-  Device device = open_remote(remote);  // first things first
+  Device device = open_remote(remote);  // prints nothing before the device is disarmed
   device.disarm();
   print_mode(common, "disarm", device.state().mode);
 }

@@ -18,7 +18,7 @@
 namespace thimble::host {
 namespace {
 
-// What the command line is parsed into.
+// The options of all verbs, filled by the parser.
 struct Choices {
   Common common;
   Remote remote;
@@ -48,7 +48,7 @@ std::string arm_names() {
   return names;
 }
 
-// Adds a verb with what all have.
+// Adds a verb with the options that all verbs have.
 CLI::App* verb(CLI::App& parent, Choices& choices, const std::string& name, const std::string& text,
                std::function<void()> run) {
   CLI::App* sub = parent.add_subcommand(name, text);
@@ -297,8 +297,8 @@ void define(CLI::App& app, Choices& c) {
   define_simulate(app, c);
 }
 
-// `thimble __complete WORD...`: one candidate a line for the last word, the words before it being those after
-// `thimble`.
+// `thimble __complete WORD...`: prints the candidates for the last word, one per line. The words are those that follow
+// `thimble` on the command line.
 void complete(CLI::App& app, const std::vector<std::string>& words) {
   const std::string last = words.empty() ? "" : words.back();
   const CLI::App* at = &app;

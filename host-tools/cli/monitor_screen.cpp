@@ -15,7 +15,7 @@ namespace {
 
 namespace link = firmware::link;
 
-constexpr std::size_t kPast = 400;  // steps that a curve remembers; a terminal is no wider
+constexpr std::size_t kPast = 400;  // steps of a curve that are kept; no terminal is wider
 
 float size(const link::Force& force) { return std::hypot(force.x_N, force.y_N, force.z_N); }
 
@@ -75,7 +75,7 @@ void MonitorScreen::step() {
   }
 }
 
-// From the middle to the right, or to the left where it is negative.
+// A bar from the middle to the right, or to the left for a negative value.
 std::string MonitorScreen::bar(float value, float full, std::size_t half) const {
   const auto filled = static_cast<std::size_t>(
       std::min(std::round(std::fabs(value) / full * static_cast<float>(half)), static_cast<float>(half)));

@@ -25,10 +25,10 @@ namespace {
 using link::CanFrame;
 using link::Micros;
 
-constexpr Micros kSilence_us = 3'000'000;  // a device that sends no telemetry for so long is lost
+constexpr Micros kSilence_us = 3'000'000;  // without telemetry for this time the device counts as lost
 constexpr Micros kKeepAlive_us = 200'000;
 
-// Shows telemetry: every frame as a JSON line, or a row a force frame with the pose before it.
+// Prints telemetry: every frame as a JSON line, or one row per force frame with the pose before it.
 class TelemetryPrinter {
  public:
   TelemetryPrinter(bool json, std::uint8_t node) : json_(json), node_(node) {
@@ -80,7 +80,7 @@ class TelemetryPrinter {
     return false;
   }
   template <class Message>
-  bool show(const Message&) {  // of the scene: with --json only
+  bool show(const Message&) {  // messages about the scene: only with --json
     return false;
   }
   bool show(const link::EmergencyStop&) {
@@ -109,10 +109,10 @@ class ScreenPrinter {
     drawn_us_ = now_us();
     screen_.step();
     winsize window{};
-    constexpr unsigned kColumns = 80;  // of a terminal that does not tell
+    constexpr unsigned kColumns = 80;  // if the terminal does not tell its width
     const bool told = ioctl(STDOUT_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col != 0;
     std::string text = screen_.text(told ? window.ws_col : kColumns);
-    // Up to where the last picture began, and each line's old rest away.
+    // Moves the cursor to the start of the last picture, and clears the rest of each line.
     std::string picture = lines_ == 0 ? "" : fmt::format("\x1b[{}A", lines_);
     lines_ = static_cast<std::size_t>(std::ranges::count(text, '\n'));
     for (const char c : text) picture += c == '\n' ? "\x1b[K\n" : std::string(1, c);
@@ -123,7 +123,7 @@ class ScreenPrinter {
 
  private:
   static bool terminal_has_blocks() {
-    std::setlocale(LC_CTYPE, "");  // or it would be "C", whatever the user has
+    std::setlocale(LC_CTYPE, "");  // without it the locale would be "C"
     return std::string_view(nl_langinfo(CODESET)) == "UTF-8";
   }
 
@@ -160,7 +160,7 @@ void monitor(const Common& common, const Remote& remote, const MonitorChoice& ch
     if (frame) {
       heard_us = now_us();
       if (printer(*frame)) ++rows;
-      if (!std::cout || std::ferror(stdout) != 0) return;  // whoever read us has gone
+      if (!std::cout || std::ferror(stdout) != 0) return;  // the reader of the output has closed it
     } else if (now_us() - heard_us > kSilence_us) {
       throw Error(ExitCode::kLinkLost, "no-telemetry", "the device has been silent for 3 s",
                   "check that it still runs");

@@ -68,7 +68,7 @@ Json about_json(const Recording& recording) {
   return json;
 }
 
-// Of a recording by its replay, of a log as it is written there.
+// The rows to plot: those of the replay for a recording, those of the file for a log.
 std::vector<board::LogRow> rows_of(const std::filesystem::path& file, int arm) {
   std::vector<board::LogRow> rows;
   if (is_recording(file)) {

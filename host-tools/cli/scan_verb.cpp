@@ -1,4 +1,4 @@
-// scan: the arm probes a surface point by point, and a scene comes of it.
+// scan: the arm probes a surface point by point, and a scene is made from the result.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -24,13 +24,13 @@ namespace {
 
 using link::Micros;
 
-// The arm stops by itself 0.5 s after the last sign of life, so no answer is waited for long.
+// The arm stops by itself 0.5 s after the last request, so the timeout for an answer is short.
 constexpr Micros kAnswer_us = 100'000;
 constexpr Micros kPoll_us = 10'000;
 constexpr Micros kRamp_us = 300'000;  // the force's ramp after arming
 constexpr Micros kLongestMove_us = 600'000'000;
 
-// A scene in which the tip touches nothing: a scan measures the real thing.
+// A scene in which the tip touches nothing: a scan measures the real specimen.
 CompiledScene free_space() {
   return compile_scene_text(R"({"thimble_scene": 1, "name": "free space", "objects": [{"name": "far below",
     "shape": {"plane": {"normal": [0, 0, 1], "offset_m": -9}}, "material": {"stiffness_N_m": 1}}]})",
@@ -39,7 +39,7 @@ CompiledScene free_space() {
 
 const firmware::ParamRow& allow_moves_row() { return *firmware::find_param(std::string_view("allow_moves")); }
 
-// Arms the device, and leaves it disarmed and as it was.
+// Arms the device; afterwards disarms it and restores its parameters.
 class DeviceProbe final : public Probe {
  public:
   DeviceProbe(const Remote& remote, bool allow) : device_(open(remote)) {
@@ -70,7 +70,7 @@ class DeviceProbe final : public Probe {
       device_.disarm();
       if (restore_) device_.write_param(allow_moves_row(), 0);
     } catch (const std::exception&) {
-      // The link is gone: the arm has stopped by itself.
+      // The link is lost: the arm has stopped by itself.
     }
   }
 
@@ -148,7 +148,7 @@ class SimulatedProbe final : public Probe {
   std::unique_ptr<board::SimProbe> probe_;
 };
 
-// On stderr: a line that is redrawn on a terminal, one per 10 % otherwise.
+// On stderr: on a terminal one line that is redrawn, otherwise a line per 10 %.
 class Progress {
  public:
   Progress(std::size_t already, std::size_t total, bool quiet)

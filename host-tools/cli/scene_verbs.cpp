@@ -1,4 +1,4 @@
-// compile and simulate: what needs no device.
+// compile and simulate: the verbs that need no device.
 #include <fmt/format.h>
 
 #include "host-tools/cli/output.h"

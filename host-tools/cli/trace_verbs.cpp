@@ -1,4 +1,4 @@
-// The verbs for other people's CAN tools: the database of the messages, and their logs in words.
+// dbc and decode: the message database for other CAN tools, and their logs in plain text.
 #include <fmt/format.h>
 
 #include <cerrno>
@@ -23,7 +23,7 @@ namespace {
 namespace link = firmware::link;
 using link::CanFrame;
 
-constexpr std::uint32_t kServiceId = 0x18DA0000;  // then the address of who is meant, and of who speaks
+constexpr std::uint32_t kServiceId = 0x18DA0000;  // then the address of the receiver and of the sender
 constexpr std::uint32_t kNodes = 0x7F;            // the node's bits of a real-time frame's id
 
 bool is_host(std::uint8_t address) {
@@ -96,7 +96,7 @@ Json pdu_json(std::span<const std::uint8_t> pdu, bool request) {
   return json;
 }
 
-// Frames to what they say, one JSON object each; empty: this frame alone says nothing.
+// Decodes frames, one JSON object each; empty for a frame that is a part of a longer message.
 class Decoder {
  public:
   Json operator()(const LoggedFrame& logged) {
@@ -117,7 +117,7 @@ class Decoder {
     json.update(said);
     return json;
   }
-  // PDUs that did not arrive whole, and frames of nobody.
+  // Incomplete PDUs, and frames with an unknown identifier.
   [[nodiscard]] unsigned broken() const { return broken_; }
   [[nodiscard]] unsigned foreign() const { return foreign_; }
 
@@ -130,7 +130,7 @@ class Decoder {
         const auto node = static_cast<std::uint8_t>(frame.id & kNodes);
         bool mine = frame.id == Message::kId;
         if constexpr (Message::kPerNode) mine = node != 0 && (frame.id & ~kNodes) == Message::kId;
-        // The stop counts with data or without, and as a remote frame, too.
+        // An emergency stop counts with and without data, and as a remote frame.
         constexpr bool kAnyFrame = std::is_same_v<Message, link::EmergencyStop>;
         const bool whole = !frame.remote && link::decode(frame.bytes(), message);
         if (!mine || (!whole && !kAnyFrame)) return;
@@ -169,7 +169,7 @@ class Decoder {
     constexpr link::IsoTpConfig kConfig;
     link::IsoTpReceiver& receiver = receivers_[{logged.interface, frame.id}];
     receiver.on_frame(frame, kConfig, 0);
-    CanFrame flow_control;  // the one who is meant gives it
+    CanFrame flow_control;  // the receiver sends it
     (void)receiver.next_flow_control(flow_control, kConfig);
     if (receiver.take_error() != link::IsoTpError::kNone) ++broken_;
     if (receiver.received().empty()) return {};

@@ -133,7 +133,7 @@ void Device::arm(Micros wait_us) {
   services_.demand({byte_of(Service::kTesterPresent), 0x00},
                    "the keep-alive");  // arming needs a live link and does not feed it
   const ServiceClient::Answer answer = services_.request(routine_request(Routine::kArm));
-  // A repeated request finds the device armed already.
+  // A repeated request is refused because the device is armed.
   if (answer.code != Nrc::kOk && state().mode != Mode::kArmed) services_.refused("arming", answer.code);
   wait_for_mode(Mode::kArmed, wait_us, "arming");
 }

@@ -1,4 +1,4 @@
-// Device: forces of the program's own (docs/host-rendering.md).
+// Device: forces from the program (docs/host-rendering.md).
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -36,7 +36,7 @@ void Device::take_over(double readings_per_s) {
   try {
     arm();
   } catch (const Error& error) {
-    if (error.code == ExitCode::kRefused) release_forces();  // a link that is lost would only be lost again
+    if (error.code == ExitCode::kRefused) release_forces();  // on a lost link this would fail too
     throw;
   }
   for (Rendered& arm : rendered_) arm.newest.reset();
@@ -79,7 +79,7 @@ void Device::take_reading(const CanFrame& frame) {
   } else if (link::from_frame(frame, services_.options().node, force)) {
     if (force.arm >= rendered_.size()) return;
     const link::Pose& at = rendered_[force.arm].pose;
-    if (at.sequence != force.sequence) return;  // of another tick
+    if (at.sequence != force.sequence) return;  // the pose is of another tick
     TipReading reading;
     reading.position_m = {static_cast<double>(at.x_m), static_cast<double>(at.y_m),
                           static_cast<double>(at.z_m)};
@@ -103,7 +103,7 @@ void Device::take_reading(const CanFrame& frame) {
 std::optional<TipReading> Device::next_tip(Micros deadline_us, unsigned arm) {
   std::optional<TipReading>& newest = rendered_.at(arm).newest;
   while (true) {
-    // What waits already is read first, so that an old reading is not taken for the newest.
+    // Frames that have arrived already are read first, so that the newest reading is returned.
     const std::optional<CanFrame> frame = telemetry(newest ? 0 : deadline_us);
     if (!frame) return std::exchange(newest, std::nullopt);
     take_reading(*frame);

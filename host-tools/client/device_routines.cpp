@@ -21,7 +21,7 @@ void Device::start_move(const link::MoveOrder& order) {
   if (link::encode(order, std::span(start).subspan(head)) == 0)
     throw std::logic_error("the order has its size");
   const ServiceClient::Answer answer = services_.request(start);
-  // A repeated request finds the move under way.
+  // A repeated request is refused because the move has begun.
   if (answer.code != Nrc::kOk && move_state().phase == link::MovePhase::kNone)
     services_.refused("the move", answer.code);
 }
@@ -50,7 +50,7 @@ void Device::end_move() {
 void Device::start_trace() {
   services_.enter(Session::kExtended);
   const ServiceClient::Answer answer = services_.request(routine_request(Routine::kTrace));
-  // A repeated request finds it running.
+  // A repeated request is refused because it is running.
   if (answer.code != Nrc::kOk && trace_state().phase != link::TracePhase::kRunning)
     services_.refused("starting the trace", answer.code);
 }

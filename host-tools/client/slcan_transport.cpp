@@ -52,7 +52,7 @@ constexpr Micros kConnectDeadline_us = 3'000'000;
   }
 }
 
-// Without the signal that a socket whose other end left would raise: it would end the program that uses the device.
+// Without SIGPIPE, which would end the program if the other end has closed the socket.
 ssize_t write_quietly(int fd, std::string_view text) {
   const ssize_t put = ::send(fd, text.data(), text.size(), MSG_NOSIGNAL);
   return put < 0 && errno == ENOTSOCK ? write(fd, text.data(), text.size()) : put;
@@ -62,13 +62,13 @@ ssize_t write_quietly(int fd, std::string_view text) {
 class SlcanTransport final : public Transport {
  public:
   SlcanTransport(Descriptor fd, std::string uri) : fd_(std::move(fd)), uri_(std::move(uri)) {
-    // Close ends a line that someone left open, then 1 Mbit/s, then open. Answers are one CR each; a device
-    // that cannot speak shows at the first request.
+    // Close ends a channel that was left open, then 1 Mbit/s, then open. Each answer is one CR; the first
+    // request shows whether the device answers at all.
     write_all("\rC\rS8\rO\r");
   }
 
   ~SlcanTransport() override {
-    // So that nobody fills the buffers of a port that nobody reads. Best effort: the link may be gone.
+    // Stops the frames, which would fill the buffers of an unread port. Best effort: the link may be lost.
     constexpr std::string_view kClose = "C\r";
     static_cast<void>(!write_quietly(fd_.get(), kClose));
   }

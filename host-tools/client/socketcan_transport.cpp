@@ -29,10 +29,10 @@ namespace {
 using link::CanFrame;
 using link::Micros;
 
-constexpr Micros kFullBusDeadline_us = 2'000'000;  // a frame that has not left by then will not
+constexpr Micros kFullBusDeadline_us = 2'000'000;  // after this time a frame counts as not sendable
 constexpr Micros kFullQueuePause_us = 1000;        // a few frames at 500 kbit/s
 constexpr int kSendBytes =
-    4096;  // of frames on their way: fewer than the interface's queue holds (10 frames), so that poll() tells of room
+    4096;  // of frames on their way: less than the interface's queue (10 frames), so that poll() reports free space
 constexpr int kReceiveBytes = 1 << 20;  // 1300 frames: more than the longest answer has
 
 std::string how_to_bring_up(const std::string& interface, bool fd) {
@@ -47,7 +47,7 @@ class SocketCanTransport final : public Transport {
       : interface_(std::move(interface)),
         fd_frames_(fd),
         socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
-    check_interface();  // by any socket: it works without the kernel's CAN modules, too
+    check_interface();  // with any socket: this works also without the kernel's CAN modules
     Descriptor can(socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_RAW));
     if (can.get() < 0) {
       throw Error(ExitCode::kNotFound, "no-socketcan",
@@ -59,7 +59,7 @@ class SocketCanTransport final : public Transport {
     bool set = set_option(SOL_CAN_RAW, CAN_RAW_ERR_FILTER, errors);
     if (fd_frames_) set = set_option(SOL_CAN_RAW, CAN_RAW_FD_FRAMES, int{1}) && set;
     static_cast<void>(set_option(SOL_SOCKET, SO_SNDBUF, kSendBytes));
-    // Above the system's limit where one may; else what is allowed.
+    // Above the system's limit if permitted, else up to it.
     if (!set_option(SOL_SOCKET, SO_RCVBUFFORCE, kReceiveBytes))
       static_cast<void>(set_option(SOL_SOCKET, SO_RCVBUF, kReceiveBytes));
     sockaddr_can address{};
@@ -78,7 +78,7 @@ class SocketCanTransport final : public Transport {
       if (error == EINTR) continue;
       if (error != EAGAIN && error != ENOBUFS) failed(error);
       if (now_us() > deadline_us) stuck();
-      // The socket's own queue is full, or the interface's, of whose room nothing tells.
+      // The queue of the socket is full, or that of the interface, whose free space is not reported.
       if (error == EAGAIN) {
         static_cast<void>(wait_for(socket_.get(), POLLOUT, deadline_us));
       } else {
@@ -137,7 +137,7 @@ class SocketCanTransport final : public Transport {
                       " down`, then " + how_to_bring_up(interface_, true));
     }
     if (ioctl(socket_.get(), SIOCGIFFLAGS, &request) != 0 || (request.ifr_flags & IFF_UP) == 0) down();
-    // Up, and the driver has taken it off the bus. Not by IFF_RUNNING, which follows up to a second late.
+    // The interface is up and the controller is bus-off. IFF_RUNNING is not used: it follows up to a second late.
     if (char carrier = 0;
         std::ifstream("/sys/class/net/" + interface_ + "/carrier") >> carrier && carrier == '0')
       bus_off();

@@ -154,7 +154,7 @@ class ImageWriter {
     }
   }
 
-  // A mesh as a body: its moments of inertia, and what is not as one might think.
+  // Moments of inertia of a moving mesh, and warnings about it.
   void weigh(const CompiledMesh& mesh, const std::string& file, const std::string& name) {
     const std::optional<MeshMass> mass = mesh_mass(mesh);
     if (!mass && !object_->body->inertia_kg_m2) {

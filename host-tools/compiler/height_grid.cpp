@@ -84,7 +84,7 @@ HeightGrid read_csv(std::string_view text, std::size_t most_samples, const std::
   return grid;
 }
 
-// One image in the making. libpng leaves by longjmp where it fails, so what needs a destructor lives in the caller.
+// Decodes one image. libpng reports errors by longjmp, so objects with destructors belong to the caller.
 struct PngReader {
   std::string_view bytes;
   png_structp png = nullptr;

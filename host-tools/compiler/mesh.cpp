@@ -76,7 +76,7 @@ std::vector<Vector3d> mean_normals(const Surface& surface, const std::vector<Vec
   for (std::uint32_t corner = 0; corner < sum.size(); ++corner) {
     if (sets.find(corner) == corner) {
       const double length = sum[corner].norm();
-      // Faces that cancel (a sheet folded onto itself) leave no mean: one of them then speaks for all.
+      // Faces whose normals cancel (a folded sheet) have no mean; the normal of one face is used.
       sum[corner] = length > 1.0e-6 ? (sum[corner] / length).eval() : face_normals[corner / 3];
     }
   }
@@ -93,7 +93,7 @@ void flag_crossings(const Surface& surface, const MeshTree& tree, std::vector<st
   };
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
     if ((flags[t] & kPierced) != 0) {
-      continue;  // whoever crosses it finds it in its own search
+      continue;  // a triangle that crosses it finds it in its own search
     }
     const TriangleCorners mine = corners(t);
     const Vector3d lo = mine.at_m[0].cwiseMin(mine.at_m[1]).cwiseMin(mine.at_m[2]) - reach;

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Below this share of (area times size) a volume has no sign worth the name: the file's winding stays.
+// Below this share of (area times size) the sign of a volume is not reliable, and the file's winding is kept.
 constexpr double kFlatVolume = 1.0e-9;
 constexpr double kAngleSlack =
     1.0e-9;  // radians: faces closer than this around an edge keep the triangles' order

@@ -48,7 +48,7 @@ bool is_colour(std::string_view token) {
   return parse<long>(token).has_value();
 }
 
-// The lines that say something, without comments.
+// The lines with content, without comments.
 class Lines {
  public:
   Lines(std::string_view text, std::string name) : text_(text), name_(std::move(name)) {}

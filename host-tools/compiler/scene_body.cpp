@@ -124,11 +124,11 @@ std::optional<MeshMass> mesh_mass(const CompiledMesh& mesh) {
 
 namespace {
 
-// An evenly filled body of the least mass that the surface allows has the least moments too: a smaller one gives way to a fingertip
-// at its side as a lighter body does.
+// The least moments of inertia are those of the homogeneous body with the least mass that the surface allows: with smaller ones it
+// would yield at its side like a lighter body.
 void refuse_too_light(const SceneBody& body, const Eigen::Vector3d& unit_inertia,
                       const Eigen::Vector3d& moments, double stiffest_N_m) {
-  constexpr double kRounding = 1.0 - 1.0e-5;  // the controller compares the numbers as rounded to float
+  constexpr double kRounding = 1.0 - 1.0e-5;  // the controller compares floats
   const double least_kg = stiffest_N_m / limit(control::kMaxStiffnessPerMass_1_s2);
   const std::string surface = "; its surface is up to " + number(stiffest_N_m) + " N/m stiff";
   const char* const remedy = "make it heavier or its surface softer";

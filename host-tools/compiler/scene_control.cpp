@@ -96,7 +96,7 @@ flatbuffers::Offset<scene::Control> write_control(flatbuffers::FlatBufferBuilder
                              ? 2.0 * std::numbers::pi * control.detent_effort / control.detent_pitch
                              : 0.0;
   const double rate = std::sqrt((control.stiffness + detents + stiffness_of_curve(control.curve)) / inertia);
-  // The controller says the same of the numbers as rounded to float.
+  // The controller checks the same with floats.
   constexpr double kRounding = 1.0 - 1.0e-5;
   constexpr auto kMost = static_cast<double>(control::kMaxControlRate_rad_s);
   if (!(rate <= kMost * kRounding)) {

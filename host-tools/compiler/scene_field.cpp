@@ -44,7 +44,7 @@ std::optional<Bounds> bounds_of(std::vector<HalfSpace> sides) {
       for (std::size_t k = 0; k < j; ++k) add_corner(sides[i], sides[j], sides[k]);
     }
   }
-  // A corner, an edge or a face alone holds nothing.
+  // A single corner, edge or face has no volume.
   if (bounds && (bounds->hi_m - bounds->lo_m).minCoeff() < kRounding_m) bounds.reset();
   return bounds;
 }
@@ -125,7 +125,7 @@ Solid read_placed_solid(const Value& value) {
   return solid;
 }
 
-// A number whose key carries the unit that the law asks for.
+// A number with one key for each law, because its unit differs.
 struct ByLaw {
   std::string_view spring;
   std::string_view energy;

@@ -143,7 +143,7 @@ class Header {
   bool swapped_;
 };
 
-// What the file's length unit is in mm; files that do not say mean mm.
+// The file's length unit in mm; mm if the file does not say.
 double unit_mm(unsigned units, const std::filesystem::path& file) {
   switch (units & 7U) {
     case 0:
@@ -232,7 +232,7 @@ Volume Volume::read(const std::filesystem::path& file) {
              std::to_string(kMaxVolumeBytes / 1048576) + " MiB are allowed",
          "cut the volume down to where the line goes");
 
-  // A slope of zero, and one that is no number, mean that nothing is scaled.
+  // A slope of zero or NaN means that values are not scaled.
   const double slope = header.f32(112);
   const double offset = header.f32(116);
   if (slope != 0.0 && std::isfinite(slope) && std::isfinite(offset)) {

@@ -30,7 +30,7 @@ constexpr std::size_t kCurveColumns =
 constexpr std::size_t kPoints = 5000;  // of the picture over depth
 constexpr int kWidth = 1000, kPanelHeight = 400;
 
-// In single quotes: in double ones gnuplot runs what stands between backquotes.
+// In single quotes: in double quotes gnuplot would execute text between backquotes.
 std::string quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : text) {
@@ -40,7 +40,7 @@ std::string quoted(const std::string& text) {
   return result + "'";
 }
 
-// Thinned to what a picture of so many columns shows.
+// Keeps the least and the greatest value for each column of the picture.
 void put_curve(std::string& script, std::span<const board::LogRow> rows, double begin_s,
                const std::function<double(const board::LogRow&)>& value) {
   const std::size_t each = std::max<std::size_t>(1, rows.size() / kCurveColumns);
@@ -60,7 +60,7 @@ void put_curve(std::string& script, std::span<const board::LogRow> rows, double 
   }
 }
 
-// gnuplot with a script; its picture goes to a file of its own.
+// Runs gnuplot with a script, which names the file of the picture.
 void run_gnuplot(const std::string& script, const std::filesystem::path& folder) {
   const std::filesystem::path script_file = folder / "script";
   const std::filesystem::path words_file = folder / "words";
@@ -169,7 +169,7 @@ void put_spectrum_panel(std::string& script, std::span<const board::LogRow> rows
       result.peak_amplitude_N = spectrum.amplitude[i];
       result.peak_Hz = frequency_Hz;
     }
-    // A logarithm has no 0.
+    // The axis is logarithmic: no 0.
     script += fmt::format("{:.6g} {:.6g}\n", frequency_Hz, std::max(spectrum.amplitude[i], 1e-9));
   }
   script += fmt::format(

@@ -19,10 +19,10 @@ namespace {
 
 using link::Micros;
 
-constexpr Micros kRound_us = 20'000;        // a sign of life so often: link_timeout is 50 ms at least
-constexpr Micros kGrow_us = 100'000;        // the file grows so often
+constexpr Micros kRound_us = 20'000;        // interval of keep-alives: link_timeout is at least 50 ms
+constexpr Micros kGrow_us = 100'000;        // interval of writes to the file
 constexpr Micros kAsk_us = 1'000'000;       // how the trace is, besides what it says on its way
-constexpr Micros kSilence_us = 3'000'000;   // a device that sends nothing for so long is lost
+constexpr Micros kSilence_us = 3'000'000;   // without a frame for this time the device counts as lost
 constexpr Micros kLastFrames_us = 500'000;  // after the trace was ended
 constexpr Micros kHoming_us = 30'000'000;
 
@@ -80,7 +80,8 @@ class Run {
       let_go();
     }
     device_.set_listener({});
-    if (failure && (!followed_ || !file.stream())) throw Error(*failure);  // nothing to keep, or no room
+    if (failure && (!followed_ || !file.stream()))
+      throw Error(*failure);  // nothing to keep, or the disk is full
     if (report_.end.ticks > recorder_.ticks()) {
       report_.end.missing = static_cast<std::uint32_t>(report_.end.ticks - recorder_.ticks());
     } else {
@@ -133,7 +134,7 @@ class Run {
     write_header(file.stream(), header_);
   }
 
-  // After a failure: motors off and no trace, where the device still hears.
+  // After a failure: disarms and ends the recording, if the device still answers.
   void let_go() {
     try {
       if (options_.arm) device_.disarm();
@@ -143,7 +144,7 @@ class Run {
     }
   }
 
-  // A write would have ended the trace, so these are the trace's.
+  // Writing a parameter would have ended the recording, so these values hold for all of it.
   void read_parameters() {
     for (const firmware::ParamRow& row : firmware::kParamTable)
       header_.parameters.emplace_back(row.id, device_.param_bits(row));
@@ -197,7 +198,7 @@ class Run {
     const Micros last_us = now_us() + kLastFrames_us;
     while (!recorder_.ended() && now_us() < last_us) static_cast<void>(device_.telemetry(last_us));
     const link::TraceState state = device_.trace_state();
-    if (state.phase == link::TracePhase::kRunning) {  // another one's already
+    if (state.phase == link::TracePhase::kRunning) {  // of another program
       report_.end.reason = "taken_over";
       report_.end.ticks = static_cast<std::uint32_t>(recorder_.ticks() + recorder_.missing());
       return;

@@ -8,7 +8,7 @@ namespace thimble::host {
 namespace {
 
 constexpr std::uint32_t kTickMask = (1U << link::kTracedTickBits) - 1;
-constexpr std::uint32_t kBehind = kTickMask / 2 + 1;  // a tick so far ahead is one that is over
+constexpr std::uint32_t kBehind = kTickMask / 2 + 1;  // a tick this far ahead is an old one
 
 }  // namespace
 
@@ -20,7 +20,7 @@ void Recorder::take(const link::CanFrame& frame, std::uint32_t time_us) {
   link::TraceCounts counts;
   link::TraceCheck check;
   if (link::from_frame(frame, node_, counts)) {
-    if (!ended_) take_counts(counts);  // behind the end come those of another trace
+    if (!ended_) take_counts(counts);  // after the end come those of another recording
   } else if (link::from_frame(frame, node_, check)) {
     if (!ended_) take_check(check);
   } else if (!frame.extended && frame.size <= link::kClassicDataBytes) {

@@ -57,7 +57,7 @@ link::Levels levels_of(std::uint16_t bits) {
 
 std::string text(const flatbuffers::String* from) { return from == nullptr ? std::string() : from->str(); }
 
-// Messages to a Recording. Whatever they hold, it reads nothing else; what makes no sense is an Error.
+// Reads messages into a Recording. Safe for any bytes: invalid content is an Error.
 class Reader {
  public:
   Reader(std::span<const std::byte> bytes, std::string name) : bytes_(bytes), name_(std::move(name)) {}

@@ -84,7 +84,7 @@ ScanLog::ScanLog(std::filesystem::path file, std::uint32_t plan_crc, std::size_t
 
 void ScanLog::read(const std::string& text, std::uint32_t plan_crc, std::size_t points) {
   const std::string head = header(plan_crc);
-  if (head.starts_with(text)) return;  // broken off at once
+  if (head.starts_with(text)) return;  // interrupted in the header
   if (!text.starts_with(head)) {
     throw Error(ExitCode::kBadInput, "wrong-log", file_.string() + ":1: it is not the log of this plan",
                 "give the plan that it was begun with, or another file for this one");
@@ -94,7 +94,7 @@ void ScanLog::read(const std::string& text, std::uint32_t plan_crc, std::size_t 
   board::CsvReader csv(text, file_.string(), '#');
   static_cast<void>(csv.next());  // the header
   while (csv.next()) {
-    if (!csv.whole()) return;  // broken off in a line
+    if (!csv.whole()) return;  // interrupted in a line
     Row row;
     if (!parse(csv, row) || row.point != points_.size() || row.point >= points) {
       throw Error(ExitCode::kBadInput, "bad-log",
@@ -117,7 +117,7 @@ void ScanLog::read(const std::string& text, std::uint32_t plan_crc, std::size_t 
 }
 
 void ScanLog::append(const ProbedPoint& measured) {
-  // What is kept is what is written, so that a scene from the file is the same.
+  // Keeps the rounded values of the file, so that a scene made from the file is the same.
   ProbedPoint point = measured;
   const auto round_m = [](Eigen::Vector3d& v) { v = (v * kPlacesPer_m).array().round() / kPlacesPer_m; };
   const auto round_N = [](double& force) { force = std::round(force * kStepsPer_N) / kStepsPer_N; };

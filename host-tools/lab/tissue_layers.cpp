@@ -55,7 +55,7 @@ void join_equals(std::vector<LayerRun>& runs) {
   runs = joined;
 }
 
-// Takes away the gaps before the first and behind the last tissue.
+// Removes the gaps before the first and behind the last tissue.
 void trim_gaps(std::vector<LayerRun>& runs, const std::vector<TissueKind>& kinds) {
   const auto is_gap = [&](const LayerRun& run) { return kinds[run.kind].stiffness_N_m == 0.0; };
   const auto first = std::find_if_not(runs.begin(), runs.end(), is_gap);

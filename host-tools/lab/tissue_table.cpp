@@ -153,7 +153,7 @@ std::vector<TissueKind> kinds_by_k_means(std::vector<double> values, std::size_t
     }
   }
 
-  // Soft tissue gives way at about 1 N to a biopsy needle (Okamura, Simone, O'Leary 2004); the rest is a scale to tell classes by.
+  // A biopsy needle punctures soft tissue at about 1 N (Okamura, Simone, O'Leary 2004); the other values only distinguish the classes.
   std::vector<TissueKind> kinds(classes);
   std::size_t end = n;
   for (std::size_t c = classes; c-- > 0;) {

@@ -18,7 +18,7 @@ using link::Micros;
 
 constexpr Micros kRound_us = 5'000;  // how long a message of a page may wait
 constexpr Micros kStatePeriod_us = 1'000'000 / 60;
-constexpr Micros kLook_us = 500'000;       // another host may have sent a scene
+constexpr Micros kLook_us = 500'000;  // interval of reading the state: another host may have sent a scene
 constexpr Micros kSilence_us = 2'000'000;  // four heartbeats
 constexpr Micros kRetry_us = 300'000;
 constexpr Micros kHandHome_us = 3'000'000;  // from anywhere in a workspace
@@ -52,7 +52,7 @@ void DeviceSession::post(PageMessage message) {
     if (merge(*material)) return;
   }
   if (is_command(message, ViewCommand::kDisarm)) {
-    // Never refused. One beyond kMostWaiting at most: one that waits, with no arming behind it, does for all.
+    // Never refused, and at most one beyond kMostWaiting: a queued disarm without an arm behind it suffices.
     for (auto one = waiting_.rbegin(); one != waiting_.rend() && !is_command(*one, ViewCommand::kArm);
          ++one) {
       if (is_command(*one, ViewCommand::kDisarm)) return;
@@ -63,7 +63,7 @@ void DeviceSession::post(PageMessage message) {
   waiting_.push_back(std::move(message));
 }
 
-// Of the values that one slider gives, the last one counts. Nothing but materials is passed over.
+// Only the last value of a slider counts. It replaces an earlier one unless another kind of message lies between.
 bool DeviceSession::merge(const MaterialMessage& material) {
   for (auto one = waiting_.rbegin(); one != waiting_.rend(); ++one) {
     auto* waiting = std::get_if<MaterialMessage>(&*one);
@@ -184,7 +184,7 @@ void DeviceSession::serve(const std::atomic<bool>& stopping) {
         runs = true;
         begin_simulation();
       } catch (const Disturbed&) {
-        if (!to_upload_) to_upload_ = scene;  // it goes on where it stopped
+        if (!to_upload_) to_upload_ = scene;  // it will be resumed
       } catch (const Error& error) {
         if (!runs) drop_edits();
         if (error.code == ExitCode::kLinkLost) throw;
@@ -206,7 +206,7 @@ void DeviceSession::begin_simulation() {
   device_->arm();
 }
 
-// Homing takes the place where an arm is held for its home, so the hands go there first, with the motors off.
+// Homing takes the present position as home, so the simulated hands move there first, with the motors off.
 void DeviceSession::home_simulation() {
   const bool armed = device_->state().mode == link::Mode::kArmed;
   if (armed) device_->disarm();
@@ -239,7 +239,7 @@ void DeviceSession::hear(const link::CanFrame& frame) {
     if (row != nullptr) sink_.event(event_json("error", row->name, row->cause, row->remedy));
   }
   if (!complete || now < state_due_us_) return;
-  // On average: a state that came a little late does not put off the next one.
+  // Keeps the average rate: a state that is a little late does not delay the next one.
   state_due_us_ = std::max(state_due_us_ + kStatePeriod_us, now - kStatePeriod_us);
   send_state(now);
 }
@@ -310,7 +310,7 @@ void DeviceSession::obey(const CommandMessage& message) {
       try {
         device_->home(kHomingAnswer_us);
       } catch (const Error& error) {
-        if (error.name != "not-in-time") throw;  // it goes on; nobody else shall wait for it
+        if (error.name != "not-in-time") throw;  // homing continues in the background
         inform("homing", "the arm looks for its home position", "move it there");
       }
       return;

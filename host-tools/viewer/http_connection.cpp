@@ -82,7 +82,7 @@ void HttpConnection::serve(const Request& request, const Target& target, bool ha
     send(request, http::status::ok, "application/json", *text, text);
   } else if (const PageFile* file = find_page_file(target.path)) {
     std::string set_cookie;
-    // So that what the page loads itself has the token, too.
+    // So that files which the page loads carry the token too.
     if (server_->guarded && has_token)
       set_cookie = server_->cookie_name + "=" + server_->token + "; Path=/; HttpOnly; SameSite=Strict";
     send(request, http::status::ok, file->type, file->bytes, nullptr,

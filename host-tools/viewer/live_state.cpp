@@ -10,9 +10,9 @@
 namespace thimble::host {
 namespace {
 
-constexpr link::Micros kPlaneLife_us = 300'000;  // planes that nothing renews are of a contact that is over
+constexpr link::Micros kPlaneLife_us = 300'000;  // planes that are not renewed belong to a past contact
 
-// As many digits as the link carries: half the bytes of a message.
+// The precision of the link; more digits would double the message.
 double rounded(double value, double per_unit) { return std::round(value * per_unit) / per_unit; }
 constexpr double kPerMetre = 1e6, kPerNewton = 1e4, kPerOne = 1e5;
 
@@ -71,7 +71,7 @@ bool LiveState::take(const link::CanFrame& frame, link::Micros now_us) {
     }
   });
   if (shown_) return false;
-  // A record whose last frame was dropped is over when the next one begins.
+  // If the last frame of a record was lost, the record ends when the next one begins.
   link::Pose pose;
   const bool next_began = was_due && link::from_frame(frame, node_, pose) && pose.arm == 0;
   if (!complete() && !next_began) return false;
@@ -125,7 +125,7 @@ void LiveState::take_force(const link::Force& force) {
   arm.worked = now;
 }
 
-// A contact begins between two records: what the spring holds by then, the hand has put in.
+// A contact begins between two records: the hand has done the work that the spring holds by then.
 void LiveState::take_god(const link::GodObject& god) {
   if (god.arm >= arms_) return;
   Arm& arm = arm_.at(god.arm);

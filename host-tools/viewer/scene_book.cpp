@@ -83,7 +83,7 @@ OpenScene open_scene(const fs::path& file) {
                 "give the path of a scene file, such as scenes/asteroid/asteroid.scene.json");
   }
   std::string text = read_text(file);
-  compile_into(scene, text);  // first: it says what is wrong, and where
+  compile_into(scene, text);  // first, because its error names the place
   scene.document = Json::parse(scene.text, nullptr, false);
   return scene;
 }
@@ -112,7 +112,7 @@ void save_scene(OpenScene& scene) {
                 scene.file.string() + " has been changed by another program since it was read",
                 "pick the scene again, then change and save it");
   }
-  // The file itself, not a link to it; and who may read it stays.
+  // Resolves a symbolic link and keeps the permissions.
   const fs::path file = fs::canonical(scene.file, none);
   const fs::perms mode = fs::status(file, none).permissions();
   OutputFile out(none ? scene.file : file);
@@ -188,7 +188,7 @@ std::optional<OpenScene> SceneBook::with_crc(const std::string& name, std::uint3
       try {
         compiled_[file] = open_scene(file);
       } catch (const Error&) {
-        continue;  // it does not run
+        continue;  // it does not compile
       }
     }
     const OpenScene& scene = compiled_[file];
@@ -203,7 +203,7 @@ std::vector<fs::path> scene_folders(const fs::path& scene) {
   if (!scene.empty()) {
     const fs::path folder = fs::absolute(scene, none).parent_path();
     folders.push_back(folder);
-    // scenes/NAME/NAME.scene.json has its kin beside it.
+    // The other scenes stand beside scenes/NAME.
     if (folder.filename().string() + std::string(kSuffix) == scene.filename().string())
       folders.push_back(folder.parent_path());
   }

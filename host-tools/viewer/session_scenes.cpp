@@ -1,4 +1,4 @@
-// DeviceSession: the scene that runs, what pages change of it, and its upload.
+// DeviceSession: the running scene, its changes by pages, and its upload.
 #include <chrono>
 #include <exception>
 #include <utility>
@@ -15,7 +15,7 @@ constexpr link::Micros kBetweenUploads_us = 300'000;
 
 // --- What the pages show
 
-// Another scene runs than the pages show.
+// The device runs another scene than the pages show.
 void DeviceSession::show_scene(const std::string& name, std::uint32_t crc) {
   shown_crc_ = crc;
   live_.forget_scene();
@@ -33,7 +33,7 @@ void DeviceSession::show_scene(const std::string& name, std::uint32_t crc) {
     show_open_scene();
     return;
   }
-  // A slider of another host: the shapes are the same, so the picture stays. (An image does not tell its CRC's materials.)
+  // Probably another host has changed a material: keep the picture. The CRC alone does not tell the new materials.
   if (before && before->document.value("name", Json()) == Json(name) &&
       before->image->size() == device_state_.scene_bytes) {
     running_ = std::move(before);
@@ -84,7 +84,7 @@ void DeviceSession::obey(const MaterialMessage& message) {
 
 void DeviceSession::obey(const SaveMessage&) { save_wanted_ = true; }
 
-// What is saved is what runs, so a change that is on its way is waited for.
+// Saves the running materials, so a pending change has to run first.
 void DeviceSession::save() {
   if (!running_ || !running_->changed) {
     inform("nothing-to-save", "no material of the scene has been changed");
@@ -97,11 +97,11 @@ void DeviceSession::save() {
 
 // --- Compiling and uploading
 
-// When a change does not come to run.
+// A change could not be run.
 void DeviceSession::drop_edits() {
   edited_.reset();
   edited_since_job_ = false;
-  if (running_) show_open_scene();  // the pages, too, go back to it
+  if (running_) show_open_scene();  // resets the pages too
   forget_save("the change did not come to run");
 }
 
@@ -112,7 +112,7 @@ void DeviceSession::forget_save(const std::string& why) {
       event_json("error", "not-saved", "nothing was saved: " + why, "change the material and save again"));
 }
 
-// Compiling is another thread's work: telemetry goes on. One job at a time: a std::async's future waits when it goes.
+// Another thread compiles, so that telemetry continues. One job at a time, because the destructor of a future of std::async waits.
 void DeviceSession::tend_job() {
   if (job_ && job_->result.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     try {

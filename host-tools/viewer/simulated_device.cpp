@@ -10,7 +10,7 @@ namespace {
 
 namespace link = firmware::link;
 
-constexpr double kHandTime_s = 0.02;  // a page says where to 60 times a second: the hand goes in between
+constexpr double kHandTime_s = 0.02;  // time constant of the hand; a page sends 60 positions a second
 constexpr double kHandSpeed_m_s = 0.5;
 constexpr double kMostStep_s = 0.02;
 

@@ -42,7 +42,7 @@ std::unique_ptr<SimulatedDevice> start_simulated(const ViewOptions& options) {
   }
 }
 
-// Ends with its object, whatever came between.
+// Ends the thread when the object is destroyed, also after an exception.
 class SessionThread {
  public:
   SessionThread(DeviceSession& session, WebServer& server) {
@@ -91,7 +91,7 @@ class SessionThread {
 
 void view(const ViewOptions& options,
           const std::function<void(const std::string& url, const std::string& device)>& serving) {
-  std::signal(SIGPIPE, SIG_IGN);  // a device that has gone is an error of the write
+  std::signal(SIGPIPE, SIG_IGN);  // a write to a lost device then returns an error
   std::optional<OpenScene> first;
   if (!options.scene.empty()) first = open_scene(options.scene);
   std::vector<std::filesystem::path> folders = scene_folders(options.scene);
@@ -138,7 +138,7 @@ std::string open_browser(const std::string& url) {
   posix_spawn_file_actions_addopen(&quiet, STDIN_FILENO, "/dev/null", 0 /* O_RDONLY */, 0);
   posix_spawn_file_actions_addopen(&quiet, STDOUT_FILENO, "/dev/null", 1 /* O_WRONLY */, 0);
   posix_spawn_file_actions_addopen(&quiet, STDERR_FILENO, "/dev/null", 1 /* O_WRONLY */, 0);
-  // A session of its own: it may be the user's browser, which goes on when Ctrl-C ends this program.
+  // A new session, so that Ctrl-C in this terminal does not end the browser.
   posix_spawnattr_t apart;
   posix_spawnattr_init(&apart);
   posix_spawnattr_setflags(&apart, POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGDEF);
@@ -151,7 +151,7 @@ std::string open_browser(const std::string& url) {
   posix_spawnattr_destroy(&apart);
   posix_spawn_file_actions_destroy(&quiet);
   if (failed != 0) return program + " cannot be started: " + std::strerror(failed);
-  // One that fails does so at once; one that is a browser itself may stay.
+  // A command that fails ends at once; one that is a browser may keep running.
   for (int round = 0; round < 20; ++round) {
     int status = 0;
     if (waitpid(child, &status, WNOHANG) == child) {

@@ -44,7 +44,7 @@ WebServerImpl::WebServerImpl(const WebOptions& options, WebHandlers web_handlers
   guarded = !options.listen.empty();
   const tcp::endpoint endpoint(address, options.port);
   acceptor.open(endpoint.protocol(), error);
-  // Not into the browser that is started: it would keep the port.
+  // The browser that is started must not inherit the port.
   if (!error) fcntl(acceptor.native_handle(), F_SETFD, FD_CLOEXEC);
   if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
   if (!error) acceptor.bind(endpoint, error);
@@ -81,7 +81,7 @@ void WebServerImpl::accept() {
       socket.set_option(net::socket_base::send_buffer_size(kSendBuffer_bytes), ignored);
       const auto client = std::make_shared<HttpConnection>(this, std::move(socket));
       if (!client->known()) {
-        // Everyone begins as one of them. The oldest has had the longest time to show the token.
+        // Every connection begins as a stranger. The oldest has had the longest time to show the token.
         std::erase_if(strangers, [](const std::weak_ptr<HttpConnection>& weak) {
           const auto stranger = weak.lock();
           return !stranger || stranger->known();
@@ -98,13 +98,13 @@ void WebServerImpl::accept() {
       accept();
       return;
     }
-    // No descriptors left, say: not again at once.
+    // For example no free descriptor: retry after a pause.
     auto timer = std::make_shared<net::steady_timer>(io, std::chrono::milliseconds(100));
     timer->async_wait([this, timer](error_code) { accept(); });
   });
 }
 
-// So that a page can tell a server that has nothing to say from one that is not reached.
+// Lets a page distinguish a silent server from an unreachable one.
 void WebServerImpl::beat() {
   beat_timer.expires_after(kBeat);
   beat_timer.async_wait([this](error_code error) {
