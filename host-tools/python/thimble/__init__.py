@@ -11,8 +11,8 @@
         rows = device.telemetry(seconds=2.0)   # time_s, arm, contacts, tip_m, force_N
         device.disarm()
 
-Lengths in metres, forces in newtons, the world's frame (z up). What fails raises thimble.Error, with the name, cause, remedy and exit code that
-the command `thimble` has for it.
+Lengths in metres, forces in newtons, world frame (x to the right, y away from the user, z up). A force is what the device exerts on the hand.
+Failures raise thimble.Error, with the name, cause, remedy and exit code of the command `thimble`.
 """
 
 from . import _thimble
@@ -32,24 +32,24 @@ _thimble.set_error_class(Error)
 
 
 def discover():
-    """The devices that are there: a list of {"name", "kind", "arm", "uris"}."""
+    """The devices found: a list of {"name", "kind", "arm", "uris"}."""
     return _thimble.discover()
 
 
 def compile(scene):
-    """The image of a scene file, as an upload sends it."""
+    """Compiles a scene file; returns the image as bytes."""
     return _thimble.compile(scene)
 
 
 def simulate(scene, path, *, rate_Hz=4000.0, arm="premium-1.5", ideal=False, seed=1):
-    """A scene felt by the simulated arm, faster than real time: a structured array with a row a tick and arm, of time_s, arm, contacts, tip_m,
-    proxy_m (the god object) and force_N. path: a CSV file, or an array of rows time_s, x_m, y_m, z_m[, arm]. ideal: the fingertip is on the path
-    exactly, and the force is only computed. The same arguments give the same bytes."""
+    """Runs a scene on the simulated arm, faster than real time. Returns a structured array, one row per tick and arm: time_s, arm, contacts, tip_m,
+    proxy_m (the god object) and force_N. path: a CSV file, or an array of rows time_s, x_m, y_m, z_m[, arm]. ideal: the tip follows the path
+    exactly, and the force does not act. The same arguments give the same bytes."""
     return _thimble.simulate(scene, path, rate_Hz, arm, ideal, seed)
 
 
 def connect(device="", *, node=1, timeout_s=2.0):
-    """A Device by its address (can:can0, slcan:/dev/ttyACM0, tcp:127.0.0.1:29536) or name; without: the only one."""
+    """A Device by its address (can:can0, slcan:/dev/ttyACM0, tcp:127.0.0.1:29536) or name; without one the only device found."""
     return Device(device, node, timeout_s)
 
 
@@ -74,7 +74,7 @@ class _Parameters:
 
 class Tip:
     """A fingertip in one tick: tip_m and force_N (arrays of three; the force that the device exerts, after all limits), limiters (the bits that
-    acted), sequence (counts readings, to 255), and age_s since it was heard."""
+    acted), sequence (counts readings, modulo 256), and age_s (since it arrived)."""
 
     __slots__ = ("tip_m", "force_N", "limiters", "sequence", "heard_s")
 
@@ -104,7 +104,7 @@ class Device:
 
     @property
     def info(self):
-        """Versions, scene, mode, fault and figures, as of now."""
+        """Versions, scene, mode, fault and counters at this moment."""
         return self._connection.info()
 
     def upload(self, scene):
@@ -121,24 +121,24 @@ class Device:
         self._connection.disarm()
 
     def telemetry(self, seconds):
-        """What the link tells in so long: a structured array of time_s (this machine's, from the call on), arm, contacts, tip_m and force_N."""
+        """The telemetry of the given time: a structured array of time_s (this machine's clock, from the call on), arm, contacts, tip_m and force_N."""
         return self._connection.telemetry(seconds)
 
     def take_over(self, readings_per_s=1000.0):
-        """This program gives the forces (docs/host-rendering.md): arms, and no scene is felt. The device is homed and at rest."""
+        """From now on this program gives the forces instead of the scene (docs/host-rendering.md); arms. The device must be homed and at rest."""
         self._connection.take_over(readings_per_s)
 
     def next_tip(self, timeout_s=0.1, arm=0):
-        """The newest Tip that was not given before; None: no reading came in so long."""
+        """The newest Tip that has not been returned yet; None if no reading came within timeout_s."""
         reading = self._connection.next_tip(timeout_s, arm)
         return None if reading is None else Tip(*reading)
 
     def order_force(self, force_N, arm=0):
-        """The force on the hand from now on, for 20 ms at most; then the tip is damped until the next."""
+        """Sets the force on the hand, world frame. It acts for at most 20 ms; then the tip is damped until the next one."""
         self._connection.order_force(force_N, arm)
 
     def render(self, force, seconds, arm=0):
-        """Orders force(tip) for every Tip, for so long. Returns the number of orders."""
+        """Calls order_force(force(tip)) for every Tip, for the given time. Returns the number of forces sent."""
         orders, end_s = 0, _thimble.now_s() + seconds
         while (left_s := end_s - _thimble.now_s()) > 0:
             tip = self.next_tip(min(left_s, 0.1), arm)
@@ -148,12 +148,12 @@ class Device:
         return orders
 
     def hand_back(self):
-        """Disarms, and gives the scene its forces back."""
+        """Disarms; from then on the scene gives the forces again."""
         self._connection.hand_back()
 
     @property
     def orders(self):
-        """How many orders the device took, passed over as old or wrong, and how often one expired: since its start."""
+        """Counts since the start of the device: forces applied, skipped as old or wrong, and expired."""
         return self._connection.orders()
 
     @property
@@ -165,5 +165,5 @@ class Device:
         self._connection.clear_faults()
 
     def keep_alive(self):
-        """A sign of life, where the parameter host_supervision asks for one."""
+        """Tells the device that this program is alive; needed if the parameter host_supervision is set."""
         self._connection.keep_alive()

@@ -34,7 +34,7 @@ const kRod = new CylinderGeometry(1, 1, 1, 12).translate(0, 0.5, 0); // from the
 const kHead = new ConeGeometry(1, 1, 20).translate(0, -0.5, 0); // its tip at the origin
 const kDisc = new CircleGeometry(1, 40);
 
-// A tip is inside what it touches: what is hidden is seen faintly through it.
+// A tip is inside the object that it touches: hidden parts are drawn faintly.
 class Mark extends Group {
   constructor(geometry: BufferGeometry, color: number, through = 0.4, shadow = false) {
     super();
@@ -92,7 +92,7 @@ export class ArmMarks {
     this.group.visible = false;
   }
 
-  // pixel_m: how long a pixel of the screen is at a place. Marks are as large as they are to be seen, lengths of arrows and lines are true.
+  // pixel_m: the length of a screen pixel at a place. Marks have a constant size on the screen, arrows and lines their true length.
   update(state: State, scene: SceneModel | null, pixel_m: (at: Vec3) => number): void {
     const it = state.arms[this.arm];
     this.group.visible = Boolean(it);
@@ -145,7 +145,7 @@ export class ArmMarks {
     this.head.scale.set(head_m * 0.45, head_m, head_m * 0.45);
   }
 
-  // The needle stands along the object's z; in its track it is held to the track.
+  // The needle points along the object's z; in a hole it follows the hole.
   private show_needle(state: State, it: ArmState, scene: SceneModel | null, px_m: number): void {
     const index = scene?.objects.findIndex((object) => object.shape.kind === 'needle') ?? -1;
     this.needle.visible = index >= 0;

@@ -1,4 +1,4 @@
-// The WebSocket to the server. It connects again by itself, and says how the link is: to the server, and behind it to the controller.
+// The WebSocket to the server. It reconnects by itself and reports the state of the link: to the server, and from there to the controller.
 import { type PageMessage, type ServerMessage, parse_message } from './protocol';
 
 // connecting: not yet, or not again. live: states come. silent: the server is there and sends no state. controller-lost: the server
@@ -6,7 +6,7 @@ import { type PageMessage, type ServerMessage, parse_message } from './protocol'
 export type Link = 'connecting' | 'live' | 'silent' | 'controller-lost' | 'server-gone';
 
 const kSilent_ms = 1500;
-const kLost_ms = 5000; // the server says something every 2 s, whatever the controller does
+const kLost_ms = 5000; // the server sends something every 2 s, also without a controller
 const kFirstWait_ms = 300;
 const kLongestWait_ms = 3000;
 
@@ -31,7 +31,7 @@ export class Connection {
     setInterval(() => this.watch(), 250);
   }
 
-  // False where there is nobody to send to.
+  // False if there is no connection.
   send(message: PageMessage): boolean {
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));
@@ -65,10 +65,10 @@ export class Connection {
   private take(message: ServerMessage): void {
     if (message.type === 'state') {
       this.last_state_ms = performance.now();
-      // A new page is told the last state of a controller that has gone, too.
+      // A new page gets the last state also if the controller is lost.
       if (this.controller_up) this.tell('live');
     } else if (message.type === 'link') {
-      if (message.up === this.controller_up) return; // only to say that the server is there
+      if (message.up === this.controller_up) return; // a heartbeat of the server
       this.controller_up = message.up;
       this.last_state_ms = performance.now();
       this.tell(message.up ? 'connecting' : 'controller-lost');
@@ -79,7 +79,7 @@ export class Connection {
   private watch(): void {
     const socket = this.socket;
     if (socket === null || socket.readyState !== WebSocket.OPEN) return;
-    // A way that broke without a word: the close of such a socket takes its time, so it is not waited for.
+    // The connection broke without a close: closing such a socket takes long, so do not wait for it.
     if (performance.now() - this.last_heard_ms > kLost_ms) {
       socket.onopen = socket.onmessage = socket.onclose = null;
       socket.close();

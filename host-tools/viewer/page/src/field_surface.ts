@@ -34,7 +34,7 @@ function box_sides(lo: Vec3, hi: Vec3): HalfSpaceModel[] {
   ];
 }
 
-// Sutherland and Hodgman's. What lies on the side itself, within the tolerance, stays.
+// Clipping by Sutherland and Hodgman. Points on the side itself, within the tolerance, are kept.
 export function clip(polygon: Vec3[], { normal, offset_m }: HalfSpaceModel, tolerance_m: number): Vec3[] {
   const out: Vec3[] = [];
   polygon.forEach((b, i) => {

@@ -92,7 +92,7 @@ function in_metres(box: BoxGeometry, [x, y, z]: Vec3): BoxGeometry {
   return box;
 }
 
-// Only what every face has may be merged.
+// Only attributes that all parts have can be merged.
 function bare(geometry: BufferGeometry): BufferGeometry {
   geometry.deleteAttribute('uv');
   return geometry;
@@ -144,7 +144,7 @@ export function of_stiffness_map(map: StiffnessMapModel, color: (share: number) 
   return geometry;
 }
 
-// The bicubic B-spline at (u, v), in cells from the first control point; beyond the border it is as there.
+// The bicubic B-spline at (u, v), in cells from the first control point; beyond the border the value at the border holds.
 export function spline(map: StiffnessMapModel, u: number, v: number): number {
   const weights = (t: number) =>
     [(1 - t) ** 3, 3 * t ** 3 - 6 * t ** 2 + 4, -3 * t ** 3 + 3 * t ** 2 + 3 * t + 1, t ** 3].map((w) => w / 6);

@@ -1,5 +1,5 @@
 // The simulated hand by mouse, finger and keys: in the plane of the screen, and in depth by wheel, two fingers, PageUp and PageDown.
-// It only says where the hand wants to be; the server keeps it inside the workspace and answers with hand_m.
+// It sends the wanted position; the server keeps it inside the workspace and answers with hand_m.
 import { Vector3 } from 'three';
 
 import type { Stage } from './stage';
@@ -69,14 +69,14 @@ export class HandControl {
     if (!this.busy) this.wish = null;
   }
 
-  // Once a frame: held keys move on, and at most one wish is sent.
+  // Once a frame: held keys move the hand, and at most one position is sent.
   step(now_s: number, dt_s: number): void {
     if (!this.enabled) return;
     for (const [key, since_s] of this.held) {
       if (now_s - since_s > kKeyHold_s) this.move(kKeys[key], kKeySpeed_m_s * dt_s * (this.fine ? kFine : 1));
     }
     if (!this.unsent || this.wish === null || now_s < this.due_s) return;
-    // On average: a frame that came a little late does not put off the next wish.
+    // Keeps the average rate: a late frame does not delay the next position.
     this.due_s = Math.max(this.due_s + 1 / kWishes_per_s, now_s);
     this.unsent = false;
     this.send(this.arm, this.wish);

@@ -3,12 +3,12 @@ import { type Measure, measure } from './measures';
 import type { State } from './protocol';
 
 export const kSpan_s = 60;
-// Without a state for so long there is a gap in a curve.
+// After this time without a state a curve has a gap.
 const kGap_s = 0.5;
 
 export class History {
   private states: State[] = [];
-  private first = 0; // states before it are older than the span; they go in blocks
+  private first = 0; // states before it are older than the span; they are removed in blocks
 
   get size(): number {
     return this.states.length - this.first;
@@ -20,14 +20,14 @@ export class History {
     return this.states[this.states.length - 1];
   }
 
-  // A clock that goes back is a controller that started again: what was before has no place on its time.
+  // If the time goes back, the controller has restarted: drop the older states.
   push(state: State): void {
     const newest = this.newest;
     if (newest !== undefined) {
       if (state.time_s < newest.time_s) this.clear();
       else if (state.time_s === newest.time_s) this.states.pop();
     }
-    // Objects take turns in the telemetry: what a state says nothing of is where it was.
+    // The telemetry sends objects in turn: an object that a state does not mention keeps its position.
     this.states.push(with_known(state, this.newest));
     while (this.states[this.first].time_s < state.time_s - kSpan_s) ++this.first;
     if (this.first > 1000) {
@@ -41,7 +41,7 @@ export class History {
     this.first = 0;
   }
 
-  // A history of its own that stays as it is, to look at while new states come.
+  // A copy that does not change while new states arrive.
   copy(): History {
     const other = new History();
     other.states = this.states.slice(this.first);

@@ -1,4 +1,4 @@
-// The page of `thimble view`: messages come in, one frame after the other is drawn, what the user does goes out.
+// The page of `thimble view`: handles messages, draws frames, sends what the user does.
 import './style.css';
 
 import { Vector3 } from 'three';
@@ -78,7 +78,7 @@ function make_stage(): Stage | null {
   }
 }
 
-// --- What the server says
+// --- Messages of the server
 
 function on_message(message: ServerMessage): void {
   switch (message.type) {
@@ -123,11 +123,11 @@ function lay_out_arms(arms: number): void {
 
 const can_move_hand = (): boolean => hello !== null && hello.may_control && hello.simulated;
 
-// Buttons that would do nothing say so.
+// Disables buttons that would have no effect, with the reason.
 function show_permission(): void {
   const may = hello !== null && hello.may_control && (link === 'live' || link === 'connecting' || link === 'silent');
   for (const button of document.querySelectorAll<HTMLButtonElement>('[data-verb], #picker button')) button.disabled = !may;
-  // Homing takes the place where the arm is held for its home. With --scene the server disarms and brings the hand there.
+  // Homing takes the present position of the arm as home. With --scene the server disarms and moves the hand there.
   const armed = timeline.live.newest?.mode === 'armed';
   element<HTMLButtonElement>('home').disabled = !may || (armed && !hello?.simulated);
   element<HTMLSelectElement>('scenes').disabled = !may;
@@ -148,7 +148,7 @@ function on_scene(it: SceneStarted): void {
   materials.show(it);
   show_permission();
   clearTimeout(reload);
-  // A slider makes many images that differ in a number; the last of them is enough.
+  // A slider makes many images that differ in one number; only the last one is loaded.
   reload = setTimeout(() => void load_scene(other), other ? 0 : 300);
 }
 let reload: ReturnType<typeof setTimeout> | undefined;
@@ -157,11 +157,11 @@ async function load_scene(look: boolean): Promise<void> {
   const expected = started;
   try {
     const answer = await fetch(`/scene.thim${query}`, { cache: 'no-store' });
-    // No scene, or one whose file the server does not have, which it says itself.
+    // No scene, or one without a file; the server reports that itself.
     if (answer.status === 404) return hide_scene();
     if (!answer.ok) throw new Error(`the server answered ${answer.status}`);
     const bytes = new Uint8Array(await answer.arrayBuffer());
-    if (expected !== started) return; // another one runs by now
+    if (expected !== started) return; // another one runs now
     show_scene(read_scene_image(bytes), look);
   } catch (error) {
     if (expected !== started) return;
@@ -242,17 +242,17 @@ async function load_scene_names(): Promise<void> {
     list.replaceChildren(...names.map((name) => make('option', { textContent: String(name), value: String(name) })));
     if (started) choose_scene_name(started);
   } catch {
-    // The link says what is wrong.
+    // The state of the link names the reason.
   }
 }
 
-// What runs stands in the picker, unless somebody is choosing there. For a scene that is none of those to pick nothing does.
+// The picker shows the running scene, unless the user is choosing. For a scene that is not in the list it is empty.
 function choose_scene_name({ name, pick }: SceneStarted): void {
   const list = element<HTMLSelectElement>('scenes');
   if (document.activeElement !== list) list.selectedIndex = [...list.options].findIndex((option) => option.value === (pick ?? name));
 }
 
-// --- What the user does
+// --- Actions of the user
 
 element<HTMLFormElement>('picker').addEventListener('submit', (event) => {
   event.preventDefault();

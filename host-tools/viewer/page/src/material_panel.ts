@@ -10,7 +10,7 @@ interface Row {
   least: number;
 }
 
-// What arms hold; a scene's own value may be beyond it, and then the slider reaches there.
+// Values that arms render stably; a slider reaches further if the scene's value does.
 const kRows: Row[] = [
   { key: 'stiffness', label: 'Stiffness, N/m', least: 10, most: 3000, step: 10 },
   { key: 'damping', label: 'Damping, N s/m', least: 0, most: 20, step: 0.1 },
@@ -49,7 +49,7 @@ export class MaterialPanel {
     for (const { slider, number } of this.inputs.values()) slider.disabled = number.disabled = !yes;
   }
 
-  // A scene that began to run; the same one with other materials keeps the choice.
+  // A new running scene; the same one with other materials keeps the selected object.
   show(scene: SceneStarted): void {
     const names = scene.objects.map((object) => object.name);
     const same = names.join('\n') === this.objects.map((object) => object.name).join('\n');
@@ -58,8 +58,8 @@ export class MaterialPanel {
       this.select.replaceChildren(...names.map((name) => make('option', { textContent: name })));
       this.chosen = 0;
     }
-    // What the server says of a slider under the finger is older than the finger. But a scene that is said again has not changed: it
-    // refused the change.
+    // While a slider is held its value is newer than that of the server. But a scene that is sent again unchanged
+    // means that the change was refused.
     const refused = scene.crc === this.crc;
     this.crc = scene.crc;
     if (refused) this.unsent.clear();

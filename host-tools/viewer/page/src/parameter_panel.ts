@@ -14,7 +14,7 @@ export class ParameterPanel {
     for (const input of this.inputs.values()) input.disabled = !yes;
   }
 
-  // The server says them anew when one was changed; a field that somebody is writing in is left alone.
+  // The server sends all of them after a change; a field that the user is editing is not touched.
   show(parameters: Parameter[]): void {
     const writable = parameters.filter((parameter) => parameter.writable);
     if (writable.map((it) => it.name).join() !== [...this.inputs.keys()].join()) {

@@ -1,5 +1,5 @@
-// A plane has no end. What is shown of it: a square about the middle, as far as no other plane cuts it off, and of a wall only as much as is
-// beside the scene. Pure geometry; places are in the plane's object's own frame.
+// The visible part of an infinite plane: a square about the middle, cut by the other planes; of a wall only the height of
+// the scene. Pure geometry; places are in the plane's object's own frame.
 import { clip } from './field_surface';
 import type { HalfSpaceModel, ObjectModel } from './scene_image';
 import { type Vec3, add, conjugate, cross, dot, length, rotate, scale, sub, unit } from './vector';
@@ -37,7 +37,7 @@ export function plane_patch(objects: readonly ObjectModel[], index: number, wall
     [-1, -1],
     [1, -1],
   ].map(([a, b]) => add(middle, add(scale(u, a * kHalfSize_m), scale(v, b * kHalfSize_m))));
-  // What is behind another plane is inside of it.
+  // The part behind another plane is inside of that one.
   const sides = objects.flatMap((it, i) => {
     const other = i === index ? null : in_world(it);
     return other === null || Math.abs(dot(other.normal, normal)) > 0.99 ? [] : [turned(other)];

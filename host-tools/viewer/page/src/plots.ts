@@ -7,7 +7,7 @@ import { type Measure, kMeasures, kUnits } from './measures';
 import { range_of, splits_of } from './ranges';
 
 const kHeight_px = 96;
-// A curve of noise alone shall not fill the plot.
+// The least range of the axis, so that noise alone does not fill the plot.
 const kLeast: Record<Measure, number> = { force: 0.5, depth: 0.5, velocity: 20, energy: 0.5 };
 const kTitles: Record<Measure, string> = { force: 'Force', depth: 'Depth', velocity: 'Speed', energy: 'Energy to the hand' };
 // The sign is the force's: what the arm does to the hand.

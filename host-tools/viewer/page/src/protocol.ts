@@ -43,7 +43,7 @@ export interface ArmState {
   energy_J?: number;
 }
 
-// What is not known is left out.
+// Unknown values are left out.
 export interface State {
   type: 'state';
   time_s: number;
@@ -90,7 +90,7 @@ export type PageMessage =
 const kMostArms = 2;
 const kTypes = new Set(['hello', 'scene', 'state', 'event', 'link']);
 
-// What a text message says; null where it is none of ours. A newer server may send types that this page does not know.
+// The message of a text; null if the type is unknown, as a newer server may send.
 export function parse_message(text: string): ServerMessage | null {
   let value: unknown;
   try {

@@ -1,5 +1,5 @@
-// The scene image as plain data: what the bytes of /scene.thim say, in metres and in each object's own frame. Knows no graphics.
-// Throws an Error with a clear word where the bytes are not a scene image.
+// The scene image of /scene.thim as plain data, in metres and in each object's own frame, without graphics.
+// Throws an Error with the reason if the bytes are not a scene image.
 import { ByteBuffer } from 'flatbuffers';
 
 import {
@@ -110,7 +110,7 @@ export interface SceneModel {
   triangles: number;
 }
 
-// Readers that a loop over a mesh uses again and again.
+// Objects that the loops over a mesh reuse.
 const kTriangle = new Triangle();
 const kVertex = new Vertex();
 const kPosition = new Position();
@@ -118,7 +118,7 @@ const kPosition = new Position();
 type XYZ = { x(): number; y(): number; z(): number } | null;
 const vec3 = (v: XYZ): Vec3 => (v === null ? [0, 0, 0] : [v.x(), v.y(), v.z()]);
 
-// What a field that the schema requires has; without it the bytes are broken.
+// The value of a required field; without it the image is broken.
 function required<T>(value: T | null, what: string): T {
   if (value === null) throw new Error(`the scene image has no ${what}`);
   return value;

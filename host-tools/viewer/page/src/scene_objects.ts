@@ -82,7 +82,7 @@ export class SceneObjects {
     });
   }
 
-  // What there is to look at: the objects, and the homes of the tips. Planes have no end and say nothing.
+  // The box to show: the objects, and the homes of the tips. Planes are infinite and do not count.
   readonly bounds: Box3;
 
   private find_bounds(arms: number): Box3 {
@@ -201,7 +201,7 @@ function material_of(part: Part, index: number, { shape, texture }: ObjectModel)
   });
 }
 
-// A texture is seen as light and shade: its normals are those of its heights, its outline is the shape's.
+// A texture is drawn by its normals, those of its heights; the outline is the shape's.
 function relief(texture: TextureModel): { bumpMap: DataTexture; bumpScale: number } {
   const least = texture.height_m.reduce((a, b) => Math.min(a, b), Infinity);
   const most = texture.height_m.reduce((a, b) => Math.max(a, b), -Infinity);
@@ -224,7 +224,7 @@ const object_color = (index: number, shade: number): Color =>
 const kPlaneMaterial = new MeshLambertMaterial({ polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
 const kGridMaterial = new LineBasicMaterial({ color: kLineColor, transparent: true, opacity: 0.4 });
 
-// Stiffer places are darker.
+// Stiffer parts are darker.
 function colored(map: StiffnessMapModel, index: number): Mesh {
   const geometry = of_stiffness_map(map, (share) => object_color(index, 0.2 + 1.2 * share).toArray() as [number, number, number]);
   const mesh = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, fog: false }));

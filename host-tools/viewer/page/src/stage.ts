@@ -153,7 +153,7 @@ export class Stage {
     this.touch();
   }
 
-  // The view by buttons, for those without a mouse.
+  // Turns the view by buttons, without a mouse.
   turn(how: Turn): void {
     const from = new Vector3().subVectors(this.camera.position, this.controls.target);
     // Spherical counts its polar angle from y; the scene's up is z.

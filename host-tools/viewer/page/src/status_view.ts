@@ -31,13 +31,13 @@ export class StatusView {
     table.replaceChildren(thead, body);
   }
 
-  // Of the moment that is shown, which may be past.
+  // The state at the moment shown, which may be in the past.
   update_readings(state: State): void {
     for (const { what, arm, cell } of this.cells)
       set_text(cell, what === 'contacts' ? `${state.arms[arm]?.contacts ?? '-'}` : measure_text(state, arm, what));
   }
 
-  // Mode and fault are always those of now: nobody shall take a picture of the past for the state of the device.
+  // Mode and fault are always the present ones, so that nobody takes a past moment for the state of the device.
   update(state: State): void {
     const faulted = (state.fault ?? 0) !== 0;
     const fault = faulted ? `${state.fault} ${state.fault_name ?? ''}` : 'none';
@@ -59,7 +59,7 @@ export class StatusView {
     );
   }
 
-  // For those who hear the page: only what changed in mode and fault.
+  // For screen readers: only changes of mode and fault.
   announce(state: State): void {
     const text = `Mode ${state.mode ?? 'unknown'}. ${state.fault ? `Fault ${state.fault_name ?? state.fault}` : 'No fault'}.`;
     if (text === this.announced) return;

@@ -1,5 +1,5 @@
-// Which moment is shown: now, or one of the last 60 s. While it is paused the history that is looked at stays as it is, and new states
-// go on being kept.
+// The moment that is shown: now, or one of the last 60 s. While it is paused the history shown does not change, and new states
+// are still stored.
 import { History, kSpan_s } from './history';
 import type { State } from './protocol';
 
@@ -43,7 +43,7 @@ export class Timeline {
     this.pause();
     this.time_s = this.newest_s + Math.min(Math.max(offset_s, this.least_offset_s), 0);
   }
-  // Another scene: what was before cannot be shown with its objects.
+  // Another scene: earlier states do not fit its objects.
   forget(): void {
     this.live.clear();
     this.resume();
