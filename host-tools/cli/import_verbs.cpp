@@ -74,13 +74,13 @@ void import_volume(const Common& common, const ImportVolumeChoice& choice) {
 
 void import_device_log(const Common& common, const ImportDeviceLogChoice& choice) {
   if (choice.path.empty() && choice.forces.empty()) {
-    throw Error(ExitCode::kUsage, "usage", "neither --output nor --log says what to make of it",
+    throw Error(ExitCode::kUsage, "usage", "neither --output nor --log is given",
                 "--output PATH.csv for `thimble simulate --path`, --log LOG.csv for `thimble plot`");
   }
   const DeviceLog log = read_device_log(choice.log, choice.thimble_frame);
   if (!choice.forces.empty() && !log.has_force) {
     throw Error(ExitCode::kBadInput, "no-force", choice.log.string() + " has no FORCE",
-                "make a path of it (--output), and feel a scene along it (`thimble simulate`)");
+                "write its path (--output), and simulate a scene along it (`thimble simulate`)");
   }
   if (!choice.path.empty()) {
     OutputFile file(choice.path);

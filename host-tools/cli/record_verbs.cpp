@@ -87,7 +87,7 @@ void keep_apart(const std::filesystem::path& input, const std::filesystem::path&
   std::error_code none;
   if (!std::filesystem::equivalent(input, output, none)) return;
   throw Error(ExitCode::kUsage, "same-file", output.string() + " is the file that is read",
-              "give another name for what is written");
+              "give the output another name");
 }
 
 [[noreturn]] void differs(const std::filesystem::path& file, const ReplayVerdict& verdict) {
@@ -109,7 +109,7 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
   options.tool = THIMBLE_VERSION;
   std::error_code none;
   if (std::filesystem::exists(choice.output, none) && !choice.force) {
-    throw Error(ExitCode::kRefused, "recording-exists", choice.output.string() + " is there already",
+    throw Error(ExitCode::kRefused, "recording-exists", choice.output.string() + " exists already",
                 "give another file, or --force");
   }
   heed_interrupts();

@@ -46,13 +46,11 @@ class DeviceProbe final : public Probe {
     const link::DeviceState now = device_.state();
     const bool allowed = device_.read_param(allow_moves_row()) != 0;
     if (!allow && !allowed) {
-      throw Error(ExitCode::kRefused, "moves-not-allowed",
-                  "the arm would move by itself, and that is not allowed",
+      throw Error(ExitCode::kRefused, "moves-not-allowed", "a scan moves the arm, and moves are not allowed",
                   "keep hands off the arm and its e-stop in reach, then give --allow-moves");
     }
     if (now.mode == link::Mode::kDisarmed) {
-      throw Error(ExitCode::kRefused, "not-homed", "the arm does not know where it stands",
-                  "home it (`thimble home`)");
+      throw Error(ExitCode::kRefused, "not-homed", "the arm is not homed", "home it (`thimble home`)");
     }
     if (!allowed) {
       if (now.mode == link::Mode::kArmed) device_.disarm();
@@ -84,7 +82,7 @@ class DeviceProbe final : public Probe {
       if (phase == link::MovePhase::kNone || phase == link::MovePhase::kHolding) break;
       if (now_us() > until_us) {
         device_.end_move();
-        throw Error(ExitCode::kRefused, "not-in-time", "the arm did not get to the end of its way",
+        throw Error(ExitCode::kRefused, "not-in-time", "the arm did not reach its target in time",
                     "let the motors cool, then go on with --resume");
       }
       wait(kPoll_us);

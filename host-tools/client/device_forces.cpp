@@ -24,8 +24,8 @@ void Device::take_over(double readings_per_s) {
   while (rate_Hz <= 0) {  // measured over half a second after its start
     rate_Hz = static_cast<double>(state().tick_rate_Hz);
     if (now_us() > deadline_us) {
-      throw Error(ExitCode::kRefused, "not-in-time", "the device does not tell how fast its loop is",
-                  "see `thimble info`: does it run?");
+      throw Error(ExitCode::kRefused, "not-in-time", "the device does not report its tick rate",
+                  "check with `thimble info` that its loop runs");
     }
   }
   const double before = read_param(decimation);
@@ -56,8 +56,8 @@ void Device::release_forces() {
 void Device::order_force(const std::array<double, 3>& force_N, unsigned arm) {
   if (arm >= info_.arms || arm >= rendered_.size() ||
       !std::ranges::all_of(force_N, [](double f) { return std::isfinite(f); })) {
-    throw Error(ExitCode::kUsage, "bad-force", "a force has three numbers, and an arm that the device has",
-                "check what the program calculates");
+    throw Error(ExitCode::kUsage, "bad-force", "the force is not finite, or the device has no such arm",
+                "check the force and the number of the arm in the program");
   }
   link::ForceOrder order;
   order.x_N = static_cast<float>(force_N[0]);
@@ -96,7 +96,7 @@ void Device::take_reading(const CanFrame& frame) {
     if (status.fault != 0) services_.faulted("rendering", status.fault);
     throw Error(ExitCode::kRefused, "not-armed",
                 std::string("the device is ") + name(status.mode) + ", not armed",
-                "was it disarmed, or the dead-man switch released? Then take over again");
+                "hold the dead-man switch, then take over again");
   }
 }
 

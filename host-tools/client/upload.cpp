@@ -125,7 +125,7 @@ class Upload {
     if (other_sequence(exit.code)) return false;
     if (exit.code == Nrc::kProgrammingFailure && services_.text(link::kDidRefusal) == "wrong_crc") {
       throw Error(ExitCode::kVerification, "wrong-crc",
-                  "what the device received is not what was announced (wrong_crc)",
+                  "the bytes that the device received do not match the announced CRC (wrong_crc)",
                   "compile the image again if it is a file, and repeat; the running scene is untouched");
     }
     if (exit.code != Nrc::kOk) services_.refused("the image", exit.code);

@@ -64,8 +64,8 @@ ScanLog::ScanLog(std::filesystem::path file, std::uint32_t plan_crc, std::size_t
     : file_(std::move(file)) {
   if (std::filesystem::exists(file_)) {
     if (!resume) {
-      throw Error(ExitCode::kRefused, "log-exists", file_.string() + " is there already",
-                  "go on with it (--resume), or give another file");
+      throw Error(ExitCode::kRefused, "log-exists", file_.string() + " exists already",
+                  "continue it (--resume), or give another file");
     }
     std::ifstream in(file_, std::ios::binary);
     std::ostringstream text;
