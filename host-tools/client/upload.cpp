@@ -38,7 +38,7 @@ class Upload {
          const UploadListener& progress)
       : services_(services), image_(image), options_(options), progress_(progress) {
     result_.bytes = length_;
-    result_.crc = options.crc ? *options.crc : crc32(image);
+    result_.crc = options.crc ? *options.crc : link::crc32(image);
   }
 
   UploadResult run() {
