@@ -43,7 +43,7 @@ class HostRendering(Rig):
                 self.assertEqual(old, 0)
                 state = self.ok_json("info", "--device", uri)
                 self.assertEqual(state["state"]["mode"], "ready")
-                self.assertEqual(state["state"]["flags"] >> 6 & 1, 0, "it was handed back")
+                self.assertFalse(state["state"]["flags"]["host_renders"], "it was handed back")
                 self.assertEqual(state["host_orders"]["wrong"], 0)
 
     def test_a_host_that_is_killed(self):
