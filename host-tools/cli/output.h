@@ -11,10 +11,10 @@
 
 namespace thimble::host {
 
-inline constexpr int kJsonSchema = 1;
+inline constexpr int kJsonSchema = 2;
 using Json = nlohmann::ordered_json;
 
-// {"schema": 1, "verb": verb}: the beginning of every document.
+// {"schema": 2, "verb": verb}: the beginning of every document.
 [[nodiscard]] Json document(std::string_view verb);
 void print(const Json& document);       // stdout, indented
 void print_line(const Json& document);  // stdout, one line, flushed: streams

@@ -201,7 +201,7 @@ class Rig(unittest.TestCase):
 
     def ok_json(self, *arguments, timeout=60):
         document = self.ok(*arguments, "--json", timeout=timeout).json
-        self.assertEqual(document["schema"], 1)
+        self.assertEqual(document["schema"], 2)
         return document
 
     def fails(self, code, name, *arguments, timeout=60):
@@ -214,7 +214,7 @@ class Rig(unittest.TestCase):
         machine = self.run_thimble(*arguments, "--json", timeout=timeout)
         self.assertEqual(machine.code, code, machine.err)
         error = json.loads(machine.err)
-        self.assertEqual(error["schema"], 1)
+        self.assertEqual(error["schema"], 2)
         self.assertEqual(error["error"]["name"], name)
         self.assertEqual(error["error"]["exit_code"], code)
         self.assertTrue(error["error"]["cause"] and error["error"]["remedy"])
