@@ -39,6 +39,7 @@ using Bits = std::conditional_t<(kBits <= 8), u8, std::conditional_t<(kBits <= 1
 
 // ---------------------------------------------------------------------------------- the numbers that have names
 
+// NOLINTBEGIN(bugprone-macro-parentheses): rows of messages.def give types and names, which stand without parentheses
 #define ENUM(Type, description) enum class Type : std::uint8_t {
 #define FLAG_SET(Type, description) enum Type : std::uint8_t {
 #define VALUE(enumerator, number, name, description) enumerator = number,
@@ -93,7 +94,6 @@ template <TableEnum Enum>
 }
 
 // Calls visit(EnumTable<Type>{}) for every ENUM and FLAG_SET.
-// NOLINTBEGIN(bugprone-macro-parentheses): Type names a type
 template <class Visit>
 constexpr void visit_enums(Visit&& visit) {
 #define ENUM(Type, description) visit(EnumTable<Type>{});
@@ -102,7 +102,6 @@ constexpr void visit_enums(Visit&& visit) {
 #define END_ENUM(Type)
 #include "firmware/link/messages.def"
 }
-// NOLINTEND(bugprone-macro-parentheses)
 
 // ------------------------------------------------------------------------------------------------- the structs
 
@@ -233,7 +232,6 @@ constexpr void visit_numbers(Message& message, Visit&& visit, unsigned at = 0, c
 }
 
 // Calls visit(Type{}) for every message.
-// NOLINTBEGIN(bugprone-macro-parentheses): Type names a type
 template <class Visit>
 constexpr void visit_messages(Visit&& visit) {
 #define FRAME(Type, base_id, node, description) visit(Type{});
