@@ -32,8 +32,9 @@ TcpPort::TcpPort(std::uint16_t port)
   auto* generic = reinterpret_cast<sockaddr*>(&address);
   if (bind(listener_.get(), generic, sizeof(address)) != 0 || listen(listener_.get(), 8) != 0) {
     if (errno == EADDRINUSE) {
-      throw std::runtime_error("TCP port " + std::to_string(port) +
-                               " is in use: end the other program, or choose another port (0: any free port)");
+      throw std::runtime_error(
+          "TCP port " + std::to_string(port) +
+          " is in use: end the other program, or choose another port (0: any free port)");
     }
     fail_tcp("cannot listen on TCP port " + std::to_string(port));
   }
