@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "firmware/link/host_address.h"
 #include "firmware/link/messages.h"
 
 namespace thimble::board {
