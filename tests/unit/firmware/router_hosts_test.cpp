@@ -141,10 +141,9 @@ TEST(RouterHosts, AnAddressComesBackAsLateAsPossible) {
   Claims bus;
   const std::uint8_t first = bus.claim(100);
   bus.send(100, ClaimAction::kRelease);
-  const int others = link::kLastHostAddress - link::kFirstHostAddress;
-  for (int i = 1; i <= others; ++i) {
-    const auto key = static_cast<std::uint64_t>(100 + i);
-    EXPECT_NE(bus.claim(key), first) << i;
+  constexpr std::uint64_t others = link::kLastHostAddress - link::kFirstHostAddress;
+  for (std::uint64_t key = 101; key <= 100 + others; ++key) {
+    EXPECT_NE(bus.claim(key), first) << key;
     bus.send(key, ClaimAction::kRelease);
   }
   EXPECT_EQ(bus.claim(999), first);
