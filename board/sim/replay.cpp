@@ -31,9 +31,9 @@ firmware::Config config_of(const RecordedRun& run) {
     to.model = run.models[i].c_str();
     to.has_index = from.has_index;
     to.base.home_m = {from.home_m[0], from.home_m[1], from.home_m[2]};
+    std::size_t at = 0;
     for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 3; ++column)
-        to.base.rotation(row, column) = from.rotation[static_cast<std::size_t>(3 * row + column)];
+      for (int column = 0; column < 3; ++column) to.base.rotation(row, column) = from.rotation[at++];
   }
   return config;
 }

@@ -142,7 +142,7 @@ std::vector<std::string> errors_of(const Section& section, const std::map<std::s
   if (numbered > section.most_files || (section.most_files > kMostFiles && numbered != section.most_files))
     errors.push_back("needs " + std::to_string(numbered) + " files");
   for (const auto& [file, text] : code) {
-    const bool known = std::any_of(listed.begin(), listed.end(), [&](const std::string& entry) {
+    const bool known = std::any_of(listed.begin(), listed.end(), [&, &file = file](const std::string& entry) {
       return entry == file || (entry.back() == '/' && file.rfind(entry, 0) == 0);
     });
     if (!known && contains(text, section.search))
