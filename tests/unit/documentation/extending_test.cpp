@@ -106,7 +106,8 @@ std::string without_comments(const std::string& text, const fs::path& file) {
 std::map<std::string, std::string> product() {
   static const std::set<std::string> kExtensions = {".h",     ".cpp", ".c",    ".def", ".fbs",  ".txt",
                                                     ".cmake", ".ts",  ".json", ".py",  ".bash", ".ld"};
-  static const std::set<std::string> kOthers = {"node_modules", "dist", "test", "mock", "pictures", "build", "generated"};
+  static const std::set<std::string> kOthers = {"node_modules", "dist",  "test",     "mock",
+                                                "pictures",     "build", "generated"};
   std::map<std::string, std::string> files;
   for (const char* module : {"kinematics", "control", "firmware", "board", "host-tools", "cmake"}) {
     for (auto it = fs::recursive_directory_iterator(kTop / module); it != fs::recursive_directory_iterator();
