@@ -1,5 +1,5 @@
 # thimble_controller_headers(TARGET): the headers that most files of the controller include are parsed once for all of its libraries. Without
-# this, most of the time of a small file goes into them: 2.6 s instead of 0.6 s for control/shapes/box.cpp on a Cortex-M7. Applies where the
+# this, most of the time of a small file goes into them: 2.6 s instead of 0.6 s for control/solids/box.cpp on a Cortex-M7. Applies where the
 # controller is compiled file by file: in the release preset and for the bare-metal boards. The preset `dev` does without, and so finds a file
 # that does not include what it uses.
 if(THIMBLE_UNITY STREQUAL "host" OR NOT (THIMBLE_HOST OR THIMBLE_UNITY))

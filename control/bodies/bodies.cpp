@@ -74,7 +74,7 @@ void Bodies::go_on(const SceneView& scene) noexcept {
 void Bodies::bind(const SceneView& scene, World& world) noexcept {
   count_ = 0;
   gravity_m_s2_ = Vec3::Zero();
-  solver_.bind(world);
+  solver_.reset();
   if (scene.scene() == nullptr) return;
   if (scene.scene()->gravity_m_per_s2() != nullptr)
     gravity_m_s2_ = to_vec(*scene.scene()->gravity_m_per_s2());

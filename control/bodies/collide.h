@@ -9,6 +9,7 @@
 #include <cstddef>
 
 #include "control/contact/world.h"
+#include "control/scene/shape_table.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -29,12 +30,46 @@ struct Manifold {
   void add(const Meeting& meeting) noexcept;
 };
 
-// Whether objects of this shape meet others at all.
-[[nodiscard]] constexpr bool collides(scene::Shape shape) { return shape < scene::Shape::Mesh; }
+// Which of the exact collisions a solid takes part in.
+enum class CollisionForm : std::uint8_t {
+  kHalfSpace,  // stands still
+  kBall,
+  kCapsule,
+  kBox,
+  kCylinder,
+  kOther,  // exact with balls, capsules and half-spaces; with the rest as the box about it
+};
 
-// All points that are apart by at most margin_m. kind_a and kind_b are the shapes of a and b; a is no plane.
-void collide(scene::Shape kind_a, const PlacedObject& a, scene::Shape kind_b, const PlacedObject& b,
-             float margin_m, Manifold& out) noexcept;
+// The place of a solid's surface nearest to a point of its frame: its outward normal there, and how far outside the point is.
+struct NearestPlace {
+  Vec3 normal = Vec3::UnitZ();
+  float outside_m = 0.0F;
+};
+
+using LowestPoints = std::array<Vec3, kMaxManifold>;
+
+struct BoxAbout {
+  Vec3 centre_m = Vec3::Zero();  // in the object's frame
+  Vec3 half_m = Vec3::Zero();
+};
+
+// What a solid answers as a body, or to one; its row is in control/scene/shape_table.h.
+struct CollisionOps {
+  CollisionForm form;
+  NearestPlace (*nearest)(const ShapeData& shape, const Vec3& p);
+  // Points of the surface that can lie deepest in a half-space; `down` is the direction into it. Null: ball, capsule, half-space.
+  std::size_t (*lowest)(const ShapeData& shape, const Vec3& down, LowestPoints& out) = nullptr;
+  BoxAbout (*box_about)(const ShapeData& shape) = nullptr;  // null: ball, capsule, half-space
+};
+
+// Parts of these answers that solids share.
+[[nodiscard]] NearestPlace nearest_on_ball(float radius_m, const Vec3& from_centre) noexcept;
+[[nodiscard]] NearestPlace nearest_on_box(const Vec3& half_m, const Vec3& p) noexcept;
+// Four unit vectors across the z axis, the one that points most along `down` first.
+[[nodiscard]] std::array<Vec3, 4> rim_directions(const Vec3& down) noexcept;
+
+// All points that are apart by at most margin_m. Both objects collide (ShapeRow::collision), and a is no half-space.
+void collide(const PlacedObject& a, const PlacedObject& b, float margin_m, Manifold& out) noexcept;
 
 // Boxes by their half sizes and poses, by the separating axes and by clipping the face that meets (Gottschalk 1996; Catto 2006).
 struct OrientedBox {

@@ -20,6 +20,8 @@ constexpr float kMargin_m =
     1.0e-4F;  // contacts are known this long before they close, and longer by the speed
 constexpr float kSamePlace_m = 2.0e-3F;  // a contact of the last tick nearer than this is the same
 
+bool collides(const PlacedObject& object) { return object.row->collision != nullptr; }
+
 bool boxes_meet(const PlacedObject& a, const PlacedObject& b, float margin) {
   return ((a.lo_m.array() - margin) <= b.hi_m.array()).all() &&
          ((b.lo_m.array() - margin) <= a.hi_m.array()).all();
@@ -27,10 +29,9 @@ bool boxes_meet(const PlacedObject& a, const PlacedObject& b, float margin) {
 
 }  // namespace
 
-void ContactSolver::bind(const World& world) noexcept {
+void ContactSolver::reset() noexcept {
   count_ = 0;
   kept_count_ = 0;
-  for (std::size_t i = 0; i < world.count; ++i) kinds_[i] = world.objects[i].source->shape_type();
 }
 
 ContactSolver::Row ContactSolver::row(std::span<const Mover> movers, const Contact& contact,
@@ -159,7 +160,7 @@ void ContactSolver::meet(const World& world, std::span<Mover> movers, std::size_
   const float margin = kMargin_m + period_s * relative.norm();
   if (!boxes_meet(first, second, margin)) return;
   Manifold manifold;
-  collide(kinds_[object_a], first, kinds_[object_b], second, margin, manifold);
+  collide(first, second, margin, manifold);
   for (std::size_t i = 0; i < manifold.count; ++i) {
     if (count_ == contacts_.size()) {
       ++counters.contact_bound;
@@ -181,13 +182,13 @@ void ContactSolver::find(const World& world, std::span<Mover> movers, float peri
                          RenderCounters& counters) noexcept {
   count_ = 0;
   for (std::size_t a = 0; a < movers.size(); ++a) {
-    if (!collides(kinds_[movers[a].object])) continue;
+    if (!collides(world.objects[movers[a].object])) continue;
     for (std::size_t object = 0; object < world.count; ++object) {
-      if (world.objects[object].body == kNoBody && collides(kinds_[object]))
+      if (world.objects[object].body == kNoBody && collides(world.objects[object]))
         meet(world, movers, a, object, kNoBody, period_s, counters);
     }
     for (std::size_t b = a + 1; b < movers.size(); ++b) {
-      if (collides(kinds_[movers[b].object]))
+      if (collides(world.objects[movers[b].object]))
         meet(world, movers, a, movers[b].object, static_cast<std::uint8_t>(b), period_s, counters);
     }
   }

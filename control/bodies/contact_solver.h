@@ -37,7 +37,8 @@ struct Mover {
 
 class ContactSolver {
  public:
-  void bind(const World& world) noexcept;
+  // Forgets the contacts of the last tick.
+  void reset() noexcept;
 
   // Finds the contacts of `movers` and changes their velocities.
   void solve(const World& world, std::span<Mover> movers, float period_s, RenderCounters& counters) noexcept;
@@ -96,7 +97,6 @@ class ContactSolver {
   static void push(std::span<Mover> movers, const Contact& contact, const Row& row, float impulse) noexcept;
   static void rub(std::span<Mover> movers, Contact& contact) noexcept;
 
-  std::array<scene::Shape, kMaxObjects> kinds_{};
   std::array<Contact, kMaxBodyContacts> contacts_;
   std::array<Kept, kMaxBodyContacts> kept_;
   std::size_t count_ = 0;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "control/shapes/mesh_view.h"
+#include "control/solids/mesh_view.h"
 #include "kinematics/trig.h"
 
 namespace thimble::control {

@@ -5,45 +5,12 @@
 namespace thimble::control {
 namespace {
 
-ShapeData view_shape(const scene::Object& object) {
-  ShapeData data;
-  switch (object.shape_type()) {
-    case scene::Shape::NONE:
-    case scene::Shape::VectorField:
-    case scene::Shape::PotentialField:
-    case scene::Shape::Needle:
-    case scene::Shape::Tissue:
-      break;
-    case scene::Shape::Plane:
-      data.vector = to_vec(object.shape_as_Plane()->normal()).normalized();
-      data.radius_m = object.shape_as_Plane()->offset_m();
-      break;
-    case scene::Shape::Sphere:
-      data.radius_m = object.shape_as_Sphere()->radius_m();
-      break;
-    case scene::Shape::Box:
-      data.vector = to_vec(object.shape_as_Box()->half_size_m());
-      break;
-    case scene::Shape::Cylinder:
-      data.radius_m = object.shape_as_Cylinder()->radius_m();
-      data.half_height_m = object.shape_as_Cylinder()->half_height_m();
-      break;
-    case scene::Shape::Capsule:
-      data.radius_m = object.shape_as_Capsule()->radius_m();
-      data.half_height_m = object.shape_as_Capsule()->half_height_m();
-      break;
-    case scene::Shape::Mesh:
-      data.mesh = view_mesh(*object.shape_as_Mesh());
-      break;
-  }
-  return data;
-}
-
 PlacedObject place(const scene::Object& object) {
   PlacedObject placed;
   placed.source = &object;
-  placed.ops = &shape_ops(object.shape_type());
-  placed.shape = view_shape(object);
+  placed.row = &shape_row(object.shape_type());
+  placed.ops = placed.row->solid;
+  placed.ops->view(object, placed.shape);
   const scene::Quat& q = object.pose()->rotation();
   placed.rotation = Eigen::Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized().toRotationMatrix();
   placed.turned = q.x() != 0.0F || q.y() != 0.0F || q.z() != 0.0F;
@@ -88,7 +55,7 @@ void World::go_on(const SceneView& view) noexcept {
     PlacedObject& placed = objects[index];
     placed.source = object;
     placed.material = view_material(*object->material());
-    if (object->shape_type() == scene::Shape::Mesh) placed.shape.mesh = view_mesh(*object->shape_as_Mesh());
+    placed.ops->view(*object, placed.shape);
     if (object->surface() != nullptr) surfaces[index] = view_surface(*object->surface());
     ++index;
   }

@@ -8,7 +8,8 @@
 
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
-#include "control/shapes/shape.h"
+#include "control/scene/shape_table.h"
+#include "control/solids/solid.h"
 #include "control/surfaces/surface_view.h"
 #include "kinematics/vector.h"
 
@@ -27,7 +28,8 @@ inline constexpr std::uint8_t kNoBody = 0xFF;
 
 struct PlacedObject {
   const scene::Object* source = nullptr;  // in the image: its surface and body
-  const ShapeOps* ops = nullptr;
+  const ShapeRow* row = nullptr;
+  const SolidOps* ops = nullptr;  // of the row
   ShapeData shape;
   Mat3 rotation = Mat3::Identity();  // object to world
   Vec3 position_m = Vec3::Zero();
@@ -49,9 +51,7 @@ struct PlacedObject {
 // Sets lo_m and hi_m for the present pose.
 void place_box(PlacedObject& object) noexcept;
 
-// Volumes have no surface and are not in the world: control/fields renders them.
-[[nodiscard]] constexpr bool is_volume(scene::Shape shape) { return shape >= scene::Shape::VectorField; }
-
+// The solids of a scene. Volumes have no surface and are not among them: control/fields renders them.
 struct World {
   std::array<PlacedObject, kMaxObjects> objects;
   std::array<SurfaceView, kMaxObjects> surfaces;  // of those that are surfaced

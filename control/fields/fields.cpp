@@ -3,33 +3,14 @@
 #include <algorithm>
 
 #include "control/contact/god_object.h"
+#include "control/scene/shape_table.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
 namespace {
 
-// Null for what is not a volume.
-const VolumeOps* volume_ops(scene::Shape kind) {
-  switch (kind) {
-    case scene::Shape::VectorField:
-      return &kVectorFieldOps;
-    case scene::Shape::PotentialField:
-      return &kPotentialFieldOps;
-    case scene::Shape::Needle:
-      return &kNeedleOps;
-    case scene::Shape::Tissue:
-      return &kTissueOps;
-    case scene::Shape::NONE:
-    case scene::Shape::Plane:
-    case scene::Shape::Sphere:
-    case scene::Shape::Box:
-    case scene::Shape::Cylinder:
-    case scene::Shape::Capsule:
-    case scene::Shape::Mesh:
-      break;
-  }
-  return nullptr;
-}
+// Null for a solid.
+const VolumeOps* volume_ops(const scene::Object& object) { return shape_row(object.shape_type()).volume; }
 
 bool holds(const VolumeBounds& bounds, const Vec3& p) {
   return (p.array() >= bounds.lo_m.array()).all() && (p.array() <= bounds.hi_m.array()).all();
@@ -40,7 +21,7 @@ bool holds(const VolumeBounds& bounds, const Vec3& p) {
 void Fields::go_on(const SceneView& view) noexcept {
   std::size_t index = 0;
   for (const scene::Object* object : *view.scene()->objects()) {
-    if (volume_ops(object->shape_type()) == nullptr || index == count_) continue;
+    if (volume_ops(*object) == nullptr || index == count_) continue;
     placed_[index].source = object;
     placed_[index++].material = view_material(*object->material());
   }
@@ -53,7 +34,7 @@ void Fields::bind(const SceneView& view) noexcept {
   std::uint8_t in_scene = 0;
   for (const scene::Object* object : *view.scene()->objects()) {
     const std::uint8_t place = in_scene++;
-    const VolumeOps* ops = volume_ops(object->shape_type());
+    const VolumeOps* ops = volume_ops(*object);
     if (ops == nullptr) continue;
     const scene::Quat& q = object->pose()->rotation();
     Placed& placed = placed_[count_++];
@@ -74,8 +55,8 @@ void Fields::reset() noexcept {
 std::size_t Fields::show(TissueViews& views) const noexcept {
   std::size_t count = 0;
   for (std::size_t i = 0; i < count_; ++i) {
-    const bool is_needle = placed_[i].ops == &kNeedleOps;
-    if (!is_needle && placed_[i].ops != &kTissueOps) continue;
+    const bool is_needle = placed_[i].ops == &kNeedleVolume;
+    if (!is_needle && placed_[i].ops != &kTissueVolume) continue;
     for (std::uint8_t arm = 0; arm < kMaxArms; ++arm) {
       const ArmState& own = state_[i].arms[arm];
       if (!own.seen) continue;

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "control/fields/volume.h"
+#include "control/scene/check.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
@@ -15,6 +16,10 @@ namespace {
 
 // A needle that goes in nearer than this to a hole goes through that hole.
 constexpr float kHoleReach_m = 2.0e-3F;
+
+ImageVerdict needle_check(const scene::Object& object, Pauses& /*pauses*/) noexcept {
+  return check_needle(*object.shape_as_Needle());
+}
 
 VolumeBounds needle_bounds(const scene::Object&) noexcept {
   constexpr float kEverywhere = std::numeric_limits<float>::infinity();
@@ -120,6 +125,6 @@ VolumeTouch needle_tick(const scene::Object& object, const Material& material, c
 
 }  // namespace
 
-const VolumeOps kNeedleOps = {needle_bounds, needle_tick};
+const VolumeOps kNeedleVolume = {needle_check, needle_bounds, needle_tick};
 
 }  // namespace thimble::control

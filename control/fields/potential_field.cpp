@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "control/fields/volume.h"
+#include "control/scene/check.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
@@ -29,6 +30,10 @@ Blend blend(float x, unsigned count) {
              (4.0F - 6.0F * s * s + 3.0F * s * s * s) / 6.0F, t * t * t / 6.0F};
   b.slope = {-0.5F * s * s, 1.5F * t * t - 2.0F * t, 2.0F * s - 1.5F * s * s, 0.5F * t * t};
   return b;
+}
+
+ImageVerdict check(const scene::Object& object, Pauses& pauses) noexcept {
+  return check_potential_field(*object.shape_as_PotentialField(), pauses);
 }
 
 VolumeBounds bounds(const scene::Object& object) noexcept {
@@ -82,6 +87,6 @@ VolumeTouch tick(const scene::Object& object, const Material& material, const Ti
 }  // namespace
 }  // namespace potential_field
 
-const VolumeOps kPotentialFieldOps{potential_field::bounds, potential_field::tick};
+const VolumeOps kPotentialFieldVolume{potential_field::check, potential_field::bounds, potential_field::tick};
 
 }  // namespace thimble::control

@@ -14,11 +14,16 @@
 #include <numbers>
 
 #include "control/fields/volume.h"
+#include "control/scene/check.h"
 #include "kinematics/trig.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
 namespace {
+
+ImageVerdict tissue_check(const scene::Object& object, Pauses& /*pauses*/) noexcept {
+  return check_tissue(*object.shape_as_Tissue(), object.material()->stiffness_n_per_m());
+}
 
 VolumeBounds tissue_bounds(const scene::Object&) noexcept {  // a dimple comes back wherever the tip is
   constexpr float kEverywhere = std::numeric_limits<float>::infinity();
@@ -90,6 +95,6 @@ float dimple_depth_m(float depth_m, float radius_m, float r_m) noexcept {
   return depth_m * (2.0F / std::numbers::pi_v<float>)*kinematics::arc_sine(radius_m / r_m);
 }
 
-const VolumeOps kTissueOps = {tissue_bounds, tissue_tick};
+const VolumeOps kTissueVolume = {tissue_check, tissue_bounds, tissue_tick};
 
 }  // namespace thimble::control

@@ -1,6 +1,7 @@
 // Vector fields by hand-made subvolumes (paper, section 4): each subvolume belongs to one surface, which pushes a tip in it
 // along its normal. No memory: where the tip is decides alone, so the force jumps from one subvolume to the next.
 #include "control/fields/volume.h"
+#include "control/scene/check.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
@@ -16,6 +17,10 @@ bool is_in(const scene::Subvolume& subvolume, const Vec3& p) {
     if (!(behind(*side, p) >= 0.0F)) return false;
   }
   return true;
+}
+
+ImageVerdict check(const scene::Object& object, Pauses& /*pauses*/) noexcept {
+  return check_vector_field(*object.shape_as_VectorField());
 }
 
 VolumeBounds bounds(const scene::Object& object) noexcept {
@@ -44,6 +49,6 @@ VolumeTouch tick(const scene::Object& object, const Material& material, const Ti
 }  // namespace
 }  // namespace vector_field
 
-const VolumeOps kVectorFieldOps{vector_field::bounds, vector_field::tick};
+const VolumeOps kVectorFieldVolume{vector_field::check, vector_field::bounds, vector_field::tick};
 
 }  // namespace thimble::control

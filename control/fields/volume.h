@@ -1,5 +1,5 @@
 // What every volume answers: an object with no surface for a god object to rest on, but a force for every place inside
-// (paper, sections 4 to 6). A new kind is one file with a VolumeOps and one row in fields.cpp and check_volume.cpp.
+// (paper, sections 4 to 6). Each kind is one file in this folder with a VolumeOps; its row is in control/scene/shape_table.h.
 //
 // All coordinates are in the object's own frame, in metres. Nothing here allocates or fails.
 #pragma once
@@ -13,7 +13,10 @@
 #include "control/contact/friction.h"
 #include "control/contact/world.h"
 #include "control/renderer_types.h"
+#include "control/scene/image_verdict.h"
 #include "control/scene/limits.h"
+#include "control/scene/pauses.h"
+#include "control/scene/shape_table.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -60,17 +63,14 @@ struct VolumeBounds {
 };
 
 struct VolumeOps {
+  // In the background, once: whether the numbers in the image are allowed.
+  ImageVerdict (*check)(const scene::Object& object, Pauses& pauses) noexcept;
   // A box that holds every place where a tip is felt or remembered. May be infinite.
   VolumeBounds (*bounds)(const scene::Object& object) noexcept;
   // One period of one tip within the bounds.
   VolumeTouch (*tick)(const scene::Object& object, const Material& material, const Tip& tip, float period_s,
                       SharedState& shared, ArmState& own) noexcept;
 };
-
-extern const VolumeOps kVectorFieldOps;
-extern const VolumeOps kPotentialFieldOps;
-extern const VolumeOps kNeedleOps;
-extern const VolumeOps kTissueOps;
 
 // Where a spring of this stiffness with this force would begin; of a very soft one, somewhere on the way.
 inline Vec3 spring_start(const Vec3& tip_m, const Vec3& force_N, float stiffness_N_m) {

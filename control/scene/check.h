@@ -9,6 +9,8 @@
 
 namespace thimble::control {
 
+struct VolumeOps;
+
 // Every check answers the first thing wrong; kOk goes on.
 #define RETURN_IF_BAD(expression)                                                               \
   do {                                                                                          \
@@ -47,8 +49,14 @@ inline bool is_unit(const scene::Vec3& v) { return is_unit(v.x() * v.x() + v.y()
 [[nodiscard]] ImageVerdict check_body(const scene::Object& object) noexcept;  // object.body, when it has one
 // The control of an object's body, when it has one; the body's own numbers have been checked before.
 [[nodiscard]] ImageVerdict check_control(const scene::Object& object) noexcept;
-[[nodiscard]] ImageVerdict check_volume(const scene::Object& object,
-                                        Pauses& pauses) noexcept;  // a shape that is a volume
+// Adds to the scene's triangles.
+[[nodiscard]] ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene,
+                                      Pauses& pauses) noexcept;
+// An object whose shape is a volume with these operations (control/fields/volume.h).
+[[nodiscard]] ImageVerdict check_volume(const scene::Object& object, const VolumeOps& volume,
+                                        Pauses& pauses) noexcept;
+[[nodiscard]] ImageVerdict check_vector_field(const scene::VectorField& field) noexcept;
+[[nodiscard]] ImageVerdict check_potential_field(const scene::PotentialField& field, Pauses& pauses) noexcept;
 [[nodiscard]] ImageVerdict check_needle(const scene::Needle& needle) noexcept;
 [[nodiscard]] ImageVerdict check_tissue(const scene::Tissue& tissue,
                                         float stiffness_N_m) noexcept;  // of the object's material

@@ -1,4 +1,5 @@
 #include "control/scene/check.h"
+#include "control/scene/shape_table.h"
 
 namespace thimble::control {
 namespace {
@@ -20,9 +21,7 @@ ImageVerdict check_free(const scene::Body& body) {
 ImageVerdict check_body(const scene::Object& object) noexcept {
   if (object.body() == nullptr) return ImageStatus::kOk;
   const scene::Body& body = *object.body();
-  // A half-space has no mass, a volume no surface to push.
-  if (object.shape_type() == scene::Shape::Plane || object.shape_type() >= scene::Shape::VectorField)
-    return ImageStatus::kNoShape;
+  if (shape_row(object.shape_type()).mobility != Mobility::kMovable) return ImageStatus::kNoShape;
   RETURN_IF_BAD(require(body.motion() <= scene::Motion::MAX &&
                             in_range(body.mass_kg(), kMinMass_kg, kMaxMass_kg) &&
                             stiffest_N_m(object.material()->stiffness_n_per_m(), object.surface()) <=

@@ -1,3 +1,4 @@
+#include "control/fields/volume.h"
 #include "control/scene/check.h"
 
 namespace thimble::control {
@@ -8,7 +9,9 @@ bool is_half_space(const scene::HalfSpace& half) {
          in_range(half.offset_m(), -2.0F * kMaxCoordinate_m, 2.0F * kMaxCoordinate_m);
 }
 
-ImageVerdict check_vector_field(const scene::VectorField& field) {
+}  // namespace
+
+ImageVerdict check_vector_field(const scene::VectorField& field) noexcept {
   RETURN_IF_BAD(
       at_most(kMaxSubvolumes, field.subvolumes()->size(), "subvolumes", ImageStatus::kTooManySamples));
   RETURN_IF_BAD(
@@ -26,7 +29,7 @@ ImageVerdict check_vector_field(const scene::VectorField& field) {
   return ImageStatus::kOk;
 }
 
-ImageVerdict check_potential_field(const scene::PotentialField& field, Pauses& pauses) {
+ImageVerdict check_potential_field(const scene::PotentialField& field, Pauses& pauses) noexcept {
   constexpr std::uint16_t kLeastCount = 4;  // one cell of the spline
   if (field.count()->size() != 3) return ImageStatus::kBadIndex;
   std::size_t samples = 1;
@@ -47,31 +50,11 @@ ImageVerdict check_potential_field(const scene::PotentialField& field, Pauses& p
   return ImageStatus::kOk;
 }
 
-}  // namespace
-
-ImageVerdict check_volume(const scene::Object& object, Pauses& pauses) noexcept {
+ImageVerdict check_volume(const scene::Object& object, const VolumeOps& volume, Pauses& pauses) noexcept {
   // Effects of a surface and motion belong to objects that have a surface; a proxy needs a stiffness.
   if (object.surface() != nullptr || object.body() != nullptr) return ImageStatus::kNoShape;
   RETURN_IF_BAD(require(object.material()->stiffness_n_per_m() > 0.0F, ImageStatus::kBadNumber));
-  switch (object.shape_type()) {
-    case scene::Shape::VectorField:
-      return check_vector_field(*object.shape_as_VectorField());
-    case scene::Shape::PotentialField:
-      return check_potential_field(*object.shape_as_PotentialField(), pauses);
-    case scene::Shape::Needle:
-      return check_needle(*object.shape_as_Needle());
-    case scene::Shape::Tissue:
-      return check_tissue(*object.shape_as_Tissue(), object.material()->stiffness_n_per_m());
-    case scene::Shape::NONE:
-    case scene::Shape::Plane:
-    case scene::Shape::Sphere:
-    case scene::Shape::Box:
-    case scene::Shape::Cylinder:
-    case scene::Shape::Capsule:
-    case scene::Shape::Mesh:
-      break;
-  }
-  return ImageStatus::kNoShape;
+  return volume.check(object, pauses);
 }
 
 }  // namespace thimble::control

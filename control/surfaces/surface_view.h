@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "control/shapes/mesh_view.h"
+#include "control/solids/mesh_view.h"
 #include "kinematics/vector.h"
 #include "thimble_scene_schema/scene_generated.h"
 

@@ -33,7 +33,7 @@ Vec3 apply_map(const StiffnessMapView& map, const PlacedObject& object, const Pl
   material.stiffness_N_m = k.value;
   if (map.damping_N_s_m != nullptr)
     material.damping_N_s_m = spline_sample(map.damping_N_s_m, map.columns, u, v).value;
-  return carried(object, place, map.cells_per_m * (k.du * map.u + k.dv * map.v));
+  return gradient_at_tip(object, place, map.cells_per_m * (k.du * map.u + k.dv * map.v));
 }
 
 struct Relief {
@@ -51,9 +51,7 @@ Relief relief_at(const TextureView& texture, const PlacedObject& object, const P
 
 // A single contact on a shape whose surface has no edge: one chart, and the place moves with the tip without a jump.
 bool is_smooth(const PlacedObject& object, bool textured) noexcept {
-  const scene::Shape shape = object.source->shape_type();
-  return shape == scene::Shape::Plane ||
-         (!textured && (shape == scene::Shape::Sphere || shape == scene::Shape::Capsule));
+  return object.ops->smooth && (!textured || object.row->texturing == Texturing::kTextured);
 }
 
 void apply(const PlacedObject& object, const SurfaceView& surface, const Place& place, bool alone,

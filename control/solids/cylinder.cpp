@@ -2,8 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "control/shapes/round.h"
-#include "control/shapes/shape.h"
+#include "control/bodies/collide.h"
+#include "control/scene/check.h"
+#include "control/solids/round.h"
+#include "control/solids/solid.h"
+#include "control/surfaces/chart.h"
 
 namespace thimble::control {
 namespace cylinder {
@@ -12,6 +15,16 @@ namespace {
 constexpr std::uint32_t kSide = 0;
 constexpr std::uint32_t kTop = 1;
 constexpr std::uint32_t kBottom = 2;
+
+ImageVerdict check(const scene::Object& object, std::size_t& /*triangles*/, Pauses& /*pauses*/) {
+  const scene::Cylinder& c = *object.shape_as_Cylinder();
+  return require(is_size(c.radius_m()) && is_size(c.half_height_m()), ImageStatus::kBadNumber);
+}
+
+void view(const scene::Object& object, ShapeData& shape) {
+  shape.radius_m = object.shape_as_Cylinder()->radius_m();
+  shape.half_height_m = object.shape_as_Cylinder()->half_height_m();
+}
 
 float radial2(const Vec3& p) { return p.x() * p.x() + p.y() * p.y(); }
 
@@ -108,10 +121,66 @@ int normals(const ShapeData& /*shape*/, const Feature& feature, const Vec3& poin
 
 Vec3 reach(const ShapeData& shape) { return {shape.radius_m, shape.radius_m, shape.half_height_m}; }
 
+bool on_side(const Vec3& normal) {
+  constexpr float kCap = 0.5F;  // a cap's normal is +-z, a side's is square to it
+  return std::abs(normal.z()) < kCap;
+}
+
+bool chart(const ShapeData& shape, const Place& place, Chart& out) {
+  if (!on_side(place.normal)) return false;
+  const Vec3 around(-place.normal.y(), place.normal.x(), 0.0F);
+  out = {shape.radius_m * angle(place.at_m.y(), place.at_m.x()), place.at_m.z(),
+         curvature_gain(shape.radius_m, place.depth_m) * around, Vec3::UnitZ()};
+  return true;
+}
+
+Vec3 gradient_at_tip(const ShapeData& shape, const Place& place, const Vec3& along) {
+  if (!on_side(place.normal)) return along;
+  return faster_round_axis(place.normal, curvature_gain(shape.radius_m, place.depth_m), along);
+}
+
+NearestPlace nearest(const ShapeData& shape, const Vec3& p) {
+  const float across = planar_length(p.x(), p.y());
+  const Vec3 out = across > 0.0F ? Vec3(p.x() / across, p.y() / across, 0.0F) : Vec3(Vec3::UnitX());
+  const Vec3 up(0.0F, 0.0F, p.z() < 0.0F ? -1.0F : 1.0F);
+  const float side = across - shape.radius_m;
+  const float cap = std::abs(p.z()) - shape.half_height_m;
+  if (side > 0.0F && cap > 0.0F) {
+    const float distance = planar_length(side, cap);
+    return {(side * out + cap * up) / distance, distance};
+  }
+  return side > cap ? NearestPlace{out, side} : NearestPlace{up, cap};
+}
+
+// Four points of each rim, the lowest one among them.
+std::size_t lowest(const ShapeData& shape, const Vec3& down, LowestPoints& out) {
+  const std::array<Vec3, 4> directions = rim_directions(down);
+  std::size_t count = 0;
+  for (const float z : {-shape.half_height_m, shape.half_height_m}) {
+    const Vec3 middle(0.0F, 0.0F, z);
+    for (const Vec3& direction : directions) out[count++] = middle + shape.radius_m * direction;
+  }
+  return count;
+}
+
+BoxAbout box_about(const ShapeData& shape) {
+  return {Vec3::Zero(), {shape.radius_m, shape.radius_m, shape.half_height_m}};
+}
+
 }  // namespace
 }  // namespace cylinder
 
-const ShapeOps kCylinderOps{cylinder::sweep, cylinder::slide, cylinder::normals,
-                            cylinder::reach, nullptr,         false};
+const SolidOps kCylinderSolid{.check = cylinder::check,
+                              .view = cylinder::view,
+                              .sweep = cylinder::sweep,
+                              .slide = cylinder::slide,
+                              .normals = cylinder::normals,
+                              .reach = cylinder::reach,
+                              .chart = cylinder::chart,
+                              .gradient_at_tip = cylinder::gradient_at_tip};
+const CollisionOps kCylinderCollision{.form = CollisionForm::kCylinder,
+                                      .nearest = cylinder::nearest,
+                                      .lowest = cylinder::lowest,
+                                      .box_about = cylinder::box_about};
 
 }  // namespace thimble::control

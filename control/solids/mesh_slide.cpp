@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "control/shapes/mesh.h"
-#include "control/shapes/mesh_topology.h"
+#include "control/solids/mesh.h"
+#include "control/solids/mesh_topology.h"
 
 namespace thimble::control {
 

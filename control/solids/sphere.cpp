@@ -1,10 +1,21 @@
 // A ball about the origin.
-#include "control/shapes/round.h"
-#include "control/shapes/shape.h"
+#include "control/bodies/collide.h"
+#include "control/scene/check.h"
+#include "control/solids/round.h"
+#include "control/solids/solid.h"
+#include "control/surfaces/chart.h"
 
 namespace thimble::control {
 namespace sphere {
 namespace {
+
+ImageVerdict check(const scene::Object& object, std::size_t& /*triangles*/, Pauses& /*pauses*/) {
+  return require(is_size(object.shape_as_Sphere()->radius_m()), ImageStatus::kBadNumber);
+}
+
+void view(const scene::Object& object, ShapeData& shape) {
+  shape.radius_m = object.shape_as_Sphere()->radius_m();
+}
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
            Hit& hit) {
@@ -47,9 +58,23 @@ int normals(const ShapeData& /*shape*/, const Feature& /*feature*/, const Vec3& 
 
 Vec3 reach(const ShapeData& shape) { return Vec3::Constant(shape.radius_m); }
 
+Vec3 gradient_at_tip(const ShapeData& shape, const Place& place, const Vec3& along) {
+  return curvature_gain(shape.radius_m, place.depth_m) * along;
+}
+
+NearestPlace nearest(const ShapeData& shape, const Vec3& p) { return nearest_on_ball(shape.radius_m, p); }
+
 }  // namespace
 }  // namespace sphere
 
-const ShapeOps kSphereOps{sphere::sweep, sphere::slide, sphere::normals, sphere::reach, nullptr, false};
+const SolidOps kSphereSolid{.check = sphere::check,
+                            .view = sphere::view,
+                            .sweep = sphere::sweep,
+                            .slide = sphere::slide,
+                            .normals = sphere::normals,
+                            .reach = sphere::reach,
+                            .gradient_at_tip = sphere::gradient_at_tip,
+                            .smooth = true};
+const CollisionOps kSphereCollision{.form = CollisionForm::kBall, .nearest = sphere::nearest};
 
 }  // namespace thimble::control

@@ -2,12 +2,26 @@
 #include <algorithm>
 #include <cmath>
 
-#include "control/shapes/round.h"
-#include "control/shapes/shape.h"
+#include "control/bodies/collide.h"
+#include "control/scene/check.h"
+#include "control/solids/round.h"
+#include "control/solids/solid.h"
+#include "control/surfaces/chart.h"
 
 namespace thimble::control {
 namespace capsule {
 namespace {
+
+ImageVerdict check(const scene::Object& object, std::size_t& /*triangles*/, Pauses& /*pauses*/) {
+  const scene::Capsule& c = *object.shape_as_Capsule();
+  return require(is_size(c.radius_m()) && in_range(c.half_height_m(), 0.0F, kMaxCoordinate_m),
+                 ImageStatus::kBadNumber);
+}
+
+void view(const scene::Object& object, ShapeData& shape) {
+  shape.radius_m = object.shape_as_Capsule()->radius_m();
+  shape.half_height_m = object.shape_as_Capsule()->half_height_m();
+}
 
 Vec3 from_axis(const ShapeData& shape, const Vec3& p) {
   return {p.x(), p.y(), p.z() - std::clamp(p.z(), -shape.half_height_m, shape.half_height_m)};
@@ -70,9 +84,27 @@ Vec3 reach(const ShapeData& shape) {
   return {shape.radius_m, shape.radius_m, shape.radius_m + shape.half_height_m};
 }
 
+Vec3 gradient_at_tip(const ShapeData& shape, const Place& place, const Vec3& along) {
+  const float gain = curvature_gain(shape.radius_m, place.depth_m);
+  if (std::abs(place.at_m.z()) > shape.half_height_m) return gain * along;
+  return faster_round_axis(place.normal, gain, along);
+}
+
+NearestPlace nearest(const ShapeData& shape, const Vec3& p) {
+  return nearest_on_ball(shape.radius_m, from_axis(shape, p));
+}
+
 }  // namespace
 }  // namespace capsule
 
-const ShapeOps kCapsuleOps{capsule::sweep, capsule::slide, capsule::normals, capsule::reach, nullptr, false};
+const SolidOps kCapsuleSolid{.check = capsule::check,
+                             .view = capsule::view,
+                             .sweep = capsule::sweep,
+                             .slide = capsule::slide,
+                             .normals = capsule::normals,
+                             .reach = capsule::reach,
+                             .gradient_at_tip = capsule::gradient_at_tip,
+                             .smooth = true};
+const CollisionOps kCapsuleCollision{.form = CollisionForm::kCapsule, .nearest = capsule::nearest};
 
 }  // namespace thimble::control

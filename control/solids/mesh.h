@@ -1,4 +1,4 @@
-// The two halves of a mesh's answers; see ShapeOps.
+// The two halves of a mesh's answers; see SolidOps.
 //
 // Why a slide needs no sweep of its own: a walk stays on the surface, each piece inside one triangle, and a triangle that no other
 // crosses (the compiler proves it and flags the others as Pierced) can be slid along freely. So the tree is only walked in free
@@ -7,7 +7,7 @@
 
 #include <span>
 
-#include "control/shapes/shape.h"
+#include "control/solids/solid.h"
 
 namespace thimble::control {
 

@@ -3,11 +3,22 @@
 #include <cmath>
 #include <cstdint>
 
-#include "control/shapes/shape.h"
+#include "control/bodies/collide.h"
+#include "control/scene/check.h"
+#include "control/solids/solid.h"
 
 namespace thimble::control {
 namespace box {
 namespace {
+
+ImageVerdict check(const scene::Object& object, std::size_t& /*triangles*/, Pauses& /*pauses*/) {
+  const scene::Vec3& half = object.shape_as_Box()->half_size_m();
+  return require(is_size(half.x()) && is_size(half.y()) && is_size(half.z()), ImageStatus::kBadNumber);
+}
+
+void view(const scene::Object& object, ShapeData& shape) {
+  shape.vector = to_vec(object.shape_as_Box()->half_size_m());
+}
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
            Hit& hit) {
@@ -73,9 +84,29 @@ int normals(const ShapeData& /*shape*/, const Feature& feature, const Vec3& /*po
 
 Vec3 reach(const ShapeData& shape) { return shape.vector; }
 
+NearestPlace nearest(const ShapeData& shape, const Vec3& p) { return nearest_on_box(shape.vector, p); }
+
+std::size_t lowest(const ShapeData& shape, const Vec3& /*down*/, LowestPoints& out) {
+  const Vec3& half = shape.vector;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    out[corner] = {(corner & 1U) != 0 ? half.x() : -half.x(), (corner & 2U) != 0 ? half.y() : -half.y(),
+                   (corner & 4U) != 0 ? half.z() : -half.z()};
+  }
+  return 8;
+}
+
+BoxAbout box_about(const ShapeData& shape) { return {Vec3::Zero(), shape.vector}; }
+
 }  // namespace
 }  // namespace box
 
-const ShapeOps kBoxOps{box::sweep, box::slide, box::normals, box::reach, nullptr, false};
+const SolidOps kBoxSolid{.check = box::check,
+                         .view = box::view,
+                         .sweep = box::sweep,
+                         .slide = box::slide,
+                         .normals = box::normals,
+                         .reach = box::reach};
+const CollisionOps kBoxCollision{
+    .form = CollisionForm::kBox, .nearest = box::nearest, .lowest = box::lowest, .box_about = box::box_about};
 
 }  // namespace thimble::control

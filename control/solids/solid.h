@@ -1,15 +1,17 @@
-// What every shape answers. A new shape is one file with these four functions and one row in shapes.cpp.
+// The operations of a solid. Each kind of solid is one file in this folder with a SolidOps; its row is in control/scene/shape_table.h.
 //
-// All coordinates are in the object's own frame, in metres. A shape is a solid with a free side. The god
-// object is a point that never enters a solid; it either flies (sweep) or slides over a surface (slide).
-// Nothing here allocates or fails.
+// All coordinates are in the object's own frame, in metres. A solid has a free side. The god object is a point that never enters a
+// solid; it either flies (sweep) or slides over a surface (slide). Nothing here allocates or fails.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <span>
 
-#include "control/shapes/mesh_view.h"
+#include "control/scene/image_verdict.h"
+#include "control/scene/pauses.h"
+#include "control/scene/shape_table.h"
+#include "control/solids/mesh_view.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -70,33 +72,34 @@ struct ShapeData {
   MeshView mesh;
 };
 
-struct ShapeOps {
-  // Finds the first entry into the solid along from -> to before hit.t, and writes it to `hit`. `leaving` are
-  // the features of this shape that `from` is on: they do not stop the flight. False when a bound was hit and
-  // the answer is not known.
+struct Place;  // control/surfaces/chart.h
+struct Chart;
+
+struct SolidOps {
+  // In the background, once: whether the numbers in the image are allowed. Adds to the scene's triangles.
+  ImageVerdict (*check)(const scene::Object& object, std::size_t& triangles_in_scene, Pauses& pauses);
+  // Reads the shape from a checked image.
+  void (*view)(const scene::Object& object, ShapeData& shape);
+  // Finds the first entry into the solid along from -> to before hit.t, and writes it to `hit`. `leaving` are the features of this
+  // shape that `from` is on: they do not stop the flight. False when a bound was hit and the answer is not known.
   bool (*sweep)(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> leaving,
                 Hit& hit);
-  // Slides `from`, which is on `feature`, over the surface towards the point nearest to `target`; `feature`
-  // follows.
+  // Slides `from`, which is on `feature`, over the surface towards the point nearest to `target`; `feature` follows.
   Slide (*slide)(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
                  SlideOptions options);
   // The unit normals of the constraints at a point on `feature`, to the free side; returns how many, 1 to 3.
   int (*normals)(const ShapeData& shape, const Feature& feature, const Vec3& point, std::span<Vec3, 3> out);
   // Half extents of a box about the object's origin that holds the solid.
   Vec3 (*reach)(const ShapeData& shape);
-  // The interpolated normal of force shading at a point on `feature`; false where the shape is as it looks.
-  // Null: never shaded.
-  bool (*shaded_normal)(const ShapeData& shape, const Feature& feature, const Vec3& point, Vec3& normal);
-  bool walks = false;  // a slide costs more the farther it goes
+  // The interpolated normal of force shading at a point on `feature`; false where the shape is as it looks. Null: never shaded.
+  bool (*shaded_normal)(const ShapeData& shape, const Feature& feature, const Vec3& point,
+                        Vec3& normal) = nullptr;
+  // The chart of a curved part of the surface; false where it is flat. Null: flat everywhere.
+  bool (*chart)(const ShapeData& shape, const Place& place, Chart& out) = nullptr;
+  // For a curved surface: the gradient with respect to the tip of what has this gradient along the surface at the place. Null: the same.
+  Vec3 (*gradient_at_tip)(const ShapeData& shape, const Place& place, const Vec3& along) = nullptr;
+  bool smooth = false;  // the surface has no edge
+  bool walks = false;   // a slide costs more the farther it goes
 };
-
-[[nodiscard]] const ShapeOps& shape_ops(scene::Shape kind) noexcept;
-
-extern const ShapeOps kPlaneOps;
-extern const ShapeOps kSphereOps;
-extern const ShapeOps kBoxOps;
-extern const ShapeOps kCylinderOps;
-extern const ShapeOps kCapsuleOps;
-extern const ShapeOps kMeshOps;
 
 }  // namespace thimble::control

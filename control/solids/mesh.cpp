@@ -1,13 +1,14 @@
 // A triangle mesh.
-#include "control/shapes/mesh.h"
+#include "control/solids/mesh.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 
+#include "control/scene/check.h"
 #include "control/scene/octahedral.h"
-#include "control/shapes/mesh_topology.h"
+#include "control/solids/mesh_topology.h"
 
 namespace thimble::control {
 
@@ -29,6 +30,12 @@ MeshView view_mesh(const scene::Mesh& mesh) noexcept {
 }
 
 namespace {
+
+ImageVerdict check(const scene::Object& object, std::size_t& triangles_in_scene, Pauses& pauses) {
+  return check_mesh(*object.shape_as_Mesh(), triangles_in_scene, pauses);
+}
+
+void view(const scene::Object& object, ShapeData& shape) { shape.mesh = view_mesh(*object.shape_as_Mesh()); }
 
 // Whether the far vertex of the face beyond an edge lies in front of this face, or as good as in its plane.
 bool opens_or_flat(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, const Step& beyond) {
@@ -105,6 +112,13 @@ Vec3 reach(const ShapeData& shape) {
 
 }  // namespace
 
-const ShapeOps kMeshOps{sweep_mesh, slide_on_mesh, normals, reach, shaded_normal, true};
+const SolidOps kMeshSolid{.check = check,
+                          .view = view,
+                          .sweep = sweep_mesh,
+                          .slide = slide_on_mesh,
+                          .normals = normals,
+                          .reach = reach,
+                          .shaded_normal = shaded_normal,
+                          .walks = true};
 
 }  // namespace thimble::control

@@ -5,8 +5,8 @@
 
 #include <cstdint>
 
-#include "control/shapes/mesh_view.h"
-#include "control/shapes/shape.h"
+#include "control/solids/mesh_view.h"
+#include "control/solids/solid.h"
 
 namespace thimble::control::topology {
 

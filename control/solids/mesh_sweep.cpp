@@ -6,8 +6,8 @@
 
 #include "control/scene/limits.h"
 #include "control/scene/mesh_leaf.h"
-#include "control/shapes/mesh.h"
-#include "control/shapes/mesh_topology.h"
+#include "control/solids/mesh.h"
+#include "control/solids/mesh_topology.h"
 
 namespace thimble::control {
 

@@ -2,11 +2,24 @@
 #include <algorithm>
 #include <limits>
 
-#include "control/shapes/shape.h"
+#include "control/bodies/collide.h"
+#include "control/scene/check.h"
+#include "control/solids/solid.h"
 
 namespace thimble::control {
 namespace plane {
 namespace {
+
+ImageVerdict check(const scene::Object& object, std::size_t& /*triangles*/, Pauses& /*pauses*/) {
+  const scene::Plane& plane = *object.shape_as_Plane();
+  return require(is_unit(plane.normal()) && in_range(plane.offset_m(), -kMaxCoordinate_m, kMaxCoordinate_m),
+                 ImageStatus::kBadNumber);
+}
+
+void view(const scene::Object& object, ShapeData& shape) {
+  shape.vector = to_vec(object.shape_as_Plane()->normal()).normalized();
+  shape.radius_m = object.shape_as_Plane()->offset_m();
+}
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
            Hit& hit) {
@@ -35,9 +48,20 @@ int normals(const ShapeData& shape, const Feature& /*feature*/, const Vec3& /*po
 
 Vec3 reach(const ShapeData& /*shape*/) { return Vec3::Constant(std::numeric_limits<float>::infinity()); }
 
+NearestPlace nearest(const ShapeData& shape, const Vec3& p) {
+  return {shape.vector, shape.vector.dot(p) - shape.radius_m};
+}
+
 }  // namespace
 }  // namespace plane
 
-const ShapeOps kPlaneOps{plane::sweep, plane::slide, plane::normals, plane::reach, nullptr, false};
+const SolidOps kPlaneSolid{.check = plane::check,
+                           .view = plane::view,
+                           .sweep = plane::sweep,
+                           .slide = plane::slide,
+                           .normals = plane::normals,
+                           .reach = plane::reach,
+                           .smooth = true};
+const CollisionOps kPlaneCollision{.form = CollisionForm::kHalfSpace, .nearest = plane::nearest};
 
 }  // namespace thimble::control

@@ -1,0 +1,97 @@
+#include <array>
+#include <cstdint>
+
+#include "control/scene/check.h"
+#include "control/scene/mesh_leaf.h"
+
+namespace thimble::control {
+namespace {
+
+constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+ImageVerdict check_triangles(const scene::Mesh& mesh, Pauses& pauses) {
+  const std::uint32_t vertices = mesh.vertices()->size();
+  const std::uint32_t triangles = mesh.triangles()->size();
+  for (std::uint32_t i = 0; i < triangles; ++i) {
+    pauses.step();
+    const scene::Triangle& triangle = *mesh.triangles()->Get(i);
+    const auto& v = *triangle.vertex();
+    for (std::uint16_t corner = 0; corner < 3; ++corner) {
+      if (v[corner] >= vertices) return ImageStatus::kBadIndex;
+    }
+    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) return ImageStatus::kBadIndex;
+  }
+  // A neighbour shares the edge it is the neighbour across, so that a walk over the surface is never torn.
+  for (std::uint32_t i = 0; i < triangles; ++i) {
+    pauses.step();
+    const scene::Triangle& triangle = *mesh.triangles()->Get(i);
+    for (std::uint16_t edge = 0; edge < 3; ++edge) {
+      const std::uint32_t neighbour = (*triangle.neighbour())[edge];
+      if (neighbour == kNone) continue;
+      const std::uint32_t there = neighbour & 3U;
+      if ((neighbour >> 2U) >= triangles || (neighbour >> 2U) == i || there == 3U)
+        return ImageStatus::kBadIndex;
+      const auto& other = *mesh.triangles()->Get(neighbour >> 2U)->vertex();
+      const std::uint32_t a = (*triangle.vertex())[edge];
+      const std::uint32_t b =
+          (*triangle.vertex())[edge == 2 ? std::uint16_t{0} : static_cast<std::uint16_t>(edge + 1)];
+      const std::uint32_t c = other[static_cast<std::uint16_t>(there)];
+      const std::uint32_t d = other[static_cast<std::uint16_t>(there == 2 ? 0 : there + 1)];
+      if (!((a == c && b == d) || (a == d && b == c))) return ImageStatus::kBadIndex;
+    }
+  }
+  return ImageStatus::kOk;
+}
+
+// Walks the whole tree: every node once, no deeper than a sweep's stack, every leaf inside the triangles.
+ImageVerdict check_tree(const scene::Mesh& mesh, Pauses& pauses) {
+  const std::uint32_t nodes = mesh.nodes()->size();
+  const std::uint32_t triangles = mesh.triangles()->size();
+  std::array<std::uint32_t, kMaxBvhDepth> stack{};
+  std::size_t depth = 0;
+  stack[depth++] = 0;
+  for (std::uint32_t visited = 0; depth > 0; ++visited) {
+    pauses.step();
+    if (visited == nodes) return ImageStatus::kBadTree;
+    const std::uint32_t at = stack[--depth];
+    const auto& child = *mesh.nodes()->Get(at)->child();
+    for (std::uint16_t c = 0; c < 2; ++c) {
+      if (c == 1 && child[1] == child[0]) break;  // a node with one child repeats it
+      if (is_leaf(child[c])) {
+        const std::uint32_t first = first_triangle(child[c]);
+        if (first >= triangles || triangle_count(child[c]) > triangles - first) return ImageStatus::kBadTree;
+        continue;
+      }
+      if (child[c] <= at || child[c] >= nodes || depth == stack.size()) return ImageStatus::kBadTree;
+      stack[depth++] = child[c];
+    }
+  }
+  return ImageStatus::kOk;
+}
+
+}  // namespace
+
+ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene, Pauses& pauses) noexcept {
+  const std::uint32_t triangles = mesh.triangles()->size();
+  triangles_in_scene += triangles;
+  RETURN_IF_BAD(at_most(kMaxTriangles, triangles_in_scene, "triangles", ImageStatus::kTooManyTriangles));
+  if (triangles == 0 || mesh.vertices()->size() == 0 || mesh.nodes()->size() == 0)
+    return ImageStatus::kBadIndex;
+  if (mesh.flags()->size() != triangles) return ImageStatus::kBadIndex;
+  if (mesh.corner_normals() != nullptr && mesh.corner_normals()->size() != std::size_t{3} * triangles) {
+    return ImageStatus::kBadIndex;
+  }
+  if (mesh.grid_origin_m() == nullptr || !is_coordinate(*mesh.grid_origin_m()))
+    return ImageStatus::kBadNumber;
+  constexpr float kSmallestStep_m = 1.0e-12F;
+  if (!in_range(mesh.grid_step_m(), kSmallestStep_m, kMaxCoordinate_m)) return ImageStatus::kBadNumber;
+  for (const scene::Vertex* vertex : *mesh.vertices()) {
+    pauses.step();
+    if (!is_coordinate(vertex->position_m()) || !is_coordinate(vertex->pseudonormal()))
+      return ImageStatus::kBadNumber;
+  }
+  RETURN_IF_BAD(check_triangles(mesh, pauses));
+  return check_tree(mesh, pauses);
+}
+
+}  // namespace thimble::control
