@@ -61,9 +61,9 @@ class ImageWriter {
     const SceneMaterial& m = object.material;
     const scene::Material material(cast(m.stiffness_N_m), cast(m.damping_N_s_m), cast(m.static_friction),
                                    cast(m.dynamic_friction), m.friction_mode);
-    const auto* cylinder = std::get_if<CylinderShape>(&object.shape);
-    const Wearer wearer{object.name, object.shape_word, shape.first >= scene::Shape::VectorField,
-                        cylinder != nullptr ? cylinder->radius_m : 0.0};
+    const auto* primitive = std::get_if<PrimitiveShape>(&object.shape);
+    const Wearer wearer{object.name, object.shape_word, shape.first,
+                        primitive != nullptr ? primitive->unrolled_radius_m : 0.0};
     const auto surface = write_surface(builder_, m.surface, wearer, folder_, report_.warnings);
     const float stiffest_N_m = control::stiffest_N_m(
         material.stiffness_n_per_m(),
@@ -79,31 +79,9 @@ class ImageWriter {
   AnyShape write_shape(const TissueShape& tissue) { return host::write_shape(builder_, tissue); }
   AnyShape write_shape(const VectorFieldShape& field) { return host::write_shape(builder_, field); }
   AnyShape write_shape(const PotentialFieldShape& field) { return host::write_shape(builder_, field); }
-  AnyShape write_shape(const PlaneShape& plane) {
-    const scene::Plane image(to_scene(plane.normal), static_cast<float>(plane.offset_m));
-    return {scene::Shape::Plane, builder_.CreateStruct(image).Union()};
-  }
-  AnyShape write_shape(const SphereShape& sphere) {
-    unit_inertia_ = sphere_inertia(sphere.radius_m);
-    const scene::Sphere image(static_cast<float>(sphere.radius_m));
-    return {scene::Shape::Sphere, builder_.CreateStruct(image).Union()};
-  }
-  AnyShape write_shape(const BoxShape& box) {
-    unit_inertia_ = box_inertia(box.size_m);
-    const scene::Box image(to_scene(Eigen::Vector3d(box.size_m / 2.0)));
-    return {scene::Shape::Box, builder_.CreateStruct(image).Union()};
-  }
-  AnyShape write_shape(const CylinderShape& cylinder) {
-    unit_inertia_ = cylinder_inertia(cylinder.radius_m, cylinder.height_m);
-    const scene::Cylinder image(static_cast<float>(cylinder.radius_m),
-                                static_cast<float>(cylinder.height_m / 2.0));
-    return {scene::Shape::Cylinder, builder_.CreateStruct(image).Union()};
-  }
-  AnyShape write_shape(const CapsuleShape& capsule) {
-    unit_inertia_ = capsule_inertia(capsule.radius_m, capsule.height_m);
-    const scene::Capsule image(static_cast<float>(capsule.radius_m),
-                               static_cast<float>(capsule.height_m / 2.0));
-    return {scene::Shape::Capsule, builder_.CreateStruct(image).Union()};
+  AnyShape write_shape(const PrimitiveShape& primitive) {
+    unit_inertia_ = primitive.unit_inertia_m2;
+    return {object_->kind, primitive.write(builder_)};
   }
 
   AnyShape write_shape(const MeshShape& shape) {

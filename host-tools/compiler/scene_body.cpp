@@ -14,6 +14,10 @@ namespace {
 
 constexpr double limit(float value) { return static_cast<double>(value); }
 
+bool is_guided(scene::Motion motion) {  // along or about an axis, as a control element
+  return motion == scene::Motion::Slide || motion == scene::Motion::Turn;
+}
+
 // A key that does not apply to the body's motion is an error.
 void refuse_senseless_keys(const ScenePart& part, scene::Motion motion) {
   const std::string word(scene_key(part.kind(), "motion").words.at(static_cast<std::size_t>(motion)));
@@ -25,11 +29,11 @@ void refuse_senseless_keys(const ScenePart& part, scene::Motion motion) {
   const bool rotates = motion == scene::Motion::Free || motion == scene::Motion::Turn;
   for (const std::string_view key : {"inertia_kg_m2", "spin_rad_s", "angular_damping_N_m_s"})
     only(key, rotates);
-  only("axis", motion >= scene::Motion::Plane);
+  only("axis", is_guided(motion) || motion == scene::Motion::Plane);
   for (const std::string_view key : {"velocity_m_s", "spring_N_m", "damping_N_s_m"})
     only(key, motion != scene::Motion::Turn);
   only("pivot_m", motion == scene::Motion::Turn);
-  only("control", motion >= scene::Motion::Slide);
+  only("control", is_guided(motion));
   if (!part.has("control")) return;
   for (const std::string_view key : {"spring_N_m", "damping_N_s_m", "angular_damping_N_m_s"}) {
     if (part.has(key))
@@ -60,39 +64,12 @@ SceneBody read_body(const Value& value) {
   }
   body.damping_N_s_m = part.number("damping_N_s_m");
   body.angular_damping_N_m_s = part.number("angular_damping_N_m_s");
-  const bool needs_axis = body.motion >= scene::Motion::Slide;
+  const bool needs_axis = is_guided(body.motion);
   body.axis = needs_axis ? part.at("axis").direction() : part.direction("axis");
   if (part.has("pivot_m")) body.pivot_m = part.vector("pivot_m");
   if (part.has("control"))
     body.control = read_control(part.at("control"), body.motion == scene::Motion::Turn);
   return body;
-}
-
-Eigen::Vector3d box_inertia(const Eigen::Vector3d& size_m) {
-  const Eigen::Vector3d s = size_m.cwiseAbs2();
-  return Eigen::Vector3d(s.y() + s.z(), s.z() + s.x(), s.x() + s.y()) / 12.0;
-}
-
-Eigen::Vector3d sphere_inertia(double radius_m) {
-  return Eigen::Vector3d::Constant(.4 * radius_m * radius_m);
-}
-
-Eigen::Vector3d cylinder_inertia(double radius_m, double height_m) {
-  const double r2 = radius_m * radius_m;
-  const double across = r2 / 4.0 + height_m * height_m / 12.0;
-  return {across, across, r2 / 2.0};
-}
-
-Eigen::Vector3d capsule_inertia(double radius_m, double height_m) {
-  const double r = radius_m;
-  const double h = height_m;
-  const double cylinder = h / (h + 4.0 / 3.0 * r);  // shares of the mass
-  const double ball = 1.0 - cylinder;
-  const Eigen::Vector3d middle = cylinder_inertia(r, h);
-  // Two half balls, their centres of mass 3 r / 8 beyond the cylinder's ends: 83/320 r^2 about those.
-  const double arm = h / 2.0 + 3.0 / 8.0 * r;
-  const double across = cylinder * middle.x() + ball * (83.0 / 320.0 * r * r + arm * arm);
-  return {across, across, cylinder * middle.z() + ball * .4 * r * r};
 }
 
 std::optional<MeshMass> mesh_mass(const CompiledMesh& mesh) {

@@ -33,12 +33,6 @@ struct SceneBody {
 
 [[nodiscard]] SceneBody read_body(const Value& value);
 
-// Principal moments about the object's axes for a mass of 1 kg, m2.
-[[nodiscard]] Eigen::Vector3d box_inertia(const Eigen::Vector3d& size_m);
-[[nodiscard]] Eigen::Vector3d sphere_inertia(double radius_m);
-[[nodiscard]] Eigen::Vector3d cylinder_inertia(double radius_m, double height_m);
-[[nodiscard]] Eigen::Vector3d capsule_inertia(double radius_m, double height_m);
-
 // Of a closed mesh, about its origin: centre of mass and moments (1 kg). No value where it encloses no volume.
 struct MeshMass {
   Eigen::Vector3d centre_m;

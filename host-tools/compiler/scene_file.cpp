@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "control/scene/limits.h"
+#include "control/scene/shape_table.h"
 #include "host-tools/compiler/scene_pose.h"
 #include "host-tools/compiler/scene_value.h"
 #include "host-tools/error.h"
@@ -16,7 +17,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kMaxSceneBytes = std::size_t{1} << 20U;
-constexpr std::array<std::string_view, 4> kVolumes{"vector_field", "potential_field", "needle", "tissue"};
 
 SceneMaterial read_material(const Value& value) {
   const ScenePart part(value, "material");
@@ -37,53 +37,19 @@ SceneMaterial read_material(const Value& value) {
   return material;
 }
 
-MeshShape read_mesh(const Value& value) {
-  const ScenePart part(value, "mesh");
-  MeshShape mesh;
-  mesh.file = part.text("file");
-  mesh.scale_m = part.number("scale");
-  if (part.has("crease_deg")) mesh.options.crease_deg = part.number("crease_deg");
-  constexpr std::array<MeshSide, 3> kSides{MeshSide::kOutside, MeshSide::kInside, MeshSide::kBoth};
-  mesh.options.side = kSides.at(part.word("side"));
-  mesh.place = part.at("file").place();
-  return mesh;
-}
-
 void read_shape(const Value& value, SceneObject& object) {
-  const std::string word = ScenePart(value, "shape").only_key();
-  object.shape_word = word;
-  const Value shape = value.at(word);
-  const ScenePart part(shape, word);
-  if (word == "plane") {
-    object.shape = PlaneShape{part.direction("normal"), part.number("offset_m")};
-  } else if (word == "sphere") {
-    object.shape = SphereShape{part.number("radius_m")};
-  } else if (word == "box") {
-    object.shape = BoxShape{part.vector("size_m")};
-  } else if (word == "cylinder") {
-    object.shape = CylinderShape{part.number("radius_m"), part.number("height_m")};
-  } else if (word == "capsule") {
-    object.shape = CapsuleShape{part.number("radius_m"), part.number("height_m")};
-  } else if (word == "height_field") {
-    object.shape = read_height_field(shape);
-  } else if (word == "needle") {
-    object.shape = read_needle(shape);
-  } else if (word == "tissue") {
-    object.shape = read_tissue(shape);
-  } else if (word == "vector_field") {
-    object.shape = read_vector_field(shape);
-  } else if (word == "potential_field") {
-    object.shape = read_potential_field(shape);
-  } else {
-    object.shape = read_mesh(shape);
-  }
+  object.shape_word = ScenePart(value, "shape").only_key();
+  const SceneShapeRow& row =
+      *std::ranges::find(scene_shapes(), std::string_view(object.shape_word), &SceneShapeRow::word);
+  object.kind = row.kind;
+  object.shape = row.read(value.at(object.shape_word));
 }
 
 void read_object_body(const Value& value, SceneObject& object, std::size_t& bodies) {
-  constexpr std::array<std::string_view, 5> kMassive{"sphere", "box", "cylinder", "capsule", "mesh"};
-  if (std::find(kMassive.begin(), kMassive.end(), object.shape_word) == kMassive.end()) {
+  const std::vector<std::string_view> movable = movable_shape_words();
+  if (std::ranges::find(movable, object.shape_word) == movable.end()) {
     value.fail("no-mass", "belongs to a " + object.shape_word + ", which has no volume to move",
-               "give a body to one of the shapes sphere, box, cylinder, capsule and mesh");
+               "give a body to one of the shapes " + listed(movable));
   }
   if (++bodies > control::kMaxBodies) {
     value.fail("too-many-bodies",
@@ -134,8 +100,7 @@ SceneObject read_object(const Value& value, const Materials& materials, const Sc
                          "give each object a name of its own");
   }
   read_shape(part.at("shape"), object);
-  const bool is_volume = std::ranges::find(kVolumes, object.shape_word) != kVolumes.end();
-  if (is_volume && ++counts.volumes > control::kMaxVolumes) {
+  if (control::is_volume(object.kind) && ++counts.volumes > control::kMaxVolumes) {
     part.at("shape").fail("too-many-volumes",
                           "is the scene's volume number " + std::to_string(counts.volumes) + ", at most " +
                               std::to_string(control::kMaxVolumes) + " are allowed",

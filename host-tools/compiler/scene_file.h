@@ -6,42 +6,13 @@
 #include <Eigen/Geometry>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
-#include "host-tools/compiler/mesh.h"
 #include "host-tools/compiler/scene_body.h"
-#include "host-tools/compiler/scene_field.h"
-#include "host-tools/compiler/scene_height_field.h"
+#include "host-tools/compiler/scene_shape.h"
 #include "host-tools/compiler/scene_surface.h"
-#include "host-tools/compiler/scene_tissue.h"
 
 namespace thimble::host {
-
-struct PlaneShape {
-  Eigen::Vector3d normal;  // of unit length
-  double offset_m;
-};
-struct SphereShape {
-  double radius_m;
-};
-struct BoxShape {
-  Eigen::Vector3d size_m;
-};
-struct CylinderShape {
-  double radius_m;
-  double height_m;
-};
-struct CapsuleShape {
-  double radius_m;
-  double height_m;
-};
-struct MeshShape {
-  std::string file;  // relative to the scene file
-  double scale_m;
-  MeshOptions options;
-  std::string place;  // "file:line: /pointer" for messages
-};
 
 struct SceneMaterial {
   double stiffness_N_m;
@@ -54,10 +25,9 @@ struct SceneMaterial {
 
 struct SceneObject {
   std::string name;
-  std::variant<PlaneShape, SphereShape, BoxShape, CylinderShape, CapsuleShape, MeshShape, HeightFieldShape,
-               VectorFieldShape, PotentialFieldShape, NeedleShape, TissueShape>
-      shape;
+  SceneShape shape;
   std::string shape_word;
+  scene::Shape kind{};  // in the image
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   SceneMaterial material;

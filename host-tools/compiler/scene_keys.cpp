@@ -1,10 +1,11 @@
-// Its length is that of the table: a row a key.
+// Its length is that of the table: a row a key. Those of the primitive shapes are in scene_shape.cpp.
 #include "host-tools/compiler/scene_keys.h"
 
 #include <algorithm>
 #include <stdexcept>
 
 #include "control/scene/limits.h"
+#include "host-tools/compiler/scene_shape.h"
 
 namespace thimble::host {
 namespace {
@@ -80,21 +81,9 @@ std::vector<SceneKind> table() {
                      {},
                      "A material, or the name of one of the scene's materials."},
                     {"body", kPart, {}, {"body"}, false, {}, {}, {}}}});
-  kinds.push_back({"shape",
-                   "a shape",
-                   "Exactly one shape.",
-                   {{"plane", kPart, {}, {"plane"}, false, {}, {}, {}},
-                    {"sphere", kPart, {}, {"sphere"}, false, {}, {}, {}},
-                    {"box", kPart, {}, {"box"}, false, {}, {}, {}},
-                    {"cylinder", kPart, {}, {"cylinder"}, false, {}, {}, {}},
-                    {"capsule", kPart, {}, {"capsule"}, false, {}, {}, {}},
-                    {"mesh", kPart, {}, {"mesh"}, false, {}, {}, {}},
-                    {"height_field", kPart, {}, {"height_field"}, false, {}, {}, {}},
-                    {"vector_field", kPart, {}, {"vector_field"}, false, {}, {}, {}},
-                    {"potential_field", kPart, {}, {"potential_field"}, false, {}, {}, {}},
-                    {"needle", kPart, {}, {"needle"}, false, {}, {}, {}},
-                    {"tissue", kPart, {}, {"tissue"}, false, {}, {}, {}}},
-                   true});
+  kinds.push_back({"shape", "a shape", "Exactly one shape.", {}, true});
+  for (const std::string_view word : shape_words())
+    kinds.back().keys.push_back({word, kPart, {}, {word}, false, {}, {}, {}});
   kinds.push_back(
       {"body",
        "a body",
@@ -146,41 +135,8 @@ std::vector<SceneKind> table() {
         {"axis", kDirection, kAny, none, false, {0, 0, 1}, {}, "World frame, of any length but zero."},
         {"pivot_m", kVector, coordinate, none, false, {}, {}, "A point of the axis of \"turn\"."},
         {"control", kPart, {}, {"slide_control", "turn_control"}, false, {}, {}, {}}}});
-  kinds.push_back({"plane",
-                   "a plane",
-                   "Solid where normal . p <= offset_m.",
-                   {{"normal",
-                     kDirection,
-                     kAny,
-                     none,
-                     kRequired,
-                     {},
-                     {},
-                     "Direction towards the free side, of any length but zero."},
-                    {"offset_m", kNumber, coordinate, none, false, {0}, {}, {}}}});
-  kinds.push_back({"sphere", "a sphere", "", {{"radius_m", kNumber, length, none, kRequired, {}, {}, {}}}});
-  kinds.push_back({"box",
-                   "a box",
-                   "",
-                   {{"size_m",
-                     kVector,
-                     length,
-                     none,
-                     kRequired,
-                     {},
-                     {},
-                     "Full edge lengths along x, y and z; the centre is the origin."}}});
-  kinds.push_back({"cylinder",
-                   "a cylinder",
-                   "Axis z, flat caps; the centre is the origin.",
-                   {{"radius_m", kNumber, length, none, kRequired, {}, {}, {}},
-                    {"height_m", kNumber, length, none, kRequired, {}, {}, {}}}});
-  kinds.push_back(
-      {"capsule",
-       "a capsule",
-       "Axis z; height_m is the length of the cylindrical part, between the centres of the round caps.",
-       {{"radius_m", kNumber, length, none, kRequired, {}, {}, {}},
-        {"height_m", kNumber, length, none, kRequired, {}, {}, {}}}});
+  for (const SceneShapeRow& row : scene_shapes())
+    if (row.keys) kinds.push_back(*row.keys);
   kinds.push_back(
       {"mesh",
        "a mesh",

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "control/scene/limits.h"
+#include "control/scene/shape_table.h"
 
 namespace thimble::host {
 namespace {
@@ -200,7 +201,7 @@ flatbuffers::Offset<scene::Texture> write_texture(flatbuffers::FlatBufferBuilder
                                                   const SceneTexture& texture, const Wearer& wearer,
                                                   const std::filesystem::path& folder,
                                                   std::vector<std::string>& warnings) {
-  if (wearer.shape_word == "sphere" || wearer.shape_word == "capsule") {
+  if (control::shape_row(wearer.kind).texturing == control::Texturing::kNone) {
     throw Error(ExitCode::kBadInput, "no-chart",
                 texture.place + " is worn by \"" + std::string(wearer.name) + "\", a " +
                     std::string(wearer.shape_word) +
@@ -216,8 +217,8 @@ flatbuffers::Offset<scene::Texture> write_texture(flatbuffers::FlatBufferBuilder
                 texture.heights.place + " has the same height everywhere", "give heights that differ");
   }
   std::array<double, 2> tile_m = texture.tile_m;
-  if (wearer.shape_word == "cylinder") {
-    const double round_m = 2.0 * std::numbers::pi * wearer.radius_m;
+  if (wearer.unrolled_radius_m > 0.0) {
+    const double round_m = 2.0 * std::numbers::pi * wearer.unrolled_radius_m;
     const double tiles = std::max(1.0, std::round(round_m / tile_m[0]));
     tile_m[0] = round_m / tiles;
     constexpr double kSeen = 1.0e-6;
@@ -293,7 +294,7 @@ flatbuffers::Offset<scene::Surface> write_surface(flatbuffers::FlatBufferBuilder
                                                   const std::filesystem::path& folder,
                                                   std::vector<std::string>& warnings) {
   if (!surface.any()) return 0;
-  if (wearer.volume) {
+  if (control::is_volume(wearer.kind)) {
     throw Error(ExitCode::kBadInput, "no-surface",
                 surface.place + " has effects of a surface and is worn by \"" + std::string(wearer.name) +
                     "\", a " + std::string(wearer.shape_word) + ", which is a volume without one",

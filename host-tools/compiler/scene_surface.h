@@ -70,8 +70,8 @@ struct SceneSurface {
 struct Wearer {
   std::string_view name;
   std::string_view shape_word;
-  bool volume = false;    // it has no surface on which a god object could rest
-  double radius_m = 0.0;  // of a cylinder
+  scene::Shape kind{};
+  double unrolled_radius_m = 0.0;  // of a side round which a texture is wrapped, as a cylinder's
 };
 
 // Reads the files it names, under `folder`. Throws Error (kBadInput).

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -65,22 +67,73 @@ TEST(SceneBody, AxisAndPivotHaveTheirDefaults) {
   EXPECT_EQ(body(R"({"motion": "turn", "mass_kg": 1, "axis": [0, -3, 0]})").y(), -1.0F);
 }
 
+// The solid that a profile of (distance from the axis, z) encloses when it turns about the z axis, from its top to its bottom.
+host::TriangleSoup revolved(const std::vector<Eigen::Vector2d>& profile_m) {
+  constexpr std::uint32_t kSides = 200;
+  const auto rings = static_cast<std::uint32_t>(profile_m.size());
+  host::TriangleSoup soup;
+  soup.vertices_m = {Vector3d(0, 0, profile_m.front().y()), Vector3d(0, 0, profile_m.back().y())};
+  for (const Eigen::Vector2d& ring : profile_m) {
+    for (std::uint32_t i = 0; i < kSides; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / kSides;
+      soup.vertices_m.emplace_back(ring.x() * std::cos(angle), ring.x() * std::sin(angle), ring.y());
+    }
+  }
+  for (std::uint32_t i = 0; i < kSides; ++i) {
+    const std::uint32_t next = (i + 1) % kSides;
+    soup.triangles.push_back({0, 2 + i, 2 + next});
+    for (std::uint32_t upper = 2; upper < 2 + (rings - 1) * kSides; upper += kSides) {
+      const std::uint32_t lower = upper + kSides;
+      soup.triangles.push_back({upper + i, lower + i, lower + next});
+      soup.triangles.push_back({upper + i, lower + next, upper + next});
+    }
+    const std::uint32_t last = 2 + (rings - 1) * kSides;
+    soup.triangles.push_back({1, last + next, last + i});
+  }
+  return soup;
+}
+
+std::vector<Eigen::Vector2d> capsule_profile(double radius_m, double height_m) {
+  constexpr int kSteps = 100;
+  std::vector<Eigen::Vector2d> profile;
+  for (const double cap : {1.0, -1.0}) {
+    for (int i = 0; i <= kSteps; ++i) {
+      const double angle = 0.5 * std::numbers::pi * (cap > 0.0 ? i : kSteps - i) / kSteps;
+      if (std::sin(angle) < 1e-9) continue;  // the axis
+      profile.emplace_back(radius_m * std::sin(angle), cap * (0.5 * height_m + radius_m * std::cos(angle)));
+    }
+  }
+  return profile;
+}
+
 TEST(SceneBody, MomentsOfInertiaAreThoseOfTheShape) {
-  // The oracle: the closed meshes of the shapes, whose moments come from another formula.
-  const auto mesh = [](const host::TriangleSoup& soup) {
-    return host::mesh_mass(host::compile_mesh(soup, {}, "mesh"))->inertia_m2;
+  // The oracle: the closed meshes of the shapes, whose centre of mass and moments come from their triangles.
+  struct Case {
+    std::string shape;
+    host::TriangleSoup soup;
+    double tolerance;
   };
-  const Vector3d box = host::box_inertia({.06, .06, .06});
-  EXPECT_LT((mesh(box_mesh({.06, .06, .06}, 2)) - box).norm(), 1e-6 * box.norm());
-  const double ball = host::sphere_inertia(.03).x();
-  const double fine = mesh(icosphere(4, .03)).x();
-  figure("inertia of an icosphere of 5120 over the ball's", fine / ball, "0.995 to 1");
-  EXPECT_NEAR(fine / ball, 1.0, 5e-3);
-  EXPECT_NEAR(host::capsule_inertia(.03, 1e-9).x(), ball, 1e-6 * ball);
-  // A long thin rod, however it ends: L^2 / 12.
-  EXPECT_NEAR(host::capsule_inertia(1e-4, 1).x(), 1.0 / 12, 1e-4);
-  EXPECT_NEAR(host::cylinder_inertia(1e-4, 1).x(), 1.0 / 12, 1e-4);
-  EXPECT_EQ(host::cylinder_inertia(.02, .05).z(), .5 * .02 * .02);
+  const std::vector<Case> cases = {
+      {R"("box": {"size_m": [0.02, 0.04, 0.06]})", box_mesh({.02, .04, .06}, 2), 1e-6},
+      {R"("sphere": {"radius_m": 0.03})", icosphere(4, .03), 5e-3},
+      {R"("cylinder": {"radius_m": 0.02, "height_m": 0.05})", revolved({{.02, .025}, {.02, -.025}}), 5e-4},
+      {R"("capsule": {"radius_m": 0.02, "height_m": 0.05})", revolved(capsule_profile(.02, .05)), 5e-4},
+      {R"("capsule": {"radius_m": 0.02, "height_m": 0.00001})", revolved(capsule_profile(.02, 1e-5)), 5e-4},
+  };
+  for (const Case& each : cases) {
+    const host::CompiledScene compiled =
+        host::compile_scene_text(scene_with(each.shape, R"({"motion": "free", "mass_kg": 2})"), "x", ".");
+    control::SceneView view;
+    ASSERT_EQ(control::SceneView::check(compiled.image, view), control::ImageStatus::kOk);
+    const scene::Vec3& given = *view.scene()->objects()->Get(0)->body()->inertia_kg_m2();
+    const Vector3d moments = Eigen::Vector3f(given.x(), given.y(), given.z()).cast<double>();
+    const auto mesh = host::mesh_mass(host::compile_mesh(each.soup, {}, "mesh"));
+    ASSERT_TRUE(mesh.has_value()) << each.shape;
+    const double apart = (moments - 2.0 * mesh->inertia_m2).norm() / moments.norm();
+    figure(each.shape + ": moments against those of its mesh", apart, std::to_string(each.tolerance));
+    EXPECT_LT(apart, each.tolerance) << each.shape;
+    EXPECT_LT(mesh->centre_m.norm(), 1e-6) << each.shape;  // the origin is the centre of mass
+  }
   EXPECT_FALSE(host::mesh_mass(host::compile_mesh(sheet(.06, 3), {}, "sheet")).has_value());
 }
 

@@ -1,0 +1,151 @@
+#include "host-tools/compiler/scene_shape.h"
+
+#include <array>
+
+#include "control/scene/shape_table.h"
+#include "host-tools/compiler/to_scene.h"
+
+namespace thimble::host {
+namespace {
+
+// A struct of the image.
+template <typename Image>
+auto writes(const Image& image) {
+  return [image](flatbuffers::FlatBufferBuilder& builder) { return builder.CreateStruct(image).Union(); };
+}
+
+SceneKey length(std::string_view name, KeyType type = KeyType::kNumber, std::string_view text = {}) {
+  return {name, type, kLength, {}, true, {}, {}, text};
+}
+
+SceneShape read_plane(const Value& value) {
+  const ScenePart part(value, "plane");
+  return PrimitiveShape{
+      writes(scene::Plane(to_scene(part.direction("normal")), static_cast<float>(part.number("offset_m"))))};
+}
+
+SceneShape read_sphere(const Value& value) {
+  const double r = ScenePart(value, "sphere").number("radius_m");
+  return PrimitiveShape{writes(scene::Sphere(static_cast<float>(r))), Eigen::Vector3d::Constant(.4 * r * r)};
+}
+
+SceneShape read_box(const Value& value) {
+  const Eigen::Vector3d size = ScenePart(value, "box").vector("size_m");
+  const Eigen::Vector3d s = size.cwiseAbs2();
+  return PrimitiveShape{writes(scene::Box(to_scene(Eigen::Vector3d(size / 2.0)))),
+                        Eigen::Vector3d(s.y() + s.z(), s.z() + s.x(), s.x() + s.y()) / 12.0};
+}
+
+Eigen::Vector3d cylinder_inertia(double radius_m, double height_m) {
+  const double r2 = radius_m * radius_m;
+  const double across = r2 / 4.0 + height_m * height_m / 12.0;
+  return {across, across, r2 / 2.0};
+}
+
+SceneShape read_cylinder(const Value& value) {
+  const ScenePart part(value, "cylinder");
+  const double r = part.number("radius_m");
+  const double h = part.number("height_m");
+  return PrimitiveShape{writes(scene::Cylinder(static_cast<float>(r), static_cast<float>(h / 2.0))),
+                        cylinder_inertia(r, h), r};
+}
+
+SceneShape read_capsule(const Value& value) {
+  const ScenePart part(value, "capsule");
+  const double r = part.number("radius_m");
+  const double h = part.number("height_m");
+  const double cylinder = h / (h + 4.0 / 3.0 * r);  // shares of the mass
+  const double ball = 1.0 - cylinder;
+  const Eigen::Vector3d middle = cylinder_inertia(r, h);
+  // Two half balls, their centres of mass 3 r / 8 beyond the cylinder's ends: 83/320 r^2 about those.
+  const double arm = h / 2.0 + 3.0 / 8.0 * r;
+  const double across = cylinder * middle.x() + ball * (83.0 / 320.0 * r * r + arm * arm);
+  return PrimitiveShape{writes(scene::Capsule(static_cast<float>(r), static_cast<float>(h / 2.0))),
+                        {across, across, cylinder * middle.z() + ball * .4 * r * r}};
+}
+
+SceneShape read_mesh(const Value& value) {
+  const ScenePart part(value, "mesh");
+  MeshShape mesh;
+  mesh.file = part.text("file");
+  mesh.scale_m = part.number("scale");
+  if (part.has("crease_deg")) mesh.options.crease_deg = part.number("crease_deg");
+  constexpr std::array<MeshSide, 3> kSides{MeshSide::kOutside, MeshSide::kInside, MeshSide::kBoth};
+  mesh.options.side = kSides.at(part.word("side"));
+  mesh.place = part.at("file").place();
+  return mesh;
+}
+
+template <auto kRead>
+SceneShape read_as(const Value& value) {
+  return kRead(value);
+}
+
+std::vector<SceneShapeRow> shape_rows() {
+  using enum scene::Shape;
+  const auto primitive = [](SceneKind keys, scene::Shape kind, SceneShape (*read)(const Value&)) {
+    const bool may_move = control::shape_row(kind).mobility == control::Mobility::kMovable;
+    return SceneShapeRow{keys.name, kind, may_move, read, std::move(keys)};
+  };
+  std::vector<SceneShapeRow> rows;
+  rows.push_back(primitive({"plane",
+                            "a plane",
+                            "Solid where normal . p <= offset_m.",
+                            {{"normal",
+                              KeyType::kDirection,
+                              {-1.0e9, 1.0e9},
+                              {},
+                              true,
+                              {},
+                              {},
+                              "Direction towards the free side, of any length but zero."},
+                             {"offset_m", KeyType::kNumber, kCoordinate, {}, false, {0}}}},
+                           Plane, read_plane));
+  rows.push_back(primitive({"sphere", "a sphere", "", {length("radius_m")}}, Sphere, read_sphere));
+  rows.push_back(primitive(
+      {"box",
+       "a box",
+       "",
+       {length("size_m", KeyType::kVector, "Full edge lengths along x, y and z; the centre is the origin.")}},
+      Box, read_box));
+  rows.push_back(primitive({"cylinder",
+                            "a cylinder",
+                            "Axis z, flat caps; the centre is the origin.",
+                            {length("radius_m"), length("height_m")}},
+                           Cylinder, read_cylinder));
+  rows.push_back(primitive(
+      {"capsule",
+       "a capsule",
+       "Axis z; height_m is the length of the cylindrical part, between the centres of the round caps.",
+       {length("radius_m"), length("height_m")}},
+      Capsule, read_capsule));
+  rows.push_back({"mesh", Mesh, true, read_mesh});
+  rows.push_back({"height_field", Mesh, false, read_as<read_height_field>});
+  rows.push_back({"vector_field", VectorField, false, read_as<read_vector_field>});
+  rows.push_back({"potential_field", PotentialField, false, read_as<read_potential_field>});
+  rows.push_back({"needle", Needle, false, read_as<read_needle>});
+  rows.push_back({"tissue", Tissue, false, read_as<read_tissue>});
+  return rows;
+}
+
+}  // namespace
+
+std::span<const SceneShapeRow> scene_shapes() {
+  static const std::vector<SceneShapeRow> kRows = shape_rows();
+  return kRows;
+}
+
+std::vector<std::string_view> shape_words() {
+  std::vector<std::string_view> words;
+  for (const SceneShapeRow& row : scene_shapes()) words.push_back(row.word);
+  return words;
+}
+
+std::vector<std::string_view> movable_shape_words() {
+  std::vector<std::string_view> words;
+  for (const SceneShapeRow& row : scene_shapes())
+    if (row.may_move) words.push_back(row.word);
+  return words;
+}
+
+}  // namespace thimble::host
