@@ -55,13 +55,20 @@ class Friction {
   float still_s_ = 0.0F;
 };
 
+// Whether one way is longer than the other by more than rounding: a part of its length, and the step of a float at 0.25 m, since the
+// points that the ways lead between are rounded wherever they are.
+[[nodiscard]] inline bool is_longer(const Vec3& way_m, const Vec3& than_m) noexcept {
+  constexpr float kPart = 1.0F + 1.0e-5F;
+  constexpr float kStep_m = 3.0e-8F;
+  return way_m.norm() > kPart * than_m.norm() + kStep_m;
+}
+
 // Whether a slip does not tighten the spring. Over a ridge it could; then the stiction point goes to rest instead. nearest_to_m:
 // what rest is nearest to.
 [[nodiscard]] inline bool loosens(const Vec3& slipped_m, const Vec3& stuck_m, const Vec3& rest_m,
                                   const Vec3& nearest_to_m) noexcept {
-  constexpr float kRounding2 = 1.0F + 2.0e-5F;
-  return (slipped_m - rest_m).squaredNorm() <= (stuck_m - rest_m).squaredNorm() &&
-         (slipped_m - nearest_to_m).squaredNorm() <= kRounding2 * (stuck_m - nearest_to_m).squaredNorm();
+  return !is_longer(slipped_m - rest_m, stuck_m - rest_m) &&
+         !is_longer(slipped_m - nearest_to_m, stuck_m - nearest_to_m);
 }
 
 }  // namespace thimble::control

@@ -288,6 +288,44 @@ std::vector<Still> still_scenes(FrictionMode mode) {
   return scenes;
 }
 
+// A slip that rounding alone would make longer was taken for one over a ridge: friction dropped out for a tick, or for as long as the
+// tip stood still.
+TEST(Friction, NeverDropsOutByRounding) {
+  Random random(9);
+  constexpr int kScenes = kUnderSanitizers ? 20 : 200;
+  constexpr int kSlideTicks = 1000;
+  constexpr int kStopTicks = 6;  // less than what steady friction needs to stick
+  double worst = 0.0;
+  for (int scene = 0; scene < kScenes; ++scene) {
+    Material material = rough(FrictionMode::Steady, random.uniform(100.0, 1000.0));
+    material.dynamic_friction = static_cast<float>(random.uniform(0.02, 1.0));
+    material.static_friction = material.dynamic_friction;
+    if (random.below(2) == 0) material.static_friction *= 1.5F;
+    const Vector3d normal = random.direction();
+    const Vector3d on_surface_m = random.in_box(Vector3d::Constant(0.1));
+    const SceneImage image = SceneBuilder().plane(normal, normal.dot(on_surface_m), material).image();
+    const Vector3d along = normal.cross(random.direction()).normalized();
+    const double depth_m = random.uniform(0.0003, 0.002);
+    const double step_m = random.uniform(0.2e-6, 5.0e-6);
+    const double breaks_away_m = 1.05 * static_cast<double>(material.static_friction) * depth_m;
+    IdealRun run(image);
+    run.restart(on_surface_m + 0.001 * normal);
+    run.move(on_surface_m - depth_m * normal, 2.5e-5);
+    const auto slid = [&](double way_m) { return Vector3d(on_surface_m - depth_m * normal + way_m * along); };
+    run.move(slid(breaks_away_m), 2.5e-5);
+    for (int tick = 0; tick < kSlideTicks; ++tick) {
+      const int moves = tick / 40 * (40 - kStopTicks) + std::min(tick % 40, 40 - kStopTicks);
+      run.step(slid(breaks_away_m + moves * step_m));
+      const double normal_N = run.felt().force_N.dot(normal);
+      const double friction_N = -run.felt().force_N.dot(along);
+      worst = std::max(
+          worst, std::abs(friction_N / (static_cast<double>(material.dynamic_friction) * normal_N) - 1.0));
+    }
+  }
+  figure("sliding and stopping on random planes: |F_t / (mu_d F_n) - 1|", worst, "0.01");
+  EXPECT_LE(worst, 0.01);
+}
+
 TEST(Friction, AStillTipDoesNotDrift) {
   for (const FrictionMode mode : {FrictionMode::StickSlip, FrictionMode::Steady}) {
     for (const Still& still : still_scenes(mode)) {
