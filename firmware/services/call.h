@@ -17,6 +17,7 @@ using link::Nrc;
 
 // What the controller keeps of a host between its requests.
 struct Host {
+  link::Micros heard_us = 0;  // when its last frame came
   link::Session session = link::Session::kDefault;
   std::optional<link::Reset> restart;  // wanted once the answer has left
   std::array<char, 192> refusal{};     // kDidRefusal: why its last request was refused, or empty
@@ -28,6 +29,7 @@ struct Host {
 struct Call {
   Host& host;
   std::span<const std::uint8_t> request;  // the service, then its arguments; at least 1 byte
+  link::Micros now_us;
   link::ByteWriter& answer;   // begins with the service's positive response; sent if the handler says kOk
   bool suppressible = false;  // bit 80 of the sub-function means: no positive answer
   bool sign_of_life = true;   // once answered positively, the host counts as alive

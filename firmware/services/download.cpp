@@ -68,7 +68,8 @@ void Download::finish(bool well) noexcept {
 Nrc prepare_download(Services& services, Call& call) noexcept {
   ServiceParts& parts = services.parts;
   call.host.refuse("");
-  if (services.download.belongs_to_another(call.host)) return busy(call.host, Busy::kOtherHostUploads);
+  if (!services.download.may_be_prepared_by(call.host, call.now_us))
+    return busy(call.host, Busy::kOtherHostUploads);
   services.download.end(call.host);
   // The tick still reads the slot that is to be erased.
   if (parts.core.sources().scene.pending()) return busy(call.host, Busy::kSceneSwitching);

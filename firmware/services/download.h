@@ -2,7 +2,8 @@
 // scene is never touched before the activation.
 //
 // There is one download at a time, and it belongs to the host that prepared it, until its activation, or until that host's
-// session ends. Other hosts are answered "busy" (refusal.h, kOtherHostUploads) meanwhile.
+// session ends. Other hosts are answered "busy" (refusal.h, kOtherHostUploads) meanwhile. A host that was silent for kSilence_us
+// loses it to the next one that prepares a download; it is told so by its next block, and may prepare again.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +16,15 @@ class Download {
  public:
   explicit Download(std::uint16_t block_bytes) noexcept : block_bytes_(block_bytes) {}
 
+  // Longer than the gaps of an upload: a lost block is repeated after 0.1 s. An upload whose program was killed, on the other hand,
+  // is to be repeated at once, and not when the place of its host ends.
+  static constexpr link::Micros kSilence_us = 1'000'000;
+
   [[nodiscard]] bool belongs_to_another(const Host& host) const noexcept {
     return owner_ != nullptr && owner_ != &host;
+  }
+  [[nodiscard]] bool may_be_prepared_by(const Host& host, link::Micros now_us) const noexcept {
+    return !belongs_to_another(host) || now_us - owner_->heard_us > kSilence_us;
   }
   void prepare(const Host& host, std::uint32_t length, std::uint32_t has) noexcept;
   // The host must prepare again; until then no other host may.
@@ -32,9 +40,8 @@ class Download {
   void block_stored(std::uint8_t number, std::size_t bytes) noexcept;
   // `finished`: it has ended well already; its answer was lost.
   [[nodiscard]] Nrc check_exit(const Host& host, bool& finished) const noexcept;
-  void finish(
-      bool
-          well) noexcept;  // no more blocks; the host keeps what it has until the activation if it ended well
+  // No more blocks. If it ended well, it is the host's until the activation.
+  void finish(bool well) noexcept;
 
   [[nodiscard]] std::uint32_t offset() const noexcept { return offset_; }
   [[nodiscard]] std::uint16_t block_bytes() const noexcept { return block_bytes_; }

@@ -27,6 +27,7 @@ bool Router::on_frame(const CanFrame& frame, Micros now) noexcept {
   if (!index) return true;  // of a host whose place has ended: it claims one again
   Place& place = places_[*index];
   hosts_.heard(*index, now);
+  place.host.heard_us = now;
   static_cast<void>(place.channel.on_frame(frame, now));
   place.channel.config().fd = frame.fd;  // an answer has the format of its request
   serve(place, now);
@@ -55,7 +56,7 @@ std::optional<std::size_t> Router::tester_place(const CanFrame& frame, Micros no
   if (kind > 0x10) return std::nullopt;  // begins no request: what is left of one whose place has ended
   const auto claimed = hosts_.tester(now);
   if (!claimed) {
-    answer_without_place(frame);
+    answer_without_place(frame, now);
     return std::nullopt;
   }
   open(claimed->place, now);
@@ -64,7 +65,7 @@ std::optional<std::size_t> Router::tester_place(const CanFrame& frame, Micros no
 
 // All places are taken. A request that is one frame is handled in the default session, so that a tester can always disarm; all
 // else, and an answer that needs more than a frame, is answered "busy".
-void Router::answer_without_place(const CanFrame& frame) noexcept {
+void Router::answer_without_place(const CanFrame& frame, Micros now) noexcept {
   const std::span<const std::uint8_t> data = frame.bytes();
   const std::size_t size = data.empty() ? 0 : data[0];  // of a single frame, 1 to 7: its first byte
   const bool single = size >= 1 && size < link::kClassicDataBytes && data.size() > size;
@@ -81,7 +82,7 @@ void Router::answer_without_place(const CanFrame& frame) noexcept {
     Host nobody;
     link::ByteWriter answer(std::span(out.data).subspan(1, link::kClassicDataBytes - 1));
     answer.put(static_cast<std::uint8_t>(service | link::kPositive));
-    Call call{nobody, data.subspan(1, size), answer};
+    Call call{nobody, data.subspan(1, size), now, answer};
     result = handle(call);
     if (result == Nrc::kResponsePending) handler_.give_up(nobody);
     if (result == Nrc::kResponsePending || result == Nrc::kResponseTooLong) result = Nrc::kBusyRepeatRequest;
@@ -154,7 +155,7 @@ void Router::serve(Place& place, Micros now) noexcept {
   }
   link::ByteWriter answer(answer_);
   answer.put(static_cast<std::uint8_t>(request[0] | link::kPositive));
-  Call call{place.host, request, answer};
+  Call call{place.host, request, now, answer};
   const bool was_pending = place.pending;
   Nrc result = handle(call);
   if (result == Nrc::kResponsePending) {

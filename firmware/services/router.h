@@ -75,7 +75,7 @@ class Router {
   void on_claim(const link::HostClaim& claim, link::Micros now) noexcept;
   [[nodiscard]] std::optional<std::size_t> tester_place(const link::CanFrame& frame,
                                                         link::Micros now) noexcept;
-  void answer_without_place(const link::CanFrame& frame) noexcept;
+  void answer_without_place(const link::CanFrame& frame, link::Micros now) noexcept;
   void open(std::size_t index, link::Micros now) noexcept;
   void leave(std::size_t index) noexcept;
   void poll(std::size_t index, link::Micros now) noexcept;

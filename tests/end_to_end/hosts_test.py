@@ -149,6 +149,21 @@ class Hosts(Rig):
         self.assertEqual(self.running(self.device.tcp)[0], "first")
         self.ok("upload", second, "--device", self.device.tcp)
 
+    def test_an_upload_goes_on_where_a_killed_one_ended(self):
+        image = self.image(self.ball_scene(60, name="again"))
+        slow = self.proxy(self.device.port, LinkFaults(delay_s=0.002), 4)
+        killed = self.start("upload", image, "--device", slow.uri)
+        for line in killed.stderr:
+            if int(line.split()[0]) >= 10:
+                break
+        killed.kill()
+        killed.communicate()
+        began = time.monotonic()
+        self.assertGreater(self.ok_json("upload", image, "--device", self.device.tcp)["resumed_from"], 0)
+        took = time.monotonic() - began
+        figure("the upload after a killed one took %.1f s" % took)
+        self.assertLess(took, PLACE_ENDS_S, "it waited until the killed host's place ended")
+
 
 if __name__ == "__main__":
     unittest.main()
