@@ -233,6 +233,54 @@ Outcome fly_and_land(const World& world, const Nearby& nearby, std::span<const C
   return Outcome::kGoOn;
 }
 
+// Flies along a piece of a slide; where another object is in the way, stops there with one more contact.
+Outcome fly_along(const World& world, const Nearby& nearby, const Slide& slide, const Feature& feature,
+                  GodObject& god, bool& landed) {
+  Contact& contact = god.contacts[0];
+  const PlacedObject& object = world.objects[contact.object];
+  // The feature slid from and the one slid along are not in the way of the slide itself.
+  const std::array<Contact, 2> leaving{contact, Contact{contact.object, feature}};
+  const int skip = slide.swept ? contact.object : kSkipNone;
+  if (!slide.swept) contact.feature = {feature.index, 0, 0, feature.side};
+  if (slide.bent) {
+    const Outcome outcome =
+        fly_and_land(world, nearby, leaving, god, object.to_world(slide.via), skip, landed);
+    if (outcome == Outcome::kUnknown || landed) return outcome;
+  }
+  return fly_and_land(world, nearby, leaving, god, object.to_world(slide.to), skip, landed);
+}
+
+// A bent piece leaves the surface by up to 0.4 radii on its way. Where it meets another object out there, that place can be farther from
+// the target than the start. Then the arc is halved: the detour falls with the square of its angle, what it gains with the angle.
+constexpr int kMaxHalvings = 8;
+
+bool moves_away(const Vec3& target, const Vec3& to, const Vec3& from) {
+  return (to - target).squaredNorm() > (from - target).squaredNorm();
+}
+
+Outcome slide_on_shorter_arcs(const World& world, const Nearby& nearby, const GodObject& start, Slide slide,
+                              const Vec3& target, GodObject& god, RenderCounters& counters) {
+  const Contact& contact = start.contacts[0];
+  const PlacedObject& object = world.objects[contact.object];
+  const Vec3 from = object.to_local(start.position_m);
+  for (int halving = 0; halving < kMaxHalvings; ++halving) {
+    god = start;
+    Feature feature = contact.feature;
+    // The middle of the chord is inside, as the solid is convex: the slide ends above it.
+    slide = object.ops->slide(object.shape, feature, from, Vec3(0.5F * (from + slide.to)),
+                              {.hold = true, .one_piece = true});
+    bool landed = false;
+    const Outcome outcome = fly_along(world, nearby, slide, feature, god, landed);
+    if (outcome == Outcome::kUnknown) return outcome;
+    if (moves_away(target, god.position_m, start.position_m)) continue;
+    if (!landed) god.contacts[0].feature = feature;
+    return Outcome::kGoOn;
+  }
+  god = start;
+  ++counters.slide_bound;
+  return Outcome::kSettled;
+}
+
 // One contact: slide over its surface.
 Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
                      bool alone, std::array<Contact, kMaxContacts>& left, std::size_t& left_count,
@@ -242,22 +290,17 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
   Feature feature = contact.feature;
   const Slide slide = object.ops->slide(object.shape, feature, object.to_local(god.position_m),
                                         object.to_local(target), {.hold = hold, .one_piece = !alone});
-  const Vec3 to = object.to_world(slide.to);
   if (!alone || !slide.swept) {
-    // The feature slid from and the one slid along are not in the way of the slide itself.
-    const std::array<Contact, 2> leaving{contact, Contact{contact.object, feature}};
-    const int skip = slide.swept ? contact.object : kSkipNone;
+    const GodObject start = god;
     bool landed = false;
-    if (!slide.swept) contact.feature = {feature.index, 0, 0, feature.side};
-    if (slide.bent) {
-      const Outcome outcome =
-          fly_and_land(world, nearby, leaving, god, object.to_world(slide.via), skip, landed);
-      if (outcome == Outcome::kUnknown || landed) return outcome;
+    const Outcome outcome = fly_along(world, nearby, slide, feature, god, landed);
+    if (outcome == Outcome::kUnknown) return outcome;
+    if (landed) {
+      if (!slide.bent || !moves_away(target, god.position_m, start.position_m)) return outcome;
+      return slide_on_shorter_arcs(world, nearby, start, slide, target, god, counters);
     }
-    const Outcome outcome = fly_and_land(world, nearby, leaving, god, to, skip, landed);
-    if (outcome == Outcome::kUnknown || landed) return outcome;
   }
-  god.position_m = to;
+  god.position_m = object.to_world(slide.to);
   god.contacts[0].feature = feature;
   switch (slide.end) {
     case SlideEnd::kHeld:
