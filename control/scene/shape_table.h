@@ -23,12 +23,14 @@ extern const SolidOps kBoxSolid;
 extern const SolidOps kCylinderSolid;
 extern const SolidOps kCapsuleSolid;
 extern const SolidOps kMeshSolid;
+extern const SolidOps kConeSolid;
 
 extern const CollisionOps kPlaneCollision;
 extern const CollisionOps kSphereCollision;
 extern const CollisionOps kBoxCollision;
 extern const CollisionOps kCylinderCollision;
 extern const CollisionOps kCapsuleCollision;
+extern const CollisionOps kConeCollision;
 
 extern const VolumeOps kVectorFieldVolume;
 extern const VolumeOps kPotentialFieldVolume;
@@ -46,7 +48,7 @@ enum class Mobility : std::uint8_t {
 };
 
 enum class Texturing : std::uint8_t {
-  kNone,      // no texture can be laid out on it without stretching
+  kNone,      // a texture would be stretched on it, or its tiles would not meet
   kTextured,  // its surface has charts (control/surfaces/chart.h)
 };
 
@@ -91,6 +93,7 @@ inline constexpr auto kShapeTable = [] {
     volume(Shape::PotentialField, &kPotentialFieldVolume),
     volume(Shape::Needle,         &kNeedleVolume),
     volume(Shape::Tissue,         &kTissueVolume),
+    solid(Shape::Cone,     kMovable, kNone,     &kConeCollision,     &kConeSolid),
   });
   // clang-format on
 }();

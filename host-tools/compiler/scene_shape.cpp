@@ -64,6 +64,15 @@ SceneShape read_capsule(const Value& value) {
                         {across, across, cylinder * middle.z() + ball * .4 * r * r}};
 }
 
+SceneShape read_cone(const Value& value) {
+  const ScenePart part(value, "cone");
+  const double r = part.number("radius_m");
+  const double h = part.number("height_m");
+  const double across = 3.0 / 20.0 * r * r + 3.0 / 80.0 * h * h;
+  return PrimitiveShape{writes(scene::Cone(static_cast<float>(r), static_cast<float>(h))),
+                        {across, across, .3 * r * r}};
+}
+
 SceneShape read_mesh(const Value& value) {
   const ScenePart part(value, "mesh");
   MeshShape mesh;
@@ -119,6 +128,12 @@ std::vector<SceneShapeRow> shape_rows() {
        "Axis z; height_m is the length of the cylindrical part, between the centres of the round caps.",
        {length("radius_m"), length("height_m")}},
       Capsule, read_capsule));
+  rows.push_back(
+      primitive({"cone",
+                 "a cone",
+                 "Axis z, the apex up; the origin is the centre of mass: the base is at z = -height_m / 4.",
+                 {length("radius_m"), length("height_m")}},
+                Cone, read_cone));
   rows.push_back({"mesh", Mesh, true, read_mesh});
   rows.push_back({"height_field", Mesh, false, read_as<read_height_field>});
   rows.push_back({"vector_field", VectorField, false, read_as<read_vector_field>});

@@ -205,7 +205,7 @@ flatbuffers::Offset<scene::Texture> write_texture(flatbuffers::FlatBufferBuilder
     throw Error(ExitCode::kBadInput, "no-chart",
                 texture.place + " is worn by \"" + std::string(wearer.name) + "\", a " +
                     std::string(wearer.shape_word) +
-                    ", which cannot be unrolled without stretching the texture",
+                    ", on which it would be stretched or its tiles would not meet",
                 "use a plane, box, cylinder, mesh or height field, or leave the texture out");
   }
   const HeightGrid grid = texture.pattern == TexturePattern::kNone

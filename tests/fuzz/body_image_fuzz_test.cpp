@@ -42,6 +42,8 @@ const Bytes& body_image() {
   "material": { "stiffness_N_m": 500, "stiffness_map": { "stiffness_N_m": [[100, 200], [300, 400]], "cell_m": 0.01 } },
   "body": { "motion": "free", "mass_kg": 0.05 } },
 { "name": "pill", "shape": { "capsule": { "radius_m": 0.01, "height_m": 0.01 } }, "material": "m", "pose": { "position_m": [0, 0.03, 0] },
+  "body": { "motion": "free", "mass_kg": 0.05 } },
+{ "name": "hat", "shape": { "cone": { "radius_m": 0.01, "height_m": 0.02 } }, "material": "m", "pose": { "position_m": [0.02, 0.03, 0] },
   "body": { "motion": "free", "mass_kg": 0.05 } } ] })",
                                "seed.scene.json", ".")
           .image;

@@ -57,6 +57,7 @@ const Bytes& shapes_image() {
         .mesh(torus(0.02, 0.008, 10, 6), m)
         .mesh(icosphere(1, 0.015), m, {host::MeshSide::kOutside, 60.0}, at(0.0, 0.05))
         .mesh(sheet(0.03, 3), m, {}, at(0.0, -0.05))
+        .cone(0.01, 0.02, m, at(0.06, 0.0))
         .bytes();
   }();
   return bytes;

@@ -72,6 +72,13 @@ SceneBuilder& SceneBuilder::capsule(double radius_m, double half_height_m, const
   return *this;
 }
 
+SceneBuilder& SceneBuilder::cone(double radius_m, double height_m, const Material& material,
+                                 const Pose& pose) {
+  const scene::Cone shape(static_cast<float>(radius_m), static_cast<float>(height_m));
+  state_->add(scene::Shape::Cone, state_->builder.CreateStruct(shape).Union(), material, pose);
+  return *this;
+}
+
 SceneBuilder& SceneBuilder::mesh(const host::CompiledMesh& mesh, const Material& material, const Pose& pose) {
   flatbuffers::FlatBufferBuilder& builder = state_->builder;
   const auto vertices = builder.CreateVectorOfStructs(mesh.vertices);

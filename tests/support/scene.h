@@ -60,6 +60,7 @@ class SceneBuilder {
                          const Pose& pose = {});
   SceneBuilder& capsule(double radius_m, double half_height_m, const Material& material,
                         const Pose& pose = {});
+  SceneBuilder& cone(double radius_m, double height_m, const Material& material, const Pose& pose = {});
   SceneBuilder& mesh(const host::CompiledMesh& mesh, const Material& material, const Pose& pose = {});
   SceneBuilder& mesh(const host::TriangleSoup& soup, const Material& material,
                      const host::MeshOptions& options = {}, const Pose& pose = {});

@@ -32,9 +32,14 @@ std::vector<Solid> solids() {
            }},
           {R"("cylinder": {"radius_m": 0.02, "height_m": 0.02})",
            [](const Vector3d& p) { return std::min(.02 - p.head<2>().norm(), .01 - std::abs(p.z())); }},
-          {R"("capsule": {"radius_m": 0.01, "height_m": 0.03})", [](const Vector3d& p) {
+          {R"("capsule": {"radius_m": 0.01, "height_m": 0.03})",
+           [](const Vector3d& p) {
              const Vector3d on_axis(0, 0, std::clamp(p.z(), -.015, .015));
              return .01 - (p - on_axis).norm();
+           }},
+          {R"("cone": {"radius_m": 0.015, "height_m": 0.03})", [](const Vector3d& p) {
+             const double side = (.0225 - p.z() - 2.0 * p.head<2>().norm()) / std::sqrt(5.0);
+             return std::min(side, p.z() + .0075);
            }}};
 }
 

@@ -168,7 +168,8 @@ TEST(Collision, EveryKindRestsOnEveryOtherAndNothingGainsEnergy) {
   const std::vector<std::string> shapes = {R"("sphere": {"radius_m": 0.012})",
                                            R"("box": {"size_m": [0.03, 0.02, 0.02]})",
                                            R"("cylinder": {"radius_m": 0.012, "height_m": 0.02})",
-                                           R"("capsule": {"radius_m": 0.008, "height_m": 0.02})"};
+                                           R"("capsule": {"radius_m": 0.008, "height_m": 0.02})",
+                                           R"("cone": {"radius_m": 0.012, "height_m": 0.025})"};
   for (int round = 0; round < (kUnderSanitizers ? 1 : 4); ++round) {
     Random random(static_cast<std::uint64_t>(round + 1));
     std::string text =
@@ -191,7 +192,7 @@ TEST(Collision, EveryKindRestsOnEveryOtherAndNothingGainsEnergy) {
       text.append(R"(, {"name": ")")
           .append(std::to_string(i))
           .append(R"(", "material": "m", "shape": {)")
-          .append(shapes[static_cast<std::size_t>(i % 4)]);
+          .append(shapes[static_cast<std::size_t>(i) % shapes.size()]);
       text.append(R"(}, "pose": {"position_m": )")
           .append(list(place))
           .append(R"(, "rotation_deg": )")

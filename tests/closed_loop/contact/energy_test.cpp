@@ -76,6 +76,15 @@ std::vector<Solid> bodies() {
          const Vector3d centre(0.0, 0.0, std::copysign(0.02, out.z()));
          return std::pair(Vector3d(centre + 0.024 * out), Vector3d(centre + 0.02 * out));
        }},
+      {"cone", [](SceneBuilder& b, const Material& m) { b.cone(0.02, 0.04, m); },
+       [](Random& random) {
+         const double around = random.uniform(0.0, 6.28);
+         const Vector3d out(std::cos(around), std::sin(around), 0.0);
+         const Vector3d normal = (2.0 * out + Vector3d::UnitZ()) / std::sqrt(5.0);
+         const double down = random.uniform(0.2, 0.8);  // of the way from the apex to the rim
+         const Vector3d p = 0.02 * down * out + Vector3d(0.0, 0.0, 0.03 - 0.04 * down);
+         return std::pair(Vector3d(p + 0.004 * normal), p);
+       }},
       {"groove of two planes",
        [](SceneBuilder& b, const Material& m) {
          b.plane(Vector3d(1.0, 0.0, 1.0), 0.0, m).plane(Vector3d(-1.0, 0.0, 1.0), 0.0, m);

@@ -1,6 +1,7 @@
 // The force of frictionless shapes against their closed forms.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -44,6 +45,11 @@ std::vector<Wall> walls() {
          b.box({0.1, 0.1, 0.02}, {}, lowered(pose));
        }},
       {"cylinder", [=](SceneBuilder& b, const Pose& pose) { b.cylinder(0.05, 0.01, {}, lowered(pose)); }},
+      {"cone",  // its base, 10 mm below the centre of mass
+       [=](SceneBuilder& b, const Pose& pose) {
+         const Quaterniond over(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX()));
+         b.cone(0.05, 0.04, {}, {lowered(pose).position_m, pose.rotation * over});
+       }},
       {"mesh",
        [=](SceneBuilder& b, const Pose& pose) {
          b.mesh(box_mesh({0.1, 0.1, 0.02}, 13), {}, {}, lowered(pose));
@@ -180,6 +186,159 @@ TEST(RoundShapes, CylinderAndCapsulePushAlongTheirRadius) {
     figure(name + ": ||F| - K d| over 1e-4 K d + 1e-4 N", worst_allowed, "1");
     EXPECT_LE(worst_deg, 0.1) << name;
     EXPECT_LE(worst_allowed, 1.0) << name;
+  }
+}
+
+// The cones that are tried: radius and height, m.
+constexpr std::array<std::array<double, 2>, 3> kCones{{{0.02, 0.05}, {0.03, 0.01}, {0.005, 0.06}}};
+
+// A cone's side in the half-plane through its axis and a direction square to it.
+struct ConeSide {
+  double radius_m;
+  double height_m;
+
+  [[nodiscard]] double length_m() const { return std::hypot(radius_m, height_m); }
+  [[nodiscard]] Vector3d apex() const { return {0.0, 0.0, 0.75 * height_m}; }
+  [[nodiscard]] Vector3d normal(const Vector3d& direction) const {
+    return (height_m * direction + radius_m * Vector3d::UnitZ()) / length_m();
+  }
+  // The point of the side that is down_m from the apex.
+  [[nodiscard]] Vector3d at(const Vector3d& direction, double down_m) const {
+    return apex() + down_m / length_m() * (radius_m * direction - height_m * Vector3d::UnitZ());
+  }
+};
+
+Vector3d round_the_axis(double angle) { return {std::cos(angle), std::sin(angle), 0.0}; }
+
+TEST(Cone, PushesAlongTheNormalOfItsSideFromTheApexToTheRim) {
+  Random random(8);
+  for (const auto& [radius_m, height_m] : kCones) {
+    const ConeSide side{radius_m, height_m};
+    const Pose pose = {random.in_box(Vector3d::Constant(0.03)), random_rotation(random)};
+    const SceneImage image = SceneBuilder().cone(radius_m, height_m, {}, pose).image();
+    IdealRun run(image);
+    double worst_deg = 0.0;
+    double worst_allowed = 0.0;
+    double around = 0.0;
+    run.step(pose.position_m + pose.rotation * (side.at(round_the_axis(around), 0.5 * side.length_m()) +
+                                                0.004 * side.normal(round_the_axis(around))));
+    for (int tick = 0; tick < 40000; ++tick) {
+      around += random.uniform(-0.03, 0.05);
+      const Vector3d direction = round_the_axis(around);
+      const double down = side.length_m() * (0.5 + 0.49 * std::sin(0.0013 * tick));
+      // No deeper than half the way to the axis.
+      const double deepest = std::min(0.002, 0.5 * down * radius_m / height_m);
+      const Vector3d local =
+          side.at(direction, down) - random.uniform(0.2, 1.0) * deepest * side.normal(direction);
+      run.step(pose.position_m + pose.rotation * local);
+      const Vector3d seen = pose.rotation.conjugate() * (run.felt().tip_m - pose.position_m);
+      const Vector3d seen_direction = Vector3d(seen.x(), seen.y(), 0.0).normalized();
+      const Vector3d normal = side.normal(seen_direction);
+      const double expected = kDefaultStiffness_N_m * normal.dot(side.apex() - seen);
+      const Vector3d force = pose.rotation.conjugate() * run.felt().force_N;
+      if (expected > 0.5) worst_deg = std::max(worst_deg, angle_deg(force, normal));
+      worst_allowed = std::max(worst_allowed, (force - expected * normal).norm() / (1e-4 * expected + 1e-4));
+    }
+    const std::string name = "cone " + std::to_string(radius_m) + " x " + std::to_string(height_m);
+    figure(name + ": direction against the side's normal, degrees", worst_deg, "0.1");
+    figure(name + ": |F - K d n| over 1e-4 K d + 1e-4 N", worst_allowed, "1");
+    EXPECT_LE(worst_deg, 0.1) << name;
+    EXPECT_LE(worst_allowed, 1.0) << name;
+  }
+}
+
+TEST(Cone, StraightFlightsLandOnTheSideOrTheBase) {
+  // From outside to a point inside: the flight ends where the straight line meets the cone first, and the push is that of the part it met.
+  Random random(9);
+  for (const auto& [radius_m, height_m] : kCones) {
+    const ConeSide side{radius_m, height_m};
+    const SceneImage image = SceneBuilder().cone(radius_m, height_m, {}).image();
+    IdealRun run(image);
+    const auto outside_m = [&](const Vector3d& p) {
+      const Vector3d direction = Vector3d(p.x(), p.y(), 0.0).normalized();
+      return std::max(side.normal(direction).dot(p - side.apex()), -0.25 * height_m - p.z());
+    };
+    double worst = 0.0;
+    int silent = 0;
+    int through_the_base = 0;
+    constexpr int kFlights = 4000;
+    for (int flight = 0; flight < kFlights; ++flight) {
+      Vector3d from;
+      do {
+        from = random.in_box({2.0 * radius_m, 2.0 * radius_m, 1.5 * height_m});
+      } while (outside_m(from) < 1e-4);
+      Vector3d to;
+      do {
+        to = random.in_box({radius_m, radius_m, height_m});
+      } while (outside_m(to) > -1e-5);
+      run.restart(from);
+      const Felt& felt = run.step(to);
+      if (felt.contacts == 0) {
+        ++silent;
+        continue;
+      }
+      // Where the straight line meets the convex solid, by halving.
+      double out = 0.0;
+      double in = 1.0;
+      for (int halving = 0; halving < 60; ++halving) {
+        const double middle = 0.5 * (out + in);
+        (outside_m(from + middle * (to - from)) > 0.0 ? out : in) = middle;
+      }
+      const Vector3d landed = from + out * (to - from);
+      const bool on_base = landed.z() < -0.25 * height_m + 1e-7 * height_m;
+      if (on_base) ++through_the_base;
+      const bool near_rim = std::abs(landed.z() + 0.25 * height_m) < 1e-5 && !on_base;
+      if (near_rim) continue;
+      const Vector3d direction = Vector3d(felt.tip_m.x(), felt.tip_m.y(), 0.0).normalized();
+      const Vector3d normal = on_base ? Vector3d(-Vector3d::UnitZ()) : side.normal(direction);
+      const double depth = on_base ? felt.tip_m.z() + 0.25 * height_m : normal.dot(side.apex() - felt.tip_m);
+      const double allowed = 1e-4 * kDefaultStiffness_N_m * depth + 1e-4;
+      worst = std::max(worst, (felt.force_N - kDefaultStiffness_N_m * depth * normal).norm() / allowed);
+    }
+    const std::string name = "cone " + std::to_string(radius_m) + " x " + std::to_string(height_m);
+    figure(name + ": |F - K d n| after a flight, over 1e-4 K d + 1e-4 N", worst, "1");
+    figure(name + ": flights into it without a force", silent, "0");
+    figure(name + ": flights through the base, of 4000", through_the_base, "> 100");
+    EXPECT_LE(worst, 1.0) << name;
+    EXPECT_EQ(silent, 0) << name;
+    EXPECT_GT(through_the_base, 100) << name;
+  }
+}
+
+TEST(Cone, ATipPressedOnTheApexIsHeldAndOneThatLeavesFeelsNothing) {
+  // Straight down, a few micrometres beside the axis: the side that is nearest to the tip holds it. Then out again in any direction
+  // that is not downwards: no force outside.
+  Random random(10);
+  for (const auto& [radius_m, height_m] : kCones) {
+    const ConeSide side{radius_m, height_m};
+    const SceneImage image = SceneBuilder().cone(radius_m, height_m, {}).image();
+    IdealRun run(image);
+    double worst = 0.0;
+    double outside_N = 0.0;
+    for (int poke = 0; poke < 400; ++poke) {
+      const Vector3d beside = random.uniform(0.0, 5e-6) * round_the_axis(random.uniform(0.0, 6.28));
+      run.restart(side.apex() + beside + Vector3d(0.0, 0.0, 0.002));
+      for (int step = 1; step <= 40; ++step) {
+        run.step(side.apex() + beside + Vector3d(0.0, 0.0, 0.002 - 1e-4 * step));
+        const Vector3d seen = run.felt().tip_m;
+        const double across = seen.head<2>().norm();
+        const double depth = -(height_m * across + radius_m * (seen.z() - side.apex().z())) / side.length_m();
+        if (std::abs(depth) < 1e-6) continue;  // touching or not: either is right
+        const double push = run.felt().force_N.norm();
+        worst = std::max(worst, std::abs(push - std::max(0.0, kDefaultStiffness_N_m * depth)) /
+                                    (1e-4 * kDefaultStiffness_N_m * std::abs(depth) + 1e-3));
+      }
+      Vector3d direction = random.direction();
+      direction.z() =
+          std::abs(direction.z());  // down through the base the side would hold it, as a plate would
+      run.move(side.apex() + 0.02 * direction, 2e-5);
+      outside_N = std::max(outside_N, run.felt().force_N.norm());
+    }
+    const std::string name = "cone " + std::to_string(radius_m) + " x " + std::to_string(height_m);
+    figure(name + ": ||F| - K d| on the apex, over 1e-4 K d + 1e-3 N", worst, "1");
+    figure(name + ": force after the tip has left it, N", outside_N, "0");
+    EXPECT_LE(worst, 1.0) << name;
+    EXPECT_EQ(outside_N, 0.0) << name;
   }
 }
 

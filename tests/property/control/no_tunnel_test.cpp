@@ -461,7 +461,7 @@ TEST(NoTunnel, ManyObjects) {
       pose.position_m = random.in_box(Vector3d::Constant(0.02));
       return pose;
     };
-    for (int object = 0; object < 7; ++object) {
+    for (int object = 0; object < 8; ++object) {
       const Pose pose = at();
       const Material m = material(static_cast<int>(random.below(3)));
       switch (object) {
@@ -499,6 +499,15 @@ TEST(NoTunnel, ManyObjects) {
                             },
                             pose});
           break;
+        case 6:
+          builder.cone(0.01, 0.02, m, pose);
+          solids.push_back(
+              {[](const Vector3d& p) {  // to the side's and the base's planes: less than the distance outside
+                 const double side = (2.0 * p.head<2>().norm() + p.z() - 0.015) / std::sqrt(5.0);
+                 return std::max(side, -0.005 - p.z());
+               },
+               pose});
+          break;
         default:
           builder.mesh(ball, m, pose);
           solids.push_back({[&](const Vector3d& p) { return ball_oracle.signed_distance(p); }, pose});
@@ -535,7 +544,7 @@ TEST(NoTunnel, ManyObjects) {
       if (god < -kInside_m) ++(felt.contacts > 0 ? tally.falls : tally.silent);
     }
   }
-  tally.report("seven objects in each other's way");
+  tally.report("eight objects in each other's way");
 }
 
 // A slide round a solid makes a detour outside it (control/solids/round.h): what stands in its way there must not lead the god object
@@ -546,7 +555,8 @@ TEST(NoTunnel, RoundSolidsBetweenPlates) {
   const std::vector<std::pair<std::string, std::function<void(SceneBuilder&)>>> kinds = {
       {"sphere", [](SceneBuilder& b) { b.sphere(kRadius_m, {}); }},
       {"cylinder", [](SceneBuilder& b) { b.cylinder(kRadius_m, 0.01, {}); }},
-      {"capsule", [](SceneBuilder& b) { b.capsule(kRadius_m, 0.008, {}); }}};
+      {"capsule", [](SceneBuilder& b) { b.capsule(kRadius_m, 0.008, {}); }},
+      {"cone", [](SceneBuilder& b) { b.cone(kRadius_m, 0.02, {}); }}};
   const auto ticks =
       static_cast<long>(0.02 * total_ticks() / kScenesEach / static_cast<double>(kinds.size()));
   for (const auto& [name, add] : kinds) {

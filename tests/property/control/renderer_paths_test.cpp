@@ -56,6 +56,7 @@ std::vector<Kind> kinds() {
          b.mesh(torus(0.01, 0.005, 40, 24), m, {}, p);
        },
        true},
+      {"cone", [](SceneBuilder& b, const Material& m, const Pose& p) { b.cone(0.012, 0.016, m, p); }},
   };
 }
 

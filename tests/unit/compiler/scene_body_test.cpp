@@ -70,10 +70,12 @@ TEST(SceneBody, AxisAndPivotHaveTheirDefaults) {
 // The solid that a profile of (distance from the axis, z) encloses when it turns about the z axis, from its top to its bottom.
 host::TriangleSoup revolved(const std::vector<Eigen::Vector2d>& profile_m) {
   constexpr std::uint32_t kSides = 200;
-  const auto rings = static_cast<std::uint32_t>(profile_m.size());
   host::TriangleSoup soup;
   soup.vertices_m = {Vector3d(0, 0, profile_m.front().y()), Vector3d(0, 0, profile_m.back().y())};
+  std::uint32_t rings = 0;
   for (const Eigen::Vector2d& ring : profile_m) {
+    if (ring.x() == 0.0) continue;  // an end on the axis
+    ++rings;
     for (std::uint32_t i = 0; i < kSides; ++i) {
       const double angle = 2.0 * std::numbers::pi * i / kSides;
       soup.vertices_m.emplace_back(ring.x() * std::cos(angle), ring.x() * std::sin(angle), ring.y());
@@ -98,8 +100,9 @@ std::vector<Eigen::Vector2d> capsule_profile(double radius_m, double height_m) {
   std::vector<Eigen::Vector2d> profile;
   for (const double cap : {1.0, -1.0}) {
     for (int i = 0; i <= kSteps; ++i) {
-      const double angle = 0.5 * std::numbers::pi * (cap > 0.0 ? i : kSteps - i) / kSteps;
-      if (std::sin(angle) < 1e-9) continue;  // the axis
+      const int step = cap > 0.0 ? i : kSteps - i;
+      if (step == 0) continue;  // the axis
+      const double angle = 0.5 * std::numbers::pi * step / kSteps;
       profile.emplace_back(radius_m * std::sin(angle), cap * (0.5 * height_m + radius_m * std::cos(angle)));
     }
   }
@@ -119,6 +122,7 @@ TEST(SceneBody, MomentsOfInertiaAreThoseOfTheShape) {
       {R"("cylinder": {"radius_m": 0.02, "height_m": 0.05})", revolved({{.02, .025}, {.02, -.025}}), 5e-4},
       {R"("capsule": {"radius_m": 0.02, "height_m": 0.05})", revolved(capsule_profile(.02, .05)), 5e-4},
       {R"("capsule": {"radius_m": 0.02, "height_m": 0.00001})", revolved(capsule_profile(.02, 1e-5)), 5e-4},
+      {R"("cone": {"radius_m": 0.03, "height_m": 0.08})", revolved({{0, .06}, {.03, -.02}}), 5e-4},
   };
   for (const Case& each : cases) {
     const host::CompiledScene compiled =

@@ -47,6 +47,7 @@ constexpr const char* kScene = R"({
   "pose": { "position_m": [0, 0, 0], "rotation_deg": [0, 0, 90] } },
 { "name": "can", "shape": { "cylinder": { "radius_m": 0.01, "height_m": 0.05 } }, "material": "ice" },
 { "name": "pill", "shape": { "capsule": { "radius_m": 0.01, "height_m": 0.05 } }, "material": "ice" },
+{ "name": "hat", "shape": { "cone": { "radius_m": 0.01, "height_m": 0.04 } }, "material": "ice" },
 { "name": "rock", "shape": { "mesh": { "file": "asteroid.plg", "scale": 1e-5, "crease_deg": 30, "side": "outside" } }, "material": "ice" },
 { "name": "phone", "shape": { "height_field": { "file": "../telephone/heights_mm.csv", "size_m": [0.15, 0.12], "height_m": 0.001, "thickness_m": 0.02, "crease_deg": 40 } }, "material": "ice" }
 ]
@@ -66,7 +67,7 @@ TEST(SceneFile, ReadsEveryKeyIntoTheImage) {
                control::name(control::ImageStatus::kOk));
   const scene::Scene& scene = *view.scene();
   EXPECT_EQ(scene.name()->str(), "everything");
-  ASSERT_EQ(scene.objects()->size(), 7U);
+  ASSERT_EQ(scene.objects()->size(), 8U);
   const auto& objects = *scene.objects();
 
   EXPECT_EQ(objects[0]->name()->str(), "floor");
@@ -91,20 +92,22 @@ TEST(SceneFile, ReadsEveryKeyIntoTheImage) {
   EXPECT_NEAR(objects[2]->pose()->rotation().z(), std::sqrt(0.5), 1e-7);
   EXPECT_EQ(objects[3]->shape_as_Cylinder()->half_height_m(), 0.025F);
   EXPECT_EQ(objects[4]->shape_as_Capsule()->half_height_m(), 0.025F);
-  EXPECT_EQ(objects[5]->shape_as_Mesh()->triangles()->size(), 320U);
-  EXPECT_EQ(objects[5]->shape_as_Mesh()->corner_normals()->size(), 960U);
+  EXPECT_EQ(objects[5]->shape_as_Cone()->radius_m(), 0.01F);
+  EXPECT_EQ(objects[5]->shape_as_Cone()->height_m(), 0.04F);
+  EXPECT_EQ(objects[6]->shape_as_Mesh()->triangles()->size(), 320U);
+  EXPECT_EQ(objects[6]->shape_as_Mesh()->corner_normals()->size(), 960U);
 
   // A 76 x 76 grid: its points, those of its rim again below, and the triangles of top, walls and bottom.
-  const scene::Mesh& phone = *objects[6]->shape_as_Mesh();
+  const scene::Mesh& phone = *objects[7]->shape_as_Mesh();
   EXPECT_EQ(phone.vertices()->size(), 76U * 76U + 4U * 75U);
   EXPECT_EQ(phone.triangles()->size(), 2U * 75U * 75U + 8U * 75U + 4U * 75U - 2U);
   EXPECT_EQ(phone.corner_normals()->size(), 3U * phone.triangles()->size());
-  EXPECT_EQ(compiled.report.objects[6].shape, "height_field");
-  EXPECT_EQ(compiled.report.objects[6].mesh.open_edges, 0U);
-  EXPECT_EQ(compiled.report.objects[6].mesh.flipped_components, 0U);
+  EXPECT_EQ(compiled.report.objects[7].shape, "height_field");
+  EXPECT_EQ(compiled.report.objects[7].mesh.open_edges, 0U);
+  EXPECT_EQ(compiled.report.objects[7].mesh.flipped_components, 0U);
 
-  EXPECT_EQ(compiled.report.objects[5].shape, "mesh");
-  EXPECT_EQ(compiled.report.objects[5].mesh.triangles, 320U);
+  EXPECT_EQ(compiled.report.objects[6].shape, "mesh");
+  EXPECT_EQ(compiled.report.objects[6].mesh.triangles, 320U);
   EXPECT_EQ(compiled.report.bytes, compiled.image.size());
   EXPECT_THAT(compiled.report.warnings, testing::IsEmpty());
 }
@@ -228,15 +231,15 @@ TEST(SceneFile, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
        "bad-value",
        {"/objects/4/shape/capsule/height_m is true"}},
       // Meshes.
-      {with("\"file\": \"asteroid.plg\", ", ""), "missing-key", {"/objects/5/shape/mesh has no \"file\""}},
+      {with("\"file\": \"asteroid.plg\", ", ""), "missing-key", {"/objects/6/shape/mesh has no \"file\""}},
       {with("asteroid.plg", "missing.obj"),
        "missing-mesh",
-       {at(17, "/objects/5/shape/mesh/file: missing.obj: there is no such file")}},
-      {with("asteroid.plg", "make_asteroid.py"), "unreadable-mesh", {at(17, "/objects/5/shape/mesh/file: ")}},
-      {with("1e-5", "0"), "bad-value", {"/objects/5/shape/mesh/scale is 0"}},
+       {at(18, "/objects/6/shape/mesh/file: missing.obj: there is no such file")}},
+      {with("asteroid.plg", "make_asteroid.py"), "unreadable-mesh", {at(18, "/objects/6/shape/mesh/file: ")}},
+      {with("1e-5", "0"), "bad-value", {"/objects/6/shape/mesh/scale is 0"}},
       {with("1e-5", "1"),
        "mesh-too-large",
-       {at(17, "/objects/5/shape/mesh/file: asteroid.plg: vertex"), "10 m"}},
+       {at(18, "/objects/6/shape/mesh/file: asteroid.plg: vertex"), "10 m"}},
       {with("1e-5", "1e-9"), "mesh-too-small", {"asteroid.plg: the mesh is"}},
       {with("\"crease_deg\": 30", "\"crease_deg\": 181"), "bad-value", {"crease_deg is 181"}},
       {with("\"side\": \"outside\"", "\"side\": \"out\""),
@@ -245,13 +248,13 @@ TEST(SceneFile, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
       // Height fields.
       {with("\"file\": \"../telephone/heights_mm.csv\", ", ""),
        "missing-key",
-       {"/objects/6/shape/height_field has no \"file\""}},
+       {"/objects/7/shape/height_field has no \"file\""}},
       {with("../telephone/heights_mm.csv", "no.csv"),
        "missing-heights",
-       {at(18, "/objects/6/shape/height_field/file: no.csv: there is no such file")}},
+       {at(19, "/objects/7/shape/height_field/file: no.csv: there is no such file")}},
       {with("../telephone/heights_mm.csv", "asteroid.plg"),
        "bad-number",
-       {at(18, "/objects/6/shape/height_field/file: asteroid.plg:2: column 1 is \"asteroid 162 320\"")}},
+       {at(19, "/objects/7/shape/height_field/file: asteroid.plg:2: column 1 is \"asteroid 162 320\"")}},
       {with("\"size_m\": [0.15, 0.12]", "\"size_m\": [0.15]"), "bad-value", {"size_m is [0.15]"}},
       {with("\"size_m\": [0.15, 0.12]", "\"size_m\": [0.15, 0]"),
        "bad-value",
@@ -371,8 +374,8 @@ TEST(SceneSchema, EveryRequiredKeyIsRequiredByTheReader) {
        {Place{"scene", ""}, Place{"object", "/objects/1"}, Place{"plane", "/objects/0/shape/plane"},
         Place{"sphere", "/objects/1/shape/sphere"}, Place{"box", "/objects/2/shape/box"},
         Place{"cylinder", "/objects/3/shape/cylinder"}, Place{"capsule", "/objects/4/shape/capsule"},
-        Place{"height_field", "/objects/6/shape/height_field"}, Place{"pose", "/objects/2/pose"},
-        Place{"material", "/objects/2/material"}}) {
+        Place{"cone", "/objects/5/shape/cone"}, Place{"height_field", "/objects/7/shape/height_field"},
+        Place{"pose", "/objects/2/pose"}, Place{"material", "/objects/2/material"}}) {
     const json& definition = definitions.at(place.kind);
     for (const auto& [key, unused] : definition.at("properties").items()) {
       json less = whole;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -125,6 +126,35 @@ Made mesh(FlatBufferBuilder& builder, std::size_t triangles) {
   const auto n = builder.CreateVectorOfStructs(nodes);
   const auto f = builder.CreateVector(std::vector<std::uint8_t>(triangles));
   return {Shape::Mesh, scene::CreateMesh(builder, v, t, f, 0, n).Union()};
+}
+
+TEST(ImageLimits, AConeIsASolidOfFiniteSizeThatCanMove) {
+  const auto cone = [](float radius_m, float height_m) {
+    return [=](FlatBufferBuilder& builder) {
+      Made made = moving_ball(builder);
+      made.kind = Shape::Cone;
+      made.shape = builder.CreateStruct(scene::Cone(radius_m, height_m)).Union();
+      return made;
+    };
+  };
+  EXPECT_EQ(verdict_on(1, cone(0.01F, 0.02F)), "ok");
+  EXPECT_EQ(verdict_on(1, cone(0.0F, 0.02F)), "bad_number");
+  EXPECT_EQ(verdict_on(1, cone(0.01F, -0.02F)), "bad_number");
+  EXPECT_EQ(verdict_on(1, cone(std::numeric_limits<float>::quiet_NaN(), 0.02F)), "bad_number");
+  EXPECT_EQ(verdict_on(1, cone(0.01F, 2.0F * control::kMaxCoordinate_m)), "bad_number");
+  // Not one of the volumes, though the union names it after them.
+  const auto still = [](FlatBufferBuilder& builder) {
+    return Made{Shape::Cone, builder.CreateStruct(scene::Cone(0.01F, 0.02F)).Union()};
+  };
+  EXPECT_EQ(verdict_on(control::kMaxVolumes + 1, still), "ok");
+}
+
+TEST(ImageLimits, AShapeOfALaterUnionIsRefused) {
+  const auto later = [](FlatBufferBuilder& builder) {
+    return Made{static_cast<Shape>(static_cast<int>(Shape::MAX) + 1),
+                builder.CreateStruct(scene::Cone(0.01F, 0.02F)).Union()};
+  };
+  EXPECT_EQ(verdict_on(1, later), "no_shape");
 }
 
 TEST(ImageLimits, ObjectsAreToldWithTheFigure) {

@@ -38,20 +38,13 @@ function box(half: Vec3, p: Vec3): Surface {
 }
 
 function radius_of(shape: ShapeModel): number {
-  switch (shape.kind) {
-    case 'sphere':
-    case 'cylinder':
-    case 'capsule':
-      return shape.radius_m;
-    case 'mesh': {
-      let sum = 0;
-      for (let i = 0; i < shape.positions.length; i += 3)
-        sum += Math.hypot(shape.positions[i], shape.positions[i + 1], shape.positions[i + 2]);
-      return sum / Math.max(shape.positions.length / 3, 1);
-    }
-    default:
-      return 0.02;
+  if (shape.kind === 'mesh') {
+    let sum = 0;
+    for (let i = 0; i < shape.positions.length; i += 3)
+      sum += Math.hypot(shape.positions[i], shape.positions[i + 1], shape.positions[i + 2]);
+    return sum / Math.max(shape.positions.length / 3, 1);
   }
+  return 'radius_m' in shape ? shape.radius_m : 0.02;
 }
 
 export function surface_of(object: ObjectModel, position_m: Vec3, rotation: Quat, p: Vec3): Surface {

@@ -1,5 +1,14 @@
 // Scene model -> three.js geometry, built once a scene. In each object's own frame.
-import { BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, CylinderGeometry, PlaneGeometry, SphereGeometry } from 'three';
+import {
+  BoxGeometry,
+  BufferAttribute,
+  BufferGeometry,
+  CapsuleGeometry,
+  ConeGeometry,
+  CylinderGeometry,
+  PlaneGeometry,
+  SphereGeometry,
+} from 'three';
 import { mergeGeometries } from 'three/examples/jsm/utils/BufferGeometryUtils.js';
 
 import { subvolume_face, zero_surface } from './field_surface';
@@ -43,6 +52,8 @@ export function build_parts(shape: ShapeModel): Part[] {
       return [part(new CylinderGeometry(shape.radius_m, shape.radius_m, 2 * shape.half_height_m, 64).rotateX(Math.PI / 2))];
     case 'capsule':
       return [part(new CapsuleGeometry(shape.radius_m, 2 * shape.half_height_m, 16, 48).rotateX(Math.PI / 2))];
+    case 'cone': // the origin is the centre of mass, a quarter of the height above the base
+      return [part(new ConeGeometry(shape.radius_m, shape.height_m, 64).rotateX(Math.PI / 2).translate(0, 0, shape.height_m / 4))];
     case 'mesh': {
       const geometry = new BufferGeometry();
       geometry.setAttribute('position', new BufferAttribute(shape.positions, 3));

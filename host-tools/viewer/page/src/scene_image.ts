@@ -5,6 +5,7 @@ import { ByteBuffer } from 'flatbuffers';
 import {
   Box,
   Capsule,
+  Cone,
   Cylinder,
   Mesh,
   Motion,
@@ -61,6 +62,7 @@ export type ShapeModel =
   | { kind: 'sphere'; radius_m: number }
   | { kind: 'box'; half_size_m: Vec3 }
   | { kind: 'cylinder' | 'capsule'; radius_m: number; half_height_m: number }
+  | { kind: 'cone'; radius_m: number; height_m: number }
   | MeshModel
   | { kind: 'vector_field'; subvolumes: SubvolumeModel[]; lo_m: Vec3; hi_m: Vec3 }
   | PotentialModel
@@ -204,6 +206,10 @@ function read_shape(object: NonNullable<ReturnType<Scene['objects']>>): ShapeMod
     case Shape.Capsule: {
       const capsule = as(new Capsule());
       return { kind: 'capsule', radius_m: capsule.radiusM(), half_height_m: capsule.halfHeightM() };
+    }
+    case Shape.Cone: {
+      const cone = as(new Cone());
+      return { kind: 'cone', radius_m: cone.radiusM(), height_m: cone.heightM() };
     }
     case Shape.Mesh:
       return read_mesh(as(new Mesh()));

@@ -1,10 +1,12 @@
 // The scene image is read as the compiler wrote it; $THIMBLE names the compiler (mock/server.ts).
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 
 import { compile } from '../../mock/server';
+import { build_parts } from '../../src/geometry';
 import { decode_octahedral } from '../../src/octahedral';
 import { type SceneModel, read_scene_image } from '../../src/scene_image';
 import { kTop } from '../real/command';
@@ -80,6 +82,41 @@ test('fields, needle, tissue and controls', () => {
   const controls = scene('buttons').objects.flatMap((it) => (it.control ? [it.control] : []));
   assert.ok(controls.some((it) => it.turns) && controls.some((it) => !it.turns));
   for (const { axis } of controls) near(Math.hypot(...axis), 1, 1e-5, 'axis');
+});
+
+test('primitive shapes: the lengths of the scene file, and drawn where the solid is', () => {
+  const shapes = {
+    sphere: { radius_m: 0.02 },
+    box: { size_m: [0.02, 0.04, 0.06] },
+    cylinder: { radius_m: 0.01, height_m: 0.05 },
+    capsule: { radius_m: 0.01, height_m: 0.05 },
+    cone: { radius_m: 0.02, height_m: 0.04 },
+  };
+  // Half the width along x, the lowest and the highest z of each.
+  const drawn: Record<string, number[]> = {
+    sphere: [0.02, -0.02, 0.02],
+    box: [0.01, -0.03, 0.03],
+    cylinder: [0.01, -0.025, 0.025],
+    capsule: [0.01, -0.035, 0.035],
+    cone: [0.02, -0.01, 0.03],
+  };
+  const folder = mkdtempSync(join(tmpdir(), 'thimble-shapes-'));
+  try {
+    const file = join(folder, 'shapes.scene.json');
+    const objects = Object.entries(shapes).map(([name, of]) => ({ name, shape: { [name]: of }, material: { stiffness_N_m: 500 } }));
+    writeFileSync(file, JSON.stringify({ thimble_scene: 1, name: 'shapes', objects }));
+    for (const { name, shape } of scene(file).objects) {
+      assert.equal(shape.kind, name);
+      if (shape.kind === 'cone') near(shape.height_m, 0.04, 1e-8);
+      const [{ geometry }] = build_parts(shape);
+      geometry.computeBoundingBox();
+      const box = geometry.boundingBox;
+      assert.ok(box);
+      [box.max.x, box.min.z, box.max.z].forEach((value, i) => near(value, drawn[name][i], 1e-6, name));
+    }
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
 });
 
 test('textures and stiffness maps: the numbers of the scene files', () => {
