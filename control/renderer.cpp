@@ -10,11 +10,11 @@ namespace thimble::control {
 namespace {
 
 // Force shading in two passes (Ruspini et al. 1997): the plane with the interpolated normal, then the true
-// surface. Each round brings the god object nearer to where the interpolated normal points at the tip, by the
-// ratio of depth to the radius of curvature.
+// surface. The error of the god object against the shaded surface falls in each round by the ratio of depth
+// to radius of curvature.
 constexpr int kShadingRounds = 3;
 
-// The interpolated normal at the god object, when exactly one shaded surface holds it.
+// The interpolated normal at the god object, when exactly one surface holds it and that one is shaded.
 bool shaded_normal(const World& world, const GodObject& god, Vec3& normal) {
   if (god.count != 1) return false;
   const PlacedObject& object = world.objects[god.contacts[0].object];
@@ -26,7 +26,7 @@ bool shaded_normal(const World& world, const GodObject& god, Vec3& normal) {
   return true;
 }
 
-// Moves the frictionless god object to where the shaded surface would hold it. False where nothing is shaded.
+// Moves the frictionless god object to its place on the shaded surface. False where nothing is shaded.
 bool shade(const World& world, const Nearby& nearby, GodObject& god, const Vec3& tip,
            RenderCounters& counters, Vec3& normal) {
   for (int round = 0; round < kShadingRounds; ++round) {
@@ -46,7 +46,7 @@ Vec3 spring_force(const Constraints& held) {
   return force;
 }
 
-// The tip's velocity as the object's material has it at the god object.
+// The velocity of the tip relative to the object's material at the god object.
 Vec3 relative_velocity(const PlacedObject& object, const Bodies& bodies, const Vec3& at,
                        const Vec3& velocity) {
   return object.body == kNoBody ? velocity : Vec3(velocity - bodies.velocity_at(object.body, at));
@@ -59,8 +59,9 @@ Vec3 damping_force(const World& world, const Bodies& bodies, const Constraint& c
   return damping_force_N(m.stiffness_N_m * c.lambda_m, m.damping_N_s_m, speed) * c.normal;
 }
 
-// Every object that moves gets the opposite of what the finger feels from it: spring and damping along its own normal, and of the
-// rest (friction, effects) the part that it holds.
+// Applies to every moving object in contact the opposite of its force on the finger: spring and damping along
+// its own normal, and its share of the rest (friction, effects of surfaces), in proportion to its static
+// friction limit.
 void push_back(const World& world, Bodies& bodies, const Constraints& held, const Vec3& at,
                const Vec3& velocity, const Vec3& force) {
   std::array<Vec3, kMaxContacts> own;
@@ -84,7 +85,7 @@ void push_back(const World& world, Bodies& bodies, const Constraints& held, cons
   }
 }
 
-// Planes of unlike stiffness have a common potential only when they are square to each other.
+// Planes of different stiffness have a common potential only when they are perpendicular to each other.
 bool has_potential(const Constraints& held) {
   constexpr float kSquare = 1.0e-4F;
   for (std::size_t i = 1; i < held.count; ++i) {
@@ -98,8 +99,9 @@ bool has_potential(const Constraints& held) {
   return true;
 }
 
-// The object in whose frame the account of work is kept, null where none is: the work done on an object that moves counts from
-// where it is. Between objects that move differently there is no such frame.
+// The object in whose frame the energy account counts the work, null where no account is needed. Work on a
+// moving object is counted relative to that object. Between objects that move differently there is no such
+// frame.
 const PlacedObject* account_frame(const World& world, const Constraints& held, bool potential) {
   if (held.count == 0 || (potential && has_potential(held))) return nullptr;
   const PlacedObject& first = world.objects[held.list[0].object];
@@ -125,17 +127,19 @@ bool shares_object(const GodObject& a, const GodObject& b) {
   return false;
 }
 
-// Friction stretches the way to the tip; a rest farther from it than the stiction point is not where this contact would rest.
+// Friction can only increase the distance to the tip. A rest position farther from the tip than the stiction
+// point does not belong to this contact.
 bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
   constexpr float kRounding2 = 1.0F + 2.0e-5F;
   return (rest - tip).squaredNorm() > kRounding2 * (stuck - tip).squaredNorm();
 }
 
-// The common tick, done briefly: nothing else within reach, and one plain surface that holds. It computes
-// what touch() would, but that rest is remembered while the stiction point holds; false, with nothing
-// changed, for every other case.
-[[gnu::always_inline]] inline bool touch_one_surface(const World& world, Finger& finger, const Tip& tip,
-                                                     float period_s, Touch& touch) {
+// The fast path for the most common tick: one plain surface holds the god object, and no other object is
+// within reach. It gives the forces of Renderer::touch() (tests/property/control/renderer_paths_test.cpp),
+// except that on a mesh rest continues from its place in the previous tick while the tip sticks. In every
+// other case it returns false and changes nothing.
+[[gnu::always_inline]] inline bool touch_one_plain_surface(const World& world, Finger& finger, const Tip& tip,
+                                                           float period_s, Touch& touch) {
   GodObject& god = finger.god;
   if (god.count != 1 || finger.rest.count != 1) return false;
   Contact& contact = god.contacts[0];
@@ -151,7 +155,8 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
   const Vec3 x = object.to_local(tip.position_m);
   const Vec3 stuck = object.to_local(god.position_m);
   const Material& m = object.material;
-  // While the stiction point holds, rest goes on from where it was a tick ago: the way between them can be many faces long.
+  // On a mesh, rest continues from its place in the previous tick: the path from the stiction point can be
+  // many faces long.
   const bool walks = object.ops->walks;
   Feature feature = walks ? finger.rest.contacts[0].feature : contact.feature;
   Slide rest = object.ops->slide(object.shape, feature,
@@ -164,7 +169,7 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
     const float limit2 = m.static_friction * m.static_friction;
     if (finger.friction.sliding() || (stuck - rest.to).squaredNorm() > limit2 * (rest.to - x).squaredNorm() ||
         (walks && is_farther(rest.to, stuck, x))) {
-      // It may slip: then along a way that begins where it stands.
+      // It may slip: then rest is the end of a slide that starts at the stiction point.
       feature = contact.feature;
       rest = object.ops->slide(object.shape, feature, stuck, x, {});
       if (rest.end != SlideEnd::kHeld || !rest.swept || feature.kind != 0) return false;
@@ -207,11 +212,11 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
 }  // namespace
 
 void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
-  if (binding == Binding::kGoOn) {
-    world_.go_on(scene);
-    fields_.go_on(scene);
-    bodies_.go_on(scene);
-    // What was stored in the old spring is not what the new one gives back.
+  if (binding == Binding::kKeepState) {
+    world_.apply_materials(scene);
+    fields_.apply_materials(scene);
+    bodies_.apply_materials(scene);
+    // The energy stored with the old stiffness is not what the new one returns.
     for (Finger& finger : fingers_) finger.account.close();
     return;
   }
@@ -234,7 +239,7 @@ void Renderer::use_general_path_only() noexcept {
 void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept {
   const std::size_t count = std::min(tips.size(), kMaxArms);
   for (std::size_t i = 0; i < count; ++i) {
-    if (!touch_one_surface(world_, fingers_[i], tips[i], period_s, touches[i]))
+    if (!touch_one_plain_surface(world_, fingers_[i], tips[i], period_s, touches[i]))
       touch(fingers_[i], tips[i], period_s, touches[i]);
     if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
   }
@@ -252,9 +257,9 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   }
   const Nearby nearby(world_, Reach(god, rest, x));
 
-  // A new contact: the stiction point is where the flight met the surface (paper, section 3.6).
+  // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
   if (god.count == 0) fly(world_, nearby, god, x, counters_);
-  // Where the god object would rest without friction, and the planes that hold it there.
+  // The place of the god object without friction, and its contact constraints there.
   rest = god;
   if (god.count != 0) move(world_, nearby, rest, x, false, counters_);
   if (rest.count == 0) {
@@ -278,7 +283,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   SurfaceTouch surface;
   if (surfaced) surface = apply_surfaces(world_, rest, x, held);
 
-  if (!shares_object(rest, god)) god = rest;  // another surface: the stiction point has been left behind
+  if (!shares_object(rest, god)) god = rest;  // on another surface there is no stiction point yet
   const FrictionLimits limits = friction_limits(held);
   Vec3 force = spring_force(held) + surface.along_N;
   if (limits.static_m > 0.0F) {
@@ -287,7 +292,8 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
       const Vec3 stuck_m = god.position_m;
       const bool one = rest.count == 1;
       move(world_, nearby, god, (one ? rest.position_m : x) + slip.offset_m, one, counters_);
-      // A shaded rest is not what is nearest to the tip; the account below keeps what such a slip could give.
+      // A shaded rest position is not the point nearest to the tip; the energy account below covers what such
+      // a slip could give.
       const Vec3& nearest_to_m = shaded ? rest.position_m : x;
       if (god.count == 0 || !loosens(god.position_m, stuck_m, rest.position_m, nearest_to_m)) god = rest;
     }

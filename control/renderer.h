@@ -1,5 +1,5 @@
-// The renderer: fingertips in, forces out. The class the firmware calls every tick, and the one to link for a
-// host program (target thimble_control; tests/bench shows its use).
+// The renderer: positions of fingertips in, forces out. The firmware calls this class every tick; a host
+// program can link it (target thimble_control, example in tests/bench).
 //
 //   Renderer renderer;
 //   SceneView scene;
@@ -28,33 +28,34 @@ namespace thimble::control {
 
 class Renderer {
  public:
-  // Takes a scene (an empty view: free space everywhere). Every contact is forgotten: each god object starts
-  // at its tip.
-  // kGoOn: the same scene in other materials; contacts, objects that move and tissue stay as they are.
+  // Binds a scene (an empty view: free space everywhere). All contacts end: each god object starts at its
+  // tip. kKeepState: the same scene with other materials; contacts, moving objects and tissue keep their state.
   void bind(const SceneView& scene, Binding binding = Binding::kStart) noexcept;
 
-  // Forgets every contact, as after a pause in which the tips were not rendered. Objects that move stay where they are.
+  // Ends all contacts, as after a pause in which the tips were not rendered. Moving objects keep their poses.
   void reset() noexcept;
 
-  // Renders one period. tips and touches have the same size, at most kMaxArms. Objects that move do so afterwards, with the forces
-  // of this period.
+  // Renders one period. tips and touches have the same size, at most kMaxArms. Afterwards the moving objects
+  // move under the forces of this period.
   void tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept;
 
-  // For the test that compares the two paths: until the next bind(), no tick takes the fast path for one plain surface.
+  // For the test that compares the two paths: until the next bind(), no tick takes the fast path for one
+  // plain surface.
   void use_general_path_only() noexcept;
 
   [[nodiscard]] const RenderCounters& counters() const noexcept { return counters_; }
 
-  // The objects that move, in the order of the scene, where the next tick will meet them.
+  // The moving objects in the order of the scene, with their poses for the next tick.
   [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return bodies_.states(); }
 
-  // The planes that the god object of an arm lies on: their unit normals, world frame; returns how many.
-  std::size_t show_planes(std::size_t arm, std::span<Vec3, kMaxContacts> normals) const noexcept {
-    return lies_on(world_, fingers_[arm].god, normals);
+  // Writes the unit normals of the planes that the god object of an arm lies on, world frame; returns how
+  // many.
+  std::size_t contact_normals(std::size_t arm, std::span<Vec3, kMaxContacts> normals) const noexcept {
+    return control::contact_normals(world_, fingers_[arm].god, normals);
   }
 
-  // Needles and fingers in tissue; returns how many.
-  std::size_t show_tissue(TissueViews& views) const noexcept { return fields_.show(views); }
+  // Writes the state of needles and fingers in tissue; returns how many there are.
+  std::size_t tissue_views(TissueViews& views) const noexcept { return fields_.show(views); }
 
  private:
   void touch(Finger& finger, const Tip& tip, float period_s, Touch& touch) noexcept;

@@ -1,4 +1,4 @@
-// What goes into the renderer and what comes out of it.
+// The inputs and outputs of the renderer.
 #pragma once
 
 #include <cstdint>
@@ -7,25 +7,26 @@
 
 namespace thimble::control {
 
-// One fingertip, as kinematics gives it this tick.
+// One fingertip in this tick, from the kinematics.
 struct Tip {
   Vec3 position_m = Vec3::Zero();
   Vec3 velocity_m_s = Vec3::Zero();
 };
 
-// What one fingertip feels this tick.
+// The result for one fingertip in this tick.
 struct Touch {
   Vec3 force_N = Vec3::Zero();       // spring, friction and damping, before any limit of the arm
   Vec3 god_object_m = Vec3::Zero();  // equals the tip in free space
   std::uint8_t contacts = 0;         // active constraints, 0 to 3
 };
 
-// Bounds that were hit since bind(): each one is an event to look at, none is an error. Shown in telemetry.
+// How often each bound was reached since bind(). None is an error; telemetry shows them.
 struct RenderCounters {
-  std::uint32_t sweep_bound = 0;  // a tree walk was cut short: the god object waited where it was proven free
-  std::uint32_t slide_bound = 0;  // a slide over the surface was cut short: it goes on in the next tick
+  std::uint32_t sweep_bound =
+      0;  // a tree walk was cut short: the god object stayed at a place that was proven free
+  std::uint32_t slide_bound = 0;  // a slide over the surface was cut short: it continues in the next tick
   std::uint32_t contact_bound =
-      0;  // more than kMaxBodyContacts points between bodies: the rest did not push in that tick
+      0;  // contact points between bodies beyond kMaxBodyContacts, ignored in that tick
 };
 
 }  // namespace thimble::control

@@ -28,8 +28,8 @@ BodyModel read(const scene::Object& object, std::uint8_t index) {
   model.pivot_m = to_vec(*body.pivot_m());
   model.start_m = to_vec(object.pose()->position_m());
   model.start_rotation = Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized();
-  model.control = control_params(body);
-  model.control_inertia = control_inertia(object);
+  model.control = control_element_params(body);
+  model.control_inertia = control_element_inertia(object);
   return model;
 }
 
@@ -62,12 +62,12 @@ void place(PlacedObject& object, const BodyState& state, bool turns) {
 
 }  // namespace
 
-// A control's curve lies in the image; of the other numbers none is a material.
-void Bodies::go_on(const SceneView& scene) noexcept {
+// Re-point to the control's curve in the new image; no number of a body is part of a material.
+void Bodies::apply_materials(const SceneView& scene) noexcept {
   std::size_t body = 0;
   for (const scene::Object* object : *scene.scene()->objects()) {
     if (object->body() == nullptr || is_volume(object->shape_type()) || body == count_) continue;
-    models_[body++].control = control_params(*object->body());
+    models_[body++].control = control_element_params(*object->body());
   }
 }
 
@@ -116,7 +116,7 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
       models_[count_] = model;
       states_[count_] = state;
       angular_momentum_[count_] = angular_momentum;
-      controls_[count_] = start_control(model.control, speed);
+      controls_[count_] = start_control_element(model.control, speed);
       states_[count_].on = controls_[count_].on;
       states_[count_].controlled =
           model.motion == scene::Motion::Slide || model.motion == scene::Motion::Turn;
@@ -128,9 +128,10 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
   }
 }
 
-// Semi-implicit Euler: velocities first, then positions with the new ones, which keeps the energy of a spring (and so of a finger
-// that holds a body) bounded. Damping is taken implicitly: it can stop a body, never turn it back.
-Mover Bodies::accelerate(std::size_t body, float period_s) noexcept {
+// Semi-implicit Euler: first the velocities, then the positions with the new velocities. So the energy of a
+// spring stays bounded, also of the spring between a fingertip and the body that it holds. Damping is
+// implicit: it can stop a body, and never reverses its motion.
+SolverBody Bodies::accelerate(std::size_t body, float period_s) noexcept {
   const BodyModel& model = models_[body];
   const BodyState& state = states_[body];
   const Load load = loads_[body];
@@ -138,85 +139,85 @@ Mover Bodies::accelerate(std::size_t body, float period_s) noexcept {
   const Vec3 outside = load.force_N + model.mass_kg * gravity_m_s2_;
   const Vec3 force = outside - model.spring_N_m * (state.position_m - model.start_m);
   const float slowed = 1.0F / (1.0F + period_s * model.damping_N_s_m / model.mass_kg);
-  Mover mover;
-  mover.object = model.object;
-  mover.centre_m = state.position_m;
-  mover.restitution = model.restitution;
-  mover.velocity_m_s = slowed * (state.velocity_m_s + (period_s / model.mass_kg) * force);
+  SolverBody solver_body;
+  solver_body.object = model.object;
+  solver_body.centre_m = state.position_m;
+  solver_body.restitution = model.restitution;
+  solver_body.velocity_m_s = slowed * (state.velocity_m_s + (period_s / model.mass_kg) * force);
   const Mat3 along_axis = model.axis * model.axis.transpose();
   switch (model.motion) {
     case scene::Motion::Free: {
       const Mat3 turn = state.rotation.toRotationMatrix();
       const Vec3 damped =
           Vec3::Ones() + (period_s * model.angular_damping_N_m_s) * model.inertia_kg_m2.cwiseInverse();
-      mover.inverse_mass = Mat3::Identity() / model.mass_kg;
-      mover.inverse_inertia = turn * model.inertia_kg_m2.cwiseInverse().asDiagonal() * turn.transpose();
+      solver_body.inverse_mass = Mat3::Identity() / model.mass_kg;
+      solver_body.inverse_inertia = turn * model.inertia_kg_m2.cwiseInverse().asDiagonal() * turn.transpose();
       angular_momentum_[body] += period_s * load.torque_N_m;
       if (model.angular_damping_N_m_s > 0.0F)
         angular_momentum_[body] =
             scale_in_frame(state.rotation, damped.cwiseInverse(), angular_momentum_[body]);
-      mover.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
+      solver_body.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
       break;
     }
     case scene::Motion::Translate:
-      mover.inverse_mass = Mat3::Identity() / model.mass_kg;
+      solver_body.inverse_mass = Mat3::Identity() / model.mass_kg;
       break;
     case scene::Motion::Plane:
-      mover.inverse_mass = (Mat3::Identity() - along_axis) / model.mass_kg;
-      mover.held_N_s = period_s * (along_axis * outside);
-      mover.velocity_m_s -= along_axis * mover.velocity_m_s;
+      solver_body.inverse_mass = (Mat3::Identity() - along_axis) / model.mass_kg;
+      solver_body.constrained_N_s = period_s * (along_axis * outside);
+      solver_body.velocity_m_s -= along_axis * solver_body.velocity_m_s;
       break;
     case scene::Motion::Slide:
     case scene::Motion::Turn: {
       const bool turns = model.motion == scene::Motion::Turn;
-      const ControlState& control = controls_[body];
+      const ControlElementState& control = controls_[body];
       efforts_[body] =
           turns ? model.axis.dot(load.torque_N_m + (state.position_m - model.pivot_m).cross(outside))
                 : model.axis.dot(outside);
-      const float speed = control.speed + period_s *
-                                              (efforts_[body] + control_effort(model.control, control.q)) /
-                                              model.control_inertia;
-      mover.velocity_m_s = turns ? Vec3(Vec3::Zero()) : Vec3(speed * model.axis);
+      const float speed =
+          control.speed + period_s * (efforts_[body] + control_element_effort(model.control, control.q)) /
+                              model.control_inertia;
+      solver_body.velocity_m_s = turns ? Vec3(Vec3::Zero()) : Vec3(speed * model.axis);
       if (turns) {
-        mover.centre_m = model.pivot_m;
-        mover.spin_rad_s = speed * model.axis;
-        mover.inverse_inertia = along_axis / model.control_inertia;
+        solver_body.centre_m = model.pivot_m;
+        solver_body.spin_rad_s = speed * model.axis;
+        solver_body.inverse_inertia = along_axis / model.control_inertia;
       } else {
-        mover.inverse_mass = along_axis / model.control_inertia;
+        solver_body.inverse_mass = along_axis / model.control_inertia;
       }
       break;
     }
   }
-  return mover;
+  return solver_body;
 }
 
-// What the contacts have made of it.
-void Bodies::take_over(std::size_t body, const Vec3& velocity_before_m_s, const Vec3& spin_before_rad_s,
-                       const Mover& after, float period_s) noexcept {
+// Takes the velocities and position corrections of the contact solver.
+void Bodies::apply_contacts(std::size_t body, const Vec3& velocity_before_m_s, const Vec3& spin_before_rad_s,
+                            const SolverBody& after, float period_s) noexcept {
   const BodyModel& model = models_[body];
   BodyState& state = states_[body];
-  const Vec3 struck = after.spin_rad_s - spin_before_rad_s;
+  const Vec3 spin_change = after.spin_rad_s - spin_before_rad_s;
   switch (model.motion) {
     case scene::Motion::Free:
       state.spin_rad_s = after.spin_rad_s;
-      angular_momentum_[body] += scale_in_frame(state.rotation, model.inertia_kg_m2, struck);
+      angular_momentum_[body] += scale_in_frame(state.rotation, model.inertia_kg_m2, spin_change);
       state.velocity_m_s = after.velocity_m_s;
-      state.position_m += after.shift_m;
-      if (!after.shift_rad.isZero(0.0F)) state.rotation = turned(state.rotation, after.shift_rad);
+      state.position_m += after.correction_m;
+      if (!after.correction_rad.isZero(0.0F)) state.rotation = turned(state.rotation, after.correction_rad);
       break;
     case scene::Motion::Translate:
     case scene::Motion::Plane:
       state.velocity_m_s = after.velocity_m_s;
-      state.position_m += after.shift_m;
+      state.position_m += after.correction_m;
       break;
     case scene::Motion::Slide:
       efforts_[body] +=
           model.axis.dot(after.velocity_m_s - velocity_before_m_s) * model.control_inertia / period_s;
-      controls_[body].q += model.axis.dot(after.shift_m);
+      controls_[body].q += model.axis.dot(after.correction_m);
       break;
     case scene::Motion::Turn:
-      efforts_[body] += model.axis.dot(struck) * model.control_inertia / period_s;
-      controls_[body].q += model.axis.dot(after.shift_rad);
+      efforts_[body] += model.axis.dot(spin_change) * model.control_inertia / period_s;
+      controls_[body].q += model.axis.dot(after.correction_rad);
       break;
   }
 }
@@ -236,12 +237,12 @@ void Bodies::advance(std::size_t body, float period_s) noexcept {
   BodyState& state = states_[body];
   switch (model.motion) {
     case scene::Motion::Free: {
-      // The spin half a period on, for the angular momentum stays and the spin does not.
+      // The spin at half the period: the angular momentum is constant, the spin is not.
       const Quaternionf middle = turned(state.rotation, (0.5F * period_s) * state.spin_rad_s);
       state.rotation = turned(state.rotation, period_s * to_spin(model, middle, angular_momentum_[body]));
       state.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
       state.position_m += period_s * state.velocity_m_s;
-      limit_speed(body);  // a thin rod that turns away from its momentum can spin up
+      limit_speed(body);  // the spin of a thin rod can grow as it turns relative to its angular momentum
       break;
     }
     case scene::Motion::Translate:
@@ -253,7 +254,7 @@ void Bodies::advance(std::size_t body, float period_s) noexcept {
       advance_along_axis(body, period_s);
       break;
   }
-  // The world ends where its coordinates do.
+  // Positions are limited to kMaxCoordinate_m.
   const Vec3 held = state.position_m.cwiseMax(-kMaxCoordinate_m).cwiseMin(kMaxCoordinate_m);
   if (held != state.position_m) {
     state.position_m = held;
@@ -264,10 +265,10 @@ void Bodies::advance(std::size_t body, float period_s) noexcept {
 void Bodies::advance_along_axis(std::size_t body, float period_s) noexcept {
   const BodyModel& model = models_[body];
   BodyState& state = states_[body];
-  ControlState& control = controls_[body];
+  ControlElementState& control = controls_[body];
   const bool turns = model.motion == scene::Motion::Turn;
   const float most = turns ? kMaxBodySpin_rad_s : kMaxBodySpeed_m_s;
-  advance_control(model.control, control, efforts_[body], model.control_inertia, period_s);
+  advance_control_element(model.control, control, efforts_[body], model.control_inertia, period_s);
   control.speed = std::clamp(control.speed, -most, most);
   state.q = control.q;
   state.on = control.on;
@@ -297,20 +298,20 @@ void Bodies::stop(std::size_t body) noexcept {
 
 void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
                   RenderCounters& counters) noexcept {
-  std::array<Mover, kMaxBodies> movers;
+  std::array<SolverBody, kMaxBodies> solver_bodies;
   std::array<Vec3, kMaxBodies> velocity_before_m_s, spin_before_rad_s;
   for (std::size_t i = 0; i < count_; ++i) {
-    movers[i] = accelerate(i, period_s);
-    velocity_before_m_s[i] = movers[i].velocity_m_s;
-    spin_before_rad_s[i] = movers[i].spin_rad_s;
+    solver_bodies[i] = accelerate(i, period_s);
+    velocity_before_m_s[i] = solver_bodies[i].velocity_m_s;
+    spin_before_rad_s[i] = solver_bodies[i].spin_rad_s;
   }
-  solver_.solve(world, std::span(movers).first(count_), period_s, counters);
+  solver_.solve(world, std::span(solver_bodies).first(count_), period_s, counters);
   for (std::size_t i = 0; i < count_; ++i) {
     const std::uint8_t index = models_[i].object;
     const PlacedObject before = world.objects[index];
     const BodyState state_before = states_[i];
-    const ControlState control_before = controls_[i];
-    take_over(i, velocity_before_m_s[i], spin_before_rad_s[i], movers[i], period_s);
+    const ControlElementState control_before = controls_[i];
+    apply_contacts(i, velocity_before_m_s[i], spin_before_rad_s[i], solver_bodies[i], period_s);
     limit_speed(i);
     advance(i, period_s);
     place(world.objects[index], states_[i],

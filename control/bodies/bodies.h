@@ -1,12 +1,13 @@
-// Objects that move (paper, section 3.9): masses that fingers push, throw and pick up.
+// Bodies: objects that fingertips push, throw and pick up (paper, section 3.9).
 //
-// Each tick, after the fingers are rendered: every finger's force acts on what it touches, at its god object, exactly opposite to
-// what the hand feels; velocities are advanced with gravity, spring and damping; contacts between objects change them
-// (control/bodies/contact_solver.h); each object moves in its turn and takes the god objects along (control/bodies/carry.h).
+// Each tick, after the fingertips are rendered: the force on each fingertip acts on the body in contact with
+// the opposite sign, at the god object. Then gravity, springs and damping change the velocities, the contacts
+// between bodies change them (control/bodies/contact_solver.h), and the bodies move one after the other and
+// carry the god objects along (control/bodies/carry.h).
 //
-// Speeds are at most kMaxBodySpeed_m_s and kMaxBodySpin_rad_s, positions within kMaxCoordinate_m. An object that would squeeze a
-// god object against something stays where it was and stops: a fingertip is a point that gives way to the hand's spring alone.
-// SI units, world frame. Nothing here allocates or fails.
+// Speeds are at most kMaxBodySpeed_m_s and kMaxBodySpin_rad_s, positions within kMaxCoordinate_m. A body that
+// would squeeze a god object against another object keeps its pose and stops, because a point has no room to
+// give way. SI units, world frame. Nothing here allocates or fails.
 #pragma once
 
 #include <array>
@@ -15,7 +16,7 @@
 #include <span>
 
 #include "control/bodies/contact_solver.h"
-#include "control/bodies/control.h"
+#include "control/bodies/control_element.h"
 #include "control/contact/finger.h"
 #include "control/contact/world.h"
 #include "control/renderer_types.h"
@@ -25,7 +26,7 @@
 
 namespace thimble::control {
 
-// What telemetry and a viewer see of a moving object. `object` counts the objects of the scene image.
+// The state of a body for telemetry and the viewer. `object`: its index in the scene image.
 struct BodyState {
   std::uint8_t object = 0;
   Vec3 position_m = Vec3::Zero();
@@ -37,13 +38,13 @@ struct BodyState {
   bool on = false;          // the switch of a control
 };
 
-// What the scene says of one body.
+// The constant values of a body, from the scene.
 struct BodyModel {
   std::uint8_t object = 0;  // in the world
   scene::Motion motion{};
   float mass_kg = 1.0F;
   Vec3 inertia_kg_m2 = Vec3::Ones();  // in the object's frame
-  ControlParams control;              // Slide, Turn
+  ControlElementParams control;       // Slide, Turn
   float control_inertia = 1.0F;       // kg or kg m2
   float restitution = 0.0F;
   float spring_N_m = 0.0F;
@@ -57,9 +58,10 @@ struct BodyModel {
 
 class Bodies {
  public:
-  // Takes the scene's bodies to their start. World is bound already; its objects learn which body they are.
+  // Sets the scene's bodies to their start. The world is bound already; each of its objects gets the index of
+  // its body.
   void bind(const SceneView& scene, World& world) noexcept;
-  void go_on(const SceneView& scene) noexcept;  // Binding::kGoOn: they stay where they are, and as fast
+  void apply_materials(const SceneView& scene) noexcept;  // Binding::kKeepState: poses and velocities stay
 
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
   [[nodiscard]] std::span<const BodyState> states() const noexcept { return {states_.data(), count_}; }
@@ -77,7 +79,8 @@ class Bodies {
     load.torque_N_m += (point_m - states_[body].position_m).cross(force_N);
   }
 
-  // One period: the objects go on, the world has their new poses, and the fingers have been taken along.
+  // One period: moves the bodies, writes their new poses to the world, and carries the fingers' god objects
+  // along.
   void step(World& world, std::span<Finger> fingers, float period_s, RenderCounters& counters) noexcept;
 
  private:
@@ -86,9 +89,9 @@ class Bodies {
     Vec3 torque_N_m = Vec3::Zero();  // about the object's origin
   };
 
-  [[nodiscard]] Mover accelerate(std::size_t body, float period_s) noexcept;
-  void take_over(std::size_t body, const Vec3& velocity_before_m_s, const Vec3& spin_before_rad_s,
-                 const Mover& after, float period_s) noexcept;
+  [[nodiscard]] SolverBody accelerate(std::size_t body, float period_s) noexcept;
+  void apply_contacts(std::size_t body, const Vec3& velocity_before_m_s, const Vec3& spin_before_rad_s,
+                      const SolverBody& after, float period_s) noexcept;
   void limit_speed(std::size_t body) noexcept;
   void advance(std::size_t body, float period_s) noexcept;
   void advance_along_axis(std::size_t body, float period_s) noexcept;
@@ -97,8 +100,8 @@ class Bodies {
   Vec3 gravity_m_s2_ = Vec3::Zero();
   std::array<BodyModel, kMaxBodies> models_;
   std::array<BodyState, kMaxBodies> states_;
-  std::array<Vec3, kMaxBodies> angular_momentum_;  // Free, kg m2/s: what a top keeps
-  std::array<ControlState, kMaxBodies> controls_;  // Slide, Turn
+  std::array<Vec3, kMaxBodies> angular_momentum_;         // Free, kg m2/s: conserved while no torque acts
+  std::array<ControlElementState, kMaxBodies> controls_;  // Slide, Turn
   std::array<Load, kMaxBodies> loads_;
   std::array<float, kMaxBodies> efforts_;  // Slide, Turn: N or N m of this tick
   std::size_t count_ = 0;

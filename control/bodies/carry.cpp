@@ -28,7 +28,7 @@ bool take_contact(GodObject& god, std::uint8_t object, Contact& contact) {
   return found;
 }
 
-// Onto the surface that `feature` is on, from a point that is there but for rounding.
+// The point of the surface nearest to `local`, which is on `feature` except for rounding.
 Vec3 onto_surface(const PlacedObject& object, Feature& feature, const Vec3& local) {
   return object.ops->slide(object.shape, feature, local, local, {.hold = true}).to;
 }
@@ -42,8 +42,8 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
   Contact contact;
   const bool touched = take_contact(god, moved, contact);
   const bool beside = god.has_beside && god.beside.object == moved;
-  // The box about the old and the new place holds the way of every point of the object but for the bend of its turn, which is less
-  // than the object's way itself.
+  // The box about the old and the new pose holds the path of every point of the object, except for the
+  // curvature of its rotation. That is less than the motion of the box, so the box grows by the motion.
   if (!touched && !beside) {
     const Vec3 margin = (before.lo_m - now.lo_m).cwiseAbs().cwiseMax((before.hi_m - now.hi_m).cwiseAbs());
     PlacedObject both = now;
@@ -52,7 +52,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
     if (!reaches(both, god.position_m)) return true;
   }
 
-  // Where it stands on the object, or where the object meets it.
+  // The place on the object where the god object rests, or where the object hits it.
   Vec3 from = before.to_local(god.position_m);
   Vec3 local;
   std::array<Feature, 1> side{};
@@ -77,7 +77,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
     contact = {moved, hit.feature};
   }
 
-  // There, past everything else.
+  // Move the god object there, around all other objects.
   const Vec3 target = now.to_world(local);
   const Nearby others(world, Reach(god, god, target), moved);
   if (others.objects().empty()) {
@@ -87,7 +87,8 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
     move(world, others, god, target, false, counters);
   }
   if ((god.position_m - target).squaredNorm() > kSurfaceTolerance_m * kSurfaceTolerance_m) {
-    // Something is in the way. It may have slid along the object, or stay behind it; but not go into it.
+    // Another object is in the way. The god object may have slid along the moving object, or stay behind it,
+    // but it must not be inside.
     const Vec3 to = now.to_local(god.position_m);
     Hit hit;
     side[0].kind = kSideOnly;

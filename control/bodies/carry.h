@@ -1,11 +1,13 @@
-// What a moving object does to a god object: one that touches it goes along, one in its way is met and pushed.
+// How a moving object changes a god object: one in contact with it is carried along, one in its path is hit
+// and pushed.
 //
-// Each object moves alone while all the others stand still, so the god object's way is known piece by piece and every piece is
-// swept: relative to the moving object in that object's frame, from where the old pose had the god object to where the new pose
-// has it, and relative to all the others in the world. It is always on the free side of every one of them.
+// The objects move one after the other, each while all others stand still. So the path of the god object is
+// known piece by piece, and every piece is swept: relative to the moving object in that object's frame, from
+// the god object's place in the old pose to its place in the new pose, and relative to all other objects in
+// the world frame. The god object is always on the free side of every object.
 //
-// Squeezed between a moving object and another one a point has no way out. It is a pebble then, not a ghost: carry() says so, and
-// the object stays where it was (control/bodies/bodies.h).
+// Between a moving object and another one the god object can have no free path. Then carry() returns false,
+// and the moving object keeps its old pose (control/bodies/bodies.h).
 #pragma once
 
 #include <cstdint>
@@ -16,8 +18,8 @@
 
 namespace thimble::control {
 
-// Takes a finger's god object along with object `moved`, which stood where `before` says and now stands where the world says.
-// False when there is no way: the finger is unchanged.
+// Carries a finger's god object along with object `moved`, whose old pose is in `before` and whose new pose
+// is in `world`. False when no path is free: the finger is unchanged.
 [[nodiscard]] bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, Finger& finger,
                          RenderCounters& counters) noexcept;
 

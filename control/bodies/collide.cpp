@@ -8,7 +8,7 @@
 namespace thimble::control {
 namespace {
 
-// Axes nearer than this to parallel are: 0.6 degrees.
+// Cosine of the largest angle between axes that count as parallel: 0.6 degrees.
 constexpr float kParallel = 0.99995F;
 
 CollisionForm form(const PlacedObject& object) { return object.row->collision->form; }
@@ -17,7 +17,7 @@ NearestPlace nearest(const PlacedObject& object, const Vec3& p) {
   return object.row->collision->nearest(object.shape, p);
 }
 
-void meet_ball(const Vec3& centre, float radius, const PlacedObject& b, float margin, Manifold& out) {
+void collide_ball(const Vec3& centre, float radius, const PlacedObject& b, float margin, Manifold& out) {
   const NearestPlace place = nearest(b, b.to_local(centre));
   const float depth = radius - place.outside_m;
   if (depth < -margin) return;
@@ -25,14 +25,14 @@ void meet_ball(const Vec3& centre, float radius, const PlacedObject& b, float ma
   out.add({centre - (radius - 0.5F * depth) * normal, normal, depth});
 }
 
-// The balls at a capsule's ends, and the one of its axis that is nearest to the other solid.
-void meet_capsule(const PlacedObject& a, const PlacedObject& b, float margin, Manifold& out) {
+// Three balls of the capsule: at both ends, and at the point of its axis that is nearest to the other solid.
+void collide_capsule(const PlacedObject& a, const PlacedObject& b, float margin, Manifold& out) {
   const float half = a.shape.half_height_m;
   const float radius = a.shape.radius_m;
-  meet_ball(a.to_world({0, 0, half}), radius, b, margin, out);
-  meet_ball(a.to_world({0, 0, -half}), radius, b, margin, out);
+  collide_ball(a.to_world({0, 0, half}), radius, b, margin, out);
+  collide_ball(a.to_world({0, 0, -half}), radius, b, margin, out);
   if (form(b) == CollisionForm::kHalfSpace) return;
-  // By the thirds: outside_m is convex along the axis.
+  // Ternary search: outside_m is convex along the axis.
   constexpr int kThirds = 12;
   float lo = -half;
   float hi = half;
@@ -46,23 +46,25 @@ void meet_capsule(const PlacedObject& a, const PlacedObject& b, float margin, Ma
     }
   }
   const float z = 0.5F * (lo + hi);
-  if (std::abs(z) < 0.9F * half) meet_ball(a.to_world({0, 0, z}), radius, b, margin, out);
+  if (std::abs(z) < 0.9F * half) collide_ball(a.to_world({0, 0, z}), radius, b, margin, out);
 }
 
-void meet_plane(const PlacedObject& plane, const Vec3& point, float margin, Manifold& out) {
+void collide_point_with_plane(const PlacedObject& plane, const Vec3& point, float margin, Manifold& out) {
   const Vec3 normal = plane.turn(plane.shape.vector);
   const float depth = plane.shape.radius_m - plane.shape.vector.dot(plane.to_local(point));
   if (depth >= -margin) out.add({point + 0.5F * depth * normal, normal, depth});
 }
 
-void points_on_plane(const PlacedObject& a, const PlacedObject& plane, float margin, Manifold& out) {
+void collide_points_with_plane(const PlacedObject& a, const PlacedObject& plane, float margin,
+                               Manifold& out) {
   const Vec3 down = a.turn_back(-plane.turn(plane.shape.vector));
   LowestPoints points;
   const std::size_t count = a.row->collision->lowest(a.shape, down, points);
-  for (std::size_t i = 0; i < count; ++i) meet_plane(plane, a.to_world(points[i]), margin, out);
+  for (std::size_t i = 0; i < count; ++i) collide_point_with_plane(plane, a.to_world(points[i]), margin, out);
 }
 
-// Seen along a puck's axis: its circle and the other's circle or rectangle, in the frame of the other with z along the axis.
+// A cylinder or box seen along an axis that it shares with a cylinder: a circle or a rectangle, in its own
+// frame with z along that axis.
 struct Outline {
   bool circle = true;
   float radius_m = 0.0F;
@@ -77,16 +79,16 @@ struct Outline {
       const float distance = flat.norm();
       return {distance > 0.0F ? Vec3(flat / distance) : Vec3(Vec3::UnitX()), distance - radius_m};
     }
-    // A box without end along z.
+    // A box that is infinite along z.
     constexpr float kEndless = 1.0e6F;
     return nearest_on_box({half_x_m, half_y_m, kEndless}, flat);
   }
 };
 
-void meet_puck(const PlacedObject& a, const PlacedObject& b, const Outline& outline, float margin,
-               Manifold& out) {
-  const Vec3 centre =
-      outline.axes.transpose() * (a.position_m - b.position_m);  // of the puck, from the other's
+void collide_outlines(const PlacedObject& a, const PlacedObject& b, const Outline& outline, float margin,
+                      Manifold& out) {
+  const Vec3 centre = outline.axes.transpose() *
+                      (a.position_m - b.position_m);  // of the cylinder, relative to the other solid
   const float radius = a.shape.radius_m;
   const NearestPlace side = outline.across(centre);
   const float side_depth = radius - side.outside_m;
@@ -102,7 +104,7 @@ void meet_puck(const PlacedObject& a, const PlacedObject& b, const Outline& outl
     out.add({world(at + Vec3(0, 0, bottom)), normal, side_depth});
     return;
   }
-  // One on the other: points of either outline that are within the other.
+  // Stacked: the points of each outline that lie within the other one.
   const float up = centre.z() < 0.0F ? -1.0F : 1.0F;
   const Vec3 normal = outline.axes * Vec3(0, 0, up);
   const float z = up * (outline.half_z_m - 0.5F * cap_depth);
@@ -122,7 +124,7 @@ OrientedBox box_about(const PlacedObject& o) {
 }
 
 // a is a cylinder, b a cylinder or a box.
-bool meet_parallel(const PlacedObject& a, const PlacedObject& b, float margin, Manifold& out) {
+bool collide_parallel(const PlacedObject& a, const PlacedObject& b, float margin, Manifold& out) {
   const bool is_box = form(b) == CollisionForm::kBox;
   const Vec3 axis = b.rotation.transpose() * a.rotation.col(2);
   for (int i = is_box ? 0 : 2; i < 3; ++i) {
@@ -136,13 +138,13 @@ bool meet_parallel(const PlacedObject& a, const PlacedObject& b, float margin, M
     outline.half_x_m = b.shape.vector[x];
     outline.half_y_m = b.shape.vector[y];
     outline.half_z_m = is_box ? b.shape.vector[i] : b.shape.half_height_m;
-    meet_puck(a, b, outline, margin, out);
+    collide_outlines(a, b, outline, margin, out);
     return true;
   }
   return false;
 }
 
-void turn_round(Manifold& manifold) {
+void flip_normals(Manifold& manifold) {
   for (std::size_t i = 0; i < manifold.count; ++i) manifold.points[i].normal = -manifold.points[i].normal;
 }
 
@@ -153,34 +155,34 @@ bool collide_as(const PlacedObject& a, const PlacedObject& b, float margin, Mani
   const CollisionForm form_a = form(a);
   const CollisionForm form_b = form(b);
   if (form_a == CollisionForm::kBall) {
-    meet_ball(a.position_m, a.shape.radius_m, b, margin, out);
+    collide_ball(a.position_m, a.shape.radius_m, b, margin, out);
     return true;
   }
   if (form_a == CollisionForm::kCapsule && form_b != CollisionForm::kBall) {
-    meet_capsule(a, b, margin, out);
+    collide_capsule(a, b, margin, out);
     return true;
   }
   if (is_round(form_b)) return false;
   if (form_b == CollisionForm::kHalfSpace) {
-    points_on_plane(a, b, margin, out);
+    collide_points_with_plane(a, b, margin, out);
     return true;
   }
   const bool has_outline = form_b == CollisionForm::kCylinder || form_b == CollisionForm::kBox;
-  return form_a == CollisionForm::kCylinder && has_outline && meet_parallel(a, b, margin, out);
+  return form_a == CollisionForm::kCylinder && has_outline && collide_parallel(a, b, margin, out);
 }
 
 }  // namespace
 
-void Manifold::add(const Meeting& meeting) noexcept {
+void Manifold::add(const ContactPoint& point) noexcept {
   if (count < kMaxManifold) {
-    points[count++] = meeting;
+    points[count++] = point;
     return;
   }
   std::size_t least = 0;
   for (std::size_t i = 1; i < count; ++i) {
     if (points[i].depth_m < points[least].depth_m) least = i;
   }
-  if (points[least].depth_m < meeting.depth_m) points[least] = meeting;
+  if (points[least].depth_m < point.depth_m) points[least] = point;
 }
 
 NearestPlace nearest_on_ball(float radius_m, const Vec3& from_centre) noexcept {
@@ -217,7 +219,7 @@ void collide(const PlacedObject& a, const PlacedObject& b, float margin_m, Manif
   out.count = 0;
   if (collide_as(a, b, margin_m, out)) return;
   if (collide_as(b, a, margin_m, out)) {
-    turn_round(out);
+    flip_normals(out);
     return;
   }
   collide_boxes(box_about(a), box_about(b), margin_m, out);

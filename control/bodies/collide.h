@@ -1,8 +1,10 @@
-// Where two solids meet: points, normal and depth, for the contacts between bodies (control/bodies/contact_solver.h).
+// Collision of two solids: contact points, normals and depths, for the contact solver
+// (control/bodies/contact_solver.h).
 //
-// Exact: balls and capsules with everything; boxes with planes and boxes; cylinders with planes, and with cylinders and boxes whose
-// axes are parallel to theirs (pucks). A cylinder that lies askew to a cylinder or a box meets it as the box about it would.
-// Meshes meet nothing but fingertips. No loop is longer than kMaxManifold times the sides of a box.
+// Exact: balls and capsules with every solid; boxes with planes and boxes; cylinders with planes, and with
+// cylinders and boxes that have a parallel axis; cones with planes. In all other pairs a cylinder or cone
+// collides as its bounding box would. Meshes collide with fingertips only. No loop is longer than
+// kMaxManifold times the number of faces of a box.
 #pragma once
 
 #include <array>
@@ -16,18 +18,18 @@ namespace thimble::control {
 
 inline constexpr std::size_t kMaxManifold = 8;
 
-struct Meeting {
+struct ContactPoint {
   Vec3 point_m = Vec3::Zero();  // between the two surfaces
   Vec3 normal = Vec3::UnitZ();  // pushes a away from b
   float depth_m = 0.0F;         // below 0: apart
 };
 
 struct Manifold {
-  std::array<Meeting, kMaxManifold> points;
+  std::array<ContactPoint, kMaxManifold> points;
   std::size_t count = 0;
 
-  // Keeps the deepest.
-  void add(const Meeting& meeting) noexcept;
+  // When it is full, the least deep point is dropped.
+  void add(const ContactPoint& point) noexcept;
 };
 
 // Which of the exact collisions a solid takes part in.
@@ -40,7 +42,8 @@ enum class CollisionForm : std::uint8_t {
   kOther,  // exact with balls, capsules and half-spaces; with the rest as the box about it
 };
 
-// The place of a solid's surface nearest to a point of its frame: its outward normal there, and how far outside the point is.
+// The place of a solid's surface nearest to a point of its frame: its outward normal there, and how far
+// outside the point is.
 struct NearestPlace {
   Vec3 normal = Vec3::UnitZ();
   float outside_m = 0.0F;
@@ -57,7 +60,8 @@ struct BoxAbout {
 struct CollisionOps {
   CollisionForm form;
   NearestPlace (*nearest)(const ShapeData& shape, const Vec3& p);
-  // Points of the surface that can lie deepest in a half-space; `down` is the direction into it. Null: ball, capsule, half-space.
+  // Points of the surface that can lie deepest in a half-space; `down` is the direction into it. Null: ball,
+  // capsule, half-space.
   std::size_t (*lowest)(const ShapeData& shape, const Vec3& down, LowestPoints& out) = nullptr;
   BoxAbout (*box_about)(const ShapeData& shape) = nullptr;  // null: ball, capsule, half-space
 };
@@ -68,10 +72,11 @@ struct CollisionOps {
 // Four unit vectors across the z axis, the one that points most along `down` first.
 [[nodiscard]] std::array<Vec3, 4> rim_directions(const Vec3& down) noexcept;
 
-// All points that are apart by at most margin_m. Both objects collide (ShapeRow::collision), and a is no half-space.
+// All points that are apart by at most margin_m. Both objects collide (ShapeRow::collision), and a is no
+// half-space.
 void collide(const PlacedObject& a, const PlacedObject& b, float margin_m, Manifold& out) noexcept;
 
-// Boxes by their half sizes and poses, by the separating axes and by clipping the face that meets (Gottschalk 1996; Catto 2006).
+// Two oriented boxes: separating axis test, then the incident face is clipped (Gottschalk 1996; Catto 2006).
 struct OrientedBox {
   Vec3 centre_m = Vec3::Zero();
   Mat3 axes = Mat3::Identity();

@@ -18,7 +18,7 @@ struct Polygon {
   }
 };
 
-// What lies where normal . p <= offset.
+// The part of the polygon where normal . p <= offset.
 Polygon clip(const Polygon& in, const Vec3& normal, float offset) {
   Polygon out;
   for (std::size_t i = 0; i < in.count; ++i) {
@@ -32,7 +32,8 @@ Polygon clip(const Polygon& in, const Vec3& normal, float offset) {
   return out;
 }
 
-// The face of `other` that looks most against `normal`, clipped to the sides of the face of `box` on axis k.
+// The incident face of `other` (the one most opposed to `normal`), clipped to the sides of the face of `box`
+// on axis k.
 void clip_faces(const OrientedBox& box, Eigen::Index k, const Vec3& normal, const OrientedBox& other,
                 bool reversed, float margin, Manifold& out) {
   const Vec3 along = other.axes.transpose() * normal;
@@ -63,13 +64,13 @@ void clip_faces(const OrientedBox& box, Eigen::Index k, const Vec3& normal, cons
   }
 }
 
-// The edge of a box that is farthest along `way`, as a point of it: its middle.
-Vec3 edge_middle(const OrientedBox& box, Eigen::Index along, const Vec3& way) {
+// The middle of the edge of a box that is farthest along `direction`.
+Vec3 edge_middle(const OrientedBox& box, Eigen::Index along, const Vec3& direction) {
   Vec3 p = box.centre_m;
   for (Eigen::Index i = 0; i < 3; ++i) {
     if (i == along) continue;
     const Vec3 axis = box.axes.col(i);
-    p += std::copysign(box.half_m[i], axis.dot(way)) * axis;
+    p += std::copysign(box.half_m[i], axis.dot(direction)) * axis;
   }
   return p;
 }
@@ -78,21 +79,22 @@ Vec3 edge_middle(const OrientedBox& box, Eigen::Index along, const Vec3& way) {
 
 void collide_boxes(const OrientedBox& a, const OrientedBox& b, float margin_m, Manifold& out) noexcept {
   const Vec3 from_b = a.centre_m - b.centre_m;
-  const auto extent = [](const OrientedBox& box, const Vec3& way) {
-    return box.half_m.dot((box.axes.transpose() * way).cwiseAbs());
+  const auto extent = [](const OrientedBox& box, const Vec3& direction) {
+    return box.half_m.dot((box.axes.transpose() * direction).cwiseAbs());
   };
-  const auto gap = [&](const Vec3& way) {
-    return std::abs(from_b.dot(way)) - extent(a, way) - extent(b, way);
+  const auto gap = [&](const Vec3& direction) {
+    return std::abs(from_b.dot(direction)) - extent(a, direction) - extent(b, direction);
   };
 
-  // The face that is least deep; an edge pair only where it is clearly less deep, so that resting faces stay faces.
+  // The face with the least penetration; a pair of edges only where its penetration is clearly less, so that
+  // a resting face contact does not change to an edge contact.
   float face_gap = -std::numeric_limits<float>::infinity();
   Eigen::Index face = 0;
   for (Eigen::Index i = 0; i < 6; ++i) {
-    const Vec3 way = i < 3 ? a.axes.col(i) : b.axes.col(i - 3);
-    const float g = gap(way);
+    const Vec3 direction = i < 3 ? a.axes.col(i) : b.axes.col(i - 3);
+    const float g = gap(direction);
     if (g > margin_m) return;
-    constexpr float kSooner_m = 1.0e-6F;  // the first of equals, whatever the rounding
+    constexpr float kSooner_m = 1.0e-6F;  // of equal faces the first, independent of rounding
     if (g > face_gap + kSooner_m) {
       face_gap = g;
       face = i;
@@ -101,21 +103,21 @@ void collide_boxes(const OrientedBox& a, const OrientedBox& b, float margin_m, M
   float edge_gap = -std::numeric_limits<float>::infinity();
   Eigen::Index edge_a = 0;
   Eigen::Index edge_b = 0;
-  Vec3 edge_way = Vec3::Zero();
+  Vec3 edge_direction = Vec3::Zero();
   for (Eigen::Index i = 0; i < 3; ++i) {
     for (Eigen::Index j = 0; j < 3; ++j) {
       const Vec3 cross = a.axes.col(i).cross(b.axes.col(j));
       const float length = cross.norm();
       constexpr float kLeastSine = 1.0e-2F;
       if (length < kLeastSine) continue;
-      const Vec3 way = cross / length;
-      const float g = gap(way);
+      const Vec3 direction = cross / length;
+      const float g = gap(direction);
       if (g > margin_m) return;
       if (g > edge_gap) {
         edge_gap = g;
         edge_a = i;
         edge_b = j;
-        edge_way = way;
+        edge_direction = direction;
       }
     }
   }
@@ -123,7 +125,7 @@ void collide_boxes(const OrientedBox& a, const OrientedBox& b, float margin_m, M
   constexpr float kClearly_m = 1.0e-5F;
   const bool edges = edge_gap > std::max(kShare * face_gap, face_gap) + kClearly_m;
   if (edges) {
-    const Vec3 normal = edge_way.dot(from_b) < 0.0F ? Vec3(-edge_way) : edge_way;
+    const Vec3 normal = edge_direction.dot(from_b) < 0.0F ? Vec3(-edge_direction) : edge_direction;
     const Vec3 p = edge_middle(a, edge_a, -normal);
     const Vec3 q = edge_middle(b, edge_b, normal);
     const Vec3 da = a.axes.col(edge_a);

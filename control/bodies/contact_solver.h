@@ -1,11 +1,17 @@
-// Contacts among bodies, and of bodies with what stands still: sequential impulses with warm starting (Catto 2005).
+// Contacts between bodies, and between bodies and fixed objects: sequential impulses with warm starting
+// (Catto 2005).
 //
-// Normal impulses only push. A contact that is still open is held to close no farther than its gap in this tick, so nothing
-// enters by its speed; one that closes faster than kBounce_m_s bounces with the larger restitution of the two. Friction is a cone:
-// static until it slips, dynamic while it does, each coefficient the geometric mean of the two materials'. What has entered all
-// the same is moved out by places, not by speeds, which gives no energy.
+// Stages of one tick: collect_contacts and prepare, warm_start, solve (friction and normal impulses), update
+// of the sliding states, correct_positions, store_impulses.
 //
-// Bounds: kMaxBodyContacts points, kSolverRounds rounds, kMaxObjects * kMaxBodies pairs. A point beyond is left out and counted.
+// A normal impulse is never negative. A contact that is still open may close by its gap in this tick and no
+// more, so no body enters another by its speed. A contact that closes faster than kBounce_m_s bounces with
+// the larger restitution of the two bodies. The friction impulse lies in a cone: the static coefficient until
+// the contact slips, the dynamic one while it slides. Each coefficient is the geometric mean of the two
+// materials'. Residual penetration is removed by position correction, so it adds no kinetic energy.
+//
+// Bounds: kMaxBodyContacts points, kSolverIterations iterations, kMaxObjects * kMaxBodies pairs. A contact point
+// beyond the bound is ignored and counted.
 #pragma once
 
 #include <array>
@@ -21,18 +27,21 @@
 
 namespace thimble::control {
 
-// One body as the solver has it: how it answers to an impulse J at p: v += inverse_mass J, w += inverse_inertia (p - centre) x J.
-struct Mover {
+// One body as the solver sees it. An impulse J at p changes v by inverse_mass J and w by inverse_inertia (p -
+// centre) x J.
+struct SolverBody {
   std::uint8_t object = 0;
   Vec3 centre_m = Vec3::Zero();
   Mat3 inverse_mass = Mat3::Zero();
   Mat3 inverse_inertia = Mat3::Zero();
-  Vec3 velocity_m_s = Vec3::Zero();  // of the centre; in: with this tick's forces
+  Vec3 velocity_m_s = Vec3::Zero();  // of the centre; as input, with the forces of this tick applied
   Vec3 spin_rad_s = Vec3::Zero();
-  Vec3 held_N_s = Vec3::Zero();  // impulse of this tick's forces in the directions that it cannot move in
+  // The impulse of this tick's forces in the directions that the body cannot move in.
+  Vec3 constrained_N_s = Vec3::Zero();
   float restitution = 0.0F;
-  Vec3 shift_m = Vec3::Zero();  // out: by how much to move it out of others, and turn it
-  Vec3 shift_rad = Vec3::Zero();
+  // Output: the position correction that removes penetration.
+  Vec3 correction_m = Vec3::Zero();
+  Vec3 correction_rad = Vec3::Zero();
 };
 
 class ContactSolver {
@@ -40,28 +49,29 @@ class ContactSolver {
   // Forgets the contacts of the last tick.
   void reset() noexcept;
 
-  // Finds the contacts of `movers` and changes their velocities.
-  void solve(const World& world, std::span<Mover> movers, float period_s, RenderCounters& counters) noexcept;
+  // Collects the contacts of `bodies`, changes their velocities and writes their position corrections.
+  void solve(const World& world, std::span<SolverBody> bodies, float period_s,
+             RenderCounters& counters) noexcept;
 
   [[nodiscard]] std::size_t contacts() const noexcept { return count_; }
 
  private:
-  // One direction of a contact: relative velocity = way . (va - vb) + arm_a . wa - arm_b . wb.
+  // One direction of a contact: relative velocity = direction . (va - vb) + arm_a . wa - arm_b . wb.
   struct Row {
-    Vec3 way;
+    Vec3 direction;
     Vec3 arm_a;
     Vec3 arm_b;
-    Vec3 linear_a;  // what a unit of impulse does to each
+    Vec3 linear_a;  // velocity change of each body for a unit of impulse
     Vec3 angular_a;
     Vec3 linear_b;
     Vec3 angular_b;
-    float mass = 0.0F;  // 0: nothing can move along it
+    float mass = 0.0F;  // effective mass; 0: neither body can move in this direction
     float impulse = 0.0F;
   };
   struct Contact {
     std::uint8_t object_a = 0;
     std::uint8_t object_b = 0;
-    std::uint8_t a = 0;  // movers; kNoBody: stands still
+    std::uint8_t a = 0;  // indices of the bodies; kNoBody: a fixed object
     std::uint8_t b = 0;
     bool sliding = false;
     bool bounces = false;
@@ -73,8 +83,8 @@ class ContactSolver {
     Row normal;
     std::array<Row, 2> tangent;
   };
-  // What a contact leaves to the next tick.
-  struct Kept {
+  // The impulses of a contact point, for the warm start in the next tick.
+  struct StoredImpulse {
     std::uint8_t object_a = 0;
     std::uint8_t object_b = 0;
     bool sliding = false;
@@ -83,24 +93,26 @@ class ContactSolver {
     Vec3 tangent_N_s;
   };
 
-  void find(const World& world, std::span<Mover> movers, float period_s, RenderCounters& counters) noexcept;
-  void meet(const World& world, std::span<Mover> movers, std::size_t a, std::size_t object_b, std::uint8_t b,
-            float period_s, RenderCounters& counters) noexcept;
-  void add(const World& world, std::span<Mover> movers, const Contact& contact, const Vec3& normal,
-           std::size_t in_manifold, float period_s) noexcept;
-  void warm(std::span<Mover> movers, Contact& contact) const noexcept;
-  void move_apart(std::span<Mover> movers) noexcept;
-  void keep() noexcept;
+  void collect_contacts(const World& world, std::span<SolverBody> bodies, float period_s,
+                        RenderCounters& counters) noexcept;
+  void collect_pair(const World& world, std::span<SolverBody> bodies, std::size_t a, std::size_t object_b,
+                    std::uint8_t b, float period_s, RenderCounters& counters) noexcept;
+  void prepare(const World& world, std::span<SolverBody> bodies, const Contact& contact, const Vec3& normal,
+               std::size_t in_manifold, float period_s) noexcept;
+  void warm_start(std::span<SolverBody> bodies, Contact& contact) const noexcept;
+  void correct_positions(std::span<SolverBody> bodies) noexcept;
+  void store_impulses() noexcept;
 
-  static Row row(std::span<const Mover> movers, const Contact& contact, const Vec3& way) noexcept;
-  static float speed(std::span<const Mover> movers, const Contact& contact, const Row& row) noexcept;
-  static void push(std::span<Mover> movers, const Contact& contact, const Row& row, float impulse) noexcept;
-  static void rub(std::span<Mover> movers, Contact& contact) noexcept;
+  static Row row(std::span<const SolverBody> bodies, const Contact& contact, const Vec3& direction) noexcept;
+  static float speed(std::span<const SolverBody> bodies, const Contact& contact, const Row& row) noexcept;
+  static void apply_impulse(std::span<SolverBody> bodies, const Contact& contact, const Row& row,
+                            float impulse) noexcept;
+  static void solve_friction(std::span<SolverBody> bodies, Contact& contact) noexcept;
 
   std::array<Contact, kMaxBodyContacts> contacts_;
-  std::array<Kept, kMaxBodyContacts> kept_;
+  std::array<StoredImpulse, kMaxBodyContacts> stored_;
   std::size_t count_ = 0;
-  std::size_t kept_count_ = 0;
+  std::size_t stored_count_ = 0;
 };
 
 }  // namespace thimble::control

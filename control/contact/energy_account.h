@@ -1,18 +1,18 @@
-// Keeps contacts whose force is not the gradient of a potential from giving the hand energy.
+// Prevents contacts whose force is not the gradient of a potential from giving energy to the hand.
 //
-// Force shading turns the force away from the true normal, and a corner of objects of unlike stiffness has no
-// potential either: a loop of the tip could then come out with more energy than went in. The account holds
-// the work W that the hand has done on the surface since contact began, and U = F . (god object - tip) / 2,
-// what letting go would give back.
+// Force shading turns the force away from the true normal, and a corner between objects of different
+// stiffness has no potential. A closed path of the tip could then return more energy than it took. The
+// account holds the work W that the hand has done on the surface since contact began, and the energy U = F .
+// (god object - tip) / 2 that a release would return.
 //
-// While W covers U the force is untouched. When it does not, a debt D is felt as if the surface lay deeper:
-// the force keeps its direction and is scaled by s = 1 - (D / U)^2, whose potential is V = (U - D)^2 / U, and
-// D is such that V = W. So the work done always covers what can come back, no path gives energy, the scale is
-// continuous, and a debt from a light touch is not felt in a firm one.
+// While W >= U the force is unchanged. Otherwise there is a debt D, and the force is scaled by s = 1 - (D /
+// U)^2 and keeps its direction. This is the force of the potential V = (U - D)^2 / U, and D is chosen so that
+// V = W. So the work done always covers the energy that can be returned, and no path gives energy. The scale
+// is continuous, and a debt from a light contact has little effect on a firm one.
 //
-// Work is summed by the trapezoidal rule, which is exact for a spring, so a plain press and release never
-// touches the scale. Source of the idea: the passivity observer of Hannaford and Ryu 2002, with the storage
-// known instead of assumed.
+// The work is summed by the trapezoidal rule. It is exact for a spring, so pressing and releasing alone never
+// changes the scale. Source of the idea: the passivity observer of Hannaford and Ryu 2002, here with a known
+// stored energy.
 #pragma once
 
 #include <algorithm>
@@ -29,8 +29,8 @@ class EnergyAccount {
     const Vec3 pull = god_object_m - tip_m;
     const float stored_J = 0.5F * std::max(spring_force_N.dot(pull), 0.0F);
     const Vec3 step = tip_m_ - tip_m;
-    // A step longer than this in one tick is no hand's (2 m/s at 4 kHz); when it is also longer than the
-    // depth, the line between its ends says nothing about the way, and what is stored counts as work done.
+    // No hand moves further than this in one tick (2 m/s at 4 kHz). When such a step is also longer than the
+    // depth, its path is unknown, and the stored energy counts as work done.
     constexpr float kJump_m = 5.0e-4F;
     const float step2 = step.squaredNorm();
     if (!open_ || (step2 > kJump_m * kJump_m && step2 > pull.squaredNorm())) {
@@ -43,9 +43,9 @@ class EnergyAccount {
     }
     const float part = stored_J > debt_J_ ? debt_J_ / stored_J : 1.0F;
     const float scale = debt_J_ > 0.0F ? 1.0F - part * part : 1.0F;
-    // Below zero is what a tick gave before its debt was known: it is owed too.
+    // A negative sum is energy that a tick gave before its debt was known; it is part of the debt.
     work_J_ += 0.5F * (applied_N_ + scale * spring_force_N).dot(step);
-    // One part in 10^4 is left to the rounding of a long contact.
+    // One part in 10^4 covers the rounding of a long contact.
     constexpr float kSlack = 1.0001F;
     debt_J_ = work_J_ * kSlack < stored_J ? stored_J - std::sqrt(std::max(work_J_, 0.0F) * stored_J) : 0.0F;
     applied_N_ = scale * spring_force_N;

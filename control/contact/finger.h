@@ -1,4 +1,4 @@
-// All that the renderer remembers of one fingertip between two ticks.
+// The state of one fingertip that the renderer keeps from tick to tick.
 #pragma once
 
 #include "control/contact/energy_account.h"
@@ -9,8 +9,9 @@
 
 namespace thimble::control {
 
-// Where on a moving object the god object stands, in that object's frame. Carried along tick by tick, a point in the world would
-// drift over the surface by its rounding; as long as it is where it was carried to, this is where it is.
+// The place of the god object on a moving object, in that object's frame. A world point that is carried along
+// tick by tick would drift over the surface by rounding. As long as the god object is at world_m, its place
+// on the object is local_m.
 struct Anchor {
   std::uint8_t object = 0;
   Vec3 local_m = Vec3::Zero();
@@ -18,11 +19,11 @@ struct Anchor {
   bool holds = false;
 };
 
-// Starts free, at the tip, in the first tick after Renderer::bind() or reset().
+// In the first tick after Renderer::bind() or reset() the god object starts at the tip, without contact.
 struct Finger {
   bool started = false;
   GodObject god;   // with friction: the stiction point
-  GodObject rest;  // where it would be without
+  GodObject rest;  // where it would be without friction
   Friction friction;
   ContactClick click;
   EnergyAccount account;

@@ -26,9 +26,10 @@ FrictionLimits friction_limits(const Constraints& constraints) noexcept {
 }
 
 float Friction::tick(const FrictionLimits& limits, float stretch_m, float period_s) noexcept {
-  // A tip that has not pulled for this long has stopped; one count of an encoder every 2 ms is 12 mm/s.
+  // A tip whose stretch stays below the dynamic limit for this long has stopped. One encoder count in 2 ms is
+  // 12 mm/s.
   constexpr float kStopped_s = 2.0e-3F;
-  // A stretch that has fallen by half is that of a tip on its way back.
+  // A stretch below half the dynamic limit means that the tip moves back.
   constexpr float kTurned = 0.5F;
   if (sliding_) {
     constexpr float kRounding = 1.0F + 1.0e-5F;

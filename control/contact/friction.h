@@ -1,9 +1,11 @@
-// Friction by the stiction point (paper, section 3.6): position only, two states. Both paths of the renderer use it.
+// Friction by the stiction point (paper, section 3.6): position only, two states. Both paths of the renderer
+// use it.
 //
-// The stiction point is the god object itself. `rest` is where the god object would be without friction; the tangential spring is
-// stretched from there. While the stretch is within the static limit, the stiction point stays. Beyond it, the point slips to the
-// dynamic limit on the line to rest. In the stick-slip mode that place is a new stiction point. In the steady mode the point is
-// dragged along at the dynamic limit until the tip stops or turns.
+// The stiction point is the god object itself. `rest` is where the god object would be without friction; the
+// tangential spring is stretched from there. While the stretch is within the static limit, the stiction point
+// stays. Beyond it, the point slips to the dynamic limit on the line to rest. In the stick-slip mode that
+// place is a new stiction point. In the steady mode the point is dragged along at the dynamic limit until the
+// tip stops or turns.
 #pragma once
 
 #include "control/contact/god_object.h"
@@ -19,7 +21,8 @@ struct FrictionLimits {
   bool steady = false;
 };
 
-// Of one surface that the tip is depth_m behind; what the function below gives for one constraint, but for rounding.
+// Of one surface that the tip is depth_m behind; what the function below gives for one constraint, but for
+// rounding.
 [[nodiscard]] inline FrictionLimits friction_limits(const Material& material, float depth_m) noexcept {
   return {material.stiffness_N_m, material.static_friction * depth_m, material.dynamic_friction * depth_m,
           material.steady};
@@ -55,16 +58,16 @@ class Friction {
   float still_s_ = 0.0F;
 };
 
-// Whether one way is longer than the other by more than rounding: a part of its length, and the step of a float at 0.25 m, since the
-// points that the ways lead between are rounded wherever they are.
+// Whether one way is longer than the other by more than rounding: a fraction of its length, and the step of a
+// float at 0.25 m, because the end points of the ways are rounded wherever they are.
 [[nodiscard]] inline bool is_longer(const Vec3& way_m, const Vec3& than_m) noexcept {
   constexpr float kPart = 1.0F + 1.0e-5F;
   constexpr float kStep_m = 3.0e-8F;
   return way_m.norm() > kPart * than_m.norm() + kStep_m;
 }
 
-// Whether a slip does not tighten the spring. Over a ridge it could; then the stiction point goes to rest instead. nearest_to_m:
-// what rest is nearest to.
+// Whether a slip does not tighten the spring. Over a ridge it could; then the stiction point goes to rest
+// instead. nearest_to_m: what rest is nearest to.
 [[nodiscard]] inline bool loosens(const Vec3& slipped_m, const Vec3& stuck_m, const Vec3& rest_m,
                                   const Vec3& nearest_to_m) noexcept {
   return !is_longer(slipped_m - rest_m, stuck_m - rest_m) &&

@@ -17,8 +17,8 @@ struct Flight {
   bool known = true;  // false: a tree walk was cut short
 };
 
-// Flies from -> to past everything near. `leaving` are the contacts that `from` is on. skip: an object known
-// not to be in the way.
+// Sweeps from -> to against all objects nearby. `leaving`: the contacts that `from` is on. skip: an object
+// that is known not to be hit.
 constexpr int kSkipNone = -1;
 
 void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god,
@@ -48,7 +48,7 @@ void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god
   }
 }
 
-// Brings a contact's feature to a point that should still be on its surface; false when it is not.
+// Updates a contact's feature for a point that should still be on its surface; false when it is not.
 bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3& point) {
   const PlacedObject& object = world.objects[contact.object];
   const Vec3 target = object.to_local(point);
@@ -62,7 +62,7 @@ bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3&
   return (at - target).squaredNorm() <= kGap * kGap;
 }
 
-void keep_contacts_at(const World& world, GodObject& god, const Vec3& from, const Vec3& point) {
+void update_contacts(const World& world, GodObject& god, const Vec3& from, const Vec3& point) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < god.count; ++i) {
     Contact contact = god.contacts[i];
@@ -74,23 +74,23 @@ void keep_contacts_at(const World& world, GodObject& god, const Vec3& from, cons
 void add_contact(GodObject& god, const Contact& contact) {
   for (std::size_t i = 0; i < god.count; ++i) {
     if (god.contacts[i].object == contact.object && god.contacts[i].feature.index == contact.feature.index) {
-      god.contacts[i] = contact;  // the same face met again
+      god.contacts[i] = contact;  // another hit on the same face
       return;
     }
   }
-  if (god.count == kMaxContacts) {  // a fourth plane cannot hold more than three do: the oldest makes room
+  if (god.count == kMaxContacts) {  // three planes hold a point already: drop the oldest
     std::rotate(god.contacts.begin(), god.contacts.begin() + 1, god.contacts.end());
     --god.count;
   }
   god.contacts[god.count++] = contact;
 }
 
-// The planes at the god object, each with the contact it belongs to.
+// The planes at the god object, each with its contact.
 constexpr std::size_t kMaxPlanes = 2 * kMaxContacts;
 
 struct Planes {
   std::array<Vec3, kMaxPlanes> normal;
-  std::array<float, kMaxPlanes> inside_m;  // how far the god object is behind the surface, by rounding
+  std::array<float, kMaxPlanes> inside_m;  // depth of the god object behind the surface, from rounding
   std::array<std::size_t, kMaxPlanes> contact;
   std::size_t count = 0;
 };
@@ -114,8 +114,9 @@ Planes planes_at(const World& world, const GodObject& god) {
   return planes;
 }
 
-// min |u - r| subject to n_i . u >= inside_i (Zilles and Salisbury 1995, with the signs of the multipliers
-// checked): every set of up to three planes is tried, the smallest first; at most 6 + 15 + 20 of them.
+// min |u - r| subject to n_i . u >= inside_i (Zilles and Salisbury 1995). Every set of up to three planes is
+// tried, the smallest sets first, at most 6 + 15 + 20 sets. A set is valid when no multiplier is negative and
+// no other plane is violated.
 struct Projection {
   Vec3 u = Vec3::Zero();
   std::array<std::size_t, kMaxContacts> active{};
@@ -196,7 +197,7 @@ Projection project(const Planes& planes, const Vec3& r) {
   return out;
 }
 
-void keep_active(GodObject& god, const Planes& planes, const Projection& projection) {
+void remove_inactive(GodObject& god, const Planes& planes, const Projection& projection) {
   std::array<bool, kMaxContacts> active{};
   for (std::size_t i = 0; i < projection.count; ++i) active[planes.contact[projection.active[i]]] = true;
   std::size_t kept = 0;
@@ -211,9 +212,9 @@ void keep_active(GodObject& god, const Planes& planes, const Projection& project
   god.count = kept;
 }
 
-enum class Outcome : std::uint8_t { kSettled, kGoOn, kUnknown };
+enum class Outcome : std::uint8_t { kSettled, kContinue, kUnknown };
 
-// Flies from -> to; where something is in the way, stops there with one more contact.
+// Flies to `to`; where the flight hits an object, it stops there with one more contact.
 Outcome fly_and_land(const World& world, const Nearby& nearby, std::span<const Contact> leaving,
                      GodObject& god, const Vec3& to, int skip, bool& landed) {
   Flight flight;
@@ -223,14 +224,14 @@ Outcome fly_and_land(const World& world, const Nearby& nearby, std::span<const C
   if (flight.hit.t > 1.0F) {
     god.position_m = to;
     if (god.count == 0) god.has_beside = false;
-    return Outcome::kGoOn;
+    return Outcome::kContinue;
   }
   const Vec3 from = god.position_m;
   god.position_m = from + flight.hit.t * (to - from);
-  keep_contacts_at(world, god, from, god.position_m);
+  update_contacts(world, god, from, god.position_m);
   add_contact(god, {flight.object, flight.hit.feature});
   landed = true;
-  return Outcome::kGoOn;
+  return Outcome::kContinue;
 }
 
 // Flies along a piece of a slide; where another object is in the way, stops there with one more contact.
@@ -238,7 +239,7 @@ Outcome fly_along(const World& world, const Nearby& nearby, const Slide& slide, 
                   GodObject& god, bool& landed) {
   Contact& contact = god.contacts[0];
   const PlacedObject& object = world.objects[contact.object];
-  // The feature slid from and the one slid along are not in the way of the slide itself.
+  // The feature that the slide starts from and the one that it slides along do not stop the sweep.
   const std::array<Contact, 2> leaving{contact, Contact{contact.object, feature}};
   const int skip = slide.swept ? contact.object : kSkipNone;
   if (!slide.swept) contact.feature = {feature.index, 0, 0, feature.side};
@@ -274,7 +275,7 @@ Outcome slide_on_shorter_arcs(const World& world, const Nearby& nearby, const Go
     if (outcome == Outcome::kUnknown) return outcome;
     if (moves_away(target, god.position_m, start.position_m)) continue;
     if (!landed) god.contacts[0].feature = feature;
-    return Outcome::kGoOn;
+    return Outcome::kContinue;
   }
   god = start;
   ++counters.slide_bound;
@@ -306,7 +307,7 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
     case SlideEnd::kHeld:
       return Outcome::kSettled;
     case SlideEnd::kMoved:
-      return Outcome::kGoOn;
+      return Outcome::kContinue;
     case SlideEnd::kBound:
       ++counters.slide_bound;
       return Outcome::kSettled;
@@ -316,7 +317,7 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
   left[0] = god.contacts[0];
   left_count = 1;
   god.count = 0;
-  return Outcome::kGoOn;
+  return Outcome::kContinue;
 }
 
 // Two or three contacts: all their planes together.
@@ -325,18 +326,18 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
   const Planes planes = planes_at(world, god);
   const Projection projection = project(planes, target - god.position_m);
   if (projection.count == 0 && projection.u != Vec3::Zero()) {  // no plane holds it back
-    // Only the faces themselves are left: what else meets at their edges may still be in the way.
+    // The sweep ignores these faces only: other faces at their edges can still stop it.
     for (std::size_t i = 0; i < god.count; ++i) {
       const Feature& f = god.contacts[i].feature;
       left[i] = {god.contacts[i].object, {.index = f.index, .side = f.side}};
     }
     left_count = god.count;
     god.count = 0;
-    return Outcome::kGoOn;
+    return Outcome::kContinue;
   }
-  if (projection.count != 0) keep_active(god, planes, projection);
+  if (projection.count != 0) remove_inactive(god, planes, projection);
   if (projection.u.squaredNorm() <= kSettled_m * kSettled_m) return Outcome::kSettled;
-  if (god.count == 1 && projection.count == 1) return Outcome::kGoOn;
+  if (god.count == 1 && projection.count == 1) return Outcome::kContinue;
   // Along the line where two planes meet.
   const Vec3 from = god.position_m;
   const std::array<Contact, kMaxContacts> leaving = god.contacts;
@@ -345,8 +346,8 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
   const Outcome outcome = fly_and_land(world, nearby, {leaving.data(), leaving_count}, god,
                                        from + projection.u, kSkipNone, landed);
   if (outcome == Outcome::kUnknown) return outcome;
-  if (!landed) keep_contacts_at(world, god, from, god.position_m);
-  return Outcome::kGoOn;
+  if (!landed) update_contacts(world, god, from, god.position_m);
+  return Outcome::kContinue;
 }
 
 }  // namespace
@@ -372,16 +373,17 @@ void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& 
   float nearest2 = std::numeric_limits<float>::infinity();
   int idle_steps = 0;  // corner steps that brought it no nearer
   for (int moves = 0; moves < kMaxMoves; ++moves) {
-    Outcome outcome = Outcome::kGoOn;
+    Outcome outcome = Outcome::kContinue;
     if (god.count == 0) {
       bool landed = false;
       outcome = fly_and_land(world, nearby, {left.data(), left_count}, god, target, kSkipNone, landed);
-      if (outcome == Outcome::kGoOn && !landed) return;
+      if (outcome == Outcome::kContinue && !landed) return;
     } else if (god.count == 1) {
       const bool alone = nearby.objects().size() == 1 && nearby.objects()[0] == god.contacts[0].object;
       outcome = slide_on_one(world, nearby, god, target, hold, alone, left, left_count, counters);
     } else {
-      // Between nearly parallel faces rounding can send it to and fro: two steps that bring it no nearer are the end.
+      // Between nearly parallel faces it can move back and forth by rounding: it ends after two steps without
+      // progress.
       const float distance2 = (god.position_m - target).squaredNorm();
       constexpr float kNearer = 1.0F - 1.0e-6F;
       idle_steps = distance2 < kNearer * nearest2 ? 0 : idle_steps + 1;
@@ -398,8 +400,8 @@ void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& 
   ++counters.slide_bound;
 }
 
-std::size_t lies_on(const World& world, const GodObject& god,
-                    std::span<Vec3, kMaxContacts> normals) noexcept {
+std::size_t contact_normals(const World& world, const GodObject& god,
+                            std::span<Vec3, kMaxContacts> normals) noexcept {
   const Planes planes = planes_at(world, god);
   const std::size_t count = std::min(planes.count, kMaxContacts);
   std::copy_n(planes.normal.begin(), count, normals.begin());
@@ -413,7 +415,7 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
   if (god.count > 1 || god.contacts[0].feature.kind != 0) {
     const Planes planes = planes_at(world, god);
     const Projection projection = project(planes, -pull);
-    // Planes that do not hold all of the pull are not what holds the god object (a ridge, a saddle).
+    // When the planes do not balance the whole pull, they are not the constraints (a ridge, a saddle).
     constexpr float kHeld = 1.0e-3F;
     if (projection.u.squaredNorm() <= kHeld * kHeld * pull.squaredNorm()) {
       for (std::size_t i = 0; i < projection.count; ++i) {
@@ -425,7 +427,7 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
       if (out.count > 0) return out;
     }
   }
-  // One surface: it pushes along the way to the tip, which at rest is its normal.
+  // One surface: it pushes along the line to the tip, which is its normal when the god object is at rest.
   const float depth = pull.norm();
   out.count = 1;
   const std::uint8_t object = god.contacts[0].object;

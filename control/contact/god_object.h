@@ -1,9 +1,9 @@
-// The god object: a point that the tip drags along and that never enters a solid (Zilles and Salisbury 1995).
+// The god object (proxy): a point that follows the tip and never enters a solid (Zilles and Salisbury 1995).
 //
-// Each tick it goes to the nearest point to the tip that it can reach: it flies until it meets a surface,
-// slides over it, and where a second and a third object meet it, solves all their planes together. Every
-// piece of its way is swept against everything near, so that it is always where it was proven free; a bound
-// that is hit leaves it there, and is counted.
+// Each tick it moves to the point nearest to the tip that it can reach. It flies until it hits a surface,
+// then slides over the surface. Where it touches two or three surfaces, all their planes are solved together.
+// Every piece of its path is swept against all objects nearby, so it is always at a place that was proven
+// free. When a bound is hit it stays at such a place, and the bound is counted.
 #pragma once
 
 #include <array>
@@ -28,12 +28,14 @@ struct GodObject {
   Vec3 position_m = Vec3::Zero();
   std::array<Contact, kMaxContacts> contacts;
   std::size_t count = 0;  // 0: in free space
-  // The last contact that ceased to push while the god object may still lie on it: on which side of it, no position can tell.
+  // The last contact that stopped pushing while the god object may still lie on its surface. It keeps the
+  // side of that surface, which the position alone does not tell.
   Contact beside;
   bool has_beside = false;
 };
 
-// One plane that holds the god object back: where it is, F += K lambda n. The material is the object's until its surface changes it.
+// A contact constraint: one plane that holds the god object back, F += K lambda n. The material is that of
+// the object, until the effects of its surface change it (control/surfaces).
 struct Constraint {
   std::uint8_t object = 0;
   Vec3 normal = Vec3::UnitZ();
@@ -46,8 +48,8 @@ struct Constraints {
   std::size_t count = 0;
 };
 
-// A box about the tip that holds every move of one tick. The free moves bring the god object nearer to the
-// tip, those towards a stiction point or a shaded plane stay within three times that distance.
+// A box around the tip that holds every move of the god object in one tick. Free moves bring it nearer to the
+// tip; moves towards a stiction point or a shaded plane stay within three times that distance.
 struct Reach {
   Vec3 lo_m;
   Vec3 hi_m;
@@ -66,7 +68,7 @@ struct Reach {
   }
 };
 
-// The objects within reach, but for one.
+// The objects within reach, except for one.
 inline constexpr int kNoObject = -1;
 
 class Nearby {
@@ -79,19 +81,22 @@ class Nearby {
   std::size_t count_ = 0;
 };
 
-// Brings a god object in free space to `target`, or to where its flight meets a surface.
+// Moves a god object in free space to `target`, or to the place where its flight hits a surface.
 void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
          RenderCounters& counters) noexcept;
 
-// Moves the god object to the nearest point to `target` that it can reach. hold: it stays on the surface it
-// is on, for targets that lie near the surface itself (friction, shading).
+// Moves the god object to the point nearest to `target` that it can reach. hold: it stays on its surface, for
+// targets near the surface itself (friction, shading).
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
           RenderCounters& counters) noexcept;
 
-// The unit normals of the planes that the god object lies on, to the free side, world frame; returns how many.
-std::size_t lies_on(const World& world, const GodObject& god, std::span<Vec3, kMaxContacts> normals) noexcept;
+// Writes the unit normals of the planes that the god object lies on, towards the free side, world frame;
+// returns how many.
+std::size_t contact_normals(const World& world, const GodObject& god,
+                            std::span<Vec3, kMaxContacts> normals) noexcept;
 
-// Splits god - tip into the planes that hold the god object: sum of lambda n = god - tip, lambda >= 0.
+// The contact constraints: splits god - tip over the planes that hold the god object, sum of lambda n = god -
+// tip, lambda >= 0.
 [[nodiscard]] Constraints constraints(const World& world, const GodObject& god, const Vec3& tip) noexcept;
 
 }  // namespace thimble::control

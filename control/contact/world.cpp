@@ -47,8 +47,8 @@ void World::bind(const SceneView& view) noexcept {
   }
 }
 
-// What lies in the image is elsewhere now; of all else the materials alone are new.
-void World::go_on(const SceneView& view) noexcept {
+// Re-point everything that refers into the image; only material values change.
+void World::apply_materials(const SceneView& view) noexcept {
   std::size_t index = 0;
   for (const scene::Object* object : *view.scene()->objects()) {
     if (is_volume(object->shape_type()) || index == count) continue;

@@ -1,5 +1,4 @@
-// The objects of a scene as the tick needs them: placed, bounded, with their materials. Filled once by
-// bind().
+// The solid objects of a scene as the tick needs them: poses, bounds, materials. Filled once by bind().
 #pragma once
 
 #include <array>
@@ -36,9 +35,9 @@ struct PlacedObject {
   bool turned = false;
   bool shaded = false;
   bool surfaced = false;        // with a click, a brake, a texture or a stiffness map
-  bool plain = true;            // what the common tick renders: not shaded, not surfaced, not a body
-  std::uint8_t body = kNoBody;  // which of the bodies it is (control/bodies)
-  Vec3 lo_m = Vec3::Zero();     // a box in the world that holds the solid
+  bool plain = true;            // allowed in the renderer's fast path: not shaded, not surfaced, not a body
+  std::uint8_t body = kNoBody;  // its index among the bodies (control/bodies)
+  Vec3 lo_m = Vec3::Zero();     // axis-aligned bounding box, world frame
   Vec3 hi_m = Vec3::Zero();
   Material material;
 
@@ -58,7 +57,7 @@ struct World {
   std::size_t count = 0;
 
   void bind(const SceneView& view) noexcept;
-  void go_on(const SceneView& view) noexcept;  // Binding::kGoOn
+  void apply_materials(const SceneView& view) noexcept;  // Binding::kKeepState
 };
 
 }  // namespace thimble::control

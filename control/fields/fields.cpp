@@ -18,7 +18,7 @@ bool holds(const VolumeBounds& bounds, const Vec3& p) {
 
 }  // namespace
 
-void Fields::go_on(const SceneView& view) noexcept {
+void Fields::apply_materials(const SceneView& view) noexcept {
   std::size_t index = 0;
   for (const scene::Object* object : *view.scene()->objects()) {
     if (volume_ops(*object) == nullptr || index == count_) continue;

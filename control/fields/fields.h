@@ -1,4 +1,5 @@
-// The volumes of a scene, placed, and what the tips do to them. Called by the renderer only, in scenes that have some.
+// The volumes of a scene: their poses and their state. Called by the renderer only, in scenes that have
+// volumes.
 #pragma once
 
 #include <array>
@@ -11,7 +12,7 @@
 
 namespace thimble::control {
 
-// A needle or a finger in tissue, as a picture shows it.
+// The state of a needle or a finger in tissue, for the viewer.
 struct TissueView {
   std::uint8_t object = 0;  // in the scene
   std::uint8_t arm = 0;
@@ -27,16 +28,16 @@ using TissueViews = std::array<TissueView, kMaxVolumes * kMaxArms>;
 class Fields {
  public:
   void bind(const SceneView& scene) noexcept;
-  void go_on(const SceneView& scene) noexcept;  // Binding::kGoOn
+  void apply_materials(const SceneView& scene) noexcept;  // Binding::kKeepState
 
-  // Every volume as it was at the start.
+  // Resets every volume to its initial state.
   void reset() noexcept;
 
-  // Adds to `touch` what the volumes do to the tip of `arm` in this period. The god object stays where a surface holds it;
-  // without one it is the first volume's proxy.
+  // Adds the forces of the volumes on the tip of `arm` to `touch`. In contact with a surface the god object
+  // is unchanged; otherwise it is the proxy of the first volume that pushes.
   void tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch) noexcept;
 
-  // Writes what every arm has done to every needle's way and tissue; returns how many there are.
+  // Writes the state of every needle track and every tissue for each arm; returns how many there are.
   std::size_t show(TissueViews& views) const noexcept;
 
   [[nodiscard]] std::size_t count() const noexcept { return count_; }

@@ -1,8 +1,9 @@
-// A needle that goes into layers of tissue (paper, section 6). After Okamura, Simone and O'Leary 2004: a layer pushes back as a spring
-// until it tears; behind the tear the shaft rubs in it.
+// A needle in layers of tissue (paper, section 6), after Okamura, Simone and O'Leary 2004: a layer pushes
+// back as a spring until it tears; then the shaft has friction in it.
 //
-// Energy: a tear loses all that the layer's spring held. The next layer begins to push where the tip is then, or at its own top, so
-// nothing is stored that the hand did not put in. Shaft and track are springs from a point that only gives way.
+// Energy: a tear loses all energy of the layer's spring. The next layer begins to push at the place of the
+// tip then, or at its own top, so no energy is stored that the hand did not supply. The springs of shaft and
+// track start at a point that moves only towards the tip.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,7 +15,7 @@
 namespace thimble::control {
 namespace {
 
-// A needle that goes in nearer than this to a hole goes through that hole.
+// A needle that is inserted within this distance of a hole uses that hole.
 constexpr float kHoleReach_m = 2.0e-3F;
 
 ImageVerdict needle_check(const scene::Object& object, Pauses& /*pauses*/) noexcept {
@@ -26,8 +27,8 @@ VolumeBounds needle_bounds(const scene::Object&) noexcept {
   return {Vec3::Constant(-kEverywhere), Vec3::Constant(kEverywhere)};
 }
 
-// The hole at this place of the skin: the nearest within reach, else a new one. When there are kMaxHoles, the oldest that no needle
-// is in has healed.
+// The hole at this place of the skin: the nearest one within kHoleReach_m, else a new one. When there are
+// kMaxHoles already, the new one replaces the oldest hole without a needle.
 std::uint8_t hole_at(SharedState& shared, const Vec3& at) {
   std::size_t found = kMaxHoles;
   float nearest2 = kHoleReach_m * kHoleReach_m;
@@ -53,15 +54,15 @@ std::uint8_t hole_at(SharedState& shared, const Vec3& at) {
   return static_cast<std::uint8_t>(found);
 }
 
-struct Way {
+struct LayerForces {
   float push_N = 0.0F;  // of the layer that is not torn yet
   float friction_N = 0.0F;
   float viscosity_N_s_m = 0.0F;
 };
 
-// Tears what the tip at this depth tears, and sums up what resists.
-Way go(const scene::Needle& needle, Hole& hole, float depth_m) {
-  Way way;
+// Tears the layers that the tip tears at this depth, and sums up the forces of the layers.
+LayerForces cut_layers(const scene::Needle& needle, Hole& hole, float depth_m) {
+  LayerForces forces;
   float top_m = 0.0F;
   const std::uint32_t count = needle.layers()->size();
   for (std::uint32_t i = 0; i < count && i <= hole.torn; ++i) {
@@ -72,7 +73,7 @@ Way go(const scene::Needle& needle, Hole& hole, float depth_m) {
       if (stretch_m <= 0.0F) break;
       const float push_N = layer.stiffness_n_per_m() * stretch_m;
       if (push_N < layer.tear_n()) {
-        way.push_N = push_N;
+        forces.push_N = push_N;
         break;
       }
       const float gave_m = layer.tear_n() > 0.0F ? layer.tear_n() / layer.stiffness_n_per_m() : 0.0F;
@@ -80,11 +81,11 @@ Way go(const scene::Needle& needle, Hole& hole, float depth_m) {
       ++hole.torn;
     }
     const float shaft_m = std::clamp(depth_m - top_m, 0.0F, layer.thickness_m());
-    way.friction_N += layer.friction_n() * (shaft_m / layer.thickness_m());
-    way.viscosity_N_s_m += layer.viscosity_n_s_per_m2() * shaft_m;
+    forces.friction_N += layer.friction_n() * (shaft_m / layer.thickness_m());
+    forces.viscosity_N_s_m += layer.viscosity_n_s_per_m2() * shaft_m;
     top_m = bottom_m;
   }
-  return way;
+  return forces;
 }
 
 VolumeTouch needle_tick(const scene::Object& object, const Material& material, const Tip& tip, float,
@@ -104,21 +105,22 @@ VolumeTouch needle_tick(const scene::Object& object, const Material& material, c
     own.hole = hole_at(shared, x);
     own.grip_m = x;
     ++shared.holes[own.hole].needles;
-    // A tip that is first seen inside has done no work yet.
+    // A tip that starts inside has done no work yet.
     if (first) shared.holes[own.hole].meets_m = std::max(shared.holes[own.hole].meets_m, depth_m);
   }
   own.depth_m = depth_m;
-  const Way way = go(*object.shape_as_Needle(), shared.holes[own.hole], depth_m);
+  const LayerForces forces = cut_layers(*object.shape_as_Needle(), shared.holes[own.hole], depth_m);
 
-  // The shaft sticks where it is gripped, and takes the grip along beyond the Coulomb force: position only, so it cannot creep.
-  const float holds_m = way.friction_N / material.stiffness_N_m;
+  // The shaft sticks at the grip and drags it along at the Coulomb force. Friction depends on position only,
+  // so it does not creep.
+  const float holds_m = forces.friction_N / material.stiffness_N_m;
   own.grip_m.z() = x.z() + std::clamp(own.grip_m.z() - x.z(), -holds_m, holds_m);
   const Vec3 sideways(tip.velocity_m_s.x(), tip.velocity_m_s.y(), 0.0F);
   VolumeTouch touch;
   touch.force_N = material.stiffness_N_m * (own.grip_m - x) - material.damping_N_s_m * sideways +
-                  damped_push(way.push_N, Vec3::UnitZ(), tip.velocity_m_s, material.damping_N_s_m);
-  touch.force_N.z() -= way.viscosity_N_s_m * tip.velocity_m_s.z();
-  touch.proxy_m = spring_start(x, touch.force_N, material.stiffness_N_m);
+                  damped_push(forces.push_N, Vec3::UnitZ(), tip.velocity_m_s, material.damping_N_s_m);
+  touch.force_N.z() -= forces.viscosity_N_s_m * tip.velocity_m_s.z();
+  touch.proxy_m = spring_anchor(x, touch.force_N, material.stiffness_N_m);
   touch.contacts = 1;
   return touch;
 }

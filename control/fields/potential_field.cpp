@@ -1,5 +1,5 @@
-// Potential fields (paper, section 5.1): the force is minus the gradient of an energy that is zero on the whole surface, so
-// that no closed path gains work. A tricubic B-spline: its gradient is continuous to the second derivative, and exact.
+// Potential fields (paper, section 5.1): the force is minus the gradient of an energy that is zero on the
+// whole surface, so no closed path gains work. The energy is a tricubic B-spline; its gradient is exact.
 #include <array>
 #include <cmath>
 
@@ -19,7 +19,8 @@ struct Blend {
   std::array<float, kTaps> slope{};  // per step
 };
 
-// The uniform cubic B-spline's four pieces at x, in steps from the first coefficient; x is from 1 to count - 2.
+// The uniform cubic B-spline's four pieces at x, in steps from the first coefficient; x is from 1 to count -
+// 2.
 Blend blend(float x, unsigned count) {
   Blend b;
   const float cell = std::fmin(std::fmax(std::floor(x), 1.0F), static_cast<float>(count - 3));

@@ -1,11 +1,13 @@
-// Soft tissue under a finger (the paper's DEFORM, section 6): a three-parameter solid (Zener; Fung, Biomechanics, 1993, section 2.11),
-// one spring in series with a second one that a damper bridges.
+// Soft tissue under a finger (the paper's DEFORM, section 6): a three-parameter solid (Zener; Fung,
+// Biomechanics, 1993, section 2.11), one spring in series with a second one that a damper bridges.
 //
 //   F = K (d - c),   recovery c' = g (d - c) - c,   g = (K - K_relaxed) / K_relaxed,   d the tip's depth, c what has crept.
 //
-// At once F = K d, held long F = K_relaxed d; let go, c is the dimple that is left and comes back with the time constant `recovery`. The
-// surface does not pull, so a tip above it feels nothing: pressed again at once, the tissue is met lower down.
-// Energy: both springs hold what the hand put in, the damper only loses. c is taken at the end of the period, which loses a little more.
+// Immediately F = K d; held for a long time F = K_relaxed d. After release, c is the remaining dimple; it
+// recovers with the time constant `recovery`. The surface does not pull, so a tip above it has no force; if
+// it presses again soon, it reaches the tissue lower down. Energy: the springs store the energy that the hand
+// supplied, the damper dissipates it. c is taken at the end of the period (implicit), which dissipates
+// slightly more.
 #include "control/fields/tissue.h"
 
 #include <algorithm>
@@ -25,12 +27,13 @@ ImageVerdict tissue_check(const scene::Object& object, Pauses& /*pauses*/) noexc
   return check_tissue(*object.shape_as_Tissue(), object.material()->stiffness_n_per_m());
 }
 
-VolumeBounds tissue_bounds(const scene::Object&) noexcept {  // a dimple comes back wherever the tip is
+VolumeBounds tissue_bounds(const scene::Object&) noexcept {  // a dimple recovers wherever the tip is
   constexpr float kEverywhere = std::numeric_limits<float>::infinity();
   return {Vec3::Constant(-kEverywhere), Vec3::Constant(kEverywhere)};
 }
 
-// Where the tip is on the surface: its own dimple, or what is left of it beside it.
+// The depth of the surface at the tip: that of its own dimple, or beside it that of the elastic surface
+// around the dimple.
 float surface_depth_m(const scene::Tissue& tissue, const ArmState& own, const Vec3& x) {
   if (own.inside || own.crept_m == 0.0F) return own.crept_m;
   return dimple_depth_m(own.crept_m, tissue.contact_radius_m(),
@@ -44,7 +47,8 @@ VolumeTouch tissue_tick(const scene::Object& object, const Material& material, c
   const float depth_m = -x.z();
   const bool over = std::abs(x.x()) <= tissue.half_x_m() && std::abs(x.y()) <= tissue.half_y_m();
   const float surface_m = over ? surface_depth_m(tissue, own, x) : 0.0F;
-  // Only who comes from above presses: a tip that is first seen inside, or comes in from the side, has done no work yet.
+  // Only a tip that comes from above presses. A tip that starts inside, or enters from the side, has done no
+  // work yet.
   const bool first = !own.seen;
   own.seen = true;
   if (depth_m <= surface_m) {
@@ -65,7 +69,7 @@ VolumeTouch tissue_tick(const scene::Object& object, const Material& material, c
     own.depth_m = own.crept_m;
     return {};
   }
-  constexpr float kSoftest_N_m = 1.0e-20F;  // so that nothing is divided by zero
+  constexpr float kSoftest_N_m = 1.0e-20F;  // avoids a division by zero
   const float relaxed = std::max(tissue.relaxed_stiffness_n_per_m(), kSoftest_N_m);
   const float give = (material.stiffness_N_m - relaxed) / relaxed;
   own.crept_m = (own.crept_m + part * give * depth_m) / (1.0F + part * (1.0F + give));
@@ -83,7 +87,7 @@ VolumeTouch tissue_tick(const scene::Object& object, const Material& material, c
                               material.damping_N_s_m);
   touch.force_N.x() = material.stiffness_N_m * (own.grip_m.x() - x.x());
   touch.force_N.y() = material.stiffness_N_m * (own.grip_m.y() - x.y());
-  touch.proxy_m = spring_start(x, touch.force_N, material.stiffness_N_m);
+  touch.proxy_m = spring_anchor(x, touch.force_N, material.stiffness_N_m);
   touch.contacts = 1;
   return touch;
 }

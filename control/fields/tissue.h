@@ -1,10 +1,11 @@
-// The shape of a dimple, for whoever shows it.
+// The shape of a dimple, for the viewer.
 #pragma once
 
 namespace thimble::control {
 
-// How deep the surface lies at r from the middle of a dimple that a round flat tip of this radius has pressed, elastic half space: depth
-// (2 / pi) asin(radius / r) beside the tip (Boussinesq; Johnson, Contact Mechanics, 1985, section 3.8).
+// The depth of the surface at distance r from the centre of a dimple in an elastic half-space that a round
+// flat tip of this radius has pressed: depth (2 / pi) asin(radius / r) beside the tip (Boussinesq; Johnson,
+// Contact Mechanics, 1985, section 3.8).
 [[nodiscard]] float dimple_depth_m(float depth_m, float radius_m, float r_m) noexcept;
 
 }  // namespace thimble::control

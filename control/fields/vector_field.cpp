@@ -1,5 +1,6 @@
-// Vector fields by hand-made subvolumes (paper, section 4): each subvolume belongs to one surface, which pushes a tip in it
-// along its normal. No memory: where the tip is decides alone, so the force jumps from one subvolume to the next.
+// Vector fields from hand-made subvolumes (paper, section 4): each subvolume belongs to one surface, which
+// pushes a tip inside it along its normal. There is no state: the force depends on the position alone, so it
+// jumps between subvolumes.
 #include "control/fields/volume.h"
 #include "control/scene/check.h"
 #include "thimble_scene_schema/scene_generated.h"

@@ -1,5 +1,6 @@
-// What every volume answers: an object with no surface for a god object to rest on, but a force for every place inside
-// (paper, sections 4 to 6). Each kind is one file in this folder with a VolumeOps; its row is in control/scene/shape_table.h.
+// The operations of a volume: an object without a surface that a god object rests on, but with a force for
+// every place inside (paper, sections 4 to 6). Each kind is one file in this folder with a VolumeOps; its row
+// is in control/scene/shape_table.h.
 //
 // All coordinates are in the object's own frame, in metres. Nothing here allocates or fails.
 #pragma once
@@ -21,23 +22,23 @@
 
 namespace thimble::control {
 
-// What one tip feels of one volume.
+// The force of one volume on one tip.
 struct VolumeTouch {
   Vec3 force_N = Vec3::Zero();
-  Vec3 proxy_m = Vec3::Zero();  // where a spring of the material's stiffness with this force would begin
-  std::uint8_t contacts = 0;    // 0: nothing is felt
+  Vec3 proxy_m = Vec3::Zero();  // the anchor of a spring with the material's stiffness and this force
+  std::uint8_t contacts = 0;    // 0: no force
 };
 
-// What a volume remembers from tick to tick. Plain data of fixed size, all zero at the start; a kind uses its own members.
-// The same for all arms: what one of them did to it.
-inline constexpr std::size_t kMaxHoles = 8;  // of one needle's way; then the oldest heals
+// The state that a volume keeps from tick to tick: plain data of fixed size, zero at the start. Each kind
+// uses its own members. SharedState is common to all arms.
+inline constexpr std::size_t kMaxHoles = 8;  // of one needle track; beyond that the oldest one closes
 static_assert(kMaxHoles > kMaxArms);
 struct Hole {
   float x_m = 0.0F;
   float y_m = 0.0F;
   float meets_m = 0.0F;      // the depth at which the next layer begins to push
   std::uint8_t torn = 0;     // layers
-  std::uint8_t needles = 0;  // that are in it
+  std::uint8_t needles = 0;  // inserted now
 };
 struct SharedState {
   std::array<Hole, kMaxHoles> holes;
@@ -48,9 +49,9 @@ struct SharedState {
 struct ArmState {
   bool seen = false;    // in a tick before
   bool inside = false;  // needle: below the skin; tissue: pressed
-  bool barred = false;  // tissue: came from the side
+  bool barred = false;  // tissue: the tip came from the side, so it does not press
   std::uint8_t hole = 0;
-  Vec3 grip_m = Vec3::Zero();    // where the track, the shaft's or the finger's stiction point is
+  Vec3 grip_m = Vec3::Zero();    // the track and the stiction point of the shaft or the finger
   Vec3 middle_m = Vec3::Zero();  // of the dimple
   float depth_m = 0.0F;          // needle: of the tip; tissue: of the dimple
   float crept_m = 0.0F;          // tissue
@@ -65,20 +66,20 @@ struct VolumeBounds {
 struct VolumeOps {
   // In the background, once: whether the numbers in the image are allowed.
   ImageVerdict (*check)(const scene::Object& object, Pauses& pauses) noexcept;
-  // A box that holds every place where a tip is felt or remembered. May be infinite.
+  // A box that holds every place where a tip has a force or a state. May be infinite.
   VolumeBounds (*bounds)(const scene::Object& object) noexcept;
   // One period of one tip within the bounds.
   VolumeTouch (*tick)(const scene::Object& object, const Material& material, const Tip& tip, float period_s,
                       SharedState& shared, ArmState& own) noexcept;
 };
 
-// Where a spring of this stiffness with this force would begin; of a very soft one, somewhere on the way.
-inline Vec3 spring_start(const Vec3& tip_m, const Vec3& force_N, float stiffness_N_m) {
+// The anchor of a spring with this stiffness and force; below 1 N/m the spring is taken as 1 N/m.
+inline Vec3 spring_anchor(const Vec3& tip_m, const Vec3& force_N, float stiffness_N_m) {
   constexpr float kSoft_N_m = 1.0F;
   return tip_m + force_N / std::max(stiffness_N_m, kSoft_N_m);
 }
 
-// A push along the unit vector `normal`, with damping across it that never pulls (paper, section 3.4).
+// A push along the unit vector `normal` with damping along it (paper, section 3.4).
 inline Vec3 damped_push(float push_N, const Vec3& normal, const Vec3& velocity_m_s, float damping_N_s_m) {
   return (push_N + damping_force_N(push_N, damping_N_s_m, velocity_m_s.dot(normal))) * normal;
 }

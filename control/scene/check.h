@@ -1,5 +1,5 @@
-// What the checks of a scene image share, and the checks of its parts. For SceneView::check, and for the compiler, which refuses the same
-// things with more words.
+// The checks of the parts of a scene image and what they share. For SceneView::check(), and for the compiler,
+// which refuses the same things with longer messages.
 #pragma once
 
 #include "control/scene/limits.h"
@@ -11,7 +11,7 @@ namespace thimble::control {
 
 struct VolumeOps;
 
-// Every check answers the first thing wrong; kOk goes on.
+// A check returns its first error.
 #define RETURN_IF_BAD(expression)                                                               \
   do {                                                                                          \
     if (const ImageVerdict verdict = (expression); verdict != ImageStatus::kOk) return verdict; \
@@ -25,7 +25,7 @@ inline ImageVerdict at_most(std::size_t limit, std::size_t count, const char* wh
   return count <= limit ? ImageVerdict() : ImageVerdict(otherwise, what, count, limit);
 }
 
-// Comparisons with NaN are false, so these refuse it too.
+// Comparisons with NaN are false, so these functions refuse it too.
 inline bool in_range(float value, float lo, float hi) { return value >= lo && value <= hi; }
 inline bool is_coordinate(const scene::Vec3& v) {
   return in_range(v.x(), -kMaxCoordinate_m, kMaxCoordinate_m) &&
@@ -38,7 +38,8 @@ inline bool is_unit(const scene::Vec3& v) { return is_unit(v.x() * v.x() + v.y()
 
 // object.surface, when it has one
 [[nodiscard]] ImageVerdict check_surface(const scene::Object& object, Pauses& pauses) noexcept;
-// The largest stiffness of a surface anywhere, N/m: a spline is nowhere above the largest of its control points.
+// The largest stiffness anywhere on a surface, N/m: a spline is never above the largest of its control
+// points.
 [[nodiscard]] inline float stiffest_N_m(float of_material_N_m, const scene::Surface* surface) noexcept {
   if (surface == nullptr || surface->stiffness_map() == nullptr) return of_material_N_m;
   const auto& points_N_m = *surface->stiffness_map()->stiffness_n_per_m();
@@ -47,7 +48,8 @@ inline bool is_unit(const scene::Vec3& v) { return is_unit(v.x() * v.x() + v.y()
   return stiffest;
 }
 [[nodiscard]] ImageVerdict check_body(const scene::Object& object) noexcept;  // object.body, when it has one
-// The control of an object's body, when it has one; the body's own numbers have been checked before.
+// The control element of an object's body, when it has one. The numbers of the body itself are checked
+// already.
 [[nodiscard]] ImageVerdict check_control(const scene::Object& object) noexcept;
 // Adds to the scene's triangles.
 [[nodiscard]] ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene,

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "control/bodies/control.h"
+#include "control/bodies/control_element.h"
 #include "control/scene/check.h"
 
 namespace thimble::control {
@@ -52,7 +52,8 @@ ImageVerdict check_control(const scene::Object& object) noexcept {
   const float detents = c.detent_pitch() > 0.0F
                             ? 2.0F * std::numbers::pi_v<float> * c.detent_effort() / c.detent_pitch()
                             : 0.0F;
-  const float most_stiffness = kMaxControlRate_rad_s * kMaxControlRate_rad_s * control_inertia(object);
+  const float most_stiffness =
+      kMaxControlRate_rad_s * kMaxControlRate_rad_s * control_element_inertia(object);
   return require(in_range(c.stiffness() + detents + steepest, 0.0F, most_stiffness), ImageStatus::kBadNumber);
 }
 

@@ -21,7 +21,7 @@ ImageVerdict check_triangles(const scene::Mesh& mesh, Pauses& pauses) {
     }
     if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) return ImageStatus::kBadIndex;
   }
-  // A neighbour shares the edge it is the neighbour across, so that a walk over the surface is never torn.
+  // A neighbour shares the edge, so a walk over the surface is continuous.
   for (std::uint32_t i = 0; i < triangles; ++i) {
     pauses.step();
     const scene::Triangle& triangle = *mesh.triangles()->Get(i);
@@ -43,7 +43,8 @@ ImageVerdict check_triangles(const scene::Mesh& mesh, Pauses& pauses) {
   return ImageStatus::kOk;
 }
 
-// Walks the whole tree: every node once, no deeper than a sweep's stack, every leaf inside the triangles.
+// Walks the whole tree: every node once, not deeper than the stack of a sweep, every leaf within the
+// triangles.
 ImageVerdict check_tree(const scene::Mesh& mesh, Pauses& pauses) {
   const std::uint32_t nodes = mesh.nodes()->size();
   const std::uint32_t triangles = mesh.triangles()->size();

@@ -1,4 +1,5 @@
-// What the check of a scene image found, as a number, as words, and with the figure and the limit where there is too much of something.
+// The result of the check of a scene image: a status, its name, and for what exceeds a limit the count and
+// the limit.
 #pragma once
 
 #include <cstddef>
@@ -32,16 +33,17 @@ struct ImageVerdict {
   constexpr operator ImageStatus() const noexcept { return status; }  // NOLINT(google-explicit-constructor)
 
   ImageStatus status;
-  // Of what there is too much, how much was counted (it may be more), and how much may be; null for another reason.
+  // What exceeds its limit, the count so far (there may be more) and the limit; null for every other status.
   const char* what = nullptr;
   std::size_t count = 0;
   std::size_t limit = 0;
 };
 
-// The field's name for a status, for logs and telemetry ("bad_tree").
+// The name of a status for logs and telemetry ("bad_tree").
 [[nodiscard]] const char* name(ImageStatus status) noexcept;
 
-// The same with the figures, "too_many_bodies: 17 objects that move, at most 16", cut to what `out` holds with its final zero.
+// The name with count and limit, such as "too_many_bodies: 17 objects that move, at most 16"; truncated to
+// `out`, which ends with a zero.
 void write_text(const ImageVerdict& verdict, std::span<char> out) noexcept;
 
 }  // namespace thimble::control

@@ -1,5 +1,5 @@
-// The controller's limits: named constants that the compiler refuses to exceed and that `thimble info`
-// prints.
+// The limits of the controller: named constants. The compiler refuses scenes that exceed them, and `thimble
+// info` prints them.
 #pragma once
 
 #include <cstddef>
@@ -19,8 +19,8 @@ inline constexpr std::size_t kMaxVolumes = 16;                // objects that ar
 inline constexpr std::size_t kMaxFieldSamples = 1U << 21U;    // of one potential field
 inline constexpr std::size_t kMaxSubvolumes = 64;             // of one vector field
 inline constexpr std::size_t kMaxSubvolumeSides = 16;
-inline constexpr std::size_t kMaxLayers = 32;       // of one needle's way
-inline constexpr std::size_t kMaxCurvePoints = 32;  // of one control
+inline constexpr std::size_t kMaxLayers = 32;       // of one needle track
+inline constexpr std::size_t kMaxCurvePoints = 32;  // of one control element
 inline constexpr std::size_t kMaxImageBytes = std::size_t{64} << 20U;
 inline constexpr std::size_t kMaxBvhDepth = 48;
 inline constexpr std::size_t kMaxLeafTriangles = 8;
@@ -30,10 +30,11 @@ inline constexpr float kMaxFriction = 10.0F;
 inline constexpr float kMaxPotential = 1.0e3F;  // of a field's coefficient, m or J
 inline constexpr float kMinFieldStep_m = 1.0e-5F;
 inline constexpr float kMaxCoordinate_m = 10.0F;    // of any vertex, offset, size or pose
-inline constexpr float kMaxTurn_rad = 100.0F;       // of a control: its widest stops
-inline constexpr float kMaxControlEffort = 100.0F;  // of a control, in N or N m
+inline constexpr float kMaxTurn_rad = 100.0F;       // of a control element: its widest stops
+inline constexpr float kMaxControlEffort = 100.0F;  // of a control element, N or N m
 inline constexpr float kMinDetentPitch = 1.0e-4F;   // m or rad
-// Of a control's own efforts, sqrt(stiffness / inertia): a quarter of a radian a tick at 4 kHz, stable down to 500 Hz.
+// sqrt(stiffness / inertia) of a control element's own efforts: 0.25 rad in a tick at 4 kHz, stable down to
+// 500 Hz.
 inline constexpr float kMaxControlRate_rad_s = 1000.0F;
 inline constexpr float kMaxTear_N = 100.0F;  // of a needle's layer: its tear strength and its friction
 inline constexpr float kMaxViscosity_N_s_m2 = 1.0e4F;  // of a needle's layer
@@ -45,16 +46,17 @@ inline constexpr float kMaxMass_kg = 1.0e3F;
 inline constexpr float kMinInertia_kg_m2 = 1.0e-9F;
 inline constexpr float kMaxInertia_kg_m2 = 1.0e6F;
 inline constexpr float kMaxAngularDamping_N_m_s = 1.0e3F;
-inline constexpr float kMaxBodySpeed_m_s = 10.0F;  // held to, whatever pushes it
+inline constexpr float kMaxBodySpeed_m_s = 10.0F;  // the speed is limited to this
 inline constexpr float kMaxBodySpin_rad_s = 100.0F;
-// K / m of a body, K its material's: a spring on a mass is stable in ticks of T when K T^2 / m < 4, and two fingers may press on it.
+// K / m of a body with the stiffness K of its material: a mass on a spring is stable at the period T when K
+// T^2 / m < 4, and two fingertips can press on it.
 inline constexpr float kMaxStiffnessPerMass_1_s2 = 1.0e6F;
 inline constexpr float kMaxClick_N = 20.0F;  // of an impact at 0.1 m/s
 inline constexpr float kMinClickFrequency_Hz = 1.0F;
 inline constexpr float kMaxClickFrequency_Hz = 1000.0F;
 inline constexpr float kMinClickDecay_per_s = 1.0F;
 inline constexpr float kMaxClickDecay_per_s = 1.0e4F;
-inline constexpr float kMaxRelief_m = 0.01F;     // of a texture, from the surface down
+inline constexpr float kMaxRelief_m = 0.01F;     // depth of a texture below the surface
 inline constexpr float kMinSpacing_m = 1.0e-5F;  // of a texture's or a map's samples; encoders resolve 2e-5
 
 }  // namespace thimble::control

@@ -1,4 +1,5 @@
-// A leaf among the children of a mesh's tree, as scene.fbs packs it: up to 8 triangles that follow one another.
+// A leaf among the children of a mesh's tree, as scene.fbs packs it: up to 8 triangles that follow one
+// another.
 #pragma once
 
 #include <cstdint>

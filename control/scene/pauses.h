@@ -1,10 +1,10 @@
-// Breaks in long work: a board whose tick is no interrupt runs it there. step() stands in every loop whose length a scene
-// image chooses.
+// Pauses in long background work: a board whose tick is not an interrupt runs it there. Every loop whose
+// length depends on the scene image calls step().
 #pragma once
 
 namespace thimble::control {
 
-using Pause = void (*)() noexcept;  // null: no breaks needed
+using Pause = void (*)() noexcept;  // null: no pauses needed
 
 class Pauses {
  public:
@@ -14,7 +14,7 @@ class Pauses {
   }
 
  private:
-  static constexpr unsigned kSteps = 64;  // some ten microseconds of checking on a board
+  static constexpr unsigned kSteps = 64;  // about 10 us of checking on a board
   Pause pause_;
   unsigned steps_ = 0;
 };

@@ -32,9 +32,9 @@ bool differs_in_materials_only(std::span<const std::byte> a, const SceneView& a_
   if (count != material_offsets(b, *b_view.scene(), in_b)) return false;
   const std::span<const std::ptrdiff_t> materials(in_a.data(), count);
   if (!std::equal(materials.begin(), materials.end(), in_b.begin())) return false;
-  constexpr std::size_t kPiece = 4096;  // between two breaks
+  constexpr std::size_t kPiece = 4096;  // between two pauses
   std::size_t at = 0;
-  while (at < a.size()) {  // each round ends a piece, or a material
+  while (at < a.size()) {  // each pass compares one piece, or skips one material
     const std::size_t bytes = std::min(kPiece, a.size() - at);
     const auto from = a.begin() + static_cast<std::ptrdiff_t>(at);
     const auto differs = std::mismatch(from, from + static_cast<std::ptrdiff_t>(bytes),

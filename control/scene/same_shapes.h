@@ -1,5 +1,6 @@
-// Whether a scene image is another one in other materials. Then it can take that one's place while a fingertip touches it: contacts,
-// objects that move and tissue go on as they are (Renderer::bind). Asked in the background when an upload has been verified.
+// Whether two scene images differ in materials only. Then the new image can replace the old one while a
+// fingertip is in contact: contacts, moving objects and tissue keep their state (Renderer::bind). Called in
+// the background after an upload was verified.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +11,8 @@
 
 namespace thimble::control {
 
-// Both images are checked, and a_view and b_view are theirs. True when not a byte differs outside the objects' materials.
-// O(bytes), but the first difference ends it; with breaks.
+// a_view and b_view are the checked views of the images. True when no byte differs outside the objects'
+// materials. O(bytes), with pauses; it ends at the first other difference.
 [[nodiscard]] bool differs_in_materials_only(std::span<const std::byte> a, const SceneView& a_view,
                                              std::span<const std::byte> b, const SceneView& b_view,
                                              Pause pause = nullptr) noexcept;

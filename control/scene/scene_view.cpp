@@ -41,8 +41,8 @@ ImageVerdict SceneView::check(std::span<const std::byte> bytes, SceneView& view,
   RETURN_IF_BAD(at_most(kMaxImageBytes, bytes.size(), "bytes", ImageStatus::kTooLarge));
   if (std::bit_cast<std::uintptr_t>(bytes.data()) % 8 != 0) return ImageStatus::kMisaligned;
   const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-  // Scene -> object -> surface -> texture is 4 tables deep; an object has at most itself, its shape with subvolumes, its surface
-  // with texture and map, its body with a control.
+  // Scene -> object -> surface -> texture is 4 tables deep. The tables of an object: itself, its shape with
+  // subvolumes, its surface with texture and map, its body with a control.
   constexpr std::size_t kDepth = 8;
   constexpr std::size_t kTables = 1 + (7 + kMaxSubvolumes) * kMaxObjects;
   flatbuffers::Verifier verifier(data, bytes.size(), kDepth, kTables);

@@ -1,4 +1,4 @@
-// The validated view of a scene image: the only way from bytes to the renderer.
+// The checked view of a scene image. The renderer takes nothing else.
 #pragma once
 
 #include <cstddef>
@@ -14,16 +14,16 @@ struct Scene;
 
 namespace thimble::control {
 
-// How a scene is taken: from its start, or as the one that is bound in other materials, with all else as it is now. The second only
-// where differs_in_materials_only() (control/scene/same_shapes.h) has said so.
-enum class Binding : std::uint8_t { kStart, kGoOn };
+// How a scene is bound: from its start, or with new materials only, while everything else keeps its state.
+// The second only when differs_in_materials_only() (control/scene/same_shapes.h) returned true.
+enum class Binding : std::uint8_t { kStart, kKeepState };
 
-// Refers to the bytes that were checked; they must stay unchanged and in place for as long as the view is
-// used.
+// Refers to the checked bytes. They must stay unchanged and at their address as long as the view is used.
 class SceneView {
  public:
-  // Verifies bytes (FlatBuffers, then numbers, ranges and tree) and sets `view` when they are sound; `view`
-  // is untouched otherwise. Cost O(bytes), with breaks. Never reads outside `bytes`, whatever they hold.
+  // Checks the bytes (FlatBuffers verifier, then numbers, ranges and trees) and sets `view` when they are
+  // valid; otherwise `view` is unchanged. O(bytes), with pauses. Never reads outside `bytes`, whatever they
+  // contain.
   [[nodiscard]] static ImageVerdict check(std::span<const std::byte> bytes, SceneView& view,
                                           Pause pause = nullptr) noexcept;
 

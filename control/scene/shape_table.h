@@ -1,8 +1,9 @@
-// The shapes that a scene image can hold: one row for each member of the union Shape (control/scene/scene.fbs). What depends on the
-// kind of a shape asks its row; nothing compares kinds by their order. The table is complete, or it does not compile.
+// The shapes that a scene image can hold: one row for each member of the union Shape
+// (control/scene/scene.fbs). What depends on the kind of a shape asks its row; nothing compares kinds by
+// their order. The table is complete, or it does not compile.
 //
-// A new solid: its struct in scene.fbs (at the end of the union), a file in control/solids/ and a row here. A new volume: the same in
-// control/fields/.
+// A new solid: its struct in scene.fbs (at the end of the union), a file in control/solids/ and a row here. A
+// new volume: the same in control/fields/.
 #pragma once
 
 #include <array>

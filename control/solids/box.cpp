@@ -22,8 +22,8 @@ void view(const scene::Object& object, ShapeData& shape) {
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
            Hit& hit) {
-  // Whether it enters is asked of the box less the surface's tolerance, where it lands of the box itself: so
-  // a landing is never at the edge of counting as inside.
+  // The entry test uses the box reduced by the surface tolerance, the landing point the box itself. So a
+  // landing point is never close to counting as inside.
   const Vec3 core = shape.vector.array() - kSurfaceTolerance_m;
   const Vec3 d = to - from;
   float enter = -1.0F;

@@ -84,7 +84,7 @@ Vec3 reach(const ShapeData& shape) {
   return {shape.radius_m, shape.radius_m, shape.radius_m + shape.half_height_m};
 }
 
-Vec3 gradient_at_tip(const ShapeData& shape, const Place& place, const Vec3& along) {
+Vec3 gradient_at_tip(const ShapeData& shape, const SurfacePoint& place, const Vec3& along) {
   const float gain = curvature_gain(shape.radius_m, place.depth_m);
   if (std::abs(place.at_m.z()) > shape.half_height_m) return gain * along;
   return faster_round_axis(place.normal, gain, along);

@@ -1,8 +1,9 @@
-// A cone about the z axis: the apex up, a flat base below. The origin is the centre of mass, as in every other primitive, so the base
-// is at z = -height / 4 and the apex at z = 3 height / 4. Feature index: 0 side, 1 base.
+// A cone about the z axis: the apex up, a flat base below. The origin is the centre of mass, as in every
+// other primitive, so the base is at z = -height / 4 and the apex at z = 3 height / 4. Feature index: 0 side,
+// 1 base.
 //
-// The side is seen in the half-plane through the axis and a direction square to it: a straight line from the apex to the rim, with
-// the unit normal (n_r, n_z) across the axis and along it.
+// The side is seen in the half-plane through the axis and a direction square to it: a straight line from the
+// apex to the rim, with the unit normal (n_r, n_z) across the axis and along it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -37,7 +38,8 @@ void view(const scene::Object& object, ShapeData& shape) {
 float apex_m(const ShapeData& shape) { return 1.5F * shape.half_height_m; }
 float base_m(const ShapeData& shape) { return -0.5F * shape.half_height_m; }
 
-// How far a point is in front of the side's line, and how far down that line from the apex. across: from the axis.
+// How far a point is in front of the side's line, and how far down that line from the apex. across: from the
+// axis.
 float in_front_m(const ShapeData& shape, float across, float z) {
   return shape.vector.x() * across + shape.vector.y() * (z - apex_m(shape));
 }
@@ -52,8 +54,8 @@ Vec3 side_normal(const ShapeData& shape, const Vec3& direction) {
   return shape.vector.x() * direction + Vec3(0.0F, 0.0F, shape.vector.y());
 }
 
-// The first entry through the side, moved inwards by inset_m, on the way from + t d: 0 from inside, 2 when there is none ahead.
-// n_r^2 (x^2 + y^2) = q^2 with q = -n_z (z - apex) - inset >= 0, below the apex.
+// The first entry through the side, moved inwards by inset_m, on the line from + t d: 0 from inside, 2 when
+// there is none ahead. n_r^2 (x^2 + y^2) = q^2 with q = -n_z (z - apex) - inset >= 0, below the apex.
 float enter_side(const ShapeData& shape, float inset_m, const Vec3& from, const Vec3& d) {
   const float n_r = shape.vector.x();
   const float n_z = shape.vector.y();
@@ -61,7 +63,7 @@ float enter_side(const ShapeData& shape, float inset_m, const Vec3& from, const 
   float q = -n_z * (from.z() - apex_m(shape)) - inset_m;
   float start = 0.0F;
   Vec3 p = from;
-  if (q < 0.0F) {  // above the apex: from where the way comes below it
+  if (q < 0.0F) {  // above the apex: start where the line falls below it
     if (q_step <= 0.0F || -q > q_step) return 2.0F;
     start = -q / q_step;
     p += start * d;
@@ -164,7 +166,8 @@ Slide slide(const ShapeData& shape, Feature& feature, const Vec3& from, const Ve
                                 : slide_base(shape, feature, from, target, options);
 }
 
-// At the apex the plane across the axis stands for all of the side's: it touches the cone there and nowhere else.
+// At the apex the plane across the axis stands for all of the side's: it touches the cone there and nowhere
+// else.
 int normals(const ShapeData& shape, const Feature& feature, const Vec3& point, std::span<Vec3, 3> out) {
   const float across = planar_length(point.x(), point.y());
   if (feature.index == kBase) {
@@ -179,9 +182,9 @@ int normals(const ShapeData& shape, const Feature& feature, const Vec3& point, s
 
 Vec3 reach(const ShapeData& shape) { return {shape.radius_m, shape.radius_m, apex_m(shape)}; }
 
-// The point on the side goes round the axis on a circle whose radius falls to nothing at the apex, the tip on one that is smaller by
-// the depth across the axis.
-Vec3 gradient_at_tip(const ShapeData& /*shape*/, const Place& place, const Vec3& along) {
+// The point on the side goes round the axis on a circle whose radius falls to nothing at the apex, the tip on
+// one that is smaller by the depth across the axis.
+Vec3 gradient_at_tip(const ShapeData& /*shape*/, const SurfacePoint& place, const Vec3& along) {
   const float across = planar_length(place.normal.x(), place.normal.y());
   if (across <= 0.0F) return along;  // the base
   const Vec3 direction = place.normal.cwiseProduct(Vec3(1.0F, 1.0F, 0.0F)) / across;

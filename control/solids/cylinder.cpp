@@ -30,7 +30,8 @@ float radial2(const Vec3& p) { return p.x() * p.x() + p.y() * p.y(); }
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
            Hit& hit) {
-  // As in the box: entered is the solid less the tolerance, landed on is the solid itself.
+  // As in the box: the entry test uses the solid reduced by the tolerance, the landing point the solid
+  // itself.
   const float core = shape.radius_m - kSurfaceTolerance_m;
   const float half = shape.half_height_m - kSurfaceTolerance_m;
   const Vec3 d = to - from;
@@ -126,7 +127,7 @@ bool on_side(const Vec3& normal) {
   return std::abs(normal.z()) < kCap;
 }
 
-bool chart(const ShapeData& shape, const Place& place, Chart& out) {
+bool chart(const ShapeData& shape, const SurfacePoint& place, Chart& out) {
   if (!on_side(place.normal)) return false;
   const Vec3 around(-place.normal.y(), place.normal.x(), 0.0F);
   out = {shape.radius_m * angle(place.at_m.y(), place.at_m.x()), place.at_m.z(),
@@ -134,7 +135,7 @@ bool chart(const ShapeData& shape, const Place& place, Chart& out) {
   return true;
 }
 
-Vec3 gradient_at_tip(const ShapeData& shape, const Place& place, const Vec3& along) {
+Vec3 gradient_at_tip(const ShapeData& shape, const SurfacePoint& place, const Vec3& along) {
   if (!on_side(place.normal)) return along;
   return faster_round_axis(place.normal, curvature_gain(shape.radius_m, place.depth_m), along);
 }

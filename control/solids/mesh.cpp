@@ -37,7 +37,7 @@ ImageVerdict check(const scene::Object& object, std::size_t& triangles_in_scene,
 
 void view(const scene::Object& object, ShapeData& shape) { shape.mesh = view_mesh(*object.shape_as_Mesh()); }
 
-// Whether the far vertex of the face beyond an edge lies in front of this face, or as good as in its plane.
+// Whether the opposite vertex of the face beyond an edge lies in front of this face or in its plane.
 bool opens_or_flat(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, const Step& beyond) {
   if (beyond.triangle == triangle) return false;
   constexpr float kFlat = 1.0e-5F;
@@ -46,7 +46,7 @@ bool opens_or_flat(const MeshView& mesh, std::uint32_t triangle, std::int8_t sid
   return normal.dot(arm) >= -kFlat * normal.norm() * arm.norm();
 }
 
-// At a vertex in a hollow the planes of its fan, as many as differ; elsewhere one plane stands for the fan.
+// At a concave vertex: the distinct planes of its faces. At every other vertex one plane represents them.
 int vertex_normals(const MeshView& mesh, const Feature& f, std::span<Vec3, 3> out) {
   constexpr float kSame = 0.9999F;
   std::size_t count = 0;

@@ -1,8 +1,8 @@
-// The two halves of a mesh's answers; see SolidOps.
+// The two large operations of a mesh (SolidOps in control/solids/solid.h).
 //
-// Why a slide needs no sweep of its own: a walk stays on the surface, each piece inside one triangle, and a triangle that no other
-// crosses (the compiler proves it and flags the others as Pierced) can be slid along freely. So the tree is only walked in free
-// flight and on pierced faces.
+// A slide needs no sweep of its own: it stays on the surface, each piece inside one triangle, and no other
+// triangle crosses it. The compiler finds triangles that others cross and flags them as Pierced. So the tree
+// is walked only in free flight and on pierced faces.
 #pragma once
 
 #include <span>

@@ -1,6 +1,7 @@
-// Slides over a mesh: from face to face over shared edges, straight ahead.
+// Slides over a mesh: straight from face to face over shared edges.
 //
-// They descend the distance to the target, so a slide that ends early is further on than before, and never through anything.
+// Every piece reduces the distance to the target. So a slide that is cut short has made progress and has
+// passed through nothing.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,8 +18,8 @@ namespace {
 
 constexpr int kMaxSlideFaces = 128;  // faces and edges walked over in one slide
 
-// Whether the target is on the free side of the surface, seen from a feature whose point is the nearest to
-// it.
+// Whether the target is on the free side of the surface, for the feature with the point nearest to the
+// target.
 bool target_is_free(const MeshView& mesh, const Feature& f, const Vec3& target) {
   if (f.kind == kFace) return in_front(mesh, f.index, f.side, target);
   if (f.kind == kEdge) {
@@ -31,7 +32,8 @@ bool target_is_free(const MeshView& mesh, const Feature& f, const Vec3& target) 
   const scene::Vertex& v = mesh.vertices[vertex_index(mesh, f.index, f.corner)];
   const float height = to_vec(v.pseudonormal()).dot(target - to_vec(v.position_m()));
   if (!two_sided(mesh, f.index)) return height > 0.0F;
-  // Round the rim of a sheet the fan has both sides of every face: free when in front of any face of it.
+  // At the rim of a sheet the faces around the vertex count with both sides: free when in front of any of
+  // them.
   Corner at{f.index, f.corner, f.side};
   for (int n = 0; n < kMaxFan; ++n) {
     at = next_in_fan(mesh, at);
@@ -41,8 +43,8 @@ bool target_is_free(const MeshView& mesh, const Feature& f, const Vec3& target) 
   return f.side > 0 ? height > 0.0F : height < 0.0F;
 }
 
-// A triangle in its plane. A point's height over an edge, seen inwards, is (n x edge) . (p - v), in units of
-// |n| |edge| m: products of dot products would cancel on slivers.
+// A triangle in its plane. The height of a point over an edge, positive inwards, is (n x edge) . (p - v) in
+// units of |n| |edge| m. Products of dot products would cancel on thin triangles.
 struct Plane {
   std::array<Vec3, 3> corner;
   Vec3 normal;
@@ -56,14 +58,14 @@ struct Plane {
     return inwards(edge).dot(p - corner[edge]);
   }
   [[nodiscard]] Vec3 project(const Vec3& p) const {
-    // A face far smaller than the surface's tolerance is one point.
+    // A face far smaller than the surface tolerance is treated as one point.
     constexpr float kPoint_m4 = 1.0e-30F;
     const float normal2 = normal.squaredNorm();
     return normal2 > kPoint_m4 ? Vec3(p - (normal.dot(p - corner[0]) / normal2) * normal) : corner[0];
   }
 };
 
-// Where a slide stands: on which feature, and at which point.
+// The state of a slide: its feature and its point.
 struct Foot {
   Feature feature;
   Vec3 at;
@@ -78,8 +80,9 @@ Feature on_vertex(std::uint32_t triangle, std::uint32_t corner, std::int8_t side
 
 constexpr std::uint32_t kNoEdge = 3;
 
-// Straight over one face towards the target's projection, to it or to the edge where the way leaves the face.
-// entered: the edge it was entered by, if any; false when the way does not lead inwards from there.
+// Straight over one face towards the projection of the target, up to it or to the edge where the path leaves
+// the face. entered: the edge where the path enters the face, if any; false when the path does not lead
+// inwards from there.
 bool walk_face(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, std::uint32_t entered,
                const Vec3& target, Foot& foot) {
   const Plane plane(mesh, triangle);
@@ -103,12 +106,13 @@ bool walk_face(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, s
     foot = {{triangle, kFace, 0, side}, goal};
     return true;
   }
-  // On the edge itself: the point of it nearest to where the way crosses it.
+  // On the edge: its point nearest to the crossing.
   const Vec3 crossing = foot.at + t * (goal - foot.at);
   const Vec3 along = plane.along(exit);
   const float length2 = along.squaredNorm();
   const float part = along.dot(crossing - plane.corner[exit]);
-  // A crossing this near to a corner is at the corner, or a walk could go round it in steps of no length.
+  // A crossing within this distance of a corner counts as the corner; otherwise a walk could circle the
+  // corner in steps of no length.
   constexpr float kSnap_m = 1.0e-8F;
   const float snap2 = kSnap_m * kSnap_m * length2;
   const float rest = length2 - part;
@@ -133,10 +137,10 @@ Foot walk_edge(const MeshView& mesh, const Feature& f, const Vec3& target) {
   return {f, plane.corner[f.corner] + (part / length2) * along};
 }
 
-// What leads on from a foot: a face to walk over, an edge to walk along, or nothing.
+// How a slide continues: over a face, along an edge, or not at all.
 enum class Lead : std::uint8_t { kNowhere, kOverFace, kAlongEdge };
 
-// How far the target draws over a face from its edge, as a distance; at most 0 when it does not.
+// The distance of the target's projection from an edge, into the face; at most 0 when it is not inside.
 float draw_inwards(const MeshView& mesh, std::uint32_t triangle, std::uint32_t edge, const Vec3& target) {
   const Plane plane(mesh, triangle);
   return plane.height(edge, target) / std::sqrt(plane.normal.squaredNorm() * plane.along(edge).squaredNorm());
@@ -147,7 +151,7 @@ Lead lead_from_edge(const MeshView& mesh, Feature& f, const Vec3& target) {
   const float here = draw_inwards(mesh, f.index, f.corner, target);
   const float there =
       beyond.triangle == f.index ? here : draw_inwards(mesh, beyond.triangle, beyond.edge, target);
-  if (here <= 0.0F && there <= 0.0F) return Lead::kAlongEdge;  // both faces lead down to the edge
+  if (here <= 0.0F && there <= 0.0F) return Lead::kAlongEdge;  // the target is beyond the edge for both faces
   f = here >= there ? Feature{f.index, kFace, 0, f.side} : Feature{beyond.triangle, kFace, 0, beyond.side};
   return Lead::kOverFace;
 }
@@ -156,7 +160,7 @@ Lead lead_from_vertex(const MeshView& mesh, Feature& f, const Vec3& target) {
   const Corner start{f.index, f.corner, f.side};
   const Vec3 v = vertex(mesh, f.index, f.corner);
   const Vec3 pull = target - v;
-  // Of all ways down, the steepest; a draw below rounding is none.
+  // The steepest descent over all faces and edges; a descent below rounding does not count.
   constexpr float kRounding = 1.2e-7F;
   const float least = kRounding * (std::abs(v.x()) + std::abs(v.y()) + std::abs(v.z()) + pull.norm());
   float steepest2 = least * least;
@@ -201,25 +205,25 @@ bool edge_pierced(const MeshView& mesh, const Feature& f) {
 
 }  // namespace
 
-// The way of a god object: straight over each face towards the target's projection, on over the edges it
-// meets, and along an edge between faces that both lead down to it (Zilles and Salisbury 1995, with the real
-// faces in place of endless planes).
+// The path of a god object: straight over each face towards the projection of the target, on over the edges
+// that it crosses, and along an edge when the target is beyond it for both faces (Zilles and Salisbury 1995,
+// with the real faces instead of infinite planes).
 Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
                     SlideOptions options) {
   const MeshView& mesh = shape.mesh;
   Foot foot{feature, from};
   bool moved = false;
-  bool over_edge = false;  // the way has just crossed foot.feature, an edge
+  bool over_edge = false;  // the path has just crossed foot.feature, an edge
   SlideEnd end = SlideEnd::kBound;
   bool swept = true;
   for (int pieces = 0; pieces < kMaxSlideFaces; ++pieces) {
-    // Where to now: over a face, or along an edge?
+    // The next piece: over a face, or along an edge.
     Feature next_feature = foot.feature;
     Lead lead = Lead::kOverFace;
     Step beyond{0, kNoEdge, 1};
     if (over_edge) {
       beyond = across(mesh, foot.feature.index, foot.feature.side, foot.feature.corner);
-      // Over a ridge with the target in front of the face beyond, it leaves the surface at the ridge.
+      // At a convex edge with the target in front of the next face, the path leaves the surface.
       if (!options.hold && in_front(mesh, beyond.triangle, beyond.side, target) &&
           !concave(mesh, foot.feature.index, foot.feature.side, beyond)) {
         end = SlideEnd::kFree;
@@ -232,20 +236,20 @@ Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from, 
       lead = lead_from_vertex(mesh, next_feature, target);
     }
     if (lead == Lead::kNowhere) {
-      foot.at =
-          vertex(mesh, foot.feature.index, foot.feature.corner);  // not `from`: its rounding would add up
+      foot.at = vertex(mesh, foot.feature.index,
+                       foot.feature.corner);  // not `from`, whose rounding would accumulate
       end = SlideEnd::kHeld;
       break;
     }
     swept =
         !pierced(mesh, next_feature.index) && !(lead == Lead::kAlongEdge && edge_pierced(mesh, next_feature));
-    if (!swept && moved) {  // a pierced piece goes by itself
+    if (!swept && moved) {  // a piece on a pierced face is a slide of its own
       feature = foot.feature;
       return {foot.at, SlideEnd::kMoved};
     }
     if (lead == Lead::kOverFace) {
       if (!walk_face(mesh, next_feature.index, next_feature.side, beyond.edge, target, foot)) {
-        over_edge = false;  // the face beyond leads back to the edge: along it
+        over_edge = false;  // the next face leads back to the edge: continue along the edge
         foot = walk_edge(mesh, foot.feature, target);
         lead = Lead::kAlongEdge;
       }

@@ -1,4 +1,4 @@
-// Flights through a mesh: a segment against the tree, and against triangles without a gap between them.
+// Sweeps through a mesh: a segment against the tree, and against the triangles without gaps between them.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kMaxNodeVisits = 2048;  // of one sweep
 
-// A segment as the tree and the triangles want it.
+// A segment, prepared for the tests against the tree and the triangles.
 struct Segment {
   Vec3 from;
   Vec3 to;
@@ -39,7 +39,7 @@ Segment prepare(const MeshView& mesh, const Vec3& from, const Vec3& to) {
   const float length = d[s.z];
   s.shear_x = length != 0.0F ? d[s.x] / length : 0.0F;
   s.shear_y = length != 0.0F ? d[s.y] / length : 0.0F;
-  // Two steps more than the grid's own rounding, and the surface's tolerance.
+  // Two grid steps for rounding, and the surface tolerance.
   const float margin = 2.0F + 2.0F * kSurfaceTolerance_m * mesh.grid_scale;
   constexpr float kGridEnd = 65535.0F;
   const Vec3 a = (from - mesh.grid_origin_m) * mesh.grid_scale;
@@ -62,7 +62,7 @@ bool overlaps(const Segment& s, const GridPoint& lo, const GridPoint& hi) {
   for (std::uint16_t axis = 0; axis < 3; ++axis) {
     if (lo[axis] > s.hi[axis] || hi[axis] < s.lo[axis]) return false;
   }
-  // Separating axes across the segment, for flights that are long beside the boxes.
+  // Separating axes across the segment, for segments that are long compared with the boxes.
   Vec3 centre;
   Vec3 extent;
   for (std::uint16_t axis = 0; axis < 3; ++axis) {
@@ -80,7 +80,7 @@ bool overlaps(const Segment& s, const GridPoint& lo, const GridPoint& hi) {
              extent.x() * d.y() + extent.y() * d.x();
 }
 
-// Whether the flight leaves from this triangle's own point: a feature that `from` is on.
+// Whether `from` is on this triangle: it belongs to a feature in `leaving`.
 bool incident(const MeshView& mesh, std::uint32_t triangle, std::span<const Feature> leaving) {
   for (const Feature& f : leaving) {
     if (f.kind == kSideOnly) continue;
@@ -96,7 +96,8 @@ bool incident(const MeshView& mesh, std::uint32_t triangle, std::span<const Feat
   return false;
 }
 
-// On which side of a two-sided triangle a point on the surface is: as known of this triangle, else as of the feature left.
+// The side of a two-sided triangle that a point on the surface is on: that of this triangle in `leaving`,
+// else that of the first feature.
 std::int8_t known_side(std::uint32_t triangle, std::span<const Feature> leaving) {
   for (const Feature& f : leaving) {
     if (f.index == triangle) return f.side;
@@ -104,15 +105,14 @@ std::int8_t known_side(std::uint32_t triangle, std::span<const Feature> leaving)
   return leaving.front().side;
 }
 
-void meet(const MeshView& mesh, std::uint32_t triangle, const Segment& s, std::span<const Feature> leaving,
-          Hit& hit) {
+void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s,
+                  std::span<const Feature> leaving, Hit& hit) {
   const Vec3 a = vertex(mesh, triangle, 0) - s.from;
   const Vec3 b = vertex(mesh, triangle, 1) - s.from;
   const Vec3 c = vertex(mesh, triangle, 2) - s.from;
 
-  // Sheared so that the segment runs along z: the signs of the edge functions are the same from both faces of
-  // an edge, so no line passes between them. Slightly widened, since the side test below and this one round
-  // differently.
+  // Sheared so that the segment runs along z. Both faces at an edge get the same edge function, so no line
+  // passes between them. The test is slightly widened, because the side test below rounds differently.
   const float ax = a[s.x] - s.shear_x * a[s.z];
   const float ay = a[s.y] - s.shear_y * a[s.z];
   const float bx = b[s.x] - s.shear_x * b[s.z];
@@ -138,10 +138,10 @@ void meet(const MeshView& mesh, std::uint32_t triangle, const Segment& s, std::s
       kSurfaceTolerance_m * (std::abs(normal.x()) + std::abs(normal.y()) + std::abs(normal.z()));
   std::int8_t side = 1;
   if (two_sided(mesh, triangle)) {
-    if (leaving.empty()) {  // in free flight the side is where `from` is
+    if (leaving.empty()) {  // in free flight it is the side of `from`
       if ((height_from >= 0.0F) == (height_to >= 0.0F)) return;
       side = height_from >= 0.0F ? std::int8_t{1} : std::int8_t{-1};
-    } else {  // near the surface the side is that of the feature left; further off, where `from` is
+    } else {  // near the surface it is the side of the feature, further away the side of `from`
       side = std::abs(height_from) <= band ? known_side(triangle, leaving)
                                            : (height_from >= 0.0F ? std::int8_t{1} : std::int8_t{-1});
     }
@@ -158,8 +158,8 @@ void meet(const MeshView& mesh, std::uint32_t triangle, const Segment& s, std::s
 
   const float t = std::clamp(height_from / (height_from - height_to), 0.0F, 1.0F);
   if (t >= hit.t) return;
-  // The widened test also lets in lines that pass a sharp tip at some distance: the meeting point must be on
-  // the triangle. A grazing flight knows its meeting point only so well.
+  // The widened test also accepts lines that pass near a sharp corner, so check that the intersection is on
+  // the triangle. The smaller the angle to the plane, the less exact is the intersection.
   const Vec3 d = s.to - s.from;
   const Vec3 point = t * d;  // from `from`, as a, b and c are
   const float blur = 0.2F * kSurfaceTolerance_m * d.norm() * normal.norm() / (height_from - height_to);
@@ -193,7 +193,8 @@ bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to, std::s
         continue;
       }
       const std::uint32_t first = first_triangle(child);
-      for (std::uint32_t i = first; i < first + triangle_count(child); ++i) meet(mesh, i, s, leaving, hit);
+      for (std::uint32_t i = first; i < first + triangle_count(child); ++i)
+        hit_triangle(mesh, i, s, leaving, hit);
     }
     if (count == 0) {
       if (depth == 0) return true;

@@ -1,6 +1,7 @@
-// Going about a mesh: from corner to corner, over edges, round vertices; and on which side of a face a point is.
+// Navigation on a mesh: from corner to corner, over edges, around vertices; and the side of a face that a
+// point is on.
 //
-// All for one triangle of a checked image; nothing here can fail or take longer than its named bound.
+// All functions take a triangle of a checked image. None can fail or exceed its named bound.
 #pragma once
 
 #include <cstdint>
@@ -36,21 +37,21 @@ inline bool pierced(const MeshView& mesh, std::uint32_t triangle) {
   return (mesh.flags[triangle] & static_cast<std::uint8_t>(scene::TriangleFlag::Pierced)) != 0;
 }
 
-// Twice the area times the unit normal, on the side that the winding says.
+// Twice the area times the unit normal, on the side given by the winding.
 inline Vec3 area_normal(const MeshView& mesh, std::uint32_t triangle) {
   const Vec3 a = vertex(mesh, triangle, 0);
   return (vertex(mesh, triangle, 1) - a).cross(vertex(mesh, triangle, 2) - a);
 }
 
-// Whether p is on the side of the triangle's plane that `side` names. One function of the point alone, so
-// that two ticks which share a point agree on its side: no gap between them.
+// Whether p is on the given side of the triangle's plane. It depends on the point alone, so two ticks that
+// share a point agree on its side and there is no gap between them.
 inline bool in_front(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, const Vec3& p) {
   const bool front = area_normal(mesh, triangle).dot(p - vertex(mesh, triangle, 0)) >= 0.0F;
   return front == (side > 0);
 }
 
-// A triangle seen from one side, and the way to its neighbours on that side. Where the sheet ends the
-// neighbour is the same triangle's other side: a sheet is a solid without thickness.
+// A triangle seen from one side, and its neighbours on that side. At the rim of a sheet the neighbour is the
+// other side of the same triangle, because a sheet is a solid without thickness.
 struct Step {
   std::uint32_t triangle;
   std::uint32_t edge;  // of the edge that was crossed
@@ -66,7 +67,7 @@ inline Step across(const MeshView& mesh, std::uint32_t triangle, std::int8_t sid
   return {other, other_edge, same_direction ? static_cast<std::int8_t>(-side) : side};
 }
 
-// Going round a vertex: the edge to cross next, always turning the same way in space.
+// Around a vertex: the edge to cross next, always in the same direction of rotation in space.
 inline std::uint32_t fan_edge(std::uint32_t corner, std::int8_t side) {
   return side > 0 ? previous(corner) : corner;
 }

@@ -1,5 +1,5 @@
-// Convex curved surfaces: where a flight enters them, how far one piece of a slide goes, and a way round that
-// stays outside.
+// Convex curved surfaces: the entry of a sweep, the length of one piece of a slide, and a path around them
+// that stays outside.
 #pragma once
 
 #include <algorithm>
@@ -28,13 +28,14 @@ struct Turn {
 inline Turn limit_turn(const Vec3& normal_from, const Vec3& normal_to) noexcept {
   if (normal_from.dot(normal_to) >= 0.0F) return {normal_to, false};
   const Vec3 middle = normal_from + normal_to;
-  // Opposite normals: any way round is as short as any other; take one, always the same.
+  // Opposite normals: every way around is equally short; always take the same one.
   constexpr float kOpposite = 1.0e-4F;
   const Vec3 way = middle.squaredNorm() > kOpposite * kOpposite ? middle : Vec3(normal_from.unitOrthogonal());
   return {way.normalized(), true};
 }
 
-// A point outside a convex surface from which both ends of a piece are seen: where the tangent planes meet.
+// A point outside a convex surface from which both ends of a piece are visible: on the intersection of the
+// tangent planes.
 inline Vec3 outer_corner(const Vec3& from, const Vec3& normal_from, const Vec3& to,
                          const Vec3& normal_to) noexcept {
   const Vec3 half = 0.5F * (to - from);

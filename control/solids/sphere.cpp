@@ -34,10 +34,10 @@ bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<c
 Slide slide(const ShapeData& shape, Feature& /*feature*/, const Vec3& from, const Vec3& target,
             SlideOptions options) {
   const float distance = target.norm();
-  // At the very centre every way is as near as any other: stay.
+  // At the centre every direction is equally near: stay.
   if (distance < kSurfaceTolerance_m) return {from, SlideEnd::kHeld};
   const Vec3 normal_to = target / distance;
-  if (!options.one_piece) {  // nothing else is near: which way round the ball does not matter
+  if (!options.one_piece) {  // no other object is near, so the path around the sphere does not matter
     const Vec3 to = shape.radius_m * normal_to;
     return {to, distance >= shape.radius_m && !options.hold ? SlideEnd::kFree : SlideEnd::kHeld};
   }
@@ -58,7 +58,7 @@ int normals(const ShapeData& /*shape*/, const Feature& /*feature*/, const Vec3& 
 
 Vec3 reach(const ShapeData& shape) { return Vec3::Constant(shape.radius_m); }
 
-Vec3 gradient_at_tip(const ShapeData& shape, const Place& place, const Vec3& along) {
+Vec3 gradient_at_tip(const ShapeData& shape, const SurfacePoint& place, const Vec3& along) {
   return curvature_gain(shape.radius_m, place.depth_m) * along;
 }
 

@@ -26,7 +26,7 @@ float angle(float y, float x) noexcept {
 }
 
 float curvature_gain(float radius_m, float depth_m) noexcept {
-  constexpr float kMostGain = 4.0F;  // near the axis a hair of the tip is half a turn of the point
+  constexpr float kMostGain = 4.0F;  // near the axis a small motion of the tip moves the point half a turn
   const float left = radius_m - depth_m;
   return left * kMostGain > radius_m ? radius_m / left : kMostGain;
 }
@@ -36,12 +36,12 @@ Vec3 faster_round_axis(const Vec3& normal, float gain, const Vec3& along) noexce
   return along + (gain - 1.0F) * around.dot(along) * around;
 }
 
-Chart chart(const PlacedObject& object, const Place& place) noexcept {
+Chart chart(const PlacedObject& object, const SurfacePoint& place) noexcept {
   const Vec3& n = place.normal;
   if (Chart curved; object.ops->chart != nullptr && object.ops->chart(object.shape, place, curved))
     return curved;
-  // u points along x as seen on the face; on faces towards x, along y. The bound is at an angle that few faces have, so that
-  // rounding does not turn the axes of faces in one plane.
+  // u is the x axis projected onto the face; on faces towards x, the y axis. Few faces have the angle of this
+  // bound, so rounding does not give different axes to faces in one plane.
   constexpr float kTowardsX = 0.9F;
   const Vec3 along = std::abs(n.x()) < kTowardsX ? Vec3(Vec3::UnitX()) : Vec3(Vec3::UnitY());
   const Vec3 u = (along - n * n.dot(along)).normalized();
@@ -49,7 +49,7 @@ Chart chart(const PlacedObject& object, const Place& place) noexcept {
   return {place.at_m.dot(u), place.at_m.dot(v), u, v};
 }
 
-Vec3 gradient_at_tip(const PlacedObject& object, const Place& place, const Vec3& gradient) noexcept {
+Vec3 gradient_at_tip(const PlacedObject& object, const SurfacePoint& place, const Vec3& gradient) noexcept {
   const Vec3 along = gradient - place.normal * place.normal.dot(gradient);
   return object.ops->gradient_at_tip != nullptr ? object.ops->gradient_at_tip(object.shape, place, along)
                                                 : along;

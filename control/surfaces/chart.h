@@ -1,11 +1,12 @@
-// Where on an object's surface a point is, in metres: what a texture is laid out by, so that its spatial frequency is the same
-// everywhere, on large faces and on small ones (paper, section 3.8).
+// Charts: coordinates on the surface of an object, in metres. Textures use them, so that their spatial
+// frequency is the same on large and small faces (paper, section 3.8).
 //
-//   plane, box, mesh    axes made from the face's normal, in the object's frame, through its origin: faces in one plane share
-//                       them, and a texture goes on from one to the next. Over an edge it does not.
+//   plane, box, mesh    axes from the normal of the face, in the object's frame, through its origin. Faces in one plane have the same axes,
+//                       so a texture continues from one to the next. It does not continue over an edge.
 //   cylinder            the side unrolled: u = radius * angle from +x, v = z; the caps like a plane
 //
-// Other solids have no chart (Texturing::kNone in control/scene/shape_table.h); the compiler refuses a texture there.
+// Other solids have no chart (Texturing::kNone in control/scene/shape_table.h); the compiler refuses a
+// texture there.
 #pragma once
 
 #include "control/contact/world.h"
@@ -13,14 +14,16 @@
 
 namespace thimble::control {
 
-// A contact in the object's frame: a point on the surface, the unit normal there to the free side, how far the tip is behind it.
-struct Place {
+// A contact in the object's frame: a point on the surface, the unit normal there to the free side, how far
+// the tip is behind it.
+struct SurfacePoint {
   Vec3 at_m;
   Vec3 normal;
   float depth_m;
 };
 
-// Coordinates on the surface, and how they change as the tip moves (1; a cylinder's u runs faster below its surface).
+// Coordinates on the surface, and their gradients with respect to the tip. Below a curved surface these are
+// larger than 1.
 struct Chart {
   float u_m = 0.0F;
   float v_m = 0.0F;
@@ -28,17 +31,18 @@ struct Chart {
   Vec3 dv = Vec3::Zero();
 };
 
-[[nodiscard]] Chart chart(const PlacedObject& object, const Place& place) noexcept;
+[[nodiscard]] Chart chart(const PlacedObject& object, const SurfacePoint& place) noexcept;
 
-// The gradient with respect to the tip of what has this gradient in space at the point on the surface. The point goes along the
-// surface with the tip, and faster than the tip where the surface is curved.
-[[nodiscard]] Vec3 gradient_at_tip(const PlacedObject& object, const Place& place,
+// The gradient with respect to the tip of what has this gradient in space at the point on the surface. The
+// point goes along the surface with the tip, and faster than the tip where the surface is curved.
+[[nodiscard]] Vec3 gradient_at_tip(const PlacedObject& object, const SurfacePoint& place,
                                    const Vec3& gradient) noexcept;
 
-// For solids with a curved surface (SolidOps::chart, SolidOps::gradient_at_tip).
-// Within 1e-7 of the angle of (x, y), from -pi to pi; 0 at the origin. Our own, as libm's differs from one target to the next.
+// For solids with a curved surface (SolidOps::chart, SolidOps::gradient_at_tip). Within 1e-7 of the angle of
+// (x, y), from -pi to pi; 0 at the origin. Our own, as libm's differs from one target to the next.
 [[nodiscard]] float angle(float y, float x) noexcept;
-// How much faster the point on a convex surface of this radius goes than the tip that is depth_m behind it; at most 4.
+// How much faster the point on a convex surface of this radius goes than the tip that is depth_m behind it;
+// at most 4.
 [[nodiscard]] float curvature_gain(float radius_m, float depth_m) noexcept;
 // `along` with its part round the z axis times `gain`. normal: of the surface, square to the axis.
 [[nodiscard]] Vec3 faster_round_axis(const Vec3& normal, float gain, const Vec3& along) noexcept;

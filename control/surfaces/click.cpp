@@ -12,7 +12,8 @@ namespace {
 
 static_assert(kMaxObjects <= 64, "one bit an object");
 
-// exp(-x), 0 <= x: libm's differs from one target to the next. Taylor on x / 16, four times squared: within 1e-6.
+// exp(-x), 0 <= x: libm's differs from one target to the next. Taylor on x / 16, four times squared: within
+// 1e-6.
 float decay(float x) noexcept {
   constexpr float kParts = 16.0F;
   const float y = x / kParts;
@@ -32,12 +33,12 @@ void ContactClick::start(const World& world, const Constraints& held, const Tip&
     const std::uint64_t bit = std::uint64_t{1} << c.object;
     touching |= bit;
     const ClickView& click = world.surfaces[c.object].click;
-    constexpr float kFewestTicks = 4.0F;  // a swing; faster than that it cannot be played
+    constexpr float kFewestTicks = 4.0F;  // of one oscillation; a higher frequency cannot be rendered
     if ((touching_ & bit) != 0 || !(click.amplitude_N > 0.0F) ||
         click.frequency_Hz * period_s * kFewestTicks > 1.0F)
       continue;
     constexpr float kReference_m_s = 0.1F;
-    constexpr float kFastest = 10.0F;  // times that: beyond any hand
+    constexpr float kFastest = 10.0F;  // times the reference: faster than any hand
     const float speed = std::clamp(-tip.velocity_m_s.dot(c.normal) / kReference_m_s, 0.0F, kFastest);
     const auto [sine, cosine] =
         kinematics::sin_cos(2.0F * std::numbers::pi_v<float> * click.frequency_Hz * period_s);
@@ -54,12 +55,12 @@ void ContactClick::start(const World& world, const Constraints& held, const Tip&
   touching_ = touching;
 }
 
-Vec3 ContactClick::swing(const Constraints& held, const Tip& tip, float period_s) noexcept {
+Vec3 ContactClick::next_transient(const Constraints& held, const Tip& tip, float period_s) noexcept {
   for (std::size_t i = 0; i < held.count; ++i) {
     if (held.list[i].object != object_) continue;
     Vec3 force = sin_N_ * held.list[i].normal;
     const float gives_J = force.dot(tip.velocity_m_s) * period_s;
-    const float allowed_J = 0.5F * std::max(purse_J_, 0.0F);
+    const float allowed_J = 0.5F * std::max(energy_budget_J_, 0.0F);
     if (gives_J > allowed_J) force *= allowed_J / gives_J;
     const float next_N = turn_cos_ * sin_N_ + turn_sin_ * cos_N_;
     cos_N_ = turn_cos_ * cos_N_ - turn_sin_ * sin_N_;
@@ -73,10 +74,10 @@ Vec3 ContactClick::swing(const Constraints& held, const Tip& tip, float period_s
 
 Vec3 ContactClick::tick(const World& world, const Constraints& held, const Tip& tip, const Vec3& damping_N,
                         float period_s) noexcept {
-  if (touching_ != 0) purse_J_ -= paid_by_N_.dot(tip.position_m - tip_m_);
+  if (touching_ != 0) energy_budget_J_ -= last_force_N_.dot(tip.position_m - tip_m_);
   start(world, held, tip, period_s);
-  Vec3 force = ringing_ ? swing(held, tip, period_s) : Vec3(Vec3::Zero());
-  paid_by_N_ = force + damping_N;
+  Vec3 force = ringing_ ? next_transient(held, tip, period_s) : Vec3(Vec3::Zero());
+  last_force_N_ = force + damping_N;
   tip_m_ = tip.position_m;
   return force;
 }

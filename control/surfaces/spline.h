@@ -1,5 +1,6 @@
-// Uniform bicubic B-splines over a grid of control points: value and gradient from the 4 x 4 points around a place, and from no
-// others, so that a place costs the same however large the grid is. C2 everywhere. Textures and stiffness maps are such grids.
+// Uniform bicubic B-splines over a grid of control points. Value and gradient depend on the 4 x 4 points
+// around a place only, so the cost does not depend on the size of the grid. C2 everywhere. Textures and
+// stiffness maps are such grids.
 //
 // Source: the paper, section 5.1. Control point (i, j) stands at u = i, v = j, in cells.
 #pragma once
@@ -12,12 +13,13 @@
 
 namespace thimble::control {
 
-inline constexpr std::size_t kSplineWindow = 4;  // control points that a place sees, each way
+inline constexpr std::size_t kSplineWindow = 4;  // control points that a place depends on, in each direction
 
-// Beyond the grid: a tile repeats, a map goes on as at its border.
-enum class Beyond : std::uint8_t { kRepeats, kGoesOn };
+// Outside the grid: a texture repeats, a map keeps the values of its border.
+enum class Beyond : std::uint8_t { kPeriodic, kClamped };
 
-// The window of one direction: which control points, what each counts for, and that weight's slope per cell.
+// The window of one direction: the indices of the control points, their weights, and the slopes of the
+// weights per cell.
 struct SplineWindow {
   std::array<std::uint32_t, kSplineWindow> index{};
   std::array<float, kSplineWindow> weight{};
@@ -33,9 +35,9 @@ struct SplineSample {
 // count: control points in this direction, at least 1.
 inline SplineWindow spline_window(float cells, std::uint32_t count, Beyond beyond) noexcept {
   const auto size = static_cast<float>(count);
-  float at = beyond == Beyond::kRepeats ? cells - size * std::floor(cells / size)
-                                        : std::clamp(cells, -2.0F, size + 1.0F);
-  if (!(at >= -2.0F && at <= size + 1.0F)) at = 0.0F;  // not a number, which no index can be made of
+  float at = beyond == Beyond::kPeriodic ? cells - size * std::floor(cells / size)
+                                         : std::clamp(cells, -2.0F, size + 1.0F);
+  if (!(at >= -2.0F && at <= size + 1.0F)) at = 0.0F;  // NaN cannot be converted to an index
   const float cell = std::floor(at);
   const auto first = static_cast<std::int32_t>(cell) - 1;
   const auto last = static_cast<std::int32_t>(count) - 1;
@@ -43,8 +45,8 @@ inline SplineWindow spline_window(float cells, std::uint32_t count, Beyond beyon
   for (std::size_t i = 0; i < kSplineWindow; ++i) {
     const std::int32_t index = first + static_cast<std::int32_t>(i);
     window.index[i] =
-        static_cast<std::uint32_t>(beyond == Beyond::kRepeats ? (index + 4 * (last + 1)) % (last + 1)
-                                                              : std::clamp<std::int32_t>(index, 0, last));
+        static_cast<std::uint32_t>(beyond == Beyond::kPeriodic ? (index + 4 * (last + 1)) % (last + 1)
+                                                               : std::clamp<std::int32_t>(index, 0, last));
   }
   const float t = at - cell;
   const float s = 1.0F - t;

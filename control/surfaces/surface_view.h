@@ -1,4 +1,5 @@
-// The effects of an object's surface as the tick needs them: grids of the scene image, read in place. Filled by World::bind().
+// The effects of an object's surface as the tick needs them. The grids stay in the scene image and are read
+// in place. Filled by World::bind().
 #pragma once
 
 #include <cstdint>

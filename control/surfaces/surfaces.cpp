@@ -10,10 +10,12 @@
 namespace thimble::control {
 namespace {
 
-// One contact in its object's frame. The shape's own normal, not the shaded one: what the surface is laid out by.
-Place place_of(const PlacedObject& object, const GodObject& rest, const Vec3& tip_m,
-               const Constraint& constraint, bool alone) noexcept {
-  Place place{object.to_local(rest.position_m), object.turn_back(constraint.normal), constraint.lambda_m};
+// One contact in its object's frame. It has the shape's own normal, not the shaded one, because charts are
+// based on the shape.
+SurfacePoint place_of(const PlacedObject& object, const GodObject& rest, const Vec3& tip_m,
+                      const Constraint& constraint, bool alone) noexcept {
+  SurfacePoint place{object.to_local(rest.position_m), object.turn_back(constraint.normal),
+                     constraint.lambda_m};
   if (alone) {
     std::array<Vec3, 3> normals;
     object.ops->normals(object.shape, rest.contacts[0].feature, place.at_m, normals);
@@ -24,11 +26,11 @@ Place place_of(const PlacedObject& object, const GodObject& rest, const Vec3& ti
 }
 
 // K and B at the place; returns grad K with respect to the tip, in the object's frame.
-Vec3 apply_map(const StiffnessMapView& map, const PlacedObject& object, const Place& place,
+Vec3 apply_map(const StiffnessMapView& map, const PlacedObject& object, const SurfacePoint& place,
                Material& material) noexcept {
   const Vec3 cells = map.cells_per_m * (place.at_m - map.origin_m);
-  const SplineWindow u = spline_window(cells.dot(map.u), map.columns, Beyond::kGoesOn);
-  const SplineWindow v = spline_window(cells.dot(map.v), map.rows, Beyond::kGoesOn);
+  const SplineWindow u = spline_window(cells.dot(map.u), map.columns, Beyond::kClamped);
+  const SplineWindow v = spline_window(cells.dot(map.v), map.rows, Beyond::kClamped);
   const SplineSample k = spline_sample(map.stiffness_N_m, map.columns, u, v);
   material.stiffness_N_m = k.value;
   if (map.damping_N_s_m != nullptr)
@@ -41,20 +43,20 @@ struct Relief {
   Vec3 gradient;  // with respect to the tip, in the object's frame
 };
 
-Relief relief_at(const TextureView& texture, const PlacedObject& object, const Place& place) noexcept {
+Relief relief_at(const TextureView& texture, const PlacedObject& object, const SurfacePoint& place) noexcept {
   const Chart at = chart(object, place);
-  const SplineWindow u = spline_window(texture.columns_per_m * at.u_m, texture.columns, Beyond::kRepeats);
-  const SplineWindow v = spline_window(texture.rows_per_m * at.v_m, texture.rows, Beyond::kRepeats);
+  const SplineWindow u = spline_window(texture.columns_per_m * at.u_m, texture.columns, Beyond::kPeriodic);
+  const SplineWindow v = spline_window(texture.rows_per_m * at.v_m, texture.rows, Beyond::kPeriodic);
   const SplineSample h = spline_sample(texture.height_m, texture.columns, u, v);
   return {h.value, texture.columns_per_m * h.du * at.du + texture.rows_per_m * h.dv * at.dv};
 }
 
-// A single contact on a shape whose surface has no edge: one chart, and the place moves with the tip without a jump.
+// Whether the surface has no edge, so that there is one chart and the place moves continuously with the tip.
 bool is_smooth(const PlacedObject& object, bool textured) noexcept {
   return object.ops->smooth && (!textured || object.row->texturing == Texturing::kTextured);
 }
 
-void apply(const PlacedObject& object, const SurfaceView& surface, const Place& place, bool alone,
+void apply(const PlacedObject& object, const SurfaceView& surface, const SurfacePoint& place, bool alone,
            Constraint& held, SurfaceTouch& touch) noexcept {
   held.material.static_friction += surface.brake_friction;
   held.material.dynamic_friction += surface.brake_friction;
@@ -134,7 +136,7 @@ SurfaceTouch apply_surfaces(const World& world, const GodObject& rest, const Vec
     Constraint constraint = held.list[i];
     const PlacedObject& object = world.objects[constraint.object];
     if (object.surfaced) {
-      const Place place = place_of(object, rest, tip_m, constraint, alone);
+      const SurfacePoint place = place_of(object, rest, tip_m, constraint, alone);
       apply(object, world.surfaces[constraint.object], place, alone, constraint, touch);
     }
     if (constraint.lambda_m > 0.0F) held.list[kept++] = constraint;

@@ -68,11 +68,11 @@ void take_picture(Parts& parts) noexcept {
   const std::span<const control::BodyState> bodies = renderer.bodies();
   std::copy(bodies.begin(), bodies.end(), picture->bodies.begin());
   picture->body_count = bodies.size();
-  picture->tissue_count = renderer.show_tissue(picture->tissues);
+  picture->tissue_count = renderer.tissue_views(picture->tissues);
   std::size_t planes = 0;
   for (std::size_t arm = 0; arm < parts.setup.arm_count; ++arm) {
     const bool touches = parts.state.telemetry.arm[arm].contacts != 0;
-    const std::size_t count = touches ? renderer.show_planes(arm, picture->planes[arm]) : 0;
+    const std::size_t count = touches ? renderer.contact_normals(arm, picture->planes[arm]) : 0;
     picture->plane_count[arm] = static_cast<std::uint8_t>(count);
     planes += count;
   }

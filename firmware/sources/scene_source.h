@@ -16,7 +16,7 @@ class SceneSource final : public ForceSource {
 
   // --- background
   // The next scene (its bytes must stay until a later scene is the running one). False: the last one is still
-  // waiting. kGoOn: it is the last one in other materials.
+  // waiting. kKeepState: it is the last one in other materials.
   [[nodiscard]] bool post(const control::SceneView& view, std::uint32_t sequence,
                           control::Binding binding = control::Binding::kStart) noexcept;
   [[nodiscard]] bool pending() const noexcept {

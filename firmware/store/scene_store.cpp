@@ -101,7 +101,7 @@ StoreStatus SceneStore::commit(control::SceneView& view) noexcept {
   binding_ = sequence_ != 0 && control::differs_in_materials_only(
                                    storage_->slot(active_).subspan(kHeaderBytes, image_bytes_), newest_,
                                    storage_->slot(slot).subspan(kHeaderBytes, length_), checked_, pause_)
-                 ? control::Binding::kGoOn
+                 ? control::Binding::kKeepState
                  : control::Binding::kStart;
   active_ = slot;
   sequence_ = sequence;

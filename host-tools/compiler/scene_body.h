@@ -27,7 +27,7 @@ struct SceneBody {
   double angular_damping_N_m_s = 0;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
   std::optional<Eigen::Vector3d> pivot_m;  // absent: the object's position
-  std::optional<SceneControl> control;
+  std::optional<SceneControlElement> control;
   std::string place;  // in the scene file, for errors
 };
 

@@ -56,11 +56,11 @@ double stiffness_of_curve(const std::vector<scene::CurvePoint>& curve) {
 
 }  // namespace
 
-SceneControl read_control(const Value& value, bool turns) {
+SceneControlElement read_control(const Value& value, bool turns) {
   const Kind& kind = turns ? kTurn : kSlide;
   const ScenePart part(value, kind.control);
   const std::vector<std::string_view>& keys = part.kind().key_names;
-  SceneControl control;
+  SceneControlElement control;
   control.place = value.place();
   control.stiffness = part.number(keys[0]);
   control.rest = kind.unit * part.number(keys[1]);
@@ -91,7 +91,7 @@ SceneControl read_control(const Value& value, bool turns) {
 }
 
 flatbuffers::Offset<scene::Control> write_control(flatbuffers::FlatBufferBuilder& builder,
-                                                  const SceneControl& control, double inertia) {
+                                                  const SceneControlElement& control, double inertia) {
   const double detents = control.detent_pitch > 0.0
                              ? 2.0 * std::numbers::pi * control.detent_effort / control.detent_pitch
                              : 0.0;

@@ -14,7 +14,7 @@
 namespace thimble::host {
 
 // In m and N for a slide, in rad and N m for a turn.
-struct SceneControl {
+struct SceneControlElement {
   double stiffness = 0;
   double rest = 0;
   double damping = 0;
@@ -31,10 +31,11 @@ struct SceneControl {
   std::string place;  // "file:line: /pointer" for messages
 };
 
-[[nodiscard]] SceneControl read_control(const Value& value, bool turns);
+[[nodiscard]] SceneControlElement read_control(const Value& value, bool turns);
 
 // inertia: kg, or kg m2 about the axis. Throws Error (kBadInput) when the control is too stiff for it to be integrated.
 [[nodiscard]] flatbuffers::Offset<scene::Control> write_control(flatbuffers::FlatBufferBuilder& builder,
-                                                                const SceneControl& control, double inertia);
+                                                                const SceneControlElement& control,
+                                                                double inertia);
 
 }  // namespace thimble::host

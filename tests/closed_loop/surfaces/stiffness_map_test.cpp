@@ -51,8 +51,8 @@ std::string mapped(bool conservative, double top = 1200.0, const std::string& ex
 }
 
 control::SplineSample look(const std::vector<float>& points, float u, float v) {
-  const auto along = control::spline_window(u, kSide, control::Beyond::kGoesOn);
-  const auto across = control::spline_window(v, kSide, control::Beyond::kGoesOn);
+  const auto along = control::spline_window(u, kSide, control::Beyond::kClamped);
+  const auto across = control::spline_window(v, kSide, control::Beyond::kClamped);
   return control::spline_sample(points.data(), kSide, along, across);
 }
 

@@ -44,7 +44,7 @@ std::string with(const std::string& from, const std::string& to) { return replac
 
 Refusal refusal(const std::string& text) { return refusal_of_scene(text, "."); }
 
-TEST(SceneControl, ReadsEveryKeyIntoTheImage) {
+TEST(SceneControlElement, ReadsEveryKeyIntoTheImage) {
   const host::CompiledScene compiled = host::compile_scene_text(kScene, "test.scene.json", ".");
   control::SceneView view;
   ASSERT_EQ(control::SceneView::check(compiled.image, view), control::ImageStatus::kOk);
@@ -83,7 +83,7 @@ TEST(SceneControl, ReadsEveryKeyIntoTheImage) {
   EXPECT_NEAR(knob.off_at(), -10 * kDegree, 1e-6F);
 }
 
-TEST(SceneControl, WithoutAKeyItHasNone) {
+TEST(SceneControlElement, WithoutAKeyItHasNone) {
   const json whole = json::parse(kScene);
   json bare = whole;
   for (json& object : bare["objects"]) object["body"]["control"] = json::object();
@@ -118,7 +118,7 @@ TEST(SceneControl, WithoutAKeyItHasNone) {
   }
 }
 
-TEST(SceneControl, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
+TEST(SceneControlElement, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
   struct Case {
     std::string text;
     std::string name;

@@ -61,7 +61,7 @@ TEST(Materials, ChangeUnderTheFinger) {
   const Vec3 ball_m = renderer.bodies()[0].position_m;
   EXPECT_NEAR(ball_m.x(), 0.105F, 1e-4F);
 
-  renderer.bind(stiff.view(), Binding::kGoOn);
+  renderer.bind(stiff.view(), Binding::kKeepState);
   EXPECT_EQ(renderer.bodies()[0].position_m, ball_m);
   renderer.tick(tips, kTick_s, touches);
   EXPECT_NEAR(touches[0].force_N.z(), 900 * 0.002F, 1e-3F);
@@ -83,10 +83,10 @@ TEST(Planes, AreThoseThatTheGodObjectLiesOn) {
   std::array<Vec3, control::kMaxContacts> normals;
   tips[0].position_m = {0, 0, 0.025F};
   renderer.tick(tips, 1.0F / 4000, touches);
-  EXPECT_EQ(renderer.show_planes(0, normals), 0U);
+  EXPECT_EQ(renderer.contact_normals(0, normals), 0U);
   tips[0].position_m = {0, 0, 0.018F};
   renderer.tick(tips, 1.0F / 4000, touches);
-  ASSERT_EQ(renderer.show_planes(0, normals), 1U);
+  ASSERT_EQ(renderer.contact_normals(0, normals), 1U);
   EXPECT_EQ(normals[0], Vec3(0, 0, 1));
 }
 

@@ -7,31 +7,31 @@
 #include <numbers>
 #include <vector>
 
-#include "control/bodies/control.h"
+#include "control/bodies/control_element.h"
 #include "tests/support/figure.h"
 
 namespace thimble::test {
 namespace {
 
-using control::ControlParams;
-using control::ControlState;
+using control::ControlElementParams;
+using control::ControlElementState;
 using std::numbers::pi;
 
 constexpr double kPeriod_s = 1.0 / 4000.0;
 
-void tick(const ControlParams& params, ControlState& state, double effort, double inertia) {
-  advance_control(params, state, static_cast<float>(effort), static_cast<float>(inertia),
-                  static_cast<float>(kPeriod_s));
+void tick(const ControlElementParams& params, ControlElementState& state, double effort, double inertia) {
+  advance_control_element(params, state, static_cast<float>(effort), static_cast<float>(inertia),
+                          static_cast<float>(kPeriod_s));
 }
 
-ControlState at(const ControlParams& params, float q, float speed = 0.0F) {
-  ControlState state = start_control(params, speed);
+ControlElementState at(const ControlElementParams& params, float q, float speed = 0.0F) {
+  ControlElementState state = start_control_element(params, speed);
   state.q = q;
   return state;
 }
 
-// The potential that control_effort is to be the slope of, in double and term by term.
-double potential(const ControlParams& p, double q) {
+// The potential that control_element_effort is to be the slope of, in double and term by term.
+double potential(const ControlElementParams& p, double q) {
   const double k = static_cast<double>(p.stiffness), pitch = static_cast<double>(p.detent_pitch);
   double energy = k / 2 * std::pow(q - static_cast<double>(p.rest), 2);
   if (pitch > 0.0)
@@ -49,9 +49,9 @@ double potential(const ControlParams& p, double q) {
 }
 
 TEST(Control, ASpringCentredSliderSwingsWithItsClosedForm) {
-  const ControlParams params{.stiffness = 200.0F};
+  const ControlElementParams params{.stiffness = 200.0F};
   constexpr double kMass_kg = 0.05, kOmega = 63.245553203367585;  // sqrt(200 / 0.05)
-  ControlState state = at(params, 0.01F);
+  ControlElementState state = at(params, 0.01F);
   double crossing_s = 0, first_s = 0, most_m = 0;
   int crossings = 0;
   for (int i = 0; i < 40000; ++i) {
@@ -75,10 +75,10 @@ TEST(Control, ASpringCentredSliderSwingsWithItsClosedForm) {
 }
 
 TEST(Control, DampingTakesTheAmplitudeOfTheClosedForm) {
-  const ControlParams params{.stiffness = 200.0F, .damping = 0.5F};
+  const ControlElementParams params{.stiffness = 200.0F, .damping = 0.5F};
   constexpr double kMass_kg = 0.05, kDecay = 0.5 / (2 * kMass_kg);
   const double omega = std::sqrt(200 / kMass_kg - kDecay * kDecay);
-  ControlState state = at(params, 0.01F);
+  ControlElementState state = at(params, 0.01F);
   double worst_m = 0;
   for (int i = 1; i < 4000; ++i) {
     tick(params, state, 0.0, kMass_kg);
@@ -95,38 +95,38 @@ const std::array kSnap{scene::CurvePoint(0.0F, 0.2F), scene::CurvePoint(0.002F, 
                        scene::CurvePoint(0.003F, 0.7F), scene::CurvePoint(0.005F, 3.0F)};
 
 TEST(Control, EffortIsTheSlopeOfItsPotential) {
-  const ControlParams params{.stiffness = 50.0F,
-                             .rest = -0.001F,
-                             .detent_pitch = 0.004F,
-                             .detent_phase = 0.0005F,
-                             .detent_effort = 0.8F,
-                             .curve = kSnap};
+  const ControlElementParams params{.stiffness = 50.0F,
+                                    .rest = -0.001F,
+                                    .detent_pitch = 0.004F,
+                                    .detent_phase = 0.0005F,
+                                    .detent_effort = 0.8F,
+                                    .curve = kSnap};
   double worst = 0;
   for (int i = 0; i < 1000; ++i) {
     const double q = static_cast<double>(static_cast<float>(0.00001 + 0.004979 * i / 1000)), h = 1e-8;
     const double slope = (potential(params, q + h) - potential(params, q - h)) / (2 * h);
-    worst = std::max(worst,
-                     std::abs(-slope - static_cast<double>(control_effort(params, static_cast<float>(q)))));
+    worst = std::max(
+        worst, std::abs(-slope - static_cast<double>(control_element_effort(params, static_cast<float>(q)))));
   }
   figure("effort off the slope of the potential, N of 3 N", worst, "2e-3");
   EXPECT_LT(worst, 2e-3);
   // Beyond its ends the curve stays what it was there.
-  const ControlParams curve{.curve = kSnap};
-  EXPECT_EQ(control_effort(curve, -1.0F), -0.2F);
-  EXPECT_EQ(control_effort(curve, 1.0F), -3.0F);
+  const ControlElementParams curve{.curve = kSnap};
+  EXPECT_EQ(control_element_effort(curve, -1.0F), -0.2F);
+  EXPECT_EQ(control_element_effort(curve, 1.0F), -3.0F);
   // Far from the start a detent is what it is there.
-  const ControlParams knob{.detent_pitch = 0.5F, .detent_effort = 0.02F};
-  EXPECT_NEAR(control_effort(knob, 90.125F), control_effort(knob, 0.125F), 1e-6F);
-  EXPECT_NEAR(control_effort(knob, 0.125F), -0.02F, 1e-7F);
+  const ControlElementParams knob{.detent_pitch = 0.5F, .detent_effort = 0.02F};
+  EXPECT_NEAR(control_element_effort(knob, 90.125F), control_element_effort(knob, 0.125F), 1e-6F);
+  EXPECT_NEAR(control_element_effort(knob, 0.125F), -0.02F, 1e-7F);
 }
 
 TEST(Control, WithoutLossesEnergyStaysOverAMillionTicks) {
   // Spring, detents and snap-through together: within one detent, and over all of them.
   constexpr double kMass_kg = 0.02;
   for (const float speed : {0.1F, 0.7F}) {
-    const ControlParams params{
+    const ControlElementParams params{
         .stiffness = 400.0F, .rest = 0.003F, .detent_pitch = 0.002F, .detent_effort = 0.5F, .curve = kSnap};
-    ControlState state = start_control(params, speed);
+    ControlElementState state = start_control_element(params, speed);
     const auto energy = [&](double q, double v) { return kMass_kg / 2 * v * v + potential(params, q); };
     const double kinetic_J = energy(0.0, static_cast<double>(speed)) - potential(params, 0.0);
     constexpr int kTicks = 1'000'000, kPart = 100'000;
@@ -147,15 +147,15 @@ TEST(Control, WithoutLossesEnergyStaysOverAMillionTicks) {
 }
 
 TEST(Control, FrictionHoldsWithoutCreepAndThenResists) {
-  const ControlParams params{.stiffness = 100.0F, .friction = 0.5F};
-  ControlState state = at(params, 0.004F);  // pulled home with 0.4 N
+  const ControlElementParams params{.stiffness = 100.0F, .friction = 0.5F};
+  ControlElementState state = at(params, 0.004F);  // pulled home with 0.4 N
   for (int i = 0; i < 100000; ++i) tick(params, state, 0.08 * std::sin(0.1 * i), 0.05);
   EXPECT_EQ(state.q, 0.004F);
   EXPECT_EQ(state.speed, 0.0F);
 
   // Slid across a table: x = v^2 m / (2 F), and there it stays to the bit.
-  const ControlParams table{.friction = 0.5F};
-  ControlState puck = at(table, 0.0F, 0.3F);
+  const ControlElementParams table{.friction = 0.5F};
+  ControlElementState puck = at(table, 0.0F, 0.3F);
   for (int i = 0; i < 4000; ++i) tick(table, puck, 0.0, 0.05);
   const float rested = puck.q;
   const double expected = 0.3 * 0.3 * 0.05 / (2 * 0.5);
@@ -171,8 +171,8 @@ TEST(Control, FrictionHoldsWithoutCreepAndThenResists) {
 }
 
 TEST(Control, StopsHoldAndGiveBackTheirRestitution) {
-  const ControlParams params{.low = -0.01F, .high = 0.01F, .restitution = 0.6F};
-  ControlState state = at(params, 0.0F, 0.4F);
+  const ControlElementParams params{.low = -0.01F, .high = 0.01F, .restitution = 0.6F};
+  ControlElementState state = at(params, 0.0F, 0.4F);
   std::vector<double> speeds;
   for (int i = 0; i < 4000; ++i) {
     const double before = static_cast<double>(state.speed);
@@ -197,9 +197,9 @@ TEST(Control, StopsHoldAndGiveBackTheirRestitution) {
 // Pressed ever so slowly by a soft spring, the snap is passed at once, and back at another place: the loop between is
 // the energy that the click takes.
 TEST(Control, ASnapThroughHasHysteresisUnderASoftFinger) {
-  const ControlParams params{.damping = 0.5F, .low = 0.0F, .high = 0.005F, .curve = kSnap};
+  const ControlElementParams params{.damping = 0.5F, .low = 0.0F, .high = 0.005F, .curve = kSnap};
   constexpr double kFinger_N_m = 500.0, kMass_kg = 0.01;  // softer than the -1500 N/m of the snap
-  ControlState state = start_control(params);
+  ControlElementState state = start_control_element(params);
   const auto press = [&](double finger_m) {
     for (int i = 0; i < 2; ++i)
       tick(params, state, std::max(0.0, kFinger_N_m * (finger_m - static_cast<double>(state.q))), kMass_kg);
@@ -245,8 +245,8 @@ TEST(Control, ASnapThroughHasHysteresisUnderASoftFinger) {
 
 TEST(Control, ASwitchHasHysteresisEitherWay) {
   for (const float sign : {1.0F, -1.0F}) {
-    const ControlParams params{.has_switch = true, .on_at = sign * 0.004F, .off_at = sign * 0.002F};
-    ControlState state = start_control(params);
+    const ControlElementParams params{.has_switch = true, .on_at = sign * 0.004F, .off_at = sign * 0.002F};
+    ControlElementState state = start_control_element(params);
     EXPECT_FALSE(state.on);
     int changes = 0;
     const auto go = [&](float to) {
@@ -269,20 +269,20 @@ TEST(Control, ASwitchHasHysteresisEitherWay) {
     EXPECT_EQ(changes, 2);
   }
   // It starts as its place has it.
-  EXPECT_TRUE(control::start_control({.has_switch = true, .on_at = -0.1F, .off_at = -0.2F}).on);
+  EXPECT_TRUE(control::start_control_element({.has_switch = true, .on_at = -0.1F, .off_at = -0.2F}).on);
 }
 
 TEST(Control, StableAtTheStiffestThatPasses) {
   // sqrt(k / m) = kMaxControlRate_rad_s, at 4 kHz and at the 1 kHz of a slow board.
   constexpr float kMass_kg = 0.01F;
   const float k = control::kMaxControlRate_rad_s * control::kMaxControlRate_rad_s * kMass_kg;
-  const ControlParams params{.detent_pitch = 0.002F,
-                             .detent_effort = k * 0.002F / (2.0F * std::numbers::pi_v<float>)};
+  const ControlElementParams params{.detent_pitch = 0.002F,
+                                    .detent_effort = k * 0.002F / (2.0F * std::numbers::pi_v<float>)};
   for (const float period_s : {2.5e-4F, 1.0e-3F}) {
-    ControlState state = at(params, 0.0002F);
+    ControlElementState state = at(params, 0.0002F);
     float most = 0.0F;
     for (int i = 0; i < 100000; ++i) {
-      advance_control(params, state, 0.0F, kMass_kg, period_s);
+      advance_control_element(params, state, 0.0F, kMass_kg, period_s);
       most = std::max(most, std::abs(state.q));
     }
     figure("stiffest detent: swing from 0.2 mm, mm", static_cast<double>(most) * 1e3, "< 0.3");

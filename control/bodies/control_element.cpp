@@ -1,4 +1,4 @@
-#include "control/bodies/control.h"
+#include "control/bodies/control_element.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -22,7 +22,7 @@ float curve_effort(std::span<const scene::CurvePoint> curve, float q) {
   return curve.back().effort();
 }
 
-void set_switch(const ControlParams& params, ControlState& state) {
+void set_switch(const ControlElementParams& params, ControlElementState& state) {
   const bool upwards = params.on_at > params.off_at;
   const float bound = state.on ? params.off_at : params.on_at;
   const bool beyond = state.on == upwards ? state.q <= bound : state.q >= bound;
@@ -31,8 +31,8 @@ void set_switch(const ControlParams& params, ControlState& state) {
 
 }  // namespace
 
-ControlParams control_params(const scene::Body& body) noexcept {
-  ControlParams params;
+ControlElementParams control_element_params(const scene::Body& body) noexcept {
+  ControlElementParams params;
   params.restitution = body.restitution();
   const scene::Control* control = body.control();
   if (control == nullptr) {
@@ -60,7 +60,7 @@ ControlParams control_params(const scene::Body& body) noexcept {
   return params;
 }
 
-float control_inertia(const scene::Object& object) noexcept {
+float control_element_inertia(const scene::Object& object) noexcept {
   const scene::Body& body = *object.body();
   if (body.motion() != scene::Motion::Turn) return body.mass_kg();
   const scene::Quat& q = object.pose()->rotation();
@@ -71,7 +71,7 @@ float control_inertia(const scene::Object& object) noexcept {
          body.mass_kg() * axis.cross(arm).squaredNorm();
 }
 
-float control_effort(const ControlParams& params, float q) noexcept {
+float control_element_effort(const ControlElementParams& params, float q) noexcept {
   float effort = -params.stiffness * (q - params.rest);
   if (params.detent_pitch > 0.0F) {
     const float turns = (q - params.detent_phase) / params.detent_pitch;
@@ -82,21 +82,22 @@ float control_effort(const ControlParams& params, float q) noexcept {
   return effort;
 }
 
-ControlState start_control(const ControlParams& params, float speed) noexcept {
-  ControlState state;
+ControlElementState start_control_element(const ControlElementParams& params, float speed) noexcept {
+  ControlElementState state;
   state.speed = speed;
   if (params.has_switch) set_switch(params, state);
   return state;
 }
 
-// Semi-implicit Euler: the speed first, then the place with the new speed. It is symplectic, so potentials neither gain
-// nor lose energy over any number of ticks; it is stable for a stiffness below 4 inertia / period^2, together with what
-// the tips press with (kMaxControlRate_rad_s keeps far from there). Damping and friction act on the new speed, so
-// they are stable for any size, and friction that suffices gives the speed 0 exactly: what holds does not creep.
-void advance_control(const ControlParams& params, ControlState& state, float effort, float inertia,
-                     float period_s) noexcept {
+// Semi-implicit Euler: first the speed, then the position with the new speed. It is symplectic, so potentials
+// neither gain nor lose energy over any number of ticks. It is stable for a total stiffness, with that of the
+// tips, below 4 inertia / period^2; kMaxControlRate_rad_s is far below that. Damping and friction act on the
+// new speed, so they are stable for any value. When friction suffices, the speed is exactly 0, so a control
+// element at rest does not creep.
+void advance_control_element(const ControlElementParams& params, ControlElementState& state, float effort,
+                             float inertia, float period_s) noexcept {
   const float before = state.speed;
-  const float momentum = inertia * before + period_s * (effort + control_effort(params, state.q));
+  const float momentum = inertia * before + period_s * (effort + control_element_effort(params, state.q));
   const float held = period_s * params.friction;
   const float left = std::max(std::abs(momentum) - held, 0.0F);
   state.speed = std::copysign(left, momentum) / (inertia + period_s * params.damping);
@@ -106,8 +107,8 @@ void advance_control(const ControlParams& params, ControlState& state, float eff
   state.carry = step - (q - state.q);
   state.q = std::clamp(q, params.low, params.high);
   if (state.q != q) {
-    // Thrown back as if from a mirror, which keeps energy where nothing is lost. What only this tick's effort has set moving
-    // towards the stop stays there.
+    // Elastic stop: position and speed are mirrored, which conserves energy at restitution 1. A motion that
+    // only this tick's effort started ends at the stop.
     const bool hits = (q > state.q) == (before > 0.0F) && before != 0.0F;
     const float back = hits ? params.restitution : 0.0F;
     state.q = std::clamp(state.q - back * (q - state.q), params.low, params.high);
