@@ -22,7 +22,7 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
       core_(config, params_),
       store_(storage, config.pause),
       param_store_(storage),
-      telemetry_(core_, config.node_id),
+      telemetry_(core_, params_, config.node_id),
       status_(core_, params_, store_, telemetry_, config.node_id),
       recording_(core_.observers().recorder, config_.arm_count, config.node_id),
       picture_(core_, config.node_id),
@@ -57,8 +57,8 @@ bool Controller::next_frame(link::CanFrame& frame, link::Micros now) noexcept {
   fetch_records();
   if (telemetry_.next_tip_frame(frame)) return true;
   if (recording_.services_turn() && router_.next_frame(frame, now)) return true;
-  return recording_.next_frame(frame) || telemetry_.next_god_object_frame(frame) ||
-         picture_.next_frame(frame) || router_.next_frame(frame, now);
+  return recording_.next_frame(frame) || telemetry_.next_detail_frame(frame) || picture_.next_frame(frame) ||
+         router_.next_frame(frame, now);
 }
 
 void Controller::fetch_records() noexcept {
@@ -80,7 +80,7 @@ ParamStatus Controller::write_param(std::uint16_t id, std::uint32_t bits) noexce
   const ParamStatus allowed = params_.check(id, bits, motors_off(core_));
   if (allowed != ParamStatus::kOk) return allowed;
   if (find_param(id)->recorded == Recording::kRecorded)
-    core_.observers().recorder.request_end(TraceEnd::kParameter);
+    core_.observers().recorder.request_end(RecordingEnd::kParameter);
   return params_.write(id, bits, motors_off(core_));
 }
 

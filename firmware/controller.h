@@ -81,7 +81,7 @@ class Controller {
   [[nodiscard]] const MoveResults* move_results() const noexcept { return core_.sources().move.results(); }
   // A recording (firmware/observe/recorder.h); the link sends what it brings. A program that holds the controller may start it with
   // request(Command::kRecord); its start record then has no scene_crc, which is the service's.
-  [[nodiscard]] link::TraceState recording_state() const noexcept {
+  [[nodiscard]] link::RecordingState recording_state() const noexcept {
     return core_.observers().recorder.state();
   }
   // For a replay, before the first tick: Core::resume(). Config, parameters and scene must be those of the recording.

@@ -1,5 +1,6 @@
 #include "board/sim/replay.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -26,7 +27,7 @@ firmware::Config config_of(const RecordedRun& run) {
   for (std::size_t i = 0; i < run.arms.size(); ++i) {
     if (kinematics::find_arm_model(run.models[i].c_str()) == nullptr)
       throw std::invalid_argument("its arm '" + run.models[i] + "' is not known here");
-    const link::TraceArm& from = run.arms[i];
+    const link::RecordingArm& from = run.arms[i];
     firmware::ArmConfig& to = config.arm[i];
     to.model = run.models[i].c_str();
     to.has_index = from.has_index;
@@ -62,13 +63,13 @@ class Replay::Board {
     firmware::RecordingStart start{run.start, {}};
     for (std::size_t i = 0; i < run.arms.size(); ++i) {
       start.arms[i] = run.arms[i];
-      inputs_.arm[i].counts = run.arms[i].raw;
+      std::copy_n(run.arms[i].raw.begin(), inputs_.arm[i].counts.size(), inputs_.arm[i].counts.begin());
     }
     controller_.resume(start);
     inputs_.tick = first_ = run.start.tick;
   }
 
-  void tick(const Replay::Tick& tick, link::TraceCheck& check) {
+  void tick(const Replay::Tick& tick, link::RecordingCheck& check) {
     ++inputs_.tick;
     inputs_.dead_man = tick.levels.dead_man;
     inputs_.e_stop = tick.levels.e_stop;

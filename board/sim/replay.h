@@ -2,7 +2,7 @@
 //
 //   Replay replay(run);                       // std::invalid_argument: what does not fit
 //   for each tick of the recording: replay.tick({counts, levels, command});
-//   replay.check() against the recording's TraceCheck; replay.row() for the forces
+//   replay.check() against the recording's RecordingCheck; replay.row() for the forces
 //
 // One thread. The bytes of the image are copied.
 #pragma once
@@ -22,8 +22,8 @@ namespace thimble::board {
 
 // What a recording says of its device.
 struct RecordedRun {
-  firmware::link::TraceStart start;
-  std::vector<firmware::link::TraceArm> arms;
+  firmware::link::RecordingStart start;
+  std::vector<firmware::link::RecordingArm> arms;
   std::vector<std::string> models;  // of the arms
   std::vector<std::pair<std::uint16_t, std::uint32_t>> params;
   std::span<const std::byte> image;
@@ -34,7 +34,7 @@ class Replay {
   struct Tick {
     std::span<const std::uint16_t> counts;  // three an arm
     firmware::link::Levels levels;
-    firmware::link::TracedCommand command = firmware::link::TracedCommand::kNone;
+    firmware::link::RecordedCommand command = firmware::link::RecordedCommand::kNone;
   };
 
   explicit Replay(const RecordedRun& run);
@@ -44,7 +44,7 @@ class Replay {
 
   void tick(const Tick& tick);
   // What the device would have sent for the tick before: its CRC, its mode, the low bits of its number.
-  [[nodiscard]] const firmware::link::TraceCheck& check() const noexcept { return check_; }
+  [[nodiscard]] const firmware::link::RecordingCheck& check() const noexcept { return check_; }
   [[nodiscard]] std::uint8_t fault() const noexcept;
   // A row as in the log of a simulation, but that the tip is where the encoders say. Time counts from the recording's start.
   [[nodiscard]] LogRow row(std::size_t arm) const noexcept;
@@ -52,7 +52,7 @@ class Replay {
  private:
   class Board;
   std::unique_ptr<Board> board_;
-  firmware::link::TraceCheck check_;
+  firmware::link::RecordingCheck check_;
 };
 
 }  // namespace thimble::board

@@ -157,6 +157,7 @@ extern "C" void run_board() {
   for (firmware::ArmConfig& arm : config.arm) arm.model = kArmModel;
   config.node_id = kNode;
   config.classic_can = true;
+  config.bus_bits_per_s = kCanBitrate;
   config.board = "zynqmp";
   config.reset_reason = reason.name;
   config.lacks = !logic.present() ? "no_fabric" : !nor.present() ? "no_flash" : "";

@@ -34,7 +34,9 @@ struct Config {
   std::uint8_t node_id = 1;  // on the link, 1 to 127
   // Of an upload, taken at once: less where the store takes long, for the host waits for each block's answer.
   std::uint16_t block_bytes = link::kMaxBlockBytes;
-  bool classic_can = false;            // the board's bus has no FD: hosts are told to ask in classic frames
+  bool classic_can = false;  // the board's bus has no FD: hosts are told to ask in classic frames
+  std::uint32_t bus_bits_per_s =
+      0;  // of a classic bus: a recording that it cannot carry is refused; 0: not known
   const char* serial_number = "none";  // text for the host
   const char* board = "none";          // the board that the image is for, by its folder in board/
   const char* reset_reason = "";  // why it started: "power_on", "watchdog", "host", "crash"; empty: not known

@@ -106,7 +106,7 @@ void swap_scenes(Parts& parts) noexcept {
   State& state = parts.state;
   SceneSource& scene = parts.sources.scene;
   const bool waiting = scene.waiting();
-  if (waiting) parts.observers.recorder.end(TraceEnd::kScene);
+  if (waiting) parts.observers.recorder.end(RecordingEnd::kScene);
   if (state.mode == Mode::kArmed) {
     const bool fades = waiting && state.source->needs().scene;
     const float step = fades ? -parts.setup.period_s / kRampDown_s : parts.setup.period_s / kRampUp_s;

@@ -22,11 +22,15 @@ void show_arm(const Parts& parts, std::size_t index, const ArmInputs& input, Arm
   shown.joint_rad = arm.joint_rad;
   shown.current_A = arm.current_A;
   shown.counts = input.counts;
-  shown.winding_C = 0;
-  const float ambient_C = parts.params.get(Param::ambient);
-  for (const MotorHeat& heat : arm.heat)
-    shown.winding_C = std::max(shown.winding_C, heat.winding_C(ambient_C));
   shown.limiters = arm.limiters;
+}
+
+// Only of a tick with a record: nobody else reads them.
+void show_windings(Parts& parts) noexcept {
+  const float ambient_C = parts.params.get(Param::ambient);
+  for (std::size_t i = 0; i < parts.setup.arm_count; ++i)
+    for (std::size_t j = 0; j < kJoints; ++j)
+      parts.state.telemetry.arm[i].winding_C[j] = parts.state.arm[i].heat[j].winding_C(ambient_C);
 }
 
 void show_tick(Parts& parts, const Inputs& inputs, Conditions unmet) noexcept {
@@ -90,9 +94,10 @@ link::Levels levels(const Inputs& inputs, std::size_t arms) noexcept {
   return levels;
 }
 
-link::TraceArm recorded(const ArmState& arm) noexcept {
-  link::TraceArm to;
+link::RecordingArm recorded(const ArmState& arm) noexcept {
+  link::RecordingArm to;
   to.homed = arm.homed;
+  to.joints = kJoints;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const MotorHeat::State heat = arm.heat[j].state();
     to.raw[j] = arm.encoder[j].raw();
@@ -137,7 +142,7 @@ void record_tick(Parts& parts, const Inputs& inputs, Command executed) noexcept 
   }
   tick.forces = std::as_bytes(std::span(forces_N).first(std::size_t{3} * parts.setup.arm_count));
   tick.mode = state.mode;
-  tick.command = static_cast<link::TracedCommand>(executed);
+  tick.command = static_cast<link::RecordedCommand>(executed);
   tick.levels = levels(inputs, parts.setup.arm_count);
   tick.faulted = state.fault != Fault::kNone;
   parts.observers.recorder.tick(tick);
@@ -150,9 +155,10 @@ void publish(Parts& parts, const Inputs& inputs, Command executed, std::optional
   Observers& observers = parts.observers;
   const Conditions unmet = unmet_conditions(parts, inputs);
   show_tick(parts, inputs, unmet);
+  const bool record_due = observers.records.due(parts.params.get_unsigned(Param::telemetry_decimation));
+  if (record_due) show_windings(parts);
   observers.freeze.add(state.telemetry);
-  const bool record_due =
-      observers.records.add(state.telemetry, parts.params.get_unsigned(Param::telemetry_decimation));
+  observers.records.add(state.telemetry, record_due);
   if (record_due && (state.mode != Mode::kArmed || state.source->needs().scene)) take_picture(parts);
   parts.sources.move.publish();
   parts.status.publish(state, unmet, unmet_for_move(parts, unmet));

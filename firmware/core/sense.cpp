@@ -9,7 +9,7 @@ namespace {
 
 void begin_tick(Parts& parts, const Inputs& inputs) noexcept {
   State& state = parts.state;
-  if (inputs.tick != state.tick + 1) parts.observers.recorder.end(TraceEnd::kTickLost);
+  if (inputs.tick != state.tick + 1) parts.observers.recorder.end(RecordingEnd::kTickLost);
   state.lost = state.first_tick || inputs.tick <= state.tick ? 0 : inputs.tick - state.tick - 1;
   state.first_tick = false;
   state.tick = inputs.tick;
@@ -59,7 +59,7 @@ void check_host(Parts& parts, std::uint32_t lost) noexcept {
   state.alive_seen = alive;
   if (host_silence_s(parts) > parts.params.get(Param::link_timeout)) {
     state.link_seen = false;
-    parts.observers.recorder.end(TraceEnd::kHostSilent);
+    parts.observers.recorder.end(RecordingEnd::kHostSilent);
   }
   if (host_is_lost(parts)) trip(parts, Fault::host_lost);
 }
@@ -86,7 +86,7 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
   arm.age_ticks = tick - input.sample_tick;  // huge for a sample from the future: stale as well
   if (arm.age_ticks != 0) {
     ++parts.state.telemetry.stale_samples;
-    parts.observers.recorder.end(TraceEnd::kSampleStale);
+    parts.observers.recorder.end(RecordingEnd::kSampleStale);
   }
   const bool watched = arm.homed || parts.state.mode == Mode::kHoming;
   if (arm.age_ticks > parts.params.get_unsigned(Param::encoder_stale_ticks)) {

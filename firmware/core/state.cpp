@@ -45,7 +45,7 @@ void reset_to(Parts& parts, const RecordingStart& start) noexcept {
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
     ArmState& arm = state.arm[i];
     const kinematics::Arm<float>& geometry = parts.setup.arm[i];
-    const link::TraceArm& from = start.arms[i];
+    const link::RecordingArm& from = start.arms[i];
     for (std::size_t j = 0; j < kJoints; ++j) {
       const auto axis = static_cast<int>(j);
       arm.encoder[j].resume(from.raw[j], from.counts[j], geometry.home()[axis]);

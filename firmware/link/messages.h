@@ -19,10 +19,17 @@
 
 namespace thimble::firmware::link {
 
-inline constexpr std::uint16_t kProtocolVersion = 1;
+inline constexpr std::uint16_t kProtocolVersion = 2;
 inline constexpr std::uint16_t kImageVersion = 1;  // of control/scene/scene.fbs
-inline constexpr std::size_t kTracedJoints = 3;    // of an arm
-inline constexpr unsigned kTracedTickBits = 15;    // of the number of a tick, in TraceCounts
+
+// What messages have room for. A controller sends what its arms have.
+inline constexpr std::size_t kMaxLinkArms = 4;
+inline constexpr std::size_t kMaxJoints = 7;       // of an arm
+inline constexpr std::size_t kClassicCounts = 3;   // of joints, in a RecordingCounts
+inline constexpr std::size_t kFrozenJoints = 3;    // in a FreezeFrame: 64 of them fit in an answer
+inline constexpr unsigned kRecordedTickBits = 11;  // of the number of a tick, in the frames of a recording
+inline constexpr unsigned kSequenceBits = 4;       // of the count of telemetry records
+inline constexpr unsigned kPictureBits = 6;        // of the count of pictures of the scene
 
 namespace wire {
 using u8 = std::uint8_t;
@@ -93,6 +100,14 @@ template <TableEnum Enum>
   return "unknown";
 }
 
+// False for a number that the table does not have.
+template <TableEnum Enum>
+[[nodiscard]] constexpr bool has_name(Enum value) noexcept {
+  for (const EnumRow& row : EnumTable<Enum>::kRows)
+    if (row.number == static_cast<unsigned>(value)) return true;
+  return false;
+}
+
 // Calls visit(EnumTable<Type>{}) for every ENUM and FLAG_SET.
 template <class Visit>
 constexpr void visit_enums(Visit&& visit) {
@@ -131,16 +146,24 @@ constexpr void visit_enums(Visit&& visit) {
 #define BIT_ARRAY(name, bits, type, count, description) std::array<type, count> name{};
 #define FLAGS(name, bits, Set, description) std::uint8_t name{};
 #define NESTED(name, Type, description) Type name{};
+#define SCALED_BITS(name, wire_type, bits, type, scale, unit, description) type name{};
+#define SCALED_BIT_ARRAY(name, wire_type, bits, type, count, scale, unit, description) \
+  std::array<type, count> name{};
 #define SPARE(bits)
+#define KIND(name, bits, Enum, enumerator)        \
+  static constexpr Enum kKind = Enum::enumerator; \
+  Enum name = kKind;
+#define REST(bytes) static constexpr std::size_t kLeastBytes = bytes;
 #define END(Type) \
   }               \
   ;
 #include "firmware/link/messages.def"
 
 // What the table says of a field besides its value.
-template <class WireType, unsigned kWidth, class FlagSet = void>
+template <class WireType, unsigned kWidth, class FlagSet = void, bool kMultiplexer = false>
 struct Row {
   using Wire = WireType;
+  static constexpr bool kIsKind = kMultiplexer;
   using Flags = FlagSet;                     // void: no flags
   static constexpr unsigned kBits = kWidth;  // of each one, where the field is an array
   const char* name;
@@ -196,7 +219,17 @@ inline constexpr bool kIsArray<std::array<Value, kCount>> = true;
   visit(PartRow{#name, at, description}, message.name); \
   at = visit_fields(                                    \
       message.name, [](auto&&...) {}, at);
+#define SCALED_BITS(name, wire_type, bits, type, scale, unit, description)                                  \
+  visit(Row<wire::wire_type, bits>{#name, at, static_cast<float>(scale), unit, description}, message.name); \
+  at += bits;
+#define SCALED_BIT_ARRAY(name, wire_type, bits, type, count, scale, unit, description)                      \
+  visit(Row<wire::wire_type, bits>{#name, at, static_cast<float>(scale), unit, description}, message.name); \
+  at += (bits) * (count);
 #define SPARE(bits) at += bits;
+#define KIND(name, bits, Enum, enumerator)                                                           \
+  visit(Row<wire::Bits<bits>, bits, void, true>{#name, at, 1.0F, "", "of the frame"}, message.name); \
+  at += bits;
+#define REST(bytes)
 #define END(Type) \
   return at;      \
   }
@@ -243,7 +276,11 @@ constexpr void visit_messages(Visit&& visit) {
 #define BIT_ARRAY(name, bits, type, count, description)
 #define FLAGS(name, bits, Set, description)
 #define NESTED(name, Type, description)
+#define SCALED_BITS(name, wire_type, bits, type, scale, unit, description)
+#define SCALED_BIT_ARRAY(name, wire_type, bits, type, count, scale, unit, description)
 #define SPARE(bits)
+#define KIND(name, bits, Enum, enumerator)
+#define REST(bytes)
 #define END(Type)
 #include "firmware/link/messages.def"
 }
@@ -343,24 +380,50 @@ template <class Message>
   return kSize;
 }
 
-// Reads a message; false when `in` is too short. Longer input is accepted: later versions append fields.
+// The bytes that a message has at least, without what may be left out.
+template <class Message>
+[[nodiscard]] constexpr std::size_t least_size() noexcept {
+  if constexpr (requires { Message::kLeastBytes; }) {
+    return Message::kLeastBytes;
+  } else {
+    return wire_size<Message>();
+  }
+}
+
+// Reads a message; false when `in` is too short, or of another kind. Longer input is accepted: later versions append fields.
+// What is left out (REST) is 0.
 template <class Message>
 [[nodiscard]] bool decode(std::span<const std::uint8_t> in, Message& message) noexcept {
-  if (in.size() < wire_size<Message>()) return false;
+  if (in.size() < least_size<Message>()) return false;
+  if constexpr (requires { Message::kKind; }) {
+    Message kind;
+    bool other = false;
+    visit_numbers(kind, [&](auto row, auto& value, Place) {
+      if constexpr (decltype(row)::kIsKind)
+        other = wire::get_bits(in, row.at, row.kBits) != static_cast<std::uint32_t>(value);
+    });
+    if (other) return false;
+  }
   visit_numbers(message, [&](auto row, auto& value, Place) {
     using Value = std::remove_reference_t<decltype(value)>;
-    value = wire::from_bits<decltype(row), Value>(wire::get_bits(in, row.at, row.kBits), row.scale);
+    const bool there = row.at + row.kBits <= 8 * in.size();
+    value =
+        wire::from_bits<decltype(row), Value>(there ? wire::get_bits(in, row.at, row.kBits) : 0, row.scale);
   });
   return true;
 }
 
-// A real-time frame, ready to send.
+// A real-time frame, ready to send: a CAN FD frame where 8 bytes are too few for it.
 template <class Message>
 [[nodiscard]] CanFrame to_frame(const Message& message, std::uint8_t node) noexcept {
-  static_assert(Message::kIsFrame && wire_size<Message>() <= kClassicDataBytes);
+  constexpr std::size_t kSize = wire_size<Message>();
+  static_assert(Message::kIsFrame && kSize <= kFdDataBytes);
   CanFrame frame;
   frame.id = Message::kId + (Message::kPerNode ? std::uint32_t{node} : 0U);
-  frame.size = static_cast<std::uint8_t>(encode(message, frame.data));
+  static_cast<void>(encode(message, frame.data));
+  frame.fd = kSize > kClassicDataBytes;
+  frame.bit_rate_switch = frame.fd;
+  frame.size = frame.fd ? fd_size(kSize) : static_cast<std::uint8_t>(kSize);
   return frame;
 }
 

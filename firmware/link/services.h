@@ -62,8 +62,8 @@ enum class Routine : std::uint16_t {
   kMove = 0x0206,
   kSaveParameters = 0x0207,  // as they are now, over power-off; with the motors off
   // A trace (firmware/observe/recorder.h): every tick's counts are sent, with checks of the forces. Start: with the motors off; the scene
-  // begins anew. Stop. Results: TraceStart, then a TraceArm for each arm.
-  kTrace = 0x0208,
+  // begins anew. Stop. Results: RecordingStart, then a RecordingArm for each arm.
+  kRecording = 0x0208,
 };
 
 // A self-moving arm is slow and weak: a hand that it meets takes no harm, and stops it.

@@ -75,7 +75,7 @@ link::CanFrame PictureFrames::body_frame(const control::BodyState& body, std::ui
     rotation.z = side * body.rotation.z();
     return link::to_frame(rotation, node_);
   }
-  link::ControlState control;
+  link::ControlElementState control;
   control.object = body.object;
   control.sequence = sequence_;
   control.on = body.on;

@@ -11,19 +11,20 @@ void Recorder::begin(const RecordingStart& start) noexcept {
   start_.recall();
   *start_.blank() = start;
   start_.send();
-  for (std::size_t i = 0; i < start.arms.size(); ++i) last_counts_[i] = start.arms[i].raw;
+  for (std::size_t i = 0; i < start.arms.size(); ++i)
+    std::copy_n(start.arms[i].raw.begin(), last_counts_[i].size(), last_counts_[i].begin());
   last_ = {};
   last_.tick = static_cast<std::uint16_t>(start.start.tick);
   last_.mode = start.start.mode;
   last_.levels = start.start.levels;
   since_check_ = 0;
-  due_ = TraceEnd::kNotYet;
+  due_ = RecordingEnd::kNotYet;
   running_ = true;
   if (end_request_.take()) end_request_.done();  // of the recording before
   ticks_.clear();
   dropped_.clear();
-  end_.set(TraceEnd::kNotYet);
-  phase_.set(TracePhase::kRunning);
+  end_.set(RecordingEnd::kNotYet);
+  phase_.set(RecordingPhase::kRunning);
 }
 
 void Recorder::tick(const Tick& tick) noexcept {
@@ -40,17 +41,17 @@ void Recorder::tick(const Tick& tick) noexcept {
       entry.counts[i][j] = static_cast<std::uint16_t>(count);
     }
   }
-  if (!fits) end(TraceEnd::kCountsJumped);
-  if (const std::optional<TraceEnd> asked = end_request_.take()) {
+  if (!fits) end(RecordingEnd::kCountsJumped);
+  if (const std::optional<RecordingEnd> asked = end_request_.take()) {
     end(*asked);
     end_request_.done();
   }
-  if (due_ != TraceEnd::kNotYet) {
+  if (due_ != RecordingEnd::kNotYet) {
     finish(due_);
     return;
   }
   const bool happened =
-      tick.command != link::TracedCommand::kNone || last_.mode != tick.mode || last_.levels != tick.levels;
+      tick.command != link::RecordedCommand::kNone || last_.mode != tick.mode || last_.levels != tick.levels;
   last_.crc = link::crc32(tick.forces, last_.crc);
   last_.tick = entry.tick;
   last_.mode = tick.mode;
@@ -63,21 +64,21 @@ void Recorder::tick(const Tick& tick) noexcept {
   }
   ticks_.add();
   push(entry);
-  if (tick.faulted) finish(TraceEnd::kFault);
+  if (tick.faulted) finish(RecordingEnd::kFault);
 }
 
 // The last check once more, with the bit that says so: whoever has it knows that nothing follows.
-void Recorder::finish(TraceEnd reason) noexcept {
+void Recorder::finish(RecordingEnd reason) noexcept {
   RecordingEntry entry;
   entry.tick = last_.tick;
   entry.checked = true;
   entry.check = last_;
-  entry.check.command = link::TracedCommand::kNone;
+  entry.check.command = link::RecordedCommand::kNone;
   entry.check.last = true;
   push(entry);
   running_ = false;
   end_.set(reason);
-  phase_.set(TracePhase::kEnded);
+  phase_.set(RecordingPhase::kEnded);
 }
 
 void Recorder::push(const RecordingEntry& entry) noexcept {
@@ -90,8 +91,8 @@ void Recorder::push(const RecordingEntry& entry) noexcept {
   ring_.push();
 }
 
-link::TraceState Recorder::state() const noexcept {
-  link::TraceState state;
+link::RecordingState Recorder::state() const noexcept {
+  link::RecordingState state;
   state.phase = phase();
   state.end = end_.get();
   state.ticks = ticks_.get();

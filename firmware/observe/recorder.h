@@ -1,9 +1,9 @@
 // A recording: the inputs of every tick of a run, and a check of what each tick did, on their way from the tick to the background.
-// The core owns the recorder; the controller sends its entries (TraceCounts, TraceCheck of messages.def). While nothing is recorded it
+// The core owns the recorder; the controller sends its entries (RecordingCounts, RecordingCheck of messages.def). While nothing is recorded it
 // costs the tick one branch.
 //
 // A recording begins in a state that its start record describes completely (Core::resume()), so the counts, levels and commands that
-// follow determine every force to the bit. It ends by itself where they no longer would (TraceEnd).
+// follow determine every force to the bit. It ends by itself where they no longer would (RecordingEnd).
 //
 // begin(), tick() and end() are called by the tick, the rest by the background. An entry that finds the ring full is dropped and counted:
 // the host sees a gap.
@@ -25,20 +25,20 @@
 
 namespace thimble::firmware {
 
-using link::TraceEnd;
-using link::TracePhase;
+using link::RecordingEnd;
+using link::RecordingPhase;
 
 struct RecordingEntry {
   std::array<std::array<std::uint16_t, 3>, control::kMaxArms> counts{};
   std::uint16_t tick = 0;  // low bits
   bool counted = false;    // with counts: all but the end's
   bool checked = false;
-  link::TraceCheck check;
+  link::RecordingCheck check;
 };
 
 struct RecordingStart {
-  link::TraceStart start;
-  std::array<link::TraceArm, control::kMaxArms> arms;  // start.arms of them
+  link::RecordingStart start;
+  std::array<link::RecordingArm, control::kMaxArms> arms;  // start.arms of them
 };
 
 class Recorder {
@@ -55,7 +55,7 @@ class Recorder {
     std::array<bool, control::kMaxArms> wide{};
     std::span<const std::byte> forces;  // of all arms, after all limits
     Mode mode = Mode::kDisarmed;
-    link::TracedCommand command = link::TracedCommand::kNone;  // executed in this tick
+    link::RecordedCommand command = link::RecordedCommand::kNone;  // executed in this tick
     link::Levels levels;
     bool faulted = false;  // the recording ends with this tick
   };
@@ -66,16 +66,16 @@ class Recorder {
   [[nodiscard]] bool running() const noexcept { return running_; }
   void begin(const RecordingStart& start) noexcept;
   // This tick is not determined by what is recorded: the tick before was the recording's last.
-  void end(TraceEnd reason) noexcept {
-    if (running_ && due_ == TraceEnd::kNotYet) due_ = reason;
+  void end(RecordingEnd reason) noexcept {
+    if (running_ && due_ == RecordingEnd::kNotYet) due_ = reason;
   }
   void tick(const Tick& tick) noexcept;
 
   // --- background
   [[nodiscard]] bool next(RecordingEntry& entry) noexcept { return ring_.pop(entry); }
-  void request_end(TraceEnd reason) noexcept { end_request_.post(reason); }
-  [[nodiscard]] TracePhase phase() const noexcept { return phase_.get(); }
-  [[nodiscard]] link::TraceState state() const noexcept;
+  void request_end(RecordingEnd reason) noexcept { end_request_.post(reason); }
+  [[nodiscard]] RecordingPhase phase() const noexcept { return phase_.get(); }
+  [[nodiscard]] link::RecordingState state() const noexcept;
   // How the recording began that runs or that ran last. Null: there is none, or a command is pending, which may begin the next one.
   [[nodiscard]] const RecordingStart* start() const noexcept {
     return commands_.pending() ? nullptr : start_.letter();
@@ -83,23 +83,23 @@ class Recorder {
 
  private:
   void push(const RecordingEntry& entry) noexcept;
-  void finish(TraceEnd reason) noexcept;
+  void finish(RecordingEnd reason) noexcept;
 
   const Request<Command>& commands_;
 
   // The tick's.
   bool running_ = false;
-  TraceEnd due_ = TraceEnd::kNotYet;
+  RecordingEnd due_ = RecordingEnd::kNotYet;
   std::array<std::array<std::uint32_t, 3>, control::kMaxArms> last_counts_{};
   std::uint32_t since_check_ = 0;
-  link::TraceCheck last_;
+  link::RecordingCheck last_;
 
   Mailbox<RecordingStart> start_;  // taken back when the background has asked for the next recording
   Ring<RecordingEntry, kEntries> ring_;
-  Request<TraceEnd> end_request_;
+  Request<RecordingEnd> end_request_;
   // phase_ is set last: who reads it sees the figures that belong to it.
-  Signal<TracePhase> phase_{TracePhase::kNone};
-  Value<TraceEnd> end_{TraceEnd::kNotYet};
+  Signal<RecordingPhase> phase_{RecordingPhase::kNone};
+  Value<RecordingEnd> end_{RecordingEnd::kNotYet};
   Counter ticks_;
   Counter dropped_;
 };

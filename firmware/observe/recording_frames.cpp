@@ -11,7 +11,7 @@ bool RecordingFrames::next_frame(link::CanFrame& frame) noexcept {
   }
   ++frames_in_a_row_;
   if (arm_ < arm_count_) {
-    link::TraceCounts counts;
+    link::RecordingCounts counts;
     counts.tick = entry_.tick;
     counts.arm = arm_;
     counts.counts = entry_.counts[arm_];

@@ -1,5 +1,5 @@
-// A recording as real-time frames: tick after tick, the counts of each arm (TraceCounts), then the tick's check where it
-// has one (TraceCheck). A recording can fill the bus, so after every kFramesInARow of its frames the services have a turn.
+// A recording as real-time frames: tick after tick, the counts of each arm (RecordingCounts), then the tick's check where it
+// has one (RecordingCheck). A recording can fill the bus, so after every kFramesInARow of its frames the services have a turn.
 //
 // Who calls it: the controller, in the background context. Nothing here can fail.
 #pragma once

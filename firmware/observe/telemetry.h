@@ -27,7 +27,7 @@ struct ArmTelemetry {
   Vec3 joint_rad = Vec3::Zero();
   Vec3 current_A = Vec3::Zero();
   std::array<std::uint32_t, 3> counts{};  // as the board gave them
-  float winding_C = 0;                    // the hottest winding of the arm, by the model
+  std::array<float, 3> winding_C{};       // of the motors, by the thermal model; of the last record's tick
   std::uint8_t contacts = 0;
   std::uint8_t limiters = 0;  // Limiter bits
 };

@@ -1,6 +1,7 @@
 #include "firmware/observe/telemetry_frames.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "firmware/link/messages.h"
@@ -9,6 +10,10 @@ namespace thimble::firmware {
 namespace {
 
 constexpr std::uint64_t kRateWindow_us = 500'000;
+
+// The opt-in frames that an arm of three joints and no torque has.
+constexpr std::array kDetails = {link::kContentJointAngles, link::kContentMotorCurrents,
+                                 link::kContentTemperatures};
 
 }  // namespace
 
@@ -27,54 +32,121 @@ bool TelemetryFrames::fetch() noexcept {
       window_time_us_ = record_.time_us;
     }
     dropped_ += tip_frames_left_;
-    tip_frames_left_ = static_cast<std::uint8_t>(2 * record_.arm_count);
-    god_object_arm_ = 0;
+    fd_ = params_.on(Param::telemetry_fd);
+    content_ = params_.get_unsigned(Param::telemetry_content);
+    tip_frames_left_ = static_cast<std::uint8_t>((fd_ ? 1 : 2) * record_.arm_count);
+    detail_arm_ = fd_ ? record_.arm_count : std::uint8_t{0};
+    detail_ = 0;
   }
   return any;
 }
 
 bool TelemetryFrames::next_tip_frame(link::CanFrame& frame) noexcept {
   if (tip_frames_left_ == 0) return false;
+  if (fd_) {
+    frame = record_frame(record_.arm_count - std::size_t{tip_frames_left_--});
+    return true;
+  }
   const std::size_t arm = record_.arm_count - static_cast<std::size_t>((tip_frames_left_ + 1) / 2);
   frame = tip_frames_left_ % 2 == 0 ? pose_frame(arm) : force_frame(arm);
   --tip_frames_left_;
   return true;
 }
 
+bool TelemetryFrames::next_detail_frame(link::CanFrame& frame) noexcept {
+  for (; detail_arm_ < record_.arm_count; ++detail_arm_, detail_ = 0) {
+    if (detail_ == 0) {
+      ++detail_;
+      if (has_god_object(detail_arm_)) {
+        frame = god_object_frame(detail_arm_);
+        return true;
+      }
+    }
+    while (detail_ <= kDetails.size()) {
+      const unsigned content = kDetails[detail_++ - 1U];
+      if ((content_ & content) == 0) continue;
+      frame = joints_frame(detail_arm_, content);
+      return true;
+    }
+  }
+  return false;
+}
+
+// Otherwise it is the tip.
+bool TelemetryFrames::has_god_object(std::size_t arm) const noexcept {
+  return record_.arm[arm].contacts != 0 || record_.moves_itself;
+}
+
+template <class Message>
+void TelemetryFrames::put_head(Message& message, std::size_t arm) const noexcept {
+  message.arm = static_cast<std::uint8_t>(arm);
+  message.contacts = record_.arm[arm].contacts;
+  message.limiters = record_.arm[arm].limiters;
+  message.sequence = sequence_;
+}
+
 link::CanFrame TelemetryFrames::pose_frame(std::size_t arm) const noexcept {
   link::Pose pose;
+  put_head(pose, arm);
   pose.x_m = record_.arm[arm].tip_m.x();
   pose.y_m = record_.arm[arm].tip_m.y();
   pose.z_m = record_.arm[arm].tip_m.z();
-  pose.arm = static_cast<std::uint8_t>(arm);
-  pose.sequence = sequence_;
   return link::to_frame(pose, node_);
 }
 
 link::CanFrame TelemetryFrames::force_frame(std::size_t arm) const noexcept {
-  const ArmTelemetry& shown = record_.arm[arm];
   link::Force force;
-  force.x_N = shown.force_N.x();
-  force.y_N = shown.force_N.y();
-  force.z_N = shown.force_N.z();
-  force.contacts = shown.contacts;
-  force.limiters = shown.limiters;
-  force.arm = static_cast<std::uint8_t>(arm);
-  force.sequence = sequence_;
+  put_head(force, arm);
+  force.x_N = record_.arm[arm].force_N.x();
+  force.y_N = record_.arm[arm].force_N.y();
+  force.z_N = record_.arm[arm].force_N.z();
   return link::to_frame(force, node_);
 }
 
-bool TelemetryFrames::next_god_object_frame(link::CanFrame& frame) noexcept {
-  while (god_object_arm_ < record_.arm_count) {
-    const std::uint8_t arm = god_object_arm_++;
-    const ArmTelemetry& shown = record_.arm[arm];
-    if (shown.contacts == 0 && !record_.moves_itself) continue;  // the god object is the tip
-    const link::GodObject god{shown.god_object_m.x(), shown.god_object_m.y(), shown.god_object_m.z(), arm,
-                              sequence_};
-    frame = link::to_frame(god, node_);
-    return true;
-  }
-  return false;
+link::CanFrame TelemetryFrames::god_object_frame(std::size_t arm) const noexcept {
+  link::GodObject god;
+  put_head(god, arm);
+  god.x_m = record_.arm[arm].god_object_m.x();
+  god.y_m = record_.arm[arm].god_object_m.y();
+  god.z_m = record_.arm[arm].god_object_m.z();
+  return link::to_frame(god, node_);
+}
+
+link::CanFrame TelemetryFrames::joints_frame(std::size_t arm, unsigned content) const noexcept {
+  const ArmTelemetry& shown = record_.arm[arm];
+  const auto filled = [&](auto message, auto values, const auto& from) {
+    message.arm = static_cast<std::uint8_t>(arm);
+    message.sequence = sequence_;
+    std::copy_n(from.data(), 3, (message.*values).begin());
+    return link::to_frame(message, node_);
+  };
+  if (content == link::kContentJointAngles)
+    return filled(link::JointAngles{}, &link::JointAngles::angle_rad, shown.joint_rad);
+  if (content == link::kContentMotorCurrents)
+    return filled(link::MotorCurrents{}, &link::MotorCurrents::current_A, shown.current_A);
+  return filled(link::Temperatures{}, &link::Temperatures::winding_C, shown.winding_C);
+}
+
+link::CanFrame TelemetryFrames::record_frame(std::size_t arm) const noexcept {
+  const ArmTelemetry& shown = record_.arm[arm];
+  link::ArmRecord record;
+  put_head(record, arm);
+  std::copy_n(shown.tip_m.data(), 3, record.tip_m.begin());
+  std::copy_n(shown.force_N.data(), 3, record.force_N.begin());
+  std::copy_n((has_god_object(arm) ? shown.god_object_m : shown.tip_m).data(), 3,
+              record.god_object_m.begin());
+  if ((content_ & link::kContentJointAngles) != 0)
+    std::copy_n(shown.joint_rad.data(), 3, record.angle_rad.begin());
+  if ((content_ & link::kContentMotorCurrents) != 0)
+    std::copy_n(shown.current_A.data(), 3, record.current_A.begin());
+  if ((content_ & link::kContentTemperatures) != 0)
+    std::copy_n(shown.winding_C.data(), 3, record.winding_C.begin());
+  link::CanFrame frame = link::to_frame(record, node_);
+  const bool more =
+      (content_ & (link::kContentJointAngles | link::kContentMotorCurrents | link::kContentTemperatures)) !=
+      0;
+  if (!more) frame.size = link::least_size<link::ArmRecord>();
+  return frame;
 }
 
 std::uint8_t TelemetryFrames::take_limiters() noexcept { return std::exchange(limiters_, std::uint8_t{0}); }

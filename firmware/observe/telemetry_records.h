@@ -16,16 +16,22 @@ class TelemetryRecords {
  public:
   static constexpr std::uint32_t kRecords = 8;  // that wait for the background
 
-  // --- tick. True: a record is due with this tick. One that finds the ring full is counted in telemetry.records_dropped.
-  [[nodiscard]] bool add(Telemetry& telemetry, std::uint32_t decimation) noexcept {
-    for (std::size_t i = 0; i < telemetry.arm_count; ++i) limiters_[i] |= telemetry.arm[i].limiters;
-    tick_us_ = std::max(tick_us_, telemetry.tick_us);
+  // --- tick
+  // Counts the tick. True: a record is due with it.
+  [[nodiscard]] bool due(std::uint32_t decimation) noexcept {
     if (++since_record_ < decimation) return false;
     since_record_ = 0;
+    return true;
+  }
+  // A record that finds the ring full is counted in telemetry.records_dropped.
+  void add(Telemetry& telemetry, bool is_due) noexcept {
+    for (std::size_t i = 0; i < telemetry.arm_count; ++i) limiters_[i] |= telemetry.arm[i].limiters;
+    tick_us_ = std::max(tick_us_, telemetry.tick_us);
+    if (!is_due) return;
     Telemetry* record = ring_.blank();
     if (record == nullptr) {
       ++telemetry.records_dropped;
-      return true;
+      return;
     }
     *record = telemetry;
     record->tick_us = tick_us_;
@@ -33,7 +39,6 @@ class TelemetryRecords {
     ring_.push();
     limiters_ = {};
     tick_us_ = 0;
-    return true;
   }
 
   // --- background

@@ -20,6 +20,8 @@ class ForceOrders {
   [[nodiscard]] link::HostOrders counts() const noexcept;
 
  private:
+  [[nodiscard]] bool force_of(const link::CanFrame& frame, link::ForceOrder& order) const noexcept;
+
   Core& core_;
   const Params& params_;
   std::uint8_t node_;

@@ -105,7 +105,7 @@ constexpr std::array<DataRow, 12> kData = {{
     {link::LinkInfo::kId, link_info},
     {link::DeviceState::kId, device_state},
     {link::MoveState::kId, move},
-    {link::TraceState::kId, recording},
+    {link::RecordingState::kId, recording},
     {link::Lateness::kId, lateness},
     {link::HostOrders::kId, host_orders},
     {link::kDidSerialNumber, serial_number},

@@ -43,7 +43,7 @@ bool CommandJob::done() const noexcept {
     case Command::kEndMove:
       return core_.sources().move.phase() == link::MovePhase::kNone;
     case Command::kRecord:
-      return core_.observers().recorder.phase() == TracePhase::kRunning;
+      return core_.observers().recorder.phase() == RecordingPhase::kRunning;
     case Command::kNone:
     case Command::kDisarm:
     case Command::kClear:
@@ -53,14 +53,14 @@ bool CommandJob::done() const noexcept {
   return false;
 }
 
-Nrc EndRecordingJob::begin(TraceEnd reason) noexcept {
-  if (core_.observers().recorder.phase() != TracePhase::kRunning) return Nrc::kOk;
+Nrc EndRecordingJob::begin(RecordingEnd reason) noexcept {
+  if (core_.observers().recorder.phase() != RecordingPhase::kRunning) return Nrc::kOk;
   core_.observers().recorder.request_end(reason);
   return Nrc::kResponsePending;
 }
 
 Nrc EndRecordingJob::poll(Call& /*call*/) noexcept {
-  return core_.observers().recorder.phase() == TracePhase::kRunning ? Nrc::kResponsePending : Nrc::kOk;
+  return core_.observers().recorder.phase() == RecordingPhase::kRunning ? Nrc::kResponsePending : Nrc::kOk;
 }
 
 Nrc SwitchSceneJob::poll(Call& /*call*/) noexcept {

@@ -59,7 +59,7 @@ class EndRecordingJob {
  public:
   explicit EndRecordingJob(Core& core) noexcept : core_(core) {}
 
-  [[nodiscard]] Nrc begin(TraceEnd reason) noexcept;  // kOk: none runs
+  [[nodiscard]] Nrc begin(RecordingEnd reason) noexcept;  // kOk: none runs
   [[nodiscard]] Nrc poll(Call& call) noexcept;
 
  private:

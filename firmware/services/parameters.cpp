@@ -47,13 +47,17 @@ Nrc write_data(Services& services, Call& call) noexcept {
   for (std::size_t i = 0; i < kParamBytes; ++i) bits |= static_cast<std::uint32_t>(value[i]) << (8 * i);
 
   ServiceParts& parts = services.parts;
+  if (id == row_of(Param::telemetry_fd).id && bits != 0 && parts.config.classic_can) {
+    call.host.refuse("bus_without_can_fd");
+    return Nrc::kConditionsNotCorrect;
+  }
   if (row->recorded == Recording::kRecorded) {
     const Nrc ended = services.jobs.run(call, services.end_recording, [&]() noexcept {
       const Nrc allowed = to_nrc(parts.params.check(id, bits, motors_off(parts.core)));
       if (allowed != Nrc::kOk) return allowed;
       // It may be the start of a recording.
       if (parts.core.commands().pending()) return busy(call.host, Busy::kCommandPending);
-      return services.end_recording.begin(TraceEnd::kParameter);
+      return services.end_recording.begin(RecordingEnd::kParameter);
     });
     if (ended != Nrc::kOk) return ended;
   }

@@ -1,4 +1,5 @@
 // Routine 0208: recordings (firmware/observe/recorder.h).
+#include "firmware/link/bus_cost.h"
 #include "firmware/services/handlers.h"
 #include "firmware/services/refusal.h"
 
@@ -8,8 +9,13 @@ Nrc start_recording(Services& services, Call& call) noexcept {
   ServiceParts& parts = services.parts;
   return services.jobs.run(call, services.command, [&]() noexcept {
     if (parts.core.sources().scene.pending()) return busy(call.host, Busy::kSceneSwitching);
-    if (parts.core.observers().recorder.phase() == TracePhase::kRunning) {
+    if (parts.core.observers().recorder.phase() == RecordingPhase::kRunning) {
       call.host.refuse("trace_runs");
+      return Nrc::kConditionsNotCorrect;
+    }
+    if (!link::recording_fits(parts.config.arm_count, kJoints, 1.0F / parts.config.period_s,
+                              parts.config.bus_bits_per_s)) {
+      call.host.refuse("needs_can_fd_or_lower_rate");
       return Nrc::kConditionsNotCorrect;
     }
     parts.recording.discard();
@@ -20,19 +26,19 @@ Nrc start_recording(Services& services, Call& call) noexcept {
 
 Nrc end_recording(Services& services, Call& call) noexcept {
   return services.jobs.run(call, services.end_recording,
-                           [&]() noexcept { return services.end_recording.begin(TraceEnd::kStopped); });
+                           [&]() noexcept { return services.end_recording.begin(RecordingEnd::kStopped); });
 }
 
-// What it began with: TraceStart, then a TraceArm for each arm.
+// What it began with: RecordingStart, then a RecordingArm for each arm.
 Nrc recording_start(Services& services, Call& call) noexcept {
   const RecordingStart* recording = services.parts.core.observers().recorder.start();
   const Config& config = services.parts.config;
   if (recording == nullptr) return Nrc::kRequestSequenceError;  // there was none yet
-  link::TraceStart start = recording->start;
+  link::RecordingStart start = recording->start;
   start.scene_crc = services.recording_scene_crc;
   call.answer.put_record(start);
   for (std::size_t i = 0; i < config.arm_count; ++i) {
-    link::TraceArm arm = recording->arms[i];
+    link::RecordingArm arm = recording->arms[i];
     arm.has_index = config.arm[i].has_index;
     const kinematics::BasePose& base = config.arm[i].base;
     for (int axis = 0; axis < 3; ++axis) arm.home_m[static_cast<std::size_t>(axis)] = base.home_m[axis];

@@ -68,9 +68,9 @@ constexpr std::array<RoutineRow, 12> kRoutines = {{
     {Routine::kMove, kStart, Sessions::kNotDefault, kMoveOrder, start_move},
     {Routine::kMove, kStop, Sessions::kNotDefault, 0, end_move},
     {Routine::kMove, kResults, Sessions::kNotDefault, 0, move_results},
-    {Routine::kTrace, kStart, Sessions::kNotDefault, 0, start_recording},
-    {Routine::kTrace, kStop, Sessions::kNotDefault, 0, end_recording},
-    {Routine::kTrace, kResults, Sessions::kNotDefault, 0, recording_start},
+    {Routine::kRecording, kStart, Sessions::kNotDefault, 0, start_recording},
+    {Routine::kRecording, kStop, Sessions::kNotDefault, 0, end_recording},
+    {Routine::kRecording, kResults, Sessions::kNotDefault, 0, recording_start},
 }};
 
 [[nodiscard]] bool known(std::uint16_t routine) noexcept {

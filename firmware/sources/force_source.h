@@ -30,7 +30,7 @@ struct SourceNeeds {
   bool host = false;         // a host that is silent for host_timeout_s is the fault host_lost
   float host_timeout_s = 0;  // 0: the parameter link_timeout
   // Why a recording ends when the source takes an arm; kNotYet: the recorded counts determine its forces.
-  link::TraceEnd ends_recording = link::TraceEnd::kNotYet;
+  link::RecordingEnd ends_recording = link::RecordingEnd::kNotYet;
 };
 
 // What a source sees of a tick.

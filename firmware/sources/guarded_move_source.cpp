@@ -6,7 +6,7 @@ GuardedMoveSource::GuardedMoveSource() noexcept
     : ForceSource({.name = "guarded_move",
                    .host = true,
                    .host_timeout_s = link::kMoveHostTimeout_s,
-                   .ends_recording = link::TraceEnd::kGuardedMove}) {
+                   .ends_recording = link::RecordingEnd::kGuardedMove}) {
   results_.send();  // empty ones
 }
 

@@ -16,7 +16,7 @@ std::int16_t to_mN(float force_N) noexcept { return link::wire::to_wire<std::int
 
 // A period that does not divide the life ends it early rather than late; one tick at least.
 HostForces::HostForces(float period_s) noexcept
-    : ForceSource({.name = "host", .host = true, .ends_recording = link::TraceEnd::kHostForces}),
+    : ForceSource({.name = "host", .host = true, .ends_recording = link::RecordingEnd::kHostForces}),
       life_ticks_(std::max<std::uint32_t>(1, static_cast<std::uint32_t>(kLife_s / period_s + 0.01F))) {}
 
 bool HostForces::order(const link::ForceOrder& order, link::Micros now) noexcept {

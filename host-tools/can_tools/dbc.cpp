@@ -47,15 +47,25 @@ std::string value_names(std::string_view field) {
   return names;
 }
 
-// The signals of one message.
+// The signals of one message. Those of a kind begin with its name, and are there only where the multiplexer has its number.
 class Signals {
  public:
-  Signals(unsigned id, const char* receiver, Sections& out) : id_(id), receiver_(receiver), out_(out) {}
+  struct Kind {
+    const char* name = nullptr;  // none: the message is of one kind
+    unsigned number = 0;
+    bool first = true;  // of its identifier
+  };
+
+  Signals(unsigned id, Kind kind, const char* receiver, Sections& out)
+      : id_(id), kind_(kind), receiver_(receiver), out_(out) {}
 
   template <class Row, class Value>
   void operator()(const Row& row, const Value& /*value*/, const link::Place& place) {
     std::string name = place.part == nullptr ? row.name : fmt::format("{}_{}", place.part, row.name);
     if (place.index >= 0) name += fmt::format("_{}", place.index);
+    if (Row::kIsKind && !kind_.first) return;
+    is_multiplexer_ = Row::kIsKind;
+    if (kind_.name != nullptr && !Row::kIsKind) name = fmt::format("{}_{}", kind_.name, name);
     if constexpr (!std::is_void_v<typename Row::Flags>) {
       for (const link::EnumRow& flag : link::EnumTable<typename Row::Flags>::kRows) {
         const auto bit = static_cast<unsigned>(std::countr_zero(flag.number));
@@ -76,49 +86,79 @@ class Signals {
               const char* unit, const char* text, bool is_float = false) {
     const double low = is_signed && !is_float ? -std::exp2(bits - 1) : 0.0;
     const double high = is_float ? 0.0 : std::exp2(is_signed ? bits - 1 : bits) - 1;
+    const std::string multiplex = is_multiplexer_         ? " M"
+                                  : kind_.name != nullptr ? fmt::format(" m{}", kind_.number)
+                                                          : "";
     out_.messages +=
-        fmt::format(" SG_ {} : {}|{}@1{} ({},0) [{}|{}] {} {}\n", name, at, bits, is_signed ? '-' : '+', step,
-                    low * step, high * step, quoted(unit), receiver_);
+        fmt::format(" SG_ {}{} : {}|{}@1{} ({},0) [{}|{}] {} {}\n", name, multiplex, at, bits,
+                    is_signed ? '-' : '+', step, low * step, high * step, quoted(unit), receiver_);
     if (*text != '\0') out_.comments += fmt::format("CM_ SG_ {} {} {};\n", id_, name, quoted(text));
     if (is_float) out_.floats += fmt::format("SIG_VALTYPE_ {} {} : 1;\n", id_, name);
   }
 
   unsigned id_;
+  Kind kind_;
   const char* receiver_;
   Sections& out_;
+  bool is_multiplexer_ = false;
 };
 
+// "Arm" of the frames that ArmKind tells apart.
+template <class Kind>
+std::string name_of_kinds() {
+  std::string name = link::EnumTable<Kind>::kName;
+  return name.substr(0, name.size() - std::string_view("Kind").size());
+}
+
 template <class Message>
-void add_message(std::uint8_t node, Sections& out) {
+inline constexpr bool kIsOrder =
+    std::is_same_v<Message, link::ForceOrder> || std::is_same_v<Message, link::TorqueOrder>;
+
+// Messages of one identifier follow each other in the table.
+template <class Message>
+void add_message(std::uint8_t node, unsigned& last_id, Sections& out) {
   const unsigned id = Message::kId + (Message::kPerNode ? node : 0U);
-  constexpr bool kOrder = std::is_same_v<Message, link::ForceOrder>;  // the one that a host sends
-  // Any node may send it.
-  out.messages += fmt::format("BO_ {} {}: {} {}\n", id, Message::kName, link::wire_size<Message>(),
-                              kOrder              ? "Host"
-                              : Message::kPerNode ? "Controller"
-                                                  : "Vector__XXX");
-  out.comments += fmt::format("CM_ BO_ {} {};\n", id, quoted(Message::kDescription));
+  const bool first = id != last_id;
+  last_id = id;
+  Signals::Kind kind;
+  std::string name = Message::kName;
+  if constexpr (requires { Message::kKind; }) {
+    kind = {link::name(Message::kKind), static_cast<unsigned>(Message::kKind), first};
+    name = name_of_kinds<std::remove_const_t<decltype(Message::kKind)>>();
+  }
+  if (first) {
+    // Any node may send a message that is not per node.
+    out.messages += fmt::format("\nBO_ {} {}: {} {}\n", id, name, link::wire_size<Message>(),
+                                kIsOrder<Message>   ? "Host"
+                                : Message::kPerNode ? "Controller"
+                                                    : "Vector__XXX");
+    out.comments += fmt::format(
+        "CM_ BO_ {} {};\n", id,
+        quoted(kind.name == nullptr ? Message::kDescription
+                                    : "Frames of several kinds, told apart by their signal kind"));
+  }
   const Message message;
-  link::visit_numbers(message, Signals(id, kOrder ? "Controller" : "Host", out));
-  out.messages += '\n';
+  link::visit_numbers(message, Signals(id, kind, kIsOrder<Message> ? "Controller" : "Host", out));
 }
 
 }  // namespace
 
 std::string dbc(std::uint8_t node) {
   Sections out;
+  unsigned last_id = 0;
   link::visit_messages([&](auto message) {
     using Message = decltype(message);
-    if constexpr (Message::kIsFrame) add_message<Message>(node, out);
+    if constexpr (Message::kIsFrame && link::wire_size<Message>() <= link::kClassicDataBytes)
+      add_message<Message>(node, last_id, out);
   });
   const auto add_service = [&out](std::uint32_t id, std::string_view name, std::string_view sender) {
-    out.messages += fmt::format("BO_ {} {}: 8 {}\n\n", id | kExtended, name, sender);
+    out.messages += fmt::format("\nBO_ {} {}: 8 {}\n", id | kExtended, name, sender);
     out.comments += fmt::format("CM_ BO_ {} {};\n", id | kExtended,
                                 quoted("ISO-TP (ISO 15765-2) with services as in UDS; see `thimble decode`"));
   };
   add_service(link::request_id(node), "Request", "Host");
   add_service(link::response_id(node), "Response", "Controller");
-  return fmt::format("VERSION \"Thimble link {}\"\n\nNS_ :\n\nBS_:\n\nBU_: Controller Host\n\n{}{}{}{}",
+  return fmt::format("VERSION \"Thimble link {}\"\n\nNS_ :\n\nBS_:\n\nBU_: Controller Host\n{}\n{}{}{}",
                      link::kProtocolVersion, out.messages, out.comments, out.values, out.floats);
 }
 

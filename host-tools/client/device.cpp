@@ -28,7 +28,9 @@ Device::Device(std::unique_ptr<Transport> transport, const DeviceOptions& option
                 "the device speaks protocol " + std::to_string(info_.protocol) + ", scene image " +
                     std::to_string(info_.image) + "; this thimble speaks " +
                     std::to_string(link::kProtocolVersion) + " and " + std::to_string(link::kImageVersion),
-                "install the firmware and the host tools of one release");
+                info_.protocol < link::kProtocolVersion || info_.image < link::kImageVersion
+                    ? "the device is older: install the firmware of this thimble's release on it"
+                    : "this thimble is older: install the host tools of the device's release");
   }
   services_.claim_address();
   if (info_.frame_bytes == link::kFdDataBytes) services_.use_fd();

@@ -74,11 +74,11 @@ class Device {
   [[nodiscard]] std::vector<link::MoveSample> move_samples();
   void end_move();
 
-  // A trace (firmware/observe/recorder.h); its frames come as telemetry(). How it began: a TraceStart, and a TraceArm for each arm.
+  // A trace (firmware/observe/recorder.h); its frames come as telemetry(). How it began: a RecordingStart, and a RecordingArm for each arm.
   void start_trace();
   void end_trace();
-  [[nodiscard]] link::TraceState trace_state();
-  [[nodiscard]] std::pair<link::TraceStart, std::vector<link::TraceArm>> trace_start();
+  [[nodiscard]] link::RecordingState trace_state();
+  [[nodiscard]] std::pair<link::RecordingStart, std::vector<link::RecordingArm>> trace_start();
   [[nodiscard]] std::uint32_t param_bits(const firmware::ParamRow& row);
 
   // Forces from this program instead of the scene (docs/host-rendering.md):
@@ -126,6 +126,7 @@ class Device {
     link::Pose pose;
     std::optional<TipReading> newest;  // not given yet
     std::uint8_t sequence = 0;         // of the last order
+    std::uint8_t readings = 0;         // counts them, whose numbers have 4 bits on the link
   };
   std::array<Rendered, 2> rendered_;
   std::optional<double> decimation_before_;  // while it has taken over

@@ -86,7 +86,11 @@ void Device::take_reading(const CanFrame& frame) {
     reading.force_N = {static_cast<double>(force.x_N), static_cast<double>(force.y_N),
                        static_cast<double>(force.z_N)};
     reading.limiters = force.limiters;
-    reading.sequence = force.sequence;
+    constexpr unsigned kMask = (1U << link::kSequenceBits) - 1;
+    Rendered& rendered = rendered_[force.arm];
+    rendered.readings =
+        static_cast<std::uint8_t>(rendered.readings + ((force.sequence - rendered.readings) & kMask));
+    reading.sequence = rendered.readings;
     reading.heard_us = now_us();
     rendered_[force.arm].newest = reading;
   } else if (link::from_frame(frame, services_.options().node, emergency)) {

@@ -49,34 +49,34 @@ void Device::end_move() {
 
 void Device::start_trace() {
   services_.enter(Session::kExtended);
-  const ServiceClient::Answer answer = services_.request(routine_request(Routine::kTrace));
+  const ServiceClient::Answer answer = services_.request(routine_request(Routine::kRecording));
   // A repeated request is refused because it is running.
-  if (answer.code != Nrc::kOk && trace_state().phase != link::TracePhase::kRunning)
+  if (answer.code != Nrc::kOk && trace_state().phase != link::RecordingPhase::kRunning)
     services_.refused("starting the trace", answer.code);
 }
 
 void Device::end_trace() {
   services_.enter(Session::kExtended);
-  services_.demand(routine_request(Routine::kTrace, kStop), "ending the trace");
+  services_.demand(routine_request(Routine::kRecording, kStop), "ending the trace");
 }
 
-link::TraceState Device::trace_state() {
-  return services_.record<link::TraceState>("reading the trace's state");
+link::RecordingState Device::trace_state() {
+  return services_.record<link::RecordingState>("reading the trace's state");
 }
 
-std::pair<link::TraceStart, std::vector<link::TraceArm>> Device::trace_start() {
+std::pair<link::RecordingStart, std::vector<link::RecordingArm>> Device::trace_start() {
   services_.enter(Session::kExtended);
   const Bytes answer =
-      services_.demand(routine_request(Routine::kTrace, kResults), "reading how the trace began");
-  std::pair<link::TraceStart, std::vector<link::TraceArm>> result;
+      services_.demand(routine_request(Routine::kRecording, kResults), "reading how the trace began");
+  std::pair<link::RecordingStart, std::vector<link::RecordingArm>> result;
   std::span<const std::uint8_t> rest = std::span(answer).subspan(4);
   if (!link::decode(rest, result.first))
     services_.refused("reading how the trace began", Nrc::kIncorrectLength);
-  rest = rest.subspan(link::wire_size<link::TraceStart>());
+  rest = rest.subspan(link::wire_size<link::RecordingStart>());
   result.second.resize(result.first.arms);
-  for (link::TraceArm& arm : result.second) {
+  for (link::RecordingArm& arm : result.second) {
     if (!link::decode(rest, arm)) services_.refused("reading how the trace began", Nrc::kIncorrectLength);
-    rest = rest.subspan(link::wire_size<link::TraceArm>());
+    rest = rest.subspan(link::wire_size<link::RecordingArm>());
   }
   return result;
 }

@@ -6,6 +6,7 @@
 
 #include "firmware/core/conditions.h"
 #include "firmware/core/faults.h"
+#include "host-tools/client/arm_record.h"
 #include "host-tools/client/requests.h"
 
 namespace thimble::host {
@@ -145,15 +146,15 @@ void ServiceClient::take_service_frame(const CanFrame& frame) {
 // --- Frames
 
 void ServiceClient::pump(Micros deadline_us) {
-  CanFrame frame;
-  while (channel_.next_frame(frame, now_us())) transport_->send(frame);
+  CanFrame sent;
+  while (channel_.next_frame(sent, now_us())) transport_->send(sent);
   const Micros gap = channel_.gap(now_us());
   if (gap != 0) deadline_us = std::min(deadline_us, now_us() + gap);
   if (const std::optional<CanFrame> got = transport_->receive(deadline_us)) {
     if (got->extended) {
       take_service_frame(*got);
     } else if (heard_) {
-      heard_(*got);
+      for (const CanFrame& frame : classic_frames(*got, options_.node)) heard_(frame);
     }
   }
   channel_.poll(now_us());
@@ -164,15 +165,21 @@ void ServiceClient::wait_until(Micros deadline_us) {
 }
 
 std::optional<CanFrame> ServiceClient::telemetry(Micros deadline_us) {
-  while (std::optional<CanFrame> frame = transport_->receive(deadline_us)) {
-    if (frame->extended) {
-      take_service_frame(*frame);
+  while (unread_.empty()) {
+    const std::optional<CanFrame> got = transport_->receive(deadline_us);
+    if (!got) return std::nullopt;
+    if (got->extended) {
+      take_service_frame(*got);
       continue;
     }
-    if (heard_) heard_(*frame);
-    return frame;
+    for (const CanFrame& frame : classic_frames(*got, options_.node)) {
+      if (heard_) heard_(frame);
+      unread_.push_back(frame);
+    }
   }
-  return std::nullopt;
+  const CanFrame frame = unread_.front();
+  unread_.pop_front();
+  return frame;
 }
 
 void ServiceClient::keep_alive() {
@@ -180,8 +187,8 @@ void ServiceClient::keep_alive() {
     transport_->send(claim_.claim(now_us()));  // its grant comes with the next frames
   channel_.abort();
   if (!channel_.send(Bytes{byte_of(Service::kTesterPresent), link::kSuppressPositive}, now_us())) return;
-  CanFrame frame;
-  while (channel_.next_frame(frame, now_us())) transport_->send(frame);
+  CanFrame sent;
+  while (channel_.next_frame(sent, now_us())) transport_->send(sent);
 }
 
 // --- Requests

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -105,6 +106,7 @@ class ServiceClient {
   bool claim_refused_ = false;  // the device's last word
   link::IsoTpChannel channel_;
   std::function<void(const link::CanFrame&)> heard_;
+  std::deque<link::CanFrame> unread_;  // of a CAN FD frame that stands for several
 };
 
 }  // namespace thimble::host

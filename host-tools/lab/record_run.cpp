@@ -109,7 +109,7 @@ class Run {
 
   // The trace is this program's.
   void claim() {
-    const bool runs = device_.trace_state().phase == link::TracePhase::kRunning;
+    const bool runs = device_.trace_state().phase == link::RecordingPhase::kRunning;
     if (runs && !options_.take_over) {
       throw Error(ExitCode::kRefused, "trace-runs", "another program is recording this device",
                   "wait until it has ended, or end its recording with --force");
@@ -149,8 +149,8 @@ class Run {
     for (const firmware::ParamRow& row : firmware::kParamTable)
       header_.parameters.emplace_back(row.id, device_.param_bits(row));
     report_.telemetry_ticks = device_.param_bits(row_of(firmware::Param::telemetry_decimation));
-    const link::TraceState state = device_.trace_state();
-    if (state.end == link::TraceEnd::kParameter) {
+    const link::RecordingState state = device_.trace_state();
+    if (state.end == link::RecordingEnd::kParameter) {
       throw Error(ExitCode::kRefused, "parameter-written",
                   "somebody wrote a parameter while the recording began", "repeat the command");
     }
@@ -187,7 +187,7 @@ class Run {
       }
       if (now_us() - asked_us > kAsk_us) {
         asked_us = now_us();
-        if (device_.trace_state().phase != link::TracePhase::kRunning) break;
+        if (device_.trace_state().phase != link::RecordingPhase::kRunning) break;
       }
     }
     if (options_.arm) device_.disarm();
@@ -197,8 +197,8 @@ class Run {
     if (!recorder_.ended()) device_.end_trace();
     const Micros last_us = now_us() + kLastFrames_us;
     while (!recorder_.ended() && now_us() < last_us) static_cast<void>(device_.telemetry(last_us));
-    const link::TraceState state = device_.trace_state();
-    if (state.phase == link::TracePhase::kRunning) {  // of another program
+    const link::RecordingState state = device_.trace_state();
+    if (state.phase == link::RecordingPhase::kRunning) {  // of another program
       report_.end.reason = "taken_over";
       report_.end.ticks = static_cast<std::uint32_t>(recorder_.ticks() + recorder_.missing());
       return;
@@ -206,7 +206,7 @@ class Run {
     report_.end.reason = link::name(state.end);
     report_.end.ticks = state.ticks;
     report_.end.dropped = state.dropped;
-    if (state.end == link::TraceEnd::kFault) report_.end.fault = device_.state().fault;
+    if (state.end == link::RecordingEnd::kFault) report_.end.fault = device_.state().fault;
   }
 
   Device& device_;

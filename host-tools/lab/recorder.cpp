@@ -7,7 +7,7 @@
 namespace thimble::host {
 namespace {
 
-constexpr std::uint32_t kTickMask = (1U << link::kTracedTickBits) - 1;
+constexpr std::uint32_t kTickMask = (1U << link::kRecordedTickBits) - 1;
 constexpr std::uint32_t kBehind = kTickMask / 2 + 1;  // a tick this far ahead is an old one
 
 }  // namespace
@@ -17,8 +17,8 @@ void Recorder::take(const link::CanFrame& frame, std::uint32_t time_us) {
     early_.push_back({time_us, frame});
     return;
   }
-  link::TraceCounts counts;
-  link::TraceCheck check;
+  link::RecordingCounts counts;
+  link::RecordingCheck check;
   if (link::from_frame(frame, node_, counts)) {
     if (!ended_) take_counts(counts);  // after the end come those of another recording
   } else if (link::from_frame(frame, node_, check)) {
@@ -28,7 +28,7 @@ void Recorder::take(const link::CanFrame& frame, std::uint32_t time_us) {
   }
 }
 
-void Recorder::begin(const link::TraceStart& start) {
+void Recorder::begin(const link::RecordingStart& start) {
   begun_ = true;
   next_ = std::uint64_t{start.tick} + 1;
   last_check_ = start.tick;
@@ -36,7 +36,7 @@ void Recorder::begin(const link::TraceStart& start) {
   for (const RecordedFrame& frame : early) take(frame.frame, frame.time_us);
 }
 
-void Recorder::take_counts(const link::TraceCounts& counts) {
+void Recorder::take_counts(const link::RecordingCounts& counts) {
   const std::uint32_t ahead = (counts.tick - static_cast<std::uint32_t>(next_)) & kTickMask;
   if (ahead >= kBehind) return;
   if (ahead != 0) {  // what was missing is not whole either
@@ -60,9 +60,9 @@ void Recorder::take_counts(const link::TraceCounts& counts) {
 }
 
 // Checks come after the counts of their tick, or without them, and never go back.
-void Recorder::take_check(const link::TraceCheck& check) {
-  const auto ahead = static_cast<std::uint16_t>(check.tick - static_cast<std::uint16_t>(last_check_));
-  if (ahead > 2 * kBehind) return;
+void Recorder::take_check(const link::RecordingCheck& check) {
+  const std::uint32_t ahead = (check.tick - static_cast<std::uint32_t>(last_check_)) & kTickMask;
+  if (ahead >= kBehind) return;
   last_check_ += ahead;
   checks_.push_back({last_check_, check.crc, check.mode, check.command, check.last, check.levels});
   if (check.last) ended_ = true;

@@ -19,7 +19,7 @@ class Recorder {
   Recorder(std::uint8_t node, std::size_t arms) : node_(node), arms_(arms) {}
 
   void take(const link::CanFrame& frame, std::uint32_t time_us);
-  void begin(const link::TraceStart& start);
+  void begin(const link::RecordingStart& start);
   // Writes what came since, once the start is known.
   void write(std::ostream& out);
 
@@ -31,8 +31,8 @@ class Recorder {
   }
 
  private:
-  void take_counts(const link::TraceCounts& counts);
-  void take_check(const link::TraceCheck& check);
+  void take_counts(const link::RecordingCounts& counts);
+  void take_check(const link::RecordingCheck& check);
 
   std::uint8_t node_;
   std::size_t arms_;

@@ -105,6 +105,7 @@ class Reader {
     const auto* message = flatbuffers::GetRoot<recording::Message>(data);
     if (first != (message->body_type() == recording::Body::Header))
       broken(first ? "no header" : "a second header");
+    if (first && message->body() == nullptr) broken("a header without a body");
     if (message->body() == nullptr) return;  // of a later version
     switch (message->body_type()) {
       case recording::Body::Header:
@@ -152,11 +153,11 @@ class Reader {
     if (header.start.arms < 1 || header.start.arms > control::kMaxArms ||
         header.models.size() != header.start.arms)
       broken("a header with " + std::to_string(header.start.arms) + " arms");
-    start = start.subspan(link::wire_size<link::TraceStart>());
+    start = start.subspan(link::wire_size<link::RecordingStart>());
     header.arms.resize(header.start.arms);
-    for (link::TraceArm& arm : header.arms) {
+    for (link::RecordingArm& arm : header.arms) {
       if (!link::decode(start, arm)) broken("a start that is too short");
-      start = start.subspan(link::wire_size<link::TraceArm>());
+      start = start.subspan(link::wire_size<link::RecordingArm>());
     }
     if (from.parameters() != nullptr)
       for (const recording::Parameter* parameter : *from.parameters())
@@ -187,9 +188,11 @@ class Reader {
     if (from.checks() == nullptr) return;
     for (const recording::Check* check : *from.checks()) {
       last_check_ = unwrapped(check->tick(), last_check_);
-      recording_.checks.push_back({last_check_, check->crc(), static_cast<link::Mode>(check->mode()),
-                                   static_cast<link::TracedCommand>(check->command()), check->last() != 0,
-                                   levels_of(check->levels())});
+      const auto mode = static_cast<link::Mode>(check->mode());
+      const auto command = static_cast<link::RecordedCommand>(check->command());
+      if (!link::has_name(mode) || !link::has_name(command)) broken("a mode or command that does not exist");
+      recording_.checks.push_back(
+          {last_check_, check->crc(), mode, command, check->last() != 0, levels_of(check->levels())});
     }
   }
 
@@ -232,11 +235,11 @@ std::uint64_t Recording::tick_count() const {
 void write_header(std::ostream& out, const RecordingHeader& header) {
   out << kRecordingMagic;
   FlatBufferBuilder builder;
-  std::vector<std::uint8_t> start(link::wire_size<link::TraceStart>() +
-                                  header.arms.size() * link::wire_size<link::TraceArm>());
+  std::vector<std::uint8_t> start(link::wire_size<link::RecordingStart>() +
+                                  header.arms.size() * link::wire_size<link::RecordingArm>());
   std::span<std::uint8_t> rest(start);
   rest = rest.subspan(link::encode(header.start, rest));
-  for (const link::TraceArm& arm : header.arms) rest = rest.subspan(link::encode(arm, rest));
+  for (const link::RecordingArm& arm : header.arms) rest = rest.subspan(link::encode(arm, rest));
   std::vector<Offset<recording::Parameter>> parameters;
   for (const auto& [id, bits] : header.parameters)
     parameters.push_back(recording::CreateParameter(builder, id, bits));

@@ -25,7 +25,7 @@ namespace link = firmware::link;
 
 inline constexpr std::string_view kRecordingMagic = "THIMREC\n";
 inline constexpr std::uint16_t kRecordingFormat = 2;
-inline constexpr std::size_t kRecordedCounts = 3;  // an arm and tick
+inline constexpr std::size_t kRecordedCounts = link::kClassicCounts;  // an arm and tick
 
 struct RecordingHeader {
   std::string tool;
@@ -38,8 +38,8 @@ struct RecordingHeader {
   std::string scene_name;
   std::vector<std::byte> scene;
   std::uint32_t scene_crc = 0;
-  link::TraceStart start;
-  std::vector<link::TraceArm> arms;
+  link::RecordingStart start;
+  std::vector<link::RecordingArm> arms;
   std::vector<std::pair<std::uint16_t, std::uint32_t>> parameters;
 };
 
@@ -52,7 +52,7 @@ struct RecordedCheck {
   std::uint64_t tick = 0;
   std::uint32_t crc = 0;
   link::Mode mode = link::Mode::kDisarmed;
-  link::TracedCommand command = link::TracedCommand::kNone;
+  link::RecordedCommand command = link::RecordedCommand::kNone;
   bool last = false;
   link::Levels levels;
 };

@@ -55,7 +55,7 @@ ReplayVerdict replay_recording(const Recording& recording,
       tick.counts = std::span(run.counts).subspan(i * each, each);
       for (auto now = check; now != recording.checks.end() && now->tick == next; ++now) {
         levels = now->levels;
-        if (now->command != link::TracedCommand::kNone) tick.command = now->command;
+        if (now->command != link::RecordedCommand::kNone) tick.command = now->command;
       }
       tick.levels = levels;
       replay->tick(tick);

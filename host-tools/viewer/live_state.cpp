@@ -44,7 +44,7 @@ bool LiveState::take(const link::CanFrame& frame, link::Micros now_us) {
     if constexpr (Message::kIsFrame) {
       if (!link::from_frame(frame, node_, message)) return;
       if constexpr (std::is_same_v<Message, link::Pose>) {
-        take_pose(message);
+        take_pose(message, now_us);
       } else if constexpr (std::is_same_v<Message, link::Force>) {
         take_force(message);
       } else if constexpr (std::is_same_v<Message, link::GodObject>) {
@@ -61,7 +61,7 @@ bool LiveState::take(const link::CanFrame& frame, link::Micros now_us) {
         const auto position = positions_.find(message.object);
         if (position != positions_.end() && position->second.sequence == message.sequence)
           bodies_[message.object] = {position->second, message};
-      } else if constexpr (std::is_same_v<Message, link::ControlState>) {
+      } else if constexpr (std::is_same_v<Message, link::ControlElementState>) {
         controls_[message.object] = message;
       } else if constexpr (std::is_same_v<Message, link::TissueState>) {
         tissues_[{message.object, message.arm}] = message;
@@ -79,22 +79,25 @@ bool LiveState::take(const link::CanFrame& frame, link::Micros now_us) {
   return true;
 }
 
-void LiveState::take_pose(const link::Pose& pose) {
+void LiveState::take_pose(const link::Pose& pose, link::Micros now_us) {
   if (pose.arm >= arms_) return;
   Arm& arm = arm_.at(pose.arm);
   if (arm.pose && pose.sequence != arm.pose->sequence) {
-    const auto records = static_cast<std::uint8_t>(pose.sequence - arm.pose->sequence);
-    constexpr unsigned kMostLost = 20;  // then nothing is known of the way between
+    constexpr unsigned kCount = 1U << link::kSequenceBits;
+    const unsigned records = (pose.sequence + kCount - arm.pose->sequence) % kCount;
+    // So long after the last one the count has wrapped: nothing is known of the path between.
+    const bool known = static_cast<double>(now_us - arm.pose_us) * 1e-6 < kCount * period_s_;
     const std::array<double, 3> from = tip_of(*arm.pose);
     const std::array<double, 3> to = tip_of(pose);
     for (std::size_t i = 0; i < to.size(); ++i) {
       constexpr double kNew = 0.5;  // a mean over some records: a step of the link's is 1 mm/s of one record
-      const double speed = records < kMostLost ? (to[i] - from[i]) / (records * period_s_) : 0.0;
+      const double speed = known ? (to[i] - from[i]) / (records * period_s_) : 0.0;
       arm.velocity_m_s[i] += kNew * (speed - arm.velocity_m_s[i]);
     }
     arm.moves = true;
   }
   arm.pose = pose;
+  arm.pose_us = now_us;
   sequence_ = pose.sequence;
   shown_ = false;
 }

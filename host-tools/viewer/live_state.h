@@ -42,6 +42,7 @@ class LiveState {
   using Vector = std::array<double, 3>;
   struct Arm {
     std::optional<link::Pose> pose;
+    link::Micros pose_us = 0;
     std::optional<link::Force> force;
     std::optional<link::GodObject> god;
     Vector velocity_m_s{};
@@ -58,7 +59,7 @@ class LiveState {
     link::BodyRotation rotation;
   };
 
-  void take_pose(const link::Pose& pose);
+  void take_pose(const link::Pose& pose, link::Micros now_us);
   void take_force(const link::Force& force);
   void take_god(const link::GodObject& god);
   void take_plane(const link::ContactPlane& plane, link::Micros now_us);
@@ -76,7 +77,7 @@ class LiveState {
   std::uint8_t limiters_ = 0;                             // of the newest forces
   std::map<std::uint8_t, link::BodyPosition> positions_;  // whose rotation has not come
   std::map<std::uint8_t, Body> bodies_;                   // by object
-  std::map<std::uint8_t, link::ControlState> controls_;
+  std::map<std::uint8_t, link::ControlElementState> controls_;
   std::map<std::pair<std::uint8_t, unsigned>, link::TissueState> tissues_;  // by object and arm
   std::map<std::pair<std::uint8_t, unsigned>, link::NeedleState> needles_;
 };

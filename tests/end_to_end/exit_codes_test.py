@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import socket
+import struct
 import subprocess
 import tempfile
 import threading
@@ -52,6 +53,13 @@ class FakeDevice:
         self.listener.close()
         for end in self.ends:
             end.close()
+
+
+def cr_lines(link):
+    rest = b""
+    while data := link.recv(4096):
+        *lines, rest = (rest + data).split(b"\r")
+        yield from lines
 
 
 class ExitCodes(Rig):
@@ -132,10 +140,26 @@ class ExitCodes(Rig):
         self.fails(6, "no-answer", "info", "--device", silent.uri, "--timeout", "0.5")
 
     def test_7_version_mismatch(self):
-        other = FakeDevice(protocol=2)
-        self.addCleanup(other.close)
-        error = self.fails(7, "version-mismatch", "info", "--device", other.uri)
-        self.assertIn("protocol 2", error["cause"])
+        for protocol, older in ((1, "the device is older"), (3, "this thimble is older")):
+            other = FakeDevice(protocol=protocol)
+            self.addCleanup(other.close)
+            error = self.fails(7, "version-mismatch", "info", "--device", other.uri)
+            self.assertIn(f"protocol {protocol}", error["cause"])
+            self.assertIn(older, error["remedy"])
+
+    def test_7_a_host_of_protocol_1_learns_the_version(self):
+        """It claims no address, and reads LinkInfo in classic frames as it always did; the layout is that of protocol 1."""
+        sim = self.sim("--no-pty", "--tcp", 0)
+        with socket.create_connection(("127.0.0.1", sim.port)) as link:
+            link.settimeout(10)
+            answers = (line[10:] for line in cr_lines(link) if line.startswith(b"T18DAF1018"))
+            link.sendall(b"\rC\rS8\rO\rT18DA01F180322F1A000000000\r")
+            first = next(answers)
+            link.sendall(b"T18DA01F183000000000000000\r")
+            answer = bytes.fromhex((first[4:16] + next(answers)[2:]).decode())[:10]
+        self.assertEqual(answer[:3], bytes.fromhex("62F1A0"))
+        protocol, image, frame_bytes, node, arms = struct.unpack("<HHBBB", answer[3:])
+        self.assertEqual((protocol, image, frame_bytes, node, arms), (2, 1, 64, 1, 1))
 
     def test_8_verification(self):
         sim = self.sim("--tcp", 0)

@@ -31,13 +31,20 @@ nlohmann::json path_of(const link::Place& place, const char* name) {
 }
 
 template <class Message>
+std::string kind_prefix() {
+  if constexpr (requires { Message::kKind; }) return std::string(link::name(Message::kKind)) + "_";
+  return "";
+}
+
+template <class Message>
 void print_random(std::mt19937& random) {
   Message message;
   nlohmann::json meant = nlohmann::json::array();
   link::visit_numbers(message, [&](auto row, auto& value, const link::Place& place) {
     using Row = decltype(row);
     using Value = std::remove_reference_t<decltype(value)>;
-    const std::string signal = signal_name(place, row.name);
+    if (Row::kIsKind) return;  // to_frame() needs it as it is
+    const std::string signal = kind_prefix<Message>() + signal_name(place, row.name);
     const nlohmann::json path = path_of(place, row.name);
     const auto means = [&](double number, double step, const nlohmann::json& shown) {
       meant.push_back(
@@ -80,7 +87,8 @@ void print_random(std::mt19937& random) {
     std::snprintf(digits.data(), digits.size(), "%02X", byte);
     hex += digits.data();
   }
-  std::puts(nlohmann::json{{"id", frame.id}, {"data", hex}, {"message", Message::kName}, {"meant", meant}}
+  std::puts(nlohmann::json{
+      {"id", frame.id}, {"fd", frame.fd}, {"data", hex}, {"message", Message::kName}, {"meant", meant}}
                 .dump()
                 .c_str());
 }

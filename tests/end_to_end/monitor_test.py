@@ -1,9 +1,11 @@
 """`thimble monitor`: a display that redraws itself in a terminal, and rows elsewhere."""
 
 import fcntl
+import json
 import os
 import pty
 import re
+import socket
 import struct
 import subprocess
 import termios
@@ -43,6 +45,33 @@ class Monitor(Rig):
             self.assertIn(words, pictures[-1])
         for line in pictures[-1].replace("\x1b[K", "").replace("\x1b[J", "").splitlines():
             self.assertLessEqual(len(line), 80)
+
+    def frames_of_the_arm(self, sim, count):
+        """The next frames of telemetry, as SLCAN lines."""
+        frames, rest = [], b""
+        with socket.create_connection(("127.0.0.1", sim.port)) as link:
+            link.settimeout(10)
+            link.sendall(b"\rC\rS8\rO\r")
+            while len(frames) < count:
+                *lines, rest = (rest + link.recv(4096)).split(b"\r")
+                frames += [line for line in lines if line[1:4] == b"181"]
+        return frames
+
+    def test_one_can_fd_frame_a_record(self):
+        sim = self.sim("--no-pty", "--tcp", 0)
+        self.assertEqual({frame[:5] for frame in self.frames_of_the_arm(sim, 6)}, {b"t1818"})
+        self.ok("param", "set", "telemetry_fd", "1", "--device", sim.tcp)
+        frames = self.frames_of_the_arm(sim, 6)
+        self.assertEqual({frame[:5] for frame in frames}, {b"b181B"})  # 20 bytes
+        sequence = [int(frame[7:8], 16) for frame in frames]
+        self.assertTrue(all(a != b for a, b in zip(sequence, sequence[1:])), "one frame a record: %s" % sequence)
+        self.ok("param", "set", "telemetry_content", "28", "--device", sim.tcp)
+        self.assertEqual({frame[:5] for frame in self.frames_of_the_arm(sim, 6)}, {b"b181F"})  # 64 bytes
+        lines = self.ok("monitor", "--json", "--seconds", "1", "--device", sim.tcp).out.splitlines()
+        said = {json.loads(line)["message"] for line in lines}
+        self.assertLessEqual({"Pose", "Force", "JointAngles", "MotorCurrents", "Temperatures"}, said)
+        rows = self.ok("monitor", "--count", "3", "--device", sim.tcp).out.splitlines()
+        self.assertEqual(len(rows), 4)
 
     def test_without_utf8_it_is_plain(self):
         sim = self.sim("--tcp", 0)

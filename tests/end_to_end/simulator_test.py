@@ -164,7 +164,7 @@ class Simulator(Rig):
         for scene, happened in (
                 ("needle", lambda m: m["message"] == "NeedleState" and m["inside"] and m["depth_m"] > 0.001),
                 ("deform", lambda m: m["message"] == "TissueState" and m["pressed"] and m["depth_m"] > 0.0005),
-                ("buttons", lambda m: m["message"] == "ControlState" and m["on"] == 1 and m["q"] != 0),
+                ("buttons", lambda m: m["message"] == "ControlElementState" and m["on"] and m["q"] != 0),
                 ("multy3", moved),
                 ("blocks-6dof", lambda m: m["message"] == "BodyRotation" and m["x"] ** 2 + m["y"] ** 2 + m["z"] ** 2 > 1e-4)):
             with self.subTest(scene):

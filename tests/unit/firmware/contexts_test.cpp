@@ -116,7 +116,7 @@ TEST(Contexts, ARecordingIsReadWhileItGrows) {
       ++entries;
       if (!entry.counted) ++ends;
     }
-    if (entries % 7 == 0) core.observers().recorder.request_end(firmware::TraceEnd::kStopped);
+    if (entries % 7 == 0) core.observers().recorder.request_end(firmware::RecordingEnd::kStopped);
     dropped += core.observers().recorder.state().dropped != 0 ? 1U : 0U;
     std::this_thread::yield();
   }

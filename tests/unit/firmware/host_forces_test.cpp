@@ -26,9 +26,19 @@ void set_value(Bench& bench, const char* name, float value) {
   ASSERT_EQ(bench.controller->write_param(row->id, bits), firmware::ParamStatus::kOk) << name;
 }
 
+link::ForceOrder order_of(float x_N, float y_N, float z_N, std::uint8_t arm, std::uint8_t sequence) {
+  link::ForceOrder order;
+  order.x_N = x_N;
+  order.y_N = y_N;
+  order.z_N = z_N;
+  order.arm = arm;
+  order.sequence = sequence;
+  return order;
+}
+
 // As it arrives: in whole mN.
 Vec3 travelled(const Vec3& force_N) {
-  link::ForceOrder order{force_N.x(), force_N.y(), force_N.z(), 0, 0};
+  link::ForceOrder order = order_of(force_N.x(), force_N.y(), force_N.z(), 0, 0);
   (void)link::from_frame(link::to_frame(order, 1), 1, order);
   return {order.x_N, order.y_N, order.z_N};
 }
@@ -40,7 +50,7 @@ struct Host {
     bench.controller->on_frame(link::to_frame(order, node), bench.inputs.time_us);
   }
   void order(const Vec3& force_N, std::uint8_t arm = 0) {
-    send({force_N.x(), force_N.y(), force_N.z(), arm, ++sequence[arm]});
+    send(order_of(force_N.x(), force_N.y(), force_N.z(), arm, ++sequence[arm]));
   }
   // An order before each tick.
   void stream(const Vec3& force_N, int ticks, std::uint8_t arm = 0) {
@@ -87,6 +97,32 @@ TEST(HostForces, ArmingNeedsNoScene) {
   EXPECT_TRUE(told->flags.host_renders);
   EXPECT_TRUE(told->flags.supervised);
   EXPECT_FALSE(told->flags.scene) << "none is loaded";
+}
+
+// A wrench is a force, for arms that exert no torque; one with a torque is none of theirs.
+TEST(HostForces, AWrenchWithoutATorqueIsAForce) {
+  Bench bench;
+  bench.start();
+  ASSERT_EQ(bench.controller->request(Command::kDisarm), 0);
+  bench.ticks(1500);
+  set_value(bench, "host_forces", 1);
+  bench.arm();
+  bench.ticks(1000);  // the force is ramped
+  link::WrenchOrder wrench;
+  wrench.force_N = {0, 0, 1};
+  wrench.sequence = 1;
+  const link::CanFrame frame = link::to_frame(wrench, 1);
+  EXPECT_TRUE(frame.fd);
+  bench.controller->on_frame(frame, bench.inputs.time_us);
+  bench.ticks(8);
+  EXPECT_GT(bench.shown().arm[0].force_N.z(), 0.5F);
+  bench.ticks(200);
+  EXPECT_LT(std::abs(bench.shown().arm[0].force_N.z()), 0.1F);
+  wrench.torque_N_m = {0.1F, 0, 0};
+  wrench.sequence = 2;
+  bench.controller->on_frame(link::to_frame(wrench, 1), bench.inputs.time_us);
+  bench.ticks(8);
+  EXPECT_LT(std::abs(bench.shown().arm[0].force_N.z()), 0.1F);
 }
 
 TEST(HostForces, TheForceIsTheNewestOrderInTheNextTick) {
@@ -189,7 +225,7 @@ TEST(HostForces, TheNumberDecidesWhatIsOld) {
   take_over(bench);
   Host host(bench);
   const auto felt_after = [&](std::uint8_t sequence, float z_N) {
-    host.send({0, 0, z_N, 0, sequence});
+    host.send(order_of(0, 0, z_N, 0, sequence));
     bench.tick();
     return std::round(1e3F * bench.shown().arm[0].force_N.z()) / 1e3F;
   };
@@ -217,13 +253,13 @@ TEST(HostForces, WhatIsNoOrderForThisControllerIsPassedOver) {
     bench.tick();
     return bench.force_N() < 0.1F;
   };
-  host.send({0, 0, 1, 1, 1});
+  host.send(order_of(0, 0, 1, 1, 1));
   EXPECT_TRUE(quiet()) << "there is no second arm";
-  host.send({0, 0, 1, 255, 1});
+  host.send(order_of(0, 0, 1, 255, 1));
   EXPECT_TRUE(quiet());
-  host.send({0, 0, 1, 0, 1}, 2);
+  host.send(order_of(0, 0, 1, 0, 1), 2);
   EXPECT_TRUE(quiet()) << "another node's";
-  link::CanFrame frame = link::to_frame(link::ForceOrder{0, 0, 1, 0, 2}, 1);
+  link::CanFrame frame = link::to_frame(order_of(0, 0, 1, 0, 2), 1);
   frame.size = 7;
   bench.controller->on_frame(frame, bench.inputs.time_us);
   EXPECT_TRUE(quiet()) << "too short";
@@ -433,7 +469,7 @@ TEST(HostForces, HeatDeratesThem) {
   for (int i = 0; i < 30 * 4000; ++i) {
     host.stream({0, 0, 5}, 1);
     ASSERT_EQ(bench.mode(), Mode::kArmed);
-    hottest_C = std::max(hottest_C, bench.shown().arm[0].winding_C);
+    hottest_C = std::max(hottest_C, std::ranges::max(bench.shown().arm[0].winding_C));
     derated = derated || (bench.shown().arm[0].limiters & firmware::kLimitThermal) != 0;
   }
   std::printf("30 s of 5 N: hottest %.1f C of 60, force fell from %.2f to %.2f N\n",
@@ -476,9 +512,12 @@ TEST(HostForcesProperty, NeverBeyondClampSlewRampOrTheLifeOfAnOrder) {
       ++since_order;
       if (i % 500 > 400 ? unit(random) < 0.02F : unit(random) < chance) {
         const float size_N = unit(random) < 0.1F ? 60.0F : 4.0F * unit(random);
-        link::ForceOrder order{size_N * (unit(random) - 0.5F), size_N * (unit(random) - 0.5F),
-                               size_N * (unit(random) - 0.5F), static_cast<std::uint8_t>(random() % 3 / 2),
-                               host.sequence[0]};
+        link::ForceOrder order;
+        order.x_N = size_N * (unit(random) - 0.5F);
+        order.y_N = size_N * (unit(random) - 0.5F);
+        order.z_N = size_N * (unit(random) - 0.5F);
+        order.arm = static_cast<std::uint8_t>(random() % 3 / 2);
+        order.sequence = host.sequence[0];
         const unsigned kind = random() % 8;
         if (kind != 0) order.sequence = ++host.sequence[0];  // else repeated
         if (kind == 1) order.sequence = static_cast<std::uint8_t>(host.sequence[0] - random() % 20);
@@ -538,7 +577,7 @@ TEST(HostForces, AreHandedOverWhole) {
       const float low_N = static_cast<float>(i % kDigit) * 1e-3F;
       const int high_mN = i / kDigit;
       const float high_N = static_cast<float>(high_mN) * 1e-3F;
-      if (!forces.order({low_N, high_N, -low_N, 0, static_cast<std::uint8_t>(i)}, 0)) std::abort();
+      if (!forces.order(order_of(low_N, high_N, -low_N, 0, static_cast<std::uint8_t>(i)), 0)) std::abort();
       ordered = i + 1;
       if (i % 256 == 0) std::this_thread::yield();
     }

@@ -168,7 +168,7 @@ TEST(Thermal, DeratingKeepsDirectionAndTheLimit) {
     bench.tick();
     ASSERT_EQ(bench.mode(), Mode::kArmed);
     const auto& arm = bench.shown().arm[0];
-    hottest_C = std::max(hottest_C, arm.winding_C);
+    hottest_C = std::max(hottest_C, std::ranges::max(arm.winding_C));
     if ((arm.limiters & firmware::kLimitThermal) != 0) {
       derated = true;
       coolest_derated_N = std::min(coolest_derated_N, arm.force_N.norm());

@@ -65,7 +65,9 @@ TEST(NoHeap, WhereTheHostRenders) {
   for (int i = 0; i < 4000; ++i) {
     const NoHeapGuard guard;
     if (i % 500 < 300) {
-      const firmware::link::ForceOrder order{0, 0, 1.0F, 0, ++sequence};
+      firmware::link::ForceOrder order;
+      order.z_N = 1.0F;
+      order.sequence = ++sequence;
       bench.controller->on_frame(firmware::link::to_frame(order, 1), bench.inputs.time_us);
     }
     bench.tick();

@@ -84,7 +84,7 @@ struct Heard {
   int poses = 0, pictures = 0;
   std::map<std::uint8_t, link::BodyPosition> position;  // by object
   std::map<std::uint8_t, link::BodyRotation> rotation;
-  link::ControlState control;
+  link::ControlElementState control;
   link::NeedleState needle;
   link::TissueState tissue;
   std::map<std::uint8_t, link::Pose> pose;  // by arm
@@ -159,7 +159,7 @@ TEST(Picture, CarriesTheTrueStateOfOneTick) {
     while (bench.controller->next_frame(frame, bench.inputs.time_us)) {
       link::BodyPosition at;
       link::BodyRotation rotation;
-      link::ControlState control;
+      link::ControlElementState control;
       if (link::from_frame(frame, 1, at) && at.object == 0)
         time_s[at.sequence] = (at.x_m + 0.1F) / kSpeed_m_s;
       if (link::from_frame(frame, 1, rotation) && rotation.object == 0 &&

@@ -15,20 +15,22 @@ namespace {
 
 namespace link = firmware::link;
 using firmware::Recorder;
-using link::TraceEnd;
-using link::TracePhase;
+using link::RecordingEnd;
+using link::RecordingPhase;
+
+constexpr unsigned kTickMask = (1U << link::kRecordedTickBits) - 1;
 
 struct RecordedFrames {
-  std::vector<link::TraceCounts> counts;
-  std::vector<link::TraceCheck> checks;
+  std::vector<link::RecordingCounts> counts;
+  std::vector<link::RecordingCheck> checks;
 };
 
 // What the link brings until nothing is left.
 void receive(Bench& bench, RecordedFrames& heard) {
   link::CanFrame frame;
   while (bench.controller->next_frame(frame, bench.inputs.time_us)) {
-    link::TraceCounts counts;
-    link::TraceCheck check;
+    link::RecordingCounts counts;
+    link::RecordingCheck check;
     if (link::from_frame(frame, 1, counts)) heard.counts.push_back(counts);
     if (link::from_frame(frame, 1, check)) {
       heard.checks.push_back(check);
@@ -77,10 +79,10 @@ firmware::RecordingStart started_with(Bench& bench) {
   auto& [start, arms] = recording;
   std::span<const std::uint8_t> rest = std::span(answer).subspan(4);
   EXPECT_TRUE(link::decode(rest, start));
-  rest = rest.subspan(link::wire_size<link::TraceStart>());
+  rest = rest.subspan(link::wire_size<link::RecordingStart>());
   for (std::size_t i = 0; i < start.arms; ++i) {
     EXPECT_TRUE(link::decode(rest, arms[i]));
-    rest = rest.subspan(link::wire_size<link::TraceArm>());
+    rest = rest.subspan(link::wire_size<link::RecordingArm>());
   }
   EXPECT_TRUE(rest.empty());
   return recording;
@@ -103,7 +105,7 @@ TEST(Recording, AFreshControllerGivesTheSameForces) {
     bench.move({0.01, 0.02, 0.003}, 1000);
     ASSERT_EQ(bench.controller->request(Command::kRecord), 0);
     bench.tick();
-    ASSERT_EQ(bench.controller->recording_state().phase, TracePhase::kRunning);
+    ASSERT_EQ(bench.controller->recording_state().phase, RecordingPhase::kRunning);
     RecordedFrames heard;
     std::vector<std::array<float, 6>> forces;
     std::vector<Inputs> inputs;
@@ -191,7 +193,7 @@ TEST(Recording, HomingComesOutAgain) {
   }
   bench.inputs.arm[0].drive_fault = true;
   ticks(1);
-  EXPECT_EQ(bench.controller->recording_state().end, TraceEnd::kFault);
+  EXPECT_EQ(bench.controller->recording_state().end, RecordingEnd::kFault);
   const firmware::RecordingStart recording = started_with(bench);
 
   Bench fresh(config);
@@ -207,7 +209,7 @@ TEST(Recording, HomingComesOutAgain) {
     fed.tick = from.tick;
     fed.arm[0].sample_tick = from.tick;
     fed.arm[0].counts = from.arm[0].counts;
-    if (check->tick == now) {
+    if (check->tick == (now & kTickMask)) {
       levels = check->levels;
       const auto command = static_cast<Command>(check->command);
       if (command != Command::kNone) fresh.controller->replay(command);
@@ -218,7 +220,7 @@ TEST(Recording, HomingComesOutAgain) {
     fresh.controller->keep_alive();
     static_cast<void>(fresh.controller->tick(fed));
     crc = firmware::crc32(std::as_bytes(std::span(fresh.shown().arm[0].force_N.data(), 3)), crc);
-    for (; check != heard.checks.end() && check->tick == now; ++check) {
+    for (; check != heard.checks.end() && check->tick == (now & kTickMask); ++check) {
       EXPECT_EQ(check->crc, crc) << from.tick - first;
       EXPECT_EQ(check->mode, fresh.mode()) << from.tick - first;
       ++agreed;
@@ -249,15 +251,15 @@ TEST(Recording, TheLinkHasEveryTickAndChecksWhereSomethingHappened) {
   }
   ASSERT_EQ(heard.counts.size(), 100U);
   for (std::size_t i = 0; i < heard.counts.size(); ++i)
-    EXPECT_EQ(heard.counts[i].tick, (first + i) & 0x7FFFU);
+    EXPECT_EQ(heard.counts[i].tick, (first + i) & kTickMask);
   EXPECT_EQ(heard.counts.back().counts[1], static_cast<std::uint16_t>(bench.inputs.arm[0].counts[1]));
   std::size_t commands = 0;
-  for (const link::TraceCheck& check : heard.checks) {
-    if (check.command == link::TracedCommand::kNone) continue;
+  for (const link::RecordingCheck& check : heard.checks) {
+    if (check.command == link::RecordedCommand::kNone) continue;
     ++commands;
-    EXPECT_EQ(check.tick, static_cast<std::uint16_t>(armed_at));
+    EXPECT_EQ(check.tick, armed_at & kTickMask);
     EXPECT_EQ(check.mode, Mode::kArmed);
-    EXPECT_EQ(check.command, link::TracedCommand::kArm);
+    EXPECT_EQ(check.command, link::RecordedCommand::kArm);
     link::Levels held;
     held.dead_man = true;
     EXPECT_EQ(check.levels, held);
@@ -269,7 +271,7 @@ TEST(Recording, TheLinkHasEveryTickAndChecksWhereSomethingHappened) {
   RecordingTester asker(bench);
   EXPECT_EQ(asker.ask({0x10, 0x03})[0], 0x50);
   EXPECT_EQ(asker.ask({0x31, 0x02, 0x02, 0x08})[0], 0x71);
-  EXPECT_EQ(bench.controller->recording_state().end, TraceEnd::kStopped);
+  EXPECT_EQ(bench.controller->recording_state().end, RecordingEnd::kStopped);
 }
 
 TEST(Recording, AFullRingIsCounted) {
@@ -286,7 +288,7 @@ TEST(Recording, AFullRingIsCounted) {
   EXPECT_EQ(heard.counts.size(), Recorder::kEntries);
   bench.tick();
   receive(bench, heard);
-  EXPECT_EQ(heard.counts.back().tick, bench.inputs.tick & 0x7FFFU) << "a gap, and then the next tick";
+  EXPECT_EQ(heard.counts.back().tick, bench.inputs.tick & kTickMask) << "a gap, and then the next tick";
 }
 
 TEST(Recording, EndsWhereAHostGivesTheForces) {
@@ -296,38 +298,54 @@ TEST(Recording, EndsWhereAHostGivesTheForces) {
   ASSERT_EQ(bench.controller->write_param(0x0123, 1), firmware::ParamStatus::kOk);
   ASSERT_EQ(bench.controller->request(Command::kRecord), 0);
   bench.ticks(3);
-  ASSERT_EQ(bench.controller->recording_state().phase, TracePhase::kRunning);
+  ASSERT_EQ(bench.controller->recording_state().phase, RecordingPhase::kRunning);
   ASSERT_EQ(bench.controller->request(Command::kArm), 0);
   bench.tick();
-  EXPECT_EQ(bench.controller->recording_state().phase, TracePhase::kEnded);
-  EXPECT_EQ(bench.controller->recording_state().end, TraceEnd::kHostForces);
+  EXPECT_EQ(bench.controller->recording_state().phase, RecordingPhase::kEnded);
+  EXPECT_EQ(bench.controller->recording_state().end, RecordingEnd::kHostForces);
   EXPECT_EQ(bench.controller->recording_state().ticks, 2U);
+}
+
+TEST(Recorder, ABusThatIsTooSlowIsRefused) {
+  firmware::Config config;
+  config.arm_count = 2;
+  config.arm[1].base.home_m = {0.1F, 0, 0};
+  config.bus_bits_per_s = 1'000'000;
+  Bench bench(config);
+  bench.load();
+  bench.home();
+  RecordingTester asker(bench);
+  EXPECT_EQ(asker.ask({0x10, 0x03})[0], 0x50);
+  EXPECT_EQ(asker.ask({0x31, 0x01, 0x02, 0x08}), (std::vector<std::uint8_t>{0x7F, 0x31, 0x22}));
+  const std::vector<std::uint8_t> why = asker.ask({0x22, 0xF1, 0xAA});
+  EXPECT_EQ(std::string(why.begin() + 3, why.end()), "needs_can_fd_or_lower_rate");
 }
 
 struct EndCase {
   const char* what;
-  TraceEnd end;
+  RecordingEnd end;
   std::uint32_t ticks;  // of three that were good, and the event's
   std::function<void(Bench&)> event;
 };
 
 TEST(Recording, EndsWhereCountsDoNotDetermineTheForces) {
   const std::vector<EndCase> cases = {
-      {"a parameter", TraceEnd::kParameter, 4,
+      {"a parameter", RecordingEnd::kParameter, 4,
        [](Bench& b) {
          EXPECT_EQ(b.controller->write_param(0x0121, 1), firmware::ParamStatus::kNotWhileArmed)
              << "no end: refused";
          b.tick();
-         EXPECT_EQ(b.controller->recording_state().phase, TracePhase::kRunning);
+         EXPECT_EQ(b.controller->recording_state().phase, RecordingPhase::kRunning);
          EXPECT_EQ(b.controller->write_param(0x0101, std::bit_cast<std::uint32_t>(5000.0F)),
                    firmware::ParamStatus::kOk);
        }},
-      {"a scene", TraceEnd::kScene, 3, [](Bench& b) { b.load(500.0F); }},
-      {"a lost tick", TraceEnd::kTickLost, 3, [](Bench& b) { ++b.inputs.tick; }},
-      {"a stale sample", TraceEnd::kSampleStale, 3, [](Bench& b) { b.sampling = false; }},
-      {"a fault", TraceEnd::kFault, 4, [](Bench& b) { b.inputs.e_stop = true; }},
-      {"a stop", TraceEnd::kFault, 4, [](Bench& b) { EXPECT_EQ(b.controller->request(Command::kStop), 0); }},
-      {"a silent host", TraceEnd::kHostSilent, 3,
+      {"a scene", RecordingEnd::kScene, 3, [](Bench& b) { b.load(500.0F); }},
+      {"a lost tick", RecordingEnd::kTickLost, 3, [](Bench& b) { ++b.inputs.tick; }},
+      {"a stale sample", RecordingEnd::kSampleStale, 3, [](Bench& b) { b.sampling = false; }},
+      {"a fault", RecordingEnd::kFault, 4, [](Bench& b) { b.inputs.e_stop = true; }},
+      {"a stop", RecordingEnd::kFault, 4,
+       [](Bench& b) { EXPECT_EQ(b.controller->request(Command::kStop), 0); }},
+      {"a silent host", RecordingEnd::kHostSilent, 3,
        [](Bench& b) {
          b.alive = false;
          b.controller->keep_alive();
@@ -350,14 +368,14 @@ TEST(Recording, EndsWhereCountsDoNotDetermineTheForces) {
     c.event(bench);
     bench.tick();
     std::uint32_t more = 0;
-    for (; bench.controller->recording_state().phase == TracePhase::kRunning && more < 5000; ++more) {
+    for (; bench.controller->recording_state().phase == RecordingPhase::kRunning && more < 5000; ++more) {
       bench.tick();
       receive(bench, heard);
     }
     receive(bench, heard);
-    const link::TraceState state = bench.controller->recording_state();
+    const link::RecordingState state = bench.controller->recording_state();
     EXPECT_EQ(state.end, c.end) << c.what;
-    if (c.end != TraceEnd::kHostSilent) {
+    if (c.end != RecordingEnd::kHostSilent) {
       EXPECT_EQ(state.ticks, c.ticks) << c.what;
       EXPECT_EQ(more, 0U) << c.what;
     } else {
@@ -366,7 +384,7 @@ TEST(Recording, EndsWhereCountsDoNotDetermineTheForces) {
     EXPECT_EQ(heard.counts.size(), state.ticks) << c.what;
     ASSERT_FALSE(heard.checks.empty());
     EXPECT_TRUE(heard.checks.back().last) << c.what;
-    EXPECT_EQ(heard.checks.back().tick & 0x7FFFU, heard.counts.back().tick) << c.what;
+    EXPECT_EQ(heard.checks.back().tick, heard.counts.back().tick) << c.what;
   }
 }
 
@@ -385,9 +403,9 @@ TEST(Recording, WideCountersMayNotJump) {
     narrow.tick();
     receive(narrow, heard);
   }
-  EXPECT_EQ(narrow.controller->recording_state().phase, TracePhase::kRunning);
+  EXPECT_EQ(narrow.controller->recording_state().phase, RecordingPhase::kRunning);
   EXPECT_EQ(heard.counts.size(), 400U);
-  const auto high = [](const link::TraceCounts& counts) { return counts.counts[0] > 0x8000; };
+  const auto high = [](const link::RecordingCounts& counts) { return counts.counts[0] > 0x8000; };
   EXPECT_TRUE(std::ranges::any_of(heard.counts, high));
   EXPECT_FALSE(std::ranges::all_of(heard.counts, high)) << "it never went over the edge";
 
@@ -400,7 +418,7 @@ TEST(Recording, WideCountersMayNotJump) {
   wide.ticks(4);
   wide.count_at_home += 0x8000;
   wide.tick();
-  EXPECT_EQ(wide.controller->recording_state().end, TraceEnd::kCountsJumped);
+  EXPECT_EQ(wide.controller->recording_state().end, RecordingEnd::kCountsJumped);
   EXPECT_EQ(wide.controller->recording_state().ticks, 3U);
 }
 
@@ -426,12 +444,12 @@ TEST(Recording, RefusedWhereItCannotBegin) {
   EXPECT_EQ(asker.ask({0x10, 0x03})[0], 0x50);
   EXPECT_EQ(asker.ask({0x31, 0x01, 0x02, 0x08}), (std::vector<std::uint8_t>{0x7F, 0x31, 0x22})) << "it runs";
   EXPECT_EQ(asker.ask({0x2E, 0x01, 0x70, 0x10, 0, 0, 0})[0], 0x6E) << "telemetry_decimation is nothing to it";
-  EXPECT_EQ(bench.controller->recording_state().phase, TracePhase::kRunning);
+  EXPECT_EQ(bench.controller->recording_state().phase, RecordingPhase::kRunning);
   EXPECT_EQ(asker.ask({0x2E, 0x01, 0x01, 0, 0, 0, 0}), (std::vector<std::uint8_t>{0x7F, 0x2E, 0x31}));
-  EXPECT_EQ(bench.controller->recording_state().phase, TracePhase::kRunning)
+  EXPECT_EQ(bench.controller->recording_state().phase, RecordingPhase::kRunning)
       << "a value that is refused is nothing to it either";
   EXPECT_EQ(asker.ask({0x2E, 0x01, 0x01, 0, 0x40, 0x9C, 0x45})[0], 0x6E);
-  EXPECT_EQ(bench.controller->recording_state().end, TraceEnd::kParameter);
+  EXPECT_EQ(bench.controller->recording_state().end, RecordingEnd::kParameter);
   EXPECT_EQ(asker.ask({0x31, 0x01, 0x02, 0x08})[0], 0x71) << "the next one";
 }
 

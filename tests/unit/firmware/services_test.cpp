@@ -284,7 +284,11 @@ TEST(Services, OrdersOfForceAreCounted) {
   ASSERT_TRUE(tester.ok({0x10, 0x03}));
   ASSERT_TRUE(tester.routine(kArm));
   const auto send = [&](std::uint8_t arm, std::uint8_t sequence, std::uint8_t bytes = 8) {
-    link::CanFrame frame = link::to_frame(link::ForceOrder{0, 0, 1, arm, sequence}, 1);
+    link::ForceOrder order;
+    order.z_N = 1;
+    order.arm = arm;
+    order.sequence = sequence;
+    link::CanFrame frame = link::to_frame(order, 1);
     frame.size = bytes;
     bench.controller->on_frame(frame, bench.inputs.time_us);
     tester.run(1);
@@ -314,19 +318,20 @@ TEST(Services, ARecordingEndsBeforeARecordedParameterIsWritten) {
     ASSERT_TRUE(tester.ok({0x10, 0x03}));
     ASSERT_TRUE(tester.ok({0x31, 0x01, 0x02, 0x08}));
     const Bytes start = tester.ask({0x31, 0x03, 0x02, 0x08});
-    EXPECT_EQ(start.size(), 4 + link::wire_size<link::TraceStart>() + link::wire_size<link::TraceArm>());
+    EXPECT_EQ(start.size(),
+              4 + link::wire_size<link::RecordingStart>() + link::wire_size<link::RecordingArm>());
     const Bytes value = tester.read(row.id);
     ASSERT_TRUE(tester.ok(
         join({0x2E, static_cast<std::uint8_t>(row.id >> 8), static_cast<std::uint8_t>(row.id)}, value)));
-    link::TraceState state;
-    ASSERT_TRUE(link::decode(tester.read(link::TraceState::kId), state));
+    link::RecordingState state;
+    ASSERT_TRUE(link::decode(tester.read(link::RecordingState::kId), state));
     const bool recorded = row.recorded == firmware::Recording::kRecorded;
     EXPECT_EQ(static_cast<int>(state.phase),
-              static_cast<int>(recorded ? link::TracePhase::kEnded : link::TracePhase::kRunning))
+              static_cast<int>(recorded ? link::RecordingPhase::kEnded : link::RecordingPhase::kRunning))
         << row.name;
     ended += recorded ? 1 : 0;
   }
-  EXPECT_EQ(ended, static_cast<int>(firmware::kParamCount) - 1) << "all but telemetry_decimation";
+  EXPECT_EQ(ended, static_cast<int>(firmware::kParamCount) - 3) << "all but those of telemetry";
 }
 
 // Every reason for "busy, repeat", each with its text, and each passing.

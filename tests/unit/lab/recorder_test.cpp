@@ -17,7 +17,7 @@ namespace link = firmware::link;
 constexpr std::uint8_t kNode = 3;
 
 link::CanFrame counts_frame(std::uint64_t tick, std::size_t arm = 0) {
-  link::TraceCounts counts;
+  link::RecordingCounts counts;
   counts.tick = static_cast<std::uint16_t>(tick);
   counts.arm = static_cast<std::uint8_t>(arm);
   counts.counts = {static_cast<std::uint16_t>(tick), counts.arm, 7};
@@ -25,7 +25,7 @@ link::CanFrame counts_frame(std::uint64_t tick, std::size_t arm = 0) {
 }
 
 link::CanFrame check_frame(std::uint64_t tick, bool last = false) {
-  link::TraceCheck check;
+  link::RecordingCheck check;
   check.crc = static_cast<std::uint32_t>(tick);
   check.tick = static_cast<std::uint16_t>(tick);
   check.mode = link::Mode::kReady;
@@ -58,8 +58,8 @@ Written written(host::Recorder& recorder, std::uint32_t start_tick, std::uint8_t
   return {recording.ticks, recording.checks, recording.frames.size()};
 }
 
-link::TraceStart start_at(std::uint32_t tick) {
-  link::TraceStart start;
+link::RecordingStart start_at(std::uint32_t tick) {
+  link::RecordingStart start;
   start.tick = tick;
   return start;
 }
@@ -76,7 +76,7 @@ TEST(Recorder, EveryTickOverTheWrapOfItsNumber) {
   }
   link::CanFrame pose = link::to_frame(link::Pose{}, kNode);
   recorder.take(pose, 5);
-  recorder.take(link::to_frame(link::TraceCounts{}, kNode + 1),
+  recorder.take(link::to_frame(link::RecordingCounts{}, kNode + 1),
                 5);  // another node's is a frame like any other
   EXPECT_FALSE(recorder.ended());
   recorder.take(check_frame(kStart + 70'000, true), 0);

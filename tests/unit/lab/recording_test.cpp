@@ -44,7 +44,7 @@ host::RecordingHeader small_header(std::uint8_t arms) {
   header.start.arms = arms;
   for (std::uint8_t i = 0; i < arms; ++i) {
     header.models.emplace_back("premium-1.5");
-    link::TraceArm arm;
+    link::RecordingArm arm;
     arm.homed = true;
     arm.raw[0] = 1000U + i;
     arm.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -64,14 +64,14 @@ std::string small_recording(std::uint8_t arms = 1) {
   host::write_ticks(out, ticks);
   link::Levels held;
   held.dead_man = true;
-  host::RecordedCheck check{first + 15, 1, link::Mode::kReady, link::TracedCommand::kNone, false, held};
+  host::RecordedCheck check{first + 15, 1, link::Mode::kReady, link::RecordedCommand::kNone, false, held};
   host::write_checks(out, std::vector{check});
   host::write_ticks(out, {first + 20, ticks.counts});
   ticks.first = first + 45;
   host::write_ticks(out, ticks);
-  host::RecordedCheck armed{first + 31, 2, link::Mode::kArmed, link::TracedCommand::kArm, false, held};
-  armed.levels.drive_fault[1] = true;
-  const host::RecordedCheck last{first + 64, 3, link::Mode::kReady, link::TracedCommand::kNone, true, held};
+  host::RecordedCheck armed{first + 31, 2, link::Mode::kArmed, link::RecordedCommand::kArm, false, held};
+  armed.levels.drive_fault[3] = true;
+  const host::RecordedCheck last{first + 64, 3, link::Mode::kReady, link::RecordedCommand::kNone, true, held};
   host::write_checks(out, std::vector{armed, last});
   host::RecordedFrame frame;
   frame.time_us = 12345;
@@ -107,8 +107,8 @@ TEST(RecordingFile, WhatWasWrittenComesBack) {
     ASSERT_EQ(recording.checks.size(), 3U);
     EXPECT_EQ(recording.checks[2].tick, 0xFFFFFFF1U + 64ULL);
     EXPECT_EQ(recording.checks[1].mode, link::Mode::kArmed);
-    EXPECT_EQ(recording.checks[1].command, link::TracedCommand::kArm);
-    EXPECT_TRUE(recording.checks[1].levels.dead_man && recording.checks[1].levels.drive_fault[1]);
+    EXPECT_EQ(recording.checks[1].command, link::RecordedCommand::kArm);
+    EXPECT_TRUE(recording.checks[1].levels.dead_man && recording.checks[1].levels.drive_fault[3]);
     EXPECT_FALSE(recording.checks[1].last || recording.checks[1].levels.drive_fault[0]);
     EXPECT_TRUE(recording.checks[2].last);
     ASSERT_EQ(recording.frames.size(), 1U);

@@ -78,11 +78,11 @@ class Traced {
     host::RecordingHeader& header = recording.header;
     std::span<const std::uint8_t> rest = std::span(answer).subspan(4);
     EXPECT_TRUE(link::decode(rest, header.start));
-    rest = rest.subspan(link::wire_size<link::TraceStart>());
+    rest = rest.subspan(link::wire_size<link::RecordingStart>());
     header.arms.resize(header.start.arms);
-    for (link::TraceArm& arm : header.arms) {
+    for (link::RecordingArm& arm : header.arms) {
       EXPECT_TRUE(link::decode(rest, arm));
-      rest = rest.subspan(link::wire_size<link::TraceArm>());
+      rest = rest.subspan(link::wire_size<link::RecordingArm>());
     }
     header.models.assign(header.arms.size(), "premium-1.5");
     header.scene.assign(scene.begin(), scene.end());
@@ -155,8 +155,8 @@ host::Recording felt(const fs::path& folder, const std::vector<std::byte>& befor
   traced.seconds(0.1);
   EXPECT_EQ(controller.request(Command::kArm), 0U);
   traced.seconds(seconds);
-  EXPECT_EQ(controller.recording_state().phase, link::TracePhase::kRunning)
-      << link::name(static_cast<link::TraceEnd>(controller.recording_state().end));
+  EXPECT_EQ(controller.recording_state().phase, link::RecordingPhase::kRunning)
+      << link::name(static_cast<link::RecordingEnd>(controller.recording_state().end));
   EXPECT_EQ(controller.recording_state().dropped, 0U);
   return traced.finish(begun);
 }

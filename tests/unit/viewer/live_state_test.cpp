@@ -165,7 +165,7 @@ TEST(LiveState, ThePictureOfAScene) {
   rotation.sequence = 1;
   rotation.z = 1;
   t.take(rotation);
-  link::ControlState control;
+  link::ControlElementState control;
   control.object = 5;
   control.on = true;
   control.q = 0.25F;

@@ -43,9 +43,9 @@ step 'forces that a host orders'
 thimble param set link_timeout 60 --device can:vcan0 >/dev/null  # a command takes long under emulation
 thimble param set host_forces 1 --device can:vcan0 >/dev/null
 [ "$(thimble arm --device can:vcan0)" = armed ] || die 'arming for a host that renders'
-for number in 01 02 03; do cansend vcan0 "101#00000000640000$number"; done
+for number in 01 02 03; do cansend vcan0 "101#00${number}000000006400"; done
 cansend vcan0 101#0000  # too short
-cansend vcan0 102#0000000064000004  # of another node
+cansend vcan0 102#0004000000006400  # of another node
 thimble info --device can:vcan0 --json >/tmp/info
 [ "$(field taken /tmp/info) $(field old /tmp/info) $(field wrong /tmp/info)" = '3 0 1' ] || die "orders: $(cat /tmp/info)"
 [ "$(thimble disarm --device can:vcan0)" = ready ] || die 'disarming'

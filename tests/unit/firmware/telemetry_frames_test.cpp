@@ -1,0 +1,91 @@
+// What telemetry sends: classic frames, what is opt-in, and one CAN FD frame for all of it.
+#include <gtest/gtest.h>
+
+#include "firmware/link/messages.h"
+#include "tests/unit/firmware/bench.h"
+
+namespace thimble::test {
+namespace {
+
+namespace link = firmware::link;
+
+std::vector<link::CanFrame> frames_heard(Bench& bench, int ticks) {
+  std::vector<link::CanFrame> frames;
+  for (int i = 0; i < ticks; ++i) {
+    bench.tick();
+    link::CanFrame frame;
+    while (bench.controller->next_frame(frame, bench.inputs.time_us)) frames.push_back(frame);
+  }
+  return frames;
+}
+
+template <class Message>
+std::vector<Message> messages_in(const std::vector<link::CanFrame>& frames) {
+  std::vector<Message> messages;
+  for (const link::CanFrame& frame : frames) {
+    Message message;
+    if (link::from_frame(frame, 1, message)) messages.push_back(message);
+  }
+  return messages;
+}
+
+void set_telemetry(Bench& bench, const char* name, std::uint32_t value) {
+  ASSERT_EQ(bench.controller->write_param(firmware::find_param(name)->id, value), firmware::ParamStatus::kOk);
+}
+
+TEST(TelemetryFrames, OptInFramesFollowTheirPose) {
+  Bench bench;
+  bench.start();
+  bench.move({0.01, 0, 0.005}, 400);
+  EXPECT_TRUE(messages_in<link::JointAngles>(frames_heard(bench, 400)).empty()) << "nobody asked for them";
+  set_telemetry(bench, "telemetry_content",
+                link::kContentJointAngles | link::kContentMotorCurrents | link::kContentTemperatures |
+                    link::kContentTorque);
+  frames_heard(bench, 80);
+  const auto frames = frames_heard(bench, 400);
+  const auto poses = messages_in<link::Pose>(frames);
+  const auto angles = messages_in<link::JointAngles>(frames);
+  const auto currents = messages_in<link::MotorCurrents>(frames);
+  const auto temperatures = messages_in<link::Temperatures>(frames);
+  ASSERT_EQ(poses.size(), 10U);
+  ASSERT_EQ(angles.size(), poses.size());
+  ASSERT_EQ(currents.size(), poses.size());
+  ASSERT_EQ(temperatures.size(), poses.size());
+  EXPECT_TRUE(messages_in<link::Torque>(frames).empty()) << "the arm has none";
+  const firmware::ArmTelemetry& shown = bench.shown().arm[0];
+  for (std::size_t j = 0; j < 3; ++j) {
+    EXPECT_NEAR(angles.back().angle_rad[j], shown.joint_rad[static_cast<int>(j)], 2e-4F);
+    EXPECT_NEAR(currents.back().current_A[j], shown.current_A[static_cast<int>(j)], 2e-2F);
+    EXPECT_NEAR(temperatures.back().winding_C[j], shown.winding_C[j], 0.51F);
+  }
+  EXPECT_EQ(angles.back().sequence, poses.back().sequence);
+}
+
+TEST(TelemetryFrames, OneFdFrameARecord) {
+  Bench bench;
+  bench.start();
+  bench.move({0.01, 0, 0.005}, 200);
+  bench.move({0.01, 0, -0.003}, 400);
+  set_telemetry(bench, "telemetry_fd", 1);
+  frames_heard(bench, 80);
+  auto frames = frames_heard(bench, 400);
+  const auto records = messages_in<link::ArmRecord>(frames);
+  EXPECT_EQ(records.size(), 10U);
+  EXPECT_TRUE(messages_in<link::Pose>(frames).empty());
+  EXPECT_TRUE(messages_in<link::Force>(frames).empty());
+  EXPECT_TRUE(messages_in<link::GodObject>(frames).empty());
+  EXPECT_NEAR(records.back().tip_m[2], -0.003F, 1e-4F);
+  EXPECT_NEAR(records.back().god_object_m[2], 0.0F, 1e-5F);
+  EXPECT_NEAR(records.back().force_N[2], bench.shown().arm[0].force_N.z(), 0.05F);
+  EXPECT_EQ(records.back().contacts, 1);
+  for (const link::CanFrame& frame : frames) EXPECT_TRUE(!frame.fd || frame.size == 20);
+  set_telemetry(bench, "telemetry_content", link::kContentJointAngles);
+  frames_heard(bench, 80);
+  frames = frames_heard(bench, 40);
+  ASSERT_EQ(messages_in<link::ArmRecord>(frames).size(), 1U);
+  EXPECT_NEAR(messages_in<link::ArmRecord>(frames)[0].angle_rad[0], bench.shown().arm[0].joint_rad[0], 1e-3F);
+  for (const link::CanFrame& frame : frames) EXPECT_TRUE(!frame.fd || frame.size == 64);
+}
+
+}  // namespace
+}  // namespace thimble::test
