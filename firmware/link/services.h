@@ -61,7 +61,7 @@ enum class Routine : std::uint16_t {
   // it holds. Stop: the arm is let go. Results: MoveSamples, in the order in which they were taken.
   kMove = 0x0206,
   kSaveParameters = 0x0207,  // as they are now, over power-off; with the motors off
-  // A trace (firmware/observe/recorder.h): every tick's counts are sent, with checks of the forces. Start: with the motors off; the scene
+  // A recording (firmware/observe/recorder.h): every tick's counts are sent, with checks of the forces. Start: with the motors off; the scene
   // begins anew. Stop. Results: RecordingStart, then a RecordingArm for each arm.
   kRecording = 0x0208,
 };

@@ -10,7 +10,7 @@ Nrc start_recording(Services& services, Call& call) noexcept {
   return services.jobs.run(call, services.command, [&]() noexcept {
     if (parts.core.sources().scene.pending()) return busy(call.host, Busy::kSceneSwitching);
     if (parts.core.observers().recorder.phase() == RecordingPhase::kRunning) {
-      call.host.refuse("trace_runs");
+      call.host.refuse("recording_runs");
       return Nrc::kConditionsNotCorrect;
     }
     if (!link::recording_fits(parts.config.arm_count, kJoints, 1.0F / parts.config.period_s,

@@ -124,7 +124,7 @@ void define_record(CLI::App& app, Choices& c) {
       ->capture_default_str();
 }
 
-void define_trace(CLI::App& app, Choices& c) {
+void define_can_tools(CLI::App& app, Choices& c) {
   CLI::App* dbc_verb = app.add_subcommand("dbc", "the real-time messages as a DBC file, for other CAN tools");
   dbc_verb->callback([&c] { write_dbc(c.remote.node, c.image); });
   dbc_verb->add_option("--node", c.remote.node, "the controller's node number")
@@ -293,7 +293,7 @@ void define(CLI::App& app, Choices& c) {
   define_view(app, c);
   define_record(app, c);
   define_scan(app, c);
-  define_trace(app, c);
+  define_can_tools(app, c);
   define_simulate(app, c);
 }
 

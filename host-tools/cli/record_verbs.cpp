@@ -129,7 +129,7 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
     json.update(about_json(recording));
     json["ticks"] = report.ticks;
     json["telemetry_every_ticks"] = report.telemetry_ticks;
-    json["trace_frames_per_s"] = report.frames_per_s;
+    json["recording_frames_per_s"] = report.frames_per_s;
     json["replay"] = verdict_json(verdict);
     print(json);
   } else {

@@ -108,7 +108,7 @@ void import_device_log(const Common& common, const ImportDeviceLogChoice& choice
 struct RecordChoice {
   std::filesystem::path output;
   std::filesystem::path scene;
-  double seconds = 0;  // 0: until Ctrl-C, or the trace ends
+  double seconds = 0;  // 0: until Ctrl-C, or the recording ends
   bool home = false;
   bool arm = false;
   bool force = false;  // OUT may be there, and another program recording

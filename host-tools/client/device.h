@@ -62,6 +62,7 @@ class Device {
   // home(): when stopping() returns true, it disarms and returns before the arm is homed.
   void home(link::Micros wait_us = 30'000'000, const std::function<bool()>& stopping = {});
   void arm(link::Micros wait_us = 2'000'000);
+  // disarm(): also when the device has given the place of this program to another one, and has no place left.
   void disarm(link::Micros wait_us = 5'000'000);
 
   // Disarms and restarts the controller. The answer comes before the restart.
@@ -74,11 +75,11 @@ class Device {
   [[nodiscard]] std::vector<link::MoveSample> move_samples();
   void end_move();
 
-  // A trace (firmware/observe/recorder.h); its frames come as telemetry(). How it began: a RecordingStart, and a RecordingArm for each arm.
-  void start_trace();
-  void end_trace();
-  [[nodiscard]] link::RecordingState trace_state();
-  [[nodiscard]] std::pair<link::RecordingStart, std::vector<link::RecordingArm>> trace_start();
+  // A recording (firmware/observe/recorder.h); its frames come as telemetry(). How it began: a RecordingStart, and a RecordingArm for each arm.
+  void start_recording();
+  void end_recording();
+  [[nodiscard]] link::RecordingState recording_state();
+  [[nodiscard]] std::pair<link::RecordingStart, std::vector<link::RecordingArm>> recording_start();
   [[nodiscard]] std::uint32_t param_bits(const firmware::ParamRow& row);
 
   // Forces from this program instead of the scene (docs/host-rendering.md):
@@ -133,5 +134,10 @@ class Device {
 };
 
 using link::crc32;
+
+// Disarms the device, also one that serves as many hosts as it can, or that is of another version. Returns the mode that follows.
+// Errors as of Device::disarm().
+link::Mode disarm(std::unique_ptr<Transport> transport, DeviceOptions options = {},
+                  link::Micros wait_us = 5'000'000);
 
 }  // namespace thimble::host

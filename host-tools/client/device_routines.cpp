@@ -45,37 +45,37 @@ void Device::end_move() {
   services_.demand(routine_request(Routine::kMove, kStop), "ending the move");
 }
 
-// --- Traces
+// --- Recordings
 
-void Device::start_trace() {
+void Device::start_recording() {
   services_.enter(Session::kExtended);
   const ServiceClient::Answer answer = services_.request(routine_request(Routine::kRecording));
   // A repeated request is refused because it is running.
-  if (answer.code != Nrc::kOk && trace_state().phase != link::RecordingPhase::kRunning)
-    services_.refused("starting the trace", answer.code);
+  if (answer.code != Nrc::kOk && recording_state().phase != link::RecordingPhase::kRunning)
+    services_.refused("starting the recording", answer.code);
 }
 
-void Device::end_trace() {
+void Device::end_recording() {
   services_.enter(Session::kExtended);
-  services_.demand(routine_request(Routine::kRecording, kStop), "ending the trace");
+  services_.demand(routine_request(Routine::kRecording, kStop), "ending the recording");
 }
 
-link::RecordingState Device::trace_state() {
-  return services_.record<link::RecordingState>("reading the trace's state");
+link::RecordingState Device::recording_state() {
+  return services_.record<link::RecordingState>("reading the recording's state");
 }
 
-std::pair<link::RecordingStart, std::vector<link::RecordingArm>> Device::trace_start() {
+std::pair<link::RecordingStart, std::vector<link::RecordingArm>> Device::recording_start() {
   services_.enter(Session::kExtended);
   const Bytes answer =
-      services_.demand(routine_request(Routine::kRecording, kResults), "reading how the trace began");
+      services_.demand(routine_request(Routine::kRecording, kResults), "reading how the recording began");
   std::pair<link::RecordingStart, std::vector<link::RecordingArm>> result;
   std::span<const std::uint8_t> rest = std::span(answer).subspan(4);
   if (!link::decode(rest, result.first))
-    services_.refused("reading how the trace began", Nrc::kIncorrectLength);
+    services_.refused("reading how the recording began", Nrc::kIncorrectLength);
   rest = rest.subspan(link::wire_size<link::RecordingStart>());
   result.second.resize(result.first.arms);
   for (link::RecordingArm& arm : result.second) {
-    if (!link::decode(rest, arm)) services_.refused("reading how the trace began", Nrc::kIncorrectLength);
+    if (!link::decode(rest, arm)) services_.refused("reading how the recording began", Nrc::kIncorrectLength);
     rest = rest.subspan(link::wire_size<link::RecordingArm>());
   }
   return result;

@@ -21,9 +21,9 @@ using link::Micros;
 
 constexpr Micros kRound_us = 20'000;        // interval of keep-alives: link_timeout is at least 50 ms
 constexpr Micros kGrow_us = 100'000;        // interval of writes to the file
-constexpr Micros kAsk_us = 1'000'000;       // how the trace is, besides what it says on its way
+constexpr Micros kAsk_us = 1'000'000;       // how the recording is, besides what it says on its way
 constexpr Micros kSilence_us = 3'000'000;   // without a frame for this time the device counts as lost
-constexpr Micros kLastFrames_us = 500'000;  // after the trace was ended
+constexpr Micros kLastFrames_us = 500'000;  // after the recording was ended
 constexpr Micros kHoming_us = 30'000'000;
 
 std::vector<std::byte> scene_that_runs(Device& device, const std::filesystem::path& file) {
@@ -52,7 +52,7 @@ std::vector<std::string> split(const std::string& list) {
   return parts;
 }
 
-// One run, from the trace's start to the end of its file.
+// One run, from the recording's start to the end of its file.
 class Run {
  public:
   Run(Device& device, const RecordOptions& options)
@@ -68,7 +68,7 @@ class Run {
       recorder_.take(frame, static_cast<std::uint32_t>(heard_us_ - begun_us_));
     });
     claim();
-    device_.start_trace();
+    device_.start_recording();
     std::optional<Error> failure;
     try {
       open(file);
@@ -107,11 +107,11 @@ class Run {
     header_.began = std::time(nullptr);
   }
 
-  // The trace is this program's.
+  // The recording is this program's.
   void claim() {
-    const bool runs = device_.trace_state().phase == link::RecordingPhase::kRunning;
+    const bool runs = device_.recording_state().phase == link::RecordingPhase::kRunning;
     if (runs && !options_.take_over) {
-      throw Error(ExitCode::kRefused, "trace-runs", "another program is recording this device",
+      throw Error(ExitCode::kRefused, "recording-runs", "another program is recording this device",
                   "wait until it has ended, or end its recording with --force");
     }
     const link::Mode mode = device_.state().mode;
@@ -119,11 +119,11 @@ class Run {
       throw Error(ExitCode::kRefused, "motors-on", "a recording begins with the motors off",
                   "disarm first (`thimble disarm`)");
     }
-    if (runs) device_.end_trace();
+    if (runs) device_.end_recording();
   }
 
   void open(OutputFile& file) {
-    std::tie(header_.start, header_.arms) = device_.trace_start();
+    std::tie(header_.start, header_.arms) = device_.recording_start();
     read_parameters();
     if (header_.start.scene_crc != crc32(header_.scene)) {
       throw Error(ExitCode::kVerification, "other-scene", "the device's scene has changed meanwhile",
@@ -138,7 +138,7 @@ class Run {
   void let_go() {
     try {
       if (options_.arm) device_.disarm();
-      device_.end_trace();
+      device_.end_recording();
     } catch (const Error&) {
       return;
     }
@@ -149,7 +149,7 @@ class Run {
     for (const firmware::ParamRow& row : firmware::kParamTable)
       header_.parameters.emplace_back(row.id, device_.param_bits(row));
     report_.telemetry_ticks = device_.param_bits(row_of(firmware::Param::telemetry_decimation));
-    const link::RecordingState state = device_.trace_state();
+    const link::RecordingState state = device_.recording_state();
     if (state.end == link::RecordingEnd::kParameter) {
       throw Error(ExitCode::kRefused, "parameter-written",
                   "somebody wrote a parameter while the recording began", "repeat the command");
@@ -187,17 +187,17 @@ class Run {
       }
       if (now_us() - asked_us > kAsk_us) {
         asked_us = now_us();
-        if (device_.trace_state().phase != link::RecordingPhase::kRunning) break;
+        if (device_.recording_state().phase != link::RecordingPhase::kRunning) break;
       }
     }
     if (options_.arm) device_.disarm();
   }
 
   void finish() {
-    if (!recorder_.ended()) device_.end_trace();
+    if (!recorder_.ended()) device_.end_recording();
     const Micros last_us = now_us() + kLastFrames_us;
     while (!recorder_.ended() && now_us() < last_us) static_cast<void>(device_.telemetry(last_us));
-    const link::RecordingState state = device_.trace_state();
+    const link::RecordingState state = device_.recording_state();
     if (state.phase == link::RecordingPhase::kRunning) {  // of another program
       report_.end.reason = "taken_over";
       report_.end.ticks = static_cast<std::uint32_t>(recorder_.ticks() + recorder_.missing());

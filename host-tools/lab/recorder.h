@@ -1,5 +1,5 @@
-// The frames of a device with a trace, put together to what a recording holds. Who calls it: `thimble record`, for every real-time
-// frame it hears; one thread. Frames may come before the trace's start is known, and late ones of an earlier trace are passed over.
+// The frames of a device's recording, put together to the messages of its file. Who calls it: `thimble record`, for every real-time
+// frame it hears; one thread. Frames may come before the recording's start is known, and late ones of an earlier recording are passed over.
 #pragma once
 
 #include <cstddef>

@@ -44,7 +44,7 @@ struct RecordingHeader {
 };
 
 struct RecordedTicks {
-  std::uint64_t first = 0;  // unwrapped: not below the trace's start
+  std::uint64_t first = 0;  // unwrapped: not below the recording's start
   std::vector<std::uint16_t> counts;
 };
 

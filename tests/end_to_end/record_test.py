@@ -21,8 +21,8 @@ SCENES = Path(__file__).resolve().parents[2] / "scenes"
 SLOW = "THIMBLE_UNDER_SANITIZERS" in os.environ
 
 
-class TraceThief(Proxy):
-    """Takes one of the trace's frames in 2000, and nothing else."""
+class RecordingThief(Proxy):
+    """Takes one of the recording's frames in 2000, and nothing else."""
 
     def __init__(self, port):
         super().__init__(port, LinkFaults())
@@ -59,7 +59,7 @@ class Record(Rig):
         for uri in (sim.tcp, sim.pty):
             with self.subTest(uri=uri):
                 file, said = self.recorded(sim, scene, uri=uri)
-                # A pty holds 4 kB, 45 ms of a trace: on a machine that is busy its reader may come too late for it.
+                # A pty holds 4 kB, 45 ms of a recording: on a machine that is busy its reader may come too late for it.
                 if uri == sim.pty and said["missing"] != 0:
                     figure("%d ticks are missing over the pty: the machine is busy" % said["missing"])
                     self.assertNotIn("differs_at", said["replay"])
@@ -114,7 +114,7 @@ class Record(Rig):
         self.assertIn("now arm", recording.stderr.readline())
         self.ok("home", "--device", sim.tcp)
         self.ok("arm", "--device", sim.tcp)
-        self.fails(1, "trace-runs", "record", self.folder / "second.rec", "--scene", scene, "--device", sim.tcp)
+        self.fails(1, "recording-runs", "record", self.folder / "second.rec", "--scene", scene, "--device", sim.tcp)
         self.assertFalse((self.folder / "second.rec").exists())
         self.assertIsNone(recording.poll())
         recording.send_signal(signal.SIGINT)
@@ -249,7 +249,7 @@ class Record(Rig):
 
     def test_a_link_that_loses_frames(self):
         sim, scene = self.touching()
-        proxy = TraceThief(sim.port)
+        proxy = RecordingThief(sim.port)
         self.addCleanup(proxy.close)
         file = self.folder / "lossy.rec"
         result = self.run_thimble("record", file, "--scene", scene, "--home", "--arm", "--seconds", 2, "--device", proxy.uri, "--json")

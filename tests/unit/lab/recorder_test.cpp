@@ -68,7 +68,7 @@ TEST(Recorder, EveryTickOverTheWrapOfItsNumber) {
   constexpr std::uint64_t kStart = 0x1FFF0;
   host::Recorder recorder(kNode, 1);
   for (std::uint64_t tick = kStart - 50; tick < kStart + 10; ++tick)
-    recorder.take(counts_frame(tick), 0);  // of the trace before, and early ones of this
+    recorder.take(counts_frame(tick), 0);  // of the recording before, and early ones of this
   recorder.begin(start_at(kStart));
   for (std::uint64_t tick = kStart + 10; tick <= kStart + 70'000; ++tick) {
     recorder.take(counts_frame(tick), 0);
@@ -81,7 +81,7 @@ TEST(Recorder, EveryTickOverTheWrapOfItsNumber) {
   EXPECT_FALSE(recorder.ended());
   recorder.take(check_frame(kStart + 70'000, true), 0);
   EXPECT_TRUE(recorder.ended());
-  recorder.take(counts_frame(kStart + 70'001), 0);  // of another trace
+  recorder.take(counts_frame(kStart + 70'001), 0);  // of another recording
   EXPECT_EQ(recorder.ticks(), 70'000U);
   EXPECT_EQ(recorder.missing(), 0U);
   const Written result = written(recorder, kStart, 1);

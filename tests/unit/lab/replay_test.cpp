@@ -27,9 +27,10 @@ using board::SimBoard;
 using firmware::Command;
 
 // The simulated board, its frames, and the services asked as a host asks them.
-class Traced {
+class RecordedBoard {
  public:
-  explicit Traced(const board::SimBoardOptions& options) : board(options), recorder_(1, options.arm_count) {}
+  explicit RecordedBoard(const board::SimBoardOptions& options)
+      : board(options), recorder_(1, options.arm_count) {}
 
   void tick() {
     board.controller().keep_alive();
@@ -69,7 +70,7 @@ class Traced {
     return {0};
   }
 
-  // Starts a trace: what its recording begins with.
+  // Starts a recording: what its recording begins with.
   host::Recording start(std::span<const std::byte> scene) {
     host::Recording recording;
     EXPECT_EQ(ask({0x10, 0x03})[0], 0x50);
@@ -122,43 +123,43 @@ host::Recording felt(const fs::path& folder, const std::vector<std::byte>& befor
   board::SimBoardOptions options;
   options.arm_count =
       std::ranges::any_of(points, [](const board::PathPoint& point) { return point.arm == 1; }) ? 2 : 1;
-  Traced traced(options);
-  firmware::Controller& controller = traced.board.controller();
+  RecordedBoard recorded(options);
+  firmware::Controller& controller = recorded.board.controller();
   for (int arm = 0; arm < options.arm_count; ++arm) {
     std::vector<board::PathPoint> own;
     std::ranges::copy_if(points, std::back_inserter(own),
                          [arm](const board::PathPoint& point) { return point.arm == arm; });
-    traced.board.follow(static_cast<std::size_t>(arm), board::HandPath(std::move(own)), true);
+    recorded.board.follow(static_cast<std::size_t>(arm), board::HandPath(std::move(own)), true);
   }
   // Something else is felt first: heat, counts, a scene's memory.
   EXPECT_EQ(controller.load_scene(before), firmware::StoreStatus::kOk);
-  traced.seconds(0.01);
+  recorded.seconds(0.01);
   EXPECT_EQ(controller.request(Command::kHome), 0U);
-  EXPECT_TRUE(traced.until(firmware::Mode::kReady));
+  EXPECT_TRUE(recorded.until(firmware::Mode::kReady));
   EXPECT_EQ(controller.request(Command::kArm), 0U);
-  EXPECT_TRUE(traced.until(firmware::Mode::kArmed));
-  traced.seconds(1.0);
+  EXPECT_TRUE(recorded.until(firmware::Mode::kArmed));
+  recorded.seconds(1.0);
   const std::vector<std::byte> image = image_of(folder / (folder.filename().string() + ".scene.json"));
   EXPECT_EQ(controller.load_scene(image), firmware::StoreStatus::kOk);
-  traced.seconds(1.0);
+  recorded.seconds(1.0);
   EXPECT_EQ(controller.request(Command::kDisarm), 0U);
-  EXPECT_TRUE(traced.until(firmware::Mode::kDamping));
-  EXPECT_TRUE(traced.until(firmware::Mode::kReady));
+  EXPECT_TRUE(recorded.until(firmware::Mode::kDamping));
+  EXPECT_TRUE(recorded.until(firmware::Mode::kReady));
 
-  const host::Recording begun = traced.start(image);
-  traced.seconds(0.1);
+  const host::Recording begun = recorded.start(image);
+  recorded.seconds(0.1);
   EXPECT_EQ(controller.request(Command::kArm), 0U);
-  traced.seconds(seconds);
-  traced.board.set_dead_man(false);
-  traced.seconds(0.3);
-  traced.board.set_dead_man(true);
-  traced.seconds(0.1);
+  recorded.seconds(seconds);
+  recorded.board.set_dead_man(false);
+  recorded.seconds(0.3);
+  recorded.board.set_dead_man(true);
+  recorded.seconds(0.1);
   EXPECT_EQ(controller.request(Command::kArm), 0U);
-  traced.seconds(seconds);
+  recorded.seconds(seconds);
   EXPECT_EQ(controller.recording_state().phase, link::RecordingPhase::kRunning)
       << link::name(static_cast<link::RecordingEnd>(controller.recording_state().end));
   EXPECT_EQ(controller.recording_state().dropped, 0U);
-  return traced.finish(begun);
+  return recorded.finish(begun);
 }
 
 TEST(Replay, EveryScenesForcesComeOutAgain) {

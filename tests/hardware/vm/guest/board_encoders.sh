@@ -10,7 +10,7 @@ ip link add dev vcan0 type vcan
 ip link set vcan0 mtu 72 up
 device='--device can:vcan0'
 
-# calls THREAD FILE: the system calls of one thread in a trace, the most frequent first.
+# calls THREAD FILE: the system calls of one thread in the output of strace, the most frequent first.
 calls() { sed -n "s/^$1 *\([a-z0-9_]*\)(.*/\1/p" "$2" | sort | uniq -c | sort -rn; }
 
 step 'what the servo asks of the kernel, counts by sysfs'
@@ -31,7 +31,7 @@ wait $tracer || true
 calls $thread /tmp/trace >/tmp/calls
 cat /tmp/calls
 [ "$(awk '{print $2}' /tmp/calls | sort | tr '\n' ' ')" = 'clock_nanosleep ioctl pread64 read ' ] || die 'the servo asks for more'
-[ "$(awk '$2 == "clock_nanosleep" {print $1}' /tmp/calls)" -gt 20 ] || die 'too short a trace'
+[ "$(awk '$2 == "clock_nanosleep" {print $1}' /tmp/calls)" -gt 20 ] || die 'strace saw too little'
 thimble disarm $device >/dev/null
 stop_board
 stop_arm
