@@ -96,9 +96,8 @@ void arm(const Common& common, const Remote& remote) {
 }
 
 void disarm(const Common& common, const Remote& remote) {
-  Device device = open_remote(remote);  // prints nothing before the device is disarmed
-  device.disarm();
-  print_mode(common, "disarm", device.state().mode);
+  print_mode(common, "disarm",
+             host::disarm(open_transport(choose_device(remote.device)), options_of(remote)));
 }
 
 void restart(const Common& common, const Remote& remote) {

@@ -18,6 +18,31 @@ using link::Session;
 
 constexpr Micros kModePoll_us = 20'000;
 
+// The mode that the device says next, by itself: DeviceState is longer than a frame.
+std::optional<Mode> mode_of_status(ServiceClient& services, Micros deadline_us) {
+  while (const std::optional<link::CanFrame> frame = services.telemetry(deadline_us)) {
+    link::Status status;
+    if (link::from_frame(*frame, services.options().node, status)) return status.mode;
+  }
+  return std::nullopt;
+}
+
+Mode disarm_by(ServiceClient& services, Micros wait_us) {
+  services.demand_without_place(routine_request(Routine::kDisarm), "disarming");
+  const Micros deadline_us = now_us() + wait_us;
+  while (true) {
+    const std::optional<Mode> mode =
+        services.has_place() ? services.state().mode : mode_of_status(services, deadline_us);
+    if (mode && *mode != Mode::kArmed && *mode != Mode::kDamping) return *mode;
+    if (now_us() > deadline_us) {
+      throw Error(ExitCode::kRefused, "not-in-time",
+                  mode ? std::string("the device is still ") + name(*mode)
+                       : "the device has taken the command, and does not say its mode",
+                  "press the e-stop, then see `thimble info`");
+    }
+  }
+}
+
 }  // namespace
 
 Device::Device(std::unique_ptr<Transport> transport, const DeviceOptions& options)
@@ -140,17 +165,12 @@ void Device::arm(Micros wait_us) {
   wait_for_mode(Mode::kArmed, wait_us, "arming");
 }
 
-void Device::disarm(Micros wait_us) {
-  services_.demand(routine_request(Routine::kDisarm), "disarming");
-  const Micros deadline_us = now_us() + wait_us;
-  while (true) {
-    const link::DeviceState now = state();
-    if (now.mode != Mode::kArmed && now.mode != Mode::kDamping) return;
-    if (now_us() > deadline_us) {
-      throw Error(ExitCode::kRefused, "not-in-time", std::string("the device is still ") + name(now.mode),
-                  "press the e-stop, then see `thimble info`");
-    }
-  }
+void Device::disarm(Micros wait_us) { static_cast<void>(disarm_by(services_, wait_us)); }
+
+Mode disarm(std::unique_ptr<Transport> transport, DeviceOptions options, Micros wait_us) {
+  options.needs_place = false;
+  ServiceClient services(std::move(transport), options);
+  return disarm_by(services, wait_us);
 }
 
 void Device::restart() {

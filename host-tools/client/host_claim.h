@@ -25,6 +25,9 @@ class HostClaim {
   // What a frame says of this program's claim. kNew: address() is another one now.
   Grant on_frame(const link::CanFrame& frame);
 
+  // The device has given the address to another host: there is none until one is granted again.
+  void forget() { address_ = link::kTesterAddress; }
+
   // link::kTesterAddress until one was granted.
   [[nodiscard]] std::uint8_t address() const { return address_; }
   [[nodiscard]] bool granted() const { return address_ != link::kTesterAddress; }

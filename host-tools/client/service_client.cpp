@@ -73,6 +73,11 @@ std::string remedy_of(const std::string& reasons) {
   if (reasons.find("too_many") != std::string::npos) add("leave some out; the limits are in `thimble info`");
   // Busy: it passes by itself.
   if (reasons == "scene_switching" || reasons == "command_pending") add("repeat the command");
+  // Of the bus.
+  if (reasons == "needs_can_fd_or_lower_rate")
+    add("run the loop at a lower rate, or use a controller and a bus with CAN FD");
+  if (reasons == "bus_without_can_fd")
+    add("leave telemetry_fd at 0, or use a controller and a bus with CAN FD");
   return remedy.empty() ? "remove what the device names, then repeat" : remedy;
 }
 
@@ -116,6 +121,11 @@ bool ServiceClient::claim_until(Micros deadline_us) {
     while (claim_.stale(now_us()) && !claim_refused_ && now_us() < again_us) pump(again_us);
     if (!claim_.stale(now_us())) return true;
     if (!claim_refused_) continue;
+    if (!options_.needs_place) {
+      claim_.forget();
+      listen();
+      return false;
+    }
     if (place_by_us == 0) place_by_us = now_us() + kPlaceWait_us;
     if (now_us() > place_by_us) {
       throw Error(ExitCode::kRefused, "hosts-full",
@@ -132,6 +142,7 @@ bool ServiceClient::claim_until(Micros deadline_us) {
 void ServiceClient::take_service_frame(const CanFrame& frame) {
   switch (claim_.on_frame(frame)) {
     case HostClaim::Grant::kNew:
+      claims_ = true;
       return listen();
     case HostClaim::Grant::kRefused:
       claim_refused_ = true;
@@ -196,7 +207,7 @@ void ServiceClient::keep_alive() {
 std::optional<ServiceClient::Answer> ServiceClient::try_request(const Bytes& request, unsigned tries,
                                                                 Micros answer_us) {
   channel_.config().flow_timeout_us = channel_.config().receive_timeout_us = answer_us;
-  if (claim_.granted() && claim_.stale(now_us())) static_cast<void>(claim_until(now_us() + answer_us));
+  if (claims_ && claim_.stale(now_us())) static_cast<void>(claim_until(now_us() + answer_us));
   for (unsigned i = 0; i < tries; ++i) {
     // The device may have restarted, and know the address no more. The grant comes while the answer is awaited.
     if (i > 0 && claim_.granted()) transport_->send(claim_.claim(now_us()));
@@ -269,6 +280,16 @@ Bytes ServiceClient::demand(const Bytes& request_bytes, const std::string& what)
   return std::move(answer.bytes);
 }
 
+Bytes ServiceClient::demand_without_place(const Bytes& request_bytes, const std::string& what) {
+  struct Restore {
+    bool& needs_place;
+    bool before;
+    ~Restore() { needs_place = before; }
+  } const restore{options_.needs_place, options_.needs_place};
+  options_.needs_place = false;
+  return demand(request_bytes, what);
+}
+
 void ServiceClient::enter(link::Session session) {
   demand({byte_of(Service::kSession), static_cast<std::uint8_t>(session)}, "opening a session");
 }
@@ -286,8 +307,11 @@ std::string ServiceClient::text(std::uint16_t did) {
 void ServiceClient::refused(const std::string& what, Nrc code) {
   std::string why = link::name(code);
   std::string remedy = "see `thimble info` for the state of the device";
-  if (code == Nrc::kConditionsNotCorrect || code == Nrc::kDownloadNotAccepted ||
-      code == Nrc::kProgrammingFailure || code == Nrc::kBusyRepeatRequest) {
+  if (claim_refused_) {
+    // The answers to the questions below would be longer than a frame.
+    remedy = "end one of the programs that use the device, then repeat";
+  } else if (code == Nrc::kConditionsNotCorrect || code == Nrc::kDownloadNotAccepted ||
+             code == Nrc::kProgrammingFailure || code == Nrc::kBusyRepeatRequest) {
     const link::DeviceState now = state();
     if (now.fault != 0 && code == Nrc::kConditionsNotCorrect) faulted(what, now.fault);
     const std::string reason = text(link::kDidRefusal);

@@ -30,6 +30,9 @@ struct DeviceOptions {
   std::uint8_t node = 1;
   link::Micros answer_us = 400'000;  // how long one try waits for an answer
   unsigned tries = 5;
+  // False: where the device serves as many hosts as it can, do not wait until a place is free, and send from
+  // link::kTesterAddress. The device answers that address in single frames (demand_without_place()).
+  bool needs_place = true;
 };
 
 class ServiceClient {
@@ -59,6 +62,11 @@ class ServiceClient {
   [[nodiscard]] Answer request(const Bytes& request);
   // The positive answer. `what` begins the message of the error: "<what> was refused: <reason>".
   Bytes demand(const Bytes& request, const std::string& what);
+  // The same for a request and an answer of one frame each in the default session, as disarming: it does not wait for a place.
+  // When the device has none, the request leaves from link::kTesterAddress.
+  Bytes demand_without_place(const Bytes& request, const std::string& what);
+  // False: the device had no place when this program asked last.
+  [[nodiscard]] bool has_place() const { return !claim_refused_; }
   // Throws the error for a negative answer; asks the device for its reason.
   [[noreturn]] void refused(const std::string& what, link::Nrc code);
   [[noreturn]] void faulted(const std::string& what, std::uint8_t fault);
@@ -95,7 +103,8 @@ class ServiceClient {
   void pump(link::Micros deadline_us);
   void take_service_frame(const link::CanFrame& frame);
   void listen();
-  // Claims, again and again until `deadline_us`. False: no grant came. Error kRefused: there is no place.
+  // Claims, again and again until `deadline_us`. False: no grant came; or there is no place and options_.needs_place is false, so
+  // requests leave from link::kTesterAddress. Error kRefused: no place became free.
   bool claim_until(link::Micros deadline_us);
   [[nodiscard]] std::optional<Answer> await_answer(const Bytes& request, link::Micros answer_us);
   [[noreturn]] static void too_short(const std::string& what);
@@ -103,6 +112,7 @@ class ServiceClient {
   std::unique_ptr<Transport> transport_;
   DeviceOptions options_;
   HostClaim claim_;
+  bool claims_ = false;         // the device grants places: it has granted one
   bool claim_refused_ = false;  // the device's last word
   link::IsoTpChannel channel_;
   std::function<void(const link::CanFrame&)> heard_;

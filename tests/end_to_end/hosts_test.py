@@ -134,6 +134,22 @@ class Hosts(Rig):
         self.ok("info", "--device", self.device.tcp)
         figure("a place was free %.1f s after its host vanished" % (time.monotonic() - began))
 
+    def test_disarming_needs_no_place(self):
+        self.ok("home", "--device", self.device.tcp)
+        self.ok("arm", "--device", self.device.tcp)
+        hosts = RawHosts(self.device.port)
+        self.addCleanup(hosts.vanish)
+        keys = range(1, PLACES + 1)
+        granted = hosts.claim(*keys)
+        began = time.monotonic()
+        self.assertEqual(self.ok("disarm", "--device", self.device.tcp).out.strip(), "ready")
+        took = time.monotonic() - began
+        figure("disarmed after %.2f s, with all places taken" % took)
+        self.assertLess(took, 3)
+        self.assertEqual(self.ok_json("disarm", "--device", self.device.tcp)["mode"], "ready")
+        again = hosts.claim(*keys)  # and refusals of the verb's own claims
+        self.assertEqual({key: again[key] for key in keys}, granted, "nobody lost its place")
+
     def test_one_upload_at_a_time(self):
         slow = self.proxy(self.device.port, LinkFaults(delay_s=0.002), 3)
         first = self.start("upload", self.image(self.ball_scene(60, name="first")), "--device", slow.uri)
