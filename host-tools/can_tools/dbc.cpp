@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "firmware/core/faults.h"
+#include "firmware/link/host_address.h"
 #include "firmware/link/messages.h"
 
 namespace thimble::host {
@@ -141,6 +142,21 @@ void add_message(std::uint8_t node, unsigned& last_id, Sections& out) {
   link::visit_numbers(message, Signals(id, kind, kIsOrder<Message> ? "Controller" : "Host", out));
 }
 
+// The claims that it answers have a random number in their identifier, which a DBC cannot describe.
+void add_grant(std::uint8_t node, Sections& out) {
+  const std::uint32_t id = link::grant_id(node) | kExtended;
+  out.messages += fmt::format(
+      "\nBO_ {} HostGrant: 8 Controller\n"
+      " SG_ key : 0|48@1+ (1,0) [0|{}] \"\" Host\n"
+      " SG_ address : 48|8@1+ (1,0) [0|255] \"\" Host\n"
+      " SG_ places : 56|8@1+ (1,0) [0|255] \"\" Host\n",
+      id, link::kHostKeyMask);
+  out.comments += fmt::format("CM_ BO_ {} \"The address that a host gets for its services\";\n", id);
+  out.comments += fmt::format("CM_ SG_ {} key \"of the host's claim\";\n", id);
+  out.comments += fmt::format("CM_ SG_ {} address \"0: all places are taken\";\n", id);
+  out.comments += fmt::format("CM_ SG_ {} places \"hosts that the controller serves at once\";\n", id);
+}
+
 }  // namespace
 
 std::string dbc(std::uint8_t node) {
@@ -158,6 +174,11 @@ std::string dbc(std::uint8_t node) {
   };
   add_service(link::request_id(node), "Request", "Host");
   add_service(link::response_id(node), "Response", "Controller");
+  for (std::uint8_t host = link::kFirstHostAddress; host <= link::kLastHostAddress; ++host) {
+    add_service(link::request_id(node, host), fmt::format("Request_{:X}", host), "Host");
+    add_service(link::response_id(node, host), fmt::format("Response_{:X}", host), "Controller");
+  }
+  add_grant(node, out);
   return fmt::format("VERSION \"Thimble link {}\"\n\nNS_ :\n\nBS_:\n\nBU_: Controller Host\n{}\n{}{}{}",
                      link::kProtocolVersion, out.messages, out.comments, out.values, out.floats);
 }

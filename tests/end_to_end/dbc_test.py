@@ -44,7 +44,8 @@ class Dbc(Rig):
                 value, step = meant["value"], meant["step"]
                 self.assertAlmostEqual(float(decoded[meant["signal"]].phys_value), value, delta=0.501 * step + 1e-6 * abs(value),
                                        msg=f"{message.name}.{meant['signal']}")
-        self.assertEqual(seen | {"Request", "Response"}, {message.name for message in matrix.frames})
+        services = {name + host for name in ("Request", "Response") for host in ["", *("_%X" % address for address in range(0xF2, 0xFE))]}
+        self.assertEqual(seen | services | {"HostGrant"}, {message.name for message in matrix.frames})
 
     def test_names_of_values_and_comments(self):
         matrix = self.matrix()
@@ -67,6 +68,14 @@ class Dbc(Rig):
         request = matrix.frame_by_name("Request")
         self.assertTrue(request.arbitration_id.extended)
         self.assertEqual(request.arbitration_id.id, 0x18DA01F1)
+        for host in range(0xF2, 0xFE):  # the addresses that are granted
+            self.assertEqual(matrix.frame_by_name("Request_%X" % host).arbitration_id.id, 0x18DA0100 | host)
+            self.assertEqual(matrix.frame_by_name("Response_%X" % host).arbitration_id.id, 0x18DA0001 | host << 8)
+        grant = matrix.frame_by_name("HostGrant")
+        self.assertEqual(grant.arbitration_id.id, 0x1D000001)
+        said = grant.decode(bytes.fromhex("0605040302 01 F2 04"))
+        self.assertEqual({name: int(signal.raw_value) for name, signal in said.items()},
+                         {"key": 0x010203040506, "address": 0xF2, "places": 4})
 
     def test_another_node(self):
         self.assertEqual(self.matrix("--node", "5").frame_by_name("Arm").arbitration_id.id, 0x185)
