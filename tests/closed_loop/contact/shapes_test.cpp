@@ -256,7 +256,7 @@ TEST(Cone, StraightFlightsLandOnTheSideOrTheBase) {
     IdealRun run(image);
     const auto outside_m = [&](const Vector3d& p) {
       const Vector3d direction = Vector3d(p.x(), p.y(), 0.0).normalized();
-      return std::max(side.normal(direction).dot(p - side.apex()), -0.25 * height_m - p.z());
+      return std::max(side.normal(direction).dot(p - side.apex()), -0.25 * side.height_m - p.z());
     };
     double worst = 0.0;
     int silent = 0;
