@@ -3,12 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string>
 #include <vector>
+
+#include "tests/support/generated_docs.h"
 
 namespace thimble::firmware::link {
 namespace {
@@ -112,24 +111,7 @@ TEST(BusCost, RecordingsThatABusCarries) {
   EXPECT_TRUE(recording_fits(4, 7, 10'000, 0)) << "not known";
 }
 
-// With THIMBLE_WRITE_DOCS set the table is written instead of compared.
-TEST(BusCost, DocsAreGenerated) {
-  const std::string file = std::string(THIMBLE_SOURCE_DIR) + "/docs/link.md";
-  const std::string begin = "<!-- bus costs begin -->\n";
-  const std::string end = "\n<!-- bus costs end -->";
-  std::ifstream in(file);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  const std::size_t from = text.find(begin);
-  const std::size_t to = text.find(end);
-  ASSERT_TRUE(from != std::string::npos && to != std::string::npos) << file << " lost its marks";
-  const std::string written = text.substr(from + begin.size(), to - from - begin.size());
-  const std::string meant = "\n" + cost_table();
-  if (std::getenv("THIMBLE_WRITE_DOCS") != nullptr) {
-    std::ofstream(file) << text.replace(from + begin.size(), written.size(), meant);
-    return;
-  }
-  EXPECT_EQ(written, meant) << "write it anew: THIMBLE_WRITE_DOCS=1 link_test --gtest_filter=BusCost.Docs*";
-}
+TEST(BusCost, DocsAreGenerated) { test::expect_generated("docs/link.md", "bus costs", "\n" + cost_table()); }
 
 }  // namespace
 }  // namespace thimble::firmware::link

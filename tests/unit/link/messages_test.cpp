@@ -8,15 +8,14 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cstdlib>
-#include <fstream>
 #include <iomanip>
-#include <iterator>
 #include <limits>
 #include <set>
 #include <sstream>
 #include <string>
 #include <type_traits>
+
+#include "tests/support/generated_docs.h"
 
 namespace thimble::firmware::link {
 namespace {
@@ -322,24 +321,7 @@ std::string documented() {
   return out.str();
 }
 
-// With THIMBLE_WRITE_DOCS set the tables are written instead of compared.
-TEST(Messages, DocsAreGenerated) {
-  const std::string file = std::string(THIMBLE_SOURCE_DIR) + "/docs/link.md";
-  const std::string begin = "<!-- messages.def begins -->\n";
-  const std::string end = "\n<!-- messages.def ends -->";
-  std::ifstream in(file);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  const std::size_t from = text.find(begin);
-  const std::size_t to = text.find(end);
-  ASSERT_TRUE(from != std::string::npos && to != std::string::npos) << file << " lost its marks";
-  const std::string written = text.substr(from + begin.size(), to - from - begin.size());
-  if (std::getenv("THIMBLE_WRITE_DOCS") != nullptr) {
-    std::ofstream(file) << text.replace(from + begin.size(), written.size(), documented());
-    return;
-  }
-  EXPECT_EQ(written, documented())
-      << "write it anew: THIMBLE_WRITE_DOCS=1 link_test --gtest_filter=Messages.Docs*";
-}
+TEST(Messages, DocsAreGenerated) { test::expect_generated("docs/link.md", "messages.def", documented()); }
 
 }  // namespace
 }  // namespace thimble::firmware::link
