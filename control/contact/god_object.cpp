@@ -303,14 +303,15 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
   Feature feature = contact.feature;
   const Slide slide = object.ops->slide(object.shape, feature, object.to_local(god.position_m),
                                         object.to_local(target), {.hold = hold, .one_piece = !alone});
-  if (!alone || !slide.swept) {
+  if (alone && slide.swept) {
+    god.position_m = object.to_world(slide.to);
+  } else {
     bool ended = false;
     const Outcome outcome = slide.bent
                                 ? slide_on_arc(world, nearby, slide, feature, god, target, counters, ended)
                                 : fly_along(world, nearby, slide, feature, god, ended);
     if (outcome == Outcome::kUnknown || ended) return outcome;
   }
-  god.position_m = object.to_world(slide.to);
   god.contacts[0].feature = feature;
   switch (slide.end) {
     case SlideEnd::kHeld:
