@@ -2,7 +2,7 @@
 //
 //   condition names   arming, homing, moves, recordings: firmware/core/conditions.def, a list ("not_homed,no_scene")
 //   store statuses    downloads: name(StoreStatus), or the verdict on the image
-//   busy reasons      all that can be answered with "busy, repeat" (21): kBusyTable, here and nowhere else
+//   busy reasons      all reasons for the answer "busy, repeat" (21) to a host with a place: kBusyTable; docs/link.md has them for users
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace thimble::firmware {
 
-// Each passes by itself: the host may repeat its request.
+// Each ends by itself: the host may repeat its request.
 enum class Busy : std::uint8_t { kSceneSwitching, kOtherHostUploads, kCommandPending };
 struct BusyRow {
   Busy busy;
@@ -25,7 +25,8 @@ inline constexpr std::array<BusyRow, 3> kBusyTable = {{
      "the tick has not taken the scene that was activated last; until then it reads the slot that a download "
      "would erase"},
     {Busy::kOtherHostUploads, "other_host_uploads",
-     "another host has begun a download; it ends with its activation, or with that host's session"},
+     "another host has begun a download; it ends with its activation, with that host's session, or after 1 s "
+     "of silence"},
     {Busy::kCommandPending, "command_pending", "the tick has not executed the last command yet"},
 }};
 

@@ -3,9 +3,8 @@
 // Device (device.h) and upload_image() (upload.h) use it; a program uses Device. One thread.
 //
 // Errors: kLinkLost, the device did not answer in time. kRefused, the answer is negative, or as many other hosts are
-// connected as the device serves. kFaulted, the answer is negative
-// because the device has a fault. kVersion, a record is shorter than this version of the link says. The transport's errors
-// pass through.
+// connected as the device serves. kFaulted, the answer is negative because the device has a fault. kVersion, a record is
+// shorter than this version of the link says. The transport's errors pass through.
 #pragma once
 
 #include <cstdint>

@@ -19,8 +19,8 @@ using Answer = ServiceClient::Answer;
 constexpr std::size_t kSmallestBlock = 64;
 constexpr Micros kBlockAnswer_us = 100'000;  // the shortest time that a block's answer is waited for
 constexpr unsigned kMaxStalls = 20;          // failures in a row without a byte of progress
-// An upload that was broken off keeps others waiting until the device ends the place of its host, which counts from the last
-// frame that comes out of the link's buffers.
+// How long to wait for another host's upload. One that was broken off ends 1 s after its last frame (firmware/services/download.h),
+// and at the latest when the place of its host ends; frames may stay in the link's buffers for a while.
 constexpr Micros kOtherUpload_us = 2 * link::kHostTimeout_us;
 constexpr Micros kSwitch_us = 1'000'000;  // how long the tick may take to switch to the new scene
 

@@ -1,5 +1,5 @@
-// Sends a scene image to a device and makes it the running scene. What Device::upload() does; it is restarted where it
-// broke off, also by the next program.
+// Sends a scene image to a device and makes it the running scene: the function behind Device::upload(). An upload that was broken
+// off continues where it stopped, also from another program.
 #pragma once
 
 #include <cstddef>
@@ -35,7 +35,8 @@ struct UploadOptions {
 };
 
 // `progress` (may be empty) is called after every block; what it throws ends the upload and passes through.
-// Errors: kLinkLost, no progress in kMaxStalls tries. kRefused, with the device's reason, or another host has begun an upload.
+// Errors: kLinkLost, no progress in kMaxStalls tries. kRefused, with the device's reason, or `other-upload` if another host's upload
+// did not end in about 10 s.
 // kVerification, the device received other bytes than were announced, or runs another image.
 UploadResult upload_image(ServiceClient& services, std::span<const std::byte> image,
                           const UploadOptions& options, const UploadListener& progress);
