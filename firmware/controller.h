@@ -1,7 +1,7 @@
 // The controller: everything a board has to call. Sans-I/O: state changes only in answer to a call, and
 // nothing here touches hardware, allocates, throws or waits.
 //
-// Two contexts, and no more:
+// There are two contexts:
 //   tick        tick(), telemetry(). One thread or interrupt, at the fixed period of the Config.
 //   background  everything else: one thread or interrupt level at a time. Tick and background may interrupt each other at
 //               any instruction; they share only what firmware/exchange/ hands over, so neither ever waits for the other.
@@ -60,15 +60,16 @@ class Controller {
   void poll(link::Micros now) noexcept;
   [[nodiscard]] bool next_frame(link::CanFrame& frame,
                                 link::Micros now) noexcept;  // false: nothing to send now
-  // What the board's link has lost since start, for the host to see (DeviceState).
+  // Tells the host what the board's link has lost since start (DeviceState, link_losses).
   void tell_link_losses(std::uint32_t frames_or_bytes) noexcept { link_.link_losses = frames_or_bytes; }
-  // The host asked for a restart and has its answer: the board stops calling, and starts again. Told once.
+  // A restart that a host has asked for, once the host has its answer: the board stops calling the controller, and restarts. Returned
+  // once.
   [[nodiscard]] std::optional<link::Reset> take_reset() noexcept;
 
   // --- background: what the services do, for a program that holds the controller
-  // Returns the conditions that stand against it (Condition bits); 0: accepted, the next tick executes it.
+  // Returns the unmet conditions (Condition bits); 0: accepted, the next tick executes it.
   [[nodiscard]] Conditions request(Command command) noexcept { return core_.commands().request(command); }
-  // A guarded move (firmware/sources/guarded_move.h): the conditions that stand against it, or 0 and the next tick starts it.
+  // A guarded move (firmware/sources/guarded_move.h): returns the unmet conditions; 0: accepted, the next tick starts it.
   // The order's values must pass move_in_range().
   [[nodiscard]] bool move_in_range(const MoveOrder& order) const noexcept {
     return core_.commands().move_in_range(order);
@@ -79,8 +80,8 @@ class Controller {
   [[nodiscard]] link::MoveState move_state() const noexcept;
   // What the move that ran last measured; empty while one is under way.
   [[nodiscard]] const MoveResults* move_results() const noexcept { return core_.sources().move.results(); }
-  // A recording (firmware/observe/recorder.h); the link sends what it brings. A program that holds the controller may start it with
-  // request(Command::kRecord); its start record then has no scene_crc, which is the service's.
+  // A recording (firmware/observe/recorder.h); the link sends its ticks. A program that holds the controller may start one with
+  // request(Command::kRecord); the start record then has no scene_crc, because the service fills that in.
   [[nodiscard]] link::RecordingState recording_state() const noexcept {
     return core_.observers().recorder.state();
   }

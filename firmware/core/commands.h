@@ -19,11 +19,8 @@
 namespace thimble::firmware {
 
 struct CommandRow {
-  enum class NothingToDo : std::uint8_t {
-    kNever,
-    kWhenArmed,
-    kWithoutFault
-  };  // then it is accepted and not posted
+  // When the command has nothing to do: then it is accepted, and not posted to the tick.
+  enum class NothingToDo : std::uint8_t { kNever, kWhenArmed, kWithoutFault };
 
   Command command;
   NothingToDo nothing_to_do;
@@ -34,8 +31,8 @@ struct CommandRow {
 };
 
 inline constexpr Modes kAtRest = only(Mode::kDisarmed) | only(Mode::kReady);
-inline constexpr Conditions kCauses =
-    kEStopPressed | kDriveFault | kBadConfig;  // of faults, as long as they last
+// Causes of faults that are conditions too: while one lasts, the fault cannot be cleared.
+inline constexpr Conditions kCauses = kEStopPressed | kDriveFault | kBadConfig;
 
 inline constexpr std::array<CommandRow, 7> kCommandTable = {{
     {Command::kHome, CommandRow::NothingToDo::kNever,  //
@@ -46,7 +43,7 @@ inline constexpr std::array<CommandRow, 7> kCommandTable = {{
      kAllModes, 0, kAllModes, 0},
     {Command::kClear, CommandRow::NothingToDo::kWithoutFault,  //
      only(Mode::kFaulted), kCauses, only(Mode::kFaulted), kCauses},
-    // A released dead-man switch has disarmed the arm already. conditions.cpp adds what refuses a move and nothing else.
+    // A released dead-man switch has already disarmed the arm. conditions.cpp adds the conditions that refuse only moves.
     {Command::kMove, CommandRow::NothingToDo::kNever,  //
      only(Mode::kArmed), kAnyCondition & ~kDeadManOpen, kAllModes, 0},
     {Command::kEndMove, CommandRow::NothingToDo::kNever,  //

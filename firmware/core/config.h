@@ -32,19 +32,19 @@ struct Config {
   std::uint8_t arm_count = 1;       // 1 to kMaxArms
   std::array<ArmConfig, kMaxArms> arm{};
   std::uint8_t node_id = 1;  // on the link, 1 to 127
-  // Of an upload, taken at once: less where the store takes long, for the host waits for each block's answer.
+  // The largest block of an upload. Less where the store is slow, because the host waits for the answer to each block.
   std::uint16_t block_bytes = link::kMaxBlockBytes;
   bool classic_can = false;  // the board's bus has no FD: hosts are told to ask in classic frames
   std::uint32_t bus_bits_per_s =
-      0;  // of a classic bus: a recording that it cannot carry is refused; 0: not known
+      0;  // bit rate of a classic bus; a recording that it cannot carry is refused. 0: not known
   const char* serial_number = "none";  // text for the host
   const char* board = "none";          // the board that the image is for, by its folder in board/
   const char* reset_reason = "";  // why it started: "power_on", "watchdog", "host", "crash"; empty: not known
-  // What the board lacks for safe motion, as far as it knew at start ("no_realtime_priority,no_watchdog"): arming is
-  // refused with it. Empty: nothing.
+  // What the board lacks for safe motion, as found at start ("no_realtime_priority,no_watchdog"): arming is refused, and
+  // the refusal contains this text. Empty: nothing.
   const char* lacks = "";
-  // Called from long work of the background (checking an image) every 20 us or so: a board whose tick is no interrupt
-  // runs it there. Null: not needed.
+  // Called about every 20 us during long work of the background (checking an image). A board without a tick interrupt
+  // runs the tick there. Null: not needed.
   control::Pause pause = nullptr;
   // The arm models that `arm` may name; empty: those of kinematics/arm_model.h. They must outlive the controller.
   std::span<const kinematics::ArmModel> arm_models{};

@@ -24,7 +24,7 @@ class Core {
     return parts_.sources.scene.renderer().bodies();
   }
 
-  // --- background. Of each part only what its header says is the background's.
+  // --- background: use only the functions of a part that its header lists under "background".
   [[nodiscard]] Commands& commands() noexcept { return parts_.commands; }
   [[nodiscard]] const Commands& commands() const noexcept { return parts_.commands; }
   [[nodiscard]] const Status& status() const noexcept { return parts_.status; }
@@ -32,8 +32,8 @@ class Core {
   [[nodiscard]] const Sources& sources() const noexcept { return parts_.sources; }
   [[nodiscard]] Observers& observers() noexcept { return parts_.observers; }
   [[nodiscard]] const Observers& observers() const noexcept { return parts_.observers; }
-  // Before the first tick: the state that a recording began with, with the scene that was posted last. What is fed from then on gives
-  // the forces that it gave there.
+  // For a replay, before the first tick: sets the state that a recording began with, and takes the scene that was posted last. The
+  // recorded inputs and commands then give the recorded forces.
   void resume(const RecordingStart& start) noexcept;
 
  private:

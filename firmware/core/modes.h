@@ -32,7 +32,7 @@ enum class Command : std::uint8_t {
   kClear = 4,    // clears a latched fault whose cause is gone
   kStop = 5,     // trips host_stop; always accepted
   kMove = 6,     // comes with an order: Commands::request_move()
-  kEndMove = 7,  // a guarded move lets the arm go; accepted without one too
+  kEndMove = 7,  // ends a guarded move; accepted without one too
   kRecord = 8,   // the next tick is the first of a recording (firmware/observe/recorder.h); motors off
 };
 

@@ -1,4 +1,4 @@
-// What the tick knows and never changes: the Config, checked and looked up once.
+// The constants of the tick: the Config, checked once, with the arm models that it names.
 #pragma once
 
 #include <array>

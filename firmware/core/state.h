@@ -1,5 +1,5 @@
-// Everything that changes in a tick and outlives it, but for the force sources' own state: what a recording's start record has to tell,
-// and what telemetry shows. The steps of firmware/core/steps.h are functions over it. Units: SI, world frame.
+// The state that the tick keeps from one tick to the next, except that of the force sources. Telemetry shows it, and the start record of
+// a recording describes it. The steps of firmware/core/steps.h are functions over it. Units: SI, world frame.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ struct ArmState {
   std::array<kinematics::VelocityEstimator, kJoints> speed;
   std::array<EncoderWatch, kJoints> watch;
   std::array<MotorHeat, kJoints> heat;
-  bool seen = false;  // a first sample has come
+  bool seen = false;  // a first sample has arrived
   bool homed = false;
   bool in_workspace = false;
   std::uint64_t sample_tick = 0;
@@ -36,10 +36,9 @@ struct ArmState {
   Vec3 joint_rad = Vec3::Zero();
   kinematics::Posture<float> posture;
   Vec3 tip_velocity_m_s = Vec3::Zero();
-  // Driven; before drive() of a tick these are of the tick before.
-  ForceSource* source =
-      nullptr;  // a guest that leads this arm (State::source gives the others' forces); null: none
-  Vec3 force_N = Vec3::Zero();  // after all limits
+  // Driven. Until drive() is called in a tick, these are the values of the tick before.
+  ForceSource* source = nullptr;  // the guest that leads this arm; null: State::source gives its force
+  Vec3 force_N = Vec3::Zero();    // after all limits
   Vec3 torque_N_m = Vec3::Zero();
   Vec3 current_A = Vec3::Zero();
   std::uint8_t limiters = 0;  // Limiter bits of this tick
@@ -61,21 +60,21 @@ struct State {
   std::uint32_t fault_tick = 0;   // low 32 bits of the tick in which the first one latched
 
   std::uint32_t link_age_ticks = 0;  // since the host's last sign of life
-  bool link_seen = false;            // it is younger than link_timeout
-  std::uint32_t alive_seen = 0;      // Commands::alive(), as it was
-  std::uint32_t stops_seen = 0;      // Commands::stops(), as it was
-  bool stop_ordered = false;         // in this tick
+  bool link_seen = false;            // the last sign of life is younger than link_timeout
+  std::uint32_t alive_seen = 0;      // Commands::alive() in the tick before
+  std::uint32_t stops_seen = 0;      // Commands::stops() in the tick before
+  bool stop_ordered = false;         // a stop has been requested since the tick before
 
   std::array<ArmState, kMaxArms> arm;
 
-  ForceSource* source;  // of all arms; chosen when the arm is armed, and kept until the next arming
-  bool guest = false;   // an arm has a source of its own
-  std::array<control::Touch, kMaxArms> touch{};  // what the sources gave in this tick, before ramp and limits
-  bool in_contact = false;                       // of State::source, whichever arm
-  float force_ramp = 0;                          // 0 to 1: the part of its forces that is let through
-  float gravity_ramp = 0;                        // 0 to 1: the part of the weight that the motors carry
+  ForceSource* source;  // of all arms; chosen at arming, and kept until the next arming
+  bool guest = false;   // an arm is led by a guest
+  std::array<control::Touch, kMaxArms> touch{};  // of the sources in this tick, before ramp and limits
+  bool in_contact = false;                       // any arm touches something, as `source` reports
+  float force_ramp = 0;                          // 0 to 1: factor on the forces of `source`
+  float gravity_ramp = 0;                        // 0 to 1: factor on the compensation of the arm's weight
 
-  Telemetry telemetry;  // of the last tick; its counters go on
+  Telemetry telemetry;  // of the last tick; its counters continue from tick to tick
 };
 
 [[nodiscard]] inline bool all_homed(const Setup& setup, const State& state) noexcept {

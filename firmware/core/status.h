@@ -30,7 +30,8 @@ class Status {
   // --- background
   [[nodiscard]] Mode mode() const noexcept { return mode_.get(); }
   [[nodiscard]] Fault fault() const noexcept { return fault_.get(); }
-  // What refuses arming, as of the last tick; but a host that sets host_forces and arms at once need not wait for a tick.
+  // The conditions that refuse arming, as of the last tick. Only the need for a scene follows the parameters at once, so that a host
+  // may set host_forces and arm without waiting for a tick.
   [[nodiscard]] Conditions unmet() const noexcept {
     const Conditions unmet = unmet_.get();
     const bool scene = (unmet & kNoScene) == 0 || sources_.wanted(params_).needs().scene;
@@ -45,7 +46,8 @@ class Status {
  private:
   const Params& params_;
   const Sources& sources_;
-  // The mode is set last, and the fault after its figures: who reads one of the two sees the figures of that tick or of a later one.
+  // The mode is set last, and the fault after its figures. A reader of one of the two therefore sees figures of the same tick or a later
+  // one.
   Signal<Mode> mode_{Mode::kDisarmed};
   Signal<Fault> fault_{Fault::kNone};
   Value<Conditions> unmet_{kNotHomed | kEncoderStale | kNoScene};

@@ -38,19 +38,21 @@ struct Parts {
   State state;
 };
 
-// Sense: inputs to joints, tips and velocities; heat; the host's signs of life. Every fault that an input shows.
+// Sense: inputs to joints, tips and velocities; the thermal model; the host's signs of life. Raises the faults that the inputs show.
 void sense(Parts& parts, const Inputs& inputs) noexcept;
 
-// Decide: homing, the command, the dead-man switch, the next scene; so the mode of this tick. Returns the command that changed the mode.
+// Decide: homing, the command, the dead-man switch, the next scene. The result is the mode of this tick. Returns the command that changed
+// the mode, or kNone.
 [[nodiscard]] Command decide(Parts& parts, const Inputs& inputs, std::optional<Command> command) noexcept;
 
-// Force source: what the arms are to exert, before ramp and limits. False: a fault, or the source gave the arm up.
+// Force source: the forces that the arms are to exert, before ramp and limits. good is false after a fault, or when the source lets go
+// of the arm (SourceForces::let_go).
 struct SourceOutcome {
   bool good = false;
   std::uint8_t clamped = 0;  // bit n: the source limited the force of arm n
 };
 [[nodiscard]] SourceOutcome apply_source(Parts& parts) noexcept;
-void end_guest(Parts& parts) noexcept;  // the source of all arms gives every arm's force again
+void end_guest(Parts& parts) noexcept;  // State::source gives every arm's force again
 
 // Limits: ramp, clamp and slew limit; or, while damping, the brake in place of a source.
 void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept;
@@ -59,29 +61,29 @@ void brake(Parts& parts) noexcept;
 // Drive: forces to joint torques to motor currents; zero unless the motors are on.
 void drive(Parts& parts, Outputs& outputs) noexcept;
 
-// Publish: telemetry and every observer, then what the background sees. `executed` is what decide() returned.
+// Publish: telemetry, the observers, then the status for the background. `executed` is what decide() returned.
 void publish(Parts& parts, const Inputs& inputs, Command executed, std::optional<Command> command) noexcept;
 
 // --- used by several steps
 
-// The one way into a fault. The motors brake or go to zero in this very tick.
+// Raises a fault: nothing else does. In the same tick the motors brake the tip or go off, as the fault's reaction says.
 void trip(Parts& parts, Fault reason) noexcept;
 // Changes the mode as the table of modes.h says.
 void happen(Parts& parts, Event event) noexcept;
-// What refuses arming, and what refuses a guarded move, in this tick.
+// The conditions that refuse arming in this tick, and those that refuse a guarded move.
 [[nodiscard]] Conditions unmet_conditions(const Parts& parts, const Inputs& inputs) noexcept;
 [[nodiscard]] Conditions unmet_for_move(const Parts& parts, Conditions unmet) noexcept;
-// Puts the state to where a recording starts: everything that outlives a tick comes from the record, or begins anew.
+// Sets the state that a recording starts with: all state is taken from the record or reset.
 void reset_to(Parts& parts, const RecordingStart& start) noexcept;
 
-// The squared norm too, because the clamp works with it.
+// Tests the squared norm, because the clamp computes it: it must not overflow.
 [[nodiscard]] inline bool finite(const Vec3& vector) noexcept { return std::isfinite(vector.squaredNorm()); }
 
 [[nodiscard]] inline SourceTick source_tick(const Parts& parts) noexcept {
   return {parts.setup, parts.params, parts.state.tick,
           std::span(parts.state.arm).first(parts.setup.arm_count)};
 }
-// How long the host has been silent.
+// The time since the host's last sign of life.
 [[nodiscard]] inline float host_silence_s(const Parts& parts) noexcept {
   return static_cast<float>(parts.state.link_age_ticks) * parts.setup.period_s;
 }

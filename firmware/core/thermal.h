@@ -1,11 +1,11 @@
 // Two-node thermal model of one motor, winding and housing, and the current limit that follows from it. add()
-// every tick, the nodes are stepped every kStep_s: at one tick the housing's change would vanish in the
-// rounding of a float.
+// is called every tick; the nodes are stepped every kStep_s, because the change of the housing in one tick
+// would be lost in the rounding of a float.
 //
 //   C_w dT_w/dt = I^2 R(T_w) - (T_w - T_h)/R_wh      C_h dT_h/dt = (T_w - T_h)/R_wh - (T_h - T_a)/R_ha
 //   R(T) = R_25 (1 + 0.00393 (T - 25))               C = time constant / thermal resistance
 //
-// Units: A, degC, s. Cannot fail with finite currents. At most one step a call.
+// Units: A, degC, s. Cannot fail with finite currents. At most one step per call.
 #pragma once
 
 #include "kinematics/arm_model.h"
@@ -42,7 +42,7 @@ class MotorHeat {
     return part < 0.0F ? 0.0F : part > 1.0F ? 1.0F : part;
   }
 
-  // All that it knows.
+  // The complete state, for the start record of a recording.
   struct State {
     float winding_K = 0;
     float housing_K = 0;
@@ -60,7 +60,7 @@ class MotorHeat {
  private:
   float winding_K_ = 0;  // above ambient
   float housing_K_ = 0;
-  float charge_A2_s_ = 0;  // of the step that runs
+  float charge_A2_s_ = 0;  // since the last step
   float time_s_ = 0;
 };
 

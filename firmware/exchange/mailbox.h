@@ -8,8 +8,8 @@
 // owner changes full_.
 //   send() releases full_ = true, letter() acquires it: the reader sees the object as it was filled.
 //   done() releases full_ = false, blank() acquires it: the writer fills the object after the reader's last load from it.
-// The owner alone may act, so neither an interrupt nor a second core can meet a half-filled object, and neither side waits: it finds
-// null and tries again later.
+// Only the owner may act, so neither an interrupt nor a second core can see a half-filled object. Neither side waits: a side that is not
+// the owner gets null, and tries again later.
 //
 // recall() takes the object back without the reader's done(). It is for a writer that the reader has told, through a Request, that it
 // is done: the pair post() and take() then orders the reader's last load before the writer's next store. A reader that posts such a

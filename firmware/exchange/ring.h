@@ -9,8 +9,7 @@
 //   push() releases head_, front() acquires it: the reader sees the object whole.
 //   pop() releases tail_, blank() acquires it: the writer uses a place again only after the reader's last load from it.
 // Each side reads its own count relaxed, as nobody else writes it. The other side's count may be old; then the ring looks fuller to the
-// writer, or emptier to the reader, than it is, and neither is wrong to act on that. An interrupt between blank() and push() finds the
-// object not yet pushed.
+// writer, or emptier to the reader, than it is; both are safe. An interrupt between blank() and push() does not see the new object yet.
 #pragma once
 
 #include <array>

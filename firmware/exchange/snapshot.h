@@ -1,5 +1,5 @@
 // The newest value of a small object. The writer replaces it whenever it likes, also one that nobody has read; the reader gets it whole
-// or, while it is being replaced, not at all. Used for the forces that a host orders.
+// or, while it is being replaced, not at all. Used for the force commands of a host.
 //
 //   writer  write(value)
 //   reader  read(value): true: a value that was written after the last one read; false: none, or it is changing; try in the next tick
@@ -11,7 +11,7 @@
 // An even version that is acquired gives the words of that write or of later ones. If a word is of a later write, its acquire load
 // pairs with its release store, and the odd version before that store is visible too: the second load of the version gives at least
 // that, so it differs from the first, and the value is refused. All words then belong to one write. The words are atomic, so a word
-// that is read while it is written is no data race. What the writer wrote before write() is visible to who reads the value.
+// that is read while it is written is no data race. What the writer wrote before write() is visible to a reader that gets the value.
 // On one core: a reader that interrupts a write finds an odd version, or words that it refuses; a writer that interrupts a read
 // changes the version. Neither loops. The version wraps after 2^31 writes, which cannot happen within one read.
 #pragma once

@@ -1,5 +1,5 @@
-// One machine word that one context writes and the other reads: Value, Signal and Counter. The smallest types of firmware/exchange/,
-// whose rules stand here for all of them.
+// One machine word that one context writes and the other reads: Value, Signal and Counter. These are the smallest types of
+// firmware/exchange/; the rules below hold for all its types.
 //
 // Two contexts, and no more (firmware/controller.h): the tick and the background. On a microcontroller they share one core, and the
 // tick is an interrupt of the background; on embedded Linux they are two threads on two cores; some boards run the tick from a pause
@@ -16,7 +16,7 @@
 //   Counter   a number that only rises (relaxed)                    how often something happened
 //   Request   a command; the newest one wins; it is acknowledged    commands to the tick            (request.h)
 //   Mailbox   one object, one at a time; the writer waits           a scene, a picture              (mailbox.h)
-//   Snapshot  the newest object; neither side waits                 an ordered force                (snapshot.h)
+//   Snapshot  the newest object; neither side waits                 a force command                 (snapshot.h)
 //   Ring      objects in order; a full ring refuses the newest      telemetry, recordings           (ring.h)
 #pragma once
 

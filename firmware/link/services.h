@@ -45,7 +45,7 @@ enum class Nrc : std::uint8_t {
 [[nodiscard]] const char* name(Nrc code) noexcept;  // "conditions_not_correct"
 
 // Default: read only. Extended: parameters, routines, faults. Programming: that and downloads. Any session
-// but the default ends kSessionTimeout after the last request.
+// but the default ends with the place of its host (kHostTimeout_us in host_address.h).
 enum class Session : std::uint8_t { kDefault = 1, kProgramming = 2, kExtended = 3 };
 enum class Reset : std::uint8_t { kHard = 1, kSoft = 3 };
 
@@ -82,8 +82,8 @@ inline constexpr std::uint16_t kDidArmName = 0xF1A8;          // text: the arm m
 inline constexpr std::uint16_t kDidSceneName = 0xF1A9;        // text: the running scene
 inline constexpr std::uint16_t kDidBoardName = 0xF1AB;        // text: the board that this image is for
 inline constexpr std::uint16_t kDidResetReason = 0xF1AC;      // text: why it started ("power_on", "watchdog")
-// Text: why the last arming, homing, download or activation was refused ("dead_man_released"). Empty: it was
-// not.
+// Text: why a request was refused last, with one of the answers 21, 22, 70 and 72: conditions
+// ("dead_man_released"), a busy reason, what is wrong with the image (firmware/services/refusal.h).
 inline constexpr std::uint16_t kDidRefusal = 0xF1AA;
 
 inline constexpr std::size_t kMaxPduBytes = 4095;

@@ -1,4 +1,4 @@
-// The freeze-frame: the last kFreezeTicks ticks up to the one that tripped, kept until the fault is cleared.
+// The freeze frame: the last kFreezeTicks ticks up to the tick of the fault, kept until the fault is cleared.
 //
 // The tick writes while no fault is latched, then sends the whole buffer to the background (Mailbox). It takes the buffer back when it
 // executes the clear command, which the background posted: while a command is pending the background reads nothing.

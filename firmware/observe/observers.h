@@ -1,5 +1,5 @@
-// Everything that watches the tick and changes nothing in it. publish() of firmware/core/ calls each one once a tick; the background
-// reads what they keep. A new observer is a file here, a member below, and a call in publish().
+// The observers: they read the results of a tick and do not influence them. The steps sense() and publish() of firmware/core/ call each
+// one once a tick; the background reads what they keep. A new observer is a file here, a member below, and a call in one of the two.
 #pragma once
 
 #include "firmware/observe/freeze.h"

@@ -1,6 +1,5 @@
-// The picture of a scene: where everything that moves or gives way is, and what holds the god objects, all of one tick. The tick takes
-// a picture at a telemetry record whenever the background has fetched the one before (Mailbox); the frames that
-// draw it elsewhere are in picture_frames.h.
+// The picture of a scene in one tick: the poses of bodies, the deformation of tissues, and the planes that hold the god objects. The tick
+// takes a picture at a telemetry record if the background has fetched the one before (Mailbox). picture_frames.h sends it as frames.
 #pragma once
 
 #include <array>

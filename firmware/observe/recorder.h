@@ -3,7 +3,7 @@
 // costs the tick one branch.
 //
 // A recording begins in a state that its start record describes completely (Core::resume()), so the counts, levels and commands that
-// follow determine every force to the bit. It ends by itself where they no longer would (RecordingEnd).
+// follow determine every force bit for bit. It ends by itself when they no longer do (RecordingEnd).
 //
 // begin(), tick() and end() are called by the tick, the rest by the background. An entry that finds the ring full is dropped and counted:
 // the host sees a gap.
@@ -49,9 +49,9 @@ class Recorder {
   // What a tick brings besides counts.
   struct Tick {
     std::uint64_t tick = 0;
-    std::array<std::span<const std::uint32_t>, control::kMaxArms> counts;  // of the arms that there are
+    std::array<std::span<const std::uint32_t>, control::kMaxArms> counts;  // of the arms in use
     std::size_t arms = 0;
-    // Registers of 32 bits: their low half tells the way since the last tick only while it is short.
+    // True: registers of 32 bits. Their low 16 bits give the change since the last tick only if it is small.
     std::array<bool, control::kMaxArms> wide{};
     std::span<const std::byte> forces;  // of all arms, after all limits
     Mode mode = Mode::kDisarmed;
@@ -65,7 +65,7 @@ class Recorder {
   // --- tick
   [[nodiscard]] bool running() const noexcept { return running_; }
   void begin(const RecordingStart& start) noexcept;
-  // This tick is not determined by what is recorded: the tick before was the recording's last.
+  // The recorded data do not determine this tick, so the tick before was the last of the recording.
   void end(RecordingEnd reason) noexcept {
     if (running_ && due_ == RecordingEnd::kNotYet) due_ = reason;
   }
@@ -97,7 +97,7 @@ class Recorder {
   Mailbox<RecordingStart> start_;  // taken back when the background has asked for the next recording
   Ring<RecordingEntry, kEntries> ring_;
   Request<RecordingEnd> end_request_;
-  // phase_ is set last: who reads it sees the figures that belong to it.
+  // phase_ is set last: a reader of it sees the figures that belong to it.
   Signal<RecordingPhase> phase_{RecordingPhase::kNone};
   Value<RecordingEnd> end_{RecordingEnd::kNotYet};
   Counter ticks_;

@@ -22,7 +22,7 @@ class RecordingFrames {
   [[nodiscard]] bool next_frame(link::CanFrame& frame) noexcept;
   // True once after every kFramesInARow frames.
   [[nodiscard]] bool services_turn() noexcept;
-  // Of the recording so far nothing more is sent: the next one is about to begin.
+  // Drops what has not been sent of the last recording: the next one is about to begin.
   void discard() noexcept;
 
  private:

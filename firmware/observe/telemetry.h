@@ -1,5 +1,5 @@
 // What the controller shows of a tick: the struct that the link encodes into frames, that the simulator logs, and that the
-// freeze-frame keeps. publish() of firmware/core/ fills it at the end of every tick.
+// freeze frame keeps. publish() of firmware/core/ fills it at the end of every tick.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // Telemetry for the link: one record every telemetry_decimation ticks, through a ring to the background. What happened in the ticks
-// between two records is joined: every limiter that acted, the longest tick.
+// between two records is combined: every limiter that acted, the longest tick.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// What a service handler is given: a request, the host that asks, and the answer to fill in. The router makes it and sends
-// what comes of it; the handlers (handlers.h) know nothing of frames.
+// The argument of a service handler: a request, the host that sent it, and the answer to fill in. The router makes the Call and
+// sends the answer; the handlers (handlers.h) do not deal with frames.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// The ForceOrder frames of a host that renders: passed to the tick, and counted (HostOrders). A frame has an effect only while
-// the parameter host_forces is 1 and the controller is armed.
+// The ForceOrder and WrenchOrder frames of a host that renders: passed to the tick, and counted (HostOrders). A frame has an
+// effect only while the parameter host_forces is 1 and the controller is armed.
 //
 // Who calls it: the controller, in the background context.
 #pragma once

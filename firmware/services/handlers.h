@@ -1,5 +1,5 @@
-// The handlers: one for each service, and one for each routine and action of service 31. Each reads the request, does what
-// it says or begins a job, appends its answer, and returns what the router is to say (call.h).
+// The handlers: one for each service, and one for each routine and action of service 31. Each reads the request, executes it
+// or begins a job, appends its answer, and returns the response code that the router sends (call.h).
 #pragma once
 
 #include "firmware/services/services.h"

@@ -24,7 +24,7 @@ class HostTable {
 
   // The place of this key, or a free one, with an address that nobody has; nothing when all are taken.
   [[nodiscard]] std::optional<Claimed> claim(std::uint64_t key, link::Micros now) noexcept;
-  // The same for a tester that claims nothing: there is one, known by its address.
+  // The same for a tester, a host that claims no address: there is at most one, known by link::kTesterAddress.
   [[nodiscard]] std::optional<Claimed> tester(link::Micros now) noexcept;
 
   [[nodiscard]] std::optional<std::size_t> with_key(std::uint64_t key) const noexcept;

@@ -1,6 +1,6 @@
-// Services that take several polls: a handler gives its job to Jobs::run(), again at every poll for as long as that answers
-// kResponsePending. One job runs at a time, for one host. The other hosts' requests that need a job wait; those that need
-// none are answered meanwhile.
+// Services that take several polls: the handler calls Jobs::run() with its job, and the router calls the handler again at every
+// poll while the result is kResponsePending. One job runs at a time, for one host. Requests of other hosts that need a job wait;
+// those that need none are answered meanwhile.
 //
 // A job is an object with its own state and a `Nrc poll()`. It lives in Services, and only the handler that begins it uses it.
 #pragma once
@@ -12,7 +12,7 @@ namespace thimble::firmware {
 
 class Jobs {
  public:
-  // begin(): sets the job up and posts what it waits for. kResponsePending: it runs. Another result is the answer at once.
+  // begin(): prepares the job and posts what it waits for. kResponsePending: the job runs. Any other result is the answer.
   template <class Job, class Begin>
   [[nodiscard]] Nrc run(Call& call, Job& job, Begin&& begin) noexcept {
     if (owner_ == nullptr) {
@@ -40,7 +40,7 @@ class CommandJob {
  public:
   explicit CommandJob(Core& core, const char* lacks) noexcept : core_(core), lacks_(lacks) {}
 
-  // Posts it, or refuses it with the conditions that stand against it.
+  // Posts the command, or refuses it with the unmet conditions.
   [[nodiscard]] Nrc begin(Call& call, Command command) noexcept;
   [[nodiscard]] Nrc begin_move(Call& call, const MoveOrder& order) noexcept;
   [[nodiscard]] Nrc poll(Call& call) noexcept;

@@ -1,5 +1,5 @@
-// The controller's end of the services: hosts, their addresses, and the way of a request from its frames to a handler and of
-// the answer back. It knows what ISO 15765-2 and ISO 14229-1 say of every service alike, and nothing of what services do.
+// The controller's end of the services: hosts and their addresses, requests from frames to a handler, and answers from the
+// handler to frames. It contains the rules of ISO 15765-2 and ISO 14229-1 that hold for every service, and none of one service.
 //
 // Who calls it: the controller, always from the background context, as
 //
@@ -32,8 +32,8 @@ namespace thimble::firmware {
 // What the services do; none of the functions may block.
 class RequestHandler {
  public:
-  // kResponsePending: it takes longer. Then the call comes again at every poll, until the answer is another (at most
-  // kPendingLimit_us, after which the host gets kGeneralReject and give_up() is called).
+  // kResponsePending: not finished. handle() is then called again at every poll until it returns another result. After
+  // kPendingLimit_us the host gets kGeneralReject, and give_up() is called.
   [[nodiscard]] virtual Nrc handle(Call& call) noexcept = 0;
   virtual void give_up(Host& host) noexcept = 0;  // the host's pending request
   // The host's session has ended: it left, was silent for too long, or chose another session.

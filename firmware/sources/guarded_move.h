@@ -5,13 +5,13 @@
 //   set point   from the tip (or where the last move holds it) towards the target, trapezoidal speed
 //   force       K (set point - tip) + D (its velocity - the tip's), at most the order's limit + kForceMargin_N
 //   going       until the contact force reaches the limit, or the target: then back to the start, or hold
-//   blocked     the limit is met sideways, on the way back or while holding, or the tip is faster than any move:
-//               somebody is in the way
+//   blocked     the force reaches the limit sideways, on the way back or while holding, or the tip is faster than any move:
+//               a person or an object obstructs the arm
 //
-// Contact force along the line: the commanded force less what the arm's model needs to move itself: joint friction by its power,
-// F v = sum of (coulomb |qd| + viscous qd^2), and inertia, q' (M + rotors) q' a. The tip is the encoders' tip plus the stretch of the
-// cables (kinematics/compliance.h). Units: m, m/s, N, s; world frame. No loop but one of kMaxSamples. Cannot fail: from values that are
-// not finite follows a force that is not finite, and the core trips.
+// Contact force along the line: the commanded force minus the force that moves the arm itself, by its model: joint friction by its power,
+// F v = sum of (coulomb |qd| + viscous qd^2), and inertia, q' (M + rotors) q' a. The tip position is that of the encoders plus the stretch
+// of the cables (kinematics/compliance.h). Units: m, m/s, N, s; world frame. The only loop has at most kMaxSamples steps. Cannot fail:
+// values that are not finite give a force that is not finite, and the core then raises a fault.
 #pragma once
 
 #include <array>
@@ -80,7 +80,7 @@ class GuardedMove {
   static constexpr float kDamping_N_s_m = 5.0F;
   static constexpr float kAcceleration_m_s2 = 0.5F;
   static constexpr float kForceMargin_N = 0.5F;  // of the clamp above the limit: friction and damping's noise
-  static constexpr float kTopSpeed_m_s = 0.25F;  // of the tip; faster, the arm has broken loose
+  static constexpr float kTopSpeed_m_s = 0.25F;  // of the tip; above it the move is blocked
   static constexpr float kFilter_s = 0.004F;     // of the force that is compared with the limit
 
   using State = link::MovePhase;
@@ -102,7 +102,7 @@ class GuardedMove {
   [[nodiscard]] LimitedForce tick(const kinematics::Arm<float>& arm,
                                   const kinematics::Posture<float>& posture, const Vec3& tip_velocity_m_s,
                                   const Vec3& last_force_N, float period_s) noexcept;
-  void stop() noexcept;  // the arm is let go
+  void stop() noexcept;  // the move ends
 
  private:
   void advance(float period_s, float lead_m) noexcept;

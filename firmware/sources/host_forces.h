@@ -1,12 +1,12 @@
-// The forces that a host orders, as a force source: what is felt instead of the scene while the parameter host_forces is 1.
-// docs/host-rendering.md is the user's side of it.
+// The force commands of a host as a force source: the forces while the parameter host_forces is 1, instead of those of the scene.
+// docs/host-rendering.md is the description for users. "Order" is the force command of one arm (frame ForceOrder).
 //
-//   background  order(): the newest order of an arm replaces the one before it, also one that no tick has seen
-//   tick        start() when it arms: what was ordered before does not count; then forces() takes the newest order of each arm
+//   background  order(): the newest order of an arm replaces the one before it, even if no tick has seen that one
+//   tick        start() at arming: older orders are discarded; then forces() takes the newest order of each arm
 //
-// An order is in force for kLife_s, counted in ticks (lost ones included) from the tick that took it; then it has
-// expired, and the tip is damped. Frames may arrive twice or out of order: an order is ignored if its number does not follow that of
-// the last one taken, unless that one has expired, because then a new program may have begun to count.
+// An order is valid for kLife_s, counted in ticks (lost ones included) from the tick that took it. Then it has expired, and the tip is
+// damped. Frames may arrive twice or out of order: an order is ignored if its number does not follow that of the last one. Once the last
+// one has expired, any number is accepted, because another program may have started to count.
 //
 // Units: N, world frame. Cannot fail.
 #pragma once

@@ -15,7 +15,7 @@ namespace thimble::firmware {
 
 class Sources {
  public:
-  // own: rows in front of these (Config::sources).
+  // own: rows in front of table_ (Config::sources).
   Sources(float period_s, std::span<ForceSource* const> own) noexcept : host(period_s), own_(own) {}
   Sources(const Sources&) = delete;
   Sources& operator=(const Sources&) = delete;
