@@ -12,6 +12,7 @@
 #include "tests/support/figure.h"
 #include "tests/support/meshes.h"
 #include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
 #include "tests/support/scene.h"
 
 namespace thimble::test {
@@ -216,7 +217,7 @@ void compare(const Kind& kind, Random& random, Tally& tally) {
 
 TEST(RendererPaths, FastAndGeneralPathRenderTheSameForces) {
   Random random(12);
-  constexpr int kScenes = 12;  // of each kind
+  constexpr int kScenes = kUnderSanitizers ? 3 : 12;  // of each kind
   for (const Kind& kind : kinds()) {
     Tally tally;
     for (int scene = 0; scene < kScenes; ++scene) compare(kind, random, tally);
