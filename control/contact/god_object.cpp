@@ -259,39 +259,32 @@ bool moves_away(const Vec3& target, const Vec3& to, const Vec3& from) {
   return (to - target).squaredNorm() > (from - target).squaredNorm();
 }
 
-Outcome slide_on_shorter_arcs(const World& world, const Nearby& nearby, const GodObject& start, Slide slide,
-                              const Vec3& target, GodObject& god, RenderCounters& counters) {
+// `ended`: the slide goes no further. In a function of its own: the copy of the god object would take 2 % of a tick on a mesh, which has
+// no arcs.
+[[gnu::noinline]] Outcome slide_on_arc(const World& world, const Nearby& nearby, Slide slide, Feature feature,
+                                       GodObject& god, const Vec3& target, RenderCounters& counters,
+                                       bool& ended) {
+  const GodObject start = god;
   const Contact& contact = start.contacts[0];
   const PlacedObject& object = world.objects[contact.object];
-  const Vec3 from = object.to_local(start.position_m);
-  for (int halving = 0; halving < kMaxHalvings; ++halving) {
+  for (int halving = 0; halving <= kMaxHalvings; ++halving) {
+    const Outcome outcome = fly_along(world, nearby, slide, feature, god, ended);
+    if (outcome == Outcome::kUnknown || (halving == 0 && !ended)) return outcome;
+    if (!moves_away(target, god.position_m, start.position_m)) {
+      if (!ended) god.contacts[0].feature = feature;
+      ended = true;
+      return outcome;
+    }
     god = start;
-    Feature feature = contact.feature;
+    feature = contact.feature;
+    const Vec3 from = object.to_local(start.position_m);
     // The middle of the chord is inside, as the solid is convex: the slide ends above it.
     slide = object.ops->slide(object.shape, feature, from, Vec3(0.5F * (from + slide.to)),
                               {.hold = true, .one_piece = true});
-    bool landed = false;
-    const Outcome outcome = fly_along(world, nearby, slide, feature, god, landed);
-    if (outcome == Outcome::kUnknown) return outcome;
-    if (moves_away(target, god.position_m, start.position_m)) continue;
-    if (!landed) god.contacts[0].feature = feature;
-    return Outcome::kContinue;
   }
-  god = start;
+  ended = true;
   ++counters.slide_bound;
   return Outcome::kSettled;
-}
-
-// `ended`: the slide goes no further. In a function of its own: the copy of the god object would take 2 % of a tick on a mesh, which has
-// no arcs.
-[[gnu::noinline]] Outcome slide_on_arc(const World& world, const Nearby& nearby, const Slide& slide,
-                                       const Feature& feature, GodObject& god, const Vec3& target,
-                                       RenderCounters& counters, bool& ended) {
-  const GodObject start = god;
-  const Outcome outcome = fly_along(world, nearby, slide, feature, god, ended);
-  if (outcome == Outcome::kUnknown || !ended || !moves_away(target, god.position_m, start.position_m))
-    return outcome;
-  return slide_on_shorter_arcs(world, nearby, start, slide, target, god, counters);
 }
 
 // One contact: slide over its surface.
