@@ -117,6 +117,7 @@ void CanPort::read() {
     link::CanFrame frame;
     if ((raw.can_id & CAN_ERR_FLAG) != 0) {
       on_error_frame(raw.can_id);
+      if (state_ == State::kBusOff) return;  // trouble() reports it before a frame that follows ends it
     } else if (link::from_socketcan(raw, static_cast<std::size_t>(got), frame)) {
       state_ = State::kUp;
       received_.push_back(frame);
