@@ -177,6 +177,8 @@ test('with the keyboard alone: press a block, soften it, disarm and arm, load an
   await tab_to('load');
   await page.keyboard.press('Enter');
   await until('ice', () => says(page, 'scene', 'ice'));
+  // A new scene begins a new history: let it have a past before it stands still.
+  await until('a second of ice', async () => Number(await page.getByTestId('scrubber').getAttribute('min')) < -1);
   await tab_to('pause');
   await page.keyboard.press('Enter');
   await tab_to('scrubber');
