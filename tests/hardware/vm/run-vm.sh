@@ -56,9 +56,18 @@ for module in $available; do
   "$tools/bin/modprobe" -d "$base/kernel" -S "$release" --show-depends "$module" || die "the kernel has no module $module"
 done | awk '$1 == "insmod" {print $2}' | sort -u | xargs cp -t "$root/$modules"
 if [ -n "$own_modules" ]; then
-  cp -r "$own_modules" "$work/modules"
-  make -s -C "$base/headers/build" M="$work/modules" KBUILD_EXTRA_SYMBOLS="$base/extra/Module.symvers" modules >&2 || die "the modules of $own_modules do not build"
-  cp "$work"/modules/*.ko "$root/$modules"
+  own=$base/own/$(cat "$own_modules"/* | sha256sum | cut -c1-12)  # built once
+  exec 9>"$base/own.lock"
+  flock --timeout 300 9 || die "another run-vm has built $own_modules for 5 minutes"
+  if [ ! -e "$own" ]; then
+    rm -rf "$own.new"
+    mkdir -p "$base/own"
+    cp -r "$own_modules" "$own.new"
+    make -s -C "$base/headers/build" M="$own.new" KBUILD_EXTRA_SYMBOLS="$base/extra/Module.symvers" modules >&2 || die "the modules of $own_modules do not build"
+    mv "$own.new" "$own"
+  fi
+  exec 9>&-
+  cp "$own"/*.ko "$root/$modules"
 fi
 cp "$base/kernel/$modules"/modules.{order,builtin,builtin.modinfo} "$root/$modules"
 "$tools/bin/depmod" -b "$root" "$release"
