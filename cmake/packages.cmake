@@ -2,6 +2,7 @@
 #   cpack --config build/release/CPackConfig.cmake -B build/release/packages
 # A build for a board makes only the second one, for its architecture.
 include(GNUInstallDirs)
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # what is packed is built, and the tests need not be
 set(THIMBLE_MAINTAINER "Thimble maintainers <maintainers@thimble.invalid>" CACHE STRING "Who made the packages")
 
 set(components board)
