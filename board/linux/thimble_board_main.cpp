@@ -72,12 +72,13 @@ void add(std::vector<Missing>& all, std::vector<Missing> more) {
   for (Missing& one : more) all.push_back(std::move(one));
 }
 
-firmware::Config controller_config(const BoardConfig& board, const std::string& lacks,
+firmware::Config controller_config(const BoardConfig& board, const LinkPorts& ports, const std::string& lacks,
                                    const char* reset_reason) {
   firmware::Config config;
   config.period_s = static_cast<float>(1.0 / board.rate_Hz);
   config.arm_count = static_cast<std::uint8_t>(board.arms.size());
   config.node_id = board.node;
+  config.bus_bits_per_s = ports.classic_bits_per_s();
   config.serial_number = board.serial_number.c_str();
   config.board = "linux";
   config.reset_reason = reset_reason;
@@ -206,7 +207,7 @@ void run(const BoardConfig& config) {
   const sigset_t signals = ending_signals();
   const char* reset_reason = "";
   for (bool again = true; again;) {
-    controller.emplace(controller_config(config, lacks, reset_reason), store);
+    controller.emplace(controller_config(config, ports, lacks, reset_reason), store);
     if (servo.start(*controller).size() != realtime.size())
       throw std::runtime_error("the servo thread did not get what it could have had: start again");
     Background background(*controller, ports, liveness);

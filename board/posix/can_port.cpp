@@ -13,8 +13,10 @@
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
+#include "board/posix/can_interfaces.h"
 #include "firmware/link/host_address.h"
 #include "firmware/link/messages.h"
 #include "firmware/link/socketcan.h"
@@ -203,6 +205,16 @@ void CanPort::flush() {
     state_ = State::kStuck;
     drop_all();
   }
+}
+
+std::uint32_t CanPort::classic_bits_per_s() const {
+  if (fd_frames_) return 0;
+  try {
+    for (const CanInterface& interface : read_can_interfaces())
+      if (interface.name == interface_ && interface.controller) return interface.controller->bit_rate;
+  } catch (const std::system_error&) {  // a sandbox without netlink: not known
+  }
+  return 0;
 }
 
 std::string CanPort::trouble() const {

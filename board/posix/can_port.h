@@ -29,6 +29,7 @@ class CanPort final : public Port {
   void flush() override;
   [[nodiscard]] bool waiting() const override { return !real_time_.empty() || !services_.empty(); }
   [[nodiscard]] std::uint64_t dropped() const override { return dropped_; }
+  [[nodiscard]] std::uint32_t classic_bits_per_s() const override;
   [[nodiscard]] std::string trouble() const override;
 
  private:

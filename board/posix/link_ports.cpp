@@ -51,6 +51,15 @@ std::uint64_t LinkPorts::dropped() const {
   return frames;
 }
 
+std::uint32_t LinkPorts::classic_bits_per_s() const {
+  std::uint32_t slowest = 0;
+  for (const auto& port : ports_) {
+    const std::uint32_t rate = port->classic_bits_per_s();
+    if (rate != 0 && (slowest == 0 || rate < slowest)) slowest = rate;
+  }
+  return slowest;
+}
+
 std::optional<std::string> LinkPorts::news() {
   std::string all;
   for (const auto& port : ports_) {

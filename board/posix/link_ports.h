@@ -32,6 +32,8 @@ class LinkPorts {
   void flush();
 
   [[nodiscard]] std::uint64_t dropped() const;  // frames
+  // The bit rate of the slowest classic CAN bus (firmware::Config::bus_bits_per_s); 0: there is none, or it is not known.
+  [[nodiscard]] std::uint32_t classic_bits_per_s() const;
   // Text for a log if the transmit problem of any port has changed since the last call.
   [[nodiscard]] std::optional<std::string> news();
 

@@ -36,6 +36,8 @@ class Port {
   virtual void flush() = 0;
   [[nodiscard]] virtual bool waiting() const = 0;  // frames wait for flush(), possibly without a poll event
   [[nodiscard]] virtual std::uint64_t dropped() const = 0;  // frames
+  // The bit rate of a classic CAN bus behind it, as it is set up now; 0: another kind of bus, or not known.
+  [[nodiscard]] virtual std::uint32_t classic_bits_per_s() const { return 0; }
   // The present transmit problem, as a sentence without full stop; empty: none.
   [[nodiscard]] virtual std::string trouble() const { return {}; }
 };

@@ -65,6 +65,7 @@ std::unique_ptr<SimBoard> LiveBoard::start(const char* reset_reason) {
   board_options.seed = options_.seed;
   board_options.storage = file_ ? static_cast<firmware::Storage*>(file_.get()) : memory_.get();
   board_options.reset_reason = reset_reason;
+  board_options.bus_bits_per_s = ports_->classic_bits_per_s();
   board_options.time_ticks = true;
   if (!options_.specimen.empty()) {
     board_options.specimen = std::make_shared<const Specimen>(read_specimen(options_.specimen));

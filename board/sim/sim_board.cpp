@@ -66,6 +66,7 @@ SimBoard::SimBoard(const SimBoardOptions& options)
   config.node_id = options_.node_id;
   config.board = "sim";
   config.reset_reason = options_.reset_reason;
+  config.bus_bits_per_s = options_.bus_bits_per_s;
   if (options_.storage == nullptr) own_storage_ = std::make_unique<MemoryStorage>(options_.slot_bytes);
   for (std::size_t i = 0; i < options_.arm_count; ++i) {
     kinematics::BasePose base;

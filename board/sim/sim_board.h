@@ -53,6 +53,7 @@ struct SimBoardOptions {
   std::uint64_t seed = 1;
   std::uint8_t node_id = 1;
   const char* reset_reason = "power_on";
+  std::uint32_t bus_bits_per_s = 0;      // firmware::Config::bus_bits_per_s
   firmware::Storage* storage = nullptr;  // must outlive the board; null: internal storage in memory
   std::size_t slot_bytes =
       control::kMaxImageBytes + firmware::SceneStore::kHeaderBytes;  // of the internal storage

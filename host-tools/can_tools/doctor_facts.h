@@ -7,29 +7,13 @@
 #include <string_view>
 #include <vector>
 
+#include "board/posix/can_interfaces.h"
+
 namespace thimble::host {
 
-enum class BusState { kErrorActive, kErrorWarning, kErrorPassive, kBusOff, kStopped, kSleeping };
-
-// A controller behind an interface; vcan has none.
-struct CanController {
-  BusState state = BusState::kErrorActive;
-  std::uint32_t bit_rate = 0;         // bit/s; 0: not set
-  std::uint32_t sample_point = 0;     // in thousandths of a bit
-  std::uint32_t data_bit_rate = 0;    // of FD frames' data
-  std::uint32_t restart_ms = 0;       // 0: after bus off it stays off
-  std::uint32_t transmit_errors = 0;  // its counters, where the driver tells
-  std::uint32_t receive_errors = 0;
-  bool listen_only = false;
-};
-
-struct CanInterface {
-  std::string name;
-  bool up = false;
-  bool fd = false;  // it takes FD frames
-  std::uint32_t queue_frames = 0;
-  std::optional<CanController> controller;
-};
+using board::BusState;
+using board::CanController;
+using board::CanInterface;
 
 enum class DeviceKind { kSerial, kGpio, kSpi, kCounter };
 

@@ -53,10 +53,10 @@ bool dependency_allowed(const std::string& file, const std::string& included) {
   if (starts_with(file, "board/"))
     return starts_with_any(included, {"kinematics/", "control/", "firmware/", "board/"});
   // host-tools: the scene's schema, check and limits, the protocol, the tables of faults, conditions and parameters, the
-  // simulated board.
-  return starts_with_any(included,
-                         {"host-tools/", kSchema, "control/scene/", "firmware/link/", "firmware/core/faults.",
-                          "firmware/core/conditions.", "firmware/params.", "board/sim/", "board/files/"});
+  // simulated board, and what boards under Linux know of the machine as well.
+  return starts_with_any(included, {"host-tools/", kSchema, "control/scene/", "firmware/link/",
+                                    "firmware/core/faults.", "firmware/core/conditions.", "firmware/params.",
+                                    "board/sim/", "board/files/", "board/posix/can_interfaces."});
 }
 
 // False for headers that bring heap, locks, exceptions or I/O.

@@ -39,6 +39,14 @@ start_controller --can can0
 session can:can1
 stop_controller
 
+step 'a recording that the bus cannot carry'
+for can in can0 can1; do ip link set $can down; ip link set $can up type can bitrate 125000; done
+start_controller --can can0
+thimble upload walls.thim --device can:can1 >/dev/null 2>&1 || die 'upload at 125 kbit/s'
+fails 1 refused thimble record /tmp/recording --scene walls.thim --seconds 1 --device can:can1
+grep -q needs_can_fd_or_lower_rate /tmp/fails || die "$(cat /tmp/fails)"
+stop_controller
+
 step 'FD: ctucan_pci'
 start_controller --can can2
 session canfd:can3
