@@ -75,8 +75,8 @@ monitor=$!
 wait_until 30 grep -q '^0 ' /tmp/monitored
 # The error frame that a driver sends then (no emulated controller leaves the bus by itself), and in the same moment a host's request, which
 # must not hide it from the controller.
-echo '(0.0) vcan0 20000040#0000000000000000
-(0.0) vcan0 18DA01F1#023E800000000000' | canplayer vcan0=vcan0
+echo '(0.000000) vcan0 20000040#0000000000000000
+(0.000000) vcan0 18DA01F1#023E800000000000' | canplayer vcan0=vcan0
 status=0
 wait $monitor || status=$?
 cat /tmp/monitor.err
