@@ -7,7 +7,8 @@ namespace {
 
 constexpr std::size_t kParamBytes = 4;
 
-[[nodiscard]] Nrc to_nrc(ParamStatus status) noexcept {
+// kOk for kOk.
+[[nodiscard]] Nrc refuse_param(Host& host, ParamStatus status) noexcept {
   switch (status) {
     case ParamStatus::kOk:
       return Nrc::kOk;
@@ -15,7 +16,7 @@ constexpr std::size_t kParamBytes = 4;
     case ParamStatus::kOutOfRange:
       return Nrc::kRequestOutOfRange;
     case ParamStatus::kNotWhileArmed:
-      return Nrc::kConditionsNotCorrect;
+      return refuse(host, kWrongMode, "");
   }
   return Nrc::kGeneralReject;
 }
@@ -53,7 +54,7 @@ Nrc write_data(Services& services, Call& call) noexcept {
   }
   if (row->recorded == Recording::kRecorded) {
     const Nrc ended = services.jobs.run(call, services.end_recording, [&]() noexcept {
-      const Nrc allowed = to_nrc(parts.params.check(id, bits, motors_off(parts.core)));
+      const Nrc allowed = refuse_param(call.host, parts.params.check(id, bits, motors_off(parts.core)));
       if (allowed != Nrc::kOk) return allowed;
       // It may be the start of a recording.
       if (parts.core.commands().pending()) return busy(call.host, Busy::kCommandPending);
@@ -61,7 +62,7 @@ Nrc write_data(Services& services, Call& call) noexcept {
     });
     if (ended != Nrc::kOk) return ended;
   }
-  return to_nrc(parts.params.write(id, bits, motors_off(parts.core)));
+  return refuse_param(call.host, parts.params.write(id, bits, motors_off(parts.core)));
 }
 
 Nrc save_parameters(Services& services, Call& call) noexcept {

@@ -301,6 +301,30 @@ TEST(ServiceTable, SuppressedAnswersStillRefuse) {
   EXPECT_EQ(tester.seen_answers(), 0);
 }
 
+// Not the reason of an earlier refusal.
+TEST(ServiceTable, AParameterThatIsLockedWhileArmedSaysWhy) {
+  for (const char* parameter : {"host_forces", "stop_damping"}) {
+    Bench bench;
+    bench.tick();
+    bench.load();
+    Tester tester(bench, true);
+    ASSERT_TRUE(tester.ok({0x10, 0x03}));
+    const auto reason = [&] {
+      const Bytes text = tester.read(link::kDidRefusal);
+      return std::string(text.begin(), text.end());
+    };
+    EXPECT_EQ(tester.ask({0x31, 0x01, 0x02, 0x01}), negative(0x31, Nrc::kConditionsNotCorrect));
+    ASSERT_EQ(reason(), "not_homed");
+    bench.home();
+    ASSERT_TRUE(tester.ok({0x31, 0x01, 0x02, 0x01}));
+    const std::uint16_t id = firmware::find_param(parameter)->id;
+    EXPECT_EQ(
+        tester.ask({0x2E, static_cast<std::uint8_t>(id >> 8), static_cast<std::uint8_t>(id), 0, 0, 0, 0}),
+        negative(0x2E, Nrc::kConditionsNotCorrect));
+    EXPECT_EQ(reason(), "wrong_mode") << parameter;
+  }
+}
+
 TEST(ServiceTable, OneFreezeFrameOfAFault) {
   Bench bench;
   set_up(bench, Setup::kFaulted);
