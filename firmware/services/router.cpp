@@ -87,6 +87,8 @@ void Router::answer_without_place(const CanFrame& frame, Micros now) noexcept {
     if (result == Nrc::kResponsePending) handler_.give_up(nobody);
     if (result == Nrc::kResponsePending || result == Nrc::kResponseTooLong) result = Nrc::kBusyRepeatRequest;
     handler_.session_ended(nobody);
+    // There is no place to keep the session in.
+    if (result == Nrc::kOk && nobody.session != link::Session::kDefault) result = Nrc::kBusyRepeatRequest;
     if (result == Nrc::kOk && call.sign_of_life) handler_.host_alive();
     if (result == Nrc::kOk && call.suppressible && (call.request[1] & link::kSuppressPositive) != 0) return;
     out.data[0] = static_cast<std::uint8_t>(answer.size());

@@ -180,6 +180,13 @@ TEST(RouterHosts, WithoutAPlaceATesterIsAnsweredOneFrameInTheDefaultSession) {
   EXPECT_EQ(bus.ask(link::kTesterAddress, {0x22, 1, 2}), busy22) << "an answer of more than a frame";
   bus.handler.answer = [](Call&) { return Nrc::kResponsePending; };
   EXPECT_EQ(bus.ask(link::kTesterAddress, {0x22, 1, 2}), busy22) << "an answer that takes longer";
+  bus.handler.answer = [](Call& call) {
+    call.host.session = static_cast<link::Session>(call.request[1] & 0x7FU);
+    return Nrc::kOk;
+  };
+  EXPECT_EQ(bus.ask(link::kTesterAddress, {0x10, 0x03}), (Payload{0x7F, 0x10, 0x21})) << "a session to keep";
+  EXPECT_EQ(bus.ask(link::kTesterAddress, {0x10, 0x83}), (Payload{0x7F, 0x10, 0x21}));
+  EXPECT_EQ(bus.ask(link::kTesterAddress, {0x10, 0x01})[0], 0x50);
   bus.handler.answer = [](Call& call) { return call.sub_function() == 0 ? Nrc::kOk : Nrc::kGeneralReject; };
   EXPECT_EQ(bus.ask(link::kTesterAddress, {0x3E, 0x80}), Payload{}) << "no answer is wanted";
 }
