@@ -73,6 +73,7 @@ std::string remedy_of(const std::string& reasons) {
   if (reasons.find("too_many") != std::string::npos) add("leave some out; the limits are in `thimble info`");
   // Busy: it passes by itself.
   if (reasons == "scene_switching" || reasons == "command_pending") add("repeat the command");
+  if (reasons == "other_host_uploads") add("repeat the command when the other host's upload has ended");
   // Of the bus.
   if (reasons == "needs_can_fd_or_lower_rate")
     add("run the loop at a lower rate, or use a controller and a bus with CAN FD");
