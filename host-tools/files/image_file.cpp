@@ -1,5 +1,7 @@
 #include "host-tools/files/image_file.h"
 
+#include <thimble_scene_schema/scene_generated.h>
+
 #include <algorithm>
 #include <cstring>
 #include <string>
@@ -15,6 +17,7 @@ namespace thimble::host {
 namespace {
 
 constexpr std::size_t kTrailerBytes = kImageTrailer.size() + 4;
+constexpr std::size_t kLeastBytes = 8;  // the root's offset and the mark
 
 }  // namespace
 
@@ -46,6 +49,11 @@ ImageFile load_image(const std::filesystem::path& file) {
                 file.string() + " has " + std::to_string(bytes.size()) + " bytes; a scene image has 1 to " +
                     std::to_string(control::kMaxImageBytes),
                 "give a scene file or what `thimble compile` wrote");
+  }
+  // The device would say so too, but only after the upload.
+  if (size < kLeastBytes || !scene::SceneBufferHasIdentifier(bytes.data())) {
+    throw Error(ExitCode::kBadInput, "bad-image", file.string() + " is no scene image",
+                "give a scene file (*.json) or what `thimble compile` wrote");
   }
   result.image.resize(size);
   std::memcpy(result.image.data(), bytes.data(), size);

@@ -109,16 +109,19 @@ class BadImages(Rig):
         plain = self.good[:-8]
         draw = random.Random(6)
         refused = 0
-        places = [32, 39] + [draw.randrange(8 * len(plain)) for _ in range(12)]
+        places = [32, 39, 0, 1] + [draw.randrange(8 * len(plain)) for _ in range(12)]
         for place in places:
             data = bytearray(plain)
             data[place // 8] ^= 1 << place % 8
             result = self.run_thimble("upload", self.write(data), "--device", self.device.tcp)
+            if 4 <= place // 8 < 8:  # the mark: not even sent
+                self.assertEqual(result.code, 10, result.err)
+                continue
             self.assertIn(result.code, (0, 1), result.err)
             if result.code == 1:
                 refused += 1
                 self.assertIn("refused", result.err)
-        self.assertGreaterEqual(refused, 2, "the file identifier at least")
+        self.assertGreaterEqual(refused, 2, "the root's offset at least")
         self.ok("info", "--device", self.device.tcp)
         figure("%d of %d images with a changed bit and a fitting CRC refused" % (refused, len(places)))
 
@@ -127,10 +130,10 @@ class BadImages(Rig):
         lengths = [1, 4, 40, len(self.good) // 2, len(self.good) - 40] + [draw.randrange(1, len(self.good) - 40) for _ in range(5)]
         for length in lengths:
             result = self.run_thimble("upload", self.write(self.good[:length]), "--device", self.device.tcp)
-            self.assertEqual(result.code, 1, "%d bytes: %s" % (length, result.err))
-            self.assertIn("refused", result.err)
+            self.assertEqual(result.code, 10 if length < 8 else 1, "%d bytes: %s" % (length, result.err))
+            self.assertIn("is no scene image" if length < 8 else "refused", result.err)
         self.assertEqual(self.running(self.device.tcp), self.before)
-        figure("%d of %d truncated images refused by the board" % (len(lengths), len(lengths)))
+        figure("%d truncated images refused" % len(lengths))
 
     def test_a_fresh_device_stays_without_a_scene(self):
         fresh = self.sim("--no-pty", "--tcp", 0)
