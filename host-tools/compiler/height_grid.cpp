@@ -171,8 +171,9 @@ HeightGrid read_png(std::string_view bytes, std::size_t most_samples, const std:
 HeightGrid read_height_grid(const std::filesystem::path& file, std::size_t most_samples,
                             const std::string& name) {
   std::error_code code;
-  std::ifstream stream(file, std::ios::binary);
-  if (!std::filesystem::is_regular_file(file, code) || !stream) {
+  std::ifstream stream;
+  if (std::filesystem::is_regular_file(file, code)) stream.open(file, std::ios::binary);  // a FIFO would wait
+  if (!stream.is_open()) {
     refuse("missing-heights", name + ": there is no such file, or it cannot be opened",
            "give a CSV or PNG file, relative to the scene file");
   }

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <clocale>
@@ -154,6 +155,10 @@ TEST(HeightGrid, EveryMistakeIsRefusedWithItsPlace) {
     }
   }
   EXPECT_THROW(static_cast<void>(host::read_height_grid("/no/such/file.csv", 10, "grid")), host::Error);
+  const TemporaryFolder folder;
+  const auto fifo = folder.path() / "fifo.csv";  // to open it would wait for a writer
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  EXPECT_THROW(static_cast<void>(host::read_height_grid(fifo, 10, "grid")), host::Error);
   figure("kinds of broken grids tried", static_cast<double>(cases.size()), "each refused with its place");
 }
 
