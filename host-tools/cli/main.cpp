@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <functional>
 #include <iostream>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,6 +49,18 @@ std::string arm_names() {
   return names;
 }
 
+// Of an option: a number from `least` to `most`. CLI::Range lets nan pass.
+CLI::Validator number_between(double least, double most) {
+  const auto check = [least, most](const std::string& text) {
+    double number = 0;
+    if (CLI::detail::lexical_cast(text, number) && number >= least && number <= most) return std::string();
+    std::ostringstream out;
+    out << "'" << text << "' is not a number from " << least << " to " << most;
+    return out.str();
+  };
+  return {[check](std::string& text) { return check(text); }, "", ""};
+}
+
 // Adds a verb with the options that all verbs have.
 CLI::App* verb(CLI::App& parent, Choices& choices, const std::string& name, const std::string& text,
                std::function<void()> run) {
@@ -66,7 +79,7 @@ CLI::App* remote_verb(CLI::App& parent, Choices& choices, const std::string& nam
       ->check(CLI::Range(1U, 127U))
       ->capture_default_str();
   sub->add_option("--timeout", choices.remote.timeout_s, "seconds to wait for an answer")
-      ->check(CLI::Range(0.1, 600.0))
+      ->check(number_between(0.1, 600.0))
       ->capture_default_str();
   return sub;
 }
@@ -100,7 +113,7 @@ void define_record(CLI::App& app, Choices& c) {
   record_verb->add_option("--scene", c.record.scene, "the scene file (*.json) or image that the device runs")
       ->required();
   record_verb->add_option("--seconds", c.record.seconds, "stop after this time; default: Ctrl-C")
-      ->check(CLI::PositiveNumber);
+      ->check(number_between(0.001, 1e6));
   record_verb->add_flag("--home", c.record.home, "home the arm first");
   record_verb->add_flag("--arm", c.record.arm, "arm the device first, and disarm it at the end");
   record_verb->add_flag("--force", c.record.force,
@@ -183,15 +196,16 @@ void define_device(CLI::App& app, Choices& c) {
   remote_verb(app, c, "restart", "disarm and restart the controller", [&c] { restart(c.common, c.remote); });
   remote_verb(app, c, "home", "find the arm's home position", [&c] { home(c.common, c.remote, c.wait_s); })
       ->add_option("--wait", c.wait_s, "seconds that homing may take")
-      ->check(CLI::Range(0.1, 600.0))
+      ->check(number_between(0.1, 600.0))
       ->capture_default_str();
 
   CLI::App* monitor_verb = remote_verb(app, c, "monitor", "show the position of the tip and the force, live",
                                        [&c] { monitor(c.common, c.remote, c.monitor); });
   monitor_verb->add_option("--seconds", c.monitor.seconds, "stop after this time")
-      ->check(CLI::PositiveNumber);
-  monitor_verb->add_option("--count", c.monitor.count,
-                           "stop after this number of rows (with --json: messages)");
+      ->check(number_between(0.001, 1e6));
+  monitor_verb
+      ->add_option("--count", c.monitor.count, "stop after this number of rows (with --json: messages)")
+      ->check(number_between(1, 1e9));
   monitor_verb->add_flag("--rows", c.monitor.rows, "print rows also in a terminal, instead of a picture");
   monitor_verb->add_flag("--keep-alive", c.monitor.keep_alive, "feed the device's host supervision");
 }
@@ -245,7 +259,7 @@ void define_import(CLI::App& app, Choices& c) {
   volume_verb
       ->add_option("--min-thickness", c.import_volume.thinnest_mm,
                    "in mm: thinner layers are merged with a neighbour")
-      ->check(CLI::Range(0.0, 1000.0))
+      ->check(number_between(0.0, 1000.0))
       ->capture_default_str();
   volume_verb
       ->add_option("--output,-o", c.import_volume.output,
@@ -336,6 +350,19 @@ void complete(CLI::App& app, const std::vector<std::string>& words) {
   }
 }
 
+// CLI11 would say that a verb is missing, without the word that is none.
+void refuse_unknown_verb(CLI::App& app, const std::vector<std::string>& words) {
+  CLI::App* at = &app;
+  for (const std::string& word : words) {
+    if (word.starts_with("-") || at->get_subcommands([](const CLI::App*) { return true; }).empty()) return;
+    const auto named = at->get_subcommands([&](const CLI::App* sub) { return sub->get_name() == word; });
+    if (named.empty())
+      throw Error(ExitCode::kUsage, "usage", "'" + word + "' is no verb of " + at->get_name(),
+                  "see `thimble --help` and `thimble VERB --help`");
+    at = named.front();
+  }
+}
+
 int run(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   const bool json = std::ranges::find(arguments, "--json") != arguments.end();
@@ -351,6 +378,7 @@ int run(int argc, char** argv) {
       std::cerr << app.help();
       return static_cast<int>(ExitCode::kUsage);
     }
+    refuse_unknown_verb(app, arguments);
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::Success& wish) {  // --help, --version

@@ -84,6 +84,12 @@ class ExitCodes(Rig):
         self.fails(2, "usage", "compile")
         self.fails(2, "usage", "list", "--no-such-option")
         self.fails(2, "usage", "param")
+        self.assertEqual(self.fails(2, "usage", "nix")["cause"], "'nix' is no verb of thimble")
+        self.assertEqual(self.fails(2, "usage", "param", "nix")["cause"], "'nix' is no verb of param")
+        for number in ("nan", "-1", "inf"):
+            self.fails(2, "usage", "info", "--timeout", number)
+            error = self.fails(2, "usage", "monitor", "--seconds", number)
+            self.assertIn(f"'{number}' is not a number from 0.001 to ", error["cause"])
         self.fails(2, "bad-uri", "info", "--device", "ftp:there")
         self.fails(2, "unknown-parameter", "param", "get", "colour")
         self.fails(2, "bad-value", "param", "set", "max_force", "-1")
