@@ -306,8 +306,8 @@ std::string documented() {
     out << "\n### " << Message::kName << "\n\n";
     out << (Message::kIsFrame ? "Frame 0x" : "Record 0x") << std::uppercase << std::hex
         << std::setw(Message::kIsFrame ? 3 : 4) << std::setfill('0') << Message::kId << std::dec
-        << (Message::kPerNode ? " + node" : "") << ", " << wire_size<Message>() << " bytes. "
-        << Message::kDescription << ".\n\n";
+        << (Message::kPerNode ? " + node" : "") << ", " << wire_size<Message>()
+        << (wire_size<Message>() == 1 ? " byte. " : " bytes. ") << Message::kDescription << ".\n\n";
     out << "| byte.bit | type | field | step | unit | |\n|---|---|---|---|---|---|\n";
     document_rows(out, message, 0, "");
   });
