@@ -28,8 +28,8 @@ using Words = std::span<const std::string_view>;
 struct Range {
   double least;
   double most;
-  bool least_excluded = false;
   const char* unit = "";
+  bool least_excluded = false;
 
   [[nodiscard]] bool holds(double value) const {
     return (least_excluded ? value > least : value >= least) && value <= most;

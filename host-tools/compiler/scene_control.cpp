@@ -35,7 +35,7 @@ std::vector<scene::CurvePoint> read_curve(const Value& value, const Range& range
     const Value at = point.at(std::size_t{0});
     const double q = at.number(range);
     const double effort =
-        point.at(std::size_t{1}).number({-kMaxEffort, kMaxEffort, false, unit == 1.0 ? "N" : "N m"});
+        point.at(std::size_t{1}).number({-kMaxEffort, kMaxEffort, unit == 1.0 ? "N" : "N m"});
     const scene::CurvePoint next(static_cast<float>(q * unit), static_cast<float>(effort));
     if (!curve.empty() && next.at() <= curve.back().at())
       at.wrong("a number above the one of the point before, in " + std::string(range.unit));

@@ -1,593 +1,360 @@
-// Its length is that of the table: a row a key. Those of the primitive shapes are in scene_shape.cpp.
+// The table of the scene file's keys, a row a key: its name, what its value may be (scene_key_values.h) and a
+// text for people. The keys of the primitive shapes are in scene_shape.cpp.
 #include "host-tools/compiler/scene_keys.h"
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "control/scene/limits.h"
+#include "host-tools/compiler/scene_key_values.h"
 #include "host-tools/compiler/scene_shape.h"
 
 namespace thimble::host {
+namespace keys {
 namespace {
 
-using enum KeyType;
+using Kinds = std::vector<SceneKind>;
 
-double written(float value) { return board::as_written(value); }
-
-constexpr bool kRequired = true;
 constexpr double kMaxTurn_deg = 5729.0;      // just below control::kMaxTurn_rad
 constexpr double kMinPitch_deg = 0.0057296;  // just above control::kMinDetentPitch
-constexpr double kMaxPathBytes = 4096, kMaxNameBytes = 64;
-constexpr double kMaxInclusions = 64;
 constexpr double kMaxSource = 1.0e6;
-constexpr Range kAny{-1.0e9, 1.0e9};
+constexpr std::size_t kMaxInclusions = 64;
 
-std::vector<SceneKind> table() {
+SceneKind& add(Kinds& kinds, std::string_view name, const char* what, std::string_view for_people = {}) {
+  kinds.push_back({name, what, for_people});
+  return kinds.back();
+}
+
+KeyValue path() { return text(4096); }
+KeyValue name() { return text(64); }
+Range stiffness() { return above(0, control::kMaxStiffness_N_m, "N/m"); }
+Range spring() { return from(0, control::kMaxStiffness_N_m, "N/m"); }  // 0: none
+Range damping() { return from(0, control::kMaxDamping_N_s_m, "N s/m"); }
+
+void add_scene(Kinds& kinds) {
+  add(kinds, "scene", "a scene", "What the fingertip can touch. See docs/scene-format.md.")
+      .optional("$schema", path(), "Path of this schema, for editors.")
+      .required("thimble_scene", version(), "Version of the format.")
+      .required("name", name(), "Name of the scene.")
+      .optional("description", path(), "For people.")
+      .optional("materials", named_parts("material"), "Materials by name, for objects to refer to.")
+      .required("objects", list("object", 0, control::kMaxObjects), "What can be touched.")
+      .optional("gravity_m_s2", vector(from(-kMaxCoordinate, kMaxCoordinate, "m/s2")).by_default(0, 0, 0),
+                "Acts on objects with a body.");
+
+  add(kinds, "object", "an object of the scene")
+      .required("name", name(), "Unlike every other object's.")
+      .required("shape", part("shape"))
+      .optional("pose", part("pose"))
+      .required("material", part_or_name("material"),
+                "A material, or the name of one of the scene's materials.")
+      .optional("body", part("body"));
+
+  SceneKind& shape = add(kinds, "shape", "a shape", "Exactly one shape.");
+  for (const std::string_view word : shape_words()) shape.alternative(word, part(word));
+}
+
+void add_body(Kinds& kinds) {
   using namespace control;
-  const double reach = written(kMaxCoordinate_m);
-  const double stiffest = written(kMaxStiffness_N_m), most_damping = written(kMaxDamping_N_s_m);
-  const double effort = written(kMaxControlEffort), speed = written(kMaxBodySpeed_m_s),
-               spin = written(kMaxBodySpin_rad_s);
-  const Range length{1.0e-5, reach, false, "m"};
-  const Range coordinate{-reach, reach, false, "m"};
-  const Range stiffness{0, stiffest, true, "N/m"}, damping{0, most_damping, false, "N s/m"};
-  const Range friction{0, written(kMaxFriction)};
-  const Range tear{0, written(kMaxTear_N), false, "N"};
-  const Range degrees{0, 180, false, "degrees"};
-  const Range path{1, kMaxPathBytes}, name{1, kMaxNameBytes};
-  const Range turn{-kMaxTurn_deg, kMaxTurn_deg, false, "degrees"};
-  const std::vector<std::string_view> none;
-  const auto up_to = [](std::size_t least, std::size_t most) {
-    return Range{static_cast<double>(least), static_cast<double>(most)};
-  };
-  std::vector<SceneKind> kinds;
-  kinds.push_back(
-      {"scene",
-       "a scene",
-       "What the fingertip can touch. See docs/scene-format.md.",
-       {{"$schema", kText, path, none, false, {}, {}, "Path of this schema, for editors."},
-        {"thimble_scene", kVersion, {}, none, kRequired, {}, {}, "Version of the format."},
-        {"name", kText, name, none, kRequired, {}, {}, "Name of the scene."},
-        {"description", kText, path, none, false, {}, {}, "For people."},
-        {"materials",
-         kNamedParts,
-         {},
-         {"material"},
-         false,
-         {},
-         {},
-         "Materials by name, for objects to refer to."},
-        {"objects", kList, up_to(0, kMaxObjects), {"object"}, kRequired, {}, {}, "What can be touched."},
-        {"gravity_m_s2",
-         kVector,
-         {-reach, reach, false, "m/s2"},
-         none,
-         false,
-         {0, 0, 0},
-         {},
-         "Acts on objects with a body."}}});
-  kinds.push_back({"object",
-                   "an object of the scene",
-                   "",
-                   {{"name", kText, name, none, kRequired, {}, {}, "Unlike every other object's."},
-                    {"shape", kPart, {}, {"shape"}, kRequired, {}, {}, {}},
-                    {"pose", kPart, {}, {"pose"}, false, {}, {}, {}},
-                    {"material",
-                     kPartOrName,
-                     {},
-                     {"material"},
-                     kRequired,
-                     {},
-                     {},
-                     "A material, or the name of one of the scene's materials."},
-                    {"body", kPart, {}, {"body"}, false, {}, {}, {}}}});
-  kinds.push_back({"shape", "a shape", "Exactly one shape.", {}, true});
-  for (const std::string_view word : shape_words())
-    kinds.back().keys.push_back({word, kPart, {}, {word}, false, {}, {}, {}});
-  kinds.push_back(
-      {"body",
-       "a body",
-       "The object moves when it is pushed.",
-       {{"motion", kWord, {}, {"free", "translate", "plane", "slide", "turn"}, kRequired, {}, {}, {}},
-        {"mass_kg",
-         kNumber,
-         {written(kMinMass_kg), written(kMaxMass_kg), false, "kg"},
-         none,
-         kRequired,
-         {},
-         {},
-         {}},
-        {"inertia_kg_m2",
-         kVector,
-         {written(kMinInertia_kg_m2), written(kMaxInertia_kg_m2), false, "kg m2"},
-         none,
-         false,
-         {},
-         {},
-         "About the object's axes through its origin."},
-        {"restitution",
-         kNumber,
-         {0, 1},
-         none,
-         false,
-         {0},
-         {},
-         "Ratio of the speeds after and before an impact."},
-        {"velocity_m_s", kVector, {-speed, speed, false, "m/s"}, none, false, {0, 0, 0}, {}, "At the start."},
-        {"spin_rad_s", kVector, {-spin, spin, false, "rad/s"}, none, false, {0, 0, 0}, {}, "At the start."},
-        {"spring_N_m",
-         kNumber,
-         {0, stiffest, false, "N/m"},
-         none,
-         false,
-         {0},
-         {},
-         "To the initial position."},
-        {"damping_N_s_m", kNumber, damping, none, false, {0}, {}, {}},
-        {"angular_damping_N_m_s",
-         kNumber,
-         {0, written(kMaxAngularDamping_N_m_s), false, "N m s"},
-         none,
-         false,
-         {0},
-         {},
-         {}},
-        {"axis", kDirection, kAny, none, false, {0, 0, 1}, {}, "World frame, of any length but zero."},
-        {"pivot_m", kVector, coordinate, none, false, {}, {}, "A point of the axis of \"turn\"."},
-        {"control", kPart, {}, {"slide_control", "turn_control"}, false, {}, {}, {}}}});
+  const Range velocity = from(-kMaxBodySpeed_m_s, kMaxBodySpeed_m_s, "m/s");
+  const Range spin = from(-kMaxBodySpin_rad_s, kMaxBodySpin_rad_s, "rad/s");
+  add(kinds, "body", "a body", "The object moves when it is pushed.")
+      .required("motion", one_of({"free", "translate", "plane", "slide", "turn"}))
+      .required("mass_kg", number(from(kMinMass_kg, kMaxMass_kg, "kg")))
+      .optional("inertia_kg_m2", vector(from(kMinInertia_kg_m2, kMaxInertia_kg_m2, "kg m2")),
+                "About the object's axes through its origin.")
+      .optional("restitution", number(from(0, 1)).by_default(0),
+                "Ratio of the speeds after and before an impact.")
+      .optional("velocity_m_s", vector(velocity).by_default(0, 0, 0), "At the start.")
+      .optional("spin_rad_s", vector(spin).by_default(0, 0, 0), "At the start.")
+      .optional("spring_N_m", number(spring()).by_default(0), "To the initial position.")
+      .optional("damping_N_s_m", number(damping()).by_default(0))
+      .optional("angular_damping_N_m_s", number(from(0, kMaxAngularDamping_N_m_s, "N m s")).by_default(0))
+      .optional("axis", direction().by_default(0, 0, 1), "World frame, of any length but zero.")
+      .optional("pivot_m", vector(kCoordinate), "A point of the axis of \"turn\".")
+      .optional("control", one_part_of({"slide_control", "turn_control"}));
+}
+
+void add_shapes(Kinds& kinds) {
+  const Range degrees = from(0, 180, "degrees");
   for (const SceneShapeRow& row : scene_shapes())
     if (row.keys) kinds.push_back(*row.keys);
-  kinds.push_back(
-      {"mesh",
-       "a mesh",
-       "",
-       {{"file",
-         kText,
-         path,
-         none,
-         kRequired,
-         {},
-         {},
-         "Relative to the scene file: OBJ, STL, PLY, OFF, glTF and other formats of assimp, or a REND386 "
-         ".plg."},
-        {"scale", kNumber, {1.0e-9, 1.0e9, false, "metres per file unit"}, none, false, {1}, {}, {}},
-        {"crease_deg",
-         kNumber,
-         degrees,
-         none,
-         false,
-         {},
-         {},
-         "Smooths the surface by force shading; edges sharper than this stay sharp. Without it the mesh is "
-         "faceted."},
-        {"side",
-         kWord,
-         {},
-         {"outside", "inside", "both"},
-         false,
-         {},
-         "outside",
-         "The side of the surface from which it can be touched."}}});
-  kinds.push_back(
-      {"height_field",
-       "a height field",
-       "A block whose top is a grid of heights, smooth between its points; the value 0 is at z = 0.",
-       {{"file",
-         kText,
-         path,
-         none,
-         kRequired,
-         {},
-         {},
-         "Relative to the scene file: numbers as CSV, or an image as PNG whose brightness is 0 to 1. The "
-         "last row is nearest to "
-         "the user."},
-        {"size_m",
-         kPair,
-         length,
-         none,
-         kRequired,
-         {},
-         {},
-         "From the first to the last point along x and y; the centre is the origin."},
-        {"height_m",
-         kNumber,
-         {0, reach, true, "m"},
-         none,
-         kRequired,
-         {},
-         {},
-         "Metres per unit of the values: the height of white, 1 for a CSV in metres, 0.001 for one in mm."},
-        {"thickness_m",
-         kNumber,
-         length,
-         none,
-         false,
-         {0.01},
-         {},
-         "From the lowest point to the flat bottom."},
-        {"crease_deg",
-         kNumber,
-         degrees,
-         none,
-         false,
-         {180},
-         {},
-         "Edges of the top sharper than this stay sharp."}}});
-  kinds.push_back(
-      {"needle",
-       "a needle",
-       "The path of a needle: the skin is the object's plane z = 0, and the needle moves along -z. The "
-       "material's stiffness holds "
-       "it to its track.",
-       {{"layers", kList, up_to(1, kMaxLayers), {"layer"}, kRequired, {}, {}, "From the skin inwards."}}});
-  kinds.push_back({"layer",
-                   "a layer of a needle's way",
-                   "One tissue.",
-                   {{"name", kText, name, none, false, {}, {}, "For people."},
-                    {"thickness_m", kNumber, length, none, kRequired, {}, {}, {}},
-                    {"stiffness_N_m",
-                     kNumber,
-                     {0, stiffest, false, "N/m"},
-                     none,
-                     kRequired,
-                     {},
-                     {},
-                     "Until it tears; 0 is a gap."},
-                    {"tear_N", kNumber, tear, none, kRequired, {}, {}, "The force at which it tears."},
-                    {"friction_N",
-                     kNumber,
-                     tear,
-                     none,
-                     false,
-                     {0},
-                     {},
-                     "Coulomb friction of a shaft through the whole layer."},
-                    {"viscosity_N_s_m2",
-                     kNumber,
-                     {0, written(kMaxViscosity_N_s_m2), false, "N s/m^2"},
-                     none,
-                     false,
-                     {0},
-                     {},
-                     "Viscous friction per metre of shaft in the layer."}}});
-  kinds.push_back(
-      {"tissue",
-       "a tissue",
-       "A soft half space below z = 0 that follows the tip and recovers slowly.",
-       {{"size_m", kPair, length, none, kRequired, {}, {}, "Extent along x and y, centred on the origin."},
-        {"contact_radius_m", kNumber, length, none, kRequired, {}, {}, "Of the round flat tip that presses."},
-        {"relaxed_stiffness_N_m",
-         kNumber,
-         stiffness,
-         none,
-         kRequired,
-         {},
-         {},
-         "After a long press; at most the material's stiffness, which acts at once."},
-        {"recovery_s",
-         kNumber,
-         {written(kMinRecovery_s), written(kMaxRecovery_s), false, "s"},
-         none,
-         kRequired,
-         {},
-         {},
-         "Time constant with which a dimple recovers."}}});
-  kinds.push_back({"vector_field",
-                   "a vector field",
-                   "A volume divided into subvolumes, each with a surface that pushes what is in it. Exactly "
-                   "one of these.",
-                   {{"box", kPart, {}, {"box"}, false, {}, {}, {}},
-                    {"sphere", kPart, {}, {"sphere"}, false, {}, {}, {}},
-                    {"planes",
-                     kList,
-                     up_to(1, kMaxSubvolumeSides),
-                     {"plane"},
-                     false,
-                     {},
-                     {},
-                     "A convex body, the intersection of their half spaces; the nearest plane pushes."},
-                    {"subvolumes", kList, up_to(1, kMaxSubvolumes), {"subvolume"}, false, {}, {}, {}}},
-                   true});
-  kinds.push_back({"subvolume",
-                   "a subvolume",
-                   "The points where all sides hold and which are behind its plane or inside its ball; it "
-                   "has one of these two.",
-                   {{"sides", kList, up_to(0, kMaxSubvolumeSides), {"plane"}, false, {}, {}, {}},
-                    {"plane", kPart, {}, {"plane"}, false, {}, {}, {}},
-                    {"ball", kPart, {}, {"ball"}, false, {}, {}, {}}}});
-  kinds.push_back({"ball",
-                   "a ball",
-                   "",
-                   {{"centre_m", kVector, coordinate, none, false, {0, 0, 0}, {}, {}},
-                    {"radius_m", kNumber, length, none, kRequired, {}, {}, {}}}});
-  kinds.push_back(
-      {"potential_field",
-       "a potential field",
-       "A potential that the compiler solves: zero on the surface, raised by sources and inclusions.",
-       {{"shape", kPart, {}, {"solid"}, kRequired, {}, {}, {}},
-        {"step_m",
-         kNumber,
-         {written(kMinFieldStep_m), 1, false, "m"},
-         none,
-         kRequired,
-         {},
-         {},
-         "Of the grid; at most 2097152 samples."},
-        {"law",
-         kWord,
-         {},
-         {"spring", "energy"},
-         false,
-         {},
-         "spring",
-         "spring: the potential is a depth in metres, pressed against the material's stiffness. energy: it "
-         "is an energy in "
-         "joules."},
-        {"source_per_m",
-         kNumber,
-         {0, kMaxSource, false, "1/m"},
-         none,
-         false,
-         {0},
-         {},
-         "Law spring: minus the Laplacian of the depth."},
-        {"source_N_m",
-         kNumber,
-         {0, kMaxSource, false, "N/m"},
-         none,
-         false,
-         {0},
-         {},
-         "Law energy: minus the Laplacian of the energy."},
-        {"inclusions", kList, {0, kMaxInclusions}, {"inclusion"}, false, {}, {}, {}},
-        {"regions", kList, {0, kMaxInclusions}, {"region"}, false, {}, {}, {}}}});
-  kinds.push_back({"solid",
-                   "a shape of closed form",
-                   "Exactly one shape.",
-                   {{"sphere", kPart, {}, {"sphere"}, false, {}, {}, {}},
-                    {"box", kPart, {}, {"box"}, false, {}, {}, {}},
-                    {"cylinder", kPart, {}, {"cylinder"}, false, {}, {}, {}},
-                    {"capsule", kPart, {}, {"capsule"}, false, {}, {}, {}}},
-                   true});
-  kinds.push_back(
-      {"inclusion",
-       "an inclusion",
-       "A region inside that is held at a potential.",
-       {{"shape", kPart, {}, {"solid"}, kRequired, {}, {}, {}},
-        {"pose", kPart, {}, {"pose"}, false, {}, {}, {}},
-        {"depth_m", kNumber, {0, 1, true, "m"}, none, false, {}, {}, "Law spring: required."},
-        {"potential_J", kNumber, {0, 1000, true, "J"}, none, false, {}, {}, "Law energy: required."}}});
-  kinds.push_back({"region",
-                   "a region",
-                   "A region with additional source.",
-                   {{"shape", kPart, {}, {"solid"}, kRequired, {}, {}, {}},
-                    {"pose", kPart, {}, {"pose"}, false, {}, {}, {}},
-                    {"source_per_m",
-                     kNumber,
-                     {0, kMaxSource, false, "1/m"},
-                     none,
-                     false,
-                     {},
-                     {},
-                     "Law spring: required."},
-                    {"source_N_m",
-                     kNumber,
-                     {0, kMaxSource, false, "N/m"},
-                     none,
-                     false,
-                     {},
-                     {},
-                     "Law energy: required."}}});
-  kinds.push_back({"pose",
-                   "a pose",
-                   "First rotates the object about its origin, then moves it.",
-                   {{"position_m", kVector, coordinate, none, false, {0, 0, 0}, {}, {}},
-                    {"rotation_deg",
-                     kVector,
-                     {-360, 360, false, "degrees"},
-                     none,
-                     false,
-                     {0, 0, 0},
-                     {},
-                     "Roll, pitch, yaw: about x, then y, then z, fixed axes."}}});
-  kinds.push_back({"material",
-                   "a material",
-                   "",
-                   {{"stiffness_N_m", kNumber, stiffness, none, kRequired, {}, {}, {}},
-                    {"damping_N_s_m", kNumber, damping, none, false, {0}, {}, "Along the surface's normal."},
-                    {"static_friction",
-                     kNumber,
-                     friction,
-                     none,
-                     false,
-                     {0},
-                     {},
-                     "Coefficient of friction while the tip sticks."},
-                    {"dynamic_friction",
-                     kNumber,
-                     friction,
-                     none,
-                     false,
-                     {},
-                     {},
-                     "While the tip slides: at most static_friction, which is its default."},
-                    {"friction_mode", kWord, {}, {"stick_slip", "steady"}, false, {}, "stick_slip", {}},
-                    {"click", kPart, {}, {"click"}, false, {}, {}, {}},
-                    {"brake_friction",
-                     kNumber,
-                     friction,
-                     none,
-                     false,
-                     {0},
-                     {},
-                     "Added to both coefficients of friction."},
-                    {"texture", kPart, {}, {"texture"}, false, {}, {}, {}},
-                    {"stiffness_map", kPart, {}, {"stiffness_map"}, false, {}, {}, {}}}});
-  kinds.push_back({"click",
-                   "a click",
-                   "A decaying transient at contact, proportional to the speed of the impact.",
-                   {{"amplitude_N",
-                     kNumber,
-                     {0, written(kMaxClick_N), false, "N"},
-                     none,
-                     kRequired,
-                     {},
-                     {},
-                     "For an impact at 0.1 m/s."},
-                    {"frequency_Hz",
-                     kNumber,
-                     {written(kMinClickFrequency_Hz), written(kMaxClickFrequency_Hz), false, "Hz"},
-                     none,
-                     kRequired,
-                     {},
-                     {},
-                     {}},
-                    {"decay_per_s",
-                     kNumber,
-                     {written(kMinClickDecay_per_s), written(kMaxClickDecay_per_s), false, "1/s"},
-                     none,
-                     kRequired,
-                     {},
-                     {},
-                     {}}}});
-  kinds.push_back(
-      {"texture",
-       "a texture",
-       "One tile of heights that repeats over the surface; exactly one of pattern, heights and file.",
-       {{"kind", kWord, {}, {"lateral", "normal", "height"}, kRequired, {}, {}, {}},
-        {"tile_m", kPair, length, none, kRequired, {}, {}, "Size of the tile along u and v."},
-        {"height_m",
-         kNumber,
-         {0, written(kMaxRelief_m), true, "m"},
-         none,
-         kRequired,
-         {},
-         {},
-         "From the lowest point to the highest."},
-        {"pattern", kWord, {}, {"cos_cos", "ridges", "noise"}, false, {}, {}, {}},
-        {"heights",
-         kRows,
-         {-1.0e6, 1.0e6},
-         none,
-         false,
-         {},
-         {},
-         "In any unit; the last row is at the least v."},
-        {"file", kText, path, none, false, {}, {}, "CSV or PNG, relative to the scene file."}}});
-  kinds.push_back(
-      {"stiffness_map",
-       "a stiffness map",
-       "Control points of a bicubic B-spline of stiffness and damping over the surface.",
-       {{"stiffness_N_m",
-         kRowsOrFile,
-         stiffness,
-         none,
-         kRequired,
-         {},
-         {},
-         "Rows of numbers, or the path of a CSV file of them; the last row is at the least v."},
-        {"damping_N_s_m",
-         kRowsOrFile,
-         damping,
-         none,
-         false,
-         {},
-         {},
-         "As many numbers; without them the material's damping holds everywhere."},
-        {"cell_m", kNumber, length, none, kRequired, {}, {}, "Between neighbouring control points."},
-        {"origin_m",
-         kVector,
-         coordinate,
-         none,
-         false,
-         {0, 0, 0},
-         {},
-         "The first control point, in the object's frame."},
-        {"u", kDirection, kAny, none, false, {1, 0, 0}, {}, "Along the rows."},
-        {"v", kDirection, kAny, none, false, {0, 1, 0}, {}, "From row to row."},
-        {"conservative",
-         kFlag,
-         {},
-         none,
-         false,
-         {1},
-         {},
-         "Adds the sideways force that makes it a potential."}}});
-  // Control elements: the rows of a slide and of a turn have the same order (scene_control.cpp).
-  kinds.push_back({"slide_control",
-                   "a control that slides",
-                   "A control element that slides along the axis, 0 at the start: spring, damping, friction, "
-                   "stops, detents, curve and switch.",
-                   {{"stiffness_N_m", kNumber, {0, stiffest, false, "N/m"}, none, false, {0}, {}, {}},
-                    {"rest_m", kNumber, coordinate, none, false, {0}, {}, {}},
-                    {"damping_N_s_m", kNumber, damping, none, false, {0}, {}, {}},
-                    {"friction_N", kNumber, {0, effort, false, "N"}, none, false, {0}, {}, {}},
-                    {"low_m", kNumber, {-reach, 0, false, "m"}, none, false, {-reach}, {}, {}},
-                    {"high_m", kNumber, {0, reach, false, "m"}, none, false, {reach}, {}, {}},
-                    {"detents", kPart, {}, {"slide_detents"}, false, {}, {}, {}},
-                    {"curve_m_N",
-                     kCurve,
-                     coordinate,
-                     none,
-                     false,
-                     {},
-                     {},
-                     "[at, effort against pressing], rising in at, linear between."},
-                    {"switch", kPart, {}, {"slide_switch"}, false, {}, {}, {}}}});
-  kinds.push_back(
-      {"slide_detents",
-       "detents",
-       "-T sin(2 pi (q - phase) / pitch).",
-       {{"pitch_m", kNumber, {written(kMinDetentPitch), reach, false, "m"}, none, kRequired, {}, {}, {}},
-        {"phase_m", kNumber, coordinate, none, false, {0}, {}, {}},
-        {"force_N", kNumber, {0, effort, true, "N"}, none, kRequired, {}, {}, {}}}});
-  kinds.push_back({"slide_switch",
-                   "a switch",
-                   "On where q passes on_at, off where it passes off_at on the way back.",
-                   {{"on_at_m", kNumber, coordinate, none, kRequired, {}, {}, {}},
-                    {"off_at_m", kNumber, coordinate, none, kRequired, {}, {}, {}}}});
-  kinds.push_back(
-      {"turn_control",
-       "a control that turns",
-       "A control element that turns about the axis; q is its angle.",
-       {{"stiffness_N_m_rad", kNumber, {0, stiffest, false, "N m/rad"}, none, false, {0}, {}, {}},
-        {"rest_deg", kNumber, turn, none, false, {0}, {}, {}},
-        {"damping_N_m_s_rad", kNumber, {0, most_damping, false, "N m s/rad"}, none, false, {0}, {}, {}},
-        {"friction_N_m", kNumber, {0, effort, false, "N m"}, none, false, {0}, {}, {}},
-        {"low_deg", kNumber, {-kMaxTurn_deg, 0, false, "degrees"}, none, false, {-kMaxTurn_deg}, {}, {}},
-        {"high_deg", kNumber, {0, kMaxTurn_deg, false, "degrees"}, none, false, {kMaxTurn_deg}, {}, {}},
-        {"detents", kPart, {}, {"turn_detents"}, false, {}, {}, {}},
-        {"curve_deg_N_m",
-         kCurve,
-         turn,
-         none,
-         false,
-         {},
-         {},
-         "[at, effort against pressing], rising in at, linear between."},
-        {"switch", kPart, {}, {"turn_switch"}, false, {}, {}, {}}}});
-  kinds.push_back(
-      {"turn_detents",
-       "detents",
-       "-T sin(2 pi (q - phase) / pitch).",
-       {{"pitch_deg", kNumber, {kMinPitch_deg, kMaxTurn_deg, false, "degrees"}, none, kRequired, {}, {}, {}},
-        {"phase_deg", kNumber, turn, none, false, {0}, {}, {}},
-        {"torque_N_m", kNumber, {0, effort, true, "N m"}, none, kRequired, {}, {}, {}}}});
-  kinds.push_back({"turn_switch",
-                   "a switch",
-                   "On where q passes on_at, off where it passes off_at on the way back.",
-                   {{"on_at_deg", kNumber, turn, none, kRequired, {}, {}, {}},
-                    {"off_at_deg", kNumber, turn, none, kRequired, {}, {}, {}}}});
-  for (SceneKind& kind : kinds)
-    for (const SceneKey& key : kind.keys) kind.key_names.push_back(key.name);
+
+  add(kinds, "mesh", "a mesh")
+      .required("file", path(),
+                "Relative to the scene file: OBJ, STL, PLY, OFF, glTF and other formats of assimp, or a "
+                "REND386 .plg.")
+      .optional("scale", number(from(1.0e-9, 1.0e9, "metres per file unit")).by_default(1))
+      .optional("crease_deg", number(degrees),
+                "Smooths the surface by force shading; edges sharper than this stay sharp. Without it the "
+                "mesh is faceted.")
+      .optional("side", one_of({"outside", "inside", "both"}).by_default("outside"),
+                "The side of the surface from which it can be touched.");
+
+  add(kinds, "height_field", "a height field",
+      "A block whose top is a grid of heights, smooth between its points; the value 0 is at z = 0.")
+      .required("file", path(),
+                "Relative to the scene file: numbers as CSV, or an image as PNG whose brightness is 0 to 1. "
+                "The last row is nearest to the user.")
+      .required("size_m", pair(kLength),
+                "From the first to the last point along x and y; the centre is the origin.")
+      .required("height_m", number(above(0, kMaxCoordinate, "m")),
+                "Metres per unit of the values: the height of white, "
+                "1 for a CSV in metres, 0.001 for one in mm.")
+      .optional("thickness_m", number(kLength).by_default(0.01), "From the lowest point to the flat bottom.")
+      .optional("crease_deg", number(degrees).by_default(180),
+                "Edges of the top sharper than this stay sharp.");
+}
+
+void add_needle_and_tissue(Kinds& kinds) {
+  using namespace control;
+  const Range tear = from(0, kMaxTear_N, "N");
+  add(kinds, "needle", "a needle",
+      "The path of a needle: the skin is the object's plane z = 0, and the needle moves along -z. The "
+      "material's stiffness holds it to its track.")
+      .required("layers", list("layer", 1, kMaxLayers), "From the skin inwards.");
+
+  add(kinds, "layer", "a layer of a needle's way", "One tissue.")
+      .optional("name", name(), "For people.")
+      .required("thickness_m", number(kLength))
+      .required("stiffness_N_m", number(spring()), "Until it tears; 0 is a gap.")
+      .required("tear_N", number(tear), "The force at which it tears.")
+      .optional("friction_N", number(tear).by_default(0),
+                "Coulomb friction of a shaft through the whole layer.")
+      .optional("viscosity_N_s_m2", number(from(0, kMaxViscosity_N_s_m2, "N s/m^2")).by_default(0),
+                "Viscous friction per metre of shaft in the layer.");
+
+  add(kinds, "tissue", "a tissue", "A soft half space below z = 0 that follows the tip and recovers slowly.")
+      .required("size_m", pair(kLength), "Extent along x and y, centred on the origin.")
+      .required("contact_radius_m", number(kLength), "Of the round flat tip that presses.")
+      .required("relaxed_stiffness_N_m", number(stiffness()),
+                "After a long press; at most the material's stiffness, which acts at once.")
+      .required("recovery_s", number(from(kMinRecovery_s, kMaxRecovery_s, "s")),
+                "Time constant with which a dimple recovers.");
+}
+
+void add_vector_field(Kinds& kinds) {
+  using namespace control;
+  add(kinds, "vector_field", "a vector field",
+      "A volume divided into subvolumes, each with a surface that pushes what is in it. Exactly one of "
+      "these.")
+      .alternative("box", part("box"))
+      .alternative("sphere", part("sphere"))
+      .alternative("planes", list("plane", 1, kMaxSubvolumeSides),
+                   "A convex body, the intersection of their half spaces; the nearest plane pushes.")
+      .alternative("subvolumes", list("subvolume", 1, kMaxSubvolumes));
+
+  add(kinds, "subvolume", "a subvolume",
+      "The points where all sides hold and which are behind its plane or inside its ball; it has one of "
+      "these two.")
+      .optional("sides", list("plane", 0, kMaxSubvolumeSides))
+      .optional("plane", part("plane"))
+      .optional("ball", part("ball"));
+
+  add(kinds, "ball", "a ball")
+      .optional("centre_m", vector(kCoordinate).by_default(0, 0, 0))
+      .required("radius_m", number(kLength));
+}
+
+void add_potential_field(Kinds& kinds) {
+  const Range source_of_depth = from(0, kMaxSource, "1/m"), source_of_energy = from(0, kMaxSource, "N/m");
+  add(kinds, "potential_field", "a potential field",
+      "A potential that the compiler solves: zero on the surface, raised by sources and inclusions.")
+      .required("shape", part("solid"))
+      .required("step_m", number(from(control::kMinFieldStep_m, 1, "m")),
+                "Of the grid; at most 2097152 samples.")
+      .optional("law", one_of({"spring", "energy"}).by_default("spring"),
+                "spring: the potential is a depth in metres, pressed against the material's stiffness. "
+                "energy: it is an energy in joules.")
+      .optional("source_per_m", number(source_of_depth).by_default(0),
+                "Law spring: minus the Laplacian of the depth.")
+      .optional("source_N_m", number(source_of_energy).by_default(0),
+                "Law energy: minus the Laplacian of the energy.")
+      .optional("inclusions", list("inclusion", 0, kMaxInclusions))
+      .optional("regions", list("region", 0, kMaxInclusions));
+
+  add(kinds, "solid", "a shape of closed form", "Exactly one shape.")
+      .alternative("sphere", part("sphere"))
+      .alternative("box", part("box"))
+      .alternative("cylinder", part("cylinder"))
+      .alternative("capsule", part("capsule"));
+
+  add(kinds, "inclusion", "an inclusion", "A region inside that is held at a potential.")
+      .required("shape", part("solid"))
+      .optional("pose", part("pose"))
+      .optional("depth_m", number(above(0, 1, "m")), "Law spring: required.")
+      .optional("potential_J", number(above(0, 1000, "J")), "Law energy: required.");
+
+  add(kinds, "region", "a region", "A region with additional source.")
+      .required("shape", part("solid"))
+      .optional("pose", part("pose"))
+      .optional("source_per_m", number(source_of_depth), "Law spring: required.")
+      .optional("source_N_m", number(source_of_energy), "Law energy: required.");
+}
+
+void add_pose(Kinds& kinds) {
+  add(kinds, "pose", "a pose", "First rotates the object about its origin, then moves it.")
+      .optional("position_m", vector(kCoordinate).by_default(0, 0, 0))
+      .optional("rotation_deg", vector(from(-360, 360, "degrees")).by_default(0, 0, 0),
+                "Roll, pitch, yaw: about x, then y, then z, fixed axes.");
+}
+
+void add_surface(Kinds& kinds) {
+  using namespace control;
+  const Range friction = from(0, kMaxFriction);
+  add(kinds, "material", "a material")
+      .required("stiffness_N_m", number(stiffness()))
+      .optional("damping_N_s_m", number(damping()).by_default(0), "Along the surface's normal.")
+      .optional("static_friction", number(friction).by_default(0),
+                "Coefficient of friction while the tip sticks.")
+      .optional("dynamic_friction", number(friction),
+                "While the tip slides: at most static_friction, which is its default.")
+      .optional("friction_mode", one_of({"stick_slip", "steady"}).by_default("stick_slip"))
+      .optional("click", part("click"))
+      .optional("brake_friction", number(friction).by_default(0), "Added to both coefficients of friction.")
+      .optional("texture", part("texture"))
+      .optional("stiffness_map", part("stiffness_map"));
+
+  add(kinds, "click", "a click", "A decaying transient at contact, proportional to the speed of the impact.")
+      .required("amplitude_N", number(from(0, kMaxClick_N, "N")), "For an impact at 0.1 m/s.")
+      .required("frequency_Hz", number(from(kMinClickFrequency_Hz, kMaxClickFrequency_Hz, "Hz")))
+      .required("decay_per_s", number(from(kMinClickDecay_per_s, kMaxClickDecay_per_s, "1/s")));
+
+  add(kinds, "texture", "a texture",
+      "One tile of heights that repeats over the surface; exactly one of pattern, heights and file.")
+      .required("kind", one_of({"lateral", "normal", "height"}))
+      .required("tile_m", pair(kLength), "Size of the tile along u and v.")
+      .required("height_m", number(above(0, kMaxRelief_m, "m")), "From the lowest point to the highest.")
+      .optional("pattern", one_of({"cos_cos", "ridges", "noise"}))
+      .optional("heights", rows(from(-1.0e6, 1.0e6)), "In any unit; the last row is at the least v.")
+      .optional("file", path(), "CSV or PNG, relative to the scene file.");
+
+  add(kinds, "stiffness_map", "a stiffness map",
+      "Control points of a bicubic B-spline of stiffness and damping over the surface.")
+      .required("stiffness_N_m", rows_or_file(stiffness()),
+                "Rows of numbers, or the path of a CSV file of them; the last row is at the least v.")
+      .optional("damping_N_s_m", rows_or_file(damping()),
+                "As many numbers; without them the material's damping holds everywhere.")
+      .required("cell_m", number(kLength), "Between neighbouring control points.")
+      .optional("origin_m", vector(kCoordinate).by_default(0, 0, 0),
+                "The first control point, in the object's frame.")
+      .optional("u", direction().by_default(1, 0, 0), "Along the rows.")
+      .optional("v", direction().by_default(0, 1, 0), "From row to row.")
+      .optional("conservative", flag().by_default(true),
+                "Adds the sideways force that makes it a potential.");
+}
+
+constexpr std::string_view kDetents = "-T sin(2 pi (q - phase) / pitch).";
+constexpr std::string_view kSwitch = "On where q passes on_at, off where it passes off_at on the way back.";
+constexpr std::string_view kCurve = "[at, effort against pressing], rising in at, linear between.";
+
+// The rows of add_turn_control() have the same order (scene_control.cpp).
+void add_slide_control(Kinds& kinds) {
+  using namespace control;
+  add(kinds, "slide_control", "a control that slides",
+      "A control element that slides along the axis, 0 at the start: spring, damping, friction, stops, "
+      "detents, curve and switch.")
+      .optional("stiffness_N_m", number(spring()).by_default(0))
+      .optional("rest_m", number(kCoordinate).by_default(0))
+      .optional("damping_N_s_m", number(damping()).by_default(0))
+      .optional("friction_N", number(from(0, kMaxControlEffort, "N")).by_default(0))
+      .optional("low_m", number(from(-kMaxCoordinate, 0, "m")).by_default(-kMaxCoordinate))
+      .optional("high_m", number(from(0, kMaxCoordinate, "m")).by_default(kMaxCoordinate))
+      .optional("detents", part("slide_detents"))
+      .optional("curve_m_N", curve(kCoordinate), kCurve)
+      .optional("switch", part("slide_switch"));
+
+  add(kinds, "slide_detents", "detents", kDetents)
+      .required("pitch_m", number(from(kMinDetentPitch, kMaxCoordinate, "m")))
+      .optional("phase_m", number(kCoordinate).by_default(0))
+      .required("force_N", number(above(0, kMaxControlEffort, "N")));
+
+  add(kinds, "slide_switch", "a switch", kSwitch)
+      .required("on_at_m", number(kCoordinate))
+      .required("off_at_m", number(kCoordinate));
+}
+
+void add_turn_control(Kinds& kinds) {
+  using namespace control;
+  const Range turn = from(-kMaxTurn_deg, kMaxTurn_deg, "degrees");
+  add(kinds, "turn_control", "a control that turns",
+      "A control element that turns about the axis; q is its angle.")
+      .optional("stiffness_N_m_rad", number(from(0, kMaxStiffness_N_m, "N m/rad")).by_default(0))
+      .optional("rest_deg", number(turn).by_default(0))
+      .optional("damping_N_m_s_rad", number(from(0, kMaxDamping_N_s_m, "N m s/rad")).by_default(0))
+      .optional("friction_N_m", number(from(0, kMaxControlEffort, "N m")).by_default(0))
+      .optional("low_deg", number(from(-kMaxTurn_deg, 0, "degrees")).by_default(-kMaxTurn_deg))
+      .optional("high_deg", number(from(0, kMaxTurn_deg, "degrees")).by_default(kMaxTurn_deg))
+      .optional("detents", part("turn_detents"))
+      .optional("curve_deg_N_m", curve(turn), kCurve)
+      .optional("switch", part("turn_switch"));
+
+  add(kinds, "turn_detents", "detents", kDetents)
+      .required("pitch_deg", number(from(kMinPitch_deg, kMaxTurn_deg, "degrees")))
+      .optional("phase_deg", number(turn).by_default(0))
+      .required("torque_N_m", number(above(0, kMaxControlEffort, "N m")));
+
+  add(kinds, "turn_switch", "a switch", kSwitch)
+      .required("on_at_deg", number(turn))
+      .required("off_at_deg", number(turn));
+}
+
+Kinds table() {
+  Kinds kinds;
+  add_scene(kinds);
+  add_body(kinds);
+  add_shapes(kinds);
+  add_needle_and_tissue(kinds);
+  add_vector_field(kinds);
+  add_potential_field(kinds);
+  add_pose(kinds);
+  add_surface(kinds);
+  add_slide_control(kinds);
+  add_turn_control(kinds);
   return kinds;
 }
 
 }  // namespace
+}  // namespace keys
+
+KeyValue KeyValue::by_default(double number) const {
+  KeyValue value = *this;
+  value.default_numbers = {number};
+  return value;
+}
+
+KeyValue KeyValue::by_default(double x, double y, double z) const {
+  KeyValue value = *this;
+  value.default_numbers = {x, y, z};
+  return value;
+}
+
+KeyValue KeyValue::by_default(std::string_view word) const {
+  KeyValue value = *this;
+  value.default_word = word;
+  return value;
+}
+
+SceneKind& SceneKind::required(std::string_view key, KeyValue value, std::string_view for_people) {
+  keys.push_back({std::move(value), key, true, for_people});
+  key_names.push_back(key);
+  return *this;
+}
+
+SceneKind& SceneKind::optional(std::string_view key, KeyValue value, std::string_view for_people) {
+  keys.push_back({std::move(value), key, false, for_people});
+  key_names.push_back(key);
+  return *this;
+}
+
+SceneKind& SceneKind::alternative(std::string_view key, KeyValue value, std::string_view for_people) {
+  exactly_one = true;
+  return optional(key, std::move(value), for_people);
+}
 
 const std::vector<SceneKind>& scene_kinds() {
-  static const std::vector<SceneKind> kKinds = table();
+  static const std::vector<SceneKind> kKinds = keys::table();
   return kKinds;
 }
 

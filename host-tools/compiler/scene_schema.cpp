@@ -95,12 +95,12 @@ Json key_schema(const SceneKey& key) {
   if (*key.range.unit != '\0') text += (text.empty() ? "In " : " In ") + std::string(key.range.unit) + ".";
   if (!text.empty()) schema["description"] = text;
   if (!key.default_word.empty()) schema["default"] = key.default_word;
-  if (key.otherwise.size() == 1)
+  if (key.default_numbers.size() == 1)
     schema["default"] =
-        key.type == KeyType::kFlag ? Json(key.otherwise[0] != 0) : json_number(key.otherwise[0]);
-  if (key.otherwise.size() > 1) {
+        key.type == KeyType::kFlag ? Json(key.default_numbers[0] != 0) : json_number(key.default_numbers[0]);
+  if (key.default_numbers.size() > 1) {
     schema["default"] = Json::array();
-    for (const double value : key.otherwise) schema["default"].push_back(json_number(value));
+    for (const double value : key.default_numbers) schema["default"].push_back(json_number(value));
   }
   return schema;
 }

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "control/scene/shape_table.h"
+#include "host-tools/compiler/scene_key_values.h"
 #include "host-tools/compiler/to_scene.h"
 
 namespace thimble::host {
@@ -12,10 +13,6 @@ namespace {
 template <typename Image>
 auto writes(const Image& image) {
   return [image](flatbuffers::FlatBufferBuilder& builder) { return builder.CreateStruct(image).Union(); };
-}
-
-SceneKey length(std::string_view name, KeyType type = KeyType::kNumber, std::string_view text = {}) {
-  return {name, type, kLength, {}, true, {}, {}, text};
 }
 
 SceneShape read_plane(const Value& value) {
@@ -90,50 +87,38 @@ SceneShape read_as(const Value& value) {
   return kRead(value);
 }
 
+// Returns the kind of the shape's keys.
+SceneKind& add_primitive(std::vector<SceneShapeRow>& rows, scene::Shape kind,
+                         SceneShape (*read)(const Value&), std::string_view word, const char* what,
+                         std::string_view text = {}) {
+  const bool may_move = control::shape_row(kind).mobility == control::Mobility::kMovable;
+  rows.push_back({word, kind, may_move, read});
+  return rows.back().keys.emplace(SceneKind{word, what, text});
+}
+
 std::vector<SceneShapeRow> shape_rows() {
   using enum scene::Shape;
-  const auto primitive = [](SceneKind keys, scene::Shape kind, SceneShape (*read)(const Value&)) {
-    const bool may_move = control::shape_row(kind).mobility == control::Mobility::kMovable;
-    return SceneShapeRow{keys.name, kind, may_move, read, std::move(keys)};
-  };
+  using namespace keys;
   std::vector<SceneShapeRow> rows;
-  rows.push_back(primitive({"plane",
-                            "a plane",
-                            "Solid where normal . p <= offset_m.",
-                            {{"normal",
-                              KeyType::kDirection,
-                              {-1.0e9, 1.0e9},
-                              {},
-                              true,
-                              {},
-                              {},
-                              "Direction towards the free side, of any length but zero."},
-                             {"offset_m", KeyType::kNumber, kCoordinate, {}, false, {0}}}},
-                           Plane, read_plane));
-  rows.push_back(primitive({"sphere", "a sphere", "", {length("radius_m")}}, Sphere, read_sphere));
-  rows.push_back(primitive(
-      {"box",
-       "a box",
-       "",
-       {length("size_m", KeyType::kVector, "Full edge lengths along x, y and z; the centre is the origin.")}},
-      Box, read_box));
-  rows.push_back(primitive({"cylinder",
-                            "a cylinder",
-                            "Axis z, flat caps; the centre is the origin.",
-                            {length("radius_m"), length("height_m")}},
-                           Cylinder, read_cylinder));
-  rows.push_back(primitive(
-      {"capsule",
-       "a capsule",
-       "Axis z; height_m is the length of the cylindrical part, between the centres of the round caps.",
-       {length("radius_m"), length("height_m")}},
-      Capsule, read_capsule));
-  rows.push_back(
-      primitive({"cone",
-                 "a cone",
-                 "Axis z, the apex up; the origin is the centre of mass: the base is at z = -height_m / 4.",
-                 {length("radius_m"), length("height_m")}},
-                Cone, read_cone));
+  add_primitive(rows, Plane, read_plane, "plane", "a plane", "Solid where normal . p <= offset_m.")
+      .required("normal", direction(), "Direction towards the free side, of any length but zero.")
+      .optional("offset_m", number(kCoordinate).by_default(0));
+  add_primitive(rows, Sphere, read_sphere, "sphere", "a sphere").required("radius_m", number(kLength));
+  add_primitive(rows, Box, read_box, "box", "a box")
+      .required("size_m", vector(kLength), "Full edge lengths along x, y and z; the centre is the origin.");
+  add_primitive(rows, Cylinder, read_cylinder, "cylinder", "a cylinder",
+                "Axis z, flat caps; the centre is the origin.")
+      .required("radius_m", number(kLength))
+      .required("height_m", number(kLength));
+  add_primitive(
+      rows, Capsule, read_capsule, "capsule", "a capsule",
+      "Axis z; height_m is the length of the cylindrical part, between the centres of the round caps.")
+      .required("radius_m", number(kLength))
+      .required("height_m", number(kLength));
+  add_primitive(rows, Cone, read_cone, "cone", "a cone",
+                "Axis z, the apex up; the origin is the centre of mass: the base is at z = -height_m / 4.")
+      .required("radius_m", number(kLength))
+      .required("height_m", number(kLength));
   rows.push_back({"mesh", Mesh, true, read_mesh});
   rows.push_back({"height_field", Mesh, false, read_as<read_height_field>});
   rows.push_back({"vector_field", VectorField, false, read_as<read_vector_field>});

@@ -45,7 +45,7 @@ void check_against_material(const TissueShape& tissue, const Value& value, doubl
       std::round(1.0e6 * static_cast<double>(control::kMinRelaxedShare)) * 1.0e-6 * stiffness_N_m;
   if (relaxed < least || relaxed > static_cast<double>(static_cast<float>(stiffness_N_m))) {
     value.at("relaxed_stiffness_N_m")
-        .wrong(describe({least, stiffness_N_m, false, "N/m"}) + " (the material's stiffness is " +
+        .wrong(describe({least, stiffness_N_m, "N/m"}) + " (the material's stiffness is " +
                number(stiffness_N_m) + ")");
   }
 }

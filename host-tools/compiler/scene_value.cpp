@@ -12,25 +12,27 @@ std::string ScenePart::only_key() const { return value_.raw().begin().key(); }
 
 double ScenePart::number(std::string_view key) const {
   const SceneKey& row = scene_key(kind_, key);
-  if (!has(key) && !row.otherwise.empty()) return row.otherwise.front();
+  if (!has(key) && !row.default_numbers.empty()) return row.default_numbers.front();
   return at(key).number(row.range);
 }
 
 Eigen::Vector3d ScenePart::vector(std::string_view key) const {
   const SceneKey& row = scene_key(kind_, key);
-  if (!has(key) && row.otherwise.size() == 3) return {row.otherwise[0], row.otherwise[1], row.otherwise[2]};
+  if (!has(key) && row.default_numbers.size() == 3)
+    return {row.default_numbers[0], row.default_numbers[1], row.default_numbers[2]};
   return at(key).vector(row.range);
 }
 
 Eigen::Vector3d ScenePart::direction(std::string_view key) const {
   const SceneKey& row = scene_key(kind_, key);
-  if (!has(key) && row.otherwise.size() == 3) return {row.otherwise[0], row.otherwise[1], row.otherwise[2]};
+  if (!has(key) && row.default_numbers.size() == 3)
+    return {row.default_numbers[0], row.default_numbers[1], row.default_numbers[2]};
   return at(key).direction();
 }
 
 bool ScenePart::flag(std::string_view key) const {
   const SceneKey& row = scene_key(kind_, key);
-  if (!has(key) && !row.otherwise.empty()) return row.otherwise.front() != 0;
+  if (!has(key) && !row.default_numbers.empty()) return row.default_numbers.front() != 0;
   return at(key).boolean();
 }
 

@@ -52,8 +52,8 @@ class ScenePart {
 };
 
 inline constexpr double kMaxCoordinate = static_cast<double>(control::kMaxCoordinate_m);
-inline constexpr Range kCoordinate{-kMaxCoordinate, kMaxCoordinate, false, "m"};
-inline constexpr Range kLength{1.0e-5, kMaxCoordinate, false, "m"};
+inline constexpr Range kCoordinate{-kMaxCoordinate, kMaxCoordinate, "m"};
+inline constexpr Range kLength{1.0e-5, kMaxCoordinate, "m"};
 
 // As the error of the host tools.
 [[nodiscard]] inline Error to_error(const board::JsonError& error) {

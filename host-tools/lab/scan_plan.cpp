@@ -28,11 +28,11 @@ constexpr std::array<std::string_view, 3> kMaterialKeys = {"damping_N_s_m", "sta
 constexpr std::size_t kMostPoints = 4096;
 constexpr double kSquare = 1e-3;          // u . v
 constexpr double kLeastIntoCosine = 0.5;  // of approach against the normal
-constexpr Range kWay{5e-4, 0.1, false, "m"};
+constexpr Range kWay{5e-4, 0.1, "m"};
 constexpr Range kSpeed{static_cast<double>(link::kMinMoveSpeed_m_s),
-                       static_cast<double>(link::kMaxMoveSpeed_m_s), false, "m/s"};
+                       static_cast<double>(link::kMaxMoveSpeed_m_s), "m/s"};
 constexpr Range kForce{static_cast<double>(link::kMinMoveForce_N), static_cast<double>(link::kMaxMoveForce_N),
-                       false, "N"};
+                       "N"};
 
 std::size_t count(const Value& value, std::size_t least, std::size_t most) {
   return static_cast<std::size_t>(value.integer(static_cast<int>(least), static_cast<int>(most)));
@@ -64,8 +64,8 @@ ScanPlan read_plan(const Value& root) {
     const Value material = root.at("material");
     material.object("the scan's material", kMaterialKeys);
     constexpr Range kFriction{0, static_cast<double>(control::kMaxFriction)};
-    plan.damping_N_s_m = material.number_or(
-        "damping_N_s_m", {0, static_cast<double>(control::kMaxDamping_N_s_m), false, "N s/m"}, 0);
+    plan.damping_N_s_m =
+        material.number_or("damping_N_s_m", {0, static_cast<double>(control::kMaxDamping_N_s_m), "N s/m"}, 0);
     plan.static_friction = material.number_or("static_friction", kFriction, 0);
     plan.dynamic_friction = material.number_or("dynamic_friction", kFriction, plan.static_friction);
   }

@@ -51,10 +51,10 @@ TEST(SceneKeys, EveryPartIsAKindAndEveryKindIsUsed) {
         EXPECT_NO_THROW(static_cast<void>(host::scene_kind(word)));
         used.insert(word);
       }
-      EXPECT_FALSE(key.required && !(key.otherwise.empty() && key.default_word.empty()))
+      EXPECT_FALSE(key.required && !(key.default_numbers.empty() && key.default_word.empty()))
           << kind.name << "/" << key.name << " is required and has a default";
       if (key.type == KeyType::kNumber || key.type == KeyType::kVector) {
-        for (const double value : key.otherwise)
+        for (const double value : key.default_numbers)
           EXPECT_TRUE(key.range.holds(value)) << kind.name << "/" << key.name;
       }
     }

@@ -28,8 +28,6 @@ struct Longer {
 };
 constexpr Longer kLonger[] = {
     {"firmware/link/messages.def", 600, "the table of the messages, a row a field"},
-    {"host-tools/compiler/scene_keys.cpp", 700, "the table of the scene file's keys, a row a key"},
-    {"host-tools/compiler/scene_keys.cpp: table", 650, "the table itself"},
 };
 
 struct Function {
