@@ -7,6 +7,9 @@ namespace thimble::firmware {
 using link::CanFrame;
 using link::Micros;
 
+// The figure of docs/link.md, "Memory": of the bare-metal boards, whose pointers have 4 bytes.
+static_assert(sizeof(void*) != 4 || sizeof(Router) == 38'528);
+
 Router::Router(RequestHandler& handler, std::uint8_t node, const link::IsoTpConfig& config) noexcept
     : handler_(handler), node_(node), config_(config) {}
 
