@@ -1,14 +1,11 @@
 #include "board/linux/board_config.h"
 
 #include <Eigen/Geometry>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <numbers>
 #include <string_view>
 
 #include "board/files/json_value.h"
+#include "board/files/text_file.h"
 #include "control/scene/limits.h"
 
 namespace thimble::board {
@@ -165,14 +162,13 @@ BoardConfig parse_board_config(const std::string& text, const std::string& file)
 }
 
 BoardConfig read_board_config(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (!in.is_open() || in.bad()) {
-    throw ConfigError(file.string() + ": " + std::strerror(errno) +
-                      "; write it, beginning with examples/board.json of the package (docs/board-linux.md), "
-                      "or name another with --config");
+  try {
+    return parse_board_config(read_text(file), file.string());
+  } catch (const FileError& error) {
+    throw ConfigError(error.what() +
+                      std::string("; write it, beginning with examples/board.json of the package "
+                                  "(docs/board-linux.md), or name another with --config"));
   }
-  return parse_board_config(text, file.string());
 }
 
 }  // namespace thimble::board

@@ -1,16 +1,13 @@
 #include "board/sim/hand_path_file.h"
 
 #include <array>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "board/files/csv.h"
+#include "board/files/text_file.h"
 
 namespace thimble::board {
 namespace {
@@ -50,11 +47,10 @@ std::vector<PathPoint> read(CsvReader csv) {
 }  // namespace
 
 std::vector<PathPoint> read_hand_path(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw HandPathError(file.string() + ": " + std::strerror(errno));
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   try {
-    return read(CsvReader(text, file.string()));
+    return read(CsvReader(read_text(file), file.string()));
+  } catch (const FileError& error) {
+    throw HandPathError(error.what());
   } catch (const CsvError& error) {
     throw HandPathError(error.what());
   }

@@ -1,13 +1,10 @@
 #include "board/sim/specimen_file.h"
 
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <string>
 
 #include "board/files/json_value.h"
+#include "board/files/text_file.h"
 
 namespace thimble::board {
 namespace {
@@ -36,12 +33,11 @@ SpecimenMap read(const JsonValue& root) {
 }  // namespace
 
 Specimen read_specimen(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw SpecimenError(file.string() + ": " + std::strerror(errno));
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   try {
-    const JsonDocument document(text, file.string(), "the specimen");
+    const JsonDocument document(read_text(file), file.string(), "the specimen");
     return Specimen(read(JsonValue(document)));
+  } catch (const FileError& error) {
+    throw SpecimenError(error.what());
   } catch (const JsonError& error) {
     throw SpecimenError(error.what());
   } catch (const std::invalid_argument& error) {  // of Specimen: the map as a whole

@@ -1,8 +1,6 @@
 // dbc and decode: the message database for other CAN tools, and their logs in plain text.
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -15,6 +13,7 @@
 #include "host-tools/can_tools/dbc.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
+#include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
 
 namespace thimble::host {
@@ -211,14 +210,7 @@ void write_dbc(unsigned node, const std::filesystem::path& output) {
 
 void decode(const Common& common, const std::filesystem::path& log) {
   std::ifstream file;
-  if (log != "-") {
-    file.open(log);
-    if (!file) {
-      throw Error(ExitCode::kBadInput, "unreadable-file",
-                  fmt::format("cannot read {}: {}", log.string(), std::strerror(errno)),
-                  "name a log that `candump -L` wrote, or - for standard input");
-    }
-  }
+  if (log != "-") file = open_input(log);
   std::istream& in = log == "-" ? std::cin : file;
   Decoder decoder;
   std::size_t number = 0;

@@ -2,17 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <optional>
 #include <sstream>
 #include <string_view>
 
 #include "board/files/csv.h"
+#include "board/files/text_file.h"
 #include "control/scene/limits.h"
 #include "host-tools/error.h"
 
@@ -90,12 +87,10 @@ std::vector<TissueKind> read_kinds(board::CsvReader csv) {
 
 std::vector<TissueKind> read_tissue_table(const std::filesystem::path& file) {
   constexpr const char* kRemedy = "correct the table; docs/cli.md says what it holds";
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream)
-    throw Error(ExitCode::kBadInput, "bad-layers", file.string() + ": " + std::strerror(errno), kRemedy);
-  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   try {
-    return read_kinds(board::CsvReader(text, file.string(), '#'));
+    return read_kinds(board::CsvReader(board::read_text(file), file.string(), '#'));
+  } catch (const board::FileError& error) {
+    throw Error(ExitCode::kBadInput, "bad-layers", error.what(), kRemedy);
   } catch (const board::CsvError& error) {
     throw Error(ExitCode::kBadInput, "bad-layers", error.what(), kRemedy);
   }

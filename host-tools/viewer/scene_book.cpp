@@ -1,12 +1,11 @@
 #include "host-tools/viewer/scene_book.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <system_error>
 
 #include "host-tools/client/device.h"
 #include "host-tools/compiler/compile.h"
+#include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
 #include "thimble_scene_schema/scene_generated.h"
 
@@ -17,11 +16,6 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kSuffix = ".scene.json";
 constexpr std::size_t kColumns = 120;
-
-std::string read_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 void compile_into(OpenScene& scene, std::string text) {
   CompiledScene compiled = compile_scene_text(text, scene.file.string(), scene.file.parent_path());
@@ -78,11 +72,11 @@ OpenScene open_scene(const fs::path& file) {
   OpenScene scene;
   scene.file = file;
   scene.file_time = fs::last_write_time(file, none);
-  if (!fs::is_regular_file(file, none)) {
+  if (!fs::is_regular_file(file, none)) {  // a FIFO would wait
     throw Error(ExitCode::kBadInput, "missing-scene", file.string() + ": the scene file cannot be opened",
                 "give the path of a scene file, such as scenes/asteroid/asteroid.scene.json");
   }
-  std::string text = read_text(file);
+  std::string text = read_input(file);
   compile_into(scene, text);  // first, because its error names the place
   scene.document = Json::parse(scene.text, nullptr, false);
   return scene;
@@ -183,12 +177,12 @@ std::optional<OpenScene> SceneBook::with_crc(const std::string& name, std::uint3
     const auto file_time = fs::last_write_time(file, none);
     const auto known = compiled_.find(file);
     if (known == compiled_.end() || known->second.file_time != file_time) {
-      const Json document = Json::parse(read_text(file), nullptr, false);
-      if (!document.is_object() || document.value("name", Json()) != Json(name)) continue;
       try {
+        const Json document = Json::parse(read_input(file), nullptr, false);
+        if (!document.is_object() || document.value("name", Json()) != Json(name)) continue;
         compiled_[file] = open_scene(file);
       } catch (const Error&) {
-        continue;  // it does not compile
+        continue;  // it cannot be read, or does not compile
       }
     }
     const OpenScene& scene = compiled_[file];

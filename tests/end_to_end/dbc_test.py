@@ -143,7 +143,7 @@ class Decode(Rig):
     def test_a_broken_log(self):
         result = self.fails(10, "bad-log", "decode", self.log("(1.0) can0 7FF#00", "(1.1) can0 oops"))
         self.assertIn("frames.log:2:", result["cause"])
-        self.fails(10, "unreadable-file", "decode", self.folder / "none.log")
+        self.fails(10, "cannot-read", "decode", self.folder / "none.log")
 
 
 if __name__ == "__main__":
