@@ -46,7 +46,7 @@ int main_of(int argc, char** argv) {
                  "also offer the link as SLCAN on this serial port, such as /dev/ttyGS0 of a USB gadget");
   CLI::Option* hand = app.add_option(
       "--hand", options.hand, "path of the hand once the device is armed: CSV time_s,x_m,y_m,z_m[,arm]");
-  app.add_flag("--loop", options.loop, "the hand repeats its path");
+  app.add_flag("--loop", options.loop, "the hand repeats its path")->needs(hand);
   app.add_option("--specimen", options.specimen,
                  "an object for `thimble scan` to touch, and no hand: JSON, see docs/scan.md")
       ->excludes(hand);

@@ -4,7 +4,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <chrono>
+#include <cstdint>
+#include <string_view>
 
 #include "host-tools/client/descriptor.h"
 #include "host-tools/client/slcan_transport.h"
@@ -37,13 +40,20 @@ bool wait_for(int fd, short events, Micros deadline_us) {
   }
 }
 
+// getaddrinfo() takes 99999 for 34463.
+static bool is_port(std::string_view text) {
+  std::uint16_t port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  return error == std::errc() && end == text.data() + text.size() && port != 0;
+}
+
 std::unique_ptr<Transport> open_transport(const std::string& uri) {
   if (uri.starts_with("slcan:") && uri.size() > 6) return open_serial(uri.substr(6), uri);
   if (uri.starts_with("can:") && uri.size() > 4) return open_socketcan(uri.substr(4), false);
   if (uri.starts_with("canfd:") && uri.size() > 6) return open_socketcan(uri.substr(6), true);
   if (uri.starts_with("tcp:")) {
     const std::size_t colon = uri.rfind(':');
-    if (colon > 4 && colon + 1 < uri.size())
+    if (colon > 4 && is_port(std::string_view(uri).substr(colon + 1)))
       return open_tcp(uri.substr(4, colon - 4), uri.substr(colon + 1), uri);
   }
   throw Error(ExitCode::kUsage, "bad-uri", "'" + uri + "' is not the address of a device",

@@ -13,6 +13,7 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -36,6 +37,8 @@ std::unique_ptr<SimulatedDevice> start_simulated(const ViewOptions& options) {
   live.name = "view-" + std::to_string(getpid());
   try {
     return std::make_unique<SimulatedDevice>(live);
+  } catch (const std::invalid_argument& error) {
+    throw Error(ExitCode::kUsage, "unknown-arm", error.what(), "`thimble view --help` names the arms");
   } catch (const std::exception& error) {
     throw Error(ExitCode::kRefused, "no-simulator",
                 std::string("the simulated controller did not start: ") + error.what(), "see the cause");

@@ -90,7 +90,9 @@ class ExitCodes(Rig):
             self.fails(2, "usage", "info", "--timeout", number)
             error = self.fails(2, "usage", "monitor", "--seconds", number)
             self.assertIn(f"'{number}' is not a number from 0.001 to ", error["cause"])
-        self.fails(2, "bad-uri", "info", "--device", "ftp:there")
+        for address in ("ftp:there", "tcp:here:99999", "tcp:here:0", "tcp:here:http", "tcp::1", "slcan:"):
+            self.fails(2, "bad-uri", "info", "--device", address)
+        self.fails(2, "unknown-arm", "view", "--scene", self.plane_scene(), "--arm", "left", "--no-browser")
         self.fails(2, "unknown-parameter", "param", "get", "colour")
         self.fails(2, "bad-value", "param", "set", "max_force", "-1")
         self.fails(2, "bad-value", "param", "set", "max_force", "much")
@@ -358,8 +360,9 @@ class Simulate(Rig):
         for text, cause in cases.items():
             error = self.fails(10, "bad-path", "simulate", scene, "--path", self.path(text), "--log", log)
             self.assertIn(cause, error["cause"])
-        error = self.fails(10, "bad-path", "simulate", scene, "--path", self.folder / "absent.csv", "--log", log)
-        self.assertIn("No such file", error["cause"])
+        for path, cause in ((self.folder / "absent.csv", "No such file"), (self.folder, "Is a directory")):
+            error = self.fails(10, "bad-path", "simulate", scene, "--path", path, "--log", log)
+            self.assertIn(cause, error["cause"])
         good = self.path("time_s,x_m,y_m,z_m\n0,0,0,0\n1,0,0,0\n")
         self.fails(2, "unknown-arm", "simulate", scene, "--path", good, "--log", log, "--arm", "left")
         self.fails(2, "bad-rate", "simulate", scene, "--path", good, "--log", log, "--rate", "7")

@@ -99,6 +99,9 @@ class Simulator(Rig):
         hand = self.folder / "hand.csv"
         hand.write_text("time_s,x_m,y_m\n")
         self.start_fails(1, "hand.csv:1: column 'z_m' is missing", "--hand", hand)
+        self.start_fails(1, f"{self.folder}: Is a directory", "--hand", self.folder)
+        self.start_fails(1, f"{self.folder}: Is a directory", "--specimen", self.folder)
+        self.start_fails(2, "--loop requires --hand", "--loop")
 
     def test_the_store_keeps_the_scene(self):
         store = self.folder / "store"
