@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <set>
 
 #include "board/sim/hand_path_file.h"
 #include "board/sim/sim_board.h"
@@ -166,15 +167,21 @@ TEST(Replay, EveryScenesForcesComeOutAgain) {
   const fs::path scenes = fs::path(THIMBLE_SOURCE_DIR) / "scenes";
   const std::vector<std::byte> asteroid = image_of(scenes / "asteroid/asteroid.scene.json");
   const double seconds = kUnderSanitizers ? 2.0 : 3.0;
+  // Under the sanitizers e2e.scenes renders every scene; here one in four, for the code that replays.
+  constexpr std::size_t kStep = kUnderSanitizers ? 4 : 1;
   std::size_t scenes_felt = 0;
   std::uint64_t ticks = 0;
   std::uint64_t contacts = 0;
+  std::set<fs::path> folders;
   for (const auto& entry : fs::directory_iterator(scenes)) {
-    if (!fs::exists(entry.path() / "stroke.csv") ||
-        !fs::exists(entry.path() / (entry.path().filename().string() + ".scene.json")))
-      continue;
-    SCOPED_TRACE(entry.path().filename().string());
-    const host::Recording recording = felt(entry.path(), asteroid, seconds);
+    if (fs::exists(entry.path() / "stroke.csv") &&
+        fs::exists(entry.path() / (entry.path().filename().string() + ".scene.json")))
+      folders.insert(entry.path());
+  }
+  for (std::size_t i = 0; const fs::path& folder : folders) {
+    if (i++ % kStep != 0) continue;
+    SCOPED_TRACE(folder.filename().string());
+    const host::Recording recording = felt(folder, asteroid, seconds);
     const host::ReplayVerdict verdict = host::replay_recording(recording);
     EXPECT_TRUE(verdict.exact());
     EXPECT_EQ(verdict.ticks, recording.tick_count());
