@@ -331,8 +331,8 @@ void document_rows(std::ostream& out, const Message& message, unsigned at, const
           std::string text = row.description;
           if constexpr (Of::kIsKind)
             text = std::to_string(static_cast<unsigned>(value)) + " (" + name(value) + ")";
-          document_row(out, prefix + row.name, type_name<Of, Value>(), row.at, Of::kBits, row.scale, row.unit,
-                       enum_name<Of, Value>(), text);
+          document_row(out, prefix + row.name, type_name<Of, Value>(), row.at, Of::kBits,
+                       static_cast<double>(row.scale), row.unit, enum_name<Of, Value>(), text);
         }
       },
       at);
