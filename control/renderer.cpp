@@ -85,30 +85,70 @@ void push_back(const World& world, Bodies& bodies, const Constraints& held, cons
   }
 }
 
-// Planes of different stiffness have a common potential only when they are perpendicular to each other.
-bool has_potential(const Constraints& held) {
-  constexpr float kSquare = 1.0e-4F;
-  for (std::size_t i = 1; i < held.count; ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      if (held.list[i].material.stiffness_N_m != held.list[j].material.stiffness_N_m &&
-          std::abs(held.list[i].normal.dot(held.list[j].normal)) > kSquare) {
-        return false;
-      }
-    }
-  }
-  return true;
-}
-
-// The object in whose frame the energy account counts the work, null where no account is needed. Work on a
-// moving object is counted relative to that object. Between objects that move differently there is no such
-// frame.
-const PlacedObject* account_frame(const World& world, const Constraints& held, bool potential) {
-  if (held.count == 0 || (potential && has_potential(held))) return nullptr;
+// The object in whose frame the energy account counts the work. Work on a moving object is counted relative to
+// that object. Null between objects that move differently: there is no such frame.
+const PlacedObject* account_frame(const World& world, const Constraints& held) {
+  if (held.count == 0) return nullptr;
   const PlacedObject& first = world.objects[held.list[0].object];
   for (std::size_t i = 1; i < held.count; ++i) {
     if (world.objects[held.list[i].object].body != first.body) return nullptr;
   }
   return &first;
+}
+
+// What the spring of a contact does: the force without damping, and the energy that it returns when it is let go.
+struct Spring {
+  Vec3 pull_m;  // from the tip to what pulls it
+  Vec3 force_N;
+  float stored_J;
+};
+
+// The scale of the spring force, 0 to 1, with which no closed path of the tip gains energy. All is in the frame of
+// `body`. gradient: the force is that of the potential that holds the tip since the contact began.
+[[gnu::always_inline]] inline float passive_scale(Finger& finger, std::uint8_t body, const Vec3& tip_m,
+                                                  const Spring& spring, bool gradient) {
+  if (!gradient || !finger.account.exact(body))
+    return finger.account.tick(body, tip_m, spring.pull_m.norm(), spring.stored_J, spring.force_N);
+  finger.account.follow(body, tip_m, spring.stored_J, spring.force_N);
+  return 1.0F;
+}
+
+// gradient: each contact's force is the gradient of a potential.
+float passive_scale(const World& world, Finger& finger, const Constraints& held, const Vec3& tip_m,
+                    const Spring& spring, bool gradient) {
+  const PlacedObject* frame = account_frame(world, held);
+  if (frame == nullptr) {
+    finger.account.close();
+    finger.potential.end();
+    return 1.0F;
+  }
+  const bool moves = frame->body != kNoBody;
+  const Vec3 at = moves ? frame->to_local(tip_m) : tip_m;
+  const bool goes_on = finger.potential.goes_on(held, finger.account.step_m(frame->body, at));
+  if (!moves) return passive_scale(finger, kNoBody, at, spring, gradient && goes_on);
+  return passive_scale(finger, frame->body, at,
+                       {spring.pull_m, frame->turn_back(spring.force_N), spring.stored_J},
+                       gradient && goes_on);
+}
+
+// Of one spring: force times stretch, halved. A shaded normal can turn it against the pull.
+float stored_J(const Vec3& force_N, const Vec3& pull_m) { return 0.5F * std::max(force_N.dot(pull_m), 0.0F); }
+
+// Nothing holds the god object any more. One that flies for longer than a tick, round an edge, has not come to the tip yet: the
+// account of its contact goes on.
+void let_go(Finger& finger, const Vec3& tip_m) {
+  if (finger.rest.position_m == tip_m) {
+    finger.account.close();
+  } else {
+    finger.account.tick(kNoBody, tip_m, (finger.rest.position_m - tip_m).norm(), 0.0F, Vec3::Zero());
+  }
+  finger.potential.end();
+}
+
+bool unlike_stiffness(const Constraints& held) {
+  for (std::size_t i = 1; i < held.count; ++i)
+    if (held.list[i].material.stiffness_N_m != held.list[0].material.stiffness_N_m) return true;
+  return false;
 }
 
 bool any_surfaced(const World& world, const Constraints& held) {
@@ -197,12 +237,16 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
   }
   const Vec3 pull = rest.to - x;
   Vec3 force = m.stiffness_N_m * (at - x);
+  if (!world.one_potential) {
+    const Vec3 spring_N = m.stiffness_N_m * (god.position_m - tip.position_m);
+    force *=
+        passive_scale(finger, kNoBody, tip.position_m, {at - x, spring_N, stored_J(force, at - x)}, true);
+  }
   if (const float depth = pull.norm(); m.damping_N_s_m > 0.0F && depth > 0.0F) {
     const Vec3 normal = pull / depth;
     const float speed = object.turn_back(tip.velocity_m_s).dot(normal);
     force += damping_force_N(m.stiffness_N_m * depth, m.damping_N_s_m, speed) * normal;
   }
-  finger.account.close();
   touch.force_N = object.turn(force);
   touch.god_object_m = god.position_m;
   touch.contacts = 1;
@@ -265,7 +309,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   if (rest.count == 0) {
     god = rest;
     finger.friction.reset();
-    finger.account.close();
+    let_go(finger, x);
     finger.click.release();
     touch = {Vec3::Zero(), god.position_m, 0};
     return;
@@ -286,6 +330,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   if (!shares_object(rest, god)) god = rest;  // on another surface there is no stiction point yet
   const FrictionLimits limits = friction_limits(held);
   Vec3 force = spring_force(held) + surface.along_N;
+  Vec3 friction_N = Vec3::Zero();
   if (limits.static_m > 0.0F) {
     const Slip slip = finger.friction.tick(limits, god.position_m - rest.position_m, period_s);
     if (slip.slips) {
@@ -297,18 +342,18 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
       const Vec3& nearest_to_m = shaded ? rest.position_m : x;
       if (god.count == 0 || !loosens(god.position_m, stuck_m, rest.position_m, nearest_to_m)) god = rest;
     }
-    force += limits.stiffness_N_m * (god.position_m - rest.position_m);
+    friction_N = limits.stiffness_N_m * (god.position_m - rest.position_m);
+    force += friction_N;
   } else {
     god = rest;
   }
 
-  const Vec3 pulls_to = god.position_m - surface.sunk_m;
-  if (const PlacedObject* frame = account_frame(world_, held, !shaded && surface.potential)) {
-    force *= frame->body == kNoBody ? finger.account.tick(x, pulls_to, force)
-                                    : finger.account.tick(frame->to_local(x), frame->to_local(pulls_to),
-                                                          frame->turn_back(force));
-  } else {
-    finger.account.close();
+  if (!world_.one_potential) {
+    const Vec3 pull = god.position_m - surface.sunk_m - x;
+    const float energy_J = unlike_stiffness(held) ? spring_energy_J(held) +
+                                                        stored_J(friction_N, god.position_m - rest.position_m)
+                                                  : stored_J(force, pull);
+    force *= passive_scale(world_, finger, held, x, {pull, force, energy_J}, !shaded && surface.potential);
   }
   Vec3 damping = Vec3::Zero();
   for (std::size_t i = 0; i < held.count; ++i)

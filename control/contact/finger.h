@@ -4,6 +4,7 @@
 #include "control/contact/energy_account.h"
 #include "control/contact/friction.h"
 #include "control/contact/god_object.h"
+#include "control/contact/potential.h"
 #include "control/surfaces/click.h"
 #include "kinematics/vector.h"
 
@@ -26,6 +27,7 @@ struct Finger {
   GodObject rest;  // where it would be without friction
   Friction friction;
   ContactClick click;
+  ContactPotential potential;
   EnergyAccount account;
   Anchor anchor;
 };

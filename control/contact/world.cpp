@@ -39,12 +39,14 @@ void place_box(PlacedObject& object) noexcept {
 
 void World::bind(const SceneView& view) noexcept {
   count = 0;
+  one_potential = true;
   if (view.scene() == nullptr) return;
   for (const scene::Object* object : *view.scene()->objects()) {
     if (is_volume(object->shape_type())) continue;
     if (object->surface() != nullptr) surfaces[count] = view_surface(*object->surface());
     objects[count++] = place(*object);
   }
+  compare_materials();
 }
 
 // Re-point everything that refers into the image; only material values change.
@@ -58,6 +60,17 @@ void World::apply_materials(const SceneView& view) noexcept {
     placed.ops->view(*object, placed.shape);
     if (object->surface() != nullptr) surfaces[index] = view_surface(*object->surface());
     ++index;
+  }
+  compare_materials();
+}
+
+void World::compare_materials() noexcept {
+  one_potential = true;
+  for (std::size_t i = 0; i < count; ++i) {
+    const PlacedObject& object = objects[i];
+    if (object.shaded || object.surfaced ||
+        object.material.stiffness_N_m != objects[0].material.stiffness_N_m)
+      one_potential = false;
   }
 }
 

@@ -55,9 +55,15 @@ struct World {
   std::array<PlacedObject, kMaxObjects> objects;
   std::array<SurfaceView, kMaxObjects> surfaces;  // of those that are surfaced
   std::size_t count = 0;
+  // All have the same stiffness, and none is shaded or surfaced: the force of every contact is the gradient of one
+  // potential, and needs no energy account.
+  bool one_potential = true;
 
   void bind(const SceneView& view) noexcept;
   void apply_materials(const SceneView& view) noexcept;  // Binding::kKeepState
+
+ private:
+  void compare_materials() noexcept;
 };
 
 }  // namespace thimble::control

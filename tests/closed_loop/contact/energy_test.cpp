@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <numbers>
@@ -173,6 +174,118 @@ TEST(Energy, AClosedLoopNeverGivesMoreThanKTvx) {
         EXPECT_LT(open, kLoops / 2) << what;
       }
     }
+  }
+}
+
+// Two to six solids about the origin, of stiffnesses that differ by up to thirty, touching and overlapping.
+SceneImage random_solids(Random& random, bool friction) {
+  SceneBuilder builder;
+  const auto count = 2 + random.below(5);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    Material material;
+    material.stiffness_N_m = static_cast<float>(100.0 * std::exp(random.uniform(0.0, 3.4)));
+    if (friction) {
+      material.static_friction = static_cast<float>(random.uniform(0.0, 0.8));
+      material.dynamic_friction = 0.7F * material.static_friction;
+    }
+    const Pose pose{random.in_box({0.025, 0.025, 0.025}),
+                    Eigen::Quaterniond(Eigen::AngleAxisd(random.uniform(0.0, 6.28), random.direction()))};
+    const double a = random.uniform(0.01, 0.03), b = random.uniform(0.01, 0.03);
+    switch (random.below(5)) {
+      case 0:
+        builder.sphere(a, material, pose);
+        break;
+      case 1:
+        builder.cylinder(a, b, material, pose);
+        break;
+      case 2:
+        builder.capsule(a, b, material, pose);
+        break;
+      case 3:
+        builder.plane(pose.rotation * Vector3d::UnitZ() + 1.5 * Vector3d::UnitZ(), random.uniform(-0.02, 0.0),
+                      material);
+        break;
+      default:
+        builder.box({a, b, random.uniform(0.01, 0.03)}, material, pose);
+    }
+  }
+  return builder.image();
+}
+
+// Moves as a hand that feels its way: down until something holds, then about, between 0.3 and 3 mm deep, and back to where it began.
+void feel_about(IdealRun& run, Random& random) {
+  const Vector3d start(0.0, 0.0, 0.15);
+  const double step_m = random.uniform(5e-6, 7.5e-5);  // 0.02 to 0.3 m/s
+  run.restart(start);
+  Vector3d tip = start;
+  const auto go = [&](const Vector3d& direction) {
+    tip += step_m * direction;
+    run.step(tip);
+  };
+  const Vector3d aim = random.in_box({0.03, 0.03, 0.01});
+  while (run.felt().contacts == 0 && (tip - aim).norm() > 0.001) go((aim - tip).normalized());
+  Vector3d heading = random.direction();
+  for (int i = 0; i < 3000; ++i) {
+    if (i % 500 == 0) heading = random.direction();
+    const Vector3d pull = run.felt().god_object_m - run.felt().tip_m;
+    const double depth = pull.norm();
+    Vector3d direction = heading;
+    if (depth > 0.003) direction += 3.0 * pull / depth;
+    if (run.felt().contacts == 0) direction += 0.7 * (aim - tip).normalized();
+    go(direction.normalized());
+  }
+  const Vector3d out = run.felt().god_object_m + 0.5 * (run.felt().god_object_m - run.felt().tip_m);
+  run.move(out, step_m);
+  run.move(start, 2e-4);
+}
+
+TEST(Energy, NoPathOverSolidsOfUnlikeStiffnessGivesAny) {
+  const char* wish = std::getenv("THIMBLE_ENERGY_SCENES");  // of the long check
+  const int scenes = wish != nullptr ? std::stoi(wish) : 4 * kLoops;
+  for (const bool friction : {false, true}) {
+    Random random(friction ? 5 : 4);
+    double worst = -1e9;
+    int gives = 0, closed = 0;
+    for (int scene = 0; scene < scenes; ++scene) {
+      const SceneImage image = random_solids(random, friction);
+      IdealRun run(image);
+      for (int loop = 0; loop < 4; ++loop) {
+        feel_about(run, random);
+        if (run.felt().force_N.norm() != 0.0 || run.deepest_m() == 0.0) continue;
+        ++closed;
+        constexpr double kMostStiffness_N_m = 100.0 * 30.0;
+        const double given =
+            run.work_mean_force_J() / (kMostStiffness_N_m * run.longest_step_m() * run.deepest_m());
+        worst = std::max(worst, given);
+        gives += given > 1.0 ? 1 : 0;
+      }
+    }
+    const std::string what = friction ? "unlike solids, friction: " : "unlike solids: ";
+    figure(what + "closed loops", closed, "reported");
+    figure(what + "most given over K T v x", worst, "1");
+    figure(what + "loops that give energy", gives, "0");
+    EXPECT_EQ(gives, 0) << what;
+    EXPECT_GT(closed, 3 * scenes) << what;
+  }
+}
+
+// Press on the soft box, slide to the stiff one, leave there: before, half of the difference of the stiffnesses times the depth squared.
+TEST(Energy, FromASoftSolidToAStiffOneNothingIsGiven) {
+  SceneBuilder builder;
+  builder.box({0.02, 0.02, 0.01}, {.stiffness_N_m = 200.0F}, {Vector3d(-0.0099, 0.0, -0.005)});
+  builder.box({0.02, 0.02, 0.01}, {.stiffness_N_m = 1500.0F}, {Vector3d(0.0099, 0.0, -0.005)});
+  const SceneImage image = builder.image();
+  IdealRun run(image);
+  constexpr double kDepth_m = 0.003, kStep_m = 2.5e-5;
+  for (const double from : {-1.0, 1.0}) {
+    run.restart({from * 0.005, 0.0, 0.005});
+    run.move({from * 0.005, 0.0, -kDepth_m}, kStep_m);
+    run.move({-from * 0.005, 0.0, -kDepth_m}, kStep_m);
+    run.move({-from * 0.005, 0.0, 0.005}, kStep_m);
+    const std::string what = from < 0.0 ? "soft to stiff" : "stiff to soft";
+    figure(what + ": given to the hand", 1e3 * run.work_mean_force_J(),
+           "mJ; at most K T v x, 0.11 mJ. 5.85 mJ if the account ended with each solid");
+    EXPECT_LT(run.work_mean_force_J(), 1500.0 * kStep_m * kDepth_m);
   }
 }
 
