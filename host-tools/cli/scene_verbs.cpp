@@ -12,6 +12,9 @@
 namespace thimble::host {
 namespace {
 
+constexpr const char* kTouchesNothing =
+    "the path touches nothing: see where the scene's objects are (`thimble view --scene`)";
+
 Json to_json(const MeshReport& mesh) {
   return {{"input_triangles", mesh.input_triangles},
           {"triangles", mesh.triangles},
@@ -21,6 +24,8 @@ Json to_json(const MeshReport& mesh) {
           {"components", mesh.components},
           {"flipped_components", mesh.flipped_components},
           {"degenerate_dropped", mesh.degenerate_dropped},
+          {"fins_cancelled", mesh.fins_cancelled},
+          {"unused_vertices", mesh.unused_vertices},
           {"pierced_triangles", mesh.pierced_triangles},
           {"bytes", mesh.bytes},
           {"depth", mesh.depth}};
@@ -90,6 +95,7 @@ void simulate(const Common& common, const SimulateChoice& choice) {
   log.commit();
   throw_if_faulted(result);
 
+  const bool touched = contact_rows != 0 || peak_N > 0;
   const double mean_N = contact_rows == 0 ? 0.0 : sum_N / static_cast<double>(contact_rows);
   if (common.json) {
     Json json = document("simulate");
@@ -102,10 +108,13 @@ void simulate(const Common& common, const SimulateChoice& choice) {
     json["mean_contact_force_N"] = mean_N;
     json["sweep_bound"] = result.sweep_bound;
     json["slide_bound"] = result.slide_bound;
+    json["warnings"] = Json::array();
+    if (!touched) json["warnings"].push_back(kTouchesNothing);
     print(json);
   } else {
     fmt::print(stderr, "{} ticks, {} rows in contact, peak {:.3f} N, mean in contact {:.3f} N -> {}\n",
                result.ticks, contact_rows, peak_N, mean_N, choice.log.string());
+    if (!touched) fmt::print(stderr, "warning: {}\n", kTouchesNothing);
   }
 }
 

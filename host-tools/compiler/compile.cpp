@@ -162,6 +162,14 @@ class ImageWriter {
     };
     add(mesh.degenerate_dropped, "a triangle without area was dropped",
         " triangles without area were dropped");
+    add(mesh.fins_cancelled, "a face with its own reverse, which encloses nothing, was dropped",
+        " faces with their own reverse, which enclose nothing, were dropped");
+    // A file whose faces were not all read, such as one of strips.
+    constexpr std::size_t kFew = 100, kUsedShare = 10;
+    if (mesh.unused_vertices > kFew && mesh.unused_vertices > kUsedShare * mesh.vertices) {
+      add(mesh.unused_vertices, "",
+          " vertices of the file belong to no triangle: were all of its faces read?");
+    }
     add(mesh.open_edges, "an open edge: what hangs together with it is solid from either side",
         " open edges: what hangs together with them is solid from either side");
     add(mesh.non_manifold_edges, "an edge has more than two faces", " edges have more than two faces");

@@ -36,6 +36,8 @@ struct MeshReport {
   std::size_t components = 0;
   std::size_t flipped_components = 0;
   std::size_t degenerate_dropped = 0;
+  std::size_t fins_cancelled = 0;   // faces with their own reverse
+  std::size_t unused_vertices = 0;  // of the file
   std::size_t pierced_triangles = 0;
   std::size_t bytes = 0;  // mesh and tree together, in the image
   unsigned depth = 0;     // of the tree

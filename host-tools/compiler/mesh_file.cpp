@@ -25,8 +25,8 @@ Error bad_file(const std::string& slug, const std::string& cause, const std::str
 }
 
 // Assimp believes the counts in an OFF header ("OFF 8 6 12") or a PLY header ("element vertex 8") and takes
-// the memory at once; none can exceed the file's bytes.
-void check_counts(std::istream& stream, bool ply, std::uintmax_t bytes, const std::string& name) {
+// the memory at once; none can exceed the file's bytes. Of a PLY file's triangle strips it reads the first triangle.
+void check_header(std::istream& stream, bool ply, std::uintmax_t bytes, const std::string& name) {
   constexpr int kHeaderLines = 1000;
   constexpr int kOffCounts = 3;
   std::string line;
@@ -37,6 +37,10 @@ void check_counts(std::istream& stream, bool ply, std::uintmax_t bytes, const st
     }
     if (ply ? !line.starts_with("element") : line.starts_with("#")) {
       continue;
+    }
+    if (ply && line.starts_with("element tristrips")) {
+      throw bad_file("triangle-strips", name + ": the file's faces are triangle strips, which are not read",
+                     "convert its faces to triangles, for example with MeshLab");
     }
     std::istringstream words(line);
     for (std::string word; words >> word;) {
@@ -179,7 +183,7 @@ TriangleSoup read_mesh_file(const std::filesystem::path& file, double scale_m, c
     soup = read_plg(text, name);
   } else {
     if (extension == ".off" || extension == ".ply") {
-      check_counts(stream, extension == ".ply", bytes, name);
+      check_header(stream, extension == ".ply", bytes, name);
     }
     soup = read_by_assimp(file, name);
   }

@@ -86,7 +86,7 @@ struct CellHash {
 };
 
 // Merges vertices within the tolerance into the first of them, and drops triangles that lose a corner by it.
-Surface weld(const TriangleSoup& soup, const std::string& name) {
+Surface weld(const TriangleSoup& soup, const std::string& name, MeshReport& report) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Vector3d lo = Vector3d::Constant(kInfinity);
   Vector3d hi = Vector3d::Constant(-kInfinity);
@@ -99,6 +99,7 @@ Surface weld(const TriangleSoup& soup, const std::string& name) {
       hi = hi.cwiseMax(p);
     }
   }
+  report.unused_vertices = static_cast<std::size_t>(std::count(used.begin(), used.end(), 0));
   Surface surface;
   surface.size_m = (hi - lo).norm();
   if (surface.size_m < kMinSize_m) {
@@ -252,9 +253,65 @@ void remove_caps(Surface& surface) {
   triangles.resize(kept);
 }
 
-// Keeps the first of several faces with the same three vertices, whichever way they wind.
-void remove_duplicates(Surface& surface) {
-  std::vector<TriangleIndices>& triangles = surface.triangles;
+// Clears `alive` of the fins that are attached to faces which are closed without them.
+void cancel_fins(const std::vector<TriangleIndices>& triangles, const std::vector<std::uint32_t>& fins,
+                 std::vector<char>& alive, MeshReport& report) {
+  struct Edge {
+    std::uint32_t faces = 0;          // that are no fins
+    std::vector<std::uint32_t> fins;  // as indices into `fins`
+  };
+  std::unordered_map<std::uint64_t, Edge> edges;  // only looked up, never walked
+  const auto each_edge = [&](std::uint32_t t, auto&& visit) {
+    for (std::uint32_t e = 0; e < 3; ++e) {
+      visit(edge_key(triangles[t][e], triangles[t][next_edge(e)]));
+    }
+  };
+  for (std::uint32_t i = 0; i < fins.size(); ++i) {
+    each_edge(fins[i], [&](std::uint64_t key) { edges[key].fins.push_back(i); });
+    alive[fins[i]] = 0;
+  }
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (alive[t] != 0) {
+      each_edge(t, [&](std::uint64_t key) {
+        if (const auto edge = edges.find(key); edge != edges.end()) ++edge->second.faces;
+      });
+    }
+  }
+  std::vector<char> seen(fins.size());
+  std::vector<std::uint32_t> group;
+  for (std::uint32_t seed = 0; seed < fins.size(); ++seed) {
+    if (seen[seed] != 0) {
+      continue;
+    }
+    seen[seed] = 1;
+    group.assign(1, seed);
+    bool attached = false;
+    bool closed = true;
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      each_edge(fins[group[i]], [&](std::uint64_t key) {
+        const Edge& edge = edges[key];
+        attached = attached || edge.faces != 0;
+        closed = closed && edge.faces % 2 == 0;
+        for (const std::uint32_t other : edge.fins) {
+          if (seen[other] == 0) {
+            seen[other] = 1;
+            group.push_back(other);
+          }
+        }
+      });
+    }
+    if (attached && closed) {
+      report.fins_cancelled += group.size();
+    } else {
+      for (const std::uint32_t i : group) {
+        alive[fins[i]] = 1;
+      }
+    }
+  }
+}
+
+// Faces with the same three vertices, one after another, as indices.
+std::vector<std::vector<std::uint32_t>> repeated_faces(const std::vector<TriangleIndices>& triangles) {
   std::vector<TriangleIndices> sorted = triangles;
   for (TriangleIndices& t : sorted) {
     std::sort(t.begin(), t.end());
@@ -264,13 +321,50 @@ void remove_duplicates(Surface& surface) {
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
     return sorted[a] != sorted[b] ? sorted[a] < sorted[b] : a < b;
   });
-  std::vector<char> duplicate(triangles.size());
-  for (std::size_t i = 1; i < order.size(); ++i) {
-    duplicate[order[i]] = sorted[order[i]] == sorted[order[i - 1]] ? 1 : 0;
+  std::vector<std::vector<std::uint32_t>> groups;
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    while (end < order.size() && sorted[order[end]] == sorted[order[begin]]) {
+      ++end;
+    }
+    if (end - begin > 1) {
+      groups.emplace_back(order.begin() + static_cast<std::ptrdiff_t>(begin),
+                          order.begin() + static_cast<std::ptrdiff_t>(end));
+    }
+  }
+  return groups;
+}
+
+// Whether two faces with the same vertices wind the same way.
+bool wind_alike(const TriangleIndices& a, const TriangleIndices& b) {
+  const auto at = std::find(b.begin(), b.end(), a[0]);
+  return b[next_edge(static_cast<std::uint32_t>(at - b.begin()))] == a[1];
+}
+
+// Of faces with the same three vertices one remains, wound as most of them. Where as many wind one way as the other they are
+// a fin, which encloses nothing: fins that hang together are cancelled if what they are attached to is closed there without
+// them. Others remain as one layer: a sheet that its file draws from both sides.
+void cancel_repeated_faces(Surface& surface, MeshReport& report) {
+  std::vector<TriangleIndices>& triangles = surface.triangles;
+  std::vector<char> alive(triangles.size(), 1);
+  std::vector<std::uint32_t> fins;  // the first face of each
+  for (const std::vector<std::uint32_t>& group : repeated_faces(triangles)) {
+    std::ptrdiff_t sum = 0;
+    for (const std::uint32_t t : group) {
+      sum += wind_alike(triangles[group[0]], triangles[t]) ? 1 : -1;
+      alive[t] = t == group[0] ? 1 : 0;
+    }
+    if (sum < 0) {
+      std::swap(triangles[group[0]][1], triangles[group[0]][2]);
+    } else if (sum == 0) {
+      fins.push_back(group[0]);
+    }
+  }
+  if (!fins.empty()) {
+    cancel_fins(triangles, fins, alive, report);
   }
   std::size_t kept = 0;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    if (duplicate[t] == 0) {
+    if (alive[t] != 0) {
       triangles[kept++] = triangles[t];
     }
   }
@@ -282,13 +376,13 @@ void remove_duplicates(Surface& surface) {
 Surface clean_surface(const TriangleSoup& soup, const std::string& name, MeshReport& report) {
   check_soup(soup, name);
   report.input_triangles = soup.triangles.size();
-  Surface surface = weld(soup, name);
+  Surface surface = weld(soup, name, report);
   for (const TriangleIndices& t : surface.triangles) {
     report.degenerate_dropped += cap_edge(surface, t) != kNone ? 1U : 0U;
   }
   report.degenerate_dropped += soup.triangles.size() - surface.triangles.size();
   remove_caps(surface);
-  remove_duplicates(surface);
+  cancel_repeated_faces(surface, report);
   if (surface.triangles.empty()) {
     throw bad_mesh(
         "empty-mesh",

@@ -259,6 +259,13 @@ TEST(MeshFile, ErrorsAreClear) {
       file_refusal(folder.write("endless.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"))
           .cause,
       HasSubstr("no \"end_header\""));
+  EXPECT_EQ(file_refusal(
+                folder.write("strips.ply",
+                             "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+                             "property float z\nelement tristrips 1\nproperty list int int vertex_indices\n"
+                             "end_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n4 0 1 2 3\n"))
+                .name,
+            "triangle-strips");
   // Coordinates may be as large as they like.
   EXPECT_EQ(host::read_mesh_file(
                 folder.write("far.off", "OFF 3 1 0\n0 0 0\n900000 0 0\n0 900000 0\n3 0 1 2\n"), 1e-6, "far")

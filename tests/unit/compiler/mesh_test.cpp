@@ -406,10 +406,103 @@ TEST(CompileMesh, ChainsOfCapsCloseToo) {
 
 TEST(CompileMesh, RepeatedFacesAreOne) {
   const TriangleSoup flat = sheet(0.1, 4);
-  const CompiledMesh mesh = compile_mesh(joined(joined(flat, reversed(flat)), flat), {}, "thrice");
+  TriangleSoup holed = box_mesh({0.05, 0.05, 0.05}, 2);
+  const std::size_t faces = holed.triangles.size();
+  const TriangleSoup closed = holed;
+  holed.triangles.pop_back();
+  // Drawn from both sides, and one side twice; a body whose file has each face from both sides, but for one.
+  const std::pair<TriangleSoup, std::size_t> cases[] = {
+      {joined(flat, reversed(flat)), flat.triangles.size()},
+      {joined(joined(flat, reversed(flat)), flat), flat.triangles.size()},
+      {joined(closed, reversed(holed)), faces},
+  };
+  for (const auto& [soup, count] : cases) {
+    const CompiledMesh mesh = compile_mesh(soup, {}, "repeated");
+    EXPECT_EQ(unsound(mesh), "");
+    EXPECT_EQ(mesh.triangles.size(), count);
+    EXPECT_EQ(mesh.report.pierced_triangles, 0U);
+    EXPECT_EQ(mesh.report.fins_cancelled, 0U);
+  }
+  // Once more in each winding, and again in the right one: the majority decides.
+  TriangleSoup soup = closed;
+  soup.triangles.insert(soup.triangles.begin(), reversed(closed).triangles[0]);
+  soup.triangles.push_back(closed.triangles[0]);
+  const CompiledMesh mesh = compile_mesh(soup, {}, "majority");
+  EXPECT_EQ(mesh.triangles.size(), faces);
+  EXPECT_EQ(mesh.report.open_edges, 0U);
+  EXPECT_EQ(mesh.report.flipped_components, 0U);
+}
+
+// How often the soup goes round a point (van Oosterom and Strackee 1983): a face and its reverse add nothing.
+double winding_number(const TriangleSoup& soup, const Vector3d& at) {
+  double sum = 0;
+  for (const auto& t : soup.triangles) {
+    const Vector3d a = soup.vertices_m[t[0]] - at, b = soup.vertices_m[t[1]] - at,
+                   c = soup.vertices_m[t[2]] - at;
+    sum += std::atan2(a.dot(b.cross(c)), a.norm() * b.norm() * c.norm() + a.dot(b) * c.norm() +
+                                             b.dot(c) * a.norm() + c.dot(a) * b.norm());
+  }
+  return sum / (2.0 * std::numbers::pi);
+}
+
+TriangleSoup soup_of(const CompiledMesh& mesh) {
+  TriangleSoup soup;
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) soup.vertices_m.push_back(position(mesh, v));
+  for (const auto& t : mesh.triangles)
+    soup.triangles.push_back({t.vertex()->Get(0), t.vertex()->Get(1), t.vertex()->Get(2)});
+  return soup;
+}
+
+// Fins of one or more faces, in and out of a closed body, cancel, and the body stays closed: what is inside stays inside.
+TEST(CompileMesh, FinsOfAClosedBodyCancel) {
+  Random random(12);
+  const TriangleSoup body = icosphere(1, 0.05);
+  std::size_t fins = 0;
+  for (int run = 0; run < 200; ++run) {
+    TriangleSoup soup = body;
+    std::vector<std::array<std::uint32_t, 2>> edges;
+    for (const auto& t : body.triangles) edges.push_back({t[0], t[1]});
+    const std::size_t count = 1 + random.below(12);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto [from, to] = edges[random.below(edges.size())];
+      const auto tip = static_cast<std::uint32_t>(soup.vertices_m.size());
+      const double out = 0.3 + 0.1 * static_cast<double>(random.below(12));
+      soup.vertices_m.emplace_back(out * (soup.vertices_m[from] + soup.vertices_m[to]) / 2.0 +
+                                   1e-4 * static_cast<double>(i + 1) * Vector3d(0.3, 0.5, 0.8));
+      soup.triangles.push_back({from, to, tip});
+      soup.triangles.push_back({to, from, tip});
+      edges.push_back({to, tip});  // a fin may have fins
+    }
+    for (std::size_t i = soup.triangles.size(); i > 1; --i)
+      std::swap(soup.triangles[i - 1], soup.triangles[random.below(i)]);
+    const CompiledMesh mesh = compile_mesh(soup, {}, "fins");
+    ASSERT_EQ(unsound(mesh), "");
+    EXPECT_EQ(mesh.report.fins_cancelled, count);
+    EXPECT_EQ(mesh.report.open_edges, 0U);
+    EXPECT_EQ(mesh.report.non_manifold_edges, 0U);
+    EXPECT_EQ(mesh.triangles.size(), body.triangles.size());
+    const TriangleSoup compiled = soup_of(mesh);
+    for (const double share : {0.1, 0.5, 0.9, 1.1, 1.5}) {
+      const Vector3d at = share * 0.05 * Vector3d(0.36, 0.48, 0.8);
+      EXPECT_NEAR(winding_number(compiled, at), winding_number(soup, at), 1e-5);
+    }
+    fins += count;
+  }
+  figure("fins cancelled, each body closed afterwards", static_cast<double>(fins), "all of them");
+}
+
+// What is attached to an open edge goes on from it: it is kept, as one layer.
+TEST(CompileMesh, ASheetGoesOnWhereItsFileDrawsItFromBothSides) {
+  TriangleSoup soup = sheet(0.1, 2);
+  const std::size_t faces = soup.triangles.size();
+  const auto tip = static_cast<std::uint32_t>(soup.vertices_m.size());
+  soup.vertices_m.emplace_back(0.0, -0.08, 0.02);  // over the edge from the first vertex to the second
+  soup.triangles.push_back({0, 1, tip});
+  soup.triangles.push_back({1, 0, tip});
+  const CompiledMesh mesh = compile_mesh(soup, {}, "flap");
   EXPECT_EQ(unsound(mesh), "");
-  EXPECT_EQ(mesh.triangles.size(), flat.triangles.size());
-  EXPECT_EQ(mesh.report.pierced_triangles, 0U);
+  EXPECT_EQ(mesh.triangles.size(), faces + 1);
+  EXPECT_EQ(mesh.report.fins_cancelled, 0U);
 }
 
 TEST(CompileMesh, CreasesStaySharpAndTheRestIsSmooth) {

@@ -361,6 +361,29 @@ TEST(SceneFile, WarnsOfWhatItRepaired) {
   EXPECT_THAT(empty.report.warnings, testing::ElementsAre(HasSubstr("no object")));
 }
 
+TEST(SceneFile, WarnsOfAMeshOfWhichMostIsUnused) {
+  const TemporaryFolder folder;
+  for (const int unused : {50, 500}) {
+    std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(4 + unused) +
+                       "\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n"
+                       "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+    for (int i = 0; i < unused; ++i) text += std::to_string(i) + " 5 5\n";
+    folder.write("mesh.ply", text + "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+    const host::CompiledScene compiled = host::compile_scene_text(
+        R"({"thimble_scene": 1, "name": "x", "objects": [{"name": "rock", "shape": {"mesh": {"file": "mesh.ply", "scale": 0.01}},
+            "material": {"stiffness_N_m": 500}}]})",
+        "t", folder.path());
+    EXPECT_EQ(compiled.report.objects[0].mesh.unused_vertices, static_cast<std::size_t>(unused));
+    if (unused == 50) {
+      EXPECT_THAT(compiled.report.warnings, testing::IsEmpty());
+    } else {
+      EXPECT_THAT(compiled.report.warnings,
+                  testing::ElementsAre("rock (mesh.ply): 500 vertices of the file belong to no triangle: "
+                                       "were all of its faces read?"));
+    }
+  }
+}
+
 json schema() {
   std::ifstream stream(kSource / "host-tools/compiler/scene.schema.json");
   return json::parse(stream);
