@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 
 #include "board/sim/sim_board.h"
@@ -53,9 +54,14 @@ std::vector<HandPath> split(const std::vector<PathPoint>& path) {
 
 class Simulation {
  public:
-  Simulation(std::span<const std::byte> image, std::vector<HandPath> paths, const SimulationOptions& options,
-             const std::function<void(const LogRow&)>& row)
-      : image_(image), paths_(std::move(paths)), options_(options), row_(row), start_s_(paths_[0].start_s()) {
+  Simulation(std::span<const std::byte> image, std::span<const PathPoint> points, std::vector<HandPath> paths,
+             const SimulationOptions& options, const std::function<void(const LogRow&)>& row)
+      : image_(image),
+        points_(points),
+        paths_(std::move(paths)),
+        options_(options),
+        row_(row),
+        start_s_(paths_[0].start_s()) {
     double end_s = start_s_;
     for (const HandPath& path : paths_) end_s = std::max(end_s, path.end_s());
     // Includes the last time if it is on a tick; a thousandth of a period allows for rounding.
@@ -100,18 +106,11 @@ class Simulation {
     board_options.slot_bytes = image_.size() + firmware::SceneStore::kHeaderBytes;
     SimBoard board(board_options);
     firmware::Controller& controller = board.controller();
-    for (std::size_t i = 0; i < paths_.size(); ++i) {
-      const PlantParameters& parameters = board.plant(i).parameters();
-      const kinematics::Arm<double> arm(*parameters.model, parameters.base);
-      const Vector3d first = paths_[i].at(start_s_).position_m;
-      Vector3d joints;
-      if (!arm.inverse(first, joints) ||
-          kinematics::workspace_limit(*parameters.model, joints) != kinematics::WorkspaceLimit::kNone) {
-        return failure(SimulationStatus::kOutOfReach,
-                       "the path's first point is outside the workspace of arm " + std::to_string(i));
-      }
-      board.follow(i, paths_[i]);
+    for (const PathPoint& point : points_) {
+      if (!reaches(board.plant(static_cast<std::size_t>(point.arm)).parameters(), point.position_m))
+        return failure(SimulationStatus::kOutOfReach, out_of_reach(point));
     }
+    for (std::size_t i = 0; i < paths_.size(); ++i) board.follow(i, paths_[i]);
 
     if (controller.load_scene(image_) != firmware::StoreStatus::kOk)
       return refused(controller.store().image_verdict());
@@ -170,6 +169,20 @@ class Simulation {
     return start_s_ + static_cast<double>(tick) / options_.rate_Hz;
   }
 
+  static bool reaches(const PlantParameters& parameters, const Vector3d& point_m) {
+    Vector3d joints;
+    return kinematics::Arm<double>(*parameters.model, parameters.base).inverse(point_m, joints) &&
+           kinematics::workspace_limit(*parameters.model, joints) == kinematics::WorkspaceLimit::kNone;
+  }
+
+  static std::string out_of_reach(const PathPoint& point) {
+    std::ostringstream text;
+    text << "the path's point at " << point.time_s << " s, (" << point.position_m.x() << ", "
+         << point.position_m.y() << ", " << point.position_m.z() << ") m, is outside the workspace of arm "
+         << point.arm;
+    return text.str();
+  }
+
   static SimulationResult refused(const control::ImageVerdict& verdict) {
     return failure(SimulationStatus::kImageRefused, "the scene image was refused: " + text_of(verdict));
   }
@@ -186,6 +199,7 @@ class Simulation {
   }
 
   std::span<const std::byte> image_;
+  std::span<const PathPoint> points_;
   std::vector<HandPath> paths_;
   const SimulationOptions& options_;
   const std::function<void(const LogRow&)>& row_;
@@ -209,7 +223,7 @@ SimulationResult simulate(std::span<const std::byte> image, const std::vector<Pa
   } catch (const std::invalid_argument& error) {
     return failure(SimulationStatus::kBadPath, error.what());
   }
-  Simulation simulation(image, std::move(paths), options, row);
+  Simulation simulation(image, path, std::move(paths), options, row);
   return options.ideal ? simulation.ideal() : simulation.through_the_arm();
 }
 

@@ -47,7 +47,7 @@ enum class SimulationStatus {
   kUnknownArm,    // options.arm
   kBadRate,       // outside 100 Hz to 20 kHz
   kBadPath,       // empty, times not increasing, not finite, an arm other than 0 or 1, or arm 1 without arm 0
-  kOutOfReach,    // the path's first point is outside the arm's workspace
+  kOutOfReach,    // a point of the path is outside the arm's workspace; not of ideal runs
   kNotArmed,      // the controller refused to home or arm
   kFaulted,       // the controller had a fault; the rows up to there were delivered
 };

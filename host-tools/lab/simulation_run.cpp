@@ -20,7 +20,7 @@ namespace {
       throw Error(ExitCode::kBadInput, "bad-path", result.detail, "correct the path file");
     case SimulationStatus::kOutOfReach:
       throw Error(ExitCode::kBadInput, "out-of-reach", result.detail,
-                  "begin the path inside the arm's workspace, or use --ideal");
+                  "keep the path inside the arm's workspace, or use --ideal");
     case SimulationStatus::kImageRefused:
       throw Error(ExitCode::kBadInput, "bad-image", result.detail, "compile the scene again");
     case SimulationStatus::kFaulted:

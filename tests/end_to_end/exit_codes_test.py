@@ -318,6 +318,20 @@ class Simulate(Rig):
         file.write_text(text)
         return file
 
+    def test_a_path_is_checked_before_and_after(self):
+        scene = self.plane_scene(offset_m=-0.02)
+        log = self.folder / "log.csv"
+        error = self.fails(10, "out-of-reach", "simulate", scene, "--log", log, "--path",
+                           self.path("time_s,x_m,y_m,z_m\n0,0,0,0\n0.2,0,0,0.01\n0.4,0,0,2\n0.6,0,0,0\n"))
+        self.assertIn("the path's point at 0.4 s, (0, 0, 2) m, is outside the workspace of arm 0", error["cause"])
+        self.assertFalse(log.exists())
+        for down, touches in (("0.01", False), ("-0.03", True)):
+            path = self.path(f"time_s,x_m,y_m,z_m\n0,0,0,0\n0.2,0,0,{down}\n")
+            result = self.ok_json("simulate", scene, "--path", path, "--log", log)
+            said = self.ok("simulate", scene, "--path", path, "--log", log).err
+            self.assertEqual(any("touches nothing" in warning for warning in result["warnings"]), not touches)
+            self.assertEqual("warning: the path touches nothing" in said, not touches)
+
     def test_ideal_press(self):
         scene = self.plane_scene(stiffness=1000)
         path = self.path("time_s,x_m,y_m,z_m\n0,0,0,0.001\n0.5,0,0,-0.002\n1,0,0,-0.002\n")
