@@ -124,7 +124,8 @@ float passive_scale(const World& world, Finger& finger, const Constraints& held,
   }
   const bool moves = frame->body != kNoBody;
   const Vec3 at = moves ? frame->to_local(tip_m) : tip_m;
-  const bool goes_on = finger.potential.goes_on(held, finger.account.step_m(frame->body, at));
+  const bool goes_on =
+      finger.potential.stays(held) || finger.potential.goes_on(held, finger.account.step_m(frame->body, at));
   if (!moves) return passive_scale(finger, kNoBody, at, spring, gradient && goes_on);
   return passive_scale(finger, frame->body, at,
                        {spring.pull_m, frame->turn_back(spring.force_N), spring.stored_J},

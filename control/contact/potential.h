@@ -19,6 +19,13 @@ class ContactPotential {
   // potential that held in the last tick, or if no contact was before.
   bool goes_on(const Constraints& held, float step_m) noexcept;
 
+  // The same, true at once: one object holds the tip, as in the last tick.
+  bool stays(const Constraints& held) noexcept {
+    if (held.count != 1 || before_.count != 1 || before_.object[0] != held.list[0].object) return false;
+    before_.stiffness_N_m = held.list[0].material.stiffness_N_m;
+    return true;
+  }
+
   void end() noexcept { before_.count = 0; }
 
  private:
