@@ -29,6 +29,8 @@ struct Choices {
   ViewChoice view;
   ScanChoice scan;
   SimulateChoice simulate;
+  CompileChoice compile;
+  MeshChoice mesh;
   ImportVolumeChoice import_volume;
   ImportDeviceLogChoice import_device_log;
   RecordChoice record;
@@ -178,11 +180,27 @@ void define_doctor_and_compile(CLI::App& app, Choices& c) {
                           "an address (can:can0, slcan:/dev/ttyACM0) or a name; default: all");
   doctor_verb->add_flag("--board", c.doctor.board, "check also what thimble-board needs");
 
-  CLI::App* compile_verb = verb(app, c, "compile", "turn a scene file into a scene image",
-                                [&c] { compile(c.common, c.scene, c.image); });
-  compile_verb->add_option("scene", c.scene, "the scene file")->required();
-  compile_verb->add_option("--output,-o", c.image, "image to write; on an error nothing is written")
+  CLI::App* compile_verb =
+      verb(app, c, "compile", "turn a scene file into a scene image", [&c] { compile(c.common, c.compile); });
+  compile_verb->add_option("scene", c.compile.scene, "the scene file")->required();
+  compile_verb->add_option("--output,-o", c.compile.output, "image to write; on an error nothing is written")
       ->required();
+  compile_verb->add_flag("--report", c.compile.report, "print what was done to each mesh");
+}
+
+void define_mesh(CLI::App& app, Choices& c) {
+  CLI::App* mesh_verb =
+      verb(app, c, "mesh", "repair a mesh file and say what was done", [&c] { mesh(c.common, c.mesh); });
+  mesh_verb->add_option("file", c.mesh.file, "the mesh: OBJ, STL, PLY, OFF, glTF, .plg ...")->required();
+  mesh_verb->add_option("--output,-o", c.mesh.output, "mesh to write: *.obj, in metres")->required();
+  mesh_verb->add_option("--scale", c.mesh.scale_m, "metres per unit of the file")
+      ->check(number_between(1e-9, 1e9))
+      ->capture_default_str();
+  mesh_verb
+      ->add_option("--max-hole", c.mesh.max_hole_m,
+                   "in m: holes whose box has a diagonal up to this are closed; 0: none")
+      ->check(number_between(0.0, 100.0))
+      ->capture_default_str();
 }
 
 void define_device(CLI::App& app, Choices& c) {
@@ -301,6 +319,7 @@ void define(CLI::App& app, Choices& c) {
               [&c] { info(c.common, c.remote); });
 
   define_doctor_and_compile(app, c);
+  define_mesh(app, c);
   define_device(app, c);
   define_param_and_fault(app, c);
   define_import(app, c);

@@ -33,8 +33,9 @@ Json to_json(const MeshReport& mesh) {
 
 }  // namespace
 
-void compile(const Common& common, const std::filesystem::path& scene, const std::filesystem::path& output) {
-  const CompiledScene compiled = compile_scene(scene);
+void compile(const Common& common, const CompileChoice& choice) {
+  const std::filesystem::path& output = choice.output;
+  const CompiledScene compiled = compile_scene(choice.scene);
   write_image(output, compiled.image);
 
   const SceneReport& report = compiled.report;
@@ -63,6 +64,8 @@ void compile(const Common& common, const std::filesystem::path& scene, const std
           "{}\n",
           object.name, object.shape, mesh.triangles, mesh.vertices, mesh.open_edges, mesh.bytes,
           static_cast<double>(mesh.bytes) / static_cast<double>(mesh.triangles), mesh.depth);
+      const Json counts = choice.report ? to_json(mesh) : Json::object();
+      for (const auto& [name, count] : counts.items()) fmt::print("    {:<20} {}\n", name, count.dump());
     } else {
       fmt::print("  {}: {}\n", object.name, object.shape);
     }

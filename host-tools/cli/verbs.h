@@ -83,7 +83,20 @@ void fault_explain(const Common& common, const std::string& which);  // number o
 void write_dbc(unsigned node, const std::filesystem::path& output);   // empty: stdout
 void decode(const Common& common, const std::filesystem::path& log);  // "-": stdin
 
-void compile(const Common& common, const std::filesystem::path& scene, const std::filesystem::path& output);
+struct CompileChoice {
+  std::filesystem::path scene;
+  std::filesystem::path output;
+  bool report = false;  // every count of each mesh; JSON always has them
+};
+void compile(const Common& common, const CompileChoice& choice);
+
+struct MeshChoice {
+  std::filesystem::path file;
+  std::filesystem::path output;  // *.obj, in metres
+  double scale_m = 1;            // metres per unit of the file
+  double max_hole_m = 0;
+};
+void mesh(const Common& common, const MeshChoice& choice);
 
 struct ImportVolumeChoice {
   std::filesystem::path volume;

@@ -82,6 +82,8 @@ class ExitCodes(Rig):
         self.assertIn("upload", nothing.err)
         self.fails(2, "usage", "dance")
         self.fails(2, "usage", "compile")
+        self.fails(2, "usage", "mesh", "ball.obj", "--output", "fixed.obj", "--max-hole", "nan")
+        self.fails(2, "bad-output", "mesh", "ball.obj", "--output", "fixed.stl")
         self.fails(2, "usage", "list", "--no-such-option")
         self.fails(2, "usage", "param")
         self.assertEqual(self.fails(2, "usage", "nix")["cause"], "'nix' is no verb of thimble")
@@ -258,7 +260,7 @@ class Manners(Rig):
             return self.ok("__complete", *words).out.split()
 
         self.assertEqual(set(candidates("")), {"list", "info", "doctor", "dbc", "decode", "compile", "upload", "arm", "disarm", "restart", "home", "monitor", "view", "param",
-                                               "fault", "simulate", "import", "scan", "record", "replay", "plot"})
+                                               "fault", "simulate", "mesh", "import", "scan", "record", "replay", "plot"})
         self.assertEqual(candidates("up"), ["upload"])
         self.assertEqual(candidates("param", "g"), ["get"])
         self.assertEqual(candidates("param", "get", "max"), ["max_force"])
@@ -295,6 +297,24 @@ class Manners(Rig):
                 self.assertEqual(result.json["failures"], 1)
             self.assertIn("remedy: ", self.run_thimble("doctor", "--device", device).err)
 
+    def test_mesh_repairs_and_says_so(self):
+        whole = self.folder / "whole.obj"
+        # A cube of 2 mm without one triangle, one face turned, one vertex twice.
+        whole.write_text("".join(f"v {x} {y} {z}\n" for z in (0, 2) for y in (0, 2) for x in (0, 2)) + "v 0 0 0\n"
+                         + "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 7 8\nf 1 2 6\nf 9 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\n")
+        fixed = self.folder / "fixed.obj"
+        left = self.ok_json("mesh", whole, "--scale", "0.001", "--output", fixed)
+        self.assertEqual((left["before"]["open_edges"], left["after"]["open_edges"], left["holes_closed"]), (3, 3, 0))
+        self.assertIn("1 holes are larger than --max-hole, and stay open", left["warnings"])
+        report = self.ok_json("mesh", whole, "--scale", "0.001", "--max-hole", "0.003", "--output", fixed)
+        self.assertEqual((report["after"]["open_edges"], report["holes_closed"], report["reversed_triangles"]), (0, 1, 1))
+        self.assertEqual((report["input_vertices"], report["vertices"], report["after"]["triangles"]), (11 * 3, 8, 12))
+        again = self.folder / "again.obj"
+        text = self.ok("mesh", fixed, "--max-hole", "0.003", "--output", again).out
+        self.assertIn("open edges          0 -> 0", text)
+        self.assertEqual(again.read_bytes(), fixed.read_bytes(), "a repair of a repaired mesh changes nothing")
+        self.assertEqual(self.run_thimble("mesh", self.folder / "absent.obj", "--output", again).code, 10)
+
     def test_compile_reports_the_mesh(self):
         scene = self.ball_scene(10)
         image = self.folder / "ball.thim"
@@ -305,6 +325,7 @@ class Manners(Rig):
         self.assertGreater(mesh["depth"], 0)
         self.assertEqual(image.stat().st_size, report["bytes"] + 8)
         self.assertRegex(self.ok("compile", scene, "--output", image).out, r"360 triangles.*0 open edges.*depth")
+        self.assertRegex(self.ok("compile", scene, "--output", image, "--report").out, r"fins_cancelled +0\n")
         first = image.read_bytes()
         self.ok("compile", scene, "--output", image)
         self.assertEqual(image.read_bytes(), first, "the same input gives the same bytes")

@@ -1,0 +1,97 @@
+// mesh: repairs a mesh file, and says what it did.
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "host-tools/cli/output.h"
+#include "host-tools/cli/verbs.h"
+#include "host-tools/compiler/mesh_file.h"
+#include "host-tools/compiler/mesh_repair.h"
+#include "host-tools/files/output_file.h"
+
+namespace thimble::host {
+namespace {
+
+// Nine digits are a float exactly: the file holds what was repaired.
+void write_obj(std::ostream& out, const TriangleSoup& soup) {
+  for (const Eigen::Vector3d& p : soup.vertices_m)
+    fmt::print(out, "v {:.9g} {:.9g} {:.9g}\n", p.x(), p.y(), p.z());
+  for (const auto& t : soup.triangles) fmt::print(out, "f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+}
+
+std::vector<std::string> left_undone(const RepairReport& report) {
+  std::vector<std::string> left;
+  const auto say = [&left](std::size_t count, const std::string& what) {
+    if (count != 0) left.push_back(fmt::format("{} {}", count, what));
+  };
+  say(report.holes_too_large, "holes are larger than --max-hole, and stay open");
+  say(report.holes_too_long, fmt::format("holes have more than {} edges, and stay open", kMaxHoleEdges));
+  say(report.outlines, "open edges' loops are outlines of sheets, and stay open");
+  say(report.holes_folded, "holes cannot be closed without a third face at an edge, and stay open");
+  say(report.after.non_manifold_edges, "edges have more than two faces");
+  say(report.after.pierced_triangles, "triangles touch or cross others, and are not changed");
+  return left;
+}
+
+Json counts(const MeshReport& mesh) {
+  return {{"triangles", mesh.triangles},
+          {"open_edges", mesh.open_edges},
+          {"non_manifold_edges", mesh.non_manifold_edges},
+          {"components", mesh.components},
+          {"pierced_triangles", mesh.pierced_triangles}};
+}
+
+}  // namespace
+
+void mesh(const Common& common, const MeshChoice& choice) {
+  std::string extension = choice.output.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension != ".obj") {
+    throw Error(ExitCode::kUsage, "bad-output",
+                fmt::format("'{}' is not an OBJ file", choice.output.string()),
+                "give a name that ends with .obj");
+  }
+  const TriangleSoup soup = read_mesh_file(choice.file, choice.scale_m, choice.file.string());
+  const RepairedMesh repaired = repair_mesh(soup, {choice.max_hole_m}, choice.file.string());
+  OutputFile output(choice.output);
+  write_obj(output.stream(), repaired.soup);
+  output.commit();
+
+  const RepairReport& report = repaired.report;
+  const std::vector<std::string> left = left_undone(report);
+  if (common.json) {
+    Json json = document("mesh");
+    json["mesh"] = choice.output.string();
+    json["max_hole_m"] = choice.max_hole_m;
+    json["input_triangles"] = report.before.input_triangles;
+    json["input_vertices"] = soup.vertices_m.size();
+    json["vertices"] = repaired.soup.vertices_m.size();
+    json["degenerate_dropped"] = report.before.degenerate_dropped;
+    json["fins_cancelled"] = report.before.fins_cancelled;
+    json["reversed_triangles"] = report.reversed_triangles;
+    json["holes_closed"] = report.holes_closed;
+    json["hole_triangles"] = report.hole_triangles;
+    json["before"] = counts(report.before);
+    json["after"] = counts(report.after);
+    json["warnings"] = left;
+    print(json);
+    return;
+  }
+  fmt::print("{}: {} triangles -> {}: {} triangles\n", choice.file.string(), report.before.input_triangles,
+             choice.output.string(), report.after.triangles);
+  fmt::print("  vertices            {} -> {}\n", soup.vertices_m.size(), repaired.soup.vertices_m.size());
+  fmt::print("  without area        {} dropped\n", report.before.degenerate_dropped);
+  fmt::print("  fins                {} cancelled\n", report.before.fins_cancelled);
+  fmt::print("  winding             {} triangles reversed\n", report.reversed_triangles);
+  fmt::print("  holes               {} closed with {} triangles\n", report.holes_closed,
+             report.hole_triangles);
+  fmt::print("  open edges          {} -> {}\n", report.before.open_edges, report.after.open_edges);
+  fmt::print("  touching, crossing  {} -> {}\n", report.before.pierced_triangles,
+             report.after.pierced_triangles);
+  for (const std::string& warning : left) fmt::print(stderr, "warning: {}\n", warning);
+}
+
+}  // namespace thimble::host
