@@ -14,10 +14,13 @@ namespace {
 // to radius of curvature.
 constexpr int kShadingRounds = 3;
 
-// The interpolated normal at the god object, when exactly one surface holds it and that one is shaded.
+// The interpolated normal at the god object, when exactly one solid holds it, if by several facets, and that one is
+// shaded.
 bool shaded_normal(const World& world, const GodObject& god, Vec3& normal) {
-  if (god.count != 1) return false;
+  if (god.count == 0) return false;
   const PlacedObject& object = world.objects[god.contacts[0].object];
+  for (std::size_t i = 1; i < god.count; ++i)
+    if (god.contacts[i].object != god.contacts[0].object) return false;
   if (!object.shaded) return false;
   if (!object.ops->shaded_normal(object.shape, god.contacts[0].feature, object.to_local(god.position_m),
                                  normal))
@@ -192,6 +195,7 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
     for (std::size_t i = 0; i < world.count; ++i) {
       if (i != contact.object && reach.meets(world.objects[i])) return false;
     }
+    god.is_ball = finger.rest.is_ball = false;
   }
   const Vec3 x = object.to_local(tip.position_m);
   const Vec3 stuck = object.to_local(god.position_m);
@@ -308,7 +312,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   rest = god;
   if (god.count != 0) move(world_, nearby, rest, x, false, counters_);
   if (rest.count == 0) {
-    god = rest;
+    if (god.count != 0) god = rest;
     finger.friction.reset();
     let_go(finger, x);
     finger.click.release();
@@ -336,7 +340,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
     const Slip slip = finger.friction.tick(limits, god.position_m - rest.position_m, period_s);
     if (slip.slips) {
       const Vec3 stuck_m = god.position_m;
-      const bool one = rest.count == 1;
+      const bool one = shaded || rest.count == 1;
       move(world_, nearby, god, (one ? rest.position_m : x) + slip.offset_m, one, counters_);
       // A shaded rest position is not the point nearest to the tip; the energy account below covers what such
       // a slip could give.

@@ -48,6 +48,13 @@ class Renderer {
   // The moving objects in the order of the scene, with their poses for the next tick.
   [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return bodies_.states(); }
 
+  // For tests: the centre of the ball that the god object is where several solids are near (contact/ball.h), else the
+  // god object itself.
+  [[nodiscard]] const Vec3& ball_centre_m(std::size_t arm) const noexcept {
+    const GodObject& god = fingers_[arm].god;
+    return god.is_ball ? god.centre_m : god.position_m;
+  }
+
   // Writes the unit normals of the planes that the god object of an arm lies on, world frame; returns how
   // many.
   std::size_t contact_normals(std::size_t arm, std::span<Vec3, kMaxContacts> normals) const noexcept {

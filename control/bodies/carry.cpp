@@ -99,6 +99,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
     if ((local - to).squaredNorm() > kGap_m * kGap_m) {
       god.beside = contact;
       god.has_beside = true;
+      god.is_ball = false;
       finger.god = god;
       finger.rest = god;
       finger.anchor.holds = false;
@@ -108,6 +109,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
   if (god.count == kMaxContacts) --god.count;
   god.contacts[god.count++] = contact;
   if (beside) god.has_beside = false;
+  god.is_ball = false;
   finger.god = god;
   finger.rest = god;
   finger.anchor = {moved, local, god.position_m, true};

@@ -42,13 +42,6 @@ enum class CollisionForm : std::uint8_t {
   kOther,  // exact with balls, capsules and half-spaces; with the rest as the box about it
 };
 
-// The place of a solid's surface nearest to a point of its frame: its outward normal there, and how far
-// outside the point is.
-struct NearestPlace {
-  Vec3 normal = Vec3::UnitZ();
-  float outside_m = 0.0F;
-};
-
 using LowestPoints = std::array<Vec3, kMaxManifold>;
 
 struct BoxAbout {
@@ -59,6 +52,7 @@ struct BoxAbout {
 // What a solid answers as a body, or to one; its row is in control/scene/shape_table.h.
 struct CollisionOps {
   CollisionForm form;
+  // The place of the surface nearest to a point: its outward normal there, and how far outside the point is.
   NearestPlace (*nearest)(const ShapeData& shape, const Vec3& p);
   // Points of the surface that can lie deepest in a half-space; `down` is the direction into it. Null: ball,
   // capsule, half-space.

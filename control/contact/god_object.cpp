@@ -4,6 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "control/bodies/collide.h"
+#include "control/contact/ball.h"
+#include "control/contact/half_spaces.h"
+
 namespace thimble::control {
 namespace {
 
@@ -85,18 +89,25 @@ void add_contact(GodObject& god, const Contact& contact) {
   god.contacts[god.count++] = contact;
 }
 
-// The planes at the god object, each with its contact.
+// The planes at the god object, each with its contact. A plane's offset is how far the god object is behind the surface,
+// from rounding.
 constexpr std::size_t kMaxPlanes = 2 * kMaxContacts;
 
 struct Planes {
-  std::array<Vec3, kMaxPlanes> normal;
-  std::array<float, kMaxPlanes> inside_m;  // depth of the god object behind the surface, from rounding
+  std::array<HalfSpace, kMaxPlanes> plane;
   std::array<std::size_t, kMaxPlanes> contact;
   std::size_t count = 0;
 };
 
 Planes planes_at(const World& world, const GodObject& god) {
   Planes planes;
+  if (god.is_ball) {
+    for (; planes.count < god.count; ++planes.count) {
+      planes.plane[planes.count] = {god.normals[planes.count], 0.0F};
+      planes.contact[planes.count] = planes.count;
+    }
+    return planes;
+  }
   for (std::size_t i = 0; i < god.count; ++i) {
     const PlacedObject& object = world.objects[god.contacts[i].object];
     std::array<Vec3, 3> normals;
@@ -105,101 +116,29 @@ Planes planes_at(const World& world, const GodObject& god) {
     Feature feature = god.contacts[i].feature;
     const Vec3 out = object.ops->slide(object.shape, feature, at, at, {.hold = true}).to - at;
     for (int n = 0; n < count && planes.count < kMaxPlanes; ++n) {
-      planes.inside_m[planes.count] = std::clamp(normals[static_cast<std::size_t>(n)].dot(out),
-                                                 -kSurfaceTolerance_m, kSurfaceTolerance_m);
-      planes.normal[planes.count] = object.turn(normals[static_cast<std::size_t>(n)]);
+      const Vec3& normal = normals[static_cast<std::size_t>(n)];
+      planes.plane[planes.count] = {object.turn(normal),
+                                    std::clamp(normal.dot(out), -kSurfaceTolerance_m, kSurfaceTolerance_m)};
       planes.contact[planes.count++] = i;
     }
   }
   return planes;
 }
 
-// min |u - r| subject to n_i . u >= inside_i (Zilles and Salisbury 1995). Every set of up to three planes is
-// tried, the smallest sets first, at most 6 + 15 + 20 sets. A set is valid when no multiplier is negative and
-// no other plane is violated.
-struct Projection {
-  Vec3 u = Vec3::Zero();
-  std::array<std::size_t, kMaxContacts> active{};
-  Vec3 lambda = Vec3::Zero();
-  std::size_t count = 0;
-};
-
-bool feasible(const Planes& planes, const Vec3& u, float slack) {
-  for (std::size_t i = 0; i < planes.count; ++i) {
-    if (planes.normal[i].dot(u) < planes.inside_m[i] - slack) return false;
-  }
-  return true;
-}
-
-bool try_set(const Planes& planes, const Vec3& r, float slack, Projection& out) {
-  // Gram matrix G lambda = inside - n . r, solved by Cramer's rule on up to 3x3.
-  Mat3 gram = Mat3::Identity();
-  Vec3 right = Vec3::Zero();
-  for (std::size_t i = 0; i < out.count; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    right[row] = planes.inside_m[out.active[i]] - planes.normal[out.active[i]].dot(r);
-    for (std::size_t j = 0; j < out.count; ++j) {
-      gram(row, static_cast<Eigen::Index>(j)) =
-          planes.normal[out.active[i]].dot(planes.normal[out.active[j]]);
-    }
-  }
-  const float determinant = gram.determinant();
-  constexpr float kLeastDeterminant = 1.0e-6F;
-  if (determinant < kLeastDeterminant) return false;
-  const Vec3 c0 = gram.col(0);
-  const Vec3 c1 = gram.col(1);
-  const Vec3 c2 = gram.col(2);
-  const Vec3 lambda =
-      Vec3(right.dot(c1.cross(c2)), c0.dot(right.cross(c2)), c0.dot(c1.cross(right))) / determinant;
-  Vec3 u = r;
-  for (std::size_t i = 0; i < out.count; ++i) {
-    const float l = lambda[static_cast<Eigen::Index>(i)];
-    if (l < 0.0F) return false;
-    u += l * planes.normal[out.active[i]];
-  }
-  if (!feasible(planes, u, slack)) return false;
-  out.u = u;
-  out.lambda = lambda;
-  return true;
-}
-
-Projection project(const Planes& planes, const Vec3& r) {
+// The displacement nearest to r that the planes allow; none where there is no answer.
+NearestInside project(const Planes& planes, const Vec3& r) {
   constexpr float kSlack = 2.0e-6F;
-  const float slack = kSlack * r.norm() + kSettled_m;
-  Projection out;
-  if (feasible(planes, r, 0.0F)) {
-    out.u = r;
-    return out;
-  }
-  for (std::size_t i = 0; i < planes.count; ++i) {
-    out.count = 1;
-    out.active = {i, 0, 0};
-    if (try_set(planes, r, slack, out)) return out;
-  }
-  for (std::size_t i = 0; i < planes.count; ++i) {
-    for (std::size_t j = i + 1; j < planes.count; ++j) {
-      out.count = 2;
-      out.active = {i, j, 0};
-      if (try_set(planes, r, slack, out)) return out;
-    }
-  }
-  for (std::size_t i = 0; i < planes.count; ++i) {
-    for (std::size_t j = i + 1; j < planes.count; ++j) {
-      for (std::size_t k = j + 1; k < planes.count; ++k) {
-        out.count = 3;
-        out.active = {i, j, k};
-        if (try_set(planes, r, slack, out)) return out;
-      }
-    }
-  }
+  NearestInside out =
+      nearest_inside(std::span(planes.plane).first(planes.count), r, kSlack * r.norm() + kSettled_m);
+  if (out.found) return out;
   out.count = 0;
-  out.u = Vec3::Zero();
+  out.point_m = Vec3::Zero();
   return out;
 }
 
-void remove_inactive(GodObject& god, const Planes& planes, const Projection& projection) {
+void remove_inactive(GodObject& god, const Planes& planes, const NearestInside& projection) {
   std::array<bool, kMaxContacts> active{};
-  for (std::size_t i = 0; i < projection.count; ++i) active[planes.contact[projection.active[i]]] = true;
+  for (std::size_t i = 0; i < projection.count; ++i) active[planes.contact[projection.holding[i]]] = true;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < god.count; ++i) {
     if (active[i]) {
@@ -327,8 +266,8 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
 Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
                         std::array<Contact, kMaxContacts>& left, std::size_t& left_count) {
   const Planes planes = planes_at(world, god);
-  const Projection projection = project(planes, target - god.position_m);
-  if (projection.count == 0 && projection.u != Vec3::Zero()) {  // no plane holds it back
+  const NearestInside projection = project(planes, target - god.position_m);
+  if (projection.count == 0 && projection.point_m != Vec3::Zero()) {  // no plane holds it back
     // The sweep ignores these faces only: other faces at their edges can still stop it.
     for (std::size_t i = 0; i < god.count; ++i) {
       const Feature& f = god.contacts[i].feature;
@@ -339,7 +278,7 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
     return Outcome::kContinue;
   }
   if (projection.count != 0) remove_inactive(god, planes, projection);
-  if (projection.u.squaredNorm() <= kSettled_m * kSettled_m) return Outcome::kSettled;
+  if (projection.point_m.squaredNorm() <= kSettled_m * kSettled_m) return Outcome::kSettled;
   if (god.count == 1 && projection.count == 1) return Outcome::kContinue;
   // Along the line where two planes meet.
   const Vec3 from = god.position_m;
@@ -347,7 +286,7 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
   const std::size_t leaving_count = god.count;
   bool landed = false;
   const Outcome outcome = fly_and_land(world, nearby, {leaving.data(), leaving_count}, god,
-                                       from + projection.u, kSkipNone, landed);
+                                       from + projection.point_m, kSkipNone, landed);
   if (outcome == Outcome::kUnknown) return outcome;
   if (!landed) update_contacts(world, god, from, god.position_m);
   return Outcome::kContinue;
@@ -360,10 +299,25 @@ Nearby::Nearby(const World& world, const Reach& reach, int without) noexcept {
     if (static_cast<int>(i) != without && reach.meets(world.objects[i]))
       list_[count_++] = static_cast<std::uint8_t>(i);
   }
+  if (count_ < 2) return;
+  const float radius_m = reach.radius_m();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const PlacedObject& object = world.objects[list_[i]];
+    if (object.row->collision == nullptr ||
+        object.row->collision->nearest(object.shape, object.to_local(reach.tip_m)).outside_m <= radius_m)
+      list_[kept++] = list_[i];
+  }
+  count_ = kept;
 }
 
 void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
          RenderCounters& counters) noexcept {
+  if (nearby.several()) {
+    fly_ball(world, nearby.objects(), god, target, counters);
+    return;
+  }
+  if (god.is_ball) leave_ball(world, god);
   bool landed = false;
   if (fly_and_land(world, nearby, {}, god, target, kSkipNone, landed) == Outcome::kUnknown)
     ++counters.sweep_bound;
@@ -371,6 +325,11 @@ void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& t
 
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
           RenderCounters& counters) noexcept {
+  if (nearby.several()) {
+    move_ball(world, nearby.objects(), god, target, hold, counters);
+    return;
+  }
+  if (god.is_ball) leave_ball(world, god);
   std::array<Contact, kMaxContacts> left;
   std::size_t left_count = 0;
   float nearest2 = std::numeric_limits<float>::infinity();
@@ -407,7 +366,7 @@ std::size_t contact_normals(const World& world, const GodObject& god,
                             std::span<Vec3, kMaxContacts> normals) noexcept {
   const Planes planes = planes_at(world, god);
   const std::size_t count = std::min(planes.count, kMaxContacts);
-  std::copy_n(planes.normal.begin(), count, normals.begin());
+  for (std::size_t i = 0; i < count; ++i) normals[i] = planes.plane[i].normal;
   return count;
 }
 
@@ -417,14 +376,14 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
   const Vec3 pull = god.position_m - tip;
   if (god.count > 1 || god.contacts[0].feature.kind != 0) {
     const Planes planes = planes_at(world, god);
-    const Projection projection = project(planes, -pull);
+    const NearestInside projection = project(planes, -pull);
     // When the planes do not balance the whole pull, they are not the constraints (a ridge, a saddle).
     constexpr float kHeld = 1.0e-3F;
-    if (projection.u.squaredNorm() <= kHeld * kHeld * pull.squaredNorm()) {
+    if (projection.point_m.squaredNorm() <= kHeld * kHeld * pull.squaredNorm()) {
       for (std::size_t i = 0; i < projection.count; ++i) {
-        const std::uint8_t object = god.contacts[planes.contact[projection.active[i]]].object;
-        out.list[i] = {object, planes.normal[projection.active[i]],
-                       projection.lambda[static_cast<Eigen::Index>(i)], world.objects[object].material};
+        const std::uint8_t object = god.contacts[planes.contact[projection.holding[i]]].object;
+        out.list[i] = {object, planes.plane[projection.holding[i]].normal,
+                       projection.lambda_m[static_cast<Eigen::Index>(i)], world.objects[object].material};
       }
       out.count = projection.count;
       if (out.count > 0) return out;

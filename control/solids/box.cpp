@@ -82,6 +82,20 @@ int normals(const ShapeData& /*shape*/, const Feature& feature, const Vec3& /*po
   return 1;
 }
 
+std::size_t faces(const ShapeData& shape, const Vec3& point, std::span<NearestPlace, 3> out) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const float sign = std::copysign(1.0F, point[axis]);
+    out[static_cast<std::size_t>(axis)] = {sign * Vec3::Unit(axis), sign * point[axis] - shape.vector[axis]};
+  }
+  return 3;
+}
+
+Feature feature(const ShapeData& /*shape*/, const Vec3& normal) {
+  int axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  return {.index = 2U * static_cast<std::uint32_t>(axis) + (normal[axis] < 0.0F ? 1U : 0U)};
+}
+
 Vec3 reach(const ShapeData& shape) { return shape.vector; }
 
 NearestPlace nearest(const ShapeData& shape, const Vec3& p) { return nearest_on_box(shape.vector, p); }
@@ -104,6 +118,8 @@ const SolidOps kBoxSolid{.check = box::check,
                          .view = box::view,
                          .sweep = box::sweep,
                          .slide = box::slide,
+                         .faces = box::faces,
+                         .feature = box::feature,
                          .normals = box::normals,
                          .reach = box::reach};
 const CollisionOps kBoxCollision{

@@ -180,6 +180,21 @@ int normals(const ShapeData& shape, const Feature& feature, const Vec3& point, s
   return 1;
 }
 
+std::size_t faces(const ShapeData& shape, const Vec3& point, std::span<NearestPlace, 3> out) {
+  out[0] = {-Vec3::UnitZ(), base_m(shape) - point.z()};
+  const float across = planar_length(point.x(), point.y());
+  if (across <= 0.0F) return 1;
+  out[1] = {side_normal(shape, Vec3(point.x() / across, point.y() / across, 0.0F)),
+            in_front_m(shape, across, point.z())};
+  return 2;
+}
+
+// Between the side's slope and the base, the side counts up to half of the angle at the rim.
+Feature feature(const ShapeData& shape, const Vec3& normal) {
+  const float across = planar_length(normal.x(), normal.y());
+  return {.index = -normal.z() > shape.vector.x() * across + shape.vector.y() * normal.z() ? kBase : kSide};
+}
+
 Vec3 reach(const ShapeData& shape) { return {shape.radius_m, shape.radius_m, apex_m(shape)}; }
 
 // The point on the side goes round the axis on a circle whose radius falls to nothing at the apex, the tip on
@@ -228,6 +243,8 @@ const SolidOps kConeSolid{.check = cone::check,
                           .view = cone::view,
                           .sweep = cone::sweep,
                           .slide = cone::slide,
+                          .faces = cone::faces,
+                          .feature = cone::feature,
                           .normals = cone::normals,
                           .reach = cone::reach,
                           .gradient_at_tip = cone::gradient_at_tip};

@@ -120,6 +120,19 @@ int normals(const ShapeData& /*shape*/, const Feature& feature, const Vec3& poin
   return 1;
 }
 
+std::size_t faces(const ShapeData& shape, const Vec3& point, std::span<NearestPlace, 3> out) {
+  const float across = planar_length(point.x(), point.y());
+  out[0] = {{0.0F, 0.0F, std::copysign(1.0F, point.z())}, std::abs(point.z()) - shape.half_height_m};
+  if (across <= shape.radius_m) return 1;
+  out[1] = {{point.x() / across, point.y() / across, 0.0F}, across - shape.radius_m};
+  return 2;
+}
+
+Feature feature(const ShapeData& /*shape*/, const Vec3& normal) {
+  constexpr float kSlant = 0.70710678F;
+  return {.index = normal.z() > kSlant ? kTop : normal.z() < -kSlant ? kBottom : kSide};
+}
+
 Vec3 reach(const ShapeData& shape) { return {shape.radius_m, shape.radius_m, shape.half_height_m}; }
 
 bool on_side(const Vec3& normal) {
@@ -175,6 +188,8 @@ const SolidOps kCylinderSolid{.check = cylinder::check,
                               .view = cylinder::view,
                               .sweep = cylinder::sweep,
                               .slide = cylinder::slide,
+                              .faces = cylinder::faces,
+                              .feature = cylinder::feature,
                               .normals = cylinder::normals,
                               .reach = cylinder::reach,
                               .chart = cylinder::chart,

@@ -17,4 +17,8 @@ namespace thimble::control {
 [[nodiscard]] Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from,
                                   const Vec3& target, SlideOptions options);
 
+// A plane for each triangle that the ball could meet on its way, at most kMaxSeparationNodes nodes of the tree.
+[[nodiscard]] std::size_t separate_mesh(const ShapeData& shape, const BallQuery& ball,
+                                        std::span<Separation> out);
+
 }  // namespace thimble::control

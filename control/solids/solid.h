@@ -6,6 +6,7 @@
 // allocates or fails.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -39,6 +40,106 @@ struct Feature {
 struct Hit {
   float t = 2.0F;  // fraction of the segment; above 1: none
   Feature feature;
+};
+
+// A plane that a solid lies behind: its unit normal, to the free side, and how far in front of it a point is.
+struct NearestPlace {
+  Vec3 normal = Vec3::UnitZ();
+  float outside_m = 0.0F;
+};
+
+// A plane behind which a part of a solid lies, seen from the centre of a ball in front of it.
+struct Separation {
+  Vec3 normal;
+  float height_m = 0.0F;  // of the centre over the plane
+  float apart_m = 0.0F;   // of the centre from that part of the solid: at least height_m
+  Vec3 direct;            // the normal of the plane through its nearest place, apart_m below the centre
+  bool ledge = false;     // the plane is that of a face that the centre is beside, by up to kFaceMargin_m
+  Feature feature;
+};
+
+// A ball that is apart from a surface by no more than this touches it: above the rounding of places (1e-6 m at 10 m).
+inline constexpr float kTouchGap_m = 2.0e-6F;
+
+// A ball may be this far behind a plane that it chooses, by rounding and by the curvature of the surface that it moved
+// along. It moves out again.
+inline constexpr float kBehind_m = 1.0e-6F;
+
+// A ball, the place that it is drawn to, and the place nearest to that which the planes that it touches let it come
+// to. Only what can come into its way matters.
+struct BallQuery {
+  Vec3 centre_m;
+  Vec3 aim_m;
+  Vec3 target_m;
+  float radius_m;
+  float half_way_m;             // half of the distance from centre to target
+  std::array<Vec3, 3> held_by;  // unit normals of the planes that it touches
+  std::size_t held_count = 0;
+
+  // Whether the ball can come to this plane while it comes nearer to the target: its centre stays in the ball over the
+  // line between them.
+  [[nodiscard]] bool meets(const Vec3& normal, float height_m) const {
+    return height_m + 0.5F * normal.dot(target_m - centre_m) - half_way_m < radius_m;
+  }
+};
+
+// Level faces with a gap up to this width between them count as going on over it.
+inline constexpr float kFaceMargin_m = 1.0e-5F;
+
+// Chooses among planes in front of one part of a solid: the one that the ball comes to last on its way to the aim,
+// which is where the way enters a convex solid, then the one that leaves the longest way to the target.
+class PlaneChoice {
+ public:
+  PlaneChoice(const BallQuery& ball, Separation& chosen) : ball_(ball), chosen_(chosen) {}
+
+  // The plane through the place nearest to the centre: the first one.
+  void offer_direct(const Vec3& normal) {
+    chosen_.direct = normal;
+    chosen_.ledge = false;
+    offer(normal, chosen_.apart_m);
+  }
+  // The plane of a face: alone, where the face is below the centre or beside it.
+  void offer_face(const Vec3& normal, float height_m) {
+    const float beside2 = (chosen_.apart_m - height_m) * (chosen_.apart_m + height_m);
+    if (height_m >= ball_.radius_m - kBehind_m && beside2 <= kFaceMargin_m * kFaceMargin_m) {
+      first_ = true;
+      chosen_.ledge = beside2 > kTouchGap_m * kTouchGap_m;
+    }
+    offer(normal, height_m);
+  }
+  // A plane that the centre is in front of by less than the radius is no choice, unless it is the first one.
+  void offer(const Vec3& normal, float height_m) {
+    if (!first_ && height_m < ball_.radius_m - kBehind_m) return;
+    const float at_target_m = height_m + normal.dot(ball_.target_m - ball_.centre_m);
+    const float meets = meets_at(normal, height_m);
+    if (!first_ && (meets < meets_ || (meets == meets_ && at_target_m <= at_target_m_))) return;
+    first_ = false;
+    meets_ = meets;
+    at_target_m_ = at_target_m;
+    chosen_.normal = normal;
+    chosen_.height_m = height_m;
+  }
+  // Whether the chosen plane is in the way to the aim.
+  [[nodiscard]] bool blocks() const { return meets_ < 1.0F; }
+  // Whether the ball can meet the plane, or touches what is behind it.
+  [[nodiscard]] bool matters() const {
+    return ball_.meets(chosen_.normal, chosen_.height_m) || chosen_.apart_m <= ball_.radius_m + kTouchGap_m;
+  }
+
+ private:
+  // The part of the way to the aim after which the ball comes to the plane: 0 at once, 1 not at all.
+  [[nodiscard]] float meets_at(const Vec3& normal, float height_m) const {
+    constexpr float kRounding_m = 2.0e-8F;
+    const float falls_m = -normal.dot(ball_.aim_m - ball_.centre_m);
+    const float room_m = std::max(height_m - ball_.radius_m, 0.0F);
+    return falls_m <= room_m + kRounding_m ? 1.0F : room_m / falls_m;
+  }
+
+  const BallQuery& ball_;
+  Separation& chosen_;
+  bool first_ = true;
+  float meets_ = 0.0F;
+  float at_target_m_ = 0.0F;
 };
 
 enum class SlideEnd : std::uint8_t {
@@ -91,6 +192,14 @@ struct SolidOps {
   // follows.
   Slide (*slide)(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
                  SlideOptions options);
+  // The planes through flat faces and straight walls that face the point, beside the plane at the place nearest to it
+  // (CollisionOps::nearest); returns how many. Null: there are none.
+  std::size_t (*faces)(const ShapeData& shape, const Vec3& point, std::span<NearestPlace, 3> out) = nullptr;
+  // The feature whose surface has this normal. Null: there is one only.
+  Feature (*feature)(const ShapeData& shape, const Vec3& normal) = nullptr;
+  // Of a solid that is not convex: a plane for each part that the ball could meet on its way; returns how many, more
+  // than there is room for when they do not fit. Null: the solid is convex.
+  std::size_t (*separate)(const ShapeData& shape, const BallQuery& ball, std::span<Separation> out) = nullptr;
   // The unit normals of the constraints at a point on `feature`, to the free side; returns how many, 1 to 3.
   int (*normals)(const ShapeData& shape, const Feature& feature, const Vec3& point, std::span<Vec3, 3> out);
   // Half extents of a box about the object's origin that holds the solid.

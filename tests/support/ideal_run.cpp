@@ -27,6 +27,7 @@ const Felt& IdealRun::step(const Eigen::Vector3d& p) {
   renderer_.tick(tips, static_cast<float>(period_s_), touches);
   felt_.force_N = touches[0].force_N.cast<double>();
   felt_.god_object_m = touches[0].god_object_m.cast<double>();
+  felt_.ball_m = renderer_.ball_centre_m(0).cast<double>();
   felt_.contacts = touches[0].contacts;
   if (started_) {
     work_J_ += before.force_N.dot(travel);

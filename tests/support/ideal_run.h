@@ -15,6 +15,7 @@ struct Felt {
   Eigen::Vector3d tip_m = Eigen::Vector3d::Zero();  // rounded to float, as given to the renderer
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   Eigen::Vector3d god_object_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d ball_m = Eigen::Vector3d::Zero();  // control::Renderer::ball_centre_m()
   int contacts = 0;
 };
 

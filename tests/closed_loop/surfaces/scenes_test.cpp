@@ -117,6 +117,7 @@ TEST(Scenes, IcePushesAlongItsNormalAlone) {
   const Vector3d dome(0.03, 0.02, -0.055);
   double aside_N = 0;
   std::size_t dome_ticks = 0;
+  constexpr double kCrease_m = 6e-5;
   for (const LogRow& row : rows) {
     if (row.contacts != 1) continue;
     // In the crease between them either may be the one that holds.
@@ -127,6 +128,9 @@ TEST(Scenes, IcePushesAlongItsNormalAlone) {
     const bool on_floor = std::abs(row.proxy_m.z() + 0.03) < 1e-6;
     const bool on_dome = std::abs(from_centre.norm() - 0.04) < 1e-6;
     ASSERT_TRUE(on_floor || on_dome) << row.time_s;
+    // In the crease a ball keeps the god object off the surface that does not hold it (control/contact/ball.h).
+    if (std::abs(row.proxy_m.z() + 0.03) < kCrease_m && std::abs(from_centre.norm() - 0.04) < kCrease_m)
+      continue;
     aside_N = std::max(aside_N, std::min(on_floor ? beside(Vector3d::UnitZ()) : 1e9,
                                          on_dome ? beside(from_centre.normalized()) : 1e9));
     dome_ticks += on_dome && !on_floor ? 1U : 0U;

@@ -1,0 +1,27 @@
+// The god object as a small ball. Where several solids are near, a point could enter the gap between two that
+// touch, however narrow; a ball rolls over it, and over a step by rounding.
+//
+// The ball moves to the place nearest to its target that planes between it and the solids allow (contact/
+// separations.h), takes new planes there, and goes on. So every piece of its path is straight and free. The god object,
+// from which the force comes, is the point under it on the surfaces themselves.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "control/contact/god_object.h"
+#include "control/renderer_types.h"
+#include "kinematics/vector.h"
+
+namespace thimble::control {
+
+// Both make the god object a ball if it is a point yet, and are otherwise as fly() and move() of a point.
+void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
+              RenderCounters& counters) noexcept;
+void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
+               bool hold, RenderCounters& counters) noexcept;
+
+// Makes the god object a point again, on the surfaces that it touches.
+void leave_ball(const World& world, GodObject& god) noexcept;
+
+}  // namespace thimble::control

@@ -1,0 +1,38 @@
+// The point of an intersection of half-spaces that is nearest to a given point (Zilles and Salisbury 1995, with
+// any number of planes).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "kinematics/vector.h"
+
+namespace thimble::control {
+
+// normal . p >= offset_m, with a unit normal.
+struct HalfSpace {
+  Vec3 normal = Vec3::UnitZ();
+  float offset_m = 0.0F;
+
+  [[nodiscard]] float height_m(const Vec3& p) const { return normal.dot(p) - offset_m; }
+};
+
+inline constexpr std::size_t kMaxHolding = 3;  // planes that hold a point in space
+
+// point = target + sum of lambda_m[i] normal[holding[i]], every lambda_m >= 0.
+struct NearestInside {
+  Vec3 point_m = Vec3::Zero();
+  std::array<std::size_t, kMaxHolding> holding{};
+  Vec3 lambda_m = Vec3::Zero();
+  std::size_t count = 0;
+  bool found =
+      true;  // false: the bound was hit, or nearly parallel planes leave no answer; point_m is not to be used
+};
+
+// At most kMaxRounds planes are taken in, the most violated one first; each time at most seven sets of three
+// planes are tried. slack_m: how far the point may lie behind a plane.
+[[nodiscard]] NearestInside nearest_inside(std::span<const HalfSpace> planes, const Vec3& target,
+                                           float slack_m) noexcept;
+
+}  // namespace thimble::control

@@ -1,0 +1,297 @@
+// Solids that touch feel as one: where their level faces meet there is no gap to fall into and no wall, whatever
+// kinds and materials they are of, and nowhere does the god object stop short of a place nearer to the tip that it could
+// go to. The judges are closed forms and distances in double precision.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "control/scene/limits.h"
+#include "tests/support/figure.h"
+#include "tests/support/ideal_run.h"
+#include "tests/support/meshes.h"
+#include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
+
+namespace thimble::test {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kBall_m = static_cast<double>(control::kPointRadius_m);
+
+Quaterniond random_turn(Random& random) {
+  return Quaterniond(random.gaussian(), random.gaussian(), random.gaussian(), random.gaussian()).normalized();
+}
+
+// Blocks side by side, their tops level with z = 0 of a frame that is turned at random. Each is a box, or a mesh, or
+// both are cut from one mesh file; they overlap, or are flush, or have a gap of up to 10 um between them. Discs and cones
+// with the base upwards stand in some of them.
+struct Floor {
+  static constexpr double kHalf_m = 0.03;
+
+  Pose frame;
+  std::vector<Material> materials;
+  SceneImage image;
+  bool friction = false;
+};
+
+struct Joint {
+  std::string name;
+  double overlap_m;
+  bool unlike;
+};
+
+Floor make_floor(Random& random, const Joint& joint, bool friction) {
+  Floor floor{.frame = {random.in_box(Vector3d::Constant(0.05)), random_turn(random)},
+              .materials = {},
+              .image = SceneBuilder().image(),
+              .friction = friction};
+  SceneBuilder builder;
+  const auto material = [&] {
+    Material m{.stiffness_N_m = joint.unlike ? static_cast<float>(random.uniform(200.0, 2000.0)) : 1000.0F};
+    if (friction) {
+      m.static_friction = joint.unlike ? static_cast<float>(random.uniform(0.1, 0.8)) : 0.5F;
+      m.dynamic_friction = 0.7F * m.static_friction;
+    }
+    floor.materials.push_back(m);
+    return m;
+  };
+  const auto placed = [&](const Vector3d& centre, const Quaterniond& turn = Quaterniond::Identity()) {
+    return Pose{floor.frame.position_m + floor.frame.rotation * centre, floor.frame.rotation * turn};
+  };
+  // Two rows of blocks, cut at different places.
+  const double row = random.uniform(-0.01, 0.01);
+  for (const int side : {-1, 1}) {
+    const double v0 = side < 0 ? -Floor::kHalf_m : row;
+    const double v1 = side < 0 ? row : Floor::kHalf_m;
+    double u0 = -Floor::kHalf_m;
+    while (u0 < Floor::kHalf_m) {
+      double u1 = std::min(u0 + random.uniform(0.008, 0.03), Floor::kHalf_m);
+      if (Floor::kHalf_m - u1 < 0.005) u1 = Floor::kHalf_m;
+      const double height = random.uniform(0.008, 0.02);
+      const Vector3d size(u1 - u0 + joint.overlap_m, v1 - v0 + joint.overlap_m, height);
+      const Pose pose = placed({0.5 * (u0 + u1), 0.5 * (v0 + v1), -0.5 * height});
+      if (random.below(3) == 0) {
+        builder.mesh(box_mesh(size, 1 + static_cast<int>(random.below(4))), material(), {}, pose);
+      } else {
+        builder.box(size, material(), pose);
+      }
+      u0 = u1;
+    }
+  }
+  for (int extra = 0; extra < 3; ++extra) {
+    const Vector3d at = random.in_box({0.02, 0.02, 0.0});
+    const double radius = random.uniform(0.003, 0.008);
+    if (random.below(2) == 0) {
+      builder.cylinder(radius, 0.005, material(), placed(at - Vector3d(0.0, 0.0, 0.005)));
+    } else {
+      const Quaterniond over(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX()));
+      builder.cone(radius, 0.012, material(), placed(at - Vector3d(0.0, 0.0, 0.003), over));
+    }
+  }
+  floor.image = builder.image();
+  return floor;
+}
+
+TEST(Seams, LevelFacesAreOneFace) {
+  const std::vector<Joint> joints = {{"flush", 0.0, false},
+                                     {"flush, unlike", 0.0, true},
+                                     {"1 mm over each other", 1e-3, false},
+                                     {"1 um over each other, unlike", 1e-6, true},
+                                     {"10 um apart", -9.9e-6, false},
+                                     {"5 um apart, unlike", -5e-6, true}};
+  const int scenes = kUnderSanitizers ? 1 : 12;
+  for (const Joint& joint : joints) {
+    double off_plane_m = 0.0;
+    double aside_m = 0.0;
+    double aside_N = 0.0;
+    double off_N = 0.0;
+    double over_cone = 0.0;
+    double jump = 0.0;
+    for (int index = 0; index < 2 * scenes; ++index) {
+      Random random(500 + static_cast<std::uint64_t>(index));
+      const Floor floor = make_floor(random, joint, index % 2 == 1);
+      double stiffest = 0.0;
+      double most_friction = 0.0;
+      for (const Material& m : floor.materials) {
+        stiffest = std::max(stiffest, static_cast<double>(m.stiffness_N_m));
+        most_friction = std::max(most_friction, static_cast<double>(m.static_friction));
+      }
+      IdealRun run(floor.image);
+      Vector3d tip(0.0, 0.0, 0.002);
+      const auto to_world = [&](const Vector3d& p) -> Vector3d {
+        return floor.frame.position_m + floor.frame.rotation * p;
+      };
+      run.step(to_world(tip));
+      for (int stroke = 0; stroke < 60; ++stroke) {
+        const Vector3d target(random.uniform(-0.024, 0.024), random.uniform(-0.024, 0.024),
+                              -random.uniform(1e-4, 0.004));
+        const double step_m = random.below(4) == 0 ? 1e-3 : random.uniform(1e-5, 1e-4);
+        const int steps = static_cast<int>((target - tip).norm() / step_m) + 1;
+        const Vector3d from = tip;
+        for (int i = 1; i <= steps; ++i) {
+          tip = from + (target - from) * (1.0 * i / steps);
+          const Vector3d before_N = run.felt().force_N;
+          const Felt& felt = run.step(to_world(tip));
+          if (tip.z() > -2e-6) continue;
+          const Quaterniond back = floor.frame.rotation.conjugate();
+          const Vector3d god = back * (felt.god_object_m - floor.frame.position_m);
+          const Vector3d force_N = back * felt.force_N;
+          off_plane_m = std::max(off_plane_m, std::abs(god.z()));
+          if (floor.friction) {
+            over_cone = std::max(over_cone, force_N.head<2>().norm() - most_friction * force_N.z());
+          } else {
+            aside_m = std::max(aside_m, (god - tip).head<2>().norm());
+            aside_N = std::max(aside_N, force_N.head<2>().norm());
+            if (!joint.unlike) {
+              off_N = std::max(off_N, std::abs(force_N.z() + stiffest * tip.z()));
+              if (i > 1)
+                jump = std::max(jump, (felt.force_N - before_N).norm() /
+                                          (stiffest * (target - from).norm() / steps + 1e-3));
+            }
+          }
+        }
+      }
+    }
+    const std::string what = "seams, " + joint.name + ": ";
+    figure(what + "god object off the plane, um", 1e6 * off_plane_m, "1");
+    figure(what + "god object beside the tip, um", 1e6 * aside_m, "2");
+    figure(what + "force along the plane, N", aside_N, "0.002");
+    figure(what + "friction beyond its cone, N", over_cone, "0.002");
+    if (!joint.unlike) {
+      figure(what + "force off K d, N", off_N, "0.002");
+      figure(what + "change of the force by K times the motion", jump, "1.1");
+      EXPECT_LT(off_N, 0.002) << joint.name;
+      EXPECT_LT(jump, 1.1) << joint.name;
+    }
+    EXPECT_LT(off_plane_m, 1e-6) << joint.name;
+    EXPECT_LT(aside_m, 2e-6) << joint.name;
+    EXPECT_LT(aside_N, 0.002) << joint.name;
+    EXPECT_LT(over_cone, 0.002) << joint.name;
+  }
+}
+
+// A solid of the random heaps below: its signed distance in its own frame, or less than that outside.
+struct Solid {
+  std::function<double(const Vector3d&)> distance_m;
+  Pose pose;
+};
+
+double box_distance(const Vector3d& half, const Vector3d& p) {
+  const Vector3d q = p.cwiseAbs() - half;
+  return q.maxCoeff() < 0.0 ? q.maxCoeff() : q.cwiseMax(0.0).norm();
+}
+
+// Boxes, cylinders, capsules and balls; half of the boxes and cylinders stand flush on another one.
+std::vector<Solid> random_heap(Random& random, SceneBuilder& builder) {
+  std::vector<Solid> solids;
+  Pose last;
+  Vector3d last_half = Vector3d::Zero();
+  for (int object = 0; object < 7; ++object) {
+    const Material m{.stiffness_N_m = 1000.0F};
+    Pose pose{random.in_box(Vector3d::Constant(0.015)), random_turn(random)};
+    const Vector3d half(random.uniform(0.003, 0.009), random.uniform(0.003, 0.009),
+                        random.uniform(0.003, 0.009));
+    const bool flush = last_half.x() > 0.0 && random.below(2) == 0;
+    if (flush) {
+      const double shift = random.below(2) == 0 ? 0.0 : random.uniform(-0.006, 0.006);
+      pose = {last.position_m +
+                  last.rotation * Vector3d(last_half.x() + half.x(), shift, last_half.z() - half.z()),
+              last.rotation};
+    }
+    const std::uint64_t kind = flush ? 0 : random.below(4);
+    if (kind == 0) {
+      builder.box(2.0 * half, m, pose);
+      solids.push_back({[half](const Vector3d& p) { return box_distance(half, p); }, pose});
+      last = pose;
+      last_half = half;
+    } else if (kind == 1) {
+      builder.cylinder(half.x(), half.z(), m, pose);
+      solids.push_back({[half](const Vector3d& p) {
+                          const Vector2d q(p.head<2>().norm() - half.x(), std::abs(p.z()) - half.z());
+                          return q.maxCoeff() < 0.0 ? q.maxCoeff() : q.cwiseMax(0.0).norm();
+                        },
+                        pose});
+    } else if (kind == 2) {
+      builder.capsule(half.x(), half.z(), m, pose);
+      solids.push_back({[half](const Vector3d& p) {
+                          return (p - Vector3d(0.0, 0.0, std::clamp(p.z(), -half.z(), half.z()))).norm() -
+                                 half.x();
+                        },
+                        pose});
+    } else {
+      builder.sphere(half.x(), m, pose);
+      solids.push_back({[half](const Vector3d& p) { return p.norm() - half.x(); }, pose});
+    }
+  }
+  return solids;
+}
+
+// Where the tip rests, no place that the ball could go to straight is nearer to it: no seam is a wall.
+TEST(Seams, NothingHoldsTheGodObjectButSolids) {
+  const int scenes = kUnderSanitizers ? 2 : 60;
+  long rests = 0;
+  long held = 0;
+  double worst_m = 0.0;
+  double deepest_m = 0.0;
+  for (int index = 0; index < scenes; ++index) {
+    Random random(900 + static_cast<std::uint64_t>(index));
+    SceneBuilder builder;
+    const std::vector<Solid> solids = random_heap(random, builder);
+    const SceneImage image = builder.image();
+    IdealRun run(image);
+    const auto distance_m = [&](const Vector3d& p) {
+      double least = 1.0;
+      for (const Solid& solid : solids)
+        least =
+            std::min(least, solid.distance_m(solid.pose.rotation.conjugate() * (p - solid.pose.position_m)));
+      return least;
+    };
+    const auto free = [&](const Vector3d& from, const Vector3d& way) {
+      constexpr int kPieces = 8;
+      for (int i = 1; i <= kPieces; ++i)
+        if (distance_m(from + way * (1.0 * i / kPieces)) < kBall_m + 1e-6) return false;
+      return true;
+    };
+    for (int poke = 0; poke < 40; ++poke) {
+      run.restart(0.05 * random.direction());
+      if (distance_m(run.felt().tip_m) < 1e-3) continue;
+      Vector3d tip = random.in_box(Vector3d::Constant(0.012));
+      run.move(tip, 1e-4);
+      for (int slide = 0; slide < 4; ++slide) {
+        tip += random.in_box(Vector3d::Constant(0.004));
+        run.move(tip, 1e-4);
+        for (int settle = 0; settle < 20; ++settle) run.step(tip);
+        const Felt& felt = run.felt();
+        deepest_m = std::max(deepest_m, -distance_m(felt.god_object_m));
+        if (felt.contacts == 0) continue;
+        ++rests;
+        double nearer_m = 0.0;
+        for (int n = 0; n < 120; ++n) {
+          const Vector3d way = std::pow(10.0, random.uniform(-4.5, -3.3)) * random.direction();
+          const double gain = (felt.ball_m - felt.tip_m).norm() - (felt.ball_m + way - felt.tip_m).norm();
+          if (gain > 2e-6 && gain > nearer_m && free(felt.ball_m, way)) nearer_m = gain;
+        }
+        if (nearer_m > 0.0) ++held;
+        worst_m = std::max(worst_m, nearer_m);
+      }
+    }
+  }
+  figure("seams, random heaps: places of rest in contact", static_cast<double>(rests), "");
+  figure("seams, random heaps: god object deepest in a solid, um", 1e6 * deepest_m, "1");
+  figure("seams, random heaps: of them held by nothing", static_cast<double>(held), "0");
+  figure("seams, random heaps: nearest place that was free, um nearer", 1e6 * worst_m, "0");
+  EXPECT_GT(rests, kUnderSanitizers ? 50 : 2000);
+  EXPECT_LT(deepest_m, 1e-6);
+  EXPECT_EQ(held, 0);
+}
+
+}  // namespace
+}  // namespace thimble::test
