@@ -13,12 +13,6 @@ namespace {
 constexpr float kRadius_m = kPointRadius_m;
 constexpr float kUnder_m = 4.0F * kRadius_m;  // the point under the ball is no farther from the centre
 constexpr int kMaxSteps = 16;
-constexpr float kSettled_m = 5.0e-8F;  // a step below this is rounding
-
-float slack_m(const Vec3& way) {
-  constexpr float kSlack = 2.0e-6F;
-  return kSlack * way.norm() + kSettled_m;
-}
 
 // The ball's centre over a point that lies on its contacts' surfaces.
 Vec3 centre_over(const World& world, const GodObject& god) {
@@ -26,7 +20,7 @@ Vec3 centre_over(const World& world, const GodObject& god) {
   const std::size_t count = contact_normals(world, god, normals);
   std::array<HalfSpace, kMaxContacts> planes;
   for (std::size_t i = 0; i < count; ++i) planes[i] = {normals[i], kRadius_m};
-  const NearestInside over = nearest_inside(std::span(planes).first(count), Vec3::Zero(), kSettled_m);
+  const NearestInside over = nearest_inside(std::span(planes).first(count), Vec3::Zero());
   return over.found ? Vec3(god.position_m + over.point_m) : Vec3(god.position_m + kRadius_m * normals[0]);
 }
 
@@ -69,7 +63,7 @@ struct Holding {
   // The place nearest to the target that they allow.
   [[nodiscard]] Vec3 aim(const Vec3& centre, const Vec3& target) const {
     const Vec3 way = target - centre;
-    const NearestInside there = nearest_inside(std::span(planes).first(count), way, slack_m(way));
+    const NearestInside there = nearest_inside(std::span(planes).first(count), way);
     return there.found ? Vec3(centre + there.point_m) : centre;
   }
 };
@@ -137,11 +131,11 @@ struct Surroundings {
   // the ball away. Else, and with hold, the point under the centre.
   [[nodiscard]] NearestInside under(const Vec3& way, bool hold) const {
     const std::span<const HalfSpace> all(planes.data(), count);
-    NearestInside point = nearest_inside(all, way, slack_m(way));
+    NearestInside point = nearest_inside(all, way);
     if (!hold && point.found && (point.count == 0 || point.point_m.squaredNorm() <= kUnder_m * kUnder_m))
       return point;
     const Vec3 down = -2.0F * kRadius_m * out.normalized();
-    return nearest_inside(all, down, slack_m(down));
+    return nearest_inside(all, down);
   }
 };
 
@@ -204,7 +198,7 @@ void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObjec
     }
     if (behind_m >
         kBehind_m) {  // it was a point until now, and nearer to a surface than the radius: out first
-      const NearestInside out = near.nearest(Vec3::Zero(), kSettled_m);
+      const NearestInside out = near.nearest(Vec3::Zero());
       if (!out.found || out.point_m.squaredNorm() <= kSettled_m * kSettled_m) break;
       god.centre_m += out.point_m;
       continue;
@@ -251,7 +245,7 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
       }
     }
     const Vec3 way = aim - god.centre_m;
-    const NearestInside there = near.nearest(way, slack_m(way));
+    const NearestInside there = near.nearest(way);
     if (!there.found) {
       ++counters.slide_bound;
       break;

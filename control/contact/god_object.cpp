@@ -11,9 +11,8 @@
 namespace thimble::control {
 namespace {
 
-constexpr int kMaxMoves = 32;          // flights, slides and corner steps of one move
-constexpr int kMaxRefreshPieces = 8;   // slides that bring a contact's feature along with a corner step
-constexpr float kSettled_m = 5.0e-8F;  // a corner step below this is rounding
+constexpr int kMaxMoves = 32;         // flights, slides and corner steps of one move
+constexpr int kMaxRefreshPieces = 8;  // slides that bring a contact's feature along with a corner step
 
 struct Flight {
   Hit hit;
@@ -127,9 +126,7 @@ Planes planes_at(const World& world, const GodObject& god) {
 
 // The displacement nearest to r that the planes allow; none where there is no answer.
 NearestInside project(const Planes& planes, const Vec3& r) {
-  constexpr float kSlack = 2.0e-6F;
-  NearestInside out =
-      nearest_inside(std::span(planes.plane).first(planes.count), r, kSlack * r.norm() + kSettled_m);
+  NearestInside out = nearest_inside(std::span(planes.plane).first(planes.count), r);
   if (out.found) return out;
   out.count = 0;
   out.point_m = Vec3::Zero();

@@ -70,7 +70,9 @@ NearestInside take_in(std::span<const HalfSpace> planes, const Vec3& target, flo
 
 }  // namespace
 
-NearestInside nearest_inside(std::span<const HalfSpace> planes, const Vec3& target, float slack_m) noexcept {
+NearestInside nearest_inside(std::span<const HalfSpace> planes, const Vec3& target) noexcept {
+  constexpr float kSlack = 2.0e-6F;
+  const float slack_m = kSlack * target.norm() + kSettled_m;
   NearestInside out;
   out.point_m = target;
   float worst_m = 0.0F;

@@ -18,6 +18,7 @@ struct HalfSpace {
   [[nodiscard]] float height_m(const Vec3& p) const { return normal.dot(p) - offset_m; }
 };
 
+inline constexpr float kSettled_m = 5.0e-8F;   // a step below this is rounding
 inline constexpr std::size_t kMaxHolding = 3;  // planes that hold a point in space
 
 // point = target + sum of lambda_m[i] normal[holding[i]], every lambda_m >= 0.
@@ -31,8 +32,7 @@ struct NearestInside {
 };
 
 // At most kMaxRounds planes are taken in, the most violated one first; each time at most seven sets of three
-// planes are tried. slack_m: how far the point may lie behind a plane.
-[[nodiscard]] NearestInside nearest_inside(std::span<const HalfSpace> planes, const Vec3& target,
-                                           float slack_m) noexcept;
+// planes are tried. The point may lie behind a plane by rounding: kSettled_m and 2e-6 of the target's length.
+[[nodiscard]] NearestInside nearest_inside(std::span<const HalfSpace> planes, const Vec3& target) noexcept;
 
 }  // namespace thimble::control

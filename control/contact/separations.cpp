@@ -79,11 +79,11 @@ bool Separations::goes_on(std::size_t face) const {
   return false;
 }
 
-NearestInside Separations::nearest(const Vec3& way, float slack_m) noexcept {
-  NearestInside out = nearest_inside(all(), way, slack_m);
+NearestInside Separations::nearest(const Vec3& way) noexcept {
+  NearestInside out = nearest_inside(all(), way);
   if (out.found) return out;
   for (HalfSpace& plane : std::span(planes).first(count)) plane.offset_m = std::min(plane.offset_m, 0.0F);
-  return nearest_inside(all(), way, slack_m);
+  return nearest_inside(all(), way);
 }
 
 }  // namespace thimble::control
