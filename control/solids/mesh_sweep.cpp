@@ -105,6 +105,55 @@ std::int8_t known_side(std::uint32_t triangle, std::span<const Feature> leaving)
   return leaving.front().side;
 }
 
+// Away from the features of a sheet that `from` is on, on their side. A segment that leaves an edge along the next face
+// is nearer to that face than rounding; where the face ends, it would meet another one from behind. It starts this much
+// above the surface instead.
+Vec3 lift_off_sheet(const MeshView& mesh, std::span<const Feature> leaving) {
+  Vec3 out = Vec3::Zero();
+  for (const Feature& f : leaving) {
+    if (!two_sided(mesh, f.index)) continue;
+    Vec3 normal = static_cast<float>(f.side) * area_normal(mesh, f.index).normalized();
+    if (f.kind == kEdge) {
+      const Step beyond = across(mesh, f.index, f.side, f.corner);
+      normal += static_cast<float>(beyond.side) * area_normal(mesh, beyond.triangle).normalized();
+    } else if (f.kind == kVertex) {
+      normal = static_cast<float>(f.side) *
+               to_vec(mesh.vertices[vertex_index(mesh, f.index, f.corner)].pseudonormal());
+    }
+    out += normal.normalized();
+  }
+  return kSurfaceTolerance_m * out.normalized();
+}
+
+// Corners, from where a segment begins, and twice the area times the unit normal.
+struct Face {
+  std::array<Vec3, 3> corner;
+  Vec3 normal;
+};
+
+// Whether a segment along d is over the face where it meets the face's plane, at t. The smaller its angle to the plane,
+// the less exact is that place. band: above 0 when the segment begins on the plane, by this height. Then it may go on
+// along the plane to the face, and t becomes where it comes over the face. All heights are times the length of `normal`.
+bool reaches(const Face& face, const Vec3& d, float height_from, float height_to, float band, float& t) {
+  const float falls = height_from - height_to;
+  const float blur = 0.2F * kSurfaceTolerance_m * d.norm() * face.normal.norm() / falls;
+  const float allowed_m = 5.0F * kSurfaceTolerance_m + (band > 0.0F ? 0.0F : blur);
+  std::array<float, 3> here;
+  std::array<float, 3> gains;
+  for (std::uint32_t edge = 0; edge < 3; ++edge) {
+    const Vec3 inwards = face.normal.cross(face.corner[next(edge)] - face.corner[edge]).normalized();
+    here[edge] = allowed_m - inwards.dot(face.corner[edge]);
+    gains[edge] = inwards.dot(d);
+    if (here[edge] + t * gains[edge] >= 0.0F) continue;
+    if (band == 0.0F || gains[edge] <= 0.0F) return false;
+    t = -here[edge] / gains[edge];
+  }
+  constexpr float kRounding_m = 1.0e-9F;
+  for (std::uint32_t edge = 0; edge < 3; ++edge)
+    if (here[edge] + t * gains[edge] < -kRounding_m) return false;
+  return t <= 1.0F && (band == 0.0F || height_from - t * falls >= -2.0F * band);
+}
+
 void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s,
                   std::span<const Feature> leaving, Hit& hit) {
   const Vec3 a = vertex(mesh, triangle, 0) - s.from;
@@ -136,37 +185,36 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   float height_to = normal.dot(s.to - corner);
   const float band =
       kSurfaceTolerance_m * (std::abs(normal.x()) + std::abs(normal.y()) + std::abs(normal.z()));
+  const bool sheet = two_sided(mesh, triangle);
+  const bool leaves_sheet = sheet && !leaving.empty();
   std::int8_t side = 1;
-  if (two_sided(mesh, triangle)) {
-    if (leaving.empty()) {  // in free flight it is the side of `from`
-      if ((height_from >= 0.0F) == (height_to >= 0.0F)) return;
-      side = height_from >= 0.0F ? std::int8_t{1} : std::int8_t{-1};
-    } else {  // near the surface it is the side of the feature, further away the side of `from`
-      side = std::abs(height_from) <= band ? known_side(triangle, leaving)
-                                           : (height_from >= 0.0F ? std::int8_t{1} : std::int8_t{-1});
-    }
+  if (leaves_sheet && std::abs(height_from) <= band) {
+    side = known_side(triangle, leaving);
+  } else if (sheet) {
+    if (leaving.empty() && (height_from >= 0.0F) == (height_to >= 0.0F)) return;
+    side = height_from >= 0.0F ? std::int8_t{1} : std::int8_t{-1};
   }
   if (side < 0) {
     height_from = -height_from;
     height_to = -height_to;
   }
   const bool on_surface = std::abs(height_from) <= band;
-  const bool crosses = on_surface && (!two_sided(mesh, triangle) || !leaving.empty())
-                           ? height_to < -band && height_to < height_from
-                           : height_from >= 0.0F && height_to <= 0.0F && height_to < height_from;
-  if (!crosses || incident(mesh, triangle, leaving)) return;
+  bool crosses = height_from >= 0.0F && height_to <= 0.0F;
+  if (leaves_sheet) {
+    // A place behind a sheet by rounding would be in front of its other side in the next tick.
+    crosses = on_surface ? height_to < 0.0F : height_from >= 0.0F && height_to <= band;
+  } else if (on_surface && !sheet) {
+    crosses = height_to < -band;
+  }
+  if (!crosses || height_to >= height_from || incident(mesh, triangle, leaving)) return;
+  // Past the edge of a sheet, a widened test could meet the next face from behind.
+  const bool widened = !sheet || (leaves_sheet && (on_surface || std::abs(height_to) <= band));
+  if (!widened && std::min({u, v, w}) < 0.0F && std::max({u, v, w}) > 0.0F) return;
 
-  const float t = std::clamp(height_from / (height_from - height_to), 0.0F, 1.0F);
-  if (t >= hit.t) return;
-  // The widened test also accepts lines that pass near a sharp corner, so check that the intersection is on
-  // the triangle. The smaller the angle to the plane, the less exact is the intersection.
-  const Vec3 d = s.to - s.from;
-  const Vec3 point = t * d;  // from `from`, as a, b and c are
-  const float blur = 0.2F * kSurfaceTolerance_m * d.norm() * normal.norm() / (height_from - height_to);
-  const float allowed = 5.0F * kSurfaceTolerance_m + blur;
-  const Vec3 lo = a.cwiseMin(b).cwiseMin(c).array() - allowed;
-  const Vec3 hi = a.cwiseMax(b).cwiseMax(c).array() + allowed;
-  if ((point.array() < lo.array()).any() || (point.array() > hi.array()).any()) return;
+  float t = std::clamp(height_from / (height_from - height_to), 0.0F, 1.0F);
+  if (!reaches(Face{{a, b, c}, normal}, s.to - s.from, height_from, height_to, on_surface ? band : 0.0F, t) ||
+      t >= hit.t)
+    return;
   hit = {t, {triangle, kFace, 0, side}};
 }
 
@@ -175,7 +223,7 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
 bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> leaving,
                 Hit& hit) {
   const MeshView& mesh = shape.mesh;
-  const Segment s = prepare(mesh, from, to);
+  const Segment s = prepare(mesh, leaving.empty() ? from : Vec3(from + lift_off_sheet(mesh, leaving)), to);
   if (s.misses) return true;
   std::array<std::uint32_t, kMaxBvhDepth + 1> stack;
   std::size_t depth = 0;

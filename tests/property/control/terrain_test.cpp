@@ -1,0 +1,149 @@
+// A rough open sheet never lets the fingertip through: with and without friction, flat and shaded, anywhere and turned
+// anyhow. The judge is the sheet's height over its grid, in closed form. Contact with the wrong side shows when the tip
+// is above the highest peak and still touches. THIMBLE_TERRAIN_TICKS sets the number of ticks, THIMBLE_TERRAIN_SEED the
+// seed.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <vector>
+
+#include "tests/support/figure.h"
+#include "tests/support/ideal_run.h"
+#include "tests/support/random.h"
+#include "tests/support/sanitizers.h"
+
+namespace thimble::test {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDefaultTicks = kUnderSanitizers ? 1e5 : 2e6;
+constexpr double kTerrains = 20;
+
+constexpr int kCells = 50;
+constexpr double kCell_m = 0.002;
+constexpr double kPeak_m = 0.002;
+constexpr double kBelow_m = 5e-7;  // over twice the surface tolerance (control/solids/solid.h)
+
+double from_environment(const char* name, double otherwise) {
+  const char* text = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before any thread
+  return text == nullptr ? otherwise : std::strtod(text, nullptr);
+}
+
+// Random heights on a square grid, each cell split along the same diagonal.
+class Terrain {
+ public:
+  explicit Terrain(Random& random) {
+    for (int j = 0; j <= kCells; ++j) {
+      for (int i = 0; i <= kCells; ++i) {
+        const double z = random.uniform(-kPeak_m, kPeak_m);
+        z_m_.push_back(z);
+        soup_.vertices_m.emplace_back(place(i), place(j), z);
+      }
+    }
+    for (int j = 0; j < kCells; ++j) {
+      for (int i = 0; i < kCells; ++i) {
+        soup_.triangles.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
+        soup_.triangles.push_back({at(i + 1, j + 1), at(i, j + 1), at(i + 1, j)});
+      }
+    }
+  }
+  [[nodiscard]] const host::TriangleSoup& soup() const { return soup_; }
+
+  // Of a point over the sheet.
+  [[nodiscard]] double height_m(const Vector3d& p) const {
+    const double u = p.x() / kCell_m + 0.5 * kCells;
+    const double v = p.y() / kCell_m + 0.5 * kCells;
+    const int i = std::clamp(static_cast<int>(u), 0, kCells - 1);
+    const int j = std::clamp(static_cast<int>(v), 0, kCells - 1);
+    const double a = u - i;
+    const double b = v - j;
+    const double sheet = a + b <= 1.0 ? z(i, j) + a * (z(i + 1, j) - z(i, j)) + b * (z(i, j + 1) - z(i, j))
+                                      : z(i + 1, j + 1) + (1.0 - a) * (z(i, j + 1) - z(i + 1, j + 1)) +
+                                            (1.0 - b) * (z(i + 1, j) - z(i + 1, j + 1));
+    return p.z() - sheet;
+  }
+
+ private:
+  static double place(int i) { return (i - 0.5 * kCells) * kCell_m; }
+  static std::uint32_t at(int i, int j) { return static_cast<std::uint32_t>(j * (kCells + 1) + i); }
+  [[nodiscard]] double z(int i, int j) const { return z_m_[at(i, j)]; }
+
+  std::vector<double> z_m_;
+  host::TriangleSoup soup_;
+};
+
+struct Tally {
+  long in_contact = 0;
+  long below = 0;       // the god object is under the sheet
+  long wrong_side = 0;  // it touches the sheet from below
+};
+
+void wander(const Terrain& terrain, const SceneImage& image, const Pose& pose, double step_m, long ticks,
+            Random& random, Tally& tally) {
+  IdealRun run(image);
+  const auto to_world = [&](const Vector3d& p) { return Vector3d(pose.position_m + pose.rotation * p); };
+  const auto to_local = [&](const Vector3d& p) {
+    return Vector3d(pose.rotation.conjugate() * (p - pose.position_m));
+  };
+  Vector3d tip(0.0, 0.0, 2.0 * kPeak_m);
+  Vector3d goal = tip;
+  run.step(to_world(tip));
+  for (long tick = 0; tick < ticks; ++tick) {
+    if (tip == goal)
+      goal = {random.uniform(-0.03, 0.03), random.uniform(-0.03, 0.03), random.uniform(-0.005, 0.004)};
+    const Vector3d way = goal - tip;
+    tip = way.norm() <= step_m ? goal : Vector3d(tip + step_m * way.normalized());
+    const Felt& felt = run.step(to_world(tip));
+    if (felt.contacts > 0) ++tally.in_contact;
+    const bool below = terrain.height_m(to_local(felt.god_object_m)) < -kBelow_m;
+    const bool wrong_side = felt.contacts > 0 && tip.z() > 1.02 * kPeak_m;
+    if (below) ++tally.below;
+    if (wrong_side) ++tally.wrong_side;
+    if (below || wrong_side) {
+      tip.z() = goal.z() = 2.0 * kPeak_m;
+      run.restart(to_world(tip));
+    }
+  }
+}
+
+TEST(Terrain, NeverLetsTheTipThrough) {
+  const double all_ticks = from_environment("THIMBLE_TERRAIN_TICKS", kDefaultTicks);
+  const auto seed = static_cast<std::uint64_t>(from_environment("THIMBLE_TERRAIN_SEED", 1.0));
+  const auto ticks = static_cast<long>(all_ticks / kTerrains);
+  Tally tally;
+  for (int index = 0; index < static_cast<int>(kTerrains); ++index) {
+    Random random(seed * 1000 + static_cast<std::uint64_t>(index));
+    const Terrain terrain(random);
+    host::MeshOptions options;
+    if (index % 5 == 3) options.crease_deg = 40.0;
+    if (index % 5 == 4) options.crease_deg = 180.0;
+    Material material{.stiffness_N_m = 1000.0F};
+    if (index % 3 != 0) {
+      material.static_friction = 0.6F;
+      material.dynamic_friction = index % 3 == 1 ? 0.6F : 0.4F;
+    }
+    Pose pose;
+    if (index % 4 != 0) {
+      pose = {random.in_box(Vector3d::Constant(index % 4 == 3 ? 0.2 : 0.05)),
+              Eigen::Quaterniond(random.gaussian(), random.gaussian(), random.gaussian(), random.gaussian())
+                  .normalized()};
+    }
+    const SceneImage image =
+        SceneBuilder().mesh(host::compile_mesh(terrain.soup(), options, "terrain"), material, pose).image();
+    const double step_m = index % 2 == 0 ? 2.5e-5 : 5e-4;
+    wander(terrain, image, pose, step_m, ticks, random, tally);
+  }
+  figure("rough sheets: ticks", all_ticks, "");
+  figure("rough sheets: in contact, %", 100.0 * static_cast<double>(tally.in_contact) / all_ticks, "> 40");
+  figure("rough sheets: god object under the sheet", static_cast<double>(tally.below), "0");
+  figure("rough sheets: contacts with the wrong side", static_cast<double>(tally.wrong_side), "0");
+  EXPECT_GT(static_cast<double>(tally.in_contact), 0.4 * all_ticks);
+  EXPECT_EQ(tally.below, 0);
+  EXPECT_EQ(tally.wrong_side, 0);
+}
+
+}  // namespace
+}  // namespace thimble::test
