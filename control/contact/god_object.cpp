@@ -357,6 +357,12 @@ void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& 
     }
   }
   ++counters.slide_bound;
+  if (god.count > 0) return;
+  // Cut short above a surface, where it would not push.
+  bool landed = false;
+  if (fly_and_land(world, nearby, {left.data(), left_count}, god, target, kSkipNone, landed) ==
+      Outcome::kUnknown)
+    ++counters.sweep_bound;
 }
 
 std::size_t contact_normals(const World& world, const GodObject& god,
