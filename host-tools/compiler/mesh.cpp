@@ -17,7 +17,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTouchTolerance = 1.0e-7;   // of the mesh's size: triangles closer than this cross
+// Triangles closer than this cross: of the mesh's size, by the rounding of its vertices, and by what the renderer allows
+// a place to be behind a face beside it before it slides on over the next (the surface tolerance, control/solids/
+// solid.h, of up to sqrt(3) * 2e-7 m in a face's normal).
+constexpr double kTouchTolerance = 1.0e-7;
+constexpr double kTouch_m = 1.0e-6;
 constexpr double kCreaseSlack_deg = 1.0e-3;  // a 90 degree edge is not sharper than 90 degrees
 // A triangle that has met this many others without a proven crossing counts as crossed: the search stays
 // bounded.
@@ -85,7 +89,7 @@ std::vector<Vector3d> mean_normals(const Surface& surface, const std::vector<Vec
 
 void flag_crossings(const Surface& surface, const MeshTree& tree, std::vector<std::uint8_t>& flags) {
   constexpr auto kPierced = static_cast<std::uint8_t>(scene::TriangleFlag::Pierced);
-  const double tolerance = kTouchTolerance * surface.size_m;
+  const double tolerance = std::max(kTouchTolerance * surface.size_m, kTouch_m);
   const Vector3d reach = Vector3d::Constant(tolerance);
   const auto corners = [&surface](std::uint32_t t) {
     const TriangleIndices& i = surface.triangles[t];
