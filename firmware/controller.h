@@ -52,8 +52,8 @@ class Controller {
   // --- tick
   [[nodiscard]] Outputs tick(const Inputs& inputs) noexcept { return core_.tick(inputs); }
   [[nodiscard]] const Telemetry& telemetry() const noexcept { return core_.telemetry(); }  // of the last tick
-  // The objects that move, as the next tick will find them.
-  [[nodiscard]] std::span<const control::BodyState> bodies() const noexcept { return core_.bodies(); }
+  // The scene as the next tick will find it: moving objects, tissues, bounds.
+  [[nodiscard]] const control::Renderer& renderer() const noexcept { return core_.renderer(); }
 
   // --- background: the link
   void on_frame(const link::CanFrame& frame, link::Micros now) noexcept;

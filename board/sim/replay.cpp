@@ -99,6 +99,7 @@ class Replay::Board {
     check.tick = static_cast<std::uint16_t>(inputs_.tick);
     check.mode = controller_.telemetry().mode;
     check.levels = tick.levels;
+    scene_ = scene_row_(controller_.renderer());
   }
 
   [[nodiscard]] const firmware::Controller& controller() const noexcept { return controller_; }
@@ -112,6 +113,7 @@ class Replay::Board {
     row.proxy_m = shown.god_object_m.cast<double>();
     row.force_N = shown.force_N.cast<double>();
     row.contacts = shown.contacts;
+    row.scene = scene_;
     return row;
   }
 
@@ -122,6 +124,8 @@ class Replay::Board {
   double period_s_;
   std::uint64_t first_ = 0;
   firmware::Inputs inputs_;
+  SceneRowOf scene_row_;
+  SceneRow scene_;
 };
 
 Replay::Replay(const RecordedRun& run) : board_(std::make_unique<Board>(run)) {}

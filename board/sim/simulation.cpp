@@ -89,8 +89,8 @@ class Simulation {
       renderer->tick(tips, static_cast<float>(1.0 / options_.rate_Hz), touches);
       for (std::size_t i = 0; i < paths_.size(); ++i) {
         row_({time_s, static_cast<int>(i), tips[i].position_m.cast<double>(),
-              touches[i].god_object_m.cast<double>(), touches[i].force_N.cast<double>(),
-              touches[i].contacts});
+              touches[i].god_object_m.cast<double>(), touches[i].force_N.cast<double>(), touches[i].contacts,
+              scene_row_(*renderer)});
       }
     }
     result.sweep_bound = renderer->counters().sweep_bound;
@@ -150,7 +150,8 @@ class Simulation {
       for (std::size_t i = 0; i < paths_.size(); ++i) {
         const firmware::ArmTelemetry& arm = telemetry.arm[i];
         row_({time_of(result.ticks), static_cast<int>(i), board.sampled_tip_m(i),
-              arm.god_object_m.cast<double>(), arm.force_N.cast<double>(), arm.contacts});
+              arm.god_object_m.cast<double>(), arm.force_N.cast<double>(), arm.contacts,
+              scene_row_(controller.renderer())});
       }
       if (controller.fault() != firmware::Fault::kNone) {
         ++result.ticks;
@@ -203,6 +204,7 @@ class Simulation {
   std::vector<HandPath> paths_;
   const SimulationOptions& options_;
   const std::function<void(const LogRow&)>& row_;
+  SceneRowOf scene_row_;
   double start_s_;
   std::uint64_t ticks_;
 };

@@ -21,6 +21,7 @@
 
 #include "board/sim/hand_path.h"
 #include "board/sim/plant.h"
+#include "board/sim/scene_row.h"
 
 namespace thimble::board {
 
@@ -39,6 +40,7 @@ struct LogRow {
   Eigen::Vector3d proxy_m;  // god object
   Eigen::Vector3d force_N;  // rendered force after all limits (ideal: without ramp and motor limits)
   int contacts = 0;
+  SceneRow scene;  // during the call that gets the row
 };
 
 enum class SimulationStatus {

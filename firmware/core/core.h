@@ -4,9 +4,7 @@
 //   encoders -> kinematics -> force source -> ramp, clamp, slew -> Jacobian transpose + gravity -> currents, thermal
 #pragma once
 
-#include <span>
-
-#include "control/bodies/bodies.h"
+#include "control/renderer.h"
 #include "firmware/core/steps.h"
 
 namespace thimble::firmware {
@@ -20,9 +18,7 @@ class Core {
   // --- tick. Work: O(one tick of the force source), no heap, lock, exception or I/O.
   [[nodiscard]] Outputs tick(const Inputs& inputs) noexcept;
   [[nodiscard]] const Telemetry& telemetry() const noexcept { return parts_.state.telemetry; }
-  [[nodiscard]] std::span<const control::BodyState> bodies() const noexcept {
-    return parts_.sources.scene.renderer().bodies();
-  }
+  [[nodiscard]] const control::Renderer& renderer() const noexcept { return parts_.sources.scene.renderer(); }
 
   // --- background: use only the functions of a part that its header lists under "background".
   [[nodiscard]] Commands& commands() noexcept { return parts_.commands; }

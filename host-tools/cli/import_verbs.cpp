@@ -92,14 +92,14 @@ void import_device_log(const Common& common, const ImportDeviceLogChoice& choice
   }
   if (!choice.forces.empty()) {
     OutputFile file(choice.forces);
-    write_log_header(file.stream());
+    write_log_header(file.stream(), {});
     for (const DeviceLogSample& sample : log.samples) {
       board::LogRow row;
       row.time_s = sample.time_s;
       row.tip_m = row.proxy_m = sample.position_m;  // a DeviceLog has no god object
       row.force_N = sample.force_N;
       row.contacts = sample.force_N.isZero() ? 0 : 1;
-      write_log_row(file.stream(), row);
+      write_log_row(file.stream(), row, {});
     }
     file.commit();
   }

@@ -158,9 +158,10 @@ void replay(const Common& common, const ReplayChoice& choice) {
     verdict = replay_recording(recording);
   } else {
     OutputFile log(choice.log);
-    write_log_header(log.stream());
-    verdict =
-        replay_recording(recording, [&](const board::LogRow& row) { write_log_row(log.stream(), row); });
+    const SceneColumns columns(recording.header.scene);
+    write_log_header(log.stream(), columns);
+    verdict = replay_recording(recording,
+                               [&](const board::LogRow& row) { write_log_row(log.stream(), row, columns); });
     log.commit();
   }
   if (verdict.differs_at) differs(choice.file, verdict);

@@ -82,12 +82,13 @@ void simulate(const Common& common, const SimulateChoice& choice) {
   options.seed = choice.seed;
 
   OutputFile log(choice.log);
-  write_log_header(log.stream());
+  const SceneColumns columns(run.image());
+  write_log_header(log.stream(), columns);
   double peak_N = 0;
   double sum_N = 0;
   std::uint64_t contact_rows = 0;
   const board::SimulationResult result = run.go(options, [&](const board::LogRow& row) {
-    write_log_row(log.stream(), row);
+    write_log_row(log.stream(), row, columns);
     const double force_N = row.force_N.norm();
     peak_N = std::max(peak_N, force_N);
     if (row.contacts != 0) {

@@ -21,19 +21,23 @@ constexpr std::size_t kCells = 12;
 
 std::vector<board::LogRow> read_rows(board::CsvReader csv) {
   if (!csv.next()) csv.fail("it is empty");
-  if (csv.row() != kLogHeader) csv.fail("the header is not " + std::string(kLogHeader));
+  if (csv.row() != kLogHeader && !csv.row().starts_with(std::string(kLogHeader) + ','))
+    csv.fail("the header does not begin with " + std::string(kLogHeader));
+  const std::size_t columns = csv.cells().size();
   std::vector<board::LogRow> rows;
   std::array<double, 2> last_s;
   last_s.fill(-std::numeric_limits<double>::infinity());
   while (csv.next()) {
     std::array<double, kCells> cells{};
-    bool numbers = csv.cells().size() == kCells;
+    bool numbers = csv.cells().size() == columns;
     for (std::size_t i = 0; numbers && i < kCells; ++i) {
       const std::optional<double> value = csv.number(i);
       numbers = value.has_value();
       cells[i] = value.value_or(0);
     }
-    if (!numbers) csv.fail("'" + std::string(csv.row().substr(0, 60)) + "' is no row of twelve numbers");
+    if (!numbers)
+      csv.fail("'" + std::string(csv.row().substr(0, 60)) + "' is no row of " + std::to_string(columns) +
+               " numbers");
     if (cells[1] != 0 && cells[1] != 1) csv.fail("arm is neither 0 nor 1");
     board::LogRow row;
     row.time_s = cells[0];
@@ -52,15 +56,25 @@ std::vector<board::LogRow> read_rows(board::CsvReader csv) {
 
 }  // namespace
 
-void write_log_header(std::ostream& out) { out << kLogHeader << '\n'; }
+void write_log_header(std::ostream& out, const SceneColumns& scene) {
+  out << kLogHeader;
+  for (const SceneField& field : scene.fields())
+    for (const std::string& column : field.columns) out << ',' << column;
+  out << '\n';
+}
 
-void write_log_row(std::ostream& out, const board::LogRow& row) {
+void write_log_row(std::ostream& out, const board::LogRow& row, const SceneColumns& scene) {
   std::array<char, 320> line{};
   const int size = std::snprintf(
-      line.data(), line.size(), "%.9g,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%d\n", row.time_s,
+      line.data(), line.size(), "%.9g,%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%d", row.time_s,
       row.arm, row.tip_m.x(), row.tip_m.y(), row.tip_m.z(), row.proxy_m.x(), row.proxy_m.y(), row.proxy_m.z(),
       row.force_N.x(), row.force_N.y(), row.force_N.z(), row.contacts);
   out.write(line.data(), size);
+  for (const double value : scene.values(row)) {
+    out.put(',');
+    out.write(line.data(), std::snprintf(line.data(), line.size(), "%.9g", value));
+  }
+  out.put('\n');
 }
 
 std::vector<board::LogRow> read_run_log(const std::filesystem::path& file) {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "board/sim/simulation.h"
@@ -15,6 +16,8 @@ class SimulationRun {
   // scene: a scene file (*.json) or an image; path: CSV time_s,x_m,y_m,z_m[,arm]. Error kBadInput, kPermission.
   SimulationRun(const std::filesystem::path& scene, const std::filesystem::path& path);
   SimulationRun(const std::filesystem::path& scene, std::vector<board::PathPoint> path);
+
+  [[nodiscard]] std::span<const std::byte> image() const { return image_; }
 
   // board::simulate(); what cannot run is an Error. A run that tripped is none yet: its rows are good up to there.
   board::SimulationResult go(const board::SimulationOptions& options,

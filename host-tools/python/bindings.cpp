@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -19,6 +20,7 @@
 #include "host-tools/compiler/compile.h"
 #include "host-tools/error.h"
 #include "host-tools/files/image_file.h"
+#include "host-tools/lab/scene_columns.h"
 #include "host-tools/lab/simulation_run.h"
 
 namespace py = pybind11;
@@ -204,9 +206,44 @@ class Connection {
   std::unique_ptr<Device> device_;
 };
 
-py::array_t<SimulationRow> simulate(const std::filesystem::path& scene,
-                                    const std::variant<std::filesystem::path, py::array_t<double>>& path,
-                                    double rate_Hz, const std::string& arm, bool ideal, std::uint64_t seed) {
+// The array of a run: a SimulationRow, then the scene's fields, without padding.
+class SimulationRows {
+ public:
+  explicit SimulationRows(const SceneColumns& scene) : scene_(scene) {}
+
+  void add(const board::LogRow& row) {
+    const SimulationRow fixed{
+        row.time_s, row.arm, row.contacts, to_array(row.tip_m), to_array(row.proxy_m), to_array(row.force_N)};
+    append(std::as_bytes(std::span(&fixed, 1)));
+    append(std::as_bytes(scene_.values(row)));
+    ++count_;
+  }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] py::array to_numpy() const {
+    py::list fields;
+    const py::dtype fixed = py::dtype::of<SimulationRow>();
+    for (const py::handle name : fixed.attr("names"))
+      fields.append(py::make_tuple(name, fixed.attr("fields")[name][py::int_(0)]));
+    for (const SceneField& field : scene_.fields()) {
+      if (field.columns.size() == 1)
+        fields.append(py::make_tuple(field.name, "f8"));
+      else
+        fields.append(py::make_tuple(field.name, "f8", py::make_tuple(field.columns.size())));
+    }
+    return py::array(py::dtype::from_args(fields), {count_}, bytes_.data());
+  }
+
+ private:
+  void append(std::span<const std::byte> part) { bytes_.insert(bytes_.end(), part.begin(), part.end()); }
+
+  const SceneColumns& scene_;
+  std::vector<std::byte> bytes_;
+  std::size_t count_ = 0;
+};
+
+py::array simulate(const std::filesystem::path& scene,
+                   const std::variant<std::filesystem::path, py::array_t<double>>& path, double rate_Hz,
+                   const std::string& arm, bool ideal, std::uint64_t seed) {
   std::vector<board::PathPoint> points;
   const auto* const given = std::get_if<py::array_t<double>>(&path);
   if (given != nullptr) {
@@ -227,18 +264,19 @@ py::array_t<SimulationRow> simulate(const std::filesystem::path& scene,
   options.arm = arm;
   options.ideal = ideal;
   options.seed = seed;
-  std::vector<SimulationRow> rows;
+  SceneColumns columns;
+  SimulationRows rows(columns);
   {
     const py::gil_scoped_release others;
     const SimulationRun run = given != nullptr ? SimulationRun(scene, std::move(points))
                                                : SimulationRun(scene, std::get<std::filesystem::path>(path));
+    columns = SceneColumns(run.image());
     throw_if_faulted(run.go(options, [&rows](const board::LogRow& row) {
-      rows.push_back({row.time_s, row.arm, row.contacts, to_array(row.tip_m), to_array(row.proxy_m),
-                      to_array(row.force_N)});
-      if (rows.size() % 4096 == 0) heed_python();
+      rows.add(row);
+      if (rows.count() % 4096 == 0) heed_python();
     }));
   }
-  return to_numpy(rows);
+  return rows.to_numpy();
 }
 
 template <class... Arguments>

@@ -43,7 +43,9 @@ def compile(scene):
 
 def simulate(scene, path, *, rate_Hz=4000.0, arm="premium-1.5", ideal=False, seed=1):
     """Runs a scene on the simulated arm, faster than real time. Returns a structured array, one row per tick and arm: time_s, arm, contacts, tip_m,
-    proxy_m (the god object) and force_N. path: a CSV file, or an array of rows time_s, x_m, y_m, z_m[, arm]. ideal: the tip follows the path
+    proxy_m (the god object) and force_N; then the columns of the scene as in `thimble simulate --log`: bounds (sweep_bound ...), moving objects
+    ("ball.position_m", "ball.rotation" as w, x, y, z, "ball.velocity_m_s", "ball.spin_rad_s"), control elements ("knob.q_rad", "knob.on") and
+    tissues ("skin.depth_m" ...). path: a CSV file, or an array of rows time_s, x_m, y_m, z_m[, arm]. ideal: the tip follows the path
     exactly, and the force does not act. The same arguments give the same bytes."""
     return _thimble.simulate(scene, path, rate_Hz, arm, ideal, seed)
 

@@ -79,7 +79,7 @@ std::vector<Moment> play(const std::string& file, const std::string& path_of) {
       moment.tip_m.push_back(board.plant(arm).tip_m());
       moment.force_N.push_back(controller.telemetry().arm[arm].rendered_N.cast<double>());
     }
-    for (const control::BodyState& body : controller.bodies())
+    for (const control::BodyState& body : controller.renderer().bodies())
       moment.bodies.push_back(
           {body.position_m.cast<double>(), body.rotation.cast<double>(), body.velocity_m_s.cast<double>()});
     moments.push_back(moment);

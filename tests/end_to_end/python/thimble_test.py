@@ -1,6 +1,7 @@
 """The Python package against the simulated device, against the command, and against closed forms."""
 
 import csv
+import json
 import os
 import signal
 import subprocess
@@ -34,6 +35,31 @@ class Simulate(Rig):
             theirs = np.array([float(row[column]) for row in rows])
             np.testing.assert_allclose(ours, theirs, rtol=1e-8, atol=1e-12, err_msg=name)
         np.testing.assert_array_equal(felt, thimble.simulate(str(scene), str(path)))
+
+    def test_the_columns_of_the_scene(self):
+        """Moving objects, control elements, tissues and bounds: the fields of the array are the columns of the CSV file."""
+        for name, ideal, some in (("blocks", True, "near_block.position_m"), ("buttons", False, "click_button.q_m"), ("needle", True, "needle_s_way.depth_m")):
+            scene, path, log = SCENES / name / (name + ".scene.json"), SCENES / name / "stroke.csv", self.folder / (name + ".csv")
+            self.ok("simulate", scene, "--path", path, "--log", log, "--rate", 1000, *(["--ideal"] if ideal else []))
+            felt = thimble.simulate(scene, path, ideal=ideal, rate_Hz=1000)
+            self.assertGreater(np.ptp(felt[some]), 1e-3, some)
+            flat = [np.atleast_2d(felt[field].T) for field in felt.dtype.names]
+            ours = np.vstack(flat[:2] + flat[3:6] + [flat[2]] + flat[6:]).T  # contacts are behind the force in the file
+            theirs = np.loadtxt(log, delimiter=",", skiprows=1)
+            np.testing.assert_allclose(ours, theirs, rtol=1e-7, atol=1e-12, err_msg=name)
+
+    def test_a_ball_falls_in_closed_form(self):
+        ball = {"shape": {"sphere": {"radius_m": 0.005}}, "pose": {"position_m": [0, 0.1, 0.3]}, "material": "wood",
+                "body": {"motion": "free", "mass_kg": 0.05}}
+        scene = self.folder / "falls.scene.json"
+        scene.write_text(json.dumps({"thimble_scene": 1, "name": "falls", "gravity_m_s2": [0, 0, -9.81], "materials": {"wood": {"stiffness_N_m": 500}},
+                                     "objects": [{"name": "ball, red", **ball}, {"name": "ball; red", **ball, "pose": {"position_m": [0.1, 0, 0]}}]}))
+        felt = thimble.simulate(scene, [[0, 0, 0, 0], [0.1, 0, 0, 0]], ideal=True, rate_Hz=4000)
+        after_s = felt["time_s"] + 1 / 4000
+        for name, z_m in (("ball__red", 0.3), ("ball__red_2", 0)):
+            np.testing.assert_allclose(felt[name + ".position_m"][:, 2], z_m - 9.81 / 2 * after_s**2, atol=2e-4)
+            np.testing.assert_allclose(felt[name + ".velocity_m_s"][:, 2], -9.81 * after_s, atol=1e-4)
+        self.assertEqual(felt["contact_bound"].max(), 0)
 
     def test_a_plane_in_closed_form(self):
         depth = np.linspace(-0.002, 0.005, 50)

@@ -77,8 +77,8 @@ TEST(RunLog, WhatWasWrittenComesBack) {
     rows.push_back(row);
   }
   std::ostringstream out;
-  host::write_log_header(out);
-  for (const board::LogRow& row : rows) host::write_log_row(out, row);
+  host::write_log_header(out, {});
+  for (const board::LogRow& row : rows) host::write_log_row(out, row, {});
   const TemporaryFolder folder;
   const std::vector<board::LogRow> read = host::read_run_log(folder.write("log.csv", out.str()));
   ASSERT_EQ(read.size(), rows.size());
@@ -103,10 +103,10 @@ TEST(RunLog, WhatWasWrittenComesBack) {
   };
   const std::string header = out.str().substr(0, out.str().find('\n') + 1);
   EXPECT_THAT(refusal(""), HasSubstr("it is empty"));
-  EXPECT_THAT(refusal("time_s,arm\n"), HasSubstr("bad.csv:1: the header is not"));
+  EXPECT_THAT(refusal("time_s,arm\n"), HasSubstr("bad.csv:1: the header does not begin with"));
   EXPECT_THAT(refusal(header + "0,0,0,0,0,0,0,0,0,0,0\n"), HasSubstr("bad.csv:2:"));
   EXPECT_THAT(refusal(header + "0,0,0,0,0,0,0,0,0,0,0,0,0\n"), HasSubstr("bad.csv:2:"));
-  EXPECT_THAT(refusal(header + "0,0,0,0,0,0,0,0,nan,0,0,0\n"), HasSubstr("no row of twelve numbers"));
+  EXPECT_THAT(refusal(header + "0,0,0,0,0,0,0,0,nan,0,0,0\n"), HasSubstr("no row of 12 numbers"));
   EXPECT_THAT(refusal(header + "0,2,0,0,0,0,0,0,0,0,0,0\n"), HasSubstr("arm is neither 0 nor 1"));
   EXPECT_THAT(refusal(header + "1,0,0,0,0,0,0,0,0,0,0,0\n1,0,0,0,0,0,0,0,0,0,0,0\n"),
               HasSubstr("bad.csv:3: time_s does not rise"));

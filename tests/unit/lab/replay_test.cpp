@@ -170,6 +170,7 @@ TEST(Replay, EveryScenesForcesComeOutAgain) {
   // Under the sanitizers e2e.scenes renders every scene; here one in four, for the code that replays.
   constexpr std::size_t kStep = kUnderSanitizers ? 4 : 1;
   std::size_t scenes_felt = 0;
+  std::size_t scenes_moved = 0;
   std::uint64_t ticks = 0;
   std::uint64_t contacts = 0;
   std::set<fs::path> folders;
@@ -182,7 +183,15 @@ TEST(Replay, EveryScenesForcesComeOutAgain) {
     if (i++ % kStep != 0) continue;
     SCOPED_TRACE(folder.filename().string());
     const host::Recording recording = felt(folder, asteroid, seconds);
-    const host::ReplayVerdict verdict = host::replay_recording(recording);
+    std::vector<control::BodyState> first;
+    bool moved = false;
+    const host::ReplayVerdict verdict = host::replay_recording(recording, [&](const board::LogRow& row) {
+      const std::span<const control::BodyState> now = row.scene.bodies;
+      if (first.empty()) first.assign(now.begin(), now.end());
+      for (std::size_t body = 0; body < first.size(); ++body)
+        moved = moved || (now[body].position_m - first[body].position_m).norm() > 1e-3F;
+    });
+    if (moved) ++scenes_moved;
     EXPECT_TRUE(verdict.exact());
     EXPECT_EQ(verdict.ticks, recording.tick_count());
     EXPECT_GT(verdict.checks, verdict.ticks / 16);
@@ -194,7 +203,10 @@ TEST(Replay, EveryScenesForcesComeOutAgain) {
   figure("ticks replayed, all the same to the bit", static_cast<double>(ticks), "reported");
   figure("of those in contact", static_cast<double>(contacts), "reported");
   figure("scenes that were felt", static_cast<double>(scenes_felt), "reported");
+  figure("scenes whose objects moved, in the rows of the replay", static_cast<double>(scenes_moved),
+         "reported");
   EXPECT_GE(scenes_felt, kUnderSanitizers ? 1U : 5U);
+  EXPECT_GE(scenes_moved, kUnderSanitizers ? 0U : 3U);
 }
 
 TEST(Replay, ADifferenceIsFound) {
