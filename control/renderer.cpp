@@ -326,7 +326,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
     held.count = 1;
     const std::uint8_t object = rest.contacts[0].object;
     held.list[0] = {object, normal, std::max((rest.position_m - x).dot(normal), 0.0F),
-                    world_.objects[object].material};
+                    world_.objects[object].material, 0};
   }
   const bool surfaced = any_surfaced(world_, held);
   SurfaceTouch surface;

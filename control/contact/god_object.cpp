@@ -384,9 +384,11 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
     constexpr float kHeld = 1.0e-3F;
     if (projection.point_m.squaredNorm() <= kHeld * kHeld * pull.squaredNorm()) {
       for (std::size_t i = 0; i < projection.count; ++i) {
-        const std::uint8_t object = god.contacts[planes.contact[projection.holding[i]]].object;
+        const std::size_t contact = planes.contact[projection.holding[i]];
+        const std::uint8_t object = god.contacts[contact].object;
         out.list[i] = {object, planes.plane[projection.holding[i]].normal,
-                       projection.lambda_m[static_cast<Eigen::Index>(i)], world.objects[object].material};
+                       projection.lambda_m[static_cast<Eigen::Index>(i)], world.objects[object].material,
+                       static_cast<std::uint8_t>(contact)};
       }
       out.count = projection.count;
       if (out.count > 0) return out;
@@ -397,7 +399,7 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
   out.count = 1;
   const std::uint8_t object = god.contacts[0].object;
   out.list[0] = {object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()), depth,
-                 world.objects[object].material};
+                 world.objects[object].material, 0};
   return out;
 }
 

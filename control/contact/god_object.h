@@ -45,6 +45,7 @@ struct Constraint {
   Vec3 normal = Vec3::UnitZ();
   float lambda_m = 0.0F;
   Material material;
+  std::uint8_t contact = 0;  // of the god object
 };
 
 struct Constraints {

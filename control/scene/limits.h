@@ -56,7 +56,8 @@ inline constexpr float kMinClickFrequency_Hz = 1.0F;
 inline constexpr float kMaxClickFrequency_Hz = 1000.0F;
 inline constexpr float kMinClickDecay_per_s = 1.0F;
 inline constexpr float kMaxClickDecay_per_s = 1.0e4F;
-inline constexpr float kMaxRelief_m = 0.01F;  // depth of a texture below the surface
+inline constexpr float kMaxRelief_m = 0.01F;        // depth of a texture below the surface
+inline constexpr float kMaxTextureGradient = 3.0F;  // of a mesh's coordinates for a texture, m/m
 // Where several solids are near, the god object is a ball of this radius about a point above the surface, so that it
 // cannot enter a gap narrower than twice as much. Far above the rounding of a coordinate (1e-6 m at 10 m).
 inline constexpr float kPointRadius_m = 3.0e-5F;

@@ -21,6 +21,11 @@ MeshView view_mesh(const scene::Mesh& mesh) noexcept {
   view.flags = mesh.flags()->data();
   view.corner_normals = mesh.corner_normals() != nullptr ? mesh.corner_normals()->data() : nullptr;
   view.nodes = mesh.nodes()->Get(0);
+  if (mesh.texture_weights() != nullptr) view.texture_weights = mesh.texture_weights()->data();
+  if (mesh.texture_corners() != nullptr) {
+    view.texture_corners = mesh.texture_corners()->data();
+    view.texture_points = mesh.texture_points()->Get(0);
+  }
   if (mesh.grid_origin_m() != nullptr) {
     view.grid_origin_m = {mesh.grid_origin_m()->x(), mesh.grid_origin_m()->y(), mesh.grid_origin_m()->z()};
   }
@@ -120,6 +125,8 @@ const SolidOps kMeshSolid{.check = check,
                           .normals = normals,
                           .reach = reach,
                           .shaded_normal = shaded_normal,
+                          .chart = chart_on_mesh,
+                          .blend = blend_on_mesh,
                           .walks = true};
 
 }  // namespace thimble::control

@@ -1,4 +1,4 @@
-// The two large operations of a mesh (SolidOps in control/solids/solid.h).
+// The large operations of a mesh (SolidOps in control/solids/solid.h).
 //
 // A slide needs no sweep of its own: it stays on the surface, each piece inside one triangle, and no other
 // triangle crosses it. The compiler finds triangles that others cross and flags them as Pierced. So the tree
@@ -20,5 +20,9 @@ namespace thimble::control {
 // A plane for each triangle that the ball could meet on its way, at most kMaxSeparationNodes nodes of the tree.
 [[nodiscard]] std::size_t separate_mesh(const ShapeData& shape, const BallQuery& ball,
                                         std::span<Separation> out);
+
+// Textures on a mesh (SolidOps::chart, SolidOps::blend).
+[[nodiscard]] Chart chart_on_mesh(const ShapeData& shape, const SurfacePoint& place);
+[[nodiscard]] bool blend_on_mesh(const ShapeData& shape, const SurfacePoint& place, Blend& blend);
 
 }  // namespace thimble::control

@@ -16,6 +16,9 @@ struct MeshView {
   const std::uint8_t* flags = nullptr;
   const std::uint32_t* corner_normals = nullptr;  // null: faceted
   const scene::BvhNode* nodes = nullptr;
+  const std::uint32_t* texture_weights = nullptr;  // null: no blending
+  const std::uint32_t* texture_corners = nullptr;  // null: no coordinates of the file
+  const scene::TexturePoint* texture_points = nullptr;
   Vec3 grid_origin_m = Vec3::Zero();
   float grid_step_m = 1.0F;
   float grid_scale = 1.0F;  // 1 / grid_step_m

@@ -177,6 +177,7 @@ struct ShapeData {
 
 struct SurfacePoint;  // control/surfaces/chart.h
 struct Chart;
+struct Blend;  // control/scene/blend.h
 
 struct SolidOps {
   // In the background, once: whether the numbers in the image are allowed. Adds to the scene's triangles.
@@ -208,8 +209,10 @@ struct SolidOps {
   // Null: never shaded.
   bool (*shaded_normal)(const ShapeData& shape, const Feature& feature, const Vec3& point,
                         Vec3& normal) = nullptr;
-  // The chart of a curved part of the surface; false where it is flat. Null: flat everywhere.
-  bool (*chart)(const ShapeData& shape, const SurfacePoint& place, Chart& out) = nullptr;
+  // The chart of a place, where the texture is not blended. Null: that of the plane square to the normal.
+  Chart (*chart)(const ShapeData& shape, const SurfacePoint& place) = nullptr;
+  // The weights of the axes in a texture that is blended; false where it is not. Null: nowhere.
+  bool (*blend)(const ShapeData& shape, const SurfacePoint& place, Blend& out) = nullptr;
   // For a curved surface: the gradient with respect to the tip of what has this gradient along the surface at
   // the place. Null: the same.
   Vec3 (*gradient_at_tip)(const ShapeData& shape, const SurfacePoint& place, const Vec3& along) = nullptr;

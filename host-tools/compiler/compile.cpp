@@ -99,7 +99,10 @@ class ImageWriter {
 
   AnyShape write_mesh(const TriangleSoup& soup, const MeshOptions& options, const std::string& file,
                       const std::string& name) {
-    const CompiledMesh mesh = compile_mesh(soup, options, name);
+    MeshOptions with_texture = options;
+    if (const auto& texture = object_->material.surface.texture)
+      with_texture.texture = MeshTexture{texture->mapping, texture->tile_m};
+    const CompiledMesh mesh = compile_mesh(soup, with_texture, name);
     triangles_ += mesh.triangles.size();
     if (triangles_ > control::kMaxTriangles) {
       throw Error(ExitCode::kBadInput, "too-many-triangles",
@@ -116,9 +119,15 @@ class ImageWriter {
     const auto flags = builder_.CreateVector(mesh.flags);
     const auto corners = mesh.corner_normals.empty() ? 0 : builder_.CreateVector(mesh.corner_normals);
     const auto nodes = builder_.CreateVectorOfStructs(mesh.nodes);
-    return {scene::Shape::Mesh, scene::CreateMesh(builder_, vertices, triangles, flags, corners, nodes,
-                                                  &mesh.grid_origin_m, mesh.grid_step_m, mesh.depth)
-                                    .Union()};
+    const auto weights = mesh.texture_weights.empty() ? 0 : builder_.CreateVector(mesh.texture_weights);
+    const auto texture_corners =
+        mesh.texture_corners.empty() ? 0 : builder_.CreateVector(mesh.texture_corners);
+    const auto texture_points =
+        mesh.texture_points.empty() ? 0 : builder_.CreateVectorOfStructs(mesh.texture_points);
+    return {scene::Shape::Mesh,
+            scene::CreateMesh(builder_, vertices, triangles, flags, corners, nodes, &mesh.grid_origin_m,
+                              mesh.grid_step_m, mesh.depth, weights, texture_corners, texture_points)
+                .Union()};
   }
 
   void warn_of_meshes_that_bodies_pass(const SceneFile& file) {
@@ -176,6 +185,22 @@ class ImageWriter {
     add(mesh.flipped_components, "a closed part was wound inside out and has been turned",
         " closed parts were wound inside out and have been turned");
     add(mesh.pierced_triangles, "a triangle crosses another one", " triangles cross others");
+    if (mesh.texture_tiles[0] != 0) warn_of_coordinates(mesh, file);
+  }
+
+  // The size of a tile is not exactly that of the scene file.
+  void warn_of_coordinates(const MeshReport& mesh, const std::string& file) {
+    const auto mm = [](double length_m) { return number(std::round(1.0e5 * length_m) / 100.0); };
+    std::string text = report_.objects.back().name + " (" + file +
+                       "): " + std::to_string(mesh.texture_tiles[0]) + " x " +
+                       std::to_string(mesh.texture_tiles[1]) +
+                       " tiles of the texture fill a unit of the file's texture coordinates, in the mean " +
+                       mm(mesh.texture_tile_m[0]) + " x " + mm(mesh.texture_tile_m[1]) + " mm each";
+    constexpr double kSeen = 0.01;
+    if (mesh.texture_faded >= kSeen)
+      text += ", and fade towards seams on " + number(std::round(100.0 * mesh.texture_faded)) +
+              " % of the surface";
+    report_.warnings.push_back(text);
   }
 
   flatbuffers::FlatBufferBuilder builder_;

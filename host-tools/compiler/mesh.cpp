@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "control/scene/octahedral.h"
+#include "host-tools/compiler/mesh_corners.h"
 #include "host-tools/compiler/mesh_cross.h"
 #include "host-tools/compiler/mesh_orient.h"
 #include "host-tools/compiler/mesh_surface.h"
+#include "host-tools/compiler/mesh_texture.h"
 #include "host-tools/compiler/mesh_tree.h"
 #include "host-tools/compiler/to_scene.h"
 
@@ -26,66 +27,6 @@ constexpr double kCreaseSlack_deg = 1.0e-3;  // a 90 degree edge is not sharper 
 // A triangle that has met this many others without a proven crossing counts as crossed: the search stays
 // bounded.
 constexpr unsigned kMaxCrossTests = 4096;
-
-// Disjoint sets; the lowest member names the set, so the result does not depend on the order of joining.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0U); }
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) {
-      parent_[i] = parent_[parent_[i]];
-      i = parent_[i];
-    }
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = find(a);
-    b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
-// Joins the corners on either side of each edge that `passes`: a set is then a fan of triangles round a
-// vertex.
-template <typename Passes>
-DisjointSets join_corners(const Adjacency& adjacency, Passes&& passes) {
-  DisjointSets fans(adjacency.neighbour.size());
-  for (std::uint32_t corner = 0; corner < adjacency.neighbour.size(); ++corner) {
-    const std::uint32_t code = adjacency.neighbour[corner];
-    if (code == kNoNeighbour || !passes(corner / 3, code >> 2U)) {
-      continue;
-    }
-    // Edge e runs from corner e; the neighbour's edge runs the other way.
-    const std::uint32_t other = 3 * (code >> 2U);
-    fans.join(corner, other + next_edge(code & 3U));
-    fans.join(3 * (corner / 3) + next_edge(corner % 3), other + (code & 3U));
-  }
-  return fans;
-}
-
-// The angle-weighted sum of the faces' normals over each set of corners, as a unit vector at the set's name.
-std::vector<Vector3d> mean_normals(const Surface& surface, const std::vector<Vector3d>& face_normals,
-                                   DisjointSets& sets) {
-  std::vector<Vector3d> sum(face_normals.size() * 3, Vector3d::Zero());
-  for (std::uint32_t corner = 0; corner < sum.size(); ++corner) {
-    const TriangleIndices& t = surface.triangles[corner / 3];
-    const Vector3d at = surface.point(t[corner % 3]);
-    const Vector3d a = surface.point(t[next_edge(corner % 3)]) - at;
-    const Vector3d b = surface.point(t[next_edge(next_edge(corner % 3))]) - at;
-    sum[sets.find(corner)] += face_normals[corner / 3] * std::atan2(a.cross(b).norm(), a.dot(b));
-  }
-  for (std::uint32_t corner = 0; corner < sum.size(); ++corner) {
-    if (sets.find(corner) == corner) {
-      const double length = sum[corner].norm();
-      // Faces whose normals cancel (a folded sheet) have no mean; the normal of one face is used.
-      sum[corner] = length > 1.0e-6 ? (sum[corner] / length).eval() : face_normals[corner / 3];
-    }
-  }
-  return sum;
-}
 
 void flag_crossings(const Surface& surface, const MeshTree& tree, std::vector<std::uint8_t>& flags) {
   constexpr auto kPierced = static_cast<std::uint8_t>(scene::TriangleFlag::Pierced);
@@ -135,6 +76,20 @@ void put_in_leaf_order(Surface& surface, const MeshTree& tree) {
   surface.triangles = std::move(sorted);
 }
 
+std::size_t count_pierced(const std::vector<std::uint8_t>& flags) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      flags, [](auto flag) { return (flag & static_cast<unsigned>(scene::TriangleFlag::Pierced)) != 0; }));
+}
+
+std::size_t bytes_in_image(const CompiledMesh& mesh) {
+  return mesh.vertices.size() * sizeof(scene::Vertex) +
+         mesh.triangles.size() * (sizeof(scene::Triangle) + 1) +
+         mesh.corner_normals.size() * sizeof(std::uint32_t) +
+         (mesh.texture_weights.size() + mesh.texture_corners.size()) * sizeof(std::uint32_t) +
+         mesh.texture_points.size() * sizeof(scene::TexturePoint) +
+         mesh.nodes.size() * sizeof(scene::BvhNode);
+}
+
 }  // namespace
 
 CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, const std::string& name) {
@@ -180,17 +135,28 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
     mesh.triangles.emplace_back(Three(corners), Three(across));
   }
 
+  // Of a height field, the top hangs together, and each wall alone.
+  const auto may_join = [&](std::uint32_t a, std::uint32_t b) {
+    return !options.height_field || (face_normals[a].z() > 0.0 && face_normals[b].z() > 0.0);
+  };
   if (options.crease_deg) {
     const double least_cosine = std::cos((*options.crease_deg + kCreaseSlack_deg) * std::numbers::pi / 180.0);
     DisjointSets smooth = join_corners(adjacency, [&](std::uint32_t a, std::uint32_t b) {
-      if (options.height_field && !(face_normals[a].z() > 0.0 && face_normals[b].z() > 0.0)) return false;
-      return *options.crease_deg >= 180.0 || face_normals[a].dot(face_normals[b]) >= least_cosine;
+      return may_join(a, b) &&
+             (*options.crease_deg >= 180.0 || face_normals[a].dot(face_normals[b]) >= least_cosine);
     });
     const std::vector<Vector3d> shading = mean_normals(surface, face_normals, smooth);
     mesh.corner_normals.resize(3 * count);
     for (std::uint32_t corner = 0; corner < mesh.corner_normals.size(); ++corner) {
       mesh.corner_normals[corner] = control::encode_octahedral(shading[smooth.find(corner)].cast<float>());
     }
+  }
+
+  if (options.texture) {
+    const auto joins = [&](std::uint32_t a, std::uint32_t b) {
+      return may_join(a, b) && face_normals[a].dot(face_normals[b]) > kTextureCorner;
+    };
+    lay_texture(soup, {surface, adjacency, face_normals, joins}, *options.texture, name, mesh);
   }
 
   mesh.nodes = std::move(tree.nodes);
@@ -200,13 +166,8 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
   MeshReport& report = mesh.report;
   report.triangles = count;
   report.vertices = mesh.vertices.size();
-  report.pierced_triangles =
-      static_cast<std::size_t>(std::count_if(mesh.flags.begin(), mesh.flags.end(), [](auto flag) {
-        return (flag & static_cast<unsigned>(scene::TriangleFlag::Pierced)) != 0;
-      }));
-  report.bytes = mesh.vertices.size() * sizeof(scene::Vertex) + count * (sizeof(scene::Triangle) + 1) +
-                 mesh.corner_normals.size() * sizeof(std::uint32_t) +
-                 mesh.nodes.size() * sizeof(scene::BvhNode);
+  report.pierced_triangles = count_pierced(mesh.flags);
+  report.bytes = bytes_in_image(mesh);
   report.depth = tree.depth;
   return mesh;
 }

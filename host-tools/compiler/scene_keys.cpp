@@ -226,6 +226,8 @@ void add_surface(Kinds& kinds) {
       .required("kind", one_of({"lateral", "normal", "height"}))
       .required("tile_m", pair(kLength), "Size of the tile along u and v.")
       .required("height_m", number(above(0, kMaxRelief_m, "m")), "From the lowest point to the highest.")
+      .optional("mapping", one_of({"auto", "uv", "triplanar"}).by_default("auto"),
+                "On a mesh: by the texture coordinates of its file, or along the object's axes.")
       .optional("pattern", one_of({"cos_cos", "ridges", "noise"}))
       .optional("heights", rows(from(-1.0e6, 1.0e6)), "In any unit; the last row is at the least v.")
       .optional("file", path(), "CSV or PNG, relative to the scene file.");
