@@ -178,6 +178,16 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
   return (rest - tip).squaredNorm() > kRounding2 * (stuck - tip).squaredNorm();
 }
 
+// A solid is felt again when neither the tip nor the god object is in it. While another solid holds the god object, it can
+// be in there for longer than the tip.
+[[gnu::noinline]] void update_inside(const World& world, Finger& finger, const Vec3& tip_m,
+                                     RenderCounters& counters) {
+  SolidSet still = solids_around(world, finger.inside, tip_m, counters);
+  for (const Vec3& at : {finger.god.position_m, finger.rest.position_m})
+    still |= solids_around(world, finger.inside & ~still, at, counters);
+  finger.inside = still;
+}
+
 // The fast path for the most common tick: one plain surface holds the god object, and no other object is
 // within reach. It gives the forces of Renderer::touch() (tests/property/control/renderer_paths_test.cpp),
 // except that on a mesh rest continues from its place in the previous tick while the tip sticks. In every
@@ -191,6 +201,7 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
   const PlacedObject& object = world.objects[contact.object];
   if (!object.plain) return false;
   if (world.count > 1) {
+    if (finger.inside != 0) return false;
     const Reach reach(god, finger.rest, tip.position_m);
     for (std::size_t i = 0; i < world.count; ++i) {
       if (i != contact.object && reach.meets(world.objects[i])) return false;
@@ -281,6 +292,13 @@ void Renderer::reset() noexcept {
   fields_.reset();
 }
 
+std::uint64_t Renderer::inside_in_image(SolidSet inside) const noexcept {
+  std::uint64_t in_image = 0;
+  for (std::size_t i = 0; i < world_.count; ++i)
+    if ((inside & only(i)) != 0) in_image |= std::uint64_t{1} << world_.objects[i].in_image;
+  return in_image;
+}
+
 void Renderer::use_general_path_only() noexcept {
   for (PlacedObject& object : world_.objects) object.plain = false;
 }
@@ -288,8 +306,11 @@ void Renderer::use_general_path_only() noexcept {
 void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept {
   const std::size_t count = std::min(tips.size(), kMaxArms);
   for (std::size_t i = 0; i < count; ++i) {
-    if (!touch_one_plain_surface(world_, fingers_[i], tips[i], period_s, touches[i]))
-      touch(fingers_[i], tips[i], period_s, touches[i]);
+    Finger& finger = fingers_[i];
+    if (!touch_one_plain_surface(world_, finger, tips[i], period_s, touches[i])) {
+      touch(finger, tips[i], period_s, touches[i]);
+      if (finger.inside != 0) update_inside(world_, finger, tips[i].position_m, counters_);
+    }
     if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
   }
   if (!bodies_.empty()) bodies_.step(world_, std::span(fingers_).first(count), period_s, counters_);
@@ -303,8 +324,9 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
     finger.started = true;
     god.position_m = x;
     rest = god;
+    finger.inside = solids_around(world_, ~SolidSet{0}, x, counters_);
   }
-  const Nearby nearby(world_, Reach(god, rest, x));
+  const Nearby nearby(world_, Reach(god, rest, x), finger.inside);
 
   // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
   if (god.count == 0) fly(world_, nearby, god, x, counters_);

@@ -319,8 +319,10 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
     std::array<Finger, kMaxArms> fingers_before;
     std::copy(fingers.begin(), fingers.end(), fingers_before.begin());
     bool carried = true;
-    for (Finger& finger : fingers)
-      carried = carried && (!finger.started || carry(world, index, before, finger, counters));
+    for (Finger& finger : fingers) {
+      const bool meets = finger.started && (finger.inside & only(index)) == 0;
+      carried = carried && (!meets || carry(world, index, before, finger, counters));
+    }
     if (!carried) {
       std::copy_n(fingers_before.begin(), fingers.size(), fingers.begin());
       world.objects[index] = before;

@@ -79,7 +79,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
 
   // Move the god object there, around all other objects.
   const Vec3 target = now.to_world(local);
-  const Nearby others(world, Reach(god, god, target), moved);
+  const Nearby others(world, Reach(god, god, target), finger.inside | only(moved));
   if (others.objects().empty()) {
     god.count = 0;
     god.position_m = target;

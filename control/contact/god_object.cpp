@@ -291,10 +291,13 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
 
 }  // namespace
 
-Nearby::Nearby(const World& world, const Reach& reach, int without) noexcept {
-  for (std::size_t i = 0; i < world.count; ++i) {
-    if (static_cast<int>(i) != without && reach.meets(world.objects[i]))
-      list_[count_++] = static_cast<std::uint8_t>(i);
+Nearby::Nearby(const World& world, const Reach& reach, SolidSet without) noexcept {
+  for (std::size_t i = 0; i < world.count; ++i)
+    if (reach.meets(world.objects[i])) list_[count_++] = static_cast<std::uint8_t>(i);
+  if (without != 0) {
+    const auto* const end = std::remove_if(list_.begin(), list_.begin() + count_,
+                                           [without](std::uint8_t i) { return (without & only(i)) != 0; });
+    count_ = static_cast<std::size_t>(end - list_.begin());
   }
   if (count_ < 2) return;
   const float radius_m = reach.radius_m();

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <span>
 
+#include "control/contact/inside.h"
 #include "control/contact/world.h"
 #include "control/renderer_types.h"
 #include "kinematics/vector.h"
@@ -79,12 +80,10 @@ struct Reach {
   [[nodiscard]] float radius_m() const noexcept { return kMoves * gap_m.norm() + 2.0F * kPointRadius_m; }
 };
 
-// The objects within reach, except for one. Where the boxes of several are, the distance of convex ones counts.
-inline constexpr int kNoObject = -1;
-
+// The objects within reach, except for some. Where the boxes of several are, the distance of convex ones counts.
 class Nearby {
  public:
-  Nearby(const World& world, const Reach& reach, int without = kNoObject) noexcept;
+  Nearby(const World& world, const Reach& reach, SolidSet without) noexcept;
   [[nodiscard]] std::span<const std::uint8_t> objects() const { return {list_.data(), count_}; }
   [[nodiscard]] bool several() const { return count_ > 1; }
 

@@ -41,10 +41,13 @@ void World::bind(const SceneView& view) noexcept {
   count = 0;
   one_potential = true;
   if (view.scene() == nullptr) return;
+  std::uint8_t in_image = 0;
   for (const scene::Object* object : *view.scene()->objects()) {
+    const std::uint8_t index = in_image++;
     if (is_volume(object->shape_type())) continue;
     if (object->surface() != nullptr) surfaces[count] = view_surface(*object->surface());
-    objects[count++] = place(*object);
+    objects[count] = place(*object);
+    objects[count++].in_image = index;
   }
   compare_materials();
 }

@@ -37,6 +37,7 @@ struct PlacedObject {
   bool surfaced = false;        // with a click, a brake, a texture or a stiffness map
   bool plain = true;            // allowed in the renderer's fast path: not shaded, not surfaced, not a body
   std::uint8_t body = kNoBody;  // its index among the bodies (control/bodies)
+  std::uint8_t in_image = 0;    // its index in the scene image
   Vec3 lo_m = Vec3::Zero();     // axis-aligned bounding box, world frame
   Vec3 hi_m = Vec3::Zero();
   Material material;

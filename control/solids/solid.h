@@ -168,6 +168,13 @@ struct SlideOptions {
   bool one_piece = false;  // stop after each straight piece, so that it can be swept against other objects
 };
 
+// Whether a point is in a solid.
+enum class Containment : std::uint8_t {
+  kOutside,
+  kInside,
+  kUnknown,  // a bound was hit
+};
+
 struct ShapeData {
   Vec3 vector = Vec3::Zero();  // plane: unit normal; box: half size
   float radius_m = 0.0F;       // plane: offset
@@ -201,6 +208,8 @@ struct SolidOps {
   // Of a solid that is not convex: a plane for each part that the ball could meet on its way; returns how many, more
   // than there is room for when they do not fit. Null: the solid is convex.
   std::size_t (*separate)(const ShapeData& shape, const BallQuery& ball, std::span<Separation> out) = nullptr;
+  // Whether a point is in a solid that is not convex. Null: its nearest place tells (CollisionOps::nearest).
+  Containment (*contains)(const ShapeData& shape, const Vec3& point) = nullptr;
   // The unit normals of the constraints at a point on `feature`, to the free side; returns how many, 1 to 3.
   int (*normals)(const ShapeData& shape, const Feature& feature, const Vec3& point, std::span<Vec3, 3> out);
   // Half extents of a box about the object's origin that holds the solid.
