@@ -24,6 +24,7 @@ namespace thimble::control {
 // Textures on a mesh (SolidOps::chart, SolidOps::blend).
 [[nodiscard]] Chart chart_on_mesh(const ShapeData& shape, const SurfacePoint& place);
 [[nodiscard]] bool blend_on_mesh(const ShapeData& shape, const SurfacePoint& place, Blend& blend);
+
 // By the faces that a ray crosses; at most six rays. A face of a sheet encloses nothing. Beyond the box of a mesh that
 // encloses free space, every point is outside.
 [[nodiscard]] Containment mesh_contains(const ShapeData& shape, const Vec3& point);
