@@ -4,41 +4,11 @@
 #include <cmath>
 
 #include "control/contact/damping.h"
+#include "control/contact/shading.h"
 #include "control/surfaces/surfaces.h"
 
 namespace thimble::control {
 namespace {
-
-// Force shading in two passes (Ruspini et al. 1997): the plane with the interpolated normal, then the true
-// surface. The error of the god object against the shaded surface falls in each round by the ratio of depth
-// to radius of curvature.
-constexpr int kShadingRounds = 3;
-
-// The interpolated normal at the god object, when exactly one solid holds it, if by several facets, and that one is
-// shaded.
-bool shaded_normal(const World& world, const GodObject& god, Vec3& normal) {
-  if (god.count == 0) return false;
-  const PlacedObject& object = world.objects[god.contacts[0].object];
-  for (std::size_t i = 1; i < god.count; ++i)
-    if (god.contacts[i].object != god.contacts[0].object) return false;
-  if (!object.shaded) return false;
-  if (!object.ops->shaded_normal(object.shape, god.contacts[0].feature, object.to_local(god.position_m),
-                                 normal))
-    return false;
-  normal = object.turn(normal);
-  return true;
-}
-
-// Moves the frictionless god object to its place on the shaded surface. False where nothing is shaded.
-bool shade(const World& world, const Nearby& nearby, GodObject& god, const Vec3& tip,
-           RenderCounters& counters, Vec3& normal) {
-  for (int round = 0; round < kShadingRounds; ++round) {
-    if (!shaded_normal(world, god, normal)) return false;
-    const Vec3 on_plane = tip - normal * (tip - god.position_m).dot(normal);
-    move(world, nearby, god, on_plane, true, counters);
-  }
-  return shaded_normal(world, god, normal);
-}
 
 // F = sum K lambda n, with each object's own K.
 Vec3 spring_force(const Constraints& held) {
@@ -108,10 +78,11 @@ struct Spring {
 
 // The scale of the spring force, 0 to 1, with which no closed path of the tip gains energy. All is in the frame of
 // `body`. gradient: the force is that of the potential that holds the tip since the contact began.
-[[gnu::always_inline]] inline float passive_scale(Finger& finger, std::uint8_t body, const Vec3& tip_m,
-                                                  const Spring& spring, bool gradient) {
+[[gnu::always_inline]] inline float passive_scale(const World& world, Finger& finger, std::uint8_t body,
+                                                  const Vec3& tip_m, const Spring& spring, bool gradient) {
   if (!gradient || !finger.account.exact(body))
-    return finger.account.tick(body, tip_m, spring.pull_m.norm(), spring.stored_J, spring.force_N);
+    return finger.account.tick(body, tip_m, spring.pull_m.norm(), spring.stored_J, spring.force_N,
+                               world.any_shaded, finger.shaded.bound());
   finger.account.follow(body, tip_m, spring.stored_J, spring.force_N);
   return 1.0F;
 }
@@ -129,8 +100,8 @@ float passive_scale(const World& world, Finger& finger, const Constraints& held,
   const Vec3 at = moves ? frame->to_local(tip_m) : tip_m;
   const bool goes_on =
       finger.potential.stays(held) || finger.potential.goes_on(held, finger.account.step_m(frame->body, at));
-  if (!moves) return passive_scale(finger, kNoBody, at, spring, gradient && goes_on);
-  return passive_scale(finger, frame->body, at,
+  if (!moves) return passive_scale(world, finger, kNoBody, at, spring, gradient && goes_on);
+  return passive_scale(world, finger, frame->body, at,
                        {spring.pull_m, frame->turn_back(spring.force_N), spring.stored_J},
                        gradient && goes_on);
 }
@@ -138,13 +109,56 @@ float passive_scale(const World& world, Finger& finger, const Constraints& held,
 // Of one spring: force times stretch, halved. A shaded normal can turn it against the pull.
 float stored_J(const Vec3& force_N, const Vec3& pull_m) { return 0.5F * std::max(force_N.dot(pull_m), 0.0F); }
 
+// The springs of a contact in a scene with shaded meshes, before the effects of surfaces.
+struct ShadedSprings {
+  const PlacedObject* frame = nullptr;
+  Vec3 felt_N = Vec3::Zero();
+  Vec3 late_N = Vec3::Zero();  // the part of it that is not the force of the springs as they stand
+  float stiffness_N_m = 1.0F;  // felt_N over this is the pull
+};
+
+// facets_m: where the god object would be without shading. Shading that has given the hand much energy is faded out, as far
+// as the account holds its force back: the facets themselves give none.
+ShadedSprings shaded_springs(const World& world, Finger& finger, const Constraints& held, const Vec3& tip_m,
+                             const Vec3& facets_m, bool shaded) {
+  const FrictionLimits limits = friction_limits(held);
+  const bool sticks = limits.static_m > 0.0F;
+  const float mean_N_m =
+      limits.stiffness_N_m > 0.0F ? limits.stiffness_N_m : held.list[0].material.stiffness_N_m;
+  Vec3 springs_N = spring_force(held);
+  if (sticks) springs_N += limits.stiffness_N_m * (finger.god.position_m - finger.rest.position_m);
+  const PlacedObject* frame = account_frame(world, held);
+  if (frame == nullptr) {
+    finger.shaded.end();
+    return {nullptr, springs_N, Vec3::Zero(), mean_N_m};
+  }
+  float stiffest_N_m = 0.0F;
+  bool on_shaded = false;  // also where two solids hold the god object, and neither is shaded there
+  for (std::size_t i = 0; i < held.count; ++i) {
+    stiffest_N_m = std::max(stiffest_N_m, held.list[i].material.stiffness_N_m);
+    on_shaded = on_shaded || world.objects[held.list[i].object].shaded;
+  }
+  Vec3 wanted_N = springs_N;
+  if (shaded) {
+    constexpr float kFacets = 0.15F;
+    constexpr float kShaded = 0.4F;
+    const float part = std::clamp((finger.account.scale() - kFacets) / (kShaded - kFacets), 0.0F, 1.0F);
+    const Vec3 facets_N = stiffest_N_m * ((sticks ? finger.god.position_m : facets_m) - tip_m);
+    wanted_N = facets_N + part * (springs_N - facets_N);
+  }
+  const Vec3 felt_N = finger.shaded.follow(*frame, tip_m, wanted_N, stiffest_N_m, mean_N_m, on_shaded);
+  return {frame, felt_N, felt_N - springs_N, finger.shaded.mean_N_m()};
+}
+
 // Nothing holds the god object any more. One that flies for longer than a tick, round an edge, has not come to the tip yet: the
 // account of its contact goes on.
-void let_go(Finger& finger, const Vec3& tip_m) {
+void let_go(const World& world, Finger& finger, const Vec3& tip_m) {
   if (finger.rest.position_m == tip_m) {
     finger.account.close();
+    finger.shaded.end();
   } else {
-    finger.account.tick(kNoBody, tip_m, (finger.rest.position_m - tip_m).norm(), 0.0F, Vec3::Zero());
+    finger.account.tick(kNoBody, tip_m, (finger.rest.position_m - tip_m).norm(), 0.0F, Vec3::Zero(),
+                        world.any_shaded, false);
   }
   finger.potential.end();
 }
@@ -199,7 +213,7 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
   Contact& contact = god.contacts[0];
   if (finger.rest.contacts[0].object != contact.object) return false;
   const PlacedObject& object = world.objects[contact.object];
-  if (!object.plain) return false;
+  if (!object.plain || (world.any_shaded && finger.shaded.binds())) return false;
   if (world.count > 1) {
     if (finger.inside != 0) return false;
     const Reach reach(god, finger.rest, tip.position_m);
@@ -255,8 +269,10 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
   Vec3 force = m.stiffness_N_m * (at - x);
   if (!world.one_potential) {
     const Vec3 spring_N = m.stiffness_N_m * (god.position_m - tip.position_m);
-    force *=
-        passive_scale(finger, kNoBody, tip.position_m, {at - x, spring_N, stored_J(force, at - x)}, true);
+    if (world.any_shaded)
+      finger.shaded.follow(object, tip.position_m, spring_N, m.stiffness_N_m, m.stiffness_N_m, false);
+    force *= passive_scale(world, finger, kNoBody, tip.position_m,
+                           {at - x, spring_N, stored_J(force, at - x)}, true);
   }
   if (const float depth = pull.norm(); m.damping_N_s_m > 0.0F && depth > 0.0F) {
     const Vec3 normal = pull / depth;
@@ -277,7 +293,10 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
     fields_.apply_materials(scene);
     bodies_.apply_materials(scene);
     // The energy stored with the old stiffness is not what the new one returns.
-    for (Finger& finger : fingers_) finger.account.close();
+    for (Finger& finger : fingers_) {
+      finger.account.close();
+      finger.shaded.end();
+    }
     return;
   }
   world_.bind(scene);
@@ -336,27 +355,24 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   if (rest.count == 0) {
     if (god.count != 0) god = rest;
     finger.friction.reset();
-    let_go(finger, x);
+    let_go(world_, finger, x);
     finger.click.release();
     touch = {Vec3::Zero(), god.position_m, 0};
     return;
   }
   Constraints held = constraints(world_, rest, x);
-  Vec3 normal;
-  const bool shaded = shade(world_, nearby, rest, x, counters_, normal);
-  if (shaded) {
-    held.count = 1;
-    const std::uint8_t object = rest.contacts[0].object;
-    held.list[0] = {object, normal, std::max((rest.position_m - x).dot(normal), 0.0F),
-                    world_.objects[object].material, 0};
-  }
+  const Vec3 facets_m = rest.position_m;
+  const bool shaded = shade(world_, nearby, rest, x, held, counters_);
+  if (!shares_object(rest, god)) god = rest;  // on another surface there is no stiction point yet
+  ShadedSprings springs;
+  if (world_.any_shaded) springs = shaded_springs(world_, finger, held, x, facets_m, shaded);
   const bool surfaced = any_surfaced(world_, held);
   SurfaceTouch surface;
   if (surfaced) surface = apply_surfaces(world_, rest, x, held);
 
-  if (!shares_object(rest, god)) god = rest;  // on another surface there is no stiction point yet
   const FrictionLimits limits = friction_limits(held);
   Vec3 force = spring_force(held) + surface.along_N;
+  if (world_.any_shaded) force += springs.late_N;
   Vec3 friction_N = Vec3::Zero();
   if (limits.static_m > 0.0F) {
     const Slip slip = finger.friction.tick(limits, god.position_m - rest.position_m, period_s);
@@ -368,6 +384,14 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
       // a slip could give.
       const Vec3& nearest_to_m = shaded ? rest.position_m : x;
       if (god.count == 0 || !loosens(god.position_m, stuck_m, rest.position_m, nearest_to_m)) god = rest;
+      if (springs.frame != nullptr) {
+        const Vec3 by_N = limits.stiffness_N_m * (god.position_m - stuck_m);
+        const float normal_N = std::max(spring_force(held).norm(), springs.felt_N.norm());
+        const float breaks = limits.stiffness_N_m * (limits.static_m - limits.dynamic_m) / normal_N;
+        const Vec3 felt_N = finger.shaded.slip(*springs.frame, by_N, breaks * springs.felt_N.norm());
+        springs.felt_N += felt_N;
+        force += felt_N - by_N;
+      }
     }
     friction_N = limits.stiffness_N_m * (god.position_m - rest.position_m);
     force += friction_N;
@@ -376,10 +400,14 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   }
 
   if (!world_.one_potential) {
-    const Vec3 pull = god.position_m - surface.sunk_m - x;
-    const float energy_J = unlike_stiffness(held) ? spring_energy_J(held) +
-                                                        stored_J(friction_N, god.position_m - rest.position_m)
-                                                  : stored_J(force, pull);
+    // In a scene with shaded meshes from the force, which is continuous there.
+    const Vec3 god_m =
+        world_.any_shaded ? Vec3(springs.felt_N / springs.stiffness_N_m) : Vec3(god.position_m - x);
+    const Vec3 pull = god_m - surface.sunk_m;
+    const float energy_J =
+        unlike_stiffness(held) && !world_.any_shaded
+            ? spring_energy_J(held) + stored_J(friction_N, god.position_m - rest.position_m)
+            : stored_J(force, pull);
     force *= passive_scale(world_, finger, held, x, {pull, force, energy_J}, !shaded && surface.potential);
   }
   Vec3 damping = Vec3::Zero();

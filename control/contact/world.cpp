@@ -40,6 +40,7 @@ void place_box(PlacedObject& object) noexcept {
 void World::bind(const SceneView& view) noexcept {
   count = 0;
   one_potential = true;
+  any_shaded = false;
   if (view.scene() == nullptr) return;
   std::uint8_t in_image = 0;
   for (const scene::Object* object : *view.scene()->objects()) {
@@ -69,8 +70,10 @@ void World::apply_materials(const SceneView& view) noexcept {
 
 void World::compare_materials() noexcept {
   one_potential = true;
+  any_shaded = false;
   for (std::size_t i = 0; i < count; ++i) {
     const PlacedObject& object = objects[i];
+    any_shaded = any_shaded || object.shaded;
     if (object.shaded || object.surfaced ||
         object.material.stiffness_N_m != objects[0].material.stiffness_N_m)
       one_potential = false;

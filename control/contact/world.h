@@ -59,6 +59,7 @@ struct World {
   // All have the same stiffness, and none is shaded or surfaced: the force of every contact is the gradient of one
   // potential, and needs no energy account.
   bool one_potential = true;
+  bool any_shaded = false;
 
   void bind(const SceneView& view) noexcept;
   void apply_materials(const SceneView& view) noexcept;  // Binding::kKeepState
