@@ -150,6 +150,18 @@ ShadedSprings shaded_springs(const World& world, Finger& finger, const Constrain
   return {frame, felt_N, felt_N - springs_N, finger.shaded.mean_N_m()};
 }
 
+// The stiction point has slipped. Returns what the felt force lacks of the springs' change.
+Vec3 slip_shaded(Finger& finger, ShadedSprings& springs, const Constraints& held,
+                 const FrictionLimits& limits, const Vec3& slipped_m) {
+  const Vec3 by_N = limits.stiffness_N_m * slipped_m;
+  const float felt_N = springs.felt_N.norm();
+  const float normal_N = std::max(spring_force(held).norm(), felt_N);
+  const float breaks = limits.stiffness_N_m * (limits.static_m - limits.dynamic_m) / normal_N;
+  const Vec3 change_N = finger.shaded.slip(*springs.frame, by_N, breaks * felt_N);
+  springs.felt_N += change_N;
+  return change_N - by_N;
+}
+
 // Nothing holds the god object any more. One that flies for longer than a tick, round an edge, has not come to the tip yet: the
 // account of its contact goes on.
 void let_go(const World& world, Finger& finger, const Vec3& tip_m) {
@@ -367,12 +379,10 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   ShadedSprings springs;
   if (world_.any_shaded) springs = shaded_springs(world_, finger, held, x, facets_m, shaded);
   const bool surfaced = any_surfaced(world_, held);
-  SurfaceTouch surface;
-  if (surfaced) surface = apply_surfaces(world_, rest, x, held);
+  const SurfaceTouch surface = surfaced ? apply_surfaces(world_, rest, x, held) : SurfaceTouch{};
 
   const FrictionLimits limits = friction_limits(held);
-  Vec3 force = spring_force(held) + surface.along_N;
-  if (world_.any_shaded) force += springs.late_N;
+  Vec3 force = spring_force(held) + surface.along_N + springs.late_N;
   Vec3 friction_N = Vec3::Zero();
   if (limits.static_m > 0.0F) {
     const Slip slip = finger.friction.tick(limits, god.position_m - rest.position_m, period_s);
@@ -384,14 +394,8 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
       // a slip could give.
       const Vec3& nearest_to_m = shaded ? rest.position_m : x;
       if (god.count == 0 || !loosens(god.position_m, stuck_m, rest.position_m, nearest_to_m)) god = rest;
-      if (springs.frame != nullptr) {
-        const Vec3 by_N = limits.stiffness_N_m * (god.position_m - stuck_m);
-        const float normal_N = std::max(spring_force(held).norm(), springs.felt_N.norm());
-        const float breaks = limits.stiffness_N_m * (limits.static_m - limits.dynamic_m) / normal_N;
-        const Vec3 felt_N = finger.shaded.slip(*springs.frame, by_N, breaks * springs.felt_N.norm());
-        springs.felt_N += felt_N;
-        force += felt_N - by_N;
-      }
+      if (springs.frame != nullptr)
+        force += slip_shaded(finger, springs, held, limits, god.position_m - stuck_m);
     }
     friction_N = limits.stiffness_N_m * (god.position_m - rest.position_m);
     force += friction_N;
