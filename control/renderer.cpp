@@ -78,11 +78,11 @@ struct Spring {
 
 // The scale of the spring force, 0 to 1, with which no closed path of the tip gains energy. All is in the frame of
 // `body`. gradient: the force is that of the potential that holds the tip since the contact began.
-[[gnu::always_inline]] inline float passive_scale(const World& world, Finger& finger, std::uint8_t body,
-                                                  const Vec3& tip_m, const Spring& spring, bool gradient) {
+[[gnu::always_inline]] inline float passive_scale(Finger& finger, std::uint8_t body, const Vec3& tip_m,
+                                                  const Spring& spring, bool gradient) {
   if (!gradient || !finger.account.exact(body))
     return finger.account.tick(body, tip_m, spring.pull_m.norm(), spring.stored_J, spring.force_N,
-                               world.any_shaded, finger.shaded.bound());
+                               finger.shaded.took_part(), finger.shaded.bound());
   finger.account.follow(body, tip_m, spring.stored_J, spring.force_N);
   return 1.0F;
 }
@@ -100,8 +100,8 @@ float passive_scale(const World& world, Finger& finger, const Constraints& held,
   const Vec3 at = moves ? frame->to_local(tip_m) : tip_m;
   const bool goes_on =
       finger.potential.stays(held) || finger.potential.goes_on(held, finger.account.step_m(frame->body, at));
-  if (!moves) return passive_scale(world, finger, kNoBody, at, spring, gradient && goes_on);
-  return passive_scale(world, finger, frame->body, at,
+  if (!moves) return passive_scale(finger, kNoBody, at, spring, gradient && goes_on);
+  return passive_scale(finger, frame->body, at,
                        {spring.pull_m, frame->turn_back(spring.force_N), spring.stored_J},
                        gradient && goes_on);
 }
@@ -164,13 +164,13 @@ Vec3 slip_shaded(Finger& finger, ShadedSprings& springs, const Constraints& held
 
 // Nothing holds the god object any more. One that flies for longer than a tick, round an edge, has not come to the tip yet: the
 // account of its contact goes on.
-void let_go(const World& world, Finger& finger, const Vec3& tip_m) {
+void let_go(Finger& finger, const Vec3& tip_m) {
   if (finger.rest.position_m == tip_m) {
     finger.account.close();
     finger.shaded.end();
   } else {
     finger.account.tick(kNoBody, tip_m, (finger.rest.position_m - tip_m).norm(), 0.0F, Vec3::Zero(),
-                        world.any_shaded, false);
+                        finger.shaded.took_part(), false);
   }
   finger.potential.end();
 }
@@ -283,8 +283,8 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
     const Vec3 spring_N = m.stiffness_N_m * (god.position_m - tip.position_m);
     if (world.any_shaded)
       finger.shaded.follow(object, tip.position_m, spring_N, m.stiffness_N_m, m.stiffness_N_m, false);
-    force *= passive_scale(world, finger, kNoBody, tip.position_m,
-                           {at - x, spring_N, stored_J(force, at - x)}, true);
+    force *=
+        passive_scale(finger, kNoBody, tip.position_m, {at - x, spring_N, stored_J(force, at - x)}, true);
   }
   if (const float depth = pull.norm(); m.damping_N_s_m > 0.0F && depth > 0.0F) {
     const Vec3 normal = pull / depth;
@@ -367,7 +367,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   if (rest.count == 0) {
     if (god.count != 0) god = rest;
     finger.friction.reset();
-    let_go(world_, finger, x);
+    let_go(finger, x);
     finger.click.release();
     touch = {Vec3::Zero(), god.position_m, 0};
     return;
@@ -404,12 +404,12 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   }
 
   if (!world_.one_potential) {
-    // In a scene with shaded meshes from the force, which is continuous there.
-    const Vec3 god_m =
-        world_.any_shaded ? Vec3(springs.felt_N / springs.stiffness_N_m) : Vec3(god.position_m - x);
-    const Vec3 pull = god_m - surface.sunk_m;
+    // With shading from the force, which is continuous there.
+    const bool continuous = finger.shaded.took_part();
+    const Vec3 pull = continuous ? Vec3(springs.felt_N / springs.stiffness_N_m - surface.sunk_m)
+                                 : Vec3(god.position_m - surface.sunk_m - x);
     const float energy_J =
-        unlike_stiffness(held) && !world_.any_shaded
+        unlike_stiffness(held) && !continuous
             ? spring_energy_J(held) + stored_J(friction_N, god.position_m - rest.position_m)
             : stored_J(force, pull);
     force *= passive_scale(world_, finger, held, x, {pull, force, energy_J}, !shaded && surface.potential);

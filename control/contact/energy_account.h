@@ -9,8 +9,8 @@
 // While W >= U the force is unchanged. Otherwise there is a debt D, and the force is scaled by s = dV/dU of a potential
 // V(U) and keeps its direction. D is chosen so that V = W. So the work done always covers the energy that can be returned, and
 // no path gives energy. The scale is continuous, and a debt from a light contact has little effect on a firm one.
-//   V = (U - D)^2 / U               in scenes without shaded meshes. Where U falls to D, the force ends.
-//   V = c U + (1 - c) U^2 / (U + D)  with shaded meshes, where the force must not end inside: s is at least c, 0.15, and where W
+//   V = (U - D)^2 / U                until a shaded mesh takes part in the contact. Where U falls to D, the force ends.
+//   V = c U + (1 - c) U^2 / (U + D)  from then on, as the force must not end inside: s is at least c, 0.15, and where W
 //                                    covers less than that part of U, almost W / U. How fast s changes is limited too.
 //
 // The work is summed by the trapezoidal rule. It is exact for a spring, so pressing and releasing alone never
@@ -53,7 +53,7 @@ class EnergyAccount {
   }
 
   // Called once a tick in contact with the spring force before scaling; returns the scale, 0 to 1.
-  // depth_m: from the tip to the god object. shaded: the scene has shaded meshes; always the same in one contact.
+  // depth_m: from the tip to the god object. shaded: a shaded mesh has taken part in the contact.
   // bound: the spring force is bound to the last tick's (ShadedForce), so U does not jump.
   float tick(std::uint8_t body, const Vec3& tip_m, float depth_m, float stored_J, const Vec3& spring_force_N,
              bool shaded, bool bound) noexcept {
@@ -65,6 +65,7 @@ class EnergyAccount {
     const float step2 = step.squaredNorm();
     if (!goes_on(body) || (step2 > kJump_m * kJump_m && step2 > depth_m * depth_m)) {
       open_ = true;
+      shaded_ = shaded;
       body_ = body;
       work_J_ = stored_J;
       debt_J_ = 0.0F;
@@ -72,6 +73,10 @@ class EnergyAccount {
       applied_N_ = spring_force_N;
       tip_m_ = tip_m;
       return 1.0F;
+    }
+    if (shaded != shaded_) {
+      shaded_ = shaded;
+      owe(stored_J);
     }
     if (shaded) {
       const float most = most_change(step2, depth_m * depth_m);
@@ -81,7 +86,7 @@ class EnergyAccount {
       scale_ = debt_J_ > 0.0F ? 1.0F - part * part : 1.0F;
     }
     work_J_ += 0.5F * (applied_N_ + scale_ * spring_force_N).dot(step);
-    owe(stored_J, shaded);
+    owe(stored_J);
     applied_N_ = scale_ * spring_force_N;
     tip_m_ = tip_m;
     return scale_;
@@ -105,12 +110,12 @@ class EnergyAccount {
   }
 
   // Sets the debt for which V = W.
-  void owe(float stored_J, bool shaded) noexcept {
+  void owe(float stored_J) noexcept {
     // One part in 10^4 covers the rounding of a long contact.
     constexpr float kSlack = 1.0001F;
     debt_J_ = 0.0F;
     if (work_J_ * kSlack >= stored_J) return;
-    if (shaded) {
+    if (shaded_) {
       constexpr float kLeast = 0.15F;
       constexpr float kNext = 0.98F;  // of W / U: below it V = W has a solution
       constexpr float kNone = 1.0e-4F;
@@ -127,10 +132,11 @@ class EnergyAccount {
 
   bool open_ = false;
   bool exact_ = false;
+  bool shaded_ = false;  // the law of the debt
   std::uint8_t body_ = 0;
   float work_J_ = 0.0F;
   float debt_J_ = 0.0F;
-  float least_ = 0.0F;  // c, with shaded meshes
+  float least_ = 0.0F;  // c of the law with shading
   float scale_ = 1.0F;
   Vec3 applied_N_ = Vec3::Zero();
   Vec3 tip_m_ = Vec3::Zero();

@@ -53,6 +53,7 @@ Vec3 ShadedForce::follow(const PlacedObject& frame, const Vec3& tip_m, const Vec
   most_N_ = kFastest * stiffest_both_N_m * motion_m;
   open_ = true;
   shaded_ = shaded;
+  took_part_ = shaded || (goes_on && took_part_);
   body_ = frame.body;
   tip_m_ = at;
   const Vec3 force_N = change_to(moves ? frame.turn_back(spring_N) : spring_N, most_N_);
@@ -69,11 +70,16 @@ Vec3 ShadedForce::follow(const PlacedObject& frame, const Vec3& tip_m, const Vec
 
 Vec3 ShadedForce::slip(const PlacedObject& frame, const Vec3& by_N, float breaks_N) noexcept {
   const bool moves = frame.body != kNoBody;
+  const Vec3 local_by_N = moves ? frame.turn_back(by_N) : by_N;
+  if (!bound_) {
+    force_N_ += local_by_N;
+    return by_N;
+  }
   const Vec3 stuck_N = force_N_;
   const float stuck = stuck_N.norm();
-  Vec3 slipped_N = stuck_N + (moves ? frame.turn_back(by_N) : by_N);
+  Vec3 slipped_N = stuck_N + local_by_N;
   const float slipped = slipped_N.norm();
-  const bool adds = bound_ && slipped > stuck;
+  const bool adds = slipped > stuck;
   if (adds) slipped_N *= stuck / slipped;
   const Vec3 change_N = change_to(slipped_N, most_N_ + breaks_N) - stuck_N;
   behind_ = behind_ || adds;

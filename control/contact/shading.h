@@ -22,8 +22,8 @@ bool shade(const World& world, const Nearby& nearby, GodObject& rest, const Vec3
 // Places and forces are in the world frame. `frame` is an object whose body the contact moves with: motion is relative to it.
 class ShadedForce {
  public:
-  // Once a tick in contact. spring_N: what the springs ask for. stiffest_N_m, mean_N_m: of what holds the god object. shaded: a shaded mesh is one
-  // of those that hold the god object. Returns the force.
+  // Once a tick in contact. spring_N: what the springs ask for. stiffest_N_m, mean_N_m: of what holds the god
+  // object. shaded: a shaded mesh is one of those that hold it. Returns the force.
   Vec3 follow(const PlacedObject& frame, const Vec3& tip_m, const Vec3& spring_N, float stiffest_N_m,
               float mean_N_m, bool shaded) noexcept;
 
@@ -33,9 +33,10 @@ class ShadedForce {
 
   // For the energy in the springs: their mean stiffness, which changes no faster than the force.
   [[nodiscard]] float mean_N_m() const noexcept { return mean_N_m_; }
-  [[nodiscard]] bool bound() const noexcept {
-    return open_ && bound_;
-  }  // this tick's force to the last one's
+  // Whether this tick's force is bound to the last one's.
+  [[nodiscard]] bool bound() const noexcept { return open_ && bound_; }
+  // Shading took part in this contact: on a shaded mesh now or before.
+  [[nodiscard]] bool took_part() const noexcept { return open_ && took_part_; }
   // Whether the next tick's force is bound to this one's.
   [[nodiscard]] bool binds() const noexcept { return open_ && (shaded_ || behind_); }
 
@@ -48,6 +49,7 @@ class ShadedForce {
 
   bool open_ = false;
   bool shaded_ = false;
+  bool took_part_ = false;
   bool bound_ = false;  // in this tick
   bool behind_ = false;
   std::uint8_t body_ = 0;

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <sstream>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -133,14 +133,6 @@ TEST(Shading, KeepsTheForceInside) {
   }
 }
 
-std::string obj(const host::TriangleSoup& soup) {
-  std::ostringstream out;
-  out.precision(12);
-  for (const Vector3d& v : soup.vertices_m) out << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
-  for (const auto& t : soup.triangles) out << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
-  return out.str();
-}
-
 std::string vector_text(const Vector3d& v) {
   return "[" + std::to_string(v.x()) + ", " + std::to_string(v.y()) + ", " + std::to_string(v.z()) + "]";
 }
@@ -229,7 +221,7 @@ TEST(Shading, KeepsTheForceBesideOtherSolidsWithTexturesAndOnBodies) {
   constexpr double kStep_m = 2e-6;
   const TemporaryFolder folder;
   const host::TriangleSoup ball = icosphere(2, 0.03);
-  folder.write("ball.obj", obj(ball));
+  write_obj(ball, 1.0, folder.path() / "ball.obj");
   const host::TriangleSoup soup = as_soup(host::compile_mesh(ball, {host::MeshSide::kOutside, 60.0}, "ball"));
   const MeshOracle oracle(soup);
   const std::array<std::string, 5> names = {"beside a solid", "beside a shaded mesh", "textured", "a body",
@@ -294,6 +286,98 @@ TEST(Shading, KeepsTheForceBesideOtherSolidsWithTexturesAndOnBodies) {
     EXPECT_GT(tally.least, 0.1);
     EXPECT_EQ(tally.jumps, 0);
   }
+}
+
+// A shaded mesh elsewhere in the scene changes no force on plain solids.
+TEST(Shading, LeavesContactsOfPlainSolidsAlone) {
+  const auto boxes = [](bool beside_shaded) {
+    SceneBuilder builder;
+    builder.box({0.02, 0.02, 0.01}, {.stiffness_N_m = 200.0F}, {Vector3d(-0.0099, 0.0, -0.005)});
+    builder.box({0.02, 0.02, 0.01},
+                {.stiffness_N_m = 1500.0F, .static_friction = 0.5F, .dynamic_friction = 0.3F},
+                {Vector3d(0.0099, 0.0, -0.005)});
+    if (beside_shaded)
+      builder.mesh(icosphere(1, 0.02), {}, {host::MeshSide::kOutside, 60.0}, {Vector3d(0.0, 0.0, -0.2)});
+    return builder.image();
+  };
+  const SceneImage plain = boxes(false), beside = boxes(true);
+  IdealRun alone(plain), both(beside);
+  Random random(3);
+  Vector3d tip(-0.005, 0.0, 0.003);
+  int touching = 0, unlike = 0;
+  for (int leg = 0; leg < 40; ++leg) {
+    const Vector3d goal(random.uniform(-0.012, 0.012), random.uniform(-0.005, 0.005),
+                        random.uniform(-0.004, 0.001));
+    const Vector3d step = 5e-5 * (goal - tip).normalized();
+    for (; (goal - tip).norm() > 5e-5; tip += step) {
+      const Felt felt = alone.step(tip);
+      touching += felt.contacts > 0 ? 1 : 0;
+      unlike += both.step(tip).force_N != felt.force_N ? 1 : 0;
+    }
+  }
+  figure("boxes of unlike stiffness, a shaded ball elsewhere: ticks in contact", touching, "above 1000");
+  figure("the same: ticks with another force than without the ball", unlike, "0");
+  EXPECT_GT(touching, 1000);
+  EXPECT_EQ(unlike, 0);
+}
+
+// Two arms on one shaded mesh: each feels what it would feel alone.
+TEST(Shading, OfTwoArmsIsThatOfEach) {
+  const SceneImage image = SceneBuilder()
+                               .mesh(icosphere(2, 0.03), {.static_friction = 0.5F, .dynamic_friction = 0.3F},
+                                     {host::MeshSide::kOutside, 60.0})
+                               .image();
+  IdealRun first(image), second(image);
+  control::Renderer renderer;
+  renderer.bind(image.view());
+  std::array<control::Tip, 2> tips{};
+  std::array<control::Touch, 2> touches;
+  int unlike = 0;
+  double least_N = 1e9;
+  for (int tick = 0; tick < 3000; ++tick) {
+    const double angle = 4e-4 * tick;
+    const double radius_m = std::max(0.031 - 1e-5 * tick, 0.028);
+    const std::array<Vector3d, 2> at = {radius_m * Vector3d(std::cos(angle), std::sin(angle), 0.1),
+                                        radius_m * Vector3d(0.2, std::sin(-angle), std::cos(angle))};
+    const std::array<Felt, 2> felt = {first.step(at[0]), second.step(at[1])};
+    for (std::size_t arm = 0; arm < 2; ++arm) {
+      const Vec3 before_m = tips[arm].position_m;
+      tips[arm].position_m = at[arm].cast<float>();
+      tips[arm].velocity_m_s =
+          tick == 0 ? Vec3(Vec3::Zero()) : Vec3((tips[arm].position_m - before_m) * 4000.0F);
+    }
+    renderer.tick(tips, 1.0F / static_cast<float>(kRate_Hz), touches);
+    for (std::size_t arm = 0; arm < 2; ++arm) {
+      unlike += touches[arm].force_N.cast<double>() != felt[arm].force_N ? 1 : 0;
+      if (tick > 1000) least_N = std::min(least_N, felt[arm].force_N.norm());
+    }
+  }
+  figure("two arms on a shaded ball: forces unlike those of one arm alone", unlike, "0");
+  EXPECT_EQ(unlike, 0);
+  EXPECT_GT(least_N, 0.1);
+}
+
+// New materials in contact: the force is that of the new stiffness at once, also where the old force was bound.
+TEST(Shading, TakesNewMaterialsInContact) {
+  const auto ball = [](float stiffness_N_m) {
+    return SceneBuilder()
+        .mesh(icosphere(2, 0.03), {.stiffness_N_m = stiffness_N_m}, {host::MeshSide::kOutside, 60.0})
+        .image();
+  };
+  const SceneImage soft = ball(400.0F), stiff = ball(800.0F);
+  IdealRun run(soft);
+  const Vector3d out = Vector3d(0.3, 0.5, 0.8).normalized();
+  run.restart(0.031 * out);
+  run.move(0.0285 * out, 1e-5);
+  const Vector3d before_N = run.step(0.0285 * out).force_N;
+  run.renderer().bind(stiff.view(), control::Binding::kKeepState);
+  const Vector3d after_N = run.step(0.0285 * out).force_N;
+  figure("shaded contact, twice the stiffness: force over the one before", after_N.norm() / before_N.norm(),
+         "2");
+  EXPECT_GT(before_N.norm(), 0.3);
+  EXPECT_LT((after_N - 2.0 * before_N).norm(), 0.01 * after_N.norm());
+  run.move(0.031 * out, 1e-5);
+  EXPECT_EQ(run.felt().force_N.norm(), 0.0);
 }
 
 }  // namespace
