@@ -12,6 +12,9 @@ namespace {
 
 using Eigen::Quaternionf;
 
+// A rotation in one tick is integrated, and swept against the god objects, as a small one.
+constexpr float kMaxTurnPerTick_rad = 0.25F;
+
 BodyModel read(const scene::Object& object, std::uint8_t index) {
   const scene::Body& body = *object.body();
   const scene::Quat& q = object.pose()->rotation();
@@ -83,7 +86,9 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
   for (const scene::Object* object : *scene.scene()->objects()) {
     if (object->body() != nullptr && !is_volume(object->shape_type())) {
       const scene::Body& body = *object->body();
-      const BodyModel model = read(*object, in_world);
+      BodyModel model = read(*object, in_world);
+      const float radius_m = 0.5F * (world.objects[in_world].hi_m - world.objects[in_world].lo_m).norm();
+      model.max_spin_rad_s = std::min(kMaxBodySpeed_m_s / radius_m, kMaxSmallBodySpin_rad_s);
       BodyState state{in_image, model.start_m, model.start_rotation, Vec3::Zero(), Vec3::Zero()};
       Vec3 angular_momentum = Vec3::Zero();
       float speed = 0.0F;
@@ -222,12 +227,14 @@ void Bodies::apply_contacts(std::size_t body, const Vec3& velocity_before_m_s, c
   }
 }
 
-void Bodies::limit_speed(std::size_t body) noexcept {
+void Bodies::limit_speed(std::size_t body, float period_s) noexcept {
   const BodyModel& model = models_[body];
   BodyState& state = states_[body];
   state.velocity_m_s = limited(state.velocity_m_s, kMaxBodySpeed_m_s);
-  if (state.spin_rad_s.squaredNorm() > kMaxBodySpin_rad_s * kMaxBodySpin_rad_s) {
-    state.spin_rad_s = limited(state.spin_rad_s, kMaxBodySpin_rad_s);
+  const float most =
+      std::max(std::min(model.max_spin_rad_s, kMaxTurnPerTick_rad / period_s), kMaxBodySpin_rad_s);
+  if (state.spin_rad_s.squaredNorm() > most * most) {
+    state.spin_rad_s = limited(state.spin_rad_s, most);
     angular_momentum_[body] = scale_in_frame(state.rotation, model.inertia_kg_m2, state.spin_rad_s);
   }
 }
@@ -242,7 +249,8 @@ void Bodies::advance(std::size_t body, float period_s) noexcept {
       state.rotation = turned(state.rotation, period_s * to_spin(model, middle, angular_momentum_[body]));
       state.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
       state.position_m += period_s * state.velocity_m_s;
-      limit_speed(body);  // the spin of a thin rod can grow as it turns relative to its angular momentum
+      limit_speed(body,
+                  period_s);  // the spin of a thin rod can grow as it turns relative to its angular momentum
       break;
     }
     case scene::Motion::Translate:
@@ -312,7 +320,7 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
     const BodyState state_before = states_[i];
     const ControlElementState control_before = controls_[i];
     apply_contacts(i, velocity_before_m_s[i], spin_before_rad_s[i], solver_bodies[i], period_s);
-    limit_speed(i);
+    limit_speed(i, period_s);
     advance(i, period_s);
     place(world.objects[index], states_[i],
           models_[i].motion == scene::Motion::Free || models_[i].motion == scene::Motion::Turn);

@@ -5,7 +5,8 @@
 // between bodies change them (control/bodies/contact_solver.h), and the bodies move one after the other and
 // carry the god objects along (control/bodies/carry.h).
 //
-// Speeds are at most kMaxBodySpeed_m_s and kMaxBodySpin_rad_s, positions within kMaxCoordinate_m. A body that
+// Speeds are at most kMaxBodySpeed_m_s, positions within kMaxCoordinate_m. The spin of a free body is at most what moves
+// its surface with kMaxBodySpeed_m_s: at least kMaxBodySpin_rad_s, at most kMaxSmallBodySpin_rad_s. A body that
 // would squeeze a god object against another object keeps its pose and stops, because a point has no room to
 // give way. SI units, world frame. Nothing here allocates or fails.
 #pragma once
@@ -47,6 +48,7 @@ struct BodyModel {
   ControlElementParams control;       // Slide, Turn
   float control_inertia = 1.0F;       // kg or kg m2
   float restitution = 0.0F;
+  float max_spin_rad_s = kMaxBodySpin_rad_s;  // of a free body
   float spring_N_m = 0.0F;
   float damping_N_s_m = 0.0F;
   float angular_damping_N_m_s = 0.0F;
@@ -92,7 +94,7 @@ class Bodies {
   [[nodiscard]] SolverBody accelerate(std::size_t body, float period_s) noexcept;
   void apply_contacts(std::size_t body, const Vec3& velocity_before_m_s, const Vec3& spin_before_rad_s,
                       const SolverBody& after, float period_s) noexcept;
-  void limit_speed(std::size_t body) noexcept;
+  void limit_speed(std::size_t body, float period_s) noexcept;
   void advance(std::size_t body, float period_s) noexcept;
   void advance_along_axis(std::size_t body, float period_s) noexcept;
   void stop(std::size_t body) noexcept;

@@ -12,7 +12,7 @@ inline constexpr std::size_t kMaxObjects = 64;
 inline constexpr std::size_t kMaxTriangles = 1U << 20U;       // of all meshes of a scene together
 inline constexpr std::size_t kMaxHeightSamples = 1U << 19U;   // of one height field: two triangles each
 inline constexpr std::size_t kMaxBodies = 16;                 // objects that move
-inline constexpr std::size_t kMaxBodyContacts = 64;           // points where bodies touch something
+inline constexpr std::size_t kMaxBodyContacts = 128;          // points where bodies touch something
 inline constexpr std::size_t kMaxTextureSamples = 1U << 16U;  // of one texture
 inline constexpr std::size_t kMaxMapSamples = 1U << 16U;      // of one stiffness map
 inline constexpr std::size_t kMaxVolumes = 16;                // objects that are volumes
@@ -46,8 +46,9 @@ inline constexpr float kMaxMass_kg = 1.0e3F;
 inline constexpr float kMinInertia_kg_m2 = 1.0e-9F;
 inline constexpr float kMaxInertia_kg_m2 = 1.0e6F;
 inline constexpr float kMaxAngularDamping_N_m_s = 1.0e3F;
-inline constexpr float kMaxBodySpeed_m_s = 10.0F;  // the speed is limited to this
-inline constexpr float kMaxBodySpin_rad_s = 100.0F;
+inline constexpr float kMaxBodySpeed_m_s = 10.0F;          // the speed is limited to this
+inline constexpr float kMaxBodySpin_rad_s = 100.0F;        // at the start, and of a body that turns
+inline constexpr float kMaxSmallBodySpin_rad_s = 1000.0F;  // of a free body that rolls
 // K / m of a body with the stiffness K of its material: a mass on a spring is stable at the period T when K
 // T^2 / m < 4, and two fingertips can press on it.
 inline constexpr float kMaxStiffnessPerMass_1_s2 = 1.0e6F;
