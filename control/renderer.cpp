@@ -32,11 +32,53 @@ Vec3 damping_force(const World& world, const Bodies& bodies, const Constraint& c
   return damping_force_N(m.stiffness_N_m * c.lambda_m, m.damping_N_s_m, speed) * c.normal;
 }
 
+// The part of a velocity along all surfaces that hold the god object.
+Vec3 along_surfaces(const Constraints& held, const Vec3& velocity) {
+  const Vec3& normal = held.list[0].normal;
+  if (held.count == 1) return velocity - normal * normal.dot(velocity);
+  if (held.count > 2) return Vec3::Zero();
+  const Vec3 edge = normal.cross(held.list[1].normal);
+  const float square = edge.squaredNorm();
+  return square > 0.0F ? Vec3(edge * (edge.dot(velocity) / square)) : Vec3(Vec3::Zero());
+}
+
+// Damping along the surfaces of moving objects while friction holds the tip: without it a held object swings on the
+// springs of the fingertips. It acts against the motion of the tip relative to the object, so it is passive; with the
+// friction spring it stays within the limit of friction, and in one tick it stops at most half of that motion. It grows
+// up to kHeldSpeed_m_s: a tip that sticks and slips is faster, and damping would level the slips that the hand feels.
+constexpr float kHeldSpeed_m_s = 0.015F;
+Vec3 damping_along(const World& world, const Bodies& bodies, const Finger& finger, const Constraints& held,
+                   const Vec3& velocity, const Vec3& friction_N, const FrictionLimits& limits,
+                   float period_s) {
+  if (bodies.empty() || limits.static_m <= 0.0F) return Vec3::Zero();
+  const Vec3& at = finger.god.position_m;
+  const float limit_N =
+      limits.stiffness_N_m * (finger.friction.sliding() ? limits.dynamic_m : limits.static_m);
+  Vec3 total = Vec3::Zero();
+  for (std::size_t i = 0; i < held.count; ++i) {
+    const PlacedObject& object = world.objects[held.list[i].object];
+    const float damping_N_s_m = held.list[i].material.damping_N_s_m / static_cast<float>(held.count);
+    if (object.body == kNoBody || damping_N_s_m <= 0.0F) continue;
+    const Vec3 along = along_surfaces(held, relative_velocity(object, bodies, at, velocity));
+    const float speed = along.norm();
+    if (speed <= 0.0F) continue;
+    const float most_N_s_m = 0.5F * bodies.mass_at(object.body, at, along / speed) / period_s;
+    total -= std::min({damping_N_s_m, most_N_s_m, damping_N_s_m * kHeldSpeed_m_s / speed}) * along;
+  }
+  // The share of it with which |friction + share total| is at the limit.
+  const float square = total.squaredNorm();
+  const float room2 = limit_N * limit_N - friction_N.squaredNorm();
+  if (square <= 0.0F || room2 <= 0.0F) return Vec3::Zero();
+  const float along = friction_N.dot(total);
+  const float share = (std::sqrt(along * along + square * room2) - along) / square;
+  return std::min(share, 1.0F) * total;
+}
+
 // Applies to every moving object in contact the opposite of its force on the finger: spring and damping along
 // its own normal, and its share of the rest (friction, effects of surfaces), in proportion to its static
 // friction limit.
-void push_back(const World& world, Bodies& bodies, const Constraints& held, const Vec3& at,
-               const Vec3& velocity, const Vec3& force) {
+void push_back(const World& world, Bodies& bodies, std::uint8_t finger, const Constraints& held,
+               const Vec3& at, const Vec3& velocity, const Vec3& force) {
   std::array<Vec3, kMaxContacts> own;
   std::array<float, kMaxContacts> holds;
   Vec3 rest = force;
@@ -54,6 +96,12 @@ void push_back(const World& world, Bodies& bodies, const Constraints& held, cons
     const PlacedObject& object = world.objects[held.list[i].object];
     if (object.body == kNoBody) continue;
     const float share = all > 0.0F ? holds[i] / all : 1.0F / static_cast<float>(held.count);
+    const Constraint& c = held.list[i];
+    const Material& m = c.material;
+    if (m.static_friction > 0.0F && c.lambda_m > 0.0F) {
+      bodies.grip({object.body, finger, at, c.normal, m.stiffness_N_m * c.lambda_m, m.static_friction,
+                   m.dynamic_friction});
+    }
     bodies.push(object.body, at, held.count == 1 ? Vec3(-force) : Vec3(-own[i] - share * rest));
   }
 }
@@ -417,7 +465,8 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   Vec3 damping = Vec3::Zero();
   for (std::size_t i = 0; i < held.count; ++i)
     damping += damping_force(world_, bodies_, held.list[i], god.position_m, tip.velocity_m_s);
-  force += damping;
+  force +=
+      damping + damping_along(world_, bodies_, finger, held, tip.velocity_m_s, friction_N, limits, period_s);
   if (surfaced && held.count > 0) {
     const PlacedObject& met = world_.objects[held.list[0].object];
     const Vec3 velocity = relative_velocity(met, bodies_, god.position_m, tip.velocity_m_s);
@@ -425,7 +474,8 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   } else {
     finger.click.release();
   }
-  if (!bodies_.empty()) push_back(world_, bodies_, held, god.position_m, tip.velocity_m_s, force);
+  const auto index = static_cast<std::uint8_t>(&finger - fingers_.data());
+  if (!bodies_.empty()) push_back(world_, bodies_, index, held, god.position_m, tip.velocity_m_s, force);
   touch = {force, god.position_m, static_cast<std::uint8_t>(held.count)};
 }
 

@@ -136,6 +136,7 @@ class Simulation {
     }
     result.sweep_bound = renderer->counters().sweep_bound;
     result.slide_bound = renderer->counters().slide_bound;
+    result.contact_bound = renderer->counters().contact_bound;
     return result;
   }
 
@@ -205,6 +206,7 @@ class Simulation {
     }
     result.sweep_bound = controller.telemetry().sweep_bound;
     result.slide_bound = controller.telemetry().slide_bound;
+    result.contact_bound = controller.telemetry().contact_bound;
     return result;
   }
 

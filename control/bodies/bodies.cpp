@@ -76,6 +76,7 @@ void Bodies::apply_materials(const SceneView& scene) noexcept {
 
 void Bodies::bind(const SceneView& scene, World& world) noexcept {
   count_ = 0;
+  grip_count_ = 0;
   gravity_m_s2_ = Vec3::Zero();
   solver_.reset();
   if (scene.scene() == nullptr) return;
@@ -131,6 +132,38 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
     if (!is_volume(object->shape_type())) ++in_world;
     ++in_image;
   }
+}
+
+float Bodies::mass_at(std::uint8_t body, const Vec3& point_m, const Vec3& direction) const noexcept {
+  const BodyModel& model = models_[body];
+  const BodyState& state = states_[body];
+  float response = 0.0F;
+  switch (model.motion) {
+    case scene::Motion::Free: {
+      const Vec3 arm = state.rotation.conjugate() * (point_m - state.position_m).cross(direction).eval();
+      response = 1.0F / model.mass_kg + arm.cwiseAbs2().dot(model.inertia_kg_m2.cwiseInverse());
+      break;
+    }
+    case scene::Motion::Translate:
+      response = 1.0F / model.mass_kg;
+      break;
+    case scene::Motion::Plane: {
+      const float along = model.axis.dot(direction);
+      response = (1.0F - along * along) / model.mass_kg;
+      break;
+    }
+    case scene::Motion::Slide: {
+      const float along = model.axis.dot(direction);
+      response = along * along / model.control_inertia;
+      break;
+    }
+    case scene::Motion::Turn: {
+      const float arm = model.axis.dot((point_m - model.pivot_m).cross(direction));
+      response = arm * arm / model.control_inertia;
+      break;
+    }
+  }
+  return response > kNoResponse ? 1.0F / response : 0.0F;
 }
 
 // Semi-implicit Euler: first the velocities, then the positions with the new velocities. So the energy of a
@@ -313,7 +346,9 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
     velocity_before_m_s[i] = solver_bodies[i].velocity_m_s;
     spin_before_rad_s[i] = solver_bodies[i].spin_rad_s;
   }
-  solver_.solve(world, std::span(solver_bodies).first(count_), period_s, counters);
+  solver_.solve(world, std::span(solver_bodies).first(count_), std::span(grips_).first(grip_count_), period_s,
+                counters);
+  grip_count_ = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     const std::uint8_t index = models_[i].object;
     const PlacedObject before = world.objects[index];

@@ -81,6 +81,14 @@ class Bodies {
     load.torque_N_m += (point_m - states_[body].position_m).cross(force_N);
   }
 
+  // A fingertip on a body, for the next step.
+  void grip(const Grip& grip) noexcept {
+    if (grip_count_ < grips_.size()) grips_[grip_count_++] = grip;
+  }
+
+  // The mass that a force along `direction`, a unit vector, meets at a point of the body; 0 where it cannot move.
+  [[nodiscard]] float mass_at(std::uint8_t body, const Vec3& point_m, const Vec3& direction) const noexcept;
+
   // One period: moves the bodies, writes their new poses to the world, and carries the fingers' god objects
   // along.
   void step(World& world, std::span<Finger> fingers, float period_s, RenderCounters& counters) noexcept;
@@ -107,6 +115,8 @@ class Bodies {
   std::array<Load, kMaxBodies> loads_;
   std::array<float, kMaxBodies> efforts_;  // Slide, Turn: N or N m of this tick
   std::size_t count_ = 0;
+  std::array<Grip, kMaxArms * kMaxContacts> grips_;
+  std::size_t grip_count_ = 0;
   ContactSolver solver_;
 };
 

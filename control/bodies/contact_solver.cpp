@@ -35,8 +35,6 @@ constexpr float kSameNormal = 0.9F;  // cosine
 // stack moves less in the ticks in which its impulses converge.
 constexpr float kSlipped_m = 2.0e-6F;
 constexpr float kAtLimit = 1.0F - 1.0e-3F;
-// A thousandth of the response of the heaviest body. Below that, neither body can move.
-constexpr float kNoResponse = 1.0e-3F / kMaxMass_kg;
 
 bool collides(const PlacedObject& object) { return object.row->collision != nullptr; }
 
@@ -51,85 +49,6 @@ ContactSolver::Softness softness(float period_s) {
   constexpr float kA2 = kAngle * kA1;
   constexpr float kA3 = 1.0F / (1.0F + kA2);
   return {kAngle / (kA1 * period_s), kA2 * kA3, kA3};
-}
-
-NormalRow normal_row(std::span<const SolverBody> bodies, const Patch& patch, const Vec3& point_m,
-                     const Vec3& normal) {
-  NormalRow r;
-  r.normal = normal;
-  const SolverBody& a = bodies[patch.a];
-  r.arm_a = (point_m - a.centre_m).cross(normal);
-  r.linear_a = a.inverse_mass * normal;
-  r.angular_a = a.inverse_inertia * r.arm_a;
-  float response = normal.dot(r.linear_a) + r.arm_a.dot(r.angular_a);
-  if (patch.b != kNoBody) {
-    const SolverBody& b = bodies[patch.b];
-    r.arm_b = (point_m - b.centre_m).cross(normal);
-    r.linear_b = b.inverse_mass * normal;
-    r.angular_b = b.inverse_inertia * r.arm_b;
-    response += normal.dot(r.linear_b) + r.arm_b.dot(r.angular_b);
-  }
-  r.mass = response > kNoResponse ? 1.0F / response : 0.0F;
-  return r;
-}
-
-float separation_speed(std::span<const SolverBody> bodies, const Patch& patch, const NormalRow& r) {
-  const SolverBody& a = bodies[patch.a];
-  const float of_a = r.normal.dot(a.velocity_m_s) + r.arm_a.dot(a.spin_rad_s);
-  if (patch.b == kNoBody) return of_a;
-  const SolverBody& b = bodies[patch.b];
-  return of_a - r.normal.dot(b.velocity_m_s) - r.arm_b.dot(b.spin_rad_s);
-}
-
-void apply_normal_impulse(std::span<SolverBody> bodies, const Patch& patch, const NormalRow& r,
-                          float impulse) {
-  SolverBody& a = bodies[patch.a];
-  a.velocity_m_s += impulse * r.linear_a;
-  a.spin_rad_s += impulse * r.angular_a;
-  if (patch.b == kNoBody) return;
-  SolverBody& b = bodies[patch.b];
-  b.velocity_m_s -= impulse * r.linear_b;
-  b.spin_rad_s -= impulse * r.angular_b;
-}
-
-Vec3 velocity_at(const SolverBody& body, const Vec3& point_m) {
-  return body.velocity_m_s + body.spin_rad_s.cross(point_m - body.centre_m);
-}
-
-// The relative velocity of a patch in its three directions of friction.
-Vec3 slip_speed(std::span<const SolverBody> bodies, const Patch& patch) {
-  Vec3 velocity = velocity_at(bodies[patch.a], patch.centre_m);
-  Vec3 spin = bodies[patch.a].spin_rad_s;
-  if (patch.b != kNoBody) {
-    velocity -= velocity_at(bodies[patch.b], patch.centre_m);
-    spin -= bodies[patch.b].spin_rad_s;
-  }
-  return {patch.across[0].dot(velocity), patch.across[1].dot(velocity),
-          patch.radius_m * patch.normal.dot(spin)};
-}
-
-void apply_friction_impulse(std::span<SolverBody> bodies, const Patch& patch, const Vec3& impulse) {
-  const Vec3 force = impulse[0] * patch.across[0] + impulse[1] * patch.across[1];
-  const Vec3 moment = (patch.radius_m * impulse[2]) * patch.normal;
-  SolverBody& a = bodies[patch.a];
-  a.velocity_m_s += a.inverse_mass * force;
-  a.spin_rad_s += a.inverse_inertia * ((patch.centre_m - a.centre_m).cross(force) + moment);
-  if (patch.b == kNoBody) return;
-  SolverBody& b = bodies[patch.b];
-  b.velocity_m_s -= b.inverse_mass * force;
-  b.spin_rad_s -= b.inverse_inertia * ((patch.centre_m - b.centre_m).cross(force) + moment);
-}
-
-// Adds how a body answers to unit impulses in the three directions of friction.
-void add_response(const SolverBody& body, const Patch& patch, Mat3& response) {
-  const Vec3 arm = patch.centre_m - body.centre_m;
-  Mat3 turning;
-  turning << arm.cross(patch.across[0]), arm.cross(patch.across[1]), patch.radius_m * patch.normal;
-  response += turning.transpose() * (body.inverse_inertia * turning);
-  for (int i = 0; i < 2; ++i) {
-    const Vec3 linear = body.inverse_mass * patch.across[static_cast<std::size_t>(i)];
-    for (int j = 0; j < 2; ++j) response(i, j) += linear.dot(patch.across[static_cast<std::size_t>(j)]);
-  }
 }
 
 }  // namespace
@@ -265,6 +184,7 @@ void ContactSolver::prepare_friction(std::span<const SolverBody> bodies, Patch& 
 void ContactSolver::prepare(std::span<const SolverBody> bodies, Patch& patch, float period_s) noexcept {
   const float restitution =
       std::max(bodies[patch.a].restitution, patch.b == kNoBody ? 0.0F : bodies[patch.b].restitution);
+  if (patch.count == 0) return;  // a grip
   patch.across[0] = patch.normal.unitOrthogonal();
   patch.across[1] = patch.normal.cross(patch.across[0]);
   bool moves = false;
@@ -323,6 +243,27 @@ void ContactSolver::collect_pair(const World& world, std::span<const SolverBody>
   pair.static_friction = std::sqrt(first.material.static_friction * second.material.static_friction);
   pair.dynamic_friction = std::sqrt(first.material.dynamic_friction * second.material.dynamic_friction);
   found_.add(pair, manifold, counters);
+}
+
+// A grip is a patch without points and without directions along the surface. For the warm start its second object is the
+// finger.
+void ContactSolver::collect_grips(std::span<const SolverBody> bodies, std::span<const Grip> grips,
+                                  float period_s) noexcept {
+  Patch patch;
+  patch.b = kNoBody;
+  patch.across[0] = patch.across[1] = patch.slip_m = patch.impulse_N_s = Vec3::Zero();
+  patch.radius_m = kGripRadius_m;
+  for (const Grip& grip : grips) {
+    patch.a = grip.body;
+    patch.object_a = bodies[grip.body].object;
+    patch.object_b = static_cast<std::uint8_t>(kMaxObjects + grip.finger);
+    patch.normal = grip.normal;
+    patch.centre_m = grip.point_m;
+    patch.held_N_s = period_s * grip.normal_N;
+    patch.static_friction = grip.static_friction;
+    patch.dynamic_friction = grip.dynamic_friction;
+    found_.add(patch);
+  }
 }
 
 void ContactSolver::collect_contacts(const World& world, std::span<const SolverBody> bodies, float period_s,
@@ -409,9 +350,10 @@ void ContactSolver::iterate(std::span<SolverBody> bodies, const Softness& softne
   }
 }
 
-void ContactSolver::solve(const World& world, std::span<SolverBody> bodies, float period_s,
-                          RenderCounters& counters) noexcept {
+void ContactSolver::solve(const World& world, std::span<SolverBody> bodies, std::span<const Grip> grips,
+                          float period_s, RenderCounters& counters) noexcept {
   found_.clear();
+  collect_grips(bodies, grips, period_s);
   collect_contacts(world, bodies, period_s, counters);
   for (Patch& patch : found_.patches()) {
     prepare(bodies, patch, period_s);

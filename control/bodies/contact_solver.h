@@ -28,6 +28,7 @@
 #include <span>
 
 #include "control/bodies/contact_patches.h"
+#include "control/bodies/solver_body.h"
 #include "control/contact/world.h"
 #include "control/renderer_types.h"
 #include "control/scene/limits.h"
@@ -35,22 +36,21 @@
 
 namespace thimble::control {
 
-// One body as the solver sees it. An impulse J at p changes v by inverse_mass J and w by inverse_inertia (p -
-// centre) x J.
-struct SolverBody {
-  std::uint8_t object = 0;
-  Vec3 centre_m = Vec3::Zero();
-  Mat3 inverse_mass = Mat3::Zero();
-  Mat3 inverse_inertia = Mat3::Zero();
-  Vec3 velocity_m_s = Vec3::Zero();  // of the centre; as input, with the forces of this tick applied
-  Vec3 spin_rad_s = Vec3::Zero();
-  // The impulse of this tick's forces in the directions that the body cannot move in.
-  Vec3 constrained_N_s = Vec3::Zero();
-  float restitution = 0.0F;
-  // Output: changes of the pose that remove residual penetration, without adding velocity.
-  Vec3 correction_m = Vec3::Zero();
-  Vec3 correction_rad = Vec3::Zero();
+// A fingertip on a body: the patch of its skin is round the contact point, and a moment about the normal resists the
+// spin of the body. The fingertip itself does not turn. Its force acts on the body elsewhere (Bodies::push).
+struct Grip {
+  std::uint8_t body = 0;
+  std::uint8_t finger = 0;
+  Vec3 point_m;
+  Vec3 normal;
+  float normal_N = 0.0F;
+  float static_friction = 0.0F;
+  float dynamic_friction = 0.0F;
 };
+
+// The moment of a grip is at most the friction coefficient times the normal force times this radius: two thirds of the
+// radius of the contact patch of a human fingertip pressed with 1 N, 5 mm, for even pressure.
+inline constexpr float kGripRadius_m = 3.3e-3F;
 
 class ContactSolver {
  public:
@@ -65,7 +65,7 @@ class ContactSolver {
   void reset() noexcept;
 
   // Collects the contacts of `bodies`, changes their velocities and writes their position corrections.
-  void solve(const World& world, std::span<SolverBody> bodies, float period_s,
+  void solve(const World& world, std::span<SolverBody> bodies, std::span<const Grip> grips, float period_s,
              RenderCounters& counters) noexcept;
 
  private:
@@ -86,6 +86,8 @@ class ContactSolver {
 
   void collect_contacts(const World& world, std::span<const SolverBody> bodies, float period_s,
                         RenderCounters& counters) noexcept;
+  void collect_grips(std::span<const SolverBody> bodies, std::span<const Grip> grips,
+                     float period_s) noexcept;
   void collect_pair(const World& world, std::span<const SolverBody> bodies, Patch& pair, float period_s,
                     RenderCounters& counters) noexcept;
   void prepare(std::span<const SolverBody> bodies, Patch& patch, float period_s) noexcept;

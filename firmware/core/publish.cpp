@@ -50,6 +50,7 @@ void show_tick(Parts& parts, const Inputs& inputs, Conditions unmet) noexcept {
   t.scene_sequence = parts.sources.scene.sequence();
   t.sweep_bound = parts.sources.scene.renderer().counters().sweep_bound;
   t.slide_bound = parts.sources.scene.renderer().counters().slide_bound;
+  t.contact_bound = parts.sources.scene.renderer().counters().contact_bound;
   bool contact = false;
   float most_N = 0;
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {

@@ -57,6 +57,7 @@ struct Telemetry {
   float mean_force_N = 0;         // over the contact ticks, of the arm that feels most
   std::uint32_t sweep_bound = 0;  // control::RenderCounters
   std::uint32_t slide_bound = 0;
+  std::uint32_t contact_bound = 0;
   std::array<ArmTelemetry, control::kMaxArms> arm;
 };
 

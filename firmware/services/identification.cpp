@@ -46,6 +46,7 @@ void device_state(const Services& services, ByteWriter& out) noexcept {
   state.frames_received = parts.link.frames_received;
   state.frames_dropped = parts.telemetry.dropped();
   state.link_losses = parts.link.link_losses;
+  state.contact_bound = record.contact_bound;
   out.put_record(state);
 }
 

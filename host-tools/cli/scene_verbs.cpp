@@ -144,6 +144,7 @@ void simulate(const Common& common, const SimulateChoice& choice) {
     json["mean_contact_force_N"] = mean_N;
     json["sweep_bound"] = result.sweep_bound;
     json["slide_bound"] = result.slide_bound;
+    json["contact_bound"] = result.contact_bound;
     json["inside"] = Json::array();
     for (const board::BeganInside& inside : result.inside) json["inside"].push_back(to_json(inside));
     json["warnings"] = warnings;
