@@ -32,6 +32,14 @@ Vec3 damping_force(const World& world, const Bodies& bodies, const Constraint& c
   return damping_force_N(m.stiffness_N_m * c.lambda_m, m.damping_N_s_m, speed) * c.normal;
 }
 
+Vec3 damping_force(const World& world, const Bodies& bodies, const Constraints& held, const Vec3& at,
+                   const Vec3& velocity) {
+  Vec3 force = Vec3::Zero();
+  for (std::size_t i = 0; i < held.count; ++i)
+    force += damping_force(world, bodies, held.list[i], at, velocity);
+  return force;
+}
+
 // The part of a velocity along all surfaces that hold the god object.
 Vec3 along_surfaces(const Constraints& held, const Vec3& velocity) {
   const Vec3& normal = held.list[0].normal;
@@ -462,9 +470,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
             : stored_J(force, pull);
     force *= passive_scale(world_, finger, held, x, {pull, force, energy_J}, !shaded && surface.potential);
   }
-  Vec3 damping = Vec3::Zero();
-  for (std::size_t i = 0; i < held.count; ++i)
-    damping += damping_force(world_, bodies_, held.list[i], god.position_m, tip.velocity_m_s);
+  const Vec3 damping = damping_force(world_, bodies_, held, god.position_m, tip.velocity_m_s);
   force +=
       damping + damping_along(world_, bodies_, finger, held, tip.velocity_m_s, friction_N, limits, period_s);
   if (surfaced && held.count > 0) {
