@@ -400,6 +400,7 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
     }
     if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
   }
+  if (!bodies_.empty() && fields_.count() != 0) fields_.press(world_, period_s, bodies_);
   if (!bodies_.empty()) bodies_.step(world_, std::span(fingers_).first(count), period_s, counters_);
 }
 

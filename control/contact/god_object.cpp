@@ -304,7 +304,7 @@ Nearby::Nearby(const World& world, const Reach& reach, SolidSet without) noexcep
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     const PlacedObject& object = world.objects[list_[i]];
-    if (object.row->collision == nullptr ||
+    if (object.ops->separate != nullptr ||
         object.row->collision->nearest(object.shape, object.to_local(reach.tip_m)).outside_m <= radius_m)
       list_[kept++] = list_[i];
   }

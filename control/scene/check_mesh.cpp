@@ -111,6 +111,25 @@ ImageVerdict check_texture_weights(const scene::Mesh& mesh, Pauses& pauses) {
   return ImageStatus::kOk;
 }
 
+// The convex pieces: none, or from 1 to kMaxPieces with enough corners each.
+ImageVerdict check_pieces(const scene::Mesh& mesh) {
+  const std::size_t pieces = mesh.piece_ends() != nullptr ? mesh.piece_ends()->size() : 0;
+  const std::size_t corners = mesh.piece_corners() != nullptr ? mesh.piece_corners()->size() : 0;
+  RETURN_IF_BAD(at_most(kMaxPieces, pieces, "pieces of a mesh", ImageStatus::kTooManySamples));
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < pieces; ++i) {
+    const std::size_t end = mesh.piece_ends()->Get(static_cast<flatbuffers::uoffset_t>(i));
+    if (end < begin + kMinPieceCorners || end > begin + kMaxPieceCorners) return ImageStatus::kBadIndex;
+    begin = end;
+  }
+  if (begin != corners) return ImageStatus::kBadIndex;
+  for (std::size_t i = 0; i < corners; ++i) {
+    if (!is_coordinate(*mesh.piece_corners()->Get(static_cast<flatbuffers::uoffset_t>(i))))
+      return ImageStatus::kBadNumber;
+  }
+  return ImageStatus::kOk;
+}
+
 }  // namespace
 
 ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene, Pauses& pauses) noexcept {
@@ -133,6 +152,7 @@ ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene
       return ImageStatus::kBadNumber;
   }
   RETURN_IF_BAD(check_triangles(mesh, pauses));
+  RETURN_IF_BAD(check_pieces(mesh));
   RETURN_IF_BAD(check_texture_weights(mesh, pauses));
   RETURN_IF_BAD(check_texture_points(mesh, pauses));
   return check_tree(mesh, pauses);

@@ -31,6 +31,7 @@ extern const CollisionOps kSphereCollision;
 extern const CollisionOps kBoxCollision;
 extern const CollisionOps kCylinderCollision;
 extern const CollisionOps kCapsuleCollision;
+extern const CollisionOps kMeshCollision;
 extern const CollisionOps kConeCollision;
 
 extern const VolumeOps kVectorFieldVolume;
@@ -52,7 +53,7 @@ struct ShapeRow {
   scene::Shape shape;
   ShapeClass form;
   Mobility mobility;
-  const CollisionOps* collision;  // null: bodies pass through it
+  const CollisionOps* collision;  // null: a volume
   const SolidOps* solid;          // null: a volume
   const VolumeOps* volume;        // null: a solid
 };
@@ -82,7 +83,7 @@ inline constexpr auto kShapeTable = [] {
     solid(Shape::Box,      kMovable, &kBoxCollision,      &kBoxSolid),
     solid(Shape::Cylinder, kMovable, &kCylinderCollision, &kCylinderSolid),
     solid(Shape::Capsule,  kMovable, &kCapsuleCollision,  &kCapsuleSolid),
-    solid(Shape::Mesh,     kMovable, nullptr,             &kMeshSolid),
+    solid(Shape::Mesh,     kMovable, &kMeshCollision,     &kMeshSolid),
     volume(Shape::VectorField,    &kVectorFieldVolume),
     volume(Shape::PotentialField, &kPotentialFieldVolume),
     volume(Shape::Needle,         &kNeedleVolume),

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "control/bodies/collide.h"
 #include "control/scene/check.h"
 #include "control/scene/octahedral.h"
 #include "control/solids/mesh_topology.h"
@@ -25,6 +26,11 @@ MeshView view_mesh(const scene::Mesh& mesh) noexcept {
   if (mesh.texture_corners() != nullptr) {
     view.texture_corners = mesh.texture_corners()->data();
     view.texture_points = mesh.texture_points()->Get(0);
+  }
+  if (mesh.piece_ends() != nullptr && mesh.piece_ends()->size() > 0) {
+    view.piece_corners = mesh.piece_corners()->Get(0);
+    view.piece_ends = mesh.piece_ends()->data();
+    view.piece_count = mesh.piece_ends()->size();
   }
   if (mesh.grid_origin_m() != nullptr) {
     view.grid_origin_m = {mesh.grid_origin_m()->x(), mesh.grid_origin_m()->y(), mesh.grid_origin_m()->z()};
@@ -129,5 +135,6 @@ const SolidOps kMeshSolid{.check = check,
                           .chart = chart_on_mesh,
                           .blend = blend_on_mesh,
                           .walks = true};
+const CollisionOps kMeshCollision{.form = CollisionForm::kMesh};
 
 }  // namespace thimble::control
