@@ -27,14 +27,17 @@ bool shaded_normal(const World& world, const GodObject& god, Vec3& normal) {
 
 bool shade(const World& world, const Nearby& nearby, GodObject& rest, const Vec3& tip, Constraints& held,
            RenderCounters& counters) noexcept {
+  if (!world.objects[rest.contacts[0].object].shaded) return false;
   Vec3 normal;
-  const std::uint8_t object = rest.contacts[0].object;
+  GodObject smooth = rest;
   for (int round = 0; round < kRounds; ++round) {
-    if (!shaded_normal(world, rest, normal)) return false;
-    const Vec3 on_plane = tip - normal * (tip - rest.position_m).dot(normal);
-    move(world, nearby, rest, on_plane, true, counters);
+    if (!shaded_normal(world, smooth, normal)) return false;
+    const Vec3 on_plane = tip - normal * (tip - smooth.position_m).dot(normal);
+    move(world, nearby, smooth, on_plane, true, counters);
   }
-  if (!shaded_normal(world, rest, normal)) return false;
+  if (!shaded_normal(world, smooth, normal)) return false;
+  rest = smooth;
+  const std::uint8_t object = rest.contacts[0].object;
   held.count = 1;
   held.list[0] = {object, normal, std::max((rest.position_m - tip).dot(normal), 0.0F),
                   world.objects[object].material, 0};

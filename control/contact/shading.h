@@ -13,7 +13,8 @@
 namespace thimble::control {
 
 // Moves a frictionless god object that rests on one shaded mesh to its place on the smooth surface, and makes that plane its
-// constraint. Returns false, and leaves `held`, where there is no such plane.
+// constraint. Returns false, and leaves `rest` and `held`, where there is no such plane: on its way it may have come to
+// another solid, and the two must belong to the same one.
 bool shade(const World& world, const Nearby& nearby, GodObject& rest, const Vec3& tip, Constraints& held,
            RenderCounters& counters) noexcept;
 
