@@ -130,6 +130,8 @@ struct Spring {
   Vec3 pull_m;  // from the tip to what pulls it
   Vec3 force_N;
   float stored_J;
+  bool bound =
+      false;  // the force is bound to the last tick's (ShadedForce), also after the effects of surfaces
 };
 
 // The scale of the spring force, 0 to 1, with which no closed path of the tip gains energy. All is in the frame of
@@ -138,7 +140,7 @@ struct Spring {
                                                   const Spring& spring, bool gradient) {
   if (!gradient || !finger.account.exact(body))
     return finger.account.tick(body, tip_m, spring.pull_m.norm(), spring.stored_J, spring.force_N,
-                               finger.shaded.took_part(), finger.shaded.bound());
+                               finger.shaded.took_part(), spring.bound);
   finger.account.follow(body, tip_m, spring.stored_J, spring.force_N);
   return 1.0F;
 }
@@ -158,7 +160,7 @@ float passive_scale(const World& world, Finger& finger, const Constraints& held,
       finger.potential.stays(held) || finger.potential.goes_on(held, finger.account.step_m(frame->body, at));
   if (!moves) return passive_scale(finger, kNoBody, at, spring, gradient && goes_on);
   return passive_scale(finger, frame->body, at,
-                       {spring.pull_m, frame->turn_back(spring.force_N), spring.stored_J},
+                       {spring.pull_m, frame->turn_back(spring.force_N), spring.stored_J, spring.bound},
                        gradient && goes_on);
 }
 
@@ -469,7 +471,9 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
         unlike_stiffness(held) && !continuous
             ? spring_energy_J(held) + stored_J(friction_N, god.position_m - rest.position_m)
             : stored_J(force, pull);
-    force *= passive_scale(world_, finger, held, x, {pull, force, energy_J}, !shaded && surface.potential);
+    force *=
+        passive_scale(world_, finger, held, x, {pull, force, energy_J, !surfaced && finger.shaded.bound()},
+                      !shaded && surface.potential);
   }
   const Vec3 damping = damping_force(world_, bodies_, held, god.position_m, tip.velocity_m_s);
   force +=
