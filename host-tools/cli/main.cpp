@@ -206,6 +206,8 @@ void define_mesh(CLI::App& app, Choices& c) {
                    "in m: holes whose box has a diagonal up to this are closed; 0: none")
       ->check(number_between(0.0, 100.0))
       ->capture_default_str();
+  mesh_verb->add_flag("--keep-crossings", c.mesh.keep_crossings,
+                      "do not resolve closed parts that cross to their outer surface");
 }
 
 void define_device(CLI::App& app, Choices& c) {

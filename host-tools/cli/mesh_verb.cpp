@@ -31,8 +31,26 @@ std::vector<std::string> left_undone(const RepairReport& report) {
   say(report.outlines, "open edges' loops are outlines of sheets, and stay open");
   say(report.holes_folded, "holes cannot be closed without a third face at an edge, and stay open");
   say(report.after.non_manifold_edges, "edges have more than two faces");
-  say(report.after.pierced_triangles, "triangles touch or cross others, and are not changed");
+  say(report.after.pierced_triangles, "triangles still touch or cross others");
+  if (report.resolved == Resolved::kTooLarge)
+    left.emplace_back("the parts cross too often to be resolved, and stay as they are");
+  if (report.resolved == Resolved::kFailed)
+    left.emplace_back("the parts that cross could not be resolved, and stay as they are");
   return left;
+}
+
+const char* name_of(Resolved resolved) {
+  switch (resolved) {
+    case Resolved::kNothingToDo:
+      return "nothing to do";
+    case Resolved::kYes:
+      return "to the outer surface";
+    case Resolved::kTooLarge:
+      return "too large";
+    case Resolved::kFailed:
+      return "failed";
+  }
+  return "";
 }
 
 Json counts(const MeshReport& mesh) {
@@ -55,7 +73,8 @@ void mesh(const Common& common, const MeshChoice& choice) {
                 "give a name that ends with .obj");
   }
   const TriangleSoup soup = read_mesh_file(choice.file, choice.scale_m, choice.file.string());
-  const RepairedMesh repaired = repair_mesh(soup, {choice.max_hole_m}, choice.file.string());
+  const RepairedMesh repaired =
+      repair_mesh(soup, {choice.max_hole_m, !choice.keep_crossings}, choice.file.string());
   OutputFile output(choice.output);
   write_obj(output.stream(), repaired.soup);
   output.commit();
@@ -74,6 +93,7 @@ void mesh(const Common& common, const MeshChoice& choice) {
     json["reversed_triangles"] = report.reversed_triangles;
     json["holes_closed"] = report.holes_closed;
     json["hole_triangles"] = report.hole_triangles;
+    json["crossings"] = choice.keep_crossings ? "kept" : name_of(report.resolved);
     json["before"] = counts(report.before);
     json["after"] = counts(report.after);
     json["warnings"] = left;
@@ -88,6 +108,8 @@ void mesh(const Common& common, const MeshChoice& choice) {
   fmt::print("  winding             {} triangles reversed\n", report.reversed_triangles);
   fmt::print("  holes               {} closed with {} triangles\n", report.holes_closed,
              report.hole_triangles);
+  fmt::print("  crossing parts      {}\n", choice.keep_crossings ? "kept" : name_of(report.resolved));
+  fmt::print("  parts               {} -> {}\n", report.before.components, report.after.components);
   fmt::print("  open edges          {} -> {}\n", report.before.open_edges, report.after.open_edges);
   fmt::print("  touching, crossing  {} -> {}\n", report.before.pierced_triangles,
              report.after.pierced_triangles);

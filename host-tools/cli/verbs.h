@@ -97,6 +97,7 @@ struct MeshChoice {
   std::filesystem::path output;  // *.obj, in metres
   double scale_m = 1;            // metres per unit of the file
   double max_hole_m = 0;
+  bool keep_crossings = false;
 };
 void mesh(const Common& common, const MeshChoice& choice);
 

@@ -10,6 +10,8 @@
 namespace thimble::host {
 namespace {
 
+// Where faces cross at narrow angles, new vertices lie closer together than a face must be high.
+constexpr double kResolvedWeld = 1.0e-5;
 constexpr std::uint32_t kUnused = 0xFFFFFFFFU;
 
 struct Oriented {
@@ -42,6 +44,10 @@ std::size_t wind(Surface& surface) {
   return reversed;
 }
 
+MeshReport compiled(const TriangleSoup& soup, const std::string& name) {
+  return compile_mesh(soup, {}, name).report;
+}
+
 TriangleSoup to_soup(const Surface& surface) {
   TriangleSoup soup;
   std::vector<std::uint32_t> index(surface.at_m.size(), kUnused);
@@ -58,12 +64,40 @@ TriangleSoup to_soup(const Surface& surface) {
   return soup;
 }
 
+// Rounding to float can make faces of the result touch: then vertices that are near each other are one, and it is resolved
+// again. Keeps the best, which is never worse than what was given.
+void resolve(TriangleSoup& soup, const std::string& name, RepairReport& report) {
+  constexpr int kRounds = 4;
+  double weld_share = kResolvedWeld;
+  TriangleSoup next = soup;
+  for (int round = 0; round < kRounds; ++round, weld_share *= 2.0) {
+    MeshReport ignored;
+    Surface surface = clean_surface(next, name, ignored);
+    wind(surface);
+    Oriented oriented = orient_surface(surface, ignored);
+    const Resolved resolved = resolve_crossings(oriented.surface, oriented.adjacency);
+    if (round == 0) report.resolved = resolved;
+    if (report.resolved != Resolved::kYes) return;
+    surface = clean_surface(to_soup(oriented.surface), name, ignored, weld_share);
+    wind(surface);
+    next = to_soup(surface);
+    const MeshReport after = compiled(next, name);
+    const bool worse = after.pierced_triangles > report.after.pierced_triangles ||
+                       after.open_edges > report.after.open_edges;
+    if (worse && round == 0) report.resolved = Resolved::kFailed;
+    if (worse) return;
+    soup = next;
+    report.after = after;
+    if (after.pierced_triangles == 0) return;
+  }
+}
+
 }  // namespace
 
 RepairedMesh repair_mesh(const TriangleSoup& soup, const RepairOptions& options, const std::string& name) {
   RepairedMesh result;
   RepairReport& report = result.report;
-  report.before = compile_mesh(soup, {}, name).report;
+  report.before = compiled(soup, name);
   MeshReport cleaning;
   Surface surface = clean_surface(soup, name, cleaning);
   report.reversed_triangles = wind(surface);
@@ -76,7 +110,8 @@ RepairedMesh repair_mesh(const TriangleSoup& soup, const RepairOptions& options,
                            oriented.surface.triangles.end());
   if (report.holes_closed != 0) wind(surface);  // a part that is closed now is wound outwards
   result.soup = to_soup(surface);
-  report.after = compile_mesh(result.soup, {}, name).report;
+  report.after = compiled(result.soup, name);
+  if (options.resolve) resolve(result.soup, name, report);
   return result;
 }
 

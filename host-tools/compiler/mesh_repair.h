@@ -1,5 +1,5 @@
-// Repairs a triangle soup and says what it did: welds, drops faces without area, cancels fins, orients, and
-// closes holes up to a stated size. Called by `thimble mesh`. Crossing faces are counted and left as they are.
+// Repairs a triangle soup and says what it did: welds, drops faces without area, cancels fins, orients, closes holes up
+// to a stated size, and resolves closed parts that cross to their outer surface. Called by `thimble mesh`.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 #include <string>
 
 #include "host-tools/compiler/mesh.h"
+#include "host-tools/compiler/mesh_resolve.h"
 
 namespace thimble::host {
 
@@ -14,6 +15,7 @@ inline constexpr std::size_t kMaxHoleEdges = 256;  // the triangulation takes th
 
 struct RepairOptions {
   double max_hole_m = 0;  // diagonal of the box of a hole that is closed; 0: none is closed
+  bool resolve = true;    // closed parts that cross
 };
 
 struct RepairReport {
@@ -26,6 +28,7 @@ struct RepairReport {
   std::size_t holes_too_long = 0;  // of more than kMaxHoleEdges edges
   std::size_t outlines = 0;        // of sheets: closing one would only add the reverse of the sheet
   std::size_t holes_folded = 0;    // no triangulation that is free of faces and edges which are there already
+  Resolved resolved = Resolved::kNothingToDo;
 };
 
 struct RepairedMesh {

@@ -18,7 +18,6 @@ namespace {
 using Eigen::Vector3d;
 
 // Lengths relative to the diagonal of the mesh's box, so that nothing depends on the file's unit.
-constexpr double kWeldTolerance = 1.0e-6;  // vertices closer than this are one
 constexpr double kCapTolerance =
     4.0e-6;  // a triangle lower than this over its longest edge is a cap: no area, no normal
 constexpr double kFloatTolerance =
@@ -87,7 +86,7 @@ struct CellHash {
 };
 
 // Merges vertices within the tolerance into the first of them, and drops triangles that lose a corner by it.
-Surface weld(const TriangleSoup& soup, const std::string& name, MeshReport& report) {
+Surface weld(const TriangleSoup& soup, const std::string& name, double weld_share, MeshReport& report) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Vector3d lo = Vector3d::Constant(kInfinity);
   Vector3d hi = Vector3d::Constant(-kInfinity);
@@ -110,7 +109,7 @@ Surface weld(const TriangleSoup& soup, const std::string& name, MeshReport& repo
                    "set the mesh's \"scale\" (metres per file unit)");
   }
   const double tolerance =
-      std::max(kWeldTolerance * surface.size_m,
+      std::max(weld_share * surface.size_m,
                kFloatTolerance * std::max(lo.cwiseAbs().maxCoeff(), hi.cwiseAbs().maxCoeff()));
 
   // Cells twice the tolerance wide: what is near a point lies in the eight cells around it.
@@ -375,10 +374,11 @@ void cancel_repeated_faces(Surface& surface, MeshReport& report) {
 
 }  // namespace
 
-Surface clean_surface(const TriangleSoup& soup, const std::string& name, MeshReport& report) {
+Surface clean_surface(const TriangleSoup& soup, const std::string& name, MeshReport& report,
+                      double weld_share) {
   check_soup(soup, name);
   report.input_triangles = soup.triangles.size();
-  Surface surface = weld(soup, name, report);
+  Surface surface = weld(soup, name, weld_share, report);
   for (const TriangleIndices& t : surface.triangles) {
     report.degenerate_dropped += cap_edge(surface, t) != kNone ? 1U : 0U;
   }

@@ -32,9 +32,13 @@ struct Surface {
 // The edge after edge e of a triangle.
 constexpr std::uint32_t next_edge(std::uint32_t e) { return e == 2 ? 0 : e + 1; }
 
+// Vertices closer than this share of the diagonal of the mesh's box are one.
+inline constexpr double kWeldTolerance = 1.0e-6;
+
 // Welds, removes caps (three distinct vertices on a line) without opening holes, and cancels repeated faces.
 // Counts what it drops in the report. Throws Error (kBadInput) for a soup that cannot be used; `name` stands
 // in the messages.
-[[nodiscard]] Surface clean_surface(const TriangleSoup& soup, const std::string& name, MeshReport& report);
+[[nodiscard]] Surface clean_surface(const TriangleSoup& soup, const std::string& name, MeshReport& report,
+                                    double weld_share = kWeldTolerance);
 
 }  // namespace thimble::host

@@ -309,6 +309,7 @@ class Manners(Rig):
         report = self.ok_json("mesh", whole, "--scale", "0.001", "--max-hole", "0.003", "--output", fixed)
         self.assertEqual((report["after"]["open_edges"], report["holes_closed"], report["reversed_triangles"]), (0, 1, 1))
         self.assertEqual((report["input_vertices"], report["vertices"], report["after"]["triangles"]), (11 * 3, 8, 12))
+        self.assertEqual(report["crossings"], "nothing to do")
         again = self.folder / "again.obj"
         text = self.ok("mesh", fixed, "--max-hole", "0.003", "--output", again).out
         self.assertIn("open edges          0 -> 0", text)

@@ -60,6 +60,13 @@ double winding(const TriangleSoup& soup, const Eigen::Vector3d& p) {
   return sum / (4.0 * M_PI);
 }
 
+void add(TriangleSoup& soup, const TriangleSoup& given, const Eigen::Vector3d& at_m) {
+  const TriangleSoup part = given;  // it may be the same
+  const auto base = static_cast<std::uint32_t>(soup.vertices_m.size());
+  for (const Eigen::Vector3d& p : part.vertices_m) soup.vertices_m.emplace_back(p + at_m);
+  for (const auto& t : part.triangles) soup.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+}
+
 TriangleSoup mutilated(const TriangleSoup& whole, std::mt19937_64& random, bool holes) {
   TriangleSoup soup;
   const auto chance = [&random](unsigned one_in) { return random() % one_in == 0; };
@@ -129,15 +136,87 @@ TEST(MeshRepair, SaysWhatItLeaves) {
   EXPECT_EQ(flat.after.open_edges, 16U);
 
   TriangleSoup crossing = box_mesh({0.1, 0.1, 0.1}, 1);
-  const auto base = static_cast<std::uint32_t>(crossing.vertices_m.size());
-  const TriangleSoup second = crossing;
-  for (const Eigen::Vector3d& p : second.vertices_m)
-    crossing.vertices_m.emplace_back(p + Eigen::Vector3d(0.03, 0.04, 0.02));
-  for (const auto& t : second.triangles)
-    crossing.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
-  const host::RepairedMesh crossed = host::repair_mesh(crossing, {0.0}, "crossing");
-  EXPECT_GT(crossed.report.after.pierced_triangles, 0U);
-  EXPECT_NEAR(soup_volume_m3(crossed.soup), 0.002, 1e-9) << "crossing parts are counted and left";
+  add(crossing, crossing, {0.03, 0.04, 0.02});
+  const host::RepairedMesh kept = host::repair_mesh(crossing, {0.0, false}, "crossing");
+  EXPECT_GT(kept.report.after.pierced_triangles, 0U);
+  EXPECT_NEAR(soup_volume_m3(kept.soup), 0.002, 1e-9);
+}
+
+struct Resolution {
+  std::string name;
+  TriangleSoup soup;
+  double volume_m3;
+  std::size_t parts;
+};
+
+// The volume of the outer surface in closed form, no face that still touches another, and where the parts wind around a point
+// at least once, the result winds around it once.
+TEST(MeshRepair, CrossingPartsBecomeTheirOuterSurface) {
+  const auto box = [](int cells) { return box_mesh({0.1, 0.1, 0.1}, cells); };
+  const auto pair = [](TriangleSoup a, const TriangleSoup& b, const Eigen::Vector3d& at_m) {
+    add(a, b, at_m);
+    return a;
+  };
+  TriangleSoup cavity = icosphere(2, 0.02);
+  for (auto& t : cavity.triangles) std::swap(t[0], t[1]);
+  const double ball = soup_volume_m3(icosphere(3, 0.05));
+  const double hollow = soup_volume_m3(icosphere(2, 0.02));
+  TriangleSoup grid;  // 27 boxes, each flush with or through its neighbours
+  for (int i = 0; i < 27; ++i) add(grid, box(1 + i % 2), {0.1 * (i % 3), 0.07 * (i / 3 % 3), 0.05 * (i / 9)});
+  const Resolution cases[] = {
+      {"overlapping", pair(box(1), box(1), {0.03, 0.04, 0.02}), 0.002 - 0.07 * 0.06 * 0.08, 1},
+      {"flush, unlike faces", pair(box(3), box(2), {0.1, 0.03, 0.0}), 0.002, 1},
+      {"level tops", pair(box(3), box(2), {0.05, 0.0, 0.0}), 0.0015, 1},
+      {"one in another, flush at the bottom", pair(box(3), box_mesh({0.05, 0.05, 0.05}, 2), {0, 0, -0.025}),
+       0.001, 1},
+      {"one inside another", pair(icosphere(3, 0.05), icosphere(2, 0.02), {0.01, 0.01, 0.01}), ball, 1},
+      {"a cavity", pair(icosphere(3, 0.05), cavity, {0.01, 0.01, 0.01}), ball - hollow, 2},
+      {"a grid of boxes", grid, 0.3 * 0.24 * 0.2, 1},
+      // Where the tube passes the axis it winds around nothing: a cavity.
+      {"a tube through itself", torus(0.03, 0.031, 24, 13), -1.0, 2},
+  };
+  std::mt19937_64 random(2);
+  std::size_t wrong = 0;
+  std::size_t tried = 0;
+  for (const Resolution& c : cases) {
+    const host::RepairedMesh resolved = host::repair_mesh(c.soup, {}, c.name);
+    if (c.volume_m3 > 0) {
+      EXPECT_NEAR(figure(c.name + ": volume, m^3", soup_volume_m3(resolved.soup), "closed form, 1e-6 of it"),
+                  c.volume_m3, 1e-6 * c.volume_m3);
+    }
+    EXPECT_EQ(unpaired_edges(resolved.soup), 0U) << c.name;
+    EXPECT_EQ(resolved.report.after.pierced_triangles, 0U) << c.name;
+    EXPECT_EQ(resolved.report.after.components, c.parts) << c.name;
+    EXPECT_TRUE(same_soup(host::repair_mesh(resolved.soup, {}, "again").soup, resolved.soup)) << c.name;
+    const TriangleSoup given = host::repair_mesh(c.soup, {0.0, false}, c.name).soup;
+    std::uniform_real_distribution<double> place(-0.08, 0.28);
+    for (int i = 0; i < 400; ++i, ++tried) {
+      const Eigen::Vector3d p(place(random), place(random), place(random));
+      wrong += (winding(given, p) > 0.5) != (winding(resolved.soup, p) > 0.5) ? 1U : 0U;
+      EXPECT_LT(std::abs(winding(resolved.soup, p) - 0.5), 0.5 + 1e-5) << c.name;
+    }
+  }
+  EXPECT_EQ(figure("points on the wrong side, of " + std::to_string(tried), static_cast<double>(wrong), "0"),
+            0.0);
+}
+
+// Many balls through each other, on no grid: what is left to touch is counted.
+TEST(MeshRepair, AHeapOfBallsBecomesItsOuterSurface) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> place(-0.03, 0.03);
+  TriangleSoup heap;
+  for (int i = 0; i < 8; ++i) add(heap, icosphere(2, 0.02), {place(random), place(random), place(random)});
+  const host::RepairedMesh resolved = host::repair_mesh(heap, {}, "heap");
+  EXPECT_EQ(unpaired_edges(resolved.soup), 0U);
+  EXPECT_LE(figure("heap of balls: faces that still touch",
+                   static_cast<double>(resolved.report.after.pierced_triangles), "< 1 % of those before"),
+            0.01 * static_cast<double>(resolved.report.before.pierced_triangles));
+  std::size_t wrong = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector3d p(place(random), place(random), place(random));
+    wrong += (winding(heap, p) > 0.5) != (winding(resolved.soup, p) > 0.5) ? 1U : 0U;
+  }
+  EXPECT_EQ(figure("heap of balls: points of 2000 on the wrong side", static_cast<double>(wrong), "0"), 0.0);
 }
 
 }  // namespace
