@@ -25,18 +25,20 @@ Vec3 relative_velocity(const PlacedObject& object, const Bodies& bodies, const V
   return object.body == kNoBody ? velocity : Vec3(velocity - bodies.velocity_at(object.body, at));
 }
 
-Vec3 damping_force(const World& world, const Bodies& bodies, const Constraint& c, const Vec3& at,
+// god_m: the god object.
+Vec3 damping_force(const World& world, const Bodies& bodies, const Constraint& c, const Vec3& god_m,
                    const Vec3& velocity) {
   const Material& m = c.material;
-  const float speed = relative_velocity(world.objects[c.object], bodies, at, velocity).dot(c.normal);
+  const float speed =
+      relative_velocity(world.objects[c.object], bodies, god_m + c.to_place_m, velocity).dot(c.normal);
   return damping_force_N(m.stiffness_N_m * c.lambda_m, m.damping_N_s_m, speed) * c.normal;
 }
 
-Vec3 damping_force(const World& world, const Bodies& bodies, const Constraints& held, const Vec3& at,
+Vec3 damping_force(const World& world, const Bodies& bodies, const Constraints& held, const Vec3& god_m,
                    const Vec3& velocity) {
   Vec3 force = Vec3::Zero();
   for (std::size_t i = 0; i < held.count; ++i)
-    force += damping_force(world, bodies, held.list[i], at, velocity);
+    force += damping_force(world, bodies, held.list[i], god_m, velocity);
   return force;
 }
 
@@ -59,7 +61,6 @@ Vec3 damping_along(const World& world, const Bodies& bodies, const Finger& finge
                    const Vec3& velocity, const Vec3& friction_N, const FrictionLimits& limits,
                    float period_s) {
   if (bodies.empty() || limits.static_m <= 0.0F) return Vec3::Zero();
-  const Vec3& at = finger.god.position_m;
   const float limit_N =
       limits.stiffness_N_m * (finger.friction.sliding() ? limits.dynamic_m : limits.static_m);
   Vec3 total = Vec3::Zero();
@@ -67,6 +68,7 @@ Vec3 damping_along(const World& world, const Bodies& bodies, const Finger& finge
     const PlacedObject& object = world.objects[held.list[i].object];
     const float damping_N_s_m = held.list[i].material.damping_N_s_m / static_cast<float>(held.count);
     if (object.body == kNoBody || damping_N_s_m <= 0.0F) continue;
+    const Vec3 at = finger.god.position_m + held.list[i].to_place_m;
     const Vec3 along = along_surfaces(held, relative_velocity(object, bodies, at, velocity));
     const float speed = along.norm();
     if (speed <= 0.0F) continue;
@@ -86,7 +88,7 @@ Vec3 damping_along(const World& world, const Bodies& bodies, const Finger& finge
 // its own normal, and its share of the rest (friction, effects of surfaces), in proportion to its static
 // friction limit.
 void push_back(const World& world, Bodies& bodies, std::uint8_t finger, const Constraints& held,
-               const Vec3& at, const Vec3& velocity, const Vec3& force) {
+               const Vec3& god_m, const Vec3& velocity, const Vec3& force) {
   std::array<Vec3, kMaxContacts> own;
   std::array<float, kMaxContacts> holds;
   Vec3 rest = force;
@@ -95,7 +97,7 @@ void push_back(const World& world, Bodies& bodies, std::uint8_t finger, const Co
     const Constraint& c = held.list[i];
     const Material& m = c.material;
     const float push = m.stiffness_N_m * c.lambda_m;
-    own[i] = push * c.normal + damping_force(world, bodies, c, at, velocity);
+    own[i] = push * c.normal + damping_force(world, bodies, c, god_m, velocity);
     rest -= own[i];
     holds[i] = m.static_friction * push;
     all += holds[i];
@@ -106,6 +108,7 @@ void push_back(const World& world, Bodies& bodies, std::uint8_t finger, const Co
     const float share = all > 0.0F ? holds[i] / all : 1.0F / static_cast<float>(held.count);
     const Constraint& c = held.list[i];
     const Material& m = c.material;
+    const Vec3 at = god_m + c.to_place_m;
     if (m.static_friction > 0.0F && c.lambda_m > 0.0F) {
       bodies.grip({object.body, finger, at, c.normal, m.stiffness_N_m * c.lambda_m, m.static_friction,
                    m.dynamic_friction});
@@ -286,7 +289,7 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
   if (!object.plain || (world.any_shaded && finger.shaded.binds())) return false;
   if (world.count > 1) {
     if (finger.inside != 0) return false;
-    const Reach reach(god, finger.rest, tip.position_m);
+    const Reach reach(god, finger.rest, tip.position_m, world.margin_m);
     for (std::size_t i = 0; i < world.count; ++i) {
       if (i != contact.object && reach.meets(world.objects[i])) return false;
     }
@@ -416,7 +419,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
     rest = god;
     finger.inside = solids_around(world_, ~SolidSet{0}, x, counters_);
   }
-  const Nearby nearby(world_, Reach(god, rest, x), finger.inside);
+  const Nearby nearby(world_, Reach(god, rest, x, world_.margin_m), finger.inside);
 
   // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
   if (god.count == 0) fly(world_, nearby, god, x, counters_);
@@ -480,7 +483,8 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
       damping + damping_along(world_, bodies_, finger, held, tip.velocity_m_s, friction_N, limits, period_s);
   if (surfaced && held.count > 0) {
     const PlacedObject& met = world_.objects[held.list[0].object];
-    const Vec3 velocity = relative_velocity(met, bodies_, god.position_m, tip.velocity_m_s);
+    const Vec3 velocity =
+        relative_velocity(met, bodies_, god.position_m + held.list[0].to_place_m, tip.velocity_m_s);
     force += finger.click.tick(world_, held, {x, velocity}, damping, period_s);
   } else {
     finger.click.release();

@@ -313,7 +313,7 @@ Nearby::Nearby(const World& world, const Reach& reach, SolidSet without) noexcep
 
 void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
          RenderCounters& counters) noexcept {
-  if (nearby.several()) {
+  if (nearby.several() || world.tip_radius_m > 0.0F) {
     fly_ball(world, nearby.objects(), god, target, counters);
     return;
   }
@@ -325,7 +325,7 @@ void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& t
 
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
           RenderCounters& counters) noexcept {
-  if (nearby.several()) {
+  if (nearby.several() || world.tip_radius_m > 0.0F) {
     move_ball(world, nearby.objects(), god, target, hold, counters);
     return;
   }
@@ -389,9 +389,12 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
       for (std::size_t i = 0; i < projection.count; ++i) {
         const std::size_t contact = planes.contact[projection.holding[i]];
         const std::uint8_t object = god.contacts[contact].object;
-        out.list[i] = {object, planes.plane[projection.holding[i]].normal,
-                       projection.lambda_m[static_cast<Eigen::Index>(i)], world.objects[object].material,
-                       static_cast<std::uint8_t>(contact)};
+        out.list[i] = {object,
+                       planes.plane[projection.holding[i]].normal,
+                       projection.lambda_m[static_cast<Eigen::Index>(i)],
+                       world.objects[object].material,
+                       static_cast<std::uint8_t>(contact),
+                       to_place(world, god, contact)};
       }
       out.count = projection.count;
       if (out.count > 0) return out;
@@ -401,8 +404,9 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
   const float depth = pull.norm();
   out.count = 1;
   const std::uint8_t object = god.contacts[0].object;
-  out.list[0] = {object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()), depth,
-                 world.objects[object].material, 0};
+  out.list[0] = {object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()),
+                 depth,  world.objects[object].material,
+                 0,      to_place(world, god, 0)};
   return out;
 }
 

@@ -1,6 +1,7 @@
 #include "control/contact/inside.h"
 
 #include "control/bodies/collide.h"
+#include "control/contact/separations.h"
 
 namespace thimble::control {
 namespace {
@@ -19,6 +20,21 @@ Containment contains(const PlacedObject& object, const Vec3& centre_m) {
              : Containment::kOutside;
 }
 
+// Whether a tip with a radius whose centre is outside of the solid is nearer to it than the radius.
+[[gnu::noinline]] bool reaches_into(const World& world, std::uint8_t index, const Vec3& centre_m) {
+  const float radius_m = world.tip_radius_m;
+  const PlacedObject& object = world.objects[index];
+  if ((centre_m.array() < object.lo_m.array() - radius_m).any() ||
+      (centre_m.array() > object.hi_m.array() + radius_m).any())
+    return false;
+  Separations near;
+  if (!near.look(world, {&index, 1}, {centre_m, centre_m, centre_m, radius_m, 0.0F, {}, 0, true}, {}))
+    return true;
+  for (std::size_t i = 0; i < near.count; ++i)
+    if (near.of[i].apart_m < radius_m - kTouchGap_m) return true;
+  return false;
+}
+
 }  // namespace
 
 SolidSet solids_around(const World& world, SolidSet among, const Vec3& centre_m,
@@ -27,7 +43,9 @@ SolidSet solids_around(const World& world, SolidSet among, const Vec3& centre_m,
   for (std::size_t i = 0; i < world.count; ++i) {
     if ((among & only(i)) == 0) continue;
     const Containment containment = contains(world.objects[i], centre_m);
-    if (containment == Containment::kOutside) continue;
+    if (containment == Containment::kOutside &&
+        !(world.tip_radius_m > 0.0F && reaches_into(world, static_cast<std::uint8_t>(i), centre_m)))
+      continue;
     if (containment == Containment::kUnknown) ++counters.sweep_bound;
     found |= only(i);
   }

@@ -16,9 +16,9 @@ static_assert(kMaxObjects <= 64);
 
 [[nodiscard]] constexpr SolidSet only(std::size_t object) noexcept { return SolidSet{1} << object; }
 
-// Those of `among` that hold the point: the tip, or the centre of a tip with a radius. A sheet holds none. A point that
-// the bounded test of a mesh gives no answer for counts as inside, because what is not felt exerts no force; sweep_bound
-// counts it.
+// Those of `among` that hold the point, or that a tip with a radius reaches into when its centre is there. A sheet holds no
+// point. A point that the bounded test of a mesh gives no answer for counts as inside, because what is not felt exerts no
+// force; sweep_bound counts it.
 [[nodiscard]] SolidSet solids_around(const World& world, SolidSet among, const Vec3& centre_m,
                                      RenderCounters& counters) noexcept;
 

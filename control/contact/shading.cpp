@@ -16,9 +16,8 @@ bool shaded_normal(const World& world, const GodObject& god, Vec3& normal) {
   for (std::size_t i = 1; i < god.count; ++i)
     if (god.contacts[i].object != god.contacts[0].object) return false;
   if (!object.shaded) return false;
-  if (!object.ops->shaded_normal(object.shape, god.contacts[0].feature, object.to_local(god.position_m),
-                                 normal))
-    return false;
+  const Vec3 at = object.to_local(god.position_m + to_place(world, god, 0));
+  if (!object.ops->shaded_normal(object.shape, god.contacts[0].feature, at, normal)) return false;
   normal = object.turn(normal);
   return true;
 }
@@ -39,8 +38,12 @@ bool shade(const World& world, const Nearby& nearby, GodObject& rest, const Vec3
   rest = smooth;
   const std::uint8_t object = rest.contacts[0].object;
   held.count = 1;
-  held.list[0] = {object, normal, std::max((rest.position_m - tip).dot(normal), 0.0F),
-                  world.objects[object].material, 0};
+  held.list[0] = {object,
+                  normal,
+                  std::max((rest.position_m - tip).dot(normal), 0.0F),
+                  world.objects[object].material,
+                  0,
+                  to_place(world, rest, 0)};
   return true;
 }
 

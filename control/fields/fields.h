@@ -56,6 +56,8 @@ class Fields {
     Mat3 rotation = Mat3::Identity();  // object to world
     Vec3 position_m = Vec3::Zero();
     VolumeBounds bounds;
+    Vec3 to_tip_m =
+        Vec3::Zero();  // from the place of the tip that the volume acts on to the tip, in the object's frame
   };
   struct State {
     SharedState shared;

@@ -224,7 +224,8 @@ NearestPlace nearest(const ShapeData& shape, const Vec3& p) {
   const float base = base_m(shape) - p.z();
   if (base >= 0.0F && across <= shape.radius_m) return {-Vec3::UnitZ(), base};
   const float down = down_the_side_m(shape, across, p.z());
-  if (side > 0.0F && (down < 0.0F || down > shape.vector.z())) {  // the apex or the rim
+  const bool below_rim = base >= 0.0F;  // beside the base, which may be behind the side's plane
+  if (below_rim || (side > 0.0F && (down < 0.0F || down > shape.vector.z()))) {  // the apex or the rim
     const Vec3 from_edge = p - on_side(shape, direction, std::clamp(down, 0.0F, shape.vector.z()));
     const float distance = from_edge.norm();
     if (distance > 0.0F) return {from_edge / distance, distance};

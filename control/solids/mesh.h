@@ -17,9 +17,11 @@ namespace thimble::control {
 [[nodiscard]] Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from,
                                   const Vec3& target, SlideOptions options);
 
-// A plane for each triangle that the ball could meet on its way, at most kMaxSeparationNodes nodes of the tree.
+// A plane for each triangle that the ball could meet on its way, at most kMaxSeparationNodes nodes of the tree. Of a tip,
+// those that find no room, the farthest ones, shorten free_m; and none is needed for what lies behind the plane of a face
+// that the tip touches.
 [[nodiscard]] std::size_t separate_mesh(const ShapeData& shape, const BallQuery& ball,
-                                        std::span<Separation> out);
+                                        std::span<Separation> out, float& free_m);
 
 // Textures on a mesh (SolidOps::chart, SolidOps::blend).
 [[nodiscard]] Chart chart_on_mesh(const ShapeData& shape, const SurfacePoint& place);

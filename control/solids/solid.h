@@ -75,6 +75,9 @@ struct BallQuery {
   float half_way_m;             // half of the distance from centre to target
   std::array<Vec3, 3> held_by;  // unit normals of the planes that it touches
   std::size_t held_count = 0;
+  bool is_tip = false;                           // it is the tip itself: no level gap is closed for it
+  std::array<std::uint32_t, 3> held_features{};  // of this solid: the parts behind planes that it touches
+  std::size_t held_feature_count = 0;
 
   // Whether the ball can come to this plane while it comes nearer to the target: its centre stays in the ball over the
   // line between them.
@@ -101,7 +104,8 @@ class PlaneChoice {
   // The plane of a face: alone, where the face is below the centre or beside it.
   void offer_face(const Vec3& normal, float height_m) {
     const float beside2 = (chosen_.apart_m - height_m) * (chosen_.apart_m + height_m);
-    if (height_m >= ball_.radius_m - kBehind_m && beside2 <= kFaceMargin_m * kFaceMargin_m) {
+    const float margin_m = ball_.is_tip ? kTouchGap_m : kFaceMargin_m;
+    if (height_m >= ball_.radius_m - kBehind_m && beside2 <= margin_m * margin_m) {
       first_ = true;
       chosen_.ledge = beside2 > kTouchGap_m * kTouchGap_m;
     }
@@ -206,8 +210,10 @@ struct SolidOps {
   // The feature whose surface has this normal. Null: there is one only.
   Feature (*feature)(const ShapeData& shape, const Vec3& normal) = nullptr;
   // Of a solid that is not convex: a plane for each part that the ball could meet on its way; returns how many, more
-  // than there is room for when they do not fit. Null: the solid is convex.
-  std::size_t (*separate)(const ShapeData& shape, const BallQuery& ball, std::span<Separation> out) = nullptr;
+  // than there is room for when they do not fit. free_m: reduced to how far the centre may move because of parts that
+  // were left out. Null: the solid is convex.
+  std::size_t (*separate)(const ShapeData& shape, const BallQuery& ball, std::span<Separation> out,
+                          float& free_m) = nullptr;
   // Whether a point is in a solid that is not convex. Null: its nearest place tells (CollisionOps::nearest).
   Containment (*contains)(const ShapeData& shape, const Vec3& point) = nullptr;
   // The unit normals of the constraints at a point on `feature`, to the free side; returns how many, 1 to 3.

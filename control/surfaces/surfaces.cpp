@@ -14,13 +14,17 @@ namespace {
 // One contact in its object's frame. Of a solid that is not shaded it has the shape's own normal.
 SurfacePoint place_of(const PlacedObject& object, const GodObject& rest, const Vec3& tip_m,
                       const Constraint& constraint, bool alone) noexcept {
-  SurfacePoint place{object.to_local(rest.position_m), object.turn_back(constraint.normal),
-                     constraint.lambda_m, rest.contacts[constraint.contact].feature};
+  const float radius_m = constraint.to_place_m.norm();  // of the tip
+  SurfacePoint place{object.to_local(rest.position_m + constraint.to_place_m),
+                     object.turn_back(constraint.normal), constraint.lambda_m - radius_m,
+                     rest.contacts[constraint.contact].feature};
   if (alone && !object.shaded) {
     std::array<Vec3, 3> normals;
     object.ops->normals(object.shape, place.feature, place.at_m, normals);
     place.normal = normals[0];
-    place.depth_m = std::max(place.normal.dot(place.at_m - object.to_local(tip_m)), 0.0F);
+    place.depth_m =
+        std::max(place.normal.dot(object.to_local(rest.position_m) - object.to_local(tip_m)), 0.0F) -
+        radius_m;
   }
   return place;
 }

@@ -74,6 +74,7 @@ void compile(const Common& common, const CompileChoice& choice) {
     json["scene"] = report.name;
     json["image"] = output.string();
     json["bytes"] = compiled.image.size();
+    json["tip_radius_m"] = report.tip_radius_m;
     json["objects"] = Json::array();
     for (const SceneReport::Object& object : report.objects) {
       Json entry = {{"name", object.name}, {"shape", object.shape}};
@@ -86,6 +87,8 @@ void compile(const Common& common, const CompileChoice& choice) {
   }
   fmt::print("{}: {} objects, {} bytes -> {}\n", report.name, report.objects.size(), compiled.image.size(),
              output.string());
+  if (report.tip_radius_m > 0)
+    fmt::print("  the tip is a sphere with a radius of {:g} mm\n", 1e3 * report.tip_radius_m);
   for (const SceneReport::Object& object : report.objects) {
     if (object.mesh.triangles > 0) {
       const MeshReport& mesh = object.mesh;

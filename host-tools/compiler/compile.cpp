@@ -35,7 +35,8 @@ class ImageWriter {
     const auto scene_name = builder_.CreateString(file.name);
     const scene::Vec3 gravity = to_scene(file.gravity_m_s2);
     builder_.Finish(scene::CreateScene(builder_, scene_name, builder_.CreateVector(objects),
-                                       file.gravity_m_s2.isZero() ? nullptr : &gravity),
+                                       file.gravity_m_s2.isZero() ? nullptr : &gravity,
+                                       static_cast<float>(file.tip_radius_m)),
                     scene::SceneIdentifier());
     if (builder_.GetSize() > control::kMaxImageBytes) {
       throw Error(ExitCode::kBadInput, "image-too-large",
@@ -268,6 +269,7 @@ CompiledScene compile_scene_text(const std::string& text, const std::string& nam
   const SceneFile file = read_scene_file(text, name);
   CompiledScene compiled;
   compiled.report.name = file.name;
+  compiled.report.tip_radius_m = file.tip_radius_m;
   compiled.image = ImageWriter(folder, compiled.report).write(file, name);
   compiled.report.bytes = compiled.image.size();
   if (file.objects.empty()) {

@@ -130,6 +130,7 @@ SceneFile read_scene(const board::JsonDocument& document) {
     if (scene.has(note)) static_cast<void>(scene.text(note));
   const Materials materials = read_materials(scene);
   file.gravity_m_s2 = scene.vector("gravity_m_s2");
+  file.tip_radius_m = scene.number("tip_radius_m");
   const Value objects = scene.list("objects", "too-many-objects", "objects", "merge or remove objects");
   Counts counts;
   for (std::size_t i = 0; i < objects.raw().size(); ++i)

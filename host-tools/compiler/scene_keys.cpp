@@ -41,7 +41,9 @@ void add_scene(Kinds& kinds) {
       .optional("materials", named_parts("material"), "Materials by name, for objects to refer to.")
       .required("objects", list("object", 0, control::kMaxObjects), "What can be touched.")
       .optional("gravity_m_s2", vector(from(-kMaxCoordinate, kMaxCoordinate, "m/s2")).by_default(0, 0, 0),
-                "Acts on objects with a body.");
+                "Acts on objects with a body.")
+      .optional("tip_radius_m", number(from(0, control::kMaxTipRadius_m, "m")).by_default(0),
+                "The fingertip is a sphere of this radius; 0: a point.");
 
   add(kinds, "object", "an object of the scene")
       .required("name", name(), "Unlike every other object's.")

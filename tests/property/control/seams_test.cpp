@@ -12,6 +12,7 @@
 
 #include "control/scene/limits.h"
 #include "tests/support/figure.h"
+#include "tests/support/heap.h"
 #include "tests/support/ideal_run.h"
 #include "tests/support/meshes.h"
 #include "tests/support/random.h"
@@ -25,10 +26,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kBall_m = static_cast<double>(control::kPointRadius_m);
-
-Quaterniond random_turn(Random& random) {
-  return Quaterniond(random.gaussian(), random.gaussian(), random.gaussian(), random.gaussian()).normalized();
-}
 
 // Blocks side by side, their tops level with z = 0 of a frame that is turned at random. Each is a box, or a mesh, or
 // both are cut from one mesh file; they overlap, or are flush, or have a gap of up to 10 um between them. Discs and cones
@@ -178,62 +175,6 @@ TEST(Seams, LevelFacesAreOneFace) {
   }
 }
 
-// A solid of the random heaps below: its signed distance in its own frame, or less than that outside.
-struct Solid {
-  std::function<double(const Vector3d&)> distance_m;
-  Pose pose;
-};
-
-double box_distance(const Vector3d& half, const Vector3d& p) {
-  const Vector3d q = p.cwiseAbs() - half;
-  return q.maxCoeff() < 0.0 ? q.maxCoeff() : q.cwiseMax(0.0).norm();
-}
-
-// Boxes, cylinders, capsules and balls; half of the boxes and cylinders stand flush on another one.
-std::vector<Solid> random_heap(Random& random, SceneBuilder& builder) {
-  std::vector<Solid> solids;
-  Pose last;
-  Vector3d last_half = Vector3d::Zero();
-  for (int object = 0; object < 7; ++object) {
-    const Material m{.stiffness_N_m = 1000.0F};
-    Pose pose{random.in_box(Vector3d::Constant(0.015)), random_turn(random)};
-    const Vector3d half(random.uniform(0.003, 0.009), random.uniform(0.003, 0.009),
-                        random.uniform(0.003, 0.009));
-    const bool flush = last_half.x() > 0.0 && random.below(2) == 0;
-    if (flush) {
-      const double shift = random.below(2) == 0 ? 0.0 : random.uniform(-0.006, 0.006);
-      pose = {last.position_m +
-                  last.rotation * Vector3d(last_half.x() + half.x(), shift, last_half.z() - half.z()),
-              last.rotation};
-    }
-    const std::uint64_t kind = flush ? 0 : random.below(4);
-    if (kind == 0) {
-      builder.box(2.0 * half, m, pose);
-      solids.push_back({[half](const Vector3d& p) { return box_distance(half, p); }, pose});
-      last = pose;
-      last_half = half;
-    } else if (kind == 1) {
-      builder.cylinder(half.x(), half.z(), m, pose);
-      solids.push_back({[half](const Vector3d& p) {
-                          const Vector2d q(p.head<2>().norm() - half.x(), std::abs(p.z()) - half.z());
-                          return q.maxCoeff() < 0.0 ? q.maxCoeff() : q.cwiseMax(0.0).norm();
-                        },
-                        pose});
-    } else if (kind == 2) {
-      builder.capsule(half.x(), half.z(), m, pose);
-      solids.push_back({[half](const Vector3d& p) {
-                          return (p - Vector3d(0.0, 0.0, std::clamp(p.z(), -half.z(), half.z()))).norm() -
-                                 half.x();
-                        },
-                        pose});
-    } else {
-      builder.sphere(half.x(), m, pose);
-      solids.push_back({[half](const Vector3d& p) { return p.norm() - half.x(); }, pose});
-    }
-  }
-  return solids;
-}
-
 // Where the tip rests, no place that the ball could go to straight is nearer to it: no seam is a wall.
 TEST(Seams, NothingHoldsTheGodObjectButSolids) {
   const int scenes = kUnderSanitizers ? 2 : 60;
@@ -247,13 +188,7 @@ TEST(Seams, NothingHoldsTheGodObjectButSolids) {
     const std::vector<Solid> solids = random_heap(random, builder);
     const SceneImage image = builder.image();
     IdealRun run(image);
-    const auto distance_m = [&](const Vector3d& p) {
-      double least = 1.0;
-      for (const Solid& solid : solids)
-        least =
-            std::min(least, solid.distance_m(solid.pose.rotation.conjugate() * (p - solid.pose.position_m)));
-      return least;
-    };
+    const auto distance_m = [&](const Vector3d& p) { return test::distance_m(solids, p); };
     const auto free = [&](const Vector3d& from, const Vector3d& way) {
       constexpr int kPieces = 8;
       for (int i = 1; i <= kPieces; ++i)
