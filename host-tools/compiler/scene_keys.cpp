@@ -43,7 +43,7 @@ void add_scene(Kinds& kinds) {
       .optional("gravity_m_s2", vector(from(-kMaxCoordinate, kMaxCoordinate, "m/s2")).by_default(0, 0, 0),
                 "Acts on objects with a body.")
       .optional("tip_radius_m", number(from(0, control::kMaxTipRadius_m, "m")).by_default(0),
-                "The fingertip is a sphere of this radius; 0: a point.");
+                "The fingertip is a sphere of this radius, at least 0.0001; 0: a point.");
 
   add(kinds, "object", "an object of the scene")
       .required("name", name(), "Unlike every other object's.")
