@@ -293,7 +293,7 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
     for (std::size_t i = 0; i < world.count; ++i) {
       if (i != contact.object && reach.meets(world.objects[i])) return false;
     }
-    god.is_ball = finger.rest.is_ball = false;
+    if (!object.shape.mesh.seams) god.is_ball = finger.rest.is_ball = false;
   }
   const Vec3 x = object.to_local(tip.position_m);
   const Vec3 stuck = object.to_local(god.position_m);
@@ -335,6 +335,7 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
     god.position_m = object.to_world(at);
   }
   if (walks) {
+    god.is_ball = finger.rest.is_ball = false;  // of a mesh with seams
     finger.rest.position_m = object.to_world(rest.to);
     finger.rest.contacts[0].feature = feature;
   }

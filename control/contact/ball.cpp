@@ -13,6 +13,7 @@ namespace {
 constexpr float kUnder_m =
     4.0F * kPointRadius_m;  // the point under the ball of a point is no farther from the centre
 constexpr int kMaxSteps = 16;
+constexpr float kUpright = 0.5F;  // cosine of the angle between two planes of one surface
 
 bool is_tip(const World& world) { return world.tip_radius_m > 0.0F; }
 float radius_m(const World& world) { return is_tip(world) ? world.tip_radius_m : kPointRadius_m; }
@@ -263,6 +264,9 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
   become_ball(world, god);
   const Vec3 goal = hold ? Vec3(target + god.centre_m - god.position_m) : target;
   const std::uint8_t held = god.count > 0 ? god.contacts[0].object : std::uint8_t{0};
+  // A mesh of several parts has faces below its surface that look aside: they are not what it is on.
+  const bool upright = god.count > 0 && world.objects[held].shape.mesh.seams;
+  const Vec3 up = god.count > 0 ? god.normals[0] : Vec3(Vec3::Zero());
   Separations near;
   Holding holding(world, god);
   Lookout lookout(world, nearby);
@@ -278,7 +282,7 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
     if (hold) {  // down on the surface that it is on
       std::size_t nearest = near.count;
       for (std::size_t i = 0; i < near.count; ++i) {
-        if (near.object[i] == held &&
+        if (near.object[i] == held && (!upright || near.of[i].normal.dot(up) >= kUpright) &&
             (nearest == near.count || near.of[i].apart_m < near.of[nearest].apart_m))
           nearest = i;
       }

@@ -289,6 +289,17 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
   return Outcome::kContinue;
 }
 
+// Whether it lies on a part of a mesh that touches another part of the mesh: both are as several solids.
+bool on_seam(const World& world, const GodObject& god) {
+  for (std::size_t i = 0; i < god.count; ++i) {
+    const MeshView& mesh = world.objects[god.contacts[i].object].shape.mesh;
+    if (mesh.seams && (mesh.flags[god.contacts[i].feature.index] &
+                       static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0)
+      return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Nearby::Nearby(const World& world, const Reach& reach, SolidSet without) noexcept {
@@ -299,6 +310,7 @@ Nearby::Nearby(const World& world, const Reach& reach, SolidSet without) noexcep
                                            [without](std::uint8_t i) { return (without & only(i)) != 0; });
     count_ = static_cast<std::size_t>(end - list_.begin());
   }
+  for (const std::uint8_t index : objects()) seams_ = seams_ || world.objects[index].shape.mesh.seams;
   if (count_ < 2) return;
   const float radius_m = reach.radius_m();
   std::size_t kept = 0;
@@ -313,7 +325,7 @@ Nearby::Nearby(const World& world, const Reach& reach, SolidSet without) noexcep
 
 void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
          RenderCounters& counters) noexcept {
-  if (nearby.several() || world.tip_radius_m > 0.0F) {
+  if (nearby.several() || nearby.seams() || world.tip_radius_m > 0.0F) {
     fly_ball(world, nearby.objects(), god, target, counters);
     return;
   }
@@ -325,7 +337,7 @@ void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& t
 
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
           RenderCounters& counters) noexcept {
-  if (nearby.several() || world.tip_radius_m > 0.0F) {
+  if (nearby.several() || (nearby.seams() && on_seam(world, god)) || world.tip_radius_m > 0.0F) {
     move_ball(world, nearby.objects(), god, target, hold, counters);
     return;
   }
@@ -335,6 +347,10 @@ void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& 
   float nearest2 = std::numeric_limits<float>::infinity();
   int idle_steps = 0;  // corner steps that brought it no nearer
   for (int moves = 0; moves < kMaxMoves; ++moves) {
+    if (moves > 0 && nearby.seams() && on_seam(world, god)) {
+      move_ball(world, nearby.objects(), god, target, hold, counters);
+      return;
+    }
     Outcome outcome = Outcome::kContinue;
     if (god.count == 0) {
       bool landed = false;

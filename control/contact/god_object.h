@@ -98,10 +98,12 @@ class Nearby {
   Nearby(const World& world, const Reach& reach, SolidSet without) noexcept;
   [[nodiscard]] std::span<const std::uint8_t> objects() const { return {list_.data(), count_}; }
   [[nodiscard]] bool several() const { return count_ > 1; }
+  [[nodiscard]] bool seams() const { return seams_; }  // one of them is a mesh of several parts that touch
 
  private:
   std::array<std::uint8_t, kMaxObjects> list_;
   std::size_t count_ = 0;
+  bool seams_ = false;
 };
 
 // Where several solids are near, or the tip has a radius, both move it as a ball (contact/ball.h).

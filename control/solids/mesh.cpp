@@ -36,6 +36,7 @@ MeshView view_mesh(const scene::Mesh& mesh) noexcept {
     view.grid_origin_m = {mesh.grid_origin_m()->x(), mesh.grid_origin_m()->y(), mesh.grid_origin_m()->z()};
   }
   view.grid_step_m = mesh.grid_step_m();
+  view.seams = mesh.seams();
   view.grid_scale = 1.0F / view.grid_step_m;
   return view;
 }

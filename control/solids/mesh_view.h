@@ -24,6 +24,7 @@ struct MeshView {
   const scene::Vec3* piece_corners = nullptr;  // of a mesh that moves: the convex pieces that it collides as
   const std::uint16_t* piece_ends = nullptr;
   std::size_t piece_count = 0;
+  bool seams = false;
   Vec3 grid_origin_m = Vec3::Zero();
   float grid_step_m = 1.0F;
   float grid_scale = 1.0F;  // 1 / grid_step_m

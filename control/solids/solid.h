@@ -12,6 +12,7 @@
 #include <span>
 
 #include "control/scene/image_verdict.h"
+#include "control/scene/limits.h"
 #include "control/scene/pauses.h"
 #include "control/scene/shape_table.h"
 #include "control/solids/mesh_view.h"
@@ -85,9 +86,6 @@ struct BallQuery {
     return height_m + 0.5F * normal.dot(target_m - centre_m) - half_way_m < radius_m;
   }
 };
-
-// Level faces with a gap up to this width between them count as going on over it.
-inline constexpr float kFaceMargin_m = 1.0e-5F;
 
 // Chooses among planes in front of one part of a solid: the one that the ball comes to last on its way to the aim,
 // which is where the way enters a convex solid, then the one that leaves the longest way to the target.

@@ -132,7 +132,7 @@ class ImageWriter {
     return {scene::Shape::Mesh,
             scene::CreateMesh(builder_, vertices, triangles, flags, corners, nodes, &mesh.grid_origin_m,
                               mesh.grid_step_m, mesh.depth, weights, texture_corners, texture_points,
-                              piece_corners, piece_ends)
+                              piece_corners, piece_ends, mesh.seams)
                 .Union()};
   }
 

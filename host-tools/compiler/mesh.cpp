@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "control/scene/limits.h"
 #include "control/scene/octahedral.h"
 #include "host-tools/compiler/mesh_corners.h"
 #include "host-tools/compiler/mesh_cross.h"
@@ -23,29 +24,33 @@ using Eigen::Vector3d;
 // solid.h, of up to sqrt(3) * 2e-7 m in a face's normal).
 constexpr double kTouchTolerance = 1.0e-7;
 constexpr double kTouch_m = 1.0e-6;
+// The renderer closes gaps up to this width (control/solids/solid.h).
+constexpr auto kSeam_m = static_cast<double>(control::kFaceMargin_m);
 constexpr double kCreaseSlack_deg = 1.0e-3;  // a 90 degree edge is not sharper than 90 degrees
 // A triangle that has met this many others without a proven crossing counts as crossed: the search stays
 // bounded.
 constexpr unsigned kMaxCrossTests = 4096;
 
-void flag_crossings(const Surface& surface, const MeshTree& tree, std::vector<std::uint8_t>& flags) {
-  constexpr auto kPierced = static_cast<std::uint8_t>(scene::TriangleFlag::Pierced);
-  const double tolerance = std::max(kTouchTolerance * surface.size_m, kTouch_m);
-  const Vector3d reach = Vector3d::Constant(tolerance);
+// Flags the triangles for which `meets` another one whose box is within `reach`. A triangle that meets too many others without a
+// proven answer is flagged too.
+template <typename Candidate, typename Meets>
+void flag_meetings(const Surface& surface, const MeshTree& tree, double reach_m, std::uint8_t flag,
+                   std::vector<std::uint8_t>& flags, Candidate&& candidate, Meets&& meets) {
+  const Vector3d reach = Vector3d::Constant(reach_m);
   const auto corners = [&surface](std::uint32_t t) {
     const TriangleIndices& i = surface.triangles[t];
     return TriangleCorners{i, {surface.point(i[0]), surface.point(i[1]), surface.point(i[2])}};
   };
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
-    if ((flags[t] & kPierced) != 0) {
-      continue;  // a triangle that crosses it finds it in its own search
+    if ((flags[t] & flag) != 0) {
+      continue;  // a triangle that meets it finds it in its own search
     }
     const TriangleCorners mine = corners(t);
     const Vector3d lo = mine.at_m[0].cwiseMin(mine.at_m[1]).cwiseMin(mine.at_m[2]) - reach;
     const Vector3d hi = mine.at_m[0].cwiseMax(mine.at_m[1]).cwiseMax(mine.at_m[2]) + reach;
     unsigned tests = 0;
     visit_box(tree.nodes, tree.grid_box(lo, hi), [&](std::uint32_t other) {
-      if (other == t) {
+      if (other == t || !candidate(t, other)) {
         return true;
       }
       const TriangleCorners theirs = corners(other);
@@ -55,17 +60,67 @@ void flag_crossings(const Surface& surface, const MeshTree& tree, std::vector<st
         return true;
       }
       if (++tests > kMaxCrossTests) {
-        flags[t] |= kPierced;
+        flags[t] |= flag;
         return false;
       }
-      if (!triangles_cross(mine, theirs, tolerance)) {
+      if (!meets(mine, theirs)) {
         return true;
       }
-      flags[t] |= kPierced;
-      flags[other] |= kPierced;
+      flags[t] |= flag;
+      flags[other] |= flag;
       return false;
     });
   }
+}
+
+void flag_crossings(const Surface& surface, const MeshTree& tree, std::vector<std::uint8_t>& flags) {
+  constexpr auto kPierced = static_cast<std::uint8_t>(scene::TriangleFlag::Pierced);
+  const double tolerance = std::max(kTouchTolerance * surface.size_m, kTouch_m);
+  flag_meetings(
+      surface, tree, tolerance, kPierced, flags, [](std::uint32_t, std::uint32_t) { return true; },
+      [tolerance](const TriangleCorners& a, const TriangleCorners& b) {
+        return triangles_cross(a, b, tolerance);
+      });
+}
+
+// Where parts of the mesh touch, cross or nearly touch; with the triangles around. True if there are any.
+bool flag_seams(const Surface& surface, const MeshTree& tree, const Adjacency& adjacency,
+                std::vector<std::uint8_t>& flags) {
+  constexpr auto kSeam = static_cast<std::uint8_t>(scene::TriangleFlag::Seam);
+  const std::size_t count = surface.triangles.size();
+  DisjointSets sets(count);
+  for (std::uint32_t edge = 0; edge < adjacency.neighbour.size(); ++edge) {
+    if (adjacency.neighbour[edge] != kNoNeighbour) sets.join(edge / 3, adjacency.neighbour[edge] >> 2U);
+  }
+  std::vector<std::uint32_t> part(count);
+  for (std::uint32_t t = 0; t < count; ++t) part[t] = sets.find(t);
+  const bool several = std::any_of(part.begin(), part.end(), [&](std::uint32_t p) { return p != part[0]; });
+  for (std::size_t t = 0; t < count; ++t) {
+    if (adjacency.crowded[t] != 0) flags[t] |= kSeam;
+  }
+  if (several) {
+    flag_meetings(
+        surface, tree, kSeam_m, kSeam, flags,
+        [&part](std::uint32_t a, std::uint32_t b) { return part[a] != part[b]; },
+        [](const TriangleCorners& a, const TriangleCorners& b) {
+          for (const std::uint32_t i : a.index)
+            if (std::find(b.index.begin(), b.index.end(), i) != b.index.end()) return true;
+          return triangles_cross(a, b, kSeam_m);
+        });
+  }
+  std::vector<bool> at_seam(surface.at_m.size(), false);
+  bool any = false;
+  for (std::size_t t = 0; t < count; ++t) {
+    if ((flags[t] & kSeam) == 0) continue;
+    any = true;
+    for (const std::uint32_t corner : surface.triangles[t]) at_seam[corner] = true;
+  }
+  for (std::size_t t = 0; any && t < count; ++t) {
+    const TriangleIndices& corners = surface.triangles[t];
+    if (std::any_of(corners.begin(), corners.end(), [&](std::uint32_t corner) { return at_seam[corner]; }))
+      flags[t] |= kSeam;
+  }
+  return any;
 }
 
 void put_in_leaf_order(Surface& surface, const MeshTree& tree) {
@@ -108,6 +163,7 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
         (adjacency.crowded[t] != 0 ? static_cast<unsigned>(scene::TriangleFlag::Pierced) : 0U));
   }
   flag_crossings(surface, tree, mesh.flags);
+  mesh.seams = flag_seams(surface, tree, adjacency, mesh.flags);
 
   std::vector<Vector3d> face_normals(count);
   for (std::size_t t = 0; t < count; ++t) {

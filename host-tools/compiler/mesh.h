@@ -72,6 +72,7 @@ struct CompiledMesh {
   scene::Vec3 grid_origin_m;
   float grid_step_m = 0;
   std::uint8_t depth = 0;
+  bool seams = false;  // any flag Seam
   MeshReport report;
 };
 

@@ -97,6 +97,7 @@ SceneBuilder& SceneBuilder::mesh(const host::CompiledMesh& mesh, const Material&
   table.add_grid_origin_m(&mesh.grid_origin_m);
   table.add_grid_step_m(mesh.grid_step_m);
   table.add_depth(mesh.depth);
+  table.add_seams(mesh.seams);
   state_->add(scene::Shape::Mesh, table.Finish().Union(), material, pose);
   return *this;
 }

@@ -43,6 +43,7 @@ struct Joint {
   std::string name;
   double overlap_m;
   bool unlike;
+  bool one_file = false;
 };
 
 Floor make_floor(Random& random, const Joint& joint, bool friction) {
@@ -51,6 +52,7 @@ Floor make_floor(Random& random, const Joint& joint, bool friction) {
               .image = SceneBuilder().image(),
               .friction = friction};
   SceneBuilder builder;
+  host::TriangleSoup one_file;  // blocks that are parts of one mesh
   const auto material = [&] {
     Material m{.stiffness_N_m = joint.unlike ? static_cast<float>(random.uniform(200.0, 2000.0)) : 1000.0F};
     if (friction) {
@@ -74,16 +76,27 @@ Floor make_floor(Random& random, const Joint& joint, bool friction) {
       if (Floor::kHalf_m - u1 < 0.005) u1 = Floor::kHalf_m;
       const double height = random.uniform(0.008, 0.02);
       const Vector3d size(u1 - u0 + joint.overlap_m, v1 - v0 + joint.overlap_m, height);
-      const Pose pose = placed({0.5 * (u0 + u1), 0.5 * (v0 + v1), -0.5 * height});
-      if (random.below(3) == 0) {
-        builder.mesh(box_mesh(size, 1 + static_cast<int>(random.below(4))), material(), {}, pose);
+      const Vector3d centre(0.5 * (u0 + u1), 0.5 * (v0 + v1), -0.5 * height);
+      const Pose pose = placed(centre);
+      const int cells = 1 + static_cast<int>(random.below(4));
+      if (joint.one_file) {
+        const host::TriangleSoup block =
+            transformed(box_mesh(size, cells), Eigen::Matrix3d::Identity(), centre);
+        const auto first = static_cast<std::uint32_t>(one_file.vertices_m.size());
+        one_file.vertices_m.insert(one_file.vertices_m.end(), block.vertices_m.begin(),
+                                   block.vertices_m.end());
+        for (const auto& t : block.triangles)
+          one_file.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      } else if (random.below(3) == 0) {
+        builder.mesh(box_mesh(size, cells), material(), {}, pose);
       } else {
         builder.box(size, material(), pose);
       }
       u0 = u1;
     }
   }
-  for (int extra = 0; extra < 3; ++extra) {
+  if (joint.one_file) builder.mesh(one_file, material(), {}, placed(Vector3d::Zero()));
+  for (int extra = joint.one_file ? 3 : 0; extra < 3; ++extra) {
     const Vector3d at = random.in_box({0.02, 0.02, 0.0});
     const double radius = random.uniform(0.003, 0.008);
     if (random.below(2) == 0) {
@@ -103,8 +116,11 @@ TEST(Seams, LevelFacesAreOneFace) {
                                      {"1 mm over each other", 1e-3, false},
                                      {"1 um over each other, unlike", 1e-6, true},
                                      {"10 um apart", -9.9e-6, false},
-                                     {"5 um apart, unlike", -5e-6, true}};
-  const int scenes = kUnderSanitizers ? 1 : 12;
+                                     {"5 um apart, unlike", -5e-6, true},
+                                     {"flush, one mesh", 0.0, false, true},
+                                     {"1 mm over each other, one mesh", 1e-3, false, true},
+                                     {"10 um apart, one mesh", -9.9e-6, false, true}};
+  const int scenes = kUnderSanitizers ? 1 : 8;
   for (const Joint& joint : joints) {
     double off_plane_m = 0.0;
     double aside_m = 0.0;
