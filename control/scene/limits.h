@@ -65,9 +65,9 @@ inline constexpr float kMaxTextureGradient = 3.0F;  // of a mesh's coordinates f
 // Where several solids are near, the god object is a ball of this radius about a point above the surface, so that it
 // cannot enter a gap narrower than twice as much. Far above the rounding of a coordinate (1e-6 m at 10 m).
 inline constexpr float kPointRadius_m = 3.0e-5F;
-inline constexpr float kFaceMargin_m = 1.0e-5F;  // level faces go on over gaps up to this width
+inline constexpr float kFaceMargin_m = 1.0e-5F;    // level faces go on over gaps up to this width
 inline constexpr float kMinTipRadius_m = 1.0e-4F;  // of fingertips that are no points
-inline constexpr float kMaxTipRadius_m = 0.01F;  // of the fingertips: spheres, if it is not 0
-inline constexpr float kMinSpacing_m = 1.0e-5F;  // of a texture's or a map's samples; encoders resolve 2e-5
+inline constexpr float kMaxTipRadius_m = 0.01F;    // of the fingertips: spheres, if it is not 0
+inline constexpr float kMinSpacing_m = 1.0e-5F;    // of a texture's or a map's samples; encoders resolve 2e-5
 
 }  // namespace thimble::control

@@ -116,7 +116,8 @@ std::vector<std::byte> SceneBuilder::bytes() {
   flatbuffers::FlatBufferBuilder& builder = state_->builder;
   const auto name = builder.CreateString("test scene");
   const auto objects = builder.CreateVector(state_->objects);
-  scene::FinishSceneBuffer(builder, scene::CreateScene(builder, name, objects, nullptr, state_->tip_radius_m));
+  scene::FinishSceneBuffer(builder,
+                           scene::CreateScene(builder, name, objects, nullptr, state_->tip_radius_m));
   const std::span<const std::byte> finished =
       std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
   return {finished.begin(), finished.end()};
