@@ -335,8 +335,8 @@ SceneImage scene_of(const std::string& members) {
 // of it in the scene shifts its index.
 TEST(Inside, ABodyFallsOffTheTip) {
   const SceneImage image = scene_of(R"("gravity_m_s2": [0, 0, -9.81], "objects": [
-      {"name": "field", "shape": {"vector_field": {"planes": [{"normal": [0, 0, 1], "offset_m": -1}]}},
-       "material": {"stiffness_N_m": 500}},
+      {"name": "pad", "pose": {"position_m": [1, 0, -0.5]}, "shape": {"tissue": {"size_m": [0.1, 0.1],
+       "contact_radius_m": 0.005, "relaxed_stiffness_N_m": 100, "recovery_s": 1}}, "material": {"stiffness_N_m": 500}},
       {"name": "ball", "shape": {"sphere": {"radius_m": 0.01}}, "material": {"stiffness_N_m": 500},
        "body": {"mass_kg": 0.1, "motion": "free"}},
       {"name": "floor", "pose": {"position_m": [0, 0, -0.2]}, "shape": {"plane": {"normal": [0, 0, 1]}},
