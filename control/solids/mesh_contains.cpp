@@ -152,10 +152,14 @@ bool walk(const MeshView& mesh, const Ray& ray, Crossings& crossings) {
 
 }  // namespace
 
-// The sum over the faces that a ray crosses tells, as for a closed surface that may cross itself. More rays are for one that
-// is cut short, or that meets nothing: it can pass beside a mesh that encloses free space.
+// The sum over the faces that a ray crosses tells, as for a closed surface that may cross itself. A point counts as inside where two rays
+// say so, or the only one that tells: a solid that is not felt by mistake is worse than one that is. More rays are for one that is cut
+// short, or that meets nothing: it can pass beside a mesh that encloses free space. Beyond such a mesh all rays have to say so, because
+// faces turned inside out give some rays the same order of crossings.
 Containment mesh_contains(const ShapeData& shape, const Vec3& point) {
   bool known = false;
+  bool inside = false;
+  int winds_round = 0;  // rays
   for (const bool farther : {false, true}) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       Ray ray;
@@ -163,9 +167,13 @@ Containment mesh_contains(const ShapeData& shape, const Vec3& point) {
       Crossings crossings;
       if (!walk(shape.mesh, ray, crossings)) continue;
       known = true;
-      if (crossings.count > 0) return crossings.inside() ? Containment::kInside : Containment::kOutside;
+      if (crossings.count == 0) continue;
+      if (!crossings.inside()) return Containment::kOutside;
+      inside = true;
+      if (crossings.winding > 0 && ++winds_round == 2) return Containment::kInside;
     }
   }
+  if (inside) return Containment::kInside;
   return known ? Containment::kOutside : Containment::kUnknown;
 }
 
