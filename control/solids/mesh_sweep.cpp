@@ -99,7 +99,8 @@ bool incident(const MeshView& mesh, std::uint32_t triangle, std::span<const Feat
       const std::uint32_t v = vertex_index(mesh, f.index, f.corner);
       for (std::uint32_t corner = 0; corner < 3; ++corner) {
         if (vertex_index(mesh, triangle, corner) == v &&
-            !(pierced(mesh, triangle) && over_corner(mesh, triangle, corner, d)))
+            !(pierced(mesh, triangle) && !two_sided(mesh, triangle) &&
+              over_corner(mesh, triangle, corner, d)))
           return true;
       }
       continue;
@@ -194,7 +195,7 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   // A segment that begins on the plane of a face, beside the face, can come under it, and its line passes through it nowhere. The god
   // object begins so in a corner with a part that crosses two faces at a flat concave edge.
   const bool beside = !all_up && !all_down;
-  if (beside && (leaving.empty() || !pierced(mesh, triangle))) return;
+  if (beside && (leaving.empty() || !pierced(mesh, triangle) || two_sided(mesh, triangle))) return;
 
   const Vec3 normal = area_normal(mesh, triangle);
   const Vec3 corner = vertex(mesh, triangle, 0);
