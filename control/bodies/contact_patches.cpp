@@ -9,6 +9,8 @@ namespace {
 constexpr float kSameNormal = 0.906F;
 // One choice is better than another only by this share: rounding does not change the choice from tick to tick.
 constexpr float kClearly = 1.0F + 1.0e-3F;
+// A point that is less deep than the deepest by this counts as half as far.
+constexpr float kLessDeep_m = 1.0e-5F;
 
 bool is_less_deep(const ContactPoint* a, const ContactPoint* b) { return a->depth_m < b->depth_m; }
 
@@ -30,24 +32,30 @@ void choose(Candidates& from, std::size_t count, std::size_t to, Score score) {
 }
 
 // The deepest point, the one farthest from it, the one that spans the largest triangle with both, and the one
-// that lies farthest outside this triangle.
+// that lies farthest outside this triangle. A point that is less deep counts as nearer: on rough ground an open point
+// farther out would take the place of one that bears, and the body would rock on the points that are left.
 std::size_t reduce(Candidates& points, std::size_t count) {
   if (count <= kMaxPatchPoints) return count;
   std::iter_swap(
       points.begin(),
       std::max_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(count), is_less_deep));
   const Vec3& p0 = points[0]->point_m;
-  choose(points, count, 1, [&](const ContactPoint& p) { return (p.point_m - p0).squaredNorm(); });
+  const float deepest_m = points[0]->depth_m;
+  const auto share = [&](const ContactPoint& p) {
+    return kLessDeep_m / (kLessDeep_m + deepest_m - p.depth_m);
+  };
+  const auto share2 = [&](const ContactPoint& p) { return share(p) * share(p); };
+  choose(points, count, 1, [&](const ContactPoint& p) { return share2(p) * (p.point_m - p0).squaredNorm(); });
   const Vec3& p1 = points[1]->point_m;
   choose(points, count, 2,
-         [&](const ContactPoint& p) { return (p.point_m - p0).cross(p1 - p0).squaredNorm(); });
+         [&](const ContactPoint& p) { return share2(p) * (p.point_m - p0).cross(p1 - p0).squaredNorm(); });
   const Vec3& p2 = points[2]->point_m;
   const Vec3 turn = (p1 - p0).cross(p2 - p0);
   choose(points, count, 3, [&](const ContactPoint& p) {
     const auto outside = [&](const Vec3& from, const Vec3& to) {
       return (p.point_m - from).cross(to - from).dot(turn);
     };
-    return std::max({outside(p0, p1), outside(p1, p2), outside(p2, p0)});
+    return share(p) * std::max({outside(p0, p1), outside(p1, p2), outside(p2, p0)});
   });
   return kMaxPatchPoints;
 }
