@@ -74,7 +74,8 @@ class TriangleCollision {
   bool all_ = true;
 };
 
-bool nearer(const Waiting& x, const Waiting& y) { return x.reach_m < y.reach_m; }
+// A lambda: the heap calls it directly, not through a pointer.
+constexpr auto nearer = [](const Waiting& x, const Waiting& y) { return x.reach_m < y.reach_m; };
 
 float TriangleCollision::gap_m(const Vec3& middle_m, const Vec3& half_m) const {
   const Vec3 apart = middle_m - a_.centre_m;

@@ -12,7 +12,10 @@ constexpr float kClearly = 1.0F + 1.0e-3F;
 // A point that is less deep than the deepest by this counts as half as far.
 constexpr float kLessDeep_m = 1.0e-5F;
 
-bool is_less_deep(const ContactPoint* a, const ContactPoint* b) { return a->depth_m < b->depth_m; }
+// A lambda: algorithms call it directly, not through a pointer.
+constexpr auto is_less_deep = [](const ContactPoint* a, const ContactPoint* b) {
+  return a->depth_m < b->depth_m;
+};
 
 using Candidates = std::array<const ContactPoint*, kMaxManifold>;
 
