@@ -87,10 +87,11 @@ class Simulation {
         tips[i] = {sample.position_m.cast<float>(), sample.velocity_m_s.cast<float>()};
       }
       renderer->tick(tips, static_cast<float>(1.0 / options_.rate_Hz), touches);
+      const SceneRow scene_row = scene_row_(*renderer);
       for (std::size_t i = 0; i < paths_.size(); ++i) {
         row_({time_s, static_cast<int>(i), tips[i].position_m.cast<double>(),
               touches[i].god_object_m.cast<double>(), touches[i].force_N.cast<double>(), touches[i].contacts,
-              scene_row_(*renderer)});
+              scene_row});
       }
     }
     result.sweep_bound = renderer->counters().sweep_bound;
@@ -147,11 +148,11 @@ class Simulation {
       controller.keep_alive();
       board.tick();
       const firmware::Telemetry& telemetry = controller.telemetry();
+      const SceneRow scene_row = scene_row_(controller.renderer());
       for (std::size_t i = 0; i < paths_.size(); ++i) {
         const firmware::ArmTelemetry& arm = telemetry.arm[i];
         row_({time_of(result.ticks), static_cast<int>(i), board.sampled_tip_m(i),
-              arm.god_object_m.cast<double>(), arm.force_N.cast<double>(), arm.contacts,
-              scene_row_(controller.renderer())});
+              arm.god_object_m.cast<double>(), arm.force_N.cast<double>(), arm.contacts, scene_row});
       }
       if (controller.fault() != firmware::Fault::kNone) {
         ++result.ticks;

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "control/scene/scene_view.h"
-#include "control/scene/shape_table.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::host {
