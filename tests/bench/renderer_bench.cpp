@@ -13,6 +13,7 @@
 
 #include "control/renderer.h"
 #include "tests/bench/bodies.h"
+#include "tests/support/embree_triangles.h"
 #include "tests/support/ideal_run.h"
 
 namespace thimble::test {
@@ -117,20 +118,7 @@ class EmbreeScene {
  public:
   explicit EmbreeScene(const host::TriangleSoup& soup)
       : device_(rtcNewDevice("threads=1")), scene_(rtcNewScene(device_)) {
-    const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), soup.vertices_m.size()));
-    for (const Vector3d& vertex : soup.vertices_m) {
-      for (int axis = 0; axis < 3; ++axis) *vertices++ = static_cast<float>(vertex[axis]);
-    }
-    auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), soup.triangles.size()));
-    for (const auto& triangle : soup.triangles) {
-      for (const std::uint32_t index : triangle) *indices++ = index;
-    }
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_, geometry);
-    rtcReleaseGeometry(geometry);
+    add_triangles(device_, scene_, soup);
     rtcCommitScene(scene_);
   }
   ~EmbreeScene() {

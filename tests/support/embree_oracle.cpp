@@ -5,6 +5,8 @@
 #include <array>
 #include <limits>
 
+#include "tests/support/embree_triangles.h"
+
 namespace thimble::test {
 namespace {
 
@@ -37,23 +39,12 @@ EmbreeOracle::EmbreeOracle(const host::TriangleSoup& soup)
     : device_(rtcNewDevice("threads=1")), scene_(rtcNewScene(device_)) {
   rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
   if (!soup.triangles.empty()) {
-    const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), soup.vertices_m.size()));
-    for (const Vector3d& vertex : soup.vertices_m) {
-      for (int axis = 0; axis < 3; ++axis) *vertices++ = static_cast<float>(vertex[axis]);
-    }
-    auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), soup.triangles.size()));
+    add_triangles(device_, scene_, soup);
     for (const auto& t : soup.triangles) {
-      for (const std::uint32_t index : t) *indices++ = index;
       const Vector3d a = soup.vertices_m[t[0]];
       normals_.push_back(
           (soup.vertices_m[t[1]] - a).cross(soup.vertices_m[t[2]] - a).normalized().cast<float>());
     }
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_, geometry);
-    rtcReleaseGeometry(geometry);
   }
   rtcCommitScene(scene_);
 }

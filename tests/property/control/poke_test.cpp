@@ -16,6 +16,7 @@
 #include "tests/support/ideal_run.h"
 #include "tests/support/meshes.h"
 #include "tests/support/oracle.h"
+#include "tests/support/pokes.h"
 #include "tests/support/random.h"
 #include "tests/support/sanitizers.h"
 
@@ -32,19 +33,6 @@ double from_environment(const char* name, double otherwise) {
 }
 double pokes() { return from_environment("THIMBLE_POKES", kDefaultPokes); }
 std::uint64_t seed() { return static_cast<std::uint64_t>(from_environment("THIMBLE_POKE_SEED", 1.0)); }
-
-Eigen::Quaterniond random_turn(Random& random) {
-  return Eigen::Quaterniond(random.gaussian(), random.gaussian(), random.gaussian(), random.gaussian())
-      .normalized();
-}
-
-Material random_material(Random& random) {
-  Material material{.stiffness_N_m = 1000.0F};
-  if (random.below(2) == 0) return material;
-  material.static_friction = static_cast<float>(random.uniform(0.1, 1.0));
-  material.dynamic_friction = static_cast<float>(random.uniform(0.5, 1.0)) * material.static_friction;
-  return material;
-}
 
 void add(host::TriangleSoup& soup, const host::TriangleSoup& part, const Eigen::Quaterniond& turn,
          const Vector3d& at_m) {

@@ -18,6 +18,7 @@
 #include "tests/support/ideal_run.h"
 #include "tests/support/meshes.h"
 #include "tests/support/oracle.h"
+#include "tests/support/pokes.h"
 #include "tests/support/random.h"
 #include "tests/support/sanitizers.h"
 
@@ -91,19 +92,6 @@ class Judge {
   EmbreeOracle solids_;
   int shown_ = 0;
 };
-
-Eigen::Quaterniond random_turn(Random& random) {
-  return Eigen::Quaterniond(random.gaussian(), random.gaussian(), random.gaussian(), random.gaussian())
-      .normalized();
-}
-
-Material random_material(Random& random) {
-  Material material{.stiffness_N_m = 1000.0F};
-  if (random.below(2) == 0) return material;
-  material.static_friction = static_cast<float>(random.uniform(0.1, 1.0));
-  material.dynamic_friction = static_cast<float>(random.uniform(0.5, 1.0)) * material.static_friction;
-  return material;
-}
 
 void poke_model(const std::string& name, const host::CompiledMesh& mesh, long pokes, Random& random,
                 Tally& tally) {
