@@ -13,6 +13,7 @@
 
 #include "host-tools/compiler/mesh_file.h"
 #include "host-tools/error.h"
+#include "tests/support/assimp_leaks.h"
 #include "tests/support/embree_oracle.h"
 #include "tests/support/figure.h"
 #include "tests/support/ideal_run.h"

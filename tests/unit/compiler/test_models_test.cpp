@@ -12,16 +12,11 @@
 #include "host-tools/compiler/mesh.h"
 #include "host-tools/compiler/mesh_file.h"
 #include "host-tools/error.h"
+#include "tests/support/assimp_leaks.h"
 #include "tests/support/figure.h"
 #include "tests/support/meshes.h"
 #include "tests/support/sanitizers.h"
 #include "tests/unit/compiler/sound_mesh.h"
-
-// Assimp leaks a few bytes when it refuses a file; the leak check is about our own code.
-extern "C" const char* __lsan_default_suppressions();  // NOLINT(bugprone-reserved-identifier)
-extern "C" const char* __lsan_default_suppressions() {
-  return "leak:libassimp\n";
-}  // NOLINT(bugprone-reserved-identifier)
 
 namespace thimble::test {
 namespace {
