@@ -12,6 +12,9 @@ namespace {
 
 using Eigen::Quaternionf;
 
+// A rotation in one tick is integrated, and swept against the god objects, as a small one.
+constexpr float kMaxTurnPerTick_rad = 0.25F;
+
 BodyModel read(const scene::Object& object, std::uint8_t index) {
   const scene::Body& body = *object.body();
   const scene::Quat& q = object.pose()->rotation();
@@ -73,6 +76,7 @@ void Bodies::apply_materials(const SceneView& scene) noexcept {
 
 void Bodies::bind(const SceneView& scene, World& world) noexcept {
   count_ = 0;
+  grip_count_ = 0;
   gravity_m_s2_ = Vec3::Zero();
   solver_.reset();
   if (scene.scene() == nullptr) return;
@@ -83,7 +87,9 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
   for (const scene::Object* object : *scene.scene()->objects()) {
     if (object->body() != nullptr && !is_volume(object->shape_type())) {
       const scene::Body& body = *object->body();
-      const BodyModel model = read(*object, in_world);
+      BodyModel model = read(*object, in_world);
+      const float radius_m = 0.5F * (world.objects[in_world].hi_m - world.objects[in_world].lo_m).norm();
+      model.max_spin_rad_s = std::min(kMaxBodySpeed_m_s / radius_m, kMaxSmallBodySpin_rad_s);
       BodyState state{in_image, model.start_m, model.start_rotation, Vec3::Zero(), Vec3::Zero()};
       Vec3 angular_momentum = Vec3::Zero();
       float speed = 0.0F;
@@ -126,6 +132,38 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
     if (!is_volume(object->shape_type())) ++in_world;
     ++in_image;
   }
+}
+
+float Bodies::mass_at(std::uint8_t body, const Vec3& point_m, const Vec3& direction) const noexcept {
+  const BodyModel& model = models_[body];
+  const BodyState& state = states_[body];
+  float response = 0.0F;
+  switch (model.motion) {
+    case scene::Motion::Free: {
+      const Vec3 arm = state.rotation.conjugate() * (point_m - state.position_m).cross(direction).eval();
+      response = 1.0F / model.mass_kg + arm.cwiseAbs2().dot(model.inertia_kg_m2.cwiseInverse());
+      break;
+    }
+    case scene::Motion::Translate:
+      response = 1.0F / model.mass_kg;
+      break;
+    case scene::Motion::Plane: {
+      const float along = model.axis.dot(direction);
+      response = (1.0F - along * along) / model.mass_kg;
+      break;
+    }
+    case scene::Motion::Slide: {
+      const float along = model.axis.dot(direction);
+      response = along * along / model.control_inertia;
+      break;
+    }
+    case scene::Motion::Turn: {
+      const float arm = model.axis.dot((point_m - model.pivot_m).cross(direction));
+      response = arm * arm / model.control_inertia;
+      break;
+    }
+  }
+  return response > kNoResponse ? 1.0F / response : 0.0F;
 }
 
 // Semi-implicit Euler: first the velocities, then the positions with the new velocities. So the energy of a
@@ -222,12 +260,14 @@ void Bodies::apply_contacts(std::size_t body, const Vec3& velocity_before_m_s, c
   }
 }
 
-void Bodies::limit_speed(std::size_t body) noexcept {
+void Bodies::limit_speed(std::size_t body, float period_s) noexcept {
   const BodyModel& model = models_[body];
   BodyState& state = states_[body];
   state.velocity_m_s = limited(state.velocity_m_s, kMaxBodySpeed_m_s);
-  if (state.spin_rad_s.squaredNorm() > kMaxBodySpin_rad_s * kMaxBodySpin_rad_s) {
-    state.spin_rad_s = limited(state.spin_rad_s, kMaxBodySpin_rad_s);
+  const float most =
+      std::max(std::min(model.max_spin_rad_s, kMaxTurnPerTick_rad / period_s), kMaxBodySpin_rad_s);
+  if (state.spin_rad_s.squaredNorm() > most * most) {
+    state.spin_rad_s = limited(state.spin_rad_s, most);
     angular_momentum_[body] = scale_in_frame(state.rotation, model.inertia_kg_m2, state.spin_rad_s);
   }
 }
@@ -242,7 +282,8 @@ void Bodies::advance(std::size_t body, float period_s) noexcept {
       state.rotation = turned(state.rotation, period_s * to_spin(model, middle, angular_momentum_[body]));
       state.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
       state.position_m += period_s * state.velocity_m_s;
-      limit_speed(body);  // the spin of a thin rod can grow as it turns relative to its angular momentum
+      limit_speed(body,
+                  period_s);  // the spin of a thin rod can grow as it turns relative to its angular momentum
       break;
     }
     case scene::Motion::Translate:
@@ -305,22 +346,26 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
     velocity_before_m_s[i] = solver_bodies[i].velocity_m_s;
     spin_before_rad_s[i] = solver_bodies[i].spin_rad_s;
   }
-  solver_.solve(world, std::span(solver_bodies).first(count_), period_s, counters);
+  solver_.solve(world, std::span(solver_bodies).first(count_), std::span(grips_).first(grip_count_), period_s,
+                counters);
+  grip_count_ = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     const std::uint8_t index = models_[i].object;
     const PlacedObject before = world.objects[index];
     const BodyState state_before = states_[i];
     const ControlElementState control_before = controls_[i];
     apply_contacts(i, velocity_before_m_s[i], spin_before_rad_s[i], solver_bodies[i], period_s);
-    limit_speed(i);
+    limit_speed(i, period_s);
     advance(i, period_s);
     place(world.objects[index], states_[i],
           models_[i].motion == scene::Motion::Free || models_[i].motion == scene::Motion::Turn);
     std::array<Finger, kMaxArms> fingers_before;
     std::copy(fingers.begin(), fingers.end(), fingers_before.begin());
     bool carried = true;
-    for (Finger& finger : fingers)
-      carried = carried && (!finger.started || carry(world, index, before, finger, counters));
+    for (Finger& finger : fingers) {
+      const bool meets = finger.started && (finger.inside & only(index)) == 0;
+      carried = carried && (!meets || carry(world, index, before, finger, counters));
+    }
     if (!carried) {
       std::copy_n(fingers_before.begin(), fingers.size(), fingers.begin());
       world.objects[index] = before;

@@ -5,7 +5,8 @@
 // between bodies change them (control/bodies/contact_solver.h), and the bodies move one after the other and
 // carry the god objects along (control/bodies/carry.h).
 //
-// Speeds are at most kMaxBodySpeed_m_s and kMaxBodySpin_rad_s, positions within kMaxCoordinate_m. A body that
+// Speeds are at most kMaxBodySpeed_m_s, positions within kMaxCoordinate_m. The spin of a free body is at most what moves
+// its surface with kMaxBodySpeed_m_s: at least kMaxBodySpin_rad_s, at most kMaxSmallBodySpin_rad_s. A body that
 // would squeeze a god object against another object keeps its pose and stops, because a point has no room to
 // give way. SI units, world frame. Nothing here allocates or fails.
 #pragma once
@@ -47,6 +48,7 @@ struct BodyModel {
   ControlElementParams control;       // Slide, Turn
   float control_inertia = 1.0F;       // kg or kg m2
   float restitution = 0.0F;
+  float max_spin_rad_s = kMaxBodySpin_rad_s;  // of a free body
   float spring_N_m = 0.0F;
   float damping_N_s_m = 0.0F;
   float angular_damping_N_m_s = 0.0F;
@@ -79,6 +81,14 @@ class Bodies {
     load.torque_N_m += (point_m - states_[body].position_m).cross(force_N);
   }
 
+  // A fingertip on a body, for the next step.
+  void grip(const Grip& grip) noexcept {
+    if (grip_count_ < grips_.size()) grips_[grip_count_++] = grip;
+  }
+
+  // The mass that a force along `direction`, a unit vector, meets at a point of the body; 0 where it cannot move.
+  [[nodiscard]] float mass_at(std::uint8_t body, const Vec3& point_m, const Vec3& direction) const noexcept;
+
   // One period: moves the bodies, writes their new poses to the world, and carries the fingers' god objects
   // along.
   void step(World& world, std::span<Finger> fingers, float period_s, RenderCounters& counters) noexcept;
@@ -92,7 +102,7 @@ class Bodies {
   [[nodiscard]] SolverBody accelerate(std::size_t body, float period_s) noexcept;
   void apply_contacts(std::size_t body, const Vec3& velocity_before_m_s, const Vec3& spin_before_rad_s,
                       const SolverBody& after, float period_s) noexcept;
-  void limit_speed(std::size_t body) noexcept;
+  void limit_speed(std::size_t body, float period_s) noexcept;
   void advance(std::size_t body, float period_s) noexcept;
   void advance_along_axis(std::size_t body, float period_s) noexcept;
   void stop(std::size_t body) noexcept;
@@ -105,6 +115,8 @@ class Bodies {
   std::array<Load, kMaxBodies> loads_;
   std::array<float, kMaxBodies> efforts_;  // Slide, Turn: N or N m of this tick
   std::size_t count_ = 0;
+  std::array<Grip, kMaxArms * kMaxContacts> grips_;
+  std::size_t grip_count_ = 0;
   ContactSolver solver_;
 };
 

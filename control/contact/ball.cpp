@@ -10,53 +10,72 @@
 namespace thimble::control {
 namespace {
 
-constexpr float kRadius_m = kPointRadius_m;
-constexpr float kUnder_m = 4.0F * kRadius_m;  // the point under the ball is no farther from the centre
+constexpr float kUnder_m =
+    4.0F * kPointRadius_m;  // the point under the ball of a point is no farther from the centre
 constexpr int kMaxSteps = 16;
+constexpr float kUpright = 0.5F;  // cosine of the angle between two planes of one surface
+
+bool is_tip(const World& world) { return world.tip_radius_m > 0.0F; }
+float radius_m(const World& world) { return is_tip(world) ? world.tip_radius_m : kPointRadius_m; }
 
 // The ball's centre over a point that lies on its contacts' surfaces.
 Vec3 centre_over(const World& world, const GodObject& god) {
   std::array<Vec3, kMaxContacts> normals;
   const std::size_t count = contact_normals(world, god, normals);
   std::array<HalfSpace, kMaxContacts> planes;
-  for (std::size_t i = 0; i < count; ++i) planes[i] = {normals[i], kRadius_m};
+  for (std::size_t i = 0; i < count; ++i) planes[i] = {normals[i], kPointRadius_m};
   const NearestInside over = nearest_inside(std::span(planes).first(count), Vec3::Zero());
-  return over.found ? Vec3(god.position_m + over.point_m) : Vec3(god.position_m + kRadius_m * normals[0]);
+  return over.found ? Vec3(god.position_m + over.point_m)
+                    : Vec3(god.position_m + kPointRadius_m * normals[0]);
 }
 
 void become_ball(const World& world, GodObject& god) {
+  if (is_tip(world)) god.centre_m = god.position_m;
   if (god.is_ball) return;
-  god.centre_m = god.count == 0 ? god.position_m : centre_over(world, god);
+  god.centre_m = god.count == 0 || is_tip(world) ? god.position_m : centre_over(world, god);
   contact_normals(world, god, god.normals);
   god.is_ball = true;
   god.has_beside = false;
 }
 
-bool holds_from_afar(const NearestInside& there, const Separations& near) {
+bool holds_from_afar(const NearestInside& there, const Separations& near, float radius_m) {
   for (std::size_t i = 0; i < there.count; ++i)
-    if (!near.touches(there.holding[i], kRadius_m)) return true;
+    if (!near.touches(there.holding[i], radius_m)) return true;
   return false;
 }
 
 // The planes that hold the ball where it is.
 struct Holding {
   std::array<HalfSpace, kMaxHolding> planes;
+  Separations::Held held;
   std::size_t count = 0;
+  float radius_m;
+  bool is_tip;
 
-  explicit Holding(const GodObject& god) : count(god.count) {
-    for (std::size_t i = 0; i < count; ++i) planes[i] = {god.normals[i], 0.0F};
+  Holding(const World& world, const GodObject& god)
+      : count(god.count), radius_m(control::radius_m(world)), is_tip(control::is_tip(world)) {
+    for (std::size_t i = 0; i < count; ++i) {
+      planes[i] = {god.normals[i], 0.0F};
+      add(god.contacts[i].object, god.contacts[i].feature);
+    }
+  }
+  void add(std::uint8_t object, const Feature& feature) {
+    held.object[held.count] = object;
+    held.feature[held.count++] = feature.index;
   }
   // touched: of the planes that hold it, only those of solids that it touches.
   void hold(const NearestInside& there, const Separations& near, bool touched) {
-    count = 0;
+    count = held.count = 0;
     for (std::size_t i = 0; i < there.count; ++i) {
       const std::size_t at = there.holding[i];
-      if (!touched || near.touches(at, kRadius_m)) planes[count++] = {near.planes[at].normal, 0.0F};
+      if (touched && !near.touches(at, radius_m)) continue;
+      planes[count++] = {near.planes[at].normal, 0.0F};
+      add(near.object[at], near.of[at].feature);
     }
   }
   [[nodiscard]] BallQuery query(const Vec3& centre, const Vec3& target) const {
-    BallQuery ball{centre, aim(centre, target), target, kRadius_m, 0.5F * (target - centre).norm(), {},
-                   count};
+    BallQuery ball{centre, aim(centre, target), target, radius_m, 0.5F * (target - centre).norm(), {}, count,
+                   is_tip};
     for (std::size_t i = 0; i < count; ++i) ball.held_by[i] = planes[i].normal;
     return ball;
   }
@@ -81,7 +100,7 @@ class Lookout {
     for (; looks_ < kMaxLooks; part_ *= kLess) {
       ++looks_;
       if (part_ < 1.0F) target = centre + part_ * whole;
-      if (out.look(world_, nearby_, holding.query(centre, target))) {
+      if (out.look(world_, nearby_, holding.query(centre, target), holding.held)) {
         part_ = std::min(2.0F * part_, 1.0F);
         return true;
       }
@@ -110,7 +129,7 @@ struct Surroundings {
   Surroundings(const Separations& near, bool all_near) {
     for (std::size_t i = 0; i < near.count; ++i) {
       const float height_m = near.of[i].height_m;
-      const bool touches = near.touches(i, kRadius_m);
+      const bool touches = near.touches(i, kPointRadius_m);
       if (touches) out += near.of[i].normal;
       if (!touches && !(all_near && height_m <= kUnder_m)) continue;
       std::size_t at = count;
@@ -134,7 +153,7 @@ struct Surroundings {
     NearestInside point = nearest_inside(all, way);
     if (!hold && point.found && (point.count == 0 || point.point_m.squaredNorm() <= kUnder_m * kUnder_m))
       return point;
-    const Vec3 down = -2.0F * kRadius_m * out.normalized();
+    const Vec3 down = -2.0F * kPointRadius_m * out.normalized();
     return nearest_inside(all, down);
   }
 };
@@ -159,7 +178,7 @@ void set_contacts(const World& world, std::span<const std::uint8_t> nearby, GodO
         near.of[i].normal.dot(under.point_m) >= -near.of[i].height_m - kBehind_m)
       continue;
     const Vec3 at = god.centre_m + under.point_m;
-    if (!near.look(world, nearby, {god.centre_m, at, at, 0.0F, kUnder_m, {}, 0})) break;
+    if (!near.look(world, nearby, {god.centre_m, at, at, 0.0F, kUnder_m, {}, 0}, {})) break;
     round = Surroundings(near, true);
     under = round.under(way, hold);
     break;
@@ -174,13 +193,34 @@ void set_contacts(const World& world, std::span<const std::uint8_t> nearby, GodO
   god.count = under.count;
 }
 
+// The same for a tip with a radius: the planes that hold its centre back.
+void set_tip_contacts(GodObject& god, Separations& near, const Vec3& target, bool hold, float radius_m) {
+  god.position_m = god.centre_m;
+  god.count = 0;
+  Vec3 way = target - god.centre_m;
+  if (hold) {
+    way.setZero();
+    for (std::size_t i = 0; i < near.count; ++i)
+      if (near.touches(i, radius_m)) way -= near.of[i].normal;
+    way *= radius_m;
+  }
+  const NearestInside there = near.nearest(way);
+  if (!there.found) return;
+  for (std::size_t i = 0; i < there.count; ++i) {
+    const std::size_t at = there.holding[i];
+    god.contacts[i] = {near.object[at], near.of[at].feature};
+    god.normals[i] = near.of[at].normal;
+  }
+  god.count = there.count;
+}
+
 }  // namespace
 
 void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
               RenderCounters& counters) noexcept {
   become_ball(world, god);
   Separations near;
-  const Holding holding(god);
+  const Holding holding(world, god);
   Lookout lookout(world, nearby);
   for (int step = 0; step < kMaxSteps; ++step) {
     Vec3 aim = target;
@@ -189,7 +229,7 @@ void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObjec
       break;
     }
     const Vec3 way = aim - god.centre_m;
-    float free = 1.0F;
+    float free = near.free_m < way.norm() ? near.free_m / way.norm() : 1.0F;
     float behind_m = 0.0F;
     for (const HalfSpace& plane : near.all()) {
       behind_m = std::max(behind_m, plane.offset_m);
@@ -211,6 +251,10 @@ void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObjec
     }
     if (free * free * way.squaredNorm() <= kSettled_m * kSettled_m) break;
   }
+  if (is_tip(world)) {
+    set_tip_contacts(god, near, target, true, holding.radius_m);
+    return;
+  }
   set_contacts(world, nearby, god, near, target, true);
   if (god.count == 0) god.position_m = god.centre_m;
 }
@@ -220,8 +264,11 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
   become_ball(world, god);
   const Vec3 goal = hold ? Vec3(target + god.centre_m - god.position_m) : target;
   const std::uint8_t held = god.count > 0 ? god.contacts[0].object : std::uint8_t{0};
+  // A mesh of several parts has faces below its surface that look aside: they are not what it is on.
+  const bool upright = god.count > 0 && world.objects[held].shape.mesh.seams;
+  const Vec3 up = god.count > 0 ? god.normals[0] : Vec3(Vec3::Zero());
   Separations near;
-  Holding holding(god);
+  Holding holding(world, god);
   Lookout lookout(world, nearby);
   bool settled = false;
   bool again =
@@ -235,7 +282,7 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
     if (hold) {  // down on the surface that it is on
       std::size_t nearest = near.count;
       for (std::size_t i = 0; i < near.count; ++i) {
-        if (near.object[i] == held &&
+        if (near.object[i] == held && (!upright || near.of[i].normal.dot(up) >= kUpright) &&
             (nearest == near.count || near.of[i].apart_m < near.of[nearest].apart_m))
           nearest = i;
       }
@@ -250,12 +297,14 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
       ++counters.slide_bound;
       break;
     }
-    god.centre_m += there.point_m;
-    const bool rests = there.point_m.squaredNorm() <= kSettled_m * kSettled_m;
-    settled = rests && (again || !holds_from_afar(there, near));
+    const float step_m = there.point_m.norm();
+    const bool whole = step_m <= near.free_m;
+    god.centre_m += whole ? there.point_m : Vec3((near.free_m / step_m) * there.point_m);
+    const bool rests = step_m <= kSettled_m;
+    settled = rests && (again || !holds_from_afar(there, near, holding.radius_m));
     again = rests;
     holding.hold(there, near, rests);
-    if (there.count == 0 && !hold && aim == goal) {
+    if (there.count == 0 && !hold && aim == goal && whole) {
       god.centre_m = goal;
       god.position_m = goal;
       god.count = 0;
@@ -266,9 +315,15 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
     ++counters.slide_bound;
     const Vec3 way = goal - god.centre_m;
     const Vec3 under = god.centre_m + std::min(1.0F, kUnder_m / way.norm()) * way;
-    if (!near.look(world, nearby, holding.query(god.centre_m, under)) &&
-        !near.look(world, nearby, holding.query(god.centre_m, god.centre_m)))
+    if (!near.look(world, nearby, holding.query(god.centre_m, under), holding.held) &&
+        !near.look(world, nearby, holding.query(god.centre_m, god.centre_m), holding.held))
       near.count = 0;
+  }
+  if (is_tip(world)) {
+    set_tip_contacts(god, near, target, hold, holding.radius_m);
+    // Cut short above a surface, where it would not push.
+    if (!settled && god.count == 0) fly_ball(world, nearby, god, target, counters);
+    return;
   }
   set_contacts(world, nearby, god, near, target, hold);
 }

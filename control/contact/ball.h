@@ -4,6 +4,8 @@
 // The ball moves to the place nearest to its target that planes between it and the solids allow (contact/
 // separations.h), takes new planes there, and goes on. So every piece of its path is straight and free. The god object,
 // from which the force comes, is the point under it on the surfaces themselves.
+//
+// A tip with a radius is such a ball wherever it is, and the god object is its centre.
 #pragma once
 
 #include <cstdint>

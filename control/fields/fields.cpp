@@ -45,6 +45,8 @@ void Fields::bind(const SceneView& view) noexcept {
     placed.rotation = Eigen::Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized().toRotationMatrix();
     placed.position_m = to_vec(object->pose()->position_m());
     placed.bounds = ops->bounds(*object);
+    // A tissue is pressed by the lowest point of the tip's sphere; all others act on its centre.
+    placed.to_tip_m = {0.0F, 0.0F, ops == &kTissueVolume ? view.scene()->tip_radius_m() : 0.0F};
   }
 }
 
@@ -79,7 +81,7 @@ void Fields::tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch)
   for (std::size_t i = 0; i < count_; ++i) {
     const Placed& placed = placed_[i];
     ArmState& own = state_[i].arms[arm];
-    const Vec3 p = placed.rotation.transpose() * (tip.position_m - placed.position_m);
+    const Vec3 p = placed.rotation.transpose() * (tip.position_m - placed.position_m) - placed.to_tip_m;
     if (!holds(placed.bounds, p)) {
       own = {};
       continue;
@@ -89,7 +91,8 @@ void Fields::tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch)
         placed.ops->tick(*placed.source, placed.material, local, period_s, state_[i].shared, own);
     if (felt.contacts == 0) continue;
     touch.force_N += placed.rotation * felt.force_N;
-    if (touch.contacts == 0) touch.god_object_m = placed.rotation * felt.proxy_m + placed.position_m;
+    if (touch.contacts == 0)
+      touch.god_object_m = placed.rotation * (felt.proxy_m + placed.to_tip_m) + placed.position_m;
     touch.contacts =
         static_cast<std::uint8_t>(std::min<std::size_t>(touch.contacts + felt.contacts, kMaxContacts));
   }

@@ -57,6 +57,9 @@ ImageVerdict SceneView::check(std::span<const std::byte> bytes, SceneView& view,
   if (scene->gravity_m_per_s2() != nullptr) {
     RETURN_IF_BAD(require(is_coordinate(*scene->gravity_m_per_s2()), ImageStatus::kBadNumber));
   }
+  RETURN_IF_BAD(require(
+      scene->tip_radius_m() == 0.0F || in_range(scene->tip_radius_m(), kMinTipRadius_m, kMaxTipRadius_m),
+      ImageStatus::kBadNumber));
   for (const scene::Object* object : *scene->objects()) {
     if (object->shape() == nullptr) return ImageStatus::kNoShape;
     RETURN_IF_BAD(check_shape(*object, triangles, pauses));

@@ -18,6 +18,8 @@ namespace {
 
 constexpr int kMaxSeparationNodes = 512;
 
+using GridPoint = flatbuffers::Array<std::uint16_t, 3>;
+
 // The point of the triangle (a, a + ab, a + ac) nearest to a + ap, as a vector from a (Ericson 2005, 5.1.5).
 Vec3 nearest_on_triangle(const Vec3& ab, const Vec3& ac, const Vec3& ap) {
   const float d1 = ab.dot(ap);
@@ -69,50 +71,157 @@ bool separate_triangle(const MeshView& mesh, std::uint32_t triangle, const BallQ
   choice.offer_direct(out.apart_m > 0.0F ? Vec3(apart / out.apart_m) : normal);
   choice.offer_face(normal, height);
   // A ball that slides over a face passes what lies below that face.
-  for (std::size_t i = 0; choice.blocks() && i < ball.held_count; ++i) {
-    const Vec3& held = ball.held_by[i];
-    choice.offer(held, held.dot(from) - std::max({0.0F, held.dot(ab), held.dot(ac)}));
+  const auto offer = [&](const Vec3& plane) {
+    choice.offer(plane, plane.dot(from) - std::max({0.0F, plane.dot(ab), plane.dot(ac)}));
+  };
+  for (std::size_t i = 0; choice.blocks() && i < ball.held_count; ++i) offer(ball.held_by[i]);
+  // A tip whose target is outside, and too near to the triangle, comes to lie over the place nearest to the target.
+  if (ball.is_tip && choice.blocks()) {
+    const Vec3 target = ball.target_m - a;
+    const Vec3 over = target - nearest_on_triangle(ab, ac, target);
+    const float over_m = over.norm();
+    if (over_m > 0.0F && normal.dot(target) > 0.0F) offer(over / over_m);
   }
   return choice.matters();
 }
 
-struct GridBox {
-  std::array<std::uint32_t, 3> lo, hi;
+// A plane of a face that the tip touches: the tip meets nothing behind it.
+struct Cover {
+  Vec3 normal;
+  float offset_m;     // of the plane, from the mesh's origin
+  Vec3 size;          // |normal|, for boxes
+  float grid_offset;  // the same in the mesh's grid
+
+  Cover() = default;
+  Cover(const MeshView& mesh, const BallQuery& ball, const Separation& plane)
+      : normal(plane.normal),
+        offset_m(plane.normal.dot(ball.centre_m) - plane.height_m),
+        size(plane.normal.cwiseAbs()),
+        grid_offset((offset_m - plane.normal.dot(mesh.grid_origin_m)) * mesh.grid_scale) {}
+
+  [[nodiscard]] bool hides(const Vec3& p) const { return normal.dot(p) <= offset_m + kSurfaceTolerance_m; }
+  [[nodiscard]] bool hides(const GridPoint& lo, const GridPoint& hi) const {
+    const Vec3 low(lo[0], lo[1], lo[2]);
+    const Vec3 high(hi[0], hi[1], hi[2]);
+    return normal.dot(low + high) + size.dot(high - low) <= 2.0F * grid_offset;
+  }
 };
 
-using GridPoint = flatbuffers::Array<std::uint16_t, 3>;
-
-bool overlaps(const GridBox& box, const GridPoint& lo, const GridPoint& hi) {
-  for (std::uint16_t axis = 0; axis < 3; ++axis) {
-    if (lo[axis] > box.hi[axis] || hi[axis] < box.lo[axis]) return false;
+// The planes that have been found, and what they hide.
+class Found {
+ public:
+  Found(const MeshView& mesh, const BallQuery& ball, std::span<Separation> out, float& free_m)
+      : mesh_(mesh), ball_(ball), out_(out), free_m_(free_m) {
+    for (std::size_t i = 0; ball.is_tip && i < ball.held_feature_count && count_ < out.size(); ++i) {
+      const std::uint32_t triangle = ball.held_features[i];
+      if (is_first(triangle) || !separate_triangle(mesh, triangle, ball, out[count_])) continue;
+      covers_[cover_count_++] = Cover(mesh, ball, out[count_]);
+      ++count_;
+    }
   }
-  return true;
-}
+  [[nodiscard]] bool hides(const GridPoint& lo, const GridPoint& hi) const {
+    for (std::size_t i = 0; i < cover_count_; ++i)
+      if (covers_[i].hides(lo, hi)) return true;
+    return false;
+  }
+  // False when there is no room.
+  bool add(std::uint32_t triangle) {
+    if (is_hidden(triangle)) return true;
+    if (count_ < out_.size()) {
+      if (separate_triangle(mesh_, triangle, ball_, out_[count_])) ++count_;
+      return true;
+    }
+    if (!ball_.is_tip || out_.size() <= cover_count_) return false;
+    Separation one;
+    if (!separate_triangle(mesh_, triangle, ball_, one)) return true;
+    for (std::size_t i = 0; i < count_; ++i)
+      if (is_same(one, out_[i])) return true;
+    // The farthest one is left out.
+    std::size_t farthest = cover_count_;
+    for (std::size_t i = cover_count_ + 1; i < count_; ++i)
+      if (out_[i].apart_m > out_[farthest].apart_m) farthest = i;
+    if (one.apart_m < out_[farthest].apart_m) std::swap(one, out_[farthest]);
+    free_m_ = std::min(free_m_, std::max(one.apart_m - ball_.radius_m, 0.0F));
+    return true;
+  }
+  [[nodiscard]] std::size_t count() const { return count_; }
+
+ private:
+  // As of two faces at one edge or vertex.
+  static bool is_same(const Separation& a, const Separation& b) {
+    constexpr float kSameTurn2 = 1.0e-10F;
+    constexpr float kSame_m = 1.0e-7F;
+    return std::abs(a.height_m - b.height_m) <= kSame_m && (a.normal - b.normal).squaredNorm() <= kSameTurn2;
+  }
+  [[nodiscard]] bool is_first(std::uint32_t triangle) const {
+    for (std::size_t i = 0; i < cover_count_; ++i)
+      if (out_[i].feature.index == triangle) return true;
+    return false;
+  }
+  [[nodiscard]] bool is_hidden(std::uint32_t triangle) const {
+    for (std::size_t i = 0; i < cover_count_; ++i) {
+      if (out_[i].feature.index == triangle) return true;
+      if (covers_[i].hides(vertex(mesh_, triangle, 0)) && covers_[i].hides(vertex(mesh_, triangle, 1)) &&
+          covers_[i].hides(vertex(mesh_, triangle, 2)))
+        return true;
+    }
+    return false;
+  }
+
+  const MeshView& mesh_;
+  const BallQuery& ball_;
+  std::span<Separation> out_;
+  float& free_m_;
+  std::size_t count_ = 0;
+  std::array<Cover, 3> covers_;
+  std::size_t cover_count_ = 0;
+};
 
 // Every place that the ball can come to while it comes nearer to the target: the centre stays in the ball over the
-// line between them. False when the mesh's grid is elsewhere.
-bool box_of_way(const MeshView& mesh, const BallQuery& ball, GridBox& box) {
-  const Vec3 way = ball.target_m - ball.centre_m;
-  const Vec3 middle = (ball.centre_m + 0.5F * way - mesh.grid_origin_m) * mesh.grid_scale;
-  const float half = (ball.half_way_m + ball.radius_m + kTouchGap_m) * mesh.grid_scale + 2.0F;
-  constexpr float kGridEnd = 65535.0F;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float lo = middle[axis] - half;
-    const float hi = middle[axis] + half;
-    if (!(hi >= 0.0F && lo <= kGridEnd)) return false;
-    box.lo[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(lo, 0.0F, kGridEnd));
-    box.hi[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(hi, 0.0F, kGridEnd));
+// line between them. In steps of the mesh's grid: a ball, and the box about it.
+struct BallOfWay {
+  std::array<std::uint32_t, 3> lo, hi;
+  Vec3 middle;
+  float radius2;
+  bool is_tip;
+
+  // False when the mesh's grid is elsewhere.
+  bool about(const MeshView& mesh, const BallQuery& ball) {
+    const Vec3 way = ball.target_m - ball.centre_m;
+    middle = (ball.centre_m + 0.5F * way - mesh.grid_origin_m) * mesh.grid_scale;
+    const float half = (ball.half_way_m + ball.radius_m + kTouchGap_m) * mesh.grid_scale + 2.0F;
+    radius2 = half * half;
+    is_tip = ball.is_tip;
+    constexpr float kGridEnd = 65535.0F;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float from = middle[axis] - half;
+      const float to = middle[axis] + half;
+      if (!(to >= 0.0F && from <= kGridEnd)) return false;
+      lo[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(from, 0.0F, kGridEnd));
+      hi[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(to, 0.0F, kGridEnd));
+    }
+    return true;
   }
-  return true;
-}
+  // Of a tip, which can be larger than many boxes, the ball itself counts.
+  [[nodiscard]] bool meets(const GridPoint& low, const GridPoint& high) const {
+    for (std::uint16_t axis = 0; axis < 3; ++axis) {
+      if (low[axis] > hi[axis] || high[axis] < lo[axis]) return false;
+    }
+    if (!is_tip) return true;
+    const Vec3 least(low[0], low[1], low[2]);
+    const Vec3 most(high[0], high[1], high[2]);
+    return (middle - middle.cwiseMax(least).cwiseMin(most)).squaredNorm() <= radius2;
+  }
+};
 
 }  // namespace
 
-std::size_t separate_mesh(const ShapeData& shape, const BallQuery& ball, std::span<Separation> out) {
+std::size_t separate_mesh(const ShapeData& shape, const BallQuery& ball, std::span<Separation> out,
+                          float& free_m) {
   const MeshView& mesh = shape.mesh;
-  GridBox box;
-  if (!box_of_way(mesh, ball, box)) return 0;
-  std::size_t count = 0;
+  BallOfWay way;
+  if (!way.about(mesh, ball)) return 0;
+  Found found(mesh, ball, out, free_m);
   std::array<std::uint32_t, kMaxBvhDepth + 1> stack;
   std::size_t depth = 0;
   std::uint32_t at = 0;
@@ -121,8 +230,9 @@ std::size_t separate_mesh(const ShapeData& shape, const BallQuery& ball, std::sp
     std::array<std::uint32_t, 2> inner;
     std::size_t inner_count = 0;
     for (std::uint16_t c = 0; c < 2; ++c) {
-      if (!(c == 0 ? overlaps(box, *node.lo_a(), *node.hi_a()) : overlaps(box, *node.lo_b(), *node.hi_b())))
-        continue;
+      const GridPoint& lo = c == 0 ? *node.lo_a() : *node.lo_b();
+      const GridPoint& hi = c == 0 ? *node.hi_a() : *node.hi_b();
+      if (!way.meets(lo, hi) || found.hides(lo, hi)) continue;
       const std::uint32_t child = (*node.child())[c];
       if (!is_leaf(child)) {
         inner[inner_count++] = child;
@@ -130,12 +240,11 @@ std::size_t separate_mesh(const ShapeData& shape, const BallQuery& ball, std::sp
       }
       const std::uint32_t first = first_triangle(child);
       for (std::uint32_t i = first; i < first + triangle_count(child); ++i) {
-        if (count == out.size()) return out.size() + 1;
-        if (separate_triangle(mesh, i, ball, out[count])) ++count;
+        if (!found.add(i)) return out.size() + 1;
       }
     }
     if (inner_count == 0) {
-      if (depth == 0) return count;
+      if (depth == 0) return found.count();
       at = stack[--depth];
     } else {
       at = inner[0];

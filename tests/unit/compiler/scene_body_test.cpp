@@ -39,11 +39,12 @@ TEST(SceneBody, ReadsEveryKeyIntoTheImage) {
           kBox,
           R"({"motion": "free", "mass_kg": 0.12, "inertia_kg_m2": [1e-4, 2e-4, 3e-4], "restitution": 0.5,
         "velocity_m_s": [1, 2, 3], "spin_rad_s": [4, 5, 6], "spring_N_m": 7, "damping_N_s_m": 8, "angular_damping_N_m_s": 9})",
-          R"(, "gravity_m_s2": [0, 0, -9.81])"),
+          R"(, "gravity_m_s2": [0, 0, -9.81], "tip_radius_m": 0.002)"),
       "x", ".");
   control::SceneView view;
   ASSERT_EQ(control::SceneView::check(compiled.image, view), control::ImageStatus::kOk);
   EXPECT_EQ(view.scene()->gravity_m_per_s2()->z(), -9.81F);
+  EXPECT_EQ(view.scene()->tip_radius_m(), 0.002F);
   const scene::Body& body = *view.scene()->objects()->Get(0)->body();
   EXPECT_EQ(body.motion(), scene::Motion::Free);
   EXPECT_EQ(body.mass_kg(), .12F);
@@ -195,6 +196,10 @@ TEST(SceneBody, EachMistakeIsNamedWithItsPlace) {
       {with(R"("spin_rad_s": [0, 0, 1])", "translate"), "senseless-key", "/spin_rad_s"},
       {scene_with(kBox, R"({"motion": "free", "mass_kg": 1})", R"(, "gravity_m_s2": [0, 0, -11])"),
        "bad-value", "/gravity_m_s2/2 is -11"},
+      {scene_with(kBox, R"({"motion": "free", "mass_kg": 1})", R"(, "tip_radius_m": 0.011)"), "bad-value",
+       "/tip_radius_m is 0.011"},
+      {scene_with(kBox, R"({"motion": "free", "mass_kg": 1})", R"(, "tip_radius_m": 0.00009)"), "bad-value",
+       "/tip_radius_m is 9e-05, allowed is 0, or from 0.0001"},
   };
   for (const Case& each : cases) {
     try {
