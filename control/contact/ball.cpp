@@ -234,7 +234,7 @@ void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObjec
     for (const HalfSpace& plane : near.all()) {
       behind_m = std::max(behind_m, plane.offset_m);
       const float falls = plane.normal.dot(way);
-      if (falls < 0.0F) free = std::min(free, plane.offset_m / falls);
+      if (falls < 0.0F) free = std::min(free, std::max(plane.offset_m / falls, 0.0F));
     }
     if (behind_m >
         kBehind_m) {  // it was a point until now, and nearer to a surface than the radius: out first
@@ -243,7 +243,7 @@ void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObjec
       god.centre_m += out.point_m;
       continue;
     }
-    god.centre_m += std::max(free, 0.0F) * way;
+    god.centre_m += free * way;
     if (free >= 1.0F && aim == target) {
       god.centre_m = target;
       god.position_m = target;
@@ -321,11 +321,11 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
   }
   if (is_tip(world)) {
     set_tip_contacts(god, near, target, hold, holding.radius_m);
-    // Cut short above a surface, where it would not push.
-    if (!settled && god.count == 0) fly_ball(world, nearby, god, target, counters);
-    return;
+  } else {
+    set_contacts(world, nearby, god, near, target, hold);
   }
-  set_contacts(world, nearby, god, near, target, hold);
+  // Cut short above a surface, where it would not push.
+  if (!settled && god.count == 0) fly_ball(world, nearby, god, target, counters);
 }
 
 void leave_ball(const World& world, GodObject& god) noexcept {

@@ -26,6 +26,7 @@ constexpr double kTouchTolerance = 1.0e-7;
 constexpr double kTouch_m = 1.0e-6;
 // The renderer closes gaps up to this width (control/solids/solid.h).
 constexpr auto kSeam_m = static_cast<double>(control::kFaceMargin_m);
+constexpr double kAlong = 0.9;           // cosine of the angle between faces that lie along each other
 constexpr double kCreaseSlack_deg = 1.0e-3;  // a 90 degree edge is not sharper than 90 degrees
 // A triangle that has met this many others without a proven crossing counts as crossed: the search stays
 // bounded.
@@ -83,7 +84,12 @@ void flag_crossings(const Surface& surface, const MeshTree& tree, std::vector<st
       });
 }
 
-// Where parts of the mesh touch, cross or nearly touch; with the triangles around. True if there are any.
+Vector3d normal(const TriangleCorners& t) {
+  return (t.at_m[1] - t.at_m[0]).cross(t.at_m[2] - t.at_m[0]).normalized();
+}
+
+// Where parts of the mesh lie along each other, with the triangles around. True if there are any. Parts that cross at an angle leave
+// no gap.
 bool flag_seams(const Surface& surface, const MeshTree& tree, const Adjacency& adjacency,
                 std::vector<std::uint8_t>& flags) {
   constexpr auto kSeam = static_cast<std::uint8_t>(scene::TriangleFlag::Seam);
@@ -103,6 +109,7 @@ bool flag_seams(const Surface& surface, const MeshTree& tree, const Adjacency& a
         surface, tree, kSeam_m, kSeam, flags,
         [&part](std::uint32_t a, std::uint32_t b) { return part[a] != part[b]; },
         [](const TriangleCorners& a, const TriangleCorners& b) {
+          if (std::abs(normal(a).dot(normal(b))) < kAlong) return false;
           for (const std::uint32_t i : a.index)
             if (std::find(b.index.begin(), b.index.end(), i) != b.index.end()) return true;
           return triangles_cross(a, b, kSeam_m);
