@@ -18,17 +18,6 @@ constexpr float kUpright = 0.5F;  // cosine of the angle between two planes of o
 bool is_tip(const World& world) { return world.tip_radius_m > 0.0F; }
 float radius_m(const World& world) { return is_tip(world) ? world.tip_radius_m : kPointRadius_m; }
 
-// The ball's centre over a point that lies on its contacts' surfaces.
-Vec3 centre_over(const World& world, const GodObject& god) {
-  std::array<Vec3, kMaxContacts> normals;
-  const std::size_t count = contact_normals(world, god, normals);
-  std::array<HalfSpace, kMaxContacts> planes;
-  for (std::size_t i = 0; i < count; ++i) planes[i] = {normals[i], kPointRadius_m};
-  const NearestInside over = nearest_inside(std::span(planes).first(count), Vec3::Zero());
-  return over.found ? Vec3(god.position_m + over.point_m)
-                    : Vec3(god.position_m + kPointRadius_m * normals[0]);
-}
-
 void become_ball(const World& world, GodObject& god) {
   if (is_tip(world)) god.centre_m = god.position_m;
   if (god.is_ball) return;
@@ -117,6 +106,17 @@ class Lookout {
   int looks_ = 0;
 };
 
+// After a move that is cut short: what is near the place where it ends. The last look was from elsewhere, or is incomplete.
+// False: only what the ball touches is known, not what is near the point under it.
+bool look_under(const World& world, std::span<const std::uint8_t> nearby, const Holding& holding,
+                const Vec3& centre, const Vec3& target, Separations& near) {
+  const Vec3 way = target - centre;
+  const Vec3 under = centre + std::min(1.0F, kUnder_m / way.norm()) * way;
+  if (near.look(world, nearby, holding.query(centre, under), holding.held)) return true;
+  if (!near.look(world, nearby, holding.query(centre, centre), holding.held)) near.count = 0;
+  return false;
+}
+
 // The surfaces round the ball, for the displacement of a point from the centre: all that are near, or those only that
 // it touches.
 struct Surroundings {
@@ -158,9 +158,9 @@ struct Surroundings {
   }
 };
 
-// Takes over the contacts and the point under the ball.
+// Takes over the contacts and the point under the ball. known: `near` has all that is near this point.
 void set_contacts(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, Separations& near,
-                  const Vec3& target, bool hold) {
+                  const Vec3& target, bool hold, bool known) {
   const Vec3 way = target - god.centre_m;
   god.count = 0;
   god.position_m = god.centre_m;
@@ -178,13 +178,18 @@ void set_contacts(const World& world, std::span<const std::uint8_t> nearby, GodO
         near.of[i].normal.dot(under.point_m) >= -near.of[i].height_m - kBehind_m)
       continue;
     const Vec3 at = god.centre_m + under.point_m;
-    if (!near.look(world, nearby, {god.centre_m, at, at, 0.0F, kUnder_m, {}, 0}, {})) break;
-    round = Surroundings(near, true);
+    known = near.look(world, nearby, {god.centre_m, at, at, 0.0F, kUnder_m, {}, 0}, {});
+    if (!known && !near.look(world, nearby,
+                             {god.centre_m, god.centre_m, god.centre_m, kPointRadius_m, 0.0F, {}, 0}, {}))
+      return;
+    round = Surroundings(near, known);
     under = round.under(way, hold);
     break;
   }
   if (!under.found || under.count == 0) return;
-  god.position_m = god.centre_m + under.point_m;
+  // In the ball nothing else is.
+  const float most = known ? 1.0F : std::min(1.0F, kPointRadius_m / under.point_m.norm());
+  god.position_m = god.centre_m + most * under.point_m;
   for (std::size_t i = 0; i < under.count; ++i) {
     const std::size_t at = round.index[under.holding[i]];
     god.contacts[i] = {near.object[at], near.of[at].feature};
@@ -216,13 +221,24 @@ void set_tip_contacts(GodObject& god, Separations& near, const Vec3& target, boo
 
 }  // namespace
 
+Vec3 centre_over(const World& world, const GodObject& god) noexcept {
+  std::array<Vec3, kMaxContacts> normals;
+  const std::size_t count = contact_normals(world, god, normals);
+  std::array<HalfSpace, kMaxContacts> planes;
+  for (std::size_t i = 0; i < count; ++i) planes[i] = {normals[i], kPointRadius_m};
+  const NearestInside over = nearest_inside(std::span(planes).first(count), Vec3::Zero());
+  return over.found ? Vec3(god.position_m + over.point_m)
+                    : Vec3(god.position_m + kPointRadius_m * normals[0]);
+}
+
 void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
               RenderCounters& counters) noexcept {
   become_ball(world, god);
   Separations near;
   const Holding holding(world, god);
   Lookout lookout(world, nearby);
-  for (int step = 0; step < kMaxSteps; ++step) {
+  bool rests = false;
+  for (int step = 0; step < kMaxSteps && !rests; ++step) {
     Vec3 aim = target;
     if (!lookout.look(holding, god.centre_m, aim, near)) {
       ++counters.sweep_bound;
@@ -239,8 +255,8 @@ void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObjec
     if (behind_m >
         kBehind_m) {  // it was a point until now, and nearer to a surface than the radius: out first
       const NearestInside out = near.nearest(Vec3::Zero());
-      if (!out.found || out.point_m.squaredNorm() <= kSettled_m * kSettled_m) break;
-      god.centre_m += out.point_m;
+      rests = !out.found || out.point_m.squaredNorm() <= kSettled_m * kSettled_m;
+      if (!rests) god.centre_m += out.point_m;
       continue;
     }
     god.centre_m += free * way;
@@ -249,13 +265,14 @@ void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObjec
       god.position_m = target;
       return;
     }
-    if (free * free * way.squaredNorm() <= kSettled_m * kSettled_m) break;
+    rests = free * free * way.squaredNorm() <= kSettled_m * kSettled_m;
   }
+  const bool known = rests || look_under(world, nearby, holding, god.centre_m, target, near);
   if (is_tip(world)) {
     set_tip_contacts(god, near, target, true, holding.radius_m);
     return;
   }
-  set_contacts(world, nearby, god, near, target, true);
+  set_contacts(world, nearby, god, near, target, true, known);
   if (god.count == 0) god.position_m = god.centre_m;
 }
 
@@ -311,18 +328,12 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
       return;
     }
   }
-  if (!settled) {
-    ++counters.slide_bound;
-    const Vec3 way = goal - god.centre_m;
-    const Vec3 under = god.centre_m + std::min(1.0F, kUnder_m / way.norm()) * way;
-    if (!near.look(world, nearby, holding.query(god.centre_m, under), holding.held) &&
-        !near.look(world, nearby, holding.query(god.centre_m, god.centre_m), holding.held))
-      near.count = 0;
-  }
+  if (!settled) ++counters.slide_bound;
+  const bool known = settled || look_under(world, nearby, holding, god.centre_m, goal, near);
   if (is_tip(world)) {
     set_tip_contacts(god, near, target, hold, holding.radius_m);
   } else {
-    set_contacts(world, nearby, god, near, target, hold);
+    set_contacts(world, nearby, god, near, target, hold, known);
   }
   // Cut short above a surface, where it would not push.
   if (!settled && god.count == 0) fly_ball(world, nearby, god, target, counters);

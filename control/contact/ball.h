@@ -23,6 +23,9 @@ void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObjec
 void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
                bool hold, RenderCounters& counters) noexcept;
 
+// The centre of the ball that a point on its contacts' surfaces would become.
+[[nodiscard]] Vec3 centre_over(const World& world, const GodObject& god) noexcept;
+
 // Makes the god object a point again, on the surfaces that it touches.
 void leave_ball(const World& world, GodObject& god) noexcept;
 

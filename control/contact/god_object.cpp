@@ -289,15 +289,20 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
   return Outcome::kContinue;
 }
 
-// Whether it lies on a part of a mesh that touches another part of the mesh: both are as several solids.
-bool on_seam(const World& world, const GodObject& god) {
-  for (std::size_t i = 0; i < god.count; ++i) {
-    const MeshView& mesh = world.objects[god.contacts[i].object].shape.mesh;
-    if (mesh.seams && (mesh.flags[god.contacts[i].feature.index] &
-                       static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0)
-      return true;
-  }
-  return false;
+// Whether it lies on a part of a mesh that touches another part of the mesh: both are as several solids. Where a face is in
+// the way of the ball's centre, as where parts cross too, it stays a point.
+bool on_seam(const World& world, const Nearby& nearby, const GodObject& god) {
+  if (!nearby.seams()) return false;
+  const std::span<const Contact> contacts(god.contacts.data(), god.count);
+  const bool marked = std::any_of(contacts.begin(), contacts.end(), [&world](const Contact& contact) {
+    const MeshView& mesh = world.objects[contact.object].shape.mesh;
+    return mesh.seams &&
+           (mesh.flags[contact.feature.index] & static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0;
+  });
+  if (!marked || god.is_ball) return marked;
+  Flight flight;
+  sweep_nearby(world, nearby, god, contacts, god.position_m, centre_over(world, god), kSkipNone, flight);
+  return flight.known && flight.hit.t > 1.0F;
 }
 
 }  // namespace
@@ -337,7 +342,7 @@ void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& t
 
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
           RenderCounters& counters) noexcept {
-  if (nearby.several() || (nearby.seams() && on_seam(world, god)) || world.tip_radius_m > 0.0F) {
+  if (nearby.several() || on_seam(world, nearby, god) || world.tip_radius_m > 0.0F) {
     move_ball(world, nearby.objects(), god, target, hold, counters);
     return;
   }
@@ -347,7 +352,7 @@ void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& 
   float nearest2 = std::numeric_limits<float>::infinity();
   int idle_steps = 0;  // corner steps that brought it no nearer
   for (int moves = 0; moves < kMaxMoves; ++moves) {
-    if (moves > 0 && nearby.seams() && on_seam(world, god)) {
+    if (moves > 0 && on_seam(world, nearby, god)) {
       move_ball(world, nearby.objects(), god, target, hold, counters);
       return;
     }

@@ -289,9 +289,10 @@ TEST(BlendedTexture, TheForceChangesWithTheMotionOverModels) {
       };
     };
     // Shaded, with vertex normals far from those of the faces, both exceed the bound: by 34 and 30 K in one tick. Why is open.
-    strokes_change_with_the_motion(
-        file, R"("mesh": {"file": ")" + path.string() + "\", \"scale\": " + std::to_string(scale) + R"(, "crease_deg": 0})", kFaceted,
-        {}, on_model, 0.001);
+    strokes_change_with_the_motion(file,
+                                   R"("mesh": {"file": ")" + path.string() +
+                                       "\", \"scale\": " + std::to_string(scale) + R"(, "crease_deg": 0})",
+                                   kFaceted, {}, on_model, 0.001);
   }
 }
 
