@@ -57,6 +57,7 @@ class Inside(Rig):
         self.ok("home", "--device", uri)
         self.assertEqual(self.ok_json("info", "--device", uri)["inside"], [])
         self.ok("arm", "--device", uri)
+        self.wait_for_mode(uri, "armed")  # info tells what the last telemetry record had
         self.assertEqual(self.ok_json("info", "--device", uri)["inside"], [{"arm": 0, "object": 0, "name": "floor"}])
         self.assertIn("inside     the tip of arm 0 is inside floor: move out", self.ok("info", "--device", uri).out)
         lines = [json.loads(line) for line in self.ok("monitor", "--json", "--seconds", "1", "--device", uri).out.splitlines()]
