@@ -81,9 +81,10 @@ class Bodies {
     load.torque_N_m += (point_m - states_[body].position_m).cross(force_N);
   }
 
-  // A fingertip on a body, for the next step.
+  // A fingertip on a body, for the next step. It resists the spin of free bodies only: round a dial the hand turns with it.
   void grip(const Grip& grip) noexcept {
-    if (grip_count_ < grips_.size()) grips_[grip_count_++] = grip;
+    if (models_[grip.body].motion == scene::Motion::Free && grip_count_ < grips_.size())
+      grips_[grip_count_++] = grip;
   }
 
   // The mass that a force along `direction`, a unit vector, meets at a point of the body; 0 where it cannot move.
