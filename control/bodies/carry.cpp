@@ -33,7 +33,7 @@ bool take_contact(GodObject& god, std::uint8_t object, Contact& contact, Vec3& n
 }
 
 // The point of the surface nearest to `local`, which is on `feature` except for rounding.
-Vec3 onto_surface(const PlacedObject& object, Feature& feature, const Vec3& local) {
+[[gnu::noinline]] Vec3 onto_surface(const PlacedObject& object, Feature& feature, const Vec3& local) {
   return object.ops->slide(object.shape, feature, local, local, {.hold = true}).to;
 }
 

@@ -24,9 +24,9 @@ struct Flight {
 // that is known not to be hit.
 constexpr int kSkipNone = -1;
 
-void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god,
-                  std::span<const Contact> leaving, const Vec3& from, const Vec3& to, int skip,
-                  Flight& flight) {
+[[gnu::noinline]] void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god,
+                                    std::span<const Contact> leaving, const Vec3& from, const Vec3& to,
+                                    int skip, Flight& flight) {
   for (const std::uint8_t index : nearby.objects()) {
     if (index == skip) continue;
     const PlacedObject& object = world.objects[index];
