@@ -294,6 +294,7 @@ std::array<Vec3, 4> rim_directions(const Vec3& down) noexcept {
 
 void collide(const PlacedObject& a, const PlacedObject& b, float margin_m, Manifold& out) noexcept {
   out.count = 0;
+  out.left_out = 0;
   if (form(a) == CollisionForm::kMesh || form(b) == CollisionForm::kMesh)
     return collide_meshes(a, b, margin_m, out);
   if (collide_as(a, b, margin_m, out)) return;

@@ -30,6 +30,8 @@ struct ContactPoint {
 struct Manifold {
   std::array<ContactPoint, kMaxManifold> points;
   std::size_t count = 0;
+  std::uint32_t left_out =
+      0;  // how often triangles of a mesh were left out at a bound (control/bodies/collide_mesh.cpp)
 
   // When it is full, the two points that are nearest to each other become the deeper one of them.
   void add(const ContactPoint& point) noexcept;

@@ -107,8 +107,9 @@ bool least_overlap(const Convex& a, const Convex& b, float margin_m, Overlap& ov
     const float shift_m = std::max(0.0F, overlap.depth_m - radii_m + kApart_m);
     const Vec3 shift = shift_m * overlap.normal;
     NearestPair pair;
-    if (!nearest_points(a, b, shift, overlap.normal,
-                        pair)) {  // by rounding: the direction so far, at the deepest place of a
+    const Distance distance = nearest_points(a, b, shift, overlap.normal, margin_m, pair);
+    if (distance == Distance::kApart) return false;
+    if (distance == Distance::kTouching) {  // by rounding: the direction so far, at the deepest place of a
       overlap.of_core_m = a.farthest(-overlap.normal).at_m;
       return true;
     }

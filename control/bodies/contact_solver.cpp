@@ -229,6 +229,7 @@ void ContactSolver::collect_pair(const World& world, std::span<const SolverBody>
   if (!boxes_overlap(first, second, margin)) return;
   Manifold manifold;
   collide(first, second, margin, manifold);
+  counters.contact_bound += manifold.left_out;
   // Without the points that will not close in this tick.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < manifold.count; ++i) {

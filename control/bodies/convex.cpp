@@ -122,7 +122,8 @@ void outline_of_cone(const Convex& of, const Vec3& local, Outline& out) {
 }  // namespace
 
 FarPoint Convex::farthest(const Vec3& direction) const noexcept {
-  const Vec3 local = rotation.transpose() * direction;
+  if (form == CollisionForm::kBall) return {position_m};
+  const Vec3 local = placed ? Vec3(rotation.transpose() * direction) : direction;
   FarPoint far{Vec3::Zero()};
   switch (form) {
     case CollisionForm::kHalfSpace:
@@ -143,18 +144,19 @@ FarPoint Convex::farthest(const Vec3& direction) const noexcept {
       break;
     case CollisionForm::kMesh: {
       float best = -std::numeric_limits<float>::infinity();
+      std::size_t at = 0;
       for (std::size_t i = 0; i < corners.size(); ++i) {
-        const Vec3 p = to_vec(corners[i]);
-        const float height = local.dot(p);
+        const float height = local.dot(to_vec(corners[i]));
         if (height > best) {
           best = height;
-          far = {p, static_cast<std::uint8_t>(i)};
+          at = i;
         }
       }
+      far = {to_vec(corners[at]), static_cast<std::uint8_t>(at)};
       break;
     }
   }
-  far.at_m = rotation * far.at_m + position_m;
+  if (placed) far.at_m = rotation * far.at_m + position_m;
   return far;
 }
 
@@ -219,6 +221,14 @@ Convex convex_hull(std::span<const scene::Vec3> corners, const Mat3& rotation,
   }
   convex.centre_m = rotation * (0.5F * (lo + hi)) + position_m;
   convex.half_m = 0.5F * (hi - lo);
+  return convex;
+}
+
+Convex convex_triangle(std::span<const scene::Vec3> corners) noexcept {
+  Convex convex;
+  convex.form = CollisionForm::kMesh;
+  convex.corners = corners;
+  convex.placed = false;
   return convex;
 }
 

@@ -31,6 +31,7 @@ struct Convex {
   float radius_m = 0.0F;
   Mat3 rotation = Mat3::Identity();
   Vec3 position_m = Vec3::Zero();
+  bool placed = true;            // false: rotation and position are none
   Vec3 centre_m = Vec3::Zero();  // of a box with the axes of `rotation` about it
   Vec3 half_m = Vec3::Zero();
 
@@ -45,18 +46,31 @@ struct Convex {
                                   const Vec3& position_m) noexcept;
 [[nodiscard]] Convex convex_hull(std::span<const scene::Vec3> corners, const Mat3& rotation,
                                  const Vec3& position_m) noexcept;
+// A triangle in the frame of its corners, without the box about it.
+[[nodiscard]] Convex convex_triangle(std::span<const scene::Vec3> corners) noexcept;
 // A point; what is within reach_m of it is near.
 [[nodiscard]] Convex convex_point(const Vec3& position_m, float reach_m) noexcept;
 
-// Nearest points of the cores of two convex solids that are apart (Gilbert, Johnson and Keerthi 1988). `shift_m` is added to
-// a. The search begins at `towards_a`, a direction from b to a. False when the cores are nearer than the rounding, or overlap.
+// Nearest points of the cores of two convex solids (Gilbert, Johnson and Keerthi 1988). `shift_m` is added to a. The
+// search begins at `towards_a`, a direction from b to a. It ends when the solids, not shifted, are known to be apart by
+// more than margin_m.
 struct NearestPair {
   Vec3 of_a_m;  // as shifted
   Vec3 of_b_m;
   Vec3 apart_m;  // from of_b_m to of_a_m
 };
-[[nodiscard]] bool nearest_points(const Convex& a, const Convex& b, const Vec3& shift_m,
-                                  const Vec3& towards_a, NearestPair& out) noexcept;
+enum class Distance : std::uint8_t {
+  kNearest,   // the pair is found
+  kTouching,  // the cores are nearer than the rounding, or overlap
+  kApart,     // by more than margin_m
+};
+[[nodiscard]] Distance nearest_points(const Convex& a, const Convex& b, const Vec3& shift_m,
+                                      const Vec3& towards_a, float margin_m, NearestPair& out) noexcept;
+
+// Whether they are apart by more than margin_m as far as few directions show it, the first one `towards_a`.
+[[nodiscard]] bool are_apart(const Convex& a, const Convex& b, const Vec3& towards_a,
+                             float margin_m) noexcept;
+[[nodiscard]] Vec3 nearest_on_triangle(const std::array<Vec3, 3>& corners, const Vec3& p) noexcept;
 
 // The direction along which two convex solids overlap least.
 struct Overlap {
