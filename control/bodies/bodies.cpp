@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <numbers>
 
-#include "control/bodies/carry.h"
 #include "kinematics/trig.h"
 #include "thimble_scene_schema/scene_generated.h"
 
@@ -337,6 +336,51 @@ void Bodies::stop(std::size_t body) noexcept {
   controls_[body].speed = 0.0F;
 }
 
+void Bodies::apply_impulse(std::size_t body, const Vec3& point_m, const Vec3& impulse_N_s) noexcept {
+  const BodyModel& model = models_[body];
+  BodyState& state = states_[body];
+  switch (model.motion) {
+    case scene::Motion::Free:
+      state.velocity_m_s += impulse_N_s / model.mass_kg;
+      angular_momentum_[body] += (point_m - state.position_m).cross(impulse_N_s);
+      state.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
+      break;
+    case scene::Motion::Translate:
+      state.velocity_m_s += impulse_N_s / model.mass_kg;
+      break;
+    case scene::Motion::Plane:
+      state.velocity_m_s += (impulse_N_s - model.axis * model.axis.dot(impulse_N_s)) / model.mass_kg;
+      break;
+    case scene::Motion::Slide:
+      controls_[body].speed += model.axis.dot(impulse_N_s) / model.control_inertia;
+      state.velocity_m_s = controls_[body].speed * model.axis;
+      break;
+    case scene::Motion::Turn:
+      controls_[body].speed +=
+          model.axis.dot((point_m - model.pivot_m).cross(impulse_N_s)) / model.control_inertia;
+      state.spin_rad_s = controls_[body].speed * model.axis;
+      state.velocity_m_s = state.spin_rad_s.cross(state.position_m - model.pivot_m);
+      break;
+  }
+}
+
+// A body and what it presses a god object against: the impulse that ends their approach there. What is fixed takes its part.
+void Bodies::press(const World& world, std::size_t body, const Pin& pin) noexcept {
+  const std::uint8_t other = pin.object == kNoBody ? kNoBody : world.objects[pin.object].body;
+  const auto index = static_cast<std::uint8_t>(body);
+  float approach_m_s = pin.direction.dot(velocity_at(index, pin.point_m));
+  if (other != kNoBody) approach_m_s -= pin.direction.dot(velocity_at(other, pin.point_m));
+  const float mass_kg = mass_at(index, pin.point_m, pin.direction);
+  // Where it is not the approach that squeezes the god object.
+  if (approach_m_s <= 0.0F || mass_kg <= 0.0F) return stop(body);
+  float response = 1.0F / mass_kg;
+  const float other_kg = other == kNoBody ? 0.0F : mass_at(other, pin.point_m, pin.direction);
+  if (other_kg > 0.0F) response += 1.0F / other_kg;
+  const Vec3 impulse = (approach_m_s / response) * pin.direction;
+  apply_impulse(body, pin.point_m, -impulse);
+  if (other_kg > 0.0F) apply_impulse(other, pin.point_m, impulse);
+}
+
 void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
                   RenderCounters& counters) noexcept {
   std::array<SolverBody, kMaxBodies> solver_bodies;
@@ -349,6 +393,8 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
   solver_.solve(world, std::span(solver_bodies).first(count_), std::span(grips_).first(grip_count_), period_s,
                 counters);
   grip_count_ = 0;
+  std::array<Pin, kMaxBodies> pins;
+  std::array<bool, kMaxBodies> pinned{};
   for (std::size_t i = 0; i < count_; ++i) {
     const std::uint8_t index = models_[i].object;
     const PlacedObject before = world.objects[index];
@@ -364,7 +410,7 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
     bool carried = true;
     for (Finger& finger : fingers) {
       const bool meets = finger.started && (finger.inside & only(index)) == 0;
-      carried = carried && (!meets || carry(world, index, before, finger, counters));
+      carried = carried && (!meets || carry(world, index, before, finger, pins[i], counters));
     }
     if (!carried) {
       std::copy_n(fingers_before.begin(), fingers.size(), fingers.begin());
@@ -374,8 +420,12 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
       states_[i].q = state_before.q;
       states_[i].on = state_before.on;
       controls_[i] = control_before;
-      stop(i);
+      pinned[i] = true;
     }
+  }
+  // When all have moved: a body that comes later would take its velocity from the contact solver.
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (pinned[i]) press(world, i, pins[i]);
   }
 }
 

@@ -7,8 +7,8 @@
 //
 // Speeds are at most kMaxBodySpeed_m_s, positions within kMaxCoordinate_m. The spin of a free body is at most what moves
 // its surface with kMaxBodySpeed_m_s: at least kMaxBodySpin_rad_s, at most kMaxSmallBodySpin_rad_s. A body that
-// would squeeze a god object against another object keeps its pose and stops, because a point has no room to
-// give way. SI units, world frame. Nothing here allocates or fails.
+// would squeeze a god object against another object keeps its pose, because a god object has no room to give way; an
+// impulse at the god object ends the approach of the two, so that nothing else of their momentum changes. SI units, world frame. Nothing here allocates or fails.
 #pragma once
 
 #include <array>
@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <span>
 
+#include "control/bodies/carry.h"
 #include "control/bodies/contact_solver.h"
 #include "control/bodies/control_element.h"
 #include "control/contact/finger.h"
@@ -107,6 +108,8 @@ class Bodies {
   void advance(std::size_t body, float period_s) noexcept;
   void advance_along_axis(std::size_t body, float period_s) noexcept;
   void stop(std::size_t body) noexcept;
+  void apply_impulse(std::size_t body, const Vec3& point_m, const Vec3& impulse_N_s) noexcept;
+  void press(const World& world, std::size_t body, const Pin& pin) noexcept;
 
   Vec3 gravity_m_s2_ = Vec3::Zero();
   std::array<BodyModel, kMaxBodies> models_;

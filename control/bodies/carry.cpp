@@ -51,9 +51,23 @@ bool is_at(const Vec3& a, const Vec3& b, float within_m) {
   return (a - b).squaredNorm() <= within_m * within_m;
 }
 
+// What keeps a god object from its target.
+Pin pin_of(const GodObject& god, const Vec3& target) {
+  Pin pin;
+  pin.point_m = god.position_m;
+  const Vec3 denied = target - god.position_m;
+  const float length = denied.norm();
+  if (length > 0.0F) pin.direction = denied / length;
+  for (std::size_t i = 0; i < god.count; ++i) {
+    const std::uint8_t object = god.contacts[i].object;
+    pin.object = i == 0 || pin.object == object ? object : kNoBody;
+  }
+  return pin;
+}
+
 // The same as carry() for a tip with a radius. Its path relative to the moving object is that of a sphere.
 bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& before, Finger& finger,
-                  RenderCounters& counters) {
+                  Pin& pin, RenderCounters& counters) {
   const PlacedObject& now = world.objects[moved];
   const std::array<std::uint8_t, 1> alone{moved};
   GodObject god = finger.god;
@@ -86,6 +100,7 @@ bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& be
   move(world, others, god, target, false, counters);
   const bool arrived = is_at(god.position_m, target, kTouchGap_m);
   if (!arrived) {
+    pin = pin_of(god, target);
     // Another object is in the way. The sphere may have slid along the moving object, but must not be in it.
     GodObject seen;
     seen.position_m = target;
@@ -103,9 +118,9 @@ bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& be
 
 }  // namespace
 
-bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, Finger& finger,
+bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, Finger& finger, Pin& pin,
            RenderCounters& counters) noexcept {
-  if (world.tip_radius_m > 0.0F) return carry_sphere(world, moved, before, finger, counters);
+  if (world.tip_radius_m > 0.0F) return carry_sphere(world, moved, before, finger, pin, counters);
   const PlacedObject& now = world.objects[moved];
   GodObject god = finger.god;
   Contact contact;
@@ -151,6 +166,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
   if ((god.position_m - target).squaredNorm() > kSurfaceTolerance_m * kSurfaceTolerance_m) {
     // Another object is in the way. The god object may have slid along the moving object, or stay behind it,
     // but it must not be inside.
+    pin = pin_of(god, target);
     const Vec3 to = now.to_local(god.position_m);
     Hit hit;
     side[0].kind = kSideOnly;
