@@ -21,10 +21,10 @@ Vec3 spring_force(const Constraints& held) {
 }
 
 // The object in whose frame the energy account counts the work. Work on a moving object is counted relative to
-// that object. Null between objects that move differently: there is no such frame.
-const PlacedObject* account_frame(const World& world, const Constraints& held) {
-  if (held.count == 0) return nullptr;
-  const PlacedObject& first = world.objects[held.list[0].object];
+// that object. Null between objects that move differently: there is no such frame. rest: the god object, in contact; above a
+// relief nothing holds it back, and the contact goes on.
+const PlacedObject* account_frame(const World& world, const GodObject& rest, const Constraints& held) {
+  const PlacedObject& first = world.objects[held.count == 0 ? rest.contacts[0].object : held.list[0].object];
   for (std::size_t i = 1; i < held.count; ++i) {
     if (world.objects[held.list[i].object].body != first.body) return nullptr;
   }
@@ -54,7 +54,7 @@ struct Spring {
 // gradient: each contact's force is the gradient of a potential.
 float passive_scale(const World& world, Finger& finger, const Constraints& held, const Vec3& tip_m,
                     const Spring& spring, bool gradient) {
-  const PlacedObject* frame = account_frame(world, held);
+  const PlacedObject* frame = account_frame(world, finger.rest, held);
   if (frame == nullptr) {
     finger.account.close();
     finger.potential.end();
@@ -91,7 +91,7 @@ ShadedSprings shaded_springs(const World& world, Finger& finger, const Constrain
       limits.stiffness_N_m > 0.0F ? limits.stiffness_N_m : held.list[0].material.stiffness_N_m;
   Vec3 springs_N = spring_force(held);
   if (sticks) springs_N += limits.stiffness_N_m * (finger.god.position_m - finger.rest.position_m);
-  const PlacedObject* frame = account_frame(world, held);
+  const PlacedObject* frame = account_frame(world, finger.rest, held);
   if (frame == nullptr) {
     finger.shaded.end();
     return {nullptr, springs_N, Vec3::Zero(), mean_N_m};
@@ -379,7 +379,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
     const float energy_J =
         unlike_stiffness(held) && !continuous
             ? spring_energy_J(held) + stored_J(friction_N, god.position_m - rest.position_m)
-            : stored_J(force, pull);
+            : stored_J(force - surface.along_N, pull);
     force *=
         passive_scale(world_, finger, held, x, {pull, force, energy_J, !surfaced && finger.shaded.bound()},
                       !shaded && surface.potential);
