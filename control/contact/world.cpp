@@ -14,7 +14,7 @@ PlacedObject place(const scene::Object& object) {
   placed.ops = placed.row->solid;
   placed.ops->view(object, placed.shape);
   const scene::Quat& q = object.pose()->rotation();
-  placed.rotation = Eigen::Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized().toRotationMatrix();
+  placed.rotation = to_rotation(q).toRotationMatrix();
   placed.turned = q.x() != 0.0F || q.y() != 0.0F || q.z() != 0.0F;
   placed.position_m = to_vec(object.pose()->position_m());
   placed.shaded = placed.shape.mesh.corner_normals != nullptr;

@@ -36,13 +36,12 @@ void Fields::bind(const SceneView& view) noexcept {
     const std::uint8_t place = in_scene++;
     const VolumeOps* ops = volume_ops(*object);
     if (ops == nullptr) continue;
-    const scene::Quat& q = object->pose()->rotation();
     Placed& placed = placed_[count_++];
     placed.ops = ops;
     placed.source = object;
     placed.object = place;
     placed.material = view_material(*object->material());
-    placed.rotation = Eigen::Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized().toRotationMatrix();
+    placed.rotation = to_rotation(object->pose()->rotation()).toRotationMatrix();
     placed.position_m = to_vec(object->pose()->position_m());
     placed.bounds = ops->bounds(*object);
     // A tissue is pressed by the lowest point of the tip's sphere; all others act on its centre.

@@ -22,10 +22,7 @@ ImageVerdict check_material(const scene::Material& m) {
 }
 
 ImageVerdict check_pose(const scene::Pose& pose) {
-  const scene::Quat& q = pose.rotation();
-  return require(is_coordinate(pose.position_m()) &&
-                     is_unit(q.w() * q.w() + q.x() * q.x() + q.y() * q.y() + q.z() * q.z()),
-                 ImageStatus::kBadNumber);
+  return require(is_coordinate(pose.position_m()) && is_unit(pose.rotation()), ImageStatus::kBadNumber);
 }
 
 ImageVerdict check_shape(const scene::Object& object, std::size_t& triangles_in_scene, Pauses& pauses) {

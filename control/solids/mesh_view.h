@@ -11,6 +11,9 @@
 namespace thimble::control {
 
 inline Vec3 to_vec(const scene::Vec3& v) noexcept { return {v.x(), v.y(), v.z()}; }
+inline Eigen::Quaternionf to_rotation(const scene::Quat& q) noexcept {
+  return Eigen::Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized();
+}
 
 struct MeshView {
   const scene::Vertex* vertices = nullptr;

@@ -73,8 +73,8 @@ class ImageWriter {
         material.stiffness_n_per_m(),
         surface.IsNull() ? nullptr : flatbuffers::GetTemporaryPointer(builder_, surface));
     const auto body = object.body
-                          ? write_body(builder_, *object.body, unit_inertia_,
-                                       static_cast<double>(stiffest_N_m), object.position_m, object.rotation)
+                          ? write_body(builder_, *object.body, mass_, static_cast<double>(stiffest_N_m),
+                                       object.position_m, object.rotation)
                           : 0;
     return scene::CreateObject(builder_, name, shape.first, shape.second, &pose, &material, surface, body);
   }
@@ -84,7 +84,7 @@ class ImageWriter {
   AnyShape write_shape(const VectorFieldShape& field) { return host::write_shape(builder_, field); }
   AnyShape write_shape(const PotentialFieldShape& field) { return host::write_shape(builder_, field); }
   AnyShape write_shape(const PrimitiveShape& primitive) {
-    unit_inertia_ = primitive.unit_inertia_m2;
+    mass_ = {Eigen::Vector3d::Zero(), primitive.unit_inertia_m2.asDiagonal()};
     return {object_->kind, primitive.write(builder_)};
   }
 
@@ -115,7 +115,7 @@ class ImageWriter {
                   "simplify the meshes");
     }
     warn(mesh.report, file);
-    if (object_->body) weigh(mesh, file, name);
+    if (object_->body) weigh(mesh, file);
     report_.objects.back().mesh = mesh.report;
 
     const auto vertices = builder_.CreateVectorOfStructs(mesh.vertices);
@@ -192,24 +192,16 @@ class ImageWriter {
     }
   }
 
-  // Moments of inertia of a moving mesh, and warnings about it.
-  void weigh(const CompiledMesh& mesh, const std::string& file, const std::string& name) {
-    const std::optional<MeshMass> mass = mesh_mass(mesh);
-    if (!mass && !object_->body->inertia_kg_m2) {
-      throw Error(ExitCode::kBadInput, "no-volume",
-                  name + ": the body's mesh encloses no volume, so its moments of inertia are not known",
-                  "close the mesh, or give the body \"inertia_kg_m2\"");
-    }
-    const std::string what = object_->name + " (" + file + "): ";
-    if (mass) {
-      unit_inertia_ = mass->inertia_m2;
-      constexpr double kOff = .02;  // of the radius of gyration
-      if (mass->centre_m.norm() > kOff * std::sqrt(mass->inertia_m2.maxCoeff())) {
-        report_.warnings.push_back(what + "the body turns about the mesh's origin, which is " +
-                                   std::to_string(1e3 * mass->centre_m.norm()) +
-                                   " mm from its centre of mass");
-      }
-    }
+  // A moving mesh. An open one has no volume, but a surface.
+  void weigh(const CompiledMesh& mesh, const std::string& file) {
+    const std::optional<ShapeMass> volume = volume_mass(mesh);
+    mass_ = volume ? *volume : surface_mass(mesh);
+    const SceneBody& body = *object_->body;
+    const bool needed = rotates(body.motion) && !(body.centre_m && body.inertia_kg_m2);
+    if (volume || !needed) return;
+    report_.warnings.push_back(
+        object_->name + " (" + file +
+        "): the mesh encloses no volume, so its mass is spread evenly over its surface");
   }
 
   void warn(const MeshReport& mesh, const std::string& file) {
@@ -257,9 +249,9 @@ class ImageWriter {
   std::filesystem::path folder_;
   SceneReport& report_;
   std::size_t triangles_ = 0;
-  const SceneObject* object_ = nullptr;                     // being written
-  std::vector<std::size_t> pieces_;                         // convex, of each object; 1 for all but meshes
-  Eigen::Vector3d unit_inertia_ = Eigen::Vector3d::Zero();  // of its shape, for 1 kg
+  const SceneObject* object_ = nullptr;  // being written
+  std::vector<std::size_t> pieces_;      // convex, of each object; 1 for all but meshes
+  ShapeMass mass_;                       // of its shape
 };
 
 }  // namespace

@@ -64,8 +64,10 @@ void add_body(Kinds& kinds) {
   add(kinds, "body", "a body", "The object moves when it is pushed.")
       .required("motion", one_of({"free", "translate", "plane", "slide", "turn"}))
       .required("mass_kg", number(from(kMinMass_kg, kMaxMass_kg, "kg")))
+      .optional("centre_m", vector(kCoordinate),
+                "The centre of mass, in the object's frame; without it that of the shape at uniform density.")
       .optional("inertia_kg_m2", vector(from(kMinInertia_kg_m2, kMaxInertia_kg_m2, "kg m2")),
-                "About the object's axes through its origin.")
+                "About the object's axes through the centre of mass.")
       .optional("restitution", number(from(0, 1)).by_default(0),
                 "Ratio of the speeds after and before an impact.")
       .optional("velocity_m_s", vector(velocity).by_default(0, 0, 0), "At the start.")

@@ -23,6 +23,8 @@ inline SceneImage scene_of(const std::string& members) {
                         .image);
 }
 
+inline constexpr const char* kGravity = R"("gravity_m_s2": [0, 0, -9.81], )";
+
 // As a scene file has it.
 inline std::string list(const Vector3d& v) {
   std::string text("[");

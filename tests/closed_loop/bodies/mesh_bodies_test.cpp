@@ -25,7 +25,6 @@
 namespace thimble::test {
 namespace {
 
-constexpr const char* kGravity = R"("gravity_m_s2": [0, 0, -9.81], )";
 constexpr const char* kWood =
     R"("materials": {"wood": {"stiffness_N_m": 1000, "static_friction": 0.5, "dynamic_friction": 0.4}}, )";
 
