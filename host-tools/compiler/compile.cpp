@@ -159,8 +159,8 @@ class ImageWriter {
     return {builder_.CreateVectorOfStructs(corners), builder_.CreateVector(ends)};
   }
 
-  // Everything that a body could lie on or be hit by collides with it, or the scene is refused.
-  void refuse_what_does_not_meet(const SceneFile& file) const {
+  // Everything with a surface that a body could lie on or be hit by collides with it, or the scene is refused. A field has no surface.
+  void refuse_what_does_not_meet(const SceneFile& file) {
     const auto refuse = [](const SceneObject& body, const SceneObject& other, const std::string& why,
                            const std::string& remedy) {
       throw Error(ExitCode::kBadInput, "objects-do-not-meet",
@@ -175,10 +175,16 @@ class ImageWriter {
         const SceneObject& other = file.objects[j];
         if (i == j) continue;
         const bool is_tissue = other.kind == scene::Shape::Tissue;
-        if (control::is_volume(other.kind) && !is_tissue) {
+        const bool is_field =
+            other.kind == scene::Shape::VectorField || other.kind == scene::Shape::PotentialField;
+        if (is_field) {
           if (!guided)
-            refuse(body, other, "a " + other.shape_word + " acts on fingertips only",
-                   "make it a solid, or let the body slide or turn");
+            report_.warnings.push_back(other.name + " acts on fingertips only: the body " + body.name +
+                                       " passes through it");
+        } else if (control::is_volume(other.kind) && !is_tissue) {
+          if (!guided)
+            refuse(body, other, "the skin of a " + other.shape_word + " acts on fingertips only",
+                   "make it a tissue or a solid, or let the body slide or turn");
         } else if (is_tissue &&
                    static_cast<double>(std::get<TissueShape>(other.shape).image.relaxed_stiffness_n_per_m()) >
                        static_cast<double>(control::kMaxStiffnessPerMass_1_s2) * body.body->mass_kg) {

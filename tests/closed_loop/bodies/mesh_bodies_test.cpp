@@ -269,8 +269,6 @@ TEST_F(MeshBodies, WhatWouldNotMeetIsAnErrorWithBothNames) {
   const std::string open_mesh = mesh(sheet(.05, 2));
   const std::string kInertia =
       R"(, "body": {"motion": "free", "mass_kg": 0.1, "inertia_kg_m2": [1e-5, 1e-5, 1e-5]})";
-  const std::string field =
-      R"({"name": "other", "material": "wood", "shape": {"vector_field": {"subvolumes": [{"plane": {"normal": [0, 0, 1]}}]}}})";
   const std::string needle =
       R"({"name": "other", "material": "wood", "shape": {"needle": {"layers": [{"thickness_m": 0.01, "stiffness_N_m": 100, "tear_N": 1}]}}})";
   const std::string pad =
@@ -278,7 +276,6 @@ TEST_F(MeshBodies, WhatWouldNotMeetIsAnErrorWithBothNames) {
   const std::string ball = R"("sphere": {"radius_m": 0.01})";
   for (const std::string& objects : {object("thing", open_mesh, Vector3d::Zero(), kInertia) + "," +
                                          object("other", ball, Vector3d::Zero(), ""),
-                                     object("thing", ball, Vector3d::Zero(), kFree) + "," + field,
                                      object("thing", ball, Vector3d::Zero(), kFree) + "," + needle}) {
     try {
       scene_of(std::string(kWood) + R"("objects": [)" + objects + "]");
@@ -294,6 +291,34 @@ TEST_F(MeshBodies, WhatWouldNotMeetIsAnErrorWithBothNames) {
                            object("thing", open_mesh, Vector3d::Zero(), kInertia) + "]"));
   EXPECT_NO_THROW(scene_of(std::string(kWood) + R"("objects": [)" +
                            object("thing", ball, Vector3d::Zero(), kFree) + "," + pad + "]"));
+}
+
+// It has no surface to lie on: a scene can have both, and the compiler says what happens.
+TEST_F(MeshBodies, ABodyPassesThroughAFieldWithAWarning) {
+  const std::string vector_field = R"("vector_field": {"subvolumes": [{"plane": {"normal": [0, 0, 1]}}]})";
+  const std::string potential_field =
+      R"("potential_field": {"shape": {"sphere": {"radius_m": 0.02}}, "step_m": 0.004, "source_per_m": 100})";
+  for (const std::string& field : {vector_field, potential_field}) {
+    for (const bool slides : {false, true}) {
+      const std::string body =
+          slides ? R"(, "body": {"motion": "slide", "mass_kg": 0.1, "axis": [1, 0, 0]})" : kFree;
+      const std::string text = R"({"thimble_scene": 1, "name": "test", )" + std::string(kGravity) + kWood +
+                               R"("objects": [)" + object("field", field, Vector3d::Zero(), "") + "," +
+                               object("ball", R"("sphere": {"radius_m": 0.01})", {0, 0, .03}, body) + "]}";
+      const host::CompiledScene scene = host::compile_scene_text(text, "test.scene.json", ".");
+      const auto& warnings = scene.report.warnings;
+      const bool told =
+          std::find(warnings.begin(), warnings.end(),
+                    "field acts on fingertips only: the body ball passes through it") != warnings.end();
+      EXPECT_EQ(told, !slides) << field;
+    }
+    BodyRun run(kGravity + std::string(kWood) + R"("objects": [)" +
+                object("field", field, Vector3d::Zero(), "") + "," +
+                object("ball", R"("sphere": {"radius_m": 0.01})", {0, 0, .03}, kFree) + "]");
+    run.run(.2);
+    figure("ball falls through a field in 0.2 s, mm", 1e3 * (.03 - run.position_m(0).z()), "196.3");
+    EXPECT_NEAR(.03 - run.position_m(0).z(), .5 * 9.81 * .04, 1e-3);
+  }
 }
 
 TEST_F(MeshBodies, AnImageWithBadPiecesIsRefused) {
