@@ -86,7 +86,7 @@ bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& be
     if (!reaches(both, god.position_m)) return true;
     GodObject seen;  // as the object sees it
     seen.position_m = now.to_world(local);
-    fly_ball(world, alone, seen, god.position_m, counters);
+    static_cast<void>(fly_ball(world, alone, seen, god.position_m, counters));
     if (seen.position_m == god.position_m) return true;
     if (seen.count == 0) return false;
     contact = seen.contacts[0];
@@ -104,7 +104,7 @@ bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& be
     // Another object is in the way. The sphere may have slid along the moving object, but must not be in it.
     GodObject seen;
     seen.position_m = target;
-    move_ball(world, alone, seen, god.position_m, false, counters);
+    static_cast<void>(move_ball(world, alone, seen, god.position_m, false, counters));
     if (!is_at(seen.position_m, god.position_m, kTouchGap_m)) return false;
   }
   if (god.count == kMaxContacts) --god.count;

@@ -67,7 +67,7 @@ void collide_points_with_plane(const PlacedObject& a, const PlacedObject& plane,
 
 // A cylinder or box seen along an axis that it shares with a cylinder: a circle or a rectangle, in its own
 // frame with z along that axis.
-struct Outline {
+struct Profile {
   bool circle = true;
   float radius_m = 0.0F;
   float half_x_m = 0.0F;
@@ -87,7 +87,7 @@ struct Outline {
   }
 };
 
-void collide_outlines(const PlacedObject& a, const PlacedObject& b, const Outline& outline, float margin,
+void collide_outlines(const PlacedObject& a, const PlacedObject& b, const Profile& outline, float margin,
                       Manifold& out) {
   const Vec3 centre = outline.axes.transpose() *
                       (a.position_m - b.position_m);  // of the cylinder, relative to the other solid
@@ -131,7 +131,7 @@ bool collide_parallel(const PlacedObject& a, const PlacedObject& b, float margin
   const Vec3 axis = b.rotation.transpose() * a.rotation.col(2);
   for (int i = is_box ? 0 : 2; i < 3; ++i) {
     if (std::abs(axis[i]) < kParallel) continue;
-    Outline outline;
+    Profile outline;
     const int x = (i + 1) % 3;
     const int y = (i + 2) % 3;
     outline.axes << b.rotation.col(x), b.rotation.col(y), b.rotation.col(i);

@@ -18,13 +18,65 @@ constexpr float kUpright = 0.5F;  // cosine of the angle between two planes of o
 bool is_tip(const World& world) { return world.tip_radius_m > 0.0F; }
 float radius_m(const World& world) { return is_tip(world) ? world.tip_radius_m : kPointRadius_m; }
 
-void become_ball(const World& world, GodObject& god) {
+// The ball's centre over a point that lies on its contacts' surfaces.
+Vec3 centre_over(const World& world, const GodObject& god) {
+  std::array<Vec3, kMaxContacts> normals;
+  const std::size_t count = contact_normals(world, god, normals);
+  std::array<HalfSpace, kMaxContacts> planes;
+  for (std::size_t i = 0; i < count; ++i) planes[i] = {normals[i], kPointRadius_m};
+  const NearestInside over = nearest_inside(std::span(planes).first(count), Vec3::Zero());
+  return over.found ? Vec3(god.position_m + over.point_m)
+                    : Vec3(god.position_m + kPointRadius_m * normals[0]);
+}
+
+// Sweeps pieces of a path past meshes of several parts. A triangle gives no plane to a centre that is behind it, and where parts cross, a
+// point could become a ball behind a triangle, or a squeezed ball be moved behind one.
+class Sweeps {
+ public:
+  Sweeps(const World& world, std::span<const std::uint8_t> nearby) : world_(world), nearby_(nearby) {
+    for (const std::uint8_t index : nearby) needed_ = needed_ || world.objects[index].shape.mesh.seams;
+    needed_ = needed_ && !is_tip(world);
+  }
+  // `on`: what `from` lies on, which does not stop it. `behind_m`: how far behind a surface it may end.
+  [[nodiscard]] bool free(const Vec3& from, const Vec3& to, std::span<const Contact> on = {},
+                          float behind_m = 0.0F) const {
+    if (!needed_ || from == to) return true;
+    const float length_m = (to - from).norm();
+    for (const std::uint8_t index : nearby_) {
+      const PlacedObject& object = world_.objects[index];
+      if (!object.shape.mesh.seams) continue;
+      std::array<Feature, kMaxContacts> features;
+      std::size_t count = 0;
+      for (const Contact& contact : on)
+        if (contact.object == index) features[count++] = contact.feature;
+      Hit hit;
+      if (!object.ops->sweep(object.shape, object.to_local(from), object.to_local(to),
+                             {features.data(), count}, hit) ||
+          (hit.t <= 1.0F && (1.0F - hit.t) * length_m >= behind_m))
+        return false;
+    }
+    return true;
+  }
+  // From the centre to the point, which lies on surfaces or above all.
+  [[nodiscard]] bool comes_down(const GodObject& god) const {
+    return free(god.centre_m, god.position_m, {}, god.count > 0 ? 2.0F * kSurfaceTolerance_m : 0.0F);
+  }
+
+ private:
+  const World& world_;
+  std::span<const std::uint8_t> nearby_;
+  bool needed_ = false;
+};
+
+// False where the centre would not be free.
+bool become_ball(const World& world, const Sweeps& sweeps, GodObject& god) {
   if (is_tip(world)) god.centre_m = god.position_m;
-  if (god.is_ball) return;
+  if (god.is_ball) return true;
   god.centre_m = god.count == 0 || is_tip(world) ? god.position_m : centre_over(world, god);
   contact_normals(world, god, god.normals);
   god.is_ball = true;
   god.has_beside = false;
+  return sweeps.free(god.position_m, god.centre_m, std::span(god.contacts).first(god.count));
 }
 
 bool holds_from_afar(const NearestInside& there, const Separations& near, float radius_m) {
@@ -221,19 +273,10 @@ void set_tip_contacts(GodObject& god, Separations& near, const Vec3& target, boo
 
 }  // namespace
 
-Vec3 centre_over(const World& world, const GodObject& god) noexcept {
-  std::array<Vec3, kMaxContacts> normals;
-  const std::size_t count = contact_normals(world, god, normals);
-  std::array<HalfSpace, kMaxContacts> planes;
-  for (std::size_t i = 0; i < count; ++i) planes[i] = {normals[i], kPointRadius_m};
-  const NearestInside over = nearest_inside(std::span(planes).first(count), Vec3::Zero());
-  return over.found ? Vec3(god.position_m + over.point_m)
-                    : Vec3(god.position_m + kPointRadius_m * normals[0]);
-}
-
-void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
+bool fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
               RenderCounters& counters) noexcept {
-  become_ball(world, god);
+  const Sweeps sweeps(world, nearby);
+  if (!become_ball(world, sweeps, god)) return false;
   Separations near;
   const Holding holding(world, god);
   Lookout lookout(world, nearby);
@@ -256,29 +299,35 @@ void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObjec
         kBehind_m) {  // it was a point until now, and nearer to a surface than the radius: out first
       const NearestInside out = near.nearest(Vec3::Zero());
       rests = !out.found || out.point_m.squaredNorm() <= kSettled_m * kSettled_m;
+      const Vec3 from = god.centre_m;
       if (!rests) god.centre_m += out.point_m;
+      if (!sweeps.free(from, god.centre_m)) return false;
       continue;
     }
-    god.centre_m += free * way;
-    if (free >= 1.0F && aim == target) {
-      god.centre_m = target;
+    const Vec3 from = god.centre_m;
+    const bool arrives = free >= 1.0F && aim == target;
+    god.centre_m = arrives ? target : Vec3(from + free * way);
+    if (!sweeps.free(from, god.centre_m)) return false;
+    if (arrives) {
       god.position_m = target;
-      return;
+      return true;
     }
     rests = free * free * way.squaredNorm() <= kSettled_m * kSettled_m;
   }
   const bool known = rests || look_under(world, nearby, holding, god.centre_m, target, near);
   if (is_tip(world)) {
     set_tip_contacts(god, near, target, true, holding.radius_m);
-    return;
+    return true;
   }
   set_contacts(world, nearby, god, near, target, true, known);
   if (god.count == 0) god.position_m = god.centre_m;
+  return sweeps.comes_down(god);
 }
 
-void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
+bool move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
                bool hold, RenderCounters& counters) noexcept {
-  become_ball(world, god);
+  const Sweeps sweeps(world, nearby);
+  if (!become_ball(world, sweeps, god)) return false;
   const Vec3 goal = hold ? Vec3(target + god.centre_m - god.position_m) : target;
   const std::uint8_t held = god.count > 0 ? god.contacts[0].object : std::uint8_t{0};
   // A mesh of several parts has faces below its surface that look aside: they are not what it is on.
@@ -316,7 +365,9 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
     }
     const float step_m = there.point_m.norm();
     const bool whole = step_m <= near.free_m;
+    const Vec3 from = god.centre_m;
     god.centre_m += whole ? there.point_m : Vec3((near.free_m / step_m) * there.point_m);
+    if (!sweeps.free(from, god.centre_m)) return false;
     const bool rests = step_m <= kSettled_m;
     settled = rests && (again || !holds_from_afar(there, near, holding.radius_m));
     again = rests;
@@ -325,7 +376,7 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
       god.centre_m = goal;
       god.position_m = goal;
       god.count = 0;
-      return;
+      return true;
     }
   }
   if (!settled) ++counters.slide_bound;
@@ -336,7 +387,8 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
     set_contacts(world, nearby, god, near, target, hold, known);
   }
   // Cut short above a surface, where it would not push.
-  if (!settled && god.count == 0) fly_ball(world, nearby, god, target, counters);
+  if (!settled && god.count == 0) return fly_ball(world, nearby, god, target, counters);
+  return sweeps.comes_down(god);
 }
 
 void leave_ball(const World& world, GodObject& god) noexcept {

@@ -17,14 +17,12 @@
 
 namespace thimble::control {
 
-// Both make the god object a ball if it is a point yet, and are otherwise as fly() and move() of a point.
-void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
+// Both make the god object a ball if it is a point yet, and are otherwise as fly() and move() of a point. False where its path past a mesh
+// of several parts is not proven free; the god object is anywhere on that path then.
+bool fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
               RenderCounters& counters) noexcept;
-void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
+bool move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
                bool hold, RenderCounters& counters) noexcept;
-
-// The centre of the ball that a point on its contacts' surfaces would become.
-[[nodiscard]] Vec3 centre_over(const World& world, const GodObject& god) noexcept;
 
 // Makes the god object a point again, on the surfaces that it touches.
 void leave_ball(const World& world, GodObject& god) noexcept;

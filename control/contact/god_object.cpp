@@ -289,20 +289,15 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
   return Outcome::kContinue;
 }
 
-// Whether it lies on a part of a mesh that touches another part of the mesh: both are as several solids. Where a face is in
-// the way of the ball's centre, as where parts cross too, it stays a point.
+// Whether it lies on a part of a mesh that touches another part of the mesh: both are as several solids.
 bool on_seam(const World& world, const Nearby& nearby, const GodObject& god) {
-  if (!nearby.seams()) return false;
-  const std::span<const Contact> contacts(god.contacts.data(), god.count);
-  const bool marked = std::any_of(contacts.begin(), contacts.end(), [&world](const Contact& contact) {
-    const MeshView& mesh = world.objects[contact.object].shape.mesh;
-    return mesh.seams &&
-           (mesh.flags[contact.feature.index] & static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0;
-  });
-  if (!marked || god.is_ball) return marked;
-  Flight flight;
-  sweep_nearby(world, nearby, god, contacts, god.position_m, centre_over(world, god), kSkipNone, flight);
-  return flight.known && flight.hit.t > 1.0F;
+  for (std::size_t i = 0; nearby.seams() && i < god.count; ++i) {
+    const MeshView& mesh = world.objects[god.contacts[i].object].shape.mesh;
+    if (mesh.seams && (mesh.flags[god.contacts[i].feature.index] &
+                       static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0)
+      return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -331,8 +326,9 @@ Nearby::Nearby(const World& world, const Reach& reach, SolidSet without) noexcep
 void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
          RenderCounters& counters) noexcept {
   if (nearby.several() || nearby.seams() || world.tip_radius_m > 0.0F) {
-    fly_ball(world, nearby.objects(), god, target, counters);
-    return;
+    const GodObject before = god;
+    if (fly_ball(world, nearby.objects(), god, target, counters)) return;
+    god = before;  // a point finds a way that is free
   }
   if (god.is_ball) leave_ball(world, god);
   bool landed = false;
@@ -342,20 +338,19 @@ void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& t
 
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
           RenderCounters& counters) noexcept {
-  if (nearby.several() || on_seam(world, nearby, god) || world.tip_radius_m > 0.0F) {
-    move_ball(world, nearby.objects(), god, target, hold, counters);
-    return;
-  }
-  if (god.is_ball) leave_ball(world, god);
   std::array<Contact, kMaxContacts> left;
   std::size_t left_count = 0;
   float nearest2 = std::numeric_limits<float>::infinity();
   int idle_steps = 0;  // corner steps that brought it no nearer
+  bool may_be_ball = true;
   for (int moves = 0; moves < kMaxMoves; ++moves) {
-    if (moves > 0 && on_seam(world, nearby, god)) {
-      move_ball(world, nearby.objects(), god, target, hold, counters);
-      return;
+    if (may_be_ball && (nearby.several() || on_seam(world, nearby, god) || world.tip_radius_m > 0.0F)) {
+      const GodObject before = god;
+      if (move_ball(world, nearby.objects(), god, target, hold, counters)) return;
+      god = before;
+      may_be_ball = false;
     }
+    if (god.is_ball) leave_ball(world, god);
     Outcome outcome = Outcome::kContinue;
     if (god.count == 0) {
       bool landed = false;

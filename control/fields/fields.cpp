@@ -61,7 +61,8 @@ std::size_t Fields::show(TissueViews& views) const noexcept {
     for (std::uint8_t arm = 0; arm < kMaxArms; ++arm) {
       const ArmState& own = state_[i].arms[arm];
       if (!own.seen) continue;
-      const Vec3& middle = is_needle ? own.grip_m : own.middle_m;
+      Vec3 middle = own.middle_m;
+      if (is_needle) middle = own.grip_m;
       views[count++] = {
           .object = placed_[i].object,
           .arm = arm,
