@@ -207,11 +207,9 @@ void collide_with_triangles(const Convex& a, const MeshView& mesh, float margin_
     std::size_t same = 0;
     constexpr float kSame = 0.99F;
     while (same < count && deepest[same].normal.dot(each.normal) < kSame) ++same;
-    if (same < count) {
-      if (deepest[same].depth_m < each.depth_m) deepest[same] = each;
-    } else if (count < deepest.size()) {
-      deepest[count++] = each;
-    }
+    if (same == deepest.size() || (same < count && deepest[same].depth_m >= each.depth_m)) continue;
+    deepest[same] = each;
+    count = std::max(count, same + 1);
   }
   // Where no triangle that was met holds the solid, one that was left out may.
   constexpr float kReach_m = 1.0e-3F;
