@@ -1,5 +1,6 @@
-// Straight pokes into every usable model of Debian's assimp-testmodels as it is: closed or open, with parts that cross or
-// not. Embree judges: where closed parts wind round the god object it has fallen, and a tip inside is held in every tick.
+// Straight pokes into every usable model of Debian's assimp-testmodels, and of the npm packages in tests/support/npm_models, as it is:
+// closed or open, with parts that cross or not. Embree judges: where closed parts wind round the god object it has fallen, and a tip
+// inside is held in every tick.
 // THIMBLE_POKES sets the number of pokes, THIMBLE_POKE_SEED the seed, THIMBLE_POKE_BYTES the size of the largest file,
 // THIMBLE_POKE_FOLDER another folder with models.
 #include <gtest/gtest.h>
