@@ -48,6 +48,7 @@ Json to_json(const MeshReport& mesh) {
           {"fins_cancelled", mesh.fins_cancelled},
           {"unused_vertices", mesh.unused_vertices},
           {"pierced_triangles", mesh.pierced_triangles},
+          {"seam_triangles", mesh.seam_triangles},
           {"bytes", mesh.bytes},
           {"depth", mesh.depth}};
 }

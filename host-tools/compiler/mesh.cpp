@@ -138,9 +138,9 @@ void put_in_leaf_order(Surface& surface, const MeshTree& tree) {
   surface.triangles = std::move(sorted);
 }
 
-std::size_t count_pierced(const std::vector<std::uint8_t>& flags) {
+std::size_t count_flagged(const std::vector<std::uint8_t>& flags, scene::TriangleFlag which) {
   return static_cast<std::size_t>(std::ranges::count_if(
-      flags, [](auto flag) { return (flag & static_cast<unsigned>(scene::TriangleFlag::Pierced)) != 0; }));
+      flags, [which](auto flag) { return (flag & static_cast<unsigned>(which)) != 0; }));
 }
 
 std::size_t bytes_in_image(const CompiledMesh& mesh) {
@@ -229,7 +229,8 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
   MeshReport& report = mesh.report;
   report.triangles = count;
   report.vertices = mesh.vertices.size();
-  report.pierced_triangles = count_pierced(mesh.flags);
+  report.pierced_triangles = count_flagged(mesh.flags, scene::TriangleFlag::Pierced);
+  report.seam_triangles = count_flagged(mesh.flags, scene::TriangleFlag::Seam);
   report.bytes = bytes_in_image(mesh);
   report.depth = tree.depth;
   return mesh;

@@ -49,9 +49,10 @@ struct MeshReport {
   std::size_t components = 0;
   std::size_t flipped_components = 0;
   std::size_t degenerate_dropped = 0;
-  std::size_t fins_cancelled = 0;   // faces with their own reverse
-  std::size_t unused_vertices = 0;  // of the file
-  std::size_t pierced_triangles = 0;
+  std::size_t fins_cancelled = 0;     // faces with their own reverse
+  std::size_t unused_vertices = 0;    // of the file
+  std::size_t pierced_triangles = 0;  // that touch or cross others
+  std::size_t seam_triangles = 0;     // near another part of the mesh
   std::array<std::size_t, 2>
       texture_tiles{};                     // in a unit of the file's coordinates; 0: blended, or no texture
   std::array<double, 2> texture_tile_m{};  // mean length of a tile then
