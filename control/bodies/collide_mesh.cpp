@@ -29,7 +29,7 @@ struct Waiting {
 
 class MeshWalk {
  public:
-  MeshWalk(const Convex& a, const MeshView& mesh, float margin_m, Manifold& out);
+  MeshWalk(const Convex& a, const MeshView& mesh, const Vec3& free_m, float margin_m, Manifold& out);
 
   // Meets the triangles; says how many were left out.
   const TriangleCollision& collide();
@@ -57,13 +57,13 @@ class MeshWalk {
 // A lambda: the heap calls it directly, not through a pointer.
 constexpr auto nearer = [](const Waiting& x, const Waiting& y) { return x.reach_m < y.reach_m; };
 
-MeshWalk::MeshWalk(const Convex& a, const MeshView& mesh, float margin_m, Manifold& out)
+MeshWalk::MeshWalk(const Convex& a, const MeshView& mesh, const Vec3& free_m, float margin_m, Manifold& out)
     : a_(a),
       mesh_(mesh),
       margin_m_(margin_m),
       axes_(a.rotation.cwiseAbs()),
       box_m_(axes_ * a.half_m),
-      triangles_(a, mesh, margin_m, out),
+      triangles_(a, mesh, free_m, margin_m, out),
       ball_m_(a.form == CollisionForm::kBall ? a.half_m.x() : triangles_.ball_m()) {}
 
 float MeshWalk::gap_m(const Vec3& middle_m, const Vec3& half_m) const {
@@ -140,7 +140,8 @@ bool collide_point(const Vec3& p, float depth_m, const MeshView& mesh, float mar
                    ContactPoint& out) {
   Manifold found;
   const Convex at = convex_point(p, std::max(depth_m, 0.0F));
-  MeshWalk(at, mesh, margin_m, found).collide();
+  constexpr float kFree_m = 1.0F;
+  MeshWalk(at, mesh, p + kFree_m * normal, margin_m, found).collide();
   const ContactPoint* best = nullptr;
   for (std::size_t i = 0; i < found.count; ++i) {
     constexpr float kAlike = 0.5F;
@@ -193,7 +194,7 @@ void collide_outline(const Convex& a, const MeshView& mesh, const ContactPoint& 
 
 void collide_with_triangles(const Convex& a, const MeshView& mesh, float margin_m, Manifold& out) noexcept {
   Manifold found;  // of this solid alone: what it touches tells which triangles can be passed over
-  MeshWalk walk(a, mesh, margin_m, found);
+  MeshWalk walk(a, mesh, a.centre_m, margin_m, found);
   const TriangleCollision& triangles = walk.collide();
   const bool lost = walk.lost() || triangles.lost();
   for (std::size_t i = 0; i < found.count; ++i) out.add_distinct(found.points[i]);
@@ -211,12 +212,14 @@ void collide_with_triangles(const Convex& a, const MeshView& mesh, float margin_
     deepest[same] = each;
     count = std::max(count, same + 1);
   }
-  // Where no triangle that was met holds the solid, one that was left out may.
+  // Where no triangle that was met holds the solid off the mesh, one that was left out may.
   constexpr float kReach_m = 1.0e-3F;
-  if (const float length = triangles.normals().norm(); found.count == 0 && length > 0.0F) {
-    deepest[0].normal = triangles.normals() / length;
-    deepest[0].depth_m = kReach_m;
-    count = 1;
+  constexpr float kOff = 0.7F;
+  if (const float length = triangles.normals().norm(); lost && length > 0.0F) {
+    const ContactPoint off{a.centre_m, triangles.normals() / length, kReach_m};
+    bool held = false;
+    for (std::size_t i = 0; i < count; ++i) held = held || deepest[i].normal.dot(off.normal) > kOff;
+    if (!held) deepest[count == deepest.size() ? count - 1 : count++] = off;
   }
   for (std::size_t i = 0; i < count; ++i) collide_outline(a, mesh, deepest[i], margin_m, out);
 }

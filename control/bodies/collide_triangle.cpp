@@ -37,11 +37,13 @@ float height_of(const std::array<Vec3, 3>& p, const Vec3& direction) {
 
 }  // namespace
 
-TriangleCollision::TriangleCollision(const Convex& a, const MeshView& mesh, float margin_m, Manifold& out)
+TriangleCollision::TriangleCollision(const Convex& a, const MeshView& mesh, const Vec3& free_m,
+                                     float margin_m, Manifold& out)
     : a_(a),
       mesh_(mesh),
       margin_m_(margin_m),
       out_(out),
+      free_m_(free_m),
       centre_m_(a.rotation.transpose() * (a.centre_m - a.position_m)),
       inner_m_(a.centre_m) {
   if (a.corners.empty()) return;
@@ -78,7 +80,7 @@ bool TriangleCollision::place(std::uint32_t triangle, Face& face) const {
   if (!(length > 0.0F)) return false;
   face.normal = area / length;
   face.side = 1.0F;
-  if (two_sided(mesh_, triangle) && face.normal.dot(a_.centre_m - face.p[0]) < 0.0F) {
+  if (two_sided(mesh_, triangle) && face.normal.dot(free_m_ - face.p[0]) < 0.0F) {
     face.normal = -face.normal;
     face.side = -1.0F;
   }
@@ -220,7 +222,9 @@ bool TriangleCollision::search(const Face& face, Overlap& overlap) {
   const Vec3 aside = a_.centre_m - nearest_on_triangle(face.p, a_.centre_m);
   if (a_.form != CollisionForm::kBox && are_apart(a_, b, aside, margin_m_)) return false;
   ++searches_;
-  return least_overlap(a_, b, margin_m_, overlap) && overlap.settled;
+  if (!least_overlap(a_, b, margin_m_, overlap)) return false;
+  lost_ = lost_ || !overlap.settled;
+  return overlap.settled;
 }
 
 // Whether only one corner of the triangle can touch along the normal.
@@ -394,8 +398,10 @@ void TriangleCollision::collide(std::uint32_t triangle) {
   const Vec3 lowest_m = a_.farthest(-face.normal).at_m;
   const float depth_m = face.normal.dot(face.p[0] - lowest_m) + a_.radius_m;
   if (depth_m < -margin_m_) return;
+  // Of a point, what is within its reach is not behind the face.
+  const float above_m = a_.form == CollisionForm::kBall ? a_.half_m.x() : a_.radius_m;
   if (depth_m > margin_m_ && face.normal.dot(inner_m_ - face.p[0]) < 0.0F &&
-      face.normal.dot(a_.farthest(face.normal).at_m - face.p[0]) + a_.radius_m < -margin_m_)
+      face.normal.dot(a_.farthest(face.normal).at_m - face.p[0]) + above_m < -margin_m_)
     return;  // behind the face
   const bool round = a_.form == CollisionForm::kBall || a_.form == CollisionForm::kCapsule;
   const Guess guess = round ? Guess{.depth_m = depth_m} : along_axes(face, depth_m);

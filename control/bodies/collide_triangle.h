@@ -21,7 +21,8 @@ namespace thimble::control {
 
 class TriangleCollision {
  public:
-  TriangleCollision(const Convex& a, const MeshView& mesh, float margin_m, Manifold& out);
+  // free_m: a place on the free side of sheets.
+  TriangleCollision(const Convex& a, const MeshView& mesh, const Vec3& free_m, float margin_m, Manifold& out);
 
   void collide(std::uint32_t triangle);
   [[nodiscard]] bool at_bound() const;
@@ -80,6 +81,7 @@ class TriangleCollision {
   const MeshView& mesh_;
   float margin_m_;
   Manifold& out_;
+  Vec3 free_m_;
   Vec3 centre_m_;        // of the box about the solid, in its frame
   Vec3 inner_m_;         // a point of the solid, in the frame of the mesh
   float ball_m_ = 0.0F;  // of a hull: radius of the ball round the centre of its box about it

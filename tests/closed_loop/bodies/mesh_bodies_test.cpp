@@ -167,6 +167,58 @@ TEST_F(MeshBodies, EveryShapeRestsOnRoughGround) {
     }
 }
 
+host::TriangleSoup rough_sheet(double amplitude_m, int cells, double size_m, std::uint64_t seed) {
+  Random random(seed);
+  host::TriangleSoup soup = sheet(size_m, cells);
+  for (Vector3d& p : soup.vertices_m) p.z() += random.uniform(-amplitude_m, amplitude_m);
+  return soup;
+}
+
+// Bodies thrown on to fine and coarse, level, rough and steep ground, open and closed: more triangles than the bounds let a
+// body meet. No body's origin is ever below the lowest place of the ground.
+TEST_F(MeshBodies, NoBodyFallsThroughTheGround) {
+  const std::array grounds = {mesh(rough_sheet(0, 60, .12, 1)), mesh(rough_sheet(.0003, 120, .12, 2)),
+                              mesh(rough(.002, 40, .003, 3)), mesh(rough(.004, 12, .01, 4))};
+  const std::array lowest_m = {0.0, -.0003, -.002, -.004};
+  const std::array shapes = {std::string(R"("box": {"size_m": [0.03, 0.02, 0.01]})"),
+                             std::string(R"("cylinder": {"radius_m": 0.012, "height_m": 0.03})"),
+                             std::string(R"("cone": {"radius_m": 0.015, "height_m": 0.02})"),
+                             std::string(R"("capsule": {"radius_m": 0.005, "height_m": 0.03})"),
+                             std::string(R"("sphere": {"radius_m": 0.006})"),
+                             mesh(icosphere(2, .012)),
+                             mesh(torus(.012, .004, 24, 12))};
+  Random random(5);
+  double deepest_m = -1;
+  int bounds = 0;
+  for (std::size_t g = 0; g < grounds.size(); ++g) {
+    std::string text =
+        kGravity + std::string(kWood) + R"("objects": [)" + object("g", grounds[g], Vector3d::Zero(), "");
+    for (const std::string normal : {"[1, 0, 0]", "[-1, 0, 0]", "[0, 1, 0]", "[0, -1, 0]"})
+      text += R"(, {"name": "wall )" + normal + R"(", "material": "wood", "shape": {"plane": {"normal": )" +
+              normal + R"(, "offset_m": -0.055}}})";
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      const Vector3d place =
+          random.in_box({.02, .02, 0}) + Vector3d(0, 0, .03 + .03 * static_cast<double>(i));
+      const Vector3d velocity = random.in_box({1, 1, 0}) - Vector3d(0, 0, 1 + .3 * static_cast<double>(i));
+      text +=
+          "," + object("body " + std::to_string(i), shapes[i], place,
+                       R"(, "body": {"motion": "free", "mass_kg": 0.05, "velocity_m_s": )" + list(velocity) +
+                           R"(, "spin_rad_s": )" + list(20 * random.in_box(Vector3d::Ones())) + "}",
+                       180 * random.in_box(Vector3d::Ones()));
+    }
+    BodyRun run(text + "]");
+    while (run.time_s() < (kUnderSanitizers ? .08 : .3)) {
+      run.tick();
+      for (std::size_t i = 0; i < shapes.size(); ++i)
+        deepest_m = std::max(deepest_m, lowest_m.at(g) - run.position_m(i).z());
+    }
+    bounds += static_cast<int>(run.renderer().counters().contact_bound);
+  }
+  figure("7 bodies thrown on 4 grounds: deepest origin below the lowest place, mm", 1e3 * deepest_m, "< 0");
+  figure("7 bodies thrown on 4 grounds: bounds reached", bounds, "");
+  EXPECT_LT(deepest_m, 0);
+}
+
 TEST_F(MeshBodies, ABoxStaysOnAFineFlatMeshAndOverItsEdge) {
   const std::string table = mesh(rough(0, 60, .002, 1));  // 0.12 m
   for (const double x : {0.0, .0715}) {                   // over the edge by 0.0265 of 0.06
