@@ -76,9 +76,9 @@ bool add_along_lines(const Surfaces& of, const Overlap& overlap, float margin_m,
   const Vec3 along_a = of.a.corner[1] - of.a.corner[0];
   const Vec3 along_b = of.b.corner[1] - of.b.corner[0];
   const float length2 = along_b.squaredNorm();
-  constexpr float kParallel = 0.05F;  // rad
+  constexpr float kParallel_rad = 0.05F;
   const float crossed2 = along_a.cross(along_b).squaredNorm();
-  if (!(crossed2 < kParallel * kParallel * along_a.squaredNorm() * length2)) return false;
+  if (!(crossed2 < kParallel_rad * kParallel_rad * along_a.squaredNorm() * length2)) return false;
   const float from = along_b.dot(of.a.corner[0] - of.b.corner[0]) / length2;
   const float step = along_b.dot(along_a) / length2;
   const float first = -from / step;

@@ -20,13 +20,13 @@ constexpr float kLevel_m = 1.0e-6F;
 // A direction is better when it saves this much.
 constexpr float kSooner_m = 2.0e-7F;
 // Cosines: directions that are one, and a direction of contact that is the face's (above what kRise lets pass).
-constexpr float kParallel = 1.0F - 1.0e-6F;
+constexpr float kSameLine = 1.0F - 1.0e-6F;
 constexpr float kOfFace = 1.0F - 8.0e-6F;
 
-using Corners = std::array<scene::Vec3, 3>;
+using TriangleCorners = std::array<scene::Vec3, 3>;
 
-Corners corners_of(const std::array<Vec3, 3>& p) {
-  Corners out;
+TriangleCorners corners_of(const std::array<Vec3, 3>& p) {
+  TriangleCorners out;
   for (std::size_t i = 0; i < 3; ++i) out[i] = scene::Vec3(p[i].x(), p[i].y(), p[i].z());
   return out;
 }
@@ -106,7 +106,7 @@ bool TriangleCollision::is_known(const Face& face) const {
 bool TriangleCollision::is_level(const Face& face) const {
   for (std::size_t i = 0; i < out_.count; ++i) {
     const ContactPoint& found = out_.points[i];
-    if (found.normal.dot(face.normal) > kParallel &&
+    if (found.normal.dot(face.normal) > kSameLine &&
         std::abs(face.normal.dot(face.p[0] - found.point_m) - 0.5F * found.depth_m) < kLevel_m)
       return true;
   }
@@ -217,7 +217,7 @@ bool TriangleCollision::search(const Face& face, Overlap& overlap) {
     lost_ = true;
     return false;
   }
-  const Corners corners = corners_of(face.p);
+  const TriangleCorners corners = corners_of(face.p);
   const Convex b = convex_triangle(corners);
   const Vec3 aside = a_.centre_m - nearest_on_triangle(face.p, a_.centre_m);
   if (a_.form != CollisionForm::kBox && are_apart(a_, b, aside, margin_m_)) return false;
@@ -252,7 +252,7 @@ void TriangleCollision::add(const Face& face, Overlap& overlap, bool corner) {
         {overlap.of_core_m + (0.5F * overlap.depth_m) * overlap.normal, overlap.normal, overlap.depth_m});
     return;
   }
-  const Corners corners = corners_of(face.p);
+  const TriangleCorners corners = corners_of(face.p);
   add_contacts(a_, convex_triangle(corners), overlap, margin_m_, out_);
 }
 
@@ -268,7 +268,7 @@ void TriangleCollision::collide_round(const Face& face, float depth_m, const Vec
       pair.of_a_m = lowest_m;
       pair.apart_m = lowest_m - nearest_on_triangle(face.p, lowest_m);
     } else {
-      const Corners corners = corners_of(face.p);
+      const TriangleCorners corners = corners_of(face.p);
       const Distance distance =
           nearest_points(a_, convex_triangle(corners), Vec3::Zero(), face.normal, margin_m_, pair);
       if (distance == Distance::kApart) return;
@@ -297,7 +297,7 @@ TriangleCollision::Guess TriangleCollision::along_axes(const Face& face, float d
     const float along = a_.rotation.col(axis).dot(face.normal);
     if (std::abs(along) <= kForwards) continue;
     const float sign = std::copysign(1.0F, along);
-    if (std::abs(along) > kParallel) guess.level = axis;
+    if (std::abs(along) > kSameLine) guess.level = axis;
     const float reach = along > 0.0F ? face.hi[axis] - centre_m_[axis] : centre_m_[axis] - face.lo[axis];
     const float depth = reach + a_.half_m[axis];
     if (depth >= guess.depth_m - kSooner_m) continue;

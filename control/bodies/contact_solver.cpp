@@ -30,7 +30,7 @@ constexpr float kMaxPush_m_s = 1.0F;  // of the velocity that removes penetratio
 constexpr float kMargin_m = 1.0e-4F;
 // A contact point of the previous tick within this distance is the same one.
 constexpr float kSamePlace_m = 2.0e-3F;
-constexpr float kSameNormal = 0.9F;  // cosine
+constexpr float kSameDirection = 0.9F;  // cosine
 // A patch slides when it has moved by this and is at its limit. At 1 % above the limit that takes 6 ms; a resting
 // stack moves less in the ticks in which its impulses converge.
 constexpr float kSlipped_m = 2.0e-6F;
@@ -107,7 +107,7 @@ float ContactSolver::solve_normals(std::span<SolverBody> bodies, Patch& patch,
 // Takes over the impulses of the same patch in the previous tick.
 void ContactSolver::recall(std::span<const SolverBody> bodies, Patch& patch) noexcept {
   const StoredPatch* best = nullptr;
-  float alike = kSameNormal;
+  float alike = kSameDirection;
   for (std::size_t i = 0; i < stored_count_; ++i) {
     const StoredPatch& stored = stored_[i];
     if (stored.object_a != patch.object_a || stored.object_b != patch.object_b) continue;
