@@ -185,6 +185,21 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
   finger.inside = still;
 }
 
+// Moves the place without friction. That of a sphere on a mesh continues from the previous tick, unless that would be
+// farther from the tip than the stiction point: from there the way can be many faces long.
+void move_rest(const World& world, const Nearby& nearby, Finger& finger, const Vec3& tip_m, bool bodies,
+               RenderCounters& counters) {
+  const GodObject& god = finger.god;
+  GodObject& rest = finger.rest;
+  if (world.tip_radius_m > 0.0F && !world.any_shaded && !bodies && shares_object(rest, god) &&
+      world.objects[god.contacts[0].object].ops->walks) {
+    move(world, nearby, rest, tip_m, false, counters);
+    if (shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m)) return;
+  }
+  rest = god;
+  move(world, nearby, rest, tip_m, false, counters);
+}
+
 // The fast path for the most common tick: one plain surface holds the god object, and no other object is
 // within reach. It gives the forces of Renderer::touch() (tests/property/control/renderer_paths_test.cpp),
 // except that on a mesh rest continues from its place in the previous tick while the tip sticks. In every
@@ -325,13 +340,17 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   GodObject& god = finger.god;
   GodObject& rest = finger.rest;
   if (!finger.started) begin(world_, finger, x, counters_);
-  const Nearby nearby(world_, Reach(god, rest, x, world_.margin_m), finger.inside);
+  const Nearby nearby(world_, Reach(god, rest, x, world_.margin_m), finger.inside,
+                      lists_ ? &finger.triangles : nullptr);
 
   // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
   if (god.count == 0) fly(world_, nearby, god, x, counters_);
   // The place of the god object without friction, and its contact constraints there.
-  rest = god;
-  if (god.count != 0) move(world_, nearby, rest, x, false, counters_);
+  if (god.count == 0) {
+    rest = god;
+  } else {
+    move_rest(world_, nearby, finger, x, !bodies_.empty(), counters_);
+  }
   if (rest.count == 0) {
     if (god.count != 0) god = rest;
     finger.friction.reset();

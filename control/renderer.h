@@ -46,6 +46,9 @@ class Renderer {
   // plain surface.
   void use_general_path_only() noexcept;
 
+  // For the test of TriangleCache: no lists of triangles are used.
+  void use_no_lists() noexcept { lists_ = false; }
+
   [[nodiscard]] const RenderCounters& counters() const noexcept { return counters_; }
 
   // The moving objects in the order of the scene, with their poses for the next tick.
@@ -82,6 +85,7 @@ class Renderer {
   Bodies bodies_;
   std::array<Finger, kMaxArms> fingers_;
   RenderCounters counters_;
+  bool lists_ = true;
 };
 
 }  // namespace thimble::control

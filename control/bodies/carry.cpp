@@ -69,7 +69,7 @@ Pin pin_of(const GodObject& god, const Vec3& target) {
 bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& before, Finger& finger,
                   Pin& pin, RenderCounters& counters) {
   const PlacedObject& now = world.objects[moved];
-  const std::array<std::uint8_t, 1> alone{moved};
+  const Nearby alone(moved);
   GodObject god = finger.god;
   Contact contact{.object = moved, .feature = {}};
   Vec3 normal;

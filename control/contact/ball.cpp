@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "control/contact/separations.h"
+#include "control/contact/tip_ball.h"
 #include "control/scene/limits.h"
 
 namespace thimble::control {
@@ -33,8 +34,9 @@ Vec3 centre_over(const World& world, const GodObject& god) {
 // point could become a ball behind a triangle, or a squeezed ball be moved behind one.
 class Sweeps {
  public:
-  Sweeps(const World& world, std::span<const std::uint8_t> nearby) : world_(world), nearby_(nearby) {
-    for (const std::uint8_t index : nearby) needed_ = needed_ || world.objects[index].shape.mesh.seams;
+  Sweeps(const World& world, const Nearby& nearby) : world_(world), nearby_(nearby) {
+    for (const std::uint8_t index : nearby.objects())
+      needed_ = needed_ || world.objects[index].shape.mesh.seams;
     needed_ = needed_ && !is_tip(world);
   }
   // `on`: what `from` lies on, which does not stop it. `behind_m`: how far behind a surface it may end.
@@ -42,7 +44,7 @@ class Sweeps {
                           float behind_m = 0.0F) const {
     if (!needed_ || from == to) return true;
     const float length_m = (to - from).norm();
-    for (const std::uint8_t index : nearby_) {
+    for (const std::uint8_t index : nearby_.objects()) {
       const PlacedObject& object = world_.objects[index];
       if (!object.shape.mesh.seams) continue;
       std::array<Feature, kMaxContacts> features;
@@ -64,7 +66,7 @@ class Sweeps {
 
  private:
   const World& world_;
-  std::span<const std::uint8_t> nearby_;
+  const Nearby& nearby_;
   bool needed_ = false;
 };
 
@@ -92,6 +94,8 @@ struct Holding {
   std::size_t count = 0;
   float radius_m;
   bool is_tip;
+  float farther =
+      1.0F;  // it looks this much farther for parts of meshes, after a move that ended where it had looked
 
   Holding(const World& world, const GodObject& god)
       : count(god.count), radius_m(control::radius_m(world)), is_tip(control::is_tip(world)) {
@@ -115,8 +119,11 @@ struct Holding {
     }
   }
   [[nodiscard]] BallQuery query(const Vec3& centre, const Vec3& target) const {
-    BallQuery ball{centre, aim(centre, target), target, radius_m, 0.5F * (target - centre).norm(), {}, count,
-                   is_tip};
+    const float way_m = (target - centre).norm();
+    BallQuery ball{centre, aim(centre, target), target, radius_m, 0.5F * way_m, {}, count, is_tip};
+    // With room for as much more as the way to the aim, which is straight.
+    constexpr float kLeast_m = 2.0e-5F;
+    ball.reach_m = std::min(way_m, farther * (2.0F * (ball.aim_m - centre).norm() + kLeast_m));
     for (std::size_t i = 0; i < count; ++i) ball.held_by[i] = planes[i].normal;
     return ball;
   }
@@ -132,7 +139,7 @@ struct Holding {
 // it goes a part of the way only, and tries twice that part the next time.
 class Lookout {
  public:
-  Lookout(const World& world, std::span<const std::uint8_t> nearby) : world_(world), nearby_(nearby) {}
+  Lookout(const World& world, const Nearby& nearby) : world_(world), nearby_(nearby) {}
 
   // False: it has looked too often in this move. Brings `target` nearer.
   bool look(const Holding& holding, const Vec3& centre, Vec3& target, Separations& out) {
@@ -153,15 +160,15 @@ class Lookout {
   static constexpr int kMaxLooks = 16;
 
   const World& world_;
-  std::span<const std::uint8_t> nearby_;
+  const Nearby& nearby_;
   float part_ = 1.0F;
   int looks_ = 0;
 };
 
 // After a move that is cut short: what is near the place where it ends. The last look was from elsewhere, or is incomplete.
 // False: only what the ball touches is known, not what is near the point under it.
-bool look_under(const World& world, std::span<const std::uint8_t> nearby, const Holding& holding,
-                const Vec3& centre, const Vec3& target, Separations& near) {
+bool look_under(const World& world, const Nearby& nearby, const Holding& holding, const Vec3& centre,
+                const Vec3& target, Separations& near) {
   const Vec3 way = target - centre;
   const Vec3 under = centre + std::min(1.0F, kUnder_m / way.norm()) * way;
   if (near.look(world, nearby, holding.query(centre, under), holding.held)) return true;
@@ -211,7 +218,7 @@ struct Surroundings {
 };
 
 // Takes over the contacts and the point under the ball. known: `near` has all that is near this point.
-void set_contacts(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, Separations& near,
+void set_contacts(const World& world, const Nearby& nearby, GodObject& god, Separations& near,
                   const Vec3& target, bool hold, bool known) {
   const Vec3 way = target - god.centre_m;
   god.count = 0;
@@ -250,33 +257,16 @@ void set_contacts(const World& world, std::span<const std::uint8_t> nearby, GodO
   god.count = under.count;
 }
 
-// The same for a tip with a radius: the planes that hold its centre back.
-void set_tip_contacts(GodObject& god, Separations& near, const Vec3& target, bool hold, float radius_m) {
-  god.position_m = god.centre_m;
-  god.count = 0;
-  Vec3 way = target - god.centre_m;
-  if (hold) {
-    way.setZero();
-    for (std::size_t i = 0; i < near.count; ++i)
-      if (near.touches(i, radius_m)) way -= near.of[i].normal;
-    way *= radius_m;
-  }
-  const NearestInside there = near.nearest(way);
-  if (!there.found) return;
-  for (std::size_t i = 0; i < there.count; ++i) {
-    const std::size_t at = there.holding[i];
-    god.contacts[i] = {near.object[at], near.of[at].feature};
-    god.normals[i] = near.of[at].normal;
-  }
-  god.count = there.count;
-}
-
 }  // namespace
 
-bool fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
+bool fly_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
               RenderCounters& counters) noexcept {
   const Sweeps sweeps(world, nearby);
   if (!become_ball(world, sweeps, god)) return false;
+  if (is_clear(world, nearby, god.centre_m, target)) {
+    god.centre_m = god.position_m = target;
+    return true;
+  }
   Separations near;
   const Holding holding(world, god);
   Lookout lookout(world, nearby);
@@ -324,10 +314,11 @@ bool fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObjec
   return sweeps.comes_down(god);
 }
 
-bool move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
-               bool hold, RenderCounters& counters) noexcept {
+bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+               RenderCounters& counters) noexcept {
   const Sweeps sweeps(world, nearby);
   if (!become_ball(world, sweeps, god)) return false;
+  if (roll(world, nearby, god, target, hold)) return true;
   const Vec3 goal = hold ? Vec3(target + god.centre_m - god.position_m) : target;
   const std::uint8_t held = god.count > 0 ? god.contacts[0].object : std::uint8_t{0};
   // A mesh of several parts has faces below its surface that look aside: they are not what it is on.
@@ -345,8 +336,8 @@ bool move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
       ++counters.sweep_bound;
       break;
     }
+    std::size_t nearest = near.count;
     if (hold) {  // down on the surface that it is on
-      std::size_t nearest = near.count;
       for (std::size_t i = 0; i < near.count; ++i) {
         if (near.object[i] == held && (!upright || near.of[i].normal.dot(up) >= kUpright) &&
             (nearest == near.count || near.of[i].apart_m < near.of[nearest].apart_m))
@@ -371,6 +362,10 @@ bool move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
     const bool rests = step_m <= kSettled_m;
     settled = rests && (again || !holds_from_afar(there, near, holding.radius_m));
     again = rests;
+    if (!whole) holding.farther *= 4.0F;
+    if (!rests && whole && holding.is_tip && (hold || aim == goal) &&
+        stop_on(world, god, nearest < near.count ? with_plane(there, nearest) : there, near))
+      return true;
     holding.hold(there, near, rests);
     if (there.count == 0 && !hold && aim == goal && whole) {
       god.centre_m = goal;

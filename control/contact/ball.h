@@ -8,9 +8,6 @@
 // A tip with a radius is such a ball wherever it is, and the god object is its centre.
 #pragma once
 
-#include <cstdint>
-#include <span>
-
 #include "control/contact/god_object.h"
 #include "control/renderer_types.h"
 #include "kinematics/vector.h"
@@ -19,10 +16,10 @@ namespace thimble::control {
 
 // Both make the god object a ball if it is a point yet, and are otherwise as fly() and move() of a point. False where its path past a mesh
 // of several parts is not proven free; the god object is anywhere on that path then.
-bool fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
+bool fly_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
               RenderCounters& counters) noexcept;
-bool move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
-               bool hold, RenderCounters& counters) noexcept;
+bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+               RenderCounters& counters) noexcept;
 
 // Makes the god object a point again, on the surfaces that it touches.
 void leave_ball(const World& world, GodObject& god) noexcept;

@@ -302,7 +302,7 @@ bool on_seam(const World& world, const Nearby& nearby, const GodObject& god) {
 
 }  // namespace
 
-Nearby::Nearby(const World& world, const Reach& reach, SolidSet without) noexcept {
+Nearby::Nearby(const World& world, const Reach& reach, SolidSet without, TriangleCache* triangles) noexcept {
   for (std::size_t i = 0; i < world.count; ++i)
     if (reach.meets(world.objects[i])) list_[count_++] = static_cast<std::uint8_t>(i);
   if (without != 0) {
@@ -311,6 +311,12 @@ Nearby::Nearby(const World& world, const Reach& reach, SolidSet without) noexcep
     count_ = static_cast<std::size_t>(end - list_.begin());
   }
   for (const std::uint8_t index : objects()) seams_ = seams_ || world.objects[index].shape.mesh.seams;
+  if (world.tip_radius_m > 0.0F) {
+    int meshes = 0;
+    for (const std::uint8_t index : objects())
+      if (world.objects[index].ops->separate != nullptr) ++meshes;
+    if (meshes == 1) triangles_ = triangles;
+  }
   if (count_ < 2) return;
   const float radius_m = reach.radius_m();
   std::size_t kept = 0;
@@ -327,7 +333,7 @@ void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& t
          RenderCounters& counters) noexcept {
   if (nearby.several() || nearby.seams() || world.tip_radius_m > 0.0F) {
     const GodObject before = god;
-    if (fly_ball(world, nearby.objects(), god, target, counters)) return;
+    if (fly_ball(world, nearby, god, target, counters)) return;
     god = before;  // a point finds a way that is free
   }
   if (god.is_ball) leave_ball(world, god);
@@ -346,7 +352,7 @@ void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& 
   for (int moves = 0; moves < kMaxMoves; ++moves) {
     if (may_be_ball && (nearby.several() || on_seam(world, nearby, god) || world.tip_radius_m > 0.0F)) {
       const GodObject before = god;
-      if (move_ball(world, nearby.objects(), god, target, hold, counters)) return;
+      if (move_ball(world, nearby, god, target, hold, counters)) return;
       god = before;
       may_be_ball = false;
     }

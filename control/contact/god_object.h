@@ -95,15 +95,20 @@ struct Reach {
 // The objects within reach, except for some. Where the boxes of several are, the distance of convex ones counts.
 class Nearby {
  public:
-  Nearby(const World& world, const Reach& reach, SolidSet without) noexcept;
+  // triangles: of the finger, for the mesh among the objects if it is one only. Null: none.
+  Nearby(const World& world, const Reach& reach, SolidSet without,
+         TriangleCache* triangles = nullptr) noexcept;
+  explicit Nearby(std::uint8_t object) noexcept : list_{object}, count_(1) {}
   [[nodiscard]] std::span<const std::uint8_t> objects() const { return {list_.data(), count_}; }
   [[nodiscard]] bool several() const { return count_ > 1; }
+  [[nodiscard]] TriangleCache* triangles() const { return triangles_; }
   [[nodiscard]] bool seams() const { return seams_; }  // one of them is a mesh of several parts that touch
 
  private:
   std::array<std::uint8_t, kMaxObjects> list_;
   std::size_t count_ = 0;
   bool seams_ = false;
+  TriangleCache* triangles_ = nullptr;
 };
 
 // Where several solids are near, or the tip has a radius, both move it as a ball (contact/ball.h).

@@ -28,7 +28,7 @@ Containment contains(const PlacedObject& object, const Vec3& centre_m) {
       (centre_m.array() > object.hi_m.array() + radius_m).any())
     return false;
   Separations near;
-  if (!near.look(world, {&index, 1}, {centre_m, centre_m, centre_m, radius_m, 0.0F, {}, 0, true}, {}))
+  if (!near.look(world, Nearby(index), {centre_m, centre_m, centre_m, radius_m, 0.0F, {}, 0, true}, {}))
     return true;
   for (std::size_t i = 0; i < near.count; ++i)
     if (near.of[i].apart_m < radius_m - kTouchGap_m) return true;

@@ -31,13 +31,14 @@ bool separate_convex(const PlacedObject& object, const BallQuery& ball, Separati
 
 }  // namespace
 
-bool Separations::look(const World& world, std::span<const std::uint8_t> objects, const BallQuery& ball,
+bool Separations::look(const World& world, const Nearby& nearby, const BallQuery& ball,
                        const Held& held) noexcept {
   count = 0;
   free_m = std::numeric_limits<float>::infinity();
-  for (const std::uint8_t index : objects) {
+  for (const std::uint8_t index : nearby.objects()) {
     const PlacedObject& placed = world.objects[index];
     BallQuery local = ball;
+    local.triangles = nearby.triangles();
     local.centre_m = placed.to_local(ball.centre_m);
     local.aim_m = placed.to_local(ball.aim_m);
     local.target_m = placed.to_local(ball.target_m);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 
+#include "control/contact/god_object.h"
 #include "control/contact/half_spaces.h"
 #include "control/contact/world.h"
 #include "control/solids/solid.h"
@@ -33,7 +34,7 @@ struct Separations {
 
   // False when there is no room for all. A solid that holds the centre deeper than its radius is left out: the ball
   // began in it.
-  [[nodiscard]] bool look(const World& world, std::span<const std::uint8_t> objects, const BallQuery& ball,
+  [[nodiscard]] bool look(const World& world, const Nearby& nearby, const BallQuery& ball,
                           const Held& held) noexcept;
 
   // The displacement nearest to `way`. A ball that is squeezed between solids keeps its place there, and does not go

@@ -23,6 +23,11 @@ namespace thimble::control {
 [[nodiscard]] std::size_t separate_mesh(const ShapeData& shape, const BallQuery& ball,
                                         std::span<Separation> out, float& free_m);
 
+[[nodiscard]] bool touches_mesh(const ShapeData& shape, const Feature& feature, const Vec3& centre,
+                                float radius_m, const Vec3& normal);
+
+[[nodiscard]] bool roll_on_mesh(const ShapeData& shape, BallRoll& ball);
+
 // Textures on a mesh (SolidOps::chart, SolidOps::blend).
 [[nodiscard]] Chart chart_on_mesh(const ShapeData& shape, const SurfacePoint& place);
 [[nodiscard]] bool blend_on_mesh(const ShapeData& shape, const SurfacePoint& place, Blend& blend);

@@ -6,43 +6,16 @@
 #include <limits>
 
 #include "control/scene/limits.h"
-#include "control/scene/mesh_leaf.h"
 #include "control/solids/mesh.h"
+#include "control/solids/mesh_near.h"
 #include "control/solids/mesh_topology.h"
+#include "control/solids/near_triangles.h"
 
 namespace thimble::control {
 
 using namespace topology;  // NOLINT(google-build-using-namespace): this file is about nothing else
 
 namespace {
-
-constexpr int kMaxSeparationNodes = 512;
-
-using GridPoint = flatbuffers::Array<std::uint16_t, 3>;
-
-// The point of the triangle (a, a + ab, a + ac) nearest to a + ap, as a vector from a (Ericson 2005, 5.1.5).
-Vec3 nearest_on_triangle(const Vec3& ab, const Vec3& ac, const Vec3& ap) {
-  const float d1 = ab.dot(ap);
-  const float d2 = ac.dot(ap);
-  if (d1 <= 0.0F && d2 <= 0.0F) return Vec3::Zero();
-  const float bb = ab.squaredNorm();
-  const float cc = ac.squaredNorm();
-  const float bc = ab.dot(ac);
-  const float d3 = d1 - bb;
-  const float d4 = d2 - bc;
-  if (d3 >= 0.0F && d4 <= d3) return ab;
-  const float d5 = d1 - bc;
-  const float d6 = d2 - cc;
-  if (d6 >= 0.0F && d5 <= d6) return ac;
-  const float vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0F && d1 >= 0.0F && d3 <= 0.0F) return (d1 / (d1 - d3)) * ab;
-  const float vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0F && d2 >= 0.0F && d6 <= 0.0F) return (d2 / (d2 - d6)) * ac;
-  const float va = d3 * d6 - d5 * d4;
-  if (va <= 0.0F && d4 - d3 >= 0.0F && d5 - d6 >= 0.0F)
-    return ab + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (ac - ab);
-  return (vb * ab + vc * ac) / (va + vb + vc);
-}
 
 // False when the triangle cannot come into the ball's way: the ball is behind it, or beyond reach of it, or it stays in
 // front of it all the way.
@@ -62,10 +35,12 @@ bool separate_triangle(const MeshView& mesh, std::uint32_t triangle, const BallQ
     height = -height;
     side = -1;
   }
+  if (ball.is_tip && height > ball.radius_m + ball.reach_m + kTouchGap_m) return false;
   const bool before_face = height >= ball.radius_m - kBehind_m;
   if (before_face && height > ball.radius_m + kTouchGap_m && !ball.meets(normal, height)) return false;
   const Vec3 apart = from - nearest_on_triangle(ab, ac, from);
   out.apart_m = apart.norm();
+  if (ball.is_tip && out.apart_m > ball.radius_m + ball.reach_m + kTouchGap_m) return false;
   out.feature = {triangle, kFace, 0, side};
   PlaneChoice choice(ball, out);
   choice.offer_direct(out.apart_m > 0.0F ? Vec3(apart / out.apart_m) : normal);
@@ -159,10 +134,12 @@ class Found {
     return false;
   }
   [[nodiscard]] bool is_hidden(std::uint32_t triangle) const {
+    if (cover_count_ == 0) return false;
+    const std::array<Vec3, 3> corners = {vertex(mesh_, triangle, 0), vertex(mesh_, triangle, 1),
+                                         vertex(mesh_, triangle, 2)};
     for (std::size_t i = 0; i < cover_count_; ++i) {
       if (out_[i].feature.index == triangle) return true;
-      if (covers_[i].hides(vertex(mesh_, triangle, 0)) && covers_[i].hides(vertex(mesh_, triangle, 1)) &&
-          covers_[i].hides(vertex(mesh_, triangle, 2)))
+      if (covers_[i].hides(corners[0]) && covers_[i].hides(corners[1]) && covers_[i].hides(corners[2]))
         return true;
     }
     return false;
@@ -177,84 +154,51 @@ class Found {
   std::size_t cover_count_ = 0;
 };
 
-// Every place that the ball can come to while it comes nearer to the target: the centre stays in the ball over the
-// line between them. In steps of the mesh's grid: a ball, and the box about it.
-struct BallOfWay {
-  std::array<std::uint32_t, 3> lo, hi;
-  Vec3 middle;
-  float radius2;
-  bool is_tip;
-
-  // False when the mesh's grid is elsewhere.
-  bool about(const MeshView& mesh, const BallQuery& ball) {
-    const Vec3 way = ball.target_m - ball.centre_m;
-    middle = (ball.centre_m + 0.5F * way - mesh.grid_origin_m) * mesh.grid_scale;
-    const float half = (ball.half_way_m + ball.radius_m + kTouchGap_m) * mesh.grid_scale + 2.0F;
-    radius2 = half * half;
-    is_tip = ball.is_tip;
-    constexpr float kGridEnd = 65535.0F;
-    for (int axis = 0; axis < 3; ++axis) {
-      const float from = middle[axis] - half;
-      const float to = middle[axis] + half;
-      if (!(to >= 0.0F && from <= kGridEnd)) return false;
-      lo[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(from, 0.0F, kGridEnd));
-      hi[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(to, 0.0F, kGridEnd));
-    }
-    return true;
-  }
-  // Of a tip, which can be larger than many boxes, the ball itself counts.
-  [[nodiscard]] bool meets(const GridPoint& low, const GridPoint& high) const {
-    for (std::uint16_t axis = 0; axis < 3; ++axis) {
-      if (low[axis] > hi[axis] || high[axis] < lo[axis]) return false;
-    }
-    if (!is_tip) return true;
-    const Vec3 least(low[0], low[1], low[2]);
-    const Vec3 most(high[0], high[1], high[2]);
-    return (middle - middle.cwiseMax(least).cwiseMin(most)).squaredNorm() <= radius2;
-  }
-};
-
 }  // namespace
 
 std::size_t separate_mesh(const ShapeData& shape, const BallQuery& ball, std::span<Separation> out,
                           float& free_m) {
   const MeshView& mesh = shape.mesh;
-  BallOfWay way;
-  if (!way.about(mesh, ball)) return 0;
+  const float distance_m = ball.radius_m + ball.reach_m + kTouchGap_m;
+  GridBall grid;
   Found found(mesh, ball, out, free_m);
-  std::array<std::uint32_t, kMaxBvhDepth + 1> stack;
-  std::size_t depth = 0;
-  std::uint32_t at = 0;
-  for (int visits = 0; visits < kMaxSeparationNodes; ++visits) {
-    const scene::BvhNode& node = mesh.nodes[at];
-    std::array<std::uint32_t, 2> inner;
-    std::size_t inner_count = 0;
-    for (std::uint16_t c = 0; c < 2; ++c) {
-      const GridPoint& lo = c == 0 ? *node.lo_a() : *node.lo_b();
-      const GridPoint& hi = c == 0 ? *node.hi_a() : *node.hi_b();
-      if (!way.meets(lo, hi) || found.hides(lo, hi)) continue;
-      const std::uint32_t child = (*node.child())[c];
-      if (!is_leaf(child)) {
-        inner[inner_count++] = child;
-        continue;
-      }
-      const std::uint32_t first = first_triangle(child);
-      for (std::uint32_t i = first; i < first + triangle_count(child); ++i) {
-        if (!found.add(i)) return out.size() + 1;
+  if (ball.is_tip) {
+    free_m = std::min(free_m, ball.reach_m);
+    if (ball.triangles != nullptr) {
+      const NearTriangles* const near = ball.triangles->near(shape, ball.centre_m, ball.radius_m,
+                                                             ball.reach_m + kTouchGap_m + kDiscRounding_m);
+      if (near != nullptr) {
+        for (const NearTriangle& one : near->list())
+          if (one.within(ball.centre_m, distance_m + kDiscRounding_m, kDiscRounding_m) &&
+              !found.add(one.triangle))
+            return out.size() + 1;
+        return found.count();
       }
     }
-    if (inner_count == 0) {
-      if (depth == 0) return found.count();
-      at = stack[--depth];
-    } else {
-      at = inner[0];
-      if (inner_count == 2) {
-        if (depth == stack.size()) return out.size() + 1;
-        stack[depth++] = inner[1];
-      }
-    }
+    if (!grid.about(mesh, ball.centre_m, distance_m)) return found.count();
+  } else {
+    const Vec3 middle = ball.centre_m + 0.5F * (ball.target_m - ball.centre_m);
+    if (!grid.about(mesh, middle, ball.half_way_m + ball.radius_m + kTouchGap_m)) return 0;
   }
-  return out.size() + 1;
+  const bool all = for_each_near(
+      mesh,
+      [&](const GridPoint& lo, const GridPoint& hi) {
+        return grid.meets(lo, hi) && (!ball.is_tip || grid.is_near(lo, hi)) && !found.hides(lo, hi);
+      },
+      [&](std::uint32_t triangle) { return found.add(triangle); });
+  return all ? found.count() : out.size() + 1;
+}
+
+bool touches_mesh(const ShapeData& shape, const Feature& feature, const Vec3& centre, float radius_m,
+                  const Vec3& normal) {
+  constexpr float kSame_m = 1.0e-7F;
+  const MeshView& mesh = shape.mesh;
+  const Vec3 a = vertex(mesh, feature.index, 0);
+  const Vec3 ab = vertex(mesh, feature.index, 1) - a;
+  const Vec3 ac = vertex(mesh, feature.index, 2) - a;
+  const Vec3 from = centre - a;
+  const Vec3 apart = from - nearest_on_triangle(ab, ac, from);
+  return (apart - radius_m * normal).squaredNorm() <= kSame_m * kSame_m;
 }
 
 }  // namespace thimble::control

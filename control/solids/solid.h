@@ -52,10 +52,10 @@ struct NearestPlace {
 // A plane behind which a part of a solid lies, seen from the centre of a ball in front of it.
 struct Separation {
   Vec3 normal;
-  float height_m = 0.0F;  // of the centre over the plane
-  float apart_m = 0.0F;   // of the centre from that part of the solid: at least height_m
-  Vec3 direct;            // the normal of the plane through its nearest place, apart_m below the centre
-  bool ledge = false;     // the plane is that of a face that the centre is beside, by up to kFaceMargin_m
+  float height_m;  // of the centre over the plane
+  float apart_m;   // of the centre from that part of the solid: at least height_m
+  Vec3 direct;     // the normal of the plane through its nearest place, apart_m below the centre
+  bool ledge;      // the plane is that of a face that the centre is beside, by up to kFaceMargin_m
   Feature feature;
 };
 
@@ -65,6 +65,8 @@ inline constexpr float kTouchGap_m = 2.0e-6F;
 // A ball may be this far behind a plane that it chooses, by rounding and by the curvature of the surface that it moved
 // along. It moves out again.
 inline constexpr float kBehind_m = 1.0e-6F;
+
+class TriangleCache;  // control/solids/near_triangles.h
 
 // A ball, the place that it is drawn to, and the place nearest to that which the planes that it touches let it come
 // to. Only what can come into its way matters.
@@ -79,12 +81,25 @@ struct BallQuery {
   bool is_tip = false;                           // it is the tip itself: no level gap is closed for it
   std::array<std::uint32_t, 3> held_features{};  // of this solid: the parts behind planes that it touches
   std::size_t held_feature_count = 0;
+  float reach_m = 0.0F;  // of a tip: of a mesh only what the centre can touch after moving by this matters
+  TriangleCache* triangles = nullptr;  // of a tip, for one mesh
 
   // Whether the ball can come to this plane while it comes nearer to the target: its centre stays in the ball over the
   // line between them.
   [[nodiscard]] bool meets(const Vec3& normal, float height_m) const {
     return height_m + 0.5F * normal.dot(target_m - centre_m) - half_way_m < radius_m;
   }
+};
+
+// A ball that touches a part of a solid, and is to move to the place nearest to the target.
+struct BallRoll {
+  Vec3 centre_m;
+  Vec3 target_m;
+  float radius_m;
+  bool hold;  // stay on the surface also where the target is above it
+  Feature feature;
+  Vec3 normal;  // at the end
+  TriangleCache* triangles;  // of the finger; null: none
 };
 
 // Chooses among planes in front of one part of a solid: the one that the ball comes to last on its way to the aim,
@@ -212,6 +227,12 @@ struct SolidOps {
   // were left out. Null: the solid is convex.
   std::size_t (*separate)(const ShapeData& shape, const BallQuery& ball, std::span<Separation> out,
                           float& free_m) = nullptr;
+  // Whether a ball at this centre, and no nearer, touches that part with this normal. With separate only.
+  bool (*touches)(const ShapeData& shape, const Feature& feature, const Vec3& centre, float radius_m,
+                  const Vec3& normal) = nullptr;
+  // The short way of a ball that touches one part of this solid, and may touch no other on its way to the target. False,
+  // and nothing is changed, where that is not certain. With separate only.
+  bool (*roll)(const ShapeData& shape, BallRoll& ball) = nullptr;
   // Whether a point is in a solid that is not convex. Null: its nearest place tells (CollisionOps::nearest).
   Containment (*contains)(const ShapeData& shape, const Vec3& point) = nullptr;
   // The unit normals of the constraints at a point on `feature`, to the free side; returns how many, 1 to 3.

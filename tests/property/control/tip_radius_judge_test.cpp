@@ -108,21 +108,25 @@ Vector3d next_target(const MeshOracle& oracle, const Vector3d& from, double radi
          (random.uniform(-0.004, 0.002) + random.uniform(0.0, radius_m)) * oracle.normal(best);
 }
 
+std::vector<MeshCase> mesh_cases() {
+  const auto outside = host::MeshSide::kOutside;
+  return {{"icosphere 1280, 1 mm", icosphere(3, 0.03), 0.001},
+          {"icosphere 20480, 4 mm", icosphere(5, 0.03), 0.004},
+          {"plate of 0.1 mm, 2 mm", box_mesh({0.03, 0.03, 1e-4}, 5), 0.002},
+          {"knife of 8 degrees, 1 mm", knife(8.0, 0.03, 0.05, 9), 0.001},
+          {"groove of 40 degrees, 3 mm", v_groove(40.0, 0.01, 0.05, 7), 0.003},
+          {"torus, 5 mm", torus(0.02, 0.006, 40, 20), 0.005},
+          {"hostile terrain, 0.3 mm", hostile_terrain(40, 0.001, 0.002, 7), 0.0003},
+          {"hostile terrain, 1 mm", hostile_terrain(40, 0.001, 0.002, 7), 0.001},
+          {"hostile terrain, 5 mm", hostile_terrain(40, 0.001, 0.002, 7), 0.005},
+          {"cube room, 3 mm", box_mesh({0.04, 0.04, 0.04}, 6), 0.003, host::MeshSide::kInside},
+          {"icosphere 1280 from inside, 10 mm", icosphere(3, 0.03), 0.01, host::MeshSide::kInside},
+          {"BLEND/HUMAN.blend, 2 mm", test_model("BLEND/HUMAN.blend", 0.2), 0.002, outside}};
+}
+
 TEST(TipRadius, NeverComesNearerToAMeshThanItsRadius) {
   const auto outside = host::MeshSide::kOutside;
-  const std::vector<MeshCase> cases = {
-      {"icosphere 1280, 1 mm", icosphere(3, 0.03), 0.001},
-      {"icosphere 20480, 4 mm", icosphere(5, 0.03), 0.004},
-      {"plate of 0.1 mm, 2 mm", box_mesh({0.03, 0.03, 1e-4}, 5), 0.002},
-      {"knife of 8 degrees, 1 mm", knife(8.0, 0.03, 0.05, 9), 0.001},
-      {"groove of 40 degrees, 3 mm", v_groove(40.0, 0.01, 0.05, 7), 0.003},
-      {"torus, 5 mm", torus(0.02, 0.006, 40, 20), 0.005},
-      {"hostile terrain, 0.3 mm", hostile_terrain(40, 0.001, 0.002, 7), 0.0003},
-      {"hostile terrain, 1 mm", hostile_terrain(40, 0.001, 0.002, 7), 0.001},
-      {"hostile terrain, 5 mm", hostile_terrain(40, 0.001, 0.002, 7), 0.005},
-      {"cube room, 3 mm", box_mesh({0.04, 0.04, 0.04}, 6), 0.003, host::MeshSide::kInside},
-      {"icosphere 1280 from inside, 10 mm", icosphere(3, 0.03), 0.01, host::MeshSide::kInside},
-      {"BLEND/HUMAN.blend, 2 mm", test_model("BLEND/HUMAN.blend", 0.2), 0.002, outside}};
+  const std::vector<MeshCase> cases = mesh_cases();
   const double total = from_environment("THIMBLE_TIP_RADIUS_TICKS", kUnderSanitizers ? 6e3 : 1.2e5);
   const auto ticks = static_cast<long>(total / static_cast<double>(cases.size()));
   for (const MeshCase& test : cases) {
@@ -182,6 +186,51 @@ TEST(TipRadius, NeverComesNearerToAMeshThanItsRadius) {
     EXPECT_EQ(falls, 0) << test.name;
     EXPECT_EQ(silent, 0) << test.name;
   }
+}
+
+// The lists of triangles that are kept from tick to tick (control/solids/near_triangles.h) change no bit.
+TEST(TipRadius, ListsOfTrianglesChangeNothing) {
+  const int ticks = kUnderSanitizers ? 300 : 6000;
+  long differ = 0;
+  long in_contact = 0;
+  for (const MeshCase& test : mesh_cases()) {
+    const host::CompiledMesh mesh =
+        host::compile_mesh(test.soup, {.side = test.side, .crease_deg = {}}, test.name);
+    const MeshOracle oracle(as_soup(mesh));
+    Random random(seed() * 100 + 8);
+    const Material material{.damping_N_s_m = 1.0F, .static_friction = 0.4F, .dynamic_friction = 0.3F};
+    const Pose pose{random.in_box(Vector3d::Constant(0.02)), random_turn(random)};
+    const SceneImage image = SceneBuilder().mesh(mesh, material, pose).tip_radius(test.radius_m).image();
+    IdealRun with(image);
+    IdealRun without(image);
+    without.renderer().use_no_lists();
+    Vector3d tip;
+    do {
+      tip = oracle.bounds().center() +
+            random.in_box((test.side == host::MeshSide::kOutside ? 0.8 : 0.3) * oracle.bounds().sizes());
+    } while (oracle.signed_distance(tip) < test.radius_m + 1e-4);
+    Vector3d target = tip;
+    double step_m = 0.0;
+    with.restart(pose.position_m + pose.rotation * tip);
+    without.restart(pose.position_m + pose.rotation * tip);
+    for (int tick = 0; tick < ticks; ++tick) {
+      if ((target - tip).norm() < 1e-9 || random.below(200) == 0) {
+        target = next_target(oracle, tip, test.radius_m, random);
+        constexpr double kSteps_m[] = {0.0, 5e-6, 2.5e-5, 2e-4, 2e-3};
+        step_m = kSteps_m[random.below(5)] * random.uniform(0.2, 1.0);
+      }
+      const Vector3d way = target - tip;
+      tip = way.norm() <= step_m ? target : Vector3d(tip + way * (step_m / way.norm()));
+      const Felt& a = with.step(pose.position_m + pose.rotation * tip);
+      const Felt& b = without.step(pose.position_m + pose.rotation * tip);
+      if (a.contacts > 0) ++in_contact;
+      if (a.force_N != b.force_N || a.god_object_m != b.god_object_m || a.contacts != b.contacts) ++differ;
+    }
+  }
+  figure("tip radius, lists of triangles: ticks in contact", static_cast<double>(in_contact), "");
+  figure("tip radius, lists of triangles: ticks that differ", static_cast<double>(differ), "0");
+  EXPECT_GT(in_contact, 12L * ticks / 5);
+  EXPECT_EQ(differ, 0);
 }
 
 }  // namespace
