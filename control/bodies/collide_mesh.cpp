@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kMaxMeshNodes = 192;
 constexpr std::size_t kMaxWaiting = 48;  // nodes
-constexpr int kMaxHalvings = 6;
+constexpr int kMaxSplits = 6;
 
 struct Waiting {
   float reach_m;  // how far the solid's box reaches into the node's
@@ -175,7 +175,7 @@ void collide_outline(const Convex& a, const MeshView& mesh, const ContactPoint& 
     Vec3 on = face.corner[held[i] ? i : j];
     Vec3 off = face.corner[held[i] ? j : i];
     bool any = false;
-    for (int n = 0; n < kMaxHalvings; ++n) {
+    for (int n = 0; n < kMaxSplits; ++n) {
       const Vec3 middle = 0.5F * (on + off);
       ContactPoint there;
       if (collide_point(surface(middle), depth_m, mesh, margin_m, deepest.normal, there)) {

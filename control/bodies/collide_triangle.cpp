@@ -21,7 +21,7 @@ constexpr float kLevel_m = 1.0e-6F;
 constexpr float kSooner_m = 2.0e-7F;
 // Cosines: directions that are one, and a direction of contact that is the face's (above what kRise lets pass).
 constexpr float kSameLine = 1.0F - 1.0e-6F;
-constexpr float kOfFace = 1.0F - 8.0e-6F;
+constexpr float kAlongFace = 1.0F - 8.0e-6F;
 
 using TriangleCorners = std::array<scene::Vec3, 3>;
 
@@ -239,7 +239,7 @@ bool TriangleCollision::is_alone(const Face& face, const Overlap& overlap) const
 
 // corner: a corner of the triangle touches a flat face of the solid.
 void TriangleCollision::add(const Face& face, Overlap& overlap, bool corner) {
-  if (overlap.normal.dot(face.normal) > kOfFace) {
+  if (overlap.normal.dot(face.normal) > kAlongFace) {
     overlap.normal = face.normal;
     if (is_level(face)) ++level_;
   } else if (overlap.normal.dot(face.normal) < -kRise || rises(face.triangle, overlap.normal)) {

@@ -11,7 +11,7 @@
 namespace thimble::control {
 namespace {
 
-constexpr int kMaxSteps = 24;
+constexpr int kMaxDistanceSteps = 24;
 
 // Corners of the simplex in the difference a - b.
 struct SimplexCorner {
@@ -157,7 +157,7 @@ Distance nearest_points(const Convex& a, const Convex& b, const Vec3& shift_m, c
   Nearest nearest;
   Vec3 apart = towards_a;
   float length2 = std::numeric_limits<float>::infinity();
-  for (int step = 0; step < kMaxSteps; ++step) {
+  for (int step = 0; step < kMaxDistanceSteps; ++step) {
     const std::size_t count = nearest.count;
     SimplexCorner& found = corners[count];
     found.of_a = a.farthest(-apart).at_m + shift_m;
