@@ -36,8 +36,7 @@ struct Spring {
   Vec3 pull_m;  // from the tip to what pulls it
   Vec3 force_N;
   float stored_J;
-  bool bound =
-      false;  // the force is bound to the last tick's (ShadedForce), also after the effects of surfaces
+  float falls = 0.0F;  // EnergyAccount::tick()
 };
 
 // The scale of the spring force, 0 to 1, with which no closed path of the tip gains energy. All is in the frame of
@@ -46,7 +45,7 @@ struct Spring {
                                                   const Spring& spring, bool gradient) {
   if (!gradient || !finger.account.exact(body))
     return finger.account.tick(body, tip_m, spring.pull_m.norm(), spring.stored_J, spring.force_N,
-                               finger.shaded.took_part(), spring.bound);
+                               finger.shaded.took_part(), spring.falls);
   finger.account.follow(body, tip_m, spring.stored_J, spring.force_N);
   return 1.0F;
 }
@@ -66,7 +65,7 @@ float passive_scale(const World& world, Finger& finger, const Constraints& held,
       finger.potential.stays(held) || finger.potential.goes_on(held, finger.account.step_m(frame->body, at));
   if (!moves) return passive_scale(finger, kNoBody, at, spring, gradient && goes_on);
   return passive_scale(finger, frame->body, at,
-                       {spring.pull_m, frame->turn_back(spring.force_N), spring.stored_J, spring.bound},
+                       {spring.pull_m, frame->turn_back(spring.force_N), spring.stored_J, spring.falls},
                        gradient && goes_on);
 }
 
@@ -141,7 +140,7 @@ void let_go(Finger& finger, const Vec3& tip_m) {
     finger.shaded.end();
   } else {
     finger.account.tick(kNoBody, tip_m, (finger.rest.position_m - tip_m).norm(), 0.0F, Vec3::Zero(),
-                        finger.shaded.took_part(), false);
+                        finger.shaded.took_part(), 0.0F);
   }
   finger.potential.end();
 }
@@ -366,10 +365,14 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   ShadedSprings springs;
   if (world_.any_shaded) springs = shaded_springs(world_, finger, held, x, facets_m, shaded);
   const bool surfaced = any_surfaced(world_, held);
+  const bool effects = springs.frame != nullptr && (surfaced || finger.shaded.has_effect());
+  const Vec3 plain_N = effects ? spring_force(held) : Vec3(Vec3::Zero());
   const SurfaceTouch surface = surfaced ? apply_surfaces(world_, rest, x, held) : SurfaceTouch{};
 
   const FrictionLimits limits = friction_limits(held);
-  Vec3 force = spring_force(held) + surface.along_N + springs.late_N;
+  Vec3 force = spring_force(held) + surface.along_N;
+  if (effects) force += finger.shaded.effect(*springs.frame, force - plain_N);
+  force += springs.late_N;
   Vec3 friction_N = Vec3::Zero();
   if (limits.static_m > 0.0F) {
     const Slip slip = finger.friction.tick(limits, god.position_m - rest.position_m, period_s);
@@ -399,9 +402,10 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
         unlike_stiffness(held) && !continuous
             ? spring_energy_J(held) + stored_J(friction_N, god.position_m - rest.position_m)
             : stored_J(force - surface.along_N, pull);
+    // With effects of surfaces U is less smooth.
+    const float falls = !finger.shaded.bound() ? 0.0F : surfaced ? 3.0F : 1.0F;
     force *=
-        passive_scale(world_, finger, held, x, {pull, force, energy_J, !surfaced && finger.shaded.bound()},
-                      !shaded && surface.potential);
+        passive_scale(world_, finger, held, x, {pull, force, energy_J, falls}, !shaded && surface.potential);
   }
   const Vec3 damping = damping_force(world_, bodies_, held, god.position_m, tip.velocity_m_s);
   force +=

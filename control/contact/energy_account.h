@@ -55,9 +55,9 @@ class EnergyAccount {
 
   // Called once a tick in contact with the spring force before scaling; returns the scale, 0 to 1.
   // depth_m: from the tip to the god object. shaded: a shaded mesh has taken part in the contact.
-  // bound: the spring force is bound to the last tick's (ShadedForce), so U does not jump.
+  // falls: where the spring force is bound to the last tick's (ShadedForce), how fast the scale may fall; 0: at once, as U may jump.
   float tick(std::uint8_t body, const Vec3& tip_m, float depth_m, float stored_J, const Vec3& spring_force_N,
-             bool shaded, bool bound) noexcept {
+             bool shaded, float falls) noexcept {
     const Vec3 step = tip_m_ - tip_m;
     exact_ = false;
     // No hand moves further than this in one tick (2 m/s at 4 kHz). When such a step is also longer than the
@@ -87,7 +87,8 @@ class EnergyAccount {
       // twice K times the motion. Where U may jump, a limit on the fall would give energy.
       if (shaded && (before < 1.0F || scale_ < 1.0F)) {
         const float most = (1.9F - 1.4F * before) * std::sqrt(step2 / std::max(depth2, step2));
-        scale_ = std::clamp(scale_, bound && before > kBegins ? before - most : 0.0F, before + most);
+        scale_ = std::clamp(scale_, falls > 0.0F && before > kBegins ? before - falls * most : 0.0F,
+                            before + most);
       }
       work_J_ += scale_ * half_J;
     }

@@ -57,6 +57,10 @@ Vec3 ShadedForce::follow(const PlacedObject& frame, const Vec3& tip_m, const Vec
   const float motion_m = (at - tip_m_).norm();
   before_N_ = force_N_;
   most_N_ = kFastest * stiffest_both_N_m * motion_m;
+  if (!bound_) {
+    has_effect_ = false;
+    effect_N_ = Vec3::Zero();
+  }
   open_ = true;
   shaded_ = shaded;
   took_part_ = shaded || (goes_on && took_part_);
@@ -90,6 +94,21 @@ Vec3 ShadedForce::slip(const PlacedObject& frame, const Vec3& by_N, float breaks
   const Vec3 change_N = change_to(slipped_N, most_N_ + breaks_N) - stuck_N;
   behind_ = behind_ || adds;
   return moves ? frame.turn(change_N) : change_N;
+}
+
+Vec3 ShadedForce::effect(const PlacedObject& frame, const Vec3& by_N) noexcept {
+  const bool moves = frame.body != kNoBody;
+  const Vec3 wanted_N = moves ? frame.turn_back(by_N) : by_N;
+  const Vec3 change_N = wanted_N - effect_N_;
+  const float most_N = kEffects / kFastest * most_N_;
+  const bool late = bound_ && change_N.squaredNorm() > most_N * most_N;
+  if (late)
+    effect_N_ += most_N / change_N.norm() * change_N;
+  else
+    effect_N_ = wanted_N;
+  behind_ = behind_ || late;
+  has_effect_ = effect_N_ != Vec3::Zero();
+  return late ? Vec3((moves ? frame.turn(effect_N_) : effect_N_) - by_N) : Vec3(Vec3::Zero());
 }
 
 Vec3 ShadedForce::change_to(const Vec3& force_N, float most_N) noexcept {

@@ -32,6 +32,11 @@ class ShadedForce {
   // breaks_N: how much of it may come at once, as friction breaks. A slip adds no force.
   Vec3 slip(const PlacedObject& frame, const Vec3& by_N, float breaks_N) noexcept;
 
+  // After follow(): what the effects of surfaces add to the springs' force changes by at most kEffects times the stiffness times the
+  // motion. The shaded place can jump, and the texture with it. Returns the change of by_N.
+  Vec3 effect(const PlacedObject& frame, const Vec3& by_N) noexcept;
+  [[nodiscard]] bool has_effect() const noexcept { return open_ && has_effect_; }
+
   // For the energy in the springs: their mean stiffness, which changes no faster than the force.
   [[nodiscard]] float mean_N_m() const noexcept { return mean_N_m_; }
   // Whether this tick's force is bound to the last one's.
@@ -45,6 +50,8 @@ class ShadedForce {
 
  private:
   static constexpr float kFastest = 1.4F;
+  static constexpr float kEffects =
+      4.0F;  // a texture's own slopes need less, unless they are steeper than 45 degrees
 
   Vec3 change_to(const Vec3& force_N, float most_N) noexcept;
 
@@ -53,6 +60,7 @@ class ShadedForce {
   bool took_part_ = false;
   bool bound_ = false;  // in this tick
   bool behind_ = false;
+  bool has_effect_ = false;
   std::uint8_t body_ = 0;
   float stiffest_N_m_ = 0.0F;
   float mean_N_m_ = 0.0F;
@@ -61,6 +69,7 @@ class ShadedForce {
   Vec3 tip_m_ = Vec3::Zero();
   Vec3 before_N_ = Vec3::Zero();  // of the last tick
   Vec3 force_N_ = Vec3::Zero();
+  Vec3 effect_N_ = Vec3::Zero();
 };
 
 }  // namespace thimble::control
