@@ -253,6 +253,7 @@ void ContactSolver::collect_grips(std::span<const SolverBody> bodies, std::span<
   Patch patch;
   patch.b = kNoBody;
   patch.across[0] = patch.across[1] = patch.slip_m = patch.impulse_N_s = Vec3::Zero();
+  patch.mass.setZero();
   patch.radius_m = kGripRadius_m;
   for (const Grip& grip : grips) {
     patch.a = grip.body;
@@ -270,7 +271,9 @@ void ContactSolver::collect_grips(std::span<const SolverBody> bodies, std::span<
 void ContactSolver::collect_contacts(const World& world, std::span<const SolverBody> bodies, float period_s,
                                      RenderCounters& counters) noexcept {
   Patch pair;
-  pair.slip_m = pair.impulse_N_s = Vec3::Zero();
+  pair.normal = pair.across[0] = pair.across[1] = pair.centre_m = pair.slip_m = pair.impulse_N_s =
+      Vec3::Zero();
+  pair.mass.setZero();
   for (std::size_t a = 0; a < bodies.size(); ++a) {
     pair.object_a = bodies[a].object;
     if (!collides(world.objects[pair.object_a])) continue;
