@@ -331,8 +331,8 @@ Nearby::Nearby(const World& world, const Reach& reach, SolidSet without, Triangl
 
 void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
          RenderCounters& counters) noexcept {
-  if (nearby.several() || nearby.seams() || world.tip_radius_m > 0.0F) {
-    const GodObject before = god;
+  const GodObject before = god;
+  if (nearby.several() || world.tip_radius_m > 0.0F) {
     if (fly_ball(world, nearby, god, target, counters)) return;
     god = before;  // a point finds a way that is free
   }
@@ -340,6 +340,11 @@ void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& t
   bool landed = false;
   if (fly_and_land(world, nearby, {}, god, target, kSkipNone, landed) == Outcome::kUnknown)
     ++counters.sweep_bound;
+  // A point could have come between two parts of a mesh.
+  if (!landed || !on_seam(world, nearby, god)) return;
+  const GodObject point = god;
+  god = before;
+  if (!fly_ball(world, nearby, god, target, counters)) god = point;
 }
 
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,

@@ -101,9 +101,6 @@ bool flag_seams(const Surface& surface, const MeshTree& tree, const Adjacency& a
   std::vector<std::uint32_t> part(count);
   for (std::uint32_t t = 0; t < count; ++t) part[t] = sets.find(t);
   const bool several = std::any_of(part.begin(), part.end(), [&](std::uint32_t p) { return p != part[0]; });
-  for (std::size_t t = 0; t < count; ++t) {
-    if (adjacency.crowded[t] != 0) flags[t] |= kSeam;
-  }
   if (several) {
     flag_meetings(
         surface, tree, kSeam_m, kSeam, flags,
