@@ -306,6 +306,7 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
 
 void Renderer::reset() noexcept {
   fingers_ = {};
+  for (TriangleCache& triangles : triangles_) triangles.clear();
   fields_.reset();
 }
 
@@ -340,7 +341,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   GodObject& rest = finger.rest;
   if (!finger.started) begin(world_, finger, x, counters_);
   const Nearby nearby(world_, Reach(god, rest, x, world_.margin_m), finger.inside,
-                      lists_ ? &finger.triangles : nullptr);
+                      lists_ ? &triangles_[static_cast<std::size_t>(&finger - fingers_.data())] : nullptr);
 
   // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
   if (god.count == 0) fly(world_, nearby, god, x, counters_);

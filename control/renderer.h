@@ -22,6 +22,7 @@
 #include "control/renderer_types.h"
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
+#include "control/solids/near_triangles.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -84,6 +85,7 @@ class Renderer {
   Fields fields_;
   Bodies bodies_;
   std::array<Finger, kMaxArms> fingers_;
+  std::array<TriangleCache, kMaxArms> triangles_;  // of the fingers
   RenderCounters counters_;
   bool lists_ = true;
 };

@@ -7,7 +7,6 @@
 #include "control/contact/inside.h"
 #include "control/contact/potential.h"
 #include "control/contact/shading.h"
-#include "control/solids/near_triangles.h"
 #include "control/surfaces/click.h"
 #include "kinematics/vector.h"
 
@@ -34,7 +33,6 @@ struct Finger {
   EnergyAccount account;
   ShadedForce shaded;
   Anchor anchor;
-  TriangleCache triangles;
   SolidSet inside = 0;  // not felt: the tip began inside them, and has not left them
 };
 

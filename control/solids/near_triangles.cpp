@@ -72,8 +72,8 @@ std::span<const std::uint8_t> NearTriangles::before(const MeshView& mesh, std::u
 
 NearTriangles* TriangleCache::near(const ShapeData& shape, const Vec3& centre_m, float radius_m,
                                    float reach_m) {
-  constexpr std::size_t kFew = 14;
-  constexpr std::size_t kMany = 28;
+  constexpr std::size_t kFew = 10;
+  constexpr std::size_t kMany = 20;
   constexpr float kMore = 1.5F;
   constexpr float kLess = 0.6F;
   constexpr float kRecovery = 1.05F;

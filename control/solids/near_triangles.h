@@ -51,13 +51,17 @@ struct NearTriangle {
 // The triangles within a distance of one place of one mesh.
 class NearTriangles {
  public:
-  static constexpr std::size_t kMax = 40;
+  static constexpr std::size_t kMax = 28;
 
   // Whether all triangles that a ball at the centre, or within reach_m of it, can touch are listed.
   [[nodiscard]] bool hold(const ShapeData& shape, const Vec3& centre_m, float radius_m, float reach_m) const {
     const float room_m = reach_m_ - reach_m;
     return shape_ == &shape && radius_m == radius_m_ && room_m >= 0.0F &&
            (centre_m - centre_m_).squaredNorm() <= room_m * room_m;
+  }
+  void clear() {
+    shape_ = nullptr;
+    count_ = 0;
   }
   // False, and empty, when there is no room.
   bool fill(const ShapeData& shape, const Vec3& centre_m, float radius_m, float reach_m);
@@ -85,6 +89,12 @@ class NearTriangles {
 // Of one fingertip: two lists, as the place without friction and the stiction point are apart.
 class TriangleCache {
  public:
+  void clear() {
+    for (NearTriangles& list : lists_) list.clear();
+    last_ = 0;
+    listed_m_ = kFirst_m;
+    most_m_ = kMost_m;
+  }
   // Null when they are too many.
   [[nodiscard]] NearTriangles* near(const ShapeData& shape, const Vec3& centre_m, float radius_m,
                                     float reach_m);

@@ -26,7 +26,7 @@ constexpr double kTouchTolerance = 1.0e-7;
 constexpr double kTouch_m = 1.0e-6;
 // The renderer closes gaps up to this width (control/solids/solid.h).
 constexpr auto kSeam_m = static_cast<double>(control::kFaceMargin_m);
-constexpr double kAlong = 0.9;           // cosine of the angle between faces that lie along each other
+constexpr double kAlong = 0.9;               // cosine of the angle between faces that lie along each other
 constexpr double kCreaseSlack_deg = 1.0e-3;  // a 90 degree edge is not sharper than 90 degrees
 // A triangle that has met this many others without a proven crossing counts as crossed: the search stays
 // bounded.
@@ -88,11 +88,12 @@ Vector3d normal(const TriangleCorners& t) {
   return (t.at_m[1] - t.at_m[0]).cross(t.at_m[2] - t.at_m[0]).normalized();
 }
 
-// Where parts of the mesh lie along each other, with the triangles around. True if there are any. Parts that cross at an angle leave
+// Where closed parts of the mesh lie along each other, with the triangles around. True if there are any. Parts that cross at an angle leave
 // no gap.
 bool flag_seams(const Surface& surface, const MeshTree& tree, const Adjacency& adjacency,
                 std::vector<std::uint8_t>& flags) {
   constexpr auto kSeam = static_cast<std::uint8_t>(scene::TriangleFlag::Seam);
+  constexpr auto kTwoSided = static_cast<std::uint8_t>(scene::TriangleFlag::TwoSided);
   const std::size_t count = surface.triangles.size();
   DisjointSets sets(count);
   for (std::uint32_t edge = 0; edge < adjacency.neighbour.size(); ++edge) {
@@ -104,7 +105,9 @@ bool flag_seams(const Surface& surface, const MeshTree& tree, const Adjacency& a
   if (several) {
     flag_meetings(
         surface, tree, kSeam_m, kSeam, flags,
-        [&part](std::uint32_t a, std::uint32_t b) { return part[a] != part[b]; },
+        [&](std::uint32_t a, std::uint32_t b) {
+          return part[a] != part[b] && ((flags[a] | flags[b]) & kTwoSided) == 0;
+        },
         [](const TriangleCorners& a, const TriangleCorners& b) {
           if (std::abs(normal(a).dot(normal(b))) < kAlong) return false;
           for (const std::uint32_t i : a.index)
