@@ -71,9 +71,7 @@ inline constexpr float kMinMoveSpeed_m_s = 0.001F;
 inline constexpr float kMaxMoveSpeed_m_s = 0.05F;
 inline constexpr float kMinMoveForce_N = 0.2F;  // joint friction, which the limit must not take for a contact
 inline constexpr float kMaxMoveForce_N = 3.0F;
-inline constexpr float kMoveAcceleration_m_s2 = 0.5F;
-inline constexpr float kMoveStiffness_N_m = 1000.0F;  // of the spring from the set point to the tip
-inline constexpr float kMoveHostTimeout_s = 0.5F;     // without a sign of life for so long: fault host_lost
+inline constexpr float kMoveHostTimeout_s = 0.5F;  // without a sign of life for so long: fault host_lost
 inline constexpr std::size_t kMaxMoveSamples = 192;
 
 // Data identifiers that are not records of messages.def. Parameters: firmware/params.def.
@@ -82,10 +80,8 @@ inline constexpr std::uint16_t kDidSerialNumber = 0xF18C;     // text
 inline constexpr std::uint16_t kDidFirmwareVersion = 0xF195;  // text
 inline constexpr std::uint16_t kDidArmName = 0xF1A8;          // text: the arm model
 inline constexpr std::uint16_t kDidSceneName = 0xF1A9;        // text: the running scene
-// Text: the solids that tips are still inside of (Inside), a line each: arm, object, name ("0 03 lamp\n").
-inline constexpr std::uint16_t kDidInside = 0xF1AD;
-inline constexpr std::uint16_t kDidBoardName = 0xF1AB;    // text: the board that this image is for
-inline constexpr std::uint16_t kDidResetReason = 0xF1AC;  // text: why it started ("power_on", "watchdog")
+inline constexpr std::uint16_t kDidBoardName = 0xF1AB;        // text: the board that this image is for
+inline constexpr std::uint16_t kDidResetReason = 0xF1AC;      // text: why it started ("power_on", "watchdog")
 // Text: why a request was refused last, with one of the answers 21, 22, 70 and 72: conditions
 // ("dead_man_released"), a busy reason, what is wrong with the image (firmware/services/refusal.h).
 inline constexpr std::uint16_t kDidRefusal = 0xF1AA;

@@ -1,15 +1,9 @@
 // compile and simulate: the verbs that need no device.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <iterator>
-
-#include "board/sim/plant.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/compiler/compile.h"
-#include "host-tools/compiler/stable_stiffness.h"
-#include "host-tools/error.h"
 #include "host-tools/files/image_file.h"
 #include "host-tools/files/output_file.h"
 #include "host-tools/lab/run_log.h"
@@ -20,21 +14,6 @@ namespace {
 
 constexpr const char* kTouchesNothing =
     "the path touches nothing: see where the scene's objects are (`thimble view --scene`)";
-
-// "the tip of arm 0 is inside lamp from 0 s to 0.35 s: move out. It is not felt until then".
-std::string text_of(const board::BeganInside& inside) {
-  const std::string end =
-      inside.until_s ? fmt::format("to {:.4g} s", *inside.until_s) : "to the end of the path";
-  return fmt::format("the tip of arm {} is inside {} from {:.4g} s {}: move out. Until then {} is not felt",
-                     inside.arm, inside.object, inside.from_s, end, inside.object);
-}
-
-Json to_json(const board::BeganInside& inside) {
-  return {{"arm", inside.arm},
-          {"object", inside.object},
-          {"from_s", inside.from_s},
-          {"until_s", inside.until_s ? Json(*inside.until_s) : Json()}};
-}
 
 Json to_json(const MeshReport& mesh) {
   return {{"input_triangles", mesh.input_triangles},
@@ -48,7 +27,6 @@ Json to_json(const MeshReport& mesh) {
           {"fins_cancelled", mesh.fins_cancelled},
           {"unused_vertices", mesh.unused_vertices},
           {"pierced_triangles", mesh.pierced_triangles},
-          {"seam_triangles", mesh.seam_triangles},
           {"bytes", mesh.bytes},
           {"depth", mesh.depth}};
 }
@@ -57,39 +35,27 @@ Json to_json(const MeshReport& mesh) {
 
 void compile(const Common& common, const CompileChoice& choice) {
   const std::filesystem::path& output = choice.output;
-  if (board::find_plant_variant(choice.arm) == nullptr)
-    throw Error(ExitCode::kUsage, "unknown-arm", "there is no arm named " + choice.arm,
-                "`thimble compile --help` names the arms");
-  if (!(choice.rate_Hz >= 100 && choice.rate_Hz <= 20000))
-    throw Error(ExitCode::kUsage, "bad-rate", "the rate is not within 100 Hz to 20 kHz",
-                "choose --rate between 100 and 20000");
   const CompiledScene compiled = compile_scene(choice.scene);
   write_image(output, compiled.image);
 
   const SceneReport& report = compiled.report;
-  std::vector<std::string> warnings = report.warnings;
-  std::ranges::copy(stiffness_warnings(compiled.image, choice.arm, choice.rate_Hz),
-                    std::back_inserter(warnings));
   if (common.json) {
     Json json = document("compile");
     json["scene"] = report.name;
     json["image"] = output.string();
     json["bytes"] = compiled.image.size();
-    json["tip_radius_m"] = report.tip_radius_m;
     json["objects"] = Json::array();
     for (const SceneReport::Object& object : report.objects) {
       Json entry = {{"name", object.name}, {"shape", object.shape}};
       if (object.mesh.triangles > 0) entry["mesh"] = to_json(object.mesh);
       json["objects"].push_back(entry);
     }
-    json["warnings"] = warnings;
+    json["warnings"] = report.warnings;
     print(json);
     return;
   }
   fmt::print("{}: {} objects, {} bytes -> {}\n", report.name, report.objects.size(), compiled.image.size(),
              output.string());
-  if (report.tip_radius_m > 0)
-    fmt::print("  the tip is a sphere with a radius of {:g} mm\n", 1e3 * report.tip_radius_m);
   for (const SceneReport::Object& object : report.objects) {
     if (object.mesh.triangles > 0) {
       const MeshReport& mesh = object.mesh;
@@ -104,7 +70,7 @@ void compile(const Common& common, const CompileChoice& choice) {
       fmt::print("  {}: {}\n", object.name, object.shape);
     }
   }
-  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+  for (const std::string& warning : report.warnings) fmt::print(stderr, "warning: {}\n", warning);
 }
 
 void simulate(const Common& common, const SimulateChoice& choice) {
@@ -133,9 +99,7 @@ void simulate(const Common& common, const SimulateChoice& choice) {
   log.commit();
   throw_if_faulted(result);
 
-  std::vector<std::string> warnings;
-  for (const board::BeganInside& inside : result.inside) warnings.push_back(text_of(inside));
-  if (contact_rows == 0 && !(peak_N > 0)) warnings.emplace_back(kTouchesNothing);
+  const bool touched = contact_rows != 0 || peak_N > 0;
   const double mean_N = contact_rows == 0 ? 0.0 : sum_N / static_cast<double>(contact_rows);
   if (common.json) {
     Json json = document("simulate");
@@ -148,15 +112,13 @@ void simulate(const Common& common, const SimulateChoice& choice) {
     json["mean_contact_force_N"] = mean_N;
     json["sweep_bound"] = result.sweep_bound;
     json["slide_bound"] = result.slide_bound;
-    json["contact_bound"] = result.contact_bound;
-    json["inside"] = Json::array();
-    for (const board::BeganInside& inside : result.inside) json["inside"].push_back(to_json(inside));
-    json["warnings"] = warnings;
+    json["warnings"] = Json::array();
+    if (!touched) json["warnings"].push_back(kTouchesNothing);
     print(json);
   } else {
     fmt::print(stderr, "{} ticks, {} rows in contact, peak {:.3f} N, mean in contact {:.3f} N -> {}\n",
                result.ticks, contact_rows, peak_N, mean_N, choice.log.string());
-    for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+    if (!touched) fmt::print(stderr, "warning: {}\n", kTouchesNothing);
   }
 }
 
