@@ -61,7 +61,18 @@ double as_written(float value) {
 
 std::string number(double value) {
   const auto single = static_cast<float>(value);
-  return nlohmann::json(static_cast<double>(single) == value ? as_written(single) : value).dump();
+  if (static_cast<double>(single) == value) return nlohmann::json(as_written(single)).dump();
+  std::string text = nlohmann::json(value).dump();
+  constexpr std::ptrdiff_t kWritten = 12;  // digits that a person might write; a computed value has up to 17
+  const auto digits = std::count_if(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (digits <= kWritten) return text;
+  constexpr int kDigits = 7;
+  std::array<char, 32> rounded{};
+  const auto end = std::to_chars(rounded.data(), rounded.data() + rounded.size(), value,
+                                 std::chars_format::scientific, kDigits - 1)
+                       .ptr;
+  std::from_chars(rounded.data(), end, value);
+  return nlohmann::json(value).dump();
 }
 
 std::string describe(const Range& range) {

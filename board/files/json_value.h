@@ -37,7 +37,7 @@ struct Range {
 };
 // The double with the digits of the float: 0.1 for 0.1F.
 [[nodiscard]] double as_written(float value);
-// As JSON: 10.0, 1e-05. A float's value has the digits of the float.
+// As JSON: 10.0, 1e-05. A float's value has the digits of the float; a value with more digits than a person writes has 7.
 [[nodiscard]] std::string number(double value);
 [[nodiscard]] std::string describe(const Range& range);
 

@@ -22,9 +22,13 @@ ImageVerdict check_click(const scene::Click& click) {
                  ImageStatus::kBadNumber);
 }
 
+// The spline through heights that alternate along both axes has control points nine times as far apart as the heights.
+constexpr float kOvershoot = 10.0F;
+
 ImageVerdict check_texture(const scene::Texture& texture, Pauses& pauses) {
   RETURN_IF_BAD(check_grid(*texture.height_m(), texture.columns(), texture.rows(), kMaxTextureSamples,
-                           "points of a texture", -kMaxRelief_m, kMaxRelief_m, pauses));
+                           "points of a texture", -kOvershoot * kMaxRelief_m, kOvershoot * kMaxRelief_m,
+                           pauses));
   return require(
       texture.kind() <= scene::TextureKind::MAX &&
           in_range(texture.tile_u_m() / static_cast<float>(texture.columns()), kMinSpacing_m,

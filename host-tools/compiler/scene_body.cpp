@@ -14,6 +14,11 @@ namespace {
 
 constexpr double limit(float value) { return static_cast<double>(value); }
 
+// As the controller computes it from the image.
+float stiffest_allowed_N_m(double mass_kg) {
+  return control::kMaxStiffnessPerMass_1_s2 * static_cast<float>(mass_kg);
+}
+
 bool is_guided(scene::Motion motion) {  // along or about an axis, as a control element
   return motion == scene::Motion::Slide || motion == scene::Motion::Turn;
 }
@@ -59,7 +64,7 @@ SceneBody read_body(const Value& value) {
   body.spring_N_m = part.number("spring_N_m");
   if (part.has("spring_N_m")) {
     Range spring = part.range("spring_N_m");
-    spring.most = std::min(spring.most, limit(control::kMaxStiffnessPerMass_1_s2) * body.mass_kg);
+    spring.most = std::min(spring.most, board::as_written(stiffest_allowed_N_m(body.mass_kg)));
     body.spring_N_m = part.at("spring_N_m").number(spring);
   }
   body.damping_N_s_m = part.number("damping_N_s_m");
@@ -109,7 +114,7 @@ void refuse_too_light(const SceneBody& body, const Eigen::Vector3d& unit_inertia
   const double least_kg = stiffest_N_m / limit(control::kMaxStiffnessPerMass_1_s2);
   const std::string surface = "; its surface is up to " + number(stiffest_N_m) + " N/m stiff";
   const char* const remedy = "make it heavier or its surface softer";
-  if (body.mass_kg < least_kg * kRounding) {
+  if (static_cast<float>(stiffest_N_m) > stiffest_allowed_N_m(body.mass_kg)) {
     throw Error(ExitCode::kBadInput, "body-too-light",
                 body.place + " has a mass of " + number(body.mass_kg) + " kg, at least " + number(least_kg) +
                     " kg are needed" + surface,
