@@ -3,14 +3,17 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <functional>
+#include <thread>
 
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/device.h"
 #include "host-tools/client/discovery.h"
+#include "host-tools/compiler/stable_stiffness.h"
 #include "host-tools/files/image_file.h"
 
 namespace thimble::host {
@@ -40,6 +43,16 @@ class ProgressPrinter {
   bool terminal_ = isatty(STDERR_FILENO) != 0;
   unsigned tenth_ = 0;
 };
+
+// The controller measures it over half a second; 0 if it does not run.
+double measured_rate_Hz(Device& device) {
+  constexpr int kMostTries = 12;
+  for (int tries = 1;; ++tries) {
+    const auto rate_Hz = static_cast<double>(device.state().tick_rate_Hz);
+    if (rate_Hz > 0 || tries == kMostTries) return rate_Hz;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+}
 
 }  // namespace
 
@@ -71,6 +84,8 @@ void upload(const Common& common, const Remote& remote, const UploadChoice& choi
   if (!common.json) progress = std::ref(printer);
   const UploadResult result = device.upload(file.image, {.crc = file.crc, .verify = choice.verify}, progress);
   const std::string scene = device.text(link::kDidSceneName);
+  const std::vector<std::string> warnings =
+      stiffness_warnings(file.image, device.text(link::kDidArmName), measured_rate_Hz(device));
   if (common.json) {
     Json json = document("upload");
     json["scene"] = scene;
@@ -81,6 +96,7 @@ void upload(const Common& common, const Remote& remote, const UploadChoice& choi
     json["seconds"] = result.seconds;
     json["rate_bytes_s"] = result.bytes_per_s;
     json["verified"] = choice.verify;
+    json["warnings"] = warnings;
     print(json);
     return;
   }
@@ -88,6 +104,7 @@ void upload(const Common& common, const Remote& remote, const UploadChoice& choi
              result.bytes_per_s / 1e3,
              result.resumed_from == 0 ? "" : fmt::format(", resumed at {}", result.resumed_from),
              choice.verify ? ", verified" : "");
+  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
 }
 
 void arm(const Common& common, const Remote& remote) {

@@ -186,6 +186,11 @@ void define_doctor_and_compile(CLI::App& app, Choices& c) {
   compile_verb->add_option("--output,-o", c.compile.output, "image to write; on an error nothing is written")
       ->required();
   compile_verb->add_flag("--report", c.compile.report, "print what was done to each mesh");
+  compile_verb
+      ->add_option("--arm", c.compile.arm, "warn of what is too stiff for this arm: one of " + arm_names())
+      ->capture_default_str();
+  compile_verb->add_option("--rate", c.compile.rate_Hz, "and for so many ticks a second")
+      ->capture_default_str();
 }
 
 void define_mesh(CLI::App& app, Choices& c) {

@@ -1,9 +1,15 @@
 // compile and simulate: the verbs that need no device.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+
+#include "board/sim/plant.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/compiler/compile.h"
+#include "host-tools/compiler/stable_stiffness.h"
+#include "host-tools/error.h"
 #include "host-tools/files/image_file.h"
 #include "host-tools/files/output_file.h"
 #include "host-tools/lab/run_log.h"
@@ -35,10 +41,19 @@ Json to_json(const MeshReport& mesh) {
 
 void compile(const Common& common, const CompileChoice& choice) {
   const std::filesystem::path& output = choice.output;
+  if (board::find_plant_variant(choice.arm) == nullptr)
+    throw Error(ExitCode::kUsage, "unknown-arm", "there is no arm named " + choice.arm,
+                "`thimble compile --help` names the arms");
+  if (!(choice.rate_Hz >= 100 && choice.rate_Hz <= 20000))
+    throw Error(ExitCode::kUsage, "bad-rate", "the rate is not within 100 Hz to 20 kHz",
+                "choose --rate between 100 and 20000");
   const CompiledScene compiled = compile_scene(choice.scene);
   write_image(output, compiled.image);
 
   const SceneReport& report = compiled.report;
+  std::vector<std::string> warnings = report.warnings;
+  std::ranges::copy(stiffness_warnings(compiled.image, choice.arm, choice.rate_Hz),
+                    std::back_inserter(warnings));
   if (common.json) {
     Json json = document("compile");
     json["scene"] = report.name;
@@ -50,7 +65,7 @@ void compile(const Common& common, const CompileChoice& choice) {
       if (object.mesh.triangles > 0) entry["mesh"] = to_json(object.mesh);
       json["objects"].push_back(entry);
     }
-    json["warnings"] = report.warnings;
+    json["warnings"] = warnings;
     print(json);
     return;
   }
@@ -70,7 +85,7 @@ void compile(const Common& common, const CompileChoice& choice) {
       fmt::print("  {}: {}\n", object.name, object.shape);
     }
   }
-  for (const std::string& warning : report.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
 }
 
 void simulate(const Common& common, const SimulateChoice& choice) {

@@ -86,7 +86,9 @@ void decode(const Common& common, const std::filesystem::path& log);  // "-": st
 struct CompileChoice {
   std::filesystem::path scene;
   std::filesystem::path output;
-  bool report = false;  // every count of each mesh; JSON always has them
+  bool report = false;    // every count of each mesh; JSON always has them
+  double rate_Hz = 4000;  // of the loop and the arm that will render it, for the warnings
+  std::string arm = "premium-1.5";
 };
 void compile(const Common& common, const CompileChoice& choice);
 

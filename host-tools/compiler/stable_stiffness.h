@@ -1,0 +1,35 @@
+// The stiffest walls that simulated arms hold still, as docs/stability.md has them, and what is stiffer in a scene.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace thimble::host {
+
+inline constexpr std::array<double, 3> kStableRates_Hz = {1000, 4000, 10000};
+inline constexpr std::array<double, 4> kStableDampings_N_s_m = {0, 1, 2, 5};
+
+// N/m, a row a damping: the lesser of the tables for the two hands.
+struct StableStiffness {
+  std::string_view arm;
+  std::array<std::array<double, kStableRates_Hz.size()>, kStableDampings_N_s_m.size()> most_N_m;
+};
+[[nodiscard]] std::span<const StableStiffness> stable_stiffness();
+
+// Linear between the dampings and the rates of the table. Below its rates in proportion to the rate; above them, and above
+// its dampings, as at its end. None for an arm without a table, or a rate of 0.
+[[nodiscard]] std::optional<double> stable_stiffness_N_m(std::string_view arm, double rate_Hz,
+                                                         double damping_N_s_m);
+
+// A warning for each object of a scene image that is stiffer, with the figures; also for its stiffness map. arms: names with
+// commas between them, as a device has them. Potential fields have no stiffness of their own. No warning for an image that
+// is not valid.
+[[nodiscard]] std::vector<std::string> stiffness_warnings(std::span<const std::byte> image,
+                                                          std::string_view arms, double rate_Hz);
+
+}  // namespace thimble::host
