@@ -190,7 +190,7 @@ Plant::Rates Plant::rates(const State& s) noexcept {
   const Matrix3d M =
       kinematics::mass_matrix(inertia, p) + hand_.mass_kg * (p.jacobian.transpose() * p.jacobian);
   Vector3d outside_N = finger_N + push_N_;
-  if (specimen_ != nullptr) outside_N += specimen_->force_N(p.tip_m, p.jacobian * s.qd);
+  if (specimen_ != nullptr) outside_N += specimen_->force_N(p.tip_m, p.jacobian * s.qd, grip_);
   const Vector3d torque = cable + stop_torques(s) - kinematics::coriolis_matrix(inertia, p, s.qd) * s.qd -
                           kinematics::gravity_torques(inertia, p) +
                           p.jacobian.transpose() * (outside_N - hand_.mass_kg * bias);
@@ -268,6 +268,10 @@ void Plant::substep(double h) noexcept {
     if (reversed && parameters_.coulomb_N_m[j] > 0) next.phid[j] = 0;
   }
   state_ = next;
+  if (specimen_ != nullptr && specimen_->has_friction()) {
+    const kinematics::Posture<double> p = arm_.at(state_.q);
+    specimen_->update(p.tip_m, p.jacobian * state_.qd, grip_);
+  }
   hand_target_m_ += h * hand_target_velocity_m_s_;
   time_s_ += h;
 }

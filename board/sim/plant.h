@@ -91,6 +91,7 @@ class Plant {
       const Vector3d& velocity_m_s) noexcept;  // the target continues to move with this velocity
   void set_specimen(std::shared_ptr<const Specimen> specimen) noexcept {
     specimen_ = std::move(specimen);
+    grip_ = {};
   }  // object that the tip can touch; null: none
   void push(const Vector3d& force_N) noexcept { push_N_ = force_N; }  // an extra force on the tip
 
@@ -142,6 +143,7 @@ class Plant {
   Vector3d hand_target_m_, hand_target_velocity_m_s_ = Vector3d::Zero();
   Vector3d push_N_ = Vector3d::Zero();
   std::shared_ptr<const Specimen> specimen_;
+  SpecimenGrip grip_;
   Vector3d hand_force_N_ = Vector3d::Zero();
   std::array<double, 3> counter_offset_{};  // in counts
   double time_s_ = 0;

@@ -1,5 +1,6 @@
 // File format of a specimen: JSON with the members of SpecimenMap by name, origin_m, u and v as arrays of
-// three, and "thimble_specimen": 1. u and v may have any length; height_m and damping_N_s_m are optional.
+// three, and "thimble_specimen": 1. u and v may have any length; height_m, damping_N_s_m, the frictions and layers
+// (objects with depth_m and stiffness_ratio) are optional.
 // Used by `thimble-sim --specimen` and `thimble scan --simulate`.
 #pragma once
 
