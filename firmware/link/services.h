@@ -71,7 +71,9 @@ inline constexpr float kMinMoveSpeed_m_s = 0.001F;
 inline constexpr float kMaxMoveSpeed_m_s = 0.05F;
 inline constexpr float kMinMoveForce_N = 0.2F;  // joint friction, which the limit must not take for a contact
 inline constexpr float kMaxMoveForce_N = 3.0F;
-inline constexpr float kMoveHostTimeout_s = 0.5F;  // without a sign of life for so long: fault host_lost
+inline constexpr float kMoveAcceleration_m_s2 = 0.5F;
+inline constexpr float kMoveStiffness_N_m = 1000.0F;  // of the spring from the set point to the tip
+inline constexpr float kMoveHostTimeout_s = 0.5F;     // without a sign of life for so long: fault host_lost
 inline constexpr std::size_t kMaxMoveSamples = 192;
 
 // Data identifiers that are not records of messages.def. Parameters: firmware/params.def.

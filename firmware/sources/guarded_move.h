@@ -76,9 +76,9 @@ struct MoveResults {
 
 class GuardedMove {
  public:
-  static constexpr float kStiffness_N_m = 1000.0F;
+  static constexpr float kStiffness_N_m = link::kMoveStiffness_N_m;
   static constexpr float kDamping_N_s_m = 5.0F;
-  static constexpr float kAcceleration_m_s2 = 0.5F;
+  static constexpr float kAcceleration_m_s2 = link::kMoveAcceleration_m_s2;
   static constexpr float kForceMargin_N = 0.5F;  // of the clamp above the limit: friction and damping's noise
   static constexpr float kTopSpeed_m_s = 0.25F;  // of the tip; above it the move is blocked
   static constexpr float kFilter_s = 0.004F;     // of the force that is compared with the limit

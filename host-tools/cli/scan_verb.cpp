@@ -18,6 +18,7 @@
 #include "host-tools/compiler/compile.h"
 #include "host-tools/files/output_file.h"
 #include "host-tools/lab/scan.h"
+#include "host-tools/lab/scan_scene.h"
 
 namespace thimble::host {
 namespace {
@@ -158,11 +159,11 @@ class Progress {
     const double left_s =
         fresh == 0 ? 0 : seconds / static_cast<double>(fresh) * static_cast<double>(total_ - done);
     if (terminal_) {
-      fmt::print(stderr, "\rpoint {} of {}, {:.0f} s left \x1b[K{}", done, total_, left_s,
+      fmt::print(stderr, "\rstep {} of {}, {:.0f} s left \x1b[K{}", done, total_, left_s,
                  done == total_ ? "\n" : "");
     } else if (const std::size_t tenth = 10 * done / total_; tenth != tenth_) {
       tenth_ = tenth;
-      fmt::print(stderr, "{} %  point {} of {}, {:.0f} s left\n", 10 * tenth, done, total_, left_s);
+      fmt::print(stderr, "{} %  step {} of {}, {:.0f} s left\n", 10 * tenth, done, total_, left_s);
     }
   }
 
@@ -174,49 +175,120 @@ class Progress {
   bool quiet_;
 };
 
-void report(const Common& common, const ScanChoice& choice, const ScanPlan& plan,
-            const std::vector<StiffnessFit>& fits, const ScannedSurface& surface) {
-  double residual_N = 0;
-  double hysteresis_N = 0;
-  for (const StiffnessFit& fit : fits) {
-    residual_N = std::max(residual_N, fit.residual_N);
-    hysteresis_N = std::max(hysteresis_N, std::abs(fit.hysteresis_N));
+// pad.scene.json: pad.heights.csv beside it.
+std::filesystem::path heights_of(const std::filesystem::path& scene) {
+  std::string name = scene.filename().string();
+  for (const std::string_view ending : {".json", ".scene"})
+    if (name.ends_with(ending)) name.resize(name.size() - ending.size());
+  return scene.parent_path() / (name + ".heights.csv");
+}
+
+void write(const std::filesystem::path& file, const std::string& text) {
+  OutputFile output(file);
+  output.stream() << text;
+  output.commit();
+}
+
+Json result_json(const ScanChoice& choice, const ScanPlan& plan, const ScanResult& result) {
+  Json json = document("scan");
+  json["name"] = plan.name;
+  json["log"] = choice.log.string();
+  json["output"] = choice.output.string();
+  if (!result.flat) json["heights"] = heights_of(choice.output).string();
+  json["columns"] = plan.columns;
+  json["rows"] = plan.rows;
+  json["min_stiffness_N_m"] = result.least_stiffness_N_m;
+  json["max_stiffness_N_m"] = result.most_stiffness_N_m;
+  json["worst_residual_N"] = result.residual_N;
+  json["worst_hysteresis_N"] = result.hysteresis_N;
+  json["off_plane_rms_m"] = result.off_plane_rms_m;
+  json["off_plane_most_m"] = result.off_plane_most_m;
+  json["flat"] = result.flat;
+  if (result.checks != 0) {
+    json["shape_check"] = {
+        {"places", result.checks}, {"rms_m", result.check_rms_m}, {"most_m", result.check_most_m}};
   }
-  const auto [least, most] = std::ranges::minmax(surface.stiffness_N_m);
-  const bool flat = surface.off_plane_most_m <= kFlat_m;
-  if (common.json) {
-    Json json = document("scan");
-    json["name"] = plan.name;
-    json["log"] = choice.log.string();
-    json["output"] = choice.output.string();
-    json["columns"] = plan.columns;
-    json["rows"] = plan.rows;
-    json["min_stiffness_N_m"] = least;
-    json["max_stiffness_N_m"] = most;
-    json["worst_residual_N"] = residual_N;
-    json["worst_hysteresis_N"] = hysteresis_N;
-    json["off_plane_rms_m"] = surface.off_plane_rms_m;
-    json["off_plane_most_m"] = surface.off_plane_most_m;
-    json["flat"] = flat;
-    json["points"] = Json::array();
-    for (std::size_t i = 0; i < fits.size(); ++i) {
-      const std::size_t place = plan.row_of(i) * plan.columns + plan.column_of(i);
-      json["points"].push_back({{"column", plan.column_of(i)},
-                                {"row", plan.row_of(i)},
-                                {"stiffness_N_m", surface.stiffness_N_m[place]},
-                                {"height_m", surface.height_m[place]},
-                                {"residual_N", fits[i].residual_N},
-                                {"hysteresis_N", fits[i].hysteresis_N},
-                                {"samples", fits[i].samples}});
+  json["depth_m"] = result.depth_m;
+  if (result.layers) {
+    json["layers"] = {{"upper_stiffness_N_m", result.upper_N_m},
+                      {"lower_stiffness_N_m", result.lower_N_m},
+                      {"boundary_m", result.layers->boundary_m},
+                      {"scene_off_N", result.off_N}};
+  }
+  if (const auto& damping = result.damping) {
+    json["damping"] = {{"damping_N_s_m", damping->damping_N_s_m},
+                       {"uncertainty_N_s_m", damping->uncertainty_N_s_m},
+                       {"residual_N", damping->residual_N},
+                       {"presses", damping->presses}};
+  }
+  if (const auto& friction = result.friction) {
+    const auto part = [](const CoefficientFit& fit) {
+      return Json{{"coefficient", fit.coefficient},
+                  {"spread", fit.spread},
+                  {"residual_N", fit.residual_N},
+                  {"strokes", fit.strokes}};
+    };
+    json["static_friction"] = part(friction->breakaway);
+    json["dynamic_friction"] = part(friction->sliding);
+  }
+  json["points"] = Json::array();
+  for (std::size_t i = 0; i < result.points.size(); ++i) {
+    const ScannedPoint& point = result.points[i];
+    Json entry = {{"column", plan.column_of(i)},          {"row", plan.row_of(i)},
+                  {"stiffness_N_m", point.stiffness_N_m}, {"height_m", result.height_m(plan, i)},
+                  {"residual_N", point.fit.residual_N},   {"hysteresis_N", point.fit.hysteresis_N},
+                  {"samples", point.fit.samples}};
+    if (point.fit.layer) {
+      entry["upper_stiffness_N_m"] = point.fit.stiffness_N_m;
+      entry["lower_stiffness_N_m"] = point.fit.layer->below_N_m;
+      entry["boundary_m"] = point.fit.layer->boundary_m;
     }
-    print(json);
+    json["points"].push_back(entry);
+  }
+  return json;
+}
+
+void report(const Common& common, const ScanChoice& choice, const ScanPlan& plan, const ScanResult& result) {
+  if (common.json) {
+    print(result_json(choice, plan, result));
     return;
   }
   fmt::print("{}: {} x {} points, {:.0f} to {:.0f} N/m, residual at most {:.3f} N -> {}\n", plan.name,
-             plan.columns, plan.rows, least, most, residual_N, choice.output.string());
-  fmt::print("surface: off its plane {:.3f} mm RMS, {:.3f} mm at most\n", 1e3 * surface.off_plane_rms_m,
-             1e3 * surface.off_plane_most_m);
-  if (!flat) fmt::print(stderr, "warning: the specimen is not flat; the scene has a plane through it\n");
+             plan.columns, plan.rows, result.least_stiffness_N_m, result.most_stiffness_N_m,
+             result.residual_N, choice.output.string());
+  fmt::print("shape: {}, off its plane {:.3f} mm RMS, {:.3f} mm at most\n",
+             result.flat ? "a plane" : "a height field in " + heights_of(choice.output).string(),
+             1e3 * result.off_plane_rms_m, 1e3 * result.off_plane_most_m);
+  if (result.checks != 0) {
+    fmt::print("shape between the points: off {} other contacts {:.3f} mm RMS, {:.3f} mm at most\n",
+               result.checks, 1e3 * result.check_rms_m, 1e3 * result.check_most_m);
+  }
+  if (const auto& damping = result.damping) {
+    fmt::print("damping: {:.2f} N s/m, uncertain by {:.2f}, residual {:.3f} N over {} presses\n",
+               damping->damping_N_s_m, damping->uncertainty_N_s_m, damping->residual_N, damping->presses);
+  }
+  const auto coefficient = [](const char* what, const CoefficientFit& fit) {
+    fmt::print("{} friction: {:.3f}, from site to site {:.3f}, residual {:.3f} N over {} strokes\n", what,
+               fit.coefficient, fit.spread, fit.residual_N, fit.strokes);
+  };
+  if (const auto& friction = result.friction) {
+    coefficient("static", friction->breakaway);
+    coefficient("dynamic", friction->sliding);
+  } else if (plan.measure_friction) {
+    fmt::print(stderr,
+               "warning: the friction was not measured: no stroke slid. Give a longer stroke_m; a "
+               "coefficient above 1.7 "
+               "cannot be measured\n");
+  }
+  if (result.layers) {
+    fmt::print(stderr,
+               "warning: the specimen is layered: {:.0f} N/m down to {:.2f} mm, {:.0f} N/m below. A surface "
+               "of a scene has one "
+               "stiffness: that of the scene is nearest to the forces down to {:.2f} mm, and off them by at "
+               "most {:.2f} N\n",
+               result.upper_N_m, 1e3 * result.layers->boundary_m, result.lower_N_m, 1e3 * result.depth_m,
+               result.off_N);
+  }
 }
 
 }  // namespace
@@ -227,7 +299,7 @@ void scan(const Common& common, const Remote& remote, const ScanChoice& choice) 
                 "give what the simulated arm touches");
   }
   const ScanPlan plan = read_scan_plan(choice.plan);
-  ScanLog log(choice.log, plan.crc, plan.points(), choice.resume);
+  ScanLog log(choice.log, plan, choice.resume);
   heed_interrupts();
 
   std::unique_ptr<Probe> probe;  // only when there is something to probe
@@ -236,25 +308,23 @@ void scan(const Common& common, const Remote& remote, const ScanChoice& choice) 
     if (!probe) probe = std::make_unique<DeviceProbe>(remote, choice.allow_moves);
     return *probe;
   };
-  Progress progress(log.points().size(), plan.points(), common.json);
-  const bool whole = probe_points(plan, log, probe_of, [&](std::size_t done) {
+  Progress progress(log.steps().empty() ? 0 : log.steps().back().step + 1, plan.steps(), common.json);
+  const bool whole = probe_steps(plan, log, probe_of, [&](std::size_t done) {
     progress(done);
     return interrupted == 0;
   });
   probe.reset();
   if (!whole) {
     throw Error(ExitCode::kRefused, "interrupted",
-                fmt::format("the scan was interrupted after {} of {} points; they are in {}",
-                            log.points().size(), plan.points(), choice.log.string()),
+                fmt::format("the scan was interrupted after {} steps; they are in {}", log.steps().size(),
+                            choice.log.string()),
                 "go on with --resume");
   }
-  progress(plan.points());
-  const std::vector<StiffnessFit> fits = fit_points(plan, log);
-  const ScannedSurface surface = surface_of(plan, fits);
-  OutputFile output(choice.output);
-  output.stream() << scene_text(plan, surface);
-  output.commit();
-  report(common, choice, plan, fits, surface);
+  progress(plan.steps());
+  const ScanResult result = result_of(plan, log);
+  if (!result.flat) write(heights_of(choice.output), heights_text(plan, result));
+  write(choice.output, scene_text(plan, result, heights_of(choice.output).filename().string()));
+  report(common, choice, plan, result);
 }
 
 }  // namespace thimble::host

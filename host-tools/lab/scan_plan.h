@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace thimble::host {
 
@@ -22,8 +23,14 @@ struct ScanPlan {
   double speed_m_s = 0;
   double travel_speed_m_s = 0;
   std::uint8_t arm = 0;
-  // Of the scene that is written; a scan does not measure them.
+  // Of the scene that is written; what the plan gives is not measured.
   double damping_N_s_m = 0, static_friction = 0, dynamic_friction = 0;
+  bool measure_damping = true;
+  bool measure_friction = true;    // by strokes at the sites
+  std::size_t most_sites = 4;      // where the friction is measured
+  double stroke_m = 0;             // length of a stroke
+  double slow_stroke_m_s = 0.006;  // until the tip breaks away: static friction
+  double fast_stroke_m_s = 0.025;  // dynamic friction
   bool conservative = true;
   std::uint32_t crc = 0;  // of the file's text: a log belongs to one plan
 
@@ -37,6 +44,16 @@ struct ScanPlan {
   [[nodiscard]] Eigen::Vector3d place_m(std::size_t column, std::size_t row) const {
     return origin_m + cell_m * (static_cast<double>(column) * u + static_cast<double>(row) * v);
   }
+  [[nodiscard]] Eigen::Vector3d normal() const;              // u x v
+  [[nodiscard]] std::string named(std::size_t point) const;  // "point 3 (column 3, row 0)"
+
+  // Where the friction is measured: the middles of cells, in cells from the first point. None if it is not measured.
+  [[nodiscard]] std::vector<Eigen::Vector2d> sites() const;
+
+  // A scan is a row of steps: first a press at each point along the approach; then again, along the surface's normal, at the
+  // points where the two differ; then the sites.
+  [[nodiscard]] std::size_t steps() const { return 2 * points() + sites().size(); }
+  [[nodiscard]] bool is_site(std::size_t step) const { return step >= 2 * points(); }
 };
 
 // Error kBadInput with file, line, JSON pointer, the value and what is allowed.

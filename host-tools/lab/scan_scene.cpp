@@ -1,11 +1,11 @@
 #include "host-tools/lab/scan_scene.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
-#include <numeric>
+#include <numbers>
 
 #include "control/scene/limits.h"
 #include "host-tools/error.h"
@@ -16,6 +16,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::size_t kMostPerCell = 16, kMostHeights = 65536;
+
 // Rounded below what a scan resolves.
 double tidy(double value, double per_unit) { return std::round(value * per_unit) / per_unit; }
 
@@ -23,55 +25,42 @@ Json vector_json(const Eigen::Vector3d& v, double per_unit) {
   return {tidy(v.x(), per_unit), tidy(v.y(), per_unit), tidy(v.z(), per_unit)};
 }
 
-}  // namespace
-
-std::optional<StiffnessFit> fit_point(const ScanPlan& plan, const ProbedPoint& point) {
-  const Eigen::Vector3d nominal_m = plan.place_m(plan.column_of(point.point), plan.row_of(point.point));
-  std::vector<ProbeSample> samples;
-  for (const PointSample& sample : point.samples)
-    samples.push_back({sample.pressing, (sample.tip_m - nominal_m).dot(plan.approach), sample.force_N});
-  return fit_stiffness(samples);
+// How many steps of the height field a cell is divided into.
+std::size_t steps_per_cell(const ScanPlan& plan, const ScannedShape& shape) {
+  // The deviation of a step's middle from the line through its ends is a quarter of that of a step twice as long.
+  double bend_m = 0;
+  const auto bend = [&](const Eigen::Vector2d& at, const Eigen::Vector2d& half) {
+    bend_m = std::max(
+        bend_m, std::abs(shape.height_m(at) - (shape.height_m(at - half) + shape.height_m(at + half)) / 2));
+  };
+  for (double v = 0; v <= static_cast<double>(plan.rows - 1); v += 0.5) {
+    for (double u = 0; u <= static_cast<double>(plan.columns - 1); u += 0.5) {
+      bend({u, v}, {0.5, 0});
+      bend({u, v}, {0, 0.5});
+      bend({u, v}, {0.5, 0.5});
+      bend({u, v}, {0.5, -0.5});
+    }
+  }
+  auto steps = static_cast<std::size_t>(std::ceil(std::sqrt(bend_m / kGridError_m)));
+  steps = std::clamp<std::size_t>(steps, 1, kMostPerCell);
+  while (steps > 1 && ((plan.columns - 1) * steps + 1) * ((plan.rows - 1) * steps + 1) > kMostHeights)
+    --steps;
+  return steps;
 }
 
-ScannedSurface surface_of(const ScanPlan& plan, std::span<const StiffnessFit> fits) {
-  ScannedSurface surface;
-  const std::size_t points = plan.points();
-  surface.stiffness_N_m.resize(points);
-  surface.height_m.resize(points);
-  std::vector<Eigen::Vector3d> contacts;
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < points; ++i) {
-    contacts.emplace_back(plan.place_m(plan.column_of(i), plan.row_of(i)) +
-                          fits[i].contact_m * plan.approach);
-    centre_m += contacts.back() / static_cast<double>(points);
-  }
-  // Least squares of the height along u x v over the grid: h = c0 u + c1 v about the centre.
-  const Eigen::Vector3d up = plan.u.cross(plan.v).normalized();
-  Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d b = Eigen::Vector2d::Zero();
-  for (const Eigen::Vector3d& contact : contacts) {
-    const Eigen::Vector2d at((contact - centre_m).dot(plan.u), (contact - centre_m).dot(plan.v));
-    A += at * at.transpose();
-    b += at * (contact - centre_m).dot(up);
-  }
-  const Eigen::Vector2d slope = A.inverse() * b;
-  surface.normal = (up - slope.x() * plan.u - slope.y() * plan.v).normalized();
-  surface.offset_m = surface.normal.dot(centre_m);
-  const double cosine = surface.normal.dot(plan.approach);
-  for (std::size_t i = 0; i < points; ++i) {
-    const double off_m = surface.normal.dot(contacts[i]) - surface.offset_m;
-    surface.off_plane_rms_m += off_m * off_m / static_cast<double>(points);
-    surface.off_plane_most_m = std::max(surface.off_plane_most_m, std::abs(off_m));
-    const std::size_t place = plan.row_of(i) * plan.columns + plan.column_of(i);
-    surface.stiffness_N_m[place] = fits[i].stiffness_N_m / (cosine * cosine);
-    surface.height_m[place] = -fits[i].contact_m;
-  }
-  surface.off_plane_rms_m = std::sqrt(surface.off_plane_rms_m);
-  return surface;
+// Of the axes u, v, u x v: about x, then y, then z, fixed axes.
+Eigen::Vector3d rotation_deg(const ScanPlan& plan) {
+  const Eigen::Vector3d up = plan.normal();
+  constexpr double kDegree = 180 / std::numbers::pi;
+  const double pitch = std::atan2(-plan.u.z(), std::hypot(plan.u.x(), plan.u.y()));
+  if (std::hypot(plan.u.x(), plan.u.y()) < 1e-9)  // along z: roll and yaw turn about one axis
+    return Eigen::Vector3d(std::atan2(-plan.v.x() * plan.u.z(), plan.v.y()), pitch, 0) * kDegree;
+  return Eigen::Vector3d(std::atan2(plan.v.z(), up.z()), pitch, std::atan2(plan.u.y(), plan.u.x())) * kDegree;
 }
 
-std::string scene_text(const ScanPlan& plan, const ScannedSurface& surface) {
-  const std::vector<double> control = spline_control_points(surface.stiffness_N_m, plan.columns, plan.rows);
+Json stiffness_map(const ScanPlan& plan, const ScanResult& result) {
+  const std::vector<double> control =
+      spline_control_points(result.stiffness_map(plan), plan.columns, plan.rows);
   const auto [least, most] = std::ranges::minmax(control);
   if (!(least > 0) || most > static_cast<double>(control::kMaxStiffness_N_m)) {
     throw Error(ExitCode::kRefused, "unsmooth-map",
@@ -87,35 +76,25 @@ std::string scene_text(const ScanPlan& plan, const ScannedSurface& surface) {
       numbers.push_back(tidy(control[row * columns + column], 1e2));
     rows.push_back(numbers);
   }
-  const double mean = std::accumulate(surface.stiffness_N_m.begin(), surface.stiffness_N_m.end(), 0.0) /
-                      static_cast<double>(plan.points());
   Json map;
   map["cell_m"] = plan.cell_m;
-  map["origin_m"] = vector_json(plan.place_m(0, 0) - plan.cell_m * (plan.u + plan.v), 1e7);
-  map["u"] = vector_json(plan.u, 1e9);
-  map["v"] = vector_json(plan.v, 1e9);
+  if (result.flat) {
+    map["origin_m"] = vector_json(plan.place_m(0, 0) - plan.cell_m * (plan.u + plan.v), 1e7);
+    map["u"] = vector_json(plan.u, 1e9);
+    map["v"] = vector_json(plan.v, 1e9);
+  } else {  // in the frame of the height field, from its middle
+    map["origin_m"] = vector_json(
+        -plan.cell_m / 2 *
+            Eigen::Vector3d(static_cast<double>(plan.columns + 1), static_cast<double>(plan.rows + 1), 0),
+        1e7);
+  }
   map["conservative"] = plan.conservative;
   map["stiffness_N_m"] = rows;
-  Json material;
-  material["stiffness_N_m"] = tidy(mean, 1e2);
-  material["damping_N_s_m"] = plan.damping_N_s_m;
-  material["static_friction"] = plan.static_friction;
-  material["dynamic_friction"] = plan.dynamic_friction;
-  material["stiffness_map"] = map;
-  Json scene;
-  scene["thimble_scene"] = 1;
-  scene["name"] = plan.name;
-  scene["description"] = "Written by `thimble scan`: " + std::to_string(plan.columns) + " x " +
-                         std::to_string(plan.rows) + " points, " + std::to_string(plan.cell_m) + " m apart.";
-  Json object;
-  object["name"] = plan.name;
-  object["shape"]["plane"] = {{"normal", vector_json(surface.normal, 1e9)},
-                              {"offset_m", tidy(surface.offset_m, 1e7)}};
-  object["material"] = material;
-  scene["objects"] = Json::array({object});
+  return map;
+}
 
-  // One row of the map a line.
-  std::string text = scene.dump(2);
+// One row of numbers a line.
+std::string folded(const std::string& text) {
   std::string folded;
   for (std::size_t at = 0, depth = 0; at < text.size(); ++at) {
     if (text[at] == '[') depth += 1;
@@ -130,6 +109,66 @@ std::string scene_text(const ScanPlan& plan, const ScannedSurface& surface) {
     if (!folded.empty() && folded.back() == ',') folded += ' ';
   }
   return folded + "\n";
+}
+
+}  // namespace
+
+std::string heights_text(const ScanPlan& plan, const ScanResult& result) {
+  const std::size_t per_cell = steps_per_cell(plan, result.shape);
+  std::string text = "# heights in metres over the plane of the plan of `thimble scan`\n";
+  const std::size_t columns = (plan.columns - 1) * per_cell + 1, rows = (plan.rows - 1) * per_cell + 1;
+  for (std::size_t row = rows; row-- > 0;) {  // the first row is at the back
+    for (std::size_t column = 0; column < columns; ++column) {
+      const double height_m =
+          result.shape.height_m(Eigen::Vector2d(static_cast<double>(column), static_cast<double>(row)) /
+                                static_cast<double>(per_cell));
+      std::array<char, 32> number{};
+      const int size = std::snprintf(number.data(), number.size(), "%.6f", height_m);
+      if (column != 0) text += ',';
+      text.append(number.data(), static_cast<std::size_t>(size));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+std::string scene_text(const ScanPlan& plan, const ScanResult& result, const std::string& heights_file) {
+  const double damping = result.damping ? std::max(result.damping->damping_N_s_m, 0.0) : plan.damping_N_s_m;
+  double breakaway = plan.static_friction, sliding = plan.dynamic_friction;
+  if (result.friction) {
+    sliding = std::max(result.friction->sliding.coefficient, 0.0);
+    breakaway = std::max(result.friction->breakaway.coefficient, sliding);
+  }
+  Json material;
+  material["stiffness_N_m"] = tidy(result.mean_stiffness_N_m, 1e2);
+  material["damping_N_s_m"] = tidy(damping, 1e3);
+  material["static_friction"] = tidy(breakaway, 1e4);
+  material["dynamic_friction"] = tidy(sliding, 1e4);
+  if (result.friction)
+    material["friction_mode"] = "steady";  // as the strokes are measured: at the mean force of sliding
+  material["stiffness_map"] = stiffness_map(plan, result);
+  Json scene;
+  scene["thimble_scene"] = 1;
+  scene["name"] = plan.name;
+  scene["description"] = "Written by `thimble scan`: " + std::to_string(plan.columns) + " x " +
+                         std::to_string(plan.rows) + " points, " + std::to_string(plan.cell_m) + " m apart.";
+  Json object;
+  object["name"] = plan.name;
+  if (result.flat) {
+    object["shape"]["plane"] = {{"normal", vector_json(result.normal, 1e9)},
+                                {"offset_m", tidy(result.offset_m, 1e7)}};
+  } else {
+    const Eigen::Vector2d size_m = plan.cell_m * Eigen::Vector2d(static_cast<double>(plan.columns - 1),
+                                                                 static_cast<double>(plan.rows - 1));
+    object["shape"]["height_field"] = {
+        {"file", heights_file}, {"size_m", {tidy(size_m.x(), 1e7), tidy(size_m.y(), 1e7)}}, {"height_m", 1}};
+    object["pose"] = {
+        {"position_m", vector_json(plan.origin_m + size_m.x() / 2 * plan.u + size_m.y() / 2 * plan.v, 1e7)},
+        {"rotation_deg", vector_json(rotation_deg(plan), 1e6)}};
+  }
+  object["material"] = material;
+  scene["objects"] = Json::array({object});
+  return folded(scene.dump(2));
 }
 
 }  // namespace thimble::host

@@ -1,6 +1,9 @@
 #include "host-tools/lab/spline.h"
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace thimble::host {
 namespace {
@@ -23,6 +26,22 @@ MatrixXd solved(const MatrixXd& values) {  // along the columns of the matrix
   return interpolation(values.rows()).partialPivLu().solve(right);
 }
 
+// The four control points about a place between the values, their weights and the slopes of the weights.
+struct Window {
+  std::size_t first;
+  std::array<double, 4> weight, slope;
+  double beyond;  // of the place over the end of the values
+};
+Window window_at(double place, std::size_t values) {
+  const double inner = std::clamp(place, 0.0, static_cast<double>(values - 1));
+  const double cell = std::min(std::floor(inner), static_cast<double>(values - 2));
+  const double t = inner - cell, s = 1 - t;
+  return {static_cast<std::size_t>(cell),
+          {s * s * s / 6, (4 - 3 * t * t * (1 + s)) / 6, (4 - 3 * s * s * (1 + t)) / 6, t * t * t / 6},
+          {-s * s / 2, t * (3 * t - 4) / 2, -s * (3 * s - 4) / 2, t * t / 2},
+          place - inner};
+}
+
 }  // namespace
 
 std::vector<double> spline_control_points(std::span<const double> values, std::size_t columns,
@@ -32,6 +51,25 @@ std::vector<double> spline_control_points(std::span<const double> values, std::s
   const MatrixXd along_u = solved(given);
   const MatrixXd control = solved(along_u.transpose()).transpose();
   return {control.data(), control.data() + control.size()};
+}
+
+SplinePlace spline_at(std::span<const double> control, std::size_t columns, std::size_t rows, double u,
+                      double v) {
+  const Window along_u = window_at(u, columns), along_v = window_at(v, rows);
+  SplinePlace place;
+  for (std::size_t j = 0; j < 4; ++j) {
+    double value = 0, slope = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double at = control[(along_v.first + j) * (columns + 2) + along_u.first + i];
+      value += along_u.weight.at(i) * at;
+      slope += along_u.slope.at(i) * at;
+    }
+    place.value += along_v.weight.at(j) * value;
+    place.du += along_v.weight.at(j) * slope;
+    place.dv += along_v.slope.at(j) * value;
+  }
+  place.value += along_u.beyond * place.du + along_v.beyond * place.dv;
+  return place;
 }
 
 }  // namespace thimble::host

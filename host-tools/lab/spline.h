@@ -15,4 +15,12 @@ namespace thimble::host {
 [[nodiscard]] std::vector<double> spline_control_points(std::span<const double> values, std::size_t columns,
                                                         std::size_t rows);
 
+// The spline of such control points: its value, and its slopes per cell. u, v: in cells from the first value. Beyond the values it goes on
+// straight.
+struct SplinePlace {
+  double value = 0, du = 0, dv = 0;
+};
+[[nodiscard]] SplinePlace spline_at(std::span<const double> control, std::size_t columns, std::size_t rows,
+                                    double u, double v);
+
 }  // namespace thimble::host

@@ -21,7 +21,7 @@ class Scan(Rig):
         file = self.folder / (name + ".plan.json")
         plan = {"thimble_scan": 1, "name": name, "origin_m": [-0.003, -0.003, -0.004], "u": [1, 0, 0], "v": [0, 1, 0],
                 "columns": 2, "rows": 2, "cell_m": 0.006, "clearance_m": 0.002, "depth_m": 0.006, "force_limit_N": 1.0,
-                "speed_m_s": 0.03}
+                "speed_m_s": 0.03, "friction": False}
         plan.update(changes)
         file.write_text(json.dumps(plan))
         return file
@@ -100,6 +100,33 @@ class Scan(Rig):
         faults = self.ok_json("fault", "list", "--device", sim.tcp)["faults"]
         self.assertEqual([fault["name"] for fault in faults], ["host_lost"])
         self.assertEqual(self.ok_json("info", "--device", sim.tcp)["state"]["mode"], "faulted")
+
+    def test_a_curved_specimen(self):
+        """A cap of 60 mm with friction, scanned by the simulated arm: the scene is a height field that compiles, and says what was found."""
+        n, cell = 31, 0.002
+        at = [cell * (i - (n - 1) / 2) for i in range(n)]
+        specimen = self.folder / "cap.json"
+        specimen.write_text(json.dumps({
+            "thimble_specimen": 1, "origin_m": [at[0], at[0], -0.01], "u": [1, 0, 0], "v": [0, 1, 0], "cell_m": cell,
+            "columns": n, "rows": n, "stiffness_N_m": [STIFFNESS] * n * n, "damping_N_s_m": 2, "static_friction": 0.5,
+            "dynamic_friction": 0.4, "height_m": [(0.06 ** 2 - x * x - y * y) ** 0.5 - 0.06 for y in at for x in at]}))
+        plan = self.plan("cap", origin_m=[-0.008, -0.008, -0.01], columns=3, rows=3, cell_m=0.008, clearance_m=0.004,
+                         depth_m=0.008, friction=True, friction_sites=1, force_limit_N=2)
+        scene = self.folder / "cap.scene.json"
+        scan = ["scan", plan, "--simulate", "--specimen", specimen, "--log", self.folder / "cap.csv", "--output", scene]
+        result = self.ok_json(*scan)
+        figure("cap: %.0f to %.0f N/m, B %.2f, friction %.3f and %.3f, between the points %.3f mm off" % (
+            result["min_stiffness_N_m"], result["max_stiffness_N_m"], result["damping"]["damping_N_s_m"],
+            result["static_friction"]["coefficient"], result["dynamic_friction"]["coefficient"],
+            1e3 * result["shape_check"]["most_m"]))
+        self.assertFalse(result["flat"])
+        self.assertAlmostEqual(result["static_friction"]["coefficient"], 0.5, delta=0.05)
+        self.assertAlmostEqual(result["dynamic_friction"]["coefficient"], 0.4, delta=0.04)
+        self.assertAlmostEqual(result["min_stiffness_N_m"], STIFFNESS, delta=0.03 * STIFFNESS)
+        self.assertEqual(json.loads(scene.read_text())["objects"][0]["shape"]["height_field"]["file"], "cap.heights.csv")
+        self.ok("compile", scene, "--output", self.folder / "cap.image")
+        text = self.ok(*scan, "--resume")  # from the whole log
+        self.assertIn("static friction: 0.", text.out)
 
     def test_mistakes(self):
         plan, specimen = self.plan("mistakes"), self.specimen()

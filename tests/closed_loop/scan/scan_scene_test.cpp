@@ -66,11 +66,11 @@ TEST(Scan, TheSceneFeelsLikeTheSpecimen) {
   const auto specimen = std::make_shared<const Specimen>(board::read_specimen(folder / "specimen.json"));
   const Scanned scanned = scan(plan, specimen);
   double residual_N = 0, at_points = 0;
-  for (std::size_t i = 0; i < scanned.fits.size(); ++i) {
-    residual_N = std::max(residual_N, scanned.fits[i].residual_N);
+  for (std::size_t i = 0; i < scanned.result.points.size(); ++i) {
+    const host::StiffnessFit& fit = scanned.result.points[i].fit;
+    residual_N = std::max(residual_N, fit.residual_N);
     const Eigen::Vector3d place_m = plan.place_m(plan.column_of(i), plan.row_of(i));
-    at_points =
-        std::max(at_points, std::abs(scanned.fits[i].stiffness_N_m / specimen->stiffness_N_m(place_m) - 1));
+    at_points = std::max(at_points, std::abs(fit.stiffness_N_m / specimen->stiffness_N_m(place_m) - 1));
   }
   const Agreement agreement = felt(scanned.scene, plan, *specimen, .5);
   figure("points scanned", static_cast<double>(plan.points()), "reported");
@@ -79,12 +79,18 @@ TEST(Scan, TheSceneFeelsLikeTheSpecimen) {
   figure("K felt off the specimen's at " + std::to_string(agreement.places) + " places, worst",
          agreement.worst, "<= 0.05");
   figure("the same, RMS", agreement.rms, "<= 0.02");
-  figure("surface found off the specimen's, RMS, mm", 1e3 * scanned.surface.off_plane_rms_m, "<= 0.1");
+  figure("surface found off the specimen's, RMS, mm", 1e3 * scanned.result.off_plane_rms_m, "<= 0.1");
+  ASSERT_TRUE(scanned.result.friction.has_value());
+  figure("static friction found, of a specimen without", scanned.result.friction->breakaway.coefficient,
+         "|.| <= 0.06");
+  figure("dynamic friction found", scanned.result.friction->sliding.coefficient, "|.| <= 0.01");
+  EXPECT_LE(std::abs(scanned.result.friction->breakaway.coefficient), .06);
+  EXPECT_LE(std::abs(scanned.result.friction->sliding.coefficient), .01);
   EXPECT_LE(at_points, .05);
   EXPECT_LE(residual_N, .05);
   EXPECT_LE(agreement.worst, .05);
   EXPECT_LE(agreement.rms, .02);
-  EXPECT_LE(scanned.surface.off_plane_rms_m, 1e-4);
+  EXPECT_LE(scanned.result.off_plane_rms_m, 1e-4);
 }
 
 TEST(Scan, TheSceneThatIsCheckedInFeelsLikeTheSpecimen) {

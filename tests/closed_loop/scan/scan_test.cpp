@@ -35,6 +35,7 @@ ScanPlan small_plan(double force_limit_N = 1.5) {
   plan.force_limit_N = force_limit_N;
   plan.speed_m_s = .025;
   plan.travel_speed_m_s = .05;
+  plan.measure_friction = false;  // specimen_scan_test.cpp measures it
   return plan;
 }
 
@@ -50,11 +51,12 @@ TEST(Scan, FindsStiffnessOnEveryArmWithDampingAndFriction) {
   for (const std::string& arm : std::span(arms).first(kUnderSanitizers ? 1 : arms.size())) {
     const Scanned scanned = scan(plan, specimen, arm);
     double worst = 0, height_m = 0, hysteresis_N = 0;
-    for (std::size_t i = 0; i < scanned.fits.size(); ++i) {
+    for (std::size_t i = 0; i < scanned.result.points.size(); ++i) {
+      const host::StiffnessFit& fit = scanned.result.points[i].fit;
       const Eigen::Vector3d place_m = plan.place_m(plan.column_of(i), plan.row_of(i));
-      worst = std::max(worst, std::abs(scanned.fits[i].stiffness_N_m / specimen->stiffness_N_m(place_m) - 1));
-      height_m = std::max(height_m, std::abs(scanned.fits[i].contact_m));
-      hysteresis_N = std::max(hysteresis_N, std::abs(scanned.fits[i].hysteresis_N));
+      worst = std::max(worst, std::abs(fit.stiffness_N_m / specimen->stiffness_N_m(place_m) - 1));
+      height_m = std::max(height_m, std::abs(fit.contact_m));
+      hysteresis_N = std::max(hysteresis_N, std::abs(fit.hysteresis_N));
     }
     figure(arm + ": K off the truth, worst of 16 points", worst, "<= 0.04");
     figure(arm + ": surface off the truth, worst, mm", 1e3 * height_m, "<= 0.2");
@@ -75,13 +77,13 @@ TEST(Scan, FindsTheSlopeAndTellsWhatIsNotFlat) {
                                      [=](double x_m, double) { return slope * x_m; }));
   const Eigen::Vector3d normal = Eigen::Vector3d(-slope, 0, 1).normalized();
   figure("normal of a slope of 8 degrees, off by, degrees",
-         std::acos(std::min(1., tilted.surface.normal.dot(normal))) / kDegree, "<= 0.5");
-  figure("its points off the plane, mm", 1e3 * tilted.surface.off_plane_most_m, "<= 0.2");
-  EXPECT_GT(tilted.surface.normal.dot(normal), std::cos(.5 * kDegree));
-  EXPECT_LE(tilted.surface.off_plane_most_m, 2e-4);
+         std::acos(std::min(1., tilted.result.normal.dot(normal))) / kDegree, "<= 0.5");
+  figure("its points off the plane, mm", 1e3 * tilted.result.off_plane_most_m, "<= 0.2");
+  EXPECT_GT(tilted.result.normal.dot(normal), std::cos(.5 * kDegree));
+  EXPECT_LE(tilted.result.off_plane_most_m, 2e-4);
   double worst = 0;
-  for (const double stiffness : tilted.surface.stiffness_N_m)
-    worst = std::max(worst, std::abs(stiffness / 400 - 1));
+  for (const host::ScannedPoint& point : tilted.result.points)
+    worst = std::max(worst, std::abs(point.stiffness_N_m / 400 - 1));
   figure("K along the normal off the truth, worst", worst, "<= 0.05");
   EXPECT_LE(worst, .05);
 
@@ -90,10 +92,9 @@ TEST(Scan, FindsTheSlopeAndTellsWhatIsNotFlat) {
                                    [](double x_m, double y_m) {
                                      return .003 * std::exp(-(x_m * x_m + y_m * y_m) / (2 * .01 * .01));
                                    }));
-  figure("a bump of 3 mm, off the plane, mm", 1e3 * bump.surface.off_plane_most_m,
-         "> 0.3, which is not flat");
-  EXPECT_GT(bump.surface.off_plane_most_m, host::kFlat_m);
-  EXPECT_NEAR(bump.surface.height_m[4], .003, 3e-4) << "in the middle";
+  figure("a bump of 3 mm, off the plane, mm", 1e3 * bump.result.off_plane_most_m, "> 0.2, which is not flat");
+  EXPECT_GT(bump.result.off_plane_most_m, host::kFlat_m);
+  EXPECT_NEAR(bump.result.height_m(plan, 4), .003, 3e-4) << "in the middle";
 }
 
 TEST(Scan, TellsWhatGoesWrong) {

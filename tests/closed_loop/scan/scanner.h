@@ -10,6 +10,7 @@
 
 #include "board/sim/sim_probe.h"
 #include "host-tools/lab/scan.h"
+#include "host-tools/lab/scan_scene.h"
 #include "tests/closed_loop/scan/specimens.h"
 #include "tests/support/temporary_folder.h"
 
@@ -29,25 +30,19 @@ class SimulatedProbe final : public host::Probe {
 };
 
 struct Scanned {
-  std::vector<host::StiffnessFit> fits;
-  host::ScannedSurface surface;
-  std::string scene;
+  host::ScanResult result;
+  std::string scene, heights;
 };
 
 inline Scanned scan(const host::ScanPlan& plan, std::shared_ptr<const board::Specimen> specimen,
                     const std::string& arm = "premium-1.5") {
   const TemporaryFolder folder;
   SimulatedProbe probe(std::move(specimen), arm);
-  Scanned scanned;
-  {
-    host::ScanLog log(folder.path() / "log.csv", plan.crc, plan.points(), false);
-    EXPECT_TRUE(host::probe_points(
-        plan, log, [&]() -> host::Probe& { return probe; }, [](std::size_t) { return true; }));
-    scanned.fits = host::fit_points(plan, log);
-  }
-  scanned.surface = host::surface_of(plan, scanned.fits);
-  scanned.scene = host::scene_text(plan, scanned.surface);
-  return scanned;
+  host::ScanLog log(folder.path() / "log.csv", plan, false);
+  EXPECT_TRUE(host::probe_steps(
+      plan, log, [&]() -> host::Probe& { return probe; }, [](std::size_t) { return true; }));
+  const host::ScanResult result = host::result_of(plan, log);
+  return {result, host::scene_text(plan, result, "heights.csv"), host::heights_text(plan, result)};
 }
 
 }  // namespace thimble::test

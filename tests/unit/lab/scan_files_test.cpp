@@ -1,6 +1,8 @@
 // The plan and the log: what they refuse, and that a log truncated at any point can be resumed.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -9,7 +11,6 @@
 #include "host-tools/error.h"
 #include "host-tools/lab/scan_log.h"
 #include "host-tools/lab/scan_plan.h"
-#include "host-tools/lab/scan_scene.h"
 #include "tests/support/temporary_folder.h"
 
 namespace thimble::test {
@@ -17,7 +18,8 @@ namespace {
 
 using host::Error;
 using host::ExitCode;
-using host::ProbedPoint;
+using host::ProbedMove;
+using host::ProbedStep;
 using host::read_scan_plan_text;
 using host::ScanLog;
 using host::ScanPlan;
@@ -49,6 +51,14 @@ TEST(ScanPlanFile, IsRead) {
   EXPECT_EQ(plan.points(), 6U);
   EXPECT_EQ(plan.approach, Eigen::Vector3d(0, 0, -1));
   EXPECT_EQ(plan.u, Eigen::Vector3d(1, 0, 0));
+  EXPECT_TRUE(plan.measure_damping);
+  ASSERT_EQ(plan.sites().size(), 2U);
+  EXPECT_EQ(plan.sites()[1], Eigen::Vector2d(1.5, .5)) << "the middle of a cell";
+  const ScanPlan given = read_scan_plan_text(
+      with("\"rows\": 2", R"("rows": 2, "material": {"damping_N_s_m": 1, "static_friction": 0.4})"),
+      "plan.json");
+  EXPECT_FALSE(given.measure_damping);
+  EXPECT_TRUE(given.sites().empty()) << "what the plan gives is not measured";
   EXPECT_EQ(plan.travel_speed_m_s, static_cast<double>(.05F));
   EXPECT_TRUE(plan.place_m(2, 1).isApprox(Eigen::Vector3d(.01, 0, -.02)));
   // There and back again: neighbours in time are neighbours in space.
@@ -81,6 +91,10 @@ TEST(ScanPlanFile, MistakesAreNamed) {
        "/material/damping_N_s_m"},
       {with("\"thimble_scan\": 1", "\"thimble_scan\": 2"), "/thimble_scan"},
       {with("\"depth_m\"", "\"deep_m\""), "/deep_m"},
+      {with("\"rows\": 2", "\"rows\": 2, \"friction_sites\": 0"), "/friction_sites"},
+      {with("\"rows\": 2", "\"rows\": 2, \"stroke_m\": 0.1"), "/stroke_m"},
+      {with("\"rows\": 2", R"("rows": 2, "friction": true, "material": {"static_friction": 0.4})"),
+       "/friction"},
   };
   for (const Mistake& mistake : kMistakes) {
     try {
@@ -107,45 +121,70 @@ class ScanLogFile : public ::testing::Test {
   void write(const std::string& text) const { std::ofstream(file_) << text; }
 };
 
-ProbedPoint probed(std::size_t number) {
-  ProbedPoint point;
-  point.point = number;
-  for (int i = 0; i < 3; ++i) point.samples.push_back({i < 2, {.001 * i, .5, -.02}, .25 * i});
-  point.force_limit = number % 2 == 0;
-  point.turn_m = {.1, .2, .3};
-  point.peak_force_N = 1.5;
-  return point;
+// 3 x 2 points and one site.
+ScanPlan small_plan(std::uint32_t crc = 0xABCD) {
+  ScanPlan plan = read_scan_plan_text(with("\"rows\": 2", "\"rows\": 2, \"friction_sites\": 1"), "plan.json");
+  plan.crc = crc;
+  return plan;
 }
 
+ProbedStep probed(std::size_t number) {
+  ProbedStep step{number, {}};
+  const std::size_t moves = small_plan().is_site(number) ? host::kSiteMoves : 1;
+  for (std::size_t k = 0; k < moves; ++k) {
+    ProbedMove move;
+    for (int i = 0; i < 3; ++i) move.samples.push_back({i < 2, {.001 * i, .5, -.02}, .25 * i});
+    move.force_limit = (number + k) % 2 == 0;
+    move.turn_m = {.1, .2, .3};
+    move.peak_force_N = 1.5;
+    step.moves.push_back(move);
+  }
+  return step;
+}
+
+// Every point, two of the presses along the normal, and the site.
+constexpr std::array<std::size_t, 9> kSteps = {0, 1, 2, 3, 4, 5, 7, 10, 12};
+
 TEST_F(ScanLogFile, GoesOnWhereverItBrokeOff) {
+  const ScanPlan plan = small_plan();
+  ASSERT_EQ(plan.steps(), 13U);
+  const auto complete = [](ScanLog& log) {
+    for (const std::size_t step : kSteps)
+      if (log.find(step) == nullptr) log.append(probed(step));
+  };
   {
-    ScanLog log(file_, 0xABCD, 3, false);
-    for (std::size_t i = 0; i < 3; ++i) log.append(probed(i));
+    ScanLog log(file_, plan, false);
+    complete(log);
   }
   const std::string whole = text();
-  for (std::size_t bytes = 0; bytes <= whole.size(); ++bytes) {
+  for (std::size_t bytes = 0; bytes <= whole.size(); bytes += bytes < 300 ? 1 : 7) {
     write(whole.substr(0, bytes));
     {
-      ScanLog log(file_, 0xABCD, 3, true);
-      for (std::size_t i = log.points().size(); i < 3; ++i) log.append(probed(i));
+      ScanLog log(file_, plan, true);
+      complete(log);
     }
     ASSERT_EQ(text(), whole) << "broken off after " << bytes << " bytes";
   }
-  const ScanLog again(file_, 0xABCD, 3, true);
-  ASSERT_EQ(again.points().size(), 3U);
-  EXPECT_EQ(again.points()[1].samples.size(), 3U);
-  EXPECT_TRUE(again.points()[1].samples[1].pressing);
-  EXPECT_NEAR(again.points()[1].samples[1].force_N, .25, 1e-9);
-  EXPECT_FALSE(again.points()[1].force_limit);
-  EXPECT_TRUE(again.points()[2].force_limit);
+  const ScanLog again(file_, plan, true);
+  ASSERT_EQ(again.steps().size(), kSteps.size());
+  const ProbedMove& first = again.steps()[1].moves[0];
+  EXPECT_EQ(first.samples.size(), 3U);
+  EXPECT_TRUE(first.samples[1].out);
+  EXPECT_NEAR(first.samples[1].force_N, .25, 1e-9);
+  EXPECT_FALSE(first.force_limit);
+  EXPECT_TRUE(again.steps()[2].moves[0].force_limit);
+  EXPECT_EQ(again.find(6), nullptr);
+  ASSERT_NE(again.find(12), nullptr);
+  EXPECT_EQ(again.find(12)->moves.size(), host::kSiteMoves);
+  EXPECT_NE(whole.find("\n12,out,"), std::string::npos);
 }
 
 TEST_F(ScanLogFile, IsNeverOverwrittenAndBelongsToItsPlan) {
-  { ScanLog(file_, 1, 3, false).append(probed(0)); }
+  { ScanLog(file_, small_plan(1), false).append(probed(0)); }
   const std::string whole = text();
   const auto refused = [&](std::uint32_t crc, bool resume) {
     try {
-      const ScanLog log(file_, crc, 3, resume);
+      const ScanLog log(file_, small_plan(crc), resume);
       return std::string();
     } catch (const Error& error) {
       return error.name;
@@ -154,10 +193,11 @@ TEST_F(ScanLogFile, IsNeverOverwrittenAndBelongsToItsPlan) {
   EXPECT_EQ(refused(1, false), "log-exists");
   EXPECT_EQ(refused(2, true), "wrong-log");
   EXPECT_EQ(text(), whole);
-  write(whole + "2,press,0,0,0,0\n");
-  EXPECT_EQ(refused(1, true), "bad-log");
-  write(whole + "1,press,0,0,nan,0\n");
-  EXPECT_EQ(refused(1, true), "bad-log");
+  for (const char* row :
+       {"2,press,0,0,0,0\n", "1,press,0,0,nan,0\n", "1,out,0,0,0,0\n", "12,press,0,0,0,0\n"}) {
+    write(whole + row);
+    EXPECT_EQ(refused(1, true), "bad-log") << row;
+  }
 }
 
 }  // namespace

@@ -58,6 +58,40 @@ TEST(StiffnessFit, ReportsTheNoise) {
   EXPECT_NEAR(fit->contact_m, 0, 4e-5);
 }
 
+// Two layers, and damping of the contact: the speed of the tip follows from the samples.
+TEST(StiffnessFit, FindsLayersAndTheSpeed) {
+  auto samples = ideal(300, .012, 0, .03, .01, 2.0);
+  constexpr double kBoundary_m = .0025, kMore_N_m = 400;
+  for (ProbeSample& sample : samples) {
+    const double depth_m = sample.along_m - .012;
+    sample.force_N += kMore_N_m * std::max(depth_m - kBoundary_m, 0.);
+    if (depth_m > 0) sample.force_N += sample.pressing ? .05 : -.05;
+  }
+  const auto fit = fit_stiffness(samples, .02);
+  ASSERT_TRUE(fit);
+  ASSERT_TRUE(fit->layer);
+  figure("upper layer of 300 N/m, N/m", fit->stiffness_N_m, "300 +- 6");
+  figure("lower layer of 700 N/m, N/m", fit->layer->below_N_m, "700 +- 14");
+  figure("boundary at 2.5 mm, mm", 1e3 * fit->layer->boundary_m, "2.5 +- 0.1");
+  figure("contact off, um", 1e6 * (fit->contact_m - .012), "0 +- 40");
+  figure("force between the ways, N", fit->hysteresis_N, "0.05 +- 0.005");
+  EXPECT_NEAR(fit->stiffness_N_m, 300, 6);
+  EXPECT_NEAR(fit->layer->below_N_m, 700, 14);
+  EXPECT_NEAR(fit->layer->boundary_m, kBoundary_m, 1e-4);
+  EXPECT_NEAR(fit->contact_m, .012, 4e-5);
+  EXPECT_NEAR(fit->hysteresis_N, .05, .005);
+  EXPECT_NEAR(fit->free_hysteresis_N, 0, .005);
+  EXPECT_NEAR(fit->tip_speed_m_s, .02, .001) << "this path is even";
+  EXPECT_NEAR(fit->force_N(.004), 300 * .004 + 400 * .0015, .03);
+  EXPECT_LT(fit->single(.004).stiffness_N_m, 700);
+  EXPECT_GT(fit->single(.004).off_N, .05);
+  // With the layers given, the same.
+  auto known = *fit;
+  host::refit_layers(samples, {700. / 300, kBoundary_m}, .02, known);
+  EXPECT_NEAR(known.stiffness_N_m, 300, 4);
+  EXPECT_NEAR(known.contact_m, .012, 2e-5);
+}
+
 TEST(StiffnessFit, FindsNoContactWhereThereIsNone) {
   EXPECT_FALSE(fit_stiffness({}));
   std::vector<ProbeSample> air;
