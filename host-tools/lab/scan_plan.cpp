@@ -125,7 +125,8 @@ std::vector<Eigen::Vector2d> ScanPlan::sites() const {
   across = std::min(across, wide);
   const std::size_t down = std::min(most_sites / across, deep);
   const auto middle = [](std::size_t i, std::size_t of, std::size_t cells) {
-    return static_cast<double>((2 * i + 1) * cells / (2 * of)) + 0.5;
+    const auto cell = (2 * i + 1) * cells / (2 * of);
+    return static_cast<double>(cell) + 0.5;
   };
   for (std::size_t row = 0; row < down; ++row) {
     for (std::size_t column = 0; column < across; ++column)
