@@ -81,6 +81,12 @@ bool become_ball(const World& world, const Sweeps& sweeps, GodObject& god) {
   return sweeps.free(god.position_m, god.centre_m, std::span(god.contacts).first(god.count));
 }
 
+// False where the planes of crossing faces have squeezed the ball of a point away from where it should go: a point finds a way. A point that
+// becomes a ball, and a ball in a corner, may be up to two radii farther.
+bool comes_nearer(const World& world, const Vec3& from, const Vec3& to, const Vec3& goal) {
+  return is_tip(world) || (to - goal).norm() <= (from - goal).norm() + 2.0F * kPointRadius_m;
+}
+
 bool holds_from_afar(const NearestInside& there, const Separations& near, float radius_m) {
   for (std::size_t i = 0; i < there.count; ++i)
     if (!near.touches(there.holding[i], radius_m)) return true;
@@ -262,6 +268,7 @@ void set_contacts(const World& world, const Nearby& nearby, GodObject& god, Sepa
 bool fly_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
               RenderCounters& counters) noexcept {
   const Sweeps sweeps(world, nearby);
+  const Vec3 start = god.is_ball ? god.centre_m : god.position_m;
   if (!become_ball(world, sweeps, god)) return false;
   if (is_clear(world, nearby, god.centre_m, target)) {
     god.centre_m = god.position_m = target;
@@ -311,12 +318,13 @@ bool fly_ball(const World& world, const Nearby& nearby, GodObject& god, const Ve
   }
   set_contacts(world, nearby, god, near, target, true, known);
   if (god.count == 0) god.position_m = god.centre_m;
-  return sweeps.comes_down(god);
+  return sweeps.comes_down(god) && comes_nearer(world, start, god.centre_m, target);
 }
 
 bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
                RenderCounters& counters) noexcept {
   const Sweeps sweeps(world, nearby);
+  const Vec3 start = god.is_ball ? god.centre_m : god.position_m;
   if (!become_ball(world, sweeps, god)) return false;
   if (roll(world, nearby, god, target, hold)) return true;
   const Vec3 goal = hold ? Vec3(target + god.centre_m - god.position_m) : target;
@@ -382,8 +390,9 @@ bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const V
     set_contacts(world, nearby, god, near, target, hold, known);
   }
   // Cut short above a surface, where it would not push.
-  if (!settled && god.count == 0) return fly_ball(world, nearby, god, target, counters);
-  return sweeps.comes_down(god);
+  const bool is_free =
+      !settled && god.count == 0 ? fly_ball(world, nearby, god, target, counters) : sweeps.comes_down(god);
+  return is_free && comes_nearer(world, start, god.centre_m, goal);
 }
 
 void leave_ball(const World& world, GodObject& god) noexcept {
