@@ -24,9 +24,9 @@ struct Flight {
 // that is known not to be hit.
 constexpr int kSkipNone = -1;
 
-void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god,
-                  std::span<const Contact> leaving, const Vec3& from, const Vec3& to, int skip,
-                  Flight& flight) {
+[[gnu::noinline]] void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god,
+                                    std::span<const Contact> leaving, const Vec3& from, const Vec3& to,
+                                    int skip, Flight& flight) {
   for (const std::uint8_t index : nearby.objects()) {
     if (index == skip) continue;
     const PlacedObject& object = world.objects[index];
@@ -289,19 +289,40 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
   return Outcome::kContinue;
 }
 
+// Whether it lies on a part of a mesh that touches another part of the mesh: both are as several solids.
+bool on_seam(const World& world, const Nearby& nearby, const GodObject& god) {
+  for (std::size_t i = 0; nearby.seams() && i < god.count; ++i) {
+    const MeshView& mesh = world.objects[god.contacts[i].object].shape.mesh;
+    if (mesh.seams && (mesh.flags[god.contacts[i].feature.index] &
+                       static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0)
+      return true;
+  }
+  return false;
+}
+
 }  // namespace
 
-Nearby::Nearby(const World& world, const Reach& reach, int without) noexcept {
-  for (std::size_t i = 0; i < world.count; ++i) {
-    if (static_cast<int>(i) != without && reach.meets(world.objects[i]))
-      list_[count_++] = static_cast<std::uint8_t>(i);
+Nearby::Nearby(const World& world, const Reach& reach, SolidSet without, TriangleCache* triangles) noexcept {
+  for (std::size_t i = 0; i < world.count; ++i)
+    if (reach.meets(world.objects[i])) list_[count_++] = static_cast<std::uint8_t>(i);
+  if (without != 0) {
+    const auto* const end = std::remove_if(list_.begin(), list_.begin() + count_,
+                                           [without](std::uint8_t i) { return (without & only(i)) != 0; });
+    count_ = static_cast<std::size_t>(end - list_.begin());
+  }
+  for (const std::uint8_t index : objects()) seams_ = seams_ || world.objects[index].shape.mesh.seams;
+  if (world.tip_radius_m > 0.0F) {
+    int meshes = 0;
+    for (const std::uint8_t index : objects())
+      if (world.objects[index].ops->separate != nullptr) ++meshes;
+    if (meshes == 1) triangles_ = triangles;
   }
   if (count_ < 2) return;
   const float radius_m = reach.radius_m();
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     const PlacedObject& object = world.objects[list_[i]];
-    if (object.row->collision == nullptr ||
+    if (object.ops->separate != nullptr ||
         object.row->collision->nearest(object.shape, object.to_local(reach.tip_m)).outside_m <= radius_m)
       list_[kept++] = list_[i];
   }
@@ -310,28 +331,37 @@ Nearby::Nearby(const World& world, const Reach& reach, int without) noexcept {
 
 void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
          RenderCounters& counters) noexcept {
-  if (nearby.several()) {
-    fly_ball(world, nearby.objects(), god, target, counters);
-    return;
+  const GodObject before = god;
+  if (nearby.several() || world.tip_radius_m > 0.0F) {
+    if (fly_ball(world, nearby, god, target, counters)) return;
+    god = before;  // a point finds a way that is free
   }
   if (god.is_ball) leave_ball(world, god);
   bool landed = false;
   if (fly_and_land(world, nearby, {}, god, target, kSkipNone, landed) == Outcome::kUnknown)
     ++counters.sweep_bound;
+  // A point could have come between two parts of a mesh.
+  if (!landed || !on_seam(world, nearby, god)) return;
+  const GodObject point = god;
+  god = before;
+  if (!fly_ball(world, nearby, god, target, counters)) god = point;
 }
 
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
           RenderCounters& counters) noexcept {
-  if (nearby.several()) {
-    move_ball(world, nearby.objects(), god, target, hold, counters);
-    return;
-  }
-  if (god.is_ball) leave_ball(world, god);
   std::array<Contact, kMaxContacts> left;
   std::size_t left_count = 0;
   float nearest2 = std::numeric_limits<float>::infinity();
   int idle_steps = 0;  // corner steps that brought it no nearer
+  bool may_be_ball = true;
   for (int moves = 0; moves < kMaxMoves; ++moves) {
+    if (may_be_ball && (nearby.several() || on_seam(world, nearby, god) || world.tip_radius_m > 0.0F)) {
+      const GodObject before = god;
+      if (move_ball(world, nearby, god, target, hold, counters)) return;
+      god = before;
+      may_be_ball = false;
+    }
+    if (god.is_ball) leave_ball(world, god);
     Outcome outcome = Outcome::kContinue;
     if (god.count == 0) {
       bool landed = false;
@@ -384,9 +414,14 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
     constexpr float kHeld = 1.0e-3F;
     if (projection.point_m.squaredNorm() <= kHeld * kHeld * pull.squaredNorm()) {
       for (std::size_t i = 0; i < projection.count; ++i) {
-        const std::uint8_t object = god.contacts[planes.contact[projection.holding[i]]].object;
-        out.list[i] = {object, planes.plane[projection.holding[i]].normal,
-                       projection.lambda_m[static_cast<Eigen::Index>(i)], world.objects[object].material};
+        const std::size_t contact = planes.contact[projection.holding[i]];
+        const std::uint8_t object = god.contacts[contact].object;
+        out.list[i] = {object,
+                       planes.plane[projection.holding[i]].normal,
+                       projection.lambda_m[static_cast<Eigen::Index>(i)],
+                       world.objects[object].material,
+                       static_cast<std::uint8_t>(contact),
+                       to_place(world, god, contact)};
       }
       out.count = projection.count;
       if (out.count > 0) return out;
@@ -396,8 +431,9 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
   const float depth = pull.norm();
   out.count = 1;
   const std::uint8_t object = god.contacts[0].object;
-  out.list[0] = {object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()), depth,
-                 world.objects[object].material};
+  out.list[0] = {object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()),
+                 depth,  world.objects[object].material,
+                 0,      to_place(world, god, 0)};
   return out;
 }
 
