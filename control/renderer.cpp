@@ -125,6 +125,36 @@ Vec3 slip_shaded(Finger& finger, ShadedSprings& springs, const Constraints& held
   return change_N - by_N;
 }
 
+bool unlike_stiffness(const Constraints& held) {
+  for (std::size_t i = 1; i < held.count; ++i)
+    if (held.list[i].material.stiffness_N_m != held.list[0].material.stiffness_N_m) return true;
+  return false;
+}
+
+struct StaticForce {
+  Vec3 tip_m;
+  Vec3 force_N;
+  Vec3 friction_N;  // the part of it that is friction
+  const SurfaceTouch& surface;
+  bool surfaced;
+};
+
+Spring spring_of(const Finger& finger, const Constraints& held, const ShadedSprings& springs,
+                 const StaticForce& felt) {
+  // With shading from the force, which is continuous there.
+  const bool continuous = finger.shaded.took_part();
+  const Vec3& sunk_m = felt.surface.sunk_m;
+  const Vec3 pull = continuous ? Vec3(springs.felt_N / springs.stiffness_N_m - sunk_m)
+                               : Vec3(finger.god.position_m - sunk_m - felt.tip_m);
+  const float energy_J =
+      unlike_stiffness(held) && !continuous
+          ? spring_energy_J(held) + stored_J(felt.friction_N, finger.god.position_m - finger.rest.position_m)
+          : stored_J(felt.force_N - felt.surface.along_N, pull);
+  // With effects of surfaces U is less smooth.
+  const float falls = !finger.shaded.bound() ? 0.0F : felt.surfaced ? 3.0F : 1.0F;
+  return {pull, felt.force_N, energy_J, falls};
+}
+
 void begin(const World& world, Finger& finger, const Vec3& tip_m, RenderCounters& counters) {
   finger.started = true;
   finger.god.position_m = tip_m;
@@ -143,12 +173,6 @@ void let_go(Finger& finger, const Vec3& tip_m) {
                         finger.shaded.took_part(), 0.0F);
   }
   finger.potential.end();
-}
-
-bool unlike_stiffness(const Constraints& held) {
-  for (std::size_t i = 1; i < held.count; ++i)
-    if (held.list[i].material.stiffness_N_m != held.list[0].material.stiffness_N_m) return true;
-  return false;
 }
 
 bool any_surfaced(const World& world, const Constraints& held) {
@@ -395,18 +419,8 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   }
 
   if (!world_.one_potential) {
-    // With shading from the force, which is continuous there.
-    const bool continuous = finger.shaded.took_part();
-    const Vec3 pull = continuous ? Vec3(springs.felt_N / springs.stiffness_N_m - surface.sunk_m)
-                                 : Vec3(god.position_m - surface.sunk_m - x);
-    const float energy_J =
-        unlike_stiffness(held) && !continuous
-            ? spring_energy_J(held) + stored_J(friction_N, god.position_m - rest.position_m)
-            : stored_J(force - surface.along_N, pull);
-    // With effects of surfaces U is less smooth.
-    const float falls = !finger.shaded.bound() ? 0.0F : surfaced ? 3.0F : 1.0F;
-    force *=
-        passive_scale(world_, finger, held, x, {pull, force, energy_J, falls}, !shaded && surface.potential);
+    const Spring spring = spring_of(finger, held, springs, {x, force, friction_N, surface, surfaced});
+    force *= passive_scale(world_, finger, held, x, spring, !shaded && surface.potential);
   }
   const Vec3 damping = damping_force(world_, bodies_, held, god.position_m, tip.velocity_m_s);
   force +=

@@ -19,15 +19,12 @@ constexpr float kUpright = 0.5F;  // cosine of the angle between two planes of o
 bool is_tip(const World& world) { return world.tip_radius_m > 0.0F; }
 float radius_m(const World& world) { return is_tip(world) ? world.tip_radius_m : kPointRadius_m; }
 
-// The ball's centre over a point that lies on its contacts' surfaces.
-Vec3 centre_over(const World& world, const GodObject& god) {
-  std::array<Vec3, kMaxContacts> normals;
-  const std::size_t count = contact_normals(world, god, normals);
+// From a point that lies on the planes of its contacts to the ball's centre over it.
+Vec3 over_contacts(const GodObject& god) {
   std::array<HalfSpace, kMaxContacts> planes;
-  for (std::size_t i = 0; i < count; ++i) planes[i] = {normals[i], kPointRadius_m};
-  const NearestInside over = nearest_inside(std::span(planes).first(count), Vec3::Zero());
-  return over.found ? Vec3(god.position_m + over.point_m)
-                    : Vec3(god.position_m + kPointRadius_m * normals[0]);
+  for (std::size_t i = 0; i < god.count; ++i) planes[i] = {god.normals[i], kPointRadius_m};
+  const NearestInside over = nearest_inside(std::span(planes).first(god.count), Vec3::Zero());
+  return over.found ? over.point_m : Vec3(kPointRadius_m * god.normals[0]);
 }
 
 // Sweeps pieces of a path past meshes of several parts. A triangle gives no plane to a centre that is behind it, and where parts cross, a
@@ -74,8 +71,8 @@ class Sweeps {
 bool become_ball(const World& world, const Sweeps& sweeps, GodObject& god) {
   if (is_tip(world)) god.centre_m = god.position_m;
   if (god.is_ball) return true;
-  god.centre_m = god.count == 0 || is_tip(world) ? god.position_m : centre_over(world, god);
   contact_normals(world, god, god.normals);
+  god.centre_m = is_tip(world) ? god.position_m : Vec3(god.position_m + over_contacts(god));
   god.is_ball = true;
   god.has_beside = false;
   return sweeps.free(god.position_m, god.centre_m, std::span(god.contacts).first(god.count));
@@ -212,14 +209,14 @@ struct Surroundings {
     }
   }
   // The point nearest to the target, if it is under the ball. It is exact where a surface that does not push keeps only
-  // the ball away. Else, and with hold, the point under the centre.
+  // the ball away. Else the point under the centre. hold: the target is a place on the surface.
   [[nodiscard]] NearestInside under(const Vec3& way, bool hold) const {
     const std::span<const HalfSpace> all(planes.data(), count);
-    NearestInside point = nearest_inside(all, way);
-    if (!hold && point.found && (point.count == 0 || point.point_m.squaredNorm() <= kUnder_m * kUnder_m))
+    const Vec3 up = out.normalized();
+    const NearestInside point = nearest_inside(all, hold ? Vec3(way - kBehind_m * up) : way);
+    if (point.found && (point.count == 0 ? !hold : point.point_m.squaredNorm() <= kUnder_m * kUnder_m))
       return point;
-    const Vec3 down = -2.0F * kPointRadius_m * out.normalized();
-    return nearest_inside(all, down);
+    return nearest_inside(all, -2.0F * kPointRadius_m * up);
   }
 };
 
@@ -327,7 +324,7 @@ bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const V
   const Vec3 start = god.is_ball ? god.centre_m : god.position_m;
   if (!become_ball(world, sweeps, god)) return false;
   if (roll(world, nearby, god, target, hold)) return true;
-  const Vec3 goal = hold ? Vec3(target + god.centre_m - god.position_m) : target;
+  const Vec3 goal = hold && !is_tip(world) ? Vec3(target + over_contacts(god)) : target;
   const std::uint8_t held = god.count > 0 ? god.contacts[0].object : std::uint8_t{0};
   // A mesh of several parts has faces below its surface that look aside: they are not what it is on.
   const bool upright = god.count > 0 && world.objects[held].shape.mesh.seams;

@@ -289,15 +289,61 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
   return Outcome::kContinue;
 }
 
-// Whether it lies on a part of a mesh that touches another part of the mesh: both are as several solids.
-bool on_seam(const World& world, const Nearby& nearby, const GodObject& god) {
-  for (std::size_t i = 0; nearby.seams() && i < god.count; ++i) {
-    const MeshView& mesh = world.objects[god.contacts[i].object].shape.mesh;
-    if (mesh.seams && (mesh.flags[god.contacts[i].feature.index] &
-                       static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0)
+// Whether one of them is on a part of a mesh that touches another part of the mesh: both are as several solids.
+bool on_seam(const World& world, std::span<const Contact> contacts) {
+  return std::any_of(contacts.begin(), contacts.end(), [&world](const Contact& contact) {
+    const MeshView& mesh = world.objects[contact.object].shape.mesh;
+    return mesh.seams &&
+           (mesh.flags[contact.feature.index] & static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0;
+  });
+}
+
+// Moves it as a point. to_seam: only to where parts of a mesh touch; returns false there, as it could come between them.
+bool move_point(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+                bool to_seam, RenderCounters& counters) {
+  std::array<Contact, kMaxContacts> left;
+  std::size_t left_count = 0;
+  float nearest2 = std::numeric_limits<float>::infinity();
+  int idle_steps = 0;  // corner steps that brought it no nearer
+  const auto stops = [&] {
+    return to_seam && on_seam(world, god.count > 0 ? std::span(god.contacts).first(god.count)
+                                                   : std::span(left).first(left_count));
+  };
+  for (int moves = 0; moves < kMaxMoves; ++moves) {
+    if (stops()) return false;
+    if (god.is_ball) leave_ball(world, god);
+    Outcome outcome = Outcome::kContinue;
+    if (god.count == 0) {
+      bool landed = false;
+      outcome = fly_and_land(world, nearby, {left.data(), left_count}, god, target, kSkipNone, landed);
+      if (outcome == Outcome::kContinue && !landed) return true;
+    } else if (god.count == 1) {
+      const bool alone = nearby.objects().size() == 1 && nearby.objects()[0] == god.contacts[0].object;
+      outcome = slide_on_one(world, nearby, god, target, hold, alone, left, left_count, counters);
+    } else {
+      // Between nearly parallel faces it can move back and forth by rounding: it ends after two steps without
+      // progress.
+      const float distance2 = (god.position_m - target).squaredNorm();
+      constexpr float kNearer = 1.0F - 1.0e-6F;
+      idle_steps = distance2 < kNearer * nearest2 ? 0 : idle_steps + 1;
+      nearest2 = std::min(nearest2, distance2);
+      if (idle_steps > 2) return true;
+      outcome = slide_in_corner(world, nearby, god, target, left, left_count);
+    }
+    if (outcome == Outcome::kSettled) return !stops();
+    if (outcome == Outcome::kUnknown) {
+      ++counters.sweep_bound;
       return true;
+    }
   }
-  return false;
+  ++counters.slide_bound;
+  if (god.count > 0) return !stops();
+  // Cut short above a surface, where it would not push.
+  bool landed = false;
+  if (fly_and_land(world, nearby, {left.data(), left_count}, god, target, kSkipNone, landed) ==
+      Outcome::kUnknown)
+    ++counters.sweep_bound;
+  return !stops();
 }
 
 }  // namespace
@@ -341,7 +387,7 @@ void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& t
   if (fly_and_land(world, nearby, {}, god, target, kSkipNone, landed) == Outcome::kUnknown)
     ++counters.sweep_bound;
   // A point could have come between two parts of a mesh.
-  if (!landed || !on_seam(world, nearby, god)) return;
+  if (!landed || !nearby.seams() || !on_seam(world, std::span(god.contacts).first(god.count))) return;
   const GodObject point = god;
   god = before;
   if (!fly_ball(world, nearby, god, target, counters)) god = point;
@@ -349,50 +395,15 @@ void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& t
 
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
           RenderCounters& counters) noexcept {
-  std::array<Contact, kMaxContacts> left;
-  std::size_t left_count = 0;
-  float nearest2 = std::numeric_limits<float>::infinity();
-  int idle_steps = 0;  // corner steps that brought it no nearer
-  bool may_be_ball = true;
-  for (int moves = 0; moves < kMaxMoves; ++moves) {
-    if (may_be_ball && (nearby.several() || on_seam(world, nearby, god) || world.tip_radius_m > 0.0F)) {
-      const GodObject before = god;
-      if (move_ball(world, nearby, god, target, hold, counters)) return;
-      god = before;
-      may_be_ball = false;
-    }
-    if (god.is_ball) leave_ball(world, god);
-    Outcome outcome = Outcome::kContinue;
-    if (god.count == 0) {
-      bool landed = false;
-      outcome = fly_and_land(world, nearby, {left.data(), left_count}, god, target, kSkipNone, landed);
-      if (outcome == Outcome::kContinue && !landed) return;
-    } else if (god.count == 1) {
-      const bool alone = nearby.objects().size() == 1 && nearby.objects()[0] == god.contacts[0].object;
-      outcome = slide_on_one(world, nearby, god, target, hold, alone, left, left_count, counters);
-    } else {
-      // Between nearly parallel faces it can move back and forth by rounding: it ends after two steps without
-      // progress.
-      const float distance2 = (god.position_m - target).squaredNorm();
-      constexpr float kNearer = 1.0F - 1.0e-6F;
-      idle_steps = distance2 < kNearer * nearest2 ? 0 : idle_steps + 1;
-      nearest2 = std::min(nearest2, distance2);
-      if (idle_steps > 2) return;
-      outcome = slide_in_corner(world, nearby, god, target, left, left_count);
-    }
-    if (outcome == Outcome::kSettled) return;
-    if (outcome == Outcome::kUnknown) {
-      ++counters.sweep_bound;
-      return;
-    }
+  const bool is_ball = nearby.several() || world.tip_radius_m > 0.0F;
+  if (is_ball || nearby.seams()) {
+    const GodObject start = god;
+    if (!is_ball && move_point(world, nearby, god, target, hold, true, counters)) return;
+    god = start;
+    if (move_ball(world, nearby, god, target, hold, counters)) return;
+    god = start;
   }
-  ++counters.slide_bound;
-  if (god.count > 0) return;
-  // Cut short above a surface, where it would not push.
-  bool landed = false;
-  if (fly_and_land(world, nearby, {left.data(), left_count}, god, target, kSkipNone, landed) ==
-      Outcome::kUnknown)
-    ++counters.sweep_bound;
+  move_point(world, nearby, god, target, hold, false, counters);
 }
 
 std::size_t contact_normals(const World& world, const GodObject& god,

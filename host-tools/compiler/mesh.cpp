@@ -93,20 +93,14 @@ Vector3d normal(const TriangleCorners& t) {
 bool flag_seams(const Surface& surface, const MeshTree& tree, const Adjacency& adjacency,
                 std::vector<std::uint8_t>& flags) {
   constexpr auto kSeam = static_cast<std::uint8_t>(scene::TriangleFlag::Seam);
-  constexpr auto kTwoSided = static_cast<std::uint8_t>(scene::TriangleFlag::TwoSided);
   const std::size_t count = surface.triangles.size();
-  DisjointSets sets(count);
-  for (std::uint32_t edge = 0; edge < adjacency.neighbour.size(); ++edge) {
-    if (adjacency.neighbour[edge] != kNoNeighbour) sets.join(edge / 3, adjacency.neighbour[edge] >> 2U);
-  }
-  std::vector<std::uint32_t> part(count);
-  for (std::uint32_t t = 0; t < count; ++t) part[t] = sets.find(t);
+  const std::vector<std::uint32_t>& part = adjacency.part;
   const bool several = std::any_of(part.begin(), part.end(), [&](std::uint32_t p) { return p != part[0]; });
   if (several) {
     flag_meetings(
         surface, tree, kSeam_m, kSeam, flags,
         [&](std::uint32_t a, std::uint32_t b) {
-          return part[a] != part[b] && ((flags[a] | flags[b]) & kTwoSided) == 0;
+          return part[a] != part[b] && part[a] != kOpenPart && part[b] != kOpenPart;
         },
         [](const TriangleCorners& a, const TriangleCorners& b) {
           if (std::abs(normal(a).dot(normal(b))) < kAlong) return false;
@@ -150,6 +144,22 @@ std::size_t bytes_in_image(const CompiledMesh& mesh) {
          (mesh.texture_weights.size() + mesh.texture_corners.size()) * sizeof(std::uint32_t) +
          mesh.texture_points.size() * sizeof(scene::TexturePoint) +
          mesh.nodes.size() * sizeof(scene::BvhNode);
+}
+
+// The normals of smooth shading, at each corner of each triangle.
+template <typename MayJoin>
+std::vector<std::uint32_t> shading_normals(const Surface& surface, const Adjacency& adjacency,
+                                           const std::vector<Vector3d>& face_normals, double crease_deg,
+                                           MayJoin&& may_join) {
+  const double least_cosine = std::cos((crease_deg + kCreaseSlack_deg) * std::numbers::pi / 180.0);
+  DisjointSets smooth = join_corners(adjacency, [&](std::uint32_t a, std::uint32_t b) {
+    return may_join(a, b) && (crease_deg >= 180.0 || face_normals[a].dot(face_normals[b]) >= least_cosine);
+  });
+  const std::vector<Vector3d> shading = mean_normals(surface, face_normals, smooth);
+  std::vector<std::uint32_t> at_corner(3 * surface.triangles.size());
+  for (std::uint32_t corner = 0; corner < at_corner.size(); ++corner)
+    at_corner[corner] = control::encode_octahedral(shading[smooth.find(corner)].cast<float>());
+  return at_corner;
 }
 
 }  // namespace
@@ -202,19 +212,8 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
   const auto may_join = [&](std::uint32_t a, std::uint32_t b) {
     return !options.height_field || (face_normals[a].z() > 0.0 && face_normals[b].z() > 0.0);
   };
-  if (options.crease_deg) {
-    const double least_cosine = std::cos((*options.crease_deg + kCreaseSlack_deg) * std::numbers::pi / 180.0);
-    DisjointSets smooth = join_corners(adjacency, [&](std::uint32_t a, std::uint32_t b) {
-      return may_join(a, b) &&
-             (*options.crease_deg >= 180.0 || face_normals[a].dot(face_normals[b]) >= least_cosine);
-    });
-    const std::vector<Vector3d> shading = mean_normals(surface, face_normals, smooth);
-    mesh.corner_normals.resize(3 * count);
-    for (std::uint32_t corner = 0; corner < mesh.corner_normals.size(); ++corner) {
-      mesh.corner_normals[corner] = control::encode_octahedral(shading[smooth.find(corner)].cast<float>());
-    }
-  }
-
+  if (options.crease_deg)
+    mesh.corner_normals = shading_normals(surface, adjacency, face_normals, *options.crease_deg, may_join);
   if (options.texture) {
     const auto joins = [&](std::uint32_t a, std::uint32_t b) {
       return may_join(a, b) && face_normals[a].dot(face_normals[b]) > kTextureCorner;
