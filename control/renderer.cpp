@@ -223,6 +223,27 @@ void move_rest(const World& world, const Nearby& nearby, Finger& finger, const V
   move(world, nearby, rest, tip_m, false, counters);
 }
 
+// The scale of the force of one plain surface. pull_m, force_N: in the object's frame.
+[[gnu::noinline]] float plain_scale(const World& world, Finger& finger, const PlacedObject& object,
+                                    const Vec3& tip_m, const Vec3& pull_m, const Vec3& force_N) {
+  const float stiffness_N_m = object.material.stiffness_N_m;
+  const Vec3 spring_N = stiffness_N_m * (finger.god.position_m - tip_m);
+  if (world.any_shaded) finger.shaded.follow(object, tip_m, spring_N, stiffness_N_m, stiffness_N_m, false);
+  return passive_scale(finger, kNoBody, tip_m, {pull_m, spring_N, stored_J(force_N, pull_m)}, true);
+}
+
+// Whether nothing but this object counts in this tick, and shading does not bind its force.
+[[gnu::noinline]] bool alone_in_reach(const World& world, Finger& finger, std::size_t object,
+                                      const Vec3& tip_m) {
+  if (finger.inside != 0 || (world.any_shaded && finger.shaded.binds())) return false;
+  GodObject& god = finger.god;
+  const Reach reach(god.position_m, finger.rest.position_m, tip_m, world.margin_m);
+  for (std::size_t i = 0; i < world.count; ++i)
+    if (i != object && reach.meets(world.objects[i])) return false;
+  if (!world.objects[object].shape.mesh.seams) god.is_ball = finger.rest.is_ball = false;
+  return true;
+}
+
 // The fast path for the most common tick: one plain surface holds the god object, and no other object is
 // within reach. It gives the forces of Renderer::touch() (tests/property/control/renderer_paths_test.cpp),
 // except that on a mesh rest continues from its place in the previous tick while the tip sticks. In every
@@ -234,15 +255,8 @@ void move_rest(const World& world, const Nearby& nearby, Finger& finger, const V
   Contact& contact = god.contacts[0];
   if (finger.rest.contacts[0].object != contact.object) return false;
   const PlacedObject& object = world.objects[contact.object];
-  if (!object.plain || (world.any_shaded && finger.shaded.binds())) return false;
-  if (world.count > 1) {
-    if (finger.inside != 0) return false;
-    const Reach reach(god, finger.rest, tip.position_m, world.margin_m);
-    for (std::size_t i = 0; i < world.count; ++i) {
-      if (i != contact.object && reach.meets(world.objects[i])) return false;
-    }
-    if (!object.shape.mesh.seams) god.is_ball = finger.rest.is_ball = false;
-  }
+  if (!object.plain) return false;
+  if (world.count > 1 && !alone_in_reach(world, finger, contact.object, tip.position_m)) return false;
   const Vec3 x = object.to_local(tip.position_m);
   const Vec3 stuck = object.to_local(god.position_m);
   const Material& m = object.material;
@@ -289,13 +303,7 @@ void move_rest(const World& world, const Nearby& nearby, Finger& finger, const V
   }
   const Vec3 pull = rest.to - x;
   Vec3 force = m.stiffness_N_m * (at - x);
-  if (!world.one_potential) {
-    const Vec3 spring_N = m.stiffness_N_m * (god.position_m - tip.position_m);
-    if (world.any_shaded)
-      finger.shaded.follow(object, tip.position_m, spring_N, m.stiffness_N_m, m.stiffness_N_m, false);
-    force *=
-        passive_scale(finger, kNoBody, tip.position_m, {at - x, spring_N, stored_J(force, at - x)}, true);
-  }
+  if (!world.one_potential) force *= plain_scale(world, finger, object, tip.position_m, at - x, force);
   if (const float depth = pull.norm(); m.damping_N_s_m > 0.0F && depth > 0.0F) {
     const Vec3 normal = pull / depth;
     const float speed = object.turn_back(tip.velocity_m_s).dot(normal);
@@ -355,8 +363,9 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
     }
     if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
   }
-  if (!bodies_.empty() && fields_.count() != 0) fields_.press(world_, period_s, bodies_);
-  if (!bodies_.empty()) bodies_.step(world_, std::span(fingers_).first(count), period_s, counters_);
+  if (bodies_.empty()) return;
+  if (fields_.count() != 0) fields_.press(world_, period_s, bodies_);
+  bodies_.step(world_, std::span(fingers_).first(count), period_s, counters_);
 }
 
 void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touch) noexcept {
@@ -364,7 +373,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   GodObject& god = finger.god;
   GodObject& rest = finger.rest;
   if (!finger.started) begin(world_, finger, x, counters_);
-  const Nearby nearby(world_, Reach(god, rest, x, world_.margin_m), finger.inside,
+  const Nearby nearby(world_, Reach(god.position_m, rest.position_m, x, world_.margin_m), finger.inside,
                       lists_ ? &triangles_[static_cast<std::size_t>(&finger - fingers_.data())] : nullptr);
 
   // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).

@@ -96,7 +96,8 @@ bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& be
 
   // Move it there, around all other objects.
   const Vec3 target = now.to_world(local);
-  const Nearby others(world, Reach(god, god, target, world.margin_m), finger.inside | only(moved));
+  const Nearby others(world, Reach(god.position_m, god.position_m, target, world.margin_m),
+                      finger.inside | only(moved));
   move(world, others, god, target, false, counters);
   const bool arrived = is_at(god.position_m, target, kTouchGap_m);
   if (!arrived) {
@@ -156,7 +157,8 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
 
   // Move the god object there, around all other objects.
   const Vec3 target = now.to_world(local);
-  const Nearby others(world, Reach(god, god, target, world.margin_m), finger.inside | only(moved));
+  const Nearby others(world, Reach(god.position_m, god.position_m, target, world.margin_m),
+                      finger.inside | only(moved));
   if (others.objects().empty()) {
     god.count = 0;
     god.position_m = target;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "control/bodies/collide.h"
 #include "control/contact/ball.h"
 #include "control/contact/half_spaces.h"
 
@@ -24,9 +23,9 @@ struct Flight {
 // that is known not to be hit.
 constexpr int kSkipNone = -1;
 
-[[gnu::noinline]] void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god,
-                                    std::span<const Contact> leaving, const Vec3& from, const Vec3& to,
-                                    int skip, Flight& flight) {
+void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god,
+                  std::span<const Contact> leaving, const Vec3& from, const Vec3& to, int skip,
+                  Flight& flight) {
   for (const std::uint8_t index : nearby.objects()) {
     if (index == skip) continue;
     const PlacedObject& object = world.objects[index];
@@ -298,6 +297,28 @@ bool on_seam(const World& world, std::span<const Contact> contacts) {
   });
 }
 
+[[gnu::always_inline]] inline void fly_point(const World& world, const Nearby& nearby, GodObject& god,
+                                             const Vec3& target, RenderCounters& counters) {
+  if (god.is_ball) leave_ball(world, god);
+  bool landed = false;
+  if (fly_and_land(world, nearby, {}, god, target, kSkipNone, landed) == Outcome::kUnknown)
+    ++counters.sweep_bound;
+}
+
+// False where only a point finds a way that is free.
+[[gnu::noinline]] bool fly_past_others(const World& world, const Nearby& nearby, bool is_ball, GodObject& god,
+                                       const Vec3& target, RenderCounters& counters) {
+  const GodObject start = god;
+  if (!is_ball) {
+    fly_point(world, nearby, god, target, counters);
+    if (!on_seam(world, std::span(god.contacts).first(god.count))) return true;
+    god = start;  // a point could have come between two parts of a mesh
+  }
+  if (fly_ball(world, nearby, god, target, counters)) return true;
+  god = start;
+  return false;
+}
+
 // Moves it as a point. to_seam: only to where parts of a mesh touch; returns false there, as it could come between them.
 bool move_point(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
                 bool to_seam, RenderCounters& counters) {
@@ -348,55 +369,17 @@ bool move_point(const World& world, const Nearby& nearby, GodObject& god, const 
 
 }  // namespace
 
-Nearby::Nearby(const World& world, const Reach& reach, SolidSet without, TriangleCache* triangles) noexcept {
-  for (std::size_t i = 0; i < world.count; ++i)
-    if (reach.meets(world.objects[i])) list_[count_++] = static_cast<std::uint8_t>(i);
-  if (without != 0) {
-    const auto* const end = std::remove_if(list_.begin(), list_.begin() + count_,
-                                           [without](std::uint8_t i) { return (without & only(i)) != 0; });
-    count_ = static_cast<std::size_t>(end - list_.begin());
-  }
-  for (const std::uint8_t index : objects()) seams_ = seams_ || world.objects[index].shape.mesh.seams;
-  if (world.tip_radius_m > 0.0F) {
-    int meshes = 0;
-    for (const std::uint8_t index : objects())
-      if (world.objects[index].ops->separate != nullptr) ++meshes;
-    if (meshes == 1) triangles_ = triangles;
-  }
-  if (count_ < 2) return;
-  const float radius_m = reach.radius_m();
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    const PlacedObject& object = world.objects[list_[i]];
-    if (object.ops->separate != nullptr ||
-        object.row->collision->nearest(object.shape, object.to_local(reach.tip_m)).outside_m <= radius_m)
-      list_[kept++] = list_[i];
-  }
-  count_ = kept;
-}
-
 void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
          RenderCounters& counters) noexcept {
-  const GodObject before = god;
-  if (nearby.several() || world.tip_radius_m > 0.0F) {
-    if (fly_ball(world, nearby, god, target, counters)) return;
-    god = before;  // a point finds a way that is free
-  }
-  if (god.is_ball) leave_ball(world, god);
-  bool landed = false;
-  if (fly_and_land(world, nearby, {}, god, target, kSkipNone, landed) == Outcome::kUnknown)
-    ++counters.sweep_bound;
-  // A point could have come between two parts of a mesh.
-  if (!landed || !nearby.seams() || !on_seam(world, std::span(god.contacts).first(god.count))) return;
-  const GodObject point = god;
-  god = before;
-  if (!fly_ball(world, nearby, god, target, counters)) god = point;
+  const bool is_ball = nearby.several() || world.tip_radius_m > 0.0F;
+  if ((is_ball || world.any_seams) && fly_past_others(world, nearby, is_ball, god, target, counters)) return;
+  fly_point(world, nearby, god, target, counters);
 }
 
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
           RenderCounters& counters) noexcept {
   const bool is_ball = nearby.several() || world.tip_radius_m > 0.0F;
-  if (is_ball || nearby.seams()) {
+  if (is_ball || world.any_seams) {
     const GodObject start = god;
     if (!is_ball && move_point(world, nearby, god, target, hold, true, counters)) return;
     god = start;

@@ -43,6 +43,7 @@ void World::bind(const SceneView& view) noexcept {
   count = 0;
   one_potential = true;
   any_shaded = false;
+  any_seams = false;
   tip_radius_m = view.scene() != nullptr ? view.scene()->tip_radius_m() : 0.0F;
   margin_m = std::max(2.0F * kPointRadius_m, tip_radius_m + 2.0F * kTouchGap_m);
   if (view.scene() == nullptr) return;
@@ -54,6 +55,7 @@ void World::bind(const SceneView& view) noexcept {
     objects[count] = place(*object);
     objects[count].in_image = index;
     objects[count].plain = objects[count].plain && tip_radius_m == 0.0F;
+    any_seams = any_seams || objects[count].shape.mesh.seams;
     ++count;
   }
   compare_materials();

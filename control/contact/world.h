@@ -61,6 +61,7 @@ struct World {
   // potential, and needs no energy account.
   bool one_potential = true;
   bool any_shaded = false;
+  bool any_seams = false;     // a mesh of several parts that touch
   float tip_radius_m = 0.0F;  // above 0: each fingertip is a sphere, and a god object is its centre
   // A solid farther than this from all moves of a god object cannot touch it.
   float margin_m = 2.0F * kPointRadius_m;
