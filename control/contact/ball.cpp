@@ -186,13 +186,15 @@ struct Surroundings {
   std::array<HalfSpace, kMax> planes;
   std::array<std::size_t, kMax> index;
   std::size_t count = 0;
-  Vec3 out = Vec3::Zero();  // away from what it touches
+  Vec3 out = Vec3::Zero();  // away from the nearest that it touches
 
   Surroundings(const Separations& near, bool all_near) {
+    float lowest_m = kUnder_m;
+    for (std::size_t i = 0; i < near.count; ++i) lowest_m = std::min(lowest_m, near.of[i].height_m);
     for (std::size_t i = 0; i < near.count; ++i) {
       const float height_m = near.of[i].height_m;
       const bool touches = near.touches(i, kPointRadius_m);
-      if (touches) out += near.of[i].normal;
+      if (touches && height_m <= lowest_m + kBehind_m) out += near.of[i].normal;
       if (!touches && !(all_near && height_m <= kUnder_m)) continue;
       std::size_t at = count;
       if (count == kMax) {  // in place of the farthest
@@ -209,14 +211,13 @@ struct Surroundings {
     }
   }
   // The point nearest to the target, if it is under the ball. It is exact where a surface that does not push keeps only
-  // the ball away. Else the point under the centre. hold: the target is a place on the surface.
+  // the ball away. Else, and with hold, the point under the centre.
   [[nodiscard]] NearestInside under(const Vec3& way, bool hold) const {
     const std::span<const HalfSpace> all(planes.data(), count);
-    const Vec3 up = out.normalized();
-    const NearestInside point = nearest_inside(all, hold ? Vec3(way - kBehind_m * up) : way);
-    if (point.found && (point.count == 0 ? !hold : point.point_m.squaredNorm() <= kUnder_m * kUnder_m))
+    NearestInside point = nearest_inside(all, way);
+    if (!hold && point.found && (point.count == 0 || point.point_m.squaredNorm() <= kUnder_m * kUnder_m))
       return point;
-    return nearest_inside(all, -2.0F * kPointRadius_m * up);
+    return nearest_inside(all, -2.0F * kPointRadius_m * out.normalized());
   }
 };
 
