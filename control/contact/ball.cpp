@@ -261,10 +261,9 @@ void set_contacts(const World& world, const Nearby& nearby, GodObject& god, Sepa
   god.count = under.count;
 }
 
-}  // namespace
-
-bool fly_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-              RenderCounters& counters) noexcept {
+// As fly_ball() and move_ball(), but the god object is anywhere on the path where they return false.
+bool fly_proven(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+                RenderCounters& counters) {
   const Sweeps sweeps(world, nearby);
   const Vec3 start = god.is_ball ? god.centre_m : god.position_m;
   if (!become_ball(world, sweeps, god)) return false;
@@ -319,8 +318,8 @@ bool fly_ball(const World& world, const Nearby& nearby, GodObject& god, const Ve
   return sweeps.comes_down(god) && comes_nearer(world, start, god.centre_m, target);
 }
 
-bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
-               RenderCounters& counters) noexcept {
+bool move_proven(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+                 RenderCounters& counters) {
   const Sweeps sweeps(world, nearby);
   const Vec3 start = god.is_ball ? god.centre_m : god.position_m;
   if (!become_ball(world, sweeps, god)) return false;
@@ -389,8 +388,26 @@ bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const V
   }
   // Cut short above a surface, where it would not push.
   const bool is_free =
-      !settled && god.count == 0 ? fly_ball(world, nearby, god, target, counters) : sweeps.comes_down(god);
+      !settled && god.count == 0 ? fly_proven(world, nearby, god, target, counters) : sweeps.comes_down(god);
   return is_free && comes_nearer(world, start, god.centre_m, goal);
+}
+
+}  // namespace
+
+bool fly_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+              RenderCounters& counters) noexcept {
+  const GodObject start = god;
+  if (fly_proven(world, nearby, god, target, counters)) return true;
+  god = start;
+  return false;
+}
+
+bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+               RenderCounters& counters) noexcept {
+  const GodObject start = god;
+  if (move_proven(world, nearby, god, target, hold, counters)) return true;
+  god = start;
+  return false;
 }
 
 void leave_ball(const World& world, GodObject& god) noexcept {

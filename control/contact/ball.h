@@ -15,7 +15,7 @@
 namespace thimble::control {
 
 // Both make the god object a ball if it is a point yet, and are otherwise as fly() and move() of a point. False where its path past a mesh
-// of several parts is not proven free, or leads away from the target; the god object is anywhere on that path then.
+// of several parts is not proven free, or leads away from the target; the god object is as before then.
 bool fly_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
               RenderCounters& counters) noexcept;
 bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,

@@ -297,31 +297,17 @@ bool on_seam(const World& world, std::span<const Contact> contacts) {
   });
 }
 
-[[gnu::always_inline]] inline void fly_point(const World& world, const Nearby& nearby, GodObject& god,
-                                             const Vec3& target, RenderCounters& counters) {
+void fly_point(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+               RenderCounters& counters) {
   if (god.is_ball) leave_ball(world, god);
   bool landed = false;
   if (fly_and_land(world, nearby, {}, god, target, kSkipNone, landed) == Outcome::kUnknown)
     ++counters.sweep_bound;
 }
 
-// False where only a point finds a way that is free.
-[[gnu::noinline]] bool fly_past_others(const World& world, const Nearby& nearby, bool is_ball, GodObject& god,
-                                       const Vec3& target, RenderCounters& counters) {
-  const GodObject start = god;
-  if (!is_ball) {
-    fly_point(world, nearby, god, target, counters);
-    if (!on_seam(world, std::span(god.contacts).first(god.count))) return true;
-    god = start;  // a point could have come between two parts of a mesh
-  }
-  if (fly_ball(world, nearby, god, target, counters)) return true;
-  god = start;
-  return false;
-}
-
 // Moves it as a point. to_seam: only to where parts of a mesh touch; returns false there, as it could come between them.
-bool move_point(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
-                bool to_seam, RenderCounters& counters) {
+[[gnu::noinline]] bool move_point(const World& world, const Nearby& nearby, GodObject& god,
+                                  const Vec3& target, bool hold, bool to_seam, RenderCounters& counters) {
   std::array<Contact, kMaxContacts> left;
   std::size_t left_count = 0;
   float nearest2 = std::numeric_limits<float>::infinity();
@@ -371,20 +357,30 @@ bool move_point(const World& world, const Nearby& nearby, GodObject& god, const 
 
 void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
          RenderCounters& counters) noexcept {
-  const bool is_ball = nearby.several() || world.tip_radius_m > 0.0F;
-  if ((is_ball || world.any_seams) && fly_past_others(world, nearby, is_ball, god, target, counters)) return;
+  if (nearby.several() || world.tip_radius_m > 0.0F) {
+    if (fly_ball(world, nearby, god, target, counters)) return;
+  } else if (world.any_seams) {
+    GodObject ball = god;
+    fly_point(world, nearby, god, target, counters);
+    if (on_seam(world, std::span(god.contacts).first(god.count)) &&
+        fly_ball(world, nearby, ball, target, counters))
+      god = ball;  // a point could have come between two parts of a mesh
+    return;
+  }
   fly_point(world, nearby, god, target, counters);
 }
 
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
           RenderCounters& counters) noexcept {
-  const bool is_ball = nearby.several() || world.tip_radius_m > 0.0F;
-  if (is_ball || world.any_seams) {
-    const GodObject start = god;
-    if (!is_ball && move_point(world, nearby, god, target, hold, true, counters)) return;
-    god = start;
+  if (nearby.several() || world.tip_radius_m > 0.0F) {
     if (move_ball(world, nearby, god, target, hold, counters)) return;
-    god = start;
+  } else if (world.any_seams) {
+    GodObject ball = god;
+    if (move_point(world, nearby, god, target, hold, true, counters)) return;
+    if (move_ball(world, nearby, ball, target, hold, counters)) {
+      god = ball;
+      return;
+    }
   }
   move_point(world, nearby, god, target, hold, false, counters);
 }
