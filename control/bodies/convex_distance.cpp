@@ -142,6 +142,15 @@ bool nearest_on_simplex(const Corners& of, std::size_t count, Nearest& out) {
   }
 }
 
+// Moves the corners of `nearest` to the front, and lets it refer to them there.
+void keep_only(Nearest& nearest, Corners& corners) {
+  const Corners before = corners;
+  for (std::size_t i = 0; i < nearest.count; ++i) {
+    if (nearest.corner[i] != i) corners[i] = before[nearest.corner[i]];
+    nearest.corner[i] = static_cast<std::uint8_t>(i);
+  }
+}
+
 }  // namespace
 
 Vec3 nearest_on_triangle(const std::array<Vec3, 3>& corners, const Vec3& p) noexcept {
@@ -177,11 +186,7 @@ Distance nearest_points(const Convex& a, const Convex& b, const Vec3& shift_m, c
     const Vec3 point = next.point(corners);
     const float now2 = point.squaredNorm();
     if (!(now2 < length2)) break;  // rounding: no progress
-    const Corners before = corners;
-    for (std::uint8_t i = 0; i < next.count; ++i) {
-      if (next.corner[i] != i) corners[i] = before[next.corner[i]];
-      next.corner[i] = i;
-    }
+    keep_only(next, corners);
     nearest = next;
     apart = point;
     const bool slow = now2 > (1.0F - kPart) * length2;
@@ -214,11 +219,7 @@ bool are_apart(const Convex& a, const Convex& b, const Vec3& towards_a, float ma
     Nearest next;
     if (!nearest_on_simplex(corners, nearest.count + 1, next)) return false;
     apart = next.point(corners);
-    const Corners before = corners;
-    for (std::uint8_t i = 0; i < next.count; ++i) {
-      if (next.corner[i] != i) corners[i] = before[next.corner[i]];
-      next.corner[i] = i;
-    }
+    keep_only(next, corners);
     nearest = next;
   }
   return false;
