@@ -7,7 +7,6 @@
 #include <limits>
 #include <numeric>
 #include <unordered_map>
-#include <utility>
 
 #include "control/scene/limits.h"
 #include "host-tools/error.h"
@@ -158,7 +157,6 @@ Surface weld(const TriangleSoup& soup, const std::string& name, double weld_shar
       surface.triangles.push_back(welded);
     }
   }
-  surface.of_soup = std::move(merged);
   return surface;
 }
 

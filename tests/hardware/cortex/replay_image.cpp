@@ -27,8 +27,7 @@ class SlotsInMemory final : public firmware::Storage {
 };
 
 [[gnu::section(".slots")]] alignas(8) std::array<std::byte, std::size_t{3} << 20U> slots;
-[[gnu::section(".slots")]] std::array<std::array<std::byte, firmware::Storage::kParamSlotBytes>, 2>
-    param_slots;
+std::array<std::array<std::byte, firmware::Storage::kParamSlotBytes>, 2> param_slots;
 
 std::span<std::byte> SlotsInMemory::of(unsigned index) noexcept {
   if (index >= kSceneSlots) return param_slots[index - kSceneSlots];
@@ -36,7 +35,7 @@ std::span<std::byte> SlotsInMemory::of(unsigned index) noexcept {
 }
 
 long file = -1;
-[[gnu::section(".slots")]] std::array<float, 4096> waiting_N;
+std::array<float, 4096> waiting_N;
 std::size_t waiting = 0;
 
 void flush() noexcept {
