@@ -4,41 +4,12 @@
 #include <cmath>
 
 #include "control/contact/damping.h"
+#include "control/contact/reaction.h"
+#include "control/contact/shading.h"
 #include "control/surfaces/surfaces.h"
 
 namespace thimble::control {
 namespace {
-
-// Force shading in two passes (Ruspini et al. 1997): the plane with the interpolated normal, then the true
-// surface. The error of the god object against the shaded surface falls in each round by the ratio of depth
-// to radius of curvature.
-constexpr int kShadingRounds = 3;
-
-// The interpolated normal at the god object, when exactly one solid holds it, if by several facets, and that one is
-// shaded.
-bool shaded_normal(const World& world, const GodObject& god, Vec3& normal) {
-  if (god.count == 0) return false;
-  const PlacedObject& object = world.objects[god.contacts[0].object];
-  for (std::size_t i = 1; i < god.count; ++i)
-    if (god.contacts[i].object != god.contacts[0].object) return false;
-  if (!object.shaded) return false;
-  if (!object.ops->shaded_normal(object.shape, god.contacts[0].feature, object.to_local(god.position_m),
-                                 normal))
-    return false;
-  normal = object.turn(normal);
-  return true;
-}
-
-// Moves the frictionless god object to its place on the shaded surface. False where nothing is shaded.
-bool shade(const World& world, const Nearby& nearby, GodObject& god, const Vec3& tip,
-           RenderCounters& counters, Vec3& normal) {
-  for (int round = 0; round < kShadingRounds; ++round) {
-    if (!shaded_normal(world, god, normal)) return false;
-    const Vec3 on_plane = tip - normal * (tip - god.position_m).dot(normal);
-    move(world, nearby, god, on_plane, true, counters);
-  }
-  return shaded_normal(world, god, normal);
-}
 
 // F = sum K lambda n, with each object's own K.
 Vec3 spring_force(const Constraints& held) {
@@ -49,50 +20,11 @@ Vec3 spring_force(const Constraints& held) {
   return force;
 }
 
-// The velocity of the tip relative to the object's material at the god object.
-Vec3 relative_velocity(const PlacedObject& object, const Bodies& bodies, const Vec3& at,
-                       const Vec3& velocity) {
-  return object.body == kNoBody ? velocity : Vec3(velocity - bodies.velocity_at(object.body, at));
-}
-
-Vec3 damping_force(const World& world, const Bodies& bodies, const Constraint& c, const Vec3& at,
-                   const Vec3& velocity) {
-  const Material& m = c.material;
-  const float speed = relative_velocity(world.objects[c.object], bodies, at, velocity).dot(c.normal);
-  return damping_force_N(m.stiffness_N_m * c.lambda_m, m.damping_N_s_m, speed) * c.normal;
-}
-
-// Applies to every moving object in contact the opposite of its force on the finger: spring and damping along
-// its own normal, and its share of the rest (friction, effects of surfaces), in proportion to its static
-// friction limit.
-void push_back(const World& world, Bodies& bodies, const Constraints& held, const Vec3& at,
-               const Vec3& velocity, const Vec3& force) {
-  std::array<Vec3, kMaxContacts> own;
-  std::array<float, kMaxContacts> holds;
-  Vec3 rest = force;
-  float all = 0.0F;
-  for (std::size_t i = 0; i < held.count; ++i) {
-    const Constraint& c = held.list[i];
-    const Material& m = c.material;
-    const float push = m.stiffness_N_m * c.lambda_m;
-    own[i] = push * c.normal + damping_force(world, bodies, c, at, velocity);
-    rest -= own[i];
-    holds[i] = m.static_friction * push;
-    all += holds[i];
-  }
-  for (std::size_t i = 0; i < held.count; ++i) {
-    const PlacedObject& object = world.objects[held.list[i].object];
-    if (object.body == kNoBody) continue;
-    const float share = all > 0.0F ? holds[i] / all : 1.0F / static_cast<float>(held.count);
-    bodies.push(object.body, at, held.count == 1 ? Vec3(-force) : Vec3(-own[i] - share * rest));
-  }
-}
-
 // The object in whose frame the energy account counts the work. Work on a moving object is counted relative to
-// that object. Null between objects that move differently: there is no such frame.
-const PlacedObject* account_frame(const World& world, const Constraints& held) {
-  if (held.count == 0) return nullptr;
-  const PlacedObject& first = world.objects[held.list[0].object];
+// that object. Null between objects that move differently: there is no such frame. rest: the god object, in contact; above a
+// relief nothing holds it back, and the contact goes on.
+const PlacedObject* account_frame(const World& world, const GodObject& rest, const Constraints& held) {
+  const PlacedObject& first = world.objects[held.count == 0 ? rest.contacts[0].object : held.list[0].object];
   for (std::size_t i = 1; i < held.count; ++i) {
     if (world.objects[held.list[i].object].body != first.body) return nullptr;
   }
@@ -104,6 +36,7 @@ struct Spring {
   Vec3 pull_m;  // from the tip to what pulls it
   Vec3 force_N;
   float stored_J;
+  float falls = 0.0F;  // EnergyAccount::tick()
 };
 
 // The scale of the spring force, 0 to 1, with which no closed path of the tip gains energy. All is in the frame of
@@ -111,7 +44,8 @@ struct Spring {
 [[gnu::always_inline]] inline float passive_scale(Finger& finger, std::uint8_t body, const Vec3& tip_m,
                                                   const Spring& spring, bool gradient) {
   if (!gradient || !finger.account.exact(body))
-    return finger.account.tick(body, tip_m, spring.pull_m.norm(), spring.stored_J, spring.force_N);
+    return finger.account.tick(body, tip_m, spring.pull_m.norm(), spring.stored_J, spring.force_N,
+                               finger.shaded.took_part(), spring.falls);
   finger.account.follow(body, tip_m, spring.stored_J, spring.force_N);
   return 1.0F;
 }
@@ -119,7 +53,7 @@ struct Spring {
 // gradient: each contact's force is the gradient of a potential.
 float passive_scale(const World& world, Finger& finger, const Constraints& held, const Vec3& tip_m,
                     const Spring& spring, bool gradient) {
-  const PlacedObject* frame = account_frame(world, held);
+  const PlacedObject* frame = account_frame(world, finger.rest, held);
   if (frame == nullptr) {
     finger.account.close();
     finger.potential.end();
@@ -131,28 +65,114 @@ float passive_scale(const World& world, Finger& finger, const Constraints& held,
       finger.potential.stays(held) || finger.potential.goes_on(held, finger.account.step_m(frame->body, at));
   if (!moves) return passive_scale(finger, kNoBody, at, spring, gradient && goes_on);
   return passive_scale(finger, frame->body, at,
-                       {spring.pull_m, frame->turn_back(spring.force_N), spring.stored_J},
+                       {spring.pull_m, frame->turn_back(spring.force_N), spring.stored_J, spring.falls},
                        gradient && goes_on);
 }
 
 // Of one spring: force times stretch, halved. A shaded normal can turn it against the pull.
 float stored_J(const Vec3& force_N, const Vec3& pull_m) { return 0.5F * std::max(force_N.dot(pull_m), 0.0F); }
 
-// Nothing holds the god object any more. One that flies for longer than a tick, round an edge, has not come to the tip yet: the
-// account of its contact goes on.
-void let_go(Finger& finger, const Vec3& tip_m) {
-  if (finger.rest.position_m == tip_m) {
-    finger.account.close();
-  } else {
-    finger.account.tick(kNoBody, tip_m, (finger.rest.position_m - tip_m).norm(), 0.0F, Vec3::Zero());
+// The springs of a contact in a scene with shaded meshes, before the effects of surfaces.
+struct ShadedSprings {
+  const PlacedObject* frame = nullptr;
+  Vec3 felt_N = Vec3::Zero();
+  Vec3 late_N = Vec3::Zero();  // the part of it that is not the force of the springs as they stand
+  float stiffness_N_m = 1.0F;  // felt_N over this is the pull
+};
+
+// facets_m: where the god object would be without shading. Shading that has given the hand much energy is faded out, as far
+// as the account holds its force back: the facets themselves give none.
+ShadedSprings shaded_springs(const World& world, Finger& finger, const Constraints& held, const Vec3& tip_m,
+                             const Vec3& facets_m, bool shaded) {
+  const FrictionLimits limits = friction_limits(held);
+  const bool sticks = limits.static_m > 0.0F;
+  const float mean_N_m =
+      limits.stiffness_N_m > 0.0F ? limits.stiffness_N_m : held.list[0].material.stiffness_N_m;
+  Vec3 springs_N = spring_force(held);
+  if (sticks) springs_N += limits.stiffness_N_m * (finger.god.position_m - finger.rest.position_m);
+  const PlacedObject* frame = account_frame(world, finger.rest, held);
+  if (frame == nullptr) {
+    finger.shaded.end();
+    return {nullptr, springs_N, Vec3::Zero(), mean_N_m};
   }
-  finger.potential.end();
+  float stiffest_N_m = 0.0F;
+  bool on_shaded = false;  // also where two solids hold the god object, and neither is shaded there
+  for (std::size_t i = 0; i < held.count; ++i) {
+    stiffest_N_m = std::max(stiffest_N_m, held.list[i].material.stiffness_N_m);
+    on_shaded = on_shaded || world.objects[held.list[i].object].shaded;
+  }
+  Vec3 wanted_N = springs_N;
+  if (shaded) {
+    constexpr float kFacets = 0.15F;
+    constexpr float kShaded = 0.4F;
+    const float part = std::clamp((finger.account.scale() - kFacets) / (kShaded - kFacets), 0.0F, 1.0F);
+    const Vec3 facets_N = stiffest_N_m * ((sticks ? finger.god.position_m : facets_m) - tip_m);
+    wanted_N = facets_N + part * (springs_N - facets_N);
+  }
+  const Vec3 felt_N = finger.shaded.follow(*frame, tip_m, wanted_N, stiffest_N_m, mean_N_m, on_shaded);
+  return {frame, felt_N, felt_N - springs_N, finger.shaded.mean_N_m()};
+}
+
+// The stiction point has slipped. Returns what the felt force lacks of the springs' change.
+Vec3 slip_shaded(Finger& finger, ShadedSprings& springs, const Constraints& held,
+                 const FrictionLimits& limits, const Vec3& slipped_m) {
+  const Vec3 by_N = limits.stiffness_N_m * slipped_m;
+  const float felt_N = springs.felt_N.norm();
+  const float normal_N = std::max(spring_force(held).norm(), felt_N);
+  const float breaks = limits.stiffness_N_m * (limits.static_m - limits.dynamic_m) / normal_N;
+  const Vec3 change_N = finger.shaded.slip(*springs.frame, by_N, breaks * felt_N);
+  springs.felt_N += change_N;
+  return change_N - by_N;
 }
 
 bool unlike_stiffness(const Constraints& held) {
   for (std::size_t i = 1; i < held.count; ++i)
     if (held.list[i].material.stiffness_N_m != held.list[0].material.stiffness_N_m) return true;
   return false;
+}
+
+struct StaticForce {
+  Vec3 tip_m;
+  Vec3 force_N;
+  Vec3 friction_N;  // the part of it that is friction
+  const SurfaceTouch& surface;
+  bool surfaced;
+};
+
+Spring spring_of(const Finger& finger, const Constraints& held, const ShadedSprings& springs,
+                 const StaticForce& felt) {
+  // With shading from the force, which is continuous there.
+  const bool continuous = finger.shaded.took_part();
+  const Vec3& sunk_m = felt.surface.sunk_m;
+  const Vec3 pull = continuous ? Vec3(springs.felt_N / springs.stiffness_N_m - sunk_m)
+                               : Vec3(finger.god.position_m - sunk_m - felt.tip_m);
+  const float energy_J =
+      unlike_stiffness(held) && !continuous
+          ? spring_energy_J(held) + stored_J(felt.friction_N, finger.god.position_m - finger.rest.position_m)
+          : stored_J(felt.force_N - felt.surface.along_N, pull);
+  // With effects of surfaces U is less smooth.
+  const float falls = !finger.shaded.bound() ? 0.0F : felt.surfaced ? 3.0F : 1.0F;
+  return {pull, felt.force_N, energy_J, falls};
+}
+
+void begin(const World& world, Finger& finger, const Vec3& tip_m, RenderCounters& counters) {
+  finger.started = true;
+  finger.god.position_m = tip_m;
+  finger.rest = finger.god;
+  finger.inside = solids_around(world, ~SolidSet{0}, tip_m, counters);
+}
+
+// Nothing holds the god object any more. One that flies for longer than a tick, round an edge, has not come to the tip yet: the
+// account of its contact goes on.
+void let_go(Finger& finger, const Vec3& tip_m) {
+  if (finger.rest.position_m == tip_m) {
+    finger.account.close();
+    finger.shaded.end();
+  } else {
+    finger.account.tick(kNoBody, tip_m, (finger.rest.position_m - tip_m).norm(), 0.0F, Vec3::Zero(),
+                        finger.shaded.took_part(), 0.0F);
+  }
+  finger.potential.end();
 }
 
 bool any_surfaced(const World& world, const Constraints& held) {
@@ -178,6 +198,52 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
   return (rest - tip).squaredNorm() > kRounding2 * (stuck - tip).squaredNorm();
 }
 
+// A solid is felt again when neither the tip nor the god object is in it. While another solid holds the god object, it can
+// be in there for longer than the tip.
+[[gnu::noinline]] void update_inside(const World& world, Finger& finger, const Vec3& tip_m,
+                                     RenderCounters& counters) {
+  SolidSet still = solids_around(world, finger.inside, tip_m, counters);
+  for (const Vec3& at : {finger.god.position_m, finger.rest.position_m})
+    still |= solids_around(world, finger.inside & ~still, at, counters);
+  finger.inside = still;
+}
+
+// Moves the place without friction. That of a sphere on a mesh continues from the previous tick, unless that would be
+// farther from the tip than the stiction point: from there the way can be many faces long.
+void move_rest(const World& world, const Nearby& nearby, Finger& finger, const Vec3& tip_m, bool bodies,
+               RenderCounters& counters) {
+  const GodObject& god = finger.god;
+  GodObject& rest = finger.rest;
+  if (world.tip_radius_m > 0.0F && !world.any_shaded && !bodies && shares_object(rest, god) &&
+      world.objects[god.contacts[0].object].ops->walks) {
+    move(world, nearby, rest, tip_m, false, counters);
+    if (shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m)) return;
+  }
+  rest = god;
+  move(world, nearby, rest, tip_m, false, counters);
+}
+
+// The scale of the force of one plain surface. pull_m, force_N: in the object's frame.
+[[gnu::noinline]] float plain_scale(const World& world, Finger& finger, const PlacedObject& object,
+                                    const Vec3& tip_m, const Vec3& pull_m, const Vec3& force_N) {
+  const float stiffness_N_m = object.material.stiffness_N_m;
+  const Vec3 spring_N = stiffness_N_m * (finger.god.position_m - tip_m);
+  if (world.any_shaded) finger.shaded.follow(object, tip_m, spring_N, stiffness_N_m, stiffness_N_m, false);
+  return passive_scale(finger, kNoBody, tip_m, {pull_m, spring_N, stored_J(force_N, pull_m)}, true);
+}
+
+// Whether nothing but this object counts in this tick, and shading does not bind its force.
+[[gnu::noinline]] bool alone_in_reach(const World& world, Finger& finger, std::size_t object,
+                                      const Vec3& tip_m) {
+  if (finger.inside != 0 || (world.any_shaded && finger.shaded.binds())) return false;
+  GodObject& god = finger.god;
+  const Reach reach(god.position_m, finger.rest.position_m, tip_m, world.margin_m);
+  for (std::size_t i = 0; i < world.count; ++i)
+    if (i != object && reach.meets(world.objects[i])) return false;
+  if (!world.objects[object].shape.mesh.seams) god.is_ball = finger.rest.is_ball = false;
+  return true;
+}
+
 // The fast path for the most common tick: one plain surface holds the god object, and no other object is
 // within reach. It gives the forces of Renderer::touch() (tests/property/control/renderer_paths_test.cpp),
 // except that on a mesh rest continues from its place in the previous tick while the tip sticks. In every
@@ -190,13 +256,7 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
   if (finger.rest.contacts[0].object != contact.object) return false;
   const PlacedObject& object = world.objects[contact.object];
   if (!object.plain) return false;
-  if (world.count > 1) {
-    const Reach reach(god, finger.rest, tip.position_m);
-    for (std::size_t i = 0; i < world.count; ++i) {
-      if (i != contact.object && reach.meets(world.objects[i])) return false;
-    }
-    god.is_ball = finger.rest.is_ball = false;
-  }
+  if (world.count > 1 && !alone_in_reach(world, finger, contact.object, tip.position_m)) return false;
   const Vec3 x = object.to_local(tip.position_m);
   const Vec3 stuck = object.to_local(god.position_m);
   const Material& m = object.material;
@@ -237,16 +297,13 @@ bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
     god.position_m = object.to_world(at);
   }
   if (walks) {
+    god.is_ball = finger.rest.is_ball = false;  // of a mesh with seams
     finger.rest.position_m = object.to_world(rest.to);
     finger.rest.contacts[0].feature = feature;
   }
   const Vec3 pull = rest.to - x;
   Vec3 force = m.stiffness_N_m * (at - x);
-  if (!world.one_potential) {
-    const Vec3 spring_N = m.stiffness_N_m * (god.position_m - tip.position_m);
-    force *=
-        passive_scale(finger, kNoBody, tip.position_m, {at - x, spring_N, stored_J(force, at - x)}, true);
-  }
+  if (!world.one_potential) force *= plain_scale(world, finger, object, tip.position_m, at - x, force);
   if (const float depth = pull.norm(); m.damping_N_s_m > 0.0F && depth > 0.0F) {
     const Vec3 normal = pull / depth;
     const float speed = object.turn_back(tip.velocity_m_s).dot(normal);
@@ -266,7 +323,10 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
     fields_.apply_materials(scene);
     bodies_.apply_materials(scene);
     // The energy stored with the old stiffness is not what the new one returns.
-    for (Finger& finger : fingers_) finger.account.close();
+    for (Finger& finger : fingers_) {
+      finger.account.close();
+      finger.shaded.end();
+    }
     return;
   }
   world_.bind(scene);
@@ -278,7 +338,15 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
 
 void Renderer::reset() noexcept {
   fingers_ = {};
+  for (TriangleCache& triangles : triangles_) triangles.clear();
   fields_.reset();
+}
+
+std::uint64_t Renderer::inside_in_image(SolidSet inside) const noexcept {
+  std::uint64_t in_image = 0;
+  for (std::size_t i = 0; i < world_.count; ++i)
+    if ((inside & only(i)) != 0) in_image |= std::uint64_t{1} << world_.objects[i].in_image;
+  return in_image;
 }
 
 void Renderer::use_general_path_only() noexcept {
@@ -288,29 +356,34 @@ void Renderer::use_general_path_only() noexcept {
 void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept {
   const std::size_t count = std::min(tips.size(), kMaxArms);
   for (std::size_t i = 0; i < count; ++i) {
-    if (!touch_one_plain_surface(world_, fingers_[i], tips[i], period_s, touches[i]))
-      touch(fingers_[i], tips[i], period_s, touches[i]);
+    Finger& finger = fingers_[i];
+    if (!touch_one_plain_surface(world_, finger, tips[i], period_s, touches[i])) {
+      touch(finger, tips[i], period_s, touches[i]);
+      if (finger.inside != 0) update_inside(world_, finger, tips[i].position_m, counters_);
+    }
     if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
   }
-  if (!bodies_.empty()) bodies_.step(world_, std::span(fingers_).first(count), period_s, counters_);
+  if (bodies_.empty()) return;
+  if (fields_.count() != 0) fields_.press(world_, period_s, bodies_);
+  bodies_.step(world_, std::span(fingers_).first(count), period_s, counters_);
 }
 
 void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touch) noexcept {
   const Vec3& x = tip.position_m;
   GodObject& god = finger.god;
   GodObject& rest = finger.rest;
-  if (!finger.started) {
-    finger.started = true;
-    god.position_m = x;
-    rest = god;
-  }
-  const Nearby nearby(world_, Reach(god, rest, x));
+  if (!finger.started) begin(world_, finger, x, counters_);
+  const Nearby nearby(world_, Reach(god.position_m, rest.position_m, x, world_.margin_m), finger.inside,
+                      lists_ ? &triangles_[static_cast<std::size_t>(&finger - fingers_.data())] : nullptr);
 
   // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
   if (god.count == 0) fly(world_, nearby, god, x, counters_);
   // The place of the god object without friction, and its contact constraints there.
-  rest = god;
-  if (god.count != 0) move(world_, nearby, rest, x, false, counters_);
+  if (god.count == 0) {
+    rest = god;
+  } else {
+    move_rest(world_, nearby, finger, x, !bodies_.empty(), counters_);
+  }
   if (rest.count == 0) {
     if (god.count != 0) god = rest;
     finger.friction.reset();
@@ -320,21 +393,20 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
     return;
   }
   Constraints held = constraints(world_, rest, x);
-  Vec3 normal;
-  const bool shaded = shade(world_, nearby, rest, x, counters_, normal);
-  if (shaded) {
-    held.count = 1;
-    const std::uint8_t object = rest.contacts[0].object;
-    held.list[0] = {object, normal, std::max((rest.position_m - x).dot(normal), 0.0F),
-                    world_.objects[object].material};
-  }
-  const bool surfaced = any_surfaced(world_, held);
-  SurfaceTouch surface;
-  if (surfaced) surface = apply_surfaces(world_, rest, x, held);
-
+  const Vec3 facets_m = rest.position_m;
+  const bool shaded = shade(world_, nearby, rest, x, held, counters_);
   if (!shares_object(rest, god)) god = rest;  // on another surface there is no stiction point yet
+  ShadedSprings springs;
+  if (world_.any_shaded) springs = shaded_springs(world_, finger, held, x, facets_m, shaded);
+  const bool surfaced = any_surfaced(world_, held);
+  const bool effects = springs.frame != nullptr && (surfaced || finger.shaded.has_effect());
+  const Vec3 plain_N = effects ? spring_force(held) : Vec3(Vec3::Zero());
+  const SurfaceTouch surface = surfaced ? apply_surfaces(world_, rest, x, held) : SurfaceTouch{};
+
   const FrictionLimits limits = friction_limits(held);
   Vec3 force = spring_force(held) + surface.along_N;
+  if (effects) force += finger.shaded.effect(*springs.frame, force - plain_N);
+  force += springs.late_N;
   Vec3 friction_N = Vec3::Zero();
   if (limits.static_m > 0.0F) {
     const Slip slip = finger.friction.tick(limits, god.position_m - rest.position_m, period_s);
@@ -346,6 +418,8 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
       // a slip could give.
       const Vec3& nearest_to_m = shaded ? rest.position_m : x;
       if (god.count == 0 || !loosens(god.position_m, stuck_m, rest.position_m, nearest_to_m)) god = rest;
+      if (springs.frame != nullptr)
+        force += slip_shaded(finger, springs, held, limits, god.position_m - stuck_m);
     }
     friction_N = limits.stiffness_N_m * (god.position_m - rest.position_m);
     force += friction_N;
@@ -354,24 +428,22 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touc
   }
 
   if (!world_.one_potential) {
-    const Vec3 pull = god.position_m - surface.sunk_m - x;
-    const float energy_J = unlike_stiffness(held) ? spring_energy_J(held) +
-                                                        stored_J(friction_N, god.position_m - rest.position_m)
-                                                  : stored_J(force, pull);
-    force *= passive_scale(world_, finger, held, x, {pull, force, energy_J}, !shaded && surface.potential);
+    const Spring spring = spring_of(finger, held, springs, {x, force, friction_N, surface, surfaced});
+    force *= passive_scale(world_, finger, held, x, spring, !shaded && surface.potential);
   }
-  Vec3 damping = Vec3::Zero();
-  for (std::size_t i = 0; i < held.count; ++i)
-    damping += damping_force(world_, bodies_, held.list[i], god.position_m, tip.velocity_m_s);
-  force += damping;
+  const Vec3 damping = damping_force(world_, bodies_, held, god.position_m, tip.velocity_m_s);
+  force +=
+      damping + damping_along(world_, bodies_, finger, held, tip.velocity_m_s, friction_N, limits, period_s);
   if (surfaced && held.count > 0) {
     const PlacedObject& met = world_.objects[held.list[0].object];
-    const Vec3 velocity = relative_velocity(met, bodies_, god.position_m, tip.velocity_m_s);
+    const Vec3 velocity =
+        relative_velocity(met, bodies_, god.position_m + held.list[0].to_place_m, tip.velocity_m_s);
     force += finger.click.tick(world_, held, {x, velocity}, damping, period_s);
   } else {
     finger.click.release();
   }
-  if (!bodies_.empty()) push_back(world_, bodies_, held, god.position_m, tip.velocity_m_s, force);
+  const auto index = static_cast<std::uint8_t>(&finger - fingers_.data());
+  if (!bodies_.empty()) push_back(world_, bodies_, index, held, god.position_m, tip.velocity_m_s, force);
   touch = {force, god.position_m, static_cast<std::uint8_t>(held.count)};
 }
 

@@ -22,6 +22,7 @@
 #include "control/renderer_types.h"
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
+#include "control/solids/near_triangles.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -35,6 +36,9 @@ class Renderer {
   // Ends all contacts, as after a pause in which the tips were not rendered. Moving objects keep their poses.
   void reset() noexcept;
 
+  // Ends the contacts of one arm: its tip was put somewhere else.
+  void reset(std::size_t arm) noexcept { fingers_[arm] = {}; }
+
   // Renders one period. tips and touches have the same size, at most kMaxArms. Afterwards the moving objects
   // move under the forces of this period.
   void tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept;
@@ -42,6 +46,9 @@ class Renderer {
   // For the test that compares the two paths: until the next bind(), no tick takes the fast path for one
   // plain surface.
   void use_general_path_only() noexcept;
+
+  // For the test of TriangleCache: no lists of triangles are used.
+  void use_no_lists() noexcept { lists_ = false; }
 
   [[nodiscard]] const RenderCounters& counters() const noexcept { return counters_; }
 
@@ -61,17 +68,26 @@ class Renderer {
     return control::contact_normals(world_, fingers_[arm].god, normals);
   }
 
+  // The objects that the tip of an arm began inside of and has not left (control/contact/inside.h): bit i is object i of
+  // the scene image. They are not felt.
+  [[nodiscard]] std::uint64_t inside(std::size_t arm) const noexcept {
+    return fingers_[arm].inside == 0 ? 0 : inside_in_image(fingers_[arm].inside);
+  }
+
   // Writes the state of needles and fingers in tissue; returns how many there are.
   std::size_t tissue_views(TissueViews& views) const noexcept { return fields_.show(views); }
 
  private:
+  [[nodiscard]] std::uint64_t inside_in_image(SolidSet inside) const noexcept;
   void touch(Finger& finger, const Tip& tip, float period_s, Touch& touch) noexcept;
 
   World world_;
   Fields fields_;
   Bodies bodies_;
   std::array<Finger, kMaxArms> fingers_;
+  std::array<TriangleCache, kMaxArms> triangles_;  // of the fingers
   RenderCounters counters_;
+  bool lists_ = true;
 };
 
 }  // namespace thimble::control

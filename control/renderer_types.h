@@ -26,7 +26,8 @@ struct RenderCounters {
       0;  // a tree walk was cut short: the god object stayed at a place that was proven free
   std::uint32_t slide_bound = 0;  // a slide over the surface was cut short: it continues in the next tick
   std::uint32_t contact_bound =
-      0;  // contact points between bodies beyond kMaxBodyContacts, ignored in that tick
+      0;  // contact points between bodies beyond kMaxBodyContacts: their patch had fewer points in that tick; and
+          // triangles of a mesh left out at a bound (control/bodies/collide_mesh.cpp)
 };
 
 }  // namespace thimble::control

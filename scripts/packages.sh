@@ -2,7 +2,7 @@
 
 packages_to_build=(
   assimp-testmodels cmake flatbuffers-compiler g++ gnuplot-nox libassimp-dev libbenchmark-dev libboost-dev libcli11-dev libeigen3-dev libembree-dev
-  libflatbuffers-dev libfmt-dev libgmock-dev libgpiod-dev libgtest-dev libmnl-dev libpng-dev librapidcheck-dev mricron-data ninja-build
+  libflatbuffers-dev libfmt-dev libgmock-dev libgpiod-dev libgtest-dev libmnl-dev libpng-dev libqhull-dev librapidcheck-dev mricron-data ninja-build
   nlohmann-json3-dev pkgconf pybind11-dev python3-dev python3-numpy zlib1g-dev
 )
 # Packages for the viewer's page. Packages from Node.js itself include npm and conflict with Debian's npm.

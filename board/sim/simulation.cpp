@@ -52,6 +52,38 @@ std::vector<HandPath> split(const std::vector<PathPoint>& path) {
   return paths;
 }
 
+// Which solids the tips are inside of, from tick to tick.
+class InsideLog {
+ public:
+  InsideLog(const control::SceneView& scene, std::vector<BeganInside>& log) : scene_(scene), log_(log) {}
+
+  void take(double time_s, std::size_t arm, std::uint64_t inside) {
+    std::uint64_t& before = inside_[arm];
+    if (inside == before) return;
+    const int number = static_cast<int>(arm);
+    for (std::size_t object = 0; object < control::kMaxObjects; ++object) {
+      const std::uint64_t bit = std::uint64_t{1} << object;
+      const std::string name = (bit & (inside | before)) == 0 ? "" : name_of(object);
+      if ((bit & before & ~inside) != 0) {
+        for (BeganInside& entry : log_)
+          if (entry.arm == number && entry.object == name && !entry.until_s) entry.until_s = time_s;
+      } else if ((bit & inside & ~before) != 0) {
+        log_.push_back({number, name, time_s, {}});
+      }
+    }
+    before = inside;
+  }
+
+ private:
+  [[nodiscard]] std::string name_of(std::size_t object) const {
+    return scene_.scene()->objects()->Get(static_cast<flatbuffers::uoffset_t>(object))->name()->str();
+  }
+
+  const control::SceneView& scene_;
+  std::vector<BeganInside>& log_;
+  std::array<std::uint64_t, kMaxArms> inside_{};
+};
+
 class Simulation {
  public:
   Simulation(std::span<const std::byte> image, std::span<const PathPoint> points, std::vector<HandPath> paths,
@@ -68,27 +100,36 @@ class Simulation {
     ticks_ = static_cast<std::uint64_t>(std::floor((end_s - start_s_) * options_.rate_Hz + 1e-3)) + 1;
   }
 
-  SimulationResult ideal() {
+  SimulationResult run() {
     std::vector<std::uint64_t> aligned((image_.size() + 7) / 8);
     if (!image_.empty()) std::memcpy(aligned.data(), image_.data(), image_.size());
     control::SceneView scene;
     const control::ImageVerdict verdict =
         control::SceneView::check(std::as_bytes(std::span(aligned)).first(image_.size()), scene);
     if (verdict != control::ImageStatus::kOk) return refused(verdict);
+    return options_.ideal ? ideal(scene) : through_the_arm(scene);
+  }
+
+ private:
+  SimulationResult ideal(const control::SceneView& scene) {
     const auto renderer = std::make_unique<control::Renderer>();
     renderer->bind(scene);
     std::vector<control::Tip> tips(paths_.size());
     std::vector<control::Touch> touches(paths_.size());
     SimulationResult result;
+    InsideLog inside(scene, result.inside);
     for (; result.ticks < ticks_; ++result.ticks) {
       const double time_s = time_of(result.ticks);
       for (std::size_t i = 0; i < paths_.size(); ++i) {
         const HandPath::Sample sample = paths_[i].at(time_s);
+        const double step_m = (sample.position_m - tips[i].position_m.cast<double>()).norm();
+        if (result.ticks > 0 && step_m * options_.rate_Hz > kJump_m_s) renderer->reset(i);
         tips[i] = {sample.position_m.cast<float>(), sample.velocity_m_s.cast<float>()};
       }
       renderer->tick(tips, static_cast<float>(1.0 / options_.rate_Hz), touches);
       const SceneRow scene_row = scene_row_(*renderer);
       for (std::size_t i = 0; i < paths_.size(); ++i) {
+        inside.take(time_s, i, renderer->inside(i));
         row_({time_s, static_cast<int>(i), tips[i].position_m.cast<double>(),
               touches[i].god_object_m.cast<double>(), touches[i].force_N.cast<double>(), touches[i].contacts,
               scene_row});
@@ -96,10 +137,11 @@ class Simulation {
     }
     result.sweep_bound = renderer->counters().sweep_bound;
     result.slide_bound = renderer->counters().slide_bound;
+    result.contact_bound = renderer->counters().contact_bound;
     return result;
   }
 
-  SimulationResult through_the_arm() {
+  SimulationResult through_the_arm(const control::SceneView& scene) {
     SimBoardOptions board_options{.variant = options_.arm, .rate_Hz = options_.rate_Hz};
     board_options.arm_count = static_cast<std::uint8_t>(paths_.size());
     board_options.hand = options_.hand;
@@ -144,6 +186,7 @@ class Simulation {
     }
 
     SimulationResult result;
+    InsideLog inside(scene, result.inside);
     for (; result.ticks < ticks_; ++result.ticks) {
       controller.keep_alive();
       board.tick();
@@ -151,6 +194,7 @@ class Simulation {
       const SceneRow scene_row = scene_row_(controller.renderer());
       for (std::size_t i = 0; i < paths_.size(); ++i) {
         const firmware::ArmTelemetry& arm = telemetry.arm[i];
+        inside.take(time_of(result.ticks), i, arm.inside);
         row_({time_of(result.ticks), static_cast<int>(i), board.sampled_tip_m(i),
               arm.god_object_m.cast<double>(), arm.force_N.cast<double>(), arm.contacts, scene_row});
       }
@@ -163,10 +207,10 @@ class Simulation {
     }
     result.sweep_bound = controller.telemetry().sweep_bound;
     result.slide_bound = controller.telemetry().slide_bound;
+    result.contact_bound = controller.telemetry().contact_bound;
     return result;
   }
 
- private:
   [[nodiscard]] double time_of(std::uint64_t tick) const noexcept {
     return start_s_ + static_cast<double>(tick) / options_.rate_Hz;
   }
@@ -227,7 +271,7 @@ SimulationResult simulate(std::span<const std::byte> image, const std::vector<Pa
     return failure(SimulationStatus::kBadPath, error.what());
   }
   Simulation simulation(image, path, std::move(paths), options, row);
-  return options.ideal ? simulation.ideal() : simulation.through_the_arm();
+  return simulation.run();
 }
 
 }  // namespace thimble::board

@@ -3,7 +3,7 @@
 //
 // ideal: the fingertip follows the path exactly (position and velocity by linear interpolation), and only the
 // renderer runs: no
-//   ramp, no motor limits.
+//   ramp, no motor limits. A step of the path faster than kJump_m_s puts the tip there, as after a pause.
 // otherwise: the firmware's controller runs against the simulated arm. The arm is homed, the hand moves it to
 // the first point of
 //   the path, the controller is armed; when the force ramp has ended, path and log begin.
@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,6 +25,8 @@
 #include "board/sim/scene_row.h"
 
 namespace thimble::board {
+
+inline constexpr double kJump_m_s = 100.0;  // ten times as fast as a hand
 
 struct SimulationOptions {
   bool ideal = false;
@@ -43,6 +46,14 @@ struct LogRow {
   SceneRow scene;  // during the call that gets the row
 };
 
+// A solid that the tip was in when its contacts began. It is not felt until the tip has left it.
+struct BeganInside {
+  int arm = 0;
+  std::string object;
+  double from_s = 0;
+  std::optional<double> until_s;  // none: it did not leave
+};
+
 enum class SimulationStatus {
   kOk,
   kImageRefused,  // the scene image is not valid
@@ -56,9 +67,10 @@ enum class SimulationStatus {
 
 struct SimulationResult {
   SimulationStatus status = SimulationStatus::kOk;
-  std::string detail;                              // one sentence for the user; empty when ok
-  std::uint64_t ticks = 0;                         // rows per arm
-  std::uint32_t sweep_bound = 0, slide_bound = 0;  // the renderer's counters
+  std::string detail;       // one sentence for the user; empty when ok
+  std::uint64_t ticks = 0;  // rows per arm
+  std::uint32_t sweep_bound = 0, slide_bound = 0, contact_bound = 0;  // the renderer's counters
+  std::vector<BeganInside> inside;  // in the order of time
 };
 
 // image: a scene image (any alignment; it is copied). path: rows of one or both arms in file order. Does not

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <numbers>
 
-#include "control/bodies/carry.h"
 #include "kinematics/trig.h"
 #include "thimble_scene_schema/scene_generated.h"
 
@@ -12,9 +11,11 @@ namespace {
 
 using Eigen::Quaternionf;
 
+// A rotation in one tick is integrated, and swept against the god objects, as a small one.
+constexpr float kMaxTurnPerTick_rad = 0.25F;
+
 BodyModel read(const scene::Object& object, std::uint8_t index) {
   const scene::Body& body = *object.body();
-  const scene::Quat& q = object.pose()->rotation();
   BodyModel model;
   model.object = index;
   model.motion = body.motion();
@@ -26,19 +27,27 @@ BodyModel read(const scene::Object& object, std::uint8_t index) {
   model.angular_damping_N_m_s = body.angular_damping_n_m_s();
   model.axis = to_vec(*body.axis());
   model.pivot_m = to_vec(*body.pivot_m());
-  model.start_m = to_vec(object.pose()->position_m());
-  model.start_rotation = Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized();
+  model.start_rotation = to_rotation(object.pose()->rotation());
+  if (body.centre_m() != nullptr) model.centre_m = to_vec(*body.centre_m());
+  if (body.principal_axes() != nullptr) model.principal_axes = to_rotation(*body.principal_axes());
+  model.start_m = to_vec(object.pose()->position_m()) + model.start_rotation * model.centre_m;
   model.control = control_element_params(body);
   model.control_inertia = control_element_inertia(object);
   return model;
 }
 
-Vec3 scale_in_frame(const Quaternionf& rotation, const Vec3& scale, const Vec3& v) {
-  return rotation * scale.cwiseProduct(rotation.conjugate() * v).eval();
+// Scales along the principal axes of a body.
+Vec3 scale(const BodyModel& model, const Quaternionf& rotation, const Vec3& by, const Vec3& v) {
+  const Quaternionf axes = rotation * model.principal_axes;
+  return axes * by.cwiseProduct(axes.conjugate() * v).eval();
 }
 
 Vec3 to_spin(const BodyModel& model, const Quaternionf& rotation, const Vec3& momentum) {
-  return scale_in_frame(rotation, model.inertia_kg_m2.cwiseInverse(), momentum);
+  return scale(model, rotation, model.inertia_kg_m2.cwiseInverse(), momentum);
+}
+
+Vec3 to_momentum(const BodyModel& model, const Quaternionf& rotation, const Vec3& spin) {
+  return scale(model, rotation, model.inertia_kg_m2, spin);
 }
 
 Quaternionf turned(const Quaternionf& rotation, const Vec3& by) {
@@ -49,15 +58,6 @@ Quaternionf turned(const Quaternionf& rotation, const Vec3& by) {
 Vec3 limited(const Vec3& v, float most) {
   const float length2 = v.squaredNorm();
   return length2 > most * most ? Vec3(v * (most / std::sqrt(length2))) : v;
-}
-
-void place(PlacedObject& object, const BodyState& state, bool turns) {
-  object.position_m = state.position_m;
-  if (turns) {
-    object.rotation = state.rotation.toRotationMatrix();
-    object.turned = true;
-  }
-  place_box(object);
 }
 
 }  // namespace
@@ -73,6 +73,7 @@ void Bodies::apply_materials(const SceneView& scene) noexcept {
 
 void Bodies::bind(const SceneView& scene, World& world) noexcept {
   count_ = 0;
+  grip_count_ = 0;
   gravity_m_s2_ = Vec3::Zero();
   solver_.reset();
   if (scene.scene() == nullptr) return;
@@ -83,38 +84,48 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
   for (const scene::Object* object : *scene.scene()->objects()) {
     if (object->body() != nullptr && !is_volume(object->shape_type())) {
       const scene::Body& body = *object->body();
-      const BodyModel model = read(*object, in_world);
-      BodyState state{in_image, model.start_m, model.start_rotation, Vec3::Zero(), Vec3::Zero()};
+      BodyModel model = read(*object, in_world);
+      const Vec3 arm = model.start_rotation * model.centre_m;
+      const Vec3 half = 0.5F * (world.objects[in_world].hi_m - world.objects[in_world].lo_m);
+      const float radius_m = (half + arm.cwiseAbs()).norm();
+      model.max_spin_rad_s = std::min(kMaxBodySpeed_m_s / radius_m, kMaxSmallBodySpin_rad_s);
+      BodyState state;
+      state.object = in_image;
+      state.position_m = world.objects[in_world].position_m;
+      state.rotation = model.start_rotation;
+      Centre centre{model.start_m, Vec3::Zero()};
       Vec3 angular_momentum = Vec3::Zero();
       float speed = 0.0F;
       const Vec3 velocity = to_vec(*body.velocity_m_per_s());
       const Vec3 spin = to_vec(*body.spin_rad_per_s());
       switch (model.motion) {
         case scene::Motion::Free:
-          angular_momentum = scale_in_frame(state.rotation, model.inertia_kg_m2, spin);
+          angular_momentum = to_momentum(model, state.rotation, spin);
           state.spin_rad_s = spin;
-          state.velocity_m_s = velocity;
+          centre.velocity_m_s = velocity;
           break;
         case scene::Motion::Translate:
-          state.velocity_m_s = velocity;
+          centre.velocity_m_s = velocity;
           break;
         case scene::Motion::Plane:
-          state.velocity_m_s = velocity - model.axis * model.axis.dot(velocity);
+          centre.velocity_m_s = velocity - model.axis * model.axis.dot(velocity);
           break;
         case scene::Motion::Slide:
           speed = model.axis.dot(velocity);
-          state.velocity_m_s = model.axis * speed;
+          centre.velocity_m_s = model.axis * speed;
           break;
         case scene::Motion::Turn:
           speed = model.axis.dot(spin);
           state.spin_rad_s = model.axis * speed;
-          state.velocity_m_s = state.spin_rad_s.cross(state.position_m - model.pivot_m);
+          centre.velocity_m_s = state.spin_rad_s.cross(centre.position_m - model.pivot_m);
           break;
       }
+      state.velocity_m_s = centre.velocity_m_s - state.spin_rad_s.cross(arm);
       world.objects[in_world].body = static_cast<std::uint8_t>(count_);
       world.objects[in_world].plain = false;
       models_[count_] = model;
       states_[count_] = state;
+      centres_[count_] = centre;
       angular_momentum_[count_] = angular_momentum;
       controls_[count_] = start_control_element(model.control, speed);
       states_[count_].on = controls_[count_].on;
@@ -134,28 +145,29 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
 SolverBody Bodies::accelerate(std::size_t body, float period_s) noexcept {
   const BodyModel& model = models_[body];
   const BodyState& state = states_[body];
+  const Centre& centre = centres_[body];
   const Load load = loads_[body];
   loads_[body] = {};
   const Vec3 outside = load.force_N + model.mass_kg * gravity_m_s2_;
-  const Vec3 force = outside - model.spring_N_m * (state.position_m - model.start_m);
+  const Vec3 force = outside - model.spring_N_m * (centre.position_m - model.start_m);
   const float slowed = 1.0F / (1.0F + period_s * model.damping_N_s_m / model.mass_kg);
   SolverBody solver_body;
   solver_body.object = model.object;
-  solver_body.centre_m = state.position_m;
+  solver_body.centre_m = centre.position_m;
   solver_body.restitution = model.restitution;
-  solver_body.velocity_m_s = slowed * (state.velocity_m_s + (period_s / model.mass_kg) * force);
+  solver_body.velocity_m_s = slowed * (centre.velocity_m_s + (period_s / model.mass_kg) * force);
   const Mat3 along_axis = model.axis * model.axis.transpose();
   switch (model.motion) {
     case scene::Motion::Free: {
-      const Mat3 turn = state.rotation.toRotationMatrix();
+      const Mat3 axes = (state.rotation * model.principal_axes).toRotationMatrix();
       const Vec3 damped =
           Vec3::Ones() + (period_s * model.angular_damping_N_m_s) * model.inertia_kg_m2.cwiseInverse();
       solver_body.inverse_mass = Mat3::Identity() / model.mass_kg;
-      solver_body.inverse_inertia = turn * model.inertia_kg_m2.cwiseInverse().asDiagonal() * turn.transpose();
+      solver_body.inverse_inertia = axes * model.inertia_kg_m2.cwiseInverse().asDiagonal() * axes.transpose();
       angular_momentum_[body] += period_s * load.torque_N_m;
       if (model.angular_damping_N_m_s > 0.0F)
         angular_momentum_[body] =
-            scale_in_frame(state.rotation, damped.cwiseInverse(), angular_momentum_[body]);
+            scale(model, state.rotation, damped.cwiseInverse(), angular_momentum_[body]);
       solver_body.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
       break;
     }
@@ -172,7 +184,7 @@ SolverBody Bodies::accelerate(std::size_t body, float period_s) noexcept {
       const bool turns = model.motion == scene::Motion::Turn;
       const ControlElementState& control = controls_[body];
       efforts_[body] =
-          turns ? model.axis.dot(load.torque_N_m + (state.position_m - model.pivot_m).cross(outside))
+          turns ? model.axis.dot(load.torque_N_m + (centre.position_m - model.pivot_m).cross(outside))
                 : model.axis.dot(outside);
       const float speed =
           control.speed + period_s * (efforts_[body] + control_element_effort(model.control, control.q)) /
@@ -196,19 +208,20 @@ void Bodies::apply_contacts(std::size_t body, const Vec3& velocity_before_m_s, c
                             const SolverBody& after, float period_s) noexcept {
   const BodyModel& model = models_[body];
   BodyState& state = states_[body];
+  Centre& centre = centres_[body];
   const Vec3 spin_change = after.spin_rad_s - spin_before_rad_s;
   switch (model.motion) {
     case scene::Motion::Free:
       state.spin_rad_s = after.spin_rad_s;
-      angular_momentum_[body] += scale_in_frame(state.rotation, model.inertia_kg_m2, spin_change);
-      state.velocity_m_s = after.velocity_m_s;
-      state.position_m += after.correction_m;
+      angular_momentum_[body] += to_momentum(model, state.rotation, spin_change);
+      centre.velocity_m_s = after.velocity_m_s;
+      centre.position_m += after.correction_m;
       if (!after.correction_rad.isZero(0.0F)) state.rotation = turned(state.rotation, after.correction_rad);
       break;
     case scene::Motion::Translate:
     case scene::Motion::Plane:
-      state.velocity_m_s = after.velocity_m_s;
-      state.position_m += after.correction_m;
+      centre.velocity_m_s = after.velocity_m_s;
+      centre.position_m += after.correction_m;
       break;
     case scene::Motion::Slide:
       efforts_[body] +=
@@ -222,49 +235,69 @@ void Bodies::apply_contacts(std::size_t body, const Vec3& velocity_before_m_s, c
   }
 }
 
-void Bodies::limit_speed(std::size_t body) noexcept {
+void Bodies::limit_speed(std::size_t body, float period_s) noexcept {
   const BodyModel& model = models_[body];
   BodyState& state = states_[body];
-  state.velocity_m_s = limited(state.velocity_m_s, kMaxBodySpeed_m_s);
-  if (state.spin_rad_s.squaredNorm() > kMaxBodySpin_rad_s * kMaxBodySpin_rad_s) {
-    state.spin_rad_s = limited(state.spin_rad_s, kMaxBodySpin_rad_s);
-    angular_momentum_[body] = scale_in_frame(state.rotation, model.inertia_kg_m2, state.spin_rad_s);
+  centres_[body].velocity_m_s = limited(centres_[body].velocity_m_s, kMaxBodySpeed_m_s);
+  const float most =
+      std::max(std::min(model.max_spin_rad_s, kMaxTurnPerTick_rad / period_s), kMaxBodySpin_rad_s);
+  if (state.spin_rad_s.squaredNorm() > most * most) {
+    state.spin_rad_s = limited(state.spin_rad_s, most);
+    angular_momentum_[body] = to_momentum(model, state.rotation, state.spin_rad_s);
   }
 }
 
 void Bodies::advance(std::size_t body, float period_s) noexcept {
   const BodyModel& model = models_[body];
   BodyState& state = states_[body];
+  Centre& centre = centres_[body];
   switch (model.motion) {
     case scene::Motion::Free: {
       // The spin at half the period: the angular momentum is constant, the spin is not.
       const Quaternionf middle = turned(state.rotation, (0.5F * period_s) * state.spin_rad_s);
       state.rotation = turned(state.rotation, period_s * to_spin(model, middle, angular_momentum_[body]));
       state.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
-      state.position_m += period_s * state.velocity_m_s;
-      limit_speed(body);  // the spin of a thin rod can grow as it turns relative to its angular momentum
+      centre.position_m += period_s * centre.velocity_m_s;
+      limit_speed(body,
+                  period_s);  // the spin of a thin rod can grow as it turns relative to its angular momentum
       break;
     }
     case scene::Motion::Translate:
     case scene::Motion::Plane:
-      state.position_m += period_s * state.velocity_m_s;
+      centre.position_m += period_s * centre.velocity_m_s;
       break;
     case scene::Motion::Slide:
     case scene::Motion::Turn:
       advance_along_axis(body, period_s);
       break;
   }
-  // Positions are limited to kMaxCoordinate_m.
+}
+
+// The pose and the velocity of the object's frame. Positions are limited to kMaxCoordinate_m.
+void Bodies::place(std::size_t body, PlacedObject& object) noexcept {
+  const BodyModel& model = models_[body];
+  BodyState& state = states_[body];
+  Centre& centre = centres_[body];
+  if (model.motion == scene::Motion::Free || model.motion == scene::Motion::Turn) {
+    object.rotation = state.rotation.toRotationMatrix();
+    object.turned = true;
+  }
+  const Vec3 arm = object.rotation * model.centre_m;
+  state.position_m = centre.position_m - arm;
   const Vec3 held = state.position_m.cwiseMax(-kMaxCoordinate_m).cwiseMin(kMaxCoordinate_m);
   if (held != state.position_m) {
     state.position_m = held;
-    state.velocity_m_s = Vec3::Zero();
+    centre = {held + arm, Vec3::Zero()};
   }
+  state.velocity_m_s = centre.velocity_m_s - state.spin_rad_s.cross(arm);
+  object.position_m = state.position_m;
+  place_box(object);
 }
 
 void Bodies::advance_along_axis(std::size_t body, float period_s) noexcept {
   const BodyModel& model = models_[body];
   BodyState& state = states_[body];
+  Centre& centre = centres_[body];
   ControlElementState& control = controls_[body];
   const bool turns = model.motion == scene::Motion::Turn;
   const float most = turns ? kMaxBodySpin_rad_s : kMaxBodySpeed_m_s;
@@ -273,8 +306,8 @@ void Bodies::advance_along_axis(std::size_t body, float period_s) noexcept {
   state.q = control.q;
   state.on = control.on;
   if (!turns) {
-    state.position_m = model.start_m + control.q * model.axis;
-    state.velocity_m_s = control.speed * model.axis;
+    centre.position_m = model.start_m + control.q * model.axis;
+    centre.velocity_m_s = control.speed * model.axis;
     return;
   }
   constexpr float kTurn_rad = 2.0F * std::numbers::pi_v<float>;
@@ -284,12 +317,13 @@ void Bodies::advance_along_axis(std::size_t body, float period_s) noexcept {
   const Quaternionf about(half.cos, vector.x(), vector.y(), vector.z());
   state.rotation = (about * model.start_rotation).normalized();
   const Vec3 arm = about * (model.start_m - model.pivot_m);
-  state.position_m = model.pivot_m + arm;
+  centre.position_m = model.pivot_m + arm;
   state.spin_rad_s = control.speed * model.axis;
-  state.velocity_m_s = state.spin_rad_s.cross(arm);
+  centre.velocity_m_s = state.spin_rad_s.cross(arm);
 }
 
 void Bodies::stop(std::size_t body) noexcept {
+  centres_[body].velocity_m_s = Vec3::Zero();
   states_[body].velocity_m_s = Vec3::Zero();
   states_[body].spin_rad_s = Vec3::Zero();
   angular_momentum_[body] = Vec3::Zero();
@@ -305,32 +339,45 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
     velocity_before_m_s[i] = solver_bodies[i].velocity_m_s;
     spin_before_rad_s[i] = solver_bodies[i].spin_rad_s;
   }
-  solver_.solve(world, std::span(solver_bodies).first(count_), period_s, counters);
+  solver_.solve(world, std::span(solver_bodies).first(count_), std::span(grips_).first(grip_count_), period_s,
+                counters);
+  grip_count_ = 0;
+  std::array<Pin, kMaxBodies> pins;
+  std::array<bool, kMaxBodies> pinned{};
   for (std::size_t i = 0; i < count_; ++i) {
     const std::uint8_t index = models_[i].object;
     const PlacedObject before = world.objects[index];
     const BodyState state_before = states_[i];
+    const Vec3 centre_before_m = centres_[i].position_m;
     const ControlElementState control_before = controls_[i];
     apply_contacts(i, velocity_before_m_s[i], spin_before_rad_s[i], solver_bodies[i], period_s);
-    limit_speed(i);
+    limit_speed(i, period_s);
     advance(i, period_s);
-    place(world.objects[index], states_[i],
-          models_[i].motion == scene::Motion::Free || models_[i].motion == scene::Motion::Turn);
+    place(i, world.objects[index]);
     std::array<Finger, kMaxArms> fingers_before;
     std::copy(fingers.begin(), fingers.end(), fingers_before.begin());
     bool carried = true;
-    for (Finger& finger : fingers)
-      carried = carried && (!finger.started || carry(world, index, before, finger, counters));
+    for (Finger& finger : fingers) {
+      const bool meets = finger.started && (finger.inside & only(index)) == 0;
+      carried = carried && (!meets || carry(world, index, before, finger, pins[i], counters));
+    }
     if (!carried) {
       std::copy_n(fingers_before.begin(), fingers.size(), fingers.begin());
       world.objects[index] = before;
+      centres_[i].position_m = centre_before_m;
       states_[i].position_m = state_before.position_m;
       states_[i].rotation = state_before.rotation;
       states_[i].q = state_before.q;
       states_[i].on = state_before.on;
+      const float speed = controls_[i].speed;
       controls_[i] = control_before;
-      stop(i);
+      controls_[i].speed = speed;  // press() ends it
+      pinned[i] = true;
     }
+  }
+  // When all have moved: a body that comes later would take its velocity from the contact solver.
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (pinned[i]) press(world, i, pins[i]);
   }
 }
 

@@ -5,9 +5,10 @@
 // between bodies change them (control/bodies/contact_solver.h), and the bodies move one after the other and
 // carry the god objects along (control/bodies/carry.h).
 //
-// Speeds are at most kMaxBodySpeed_m_s and kMaxBodySpin_rad_s, positions within kMaxCoordinate_m. A body that
-// would squeeze a god object against another object keeps its pose and stops, because a point has no room to
-// give way. SI units, world frame. Nothing here allocates or fails.
+// Speeds are at most kMaxBodySpeed_m_s, positions within kMaxCoordinate_m. The spin of a free body is at most what moves
+// its surface with kMaxBodySpeed_m_s: at least kMaxBodySpin_rad_s, at most kMaxSmallBodySpin_rad_s. A body that
+// would squeeze a god object against another object keeps its pose, because a god object has no room to give way; an
+// impulse at the god object ends the approach of the two, so that nothing else of their momentum changes. SI units, world frame. Nothing here allocates or fails.
 #pragma once
 
 #include <array>
@@ -15,6 +16,7 @@
 #include <cstdint>
 #include <span>
 
+#include "control/bodies/carry.h"
 #include "control/bodies/contact_solver.h"
 #include "control/bodies/control_element.h"
 #include "control/contact/finger.h"
@@ -43,16 +45,19 @@ struct BodyModel {
   std::uint8_t object = 0;  // in the world
   scene::Motion motion{};
   float mass_kg = 1.0F;
-  Vec3 inertia_kg_m2 = Vec3::Ones();  // in the object's frame
-  ControlElementParams control;       // Slide, Turn
-  float control_inertia = 1.0F;       // kg or kg m2
+  Vec3 centre_m = Vec3::Zero();       // of mass, in the object's frame
+  Vec3 inertia_kg_m2 = Vec3::Ones();  // principal moments, about the centre of mass
+  Eigen::Quaternionf principal_axes = Eigen::Quaternionf::Identity();  // in the object's frame
+  ControlElementParams control;                                        // Slide, Turn
+  float control_inertia = 1.0F;                                        // kg or kg m2
   float restitution = 0.0F;
+  float max_spin_rad_s = kMaxBodySpin_rad_s;  // of a free body
   float spring_N_m = 0.0F;
   float damping_N_s_m = 0.0F;
   float angular_damping_N_m_s = 0.0F;
   Vec3 axis = Vec3::UnitZ();
   Vec3 pivot_m = Vec3::Zero();
-  Vec3 start_m = Vec3::Zero();
+  Vec3 start_m = Vec3::Zero();  // of the centre of mass
   Eigen::Quaternionf start_rotation = Eigen::Quaternionf::Identity();
 };
 
@@ -68,16 +73,25 @@ class Bodies {
 
   // The velocity of a body's material at a point of the world.
   [[nodiscard]] Vec3 velocity_at(std::uint8_t body, const Vec3& point_m) const noexcept {
-    const BodyState& state = states_[body];
-    return state.velocity_m_s + state.spin_rad_s.cross(point_m - state.position_m);
+    const Centre& centre = centres_[body];
+    return centre.velocity_m_s + states_[body].spin_rad_s.cross(point_m - centre.position_m);
   }
 
   // A force on a body at a point of the world, for the next step.
   void push(std::uint8_t body, const Vec3& point_m, const Vec3& force_N) noexcept {
     Load& load = loads_[body];
     load.force_N += force_N;
-    load.torque_N_m += (point_m - states_[body].position_m).cross(force_N);
+    load.torque_N_m += (point_m - centres_[body].position_m).cross(force_N);
   }
+
+  // A fingertip on a body, for the next step. It resists the spin of free bodies only: round a dial the hand turns with it.
+  void grip(const Grip& grip) noexcept {
+    if (models_[grip.body].motion == scene::Motion::Free && grip_count_ < grips_.size())
+      grips_[grip_count_++] = grip;
+  }
+
+  // The mass that a force along `direction`, a unit vector, meets at a point of the body; 0 where it cannot move.
+  [[nodiscard]] float mass_at(std::uint8_t body, const Vec3& point_m, const Vec3& direction) const noexcept;
 
   // One period: moves the bodies, writes their new poses to the world, and carries the fingers' god objects
   // along.
@@ -86,25 +100,35 @@ class Bodies {
  private:
   struct Load {
     Vec3 force_N = Vec3::Zero();
-    Vec3 torque_N_m = Vec3::Zero();  // about the object's origin
+    Vec3 torque_N_m = Vec3::Zero();  // about the centre of mass
+  };
+  struct Centre {  // of mass
+    Vec3 position_m = Vec3::Zero();
+    Vec3 velocity_m_s = Vec3::Zero();
   };
 
   [[nodiscard]] SolverBody accelerate(std::size_t body, float period_s) noexcept;
   void apply_contacts(std::size_t body, const Vec3& velocity_before_m_s, const Vec3& spin_before_rad_s,
                       const SolverBody& after, float period_s) noexcept;
-  void limit_speed(std::size_t body) noexcept;
+  void limit_speed(std::size_t body, float period_s) noexcept;
   void advance(std::size_t body, float period_s) noexcept;
   void advance_along_axis(std::size_t body, float period_s) noexcept;
+  void place(std::size_t body, PlacedObject& object) noexcept;
   void stop(std::size_t body) noexcept;
+  void apply_impulse(std::size_t body, const Vec3& point_m, const Vec3& impulse_N_s) noexcept;
+  void press(const World& world, std::size_t body, const Pin& pin) noexcept;
 
   Vec3 gravity_m_s2_ = Vec3::Zero();
   std::array<BodyModel, kMaxBodies> models_;
   std::array<BodyState, kMaxBodies> states_;
+  std::array<Centre, kMaxBodies> centres_;
   std::array<Vec3, kMaxBodies> angular_momentum_;         // Free, kg m2/s: conserved while no torque acts
   std::array<ControlElementState, kMaxBodies> controls_;  // Slide, Turn
   std::array<Load, kMaxBodies> loads_;
   std::array<float, kMaxBodies> efforts_;  // Slide, Turn: N or N m of this tick
   std::size_t count_ = 0;
+  std::array<Grip, kMaxArms * kMaxContacts> grips_;
+  std::size_t grip_count_ = 0;
   ContactSolver solver_;
 };
 

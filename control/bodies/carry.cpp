@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "control/contact/ball.h"
+
 namespace thimble::control {
 namespace {
 
@@ -12,15 +14,17 @@ bool reaches(const PlacedObject& object, const Vec3& p) {
          (p.array() <= object.hi_m.array() + kGap_m).all();
 }
 
-// The god object's contact with the object, taken out of the list.
-bool take_contact(GodObject& god, std::uint8_t object, Contact& contact) {
+// The god object's contact with the object, and its plane, taken out of the list.
+bool take_contact(GodObject& god, std::uint8_t object, Contact& contact, Vec3& normal) {
   std::size_t kept = 0;
   bool found = false;
   for (std::size_t i = 0; i < god.count; ++i) {
     if (god.contacts[i].object == object) {
       contact = god.contacts[i];
+      normal = god.normals[i];
       found = true;
     } else {
+      god.normals[kept] = god.normals[i];
       god.contacts[kept++] = god.contacts[i];
     }
   }
@@ -29,28 +33,102 @@ bool take_contact(GodObject& god, std::uint8_t object, Contact& contact) {
 }
 
 // The point of the surface nearest to `local`, which is on `feature` except for rounding.
-Vec3 onto_surface(const PlacedObject& object, Feature& feature, const Vec3& local) {
+[[gnu::noinline]] Vec3 onto_surface(const PlacedObject& object, Feature& feature, const Vec3& local) {
   return object.ops->slide(object.shape, feature, local, local, {.hold = true}).to;
+}
+
+// The box about the old and the new pose holds the path of every point of the object, except for the curvature of its
+// rotation. That is less than the motion of the box, so the box grows by the motion.
+PlacedObject box_of_motion(const PlacedObject& before, const PlacedObject& now) {
+  const Vec3 margin = (before.lo_m - now.lo_m).cwiseAbs().cwiseMax((before.hi_m - now.hi_m).cwiseAbs());
+  PlacedObject both = now;
+  both.lo_m = now.lo_m.cwiseMin(before.lo_m) - margin;
+  both.hi_m = now.hi_m.cwiseMax(before.hi_m) + margin;
+  return both;
+}
+
+bool is_at(const Vec3& a, const Vec3& b, float within_m) {
+  return (a - b).squaredNorm() <= within_m * within_m;
+}
+
+// What keeps a god object from its target.
+Pin pin_of(const GodObject& god, const Vec3& target) {
+  Pin pin;
+  pin.point_m = god.position_m;
+  const Vec3 denied = target - god.position_m;
+  const float length = denied.norm();
+  if (length > 0.0F) pin.direction = denied / length;
+  for (std::size_t i = 0; i < god.count; ++i) {
+    const std::uint8_t object = god.contacts[i].object;
+    pin.object = i == 0 || pin.object == object ? object : kNoBody;
+  }
+  return pin;
+}
+
+// The same as carry() for a tip with a radius. Its path relative to the moving object is that of a sphere.
+bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& before, Finger& finger,
+                  Pin& pin, RenderCounters& counters) {
+  const PlacedObject& now = world.objects[moved];
+  const Nearby alone(moved);
+  GodObject god = finger.god;
+  Contact contact{.object = moved, .feature = {}};
+  Vec3 normal;
+  const bool touched = take_contact(god, moved, contact, normal);
+  Vec3 local = before.to_local(god.position_m);
+  if (touched) {
+    normal = now.turn(before.turn_back(normal));
+    const Anchor& anchor = finger.anchor;
+    if (anchor.holds && anchor.object == moved && anchor.world_m == god.position_m) local = anchor.local_m;
+  } else {
+    PlacedObject both = box_of_motion(before, now);
+    both.lo_m.array() -= world.margin_m;
+    both.hi_m.array() += world.margin_m;
+    if (!reaches(both, god.position_m)) return true;
+    GodObject seen;  // as the object sees it
+    seen.position_m = now.to_world(local);
+    static_cast<void>(fly_ball(world, alone, seen, god.position_m, counters));
+    if (seen.position_m == god.position_m) return true;
+    if (seen.count == 0) return false;
+    contact = seen.contacts[0];
+    normal = seen.normals[0];
+    local = now.to_local(seen.position_m);
+  }
+
+  // Move it there, around all other objects.
+  const Vec3 target = now.to_world(local);
+  const Nearby others(world, Reach(god.position_m, god.position_m, target, world.margin_m),
+                      finger.inside | only(moved));
+  move(world, others, god, target, false, counters);
+  const bool arrived = is_at(god.position_m, target, kTouchGap_m);
+  if (!arrived) {
+    pin = pin_of(god, target);
+    // Another object is in the way. The sphere may have slid along the moving object, but must not be in it.
+    GodObject seen;
+    seen.position_m = target;
+    static_cast<void>(move_ball(world, alone, seen, god.position_m, false, counters));
+    if (!is_at(seen.position_m, god.position_m, kTouchGap_m)) return false;
+  }
+  if (god.count == kMaxContacts) --god.count;
+  god.normals[god.count] = normal;
+  god.contacts[god.count++] = contact;
+  finger.god = god;
+  finger.rest = god;
+  finger.anchor = {moved, local, god.position_m, arrived};
+  return true;
 }
 
 }  // namespace
 
-bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, Finger& finger,
+bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, Finger& finger, Pin& pin,
            RenderCounters& counters) noexcept {
+  if (world.tip_radius_m > 0.0F) return carry_sphere(world, moved, before, finger, pin, counters);
   const PlacedObject& now = world.objects[moved];
   GodObject god = finger.god;
   Contact contact;
-  const bool touched = take_contact(god, moved, contact);
+  Vec3 normal;  // of a ball
+  const bool touched = take_contact(god, moved, contact, normal);
   const bool beside = god.has_beside && god.beside.object == moved;
-  // The box about the old and the new pose holds the path of every point of the object, except for the
-  // curvature of its rotation. That is less than the motion of the box, so the box grows by the motion.
-  if (!touched && !beside) {
-    const Vec3 margin = (before.lo_m - now.lo_m).cwiseAbs().cwiseMax((before.hi_m - now.hi_m).cwiseAbs());
-    PlacedObject both = now;
-    both.lo_m = now.lo_m.cwiseMin(before.lo_m) - margin;
-    both.hi_m = now.hi_m.cwiseMax(before.hi_m) + margin;
-    if (!reaches(both, god.position_m)) return true;
-  }
+  if (!touched && !beside && !reaches(box_of_motion(before, now), god.position_m)) return true;
 
   // The place on the object where the god object rests, or where the object hits it.
   Vec3 from = before.to_local(god.position_m);
@@ -79,7 +157,8 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
 
   // Move the god object there, around all other objects.
   const Vec3 target = now.to_world(local);
-  const Nearby others(world, Reach(god, god, target), moved);
+  const Nearby others(world, Reach(god.position_m, god.position_m, target, world.margin_m),
+                      finger.inside | only(moved));
   if (others.objects().empty()) {
     god.count = 0;
     god.position_m = target;
@@ -89,6 +168,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
   if ((god.position_m - target).squaredNorm() > kSurfaceTolerance_m * kSurfaceTolerance_m) {
     // Another object is in the way. The god object may have slid along the moving object, or stay behind it,
     // but it must not be inside.
+    pin = pin_of(god, target);
     const Vec3 to = now.to_local(god.position_m);
     Hit hit;
     side[0].kind = kSideOnly;

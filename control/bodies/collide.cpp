@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "control/bodies/convex.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
@@ -65,7 +67,7 @@ void collide_points_with_plane(const PlacedObject& a, const PlacedObject& plane,
 
 // A cylinder or box seen along an axis that it shares with a cylinder: a circle or a rectangle, in its own
 // frame with z along that axis.
-struct Outline {
+struct Profile {
   bool circle = true;
   float radius_m = 0.0F;
   float half_x_m = 0.0F;
@@ -85,7 +87,7 @@ struct Outline {
   }
 };
 
-void collide_outlines(const PlacedObject& a, const PlacedObject& b, const Outline& outline, float margin,
+void collide_outlines(const PlacedObject& a, const PlacedObject& b, const Profile& outline, float margin,
                       Manifold& out) {
   const Vec3 centre = outline.axes.transpose() *
                       (a.position_m - b.position_m);  // of the cylinder, relative to the other solid
@@ -129,7 +131,7 @@ bool collide_parallel(const PlacedObject& a, const PlacedObject& b, float margin
   const Vec3 axis = b.rotation.transpose() * a.rotation.col(2);
   for (int i = is_box ? 0 : 2; i < 3; ++i) {
     if (std::abs(axis[i]) < kParallel) continue;
-    Outline outline;
+    Profile outline;
     const int x = (i + 1) % 3;
     const int y = (i + 2) % 3;
     outline.axes << b.rotation.col(x), b.rotation.col(y), b.rotation.col(i);
@@ -149,6 +151,57 @@ void flip_normals(Manifold& manifold) {
 }
 
 bool is_round(CollisionForm form) { return form == CollisionForm::kBall || form == CollisionForm::kCapsule; }
+
+// The convex parts of an object: the pieces of a moving mesh, or the solid itself.
+std::size_t parts(const PlacedObject& object) {
+  return form(object) == CollisionForm::kMesh ? object.shape.mesh.piece_count : 1;
+}
+
+Convex part(const PlacedObject& object, std::size_t i, const Mat3& rotation, const Vec3& position_m) {
+  if (form(object) != CollisionForm::kMesh) return convex_solid(object, rotation, position_m);
+  return convex_hull(object.shape.mesh.piece(i), rotation, position_m);
+}
+
+void collide_pieces_with_plane(const PlacedObject& a, const PlacedObject& plane, float margin,
+                               Manifold& out) {
+  for (std::size_t i = 0; i < parts(a); ++i)
+    for (const scene::Vec3& corner : a.shape.mesh.piece(i))
+      collide_point_with_plane(plane, a.to_world(to_vec(corner)), margin, out);
+}
+
+// b is a mesh without pieces.
+void collide_with_mesh(const PlacedObject& a, const PlacedObject& b, float margin, Manifold& out) {
+  const Mat3 rotation = b.rotation.transpose() * a.rotation;
+  const Vec3 position = b.rotation.transpose() * (a.position_m - b.position_m);
+  for (std::size_t i = 0; i < parts(a); ++i)
+    collide_with_triangles(part(a, i, rotation, position), b.shape.mesh, margin, out);
+  for (std::size_t i = 0; i < out.count; ++i) {
+    ContactPoint& point = out.points[i];
+    point.point_m = b.rotation * point.point_m + b.position_m;
+    point.normal = b.rotation * point.normal;
+  }
+}
+
+bool has_triangles_only(const PlacedObject& object) {
+  return form(object) == CollisionForm::kMesh && object.shape.mesh.piece_count == 0;
+}
+
+// At least one of them is a mesh.
+void collide_meshes(const PlacedObject& a, const PlacedObject& b, float margin, Manifold& out) {
+  if (form(b) == CollisionForm::kHalfSpace) return collide_pieces_with_plane(a, b, margin, out);
+  if (has_triangles_only(b)) return collide_with_mesh(a, b, margin, out);
+  if (has_triangles_only(a)) {
+    collide_with_mesh(b, a, margin, out);
+    flip_normals(out);
+    return;
+  }
+  for (std::size_t i = 0; i < parts(a); ++i) {
+    const Convex of_a = part(a, i, a.rotation, Vec3::Zero());
+    for (std::size_t j = 0; j < parts(b); ++j)
+      collide_convex(of_a, part(b, j, b.rotation, b.position_m - a.position_m), margin, out);
+  }
+  for (std::size_t i = 0; i < out.count; ++i) out.points[i].point_m += a.position_m;
+}
 
 // Whether there is an exact collision with a in the first place; it is in `out` then.
 bool collide_as(const PlacedObject& a, const PlacedObject& b, float margin, Manifold& out) {
@@ -178,11 +231,35 @@ void Manifold::add(const ContactPoint& point) noexcept {
     points[count++] = point;
     return;
   }
-  std::size_t least = 0;
-  for (std::size_t i = 1; i < count; ++i) {
-    if (points[i].depth_m < points[least].depth_m) least = i;
+  // Among these and the new one, whose index is kMaxManifold.
+  const auto at = [&](std::size_t i) -> const ContactPoint& { return i == kMaxManifold ? point : points[i]; };
+  float nearest = std::numeric_limits<float>::infinity();
+  std::size_t dropped = kMaxManifold;
+  for (std::size_t i = 0; i < kMaxManifold; ++i) {
+    for (std::size_t j = i + 1; j <= kMaxManifold; ++j) {
+      // Points with unlike normals count as far apart.
+      constexpr float kTurn_m = 0.02F;  // per radian
+      const float distance2 = (at(i).point_m - at(j).point_m).squaredNorm() +
+                              kTurn_m * kTurn_m * (at(i).normal - at(j).normal).squaredNorm();
+      if (distance2 >= nearest) continue;
+      nearest = distance2;
+      dropped = at(i).depth_m < at(j).depth_m ? i : j;
+    }
   }
-  if (points[least].depth_m < point.depth_m) points[least] = point;
+  if (dropped < kMaxManifold) points[dropped] = point;
+}
+
+void Manifold::add_distinct(const ContactPoint& point) noexcept {
+  constexpr float kSamePlace_m = 5.0e-5F;
+  constexpr float kSameNormal = 0.9999F;
+  for (std::size_t i = 0; i < count; ++i) {
+    if ((points[i].point_m - point.point_m).squaredNorm() > kSamePlace_m * kSamePlace_m ||
+        points[i].normal.dot(point.normal) < kSameNormal)
+      continue;
+    if (points[i].depth_m < point.depth_m) points[i] = point;
+    return;
+  }
+  add(point);
 }
 
 NearestPlace nearest_on_ball(float radius_m, const Vec3& from_centre) noexcept {
@@ -217,12 +294,19 @@ std::array<Vec3, 4> rim_directions(const Vec3& down) noexcept {
 
 void collide(const PlacedObject& a, const PlacedObject& b, float margin_m, Manifold& out) noexcept {
   out.count = 0;
+  out.left_out = 0;
+  if (form(a) == CollisionForm::kMesh || form(b) == CollisionForm::kMesh)
+    return collide_meshes(a, b, margin_m, out);
   if (collide_as(a, b, margin_m, out)) return;
   if (collide_as(b, a, margin_m, out)) {
     flip_normals(out);
     return;
   }
-  collide_boxes(box_about(a), box_about(b), margin_m, out);
+  if (form(a) == CollisionForm::kBox && form(b) == CollisionForm::kBox)
+    return collide_boxes(box_about(a), box_about(b), margin_m, out);
+  collide_convex(convex_solid(a, a.rotation, Vec3::Zero()),
+                 convex_solid(b, b.rotation, b.position_m - a.position_m), margin_m, out);
+  for (std::size_t i = 0; i < out.count; ++i) out.points[i].point_m += a.position_m;
 }
 
 }  // namespace thimble::control

@@ -1,10 +1,13 @@
 // Collision of two solids: contact points, normals and depths, for the contact solver
 // (control/bodies/contact_solver.h).
 //
-// Exact: balls and capsules with every solid; boxes with planes and boxes; cylinders with planes, and with
-// cylinders and boxes that have a parallel axis; cones with planes. In all other pairs a cylinder or cone
-// collides as its bounding box would. Meshes collide with fingertips only. No loop is longer than
-// kMaxManifold times the number of faces of a box.
+// Closed forms: balls and capsules with every primitive; boxes with planes and boxes; cylinders with planes, and with
+// cylinders and boxes that have a parallel axis; cones with planes. All other pairs are convex solids of any kind
+// (control/bodies/convex.h): a cylinder, a cone, a piece of a moving mesh (scene::Mesh::piece_corners), a triangle of a
+// fixed mesh (collide_mesh.cpp). A moving mesh is the union of its pieces. Two meshes without pieces do not meet: the
+// compiler gives pieces to every mesh that moves.
+//
+// Bounds: kMaxPieces pieces a mesh; nodes and triangles of a fixed mesh for each of them (collide_mesh.cpp).
 #pragma once
 
 #include <array>
@@ -27,9 +30,13 @@ struct ContactPoint {
 struct Manifold {
   std::array<ContactPoint, kMaxManifold> points;
   std::size_t count = 0;
+  std::uint32_t left_out =
+      0;  // how often triangles of a mesh were left out at a bound (control/bodies/collide_mesh.cpp)
 
-  // When it is full, the least deep point is dropped.
+  // When it is full, the two points that are nearest to each other become the deeper one of them.
   void add(const ContactPoint& point) noexcept;
+  // Leaves out a point at a place that has one with this normal; the deeper one stays.
+  void add_distinct(const ContactPoint& point) noexcept;
 };
 
 // Which of the exact collisions a solid takes part in.
@@ -39,7 +46,8 @@ enum class CollisionForm : std::uint8_t {
   kCapsule,
   kBox,
   kCylinder,
-  kOther,  // exact with balls, capsules and half-spaces; with the rest as the box about it
+  kCone,
+  kMesh,
 };
 
 using LowestPoints = std::array<Vec3, kMaxManifold>;
@@ -53,11 +61,12 @@ struct BoxAbout {
 struct CollisionOps {
   CollisionForm form;
   // The place of the surface nearest to a point: its outward normal there, and how far outside the point is.
-  NearestPlace (*nearest)(const ShapeData& shape, const Vec3& p);
+  // Null: mesh.
+  NearestPlace (*nearest)(const ShapeData& shape, const Vec3& p) = nullptr;
   // Points of the surface that can lie deepest in a half-space; `down` is the direction into it. Null: ball,
-  // capsule, half-space.
+  // capsule, half-space, mesh.
   std::size_t (*lowest)(const ShapeData& shape, const Vec3& down, LowestPoints& out) = nullptr;
-  BoxAbout (*box_about)(const ShapeData& shape) = nullptr;  // null: ball, capsule, half-space
+  BoxAbout (*box_about)(const ShapeData& shape) = nullptr;  // null: ball, capsule, half-space, mesh
 };
 
 // Parts of these answers that solids share.
@@ -67,7 +76,7 @@ struct CollisionOps {
 [[nodiscard]] std::array<Vec3, 4> rim_directions(const Vec3& down) noexcept;
 
 // All points that are apart by at most margin_m. Both objects collide (ShapeRow::collision), and a is no
-// half-space.
+// half-space. A point lies between the two surfaces; patches of contact with unlike normals have points of their own.
 void collide(const PlacedObject& a, const PlacedObject& b, float margin_m, Manifold& out) noexcept;
 
 // Two oriented boxes: separating axis test, then the incident face is clipped (Gottschalk 1996; Catto 2006).

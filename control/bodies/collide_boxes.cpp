@@ -1,36 +1,12 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
 #include "control/bodies/collide.h"
+#include "control/bodies/outline.h"
 
 namespace thimble::control {
 namespace {
-
-// A quadrilateral clipped by four lines has at most eight corners.
-struct Polygon {
-  std::array<Vec3, kMaxManifold> corner;
-  std::size_t count = 0;
-
-  void add(const Vec3& p) {
-    if (count < corner.size()) corner[count++] = p;
-  }
-};
-
-// The part of the polygon where normal . p <= offset.
-Polygon clip(const Polygon& in, const Vec3& normal, float offset) {
-  Polygon out;
-  for (std::size_t i = 0; i < in.count; ++i) {
-    const Vec3& p = in.corner[i];
-    const Vec3& q = in.corner[i + 1 == in.count ? 0 : i + 1];
-    const float a = normal.dot(p) - offset;
-    const float b = normal.dot(q) - offset;
-    if (a <= 0.0F) out.add(p);
-    if ((a < 0.0F && b > 0.0F) || (a > 0.0F && b < 0.0F)) out.add(p + (a / (a - b)) * (q - p));
-  }
-  return out;
-}
 
 // The incident face of `other` (the one most opposed to `normal`), clipped to the sides of the face of `box`
 // on axis k.
@@ -45,7 +21,7 @@ void clip_faces(const OrientedBox& box, Eigen::Index k, const Vec3& normal, cons
   const Vec3 middle = other.centre_m + other.half_m[face] * out_of_face;
   const Vec3 side_u = other.half_m[u] * other.axes.col(u);
   const Vec3 side_v = other.half_m[v] * other.axes.col(v);
-  Polygon polygon;
+  Outline polygon;
   polygon.add(middle + side_u + side_v);
   polygon.add(middle - side_u + side_v);
   polygon.add(middle - side_u - side_v);

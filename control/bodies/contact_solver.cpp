@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "thimble_scene_schema/scene_generated.h"
 
@@ -9,19 +10,31 @@ namespace thimble::control {
 namespace {
 
 constexpr int kSolverIterations = 10;
-constexpr int kCorrectionIterations = 4;
+constexpr int kRelaxIterations = 4;
+// The iterations end when no impulse changes the velocity of its contact by more than this.
+constexpr float kConverged_m_s = 1.0e-6F;
 // A contact that closes more slowly than this does not bounce. Gravity alone gives 10 mm/s in one tick at 1
 // kHz.
 constexpr float kBounce_m_s = 0.02F;
-// Allowed penetration at rest: resting bodies stay in contact, and a hand does not feel it.
+// Penetration that pushes nothing: the rounding of a coordinate (1e-6 at 10 m). To remove it would cost momentum by
+// rounding in each tick.
+constexpr float kSlop_m = 1.0e-6F;
+// Bodies of which neither can move along the normal touch below this gap.
 constexpr float kRest_m = 2.0e-5F;
-constexpr float kCorrectionShare = 0.2F;  // of the excess penetration, corrected in one tick
-constexpr float kMaxCorrection_m = 2.0e-4F;
+// The spring and damper of a contact (Catto 2024): a quarter of the tick rate, overdamped.
+constexpr float kTurnsPerTick = 0.25F;
+constexpr float kDampingRatio = 10.0F;
+constexpr float kMaxPush_m_s = 1.0F;  // of the velocity that removes penetration
 // Contact points are collected at this gap and below; the gap grows by the distance that the bodies approach
 // in one tick.
 constexpr float kMargin_m = 1.0e-4F;
 // A contact point of the previous tick within this distance is the same one.
 constexpr float kSamePlace_m = 2.0e-3F;
+constexpr float kSameDirection = 0.9F;  // cosine
+// A patch slides when it has moved by this and is at its limit. At 1 % above the limit that takes 6 ms; a resting
+// stack moves less in the ticks in which its impulses converge.
+constexpr float kSlipped_m = 2.0e-6F;
+constexpr float kAtLimit = 1.0F - 1.0e-3F;
 
 bool collides(const PlacedObject& object) { return object.row->collision != nullptr; }
 
@@ -30,243 +43,345 @@ bool boxes_overlap(const PlacedObject& a, const PlacedObject& b, float margin) {
          ((b.lo_m.array() - margin) <= a.hi_m.array()).all();
 }
 
+ContactSolver::Softness softness(float period_s) {
+  constexpr float kAngle = 2.0F * std::numbers::pi_v<float> * kTurnsPerTick;  // in a tick
+  constexpr float kA1 = 2.0F * kDampingRatio + kAngle;
+  constexpr float kA2 = kAngle * kA1;
+  constexpr float kA3 = 1.0F / (1.0F + kA2);
+  return {kAngle / (kA1 * period_s), kA2 * kA3, kA3};
+}
+
 }  // namespace
 
 void ContactSolver::reset() noexcept {
-  count_ = 0;
+  found_.clear();
   stored_count_ = 0;
 }
 
-ContactSolver::Row ContactSolver::row(std::span<const SolverBody> bodies, const Contact& contact,
-                                      const Vec3& direction) noexcept {
-  Row r;
-  r.direction = direction;
-  const SolverBody& a = bodies[contact.a];
-  r.arm_a = (contact.point_m - a.centre_m).cross(direction);
-  r.linear_a = a.inverse_mass * direction;
-  r.angular_a = a.inverse_inertia * r.arm_a;
-  float answer = direction.dot(r.linear_a) + r.arm_a.dot(r.angular_a);
-  r.arm_b = r.linear_b = r.angular_b = Vec3::Zero();
-  if (contact.b != kNoBody) {
-    const SolverBody& b = bodies[contact.b];
-    r.arm_b = (contact.point_m - b.centre_m).cross(direction);
-    r.linear_b = b.inverse_mass * direction;
-    r.angular_b = b.inverse_inertia * r.arm_b;
-    answer += direction.dot(r.linear_b) + r.arm_b.dot(r.angular_b);
+float ContactSolver::friction_limit_N_s(const Patch& patch) noexcept {
+  float normal_N_s = patch.held_N_s;
+  for (std::size_t i = 0; i < patch.count; ++i) normal_N_s += found_.point(patch, i).impulse_N_s;
+  return (patch.sliding ? patch.dynamic_friction : patch.static_friction) * normal_N_s;
+}
+
+// Returns the change of velocity.
+float ContactSolver::solve_friction(std::span<SolverBody> bodies, Patch& patch,
+                                    const Softness& softness) noexcept {
+  const float limit = friction_limit_N_s(patch);
+  const Vec3 speed = slip_speed(bodies, patch) + softness.bias_per_s * patch.slip_m;
+  Vec3 impulse = patch.impulse_N_s - patch.mass * speed;
+  if (impulse.squaredNorm() > limit * limit) {
+    // It moves: the friction is opposite to the motion. Fixed point of l = limit (l - step v) / |l - step v|.
+    impulse = patch.impulse_N_s - patch.step * speed;
+    const float length = impulse.norm();
+    impulse *= length > 0.0F ? limit / length : 0.0F;
   }
-  // A thousandth of the response of the heaviest body. Below that, neither body can move in this direction.
-  constexpr float kNothing = 1.0e-3F / kMaxMass_kg;
-  r.mass = answer > kNothing ? 1.0F / answer : 0.0F;
-  return r;
+  const Vec3 change = impulse - patch.impulse_N_s;
+  patch.impulse_N_s = impulse;
+  apply_friction_impulse(bodies, patch, change);
+  return patch.step > 0.0F ? change.cwiseAbs().maxCoeff() / patch.step : 0.0F;
 }
 
-float ContactSolver::speed(std::span<const SolverBody> bodies, const Contact& contact,
-                           const Row& r) noexcept {
-  const SolverBody& a = bodies[contact.a];
-  const float of_a = r.direction.dot(a.velocity_m_s) + r.arm_a.dot(a.spin_rad_s);
-  if (contact.b == kNoBody) return of_a;
-  const SolverBody& b = bodies[contact.b];
-  return of_a - r.direction.dot(b.velocity_m_s) - r.arm_b.dot(b.spin_rad_s);
-}
-
-void ContactSolver::apply_impulse(std::span<SolverBody> bodies, const Contact& contact, const Row& r,
-                                  float impulse) noexcept {
-  SolverBody& a = bodies[contact.a];
-  a.velocity_m_s += impulse * r.linear_a;
-  a.spin_rad_s += impulse * r.angular_a;
-  if (contact.b == kNoBody) return;
-  SolverBody& b = bodies[contact.b];
-  b.velocity_m_s -= impulse * r.linear_b;
-  b.spin_rad_s -= impulse * r.angular_b;
-}
-
-// Both tangential directions together, so that the limit is a cone and not a pyramid.
-void ContactSolver::solve_friction(std::span<SolverBody> bodies, Contact& contact) noexcept {
-  const float friction = contact.sliding ? contact.dynamic_friction : contact.static_friction;
-  const float most = friction * contact.normal.impulse;
-  std::array<float, 2> wanted{};
-  for (std::size_t i = 0; i < 2; ++i) {
-    const Row& r = contact.tangent[i];
-    wanted[i] = r.impulse - r.mass * speed(bodies, contact, r);
+float ContactSolver::solve_normals(std::span<SolverBody> bodies, Patch& patch,
+                                   const Softness& softness) noexcept {
+  float most = 0.0F;
+  for (std::size_t i = 0; i < patch.count; ++i) {
+    PatchPoint& p = found_.point(patch, i);
+    if (p.row.mass <= 0.0F) continue;
+    const bool soft = p.depth_m > kSlop_m && !p.bounces;
+    const float push_m_s =
+        soft ? std::min(softness.bias_per_s * (p.depth_m - kSlop_m), kMaxPush_m_s) : p.target_m_s;
+    const float missing_m_s = push_m_s - separation_speed(bodies, patch, p.row);
+    const float mass = soft ? softness.mass_scale * p.row.mass : p.row.mass;
+    const float kept = soft ? 1.0F - softness.impulse_scale : 1.0F;
+    const float impulse = std::max(kept * p.impulse_N_s + mass * missing_m_s, 0.0F);
+    const float change = impulse - p.impulse_N_s;
+    if (change == 0.0F) continue;
+    apply_normal_impulse(bodies, patch, p.row, change);
+    p.impulse_N_s = impulse;
+    most = std::max(most, std::abs(change) / p.row.mass);
   }
-  const float length = planar_length(wanted[0], wanted[1]);
-  const float scale = length > most ? most / length : 1.0F;
-  for (std::size_t i = 0; i < 2; ++i) {
-    Row& r = contact.tangent[i];
-    const float impulse = scale * wanted[i];
-    apply_impulse(bodies, contact, r, impulse - r.impulse);
-    r.impulse = impulse;
-  }
+  return most;
 }
 
-// Warm start: reuse the impulses of the previous tick's contact within kSamePlace_m.
-void ContactSolver::warm_start(std::span<SolverBody> bodies, Contact& contact) const noexcept {
-  const StoredImpulse* best = nullptr;
-  float nearest = kSamePlace_m * kSamePlace_m;
+// Takes over the impulses of the same patch in the previous tick.
+void ContactSolver::recall(std::span<const SolverBody> bodies, Patch& patch) noexcept {
+  const StoredPatch* best = nullptr;
+  float alike = kSameDirection;
   for (std::size_t i = 0; i < stored_count_; ++i) {
-    const StoredImpulse& stored = stored_[i];
-    if (stored.object_a != contact.object_a || stored.object_b != contact.object_b) continue;
-    const float distance = (stored.point_m - contact.point_m).squaredNorm();
-    if (distance < nearest) {
-      nearest = distance;
+    const StoredPatch& stored = stored_[i];
+    if (stored.object_a != patch.object_a || stored.object_b != patch.object_b) continue;
+    if (const float cosine = stored.normal.dot(patch.normal); cosine > alike) {
+      alike = cosine;
       best = &stored;
     }
   }
   if (best == nullptr) return;
-  contact.sliding = best->sliding;
-  if (contact.normal.mass > 0.0F) contact.normal.impulse = best->normal_N_s;
-  apply_impulse(bodies, contact, contact.normal, contact.normal.impulse);
-  for (Row& r : contact.tangent) {
-    r.impulse = r.mass > 0.0F ? r.direction.dot(best->tangent_N_s) : 0.0F;
-    apply_impulse(bodies, contact, r, r.impulse);
-  }
-}
-
-void ContactSolver::prepare(const World& world, std::span<SolverBody> bodies, const Contact& found,
-                            const Vec3& normal, std::size_t in_manifold, float period_s) noexcept {
-  Contact contact = found;
-  contact.normal = row(bodies, contact, normal);
-  const Material& of_a = world.objects[contact.object_a].material;
-  const Material& of_b = world.objects[contact.object_b].material;
-  contact.static_friction = std::sqrt(of_a.static_friction * of_b.static_friction);
-  contact.dynamic_friction = std::sqrt(of_a.dynamic_friction * of_b.dynamic_friction);
-  const float approach = speed(bodies, contact, contact.normal);
-  if (contact.normal.mass > 0.0F) {
-    const float gap = std::max(-contact.depth_m, 0.0F);
-    if (approach * period_s + gap > kMargin_m) return;  // it will not close in this tick
-    contact.target_m_s = -gap / period_s;
-    float restitution = bodies[contact.a].restitution;
-    if (contact.b != kNoBody) restitution = std::max(restitution, bodies[contact.b].restitution);
-    if (approach < -kBounce_m_s && approach < contact.target_m_s && restitution > 0.0F) {
-      contact.target_m_s = -restitution * approach;
-      contact.bounces = true;
+  patch.sliding = best->sliding;
+  // The third ones are for a radius of 1 m until prepare_friction.
+  patch.slip_m = {best->slip_m.dot(patch.across[0]), best->slip_m.dot(patch.across[1]), best->twist_rad};
+  patch.impulse_N_s = {best->along_N_s.dot(patch.across[0]), best->along_N_s.dot(patch.across[1]),
+                       best->moment_N_m_s};
+  std::array<bool, kMaxPatchPoints> taken{};
+  for (std::size_t i = 0; i < patch.count; ++i) {
+    PatchPoint& p = found_.point(patch, i);
+    if (p.row.mass <= 0.0F) continue;
+    const Vec3 place_m = p.point_m - bodies[patch.a].centre_m;
+    float nearest = kSamePlace_m * kSamePlace_m;
+    std::size_t same = best->count;
+    for (std::size_t j = 0; j < best->count; ++j) {
+      const float distance = (best->place_m[j] - place_m).squaredNorm();
+      if (!taken[j] && distance < nearest) {
+        nearest = distance;
+        same = j;
+      }
     }
-  } else {
-    // Both bodies are fixed along the normal. Split the constraint force evenly over the manifold; it only
-    // sets the friction limit.
-    float held = -bodies[contact.a].constrained_N_s.dot(normal);
-    if (contact.b != kNoBody) held = std::min(held, bodies[contact.b].constrained_N_s.dot(normal));
-    contact.normal.impulse = std::max(held, 0.0F) / static_cast<float>(in_manifold);
-    if (contact.depth_m < -kRest_m) contact.normal.impulse = 0.0F;
+    if (same == best->count) continue;
+    taken[same] = true;
+    p.impulse_N_s = best->normal_N_s[same];
   }
-  const Vec3 across = normal.unitOrthogonal();
-  contact.tangent[0] = row(bodies, contact, across);
-  contact.tangent[1] = row(bodies, contact, normal.cross(across));
-  contacts_[count_++] = contact;
 }
 
-void ContactSolver::collect_pair(const World& world, std::span<SolverBody> bodies, std::size_t a,
-                                 std::size_t object_b, std::uint8_t b, float period_s,
-                                 RenderCounters& counters) noexcept {
-  const std::uint8_t object_a = bodies[a].object;
-  const PlacedObject& first = world.objects[object_a];
-  const PlacedObject& second = world.objects[object_b];
+// The centre of pressure and the mean distance from it, by the impulses of the previous tick, or else with all points
+// alike; the effective mass there.
+void ContactSolver::prepare_friction(std::span<const SolverBody> bodies, Patch& patch) noexcept {
+  if (patch.count != 0) {
+    float sum = 0.0F;
+    for (std::size_t i = 0; i < patch.count; ++i) sum += found_.point(patch, i).impulse_N_s;
+    const auto weight = [&](std::size_t i) {
+      return sum > 0.0F ? found_.point(patch, i).impulse_N_s / sum : 1.0F / static_cast<float>(patch.count);
+    };
+    patch.centre_m = Vec3::Zero();
+    for (std::size_t i = 0; i < patch.count; ++i)
+      patch.centre_m += weight(i) * found_.point(patch, i).point_m;
+    patch.radius_m = 0.0F;
+    if (patch.count > 1) {
+      for (std::size_t i = 0; i < patch.count; ++i)
+        patch.radius_m += weight(i) * (found_.point(patch, i).point_m - patch.centre_m).norm();
+    }
+  }
+  patch.impulse_N_s[2] *= patch.radius_m > 0.0F ? 1.0F / patch.radius_m : 0.0F;
+  patch.slip_m[2] *= patch.radius_m;
+  Mat3 response = Mat3::Zero();
+  add_response(bodies[patch.a], patch, response);
+  if (patch.b != kNoBody) add_response(bodies[patch.b], patch, response);
+  const float trace = response.trace();
+  patch.step = trace > kNoResponse ? 1.0F / trace : 0.0F;
+  if (patch.step <= 0.0F) {
+    patch.mass = Mat3::Zero();
+    patch.impulse_N_s = Vec3::Zero();
+    return;
+  }
+  // A direction in which neither body can move has no friction, and the matrix stays regular.
+  constexpr float kRegular = 1.0e-4F;
+  for (int i = 0; i < 3; ++i) {
+    if (response(i, i) < kRegular * trace) patch.impulse_N_s[i] = 0.0F;
+    response(i, i) += kRegular * trace;
+  }
+  patch.mass = response.inverse();
+}
+
+void ContactSolver::prepare(std::span<const SolverBody> bodies, Patch& patch, float period_s) noexcept {
+  const float restitution =
+      std::max(bodies[patch.a].restitution, patch.b == kNoBody ? 0.0F : bodies[patch.b].restitution);
+  if (patch.count == 0) return;  // a grip
+  patch.across[0] = patch.normal.unitOrthogonal();
+  patch.across[1] = patch.normal.cross(patch.across[0]);
+  bool moves = false;
+  bool touches = false;
+  for (std::size_t i = 0; i < patch.count; ++i) {
+    PatchPoint& p = found_.point(patch, i);
+    p.row = normal_row(bodies, patch, p.point_m, p.row.normal);
+    touches = touches || p.depth_m >= -kRest_m;
+    if (p.row.mass <= 0.0F) continue;
+    moves = true;
+    p.target_m_s = -std::max(-p.depth_m, 0.0F) / period_s;
+    const float approach = separation_speed(bodies, patch, p.row);
+    if (approach < -kBounce_m_s && approach < p.target_m_s && restitution > 0.0F) {
+      p.target_m_s = -restitution * approach;
+      p.bounces = true;
+    }
+  }
+  if (!moves && touches) {
+    // Neither body can move along the normal: the constraint force sets the friction limit.
+    float held = -bodies[patch.a].constrained_N_s.dot(patch.normal);
+    if (patch.b != kNoBody) held = std::min(held, bodies[patch.b].constrained_N_s.dot(patch.normal));
+    patch.held_N_s = std::max(held, 0.0F);
+  }
+}
+
+void ContactSolver::warm_start(std::span<SolverBody> bodies, Patch& patch) noexcept {
+  for (std::size_t i = 0; i < patch.count; ++i) {
+    const PatchPoint& p = found_.point(patch, i);
+    apply_normal_impulse(bodies, patch, p.row, p.impulse_N_s);
+  }
+  apply_friction_impulse(bodies, patch, patch.impulse_N_s);
+}
+
+void ContactSolver::collect_pair(const World& world, std::span<const SolverBody> bodies, Patch& pair,
+                                 float period_s, RenderCounters& counters) noexcept {
+  const PlacedObject& first = world.objects[pair.object_a];
+  const PlacedObject& second = world.objects[pair.object_b];
+  const SolverBody& a = bodies[pair.a];
   const Vec3 relative =
-      b == kNoBody ? bodies[a].velocity_m_s : Vec3(bodies[a].velocity_m_s - bodies[b].velocity_m_s);
+      pair.b == kNoBody ? a.velocity_m_s : Vec3(a.velocity_m_s - bodies[pair.b].velocity_m_s);
   const float margin = kMargin_m + period_s * relative.norm();
   if (!boxes_overlap(first, second, margin)) return;
   Manifold manifold;
   collide(first, second, margin, manifold);
+  counters.contact_bound += manifold.left_out;
+  // Without the points that will not close in this tick.
+  std::size_t kept = 0;
   for (std::size_t i = 0; i < manifold.count; ++i) {
-    if (count_ == contacts_.size()) {
-      ++counters.contact_bound;
-      return;
-    }
     const ContactPoint& point = manifold.points[i];
-    Contact contact;
-    contact.object_a = object_a;
-    contact.object_b = static_cast<std::uint8_t>(object_b);
-    contact.a = static_cast<std::uint8_t>(a);
-    contact.b = b;
-    contact.point_m = point.point_m;
-    contact.depth_m = point.depth_m;
-    prepare(world, bodies, contact, point.normal, manifold.count, period_s);
+    Vec3 velocity = velocity_at(a, point.point_m);
+    if (pair.b != kNoBody) velocity -= velocity_at(bodies[pair.b], point.point_m);
+    if (velocity.dot(point.normal) * period_s + std::max(-point.depth_m, 0.0F) <= kMargin_m)
+      manifold.points[kept++] = point;
+  }
+  manifold.count = kept;
+  if (kept == 0) return;
+  pair.static_friction = std::sqrt(first.material.static_friction * second.material.static_friction);
+  pair.dynamic_friction = std::sqrt(first.material.dynamic_friction * second.material.dynamic_friction);
+  found_.add(pair, manifold, counters);
+}
+
+// A grip is a patch without points and without directions along the surface. For the warm start its second object is the
+// finger.
+void ContactSolver::collect_grips(std::span<const SolverBody> bodies, std::span<const Grip> grips,
+                                  float period_s) noexcept {
+  Patch patch;
+  patch.b = kNoBody;
+  patch.across[0] = patch.across[1] = patch.slip_m = patch.impulse_N_s = Vec3::Zero();
+  patch.mass.setZero();
+  patch.radius_m = kGripRadius_m;
+  for (const Grip& grip : grips) {
+    patch.a = grip.body;
+    patch.object_a = bodies[grip.body].object;
+    patch.object_b = static_cast<std::uint8_t>(kMaxObjects + grip.finger);
+    patch.normal = grip.normal;
+    patch.centre_m = grip.point_m;
+    patch.held_N_s = period_s * grip.normal_N;
+    patch.static_friction = grip.static_friction;
+    patch.dynamic_friction = grip.dynamic_friction;
+    found_.add(patch);
   }
 }
 
-void ContactSolver::collect_contacts(const World& world, std::span<SolverBody> bodies, float period_s,
+void ContactSolver::collect_contacts(const World& world, std::span<const SolverBody> bodies, float period_s,
                                      RenderCounters& counters) noexcept {
-  count_ = 0;
+  Patch pair;
+  pair.normal = pair.across[0] = pair.across[1] = pair.centre_m = pair.slip_m = pair.impulse_N_s =
+      Vec3::Zero();
+  pair.mass.setZero();
   for (std::size_t a = 0; a < bodies.size(); ++a) {
-    if (!collides(world.objects[bodies[a].object])) continue;
+    pair.object_a = bodies[a].object;
+    if (!collides(world.objects[pair.object_a])) continue;
+    pair.a = static_cast<std::uint8_t>(a);
+    pair.b = kNoBody;
     for (std::size_t object = 0; object < world.count; ++object) {
-      if (world.objects[object].body == kNoBody && collides(world.objects[object]))
-        collect_pair(world, bodies, a, object, kNoBody, period_s, counters);
+      if (world.objects[object].body != kNoBody || !collides(world.objects[object])) continue;
+      pair.object_b = static_cast<std::uint8_t>(object);
+      collect_pair(world, bodies, pair, period_s, counters);
     }
     for (std::size_t b = a + 1; b < bodies.size(); ++b) {
-      if (collides(world.objects[bodies[b].object]))
-        collect_pair(world, bodies, a, bodies[b].object, static_cast<std::uint8_t>(b), period_s, counters);
+      pair.object_b = bodies[b].object;
+      if (!collides(world.objects[pair.object_b])) continue;
+      pair.b = static_cast<std::uint8_t>(b);
+      collect_pair(world, bodies, pair, period_s, counters);
     }
   }
 }
 
-// Penetration beyond kRest_m is removed by position corrections.
-void ContactSolver::correct_positions(std::span<SolverBody> bodies) noexcept {
-  for (int iteration = 0; iteration < kCorrectionIterations; ++iteration) {
-    for (std::size_t i = 0; i < count_; ++i) {
-      const Contact& c = contacts_[i];
-      if (c.depth_m <= kRest_m || c.normal.mass <= 0.0F) continue;
-      SolverBody& a = bodies[c.a];
-      const Row& r = c.normal;
-      float moved = r.direction.dot(a.correction_m) + r.arm_a.dot(a.correction_rad);
-      if (c.b != kNoBody) {
-        const SolverBody& b = bodies[c.b];
-        moved -= r.direction.dot(b.correction_m) + r.arm_b.dot(b.correction_rad);
-      }
-      const float wanted = std::min(kCorrectionShare * (c.depth_m - kRest_m), kMaxCorrection_m) - moved;
-      if (wanted <= 0.0F) continue;
-      const float amount = r.mass * wanted;
-      a.correction_m += amount * r.linear_a;
-      a.correction_rad += amount * r.angular_a;
-      if (c.b != kNoBody) {
-        SolverBody& b = bodies[c.b];
-        b.correction_m -= amount * r.linear_b;
-        b.correction_rad -= amount * r.angular_b;
-      }
+// After the soft iterations: the velocities are those that the bodies move with.
+void ContactSolver::add_slip(std::span<const SolverBody> bodies, float period_s) noexcept {
+  for (Patch& patch : found_.patches()) {
+    if (!patch.sliding) patch.slip_m += period_s * slip_speed(bodies, patch);
+  }
+}
+
+void ContactSolver::decide_sliding() noexcept {
+  for (Patch& patch : found_.patches()) {
+    const float limit = friction_limit_N_s(patch);
+    const float at_limit = kAtLimit * limit;
+    if (limit <= 0.0F) {
+      patch.slip_m = Vec3::Zero();
+      patch.sliding = false;
+    } else if (patch.impulse_N_s.squaredNorm() < at_limit * at_limit) {
+      patch.sliding = false;
+    } else if (patch.slip_m.squaredNorm() > kSlipped_m * kSlipped_m) {
+      patch.sliding = true;
+      patch.slip_m = Vec3::Zero();
     }
   }
 }
 
-void ContactSolver::store_impulses() noexcept {
+// An impact ends in its tick: nothing of it is stored.
+void ContactSolver::store_impulses(std::span<const SolverBody> bodies) noexcept {
   stored_count_ = 0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    const Contact& c = contacts_[i];
-    StoredImpulse& stored = stored_[stored_count_++];
-    stored = {c.object_a, c.object_b, c.sliding, c.point_m, c.normal.impulse, Vec3::Zero()};
-    if (c.bounces)
-      stored.normal_N_s = 0.0F;  // an impact ends in its tick
-    else
-      stored.tangent_N_s =
-          c.tangent[0].impulse * c.tangent[0].direction + c.tangent[1].impulse * c.tangent[1].direction;
+  for (const Patch& patch : found_.patches()) {
+    StoredPatch& stored = stored_[stored_count_++];
+    stored.object_a = patch.object_a;
+    stored.object_b = patch.object_b;
+    stored.count = patch.count;
+    stored.sliding = patch.sliding;
+    stored.normal = patch.normal;
+    stored.slip_m = patch.slip_m[0] * patch.across[0] + patch.slip_m[1] * patch.across[1];
+    stored.twist_rad = patch.radius_m > 0.0F ? patch.slip_m[2] / patch.radius_m : 0.0F;
+    bool bounces = false;
+    for (std::size_t i = 0; i < patch.count; ++i) {
+      const PatchPoint& p = found_.point(patch, i);
+      bounces = bounces || p.bounces;
+      stored.place_m[i] = p.point_m - bodies[patch.a].centre_m;
+      stored.normal_N_s[i] = p.bounces ? 0.0F : p.impulse_N_s;
+    }
+    stored.along_N_s = Vec3::Zero();
+    stored.moment_N_m_s = 0.0F;
+    if (bounces) continue;
+    stored.along_N_s = patch.impulse_N_s[0] * patch.across[0] + patch.impulse_N_s[1] * patch.across[1];
+    stored.moment_N_m_s = patch.radius_m * patch.impulse_N_s[2];
   }
 }
 
-void ContactSolver::solve(const World& world, std::span<SolverBody> bodies, float period_s,
-                          RenderCounters& counters) noexcept {
-  collect_contacts(world, bodies, period_s, counters);
-  for (std::size_t i = 0; i < count_; ++i) warm_start(bodies, contacts_[i]);
-  for (int iteration = 0; iteration < kSolverIterations; ++iteration) {
-    for (std::size_t i = 0; i < count_; ++i) {
-      Contact& c = contacts_[i];
-      solve_friction(bodies, c);
-      if (c.normal.mass <= 0.0F) continue;
-      const float wanted = c.normal.impulse + c.normal.mass * (c.target_m_s - speed(bodies, c, c.normal));
-      const float impulse = std::max(wanted, 0.0F);
-      apply_impulse(bodies, c, c.normal, impulse - c.normal.impulse);
-      c.normal.impulse = impulse;
+void ContactSolver::iterate(std::span<SolverBody> bodies, const Softness& softness, int most) noexcept {
+  float change_m_s = kConverged_m_s;
+  for (int iteration = 0; iteration < most && change_m_s >= kConverged_m_s; ++iteration) {
+    change_m_s = 0.0F;
+    for (Patch& patch : found_.patches()) {
+      change_m_s = std::max(change_m_s, solve_friction(bodies, patch, softness));
+      change_m_s = std::max(change_m_s, solve_normals(bodies, patch, softness));
     }
   }
-  for (std::size_t i = 0; i < count_; ++i) {
-    // A contact slides from the tick in which static friction reaches its limit, until dynamic friction stops
-    // it.
-    Contact& c = contacts_[i];
-    const float most = (c.sliding ? c.dynamic_friction : c.static_friction) * c.normal.impulse;
-    constexpr float kAll = 1.0F - 1.0e-4F;
-    c.sliding =
-        c.normal.impulse > 0.0F && planar_length(c.tangent[0].impulse, c.tangent[1].impulse) >= kAll * most;
+}
+
+void ContactSolver::solve(const World& world, std::span<SolverBody> bodies, std::span<const Grip> grips,
+                          float period_s, RenderCounters& counters) noexcept {
+  found_.clear();
+  collect_grips(bodies, grips, period_s);
+  collect_contacts(world, bodies, period_s, counters);
+  for (Patch& patch : found_.patches()) {
+    prepare(bodies, patch, period_s);
+    recall(bodies, patch);
+    prepare_friction(bodies, patch);
   }
-  correct_positions(bodies);
-  store_impulses();
+  for (Patch& patch : found_.patches()) warm_start(bodies, patch);
+  if (found_.patches().empty()) {
+    stored_count_ = 0;
+    return;
+  }
+  iterate(bodies, softness(period_s), kSolverIterations);
+  for (SolverBody& body : bodies) {
+    body.correction_m = period_s * body.velocity_m_s;
+    body.correction_rad = period_s * body.spin_rad_s;
+  }
+  add_slip(bodies, period_s);
+  iterate(bodies, Softness{}, kRelaxIterations);
+  for (SolverBody& body : bodies) {
+    body.correction_m -= period_s * body.velocity_m_s;
+    body.correction_rad -= period_s * body.spin_rad_s;
+  }
+  decide_sliding();
+  store_impulses(bodies);
 }
 
 }  // namespace thimble::control

@@ -1,17 +1,25 @@
-// Contacts between bodies, and between bodies and fixed objects: sequential impulses with warm starting
-// (Catto 2005).
+// Contacts between bodies, and between bodies and fixed objects: soft contacts with one step per tick (Catto 2024,
+// "Solver2D") and friction per contact patch.
 //
-// Stages of one tick: collect_contacts and prepare, warm_start, solve (friction and normal impulses), update
-// of the sliding states, correct_positions, store_impulses.
+// Stages of one tick: collect_contacts; prepare, recall and prepare_friction for each patch; warm_start; iterate with
+// soft contacts, after which the bodies' motion in this tick is known; add_slip; iterate with rigid contacts (relax);
+// decide_sliding; store_impulses. The velocities of the soft iterations move the bodies in this tick only, so the
+// removal of penetration and slip adds no kinetic energy.
 //
 // A normal impulse is never negative. A contact that is still open may close by its gap in this tick and no
 // more, so no body enters another by its speed. A contact that closes faster than kBounce_m_s bounces with
-// the larger restitution of the two bodies. The friction impulse lies in a cone: the static coefficient until
-// the contact slips, the dynamic one while it slides. Each coefficient is the geometric mean of the two
-// materials'. Residual penetration is removed by position correction, so it adds no kinetic energy.
+// the larger restitution of the two bodies.
 //
-// Bounds: kMaxBodyContacts points, kSolverIterations iterations, kMaxObjects * kMaxBodies pairs. A contact point
-// beyond the bound is ignored and counted.
+// Friction acts once per patch, at its centre of pressure: a force along the surface and a moment about the
+// normal, whose limit surface is a ball when the moment is divided by the mean distance of the points from the
+// centre (Goyal 1991; Howe and Cutkosky 1996). Within the limit it stops the motion; at the limit it is opposite
+// to it. While a patch sticks, its slip by the remaining error of the iterations is returned. The limit is the static
+// coefficient times the normal impulse until the patch is at its limit and has slipped by kSlipped_m, then the dynamic
+// one until the motion stops. So a patch that has reached its limit without moving, because others carry the rest,
+// does not slide. Each coefficient is the geometric mean of the two materials'.
+//
+// Bounds: kMaxBodyContacts points in kMaxBodyPatches patches (control/bodies/contact_patches.h), kSolverIterations and
+// kRelaxIterations iterations, fewer where the impulses have converged; kMaxObjects * kMaxBodies pairs.
 #pragma once
 
 #include <array>
@@ -19,7 +27,8 @@
 #include <cstdint>
 #include <span>
 
-#include "control/bodies/collide.h"
+#include "control/bodies/contact_patches.h"
+#include "control/bodies/solver_body.h"
 #include "control/contact/world.h"
 #include "control/renderer_types.h"
 #include "control/scene/limits.h"
@@ -27,91 +36,74 @@
 
 namespace thimble::control {
 
-// One body as the solver sees it. An impulse J at p changes v by inverse_mass J and w by inverse_inertia (p -
-// centre) x J.
-struct SolverBody {
-  std::uint8_t object = 0;
-  Vec3 centre_m = Vec3::Zero();
-  Mat3 inverse_mass = Mat3::Zero();
-  Mat3 inverse_inertia = Mat3::Zero();
-  Vec3 velocity_m_s = Vec3::Zero();  // of the centre; as input, with the forces of this tick applied
-  Vec3 spin_rad_s = Vec3::Zero();
-  // The impulse of this tick's forces in the directions that the body cannot move in.
-  Vec3 constrained_N_s = Vec3::Zero();
-  float restitution = 0.0F;
-  // Output: the position correction that removes penetration.
-  Vec3 correction_m = Vec3::Zero();
-  Vec3 correction_rad = Vec3::Zero();
+// A fingertip on a body: the patch of its skin is round the contact point, and a moment about the normal resists the
+// spin of the body. The fingertip itself does not turn. Its force acts on the body elsewhere (Bodies::push).
+struct Grip {
+  std::uint8_t body = 0;
+  std::uint8_t finger = 0;
+  Vec3 point_m;
+  Vec3 normal;
+  float normal_N = 0.0F;
+  float static_friction = 0.0F;
+  float dynamic_friction = 0.0F;
 };
+
+// The moment of a grip is at most the friction coefficient times the normal force times this radius: two thirds of the
+// radius of the contact patch of a human fingertip pressed with 1 N, 5 mm, for even pressure.
+inline constexpr float kGripRadius_m = 3.3e-3F;
 
 class ContactSolver {
  public:
+  // A contact as a spring and damper that are solved with the velocities. As it is initialised: rigid.
+  struct Softness {
+    float bias_per_s = 0.0F;  // velocity for a metre of penetration
+    float mass_scale = 1.0F;
+    float impulse_scale = 0.0F;
+  };
+
   // Forgets the contacts of the last tick.
   void reset() noexcept;
 
   // Collects the contacts of `bodies`, changes their velocities and writes their position corrections.
-  void solve(const World& world, std::span<SolverBody> bodies, float period_s,
+  void solve(const World& world, std::span<SolverBody> bodies, std::span<const Grip> grips, float period_s,
              RenderCounters& counters) noexcept;
 
-  [[nodiscard]] std::size_t contacts() const noexcept { return count_; }
-
  private:
-  // One direction of a contact: relative velocity = direction . (va - vb) + arm_a . wa - arm_b . wb.
-  struct Row {
-    Vec3 direction;
-    Vec3 arm_a;
-    Vec3 arm_b;
-    Vec3 linear_a;  // velocity change of each body for a unit of impulse
-    Vec3 angular_a;
-    Vec3 linear_b;
-    Vec3 angular_b;
-    float mass = 0.0F;  // effective mass; 0: neither body can move in this direction
-    float impulse = 0.0F;
-  };
-  struct Contact {
+  // A patch for the warm start of the next tick. Places are relative to the centre of body a.
+  struct StoredPatch {
     std::uint8_t object_a = 0;
     std::uint8_t object_b = 0;
-    std::uint8_t a = 0;  // indices of the bodies; kNoBody: a fixed object
-    std::uint8_t b = 0;
+    std::uint8_t count = 0;
     bool sliding = false;
-    bool bounces = false;
-    Vec3 point_m;
-    float depth_m = 0.0F;
-    float target_m_s = 0.0F;
-    float static_friction = 0.0F;
-    float dynamic_friction = 0.0F;
-    Row normal;
-    std::array<Row, 2> tangent;
-  };
-  // The impulses of a contact point, for the warm start in the next tick.
-  struct StoredImpulse {
-    std::uint8_t object_a = 0;
-    std::uint8_t object_b = 0;
-    bool sliding = false;
-    Vec3 point_m;
-    float normal_N_s = 0.0F;
-    Vec3 tangent_N_s;
+    Vec3 normal;
+    Vec3 along_N_s;  // friction
+    float moment_N_m_s = 0.0F;
+    Vec3 slip_m;
+    float twist_rad = 0.0F;
+    std::array<Vec3, kMaxPatchPoints> place_m;
+    std::array<float, kMaxPatchPoints> normal_N_s{};
   };
 
-  void collect_contacts(const World& world, std::span<SolverBody> bodies, float period_s,
+  void collect_contacts(const World& world, std::span<const SolverBody> bodies, float period_s,
                         RenderCounters& counters) noexcept;
-  void collect_pair(const World& world, std::span<SolverBody> bodies, std::size_t a, std::size_t object_b,
-                    std::uint8_t b, float period_s, RenderCounters& counters) noexcept;
-  void prepare(const World& world, std::span<SolverBody> bodies, const Contact& contact, const Vec3& normal,
-               std::size_t in_manifold, float period_s) noexcept;
-  void warm_start(std::span<SolverBody> bodies, Contact& contact) const noexcept;
-  void correct_positions(std::span<SolverBody> bodies) noexcept;
-  void store_impulses() noexcept;
+  void collect_grips(std::span<const SolverBody> bodies, std::span<const Grip> grips,
+                     float period_s) noexcept;
+  void collect_pair(const World& world, std::span<const SolverBody> bodies, Patch& pair, float period_s,
+                    RenderCounters& counters) noexcept;
+  void prepare(std::span<const SolverBody> bodies, Patch& patch, float period_s) noexcept;
+  void prepare_friction(std::span<const SolverBody> bodies, Patch& patch) noexcept;
+  void recall(std::span<const SolverBody> bodies, Patch& patch) noexcept;
+  void warm_start(std::span<SolverBody> bodies, Patch& patch) noexcept;
+  float solve_friction(std::span<SolverBody> bodies, Patch& patch, const Softness& softness) noexcept;
+  float solve_normals(std::span<SolverBody> bodies, Patch& patch, const Softness& softness) noexcept;
+  void iterate(std::span<SolverBody> bodies, const Softness& softness, int most) noexcept;
+  float friction_limit_N_s(const Patch& patch) noexcept;
+  void add_slip(std::span<const SolverBody> bodies, float period_s) noexcept;
+  void decide_sliding() noexcept;
+  void store_impulses(std::span<const SolverBody> bodies) noexcept;
 
-  static Row row(std::span<const SolverBody> bodies, const Contact& contact, const Vec3& direction) noexcept;
-  static float speed(std::span<const SolverBody> bodies, const Contact& contact, const Row& row) noexcept;
-  static void apply_impulse(std::span<SolverBody> bodies, const Contact& contact, const Row& row,
-                            float impulse) noexcept;
-  static void solve_friction(std::span<SolverBody> bodies, Contact& contact) noexcept;
-
-  std::array<Contact, kMaxBodyContacts> contacts_;
-  std::array<StoredImpulse, kMaxBodyContacts> stored_;
-  std::size_t count_ = 0;
+  ContactPatches found_;
+  std::array<StoredPatch, kMaxBodyPatches> stored_;
   std::size_t stored_count_ = 0;
 };
 

@@ -63,10 +63,13 @@ ControlElementParams control_element_params(const scene::Body& body) noexcept {
 float control_element_inertia(const scene::Object& object) noexcept {
   const scene::Body& body = *object.body();
   if (body.motion() != scene::Motion::Turn) return body.mass_kg();
-  const scene::Quat& q = object.pose()->rotation();
+  const Eigen::Quaternionf rotation = to_rotation(object.pose()->rotation());
   const Vec3 axis = to_vec(*body.axis()).normalized();
-  const Vec3 own_axis = Eigen::Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized().conjugate() * axis;
-  const Vec3 arm = to_vec(object.pose()->position_m()) - to_vec(*body.pivot_m());
+  Vec3 own_axis = rotation.conjugate() * axis;
+  if (body.principal_axes() != nullptr)
+    own_axis = to_rotation(*body.principal_axes()).conjugate() * own_axis.eval();
+  Vec3 arm = to_vec(object.pose()->position_m()) - to_vec(*body.pivot_m());
+  if (body.centre_m() != nullptr) arm += rotation * to_vec(*body.centre_m());
   return own_axis.cwiseAbs2().dot(to_vec(*body.inertia_kg_m2())) +
          body.mass_kg() * axis.cross(arm).squaredNorm();
 }

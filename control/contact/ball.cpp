@@ -5,58 +5,128 @@
 #include <limits>
 
 #include "control/contact/separations.h"
+#include "control/contact/tip_ball.h"
 #include "control/scene/limits.h"
 
 namespace thimble::control {
 namespace {
 
-constexpr float kRadius_m = kPointRadius_m;
-constexpr float kUnder_m = 4.0F * kRadius_m;  // the point under the ball is no farther from the centre
+constexpr float kUnder_m =
+    4.0F * kPointRadius_m;  // the point under the ball of a point is no farther from the centre
 constexpr int kMaxSteps = 16;
+constexpr float kUpright = 0.5F;  // cosine of the angle between two planes of one surface
 
-// The ball's centre over a point that lies on its contacts' surfaces.
-Vec3 centre_over(const World& world, const GodObject& god) {
-  std::array<Vec3, kMaxContacts> normals;
-  const std::size_t count = contact_normals(world, god, normals);
+bool is_tip(const World& world) { return world.tip_radius_m > 0.0F; }
+float radius_m(const World& world) { return is_tip(world) ? world.tip_radius_m : kPointRadius_m; }
+
+// From a point that lies on the planes of its contacts to the ball's centre over it.
+Vec3 over_contacts(const GodObject& god) {
   std::array<HalfSpace, kMaxContacts> planes;
-  for (std::size_t i = 0; i < count; ++i) planes[i] = {normals[i], kRadius_m};
-  const NearestInside over = nearest_inside(std::span(planes).first(count), Vec3::Zero());
-  return over.found ? Vec3(god.position_m + over.point_m) : Vec3(god.position_m + kRadius_m * normals[0]);
+  for (std::size_t i = 0; i < god.count; ++i) planes[i] = {god.normals[i], kPointRadius_m};
+  const NearestInside over = nearest_inside(std::span(planes).first(god.count), Vec3::Zero());
+  return over.found ? over.point_m : Vec3(kPointRadius_m * god.normals[0]);
 }
 
-void become_ball(const World& world, GodObject& god) {
-  if (god.is_ball) return;
-  god.centre_m = god.count == 0 ? god.position_m : centre_over(world, god);
+// Sweeps pieces of a path past meshes of several parts. A triangle gives no plane to a centre that is behind it, and where parts cross, a
+// point could become a ball behind a triangle, or a squeezed ball be moved behind one.
+class Sweeps {
+ public:
+  Sweeps(const World& world, const Nearby& nearby) : world_(world), nearby_(nearby) {
+    for (const std::uint8_t index : nearby.objects())
+      needed_ = needed_ || world.objects[index].shape.mesh.seams;
+    needed_ = needed_ && !is_tip(world);
+  }
+  // `on`: what `from` lies on, which does not stop it. `behind_m`: how far behind a surface it may end.
+  [[nodiscard]] bool free(const Vec3& from, const Vec3& to, std::span<const Contact> on = {},
+                          float behind_m = 0.0F) const {
+    if (!needed_ || from == to) return true;
+    const float length_m = (to - from).norm();
+    for (const std::uint8_t index : nearby_.objects()) {
+      const PlacedObject& object = world_.objects[index];
+      if (!object.shape.mesh.seams) continue;
+      std::array<Feature, kMaxContacts> features;
+      std::size_t count = 0;
+      for (const Contact& contact : on)
+        if (contact.object == index) features[count++] = contact.feature;
+      Hit hit;
+      if (!object.ops->sweep(object.shape, object.to_local(from), object.to_local(to),
+                             {features.data(), count}, hit) ||
+          (hit.t <= 1.0F && (1.0F - hit.t) * length_m >= behind_m))
+        return false;
+    }
+    return true;
+  }
+  // From the centre to the point, which lies on surfaces or above all.
+  [[nodiscard]] bool comes_down(const GodObject& god) const {
+    return free(god.centre_m, god.position_m, {}, god.count > 0 ? 2.0F * kSurfaceTolerance_m : 0.0F);
+  }
+
+ private:
+  const World& world_;
+  const Nearby& nearby_;
+  bool needed_ = false;
+};
+
+// False where the centre would not be free.
+bool become_ball(const World& world, const Sweeps& sweeps, GodObject& god) {
+  if (is_tip(world)) god.centre_m = god.position_m;
+  if (god.is_ball) return true;
   contact_normals(world, god, god.normals);
+  god.centre_m = is_tip(world) ? god.position_m : Vec3(god.position_m + over_contacts(god));
   god.is_ball = true;
   god.has_beside = false;
+  return sweeps.free(god.position_m, god.centre_m, std::span(god.contacts).first(god.count));
 }
 
-bool holds_from_afar(const NearestInside& there, const Separations& near) {
+// False where the planes of crossing faces have squeezed the ball of a point away from where it should go: a point finds a way. A point that
+// becomes a ball, and a ball in a corner, may be up to two radii farther.
+bool comes_nearer(const World& world, const Vec3& from, const Vec3& to, const Vec3& goal) {
+  return is_tip(world) || (to - goal).norm() <= (from - goal).norm() + 2.0F * kPointRadius_m;
+}
+
+bool holds_from_afar(const NearestInside& there, const Separations& near, float radius_m) {
   for (std::size_t i = 0; i < there.count; ++i)
-    if (!near.touches(there.holding[i], kRadius_m)) return true;
+    if (!near.touches(there.holding[i], radius_m)) return true;
   return false;
 }
 
 // The planes that hold the ball where it is.
 struct Holding {
   std::array<HalfSpace, kMaxHolding> planes;
+  Separations::Held held;
   std::size_t count = 0;
+  float radius_m;
+  bool is_tip;
+  float farther =
+      1.0F;  // it looks this much farther for parts of meshes, after a move that ended where it had looked
 
-  explicit Holding(const GodObject& god) : count(god.count) {
-    for (std::size_t i = 0; i < count; ++i) planes[i] = {god.normals[i], 0.0F};
+  Holding(const World& world, const GodObject& god)
+      : count(god.count), radius_m(control::radius_m(world)), is_tip(control::is_tip(world)) {
+    for (std::size_t i = 0; i < count; ++i) {
+      planes[i] = {god.normals[i], 0.0F};
+      add(god.contacts[i].object, god.contacts[i].feature);
+    }
+  }
+  void add(std::uint8_t object, const Feature& feature) {
+    held.object[held.count] = object;
+    held.feature[held.count++] = feature.index;
   }
   // touched: of the planes that hold it, only those of solids that it touches.
   void hold(const NearestInside& there, const Separations& near, bool touched) {
-    count = 0;
+    count = held.count = 0;
     for (std::size_t i = 0; i < there.count; ++i) {
       const std::size_t at = there.holding[i];
-      if (!touched || near.touches(at, kRadius_m)) planes[count++] = {near.planes[at].normal, 0.0F};
+      if (touched && !near.touches(at, radius_m)) continue;
+      planes[count++] = {near.planes[at].normal, 0.0F};
+      add(near.object[at], near.of[at].feature);
     }
   }
   [[nodiscard]] BallQuery query(const Vec3& centre, const Vec3& target) const {
-    BallQuery ball{centre, aim(centre, target), target, kRadius_m, 0.5F * (target - centre).norm(), {},
-                   count};
+    const float way_m = (target - centre).norm();
+    BallQuery ball{centre, aim(centre, target), target, radius_m, 0.5F * way_m, {}, count, is_tip};
+    // With room for as much more as the way to the aim, which is straight.
+    constexpr float kLeast_m = 2.0e-5F;
+    ball.reach_m = std::min(way_m, farther * (2.0F * (ball.aim_m - centre).norm() + kLeast_m));
     for (std::size_t i = 0; i < count; ++i) ball.held_by[i] = planes[i].normal;
     return ball;
   }
@@ -72,7 +142,7 @@ struct Holding {
 // it goes a part of the way only, and tries twice that part the next time.
 class Lookout {
  public:
-  Lookout(const World& world, std::span<const std::uint8_t> nearby) : world_(world), nearby_(nearby) {}
+  Lookout(const World& world, const Nearby& nearby) : world_(world), nearby_(nearby) {}
 
   // False: it has looked too often in this move. Brings `target` nearer.
   bool look(const Holding& holding, const Vec3& centre, Vec3& target, Separations& out) {
@@ -81,7 +151,7 @@ class Lookout {
     for (; looks_ < kMaxLooks; part_ *= kLess) {
       ++looks_;
       if (part_ < 1.0F) target = centre + part_ * whole;
-      if (out.look(world_, nearby_, holding.query(centre, target))) {
+      if (out.look(world_, nearby_, holding.query(centre, target), holding.held)) {
         part_ = std::min(2.0F * part_, 1.0F);
         return true;
       }
@@ -93,10 +163,21 @@ class Lookout {
   static constexpr int kMaxLooks = 16;
 
   const World& world_;
-  std::span<const std::uint8_t> nearby_;
+  const Nearby& nearby_;
   float part_ = 1.0F;
   int looks_ = 0;
 };
+
+// After a move that is cut short: what is near the place where it ends. The last look was from elsewhere, or is incomplete.
+// False: only what the ball touches is known, not what is near the point under it.
+bool look_under(const World& world, const Nearby& nearby, const Holding& holding, const Vec3& centre,
+                const Vec3& target, Separations& near) {
+  const Vec3 way = target - centre;
+  const Vec3 under = centre + std::min(1.0F, kUnder_m / way.norm()) * way;
+  if (near.look(world, nearby, holding.query(centre, under), holding.held)) return true;
+  if (!near.look(world, nearby, holding.query(centre, centre), holding.held)) near.count = 0;
+  return false;
+}
 
 // The surfaces round the ball, for the displacement of a point from the centre: all that are near, or those only that
 // it touches.
@@ -105,13 +186,15 @@ struct Surroundings {
   std::array<HalfSpace, kMax> planes;
   std::array<std::size_t, kMax> index;
   std::size_t count = 0;
-  Vec3 out = Vec3::Zero();  // away from what it touches
+  Vec3 out = Vec3::Zero();  // away from the nearest that it touches
 
   Surroundings(const Separations& near, bool all_near) {
+    float lowest_m = kUnder_m;
+    for (std::size_t i = 0; i < near.count; ++i) lowest_m = std::min(lowest_m, near.of[i].height_m);
     for (std::size_t i = 0; i < near.count; ++i) {
       const float height_m = near.of[i].height_m;
-      const bool touches = near.touches(i, kRadius_m);
-      if (touches) out += near.of[i].normal;
+      const bool touches = near.touches(i, kPointRadius_m);
+      if (touches && height_m <= lowest_m + kBehind_m) out += near.of[i].normal;
       if (!touches && !(all_near && height_m <= kUnder_m)) continue;
       std::size_t at = count;
       if (count == kMax) {  // in place of the farthest
@@ -134,14 +217,13 @@ struct Surroundings {
     NearestInside point = nearest_inside(all, way);
     if (!hold && point.found && (point.count == 0 || point.point_m.squaredNorm() <= kUnder_m * kUnder_m))
       return point;
-    const Vec3 down = -2.0F * kRadius_m * out.normalized();
-    return nearest_inside(all, down);
+    return nearest_inside(all, -2.0F * kPointRadius_m * out.normalized());
   }
 };
 
-// Takes over the contacts and the point under the ball.
-void set_contacts(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, Separations& near,
-                  const Vec3& target, bool hold) {
+// Takes over the contacts and the point under the ball. known: `near` has all that is near this point.
+void set_contacts(const World& world, const Nearby& nearby, GodObject& god, Separations& near,
+                  const Vec3& target, bool hold, bool known) {
   const Vec3 way = target - god.centre_m;
   god.count = 0;
   god.position_m = god.centre_m;
@@ -159,13 +241,18 @@ void set_contacts(const World& world, std::span<const std::uint8_t> nearby, GodO
         near.of[i].normal.dot(under.point_m) >= -near.of[i].height_m - kBehind_m)
       continue;
     const Vec3 at = god.centre_m + under.point_m;
-    if (!near.look(world, nearby, {god.centre_m, at, at, 0.0F, kUnder_m, {}, 0})) break;
-    round = Surroundings(near, true);
+    known = near.look(world, nearby, {god.centre_m, at, at, 0.0F, kUnder_m, {}, 0}, {});
+    if (!known && !near.look(world, nearby,
+                             {god.centre_m, god.centre_m, god.centre_m, kPointRadius_m, 0.0F, {}, 0}, {}))
+      return;
+    round = Surroundings(near, known);
     under = round.under(way, hold);
     break;
   }
   if (!under.found || under.count == 0) return;
-  god.position_m = god.centre_m + under.point_m;
+  // In the ball nothing else is.
+  const float most = known ? 1.0F : std::min(1.0F, kPointRadius_m / under.point_m.norm());
+  god.position_m = god.centre_m + most * under.point_m;
   for (std::size_t i = 0; i < under.count; ++i) {
     const std::size_t at = round.index[under.holding[i]];
     god.contacts[i] = {near.object[at], near.of[at].feature};
@@ -174,54 +261,76 @@ void set_contacts(const World& world, std::span<const std::uint8_t> nearby, GodO
   god.count = under.count;
 }
 
-}  // namespace
-
-void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
-              RenderCounters& counters) noexcept {
-  become_ball(world, god);
+// As fly_ball() and move_ball(), but the god object is anywhere on the path where they return false.
+bool fly_proven(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+                RenderCounters& counters) {
+  const Sweeps sweeps(world, nearby);
+  const Vec3 start = god.is_ball ? god.centre_m : god.position_m;
+  if (!become_ball(world, sweeps, god)) return false;
+  if (is_clear(world, nearby, god.centre_m, target)) {
+    god.centre_m = god.position_m = target;
+    return true;
+  }
   Separations near;
-  const Holding holding(god);
+  const Holding holding(world, god);
   Lookout lookout(world, nearby);
-  for (int step = 0; step < kMaxSteps; ++step) {
+  bool rests = false;
+  for (int step = 0; step < kMaxSteps && !rests; ++step) {
     Vec3 aim = target;
     if (!lookout.look(holding, god.centre_m, aim, near)) {
       ++counters.sweep_bound;
       break;
     }
     const Vec3 way = aim - god.centre_m;
-    float free = 1.0F;
+    float free = near.free_m < way.norm() ? near.free_m / way.norm() : 1.0F;
     float behind_m = 0.0F;
     for (const HalfSpace& plane : near.all()) {
       behind_m = std::max(behind_m, plane.offset_m);
       const float falls = plane.normal.dot(way);
-      if (falls < 0.0F) free = std::min(free, plane.offset_m / falls);
+      if (falls < 0.0F) free = std::min(free, std::max(plane.offset_m / falls, 0.0F));
     }
     if (behind_m >
         kBehind_m) {  // it was a point until now, and nearer to a surface than the radius: out first
       const NearestInside out = near.nearest(Vec3::Zero());
-      if (!out.found || out.point_m.squaredNorm() <= kSettled_m * kSettled_m) break;
-      god.centre_m += out.point_m;
+      rests = !out.found || out.point_m.squaredNorm() <= kSettled_m * kSettled_m;
+      const Vec3 from = god.centre_m;
+      if (!rests) god.centre_m += out.point_m;
+      if (!sweeps.free(from, god.centre_m)) return false;
       continue;
     }
-    god.centre_m += std::max(free, 0.0F) * way;
-    if (free >= 1.0F && aim == target) {
-      god.centre_m = target;
+    const Vec3 from = god.centre_m;
+    const bool arrives = free >= 1.0F && aim == target;
+    god.centre_m = arrives ? target : Vec3(from + free * way);
+    if (!sweeps.free(from, god.centre_m)) return false;
+    if (arrives) {
       god.position_m = target;
-      return;
+      return true;
     }
-    if (free * free * way.squaredNorm() <= kSettled_m * kSettled_m) break;
+    rests = free * free * way.squaredNorm() <= kSettled_m * kSettled_m;
   }
-  set_contacts(world, nearby, god, near, target, true);
+  const bool known = rests || look_under(world, nearby, holding, god.centre_m, target, near);
+  if (is_tip(world)) {
+    set_tip_contacts(god, near, target, true, holding.radius_m);
+    return true;
+  }
+  set_contacts(world, nearby, god, near, target, true, known);
   if (god.count == 0) god.position_m = god.centre_m;
+  return sweeps.comes_down(god) && comes_nearer(world, start, god.centre_m, target);
 }
 
-void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
-               bool hold, RenderCounters& counters) noexcept {
-  become_ball(world, god);
-  const Vec3 goal = hold ? Vec3(target + god.centre_m - god.position_m) : target;
+bool move_proven(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+                 RenderCounters& counters) {
+  const Sweeps sweeps(world, nearby);
+  const Vec3 start = god.is_ball ? god.centre_m : god.position_m;
+  if (!become_ball(world, sweeps, god)) return false;
+  if (roll(world, nearby, god, target, hold)) return true;
+  const Vec3 goal = hold && !is_tip(world) ? Vec3(target + over_contacts(god)) : target;
   const std::uint8_t held = god.count > 0 ? god.contacts[0].object : std::uint8_t{0};
+  // A mesh of several parts has faces below its surface that look aside: they are not what it is on.
+  const bool upright = god.count > 0 && world.objects[held].shape.mesh.seams;
+  const Vec3 up = god.count > 0 ? god.normals[0] : Vec3(Vec3::Zero());
   Separations near;
-  Holding holding(god);
+  Holding holding(world, god);
   Lookout lookout(world, nearby);
   bool settled = false;
   bool again =
@@ -232,10 +341,10 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
       ++counters.sweep_bound;
       break;
     }
+    std::size_t nearest = near.count;
     if (hold) {  // down on the surface that it is on
-      std::size_t nearest = near.count;
       for (std::size_t i = 0; i < near.count; ++i) {
-        if (near.object[i] == held &&
+        if (near.object[i] == held && (!upright || near.of[i].normal.dot(up) >= kUpright) &&
             (nearest == near.count || near.of[i].apart_m < near.of[nearest].apart_m))
           nearest = i;
       }
@@ -250,27 +359,55 @@ void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObje
       ++counters.slide_bound;
       break;
     }
-    god.centre_m += there.point_m;
-    const bool rests = there.point_m.squaredNorm() <= kSettled_m * kSettled_m;
-    settled = rests && (again || !holds_from_afar(there, near));
+    const float step_m = there.point_m.norm();
+    const bool whole = step_m <= near.free_m;
+    const Vec3 from = god.centre_m;
+    god.centre_m += whole ? there.point_m : Vec3((near.free_m / step_m) * there.point_m);
+    if (!sweeps.free(from, god.centre_m)) return false;
+    const bool rests = step_m <= kSettled_m;
+    settled = rests && (again || !holds_from_afar(there, near, holding.radius_m));
     again = rests;
+    if (!whole) holding.farther *= 4.0F;
+    if (!rests && whole && holding.is_tip && (hold || aim == goal) &&
+        stop_on(world, god, nearest < near.count ? with_plane(there, nearest) : there, near))
+      return true;
     holding.hold(there, near, rests);
-    if (there.count == 0 && !hold && aim == goal) {
+    if (there.count == 0 && !hold && aim == goal && whole) {
       god.centre_m = goal;
       god.position_m = goal;
       god.count = 0;
-      return;
+      return true;
     }
   }
-  if (!settled) {
-    ++counters.slide_bound;
-    const Vec3 way = goal - god.centre_m;
-    const Vec3 under = god.centre_m + std::min(1.0F, kUnder_m / way.norm()) * way;
-    if (!near.look(world, nearby, holding.query(god.centre_m, under)) &&
-        !near.look(world, nearby, holding.query(god.centre_m, god.centre_m)))
-      near.count = 0;
+  if (!settled) ++counters.slide_bound;
+  const bool known = settled || look_under(world, nearby, holding, god.centre_m, goal, near);
+  if (is_tip(world)) {
+    set_tip_contacts(god, near, target, hold, holding.radius_m);
+  } else {
+    set_contacts(world, nearby, god, near, target, hold, known);
   }
-  set_contacts(world, nearby, god, near, target, hold);
+  // Cut short above a surface, where it would not push.
+  const bool is_free =
+      !settled && god.count == 0 ? fly_proven(world, nearby, god, target, counters) : sweeps.comes_down(god);
+  return is_free && comes_nearer(world, start, god.centre_m, goal);
+}
+
+}  // namespace
+
+bool fly_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+              RenderCounters& counters) noexcept {
+  const GodObject start = god;
+  if (fly_proven(world, nearby, god, target, counters)) return true;
+  god = start;
+  return false;
+}
+
+bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+               RenderCounters& counters) noexcept {
+  const GodObject start = god;
+  if (move_proven(world, nearby, god, target, hold, counters)) return true;
+  god = start;
+  return false;
 }
 
 void leave_ball(const World& world, GodObject& god) noexcept {

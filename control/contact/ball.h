@@ -4,10 +4,9 @@
 // The ball moves to the place nearest to its target that planes between it and the solids allow (contact/
 // separations.h), takes new planes there, and goes on. So every piece of its path is straight and free. The god object,
 // from which the force comes, is the point under it on the surfaces themselves.
+//
+// A tip with a radius is such a ball wherever it is, and the god object is its centre.
 #pragma once
-
-#include <cstdint>
-#include <span>
 
 #include "control/contact/god_object.h"
 #include "control/renderer_types.h"
@@ -15,11 +14,12 @@
 
 namespace thimble::control {
 
-// Both make the god object a ball if it is a point yet, and are otherwise as fly() and move() of a point.
-void fly_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
+// Both make the god object a ball if it is a point yet, and are otherwise as fly() and move() of a point. False where its path past a mesh
+// of several parts is not proven free, or leads away from the target; the god object is as before then.
+bool fly_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
               RenderCounters& counters) noexcept;
-void move_ball(const World& world, std::span<const std::uint8_t> nearby, GodObject& god, const Vec3& target,
-               bool hold, RenderCounters& counters) noexcept;
+bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+               RenderCounters& counters) noexcept;
 
 // Makes the god object a point again, on the surfaces that it touches.
 void leave_ball(const World& world, GodObject& god) noexcept;

@@ -4,7 +4,9 @@
 #include "control/contact/energy_account.h"
 #include "control/contact/friction.h"
 #include "control/contact/god_object.h"
+#include "control/contact/inside.h"
 #include "control/contact/potential.h"
+#include "control/contact/shading.h"
 #include "control/surfaces/click.h"
 #include "kinematics/vector.h"
 
@@ -29,7 +31,9 @@ struct Finger {
   ContactClick click;
   ContactPotential potential;
   EnergyAccount account;
+  ShadedForce shaded;
   Anchor anchor;
+  SolidSet inside = 0;  // not felt: the tip began inside them, and has not left them
 };
 
 }  // namespace thimble::control

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "control/bodies/collide.h"
 #include "control/contact/ball.h"
 #include "control/contact/half_spaces.h"
 
@@ -289,54 +288,42 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
   return Outcome::kContinue;
 }
 
-}  // namespace
-
-Nearby::Nearby(const World& world, const Reach& reach, int without) noexcept {
-  for (std::size_t i = 0; i < world.count; ++i) {
-    if (static_cast<int>(i) != without && reach.meets(world.objects[i]))
-      list_[count_++] = static_cast<std::uint8_t>(i);
-  }
-  if (count_ < 2) return;
-  const float radius_m = reach.radius_m();
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    const PlacedObject& object = world.objects[list_[i]];
-    if (object.row->collision == nullptr ||
-        object.row->collision->nearest(object.shape, object.to_local(reach.tip_m)).outside_m <= radius_m)
-      list_[kept++] = list_[i];
-  }
-  count_ = kept;
+// Whether one of them is on a part of a mesh that touches another part of the mesh: both are as several solids.
+bool on_seam(const World& world, std::span<const Contact> contacts) {
+  return std::any_of(contacts.begin(), contacts.end(), [&world](const Contact& contact) {
+    const MeshView& mesh = world.objects[contact.object].shape.mesh;
+    return mesh.seams &&
+           (mesh.flags[contact.feature.index] & static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0;
+  });
 }
 
-void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-         RenderCounters& counters) noexcept {
-  if (nearby.several()) {
-    fly_ball(world, nearby.objects(), god, target, counters);
-    return;
-  }
+void fly_point(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+               RenderCounters& counters) {
   if (god.is_ball) leave_ball(world, god);
   bool landed = false;
   if (fly_and_land(world, nearby, {}, god, target, kSkipNone, landed) == Outcome::kUnknown)
     ++counters.sweep_bound;
 }
 
-void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
-          RenderCounters& counters) noexcept {
-  if (nearby.several()) {
-    move_ball(world, nearby.objects(), god, target, hold, counters);
-    return;
-  }
-  if (god.is_ball) leave_ball(world, god);
+// Moves it as a point. to_seam: only to where parts of a mesh touch; returns false there, as it could come between them.
+[[gnu::noinline]] bool move_point(const World& world, const Nearby& nearby, GodObject& god,
+                                  const Vec3& target, bool hold, bool to_seam, RenderCounters& counters) {
   std::array<Contact, kMaxContacts> left;
   std::size_t left_count = 0;
   float nearest2 = std::numeric_limits<float>::infinity();
   int idle_steps = 0;  // corner steps that brought it no nearer
+  const auto stops = [&] {
+    return to_seam && on_seam(world, god.count > 0 ? std::span(god.contacts).first(god.count)
+                                                   : std::span(left).first(left_count));
+  };
   for (int moves = 0; moves < kMaxMoves; ++moves) {
+    if (stops()) return false;
+    if (god.is_ball) leave_ball(world, god);
     Outcome outcome = Outcome::kContinue;
     if (god.count == 0) {
       bool landed = false;
       outcome = fly_and_land(world, nearby, {left.data(), left_count}, god, target, kSkipNone, landed);
-      if (outcome == Outcome::kContinue && !landed) return;
+      if (outcome == Outcome::kContinue && !landed) return true;
     } else if (god.count == 1) {
       const bool alone = nearby.objects().size() == 1 && nearby.objects()[0] == god.contacts[0].object;
       outcome = slide_on_one(world, nearby, god, target, hold, alone, left, left_count, counters);
@@ -347,22 +334,55 @@ void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& 
       constexpr float kNearer = 1.0F - 1.0e-6F;
       idle_steps = distance2 < kNearer * nearest2 ? 0 : idle_steps + 1;
       nearest2 = std::min(nearest2, distance2);
-      if (idle_steps > 2) return;
+      if (idle_steps > 2) return true;
       outcome = slide_in_corner(world, nearby, god, target, left, left_count);
     }
-    if (outcome == Outcome::kSettled) return;
+    if (outcome == Outcome::kSettled) return !stops();
     if (outcome == Outcome::kUnknown) {
       ++counters.sweep_bound;
-      return;
+      return true;
     }
   }
   ++counters.slide_bound;
-  if (god.count > 0) return;
+  if (god.count > 0) return !stops();
   // Cut short above a surface, where it would not push.
   bool landed = false;
   if (fly_and_land(world, nearby, {left.data(), left_count}, god, target, kSkipNone, landed) ==
       Outcome::kUnknown)
     ++counters.sweep_bound;
+  return !stops();
+}
+
+}  // namespace
+
+void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+         RenderCounters& counters) noexcept {
+  if (nearby.several() || world.tip_radius_m > 0.0F) {
+    if (fly_ball(world, nearby, god, target, counters)) return;
+  } else if (world.any_seams) {
+    GodObject ball = god;
+    fly_point(world, nearby, god, target, counters);
+    if (on_seam(world, std::span(god.contacts).first(god.count)) &&
+        fly_ball(world, nearby, ball, target, counters))
+      god = ball;  // a point could have come between two parts of a mesh
+    return;
+  }
+  fly_point(world, nearby, god, target, counters);
+}
+
+void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+          RenderCounters& counters) noexcept {
+  if (nearby.several() || world.tip_radius_m > 0.0F) {
+    if (move_ball(world, nearby, god, target, hold, counters)) return;
+  } else if (world.any_seams) {
+    GodObject ball = god;
+    if (move_point(world, nearby, god, target, hold, true, counters)) return;
+    if (move_ball(world, nearby, ball, target, hold, counters)) {
+      god = ball;
+      return;
+    }
+  }
+  move_point(world, nearby, god, target, hold, false, counters);
 }
 
 std::size_t contact_normals(const World& world, const GodObject& god,
@@ -384,9 +404,14 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
     constexpr float kHeld = 1.0e-3F;
     if (projection.point_m.squaredNorm() <= kHeld * kHeld * pull.squaredNorm()) {
       for (std::size_t i = 0; i < projection.count; ++i) {
-        const std::uint8_t object = god.contacts[planes.contact[projection.holding[i]]].object;
-        out.list[i] = {object, planes.plane[projection.holding[i]].normal,
-                       projection.lambda_m[static_cast<Eigen::Index>(i)], world.objects[object].material};
+        const std::size_t contact = planes.contact[projection.holding[i]];
+        const std::uint8_t object = god.contacts[contact].object;
+        out.list[i] = {object,
+                       planes.plane[projection.holding[i]].normal,
+                       projection.lambda_m[static_cast<Eigen::Index>(i)],
+                       world.objects[object].material,
+                       static_cast<std::uint8_t>(contact),
+                       to_place(world, god, contact)};
       }
       out.count = projection.count;
       if (out.count > 0) return out;
@@ -396,8 +421,9 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
   const float depth = pull.norm();
   out.count = 1;
   const std::uint8_t object = god.contacts[0].object;
-  out.list[0] = {object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()), depth,
-                 world.objects[object].material};
+  out.list[0] = {object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()),
+                 depth,  world.objects[object].material,
+                 0,      to_place(world, god, 0)};
   return out;
 }
 

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <span>
 
+#include "control/contact/nearby.h"
 #include "control/contact/world.h"
 #include "control/renderer_types.h"
 #include "kinematics/vector.h"
@@ -33,10 +34,17 @@ struct GodObject {
   Contact beside;
   bool has_beside = false;
   // Where several solids are near (contact/ball.h): the centre of the ball over position_m, and the planes of the contacts.
+  // Of a tip with a radius both are the same place.
   bool is_ball = false;
   Vec3 centre_m = Vec3::Zero();
   std::array<Vec3, kMaxContacts> normals;
 };
+
+// From the god object to the place where the tip touches the surface of a contact: the radius of the tip, against the
+// normal.
+[[nodiscard]] inline Vec3 to_place(const World& world, const GodObject& god, std::size_t contact) noexcept {
+  return world.tip_radius_m > 0.0F ? Vec3(-world.tip_radius_m * god.normals[contact]) : Vec3(Vec3::Zero());
+}
 
 // A contact constraint: one plane that holds the god object back, F += K lambda n. The material is that of
 // the object, until the effects of its surface change it (control/surfaces).
@@ -45,6 +53,8 @@ struct Constraint {
   Vec3 normal = Vec3::UnitZ();
   float lambda_m = 0.0F;
   Material material;
+  std::uint8_t contact = 0;        // of the god object
+  Vec3 to_place_m = Vec3::Zero();  // to_place() of its contact
 };
 
 struct Constraints {
@@ -52,47 +62,7 @@ struct Constraints {
   std::size_t count = 0;
 };
 
-// A box around the tip that holds every move of the god object in one tick. Free moves bring it nearer to the
-// tip; moves towards a stiction point or a shaded plane stay within three times that distance. No solid beyond it is
-// near enough to touch the ball that the god object becomes where there are several.
-struct Reach {
-  static constexpr float kMoves = 3.0F;
-
-  Vec3 lo_m;
-  Vec3 hi_m;
-  Vec3 tip_m;
-  Vec3 gap_m;
-
-  Reach(const GodObject& god, const GodObject& rest, const Vec3& tip) noexcept
-      : tip_m(tip), gap_m((god.position_m - tip).cwiseAbs().cwiseMax((rest.position_m - tip).cwiseAbs())) {
-    const float reach =
-        kMoves * (gap_m.x() + gap_m.y() + gap_m.z()) + 2.0F * kPointRadius_m;  // no shorter than the distance
-    lo_m = tip.array() - reach;
-    hi_m = tip.array() + reach;
-  }
-  [[nodiscard]] bool meets(const PlacedObject& o) const noexcept {
-    return o.lo_m.x() <= hi_m.x() && o.lo_m.y() <= hi_m.y() && o.lo_m.z() <= hi_m.z() &&
-           o.hi_m.x() >= lo_m.x() && o.hi_m.y() >= lo_m.y() && o.hi_m.z() >= lo_m.z();
-  }
-  // The radius of a ball about the tip that holds every move.
-  [[nodiscard]] float radius_m() const noexcept { return kMoves * gap_m.norm() + 2.0F * kPointRadius_m; }
-};
-
-// The objects within reach, except for one. Where the boxes of several are, the distance of convex ones counts.
-inline constexpr int kNoObject = -1;
-
-class Nearby {
- public:
-  Nearby(const World& world, const Reach& reach, int without = kNoObject) noexcept;
-  [[nodiscard]] std::span<const std::uint8_t> objects() const { return {list_.data(), count_}; }
-  [[nodiscard]] bool several() const { return count_ > 1; }
-
- private:
-  std::array<std::uint8_t, kMaxObjects> list_;
-  std::size_t count_ = 0;
-};
-
-// Where several solids are near, both move it as a ball (contact/ball.h).
+// Where several solids are near, or the tip has a radius, both move it as a ball (contact/ball.h).
 //
 // Moves a god object in free space to `target`, or to the place where its flight hits a surface.
 void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,

@@ -12,8 +12,8 @@ namespace thimble::control {
 
 // normal . p >= offset_m, with a unit normal.
 struct HalfSpace {
-  Vec3 normal = Vec3::UnitZ();
-  float offset_m = 0.0F;
+  Vec3 normal;
+  float offset_m;
 
   [[nodiscard]] float height_m(const Vec3& p) const { return normal.dot(p) - offset_m; }
 };

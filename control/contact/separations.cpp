@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "control/bodies/collide.h"
 
@@ -30,20 +31,24 @@ bool separate_convex(const PlacedObject& object, const BallQuery& ball, Separati
 
 }  // namespace
 
-bool Separations::look(const World& world, std::span<const std::uint8_t> objects,
-                       const BallQuery& ball) noexcept {
+bool Separations::look(const World& world, const Nearby& nearby, const BallQuery& ball,
+                       const Held& held) noexcept {
   count = 0;
-  for (const std::uint8_t index : objects) {
+  free_m = std::numeric_limits<float>::infinity();
+  for (const std::uint8_t index : nearby.objects()) {
     const PlacedObject& placed = world.objects[index];
     BallQuery local = ball;
+    local.triangles = nearby.triangles();
     local.centre_m = placed.to_local(ball.centre_m);
     local.aim_m = placed.to_local(ball.aim_m);
     local.target_m = placed.to_local(ball.target_m);
     for (std::size_t i = 0; i < ball.held_count; ++i) local.held_by[i] = placed.turn_back(ball.held_by[i]);
+    for (std::size_t i = 0; i < held.count; ++i)
+      if (held.object[i] == index) local.held_features[local.held_feature_count++] = held.feature[i];
     const std::span<Separation> room = std::span(of).subspan(count);
     std::size_t found = 0;
     if (placed.ops->separate != nullptr) {
-      found = placed.ops->separate(placed.shape, local, room);
+      found = placed.ops->separate(placed.shape, local, room, free_m);
     } else if (room.empty()) {
       found = 1;
     } else if (separate_convex(placed, local, room[0])) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 
+#include "control/contact/god_object.h"
 #include "control/contact/half_spaces.h"
 #include "control/contact/world.h"
 #include "control/solids/solid.h"
@@ -22,11 +23,19 @@ struct Separations {
   std::array<Separation, kMax> of;
   std::array<std::uint8_t, kMax> object;
   std::size_t count = 0;
+  float free_m = 0.0F;  // the centre may move no farther: parts of solids that found no room are beyond
+
+  // The parts of solids that the ball touches.
+  struct Held {
+    std::array<std::uint8_t, 3> object{};
+    std::array<std::uint32_t, 3> feature{};
+    std::size_t count = 0;
+  };
 
   // False when there is no room for all. A solid that holds the centre deeper than its radius is left out: the ball
   // began in it.
-  [[nodiscard]] bool look(const World& world, std::span<const std::uint8_t> objects,
-                          const BallQuery& ball) noexcept;
+  [[nodiscard]] bool look(const World& world, const Nearby& nearby, const BallQuery& ball,
+                          const Held& held) noexcept;
 
   // The displacement nearest to `way`. A ball that is squeezed between solids keeps its place there, and does not go
   // deeper.

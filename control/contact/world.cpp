@@ -1,5 +1,7 @@
 #include "control/contact/world.h"
 
+#include <algorithm>
+
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
@@ -12,7 +14,7 @@ PlacedObject place(const scene::Object& object) {
   placed.ops = placed.row->solid;
   placed.ops->view(object, placed.shape);
   const scene::Quat& q = object.pose()->rotation();
-  placed.rotation = Eigen::Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized().toRotationMatrix();
+  placed.rotation = to_rotation(q).toRotationMatrix();
   placed.turned = q.x() != 0.0F || q.y() != 0.0F || q.z() != 0.0F;
   placed.position_m = to_vec(object.pose()->position_m());
   placed.shaded = placed.shape.mesh.corner_normals != nullptr;
@@ -40,11 +42,21 @@ void place_box(PlacedObject& object) noexcept {
 void World::bind(const SceneView& view) noexcept {
   count = 0;
   one_potential = true;
+  any_shaded = false;
+  any_seams = false;
+  tip_radius_m = view.scene() != nullptr ? view.scene()->tip_radius_m() : 0.0F;
+  margin_m = std::max(2.0F * kPointRadius_m, tip_radius_m + 2.0F * kTouchGap_m);
   if (view.scene() == nullptr) return;
+  std::uint8_t in_image = 0;
   for (const scene::Object* object : *view.scene()->objects()) {
+    const std::uint8_t index = in_image++;
     if (is_volume(object->shape_type())) continue;
     if (object->surface() != nullptr) surfaces[count] = view_surface(*object->surface());
-    objects[count++] = place(*object);
+    objects[count] = place(*object);
+    objects[count].in_image = index;
+    objects[count].plain = objects[count].plain && tip_radius_m == 0.0F;
+    any_seams = any_seams || objects[count].shape.mesh.seams;
+    ++count;
   }
   compare_materials();
 }
@@ -66,8 +78,10 @@ void World::apply_materials(const SceneView& view) noexcept {
 
 void World::compare_materials() noexcept {
   one_potential = true;
+  any_shaded = false;
   for (std::size_t i = 0; i < count; ++i) {
     const PlacedObject& object = objects[i];
+    any_shaded = any_shaded || object.shaded;
     if (object.shaded || object.surfaced ||
         object.material.stiffness_N_m != objects[0].material.stiffness_N_m)
       one_potential = false;

@@ -34,9 +34,11 @@ struct PlacedObject {
   Vec3 position_m = Vec3::Zero();
   bool turned = false;
   bool shaded = false;
-  bool surfaced = false;        // with a click, a brake, a texture or a stiffness map
-  bool plain = true;            // allowed in the renderer's fast path: not shaded, not surfaced, not a body
+  bool surfaced = false;  // with a click, a brake, a texture or a stiffness map
+  bool plain =
+      true;  // allowed in the renderer's fast path: not shaded, not surfaced, not a body, and the tip is a point
   std::uint8_t body = kNoBody;  // its index among the bodies (control/bodies)
+  std::uint8_t in_image = 0;    // its index in the scene image
   Vec3 lo_m = Vec3::Zero();     // axis-aligned bounding box, world frame
   Vec3 hi_m = Vec3::Zero();
   Material material;
@@ -58,6 +60,11 @@ struct World {
   // All have the same stiffness, and none is shaded or surfaced: the force of every contact is the gradient of one
   // potential, and needs no energy account.
   bool one_potential = true;
+  bool any_shaded = false;
+  bool any_seams = false;     // a mesh of several parts that touch
+  float tip_radius_m = 0.0F;  // above 0: each fingertip is a sphere, and a god object is its centre
+  // A solid farther than this from all moves of a god object cannot touch it.
+  float margin_m = 2.0F * kPointRadius_m;
 
   void bind(const SceneView& view) noexcept;
   void apply_materials(const SceneView& view) noexcept;  // Binding::kKeepState

@@ -36,15 +36,16 @@ void Fields::bind(const SceneView& view) noexcept {
     const std::uint8_t place = in_scene++;
     const VolumeOps* ops = volume_ops(*object);
     if (ops == nullptr) continue;
-    const scene::Quat& q = object->pose()->rotation();
     Placed& placed = placed_[count_++];
     placed.ops = ops;
     placed.source = object;
     placed.object = place;
     placed.material = view_material(*object->material());
-    placed.rotation = Eigen::Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized().toRotationMatrix();
+    placed.rotation = to_rotation(object->pose()->rotation()).toRotationMatrix();
     placed.position_m = to_vec(object->pose()->position_m());
     placed.bounds = ops->bounds(*object);
+    // A tissue is pressed by the lowest point of the tip's sphere; all others act on its centre.
+    placed.to_tip_m = {0.0F, 0.0F, ops == &kTissueVolume ? view.scene()->tip_radius_m() : 0.0F};
   }
 }
 
@@ -60,7 +61,8 @@ std::size_t Fields::show(TissueViews& views) const noexcept {
     for (std::uint8_t arm = 0; arm < kMaxArms; ++arm) {
       const ArmState& own = state_[i].arms[arm];
       if (!own.seen) continue;
-      const Vec3& middle = is_needle ? own.grip_m : own.middle_m;
+      Vec3 middle = own.middle_m;
+      if (is_needle) middle = own.grip_m;
       views[count++] = {
           .object = placed_[i].object,
           .arm = arm,
@@ -79,7 +81,7 @@ void Fields::tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch)
   for (std::size_t i = 0; i < count_; ++i) {
     const Placed& placed = placed_[i];
     ArmState& own = state_[i].arms[arm];
-    const Vec3 p = placed.rotation.transpose() * (tip.position_m - placed.position_m);
+    const Vec3 p = placed.rotation.transpose() * (tip.position_m - placed.position_m) - placed.to_tip_m;
     if (!holds(placed.bounds, p)) {
       own = {};
       continue;
@@ -89,7 +91,8 @@ void Fields::tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch)
         placed.ops->tick(*placed.source, placed.material, local, period_s, state_[i].shared, own);
     if (felt.contacts == 0) continue;
     touch.force_N += placed.rotation * felt.force_N;
-    if (touch.contacts == 0) touch.god_object_m = placed.rotation * felt.proxy_m + placed.position_m;
+    if (touch.contacts == 0)
+      touch.god_object_m = placed.rotation * (felt.proxy_m + placed.to_tip_m) + placed.position_m;
     touch.contacts =
         static_cast<std::uint8_t>(std::min<std::size_t>(touch.contacts + felt.contacts, kMaxContacts));
   }

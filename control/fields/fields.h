@@ -25,6 +25,8 @@ struct TissueView {
 };
 using TissueViews = std::array<TissueView, kMaxVolumes * kMaxArms>;
 
+class Bodies;  // control/bodies/bodies.h
+
 class Fields {
  public:
   void bind(const SceneView& scene) noexcept;
@@ -36,6 +38,9 @@ class Fields {
   // Adds the forces of the volumes on the tip of `arm` to `touch`. In contact with a surface the god object
   // is unchanged; otherwise it is the proxy of the first volume that pushes.
   void tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch) noexcept;
+
+  // Adds the forces of soft tissue on the bodies that lie on it or sink into it.
+  void press(const World& world, float period_s, Bodies& bodies) const noexcept;
 
   // Writes the state of every needle track and every tissue for each arm; returns how many there are.
   std::size_t show(TissueViews& views) const noexcept;
@@ -51,11 +56,16 @@ class Fields {
     Mat3 rotation = Mat3::Identity();  // object to world
     Vec3 position_m = Vec3::Zero();
     VolumeBounds bounds;
+    Vec3 to_tip_m =
+        Vec3::Zero();  // from the place of the tip that the volume acts on to the tip, in the object's frame
   };
   struct State {
     SharedState shared;
     std::array<ArmState, kMaxArms> arms;
   };
+
+  static void press_body(const Placed& placed, const scene::Tissue& tissue, const PlacedObject& plane,
+                         const PlacedObject& body, float period_s, Bodies& bodies) noexcept;
 
   std::array<Placed, kMaxVolumes> placed_;
   std::array<State, kMaxVolumes> state_;

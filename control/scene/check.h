@@ -34,6 +34,9 @@ inline bool is_coordinate(const scene::Vec3& v) {
 }
 inline bool is_size(float value) { return value > 0.0F && value <= kMaxCoordinate_m; }
 inline bool is_unit(float length2) { return in_range(length2, 0.998F, 1.002F); }
+inline bool is_unit(const scene::Quat& q) {
+  return is_unit(q.w() * q.w() + q.x() * q.x() + q.y() * q.y() + q.z() * q.z());
+}
 inline bool is_unit(const scene::Vec3& v) { return is_unit(v.x() * v.x() + v.y() * v.y() + v.z() * v.z()); }
 
 // object.surface, when it has one

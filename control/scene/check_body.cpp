@@ -9,6 +9,10 @@ ImageVerdict check_free(const scene::Body& body) {
   for (const float each : {inertia.x(), inertia.y(), inertia.z()}) {
     RETURN_IF_BAD(require(in_range(each, kMinInertia_kg_m2, kMaxInertia_kg_m2), ImageStatus::kBadNumber));
   }
+  if (body.centre_m() != nullptr)
+    RETURN_IF_BAD(require(is_coordinate(*body.centre_m()), ImageStatus::kBadNumber));
+  if (body.principal_axes() != nullptr)
+    RETURN_IF_BAD(require(is_unit(*body.principal_axes()), ImageStatus::kBadNumber));
   const scene::Vec3& spin = *body.spin_rad_per_s();
   for (const float each : {spin.x(), spin.y(), spin.z()}) {
     RETURN_IF_BAD(require(in_range(each, -kMaxBodySpin_rad_s, kMaxBodySpin_rad_s), ImageStatus::kBadNumber));

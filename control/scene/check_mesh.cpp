@@ -1,6 +1,7 @@
 #include <array>
 #include <cstdint>
 
+#include "control/scene/blend.h"
 #include "control/scene/check.h"
 #include "control/scene/mesh_leaf.h"
 
@@ -70,6 +71,65 @@ ImageVerdict check_tree(const scene::Mesh& mesh, Pauses& pauses) {
   return ImageStatus::kOk;
 }
 
+ImageVerdict check_texture_points(const scene::Mesh& mesh, Pauses& pauses) {
+  const auto* corners = mesh.texture_corners();
+  const auto* points = mesh.texture_points();
+  if (corners == nullptr && points == nullptr) return ImageStatus::kOk;
+  if (corners == nullptr || points == nullptr || corners->size() != std::size_t{3} * mesh.triangles()->size())
+    return ImageStatus::kBadIndex;
+  for (const std::uint32_t corner : *corners) {
+    pauses.step();
+    if (corner >= points->size()) return ImageStatus::kBadIndex;
+  }
+  const auto is_gradient = [](const scene::Vec3& v) {
+    constexpr float kMost = kMaxTextureGradient;
+    return in_range(v.x(), -kMost, kMost) && in_range(v.y(), -kMost, kMost) && in_range(v.z(), -kMost, kMost);
+  };
+  for (const scene::TexturePoint* point : *points) {
+    pauses.step();
+    if (!in_range(point->u_m(), -kMaxCoordinate_m, kMaxCoordinate_m) ||
+        !in_range(point->v_m(), -kMaxCoordinate_m, kMaxCoordinate_m) ||
+        !in_range(point->strength(), 0.0F, 1.0F) || !is_gradient(point->du()) || !is_gradient(point->dv()))
+      return ImageStatus::kBadNumber;
+  }
+  return ImageStatus::kOk;
+}
+
+ImageVerdict check_texture_weights(const scene::Mesh& mesh, Pauses& pauses) {
+  const auto* weights = mesh.texture_weights();
+  if (weights == nullptr) return ImageStatus::kOk;
+  if (weights->size() != std::size_t{3} * mesh.triangles()->size()) return ImageStatus::kBadIndex;
+  for (std::uint32_t i = 0; i < weights->size(); i += 3) {
+    pauses.step();
+    const bool own_axes = weights->Get(i) == kOwnAxes;
+    for (std::uint32_t corner = i; corner < i + 3; ++corner) {
+      const std::uint32_t code = weights->Get(corner);
+      if (own_axes ? code != kOwnAxes : (code & 0xFFFFU) + (code >> 16U) > 0xFFFFU)
+        return ImageStatus::kBadNumber;
+    }
+  }
+  return ImageStatus::kOk;
+}
+
+// The convex pieces: none, or from 1 to kMaxPieces with enough corners each.
+ImageVerdict check_pieces(const scene::Mesh& mesh) {
+  const std::size_t pieces = mesh.piece_ends() != nullptr ? mesh.piece_ends()->size() : 0;
+  const std::size_t corners = mesh.piece_corners() != nullptr ? mesh.piece_corners()->size() : 0;
+  RETURN_IF_BAD(at_most(kMaxPieces, pieces, "pieces of a mesh", ImageStatus::kTooManySamples));
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < pieces; ++i) {
+    const std::size_t end = mesh.piece_ends()->Get(static_cast<flatbuffers::uoffset_t>(i));
+    if (end < begin + kMinPieceCorners || end > begin + kMaxPieceCorners) return ImageStatus::kBadIndex;
+    begin = end;
+  }
+  if (begin != corners) return ImageStatus::kBadIndex;
+  for (std::size_t i = 0; i < corners; ++i) {
+    if (!is_coordinate(*mesh.piece_corners()->Get(static_cast<flatbuffers::uoffset_t>(i))))
+      return ImageStatus::kBadNumber;
+  }
+  return ImageStatus::kOk;
+}
+
 }  // namespace
 
 ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene, Pauses& pauses) noexcept {
@@ -92,6 +152,9 @@ ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene
       return ImageStatus::kBadNumber;
   }
   RETURN_IF_BAD(check_triangles(mesh, pauses));
+  RETURN_IF_BAD(check_pieces(mesh));
+  RETURN_IF_BAD(check_texture_weights(mesh, pauses));
+  RETURN_IF_BAD(check_texture_points(mesh, pauses));
   return check_tree(mesh, pauses);
 }
 

@@ -9,10 +9,13 @@ namespace thimble::control {
 
 inline constexpr std::size_t kMaxArms = 2;
 inline constexpr std::size_t kMaxObjects = 64;
-inline constexpr std::size_t kMaxTriangles = 1U << 20U;       // of all meshes of a scene together
-inline constexpr std::size_t kMaxHeightSamples = 1U << 19U;   // of one height field: two triangles each
-inline constexpr std::size_t kMaxBodies = 16;                 // objects that move
-inline constexpr std::size_t kMaxBodyContacts = 64;           // points where bodies touch something
+inline constexpr std::size_t kMaxTriangles = 1U << 20U;      // of all meshes of a scene together
+inline constexpr std::size_t kMaxHeightSamples = 1U << 19U;  // of one height field: two triangles each
+inline constexpr std::size_t kMaxBodies = 16;                // objects that move
+inline constexpr std::size_t kMaxBodyContacts = 96;          // points where bodies touch something
+inline constexpr std::size_t kMaxPieces = 16;                // convex, of a mesh that moves
+inline constexpr std::size_t kMinPieceCorners = 4;
+inline constexpr std::size_t kMaxPieceCorners = 128;          // of one piece
 inline constexpr std::size_t kMaxTextureSamples = 1U << 16U;  // of one texture
 inline constexpr std::size_t kMaxMapSamples = 1U << 16U;      // of one stiffness map
 inline constexpr std::size_t kMaxVolumes = 16;                // objects that are volumes
@@ -46,8 +49,9 @@ inline constexpr float kMaxMass_kg = 1.0e3F;
 inline constexpr float kMinInertia_kg_m2 = 1.0e-9F;
 inline constexpr float kMaxInertia_kg_m2 = 1.0e6F;
 inline constexpr float kMaxAngularDamping_N_m_s = 1.0e3F;
-inline constexpr float kMaxBodySpeed_m_s = 10.0F;  // the speed is limited to this
-inline constexpr float kMaxBodySpin_rad_s = 100.0F;
+inline constexpr float kMaxBodySpeed_m_s = 10.0F;          // the speed is limited to this
+inline constexpr float kMaxBodySpin_rad_s = 100.0F;        // at the start, and of a body that turns
+inline constexpr float kMaxSmallBodySpin_rad_s = 1000.0F;  // of a free body that rolls
 // K / m of a body with the stiffness K of its material: a mass on a spring is stable at the period T when K
 // T^2 / m < 4, and two fingertips can press on it.
 inline constexpr float kMaxStiffnessPerMass_1_s2 = 1.0e6F;
@@ -56,10 +60,14 @@ inline constexpr float kMinClickFrequency_Hz = 1.0F;
 inline constexpr float kMaxClickFrequency_Hz = 1000.0F;
 inline constexpr float kMinClickDecay_per_s = 1.0F;
 inline constexpr float kMaxClickDecay_per_s = 1.0e4F;
-inline constexpr float kMaxRelief_m = 0.01F;  // depth of a texture below the surface
+inline constexpr float kMaxRelief_m = 0.01F;        // depth of a texture below the surface
+inline constexpr float kMaxTextureGradient = 3.0F;  // of a mesh's coordinates for a texture, m/m
 // Where several solids are near, the god object is a ball of this radius about a point above the surface, so that it
 // cannot enter a gap narrower than twice as much. Far above the rounding of a coordinate (1e-6 m at 10 m).
 inline constexpr float kPointRadius_m = 3.0e-5F;
-inline constexpr float kMinSpacing_m = 1.0e-5F;  // of a texture's or a map's samples; encoders resolve 2e-5
+inline constexpr float kFaceMargin_m = 1.0e-5F;    // level faces go on over gaps up to this width
+inline constexpr float kMinTipRadius_m = 1.0e-4F;  // of fingertips that are no points
+inline constexpr float kMaxTipRadius_m = 0.01F;    // of the fingertips: spheres, if it is not 0
+inline constexpr float kMinSpacing_m = 1.0e-5F;    // of a texture's or a map's samples; encoders resolve 2e-5
 
 }  // namespace thimble::control

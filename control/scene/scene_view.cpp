@@ -22,10 +22,7 @@ ImageVerdict check_material(const scene::Material& m) {
 }
 
 ImageVerdict check_pose(const scene::Pose& pose) {
-  const scene::Quat& q = pose.rotation();
-  return require(is_coordinate(pose.position_m()) &&
-                     is_unit(q.w() * q.w() + q.x() * q.x() + q.y() * q.y() + q.z() * q.z()),
-                 ImageStatus::kBadNumber);
+  return require(is_coordinate(pose.position_m()) && is_unit(pose.rotation()), ImageStatus::kBadNumber);
 }
 
 ImageVerdict check_shape(const scene::Object& object, std::size_t& triangles_in_scene, Pauses& pauses) {
@@ -57,6 +54,9 @@ ImageVerdict SceneView::check(std::span<const std::byte> bytes, SceneView& view,
   if (scene->gravity_m_per_s2() != nullptr) {
     RETURN_IF_BAD(require(is_coordinate(*scene->gravity_m_per_s2()), ImageStatus::kBadNumber));
   }
+  RETURN_IF_BAD(require(
+      scene->tip_radius_m() == 0.0F || in_range(scene->tip_radius_m(), kMinTipRadius_m, kMaxTipRadius_m),
+      ImageStatus::kBadNumber));
   for (const scene::Object* object : *scene->objects()) {
     if (object->shape() == nullptr) return ImageStatus::kNoShape;
     RETURN_IF_BAD(check_shape(*object, triangles, pauses));

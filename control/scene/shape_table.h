@@ -31,6 +31,7 @@ extern const CollisionOps kSphereCollision;
 extern const CollisionOps kBoxCollision;
 extern const CollisionOps kCylinderCollision;
 extern const CollisionOps kCapsuleCollision;
+extern const CollisionOps kMeshCollision;
 extern const CollisionOps kConeCollision;
 
 extern const VolumeOps kVectorFieldVolume;
@@ -48,53 +49,46 @@ enum class Mobility : std::uint8_t {
   kMovable,  // it has a mass, so it can be a body
 };
 
-enum class Texturing : std::uint8_t {
-  kNone,      // a texture would be stretched on it, or its tiles would not meet
-  kTextured,  // its surface has charts (control/surfaces/chart.h)
-};
-
 struct ShapeRow {
   scene::Shape shape;
   ShapeClass form;
   Mobility mobility;
-  Texturing texturing;
-  const CollisionOps* collision;  // null: bodies pass through it
+  const CollisionOps* collision;  // null: a volume
   const SolidOps* solid;          // null: a volume
   const VolumeOps* volume;        // null: a solid
 };
 
 namespace shape_table {
 
-constexpr ShapeRow solid(scene::Shape shape, Mobility mobility, Texturing texturing,
-                         const CollisionOps* collision, const SolidOps* ops) {
-  return {shape, ShapeClass::kSolid, mobility, texturing, collision, ops, nullptr};
+constexpr ShapeRow solid(scene::Shape shape, Mobility mobility, const CollisionOps* collision,
+                         const SolidOps* ops) {
+  return {shape, ShapeClass::kSolid, mobility, collision, ops, nullptr};
 }
 constexpr ShapeRow volume(scene::Shape shape, const VolumeOps* ops) {
-  return {shape, ShapeClass::kVolume, Mobility::kFixed, Texturing::kNone, nullptr, nullptr, ops};
+  return {shape, ShapeClass::kVolume, Mobility::kFixed, nullptr, nullptr, ops};
 }
 
 }  // namespace shape_table
 
 inline constexpr auto kShapeTable = [] {
   using enum Mobility;
-  using enum Texturing;
   using scene::Shape;
   using shape_table::solid;
   using shape_table::volume;
   // clang-format off
   return std::to_array<ShapeRow>({
-    //    shape            mobility  texturing  collision            operations
-    solid(Shape::Plane,    kFixed,   kTextured, &kPlaneCollision,    &kPlaneSolid),
-    solid(Shape::Sphere,   kMovable, kNone,     &kSphereCollision,   &kSphereSolid),
-    solid(Shape::Box,      kMovable, kTextured, &kBoxCollision,      &kBoxSolid),
-    solid(Shape::Cylinder, kMovable, kTextured, &kCylinderCollision, &kCylinderSolid),
-    solid(Shape::Capsule,  kMovable, kNone,     &kCapsuleCollision,  &kCapsuleSolid),
-    solid(Shape::Mesh,     kMovable, kTextured, nullptr,             &kMeshSolid),
+    //    shape            mobility  collision            operations
+    solid(Shape::Plane,    kFixed,   &kPlaneCollision,    &kPlaneSolid),
+    solid(Shape::Sphere,   kMovable, &kSphereCollision,   &kSphereSolid),
+    solid(Shape::Box,      kMovable, &kBoxCollision,      &kBoxSolid),
+    solid(Shape::Cylinder, kMovable, &kCylinderCollision, &kCylinderSolid),
+    solid(Shape::Capsule,  kMovable, &kCapsuleCollision,  &kCapsuleSolid),
+    solid(Shape::Mesh,     kMovable, &kMeshCollision,     &kMeshSolid),
     volume(Shape::VectorField,    &kVectorFieldVolume),
     volume(Shape::PotentialField, &kPotentialFieldVolume),
     volume(Shape::Needle,         &kNeedleVolume),
     volume(Shape::Tissue,         &kTissueVolume),
-    solid(Shape::Cone,     kMovable, kNone,     &kConeCollision,     &kConeSolid),
+    solid(Shape::Cone,     kMovable, &kConeCollision,     &kConeSolid),
   });
   // clang-format on
 }();

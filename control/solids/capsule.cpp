@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "control/bodies/collide.h"
+#include "control/scene/blend.h"
 #include "control/scene/check.h"
 #include "control/solids/round.h"
 #include "control/solids/solid.h"
@@ -90,6 +91,12 @@ Vec3 gradient_at_tip(const ShapeData& shape, const SurfacePoint& place, const Ve
   return faster_round_axis(place.normal, gain, along);
 }
 
+bool blend(const ShapeData& shape, const SurfacePoint& place, Blend& out) {
+  const bool on_cap = std::abs(place.at_m.z()) > shape.half_height_m;
+  out = blend_along(from_axis(shape, place.at_m), {1.0F, 1.0F, on_cap ? 1.0F : 0.0F});
+  return true;
+}
+
 NearestPlace nearest(const ShapeData& shape, const Vec3& p) {
   return nearest_on_ball(shape.radius_m, from_axis(shape, p));
 }
@@ -103,6 +110,7 @@ const SolidOps kCapsuleSolid{.check = capsule::check,
                              .slide = capsule::slide,
                              .normals = capsule::normals,
                              .reach = capsule::reach,
+                             .blend = capsule::blend,
                              .gradient_at_tip = capsule::gradient_at_tip,
                              .smooth = true};
 const CollisionOps kCapsuleCollision{.form = CollisionForm::kCapsule, .nearest = capsule::nearest};

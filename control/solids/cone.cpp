@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "control/bodies/collide.h"
+#include "control/scene/blend.h"
 #include "control/scene/check.h"
 #include "control/solids/round.h"
 #include "control/solids/solid.h"
@@ -207,6 +208,15 @@ Vec3 gradient_at_tip(const ShapeData& /*shape*/, const SurfacePoint& place, cons
   return faster_round_axis(direction, curvature_gain(round_m, across * place.depth_m), along);
 }
 
+// Towards the apex the direction turns upwards, where the normal has none: it is the normal at the rim.
+bool blend(const ShapeData& shape, const SurfacePoint& place, Blend& out) {
+  if (place.normal.z() < 0.0F) return false;  // the base
+  const float outwards = shape.vector.x() / shape.radius_m;
+  out = blend_along({outwards * place.at_m.x(), outwards * place.at_m.y(), shape.vector.y()},
+                    {outwards, outwards, 0.0F});
+  return true;
+}
+
 NearestPlace nearest(const ShapeData& shape, const Vec3& p) {
   const float across = planar_length(p.x(), p.y());
   const Vec3 direction = across > 0.0F ? Vec3(p.x() / across, p.y() / across, 0.0F) : Vec3(Vec3::UnitX());
@@ -214,7 +224,8 @@ NearestPlace nearest(const ShapeData& shape, const Vec3& p) {
   const float base = base_m(shape) - p.z();
   if (base >= 0.0F && across <= shape.radius_m) return {-Vec3::UnitZ(), base};
   const float down = down_the_side_m(shape, across, p.z());
-  if (side > 0.0F && (down < 0.0F || down > shape.vector.z())) {  // the apex or the rim
+  const bool below_rim = base >= 0.0F;  // beside the base, which may be behind the side's plane
+  if (below_rim || (side > 0.0F && (down < 0.0F || down > shape.vector.z()))) {  // the apex or the rim
     const Vec3 from_edge = p - on_side(shape, direction, std::clamp(down, 0.0F, shape.vector.z()));
     const float distance = from_edge.norm();
     if (distance > 0.0F) return {from_edge / distance, distance};
@@ -247,8 +258,9 @@ const SolidOps kConeSolid{.check = cone::check,
                           .feature = cone::feature,
                           .normals = cone::normals,
                           .reach = cone::reach,
+                          .blend = cone::blend,
                           .gradient_at_tip = cone::gradient_at_tip};
-const CollisionOps kConeCollision{.form = CollisionForm::kOther,
+const CollisionOps kConeCollision{.form = CollisionForm::kCone,
                                   .nearest = cone::nearest,
                                   .lowest = cone::lowest,
                                   .box_about = cone::box_about};

@@ -140,12 +140,11 @@ bool on_side(const Vec3& normal) {
   return std::abs(normal.z()) < kCap;
 }
 
-bool chart(const ShapeData& shape, const SurfacePoint& place, Chart& out) {
-  if (!on_side(place.normal)) return false;
+Chart chart(const ShapeData& shape, const SurfacePoint& place) {
+  if (!on_side(place.normal)) return plane_chart(place.normal, place.at_m);
   const Vec3 around(-place.normal.y(), place.normal.x(), 0.0F);
-  out = {shape.radius_m * angle(place.at_m.y(), place.at_m.x()), place.at_m.z(),
-         curvature_gain(shape.radius_m, place.depth_m) * around, Vec3::UnitZ()};
-  return true;
+  return {shape.radius_m * angle(place.at_m.y(), place.at_m.x()), place.at_m.z(),
+          curvature_gain(shape.radius_m, place.depth_m) * around, Vec3::UnitZ()};
 }
 
 Vec3 gradient_at_tip(const ShapeData& shape, const SurfacePoint& place, const Vec3& along) {

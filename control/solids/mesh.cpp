@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "control/bodies/collide.h"
 #include "control/scene/check.h"
 #include "control/scene/octahedral.h"
 #include "control/solids/mesh_topology.h"
@@ -21,10 +22,21 @@ MeshView view_mesh(const scene::Mesh& mesh) noexcept {
   view.flags = mesh.flags()->data();
   view.corner_normals = mesh.corner_normals() != nullptr ? mesh.corner_normals()->data() : nullptr;
   view.nodes = mesh.nodes()->Get(0);
+  if (mesh.texture_weights() != nullptr) view.texture_weights = mesh.texture_weights()->data();
+  if (mesh.texture_corners() != nullptr) {
+    view.texture_corners = mesh.texture_corners()->data();
+    view.texture_points = mesh.texture_points()->Get(0);
+  }
+  if (mesh.piece_ends() != nullptr && mesh.piece_ends()->size() > 0) {
+    view.piece_corners = mesh.piece_corners()->Get(0);
+    view.piece_ends = mesh.piece_ends()->data();
+    view.piece_count = mesh.piece_ends()->size();
+  }
   if (mesh.grid_origin_m() != nullptr) {
     view.grid_origin_m = {mesh.grid_origin_m()->x(), mesh.grid_origin_m()->y(), mesh.grid_origin_m()->z()};
   }
   view.grid_step_m = mesh.grid_step_m();
+  view.seams = mesh.seams();
   view.grid_scale = 1.0F / view.grid_step_m;
   return view;
 }
@@ -117,9 +129,15 @@ const SolidOps kMeshSolid{.check = check,
                           .sweep = sweep_mesh,
                           .slide = slide_on_mesh,
                           .separate = separate_mesh,
+                          .touches = touches_mesh,
+                          .roll = roll_on_mesh,
+                          .contains = mesh_contains,
                           .normals = normals,
                           .reach = reach,
                           .shaded_normal = shaded_normal,
+                          .chart = chart_on_mesh,
+                          .blend = blend_on_mesh,
                           .walks = true};
+const CollisionOps kMeshCollision{.form = CollisionForm::kMesh};
 
 }  // namespace thimble::control

@@ -19,7 +19,8 @@ constexpr int kMaxNodeVisits = 2048;  // of one sweep
 
 // A segment, prepared for the tests against the tree and the triangles.
 struct Segment {
-  Vec3 from;
+  Vec3 from;  // raised by `lift`
+  Vec3 lift;  // off a sheet
   Vec3 to;
   int x, y, z;  // z: the axis along which the segment is longest (Woop, Benthin and Wald 2013)
   float shear_x, shear_y;
@@ -28,9 +29,10 @@ struct Segment {
   bool misses;                          // the mesh's grid altogether
 };
 
-Segment prepare(const MeshView& mesh, const Vec3& from, const Vec3& to) {
+Segment prepare(const MeshView& mesh, const Vec3& from, const Vec3& lift, const Vec3& to) {
   Segment s{};
   s.from = from;
+  s.lift = lift;
   s.to = to;
   const Vec3 d = to - from;
   d.cwiseAbs().maxCoeff(&s.z);
@@ -80,18 +82,31 @@ bool overlaps(const Segment& s, const GridPoint& lo, const GridPoint& hi) {
              extent.x() * d.y() + extent.y() * d.x();
 }
 
-// Whether `from` is on this triangle: it belongs to a feature in `leaving`.
-bool incident(const MeshView& mesh, std::uint32_t triangle, std::span<const Feature> leaving) {
+// Whether a segment along d from a corner of the triangle stays above or below the face, rather than beside it.
+bool over_corner(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& d) {
+  const Vec3 at = vertex(mesh, triangle, corner);
+  const Vec3 normal = area_normal(mesh, triangle);
+  return normal.cross(vertex(mesh, triangle, next(corner)) - at).dot(d) > 0.0F &&
+         normal.cross(vertex(mesh, triangle, previous(corner)) - at).dot(d) < 0.0F;
+}
+
+// Whether `from` is on this triangle: it belongs to a feature in `leaving`. Faces round a vertex can cross each other there: then a
+// segment from the vertex along one of them, along d, meets another.
+bool incident(const MeshView& mesh, std::uint32_t triangle, std::span<const Feature> leaving, const Vec3& d) {
   for (const Feature& f : leaving) {
     if (f.kind == kSideOnly) continue;
-    if (f.index == triangle) return true;
-    if (f.kind == kEdge && across(mesh, f.index, f.side, f.corner).triangle == triangle) return true;
     if (f.kind == kVertex) {
       const std::uint32_t v = vertex_index(mesh, f.index, f.corner);
       for (std::uint32_t corner = 0; corner < 3; ++corner) {
-        if (vertex_index(mesh, triangle, corner) == v) return true;
+        if (vertex_index(mesh, triangle, corner) == v &&
+            !(pierced(mesh, triangle) && !two_sided(mesh, triangle) &&
+              over_corner(mesh, triangle, corner, d)))
+          return true;
       }
+      continue;
     }
+    if (f.index == triangle) return true;
+    if (f.kind == kEdge && across(mesh, f.index, f.side, f.corner).triangle == triangle) return true;
   }
   return false;
 }
@@ -177,7 +192,10 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   const float ww = kWiden * (std::abs(bx - ax) + std::abs(by - ay));
   const bool all_up = u >= -wu && v >= -wv && w >= -ww;
   const bool all_down = u <= wu && v <= wv && w <= ww;
-  if (!all_up && !all_down) return;
+  // A segment that begins on the plane of a face, beside the face, can come under it, and its line passes through it nowhere. The god
+  // object begins so in a corner with a part that crosses two faces at a flat concave edge.
+  const bool beside = !all_up && !all_down;
+  if (beside && (leaving.empty() || !pierced(mesh, triangle) || two_sided(mesh, triangle))) return;
 
   const Vec3 normal = area_normal(mesh, triangle);
   const Vec3 corner = vertex(mesh, triangle, 0);
@@ -187,6 +205,7 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
       kSurfaceTolerance_m * (std::abs(normal.x()) + std::abs(normal.y()) + std::abs(normal.z()));
   const bool sheet = two_sided(mesh, triangle);
   const bool leaves_sheet = sheet && !leaving.empty();
+  if (!sheet) height_from -= std::min(normal.dot(s.lift), 0.0F);  // off the sheet is not into the solid
   std::int8_t side = 1;
   if (leaves_sheet && std::abs(height_from) <= band) {
     side = known_side(triangle, leaving);
@@ -199,6 +218,7 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
     height_to = -height_to;
   }
   const bool on_surface = std::abs(height_from) <= band;
+  if (beside && !on_surface) return;
   bool crosses = height_from >= 0.0F && height_to <= 0.0F;
   if (leaves_sheet) {
     // A place behind a sheet by rounding would be in front of its other side in the next tick.
@@ -206,7 +226,7 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   } else if (on_surface && !sheet) {
     crosses = height_to < -band;
   }
-  if (!crosses || height_to >= height_from || incident(mesh, triangle, leaving)) return;
+  if (!crosses || height_to >= height_from || incident(mesh, triangle, leaving, s.to - s.from)) return;
   // Past the edge of a sheet, a widened test could meet the next face from behind.
   const bool widened = !sheet || (leaves_sheet && (on_surface || std::abs(height_to) <= band));
   if (!widened && std::min({u, v, w}) < 0.0F && std::max({u, v, w}) > 0.0F) return;
@@ -223,7 +243,8 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
 bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> leaving,
                 Hit& hit) {
   const MeshView& mesh = shape.mesh;
-  const Segment s = prepare(mesh, leaving.empty() ? from : Vec3(from + lift_off_sheet(mesh, leaving)), to);
+  const Vec3 lift = leaving.empty() ? Vec3(Vec3::Zero()) : lift_off_sheet(mesh, leaving);
+  const Segment s = prepare(mesh, from + lift, lift, to);
   if (s.misses) return true;
   std::array<std::uint32_t, kMaxBvhDepth + 1> stack;
   std::size_t depth = 0;

@@ -33,8 +33,11 @@ inline bool two_sided(const MeshView& mesh, std::uint32_t triangle) {
   return (mesh.flags[triangle] & static_cast<std::uint8_t>(scene::TriangleFlag::TwoSided)) != 0;
 }
 
+// Whether a slide over the triangle is swept.
 inline bool pierced(const MeshView& mesh, std::uint32_t triangle) {
-  return (mesh.flags[triangle] & static_cast<std::uint8_t>(scene::TriangleFlag::Pierced)) != 0;
+  constexpr auto kSwept = static_cast<std::uint8_t>(scene::TriangleFlag::Pierced) |
+                          static_cast<std::uint8_t>(scene::TriangleFlag::Seam);
+  return (mesh.flags[triangle] & kSwept) != 0;
 }
 
 // Twice the area times the unit normal, on the side given by the winding.

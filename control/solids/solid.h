@@ -12,6 +12,7 @@
 #include <span>
 
 #include "control/scene/image_verdict.h"
+#include "control/scene/limits.h"
 #include "control/scene/pauses.h"
 #include "control/scene/shape_table.h"
 #include "control/solids/mesh_view.h"
@@ -51,10 +52,10 @@ struct NearestPlace {
 // A plane behind which a part of a solid lies, seen from the centre of a ball in front of it.
 struct Separation {
   Vec3 normal;
-  float height_m = 0.0F;  // of the centre over the plane
-  float apart_m = 0.0F;   // of the centre from that part of the solid: at least height_m
-  Vec3 direct;            // the normal of the plane through its nearest place, apart_m below the centre
-  bool ledge = false;     // the plane is that of a face that the centre is beside, by up to kFaceMargin_m
+  float height_m;  // of the centre over the plane
+  float apart_m;   // of the centre from that part of the solid: at least height_m
+  Vec3 direct;     // the normal of the plane through its nearest place, apart_m below the centre
+  bool ledge;      // the plane is that of a face that the centre is beside, by up to kFaceMargin_m
   Feature feature;
 };
 
@@ -64,6 +65,8 @@ inline constexpr float kTouchGap_m = 2.0e-6F;
 // A ball may be this far behind a plane that it chooses, by rounding and by the curvature of the surface that it moved
 // along. It moves out again.
 inline constexpr float kBehind_m = 1.0e-6F;
+
+class TriangleCache;  // control/solids/near_triangles.h
 
 // A ball, the place that it is drawn to, and the place nearest to that which the planes that it touches let it come
 // to. Only what can come into its way matters.
@@ -75,6 +78,11 @@ struct BallQuery {
   float half_way_m;             // half of the distance from centre to target
   std::array<Vec3, 3> held_by;  // unit normals of the planes that it touches
   std::size_t held_count = 0;
+  bool is_tip = false;                           // it is the tip itself: no level gap is closed for it
+  std::array<std::uint32_t, 3> held_features{};  // of this solid: the parts behind planes that it touches
+  std::size_t held_feature_count = 0;
+  float reach_m = 0.0F;  // of a tip: of a mesh only what the centre can touch after moving by this matters
+  TriangleCache* triangles = nullptr;  // of a tip, for one mesh
 
   // Whether the ball can come to this plane while it comes nearer to the target: its centre stays in the ball over the
   // line between them.
@@ -83,8 +91,16 @@ struct BallQuery {
   }
 };
 
-// Level faces with a gap up to this width between them count as going on over it.
-inline constexpr float kFaceMargin_m = 1.0e-5F;
+// A ball that touches a part of a solid, and is to move to the place nearest to the target.
+struct BallRoll {
+  Vec3 centre_m;
+  Vec3 target_m;
+  float radius_m;
+  bool hold;  // stay on the surface also where the target is above it
+  Feature feature;
+  Vec3 normal;  // at the end
+  TriangleCache* triangles;  // of the finger; null: none
+};
 
 // Chooses among planes in front of one part of a solid: the one that the ball comes to last on its way to the aim,
 // which is where the way enters a convex solid, then the one that leaves the longest way to the target.
@@ -101,7 +117,8 @@ class PlaneChoice {
   // The plane of a face: alone, where the face is below the centre or beside it.
   void offer_face(const Vec3& normal, float height_m) {
     const float beside2 = (chosen_.apart_m - height_m) * (chosen_.apart_m + height_m);
-    if (height_m >= ball_.radius_m - kBehind_m && beside2 <= kFaceMargin_m * kFaceMargin_m) {
+    const float margin_m = ball_.is_tip ? kTouchGap_m : kFaceMargin_m;
+    if (height_m >= ball_.radius_m - kBehind_m && beside2 <= margin_m * margin_m) {
       first_ = true;
       chosen_.ledge = beside2 > kTouchGap_m * kTouchGap_m;
     }
@@ -168,6 +185,13 @@ struct SlideOptions {
   bool one_piece = false;  // stop after each straight piece, so that it can be swept against other objects
 };
 
+// Whether a point is in a solid.
+enum class Containment : std::uint8_t {
+  kOutside,
+  kInside,
+  kUnknown,  // a bound was hit
+};
+
 struct ShapeData {
   Vec3 vector = Vec3::Zero();  // plane: unit normal; box: half size
   float radius_m = 0.0F;       // plane: offset
@@ -177,6 +201,7 @@ struct ShapeData {
 
 struct SurfacePoint;  // control/surfaces/chart.h
 struct Chart;
+struct Blend;  // control/scene/blend.h
 
 struct SolidOps {
   // In the background, once: whether the numbers in the image are allowed. Adds to the scene's triangles.
@@ -198,8 +223,18 @@ struct SolidOps {
   // The feature whose surface has this normal. Null: there is one only.
   Feature (*feature)(const ShapeData& shape, const Vec3& normal) = nullptr;
   // Of a solid that is not convex: a plane for each part that the ball could meet on its way; returns how many, more
-  // than there is room for when they do not fit. Null: the solid is convex.
-  std::size_t (*separate)(const ShapeData& shape, const BallQuery& ball, std::span<Separation> out) = nullptr;
+  // than there is room for when they do not fit. free_m: reduced to how far the centre may move because of parts that
+  // were left out. Null: the solid is convex.
+  std::size_t (*separate)(const ShapeData& shape, const BallQuery& ball, std::span<Separation> out,
+                          float& free_m) = nullptr;
+  // Whether a ball at this centre, and no nearer, touches that part with this normal. With separate only.
+  bool (*touches)(const ShapeData& shape, const Feature& feature, const Vec3& centre, float radius_m,
+                  const Vec3& normal) = nullptr;
+  // The short way of a ball that touches one part of this solid, and may touch no other on its way to the target. False,
+  // and nothing is changed, where that is not certain. With separate only.
+  bool (*roll)(const ShapeData& shape, BallRoll& ball) = nullptr;
+  // Whether a point is in a solid that is not convex. Null: its nearest place tells (CollisionOps::nearest).
+  Containment (*contains)(const ShapeData& shape, const Vec3& point) = nullptr;
   // The unit normals of the constraints at a point on `feature`, to the free side; returns how many, 1 to 3.
   int (*normals)(const ShapeData& shape, const Feature& feature, const Vec3& point, std::span<Vec3, 3> out);
   // Half extents of a box about the object's origin that holds the solid.
@@ -208,8 +243,10 @@ struct SolidOps {
   // Null: never shaded.
   bool (*shaded_normal)(const ShapeData& shape, const Feature& feature, const Vec3& point,
                         Vec3& normal) = nullptr;
-  // The chart of a curved part of the surface; false where it is flat. Null: flat everywhere.
-  bool (*chart)(const ShapeData& shape, const SurfacePoint& place, Chart& out) = nullptr;
+  // The chart of a place, where the texture is not blended. Null: that of the plane square to the normal.
+  Chart (*chart)(const ShapeData& shape, const SurfacePoint& place) = nullptr;
+  // The weights of the axes in a texture that is blended; false where it is not. Null: nowhere.
+  bool (*blend)(const ShapeData& shape, const SurfacePoint& place, Blend& out) = nullptr;
   // For a curved surface: the gradient with respect to the tip of what has this gradient along the surface at
   // the place. Null: the same.
   Vec3 (*gradient_at_tip)(const ShapeData& shape, const SurfacePoint& place, const Vec3& along) = nullptr;

@@ -1,5 +1,6 @@
 // A ball about the origin.
 #include "control/bodies/collide.h"
+#include "control/scene/blend.h"
 #include "control/scene/check.h"
 #include "control/solids/round.h"
 #include "control/solids/solid.h"
@@ -62,6 +63,11 @@ Vec3 gradient_at_tip(const ShapeData& shape, const SurfacePoint& place, const Ve
   return curvature_gain(shape.radius_m, place.depth_m) * along;
 }
 
+bool blend(const ShapeData& shape, const SurfacePoint& place, Blend& out) {
+  out = blend_along(place.at_m, Vec3::Ones());
+  return shape.radius_m > 0.0F;
+}
+
 NearestPlace nearest(const ShapeData& shape, const Vec3& p) { return nearest_on_ball(shape.radius_m, p); }
 
 }  // namespace
@@ -73,6 +79,7 @@ const SolidOps kSphereSolid{.check = sphere::check,
                             .slide = sphere::slide,
                             .normals = sphere::normals,
                             .reach = sphere::reach,
+                            .blend = sphere::blend,
                             .gradient_at_tip = sphere::gradient_at_tip,
                             .smooth = true};
 const CollisionOps kSphereCollision{.form = CollisionForm::kBall, .nearest = sphere::nearest};

@@ -36,17 +36,19 @@ Vec3 faster_round_axis(const Vec3& normal, float gain, const Vec3& along) noexce
   return along + (gain - 1.0F) * around.dot(along) * around;
 }
 
-Chart chart(const PlacedObject& object, const SurfacePoint& place) noexcept {
-  const Vec3& n = place.normal;
-  if (Chart curved; object.ops->chart != nullptr && object.ops->chart(object.shape, place, curved))
-    return curved;
+Chart plane_chart(const Vec3& n, const Vec3& at_m) noexcept {
   // u is the x axis projected onto the face; on faces towards x, the y axis. Few faces have the angle of this
   // bound, so rounding does not give different axes to faces in one plane.
   constexpr float kTowardsX = 0.9F;
   const Vec3 along = std::abs(n.x()) < kTowardsX ? Vec3(Vec3::UnitX()) : Vec3(Vec3::UnitY());
   const Vec3 u = (along - n * n.dot(along)).normalized();
   const Vec3 v = n.cross(u);
-  return {place.at_m.dot(u), place.at_m.dot(v), u, v};
+  return {at_m.dot(u), at_m.dot(v), u, v};
+}
+
+Chart chart(const PlacedObject& object, const SurfacePoint& place) noexcept {
+  return object.ops->chart != nullptr ? object.ops->chart(object.shape, place)
+                                      : plane_chart(place.normal, place.at_m);
 }
 
 Vec3 gradient_at_tip(const PlacedObject& object, const SurfacePoint& place, const Vec3& gradient) noexcept {

@@ -1,12 +1,13 @@
 // Charts: coordinates on the surface of an object, in metres. Textures use them, so that their spatial
 // frequency is the same on large and small faces (paper, section 3.8).
 //
-//   plane, box, mesh    axes from the normal of the face, in the object's frame, through its origin. Faces in one plane have the same axes,
-//                       so a texture continues from one to the next. It does not continue over an edge.
-//   cylinder            the side unrolled: u = radius * angle from +x, v = z; the caps like a plane
+//   plane, box                 axes from the normal of the face, in the object's frame, through its origin
+//   cylinder                   the side unrolled: u = radius * angle from +x, v = z; the caps like a plane
+//   sphere, capsule, cone,     no chart: blended along the object's axes (control/scene/blend.h). Flat parts of a mesh
+//   mesh                       that end at corners of 90 degrees or more, and a cone's base, like a plane
+//   mesh with coordinates      those of its file, in metres
 //
-// Other solids have no chart (Texturing::kNone in control/scene/shape_table.h); the compiler refuses a
-// texture there.
+// A tip is not pressed from one face to the next over a convex corner of 90 degrees or more, so there a texture may restart.
 #pragma once
 
 #include "control/contact/world.h"
@@ -20,6 +21,7 @@ struct SurfacePoint {
   Vec3 at_m;
   Vec3 normal;
   float depth_m;
+  Feature feature;
 };
 
 // Coordinates on the surface, and their gradients with respect to the tip. Below a curved surface these are
@@ -29,8 +31,12 @@ struct Chart {
   float v_m = 0.0F;
   Vec3 du = Vec3::Zero();
   Vec3 dv = Vec3::Zero();
+  bool in_space = false;  // the gradients may point out of the surface
+  float strength = 1.0F;  // of the texture at this place, and its gradient
+  Vec3 strength_slope = Vec3::Zero();
 };
 
+[[nodiscard]] Chart plane_chart(const Vec3& normal, const Vec3& at_m) noexcept;
 [[nodiscard]] Chart chart(const PlacedObject& object, const SurfacePoint& place) noexcept;
 
 // The gradient with respect to the tip of what has this gradient in space at the point on the surface. The

@@ -18,6 +18,7 @@ void show_arm(const Parts& parts, std::size_t index, const ArmInputs& input, Arm
   shown.god_object_m = armed ? state.touch[index].god_object_m : shown.tip_m;
   shown.rendered_N = armed && !led ? state.touch[index].force_N : Vec3::Zero();
   shown.contacts = armed && !led ? state.touch[index].contacts : std::uint8_t{0};
+  shown.inside = armed && !led ? parts.sources.scene.renderer().inside(index) : 0;
   shown.force_N = arm.force_N;
   shown.joint_rad = arm.joint_rad;
   shown.current_A = arm.current_A;
@@ -49,6 +50,7 @@ void show_tick(Parts& parts, const Inputs& inputs, Conditions unmet) noexcept {
   t.scene_sequence = parts.sources.scene.sequence();
   t.sweep_bound = parts.sources.scene.renderer().counters().sweep_bound;
   t.slide_bound = parts.sources.scene.renderer().counters().slide_bound;
+  t.contact_bound = parts.sources.scene.renderer().counters().contact_bound;
   bool contact = false;
   float most_N = 0;
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
@@ -64,7 +66,7 @@ void show_tick(Parts& parts, const Inputs& inputs, Conditions unmet) noexcept {
   if (contact) t.mean_force_N += (most_N - t.mean_force_N) / static_cast<float>(++t.contact_ticks);
 }
 
-// Where something moves, gives way or is touched; else there is nothing to draw.
+// Where something moves, gives way, is touched or holds a tip; else there is nothing to draw.
 void take_picture(Parts& parts) noexcept {
   Picture* picture = parts.observers.picture.blank();
   if (picture == nullptr) return;
@@ -74,13 +76,16 @@ void take_picture(Parts& parts) noexcept {
   picture->body_count = bodies.size();
   picture->tissue_count = renderer.tissue_views(picture->tissues);
   std::size_t planes = 0;
+  std::uint64_t inside = 0;
   for (std::size_t arm = 0; arm < parts.setup.arm_count; ++arm) {
     const bool touches = parts.state.telemetry.arm[arm].contacts != 0;
     const std::size_t count = touches ? renderer.contact_normals(arm, picture->planes[arm]) : 0;
     picture->plane_count[arm] = static_cast<std::uint8_t>(count);
     planes += count;
+    inside |= picture->inside[arm] = parts.state.telemetry.arm[arm].inside;
   }
-  if (picture->body_count + picture->tissue_count + planes != 0) parts.observers.picture.send();
+  if (picture->body_count + picture->tissue_count + planes != 0 || inside != 0)
+    parts.observers.picture.send();
 }
 
 link::Levels levels(const Inputs& inputs, std::size_t arms) noexcept {

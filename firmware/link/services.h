@@ -82,8 +82,10 @@ inline constexpr std::uint16_t kDidSerialNumber = 0xF18C;     // text
 inline constexpr std::uint16_t kDidFirmwareVersion = 0xF195;  // text
 inline constexpr std::uint16_t kDidArmName = 0xF1A8;          // text: the arm model
 inline constexpr std::uint16_t kDidSceneName = 0xF1A9;        // text: the running scene
-inline constexpr std::uint16_t kDidBoardName = 0xF1AB;        // text: the board that this image is for
-inline constexpr std::uint16_t kDidResetReason = 0xF1AC;      // text: why it started ("power_on", "watchdog")
+// Text: the solids that tips are still inside of (Inside), a line each: arm, object, name ("0 03 lamp\n").
+inline constexpr std::uint16_t kDidInside = 0xF1AD;
+inline constexpr std::uint16_t kDidBoardName = 0xF1AB;    // text: the board that this image is for
+inline constexpr std::uint16_t kDidResetReason = 0xF1AC;  // text: why it started ("power_on", "watchdog")
 // Text: why a request was refused last, with one of the answers 21, 22, 70 and 72: conditions
 // ("dead_man_released"), a busy reason, what is wrong with the image (firmware/services/refusal.h).
 inline constexpr std::uint16_t kDidRefusal = 0xF1AA;

@@ -1,5 +1,5 @@
-// The picture of a scene in one tick: the poses of bodies, the deformation of tissues, and the planes that hold the god objects. The tick
-// takes a picture at a telemetry record if the background has fetched the one before (Mailbox). picture_frames.h sends it as frames.
+// The picture of a scene in one tick: the poses of bodies, the deformation of tissues, the planes that hold the god objects, and the solids
+// that a tip is still inside of. The tick takes a picture at a telemetry record if the background has fetched the one before (Mailbox). picture_frames.h sends it as frames.
 #pragma once
 
 #include <array>
@@ -21,6 +21,7 @@ struct Picture {
   std::array<std::array<Vec3, control::kMaxContacts>, control::kMaxArms>
       planes;  // their normals, world frame
   std::array<std::uint8_t, control::kMaxArms> plane_count{};
+  std::array<std::uint64_t, control::kMaxArms> inside{};  // as ArmTelemetry::inside
   std::size_t body_count = 0;
   std::size_t tissue_count = 0;
 };

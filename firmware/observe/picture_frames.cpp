@@ -1,5 +1,7 @@
 #include "firmware/observe/picture_frames.h"
 
+#include <bit>
+
 #include "firmware/link/messages.h"
 
 namespace thimble::firmware {
@@ -10,17 +12,18 @@ bool PictureFrames::next_frame(link::CanFrame& frame) noexcept {
   return true;
 }
 
-// Each body: its position, its rotation and, when it is a control element, its coordinate. Then the tissues, then the planes.
+// Each body: its position, its rotation and, when it is a control element, its coordinate. Then the tissues, then the planes and
+// the solids around the tip of each arm.
 bool PictureFrames::next_part(link::CanFrame& frame) noexcept {
   if (at_ == picture_.body_count + picture_.tissue_count) {
-    if (next_plane(frame)) return true;
+    if (next_of_arm(frame)) return true;
     if (!core_.observers().picture.next(picture_)) return false;
     ++sequence_;
     at_ = 0;
     part_ = 0;
-    plane_arm_ = 0;
+    arm_ = 0;
     plane_at_ = 0;
-    if (picture_.body_count + picture_.tissue_count == 0) return next_plane(frame);
+    if (picture_.body_count + picture_.tissue_count == 0) return next_of_arm(frame);
   }
   if (at_ >= picture_.body_count) {
     frame = tissue_frame(picture_.tissues[at_++ - picture_.body_count]);
@@ -36,23 +39,36 @@ bool PictureFrames::next_part(link::CanFrame& frame) noexcept {
   return true;
 }
 
-bool PictureFrames::next_plane(link::CanFrame& frame) noexcept {
-  for (; plane_arm_ < control::kMaxArms; ++plane_arm_, plane_at_ = 0) {
-    if (plane_at_ >= picture_.plane_count[plane_arm_]) continue;
-    const Vec3& normal = picture_.planes[plane_arm_][plane_at_];
-    link::ContactPlane plane;
-    plane.arm = plane_arm_;
-    plane.index = plane_at_;
-    plane.count = picture_.plane_count[plane_arm_];
-    plane.sequence = sequence_;
-    plane.x = normal.x();
-    plane.y = normal.y();
-    plane.z = normal.z();
-    ++plane_at_;
-    frame = link::to_frame(plane, node_);
+bool PictureFrames::next_of_arm(link::CanFrame& frame) noexcept {
+  for (; arm_ < control::kMaxArms; ++arm_, plane_at_ = 0) {
+    if (plane_at_ < picture_.plane_count[arm_]) {
+      frame = plane_frame(arm_, plane_at_++);
+      return true;
+    }
+    std::uint64_t& inside = picture_.inside[arm_];
+    if (inside == 0) continue;
+    link::Inside solid;
+    solid.object = static_cast<std::uint8_t>(std::countr_zero(inside));
+    solid.arm = arm_;
+    solid.sequence = sequence_;
+    inside &= inside - 1;
+    frame = link::to_frame(solid, node_);
     return true;
   }
   return false;
+}
+
+link::CanFrame PictureFrames::plane_frame(std::size_t arm, std::uint8_t index) const noexcept {
+  const Vec3& normal = picture_.planes[arm][index];
+  link::ContactPlane plane;
+  plane.arm = static_cast<std::uint8_t>(arm);
+  plane.index = index;
+  plane.count = picture_.plane_count[arm];
+  plane.sequence = sequence_;
+  plane.x = normal.x();
+  plane.y = normal.y();
+  plane.z = normal.z();
+  return link::to_frame(plane, node_);
 }
 
 link::CanFrame PictureFrames::body_frame(const control::BodyState& body, std::uint8_t part) const noexcept {

@@ -28,6 +28,7 @@ struct ArmTelemetry {
   Vec3 current_A = Vec3::Zero();
   std::array<std::uint32_t, 3> counts{};  // as the board gave them
   std::array<float, 3> winding_C{};       // of the motors, by the thermal model; of the last record's tick
+  std::uint64_t inside = 0;  // objects that the tip began inside of (control::Renderer::inside())
   std::uint8_t contacts = 0;
   std::uint8_t limiters = 0;  // Limiter bits
 };
@@ -56,6 +57,7 @@ struct Telemetry {
   float mean_force_N = 0;         // over the contact ticks, of the arm that feels most
   std::uint32_t sweep_bound = 0;  // control::RenderCounters
   std::uint32_t slide_bound = 0;
+  std::uint32_t contact_bound = 0;
   std::array<ArmTelemetry, control::kMaxArms> arm;
 };
 

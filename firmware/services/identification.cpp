@@ -1,5 +1,6 @@
 // Service 22: records, texts and parameters by their identifiers.
 #include <array>
+#include <bit>
 
 #include "firmware/services/handlers.h"
 
@@ -45,6 +46,7 @@ void device_state(const Services& services, ByteWriter& out) noexcept {
   state.frames_received = parts.link.frames_received;
   state.frames_dropped = parts.telemetry.dropped();
   state.link_losses = parts.link.link_losses;
+  state.contact_bound = record.contact_bound;
   out.put_record(state);
 }
 
@@ -97,11 +99,30 @@ void scene_name(const Services& services, ByteWriter& out) noexcept {
   if (scene != nullptr) out.put_text(scene->name()->c_str());
 }
 
+// As of the last telemetry record. Its scene may be an older one than the one that runs: then the bits name nothing there.
+void inside(const Services& services, ByteWriter& out) noexcept {
+  const scene::Scene* scene = services.parts.running.scene();
+  const Telemetry& record = services.parts.telemetry.record();
+  if (scene == nullptr || record.scene_sequence != services.parts.store.sequence()) return;
+  for (std::size_t arm = 0; arm < record.arm_count; ++arm) {
+    for (std::uint64_t left = record.arm[arm].inside; left != 0; left &= left - 1) {
+      const auto object = static_cast<unsigned>(std::countr_zero(left));
+      if (object >= scene->objects()->size()) break;
+      const std::array<char, 6> head = {
+          static_cast<char>('0' + arm),         ' ', static_cast<char>('0' + object / 10),
+          static_cast<char>('0' + object % 10), ' ', '\0'};
+      out.put_text(head.data());
+      out.put_text(scene->objects()->Get(object)->name()->c_str());
+      out.put_text("\n");
+    }
+  }
+}
+
 struct DataRow {
   std::uint16_t id;
   void (*read)(const Services&, ByteWriter&) noexcept;
 };
-constexpr std::array<DataRow, 12> kData = {{
+constexpr std::array<DataRow, 13> kData = {{
     {link::LinkInfo::kId, link_info},
     {link::DeviceState::kId, device_state},
     {link::MoveState::kId, move},
@@ -114,6 +135,7 @@ constexpr std::array<DataRow, 12> kData = {{
     {link::kDidResetReason, reset_reason},
     {link::kDidArmName, arm_names},
     {link::kDidSceneName, scene_name},
+    {link::kDidInside, inside},
 }};
 
 [[nodiscard]] Nrc read_one(Services& services, const Host& host, std::uint16_t id, ByteWriter& out) noexcept {

@@ -42,6 +42,7 @@ void info(const Common& common, const Remote& remote) {
   const std::string serial = device.text(link::kDidSerialNumber);
   const std::string arm = device.text(link::kDidArmName);
   const std::string scene = device.text(link::kDidSceneName);
+  const std::vector<Device::Inside> inside = device.inside();
   if (common.json) {
     Json json = document("info");
     json["firmware"] = version;
@@ -53,6 +54,9 @@ void info(const Common& common, const Remote& remote) {
     json["link"] = host::to_json(device.info());
     json["state"] = host::to_json(state);
     json["lateness"] = host::to_json(late);
+    json["inside"] = Json::array();
+    for (const Device::Inside& solid : inside)
+      json["inside"].push_back({{"arm", solid.arm}, {"object", solid.object}, {"name", solid.name}});
     json["host_orders"] = host::to_json(orders);
     json["limits"] = limits_json();
     print(json);
@@ -79,6 +83,8 @@ void info(const Common& common, const Remote& remote) {
   fmt::print("late       worst {:.1f} us; ticks:{}\n", late.worst_s * 1e6F, histogram(late));
   fmt::print("contact    {} ticks, peak {:.3f} N, mean {:.3f} N\n", state.contact_ticks, state.peak_force_N,
              state.mean_force_N);
+  for (const Device::Inside& solid : inside)
+    fmt::print("inside     the tip of arm {} is inside {}: move out\n", solid.arm, solid.name);
   if (orders.taken + orders.old + orders.wrong != 0) {
     fmt::print("orders     {} forces taken from a host, {} old, {} wrong; {} times none in time\n",
                orders.taken, orders.old, orders.wrong, orders.expired);

@@ -15,6 +15,7 @@ namespace {
 
 namespace link = firmware::link;
 
+constexpr int kLeftSteps = 5;       // without a frame that tells of a solid: the tip has left it
 constexpr std::size_t kPast = 400;  // steps of a curve that are kept; no terminal is wider
 
 float size(const link::Force& force) { return std::hypot(force.x_N, force.y_N, force.z_N); }
@@ -66,8 +67,14 @@ void MonitorScreen::take(const link::Force& force) {
   arm.most_N = std::max(arm.most_N, size(force));
 }
 
+void MonitorScreen::take(const link::Inside& inside) {
+  if (inside.arm < arms_.size()) arms_[inside.arm].inside[inside.object] = 0;
+}
+
 void MonitorScreen::step() {
   for (Arm& arm : arms_) {
+    std::erase_if(arm.inside, [](const auto& entry) { return entry.second >= kLeftSteps; });
+    for (auto& [object, age] : arm.inside) ++age;
     if (!arm.seen) continue;
     if (arm.past_N.size() == kPast) arm.past_N.erase(arm.past_N.begin());
     arm.past_N.push_back(arm.most_N);
@@ -116,6 +123,12 @@ std::string MonitorScreen::text(std::size_t columns) const {
     all += cut(fmt::format("arm {}   x {:7.2f}   y {:7.2f}   z {:7.2f} mm   contacts {}", i,
                            1e3F * arm.pose.x_m, 1e3F * arm.pose.y_m, 1e3F * arm.pose.z_m, arm.force.contacts),
                columns);
+    for (const auto& [object, age] : arm.inside) {
+      const auto name = names_.find(object);
+      all += cut(fmt::format("  inside {}: move out",
+                             name == names_.end() ? fmt::format("object {}", object) : name->second),
+                 columns);
+    }
     constexpr std::size_t kLabel = 16;
     const std::size_t half =
         columns > kLabel + 20 ? std::min<std::size_t>((columns - kLabel - 1) / 2, 30) : 0;

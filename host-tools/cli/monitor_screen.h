@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ class MonitorScreen {
       : title_(std::move(title)), node_(node), utf8_(utf8) {}
 
   void take(const firmware::link::CanFrame& frame);
+  // The name of an object of the scene.
+  void name(std::uint8_t object, const std::string& name) { names_[object] = name; }
   // A step of the curves: the largest force since the last one.
   void step();
   // Lines of at most so many characters, each ending in a line feed.
@@ -32,11 +35,14 @@ class MonitorScreen {
     firmware::link::Force force;
     float most_N = 0.0F;  // since the last step
     std::vector<float> past_N;
+    std::map<std::uint8_t, int>
+        inside;  // objects that the tip is inside of, and the steps since that was told
   };
 
   void take(const firmware::link::Pose& pose);
   void take(const firmware::link::Force& force);
   void take(const firmware::link::Status& status) { status_ = status; }
+  void take(const firmware::link::Inside& inside);
   template <class Message>
   void take(const Message&) {}
   [[nodiscard]] std::string bar(float value, float full, std::size_t half) const;
@@ -47,6 +53,7 @@ class MonitorScreen {
   bool utf8_;
   firmware::link::Status status_;
   std::array<Arm, control::kMaxArms> arms_;
+  std::map<std::uint8_t, std::string> names_;
 };
 
 }  // namespace thimble::host

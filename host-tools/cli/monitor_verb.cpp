@@ -10,6 +10,7 @@
 #include <functional>
 #include <iostream>
 #include <map>
+#include <utility>
 
 #include "firmware/core/faults.h"
 #include "host-tools/cli/interrupt.h"
@@ -28,10 +29,36 @@ using link::Micros;
 constexpr Micros kSilence_us = 3'000'000;  // without telemetry for this time the device counts as lost
 constexpr Micros kKeepAlive_us = 200'000;
 
+// The names of the solids that tips are inside of, asked for when the first frame tells of one.
+class InsideNames {
+ public:
+  explicit InsideNames(Device& device) : device_(device) {}
+
+  // Whether this is news: the last frame of this arm and object is more than a second old.
+  bool is_new(const link::Inside& inside) {
+    constexpr Micros kPast_us = 1'000'000;
+    Micros& heard_us = heard_us_[{inside.arm, inside.object}];
+    const bool news = heard_us == 0 || now_us() - heard_us > kPast_us;
+    heard_us = now_us();
+    if (news)
+      for (const Device::Inside& solid : device_.inside()) names_[solid.object] = solid.name;
+    return news;
+  }
+  [[nodiscard]] std::string of(std::uint8_t object) const {
+    const auto name = names_.find(object);
+    return name == names_.end() ? fmt::format("object {}", object) : name->second;
+  }
+
+ private:
+  Device& device_;
+  std::map<std::pair<std::uint8_t, std::uint8_t>, Micros> heard_us_;  // by arm and object
+  std::map<unsigned, std::string> names_;
+};
+
 // Prints telemetry: every frame as a JSON line, or one row per force frame with the pose before it.
 class TelemetryPrinter {
  public:
-  TelemetryPrinter(bool json, std::uint8_t node) : json_(json), node_(node) {
+  TelemetryPrinter(bool json, Device& device) : json_(json), node_(device.info().node), names_(device) {
     if (!json_) fmt::print("arm x_m y_m z_m force_x_N force_y_N force_z_N contacts mode\n");
   }
 
@@ -48,6 +75,10 @@ class TelemetryPrinter {
           json["message"] = Message::kName;
           json["node"] = node_;
           json.update(host::to_json(message));
+          if constexpr (std::is_same_v<Message, link::Inside>) {
+            names_.is_new(message);
+            json["name"] = names_.of(message.object);
+          }
           print_line(json);
           printed = true;
         } else {
@@ -79,8 +110,13 @@ class TelemetryPrinter {
     fmt::print(stderr, "fault {}: {}\n", emergency.fault, row == nullptr ? "cleared or unknown" : row->cause);
     return false;
   }
+  bool show(const link::Inside& inside) {
+    if (names_.is_new(inside))
+      fmt::print(stderr, "the tip of arm {} is inside {}: move out\n", inside.arm, names_.of(inside.object));
+    return false;
+  }
   template <class Message>
-  bool show(const Message&) {  // messages about the scene: only with --json
+  bool show(const Message&) {  // other messages about the scene: only with --json
     return false;
   }
   bool show(const link::EmergencyStop&) {
@@ -90,6 +126,7 @@ class TelemetryPrinter {
 
   bool json_;
   std::uint8_t node_;
+  InsideNames names_;
   std::map<std::uint8_t, link::Pose> pose_;
   std::string mode_ = name(link::Mode::kDisarmed);
 };
@@ -100,11 +137,16 @@ class ScreenPrinter {
   explicit ScreenPrinter(Device& device)
       : screen_(
             fmt::format("{} on board {}", device.text(link::kDidArmName), device.text(link::kDidBoardName)),
-            device.info().node, terminal_has_blocks()) {}
+            device.info().node, terminal_has_blocks()),
+        node_(device.info().node),
+        names_(device) {}
 
   // True when it drew.
   bool operator()(const CanFrame& frame) {
     screen_.take(frame);
+    link::Inside inside;
+    if (link::from_frame(frame, node_, inside) && names_.is_new(inside))
+      screen_.name(inside.object, names_.of(inside.object));
     if (now_us() - drawn_us_ < kRedraw_us) return false;
     drawn_us_ = now_us();
     screen_.step();
@@ -129,6 +171,8 @@ class ScreenPrinter {
 
   static constexpr Micros kRedraw_us = 100'000;
   MonitorScreen screen_;
+  std::uint8_t node_;
+  InsideNames names_;
   Micros drawn_us_ = 0;
   std::size_t lines_ = 0;
 };
@@ -141,7 +185,7 @@ void monitor(const Common& common, const Remote& remote, const MonitorChoice& ch
   if (!common.json && !choice.rows && isatty(STDOUT_FILENO) != 0) {
     printer = ScreenPrinter(device);
   } else {
-    printer = TelemetryPrinter(common.json, device.info().node);
+    printer = TelemetryPrinter(common.json, device);
   }
   heed_interrupts();
 

@@ -21,6 +21,21 @@ namespace {
 constexpr const char* kTouchesNothing =
     "the path touches nothing: see where the scene's objects are (`thimble view --scene`)";
 
+// "the tip of arm 0 is inside lamp from 0 s to 0.35 s: move out. It is not felt until then".
+std::string text_of(const board::BeganInside& inside) {
+  const std::string end =
+      inside.until_s ? fmt::format("to {:.4g} s", *inside.until_s) : "to the end of the path";
+  return fmt::format("the tip of arm {} is inside {} from {:.4g} s {}: move out. Until then {} is not felt",
+                     inside.arm, inside.object, inside.from_s, end, inside.object);
+}
+
+Json to_json(const board::BeganInside& inside) {
+  return {{"arm", inside.arm},
+          {"object", inside.object},
+          {"from_s", inside.from_s},
+          {"until_s", inside.until_s ? Json(*inside.until_s) : Json()}};
+}
+
 Json to_json(const MeshReport& mesh) {
   return {{"input_triangles", mesh.input_triangles},
           {"triangles", mesh.triangles},
@@ -33,6 +48,7 @@ Json to_json(const MeshReport& mesh) {
           {"fins_cancelled", mesh.fins_cancelled},
           {"unused_vertices", mesh.unused_vertices},
           {"pierced_triangles", mesh.pierced_triangles},
+          {"seam_triangles", mesh.seam_triangles},
           {"bytes", mesh.bytes},
           {"depth", mesh.depth}};
 }
@@ -59,6 +75,7 @@ void compile(const Common& common, const CompileChoice& choice) {
     json["scene"] = report.name;
     json["image"] = output.string();
     json["bytes"] = compiled.image.size();
+    json["tip_radius_m"] = report.tip_radius_m;
     json["objects"] = Json::array();
     for (const SceneReport::Object& object : report.objects) {
       Json entry = {{"name", object.name}, {"shape", object.shape}};
@@ -71,6 +88,8 @@ void compile(const Common& common, const CompileChoice& choice) {
   }
   fmt::print("{}: {} objects, {} bytes -> {}\n", report.name, report.objects.size(), compiled.image.size(),
              output.string());
+  if (report.tip_radius_m > 0)
+    fmt::print("  the tip is a sphere with a radius of {:g} mm\n", 1e3 * report.tip_radius_m);
   for (const SceneReport::Object& object : report.objects) {
     if (object.mesh.triangles > 0) {
       const MeshReport& mesh = object.mesh;
@@ -114,7 +133,9 @@ void simulate(const Common& common, const SimulateChoice& choice) {
   log.commit();
   throw_if_faulted(result);
 
-  const bool touched = contact_rows != 0 || peak_N > 0;
+  std::vector<std::string> warnings;
+  for (const board::BeganInside& inside : result.inside) warnings.push_back(text_of(inside));
+  if (contact_rows == 0 && !(peak_N > 0)) warnings.emplace_back(kTouchesNothing);
   const double mean_N = contact_rows == 0 ? 0.0 : sum_N / static_cast<double>(contact_rows);
   if (common.json) {
     Json json = document("simulate");
@@ -127,13 +148,15 @@ void simulate(const Common& common, const SimulateChoice& choice) {
     json["mean_contact_force_N"] = mean_N;
     json["sweep_bound"] = result.sweep_bound;
     json["slide_bound"] = result.slide_bound;
-    json["warnings"] = Json::array();
-    if (!touched) json["warnings"].push_back(kTouchesNothing);
+    json["contact_bound"] = result.contact_bound;
+    json["inside"] = Json::array();
+    for (const board::BeganInside& inside : result.inside) json["inside"].push_back(to_json(inside));
+    json["warnings"] = warnings;
     print(json);
   } else {
     fmt::print(stderr, "{} ticks, {} rows in contact, peak {:.3f} N, mean in contact {:.3f} N -> {}\n",
                result.ticks, contact_rows, peak_N, mean_N, choice.log.string());
-    if (!touched) fmt::print(stderr, "warning: {}\n", kTouchesNothing);
+    for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <bit>
+#include <sstream>
 #include <utility>
 
 #include "host-tools/client/requests.h"
@@ -66,6 +67,18 @@ Device::Device(std::unique_ptr<Transport> transport, const DeviceOptions& option
 link::DeviceState Device::state() { return services_.state(); }
 
 std::string Device::text(std::uint16_t did) { return services_.text(did); }
+
+std::vector<Device::Inside> Device::inside() {
+  std::vector<Inside> all;
+  std::istringstream lines(services_.text(link::kDidInside));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    Inside solid;
+    if (words >> solid.arm >> solid.object && words.get() == ' ' && std::getline(words, solid.name))
+      all.push_back(solid);
+  }
+  return all;
+}
 
 link::Lateness Device::lateness() { return services_.record<link::Lateness>("reading how late ticks are"); }
 

@@ -49,6 +49,13 @@ class Device {
   [[nodiscard]] link::DeviceState state();
   [[nodiscard]] link::Lateness lateness();
   [[nodiscard]] std::string text(std::uint16_t did);
+  // The solids that tips are still inside of; none if the firmware does not tell.
+  struct Inside {
+    unsigned arm = 0;
+    unsigned object = 0;  // its place in the scene
+    std::string name;
+  };
+  [[nodiscard]] std::vector<Inside> inside();
 
   [[nodiscard]] double read_param(const firmware::ParamRow& row);
   void write_param(const firmware::ParamRow& row, double value);

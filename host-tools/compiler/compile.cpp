@@ -10,8 +10,10 @@
 
 #include "control/scene/check.h"
 #include "control/scene/limits.h"
+#include "control/scene/shape_table.h"
 #include "host-tools/compiler/height_grid.h"
 #include "host-tools/compiler/mesh_file.h"
+#include "host-tools/compiler/mesh_pieces.h"
 #include "host-tools/compiler/scene_file.h"
 #include "host-tools/compiler/to_scene.h"
 #include "host-tools/error.h"
@@ -29,11 +31,12 @@ class ImageWriter {
     for (const SceneObject& object : file.objects) {
       objects.push_back(write_object(object));
     }
-    warn_of_meshes_that_bodies_pass(file);
+    refuse_what_does_not_meet(file);
     const auto scene_name = builder_.CreateString(file.name);
     const scene::Vec3 gravity = to_scene(file.gravity_m_s2);
     builder_.Finish(scene::CreateScene(builder_, scene_name, builder_.CreateVector(objects),
-                                       file.gravity_m_s2.isZero() ? nullptr : &gravity),
+                                       file.gravity_m_s2.isZero() ? nullptr : &gravity,
+                                       static_cast<float>(file.tip_radius_m)),
                     scene::SceneIdentifier());
     if (builder_.GetSize() > control::kMaxImageBytes) {
       throw Error(ExitCode::kBadInput, "image-too-large",
@@ -52,6 +55,7 @@ class ImageWriter {
   flatbuffers::Offset<scene::Object> write_object(const SceneObject& object) {
     report_.objects.push_back({object.name, object.shape_word, {}});
     object_ = &object;
+    pieces_.push_back(1);
     const AnyShape shape = std::visit([&](const auto& each) { return write_shape(each); }, object.shape);
     const auto name = builder_.CreateString(object.name);
     const auto cast = [](double value) { return static_cast<float>(value); };
@@ -69,8 +73,8 @@ class ImageWriter {
         material.stiffness_n_per_m(),
         surface.IsNull() ? nullptr : flatbuffers::GetTemporaryPointer(builder_, surface));
     const auto body = object.body
-                          ? write_body(builder_, *object.body, unit_inertia_,
-                                       static_cast<double>(stiffest_N_m), object.position_m, object.rotation)
+                          ? write_body(builder_, *object.body, mass_, static_cast<double>(stiffest_N_m),
+                                       object.position_m, object.rotation)
                           : 0;
     return scene::CreateObject(builder_, name, shape.first, shape.second, &pose, &material, surface, body);
   }
@@ -80,7 +84,7 @@ class ImageWriter {
   AnyShape write_shape(const VectorFieldShape& field) { return host::write_shape(builder_, field); }
   AnyShape write_shape(const PotentialFieldShape& field) { return host::write_shape(builder_, field); }
   AnyShape write_shape(const PrimitiveShape& primitive) {
-    unit_inertia_ = primitive.unit_inertia_m2;
+    mass_ = {Eigen::Vector3d::Zero(), primitive.unit_inertia_m2.asDiagonal()};
     return {object_->kind, primitive.write(builder_)};
   }
 
@@ -99,7 +103,10 @@ class ImageWriter {
 
   AnyShape write_mesh(const TriangleSoup& soup, const MeshOptions& options, const std::string& file,
                       const std::string& name) {
-    const CompiledMesh mesh = compile_mesh(soup, options, name);
+    MeshOptions with_texture = options;
+    if (const auto& texture = object_->material.surface.texture)
+      with_texture.texture = MeshTexture{texture->mapping, texture->tile_m};
+    const CompiledMesh mesh = compile_mesh(soup, with_texture, name);
     triangles_ += mesh.triangles.size();
     if (triangles_ > control::kMaxTriangles) {
       throw Error(ExitCode::kBadInput, "too-many-triangles",
@@ -108,7 +115,7 @@ class ImageWriter {
                   "simplify the meshes");
     }
     warn(mesh.report, file);
-    if (object_->body) weigh(mesh, file, name);
+    if (object_->body) weigh(mesh, file);
     report_.objects.back().mesh = mesh.report;
 
     const auto vertices = builder_.CreateVectorOfStructs(mesh.vertices);
@@ -116,41 +123,91 @@ class ImageWriter {
     const auto flags = builder_.CreateVector(mesh.flags);
     const auto corners = mesh.corner_normals.empty() ? 0 : builder_.CreateVector(mesh.corner_normals);
     const auto nodes = builder_.CreateVectorOfStructs(mesh.nodes);
-    return {scene::Shape::Mesh, scene::CreateMesh(builder_, vertices, triangles, flags, corners, nodes,
-                                                  &mesh.grid_origin_m, mesh.grid_step_m, mesh.depth)
-                                    .Union()};
+    const auto weights = mesh.texture_weights.empty() ? 0 : builder_.CreateVector(mesh.texture_weights);
+    const auto texture_corners =
+        mesh.texture_corners.empty() ? 0 : builder_.CreateVector(mesh.texture_corners);
+    const auto texture_points =
+        mesh.texture_points.empty() ? 0 : builder_.CreateVectorOfStructs(mesh.texture_points);
+    const auto [piece_corners, piece_ends] = write_pieces(mesh);
+    return {scene::Shape::Mesh,
+            scene::CreateMesh(builder_, vertices, triangles, flags, corners, nodes, &mesh.grid_origin_m,
+                              mesh.grid_step_m, mesh.depth, weights, texture_corners, texture_points,
+                              piece_corners, piece_ends, mesh.seams)
+                .Union()};
   }
 
-  void warn_of_meshes_that_bodies_pass(const SceneFile& file) {
-    const auto moves = [](const SceneObject& object) { return object.body.has_value(); };
-    if (std::none_of(file.objects.begin(), file.objects.end(), moves)) return;
-    for (const SceneObject& object : file.objects) {
-      if (object.shape_word == "mesh" && !object.body) {
-        report_.warnings.push_back(object.name +
-                                   ": a mesh is met by fingertips only, moving objects go through it");
+  // Of a mesh that moves.
+  using PieceCorners = flatbuffers::Offset<flatbuffers::Vector<const scene::Vec3*>>;
+  using PieceEnds = flatbuffers::Offset<flatbuffers::Vector<std::uint16_t>>;
+  std::pair<PieceCorners, PieceEnds> write_pieces(const CompiledMesh& mesh) {
+    if (!object_->body) return {0, 0};
+    const MeshPieces pieces = convex_pieces(mesh);
+    pieces_.back() = pieces.corners_m.size();
+    if (pieces.corners_m.empty()) return {0, 0};
+    std::vector<scene::Vec3> corners;
+    std::vector<std::uint16_t> ends;
+    for (const std::vector<Eigen::Vector3d>& piece : pieces.corners_m) {
+      for (const Eigen::Vector3d& p : piece) corners.push_back(to_scene(p));
+      ends.push_back(static_cast<std::uint16_t>(corners.size()));
+    }
+    constexpr double kRough = .05;  // of the volume
+    if (pieces.excess > kRough) {
+      report_.warnings.push_back(object_->name + ": other objects meet it as " + std::to_string(ends.size()) +
+                                 " convex pieces with " + number(std::round(100 * pieces.excess)) +
+                                 " % more volume");
+    }
+    return {builder_.CreateVectorOfStructs(corners), builder_.CreateVector(ends)};
+  }
+
+  // Everything with a surface that a body could lie on or be hit by collides with it, or the scene is refused. A field has no surface.
+  void refuse_what_does_not_meet(const SceneFile& file) {
+    const auto refuse = [](const SceneObject& body, const SceneObject& other, const std::string& why,
+                           const std::string& remedy) {
+      throw Error(ExitCode::kBadInput, "objects-do-not-meet",
+                  "the body " + body.name + " would go through " + other.name + ": " + why, remedy);
+    };
+    for (std::size_t i = 0; i < file.objects.size(); ++i) {
+      const SceneObject& body = file.objects[i];
+      if (!body.body) continue;
+      const bool guided =
+          body.body->motion == scene::Motion::Slide || body.body->motion == scene::Motion::Turn;
+      for (std::size_t j = 0; j < file.objects.size(); ++j) {
+        const SceneObject& other = file.objects[j];
+        if (i == j) continue;
+        const bool is_tissue = other.kind == scene::Shape::Tissue;
+        const bool is_field =
+            other.kind == scene::Shape::VectorField || other.kind == scene::Shape::PotentialField;
+        if (is_field) {
+          if (!guided)
+            report_.warnings.push_back(other.name + " acts on fingertips only: the body " + body.name +
+                                       " passes through it");
+        } else if (control::is_volume(other.kind) && !is_tissue) {
+          if (!guided)
+            refuse(body, other, "the skin of a " + other.shape_word + " acts on fingertips only",
+                   "make it a tissue or a solid, or let the body slide or turn");
+        } else if (is_tissue &&
+                   static_cast<double>(std::get<TissueShape>(other.shape).image.relaxed_stiffness_n_per_m()) >
+                       static_cast<double>(control::kMaxStiffnessPerMass_1_s2) * body.body->mass_kg) {
+          refuse(body, other, "the tissue is too stiff for a mass of " + number(body.body->mass_kg) + " kg",
+                 "make the body heavier or the tissue softer");
+        } else if (pieces_[i] == 0) {
+          refuse(body, other, "its mesh encloses no volume, so it has no convex pieces",
+                 "close the mesh (thimble mesh FILE --output FIXED), with \"side\": \"outside\"");
+        }
       }
     }
   }
 
-  // Moments of inertia of a moving mesh, and warnings about it.
-  void weigh(const CompiledMesh& mesh, const std::string& file, const std::string& name) {
-    const std::optional<MeshMass> mass = mesh_mass(mesh);
-    if (!mass && !object_->body->inertia_kg_m2) {
-      throw Error(ExitCode::kBadInput, "no-volume",
-                  name + ": the body's mesh encloses no volume, so its moments of inertia are not known",
-                  "close the mesh, or give the body \"inertia_kg_m2\"");
-    }
-    const std::string what = object_->name + " (" + file + "): ";
-    if (mass) {
-      unit_inertia_ = mass->inertia_m2;
-      constexpr double kOff = .02;  // of the radius of gyration
-      if (mass->centre_m.norm() > kOff * std::sqrt(mass->inertia_m2.maxCoeff())) {
-        report_.warnings.push_back(what + "the body turns about the mesh's origin, which is " +
-                                   std::to_string(1e3 * mass->centre_m.norm()) +
-                                   " mm from its centre of mass");
-      }
-    }
-    report_.warnings.push_back(what + "a moving mesh is met by fingertips only, not by other objects");
+  // A moving mesh. An open one has no volume, but a surface.
+  void weigh(const CompiledMesh& mesh, const std::string& file) {
+    const std::optional<ShapeMass> volume = volume_mass(mesh);
+    mass_ = volume ? *volume : surface_mass(mesh);
+    const SceneBody& body = *object_->body;
+    const bool needed = rotates(body.motion) && !(body.centre_m && body.inertia_kg_m2);
+    if (volume || !needed) return;
+    report_.warnings.push_back(
+        object_->name + " (" + file +
+        "): the mesh encloses no volume, so its mass is spread evenly over its surface");
   }
 
   void warn(const MeshReport& mesh, const std::string& file) {
@@ -176,14 +233,31 @@ class ImageWriter {
     add(mesh.flipped_components, "a closed part was wound inside out and has been turned",
         " closed parts were wound inside out and have been turned");
     add(mesh.pierced_triangles, "a triangle crosses another one", " triangles cross others");
+    if (mesh.texture_tiles[0] != 0) warn_of_coordinates(mesh, file);
+  }
+
+  // The size of a tile is not exactly that of the scene file.
+  void warn_of_coordinates(const MeshReport& mesh, const std::string& file) {
+    const auto mm = [](double length_m) { return number(std::round(1.0e5 * length_m) / 100.0); };
+    std::string text = report_.objects.back().name + " (" + file +
+                       "): " + std::to_string(mesh.texture_tiles[0]) + " x " +
+                       std::to_string(mesh.texture_tiles[1]) +
+                       " tiles of the texture fill a unit of the file's texture coordinates, in the mean " +
+                       mm(mesh.texture_tile_m[0]) + " x " + mm(mesh.texture_tile_m[1]) + " mm each";
+    constexpr double kSeen = 0.01;
+    if (mesh.texture_faded >= kSeen)
+      text += ", and fade towards seams on " + number(std::round(100.0 * mesh.texture_faded)) +
+              " % of the surface";
+    report_.warnings.push_back(text);
   }
 
   flatbuffers::FlatBufferBuilder builder_;
   std::filesystem::path folder_;
   SceneReport& report_;
   std::size_t triangles_ = 0;
-  const SceneObject* object_ = nullptr;                     // being written
-  Eigen::Vector3d unit_inertia_ = Eigen::Vector3d::Zero();  // of its shape, for 1 kg
+  const SceneObject* object_ = nullptr;  // being written
+  std::vector<std::size_t> pieces_;      // convex, of each object; 1 for all but meshes
+  ShapeMass mass_;                       // of its shape
 };
 
 }  // namespace
@@ -193,6 +267,7 @@ CompiledScene compile_scene_text(const std::string& text, const std::string& nam
   const SceneFile file = read_scene_file(text, name);
   CompiledScene compiled;
   compiled.report.name = file.name;
+  compiled.report.tip_radius_m = file.tip_radius_m;
   compiled.image = ImageWriter(folder, compiled.report).write(file, name);
   compiled.report.bytes = compiled.image.size();
   if (file.objects.empty()) {

@@ -17,6 +17,7 @@ struct SceneReport {
     MeshReport mesh;    // of meshes and height fields; zeros for other shapes
   };
   std::string name;
+  double tip_radius_m = 0;
   std::vector<Object> objects;
   std::size_t bytes = 0;
   std::vector<std::string> warnings;  // open sheets, dropped triangles, flipped winding ...

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "control/scene/limits.h"
 #include "control/scene/octahedral.h"
-#include "host-tools/compiler/disjoint_sets.h"
+#include "host-tools/compiler/mesh_corners.h"
 #include "host-tools/compiler/mesh_cross.h"
 #include "host-tools/compiler/mesh_orient.h"
 #include "host-tools/compiler/mesh_surface.h"
+#include "host-tools/compiler/mesh_texture.h"
 #include "host-tools/compiler/mesh_tree.h"
 #include "host-tools/compiler/to_scene.h"
 
@@ -22,68 +24,34 @@ using Eigen::Vector3d;
 // solid.h, of up to sqrt(3) * 2e-7 m in a face's normal).
 constexpr double kTouchTolerance = 1.0e-7;
 constexpr double kTouch_m = 1.0e-6;
+// The renderer closes gaps up to this width (control/solids/solid.h).
+constexpr auto kSeam_m = static_cast<double>(control::kFaceMargin_m);
+constexpr double kAlong = 0.9;               // cosine of the angle between faces that lie along each other
 constexpr double kCreaseSlack_deg = 1.0e-3;  // a 90 degree edge is not sharper than 90 degrees
 // A triangle that has met this many others without a proven crossing counts as crossed: the search stays
 // bounded.
 constexpr unsigned kMaxCrossTests = 4096;
 
-// Joins the corners on either side of each edge that `passes`: a set is then a fan of triangles round a
-// vertex.
-template <typename Passes>
-DisjointSets join_corners(const Adjacency& adjacency, Passes&& passes) {
-  DisjointSets fans(adjacency.neighbour.size());
-  for (std::uint32_t corner = 0; corner < adjacency.neighbour.size(); ++corner) {
-    const std::uint32_t code = adjacency.neighbour[corner];
-    if (code == kNoNeighbour || !passes(corner / 3, code >> 2U)) {
-      continue;
-    }
-    // Edge e runs from corner e; the neighbour's edge runs the other way.
-    const std::uint32_t other = 3 * (code >> 2U);
-    fans.join(corner, other + next_edge(code & 3U));
-    fans.join(3 * (corner / 3) + next_edge(corner % 3), other + (code & 3U));
-  }
-  return fans;
-}
-
-// The angle-weighted sum of the faces' normals over each set of corners, as a unit vector at the set's name.
-std::vector<Vector3d> mean_normals(const Surface& surface, const std::vector<Vector3d>& face_normals,
-                                   DisjointSets& sets) {
-  std::vector<Vector3d> sum(face_normals.size() * 3, Vector3d::Zero());
-  for (std::uint32_t corner = 0; corner < sum.size(); ++corner) {
-    const TriangleIndices& t = surface.triangles[corner / 3];
-    const Vector3d at = surface.point(t[corner % 3]);
-    const Vector3d a = surface.point(t[next_edge(corner % 3)]) - at;
-    const Vector3d b = surface.point(t[next_edge(next_edge(corner % 3))]) - at;
-    sum[sets.find(corner)] += face_normals[corner / 3] * std::atan2(a.cross(b).norm(), a.dot(b));
-  }
-  for (std::uint32_t corner = 0; corner < sum.size(); ++corner) {
-    if (sets.find(corner) == corner) {
-      const double length = sum[corner].norm();
-      // Faces whose normals cancel (a folded sheet) have no mean; the normal of one face is used.
-      sum[corner] = length > 1.0e-6 ? (sum[corner] / length).eval() : face_normals[corner / 3];
-    }
-  }
-  return sum;
-}
-
-void flag_crossings(const Surface& surface, const MeshTree& tree, std::vector<std::uint8_t>& flags) {
-  constexpr auto kPierced = static_cast<std::uint8_t>(scene::TriangleFlag::Pierced);
-  const double tolerance = std::max(kTouchTolerance * surface.size_m, kTouch_m);
-  const Vector3d reach = Vector3d::Constant(tolerance);
+// Flags the triangles for which `meets` another one whose box is within `reach`. A triangle that meets too many others without a
+// proven answer is flagged too.
+template <typename Candidate, typename Meets>
+void flag_meetings(const Surface& surface, const MeshTree& tree, double reach_m, std::uint8_t flag,
+                   std::vector<std::uint8_t>& flags, Candidate&& candidate, Meets&& meets) {
+  const Vector3d reach = Vector3d::Constant(reach_m);
   const auto corners = [&surface](std::uint32_t t) {
     const TriangleIndices& i = surface.triangles[t];
     return TriangleCorners{i, {surface.point(i[0]), surface.point(i[1]), surface.point(i[2])}};
   };
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
-    if ((flags[t] & kPierced) != 0) {
-      continue;  // a triangle that crosses it finds it in its own search
+    if ((flags[t] & flag) != 0) {
+      continue;  // a triangle that meets it finds it in its own search
     }
     const TriangleCorners mine = corners(t);
     const Vector3d lo = mine.at_m[0].cwiseMin(mine.at_m[1]).cwiseMin(mine.at_m[2]) - reach;
     const Vector3d hi = mine.at_m[0].cwiseMax(mine.at_m[1]).cwiseMax(mine.at_m[2]) + reach;
     unsigned tests = 0;
     visit_box(tree.nodes, tree.grid_box(lo, hi), [&](std::uint32_t other) {
-      if (other == t) {
+      if (other == t || !candidate(t, other)) {
         return true;
       }
       const TriangleCorners theirs = corners(other);
@@ -93,17 +61,67 @@ void flag_crossings(const Surface& surface, const MeshTree& tree, std::vector<st
         return true;
       }
       if (++tests > kMaxCrossTests) {
-        flags[t] |= kPierced;
+        flags[t] |= flag;
         return false;
       }
-      if (!triangles_cross(mine, theirs, tolerance)) {
+      if (!meets(mine, theirs)) {
         return true;
       }
-      flags[t] |= kPierced;
-      flags[other] |= kPierced;
+      flags[t] |= flag;
+      flags[other] |= flag;
       return false;
     });
   }
+}
+
+void flag_crossings(const Surface& surface, const MeshTree& tree, std::vector<std::uint8_t>& flags) {
+  constexpr auto kPierced = static_cast<std::uint8_t>(scene::TriangleFlag::Pierced);
+  const double tolerance = std::max(kTouchTolerance * surface.size_m, kTouch_m);
+  flag_meetings(
+      surface, tree, tolerance, kPierced, flags, [](std::uint32_t, std::uint32_t) { return true; },
+      [tolerance](const TriangleCorners& a, const TriangleCorners& b) {
+        return triangles_cross(a, b, tolerance);
+      });
+}
+
+Vector3d normal(const TriangleCorners& t) {
+  return (t.at_m[1] - t.at_m[0]).cross(t.at_m[2] - t.at_m[0]).normalized();
+}
+
+// Where closed parts of the mesh lie along each other, with the triangles around. True if there are any. Parts that cross at an angle leave
+// no gap.
+bool flag_seams(const Surface& surface, const MeshTree& tree, const Adjacency& adjacency,
+                std::vector<std::uint8_t>& flags) {
+  constexpr auto kSeam = static_cast<std::uint8_t>(scene::TriangleFlag::Seam);
+  const std::size_t count = surface.triangles.size();
+  const std::vector<std::uint32_t>& part = adjacency.part;
+  const bool several = std::any_of(part.begin(), part.end(), [&](std::uint32_t p) { return p != part[0]; });
+  if (several) {
+    flag_meetings(
+        surface, tree, kSeam_m, kSeam, flags,
+        [&](std::uint32_t a, std::uint32_t b) {
+          return part[a] != part[b] && part[a] != kOpenPart && part[b] != kOpenPart;
+        },
+        [](const TriangleCorners& a, const TriangleCorners& b) {
+          if (std::abs(normal(a).dot(normal(b))) < kAlong) return false;
+          for (const std::uint32_t i : a.index)
+            if (std::find(b.index.begin(), b.index.end(), i) != b.index.end()) return true;
+          return triangles_cross(a, b, kSeam_m);
+        });
+  }
+  std::vector<bool> at_seam(surface.at_m.size(), false);
+  bool any = false;
+  for (std::size_t t = 0; t < count; ++t) {
+    if ((flags[t] & kSeam) == 0) continue;
+    any = true;
+    for (const std::uint32_t corner : surface.triangles[t]) at_seam[corner] = true;
+  }
+  for (std::size_t t = 0; any && t < count; ++t) {
+    const TriangleIndices& corners = surface.triangles[t];
+    if (std::any_of(corners.begin(), corners.end(), [&](std::uint32_t corner) { return at_seam[corner]; }))
+      flags[t] |= kSeam;
+  }
+  return any;
 }
 
 void put_in_leaf_order(Surface& surface, const MeshTree& tree) {
@@ -112,6 +130,36 @@ void put_in_leaf_order(Surface& surface, const MeshTree& tree) {
     sorted[i] = surface.triangles[tree.order[i]];
   }
   surface.triangles = std::move(sorted);
+}
+
+std::size_t count_flagged(const std::vector<std::uint8_t>& flags, scene::TriangleFlag which) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      flags, [which](auto flag) { return (flag & static_cast<unsigned>(which)) != 0; }));
+}
+
+std::size_t bytes_in_image(const CompiledMesh& mesh) {
+  return mesh.vertices.size() * sizeof(scene::Vertex) +
+         mesh.triangles.size() * (sizeof(scene::Triangle) + 1) +
+         mesh.corner_normals.size() * sizeof(std::uint32_t) +
+         (mesh.texture_weights.size() + mesh.texture_corners.size()) * sizeof(std::uint32_t) +
+         mesh.texture_points.size() * sizeof(scene::TexturePoint) +
+         mesh.nodes.size() * sizeof(scene::BvhNode);
+}
+
+// The normals of smooth shading, at each corner of each triangle.
+template <typename MayJoin>
+std::vector<std::uint32_t> shading_normals(const Surface& surface, const Adjacency& adjacency,
+                                           const std::vector<Vector3d>& face_normals, double crease_deg,
+                                           MayJoin&& may_join) {
+  const double least_cosine = std::cos((crease_deg + kCreaseSlack_deg) * std::numbers::pi / 180.0);
+  DisjointSets smooth = join_corners(adjacency, [&](std::uint32_t a, std::uint32_t b) {
+    return may_join(a, b) && (crease_deg >= 180.0 || face_normals[a].dot(face_normals[b]) >= least_cosine);
+  });
+  const std::vector<Vector3d> shading = mean_normals(surface, face_normals, smooth);
+  std::vector<std::uint32_t> at_corner(3 * surface.triangles.size());
+  for (std::uint32_t corner = 0; corner < at_corner.size(); ++corner)
+    at_corner[corner] = control::encode_octahedral(shading[smooth.find(corner)].cast<float>());
+  return at_corner;
 }
 
 }  // namespace
@@ -132,6 +180,7 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
         (adjacency.crowded[t] != 0 ? static_cast<unsigned>(scene::TriangleFlag::Pierced) : 0U));
   }
   flag_crossings(surface, tree, mesh.flags);
+  mesh.seams = flag_seams(surface, tree, adjacency, mesh.flags);
 
   std::vector<Vector3d> face_normals(count);
   for (std::size_t t = 0; t < count; ++t) {
@@ -159,17 +208,17 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
     mesh.triangles.emplace_back(Three(corners), Three(across));
   }
 
-  if (options.crease_deg) {
-    const double least_cosine = std::cos((*options.crease_deg + kCreaseSlack_deg) * std::numbers::pi / 180.0);
-    DisjointSets smooth = join_corners(adjacency, [&](std::uint32_t a, std::uint32_t b) {
-      if (options.height_field && !(face_normals[a].z() > 0.0 && face_normals[b].z() > 0.0)) return false;
-      return *options.crease_deg >= 180.0 || face_normals[a].dot(face_normals[b]) >= least_cosine;
-    });
-    const std::vector<Vector3d> shading = mean_normals(surface, face_normals, smooth);
-    mesh.corner_normals.resize(3 * count);
-    for (std::uint32_t corner = 0; corner < mesh.corner_normals.size(); ++corner) {
-      mesh.corner_normals[corner] = control::encode_octahedral(shading[smooth.find(corner)].cast<float>());
-    }
+  // Of a height field, the top hangs together, and each wall alone.
+  const auto may_join = [&](std::uint32_t a, std::uint32_t b) {
+    return !options.height_field || (face_normals[a].z() > 0.0 && face_normals[b].z() > 0.0);
+  };
+  if (options.crease_deg)
+    mesh.corner_normals = shading_normals(surface, adjacency, face_normals, *options.crease_deg, may_join);
+  if (options.texture) {
+    const auto joins = [&](std::uint32_t a, std::uint32_t b) {
+      return may_join(a, b) && face_normals[a].dot(face_normals[b]) > kTextureCorner;
+    };
+    lay_texture(soup, {surface, adjacency, face_normals, joins}, *options.texture, name, mesh);
   }
 
   mesh.nodes = std::move(tree.nodes);
@@ -179,13 +228,9 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
   MeshReport& report = mesh.report;
   report.triangles = count;
   report.vertices = mesh.vertices.size();
-  report.pierced_triangles =
-      static_cast<std::size_t>(std::count_if(mesh.flags.begin(), mesh.flags.end(), [](auto flag) {
-        return (flag & static_cast<unsigned>(scene::TriangleFlag::Pierced)) != 0;
-      }));
-  report.bytes = mesh.vertices.size() * sizeof(scene::Vertex) + count * (sizeof(scene::Triangle) + 1) +
-                 mesh.corner_normals.size() * sizeof(std::uint32_t) +
-                 mesh.nodes.size() * sizeof(scene::BvhNode);
+  report.pierced_triangles = count_flagged(mesh.flags, scene::TriangleFlag::Pierced);
+  report.seam_triangles = count_flagged(mesh.flags, scene::TriangleFlag::Seam);
+  report.bytes = bytes_in_image(mesh);
   report.depth = tree.depth;
   return mesh;
 }

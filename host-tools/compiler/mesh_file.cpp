@@ -7,6 +7,7 @@
 #include <cctype>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -70,6 +71,19 @@ Error broken_scene(const std::string& name, const std::string& what) {
                   "convert the mesh to another format, such as OBJ or PLY");
 }
 
+void append_vertices(const aiMesh& mesh, const aiMatrix4x4& to_file, TriangleSoup& soup) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+    const aiVector3D p = to_file * mesh.mVertices[v];
+    soup.vertices_m.emplace_back(p.x, p.y, p.z);
+    if (mesh.HasTextureCoords(0)) {
+      soup.vertices_uv.emplace_back(mesh.mTextureCoords[0][v].x, mesh.mTextureCoords[0][v].y);
+    } else {
+      soup.vertices_uv.emplace_back(kNone, kNone);
+    }
+  }
+}
+
 TriangleSoup read_by_assimp(const std::filesystem::path& file, const std::string& name) {
   Assimp::Importer importer;
   const aiScene* scene = nullptr;
@@ -110,10 +124,7 @@ TriangleSoup read_by_assimp(const std::filesystem::path& file, const std::string
       }
       const aiMesh& mesh = *scene->mMeshes[visit.node->mMeshes[m]];
       const auto base = static_cast<std::uint32_t>(soup.vertices_m.size());
-      for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-        const aiVector3D p = to_file * mesh.mVertices[v];
-        soup.vertices_m.emplace_back(p.x, p.y, p.z);
-      }
+      append_vertices(mesh, to_file, soup);
       for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
         const aiFace& face = mesh.mFaces[f];
         std::vector<std::uint32_t> polygon(face.mIndices, face.mIndices + face.mNumIndices);
@@ -147,6 +158,8 @@ TriangleSoup read_by_assimp(const std::filesystem::path& file, const std::string
       open.push_back({visit.node->mChildren[c - 1], to_file});
     }
   }
+  if (std::ranges::none_of(soup.vertices_uv, [](const Eigen::Vector2d& uv) { return uv.allFinite(); }))
+    soup.vertices_uv.clear();
   return soup;
 }
 

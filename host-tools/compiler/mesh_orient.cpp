@@ -175,6 +175,7 @@ class Orienter {
   void orient_patches(std::size_t count) {
     std::vector<Component> patches(count);
     std::vector<std::vector<std::uint32_t>> members(count);
+    closed_patch_.assign(count, 0);
     for (std::uint32_t t = 0; t < surface_.triangles.size(); ++t) {
       members[patch_of_[t]].push_back(t);
       add_to(patches[patch_of_[t]], t, members[patch_of_[t]].front());
@@ -200,6 +201,7 @@ class Orienter {
       }
     }
     for (std::size_t patch = 0; patch < count; ++patch) {
+      closed_patch_[patch] = patches[patch].closed ? 1 : 0;
       if (patches[patch].closed && patches[patch].volume < 0 && !patches[patch].flat(surface_.size_m)) {
         flip(members[patch]);
       }
@@ -396,12 +398,15 @@ class Orienter {
     }
     Adjacency adjacency;
     adjacency.open.resize(surface_.triangles.size());
+    adjacency.part.assign(surface_.triangles.size(), kOpenPart);
     for (std::uint32_t t = 0; t < surface_.triangles.size(); ++t) {
       if (turned(t)) {
         std::swap(surface_.triangles[t][0], surface_.triangles[t][2]);
         std::swap(mate_[3 * static_cast<std::size_t>(t)], mate_[3 * static_cast<std::size_t>(t) + 1]);
       }
       adjacency.open[t] = components_[component_of_[t]].closed ? 0 : 1;
+      if (crowded_edges_.empty() ? adjacency.open[t] == 0 : closed_patch_[patch_of_[t]] != 0)
+        adjacency.part[t] = patch_of_[t];
     }
     adjacency.neighbour = std::move(mate_);
     adjacency.crowded = std::move(crowded_);
@@ -413,6 +418,7 @@ class Orienter {
   std::vector<EdgeUse> edges_;
   std::vector<EdgeFaces> crowded_edges_;  // edges with more than two faces
   std::vector<char> crowded_;
+  std::vector<char> closed_patch_;   // with crowded edges: of each patch, whether it is closed in itself
   std::vector<char> flipped_;        // against the file
   std::vector<std::uint32_t> mate_;  // 3 a triangle, in the file's winding
   std::vector<std::uint32_t> patch_of_;

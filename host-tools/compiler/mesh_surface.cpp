@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <unordered_map>
+#include <utility>
 
 #include "control/scene/limits.h"
 #include "host-tools/error.h"
@@ -157,6 +158,7 @@ Surface weld(const TriangleSoup& soup, const std::string& name, double weld_shar
       surface.triangles.push_back(welded);
     }
   }
+  surface.of_soup = std::move(merged);
   return surface;
 }
 

@@ -17,7 +17,8 @@ namespace thimble::host {
 struct Surface {
   std::vector<Eigen::Vector3f> at_m;
   std::vector<TriangleIndices> triangles;
-  double size_m = 0;  // diagonal of the box
+  double size_m = 0;                   // diagonal of the box
+  std::vector<std::uint32_t> of_soup;  // vertex of the soup to vertex here; 0xFFFFFFFF: unused
 
   [[nodiscard]] Eigen::Vector3d point(std::uint32_t v) const { return at_m[v].cast<double>(); }
 

@@ -31,9 +31,8 @@ void refuse_senseless_keys(const ScenePart& part, scene::Motion motion) {
       part.at(key).fail("senseless-key", "has no meaning, for motion is \"" + word + "\"", "leave it out");
     }
   };
-  const bool rotates = motion == scene::Motion::Free || motion == scene::Motion::Turn;
-  for (const std::string_view key : {"inertia_kg_m2", "spin_rad_s", "angular_damping_N_m_s"})
-    only(key, rotates);
+  for (const std::string_view key : {"centre_m", "inertia_kg_m2", "spin_rad_s", "angular_damping_N_m_s"})
+    only(key, rotates(motion));
   only("axis", is_guided(motion) || motion == scene::Motion::Plane);
   for (const std::string_view key : {"velocity_m_s", "spring_N_m", "damping_N_s_m"})
     only(key, motion != scene::Motion::Turn);
@@ -48,6 +47,8 @@ void refuse_senseless_keys(const ScenePart& part, scene::Motion motion) {
 
 }  // namespace
 
+bool rotates(scene::Motion motion) { return motion == scene::Motion::Free || motion == scene::Motion::Turn; }
+
 SceneBody read_body(const Value& value) {
   const ScenePart part(value, "body");
   SceneBody body;
@@ -57,6 +58,7 @@ SceneBody read_body(const Value& value) {
 
   body.place = value.place();
   body.mass_kg = part.number("mass_kg");
+  if (part.has("centre_m")) body.centre_m = part.vector("centre_m");
   if (part.has("inertia_kg_m2")) body.inertia_kg_m2 = part.vector("inertia_kg_m2");
   body.restitution = part.number("restitution");
   body.velocity_m_s = part.vector("velocity_m_s");
@@ -77,39 +79,11 @@ SceneBody read_body(const Value& value) {
   return body;
 }
 
-std::optional<MeshMass> mesh_mass(const CompiledMesh& mesh) {
-  // Sums over the tetrahedra from the origin to each triangle (Tonon 2004).
-  double volume = 0.0;
-  double extent = 0.0;
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();
-  Eigen::Vector3d second = Eigen::Vector3d::Zero();
-  for (const scene::Triangle& triangle : mesh.triangles) {
-    std::array<Eigen::Vector3d, 3> p;
-    for (std::uint16_t i = 0; i < 3; ++i) {
-      const scene::Vec3& v = mesh.vertices[(*triangle.vertex())[i]].position_m();
-      p.at(i) = Eigen::Vector3f(v.x(), v.y(), v.z()).cast<double>();
-      extent = std::max(extent, p.at(i).norm());
-    }
-    const double six = p[0].dot(p[1].cross(p[2]));
-    volume += six / 6.0;
-    first += six / 24.0 * (p[0] + p[1] + p[2]);
-    second += six / 60.0 *
-              (p[0].cwiseAbs2() + p[1].cwiseAbs2() + p[2].cwiseAbs2() + p[0].cwiseProduct(p[1]) +
-               p[1].cwiseProduct(p[2]) + p[2].cwiseProduct(p[0]));
-  }
-  constexpr double kThin = 1.0e-6;
-  const bool open = mesh.report.open_edges > 0;
-  if (open || !(std::abs(volume) > kThin * extent * extent * extent)) return std::nullopt;
-  const Eigen::Vector3d s = second / volume;
-  return MeshMass{first / volume, {s.y() + s.z(), s.z() + s.x(), s.x() + s.y()}};
-}
-
 namespace {
 
 // The least moments of inertia are those of the homogeneous body with the least mass that the surface allows: with smaller ones it
 // would yield at its side like a lighter body.
-void refuse_too_light(const SceneBody& body, const Eigen::Vector3d& unit_inertia,
-                      const Eigen::Vector3d& moments, double stiffest_N_m) {
+void refuse_too_light(const SceneBody& body, const Eigen::Vector3d& unit_inertia, double stiffest_N_m) {
   constexpr double kRounding = 1.0 - 1.0e-5;  // the controller compares floats
   const double least_kg = stiffest_N_m / limit(control::kMaxStiffnessPerMass_1_s2);
   const std::string surface = "; its surface is up to " + number(stiffest_N_m) + " N/m stiff";
@@ -120,7 +94,8 @@ void refuse_too_light(const SceneBody& body, const Eigen::Vector3d& unit_inertia
                     " kg are needed" + surface,
                 remedy);
   }
-  if (body.motion != scene::Motion::Free && body.motion != scene::Motion::Turn) return;
+  if (!body.inertia_kg_m2) return;
+  const Eigen::Vector3d& moments = *body.inertia_kg_m2;
   const Eigen::Vector3d least_kg_m2 = least_kg * unit_inertia;
   for (int axis = 0; axis < 3; ++axis) {
     if (moments[axis] >= least_kg_m2[axis] * kRounding) continue;
@@ -131,34 +106,55 @@ void refuse_too_light(const SceneBody& body, const Eigen::Vector3d& unit_inertia
   }
 }
 
+// The inertia in the image. `unit_inertia` is that of the shape about the centre of mass.
+PrincipalInertia inertia_of(const SceneBody& body, const Eigen::Matrix3d& unit_inertia) {
+  if (body.inertia_kg_m2) return {*body.inertia_kg_m2};
+  PrincipalInertia inertia = principal_inertia(body.mass_kg * unit_inertia);
+  inertia.moments = inertia.moments.cwiseMax(limit(control::kMinInertia_kg_m2));
+  if (inertia.moments.maxCoeff() > limit(control::kMaxInertia_kg_m2)) {
+    throw Error(ExitCode::kBadInput, "bad-value",
+                body.place + " has a moment of inertia of " + number(inertia.moments.maxCoeff()) +
+                    ", at most " + number(limit(control::kMaxInertia_kg_m2)) + " kg m2 are allowed",
+                "make it lighter, or move its \"centre_m\" nearer to the shape");
+  }
+  return inertia;
+}
+
 }  // namespace
 
 flatbuffers::Offset<scene::Body> write_body(flatbuffers::FlatBufferBuilder& builder, const SceneBody& body,
-                                            const Eigen::Vector3d& unit_inertia, double stiffest_N_m,
+                                            const ShapeMass& mass, double stiffest_N_m,
                                             const Eigen::Vector3d& position_m,
                                             const Eigen::Quaterniond& rotation) {
   const auto cast = [](double value) { return static_cast<float>(value); };
-  const Eigen::Vector3d least = Eigen::Vector3d::Constant(limit(control::kMinInertia_kg_m2));
-  const Eigen::Vector3d moments =
-      body.inertia_kg_m2.value_or(Eigen::Vector3d((body.mass_kg * unit_inertia).cwiseMax(least)));
-  refuse_too_light(body, unit_inertia, moments, stiffest_N_m);
+  const Eigen::Vector3d centre_m = body.centre_m.value_or(mass.centre_m);
+  const Eigen::Matrix3d unit_inertia = inertia_about(mass, centre_m);
+  refuse_too_light(body, unit_inertia.diagonal(), stiffest_N_m);
+  const PrincipalInertia inertia = inertia_of(body, unit_inertia);
   const Eigen::Vector3d pivot_m = body.pivot_m.value_or(position_m);
   flatbuffers::Offset<scene::Control> control = 0;
   if (body.control) {
-    const Eigen::Vector3d own_axis = rotation.conjugate() * body.axis;
-    const double about_axis = own_axis.cwiseAbs2().dot(moments) +
-                              body.mass_kg * body.axis.cross(position_m - pivot_m).squaredNorm();
+    const Eigen::Vector3d own_axis = (rotation * inertia.axes).conjugate() * body.axis;
+    const Eigen::Vector3d arm_m = position_m + rotation * centre_m - pivot_m;
+    const double about_axis =
+        own_axis.cwiseAbs2().dot(inertia.moments) + body.mass_kg * body.axis.cross(arm_m).squaredNorm();
     control =
         write_control(builder, *body.control, body.motion == scene::Motion::Turn ? about_axis : body.mass_kg);
   }
-  const scene::Vec3 inertia = to_scene(moments);
+  const scene::Vec3 moments = to_scene(inertia.moments);
+  const scene::Vec3 centre = to_scene(centre_m);
+  const Eigen::Quaternionf q = inertia.axes.cast<float>();
+  const scene::Quat axes(q.w(), q.x(), q.y(), q.z());
+  const bool off_origin = rotates(body.motion) && !centre_m.isZero(0.0);
+  const bool skewed = rotates(body.motion) && !inertia.axes.vec().isZero(0.0);
   const scene::Vec3 velocity = to_scene(body.velocity_m_s);
   const scene::Vec3 spin = to_scene(body.spin_rad_s);
   const scene::Vec3 axis = to_scene(body.axis);
   const scene::Vec3 pivot = to_scene(pivot_m);
-  return scene::CreateBody(builder, body.motion, cast(body.mass_kg), &inertia, cast(body.restitution),
+  return scene::CreateBody(builder, body.motion, cast(body.mass_kg), &moments, cast(body.restitution),
                            &velocity, &spin, cast(body.spring_N_m), cast(body.damping_N_s_m),
-                           cast(body.angular_damping_N_m_s), &axis, &pivot, control);
+                           cast(body.angular_damping_N_m_s), &axis, &pivot, control,
+                           off_origin ? &centre : nullptr, skewed ? &axes : nullptr);
 }
 
 }  // namespace thimble::host

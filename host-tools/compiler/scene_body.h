@@ -3,14 +3,13 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "host-tools/compiler/mesh.h"
 #include "host-tools/compiler/scene_control.h"
 #include "host-tools/compiler/scene_value.h"
+#include "host-tools/compiler/shape_mass.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::host {
@@ -18,6 +17,8 @@ namespace thimble::host {
 struct SceneBody {
   scene::Motion motion = scene::Motion::Free;
   double mass_kg = 0;
+  std::optional<Eigen::Vector3d>
+      centre_m;  // of mass, in the object's frame; absent: the shape's at uniform density
   std::optional<Eigen::Vector3d> inertia_kg_m2;  // absent: the shape's at uniform density
   double restitution = 0;
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
@@ -32,18 +33,14 @@ struct SceneBody {
 };
 
 [[nodiscard]] SceneBody read_body(const Value& value);
+[[nodiscard]] bool rotates(scene::Motion motion);
 
-// Of a closed mesh, about its origin: centre of mass and moments (1 kg). No value where it encloses no volume.
-struct MeshMass {
-  Eigen::Vector3d centre_m;
-  Eigen::Vector3d inertia_m2;
-};
-[[nodiscard]] std::optional<MeshMass> mesh_mass(const CompiledMesh& mesh);
-
-// unit_inertia: of the shape, for 1 kg; stiffest_N_m: of the surface, anywhere; position and rotation are the object's.
+// mass: of the shape; stiffest_N_m: of the surface, anywhere; position and rotation are the object's.
 // Error `body-too-light` for a body that would oscillate by itself under a fingertip, and the errors of write_control.
-[[nodiscard]] flatbuffers::Offset<scene::Body> write_body(
-    flatbuffers::FlatBufferBuilder& builder, const SceneBody& body, const Eigen::Vector3d& unit_inertia,
-    double stiffest_N_m, const Eigen::Vector3d& position_m, const Eigen::Quaterniond& rotation);
+[[nodiscard]] flatbuffers::Offset<scene::Body> write_body(flatbuffers::FlatBufferBuilder& builder,
+                                                          const SceneBody& body, const ShapeMass& mass,
+                                                          double stiffest_N_m,
+                                                          const Eigen::Vector3d& position_m,
+                                                          const Eigen::Quaterniond& rotation);
 
 }  // namespace thimble::host

@@ -130,6 +130,9 @@ SceneFile read_scene(const board::JsonDocument& document) {
     if (scene.has(note)) static_cast<void>(scene.text(note));
   const Materials materials = read_materials(scene);
   file.gravity_m_s2 = scene.vector("gravity_m_s2");
+  file.tip_radius_m = scene.number("tip_radius_m");
+  if (file.tip_radius_m > 0.0 && static_cast<float>(file.tip_radius_m) < control::kMinTipRadius_m)
+    scene.at("tip_radius_m").wrong("0, or from 0.0001 to 0.01 m");
   const Value objects = scene.list("objects", "too-many-objects", "objects", "merge or remove objects");
   Counts counts;
   for (std::size_t i = 0; i < objects.raw().size(); ++i)

@@ -38,6 +38,7 @@ struct SceneFile {
   std::string name;
   std::vector<SceneObject> objects;
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d::Zero();
+  double tip_radius_m = 0;
 };
 
 // `name` stands in messages. Throws Error (kBadInput) with file, line, JSON pointer, the value and what is

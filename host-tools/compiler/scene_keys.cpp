@@ -41,7 +41,9 @@ void add_scene(Kinds& kinds) {
       .optional("materials", named_parts("material"), "Materials by name, for objects to refer to.")
       .required("objects", list("object", 0, control::kMaxObjects), "What can be touched.")
       .optional("gravity_m_s2", vector(from(-kMaxCoordinate, kMaxCoordinate, "m/s2")).by_default(0, 0, 0),
-                "Acts on objects with a body.");
+                "Acts on objects with a body.")
+      .optional("tip_radius_m", number(from(0, control::kMaxTipRadius_m, "m")).by_default(0),
+                "The fingertip is a sphere of this radius, at least 0.0001; 0: a point.");
 
   add(kinds, "object", "an object of the scene")
       .required("name", name(), "Unlike every other object's.")
@@ -62,8 +64,10 @@ void add_body(Kinds& kinds) {
   add(kinds, "body", "a body", "The object moves when it is pushed.")
       .required("motion", one_of({"free", "translate", "plane", "slide", "turn"}))
       .required("mass_kg", number(from(kMinMass_kg, kMaxMass_kg, "kg")))
+      .optional("centre_m", vector(kCoordinate),
+                "The centre of mass, in the object's frame; without it that of the shape at uniform density.")
       .optional("inertia_kg_m2", vector(from(kMinInertia_kg_m2, kMaxInertia_kg_m2, "kg m2")),
-                "About the object's axes through its origin.")
+                "About the object's axes through the centre of mass.")
       .optional("restitution", number(from(0, 1)).by_default(0),
                 "Ratio of the speeds after and before an impact.")
       .optional("velocity_m_s", vector(velocity).by_default(0, 0, 0), "At the start.")
@@ -226,6 +230,8 @@ void add_surface(Kinds& kinds) {
       .required("kind", one_of({"lateral", "normal", "height"}))
       .required("tile_m", pair(kLength), "Size of the tile along u and v.")
       .required("height_m", number(above(0, kMaxRelief_m, "m")), "From the lowest point to the highest.")
+      .optional("mapping", one_of({"auto", "uv", "triplanar"}).by_default("auto"),
+                "On a mesh: by the texture coordinates of its file, or along the object's axes.")
       .optional("pattern", one_of({"cos_cos", "ridges", "noise"}))
       .optional("heights", rows(from(-1.0e6, 1.0e6)), "In any unit; the last row is at the least v.")
       .optional("file", path(), "CSV or PNG, relative to the scene file.");

@@ -66,6 +66,9 @@ SceneTexture read_texture(const Value& value) {
   texture.kind = kKinds.at(part.word("kind"));
   texture.tile_m = part.pair("tile_m");
   texture.height_m = part.number("height_m");
+  constexpr std::array<TextureMapping, 3> kMappings{TextureMapping::kAuto, TextureMapping::kCoordinates,
+                                                    TextureMapping::kBlended};
+  texture.mapping = kMappings.at(part.word("mapping"));
   texture.place = value.place();
   constexpr std::array<std::string_view, 3> kSources{"pattern", "heights", "file"};
   if (std::ranges::count_if(kSources, [&](std::string_view key) { return part.has(key); }) != 1)
@@ -201,12 +204,11 @@ flatbuffers::Offset<scene::Texture> write_texture(flatbuffers::FlatBufferBuilder
                                                   const SceneTexture& texture, const Wearer& wearer,
                                                   const std::filesystem::path& folder,
                                                   std::vector<std::string>& warnings) {
-  if (control::shape_row(wearer.kind).texturing == control::Texturing::kNone) {
-    throw Error(ExitCode::kBadInput, "no-chart",
-                texture.place + " is worn by \"" + std::string(wearer.name) + "\", a " +
-                    std::string(wearer.shape_word) +
-                    ", on which it would be stretched or its tiles would not meet",
-                "use a plane, box, cylinder, mesh or height field, or leave the texture out");
+  if (texture.mapping == TextureMapping::kCoordinates && wearer.kind != scene::Shape::Mesh) {
+    throw Error(ExitCode::kBadInput, "no-coordinates",
+                texture.place + " has the mapping \"uv\" and is worn by \"" + std::string(wearer.name) +
+                    "\", a " + std::string(wearer.shape_word) + ", which has no texture coordinates",
+                R"(leave "mapping" out)");
   }
   const HeightGrid grid = texture.pattern == TexturePattern::kNone
                               ? load(texture.heights, folder, control::kMaxTextureSamples)

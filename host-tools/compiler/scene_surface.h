@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "host-tools/compiler/height_grid.h"
+#include "host-tools/compiler/mesh.h"
 #include "host-tools/compiler/scene_value.h"
 #include "thimble_scene_schema/scene_generated.h"
 
@@ -37,6 +38,7 @@ struct SceneTexture {
   scene::TextureKind kind;
   std::array<double, 2> tile_m;
   double height_m;  // from the lowest point to the highest
+  TextureMapping mapping = TextureMapping::kAuto;
   TexturePattern pattern = TexturePattern::kNone;
   GridSource heights;  // without a pattern
   std::string place;

@@ -92,6 +92,9 @@ class Connection {
     info["firmware"] = d.text(link::kDidFirmwareVersion);
     info["serial_number"] = d.text(link::kDidSerialNumber);
     info["scene"] = d.text(link::kDidSceneName);
+    py::list inside;
+    for (const Device::Inside& solid : d.inside()) inside.append(py::make_tuple(solid.arm, solid.name));
+    info["inside"] = inside;
     info["arms"] = d.info().arms;
     info["mode"] = link::name(state.mode);
     const firmware::FaultRow* fault = firmware::find_fault(static_cast<firmware::Fault>(state.fault));

@@ -10,7 +10,8 @@
 namespace thimble::host {
 namespace {
 
-constexpr link::Micros kPlaneLife_us = 300'000;  // planes that are not renewed belong to a past contact
+// Planes that are not renewed belong to a past contact, and solids that are not have been left.
+constexpr link::Micros kPlaneLife_us = 300'000;
 
 // The precision of the link; more digits would double the message.
 double rounded(double value, double per_unit) { return std::round(value * per_unit) / per_unit; }
@@ -51,6 +52,8 @@ bool LiveState::take(const link::CanFrame& frame, link::Micros now_us) {
         take_god(message);
       } else if constexpr (std::is_same_v<Message, link::ContactPlane>) {
         take_plane(message, now_us);
+      } else if constexpr (std::is_same_v<Message, link::Inside>) {
+        if (message.arm < arms_) arm_.at(message.arm).inside_us[message.object] = now_us;
       } else if constexpr (std::is_same_v<Message, link::Status>) {
         status_ = message;
       } else if constexpr (std::is_same_v<Message, link::Emergency>) {
@@ -180,7 +183,10 @@ void LiveState::forget_scene() {
   controls_.clear();
   tissues_.clear();
   needles_.clear();
-  for (Arm& arm : arm_) arm.planes.clear();
+  for (Arm& arm : arm_) {
+    arm.planes.clear();
+    arm.inside_us.clear();
+  }
 }
 
 std::optional<std::uint8_t> LiveState::take_emergency() { return std::exchange(emergency_, std::nullopt); }
@@ -210,6 +216,9 @@ Json LiveState::arm_json(const Arm& arm, link::Micros now_us) const {
              rounded(static_cast<double>(plane.z), kPerOne)}}});
     }
   }
+  json["inside"] = Json::array();
+  for (const auto& [object, told_us] : arm.inside_us)
+    if (now_us < told_us + kPlaneLife_us) json["inside"].push_back(object);
   return json;
 }
 

@@ -52,6 +52,7 @@ class LiveState {
     std::vector<link::ContactPlane> planes;
     std::uint8_t planes_sequence = 0;
     link::Micros planes_us = 0;
+    std::map<std::uint8_t, link::Micros> inside_us;   // by object: when it was told last
     std::optional<std::pair<Vector, Vector>> worked;  // tip and force of the record before
   };
   struct Body {

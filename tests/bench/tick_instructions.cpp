@@ -3,7 +3,8 @@
 //
 //   tick_instructions BODY TICKS     BODY: sphere, box, icosphere-80, icosphere-1280, icosphere-20480,
 //   icosphere-327680, or a file of assimp-testmodels; the path is that of tests/support/peer_path.h. Or a
-//   NAME.scene.json with NAME.stroke.csv or stroke.csv in its folder, repeated
+//   NAME.scene.json with NAME.stroke.csv or stroke.csv in its folder, repeated. BODY@RADIUS is a body under a tip of
+//   that radius in mm, whose path is one radius farther out: icosphere-20480@1.9. Also rough: a rough ball of 20 480 triangles
 #include <valgrind/callgrind.h>
 
 #include <array>
@@ -17,6 +18,7 @@
 #include "tests/bench/bodies.h"
 #include "tests/bench/scene_path.h"
 #include "tests/support/ideal_run.h"
+#include "tests/support/random.h"
 
 namespace thimble::test {
 namespace {
@@ -45,7 +47,26 @@ int run_scene(const std::string& file, int ticks) {
   return 0;
 }
 
-int run(const std::string& body, int ticks) {
+// A ball of the size of icosphere-20480, whose vertices are displaced by up to a tenth of an edge.
+host::TriangleSoup rough_ball() {
+  host::TriangleSoup soup = icosphere(5, 0.05);
+  Random random(1);
+  for (Vector3d& vertex : soup.vertices_m) vertex += 2e-4 * random.in_box(Vector3d::Ones());
+  return soup;
+}
+
+// Outwards by one radius, from places near the surface.
+void move_out(std::vector<Vector3d>& path, const host::TriangleSoup& soup, double radius_m) {
+  const MeshOracle oracle(soup);
+  for (Vector3d& p : path) {
+    const Vector3d normal = oracle.normal(oracle.nearest(p).triangle);
+    p += radius_m * normal;
+  }
+}
+
+int run(const std::string& what, int ticks) {
+  const std::string body = what.substr(0, what.find('@'));
+  const double radius_m = what == body ? 0.0 : 1e-3 * std::stod(what.substr(body.size() + 1));
   const PeerPathOptions options = {.ticks = ticks, .noise_m = 2e-6, .seed = 1, .lifts = true};
   std::optional<SceneImage> image;
   std::vector<Vector3d> path;
@@ -57,9 +78,14 @@ int run(const std::string& body, int ticks) {
     path = peer_path(MeshOracle(box_mesh({0.1, 0.1, 0.1}, 1)), options);
   } else {
     const std::optional<int> level = subdivisions(body);
-    MeshBody mesh = make_body(body, level ? icosphere(*level, 0.05) : test_model(body, 0.1), {}, options);
-    image = std::move(mesh.image);
+    const host::TriangleSoup soup = level             ? icosphere(*level, 0.05)
+                                    : body == "rough" ? rough_ball()
+                                                      : test_model(body, 0.1);
+    MeshBody mesh = make_body(body, soup, {}, options);
+    image = radius_m > 0.0 ? SceneBuilder().mesh(soup, kPeerMaterial).tip_radius(radius_m).image()
+                           : std::move(mesh.image);
     path = std::move(mesh.path);
+    if (radius_m > 0.0) move_out(path, soup, radius_m);
   }
   control::Renderer renderer;
   renderer.bind(image->view());

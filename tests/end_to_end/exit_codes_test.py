@@ -354,6 +354,19 @@ class Simulate(Rig):
             self.assertEqual(any("touches nothing" in warning for warning in result["warnings"]), not touches)
             self.assertEqual("warning: the path touches nothing" in said, not touches)
 
+    def test_every_point_of_both_arms_is_checked(self):
+        scene = self.plane_scene(offset_m=-0.02)
+        log = self.folder / "log.csv"
+        head = "time_s,x_m,y_m,z_m,arm\n0,-0.1,0,0,0\n0.2,-0.1,0,0.01,0\n"
+        path = self.path(head + "0,0.1,0,0,1\n0.1,0.1,0,2,1\n0.2,0.1,0,0,1\n")
+        error = self.fails(10, "out-of-reach", "simulate", scene, "--log", log, "--path", path)
+        self.assertIn("the path's point at 0.1 s, (0.1, 0, 2) m, is outside the workspace of arm 1", error["cause"])
+        # An ideal run has no arm. It says the same of a path that touches nothing, and says nothing if one arm does.
+        for down, touches in (("0.01", False), ("-0.03", True)):
+            path = self.path(head + f"0,0.1,0,2,1\n0.2,0.1,0,{down},1\n")
+            result = self.ok_json("simulate", scene, "--path", path, "--log", log, "--ideal")
+            self.assertEqual(any("touches nothing" in warning for warning in result["warnings"]), not touches)
+
     def test_ideal_press(self):
         scene = self.plane_scene(stiffness=1000)
         path = self.path("time_s,x_m,y_m,z_m\n0,0,0,0.001\n0.5,0,0,-0.002\n1,0,0,-0.002\n")

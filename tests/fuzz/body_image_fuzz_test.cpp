@@ -119,7 +119,7 @@ TEST(BodyImage, WhatIsAcceptedStaysInItsBounds) {
       bool sound = touches[0].force_N.allFinite() && touches[1].god_object_m.allFinite();
       for (const control::BodyState& body : renderer.bodies()) {
         sound = sound && body.velocity_m_s.norm() <= 1.001F * control::kMaxBodySpeed_m_s + 100.0F * 20.0F &&
-                body.spin_rad_s.norm() <= 1.001F * control::kMaxBodySpin_rad_s &&
+                body.spin_rad_s.norm() <= 1.001F * control::kMaxSmallBodySpin_rad_s &&
                 body.position_m.cwiseAbs().maxCoeff() <= 3.0F * control::kMaxCoordinate_m &&
                 std::abs(body.rotation.norm() - 1.0F) < 1e-3F;
       }

@@ -17,6 +17,7 @@
 #include "tests/fuzz/wander.h"
 #include "tests/support/figure.h"
 #include "tests/support/sanitizers.h"
+#include "tests/support/temporary_folder.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::test {
@@ -26,6 +27,18 @@ using control::ImageStatus;
 using control::SceneView;
 
 constexpr int kSurfaceMutants = kUnderSanitizers ? 1'000 : 10'000;
+
+// An octahedron with texture coordinates: its faces join.
+class GemFolder : public TemporaryFolder {
+ public:
+  GemFolder() {
+    write("gem.obj",
+          "v 0.015 0 0\nv -0.015 0 0\nv 0 0.015 0\nv 0 -0.015 0\nv 0 0 0.015\nv 0 0 -0.015\n"
+          "vt 1 0\nvt -1 0\nvt 0 1\nvt 0 -1\nvt 0.5 0.5\nvt -0.5 -0.5\n"
+          "f 1/1 3/3 5/5\nf 3/3 2/2 5/5\nf 2/2 4/4 5/5\nf 4/4 1/1 5/5\n"
+          "f 3/3 1/1 6/6\nf 2/2 3/3 6/6\nf 4/4 2/2 6/6\nf 1/1 4/4 6/6\n");
+  }
+};
 
 // Each effect, on a shape of each kind that can have it.
 const Bytes& surface_image() {
@@ -41,8 +54,13 @@ const Bytes& surface_image() {
   "texture": {"kind": "normal", "tile_m": [0.01, 0.01], "height_m": 0.001, "heights": [[0, 1], [2, 1]]}}},
 {"name": "crate", "shape": {"box": {"size_m": [0.03, 0.02, 0.01]}}, "pose": {"position_m": [-0.04, 0.04, 0], "rotation_deg": [10, 20, 30]},
   "material": {"stiffness_N_m": 1000, "static_friction": 0.3,
-  "texture": {"kind": "lateral", "tile_m": [0.01, 0.01], "height_m": 0.001, "heights": [[0, 1], [2, 1]]}}}]})",
-                                                      "seed", ".")
+  "texture": {"kind": "lateral", "tile_m": [0.01, 0.01], "height_m": 0.001, "heights": [[0, 1], [2, 1]]}}},
+{"name": "gem", "shape": {"mesh": {"file": "gem.obj"}}, "pose": {"position_m": [0.04, -0.04, 0]}, "material": {"stiffness_N_m": 1000,
+  "texture": {"kind": "height", "mapping": "triplanar", "tile_m": [0.01, 0.01], "height_m": 0.001, "heights": [[0, 1], [2, 1]]}}},
+{"name": "wrapped gem", "shape": {"mesh": {"file": "gem.obj", "crease_deg": 180}}, "pose": {"position_m": [0, 0.04, 0]},
+  "material": {"stiffness_N_m": 1000,
+  "texture": {"kind": "lateral", "mapping": "uv", "tile_m": [0.01, 0.01], "height_m": 0.001, "heights": [[0, 1], [2, 1]]}}}]})",
+                                                      "seed", GemFolder().path())
                                  .image;
   return bytes;
 }
@@ -135,6 +153,44 @@ TEST(SurfaceImage, EachFieldOutOfItsRangeIsRefusedByName) {
   }
   figure("fields of surfaces out of range not refused by name, of " + std::to_string(cases.size()), wrong,
          "0");
+}
+
+// What the corners of a mesh have for a texture.
+template <typename Value>
+ImageStatus status_of_mesh_with(unsigned object, const std::function<const void*(const scene::Mesh&)>& field,
+                                Value value) {
+  const scene::Mesh& mesh = *scene::GetScene(surface_image().data())->objects()->Get(object)->shape_as_Mesh();
+  SceneView view;
+  return SceneView::check(changed(surface_image(), field(mesh), value), view);
+}
+
+TEST(SurfaceImage, EachNumberOfAMeshesTextureIsChecked) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  constexpr unsigned kBlended = 4, kWrapped = 5;
+  using M = const scene::Mesh&;
+  const auto weight = [](std::size_t i) {
+    return [i](M m) -> const void* { return m.texture_weights()->Data() + 4 * i; };
+  };
+  const auto point = [](std::size_t offset) {
+    return [offset](M m) -> const void* { return part(m.texture_points()->Get(1), offset); };
+  };
+  const auto corner = [](M m) -> const void* { return m.texture_corners()->Data() + 8; };
+  const auto weights_size = [](M m) -> const void* { return m.texture_weights()->Data() - 4; };
+  const auto corners_size = [](M m) -> const void* { return m.texture_corners()->Data() - 4; };
+  EXPECT_EQ(status_of_mesh_with(kBlended, weight(3), 0x00010000U), ImageStatus::kOk);
+  EXPECT_EQ(status_of_mesh_with(kBlended, weight(3), 0x8000FFFFU), ImageStatus::kBadNumber);
+  EXPECT_EQ(status_of_mesh_with(kBlended, weight(3), 0xFFFFFFFFU), ImageStatus::kBadNumber);
+  EXPECT_EQ(status_of_mesh_with(kBlended, weight(4), 0xFFFFFFFFU), ImageStatus::kBadNumber);
+  EXPECT_EQ(status_of_mesh_with(kBlended, weights_size, 23U), ImageStatus::kBadIndex);
+  EXPECT_EQ(status_of_mesh_with(kWrapped, corners_size, 23U), ImageStatus::kBadIndex);
+  EXPECT_EQ(status_of_mesh_with(kWrapped, corner, 6U), ImageStatus::kBadIndex);
+  for (const std::size_t at : {0U, 4U, 8U, 12U, 16U, 20U, 24U, 28U, 32U})
+    EXPECT_EQ(status_of_mesh_with(kWrapped, point(at), nan), ImageStatus::kBadNumber) << at;
+  EXPECT_EQ(status_of_mesh_with(kWrapped, point(0), 2.0F * control::kMaxCoordinate_m),
+            ImageStatus::kBadNumber);
+  EXPECT_EQ(status_of_mesh_with(kWrapped, point(8), 2.0F * control::kMaxTextureGradient),
+            ImageStatus::kBadNumber);
+  EXPECT_EQ(status_of_mesh_with(kWrapped, point(32), 1.5F), ImageStatus::kBadNumber);
 }
 
 }  // namespace

@@ -25,6 +25,7 @@ SceneImage::SceneImage(std::vector<std::byte> bytes) : bytes_(std::move(bytes)) 
 struct SceneBuilder::State {
   flatbuffers::FlatBufferBuilder builder;
   std::vector<flatbuffers::Offset<scene::Object>> objects;
+  float tip_radius_m = 0.0F;
 
   void add(scene::Shape kind, flatbuffers::Offset<void> shape, const Material& m, const Pose& pose) {
     const auto name = builder.CreateString("object " + std::to_string(objects.size()));
@@ -96,6 +97,7 @@ SceneBuilder& SceneBuilder::mesh(const host::CompiledMesh& mesh, const Material&
   table.add_grid_origin_m(&mesh.grid_origin_m);
   table.add_grid_step_m(mesh.grid_step_m);
   table.add_depth(mesh.depth);
+  table.add_seams(mesh.seams);
   state_->add(scene::Shape::Mesh, table.Finish().Union(), material, pose);
   return *this;
 }
@@ -105,11 +107,17 @@ SceneBuilder& SceneBuilder::mesh(const host::TriangleSoup& soup, const Material&
   return mesh(host::compile_mesh(soup, options, "test mesh"), material, pose);
 }
 
+SceneBuilder& SceneBuilder::tip_radius(double radius_m) {
+  state_->tip_radius_m = static_cast<float>(radius_m);
+  return *this;
+}
+
 std::vector<std::byte> SceneBuilder::bytes() {
   flatbuffers::FlatBufferBuilder& builder = state_->builder;
   const auto name = builder.CreateString("test scene");
   const auto objects = builder.CreateVector(state_->objects);
-  scene::FinishSceneBuffer(builder, scene::CreateScene(builder, name, objects));
+  scene::FinishSceneBuffer(builder,
+                           scene::CreateScene(builder, name, objects, nullptr, state_->tip_radius_m));
   const std::span<const std::byte> finished =
       std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
   return {finished.begin(), finished.end()};

@@ -65,6 +65,8 @@ class SceneBuilder {
   SceneBuilder& mesh(const host::TriangleSoup& soup, const Material& material,
                      const host::MeshOptions& options = {}, const Pose& pose = {});
 
+  SceneBuilder& tip_radius(double radius_m);
+
   [[nodiscard]] std::vector<std::byte> bytes();  // may be called once
   [[nodiscard]] SceneImage image() { return SceneImage(bytes()); }
 

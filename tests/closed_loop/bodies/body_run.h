@@ -23,6 +23,15 @@ inline SceneImage scene_of(const std::string& members) {
                         .image);
 }
 
+inline constexpr const char* kGravity = R"("gravity_m_s2": [0, 0, -9.81], )";
+
+// As a scene file has it.
+inline std::string list(const Vector3d& v) {
+  std::string text("[");
+  for (int i = 0; i < 3; ++i) text.append(i == 0 ? "" : ", ").append(std::to_string(v[i]));
+  return text.append("]");
+}
+
 class BodyRun {
  public:
   explicit BodyRun(const std::string& members, std::vector<Vector3d> tips = {}, double rate_Hz = 4000.0)

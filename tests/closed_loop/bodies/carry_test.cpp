@@ -45,12 +45,6 @@ std::vector<Solid> solids() {
 
 std::string number(double value) { return std::to_string(value); }
 
-std::string list(const Vector3d& v) {
-  std::string text("[");
-  for (int i = 0; i < 3; ++i) text.append(i == 0 ? "" : ", ").append(number(v[i]));
-  return text.append("]");
-}
-
 // A floor, a wall, and one of each solid on a spring, thrown about: by its start, by springs, by the finger.
 std::string throng(Random& random, const std::string& motion, double friction) {
   std::string text = R"("gravity_m_s2": [0, 0, -2], "objects": [

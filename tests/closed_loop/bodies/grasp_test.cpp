@@ -98,6 +98,86 @@ TEST(Grasp, TwoFingersTurnABlock) {
   EXPECT_LT(run.position_m(0).norm(), 1e-3);
 }
 
+// A free block of 40 mm and 0.1 kg, pinched by 1.5 N a side, `off` in front of its centre.
+std::string pinched(const std::string& gravity, const std::string& body, double damping) {
+  return R"("gravity_m_s2": )" + gravity +
+         R"(, "objects": [{"name": "block", "shape": {"box": {"size_m": [0.04, 0.04, 0.04]}},
+     "material": {"stiffness_N_m": 1000, "damping_N_s_m": )" +
+         std::to_string(damping) + R"(, "static_friction": 0.5}, "body": {"motion": "free", "mass_kg": 0.1)" +
+         body + "}}]";
+}
+
+// From 21 mm on either side to 18.5 mm in 20 ms.
+void pinch(BodyRun& run, double y_m) {
+  for (int i = 0; i <= 80; ++i) {
+    const double x = .021 - .0025 * i / 80;
+    run.tick({{-x, y_m, 0}, {x, y_m, 0}});
+  }
+}
+
+TEST(Grasp, ABlockBetweenTwoFingertipsIsHeldAgainstItsSpin) {
+  // The moment of two fingertips: 2 mu F_n 3.3 mm. It slows a spin about the line between them, and holds a moment
+  // of the weight up to it.
+  constexpr double kMoment_N_m = 2 * .5 * 1.5 * 3.3e-3;
+  constexpr double kInertia_kg_m2 = .1 * .04 * .04 / 6;
+  BodyRun spun(pinched("[0, 0, 0]", R"(, "spin_rad_s": [8, 0, 0])", 2), {{-.021, 0, 0}, {.021, 0, 0}});
+  pinch(spun, 0);
+  const double from = static_cast<double>(spun.body(0).spin_rad_s.x());
+  spun.run(.02);
+  const double slowed = (from - static_cast<double>(spun.body(0).spin_rad_s.x())) / .02;
+  figure("pinched block that spins: slowed, rad/s2", slowed,
+         std::to_string(kMoment_N_m / kInertia_kg_m2) + ", 2 %");
+  EXPECT_NEAR(slowed, kMoment_N_m / kInertia_kg_m2, .02 * kMoment_N_m / kInertia_kg_m2);
+  spun.run(.1);
+  EXPECT_LT(spun.body(0).spin_rad_s.norm(), 1e-3);
+  for (const double off : {.8, 1.2}) {
+    const double y = off * kMoment_N_m / .981;
+    BodyRun held(pinched("[0, 0, -9.81]", "", 2), {{-.021, y, 0}, {.021, y, 0}});
+    pinch(held, y);
+    held.run(.1);
+    const Eigen::Quaterniond from_q = held.rotation(0);
+    held.run(1);
+    const double turned = held.rotation(0).angularDistance(from_q);
+    figure("pinched at " + std::to_string(off) + " of the moment that holds: turned in 1 s, rad", turned,
+           off < 1 ? "< 0.001" : "> 0.2: it swings down");
+    if (off < 1) {
+      EXPECT_LT(turned, 1e-3);
+    } else {
+      EXPECT_GT(turned, .2);
+    }
+  }
+}
+
+TEST(Grasp, AHeldBlockComesToRest) {
+  // Struck along the surface, it swings on the springs of two fingertips with 22 Hz. Damped by B of each it decays with
+  // exp(-2 B t / (2 m)): to 0.0025 in 0.3 s.
+  for (const double damping : {0.0, 2.0}) {
+    BodyRun run(pinched("[0, 0, 0]", R"(, "velocity_m_s": [0, 0, 0.014])", damping),
+                {{-.021, 0, 0}, {.021, 0, 0}});
+    pinch(run, 0);
+    const auto fastest = [&](double until_s) {
+      double most = 0;
+      while (run.time_s() < until_s) {
+        run.tick();
+        most = std::max(most, std::abs(run.velocity_m_s(0).z()));
+      }
+      return most;
+    };
+    const double first = fastest(.07);
+    fastest(.37);
+    const double later = fastest(.42);
+    const std::string what = "held block, damping " + std::to_string(damping) + ": ";
+    figure(what + "swings with, mm/s", 1e3 * first, "> 5");
+    figure(what + "share of it 0.3 s later", later / first, damping > 0 ? "0.0025, at most 0.004" : "> 0.95");
+    EXPECT_GT(first, .005);
+    if (damping > 0) {
+      EXPECT_LT(later, .004 * first);
+    } else {
+      EXPECT_GT(later, .95 * first);
+    }
+  }
+}
+
 TEST(Grasp, APressedBlockOnTheFloorIsFeltAsMassAndFriction) {
   // Pushed from the side at 50 mm/s over the floor: mu m g.
   BodyRun run(block_on_table("translate", .4), {{-.021, 0, 0}});

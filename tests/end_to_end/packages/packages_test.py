@@ -82,7 +82,7 @@ class Packages(unittest.TestCase):
                               "usr/share/bash-completion/completions/thimble", "usr/share/doc/thimble/cli.md",
                               "usr/share/thimble/scene.schema.json", "usr/share/thimble/scenes/asteroid/asteroid.scene.json"}, files)
         depends = self.field("thimble", "Depends")
-        for library in ("libassimp5 ", "libc6 (>= ", "libfmt9 ", "libmnl0 ", "libpng16-16 ", "libstdc++6 (>= ", "zlib1g "):
+        for library in ("libassimp5 ", "libc6 (>= ", "libfmt9 ", "libmnl0 ", "libpng16-16 ", "libqhull-r8.0 ", "libstdc++6 (>= ", "zlib1g "):
             self.assertIn(library, depends)
         self.assertNotIn("libgpiod", depends)
         links = re.findall(r"\]\((?!https?:|#)([^)#]+)", (self.folder / "thimble/usr/share/doc/thimble/cli.md").read_text())

@@ -27,7 +27,8 @@ class SlotsInMemory final : public firmware::Storage {
 };
 
 [[gnu::section(".slots")]] alignas(8) std::array<std::byte, std::size_t{3} << 20U> slots;
-std::array<std::array<std::byte, firmware::Storage::kParamSlotBytes>, 2> param_slots;
+[[gnu::section(".slots")]] std::array<std::array<std::byte, firmware::Storage::kParamSlotBytes>, 2>
+    param_slots;
 
 std::span<std::byte> SlotsInMemory::of(unsigned index) noexcept {
   if (index >= kSceneSlots) return param_slots[index - kSceneSlots];
@@ -35,7 +36,7 @@ std::span<std::byte> SlotsInMemory::of(unsigned index) noexcept {
 }
 
 long file = -1;
-std::array<float, 4096> waiting_N;
+[[gnu::section(".slots")]] std::array<float, 4096> waiting_N;
 std::size_t waiting = 0;
 
 void flush() noexcept {

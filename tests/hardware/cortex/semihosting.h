@@ -10,8 +10,10 @@ namespace thimble::test {
 inline long semihosting(long operation, const void* argument) noexcept {
   register long r0 asm("r0") = operation;
   register const void* r1 asm("r1") = argument;
-#if defined(__thumb__)
+#if __ARM_ARCH_PROFILE == 'M'
   asm volatile("bkpt 0xAB" : "+r"(r0) : "r"(r1) : "memory");
+#elif defined(__thumb__)
+  asm volatile("svc 0xAB" : "+r"(r0) : "r"(r1) : "memory", "lr");
 #else
   asm volatile("svc 0x123456" : "+r"(r0) : "r"(r1) : "memory", "lr");
 #endif

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "control/scene/limits.h"
+#include "control/solids/solid.h"
 #include "tests/support/figure.h"
 #include "tests/support/ideal_run.h"
 #include "tests/support/meshes.h"
@@ -33,6 +34,7 @@ constexpr double kDefaultTicks = kUnderSanitizers ? 1e5 : 1.0001e7;
 constexpr double kInside_m = 1e-6;  // deeper than this in a solid is a fall
 constexpr double kJump_m = 5e-3;
 constexpr double kBall_m = static_cast<double>(control::kPointRadius_m);
+constexpr auto kTouchGap_m = static_cast<double>(control::kTouchGap_m);  // a ball touches what is this near
 constexpr double kOutAgain_m =
     5e-6;  // a ball moves out of a plane that it is behind by rounding, up to 1 um a step
 
@@ -411,7 +413,8 @@ TEST(NoTunnel, ClosedMeshes) {
 
 // Open, crossing and non-manifold meshes have no inside. What must hold: the god object only ever comes
 // nearer to the tip, stays on a face while in contact, and a flight with no contact at either end has met no
-// face.
+// face. Where parts of a mesh lie along each other it may be the point under a ball (control/contact/ball.h):
+// then this holds for the point or for the ball, whose surface touches a face.
 TEST(NoTunnel, OpenAndBrokenMeshes) {
   const std::vector<std::string> files = {"OBJ/spider.obj", "OFF/Wuson.off", "Collada/duck.dae",
                                           "STL/sphereWithHole.stl", "OBJ/regr01.obj"};
@@ -424,6 +427,7 @@ TEST(NoTunnel, OpenAndBrokenMeshes) {
     IdealRun run(image);
     Wanderer wanderer(random, near_surface(oracle, random));
     Tally tally;
+    const bool seams = mesh.report.seam_triangles > 0;
     Vector3d tip(0.0, 0.0, 0.09);
     run.step(tip);
     Felt last = run.felt();
@@ -435,9 +439,19 @@ TEST(NoTunnel, OpenAndBrokenMeshes) {
       }
       tip = wanderer.step(tip);
       const Felt& felt = run.step(tip);
-      tally.common(felt, last.god_object_m);
+      const bool comes_nearer =
+          (felt.god_object_m - felt.tip_m).norm() <= (last.god_object_m - felt.tip_m).norm() + kInside_m;
+      if (seams && !comes_nearer) {
+        tally.common_of_several(felt, last);
+      } else {
+        tally.common(felt, last.god_object_m);
+      }
       if (felt.contacts > 0) {
-        if (oracle.nearest(felt.god_object_m, kInside_m).triangle == 0xFFFFFFFF) ++tally.hovering;
+        const auto on_face = [&](const Vector3d& p, double gap_m) {
+          return oracle.nearest(p, gap_m + kInside_m).triangle != 0xFFFFFFFF;
+        };
+        if (!on_face(felt.god_object_m, 0.0) && !(seams && on_face(felt.ball_m, kBall_m + kTouchGap_m)))
+          ++tally.hovering;
       } else if (last.contacts == 0) {
         // Straight through a face only if it slid round it within the tick. A graze within the surface's
         // tolerance is no passage.

@@ -82,6 +82,20 @@ TEST(MonitorScreen, TheCurveHasTheLargestForceOfEachStep) {
   EXPECT_THAT(screen.text(80), HasSubstr("most 1.00 of 1 N"));
 }
 
+TEST(MonitorScreen, SaysWhatTheTipHasToLeave) {
+  MonitorScreen screen = with_force(0.0F, 0.0F);
+  EXPECT_THAT(screen.text(80), Not(HasSubstr("move out")));
+  link::Inside inside;
+  inside.object = 3;
+  screen.take(link::to_frame(inside, 1));
+  EXPECT_THAT(screen.text(80), HasSubstr("  inside object 3: move out\n"));
+  screen.name(3, "lamp");
+  for (int i = 0; i < 5; ++i) screen.step();
+  EXPECT_THAT(screen.text(80), HasSubstr("  inside lamp: move out\n"));
+  screen.step();
+  EXPECT_THAT(screen.text(80), Not(HasSubstr("move out"))) << "nothing told it for half a second";
+}
+
 TEST(MonitorScreen, NoLineIsLongerThanTheTerminal) {
   MonitorScreen screen = with_force(3.0F, -7.0F);
   for (int i = 0; i < 1000; ++i) screen.step();

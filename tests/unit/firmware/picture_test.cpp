@@ -6,6 +6,7 @@
 
 #include "tests/support/figure.h"
 #include "tests/unit/firmware/bench.h"
+#include "tests/unit/firmware/tester.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::test {
@@ -256,6 +257,52 @@ TEST(Picture, ShowsTheGodObjectAndItsPlane) {
   Heard left;
   listen(bench, left, 400);
   EXPECT_EQ(left.gods + left.planes, 0);
+}
+
+// Armed inside a ball: told in every picture until the tip has left it, with its name, and not felt until then.
+TEST(Picture, TellsWhichSolidsTheTipHasToLeave) {
+  FlatBufferBuilder builder;
+  const scene::Pose home(scene::Vec3(0, 0, 0), scene::Quat(1, 0, 0, 0));
+  const scene::Pose away(scene::Vec3(0, 0, -1), scene::Quat(1, 0, 0, 0));
+  const auto ball = builder.CreateStruct(scene::Sphere(0.01F)).Union();
+  const auto far_ball = builder.CreateStruct(scene::Sphere(0.01F)).Union();
+  const std::vector<std::byte> image =
+      finish(builder, {scene::CreateObject(builder, builder.CreateString("far"), scene::Shape::Sphere,
+                                           far_ball, &away, &kMaterial),
+                       scene::CreateObject(builder, builder.CreateString("the lamp"), scene::Shape::Sphere,
+                                           ball, &home, &kMaterial)});
+  Bench bench;
+  arm_over(bench, image);
+  const auto told = [&] {
+    std::map<int, int> objects;
+    for (int i = 0; i < 400; ++i) {
+      bench.tick();
+      link::CanFrame frame;
+      link::Inside inside;
+      while (bench.controller->next_frame(frame, bench.inputs.time_us)) {
+        if (!link::from_frame(frame, 1, inside)) continue;
+        EXPECT_EQ(inside.arm, 0);
+        ++objects[inside.object];
+      }
+    }
+    return objects;
+  };
+  bench.ticks(1000);
+  EXPECT_EQ(bench.shown().arm[0].inside, 2U);
+  EXPECT_EQ(bench.shown().arm[0].contacts, 0);
+  const std::map<int, int> within = told();
+  ASSERT_EQ(within.size(), 1U);
+  EXPECT_GE(within.at(1), 8) << "of 10 pictures";
+  Tester tester(bench);
+  bench.alive = true;
+  EXPECT_EQ(tester.text(link::kDidInside), "0 01 the lamp\n");
+  bench.move({0, 0, 0.012}, 400);
+  EXPECT_EQ(bench.shown().arm[0].inside, 0U);
+  told();  // what was on its way
+  EXPECT_TRUE(told().empty());
+  EXPECT_EQ(tester.text(link::kDidInside), "");
+  bench.move({0, 0, 0.008}, 400);
+  EXPECT_EQ(bench.shown().arm[0].contacts, 1) << "it is felt from outside";
 }
 
 TEST(Picture, IsBoundedAndStarvesNothing) {

@@ -135,6 +135,23 @@ TEST(LiveState, EnergyIsTheWorkSinceTheContactBegan) {
   EXPECT_NEAR(t.arm()["energy_J"].get<double>(), -0.5 * 500 * 4e-6, 1e-6) << "it began between two records";
 }
 
+TEST(LiveState, SolidsAroundTheTipUntilNothingRenewsThem) {
+  Telemetry t;
+  t.record(1, 0, 0, 0);
+  EXPECT_EQ(t.arm()["inside"], Json::array());
+  link::Inside inside;
+  inside.object = 3;
+  t.take(inside);
+  inside.object = 63;
+  t.take(inside, kNow_us + 200'000);
+  EXPECT_EQ(t.arm()["inside"], Json({3, 63}));
+  EXPECT_EQ(t.state.json(kNow_us + 400'000)["arms"][0]["inside"], Json({63})) << "it has left the other";
+  inside.arm = 1;
+  t.take(inside);
+  t.state.forget_scene();
+  EXPECT_EQ(t.arm()["inside"], Json::array());
+}
+
 TEST(LiveState, PlanesAreThoseOfTheNewestPicture) {
   Telemetry t;
   t.record(1, -0.001F, 1, 2);

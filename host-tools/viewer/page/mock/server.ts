@@ -142,7 +142,7 @@ export class Mock {
   unload(): void {
     this.image = new Uint8Array();
     this.name = '';
-    this.touch = new Touch({ name: '', objects: [], triangles: 0 }, this.options.arms ?? 1);
+    this.touch = new Touch({ name: '', tip_radius_m: 0, objects: [], triangles: 0 }, this.options.arms ?? 1);
     this.broadcast(this.started());
   }
 

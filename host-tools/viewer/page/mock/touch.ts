@@ -2,16 +2,18 @@
 import type { ArmState, Material, State } from '../src/protocol';
 import type { SceneModel } from '../src/scene_image';
 import { type Vec3, length, scale, sub } from '../src/vector';
-import { on_surface, surface_of } from './shapes';
+import { type Surface, on_surface, surface_of } from './shapes';
 
 const kHandStiffness_N_m = 250;
 const kWorkspace_m: Vec3 = [0.19, 0.095, 0.13]; // to either side
 const kMaxForce_N = 8;
 const kRecovery_s = 0.6;
+const kVolumes = new Set(['needle', 'tissue', 'vector_field', 'potential_field']);
 
 interface Arm {
   hand: Vec3;
   tip: Vec3;
+  inside: number[] | null; // null: to be found when it is armed
   state: ArmState;
 }
 
@@ -35,7 +37,7 @@ export class Touch {
     this.bodies = new Map(scene.objects.flatMap((object, i) => (object.moves && !object.control ? [[i, object.position_m] as const] : [])));
     this.arms = Array.from({ length: arms }, (_, i) => {
       const at: Vec3 = arms === 1 ? [0, 0, 0] : [i === 0 ? -0.06 : 0.06, 0, 0];
-      return { hand: at, tip: at, state: { tip_m: at } };
+      return { hand: at, tip: at, inside: null, state: { tip_m: at } };
     });
   }
 
@@ -76,10 +78,14 @@ export class Touch {
     let force: Vec3 = [0, 0, 0];
     let energy_J = 0;
     const planes: { normal: Vec3 }[] = [];
-    if (this.mode === 'armed') {
+    if (this.mode !== 'armed') arm.inside = null;
+    else {
+      const holds = (index: number): boolean =>
+        !kVolumes.has(this.scene.objects[index].shape.kind) && this.surface(index, arm.hand).distance_m < 0;
+      arm.inside = (arm.inside ?? [...this.scene.objects.keys()]).filter(holds);
       this.scene.objects.forEach((object, index) => {
-        const surface = surface_of(object, this.bodies.get(index) ?? object.position_m, object.rotation, arm.hand);
-        if (surface.distance_m >= 0 || planes.length > 0) return;
+        const surface = this.surface(index, arm.hand);
+        if (surface.distance_m >= 0 || planes.length > 0 || arm.inside?.includes(index)) return;
         const stiffness = this.materials[index].stiffness;
         const depth_m = (-surface.distance_m * kHandStiffness_N_m) / (kHandStiffness_N_m + stiffness);
         god = on_surface(arm.hand, surface);
@@ -104,9 +110,15 @@ export class Touch {
       velocity_m_s: length(velocity) < 10 ? velocity : [0, 0, 0],
       contacts: planes.length,
       planes,
+      inside: arm.inside ?? [],
       hand_m: arm.hand,
       energy_J,
     };
+  }
+
+  private surface(index: number, at: Vec3): Surface {
+    const object = this.scene.objects[index];
+    return surface_of(object, this.bodies.get(index) ?? object.position_m, object.rotation, at);
   }
 
   state(simulated: boolean): State {

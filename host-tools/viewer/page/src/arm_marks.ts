@@ -98,12 +98,13 @@ export class ArmMarks {
     this.group.visible = Boolean(it);
     if (!it) return;
     const px_m = pixel_m(it.tip_m);
-    this.tip.scale.setScalar(Math.max(0.0025, kSizes_px.tip * px_m));
-    this.god.scale.setScalar(Math.max(0.0017, kSizes_px.god * px_m));
+    const radius_m = scene?.tip_radius_m ?? 0; // 0: points, drawn as small balls
+    this.tip.scale.setScalar(radius_m || Math.max(0.0025, kSizes_px.tip * px_m));
+    this.god.scale.setScalar(radius_m || Math.max(0.0017, kSizes_px.god * px_m));
     this.hand.scale.setScalar(Math.max(0.0017, kSizes_px.hand * px_m));
     for (const disc of this.planes) disc.scale.setScalar(Math.max(0.008, kSizes_px.plane * px_m));
     this.tip.place(it.tip_m);
-    this.show_contact(it);
+    this.show_contact(it, radius_m);
     this.show_force(it, px_m);
     this.hand.visible = this.pull.visible = it.hand_m !== undefined;
     if (it.hand_m) {
@@ -113,7 +114,7 @@ export class ArmMarks {
     this.show_needle(state, it, scene, px_m);
   }
 
-  private show_contact(it: ArmState): void {
+  private show_contact(it: ArmState, radius_m: number): void {
     const touches = (it.contacts ?? 0) > 0;
     this.god.visible = it.god_m !== undefined && touches;
     if (it.god_m) this.god.position.set(...it.god_m);
@@ -121,8 +122,9 @@ export class ArmMarks {
       const normal = it.planes?.[i]?.normal;
       disc.visible = normal !== undefined && it.god_m !== undefined && touches;
       if (normal === undefined || it.god_m === undefined) return;
-      disc.position.set(...it.god_m);
-      disc.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...normal).normalize());
+      const unit = scale(normal, 1 / length(normal));
+      disc.position.set(...sub(it.god_m, scale(unit, radius_m))); // where the sphere touches
+      disc.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...unit));
     });
   }
 

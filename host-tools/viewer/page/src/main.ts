@@ -344,7 +344,7 @@ function frame(now_ms: number): void {
 
 function show_readings(state: State): void {
   new_text = false;
-  status.update_readings(state);
+  status.update_readings(state, started?.objects.map((object) => object.name) ?? []);
   scrubber.min = timeline.least_offset_s.toFixed(2);
   scrubber.value = timeline.offset_s.toFixed(2);
   const when = timeline.paused ? `${timeline.offset_s.toFixed(2)} s` : 'live';

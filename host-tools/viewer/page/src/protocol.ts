@@ -39,6 +39,7 @@ export interface ArmState {
   velocity_m_s?: Vec3;
   contacts?: number;
   planes?: { normal: Vec3 }[];
+  inside?: number[]; // objects that the tip was in when its contacts began: not felt until it has left them
   hand_m?: Vec3;
   energy_J?: number;
 }

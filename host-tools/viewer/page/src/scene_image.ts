@@ -108,6 +108,7 @@ export interface ObjectModel {
 
 export interface SceneModel {
   name: string;
+  tip_radius_m: number; // 0: the tip is a point
   objects: ObjectModel[];
   triangles: number;
 }
@@ -133,7 +134,8 @@ export function read_scene_image(bytes: Uint8Array): SceneModel {
   try {
     const scene = Scene.getRootAsScene(buffer);
     const objects = Array.from({ length: scene.objectsLength() }, (_, i) => read_object(scene, i));
-    return { name: scene.name() ?? '', objects, triangles: objects.reduce((sum, object) => sum + triangles_of(object.shape), 0) };
+    const triangles = objects.reduce((sum, object) => sum + triangles_of(object.shape), 0);
+    return { name: scene.name() ?? '', tip_radius_m: scene.tipRadiusM(), objects, triangles };
   } catch (error) {
     if (error instanceof RangeError) throw new Error('the scene image is cut short or damaged');
     throw error;

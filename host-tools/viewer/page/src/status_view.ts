@@ -1,6 +1,6 @@
 // The state of the controller in words: mode, fault, limiter, rates, and the readings of each arm.
 import { element, make, set_text } from './dom';
-import { kMeasures, measure_text } from './measures';
+import { inside_text, kMeasures, measure_text } from './measures';
 import type { State } from './protocol';
 
 const kLabels = { force: 'Force', depth: 'Depth', velocity: 'Speed', energy: 'Energy to the hand' };
@@ -31,8 +31,9 @@ export class StatusView {
     table.replaceChildren(thead, body);
   }
 
-  // The state at the moment shown, which may be in the past.
-  update_readings(state: State): void {
+  // The state at the moment shown, which may be in the past. names: of the scene's objects.
+  update_readings(state: State, names: readonly string[]): void {
+    set_text(element('inside'), inside_text(state, names));
     for (const { what, arm, cell } of this.cells)
       set_text(cell, what === 'contacts' ? `${state.arms[arm]?.contacts ?? '-'}` : measure_text(state, arm, what));
   }

@@ -15,8 +15,9 @@ const near = (a: number, b: number, tolerance: number, what = '') => assert.ok(M
 const scene = (name: string): SceneModel => read_scene_image(compile(name));
 
 test('blocks: a plane and two boxes that move', () => {
-  const { name, objects } = scene('blocks');
+  const { name, tip_radius_m, objects } = scene('blocks');
   assert.equal(name, 'blocks');
+  assert.equal(tip_radius_m, 0);
   assert.deepEqual(
     objects.map((it) => [it.name, it.shape.kind, it.moves]),
     [
@@ -104,7 +105,8 @@ test('primitive shapes: the lengths of the scene file, and drawn where the solid
   try {
     const file = join(folder, 'shapes.scene.json');
     const objects = Object.entries(shapes).map(([name, of]) => ({ name, shape: { [name]: of }, material: { stiffness_N_m: 500 } }));
-    writeFileSync(file, JSON.stringify({ thimble_scene: 1, name: 'shapes', objects }));
+    writeFileSync(file, JSON.stringify({ thimble_scene: 1, name: 'shapes', tip_radius_m: 0.003, objects }));
+    near(scene(file).tip_radius_m, 0.003, 1e-9);
     for (const { name, shape } of scene(file).objects) {
       assert.equal(shape.kind, name);
       if (shape.kind === 'cone') near(shape.height_m, 0.04, 1e-8);

@@ -1,0 +1,99 @@
+// A convex solid, or a convex part of one, for the collisions of control/bodies/collide_convex.cpp: a ball or capsule, a box, a
+// cylinder, a cone, a piece of a moving mesh, a triangle of a fixed one. All coordinates are in one frame that the
+// caller chooses. Nothing here allocates or fails.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "control/bodies/collide.h"
+#include "control/bodies/outline.h"
+#include "control/contact/world.h"
+#include "kinematics/vector.h"
+#include "thimble_scene_schema/scene_generated.h"
+
+namespace thimble::control {
+
+// A point of a convex solid that is farthest in a direction; `index` tells it from others where they can be counted.
+struct FarPoint {
+  Vec3 at_m;
+  std::uint8_t index = 0;
+};
+
+// All points within radius_m of a core. The core is a point (kBall), a line (kCapsule), a box, cylinder or cone, or the
+// hull of `corners` (kMesh).
+struct Convex {
+  CollisionForm form = CollisionForm::kBall;
+  const ShapeData* shape = nullptr;
+  std::span<const scene::Vec3> corners;
+  float radius_m = 0.0F;
+  Mat3 rotation = Mat3::Identity();
+  Vec3 position_m = Vec3::Zero();
+  bool placed = true;            // false: rotation and position are none
+  Vec3 centre_m = Vec3::Zero();  // of a box with the axes of `rotation` about it
+  Vec3 half_m = Vec3::Zero();
+
+  [[nodiscard]] FarPoint farthest(const Vec3& direction) const noexcept;  // of the core
+  // The face, edge or corner of the core that is farthest in the direction of the unit vector: what lies within `depth_m`
+  // below its farthest point, where the solid is flat.
+  void outline(const Vec3& direction, float depth_m, Outline& out) const noexcept;
+};
+
+// A solid that is not a mesh, placed by rotation and position.
+[[nodiscard]] Convex convex_solid(const PlacedObject& object, const Mat3& rotation,
+                                  const Vec3& position_m) noexcept;
+[[nodiscard]] Convex convex_hull(std::span<const scene::Vec3> corners, const Mat3& rotation,
+                                 const Vec3& position_m) noexcept;
+// A triangle in the frame of its corners, without the box about it.
+[[nodiscard]] Convex convex_triangle(std::span<const scene::Vec3> corners) noexcept;
+// A point; what is within reach_m of it is near.
+[[nodiscard]] Convex convex_point(const Vec3& position_m, float reach_m) noexcept;
+
+// Nearest points of the cores of two convex solids (Gilbert, Johnson and Keerthi 1988). `shift_m` is added to a. The
+// search begins at `towards_a`, a direction from b to a. It ends when the solids, not shifted, are known to be apart by
+// more than margin_m.
+struct NearestPair {
+  Vec3 of_a_m;  // as shifted
+  Vec3 of_b_m;
+  Vec3 apart_m;  // from of_b_m to of_a_m
+};
+enum class Distance : std::uint8_t {
+  kNearest,   // the pair is found
+  kTouching,  // the cores are nearer than the rounding, or overlap
+  kApart,     // by more than margin_m
+};
+[[nodiscard]] Distance nearest_points(const Convex& a, const Convex& b, const Vec3& shift_m,
+                                      const Vec3& towards_a, float margin_m, NearestPair& out) noexcept;
+
+// Whether they are apart by more than margin_m as far as few directions show it, the first one `towards_a`.
+[[nodiscard]] bool are_apart(const Convex& a, const Convex& b, const Vec3& towards_a,
+                             float margin_m) noexcept;
+[[nodiscard]] Vec3 nearest_on_triangle(const std::array<Vec3, 3>& corners, const Vec3& p) noexcept;
+
+// The direction along which two convex solids overlap least.
+struct Overlap {
+  Vec3 normal = Vec3::UnitZ();    // pushes a away from b
+  float depth_m = 0.0F;           // below 0: apart
+  Vec3 of_core_m = Vec3::Zero();  // the place of a's core that is nearest to b or deepest in it
+  bool settled = false;           // no neighbouring direction has less
+};
+
+// How deep a reaches into b along a unit vector that points from b to a.
+[[nodiscard]] float depth_along(const Convex& a, const Convex& b, const Vec3& normal) noexcept;
+
+// Descends from the first estimate in `overlap`, whose depth_m and normal are set. False when a and b are apart by more than
+// margin_m, or no normal is found.
+[[nodiscard]] bool least_overlap(const Convex& a, const Convex& b, float margin_m, Overlap& overlap) noexcept;
+
+// The contact points of two convex solids whose least overlap is known.
+void add_contacts(const Convex& a, const Convex& b, const Overlap& overlap, float margin_m,
+                  Manifold& out) noexcept;
+
+void collide_convex(const Convex& a, const Convex& b, float margin_m, Manifold& out) noexcept;
+
+// A convex solid and the triangles of a mesh; `a` and the points are in the mesh's frame.
+void collide_with_triangles(const Convex& a, const MeshView& mesh, float margin_m, Manifold& out) noexcept;
+
+}  // namespace thimble::control

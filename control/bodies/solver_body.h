@@ -1,0 +1,115 @@
+// The bodies as the contact solver sees them, and what the impulses of a contact patch do to them.
+// control/bodies/contact_solver.cpp calls these functions for each patch.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "control/bodies/contact_patches.h"
+#include "control/contact/world.h"
+#include "control/scene/limits.h"
+#include "kinematics/vector.h"
+
+namespace thimble::control {
+
+// A thousandth of the response of the heaviest body. Below that, neither body can move.
+inline constexpr float kNoResponse = 1.0e-3F / kMaxMass_kg;
+
+// One body as the solver sees it. An impulse J at p changes v by inverse_mass J and w by inverse_inertia (p -
+// centre) x J.
+struct SolverBody {
+  std::uint8_t object = 0;
+  Vec3 centre_m = Vec3::Zero();
+  Mat3 inverse_mass = Mat3::Zero();
+  Mat3 inverse_inertia = Mat3::Zero();
+  Vec3 velocity_m_s = Vec3::Zero();  // of the centre; as input, with the forces of this tick applied
+  Vec3 spin_rad_s = Vec3::Zero();
+  // The impulse of this tick's forces in the directions that the body cannot move in.
+  Vec3 constrained_N_s = Vec3::Zero();
+  float restitution = 0.0F;
+  // Output: changes of the pose that remove residual penetration, without adding velocity.
+  Vec3 correction_m = Vec3::Zero();
+  Vec3 correction_rad = Vec3::Zero();
+};
+
+inline NormalRow normal_row(std::span<const SolverBody> bodies, const Patch& patch, const Vec3& point_m,
+                            const Vec3& normal) {
+  NormalRow r;
+  r.normal = normal;
+  const SolverBody& a = bodies[patch.a];
+  r.arm_a = (point_m - a.centre_m).cross(normal);
+  r.linear_a = a.inverse_mass * normal;
+  r.angular_a = a.inverse_inertia * r.arm_a;
+  float response = normal.dot(r.linear_a) + r.arm_a.dot(r.angular_a);
+  if (patch.b != kNoBody) {
+    const SolverBody& b = bodies[patch.b];
+    r.arm_b = (point_m - b.centre_m).cross(normal);
+    r.linear_b = b.inverse_mass * normal;
+    r.angular_b = b.inverse_inertia * r.arm_b;
+    response += normal.dot(r.linear_b) + r.arm_b.dot(r.angular_b);
+  }
+  r.mass = response > kNoResponse ? 1.0F / response : 0.0F;
+  return r;
+}
+
+inline float separation_speed(std::span<const SolverBody> bodies, const Patch& patch, const NormalRow& r) {
+  const SolverBody& a = bodies[patch.a];
+  const float of_a = r.normal.dot(a.velocity_m_s) + r.arm_a.dot(a.spin_rad_s);
+  if (patch.b == kNoBody) return of_a;
+  const SolverBody& b = bodies[patch.b];
+  return of_a - r.normal.dot(b.velocity_m_s) - r.arm_b.dot(b.spin_rad_s);
+}
+
+inline void apply_normal_impulse(std::span<SolverBody> bodies, const Patch& patch, const NormalRow& r,
+                                 float impulse) {
+  SolverBody& a = bodies[patch.a];
+  a.velocity_m_s += impulse * r.linear_a;
+  a.spin_rad_s += impulse * r.angular_a;
+  if (patch.b == kNoBody) return;
+  SolverBody& b = bodies[patch.b];
+  b.velocity_m_s -= impulse * r.linear_b;
+  b.spin_rad_s -= impulse * r.angular_b;
+}
+
+inline Vec3 velocity_at(const SolverBody& body, const Vec3& point_m) {
+  return body.velocity_m_s + body.spin_rad_s.cross(point_m - body.centre_m);
+}
+
+// The relative velocity of a patch in its three directions of friction.
+inline Vec3 slip_speed(std::span<const SolverBody> bodies, const Patch& patch) {
+  Vec3 velocity = velocity_at(bodies[patch.a], patch.centre_m);
+  Vec3 spin = bodies[patch.a].spin_rad_s;
+  if (patch.b != kNoBody) {
+    velocity -= velocity_at(bodies[patch.b], patch.centre_m);
+    spin -= bodies[patch.b].spin_rad_s;
+  }
+  return {patch.across[0].dot(velocity), patch.across[1].dot(velocity),
+          patch.radius_m * patch.normal.dot(spin)};
+}
+
+inline void apply_friction_impulse(std::span<SolverBody> bodies, const Patch& patch, const Vec3& impulse) {
+  const Vec3 force = impulse[0] * patch.across[0] + impulse[1] * patch.across[1];
+  const Vec3 moment = (patch.radius_m * impulse[2]) * patch.normal;
+  SolverBody& a = bodies[patch.a];
+  a.velocity_m_s += a.inverse_mass * force;
+  a.spin_rad_s += a.inverse_inertia * ((patch.centre_m - a.centre_m).cross(force) + moment);
+  if (patch.b == kNoBody) return;
+  SolverBody& b = bodies[patch.b];
+  b.velocity_m_s -= b.inverse_mass * force;
+  b.spin_rad_s -= b.inverse_inertia * ((patch.centre_m - b.centre_m).cross(force) + moment);
+}
+
+// Adds how a body answers to unit impulses in the three directions of friction.
+inline void add_response(const SolverBody& body, const Patch& patch, Mat3& response) {
+  const Vec3 arm = patch.centre_m - body.centre_m;
+  Mat3 turning;
+  turning << arm.cross(patch.across[0]), arm.cross(patch.across[1]), patch.radius_m * patch.normal;
+  response += turning.transpose() * (body.inverse_inertia * turning);
+  for (int i = 0; i < 2; ++i) {
+    const Vec3 linear = body.inverse_mass * patch.across[static_cast<std::size_t>(i)];
+    for (int j = 0; j < 2; ++j) response(i, j) += linear.dot(patch.across[static_cast<std::size_t>(j)]);
+  }
+}
+
+}  // namespace thimble::control

@@ -1,0 +1,59 @@
+// Which objects the god object can meet in a tick.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "control/contact/inside.h"
+#include "control/contact/world.h"
+#include "kinematics/vector.h"
+
+namespace thimble::control {
+
+// A box around the tip that holds every move of the god object in one tick. Free moves bring it nearer to the
+// tip; moves towards a stiction point or a shaded plane stay within three times that distance. No solid beyond it is
+// near enough to touch the tip's sphere, or the ball that the god object becomes where there are several.
+struct Reach {
+  static constexpr float kMoves = 3.0F;
+
+  Vec3 lo_m;
+  Vec3 hi_m;
+  Vec3 tip_m;
+  Vec3 gap_m;
+  float margin_m;  // World::margin_m
+
+  Reach(const Vec3& god, const Vec3& rest, const Vec3& tip, float margin) noexcept
+      : tip_m(tip), gap_m((god - tip).cwiseAbs().cwiseMax((rest - tip).cwiseAbs())), margin_m(margin) {
+    const float reach =
+        kMoves * (gap_m.x() + gap_m.y() + gap_m.z()) + margin_m;  // no shorter than the distance
+    lo_m = tip.array() - reach;
+    hi_m = tip.array() + reach;
+  }
+  [[nodiscard]] bool meets(const PlacedObject& o) const noexcept {
+    return o.lo_m.x() <= hi_m.x() && o.lo_m.y() <= hi_m.y() && o.lo_m.z() <= hi_m.z() &&
+           o.hi_m.x() >= lo_m.x() && o.hi_m.y() >= lo_m.y() && o.hi_m.z() >= lo_m.z();
+  }
+  // The radius of a ball about the tip that holds every move.
+  [[nodiscard]] float radius_m() const noexcept { return kMoves * gap_m.norm() + margin_m; }
+};
+
+// The objects within reach, except for some. Where the boxes of several are, the distance of convex ones counts.
+class Nearby {
+ public:
+  // triangles: of the finger, for the mesh among the objects if it is one only. Null: none.
+  Nearby(const World& world, const Reach& reach, SolidSet without,
+         TriangleCache* triangles = nullptr) noexcept;
+  explicit Nearby(std::uint8_t object) noexcept : list_{object}, count_(1) {}
+  [[nodiscard]] std::span<const std::uint8_t> objects() const { return {list_.data(), count_}; }
+  [[nodiscard]] bool several() const { return count_ > 1; }
+  [[nodiscard]] TriangleCache* triangles() const { return triangles_; }
+
+ private:
+  std::array<std::uint8_t, kMaxObjects> list_;
+  std::size_t count_ = 0;
+  TriangleCache* triangles_ = nullptr;
+};
+
+}  // namespace thimble::control

@@ -1,0 +1,112 @@
+#include "control/solids/near_triangles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "control/solids/mesh_near.h"
+#include "control/solids/mesh_topology.h"
+
+namespace thimble::control {
+
+NearTriangle in_disc(const MeshView& mesh, std::uint32_t triangle) {
+  using namespace topology;  // NOLINT(google-build-using-namespace)
+  constexpr float kThird = 1.0F / 3.0F;
+  const Vec3 a = vertex(mesh, triangle, 0);
+  const Vec3 ab = vertex(mesh, triangle, 1) - a;
+  const Vec3 ac = vertex(mesh, triangle, 2) - a;
+  const Vec3 area = ab.cross(ac);
+  const Vec3 middle = kThird * (ab + ac);
+  NearTriangle disc;
+  disc.normal = area / std::max(area.norm(), std::numeric_limits<float>::min());
+  disc.middle_m = a + middle;
+  disc.radius_m =
+      std::sqrt(std::max({middle.squaredNorm(), (ab - middle).squaredNorm(), (ac - middle).squaredNorm()}));
+  disc.triangle = triangle;
+  disc.two_sided = two_sided(mesh, triangle);
+  return disc;
+}
+
+bool NearTriangles::fill(const ShapeData& shape, const Vec3& centre_m, float radius_m, float reach_m) {
+  const MeshView& mesh = shape.mesh;
+  shape_ = nullptr;
+  count_ = 0;
+  side_ = 0;
+  GridBall grid;
+  const float distance_m = radius_m + reach_m;
+  const bool known =
+      !grid.about(mesh, centre_m, distance_m) || for_each_near(
+                                                     mesh,
+                                                     [&](const GridPoint& lo, const GridPoint& hi) {
+                                                       return grid.meets(lo, hi) && grid.is_near(lo, hi);
+                                                     },
+                                                     [&](std::uint32_t triangle) {
+                                                       const NearTriangle one = in_disc(mesh, triangle);
+                                                       if (!one.within(centre_m, distance_m, reach_m))
+                                                         return true;
+                                                       if (count_ == kMax) return false;
+                                                       list_[count_++] = one;
+                                                       return true;
+                                                     });
+  if (!known) return false;
+  shape_ = &shape;
+  centre_m_ = centre_m;
+  radius_m_ = radius_m;
+  reach_m_ = reach_m;
+  return true;
+}
+
+std::span<const std::uint8_t> NearTriangles::before(const MeshView& mesh, std::uint32_t triangle,
+                                                    std::int8_t side, const Vec3& normal) {
+  if (side_ != side || face_ != triangle) {
+    face_ = triangle;
+    side_ = side;
+    before_count_ = 0;
+    const float offset_m = normal.dot(topology::vertex(mesh, triangle, 0));
+    for (std::size_t i = 0; i < count_; ++i)
+      if (list_[i].triangle != triangle && !lies_behind(mesh, list_[i].triangle, normal, offset_m))
+        before_[before_count_++] = static_cast<std::uint8_t>(i);
+  }
+  return {before_.data(), before_count_};
+}
+
+NearTriangles* TriangleCache::near(const ShapeData& shape, const Vec3& centre_m, float radius_m,
+                                   float reach_m) {
+  constexpr std::size_t kFew = 10;
+  constexpr std::size_t kMany = 20;
+  constexpr float kMore = 1.5F;
+  constexpr float kLess = 0.6F;
+  constexpr float kRecovery = 1.05F;
+  if (lists_[last_].hold(shape, centre_m, radius_m, reach_m)) return &lists_[last_];
+  if (lists_[1 - last_].hold(shape, centre_m, radius_m, reach_m)) {
+    last_ = 1 - last_;
+    return &lists_[last_];
+  }
+  most_m_ = std::min(kRecovery * most_m_, kMost_m);
+  if (reach_m > most_m_) return nullptr;
+  last_ = 1 - last_;
+  NearTriangles& list = lists_[last_];
+  const float listed_m = std::max(reach_m, std::min(listed_m_, most_m_));
+  if (!list.fill(shape, centre_m, radius_m, listed_m)) {
+    most_m_ = kLess * listed_m;
+    return nullptr;
+  }
+  if (listed_m < listed_m_) return &list;
+  if (list.list().size() > kMany) {
+    listed_m_ = kLess * listed_m;
+  } else if (list.list().size() < kFew) {
+    listed_m_ = std::min(kMore * listed_m, kMost_m);
+  }
+  return &list;
+}
+
+bool TriangleCache::is_clear(const ShapeData& shape, const Vec3& centre_m, float radius_m, float reach_m) {
+  const NearTriangles* const list = near(shape, centre_m, radius_m, reach_m + kDiscRounding_m);
+  if (list == nullptr) return false;
+  const float distance_m = radius_m + reach_m + kDiscRounding_m;
+  return std::none_of(list->list().begin(), list->list().end(), [&](const NearTriangle& one) {
+    return one.within(centre_m, distance_m, kDiscRounding_m);
+  });
+}
+
+}  // namespace thimble::control

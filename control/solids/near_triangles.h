@@ -1,0 +1,114 @@
+// The triangles of a mesh round a place, kept from tick to tick. A ball that stays near that place needs no walk of the
+// tree: separate_mesh() (control/solids/mesh.h) reads them here. They are copies of what is in the image, in the order of
+// the tree, and never change an answer: a tick with an empty cache gives the same bytes.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "control/solids/mesh_topology.h"
+#include "control/solids/solid.h"
+#include "kinematics/vector.h"
+
+namespace thimble::control {
+
+// What is farther from the disc than this beyond a distance is farther than the distance from the triangle, with rounding.
+inline constexpr float kDiscRounding_m = 4.0e-6F;
+
+// A triangle in a disc about it.
+struct NearTriangle {
+  Vec3 normal;
+  Vec3 middle_m;
+  float radius_m;
+  std::uint32_t triangle;
+  bool two_sided;
+
+  // False when the triangle is farther than this from the place, or when the place is behind it by more than behind_m.
+  [[nodiscard]] bool within(const Vec3& place_m, float distance_m, float behind_m) const {
+    const Vec3 from = place_m - middle_m;
+    const float height_m = normal.dot(from);
+    if (height_m < -behind_m && !two_sided) return false;
+    // (distance to the disc)^2 = height^2 + (across - radius)^2
+    const float height2 = height_m * height_m;
+    const float reach2 = distance_m * distance_m - height2;
+    const float excess2 = from.squaredNorm() - height2 - radius_m * radius_m - reach2;
+    return reach2 >= 0.0F && (excess2 <= 0.0F || excess2 * excess2 <= 4.0F * radius_m * radius_m * reach2);
+  }
+};
+
+[[nodiscard]] NearTriangle in_disc(const MeshView& mesh, std::uint32_t triangle);
+
+// Whether a triangle lies behind a plane.
+[[nodiscard]] inline bool lies_behind(const MeshView& mesh, std::uint32_t triangle, const Vec3& normal,
+                                      float offset_m) {
+  for (std::uint32_t corner = 0; corner < 3; ++corner)
+    if (normal.dot(topology::vertex(mesh, triangle, corner)) > offset_m + kSurfaceTolerance_m) return false;
+  return true;
+}
+
+// The triangles within a distance of one place of one mesh.
+class NearTriangles {
+ public:
+  static constexpr std::size_t kMax = 28;
+
+  // Whether all triangles that a ball at the centre, or within reach_m of it, can touch are listed.
+  [[nodiscard]] bool hold(const ShapeData& shape, const Vec3& centre_m, float radius_m, float reach_m) const {
+    const float room_m = reach_m_ - reach_m;
+    return shape_ == &shape && radius_m == radius_m_ && room_m >= 0.0F &&
+           (centre_m - centre_m_).squaredNorm() <= room_m * room_m;
+  }
+  void clear() {
+    shape_ = nullptr;
+    count_ = 0;
+  }
+  // False, and empty, when there is no room.
+  bool fill(const ShapeData& shape, const Vec3& centre_m, float radius_m, float reach_m);
+
+  [[nodiscard]] std::span<const NearTriangle> list() const { return {list_.data(), count_}; }
+
+  // The places in the list of all that do not lie behind the face of a listed triangle, on the side that is given.
+  [[nodiscard]] std::span<const std::uint8_t> before(const MeshView& mesh, std::uint32_t triangle,
+                                                     std::int8_t side, const Vec3& normal);
+
+ private:
+  const ShapeData* shape_ = nullptr;  // null: empty
+  Vec3 centre_m_ = Vec3::Zero();
+  float radius_m_ = 0.0F;
+  float reach_m_ = 0.0F;
+  std::size_t count_ = 0;
+  std::array<NearTriangle, kMax> list_;
+  // The last answer of before().
+  std::uint32_t face_ = 0;
+  std::int8_t side_ = 0;
+  std::uint8_t before_count_ = 0;
+  std::array<std::uint8_t, kMax> before_;
+};
+
+// Of one fingertip: two lists, as the place without friction and the stiction point are apart.
+class TriangleCache {
+ public:
+  void clear() {
+    for (NearTriangles& list : lists_) list.clear();
+    last_ = 0;
+    listed_m_ = kFirst_m;
+    most_m_ = kMost_m;
+  }
+  // Null when they are too many.
+  [[nodiscard]] NearTriangles* near(const ShapeData& shape, const Vec3& centre_m, float radius_m,
+                                    float reach_m);
+  // Whether a ball at the centre, or within reach_m of it, is known to touch nothing.
+  [[nodiscard]] bool is_clear(const ShapeData& shape, const Vec3& centre_m, float radius_m, float reach_m);
+
+ private:
+  static constexpr float kFirst_m = 5.0e-4F;
+  static constexpr float kMost_m = 1.0e-2F;
+
+  std::array<NearTriangles, 2> lists_;
+  std::size_t last_ = 0;       // used
+  float listed_m_ = kFirst_m;  // the reach of the next list
+  float most_m_ = kMost_m;     // no list beyond this: the last one was too long
+};
+
+}  // namespace thimble::control
