@@ -98,7 +98,7 @@ struct BallRoll {
   float radius_m;
   bool hold;  // stay on the surface also where the target is above it
   Feature feature;
-  Vec3 normal;  // at the end
+  Vec3 normal;               // at the end
   TriangleCache* triangles;  // of the finger; null: none
 };
 
