@@ -105,8 +105,6 @@ void cross_triangle(const MeshView& mesh, std::uint32_t triangle, const Ray& ray
   crossings.add({ahead / std::max(slope, std::numeric_limits<float>::min()), leaves});
 }
 
-using GridPoint = flatbuffers::Array<std::uint16_t, 3>;
-
 bool overlaps(const Ray& ray, const GridPoint& lo, const GridPoint& hi) {
   for (std::uint16_t axis = 0; axis < 3; ++axis) {
     if (lo[axis] > ray.hi[axis] || hi[axis] < ray.lo[axis]) return false;

@@ -14,8 +14,6 @@ namespace thimble::control {
 
 inline constexpr int kMaxSeparationNodes = 512;
 
-using GridPoint = flatbuffers::Array<std::uint16_t, 3>;
-
 // The point of the triangle (a, a + ab, a + ac) nearest to a + ap, as a vector from a (Ericson 2005, 5.1.5).
 inline Vec3 nearest_on_triangle(const Vec3& ab, const Vec3& ac, const Vec3& ap) {
   const float d1 = ab.dot(ap);

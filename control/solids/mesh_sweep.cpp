@@ -58,8 +58,6 @@ Segment prepare(const MeshView& mesh, const Vec3& from, const Vec3& lift, const 
   return s;
 }
 
-using GridPoint = flatbuffers::Array<std::uint16_t, 3>;
-
 bool overlaps(const Segment& s, const GridPoint& lo, const GridPoint& hi) {
   for (std::uint16_t axis = 0; axis < 3; ++axis) {
     if (lo[axis] > s.hi[axis] || hi[axis] < s.lo[axis]) return false;

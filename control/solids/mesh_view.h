@@ -15,6 +15,9 @@ inline Eigen::Quaternionf to_rotation(const scene::Quat& q) noexcept {
   return Eigen::Quaternionf(q.w(), q.x(), q.y(), q.z()).normalized();
 }
 
+// A place in steps of the mesh's grid.
+using GridPoint = flatbuffers::Array<std::uint16_t, 3>;
+
 struct MeshView {
   const scene::Vertex* vertices = nullptr;
   const scene::Triangle* triangles = nullptr;
