@@ -56,8 +56,10 @@ class Sweeps {
     }
     return true;
   }
-  // From the centre to the point, which lies on surfaces or above all.
-  [[nodiscard]] bool comes_down(const GodObject& god) const {
+  // From the centre to the point, which lies on surfaces or is at the target. A ball between them was cut short, or planes of faces that it
+  // does not touch hold it: it would not push, and a point finds a way.
+  [[nodiscard]] bool comes_down(const GodObject& god, const Vec3& target) const {
+    if (needed_ && god.count == 0 && god.position_m != target) return false;
     return free(god.centre_m, god.position_m, {}, god.count > 0 ? 2.0F * kSurfaceTolerance_m : 0.0F);
   }
 
@@ -315,7 +317,7 @@ bool fly_proven(const World& world, const Nearby& nearby, GodObject& god, const 
   }
   set_contacts(world, nearby, god, near, target, true, known);
   if (god.count == 0) god.position_m = god.centre_m;
-  return sweeps.comes_down(god) && comes_nearer(world, start, god.centre_m, target);
+  return sweeps.comes_down(god, target) && comes_nearer(world, start, god.centre_m, target);
 }
 
 bool move_proven(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
@@ -387,8 +389,8 @@ bool move_proven(const World& world, const Nearby& nearby, GodObject& god, const
     set_contacts(world, nearby, god, near, target, hold, known);
   }
   // Cut short above a surface, where it would not push.
-  const bool is_free =
-      !settled && god.count == 0 ? fly_proven(world, nearby, god, target, counters) : sweeps.comes_down(god);
+  const bool is_free = !settled && god.count == 0 ? fly_proven(world, nearby, god, target, counters)
+                                                  : sweeps.comes_down(god, target);
   return is_free && comes_nearer(world, start, god.centre_m, goal);
 }
 
