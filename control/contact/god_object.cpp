@@ -297,9 +297,29 @@ bool on_seam(const World& world, std::span<const Contact> contacts) {
   });
 }
 
+// Makes the ball a point on the first surface below its centre, which is free. Its place under the ball lies on the planes of two faces, and
+// can be behind one of them, or beside one, where these are not level.
+void come_down(const World& world, const Nearby& nearby, GodObject& god, RenderCounters& counters) {
+  if (god.count > 1) {
+    GodObject point = god;
+    point.position_m = god.centre_m;
+    point.is_ball = false;
+    point.count = 0;
+    bool landed = false;
+    if (fly_and_land(world, nearby, {}, point, god.centre_m + 2.0F * (god.position_m - god.centre_m),
+                     kSkipNone, landed) == Outcome::kUnknown)
+      ++counters.sweep_bound;
+    if (landed) {
+      god = point;
+      return;
+    }
+  }
+  leave_ball(world, god);
+}
+
 void fly_point(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
                RenderCounters& counters) {
-  if (god.is_ball) leave_ball(world, god);
+  if (god.is_ball) come_down(world, nearby, god, counters);
   bool landed = false;
   if (fly_and_land(world, nearby, {}, god, target, kSkipNone, landed) == Outcome::kUnknown)
     ++counters.sweep_bound;
@@ -318,7 +338,7 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
   };
   for (int moves = 0; moves < kMaxMoves; ++moves) {
     if (stops()) return false;
-    if (god.is_ball) leave_ball(world, god);
+    if (god.is_ball) come_down(world, nearby, god, counters);
     Outcome outcome = Outcome::kContinue;
     if (god.count == 0) {
       bool landed = false;
