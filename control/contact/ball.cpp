@@ -37,8 +37,8 @@ class Sweeps {
     needed_ = needed_ && !is_tip(world);
   }
   // `on`: what `from` lies on, which does not stop it. `behind_m`: how far behind a surface it may end.
-  [[nodiscard]] bool free(const Vec3& from, const Vec3& to, std::span<const Contact> on = {},
-                          float behind_m = 0.0F) const {
+  [[nodiscard]] [[gnu::noinline]] bool free(const Vec3& from, const Vec3& to,
+                                            std::span<const Contact> on = {}, float behind_m = 0.0F) const {
     if (!needed_ || from == to) return true;
     const float length_m = (to - from).norm();
     for (const std::uint8_t index : nearby_.objects()) {
