@@ -212,8 +212,8 @@ TEST_F(MassInTheImage, FollowsTheKeysOfTheBody) {
   EXPECT_TRUE(translates.report.warnings.empty() ||
               translates.report.warnings[0].find("spread") == std::string::npos);
   // A mesh on its own axes, as a box: the same image as of the box, exactly.
-  const scene::Vec3& box =
-      *body_of(compiled(box_mesh({.02, .04, .06}, 1), R"("motion": "free")")).inertia_kg_m2();
+  const host::CompiledScene block = compiled(box_mesh({.02, .04, .06}, 1), R"("motion": "free")");
+  const scene::Vec3& box = *body_of(block).inertia_kg_m2();
   EXPECT_FLOAT_EQ(box.x(), 2.0F * (.04F * .04F + .06F * .06F) / 12.0F);
 }
 
