@@ -297,10 +297,10 @@ bool on_seam(const World& world, std::span<const Contact> contacts) {
   });
 }
 
-// Makes the ball a point on the first surface below its centre, which is free. Its place under the ball lies on the planes of two faces, and
-// can be behind one of them, or beside one, where these are not level.
+// Makes the ball a point on the first surface below its centre, which is free. Its place under the ball lies on the planes of faces, and can
+// be beside one of them, or behind another face.
 void come_down(const World& world, const Nearby& nearby, GodObject& god, RenderCounters& counters) {
-  if (god.count > 1) {
+  if (god.count > 0) {
     GodObject point = god;
     point.position_m = god.centre_m;
     point.is_ball = false;
