@@ -10,6 +10,8 @@ namespace thimble::test {
 inline long semihosting(long operation, const void* argument) noexcept {
   register long r0 asm("r0") = operation;
   register const void* r1 asm("r1") = argument;
+  // The call is BKPT on profile M only. On A and R it is SVC, with another number in each state (Arm's semihosting specification); the
+  // emulator hangs on a BKPT there.
 #if __ARM_ARCH_PROFILE == 'M'
   asm volatile("bkpt 0xAB" : "+r"(r0) : "r"(r1) : "memory");
 #elif defined(__thumb__)
