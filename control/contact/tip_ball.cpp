@@ -84,6 +84,7 @@ bool roll(const World& world, const Nearby& nearby, GodObject& god, const Vec3& 
   if (!object.ops->roll(object.shape, ball)) return false;
   god.centre_m = object.to_world(ball.centre_m);
   god.position_m = god.centre_m;
+  god.contacts[0].feature = ball.feature;
   god.normals[0] = object.turn(ball.normal);
   return true;
 }

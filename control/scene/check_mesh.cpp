@@ -142,6 +142,8 @@ ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene
   if (mesh.corner_normals() != nullptr && mesh.corner_normals()->size() != std::size_t{3} * triangles) {
     return ImageStatus::kBadIndex;
   }
+  if (mesh.rims() != nullptr && mesh.rims()->size() != std::size_t{3} * triangles)
+    return ImageStatus::kBadIndex;
   if (mesh.grid_origin_m() == nullptr || !is_coordinate(*mesh.grid_origin_m()))
     return ImageStatus::kBadNumber;
   constexpr float kSmallestStep_m = 1.0e-12F;

@@ -37,6 +37,7 @@ MeshView view_mesh(const scene::Mesh& mesh) noexcept {
   }
   view.grid_step_m = mesh.grid_step_m();
   view.seams = mesh.seams();
+  view.rims = mesh.rims() != nullptr ? mesh.rims()->data() : nullptr;
   view.grid_scale = 1.0F / view.grid_step_m;
   return view;
 }

@@ -28,6 +28,9 @@ namespace thimble::control {
 
 [[nodiscard]] bool roll_on_mesh(const ShapeData& shape, BallRoll& ball);
 
+// The first try of it: over faces on which the ball touches nothing else (MeshView::rims).
+[[nodiscard]] bool roll_within_rims(const MeshView& mesh, BallRoll& ball);
+
 // Textures on a mesh (SolidOps::chart, SolidOps::blend).
 [[nodiscard]] Chart chart_on_mesh(const ShapeData& shape, const SurfacePoint& place);
 [[nodiscard]] bool blend_on_mesh(const ShapeData& shape, const SurfacePoint& place, Blend& blend);

@@ -31,6 +31,7 @@ struct MeshView {
   const std::uint16_t* piece_ends = nullptr;
   std::size_t piece_count = 0;
   bool seams = false;
+  const std::uint8_t* rims = nullptr;  // null: the tip is a point, or the compiler was an older one
   Vec3 grid_origin_m = Vec3::Zero();
   float grid_step_m = 1.0F;
   float grid_scale = 1.0F;  // 1 / grid_step_m

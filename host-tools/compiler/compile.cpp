@@ -103,10 +103,11 @@ class ImageWriter {
 
   AnyShape write_mesh(const TriangleSoup& soup, const MeshOptions& options, const std::string& file,
                       const std::string& name) {
-    MeshOptions with_texture = options;
+    MeshOptions in_scene = options;
+    in_scene.tip_radius_m = report_.tip_radius_m;
     if (const auto& texture = object_->material.surface.texture)
-      with_texture.texture = MeshTexture{texture->mapping, texture->tile_m};
-    const CompiledMesh mesh = compile_mesh(soup, with_texture, name);
+      in_scene.texture = MeshTexture{texture->mapping, texture->tile_m};
+    const CompiledMesh mesh = compile_mesh(soup, in_scene, name);
     triangles_ += mesh.triangles.size();
     if (triangles_ > control::kMaxTriangles) {
       throw Error(ExitCode::kBadInput, "too-many-triangles",
@@ -129,10 +130,11 @@ class ImageWriter {
     const auto texture_points =
         mesh.texture_points.empty() ? 0 : builder_.CreateVectorOfStructs(mesh.texture_points);
     const auto [piece_corners, piece_ends] = write_pieces(mesh);
+    const auto rims = mesh.rims.empty() ? 0 : builder_.CreateVector(mesh.rims);
     return {scene::Shape::Mesh,
             scene::CreateMesh(builder_, vertices, triangles, flags, corners, nodes, &mesh.grid_origin_m,
                               mesh.grid_step_m, mesh.depth, weights, texture_corners, texture_points,
-                              piece_corners, piece_ends, mesh.seams)
+                              piece_corners, piece_ends, mesh.seams, rims)
                 .Union()};
   }
 

@@ -9,6 +9,7 @@
 #include "host-tools/compiler/mesh_corners.h"
 #include "host-tools/compiler/mesh_cross.h"
 #include "host-tools/compiler/mesh_orient.h"
+#include "host-tools/compiler/mesh_rims.h"
 #include "host-tools/compiler/mesh_surface.h"
 #include "host-tools/compiler/mesh_texture.h"
 #include "host-tools/compiler/mesh_tree.h"
@@ -142,7 +143,7 @@ std::size_t bytes_in_image(const CompiledMesh& mesh) {
          mesh.triangles.size() * (sizeof(scene::Triangle) + 1) +
          mesh.corner_normals.size() * sizeof(std::uint32_t) +
          (mesh.texture_weights.size() + mesh.texture_corners.size()) * sizeof(std::uint32_t) +
-         mesh.texture_points.size() * sizeof(scene::TexturePoint) +
+         mesh.texture_points.size() * sizeof(scene::TexturePoint) + mesh.rims.size() +
          mesh.nodes.size() * sizeof(scene::BvhNode);
 }
 
@@ -186,6 +187,8 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
   for (std::size_t t = 0; t < count; ++t) {
     face_normals[t] = surface.area_vector(t).normalized();
   }
+  if (options.tip_radius_m > 0.0)
+    mesh.rims = tip_rims({surface, tree, adjacency, mesh.flags, face_normals}, options.tip_radius_m);
   // One vertex a fan, in the order of first use.
   DisjointSets fans = join_corners(adjacency, [](std::uint32_t, std::uint32_t) { return true; });
   const std::vector<Vector3d> pseudonormals = mean_normals(surface, face_normals, fans);

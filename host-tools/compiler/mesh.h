@@ -37,6 +37,7 @@ struct MeshOptions {
   std::optional<double> crease_deg;  // none: faceted. Edges sharper than this stay sharp
   bool height_field = false;         // only faces that look up (+z) are shaded, and only into each other
   std::optional<MeshTexture> texture{};
+  double tip_radius_m = 0.0;  // of the scene
 };
 
 // The compiler's report: what a user wants to know about the mesh before touching it.
@@ -70,6 +71,7 @@ struct CompiledMesh {
   std::vector<std::uint32_t> texture_weights;
   std::vector<std::uint32_t> texture_corners;
   std::vector<scene::TexturePoint> texture_points;
+  std::vector<std::uint8_t> rims;
   scene::Vec3 grid_origin_m;
   float grid_step_m = 0;
   std::uint8_t depth = 0;

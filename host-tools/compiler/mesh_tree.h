@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "control/scene/limits.h"
@@ -46,16 +47,9 @@ struct MeshTree {
 [[nodiscard]] MeshTree build_tree(const std::vector<Eigen::Vector3f>& vertices_m,
                                   const std::vector<TriangleIndices>& triangles);
 
-// Calls visit(triangle) for each triangle of each leaf whose box meets `box`, until visit returns false.
-template <typename Visit>
-void visit_box(const std::vector<scene::BvhNode>& nodes, const GridBox& box, Visit&& visit) {
-  const auto meets = [&box](const auto& lo, const auto& hi) {
-    bool overlap = true;
-    for (std::uint16_t axis = 0; axis < 3; ++axis) {
-      overlap = overlap && lo.Get(axis) <= box.hi[axis] && hi.Get(axis) >= box.lo[axis];
-    }
-    return overlap;
-  };
+// Calls visit(triangle) for each triangle of each leaf whose box meets(lo, hi), until visit returns false.
+template <typename Meets, typename Visit>
+void visit_where(const std::vector<scene::BvhNode>& nodes, Meets&& meets, Visit&& visit) {
   std::array<std::uint32_t, control::kMaxBvhDepth + 2> stack;  // each level leaves at most one child behind
   std::size_t size = 0;
   stack[size++] = 0;
@@ -80,6 +74,19 @@ void visit_box(const std::vector<scene::BvhNode>& nodes, const GridBox& box, Vis
       stack[size++] = a;
     }
   }
+}
+
+// The same for the leaves whose boxes meet `box`.
+template <typename Visit>
+void visit_box(const std::vector<scene::BvhNode>& nodes, const GridBox& box, Visit&& visit) {
+  const auto meets = [&box](const auto& lo, const auto& hi) {
+    bool overlap = true;
+    for (std::uint16_t axis = 0; axis < 3; ++axis) {
+      overlap = overlap && lo.Get(axis) <= box.hi[axis] && hi.Get(axis) >= box.lo[axis];
+    }
+    return overlap;
+  };
+  visit_where(nodes, meets, std::forward<Visit>(visit));
 }
 
 }  // namespace thimble::host

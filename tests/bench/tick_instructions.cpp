@@ -82,7 +82,10 @@ int run(const std::string& what, int ticks) {
                                     : body == "rough" ? rough_ball()
                                                       : test_model(body, 0.1);
     MeshBody mesh = make_body(body, soup, {}, options);
-    image = radius_m > 0.0 ? SceneBuilder().mesh(soup, kPeerMaterial).tip_radius(radius_m).image()
+    image = radius_m > 0.0 ? SceneBuilder()
+                                 .mesh(soup, kPeerMaterial, {.crease_deg = {}, .tip_radius_m = radius_m})
+                                 .tip_radius(radius_m)
+                                 .image()
                            : std::move(mesh.image);
     path = std::move(mesh.path);
     if (radius_m > 0.0) move_out(path, soup, radius_m);

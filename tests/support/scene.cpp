@@ -88,6 +88,7 @@ SceneBuilder& SceneBuilder::mesh(const host::CompiledMesh& mesh, const Material&
   const auto nodes = builder.CreateVectorOfStructs(mesh.nodes);
   flatbuffers::Offset<flatbuffers::Vector<std::uint32_t>> normals = 0;
   if (!mesh.corner_normals.empty()) normals = builder.CreateVector(mesh.corner_normals);
+  const auto rims = mesh.rims.empty() ? 0 : builder.CreateVector(mesh.rims);
   scene::MeshBuilder table(builder);
   table.add_vertices(vertices);
   table.add_triangles(triangles);
@@ -98,6 +99,7 @@ SceneBuilder& SceneBuilder::mesh(const host::CompiledMesh& mesh, const Material&
   table.add_grid_step_m(mesh.grid_step_m);
   table.add_depth(mesh.depth);
   table.add_seams(mesh.seams);
+  if (!mesh.rims.empty()) table.add_rims(rims);
   state_->add(scene::Shape::Mesh, table.Finish().Union(), material, pose);
   return *this;
 }
