@@ -24,8 +24,13 @@ bool place_on(const Touched& face, const Vec3& target, const BallRoll& ball, Vec
   if (!ball.hold && height_m >= ball.radius_m) return false;
   const Vec3 over = target - nearest_on_triangle(face.ab, face.ac, target);
   const float over2 = over.squaredNorm();
-  constexpr float kSame = 1.0F + 1.0e-5F;
-  if (over2 <= kSame * height_m * height_m) {
+  // Beside the face by no more than rounding, or by a direction that makes no difference: for a target that is deeper than the radius, a
+  // direction does.
+  constexpr float kRounding_m = 1.0e-7F;
+  constexpr float kSame2 = 1.0e-5F;
+  const float above_m = std::max(height_m, 0.0F);
+  if ((over - height_m * face.normal).squaredNorm() <=
+      kRounding_m * kRounding_m + kSame2 * above_m * above_m) {
     normal = face.normal;
     centre = target + (ball.radius_m - height_m) * normal;
     return true;
@@ -84,6 +89,7 @@ bool all_near(const ShapeData& shape, const BallRoll& ball, float reach_m, bool 
 
 bool roll_on_mesh(const ShapeData& shape, BallRoll& ball) {
   const MeshView& mesh = shape.mesh;
+  if (roll_within_rims(mesh, ball)) return true;
   const std::uint32_t triangle = ball.feature.index;
   const Vec3 a = vertex(mesh, triangle, 0);
   Touched face{vertex(mesh, triangle, 1) - a, vertex(mesh, triangle, 2) - a, {}};

@@ -55,7 +55,7 @@ bool separate_triangle(const MeshView& mesh, std::uint32_t triangle, const BallQ
     const Vec3 target = ball.target_m - a;
     const Vec3 over = target - nearest_on_triangle(ab, ac, target);
     const float over_m = over.norm();
-    if (over_m > 0.0F && normal.dot(target) > 0.0F) offer(over / over_m);
+    if (over_m > kSurfaceTolerance_m && normal.dot(target) > 0.0F) offer(over / over_m);
   }
   return choice.matters();
 }
