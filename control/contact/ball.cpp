@@ -219,7 +219,11 @@ struct Surroundings {
     NearestInside point = nearest_inside(all, way);
     if (!hold && point.found && (point.count == 0 || point.point_m.squaredNorm() <= kUnder_m * kUnder_m))
       return point;
-    return nearest_inside(all, -2.0F * kPointRadius_m * out.normalized());
+    NearestInside below = nearest_inside(all, -2.0F * kPointRadius_m * out.normalized());
+    if (below.count > 0 || !point.found || point.count == 0) return below;
+    // In a groove so acute that its bottom is farther away: as near to it as what is near is known.
+    point.point_m *= std::min(1.0F, kUnder_m / point.point_m.norm());
+    return point;
   }
 };
 

@@ -196,6 +196,7 @@ TEST(Seams, NothingHoldsTheGodObjectButSolids) {
   const int scenes = kUnderSanitizers ? 2 : 60;
   long rests = 0;
   long held = 0;
+  long silent = 0;
   double worst_m = 0.0;
   double deepest_m = 0.0;
   for (int index = 0; index < scenes; ++index) {
@@ -222,7 +223,10 @@ TEST(Seams, NothingHoldsTheGodObjectButSolids) {
         for (int settle = 0; settle < 20; ++settle) run.step(tip);
         const Felt& felt = run.felt();
         deepest_m = std::max(deepest_m, -distance_m(felt.god_object_m));
-        if (felt.contacts == 0) continue;
+        if (felt.contacts == 0) {
+          if ((felt.god_object_m - felt.tip_m).norm() > 1e-6) ++silent;
+          continue;
+        }
         ++rests;
         double nearer_m = 0.0;
         for (int n = 0; n < 120; ++n) {
@@ -238,10 +242,95 @@ TEST(Seams, NothingHoldsTheGodObjectButSolids) {
   figure("seams, random heaps: places of rest in contact", static_cast<double>(rests), "");
   figure("seams, random heaps: god object deepest in a solid, um", 1e6 * deepest_m, "1");
   figure("seams, random heaps: of them held by nothing", static_cast<double>(held), "0");
+  figure("seams, random heaps: held without contact", static_cast<double>(silent), "0");
   figure("seams, random heaps: nearest place that was free, um nearer", 1e6 * worst_m, "0");
   EXPECT_GT(rests, kUnderSanitizers ? 50 : 2000);
   EXPECT_LT(deepest_m, 1e-6);
   EXPECT_EQ(held, 0);
+  EXPECT_EQ(silent, 0);
+}
+
+// A floor and a wall that leaves an acute groove over it, or a ball or a roller that touches it: pressed into the floor and along it into the
+// groove, then past its bottom and back, the tip is held all the way. The ball that the god object is there stops where the groove is as wide
+// as the ball.
+TEST(Seams, AcuteGroovesHold) {
+  using Add = std::function<void(SceneBuilder&, const Pose&)>;
+  struct Kind {
+    std::string name;
+    Add add;
+  };
+  const Material soft{.stiffness_N_m = 500.0F};
+  const auto box = [&](SceneBuilder& b, const Pose& p) { b.box({0.2, 0.2, 0.2}, soft, p); };
+  const auto mesh = [&](SceneBuilder& b, const Pose& p) {
+    b.mesh(box_mesh({0.2, 0.2, 0.2}, 4), soft, {}, p);
+  };
+  const auto plane = [&](SceneBuilder& b, const Pose& p) { b.plane(Vector3d::UnitZ(), 0.1, soft, p); };
+  const std::vector<Kind> floors = {
+      {"plane", plane}, {"box", box}, {"mesh", mesh}, {"cylinder", [&](SceneBuilder& b, const Pose& p) {
+                                                         b.cylinder(0.1, 0.1, soft, p);
+                                                       }}};
+  const std::vector<Kind> walls = {{"plane", plane}, {"box", box}, {"mesh", mesh}};
+  const std::vector<Kind> rounds = {
+      {"ball", [&](SceneBuilder& b, const Pose& p) { b.sphere(0.02, soft, p); }},
+      {"roller", [&](SceneBuilder& b, const Pose& p) {
+         b.cylinder(0.02, 0.05, soft, {p.position_m, p.rotation * Quaterniond(0.5, 0.5, 0.5, 0.5)});
+       }}};
+  Random random(31);
+  long ticks = 0;
+  long silent = 0;
+  double farthest = 0.0;  // from the bottom of the groove, over what the ball allows
+  double jump_N = 0.0;
+  const auto press = [&](const Kind& floor, const Kind& wall, double angle, bool round) {
+    const Pose frame{random.in_box(Vector3d::Constant(0.05)), random_turn(random)};
+    const auto placed = [&](const Vector3d& at, const Quaterniond& turn) {
+      return Pose{frame.position_m + frame.rotation * at, frame.rotation * turn};
+    };
+    SceneBuilder builder;
+    floor.add(builder, placed({0.0, 0.0, -0.1}, Quaterniond::Identity()));
+    // The free side of the wall looks down and to -x; its face goes through the origin.
+    const Vector3d normal(-std::sin(angle), 0.0, -std::cos(angle));
+    if (round) {
+      wall.add(builder, placed({0.0, 0.0, 0.02}, Quaterniond::Identity()));
+    } else {
+      wall.add(builder, placed(-0.1 * normal, Quaterniond::FromTwoVectors(Vector3d::UnitZ(), normal)));
+    }
+    const SceneImage image = builder.image();
+    IdealRun run(image);
+    const auto to_world = [&](const Vector3d& p) { return Vector3d(frame.position_m + frame.rotation * p); };
+    run.restart(to_world({-0.03, 0.0, 0.03 * std::tan(0.5 * std::min(angle, 1.4))}));
+    Vector3d last = Vector3d::Zero();
+    const Vector3d stops[] = {{-0.03, 0.0, -0.004}, {0.001, 0.0, -0.004}, {-0.02, 0.0, -0.004}};
+    Vector3d tip = run.felt().tip_m;
+    for (const Vector3d& stop : stops) {
+      const Vector3d to = to_world(stop);
+      const int steps = static_cast<int>((to - tip).norm() / 2.5e-5);
+      for (int step = 1; step <= steps; ++step) {
+        const Felt& felt = run.step(tip + (to - tip) * (1.0 * step / steps));
+        ++ticks;
+        if (felt.contacts == 0 && (felt.god_object_m - felt.tip_m).norm() > 1e-6) ++silent;
+        if (!round && felt.contacts > 0 && last != Vector3d::Zero())
+          jump_N = std::max(jump_N, (felt.force_N - last).norm());
+        last = felt.contacts > 0 ? felt.force_N : Vector3d(Vector3d::Zero());
+      }
+      tip = to;
+      if (stop.x() < 0.0 || round) continue;
+      const Vector3d at = frame.rotation.conjugate() * (run.felt().god_object_m - frame.position_m);
+      farthest = std::max(farthest, Vector2d(at.x(), at.z()).norm() / (kBall_m / std::sin(0.5 * angle)));
+    }
+  };
+  for (const Kind& floor : floors) {
+    for (const Kind& wall : walls)
+      for (const double angle_deg : {5.0, 10.0, 20.0, 30.0, 60.0, 90.0})
+        press(floor, wall, angle_deg * std::numbers::pi / 180.0, false);
+    for (const Kind& wall : rounds) press(floor, wall, 0.5 * std::numbers::pi, true);
+  }
+  figure("seams, acute grooves: ticks", static_cast<double>(ticks), "");
+  figure("seams, acute grooves: held without contact", static_cast<double>(silent), "0");
+  figure("seams, acute grooves: from the bottom, of the ball's distance", farthest, "< 1.1");
+  figure("seams, acute grooves: greatest change of force in a tick, N", jump_N, "");
+  EXPECT_GT(ticks, 100'000);
+  EXPECT_EQ(silent, 0);
+  EXPECT_LT(farthest, 1.1);
 }
 
 }  // namespace
