@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "control/contact/damping.h"
+#include "control/contact/passive.h"
 #include "control/contact/reaction.h"
 #include "control/contact/shading.h"
+#include "control/plain_surface.h"
 #include "control/surfaces/surfaces.h"
 
 namespace thimble::control {
@@ -19,58 +20,6 @@ Vec3 spring_force(const Constraints& held) {
   }
   return force;
 }
-
-// The object in whose frame the energy account counts the work. Work on a moving object is counted relative to
-// that object. Null between objects that move differently: there is no such frame. rest: the god object, in contact; above a
-// relief nothing holds it back, and the contact goes on.
-const PlacedObject* account_frame(const World& world, const GodObject& rest, const Constraints& held) {
-  const PlacedObject& first = world.objects[held.count == 0 ? rest.contacts[0].object : held.list[0].object];
-  for (std::size_t i = 1; i < held.count; ++i) {
-    if (world.objects[held.list[i].object].body != first.body) return nullptr;
-  }
-  return &first;
-}
-
-// What the spring of a contact does: the force without damping, and the energy that it returns when it is let go.
-struct Spring {
-  Vec3 pull_m;  // from the tip to what pulls it
-  Vec3 force_N;
-  float stored_J;
-  float falls = 0.0F;  // EnergyAccount::tick()
-};
-
-// The scale of the spring force, 0 to 1, with which no closed path of the tip gains energy. All is in the frame of
-// `body`. gradient: the force is that of the potential that holds the tip since the contact began.
-[[gnu::always_inline]] inline float passive_scale(Finger& finger, std::uint8_t body, const Vec3& tip_m,
-                                                  const Spring& spring, bool gradient) {
-  if (!gradient || !finger.account.exact(body))
-    return finger.account.tick(body, tip_m, spring.pull_m.norm(), spring.stored_J, spring.force_N,
-                               finger.shaded.took_part(), spring.falls);
-  finger.account.follow(body, tip_m, spring.stored_J, spring.force_N);
-  return 1.0F;
-}
-
-// gradient: each contact's force is the gradient of a potential.
-float passive_scale(const World& world, Finger& finger, const Constraints& held, const Vec3& tip_m,
-                    const Spring& spring, bool gradient) {
-  const PlacedObject* frame = account_frame(world, finger.rest, held);
-  if (frame == nullptr) {
-    finger.account.close();
-    finger.potential.end();
-    return 1.0F;
-  }
-  const bool moves = frame->body != kNoBody;
-  const Vec3 at = moves ? frame->to_local(tip_m) : tip_m;
-  const bool goes_on =
-      finger.potential.stays(held) || finger.potential.goes_on(held, finger.account.step_m(frame->body, at));
-  if (!moves) return passive_scale(finger, kNoBody, at, spring, gradient && goes_on);
-  return passive_scale(finger, frame->body, at,
-                       {spring.pull_m, frame->turn_back(spring.force_N), spring.stored_J, spring.falls},
-                       gradient && goes_on);
-}
-
-// Of one spring: force times stretch, halved. A shaded normal can turn it against the pull.
-float stored_J(const Vec3& force_N, const Vec3& pull_m) { return 0.5F * std::max(force_N.dot(pull_m), 0.0F); }
 
 // The springs of a contact in a scene with shaded meshes, before the effects of surfaces.
 struct ShadedSprings {
@@ -191,13 +140,6 @@ bool shares_object(const GodObject& a, const GodObject& b) {
   return false;
 }
 
-// Friction can only increase the distance to the tip. A rest position farther from the tip than the stiction
-// point does not belong to this contact.
-bool is_farther(const Vec3& rest, const Vec3& stuck, const Vec3& tip) {
-  constexpr float kRounding2 = 1.0F + 2.0e-5F;
-  return (rest - tip).squaredNorm() > kRounding2 * (stuck - tip).squaredNorm();
-}
-
 // A solid is felt again when neither the tip nor the god object is in it. While another solid holds the god object, it can
 // be in there for longer than the tip.
 [[gnu::noinline]] void update_inside(const World& world, Finger& finger, const Vec3& tip_m,
@@ -221,98 +163,6 @@ void move_rest(const World& world, const Nearby& nearby, Finger& finger, const V
   }
   rest = god;
   move(world, nearby, rest, tip_m, false, counters);
-}
-
-// The scale of the force of one plain surface. pull_m, force_N: in the object's frame.
-[[gnu::noinline]] float plain_scale(const World& world, Finger& finger, const PlacedObject& object,
-                                    const Vec3& tip_m, const Vec3& pull_m, const Vec3& force_N) {
-  const float stiffness_N_m = object.material.stiffness_N_m;
-  const Vec3 spring_N = stiffness_N_m * (finger.god.position_m - tip_m);
-  if (world.any_shaded) finger.shaded.follow(object, tip_m, spring_N, stiffness_N_m, stiffness_N_m, false);
-  return passive_scale(finger, kNoBody, tip_m, {pull_m, spring_N, stored_J(force_N, pull_m)}, true);
-}
-
-// Whether nothing but this object counts in this tick, and shading does not bind its force.
-[[gnu::noinline]] bool alone_in_reach(const World& world, Finger& finger, std::size_t object,
-                                      const Vec3& tip_m) {
-  if (finger.inside != 0 || (world.any_shaded && finger.shaded.binds())) return false;
-  GodObject& god = finger.god;
-  const Reach reach(god.position_m, finger.rest.position_m, tip_m, world.margin_m);
-  for (std::size_t i = 0; i < world.count; ++i)
-    if (i != object && reach.meets(world.objects[i])) return false;
-  if (!world.objects[object].shape.mesh.seams) god.is_ball = finger.rest.is_ball = false;
-  return true;
-}
-
-// The fast path for the most common tick: one plain surface holds the god object, and no other object is
-// within reach. It gives the forces of Renderer::touch() (tests/property/control/renderer_paths_test.cpp),
-// except that on a mesh rest continues from its place in the previous tick while the tip sticks. In every
-// other case it returns false and changes nothing.
-[[gnu::always_inline]] inline bool touch_one_plain_surface(const World& world, Finger& finger, const Tip& tip,
-                                                           float period_s, Touch& touch) {
-  GodObject& god = finger.god;
-  if (god.count != 1 || finger.rest.count != 1) return false;
-  Contact& contact = god.contacts[0];
-  if (finger.rest.contacts[0].object != contact.object) return false;
-  const PlacedObject& object = world.objects[contact.object];
-  if (!object.plain) return false;
-  if (world.count > 1 && !alone_in_reach(world, finger, contact.object, tip.position_m)) return false;
-  const Vec3 x = object.to_local(tip.position_m);
-  const Vec3 stuck = object.to_local(god.position_m);
-  const Material& m = object.material;
-  // On a mesh, rest continues from its place in the previous tick: the path from the stiction point can be
-  // many faces long.
-  const bool walks = object.ops->walks;
-  Feature feature = walks ? finger.rest.contacts[0].feature : contact.feature;
-  Slide rest = object.ops->slide(object.shape, feature,
-                                 walks ? object.to_local(finger.rest.position_m) : stuck, x, {});
-  if (rest.end != SlideEnd::kHeld || !rest.swept || feature.kind != 0) return false;
-  Vec3 at = rest.to;
-  if (m.static_friction > 0.0F) {
-    at = stuck;
-    // A test on squares, without a root: most ticks stick.
-    const float limit2 = m.static_friction * m.static_friction;
-    if (finger.friction.sliding() || (stuck - rest.to).squaredNorm() > limit2 * (rest.to - x).squaredNorm() ||
-        (walks && is_farther(rest.to, stuck, x))) {
-      // It may slip: then rest is the end of a slide that starts at the stiction point.
-      feature = contact.feature;
-      rest = object.ops->slide(object.shape, feature, stuck, x, {});
-      if (rest.end != SlideEnd::kHeld || !rest.swept || feature.kind != 0) return false;
-      Friction friction = finger.friction;
-      const Slip slip = friction.tick(friction_limits(m, (rest.to - x).norm()), stuck - rest.to, period_s);
-      if (slip.slips) {
-        Feature slipped_feature = contact.feature;
-        const Slide slipped =
-            object.ops->slide(object.shape, slipped_feature, stuck, rest.to + slip.offset_m, {.hold = true});
-        if (slipped.end != SlideEnd::kHeld || !slipped.swept || !loosens(slipped.to, stuck, rest.to, x))
-          return false;
-        contact.feature = slipped_feature;
-        at = slipped.to;
-        god.position_m = object.to_world(at);
-      }
-      finger.friction = friction;
-    }
-  } else {
-    contact.feature = feature;
-    god.position_m = object.to_world(at);
-  }
-  if (walks) {
-    god.is_ball = finger.rest.is_ball = false;  // of a mesh with seams
-    finger.rest.position_m = object.to_world(rest.to);
-    finger.rest.contacts[0].feature = feature;
-  }
-  const Vec3 pull = rest.to - x;
-  Vec3 force = m.stiffness_N_m * (at - x);
-  if (!world.one_potential) force *= plain_scale(world, finger, object, tip.position_m, at - x, force);
-  if (const float depth = pull.norm(); m.damping_N_s_m > 0.0F && depth > 0.0F) {
-    const Vec3 normal = pull / depth;
-    const float speed = object.turn_back(tip.velocity_m_s).dot(normal);
-    force += damping_force_N(m.stiffness_N_m * depth, m.damping_N_s_m, speed) * normal;
-  }
-  touch.force_N = object.turn(force);
-  touch.god_object_m = god.position_m;
-  touch.contacts = 1;
-  return true;
 }
 
 }  // namespace
@@ -350,15 +200,18 @@ std::uint64_t Renderer::inside_in_image(SolidSet inside) const noexcept {
 }
 
 void Renderer::use_general_path_only() noexcept {
-  for (PlacedObject& object : world_.objects) object.plain = false;
+  for (PlacedObject& object : world_.objects) object.plain = object.rolls = false;
 }
 
 void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept {
   const std::size_t count = std::min(tips.size(), kMaxArms);
   for (std::size_t i = 0; i < count; ++i) {
     Finger& finger = fingers_[i];
-    if (!touch_one_plain_surface(world_, finger, tips[i], period_s, touches[i])) {
-      touch(finger, tips[i], period_s, touches[i]);
+    if (!touch_one_plain_surface<PointWay>(world_, finger, tips[i], period_s, nullptr, touches[i])) {
+      TriangleCache* const triangles = lists_ ? &triangles_[i] : nullptr;
+      if (world_.tip_radius_m == 0.0F ||
+          !roll_on_one_plain_surface(world_, finger, tips[i], period_s, triangles, touches[i]))
+        touch(finger, tips[i], period_s, triangles, touches[i]);
       if (finger.inside != 0) update_inside(world_, finger, tips[i].position_m, counters_);
     }
     if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
@@ -368,13 +221,14 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
   bodies_.step(world_, std::span(fingers_).first(count), period_s, counters_);
 }
 
-void Renderer::touch(Finger& finger, const Tip& tip, float period_s, Touch& touch) noexcept {
+void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCache* triangles,
+                     Touch& touch) noexcept {
   const Vec3& x = tip.position_m;
   GodObject& god = finger.god;
   GodObject& rest = finger.rest;
   if (!finger.started) begin(world_, finger, x, counters_);
   const Nearby nearby(world_, Reach(god.position_m, rest.position_m, x, world_.margin_m), finger.inside,
-                      lists_ ? &triangles_[static_cast<std::size_t>(&finger - fingers_.data())] : nullptr);
+                      triangles);
 
   // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
   if (god.count == 0) fly(world_, nearby, god, x, counters_);

@@ -79,7 +79,7 @@ class Renderer {
 
  private:
   [[nodiscard]] std::uint64_t inside_in_image(SolidSet inside) const noexcept;
-  void touch(Finger& finger, const Tip& tip, float period_s, Touch& touch) noexcept;
+  void touch(Finger& finger, const Tip& tip, float period_s, TriangleCache* triangles, Touch& touch) noexcept;
 
   World world_;
   Fields fields_;

@@ -122,7 +122,7 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
       }
       state.velocity_m_s = centre.velocity_m_s - state.spin_rad_s.cross(arm);
       world.objects[in_world].body = static_cast<std::uint8_t>(count_);
-      world.objects[in_world].plain = false;
+      world.objects[in_world].plain = world.objects[in_world].rolls = false;
       models_[count_] = model;
       states_[count_] = state;
       centres_[count_] = centre;

@@ -74,4 +74,12 @@ class Friction {
          !is_longer(slipped_m - nearest_to_m, stuck_m - nearest_to_m);
 }
 
+// Friction can only increase the distance to the tip. A rest position farther from the tip than the stiction
+// point does not belong to this contact.
+[[nodiscard]] [[gnu::always_inline]] inline bool is_farther(const Vec3& rest, const Vec3& stuck,
+                                                            const Vec3& tip) noexcept {
+  constexpr float kRounding2 = 1.0F + 2.0e-5F;
+  return (rest - tip).squaredNorm() > kRounding2 * (stuck - tip).squaredNorm();
+}
+
 }  // namespace thimble::control

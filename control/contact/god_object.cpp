@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "control/contact/ball.h"
-#include "control/contact/half_spaces.h"
+#include "control/contact/planes.h"
 
 namespace thimble::control {
 namespace {
@@ -85,51 +85,6 @@ void add_contact(GodObject& god, const Contact& contact) {
     --god.count;
   }
   god.contacts[god.count++] = contact;
-}
-
-// The planes at the god object, each with its contact. A plane's offset is how far the god object is behind the surface,
-// from rounding.
-constexpr std::size_t kMaxPlanes = 2 * kMaxContacts;
-
-struct Planes {
-  std::array<HalfSpace, kMaxPlanes> plane;
-  std::array<std::size_t, kMaxPlanes> contact;
-  std::size_t count = 0;
-};
-
-Planes planes_at(const World& world, const GodObject& god) {
-  Planes planes;
-  if (god.is_ball) {
-    for (; planes.count < god.count; ++planes.count) {
-      planes.plane[planes.count] = {god.normals[planes.count], 0.0F};
-      planes.contact[planes.count] = planes.count;
-    }
-    return planes;
-  }
-  for (std::size_t i = 0; i < god.count; ++i) {
-    const PlacedObject& object = world.objects[god.contacts[i].object];
-    std::array<Vec3, 3> normals;
-    const Vec3 at = object.to_local(god.position_m);
-    const int count = object.ops->normals(object.shape, god.contacts[i].feature, at, normals);
-    Feature feature = god.contacts[i].feature;
-    const Vec3 out = object.ops->slide(object.shape, feature, at, at, {.hold = true}).to - at;
-    for (int n = 0; n < count && planes.count < kMaxPlanes; ++n) {
-      const Vec3& normal = normals[static_cast<std::size_t>(n)];
-      planes.plane[planes.count] = {object.turn(normal),
-                                    std::clamp(normal.dot(out), -kSurfaceTolerance_m, kSurfaceTolerance_m)};
-      planes.contact[planes.count++] = i;
-    }
-  }
-  return planes;
-}
-
-// The displacement nearest to r that the planes allow; none where there is no answer.
-NearestInside project(const Planes& planes, const Vec3& r) {
-  NearestInside out = nearest_inside(std::span(planes.plane).first(planes.count), r);
-  if (out.found) return out;
-  out.count = 0;
-  out.point_m = Vec3::Zero();
-  return out;
 }
 
 void remove_inactive(GodObject& god, const Planes& planes, const NearestInside& projection) {
@@ -373,10 +328,15 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
   return !stops();
 }
 
-}  // namespace
+// What it can meet: it comes nearer to the target all the way, or may leave it by as much as Reach allows. Where one solid is left, it stays
+// a point: a ball takes several times as long.
+Nearby on_way(const World& world, const Nearby& nearby, const GodObject& god, const Vec3& target, bool hold) {
+  const float moves = hold ? Reach::kMoves : 1.0F;
+  return nearby.within(world, target, moves * (target - god.position_m).norm() + world.margin_m);
+}
 
-void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-         RenderCounters& counters) noexcept {
+void fly_near(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+              RenderCounters& counters) {
   if (nearby.several() || world.tip_radius_m > 0.0F) {
     if (fly_ball(world, nearby, god, target, counters)) return;
   } else if (world.any_seams) {
@@ -390,8 +350,8 @@ void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& t
   fly_point(world, nearby, god, target, counters);
 }
 
-void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
-          RenderCounters& counters) noexcept {
+void move_near(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+               RenderCounters& counters) {
   if (nearby.several() || world.tip_radius_m > 0.0F) {
     if (move_ball(world, nearby, god, target, hold, counters)) return;
   } else if (world.any_seams) {
@@ -405,46 +365,20 @@ void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& 
   move_point(world, nearby, god, target, hold, false, counters);
 }
 
-std::size_t contact_normals(const World& world, const GodObject& god,
-                            std::span<Vec3, kMaxContacts> normals) noexcept {
-  const Planes planes = planes_at(world, god);
-  const std::size_t count = std::min(planes.count, kMaxContacts);
-  for (std::size_t i = 0; i < count; ++i) normals[i] = planes.plane[i].normal;
-  return count;
+}  // namespace
+
+void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+         RenderCounters& counters) noexcept {
+  if (nearby.several())
+    return fly_near(world, on_way(world, nearby, god, target, false), god, target, counters);
+  fly_near(world, nearby, god, target, counters);
 }
 
-Constraints constraints(const World& world, const GodObject& god, const Vec3& tip) noexcept {
-  Constraints out;
-  if (god.count == 0) return out;
-  const Vec3 pull = god.position_m - tip;
-  if (god.count > 1 || god.contacts[0].feature.kind != 0) {
-    const Planes planes = planes_at(world, god);
-    const NearestInside projection = project(planes, -pull);
-    // When the planes do not balance the whole pull, they are not the constraints (a ridge, a saddle).
-    constexpr float kHeld = 1.0e-3F;
-    if (projection.point_m.squaredNorm() <= kHeld * kHeld * pull.squaredNorm()) {
-      for (std::size_t i = 0; i < projection.count; ++i) {
-        const std::size_t contact = planes.contact[projection.holding[i]];
-        const std::uint8_t object = god.contacts[contact].object;
-        out.list[i] = {object,
-                       planes.plane[projection.holding[i]].normal,
-                       projection.lambda_m[static_cast<Eigen::Index>(i)],
-                       world.objects[object].material,
-                       static_cast<std::uint8_t>(contact),
-                       to_place(world, god, contact)};
-      }
-      out.count = projection.count;
-      if (out.count > 0) return out;
-    }
-  }
-  // One surface: it pushes along the line to the tip, which is its normal when the god object is at rest.
-  const float depth = pull.norm();
-  out.count = 1;
-  const std::uint8_t object = god.contacts[0].object;
-  out.list[0] = {object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()),
-                 depth,  world.objects[object].material,
-                 0,      to_place(world, god, 0)};
-  return out;
+void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
+          RenderCounters& counters) noexcept {
+  if (nearby.several())
+    return move_near(world, on_way(world, nearby, god, target, hold), god, target, hold, counters);
+  move_near(world, nearby, god, target, hold, counters);
 }
 
 }  // namespace thimble::control

@@ -45,15 +45,20 @@ class Nearby {
   // triangles: of the finger, for the mesh among the objects if it is one only. Null: none.
   Nearby(const World& world, const Reach& reach, SolidSet without,
          TriangleCache* triangles = nullptr) noexcept;
+  // Those of them that a move can meet which stays within a distance of a place.
+  [[nodiscard]] Nearby within(const World& world, const Vec3& place_m, float distance_m) const noexcept;
   explicit Nearby(std::uint8_t object) noexcept : list_{object}, count_(1) {}
   [[nodiscard]] std::span<const std::uint8_t> objects() const { return {list_.data(), count_}; }
   [[nodiscard]] bool several() const { return count_ > 1; }
-  [[nodiscard]] TriangleCache* triangles() const { return triangles_; }
+  [[nodiscard]] TriangleCache* triangles() const { return one_mesh_ ? triangles_ : nullptr; }
 
  private:
+  void keep(const World& world, const Vec3& place_m, float distance_m) noexcept;
+
   std::array<std::uint8_t, kMaxObjects> list_;
   std::size_t count_ = 0;
   TriangleCache* triangles_ = nullptr;
+  bool one_mesh_ = false;
 };
 
 }  // namespace thimble::control

@@ -54,7 +54,9 @@ void World::bind(const SceneView& view) noexcept {
     if (object->surface() != nullptr) surfaces[count] = view_surface(*object->surface());
     objects[count] = place(*object);
     objects[count].in_image = index;
-    objects[count].plain = objects[count].plain && tip_radius_m == 0.0F;
+    PlacedObject& placed = objects[count];
+    placed.rolls = placed.plain && tip_radius_m > 0.0F && placed.ops->roll != nullptr;
+    placed.plain = placed.plain && tip_radius_m == 0.0F;
     any_seams = any_seams || objects[count].shape.mesh.seams;
     ++count;
   }

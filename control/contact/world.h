@@ -35,8 +35,10 @@ struct PlacedObject {
   bool turned = false;
   bool shaded = false;
   bool surfaced = false;  // with a click, a brake, a texture or a stiffness map
-  bool plain =
-      true;  // allowed in the renderer's fast path: not shaded, not surfaced, not a body, and the tip is a point
+  // Allowed in the renderer's fast path: not shaded, not surfaced, not a body, and the tip is a point; or it is a ball, and this is a
+  // mesh.
+  bool plain = true;
+  bool rolls = false;
   std::uint8_t body = kNoBody;  // its index among the bodies (control/bodies)
   std::uint8_t in_image = 0;    // its index in the scene image
   Vec3 lo_m = Vec3::Zero();     // axis-aligned bounding box, world frame

@@ -29,6 +29,8 @@ struct Kind {
   bool many_rests = false;  // a tip inside stands behind several faces of a mesh
 };
 
+host::MeshOptions for_tip(double radius_m) { return {.crease_deg = {}, .tip_radius_m = radius_m}; }
+
 // Small and near the origin, where a float is 1e-9 m fine.
 std::vector<Kind> kinds() {
   return {
@@ -58,6 +60,26 @@ std::vector<Kind> kinds() {
        },
        true},
       {"cone", [](SceneBuilder& b, const Material& m, const Pose& p) { b.cone(0.012, 0.016, m, p); }},
+      {"edged mesh, tip of 1 mm",
+       [](SceneBuilder& b, const Material& m, const Pose& p) {
+         b.mesh(box_mesh({0.015, 0.02, 0.01}, 4), m, for_tip(0.001), p).tip_radius(0.001);
+       },
+       true},
+      {"round mesh, tip of 2 mm",
+       [](SceneBuilder& b, const Material& m, const Pose& p) {
+         b.mesh(icosphere(4, 0.008), m, for_tip(0.002), p).tip_radius(0.002);
+       },
+       true},
+      {"ring mesh, tip of 1 mm",
+       [](SceneBuilder& b, const Material& m, const Pose& p) {
+         b.mesh(torus(0.01, 0.005, 40, 24), m, for_tip(0.001), p).tip_radius(0.001);
+       },
+       true},
+      {"ring mesh without rims, tip of 1 mm",
+       [](SceneBuilder& b, const Material& m, const Pose& p) {
+         b.mesh(torus(0.01, 0.005, 40, 24), m, {}, p).tip_radius(0.001);
+       },
+       true},
   };
 }
 
