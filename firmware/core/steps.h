@@ -20,7 +20,7 @@
 namespace thimble::firmware {
 
 struct Parts {
-  Parts(const Config& config, const Params& parameters) noexcept
+  [[gnu::noinline]] Parts(const Config& config, const Params& parameters) noexcept
       : setup(config),
         params(parameters),
         sources(setup.period_s, config.sources),
