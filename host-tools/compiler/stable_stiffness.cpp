@@ -52,6 +52,9 @@ std::vector<Wall> walls_of(const scene::Object& object) {
   const scene::Material& material = *object.material();
   const auto damping = static_cast<double>(material.damping_n_s_per_m());
   std::vector<Wall> walls = {{static_cast<double>(material.stiffness_n_per_m()), damping}};
+  if (const scene::Needle* needle = object.shape_as_Needle())  // a layer that has not torn yet has no damping
+    for (const scene::Layer* layer : *needle->layers())
+      walls.push_back({static_cast<double>(layer->stiffness_n_per_m()), 0.0});
   const scene::Surface* surface = object.surface();
   if (surface == nullptr || surface->stiffness_map() == nullptr) return walls;
   const scene::StiffnessMap& map = *surface->stiffness_map();

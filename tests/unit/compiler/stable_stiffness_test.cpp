@@ -141,6 +141,10 @@ TEST(StableStiffness, MapsBodiesAndControlsCount) {
           R"({"name": "key", "shape": {"box": {"size_m": [0.02, 0.02, 0.01]}}, "material": {"stiffness_N_m": 15000},
       "body": {"motion": "slide", "mass_kg": 0.1, "axis": [0, 0, 1], "control": {"stiffness_N_m": 300}}})"),
       testing::HasSubstr("key: 15000"));
+  EXPECT_THAT(first(R"({"name": "skin", "material": {"stiffness_N_m": 600}, "shape": {"needle": {"layers": [
+      {"thickness_m": 0.005, "stiffness_N_m": 500, "tear_N": 1},
+      {"thickness_m": 0.005, "stiffness_N_m": 90000, "tear_N": 5}]}}})"),
+              testing::HasSubstr("skin: 90000 N/m with a damping of 0 N s/m"));
   EXPECT_EQ(first(R"({"name": "field", "material": {"stiffness_N_m": 50000}, "shape": {"potential_field": {
       "shape": {"sphere": {"radius_m": 0.01}}, "step_m": 0.002, "source_per_m": 100}}})"),
             "");
