@@ -73,7 +73,7 @@ Spot random_spot(const host::TriangleSoup& soup, const MeshOracle& oracle, Rando
 void stroke(const Surface& surface, const MeshOracle& oracle, const host::TriangleSoup& soup,
             const SceneImage& image, const Material& material, Random& random, Tally& tally) {
   const double stiffness_N_m = kDefaultStiffness_N_m;
-  const double breaks = material.static_friction - material.dynamic_friction;
+  const double breaks = static_cast<double>(material.static_friction - material.dynamic_friction);
   constexpr double kStep_m = 1e-6;
   constexpr double kClear_m = 1e-4;
   constexpr int kTicks = 4000;
