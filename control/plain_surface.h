@@ -61,6 +61,7 @@ struct BallWay {
   BallRoll ball;
   bool rolls;
 
+  // Out of line on every board: one rule of tests/hardware/cortex/firmware.limits is about it.
   [[gnu::noinline]] BallWay(const World& world, const PlacedObject& object, Feature& feature,
                             const Vec3& from_m, const Vec3& to_m, bool hold, TriangleCache* triangles)
       : ball{from_m, to_m, world.tip_radius_m, hold, feature, {}, triangles},
@@ -77,7 +78,7 @@ struct BallWay {
   }
 };
 
-// It gives the forces of Renderer::touch() (tests/property/control/renderer_paths_test.cpp),
+// The fast path. It gives the forces of Renderer::touch() (tests/property/control/renderer_paths_test.cpp),
 // except that on a mesh rest continues from its place in the previous tick while the tip sticks. In every
 // other case it returns false and changes nothing.
 template <typename Way>

@@ -20,6 +20,7 @@
 namespace thimble::firmware {
 
 struct Parts {
+  // Out of line on every board: one rule of tests/hardware/cortex/firmware.limits is about it.
   [[gnu::noinline]] Parts(const Config& config, const Params& parameters) noexcept
       : setup(config),
         params(parameters),

@@ -327,10 +327,11 @@ TEST(Seams, AcuteGroovesHold) {
   figure("seams, acute grooves: ticks", static_cast<double>(ticks), "");
   figure("seams, acute grooves: held without contact", static_cast<double>(silent), "0");
   figure("seams, acute grooves: from the bottom, of the ball's distance", farthest, "< 1.1");
-  figure("seams, acute grooves: greatest change of force in a tick, N", jump_N, "");
+  figure("seams, acute grooves: greatest change of force in a tick, N", jump_N, "0.1");
   EXPECT_GT(ticks, 100'000);
   EXPECT_EQ(silent, 0);
   EXPECT_LT(farthest, 1.1);
+  EXPECT_LT(jump_N, 0.1);
 }
 
 }  // namespace
