@@ -332,7 +332,9 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
 // a point: a ball takes several times as long.
 Nearby on_way(const World& world, const Nearby& nearby, const GodObject& god, const Vec3& target, bool hold) {
   const float moves = hold ? Reach::kMoves : 1.0F;
-  return nearby.within(world, target, moves * (target - god.position_m).norm() + world.margin_m);
+  const float way =
+      std::max((target - god.position_m).norm(), god.is_ball ? (target - god.centre_m).norm() : 0.0F);
+  return nearby.within(world, target, moves * way + world.margin_m);
 }
 
 void fly_near(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
