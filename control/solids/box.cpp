@@ -64,7 +64,7 @@ Slide slide(const ShapeData& shape, Feature& feature, const Vec3& from, const Ve
   to[axis] = sign * half[axis];
   SlideEnd end = SlideEnd::kHeld;
   for (int side = 0; side < 3; ++side) {
-    if (side == axis || std::abs(target[side]) <= half[side]) continue;
+    if (side == axis || to[side] == target[side]) continue;
     // The target is beyond this face's edge, so outside the box, in front of the face round the corner.
     if (!options.hold) return {to, SlideEnd::kFree};
     if (!in_front) {
