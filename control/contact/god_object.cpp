@@ -13,6 +13,19 @@ namespace {
 constexpr int kMaxMoves = 32;         // flights, slides and corner steps of one move
 constexpr int kMaxRefreshPieces = 8;  // slides that bring a contact's feature along with a corner step
 
+// What the god object has slid off, and does not meet again on its flight. Within rounding of a vertex it can land on a face and slide off it
+// to the same place: then it has left that face, too, or it would come back to it for ever.
+struct Left {
+  static constexpr std::size_t kMax = 6;
+  std::array<Contact, kMax> contacts;
+  std::size_t count = 0;
+
+  void add(const Contact& contact) {
+    if (count < kMax) contacts[count++] = contact;
+  }
+  [[nodiscard]] std::span<const Contact> all() const { return {contacts.data(), count}; }
+};
+
 struct Flight {
   Hit hit;
   std::uint8_t object = 0;
@@ -29,7 +42,7 @@ void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god
   for (const std::uint8_t index : nearby.objects()) {
     if (index == skip) continue;
     const PlacedObject& object = world.objects[index];
-    std::array<Feature, kMaxContacts + 1> features;
+    std::array<Feature, Left::kMax + 1> features;
     std::size_t count = 0;
     for (const Contact& contact : leaving) {
       if (contact.object == index) features[count++] = contact.feature;
@@ -50,6 +63,8 @@ void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god
   }
 }
 
+constexpr float kGap_m = 2.0F * kSurfaceTolerance_m;  // places on a surface that are one
+
 // Updates a contact's feature for a point that should still be on its surface; false when it is not.
 bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3& point) {
   const PlacedObject& object = world.objects[contact.object];
@@ -60,8 +75,7 @@ bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3&
     at = slide.to;
     if (slide.end != SlideEnd::kMoved) break;
   }
-  constexpr float kGap = 2.0F * kSurfaceTolerance_m;
-  return (at - target).squaredNorm() <= kGap * kGap;
+  return (at - target).squaredNorm() <= kGap_m * kGap_m;
 }
 
 void update_contacts(const World& world, GodObject& god, const Vec3& from, const Vec3& point) {
@@ -179,13 +193,14 @@ bool moves_away(const Vec3& target, const Vec3& to, const Vec3& from) {
 
 // One contact: slide over its surface.
 Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
-                     bool alone, std::array<Contact, kMaxContacts>& left, std::size_t& left_count,
-                     RenderCounters& counters) {
+                     bool alone, Left& left, RenderCounters& counters) {
   Contact& contact = god.contacts[0];
   const PlacedObject& object = world.objects[contact.object];
   Feature feature = contact.feature;
-  const Slide slide = object.ops->slide(object.shape, feature, object.to_local(god.position_m),
-                                        object.to_local(target), {.hold = hold, .one_piece = !alone});
+  const Contact start{contact.object, {.index = feature.index, .side = feature.side}};
+  const Vec3 from = object.to_local(god.position_m);
+  const Slide slide = object.ops->slide(object.shape, feature, from, object.to_local(target),
+                                        {.hold = hold, .one_piece = !alone});
   if (alone && slide.swept) {
     god.position_m = object.to_world(slide.to);
   } else {
@@ -207,24 +222,28 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
     case SlideEnd::kFree:
       break;
   }
-  left[0] = god.contacts[0];
-  left_count = 1;
+  if (left.count > 0 && (slide.to - from).squaredNorm() <= kGap_m * kGap_m) {
+    left.add(start);
+  } else {
+    left.count = 0;
+  }
+  left.add(god.contacts[0]);
   god.count = 0;
   return Outcome::kContinue;
 }
 
 // Two or three contacts: all their planes together.
 Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-                        std::array<Contact, kMaxContacts>& left, std::size_t& left_count) {
+                        Left& left) {
   const Planes planes = planes_at(world, god);
   const NearestInside projection = project(planes, target - god.position_m);
   if (projection.count == 0 && projection.point_m != Vec3::Zero()) {  // no plane holds it back
     // The sweep ignores these faces only: other faces at their edges can still stop it.
+    left.count = 0;
     for (std::size_t i = 0; i < god.count; ++i) {
       const Feature& f = god.contacts[i].feature;
-      left[i] = {god.contacts[i].object, {.index = f.index, .side = f.side}};
+      left.add({god.contacts[i].object, {.index = f.index, .side = f.side}});
     }
-    left_count = god.count;
     god.count = 0;
     return Outcome::kContinue;
   }
@@ -283,13 +302,11 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
 // Moves it as a point. to_seam: only to where parts of a mesh touch; returns false there, as it could come between them.
 [[gnu::noinline]] bool move_point(const World& world, const Nearby& nearby, GodObject& god,
                                   const Vec3& target, bool hold, bool to_seam, RenderCounters& counters) {
-  std::array<Contact, kMaxContacts> left;
-  std::size_t left_count = 0;
+  Left left;
   float nearest2 = std::numeric_limits<float>::infinity();
   int idle_steps = 0;  // corner steps that brought it no nearer
   const auto stops = [&] {
-    return to_seam && on_seam(world, god.count > 0 ? std::span(god.contacts).first(god.count)
-                                                   : std::span(left).first(left_count));
+    return to_seam && on_seam(world, god.count > 0 ? std::span(god.contacts).first(god.count) : left.all());
   };
   for (int moves = 0; moves < kMaxMoves; ++moves) {
     if (stops()) return false;
@@ -297,11 +314,11 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
     Outcome outcome = Outcome::kContinue;
     if (god.count == 0) {
       bool landed = false;
-      outcome = fly_and_land(world, nearby, {left.data(), left_count}, god, target, kSkipNone, landed);
+      outcome = fly_and_land(world, nearby, left.all(), god, target, kSkipNone, landed);
       if (outcome == Outcome::kContinue && !landed) return true;
     } else if (god.count == 1) {
       const bool alone = nearby.objects().size() == 1 && nearby.objects()[0] == god.contacts[0].object;
-      outcome = slide_on_one(world, nearby, god, target, hold, alone, left, left_count, counters);
+      outcome = slide_on_one(world, nearby, god, target, hold, alone, left, counters);
     } else {
       // Between nearly parallel faces it can move back and forth by rounding: it ends after two steps without
       // progress.
@@ -310,7 +327,7 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
       idle_steps = distance2 < kNearer * nearest2 ? 0 : idle_steps + 1;
       nearest2 = std::min(nearest2, distance2);
       if (idle_steps > 2) return true;
-      outcome = slide_in_corner(world, nearby, god, target, left, left_count);
+      outcome = slide_in_corner(world, nearby, god, target, left);
     }
     if (outcome == Outcome::kSettled) return !stops();
     if (outcome == Outcome::kUnknown) {
@@ -322,8 +339,7 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
   if (god.count > 0) return !stops();
   // Cut short above a surface, where it would not push.
   bool landed = false;
-  if (fly_and_land(world, nearby, {left.data(), left_count}, god, target, kSkipNone, landed) ==
-      Outcome::kUnknown)
+  if (fly_and_land(world, nearby, left.all(), god, target, kSkipNone, landed) == Outcome::kUnknown)
     ++counters.sweep_bound;
   return !stops();
 }
