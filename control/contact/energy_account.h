@@ -82,13 +82,15 @@ class EnergyAccount {
         scale_ = std::min(scale_, scale_with(debt_of(expected_J, stored_J, shaded), stored_J));
       // A hand that presses does work. So it can cover U again where nothing of U is covered.
       constexpr float kBegins = 0.01F;
-      if (half_J > 0.0F) scale_ = std::max(scale_, kBegins);
+      if (half_J > 0.0F)
+        scale_ = std::max(scale_, shaded ? std::clamp(2.0F * work_J_ / stored_J, kBegins, 1.0F) : kBegins);
       // With a spring force that changes by at most 1.4 K times the motion (ShadedForce), the scaled one changes by less than
       // twice K times the motion. Where U may jump, a limit on the fall would give energy.
       if (shaded && (before < 1.0F || scale_ < 1.0F)) {
         const float most = (1.9F - 1.4F * before) * std::sqrt(step2 / std::max(depth2, step2));
         scale_ = std::clamp(scale_, falls > 0.0F && before > kBegins ? before - falls * most : 0.0F,
                             before + most);
+        if (scale_ * half_J < -std::max(work_J_, 0.0F)) scale_ = std::max(work_J_, 0.0F) / -half_J;
       }
       work_J_ += scale_ * half_J;
     }
@@ -122,7 +124,7 @@ class EnergyAccount {
     const float all_J = std::max(stored_J, -work_J);  // where more has been given than is stored
     if (!shaded) return {all_J * (1.0F - std::sqrt(covered)), -1.0F};
     const float least = std::min(kLeast, covered * covered / kLeast);
-    return {all_J * (1.0F - covered) / (covered - least), least};
+    return {all_J * (1.0F - covered) / std::max(covered - least, kLittle), least};
   }
 
   // dV/dU.

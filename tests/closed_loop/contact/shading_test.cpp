@@ -37,6 +37,7 @@ std::vector<Surface> surfaces() {
   std::vector<Surface> list;
   list.push_back({"icosphere 320", icosphere(2, 0.03), 60.0, 0.002});
   list.push_back({"icosphere 80", icosphere(1, 0.03), 60.0, 0.002});
+  list.push_back({"icosahedron, crease 180", icosphere(0, 0.03), 180.0, 0.003});
   list.push_back({"torus", torus(0.03, 0.012, 24, 12), 60.0, 0.002});
   list.push_back({"rough terrain, crease 40", hostile_terrain(20, 0.002, 0.002, 5), 40.0, 0.003});
   list.push_back({"rough terrain, crease 180", hostile_terrain(20, 0.002, 0.002, 6), 180.0, 0.003});
