@@ -200,6 +200,8 @@ SolverBody Bodies::accelerate(std::size_t body, float period_s) noexcept {
       break;
     }
   }
+  if (model.motion != scene::Motion::Turn)
+    solver_body.gained_m_s = solver_body.velocity_m_s - centre.velocity_m_s;
   return solver_body;
 }
 

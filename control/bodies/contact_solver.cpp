@@ -51,6 +51,28 @@ ContactSolver::Softness softness(float period_s) {
   return {kAngle / (kA1 * period_s), kA2 * kA3, kA3};
 }
 
+// It moves, and the friction is opposite to the motion: of all impulses at the limit the one that leaves the least energy. The response to
+// the turn can be far from that along the surface: steps along the slip would not come to it (More and Sorensen 1983).
+Vec3 sliding_impulse(Patch& patch, const Vec3& sticking_N_s, float limit_N_s) {
+  constexpr int kMaxRounds = 3;
+  constexpr float kNear = 0.01F;
+  constexpr float kAlone = 1.0e4F;  // a drag beside which the response does not count
+  if (limit_N_s <= 0.0F) return Vec3::Zero();
+  const Vec3 speed = patch.response * sticking_N_s;
+  Vec3 impulse = Vec3::Zero();
+  float length = 0.0F;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const Mat3 mass = (patch.response + patch.drag * Mat3::Identity()).inverse();
+    impulse = mass * speed;
+    length = impulse.norm();
+    const float over = length - limit_N_s;
+    if (std::abs(over) <= kNear * limit_N_s) break;
+    const float gain = length * length * over / (limit_N_s * impulse.dot(mass * impulse));
+    patch.drag = std::clamp(patch.drag + gain, 0.0F, kAlone / patch.step);
+  }
+  return limit_N_s / length * impulse;
+}
+
 }  // namespace
 
 void ContactSolver::reset() noexcept {
@@ -71,10 +93,7 @@ float ContactSolver::solve_friction(std::span<SolverBody> bodies, Patch& patch,
   const Vec3 speed = slip_speed(bodies, patch) + softness.bias_per_s * patch.slip_m;
   Vec3 impulse = patch.impulse_N_s - patch.mass * speed;
   if (impulse.squaredNorm() > limit * limit) {
-    // It moves: the friction is opposite to the motion. Fixed point of l = limit (l - step v) / |l - step v|.
-    impulse = patch.impulse_N_s - patch.step * speed;
-    const float length = impulse.norm();
-    impulse *= length > 0.0F ? limit / length : 0.0F;
+    impulse = sliding_impulse(patch, impulse, limit);
   }
   const Vec3 change = impulse - patch.impulse_N_s;
   patch.impulse_N_s = impulse;
@@ -168,7 +187,7 @@ void ContactSolver::prepare_friction(std::span<const SolverBody> bodies, Patch& 
   const float trace = response.trace();
   patch.step = trace > kNoResponse ? 1.0F / trace : 0.0F;
   if (patch.step <= 0.0F) {
-    patch.mass = Mat3::Zero();
+    patch.mass = patch.response = Mat3::Zero();
     patch.impulse_N_s = Vec3::Zero();
     return;
   }
@@ -178,6 +197,7 @@ void ContactSolver::prepare_friction(std::span<const SolverBody> bodies, Patch& 
     if (response(i, i) < kRegular * trace) patch.impulse_N_s[i] = 0.0F;
     response(i, i) += kRegular * trace;
   }
+  patch.response = response;
   patch.mass = response.inverse();
 }
 
@@ -198,8 +218,11 @@ void ContactSolver::prepare(std::span<const SolverBody> bodies, Patch& patch, fl
     p.target_m_s = -std::max(-p.depth_m, 0.0F) / period_s;
     const float approach = separation_speed(bodies, patch, p.row);
     if (approach < -kBounce_m_s && approach < p.target_m_s && restitution > 0.0F) {
-      p.target_m_s = -restitution * approach;
-      p.bounces = true;
+      // It bounces with the speed with which the tick began: that of the whole tick's fall would add m g T v to the energy of each bounce.
+      float gained_m_s = p.row.normal.dot(bodies[patch.a].gained_m_s);
+      if (patch.b != kNoBody) gained_m_s -= p.row.normal.dot(bodies[patch.b].gained_m_s);
+      p.target_m_s = restitution * std::max(gained_m_s - approach, 0.0F);
+      p.bounces = bounces_ = true;
     }
   }
   if (!moves && touches) {
@@ -253,7 +276,7 @@ void ContactSolver::collect_grips(std::span<const SolverBody> bodies, std::span<
   Patch patch;
   patch.b = kNoBody;
   patch.across[0] = patch.across[1] = patch.slip_m = patch.impulse_N_s = Vec3::Zero();
-  patch.mass.setZero();
+  patch.mass = patch.response = Mat3::Zero();
   patch.radius_m = kGripRadius_m;
   for (const Grip& grip : grips) {
     patch.a = grip.body;
@@ -273,7 +296,7 @@ void ContactSolver::collect_contacts(const World& world, std::span<const SolverB
   Patch pair;
   pair.normal = pair.across[0] = pair.across[1] = pair.centre_m = pair.slip_m = pair.impulse_N_s =
       Vec3::Zero();
-  pair.mass.setZero();
+  pair.mass = pair.response = Mat3::Zero();
   for (std::size_t a = 0; a < bodies.size(); ++a) {
     pair.object_a = bodies[a].object;
     if (!collides(world.objects[pair.object_a])) continue;
@@ -354,9 +377,15 @@ void ContactSolver::iterate(std::span<SolverBody> bodies, const Softness& softne
   }
 }
 
+// With rigid contacts: what pushed penetration out adds no velocity.
+void ContactSolver::relax(std::span<SolverBody> bodies) noexcept {
+  iterate(bodies, Softness{}, kRelaxIterations);
+}
+
 void ContactSolver::solve(const World& world, std::span<SolverBody> bodies, std::span<const Grip> grips,
                           float period_s, RenderCounters& counters) noexcept {
   found_.clear();
+  bounces_ = false;
   collect_grips(bodies, grips, period_s);
   collect_contacts(world, bodies, period_s, counters);
   for (Patch& patch : found_.patches()) {
@@ -364,6 +393,9 @@ void ContactSolver::solve(const World& world, std::span<SolverBody> bodies, std:
     recall(bodies, patch);
     prepare_friction(bodies, patch);
   }
+  std::array<Motion, kMaxBodies> motions;
+  for (std::size_t i = 0; bounces_ && i < bodies.size(); ++i)
+    motions[i] = {bodies[i].velocity_m_s, bodies[i].spin_rad_s};
   for (Patch& patch : found_.patches()) warm_start(bodies, patch);
   if (found_.patches().empty()) {
     stored_count_ = 0;
@@ -375,7 +407,8 @@ void ContactSolver::solve(const World& world, std::span<SolverBody> bodies, std:
     body.correction_rad = period_s * body.spin_rad_s;
   }
   add_slip(bodies, period_s);
-  iterate(bodies, Softness{}, kRelaxIterations);
+  relax(bodies);
+  if (bounces_) bounce_less(bodies, std::span(motions).first(bodies.size()));
   for (SolverBody& body : bodies) {
     body.correction_m -= period_s * body.velocity_m_s;
     body.correction_rad -= period_s * body.spin_rad_s;

@@ -84,6 +84,11 @@ class ContactSolver {
     std::array<float, kMaxPatchPoints> normal_N_s{};
   };
 
+  struct Motion {
+    Vec3 velocity_m_s = Vec3::Zero();
+    Vec3 spin_rad_s = Vec3::Zero();
+  };
+
   void collect_contacts(const World& world, std::span<const SolverBody> bodies, float period_s,
                         RenderCounters& counters) noexcept;
   void collect_grips(std::span<const SolverBody> bodies, std::span<const Grip> grips,
@@ -97,6 +102,9 @@ class ContactSolver {
   float solve_friction(std::span<SolverBody> bodies, Patch& patch, const Softness& softness) noexcept;
   float solve_normals(std::span<SolverBody> bodies, Patch& patch, const Softness& softness) noexcept;
   void iterate(std::span<SolverBody> bodies, const Softness& softness, int most) noexcept;
+  void relax(std::span<SolverBody> bodies) noexcept;
+  void bounce_less(std::span<SolverBody> bodies, std::span<const Motion> motions) noexcept;
+  float work_twice_J(std::span<SolverBody> bodies, std::span<const Motion> motions) noexcept;
   float friction_limit_N_s(const Patch& patch) noexcept;
   void add_slip(std::span<const SolverBody> bodies, float period_s) noexcept;
   void decide_sliding() noexcept;
@@ -105,6 +113,7 @@ class ContactSolver {
   ContactPatches found_;
   std::array<StoredPatch, kMaxBodyPatches> stored_;
   std::size_t stored_count_ = 0;
+  bool bounces_ = false;  // a point of this tick
 };
 
 }  // namespace thimble::control
