@@ -27,6 +27,7 @@ struct FarPoint {
 struct Convex {
   CollisionForm form = CollisionForm::kBall;
   const ShapeData* shape = nullptr;
+  NearestPlace (*nearest)(const ShapeData& shape, const Vec3& p) = nullptr;  // CollisionOps::nearest
   std::span<const scene::Vec3> corners;
   float radius_m = 0.0F;
   Mat3 rotation = Mat3::Identity();
