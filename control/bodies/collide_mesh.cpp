@@ -10,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <utility>
 
 #include "control/bodies/collide_triangle.h"
 #include "control/bodies/convex.h"
@@ -197,7 +196,7 @@ void drop_far_sides(const Vec3& middle_m, Manifold& found) {
   std::size_t front = 0;
   for (std::size_t i = 0; i < found.count; ++i) {
     const ContactPoint& p = found.points[i];
-    if (p.normal.dot(middle_m - p.point_m) > 0.0F) std::swap(found.points[front++], found.points[i]);
+    if (p.normal.dot(middle_m - p.point_m) > 0.0F) found.points[front++] = p;
   }
   if (front > 0) found.count = front;
 }

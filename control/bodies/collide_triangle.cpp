@@ -29,7 +29,7 @@ TriangleCorners corners_of(const std::array<Vec3, 3>& p) {
 }
 
 // A lambda: the algorithm calls it directly, not through a pointer.
-constexpr auto shallower = [](const auto& x, const auto& y) { return x.overlap.depth_m < y.overlap.depth_m; };
+constexpr auto shallower = [](const auto& x, const auto& y) { return x.depth_m < y.depth_m; };
 
 }  // namespace
 
@@ -175,13 +175,13 @@ bool TriangleCollision::rises(std::uint32_t triangle, const Vec3& normal) const 
   return !level && rises_round_corner(triangle, top, normal);
 }
 
-// Keeps a triangle for the search: of more than kMaxSearches the deepest ones. Of a hull most of what comes here is beside
+// Keeps a triangle for the search: of more than kMaxDeferred the deepest ones. Of a hull most of what comes here is beside
 // it: the first direction is from the triangle to its middle, along which that is seen at once.
-void TriangleCollision::defer(const Face& face, const Overlap& overlap) {
+void TriangleCollision::defer(const Face& face, Overlap overlap) {
   if (a_.nearest == nullptr) {
-    const TriangleCorners corners = corners_of(face.p);
     const Vec3 aside = a_.centre_m - nearest_on_triangle(face.p, a_.centre_m);
-    if (are_apart(a_, convex_triangle(corners), aside, margin_m_)) return;
+    if (aside.dot(face.normal) > 0.0F) offer(face, aside.normalized(), overlap);
+    if (overlap.depth_m < -margin_m_) return;
   }
   Deferred* to = nullptr;
   if (deferred_count_ < deferred_.size()) {
@@ -189,9 +189,9 @@ void TriangleCollision::defer(const Face& face, const Overlap& overlap) {
   } else {
     lost_ = true;
     to = std::min_element(deferred_.begin(), deferred_.end(), shallower);
-    if (to->overlap.depth_m >= overlap.depth_m) return;
+    if (to->depth_m >= overlap.depth_m) return;
   }
-  *to = {face.triangle, overlap};
+  *to = {face.triangle, overlap.depth_m, overlap.normal};
 }
 
 // False when they are apart, or no direction is found.
@@ -217,12 +217,34 @@ bool TriangleCollision::search(const Face& face, Overlap& overlap) {
   return true;
 }
 
+// The deepest one first. A direction that is found bounds the overlap of the others as well.
 void TriangleCollision::finish() {
-  for (std::size_t i = 0; i < deferred_count_; ++i) {
+  for (int n = 0; deferred_count_ > 0; ++n) {
+    Deferred& at = *std::max_element(
+        deferred_.begin(), deferred_.begin() + static_cast<std::ptrdiff_t>(deferred_count_), shallower);
+    if (at.depth_m < -margin_m_) return;
+    if (n == kMaxSearches) {
+      lost_ = true;
+      return;
+    }
     Face face;
-    Overlap& overlap = deferred_[i].overlap;
-    if (place(deferred_[i].triangle, face) && !is_known(face) && search(face, overlap))
-      add(face, overlap, false);
+    Overlap overlap;
+    overlap.normal = at.normal;
+    overlap.depth_m = at.depth_m;
+    const bool placed = place(at.triangle, face);
+    at = deferred_[--deferred_count_];
+    if (!placed || is_known(face)) continue;
+    if (search(face, overlap)) add(face, overlap, false);
+    const float lowest_m = overlap.normal.dot(a_.farthest(-overlap.normal).at_m) - a_.radius_m;
+    for (std::size_t i = 0; i < deferred_count_; ++i) {
+      Deferred& other = deferred_[i];
+      for (std::uint32_t corner = 0; corner < 3; ++corner)
+        face.p[corner] = vertex(mesh_, other.triangle, corner);
+      const float depth_m = height_of(face.p, overlap.normal) - lowest_m;
+      if (depth_m >= other.depth_m - kSooner_m) continue;
+      other.depth_m = depth_m;
+      other.normal = overlap.normal;
+    }
   }
 }
 

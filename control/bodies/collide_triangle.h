@@ -61,10 +61,12 @@ class TriangleCollision {
 
   // A triangle whose direction of least overlap is searched after the others.
   struct Deferred {
-    std::uint32_t triangle = 0;
-    Overlap overlap;  // the best direction so far
+    std::uint32_t triangle;
+    float depth_m;  // along the best direction so far
+    Vec3 normal;
   };
-  static constexpr std::size_t kMaxSearches = 12;
+  static constexpr std::size_t kMaxDeferred = 48;
+  static constexpr int kMaxSearches = 12;
 
   // A direction is better when it saves this much.
   static constexpr float kSooner_m = 2.0e-7F;
@@ -87,7 +89,7 @@ class TriangleCollision {
   [[nodiscard]] bool is_over(const Face& face, const Vec3& p) const;
   [[nodiscard]] bool is_under_face(const Vec3& p, int axis, float sign) const;
   void push_out(const Vec3& of_core_m, const Vec3& apart_m, Overlap& overlap) const;
-  void defer(const Face& face, const Overlap& overlap);
+  void defer(const Face& face, Overlap overlap);
   bool search(const Face& face, Overlap& overlap);
   // False: the mesh goes on in that direction.
   bool add(const Face& face, Overlap& overlap, bool corner);
@@ -110,7 +112,7 @@ class TriangleCollision {
   int passed_over_ = 0;
   int tried_ = 0;
   int triangles_ = 0;
-  std::array<Deferred, kMaxSearches> deferred_;
+  std::array<Deferred, kMaxDeferred> deferred_;  // the first deferred_count_ ones are written
   std::size_t deferred_count_ = 0;
   bool met_all_ = true;
   bool lost_ = false;

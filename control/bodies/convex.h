@@ -68,9 +68,6 @@ enum class Distance : std::uint8_t {
 [[nodiscard]] Distance nearest_points(const Convex& a, const Convex& b, const Vec3& shift_m,
                                       const Vec3& towards_a, float margin_m, NearestPair& out) noexcept;
 
-// Whether they are apart by more than margin_m as far as few directions show it, the first one `towards_a`.
-[[nodiscard]] bool are_apart(const Convex& a, const Convex& b, const Vec3& towards_a,
-                             float margin_m) noexcept;
 [[nodiscard]] Vec3 nearest_on_triangle(const std::array<Vec3, 3>& corners, const Vec3& p) noexcept;
 
 // The direction along which two convex solids overlap least.
