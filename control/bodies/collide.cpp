@@ -231,7 +231,7 @@ void Manifold::add(const ContactPoint& point) noexcept {
     points[count++] = point;
     return;
   }
-  // Among these and the new one, whose index is kMaxManifold.
+  // Among these and the new one, whose index is kMaxManifold. Of two that are level the first one stays.
   const auto at = [&](std::size_t i) -> const ContactPoint& { return i == kMaxManifold ? point : points[i]; };
   float nearest = std::numeric_limits<float>::infinity();
   std::size_t dropped = kMaxManifold;
@@ -243,7 +243,8 @@ void Manifold::add(const ContactPoint& point) noexcept {
                               kTurn_m * kTurn_m * (at(i).normal - at(j).normal).squaredNorm();
       if (distance2 >= nearest) continue;
       nearest = distance2;
-      dropped = at(i).depth_m < at(j).depth_m ? i : j;
+      constexpr float kLevel_m = 1.0e-6F;
+      dropped = at(i).depth_m < at(j).depth_m - kLevel_m ? i : j;
     }
   }
   if (dropped < kMaxManifold) points[dropped] = point;

@@ -115,7 +115,10 @@ bool least_overlap(const Convex& a, const Convex& b, float margin_m, Overlap& ov
     }
     const Vec3 normal = pair.apart_m.normalized();
     const float depth_m = depth_along(a, b, normal);
-    if (depth_m < -margin_m) return false;
+    if (depth_m < -margin_m) {
+      overlap.normal = normal;
+      return false;
+    }
     overlap.of_core_m = pair.of_a_m - shift;
     overlap.settled = shift_m <= 0.0F || depth_m > overlap.depth_m - kBetter_m;
     if (depth_m > overlap.depth_m - kBetter_m) break;

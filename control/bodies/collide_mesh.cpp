@@ -18,8 +18,8 @@
 namespace thimble::control {
 namespace {
 
-constexpr int kMaxMeshNodes = 192;
-constexpr std::size_t kMaxWaiting = 48;  // nodes
+constexpr int kMaxMeshNodes = 320;
+constexpr std::size_t kMaxWaiting = 96;  // nodes
 constexpr int kMaxSplits = 6;
 
 struct Waiting {
@@ -32,11 +32,16 @@ class MeshWalk {
   MeshWalk(const Convex& a, const MeshView& mesh, const Vec3& free_m, float margin_m, Manifold& out);
 
   // Meets the triangles; says how many were left out.
-  const TriangleCollision& collide();
+  const TriangleCollision& collide() {
+    walk();
+    triangles_.finish();
+    return triangles_;
+  }
   // Whether nodes were left out at a bound.
   [[nodiscard]] bool lost() const { return lost_; }
 
  private:
+  void walk();
   void wait(const flatbuffers::Array<std::uint16_t, 3>& lo, const flatbuffers::Array<std::uint16_t, 3>& hi,
             std::uint32_t child);
   // How far the solid, or the box about it, is from a box with the axes of the mesh; below 0 where they overlap.
@@ -78,13 +83,10 @@ float MeshWalk::gap_m(const Vec3& middle_m, const Vec3& half_m) const {
   if (gap > margin_m_) return gap;
   const Vec3 along_a = (a_.rotation.transpose() * apart).cwiseAbs() - a_.half_m - axes_.transpose() * half_m;
   gap = std::max(gap, along_a.maxCoeff());
-  if (gap > margin_m_ || a_.form == CollisionForm::kBox || a_.form == CollisionForm::kMesh) return gap;
-  // A round solid does not fill the box about it: along the line to the node's nearest place.
-  Vec3 towards = beyond.cwiseMax(0.0F);
-  const float length = towards.norm();
-  if (!(length > 0.0F)) return gap;
-  for (int i = 0; i < 3; ++i) towards[i] = std::copysign(towards[i] / length, apart[i]);
-  return std::max(gap, length - towards.dot(a_.farthest(towards).at_m - a_.centre_m) - a_.radius_m);
+  if (gap > margin_m_ || a_.form == CollisionForm::kBox || a_.nearest == nullptr) return gap;
+  // A round solid does not fill the box about it: along its normal at the place that is nearest to the node's middle.
+  const NearestPlace place = a_.nearest(*a_.shape, a_.rotation.transpose() * (middle_m - a_.position_m));
+  return std::max(gap, place.outside_m - half_m.dot((a_.rotation * place.normal).cwiseAbs()));
 }
 
 void MeshWalk::wait(const flatbuffers::Array<std::uint16_t, 3>& lo,
@@ -107,7 +109,7 @@ void MeshWalk::wait(const flatbuffers::Array<std::uint16_t, 3>& lo,
   }
 }
 
-const TriangleCollision& MeshWalk::collide() {
+void MeshWalk::walk() {
   std::uint32_t at = 0;
   for (int visits = 0; visits < kMaxMeshNodes; ++visits) {
     const scene::BvhNode& node = mesh_.nodes[at];
@@ -127,12 +129,11 @@ const TriangleCollision& MeshWalk::collide() {
       for (std::uint32_t i = first; i < first + triangle_count(child); ++i) triangles_.collide(i);
       if (!triangles_.at_bound()) continue;
       lost_ = waiting_count_ > 0 && !triangles_.passed_over();
-      return triangles_;
+      return;
     }
-    if (!found) return triangles_;
+    if (!found) return;
   }
   lost_ = true;
-  return triangles_;
 }
 
 // How deep a point is below the mesh, at most depth_m. False when it is apart from it by more than margin_m.
@@ -190,16 +191,19 @@ void collide_outline(const Convex& a, const MeshView& mesh, const ContactPoint& 
   }
 }
 
-}  // namespace
+// A contact that the solid's middle is behind counts only where no other holds it: else it is the far side of a plate.
+void drop_far_sides(const Vec3& middle_m, Manifold& found) {
+  std::size_t front = 0;
+  for (std::size_t i = 0; i < found.count; ++i) {
+    const ContactPoint& p = found.points[i];
+    if (p.normal.dot(middle_m - p.point_m) > 0.0F) found.points[front++] = p;
+  }
+  if (front > 0) found.count = front;
+}
 
-void collide_with_triangles(const Convex& a, const MeshView& mesh, float margin_m, Manifold& out) noexcept {
-  Manifold found;  // of this solid alone: what it touches tells which triangles can be passed over
-  MeshWalk walk(a, mesh, a.centre_m, margin_m, found);
-  const TriangleCollision& triangles = walk.collide();
-  const bool lost = walk.lost() || triangles.lost();
-  for (std::size_t i = 0; i < found.count; ++i) out.add_distinct(found.points[i]);
-  if (lost) ++out.left_out;
-  if ((triangles.met_all() && !lost) || a.form == CollisionForm::kBall) return;
+// The corners of the solid's lowest face for each direction of contact.
+void collide_outlines(const Convex& a, const MeshView& mesh, const TriangleCollision& triangles, bool lost,
+                      const Manifold& found, float margin_m, Manifold& out) {
   // The deepest contact of each direction, at most three.
   std::array<ContactPoint, 3> deepest;
   std::size_t count = 0;
@@ -222,6 +226,21 @@ void collide_with_triangles(const Convex& a, const MeshView& mesh, float margin_
     if (!held) deepest[count == deepest.size() ? count - 1 : count++] = off;
   }
   for (std::size_t i = 0; i < count; ++i) collide_outline(a, mesh, deepest[i], margin_m, out);
+}
+
+}  // namespace
+
+void collide_with_triangles(const Convex& a, const MeshView& mesh, float margin_m, Manifold& out) noexcept {
+  Manifold found;  // of this solid alone: what it touches tells which triangles can be passed over
+  MeshWalk walk(a, mesh, a.centre_m, margin_m, found);
+  const TriangleCollision& triangles = walk.collide();
+  const bool lost = walk.lost() || triangles.lost();
+  drop_far_sides(a.centre_m, found);
+  if (lost) ++out.left_out;
+  if ((!triangles.met_all() || lost) && a.form != CollisionForm::kBall)
+    collide_outlines(a, mesh, triangles, lost, found, margin_m, out);
+  // After the corners, which are the same ones in each tick.
+  for (std::size_t i = 0; i < found.count; ++i) out.add_distinct(found.points[i]);
 }
 
 }  // namespace thimble::control

@@ -9,18 +9,15 @@ using namespace topology;  // NOLINT(google-build-using-namespace): this file is
 
 namespace {
 
-constexpr int kMaxMeshTriangles = 48;  // that the solid reaches
-constexpr int kMaxSearches = 12;       // of the least overlap
+constexpr int kMaxTried = 256;         // triangles whose plane and box the solid reaches
+constexpr int kMaxMeshTriangles = 48;  // of these: that give contacts
 constexpr int kMaxLevel = 8;           // triangles in one plane
 constexpr int kMaxPassedOver = 16;     // triangles in one plane: the nodes that remain reach no deeper
 // Sine of the angle by which a neighbour may rise in the direction of a contact: a ball that rolls over a level edge is
 // nearer to it than to the face by 2e-6 of its radius there.
 constexpr float kRise = 2.0e-3F;
 constexpr float kLevel_m = 1.0e-6F;
-// A direction is better when it saves this much.
-constexpr float kSooner_m = 2.0e-7F;
-// Cosines: directions that are one, and a direction of contact that is the face's (above what kRise lets pass).
-constexpr float kSameLine = 1.0F - 1.0e-6F;
+// Cosine: a direction of contact that is the face's (above what kRise lets pass).
 constexpr float kAlongFace = 1.0F - 8.0e-6F;
 
 using TriangleCorners = std::array<scene::Vec3, 3>;
@@ -31,9 +28,8 @@ TriangleCorners corners_of(const std::array<Vec3, 3>& p) {
   return out;
 }
 
-float height_of(const std::array<Vec3, 3>& p, const Vec3& direction) {
-  return std::max({direction.dot(p[0]), direction.dot(p[1]), direction.dot(p[2])});
-}
+// A lambda: the algorithm calls it directly, not through a pointer.
+constexpr auto shallower = [](const auto& x, const auto& y) { return x.depth_m < y.depth_m; };
 
 }  // namespace
 
@@ -59,7 +55,7 @@ TriangleCollision::TriangleCollision(const Convex& a, const MeshView& mesh, cons
 }
 
 bool TriangleCollision::at_bound() const {
-  return triangles_ == kMaxMeshTriangles || passed_over_ == kMaxPassedOver;
+  return triangles_ == kMaxMeshTriangles || tried_ == kMaxTried || passed_over_ == kMaxPassedOver;
 }
 
 // Where the triangle is. False when it is outside of the box about the solid, or has no area.
@@ -87,7 +83,7 @@ bool TriangleCollision::place(std::uint32_t triangle, Face& face) const {
   return true;
 }
 
-// Whether the highest corner of the triangle is the place of a contact that is found already.
+// Whether the only corner of the triangle that can touch is the place of a contact that is found already.
 bool TriangleCollision::is_known(const Face& face) const {
   for (std::size_t i = 0; i < out_.count; ++i) {
     const ContactPoint& found = out_.points[i];
@@ -96,7 +92,7 @@ bool TriangleCollision::is_known(const Face& face) const {
       const Vec3 from = corner - place;
       if (std::abs(from.x()) < kLevel_m && from.squaredNorm() < kLevel_m * kLevel_m &&
           height_of(face.p, found.normal) - found.normal.dot(place) < kLevel_m)
-        return true;
+        return is_alone(face, found.normal, found.depth_m);
     }
   }
   return false;
@@ -136,37 +132,6 @@ void TriangleCollision::offer_neighbours(const Face& face, Overlap& best) const 
         face.side * to_vec(mesh_.vertices[vertex_index(mesh_, face.triangle, corner)].pseudonormal());
     if (mean.squaredNorm() > 0.0F) offer(face, mean.normalized(), best);
   }
-}
-
-// Whether p is above the triangle or below it, along its normal.
-bool TriangleCollision::is_over(const Face& face, const Vec3& p) const {
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3 along = face.p[i == 2 ? 0 : i + 1] - face.p[i];
-    if (face.side * face.normal.dot(along.cross(p - face.p[i])) < 0.0F) return false;
-  }
-  return true;
-}
-
-// Whether the solid is flat where it is farthest against one of its axes (sign 1) or along it (-1), and a point of its frame
-// is above or below that face.
-bool TriangleCollision::is_under_face(const Vec3& p, int axis, float sign) const {
-  switch (a_.form) {
-    case CollisionForm::kBox: {
-      const Vec3 beyond = p.cwiseAbs() - a_.shape->vector;
-      return beyond[(axis + 1) % 3] <= 0.0F && beyond[(axis + 2) % 3] <= 0.0F;
-    }
-    case CollisionForm::kCone:
-      if (sign < 0.0F) return false;
-      [[fallthrough]];
-    case CollisionForm::kCylinder:
-      return axis == 2 && p.head<2>().squaredNorm() <= a_.shape->radius_m * a_.shape->radius_m;
-    case CollisionForm::kHalfSpace:
-    case CollisionForm::kBall:
-    case CollisionForm::kCapsule:
-    case CollisionForm::kMesh:
-      break;
-  }
-  return false;
 }
 
 bool TriangleCollision::rises_round_corner(std::uint32_t triangle, std::uint32_t corner,
@@ -210,50 +175,121 @@ bool TriangleCollision::rises(std::uint32_t triangle, const Vec3& normal) const 
   return !level && rises_round_corner(triangle, top, normal);
 }
 
-// False when they are apart, or no direction is found. Most of what comes here is beside the solid: the first direction is
-// from the triangle to the middle of the solid, along which that is seen at once.
-bool TriangleCollision::search(const Face& face, Overlap& overlap) {
-  if (searches_ == kMaxSearches) {
-    lost_ = true;
-    return false;
+// Keeps a triangle for the search: of more than kMaxDeferred the deepest ones. Of a hull most of what comes here is beside
+// it: the first direction is from the triangle to its middle, along which that is seen at once.
+void TriangleCollision::defer(const Face& face, Overlap overlap) {
+  if (a_.nearest == nullptr) {
+    const Vec3 aside = a_.centre_m - nearest_on_triangle(face.p, a_.centre_m);
+    if (aside.dot(face.normal) > 0.0F) offer(face, aside.normalized(), overlap);
+    if (overlap.depth_m < -margin_m_) return;
   }
+  Deferred* to = nullptr;
+  if (deferred_count_ < deferred_.size()) {
+    to = &deferred_[deferred_count_++];
+  } else {
+    lost_ = true;
+    to = std::min_element(deferred_.begin(), deferred_.end(), shallower);
+    if (to->depth_m >= overlap.depth_m) return;
+  }
+  *to = {face.triangle, overlap.depth_m, overlap.normal};
+}
+
+// False when they are apart, or no direction is found.
+bool TriangleCollision::search(const Face& face, Overlap& overlap) {
   const TriangleCorners corners = corners_of(face.p);
   const Convex b = convex_triangle(corners);
-  const Vec3 aside = a_.centre_m - nearest_on_triangle(face.p, a_.centre_m);
-  if (a_.form != CollisionForm::kBox && are_apart(a_, b, aside, margin_m_)) return false;
-  ++searches_;
-  if (!least_overlap(a_, b, margin_m_, overlap)) return false;
-  lost_ = lost_ || !overlap.settled;
-  return overlap.settled;
+  if (a_.form != CollisionForm::kCapsule) {
+    if (!least_overlap(a_, b, margin_m_, overlap)) return false;
+    lost_ = lost_ || !overlap.settled;
+    return overlap.settled;
+  }
+  NearestPair pair;
+  const Distance distance = nearest_points(a_, b, Vec3::Zero(), face.normal, margin_m_, pair);
+  if (distance == Distance::kApart) return false;
+  if (distance == Distance::kNearest && pair.apart_m.dot(face.normal) > 0.0F) {
+    push_out(pair.of_a_m, pair.apart_m, overlap);
+    return overlap.depth_m >= -margin_m_;
+  }
+  // The line of the capsule goes through the triangle.
+  overlap.of_core_m = a_.farthest(-face.normal).at_m;
+  overlap.normal = face.normal;
+  overlap.depth_m = face.normal.dot(face.p[0] - overlap.of_core_m) + a_.radius_m;
+  return true;
+}
+
+// The deepest one first. A direction that is found bounds the overlap of the others as well.
+void TriangleCollision::finish() {
+  for (int n = 0; deferred_count_ > 0; ++n) {
+    Deferred& at = *std::max_element(
+        deferred_.begin(), deferred_.begin() + static_cast<std::ptrdiff_t>(deferred_count_), shallower);
+    if (at.depth_m < -margin_m_) return;
+    if (n == kMaxSearches) {
+      lost_ = true;
+      return;
+    }
+    Face face;
+    Overlap overlap;
+    overlap.normal = at.normal;
+    overlap.depth_m = at.depth_m;
+    const bool placed = place(at.triangle, face);
+    at = deferred_[--deferred_count_];
+    if (!placed || is_known(face)) continue;
+    if (search(face, overlap)) add(face, overlap, false);
+    const float lowest_m = overlap.normal.dot(a_.farthest(-overlap.normal).at_m) - a_.radius_m;
+    for (std::size_t i = 0; i < deferred_count_; ++i) {
+      Deferred& other = deferred_[i];
+      for (std::uint32_t corner = 0; corner < 3; ++corner)
+        face.p[corner] = vertex(mesh_, other.triangle, corner);
+      const float depth_m = height_of(face.p, overlap.normal) - lowest_m;
+      if (depth_m >= other.depth_m - kSooner_m) continue;
+      other.depth_m = depth_m;
+      other.normal = overlap.normal;
+    }
+  }
 }
 
 // Whether only one corner of the triangle can touch along the normal.
-bool TriangleCollision::is_alone(const Face& face, const Overlap& overlap) const {
-  const float top_m = height_of(face.p, overlap.normal);
+bool TriangleCollision::is_alone(const Face& face, const Vec3& normal, float depth_m) const {
+  const float reach_m = height_of(face.p, normal) - std::max(depth_m, 0.0F) - margin_m_ - kLevel_m;
   int near = 0;
   for (const Vec3& corner : face.p) {
-    if (overlap.normal.dot(corner) > top_m - std::max(overlap.depth_m, 0.0F) - margin_m_ - kLevel_m) ++near;
+    if (normal.dot(corner) > reach_m) ++near;
   }
   return near == 1;
 }
 
-// corner: a corner of the triangle touches a flat face of the solid.
-void TriangleCollision::add(const Face& face, Overlap& overlap, bool corner) {
+// corner: a corner of the triangle touches the solid, and none below it.
+bool TriangleCollision::add(const Face& face, Overlap& overlap, bool corner) {
   if (overlap.normal.dot(face.normal) > kAlongFace) {
     overlap.normal = face.normal;
     if (is_level(face)) ++level_;
   } else if (overlap.normal.dot(face.normal) < -kRise || rises(face.triangle, overlap.normal)) {
-    return;
+    return false;
   }
 
+  if (triangles_ == kMaxMeshTriangles) {
+    lost_ = true;
+    return true;
+  }
+  ++triangles_;
+
   // One point where the other corners are out of reach.
-  if (corner && is_alone(face, overlap)) {
+  if (corner && is_alone(face, overlap.normal, overlap.depth_m)) {
     out_.add_distinct(
         {overlap.of_core_m + (0.5F * overlap.depth_m) * overlap.normal, overlap.normal, overlap.depth_m});
-    return;
+    return true;
   }
   const TriangleCorners corners = corners_of(face.p);
   add_contacts(a_, convex_triangle(corners), overlap, margin_m_, out_);
+  return true;
+}
+
+// A place of the core and the way from the triangle to it.
+void TriangleCollision::push_out(const Vec3& of_core_m, const Vec3& apart_m, Overlap& overlap) const {
+  const float length = apart_m.norm();
+  overlap.of_core_m = of_core_m;
+  overlap.normal = apart_m / length;
+  overlap.depth_m = a_.radius_m - length;
 }
 
 // A ball or capsule: what is nearest to its core. Where the core goes through the triangle's plane, the face pushes it out.
@@ -263,113 +299,18 @@ void TriangleCollision::collide_round(const Face& face, float depth_m, const Vec
   overlap.normal = face.normal;
   overlap.depth_m = depth_m;
   if (!is_over(face, lowest_m)) {
-    NearestPair pair;
-    if (a_.form == CollisionForm::kBall) {
-      pair.of_a_m = lowest_m;
-      pair.apart_m = lowest_m - nearest_on_triangle(face.p, lowest_m);
-    } else {
-      const TriangleCorners corners = corners_of(face.p);
-      const Distance distance =
-          nearest_points(a_, convex_triangle(corners), Vec3::Zero(), face.normal, margin_m_, pair);
-      if (distance == Distance::kApart) return;
-      if (distance == Distance::kTouching) pair.apart_m = Vec3::Zero();
+    if (a_.form == CollisionForm::kCapsule) {
+      const Verdict verdict = at_corner(face, overlap);
+      if (verdict == Verdict::kLeast) add(face, overlap, false);
+      if (verdict == Verdict::kOpen) defer(face, overlap);
+      return;
     }
-    const float apart_m = pair.apart_m.norm();
-    const bool above = pair.apart_m.dot(face.normal) > 0.0F;
-    if (!above && a_.form == CollisionForm::kBall) return;
-    if (above) {
-      overlap.of_core_m = pair.of_a_m;
-      overlap.normal = pair.apart_m / apart_m;
-      overlap.depth_m = a_.radius_m - apart_m;
-      if (overlap.depth_m < -margin_m_) return;
-    }
+    const Vec3 apart_m = lowest_m - nearest_on_triangle(face.p, lowest_m);
+    if (!(apart_m.dot(face.normal) > 0.0F)) return;
+    push_out(lowest_m, apart_m, overlap);
+    if (overlap.depth_m < -margin_m_) return;
   }
   add(face, overlap, false);
-}
-
-// The least overlap along the face's normal and those axes of the solid that point to the free side.
-// lowest_m: the place of the solid's core that is farthest against the normal; depth_m: how deep it is below the plane.
-TriangleCollision::Guess TriangleCollision::along_axes(const Face& face, float depth_m) const {
-  constexpr float kForwards = 0.1F;
-  Guess guess;
-  guess.depth_m = depth_m;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float along = a_.rotation.col(axis).dot(face.normal);
-    if (std::abs(along) <= kForwards) continue;
-    const float sign = std::copysign(1.0F, along);
-    if (std::abs(along) > kSameLine) guess.level = axis;
-    const float reach = along > 0.0F ? face.hi[axis] - centre_m_[axis] : centre_m_[axis] - face.lo[axis];
-    const float depth = reach + a_.half_m[axis];
-    if (depth >= guess.depth_m - kSooner_m) continue;
-    guess.depth_m = depth;
-    guess.axis = axis;
-    guess.sign = sign;
-  }
-  return guess;
-}
-
-// Whether no neighbouring direction has less overlap; then of_core_m is set.
-bool TriangleCollision::is_least(const Face& face, const Guess& guess, const Vec3& lowest_m,
-                                 Overlap& overlap) const {
-  if (guess.axis < 0) {
-    overlap.of_core_m = lowest_m;
-    if (is_over(face, lowest_m)) return true;
-    if (guess.level < 0) return false;
-    const float sign = std::copysign(1.0F, a_.rotation.col(guess.level).dot(face.normal));
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (!is_under_face(face.of[i], guess.level, sign)) continue;
-      overlap.of_core_m = face.p[i] - overlap.depth_m * overlap.normal;
-      return true;
-    }
-    return false;
-  }
-  std::size_t top = 0;
-  for (std::size_t i = 1; i < 3; ++i)
-    if (guess.sign * face.of[i][guess.axis] > guess.sign * face.of[top][guess.axis]) top = i;
-  overlap.of_core_m = face.p[top] - overlap.depth_m * overlap.normal;
-  return is_under_face(face.of[top], guess.axis, guess.sign);
-}
-
-// A box: the directions across an edge of it and one of the triangle. What no direction of these, of its axes and of the
-// face's normal separates, overlaps (Gottschalk 1996). kLeast: two edges cross, and no direction has less overlap.
-TriangleCollision::Verdict TriangleCollision::along_edges(const Face& face, Overlap& overlap) const {
-  const Vec3& half = a_.shape->vector;
-  const Vec3 normal = a_.rotation.transpose() * face.normal;
-  Verdict verdict = Verdict::kOpen;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3& from = face.of[i];
-    const Vec3 edge = face.of[i == 2 ? 0 : i + 1] - from;
-    const float edge2 = edge.squaredNorm();
-    for (int axis = 0; axis < 3; ++axis) {
-      const int u = (axis + 1) % 3;
-      const int v = (axis + 2) % 3;
-      Vec3 across = Vec3::Zero();
-      across[u] = -edge[v];
-      across[v] = edge[u];
-      if (across.dot(normal) < 0.0F) across = -across;
-      const float across2 = across.squaredNorm();
-      constexpr float kLeastSine2 = 1.0e-4F;
-      if (across2 < kLeastSine2 * edge2) continue;
-      const float length = std::sqrt(across2);
-      const float of_edge = across.dot(from);
-      const float opposite = across.dot(face.of[i == 0 ? 2 : i - 1]);
-      const float depth_m = (std::max(of_edge, opposite) + across.cwiseAbs().dot(half)) / length;
-      if (depth_m < -margin_m_) return Verdict::kApart;
-      if (depth_m >= overlap.depth_m - kSooner_m || opposite > of_edge) continue;
-      // Where the edges cross, seen along the axis of the box.
-      Vec3 p;
-      p[u] = -std::copysign(half[u], across[u]);
-      p[v] = -std::copysign(half[v], across[v]);
-      const float part = ((p[u] - from[u]) * edge[u] + (p[v] - from[v]) * edge[v]) / across2;
-      p[axis] = from[axis] + part * edge[axis];
-      overlap.normal = a_.rotation * (across / length);
-      overlap.depth_m = depth_m;
-      overlap.of_core_m = a_.rotation * p + a_.position_m;
-      verdict =
-          part >= 0.0F && part <= 1.0F && std::abs(p[axis]) <= half[axis] ? Verdict::kLeast : Verdict::kOpen;
-    }
-  }
-  return verdict;
 }
 
 void TriangleCollision::collide_flat(const Face& face, const Guess& guess, const Vec3& lowest_m) {
@@ -377,16 +318,32 @@ void TriangleCollision::collide_flat(const Face& face, const Guess& guess, const
   overlap.depth_m = guess.depth_m;
   overlap.normal = guess.axis < 0 ? face.normal : Vec3(guess.sign * a_.rotation.col(guess.axis));
   constexpr float kDeep_m = 3.0e-4F;
-  if (overlap.depth_m > kDeep_m) offer_neighbours(face, overlap);
-  if (overlap.depth_m < -margin_m_) return;
-  if (overlap.depth_m == guess.depth_m && is_least(face, guess, lowest_m, overlap))
-    return add(face, overlap, guess.axis >= 0);
-  if (a_.form == CollisionForm::kBox) {
-    const Verdict verdict = along_edges(face, overlap);
+  const bool deep = guess.depth_m > kDeep_m;
+  bool least = !deep && is_least(face, guess, lowest_m, overlap);
+  if (least && (add(face, overlap, guess.axis >= 0) || a_.form != CollisionForm::kBox)) return;
+  // On ground that is fine or far below, most of what the solid's box holds is settled by this.
+  if (a_.form != CollisionForm::kBox) {
+    const Verdict verdict = at_corner(face, overlap);
     if (verdict == Verdict::kApart) return;
-    if (verdict == Verdict::kLeast) return add(face, overlap, false);
+    if (verdict == Verdict::kLeast) {
+      add(face, overlap, true);
+      return;
+    }
   }
-  if (search(face, overlap)) add(face, overlap, false);
+  if (deep) {
+    offer_neighbours(face, overlap);
+    if (overlap.depth_m < -margin_m_) return;
+    least = overlap.depth_m == guess.depth_m && is_least(face, guess, lowest_m, overlap);
+    if (least && (add(face, overlap, guess.axis >= 0) || a_.form != CollisionForm::kBox)) return;
+  }
+  if (a_.form == CollisionForm::kBox) {
+    // The mesh goes on beyond that direction: an edge of the box may lie across an edge of the mesh.
+    Verdict verdict = along_edges(face, overlap);
+    if (verdict == Verdict::kOpen && !least) verdict = at_corner(face, overlap);
+    if (verdict == Verdict::kLeast) add(face, overlap, false);
+    if (verdict != Verdict::kOpen || least) return;
+  }
+  defer(face, overlap);
 }
 
 void TriangleCollision::collide(std::uint32_t triangle) {
@@ -411,11 +368,11 @@ void TriangleCollision::collide(std::uint32_t triangle) {
     met_all_ = false;
     return;
   }
-  if (triangles_ == kMaxMeshTriangles) {
+  if (tried_ == kMaxTried) {
     lost_ = true;
     return;
   }
-  ++triangles_;
+  ++tried_;
   normals_ += face.normal;
   if (round) return collide_round(face, depth_m, lowest_m);
   collide_flat(face, guess, lowest_m);

@@ -1,10 +1,12 @@
 // A convex solid and one triangle of a mesh after the other (control/bodies/collide_mesh.cpp).
 //
-// A triangle is met along the direction of least overlap on its free side. Most triangles are decided by a few products: one
-// that is not in the box about the solid, or whose plane the solid does not reach, is apart; where the solid's farthest
-// point along the face's normal is above the triangle, or the triangle's highest corner is below a flat face of the
-// solid, no neighbouring direction has less overlap; for a ball the nearest point of the triangle is enough. What
-// remains, mostly edges, is searched (least_overlap), at most kMaxSearches times.
+// A triangle is met along the direction of least overlap on its free side. Most triangles are decided by a few products
+// (triangle_forms.cpp): one that is not in the box about the solid, or whose plane the solid does not reach, is apart; where
+// the solid's farthest point along the face's normal is above the triangle, or the triangle's highest corner is below a flat
+// face of the solid, no neighbouring direction has less overlap; nor where the corner that is deepest in a curved solid is the
+// highest one along the solid's normal there, or an edge of a box lies across an edge of the triangle; for a ball the nearest
+// point of the triangle is enough. What remains, mostly edges, waits until all others are met, and is searched
+// (least_overlap): of more than kMaxSearches the deepest ones, because what is deepest holds the solid.
 //
 // A contact counts only where no neighbour of the triangle rises in its direction: an edge or corner between level or
 // hollow faces is no obstacle, and the face beyond it has a contact of its own.
@@ -25,6 +27,8 @@ class TriangleCollision {
   TriangleCollision(const Convex& a, const MeshView& mesh, const Vec3& free_m, float margin_m, Manifold& out);
 
   void collide(std::uint32_t triangle);
+  // After the last triangle.
+  void finish();
   [[nodiscard]] bool at_bound() const;
   [[nodiscard]] bool passed_over() const { return !met_all_; }
   [[nodiscard]] float ball_m() const { return ball_m_; }
@@ -55,22 +59,41 @@ class TriangleCollision {
     int level = -1;     // the axis that is the face's normal as well
   };
 
+  // A triangle whose direction of least overlap is searched after the others.
+  struct Deferred {
+    std::uint32_t triangle;
+    float depth_m;  // along the best direction so far
+    Vec3 normal;
+  };
+  static constexpr std::size_t kMaxDeferred = 48;
+  static constexpr int kMaxSearches = 12;
+
+  // A direction is better when it saves this much.
+  static constexpr float kSooner_m = 2.0e-7F;
+  static constexpr float kSameLine = 1.0F - 1.0e-6F;  // cosine
+
   enum class Verdict : std::uint8_t { kOpen, kApart, kLeast };
 
+  // Of the highest corner along the direction.
+  [[nodiscard]] static float height_of(const std::array<Vec3, 3>& p, const Vec3& direction);
   [[nodiscard]] bool place(std::uint32_t triangle, Face& face) const;
   void collide_round(const Face& face, float depth_m, const Vec3& lowest_m);
   [[nodiscard]] Guess along_axes(const Face& face, float depth_m) const;
   [[nodiscard]] bool is_least(const Face& face, const Guess& guess, const Vec3& lowest_m,
                               Overlap& overlap) const;
   [[nodiscard]] Verdict along_edges(const Face& face, Overlap& overlap) const;
+  [[nodiscard]] Verdict at_corner(const Face& face, Overlap& overlap) const;
   void collide_flat(const Face& face, const Guess& guess, const Vec3& lowest_m);
   void offer(const Face& face, const Vec3& normal, Overlap& best) const;
   void offer_neighbours(const Face& face, Overlap& best) const;
   [[nodiscard]] bool is_over(const Face& face, const Vec3& p) const;
   [[nodiscard]] bool is_under_face(const Vec3& p, int axis, float sign) const;
+  void push_out(const Vec3& of_core_m, const Vec3& apart_m, Overlap& overlap) const;
+  void defer(const Face& face, Overlap overlap);
   bool search(const Face& face, Overlap& overlap);
-  void add(const Face& face, Overlap& overlap, bool corner);
-  [[nodiscard]] bool is_alone(const Face& face, const Overlap& overlap) const;
+  // False: the mesh goes on in that direction.
+  bool add(const Face& face, Overlap& overlap, bool corner);
+  [[nodiscard]] bool is_alone(const Face& face, const Vec3& normal, float depth_m) const;
   [[nodiscard]] bool is_known(const Face& face) const;
   [[nodiscard]] bool is_level(const Face& face) const;
   [[nodiscard]] bool rises(std::uint32_t triangle, const Vec3& normal) const;
@@ -87,8 +110,10 @@ class TriangleCollision {
   float ball_m_ = 0.0F;  // of a hull: radius of the ball round the centre of its box about it
   int level_ = 0;
   int passed_over_ = 0;
+  int tried_ = 0;
   int triangles_ = 0;
-  int searches_ = 0;
+  std::array<Deferred, kMaxDeferred> deferred_;  // the first deferred_count_ ones are written
+  std::size_t deferred_count_ = 0;
   bool met_all_ = true;
   bool lost_ = false;
   Vec3 normals_ = Vec3::Zero();

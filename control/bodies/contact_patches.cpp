@@ -12,6 +12,9 @@ constexpr float kClearly = 1.0F + 1.0e-3F;
 // A point that is less deep than the deepest by this counts as half as far.
 constexpr float kLessDeep_m = 1.0e-5F;
 
+// Points that differ in depth by less are level.
+constexpr float kLevel_m = 1.0e-6F;
+
 // A lambda: algorithms call it directly, not through a pointer.
 constexpr auto is_less_deep = [](const ContactPoint* a, const ContactPoint* b) {
   return a->depth_m < b->depth_m;
@@ -34,16 +37,19 @@ void choose(Candidates& from, std::size_t count, std::size_t to, Score score) {
   std::swap(from[to], from[best]);
 }
 
-// The deepest point, the one farthest from it, the one that spans the largest triangle with both, and the one
+// The deepest point, of level ones the outermost, so that rounding does not choose it; the one farthest from it, the one that spans the largest triangle with both, and the one
 // that lies farthest outside this triangle. A point that is less deep counts as nearer: on rough ground an open point
 // farther out would take the place of one that bears, and the body would rock on the points that are left.
 std::size_t reduce(Candidates& points, std::size_t count) {
   if (count <= kMaxPatchPoints) return count;
-  std::iter_swap(
-      points.begin(),
-      std::max_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(count), is_less_deep));
+  const auto end = points.begin() + static_cast<std::ptrdiff_t>(count);
+  const float deepest_m = (*std::max_element(points.begin(), end, is_less_deep))->depth_m;
+  Vec3 middle = Vec3::Zero();
+  for (std::size_t i = 0; i < count; ++i) middle += points[i]->point_m / static_cast<float>(count);
+  choose(points, count, 0, [&](const ContactPoint& p) {
+    return p.depth_m < deepest_m - kLevel_m ? 0.0F : (p.point_m - middle).squaredNorm();
+  });
   const Vec3& p0 = points[0]->point_m;
-  const float deepest_m = points[0]->depth_m;
   const auto share = [&](const ContactPoint& p) {
     return kLessDeep_m / (kLessDeep_m + deepest_m - p.depth_m);
   };

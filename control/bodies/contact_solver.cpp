@@ -142,6 +142,8 @@ void ContactSolver::recall(std::span<const SolverBody> bodies, Patch& patch) noe
   patch.impulse_N_s = {best->along_N_s.dot(patch.across[0]), best->along_N_s.dot(patch.across[1]),
                        best->moment_N_m_s};
   std::array<bool, kMaxPatchPoints> taken{};
+  std::array<PatchPoint*, kMaxPatchPoints> fresh{};
+  std::size_t fresh_count = 0;
   for (std::size_t i = 0; i < patch.count; ++i) {
     PatchPoint& p = found_.point(patch, i);
     if (p.row.mass <= 0.0F) continue;
@@ -155,10 +157,18 @@ void ContactSolver::recall(std::span<const SolverBody> bodies, Patch& patch) noe
         same = j;
       }
     }
-    if (same == best->count) continue;
+    if (same == best->count) {
+      fresh[fresh_count++] = &p;
+      continue;
+    }
     taken[same] = true;
     p.impulse_N_s = best->normal_N_s[same];
   }
+  // What the points that are gone have borne, the new ones bear: the limit of the friction stays.
+  float gone_N_s = 0.0F;
+  for (std::size_t j = 0; j < best->count; ++j) gone_N_s += taken[j] ? 0.0F : best->normal_N_s[j];
+  for (std::size_t i = 0; i < fresh_count; ++i)
+    fresh[i]->impulse_N_s = gone_N_s / static_cast<float>(fresh_count);
 }
 
 // The centre of pressure and the mean distance from it, by the impulses of the previous tick, or else with all points

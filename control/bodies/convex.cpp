@@ -191,6 +191,7 @@ Convex convex_solid(const PlacedObject& object, const Mat3& rotation, const Vec3
   Convex convex;
   convex.form = object.row->collision->form;
   convex.shape = &object.shape;
+  convex.nearest = object.row->collision->nearest;
   convex.rotation = rotation;
   convex.position_m = position_m;
   convex.centre_m = position_m;

@@ -27,6 +27,7 @@ struct FarPoint {
 struct Convex {
   CollisionForm form = CollisionForm::kBall;
   const ShapeData* shape = nullptr;
+  NearestPlace (*nearest)(const ShapeData& shape, const Vec3& p) = nullptr;  // CollisionOps::nearest
   std::span<const scene::Vec3> corners;
   float radius_m = 0.0F;
   Mat3 rotation = Mat3::Identity();
@@ -67,9 +68,6 @@ enum class Distance : std::uint8_t {
 [[nodiscard]] Distance nearest_points(const Convex& a, const Convex& b, const Vec3& shift_m,
                                       const Vec3& towards_a, float margin_m, NearestPair& out) noexcept;
 
-// Whether they are apart by more than margin_m as far as few directions show it, the first one `towards_a`.
-[[nodiscard]] bool are_apart(const Convex& a, const Convex& b, const Vec3& towards_a,
-                             float margin_m) noexcept;
 [[nodiscard]] Vec3 nearest_on_triangle(const std::array<Vec3, 3>& corners, const Vec3& p) noexcept;
 
 // The direction along which two convex solids overlap least.

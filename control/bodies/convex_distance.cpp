@@ -204,25 +204,4 @@ Distance nearest_points(const Convex& a, const Convex& b, const Vec3& shift_m, c
   return nearest.count > 0 ? Distance::kNearest : Distance::kTouching;
 }
 
-bool are_apart(const Convex& a, const Convex& b, const Vec3& towards_a, float margin_m) noexcept {
-  const float far_m = a.radius_m + b.radius_m + margin_m;
-  constexpr int kMaxDirections = 3;
-  Corners corners;
-  Nearest nearest;
-  Vec3 apart = towards_a;
-  for (int step = 0; step < kMaxDirections; ++step) {
-    SimplexCorner& found = corners[nearest.count];
-    found.at = a.farthest(-apart).at_m - b.farthest(apart).at_m;
-    const float gap = apart.dot(found.at);
-    if (gap > 0.0F && gap * gap > far_m * far_m * apart.squaredNorm()) return true;
-    if (step + 1 == kMaxDirections) break;
-    Nearest next;
-    if (!nearest_on_simplex(corners, nearest.count + 1, next)) return false;
-    apart = next.point(corners);
-    keep_only(next, corners);
-    nearest = next;
-  }
-  return false;
-}
-
 }  // namespace thimble::control

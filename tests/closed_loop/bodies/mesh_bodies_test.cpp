@@ -1,13 +1,12 @@
 // Bodies on meshes and height fields, bodies that are meshes, and bodies on tissue.
+#include "tests/closed_loop/bodies/mesh_bodies.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
@@ -19,55 +18,10 @@
 #include "tests/support/meshes.h"
 #include "tests/support/random.h"
 #include "tests/support/sanitizers.h"
-#include "tests/support/temporary_folder.h"
 #include "tests/support/units.h"
 
 namespace thimble::test {
 namespace {
-
-constexpr const char* kWood =
-    R"("materials": {"wood": {"stiffness_N_m": 1000, "static_friction": 0.5, "dynamic_friction": 0.4}}, )";
-
-std::string list(const Vector3d& v) {
-  return "[" + std::to_string(v.x()) + ", " + std::to_string(v.y()) + ", " + std::to_string(v.z()) + "]";
-}
-
-std::string object(const std::string& name, const std::string& shape, const Vector3d& at_m,
-                   const std::string& rest, const Vector3d& angles_deg = Vector3d::Zero()) {
-  return R"({"name": ")" + name + R"(", "material": "wood", "shape": {)" + shape +
-         R"(}, "pose": {"position_m": )" + list(at_m) + R"(, "rotation_deg": )" + list(angles_deg) + "}" +
-         rest + "}";
-}
-
-const std::string kFree = R"(, "body": {"motion": "free", "mass_kg": 0.1})";
-
-class MeshBodies : public ::testing::Test {
- protected:
-  // Writes the mesh in metres; returns its shape.
-  std::string mesh(const host::TriangleSoup& soup) {
-    const std::filesystem::path file = folder_.path() / ("mesh" + std::to_string(files_++) + ".obj");
-    write_obj(soup, 1000.0, file);
-    return R"("mesh": {"file": ")" + file.string() + R"(", "scale": 0.001})";
-  }
-  std::string height_field(std::size_t columns, std::size_t rows, double width_m, double depth_m,
-                           const std::function<double(double, double)>& height_m) {
-    const std::filesystem::path file = folder_.path() / ("heights" + std::to_string(files_++) + ".csv");
-    std::ofstream out(file);
-    for (std::size_t y = 0; y < rows; ++y) {  // the first row is the one at the top, +y
-      for (std::size_t x = 0; x < columns; ++x) {
-        const double u = (static_cast<double>(x) / static_cast<double>(columns - 1) - .5) * width_m;
-        const double v = (.5 - static_cast<double>(y) / static_cast<double>(rows - 1)) * depth_m;
-        out << (x > 0 ? "," : "") << 1000 * height_m(u, v);
-      }
-      out << "\n";
-    }
-    return R"("height_field": {"file": ")" + file.string() + R"(", "size_m": [)" + std::to_string(width_m) +
-           ", " + std::to_string(depth_m) + R"(], "height_m": 0.001, "thickness_m": 0.01})";
-  }
-
-  TemporaryFolder folder_;
-  int files_ = 0;
-};
 
 TEST_F(MeshBodies, ABallRollsDownAHeightField) {
   constexpr double kSlope = .1;
