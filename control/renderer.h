@@ -31,10 +31,10 @@ class Renderer {
  public:
   // Binds a scene (an empty view: free space everywhere). All contacts end: each god object starts at its
   // tip. kKeepState: the same scene with other materials; contacts, moving objects and tissue keep their state.
-  void bind(const SceneView& scene, Binding binding = Binding::kStart) noexcept;
+  [[gnu::cold]] void bind(const SceneView& scene, Binding binding = Binding::kStart) noexcept;
 
   // Ends all contacts, as after a pause in which the tips were not rendered. Moving objects keep their poses.
-  void reset() noexcept;
+  [[gnu::cold]] void reset() noexcept;
 
   // Ends the contacts of one arm: its tip was put somewhere else.
   void reset(std::size_t arm) noexcept { fingers_[arm] = {}; }

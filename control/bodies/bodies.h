@@ -65,8 +65,9 @@ class Bodies {
  public:
   // Sets the scene's bodies to their start. The world is bound already; each of its objects gets the index of
   // its body.
-  void bind(const SceneView& scene, World& world) noexcept;
-  void apply_materials(const SceneView& scene) noexcept;  // Binding::kKeepState: poses and velocities stay
+  [[gnu::cold]] void bind(const SceneView& scene, World& world) noexcept;
+  // Binding::kKeepState: poses and velocities stay.
+  [[gnu::cold]] void apply_materials(const SceneView& scene) noexcept;
 
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
   [[nodiscard]] std::span<const BodyState> states() const noexcept { return {states_.data(), count_}; }

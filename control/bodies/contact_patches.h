@@ -62,12 +62,10 @@ struct Patch {
   std::array<Vec3, 2> across;  // zero in a grip
   Vec3 centre_m;               // of pressure
   float radius_m = 0.0F;
-  Mat3 response;      // speeds of the three directions per impulse
-  Mat3 mass;          // its inverse
-  float step = 0.0F;  // 1 over the trace of the response
-  float drag = 0.0F;  // of a patch that slides: slip = -drag * impulse
-  Vec3 impulse_N_s;   // of the three directions
-  Vec3 slip_m;        // how far it has moved in the three directions while it sticks
+  Mat3 mass;                 // effective mass of the three directions; zero where neither body can move
+  float drag_per_kg = 0.0F;  // of a patch that slides: its slip is -drag * impulse
+  Vec3 impulse_N_s;          // of the three directions
+  Vec3 slip_m;               // how far it has moved in the three directions while it sticks
 };
 
 class ContactPatches {

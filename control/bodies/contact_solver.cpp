@@ -51,6 +51,8 @@ ContactSolver::Softness softness(float period_s) {
   return {kAngle / (kA1 * period_s), kA2 * kA3, kA3};
 }
 
+float least_mass(const Patch& patch) { return patch.mass.diagonal().minCoeff(); }
+
 // It moves, and the friction is opposite to the motion: of all impulses at the limit the one that leaves the least energy. The response to
 // the turn can be far from that along the surface: steps along the slip would not come to it (More and Sorensen 1983).
 Vec3 sliding_impulse(Patch& patch, const Vec3& sticking_N_s, float limit_N_s) {
@@ -58,17 +60,16 @@ Vec3 sliding_impulse(Patch& patch, const Vec3& sticking_N_s, float limit_N_s) {
   constexpr float kNear = 0.01F;
   constexpr float kAlone = 1.0e4F;  // a drag beside which the response does not count
   if (limit_N_s <= 0.0F) return Vec3::Zero();
-  const Vec3 speed = patch.response * sticking_N_s;
   Vec3 impulse = Vec3::Zero();
   float length = 0.0F;
   for (int round = 0; round < kMaxRounds; ++round) {
-    const Mat3 mass = (patch.response + patch.drag * Mat3::Identity()).inverse();
-    impulse = mass * speed;
+    const Mat3 part = (Mat3::Identity() + patch.drag_per_kg * patch.mass).inverse();
+    impulse = part * sticking_N_s;
     length = impulse.norm();
     const float over = length - limit_N_s;
     if (std::abs(over) <= kNear * limit_N_s) break;
-    const float gain = length * length * over / (limit_N_s * impulse.dot(mass * impulse));
-    patch.drag = std::clamp(patch.drag + gain, 0.0F, kAlone / patch.step);
+    const float gain = length * length * over / (limit_N_s * impulse.dot(patch.mass * (part * impulse)));
+    patch.drag_per_kg = std::clamp(patch.drag_per_kg + gain, 0.0F, kAlone / least_mass(patch));
   }
   return limit_N_s / length * impulse;
 }
@@ -92,13 +93,12 @@ float ContactSolver::solve_friction(std::span<SolverBody> bodies, Patch& patch,
   const float limit = friction_limit_N_s(patch);
   const Vec3 speed = slip_speed(bodies, patch) + softness.bias_per_s * patch.slip_m;
   Vec3 impulse = patch.impulse_N_s - patch.mass * speed;
-  if (impulse.squaredNorm() > limit * limit) {
-    impulse = sliding_impulse(patch, impulse, limit);
-  }
+  if (impulse.squaredNorm() > limit * limit) impulse = sliding_impulse(patch, impulse, limit);
   const Vec3 change = impulse - patch.impulse_N_s;
   patch.impulse_N_s = impulse;
   apply_friction_impulse(bodies, patch, change);
-  return patch.step > 0.0F ? change.cwiseAbs().maxCoeff() / patch.step : 0.0F;
+  const float mass = least_mass(patch);
+  return mass > 0.0F ? change.cwiseAbs().maxCoeff() / mass : 0.0F;
 }
 
 float ContactSolver::solve_normals(std::span<SolverBody> bodies, Patch& patch,
@@ -195,9 +195,8 @@ void ContactSolver::prepare_friction(std::span<const SolverBody> bodies, Patch& 
   add_response(bodies[patch.a], patch, response);
   if (patch.b != kNoBody) add_response(bodies[patch.b], patch, response);
   const float trace = response.trace();
-  patch.step = trace > kNoResponse ? 1.0F / trace : 0.0F;
-  if (patch.step <= 0.0F) {
-    patch.mass = patch.response = Mat3::Zero();
+  if (trace <= kNoResponse) {
+    patch.mass = Mat3::Zero();
     patch.impulse_N_s = Vec3::Zero();
     return;
   }
@@ -207,7 +206,6 @@ void ContactSolver::prepare_friction(std::span<const SolverBody> bodies, Patch& 
     if (response(i, i) < kRegular * trace) patch.impulse_N_s[i] = 0.0F;
     response(i, i) += kRegular * trace;
   }
-  patch.response = response;
   patch.mass = response.inverse();
 }
 
@@ -286,7 +284,7 @@ void ContactSolver::collect_grips(std::span<const SolverBody> bodies, std::span<
   Patch patch;
   patch.b = kNoBody;
   patch.across[0] = patch.across[1] = patch.slip_m = patch.impulse_N_s = Vec3::Zero();
-  patch.mass = patch.response = Mat3::Zero();
+  patch.mass.setZero();
   patch.radius_m = kGripRadius_m;
   for (const Grip& grip : grips) {
     patch.a = grip.body;
@@ -306,7 +304,7 @@ void ContactSolver::collect_contacts(const World& world, std::span<const SolverB
   Patch pair;
   pair.normal = pair.across[0] = pair.across[1] = pair.centre_m = pair.slip_m = pair.impulse_N_s =
       Vec3::Zero();
-  pair.mass = pair.response = Mat3::Zero();
+  pair.mass.setZero();
   for (std::size_t a = 0; a < bodies.size(); ++a) {
     pair.object_a = bodies[a].object;
     if (!collides(world.objects[pair.object_a])) continue;

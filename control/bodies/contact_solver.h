@@ -103,8 +103,8 @@ class ContactSolver {
   float solve_normals(std::span<SolverBody> bodies, Patch& patch, const Softness& softness) noexcept;
   void iterate(std::span<SolverBody> bodies, const Softness& softness, int most) noexcept;
   void relax(std::span<SolverBody> bodies) noexcept;
-  void bounce_less(std::span<SolverBody> bodies, std::span<const Motion> motions) noexcept;
-  float work_twice_J(std::span<SolverBody> bodies, std::span<const Motion> motions) noexcept;
+  [[gnu::cold]] void bounce_less(std::span<SolverBody> bodies, std::span<const Motion> motions) noexcept;
+  [[gnu::cold]] float work_twice_J(std::span<SolverBody> bodies, std::span<const Motion> motions) noexcept;
   float friction_limit_N_s(const Patch& patch) noexcept;
   void add_slip(std::span<const SolverBody> bodies, float period_s) noexcept;
   void decide_sliding() noexcept;

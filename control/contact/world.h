@@ -68,8 +68,8 @@ struct World {
   // A solid farther than this from all moves of a god object cannot touch it.
   float margin_m = 2.0F * kPointRadius_m;
 
-  void bind(const SceneView& view) noexcept;
-  void apply_materials(const SceneView& view) noexcept;  // Binding::kKeepState
+  [[gnu::cold]] void bind(const SceneView& view) noexcept;
+  [[gnu::cold]] void apply_materials(const SceneView& view) noexcept;  // Binding::kKeepState
 
  private:
   void compare_materials() noexcept;

@@ -29,8 +29,8 @@ class Bodies;  // control/bodies/bodies.h
 
 class Fields {
  public:
-  void bind(const SceneView& scene) noexcept;
-  void apply_materials(const SceneView& scene) noexcept;  // Binding::kKeepState
+  [[gnu::cold]] void bind(const SceneView& scene) noexcept;
+  [[gnu::cold]] void apply_materials(const SceneView& scene) noexcept;  // Binding::kKeepState
 
   // Resets every volume to its initial state.
   void reset() noexcept;

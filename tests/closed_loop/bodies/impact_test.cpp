@@ -100,12 +100,15 @@ TEST(Impact, NoThrownBodyGainsEnergy) {
         }
         least_lost = std::min(least_lost, 1 - before_J / thrown_J);
       }
+      // At a bounce the energy of semi-implicit Euler changes by up to m g v T, and back on the way.
+      const double limit = restitution < 1 ? 1e-3 : 5e-3;
       const std::string what =
           std::string(floor == field ? "field" : "plane") + ", e " + std::to_string(restitution);
-      figure(what + ": most energy that a tick adds, of all, %", 100 * most, "< 0.1");
+      figure(what + ": most energy that a tick adds, of all, %", 100 * most,
+             "< " + std::to_string(100 * limit));
       figure(what + ": least that the impacts take, %", 100 * least_lost, "> 1");
-      EXPECT_LT(most, 1e-3);
-      if (restitution < 1) EXPECT_GT(least_lost, .01);
+      EXPECT_LT(most, limit);
+      EXPECT_GT(least_lost, restitution < 1 ? .01 : -limit);
     }
   }
 }
