@@ -12,6 +12,7 @@
 //   V = (U - D)^2 / U                until a shaded mesh takes part in the contact. Where U falls to D, the force ends.
 //   V = e U + (1 - e) U^2 / (U + D)  from then on, as the force must not end inside: s is at least e, 0.15, and where W
 //                                    covers less than that part of U, up to twice W / U. How fast s changes is limited too.
+//                                    A hand that presses gets at least 2 W / U, so that depth covers the debt of a light touch.
 // Where U jumps, or the force is not its gradient, D grows in the same tick, so that no force comes before the debt.
 //
 // The work is summed by the trapezoidal rule. It is exact for a spring, so pressing and releasing alone never
