@@ -100,7 +100,7 @@ Spring spring_of(const Finger& finger, const Constraints& held, const ShadedSpri
           ? spring_energy_J(held) + stored_J(felt.friction_N, finger.god.position_m - finger.rest.position_m)
           : stored_J(felt.force_N - felt.surface.along_N, pull);
   // With effects of surfaces U is less smooth.
-  const float falls = !finger.shaded.bound() ? 0.0F : felt.surfaced ? 3.0F : 1.0F;
+  const float falls = !finger.shaded.bound() ? 0.0F : felt.surfaced ? 2.0F : 1.0F;
   return {pull, felt.force_N, energy_J, falls};
 }
 
