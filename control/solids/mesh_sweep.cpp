@@ -220,15 +220,13 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   bool crosses = height_from >= 0.0F && height_to <= 0.0F;
   if (leaves_sheet) {
     // A place behind a sheet by rounding would be in front of its other side in the next tick.
-    const bool known = side == known_side(triangle, leaving);
-    crosses = on_surface ? height_to < 0.0F : height_from >= 0.0F && height_to <= (known ? band : 0.0F);
+    crosses = on_surface ? height_to < 0.0F : height_from >= 0.0F && height_to <= band;
   } else if (on_surface && !sheet) {
     crosses = height_to < -band;
   }
   if (!crosses || height_to >= height_from || incident(mesh, triangle, leaving, s.to - s.from)) return;
   // Past the edge of a sheet, a widened test could meet the next face from behind.
-  const bool widened = !sheet || (leaves_sheet && side == known_side(triangle, leaving) &&
-                                  (on_surface || std::abs(height_to) <= band));
+  const bool widened = !sheet || (leaves_sheet && (on_surface || std::abs(height_to) <= band));
   if (!widened && std::min({u, v, w}) < 0.0F && std::max({u, v, w}) > 0.0F) return;
 
   float t = std::clamp(height_from / (height_from - height_to), 0.0F, 1.0F);

@@ -173,32 +173,18 @@ TEST(Terrain, NeverLetsTheTipThrough) {
   EXPECT_EQ(tally.wrong_side, 0);
 }
 
-// Three of 1e9 ticks (THIMBLE_TERRAIN_SEED=2), each with the ticks before it: the tip comes out of the sheet within rounding of a face or of
-// a vertex, and touched a face from behind from then on, or stayed at the vertex.
+// One of 1e9 ticks (THIMBLE_TERRAIN_SEED=2), with the ticks before it: the tip comes out of the sheet within rounding of a vertex, and the god
+// object stayed there.
 TEST(Terrain, LetsGoWithinRoundingOfAnEdge) {
   struct Path {
     int index;
     std::vector<Vector3d> tips;
   };
-  const std::array<Path, 3> paths = {{
-      {3,
-       {{-0.00130200611, -0.00790999094, 0.00135539862},
-        {-0.00179289931, -0.00795505469, 0.00143902351},
-        {-0.00228379252, -0.00800011843, 0.00152264839},
-        {-0.00277468572, -0.00804518217, 0.00160627327},
-        {-0.00326557892, -0.00809024592, 0.00168989816}}},
-      {15,
-       {{-0.00984592572, 0.00310186144, 0.00168679689},
-        {-0.00996030032, 0.00358857807, 0.00168175899},
-        {-0.0100746749, 0.00407529469, 0.00167672109},
-        {-0.0101890495, 0.00456201131, 0.0016716832},
-        {-0.0103034241, 0.00504872793, 0.0016666453}}},
-      {15,
-       {{-0.0154816777, 0.0219184969, 0.00158016727},
-        {-0.0159743512, 0.0219747724, 0.00164424402},
-        {-0.0164670248, 0.022031048, 0.00170832076},
-        {-0.0169596983, 0.0220873235, 0.0017723975}}},
-  }};
+  const std::array<Path, 1> paths = {{{15,
+                                       {{-0.0154816777, 0.0219184969, 0.00158016727},
+                                        {-0.0159743512, 0.0219747724, 0.00164424402},
+                                        {-0.0164670248, 0.022031048, 0.00170832076},
+                                        {-0.0169596983, 0.0220873235, 0.0017723975}}}}};
   for (const Path& path : paths) {
     const Ground ground(2, path.index);
     const SceneImage image = ground.image();
