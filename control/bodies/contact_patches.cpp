@@ -13,7 +13,7 @@ constexpr float kClearly = 1.0F + 1.0e-3F;
 constexpr float kLessDeep_m = 1.0e-5F;
 
 // Points that differ in depth by less are level.
-constexpr float kLevel_m = 1.0e-6F;
+constexpr float kLevelDepth_m = 1.0e-6F;
 
 // A lambda: algorithms call it directly, not through a pointer.
 constexpr auto is_less_deep = [](const ContactPoint* a, const ContactPoint* b) {
@@ -47,7 +47,7 @@ std::size_t reduce(Candidates& points, std::size_t count) {
   Vec3 middle = Vec3::Zero();
   for (std::size_t i = 0; i < count; ++i) middle += points[i]->point_m / static_cast<float>(count);
   choose(points, count, 0, [&](const ContactPoint& p) {
-    return p.depth_m < deepest_m - kLevel_m ? 0.0F : (p.point_m - middle).squaredNorm();
+    return p.depth_m < deepest_m - kLevelDepth_m ? 0.0F : (p.point_m - middle).squaredNorm();
   });
   const Vec3& p0 = points[0]->point_m;
   const auto share = [&](const ContactPoint& p) {

@@ -63,7 +63,7 @@ void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god
   }
 }
 
-constexpr float kGap_m = 2.0F * kSurfaceTolerance_m;  // places on a surface that are one
+constexpr float kOnePlace_m = 2.0F * kSurfaceTolerance_m;  // places on a surface that are one
 
 // Updates a contact's feature for a point that should still be on its surface; false when it is not.
 bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3& point) {
@@ -75,7 +75,7 @@ bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3&
     at = slide.to;
     if (slide.end != SlideEnd::kMoved) break;
   }
-  return (at - target).squaredNorm() <= kGap_m * kGap_m;
+  return (at - target).squaredNorm() <= kOnePlace_m * kOnePlace_m;
 }
 
 void update_contacts(const World& world, GodObject& god, const Vec3& from, const Vec3& point) {
@@ -222,7 +222,7 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
     case SlideEnd::kFree:
       break;
   }
-  if (left.count > 0 && (slide.to - from).squaredNorm() <= kGap_m * kGap_m) {
+  if (left.count > 0 && (slide.to - from).squaredNorm() <= kOnePlace_m * kOnePlace_m) {
     left.add(start);
   } else {
     left.count = 0;
