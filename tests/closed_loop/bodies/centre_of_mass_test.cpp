@@ -8,10 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "tests/closed_loop/bodies/body_run.h"
+#include "tests/closed_loop/bodies/mesh_bodies.h"
 #include "tests/support/figure.h"
 #include "tests/support/meshes.h"
-#include "tests/support/temporary_folder.h"
 #include "tests/support/units.h"
 
 namespace thimble::test {
@@ -48,17 +47,7 @@ Matrix3d of_box(const Vector3d& size_m) {
   return Matrix3d(Vector3d(s.y() + s.z(), s.z() + s.x(), s.x() + s.y()).asDiagonal()) / 12;
 }
 
-class CentreOfMass : public ::testing::Test {
- protected:
-  std::string mesh(const host::TriangleSoup& soup) {
-    const std::filesystem::path file = folder_.path() / ("mesh" + std::to_string(files_++) + ".obj");
-    write_obj(soup, 1000.0, file);
-    return R"("mesh": {"file": ")" + file.string() + R"(", "scale": 0.001})";
-  }
-
-  TemporaryFolder folder_;
-  int files_ = 0;
-};
+class CentreOfMass : public MeshBodies {};
 
 // An angle of two boxes, (0.04, 0.02, 0.01) and (0.01, 0.02, 0.05) large, whose file has its origin 0.1 m away.
 const Vector3d kOffset_m(.1, .02, -.03);
