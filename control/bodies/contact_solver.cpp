@@ -58,8 +58,9 @@ float least_mass(const Patch& patch) { return patch.mass.diagonal().minCoeff(); 
 Vec3 sliding_impulse(Patch& patch, const Vec3& sticking_N_s, float limit_N_s) {
   constexpr int kMaxRounds = 3;
   constexpr float kNear = 0.01F;
-  constexpr float kAlone = 1.0e4F;  // a drag beside which the response does not count
-  if (limit_N_s <= 0.0F) return Vec3::Zero();
+  constexpr float kAlone = 1.0e4F;          // a drag beside which the response does not count
+  constexpr float kNothing_N_s = 1.0e-10F;  // a 10000th of what 1 g weighs in 0.1 ms; its square is not yet 0
+  if (limit_N_s <= kNothing_N_s) return Vec3::Zero();
   Vec3 impulse = Vec3::Zero();
   float length = 0.0F;
   for (int round = 0; round < kMaxRounds; ++round) {
@@ -68,7 +69,8 @@ Vec3 sliding_impulse(Patch& patch, const Vec3& sticking_N_s, float limit_N_s) {
     length = impulse.norm();
     const float over = length - limit_N_s;
     if (std::abs(over) <= kNear * limit_N_s) break;
-    const float gain = length * length * over / (limit_N_s * impulse.dot(patch.mass * (part * impulse)));
+    const Vec3 along = impulse / length;
+    const float gain = over / (limit_N_s * along.dot(patch.mass * (part * along)));
     patch.drag_per_kg = std::clamp(patch.drag_per_kg + gain, 0.0F, kAlone / least_mass(patch));
   }
   return limit_N_s / length * impulse;
