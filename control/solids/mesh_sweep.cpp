@@ -167,6 +167,30 @@ bool reaches(const Face& face, const Vec3& d, float height_from, float height_to
   return t <= 1.0F && (band == 0.0F || height_from - t * falls >= -2.0F * band);
 }
 
+// Whether `from`, in front of this side of a sheet's triangle, is behind the neighbour across an edge, which stands out on
+// this side. A line from there that passes the edge on the outside has not met the sheet, whichever way the two are wound.
+bool behind_neighbour(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, std::uint32_t edge,
+                      const Vec3& from) {
+  const Step beyond = across(mesh, triangle, side, edge);
+  return beyond.triangle != triangle &&
+         in_front(mesh, triangle, side, vertex(mesh, beyond.triangle, previous(beyond.edge))) &&
+         !in_front(mesh, beyond.triangle, beyond.side, from);
+}
+
+// Whether a line that misses the triangle of a sheet by rounding has passed it on the other side. over: twice the areas that the line spans with the edges
+// from corners 0, 1 and 2; wide: what they are widened by. Near a vertex the two faces at an edge do not tell.
+bool passes_outside(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, const Vec3& from,
+                    const std::array<float, 3>& over, const std::array<float, 3>& wide) {
+  constexpr float kNear = 4.0F;
+  const float inside = over[0] + over[1] + over[2];
+  int near = 0;
+  for (std::uint32_t edge = 0; edge < 3; ++edge) {
+    if (std::abs(over[edge]) <= kNear * wide[edge]) ++near;
+    if (over[edge] * inside < 0.0F && behind_neighbour(mesh, triangle, side, edge, from)) return true;
+  }
+  return near > 1;
+}
+
 void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s,
                   std::span<const Feature> leaving, Hit& hit) {
   const Vec3 a = vertex(mesh, triangle, 0) - s.from;
@@ -217,17 +241,23 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   }
   const bool on_surface = std::abs(height_from) <= band;
   if (beside && !on_surface) return;
+  // From the side that the point has not left. Where parts cross or three faces share an edge, the sides tell nothing.
+  const bool other_side = leaves_sheet && !pierced(mesh, triangle) && side != known_side(triangle, leaving);
   bool crosses = height_from >= 0.0F && height_to <= 0.0F;
-  if (leaves_sheet) {
+  if (leaves_sheet && !on_surface && !other_side) {
     // A place behind a sheet by rounding would be in front of its other side in the next tick.
-    crosses = on_surface ? height_to < 0.0F : height_from >= 0.0F && height_to <= band;
+    crosses = height_from >= 0.0F && height_to <= band;
+  } else if (leaves_sheet) {
+    crosses = (on_surface || height_from >= 0.0F) && height_to < 0.0F;
   } else if (on_surface && !sheet) {
     crosses = height_to < -band;
   }
   if (!crosses || height_to >= height_from || incident(mesh, triangle, leaving, s.to - s.from)) return;
   // Past the edge of a sheet, a widened test could meet the next face from behind.
   const bool widened = !sheet || (leaves_sheet && (on_surface || std::abs(height_to) <= band));
-  if (!widened && std::min({u, v, w}) < 0.0F && std::max({u, v, w}) > 0.0F) return;
+  if (std::min({u, v, w}) < 0.0F && std::max({u, v, w}) > 0.0F &&
+      (!widened || (other_side && passes_outside(mesh, triangle, side, s.from, {w, u, v}, {ww, wu, wv}))))
+    return;
 
   float t = std::clamp(height_from / (height_from - height_to), 0.0F, 1.0F);
   if (!reaches(Face{{a, b, c}, normal}, s.to - s.from, height_from, height_to, on_surface ? band : 0.0F, t) ||
