@@ -289,6 +289,60 @@ TEST(Shading, KeepsTheForceBesideOtherSolidsWithTexturesAndOnBodies) {
   }
 }
 
+// A hand that strokes into a shaded and textured mesh does next to no work there, and the account keeps most of the force. When it then
+// presses, the force comes back.
+TEST(Shading, WithATextureTheForceComesBackWhenPressed) {
+  constexpr int kStrokes = kUnderSanitizers ? 12 : 80;
+  constexpr int kTicks = 800;  // of a stroke of 12 mm, and of a press of 2 mm
+  constexpr double kRadius_m = 0.02;
+  constexpr double kPress_m = 0.002;
+  constexpr double kStiffness_N_m = 1000.0;
+  const TemporaryFolder folder;
+  write_obj(icosphere(0, kRadius_m), 1.0, folder.path() / "icosahedron.obj");
+  Random random(21);
+  std::vector<double> before;  // force over K times the depth
+  std::vector<double> after;
+  for (int n = 0; n < kStrokes; ++n) {
+    const std::array<const char*, 3> patterns = {"ridges", "noise", "cos_cos"};
+    const std::string tile = std::to_string(random.uniform(0.004, 0.01));
+    const std::string crease = std::to_string(random.uniform(60.0, 180.0));
+    const std::string json =
+        R"({ "thimble_scene": 1, "name": "textured", "materials": { "m": { "stiffness_N_m": 1000, "texture": { "kind": "height",
+"height_m": 0.0004, "pattern": ")" +
+        std::string(patterns[static_cast<std::size_t>(n) % 3]) + R"(", "tile_m": [)" + tile + "," + tile +
+        R"(] } } }, "objects": [ { "name": "s", "material": "m", "shape": { "mesh": { "file": "icosahedron.obj", "crease_deg": )" +
+        crease + "} } } ] }";
+    IdealRun run(SceneImage(host::compile_scene_text(json, "test.scene.json", folder.path()).image));
+    const auto share = [&] {
+      const Felt& felt = run.felt();
+      return felt.force_N.norm() / (kStiffness_N_m * (felt.god_object_m - felt.tip_m).norm());
+    };
+    const Vector3d from = random.direction();
+    const Vector3d across = from.cross(random.direction()).normalized();
+    const double radius_m = random.uniform(0.82, 0.92) * kRadius_m;  // a face is 0.79 of it from the centre
+    run.step(2.0 * kRadius_m * from);
+    Vector3d out;
+    for (int tick = 0; tick < kTicks; ++tick) {
+      const double angle = 0.6 * tick / kTicks;
+      out = std::cos(angle) * from + std::sin(angle) * across;
+      run.step(radius_m * out);
+    }
+    if ((run.felt().god_object_m - run.felt().tip_m).norm() < 3e-4) continue;
+    before.push_back(share());
+    for (int tick = 0; tick < kTicks; ++tick) run.step((radius_m - kPress_m * tick / kTicks) * out);
+    after.push_back(share());
+  }
+  std::sort(before.begin(), before.end());
+  std::sort(after.begin(), after.end());
+  figure("strokes into a shaded and textured icosahedron", static_cast<double>(after.size()), "> an eighth");
+  figure("force over K times the depth, median", before[before.size() / 2], "");
+  figure("force over K times the depth after the press, median", after[after.size() / 2], "0.8");
+  figure("force over K times the depth after the press, least", after.front(), "0.5");
+  EXPECT_GT(8 * after.size(), static_cast<std::size_t>(kStrokes));
+  EXPECT_GT(after[after.size() / 2], 0.8);
+  EXPECT_GT(after.front(), 0.5);
+}
+
 // A shaded mesh elsewhere in the scene changes no force on plain solids.
 TEST(Shading, LeavesContactsOfPlainSolidsAlone) {
   const auto boxes = [](bool beside_shaded) {
