@@ -109,11 +109,17 @@ bool incident(const MeshView& mesh, std::uint32_t triangle, std::span<const Feat
   return false;
 }
 
-// The side of a two-sided triangle that a point on the surface is on: that of this triangle in `leaving`,
-// else that of the first feature.
-std::int8_t known_side(std::uint32_t triangle, std::span<const Feature> leaving) {
+// The side of a two-sided triangle that a point on the surface is on: that of this triangle in `leaving`, or of one there at
+// an edge of it, else that of the first feature.
+std::int8_t known_side(const MeshView& mesh, std::uint32_t triangle, std::span<const Feature> leaving) {
   for (const Feature& f : leaving) {
     if (f.index == triangle) return f.side;
+  }
+  for (const Feature& f : leaving) {
+    for (std::uint32_t edge = 0; edge < 3; ++edge) {
+      const Step beyond = across(mesh, f.index, f.side, edge);
+      if (beyond.triangle == triangle) return beyond.side;
+    }
   }
   return leaving.front().side;
 }
@@ -177,8 +183,8 @@ bool behind_neighbour(const MeshView& mesh, std::uint32_t triangle, std::int8_t 
          !in_front(mesh, beyond.triangle, beyond.side, from);
 }
 
-// Whether a line that misses the triangle of a sheet by rounding has passed it on the other side. over: twice the areas that the line spans with the edges
-// from corners 0, 1 and 2; wide: what they are widened by. Near a vertex the two faces at an edge do not tell.
+// Whether a line that misses the triangle of a sheet by rounding has not met the sheet. over: twice the areas that the line spans
+// with the edges from corners 0, 1 and 2; wide: what they are widened by. Near a vertex the two faces at an edge do not tell.
 bool passes_outside(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, const Vec3& from,
                     const std::array<float, 3>& over, const std::array<float, 3>& wide) {
   constexpr float kNear = 4.0F;
@@ -230,7 +236,7 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   if (!sheet) height_from -= std::min(normal.dot(s.lift), 0.0F);  // off the sheet is not into the solid
   std::int8_t side = 1;
   if (leaves_sheet && std::abs(height_from) <= band) {
-    side = known_side(triangle, leaving);
+    side = known_side(mesh, triangle, leaving);
   } else if (sheet) {
     if (leaving.empty() && (height_from >= 0.0F) == (height_to >= 0.0F)) return;
     side = height_from >= 0.0F ? std::int8_t{1} : std::int8_t{-1};
@@ -241,22 +247,22 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   }
   const bool on_surface = std::abs(height_from) <= band;
   if (beside && !on_surface) return;
-  // From the side that the point has not left. Where parts cross or three faces share an edge, the sides tell nothing.
-  const bool other_side = leaves_sheet && !pierced(mesh, triangle) && side != known_side(triangle, leaving);
   bool crosses = height_from >= 0.0F && height_to <= 0.0F;
-  if (leaves_sheet && !on_surface && !other_side) {
+  if (leaves_sheet) {
     // A place behind a sheet by rounding would be in front of its other side in the next tick.
-    crosses = height_from >= 0.0F && height_to <= band;
-  } else if (leaves_sheet) {
-    crosses = (on_surface || height_from >= 0.0F) && height_to < 0.0F;
+    crosses = on_surface ? height_to < 0.0F : height_from >= 0.0F && height_to <= band;
   } else if (on_surface && !sheet) {
     crosses = height_to < -band;
   }
   if (!crosses || height_to >= height_from || incident(mesh, triangle, leaving, s.to - s.from)) return;
   // Past the edge of a sheet, a widened test could meet the next face from behind.
+  const bool misses = std::min({u, v, w}) < 0.0F && std::max({u, v, w}) > 0.0F;
   const bool widened = !sheet || (leaves_sheet && (on_surface || std::abs(height_to) <= band));
-  if (std::min({u, v, w}) < 0.0F && std::max({u, v, w}) > 0.0F &&
-      (!widened || (other_side && passes_outside(mesh, triangle, side, s.from, {w, u, v}, {ww, wu, wv}))))
+  if (misses && !widened) return;
+  // Nor does the side that the point has not left meet it by rounding. Where parts cross or three faces share an edge, sides tell nothing.
+  if ((misses || height_to >= 0.0F) && leaves_sheet && !pierced(mesh, triangle) &&
+      side != known_side(mesh, triangle, leaving) &&
+      (height_to >= 0.0F || passes_outside(mesh, triangle, side, s.from, {w, u, v}, {ww, wu, wv})))
     return;
 
   float t = std::clamp(height_from / (height_from - height_to), 0.0F, 1.0F);
