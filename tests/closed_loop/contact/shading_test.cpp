@@ -295,7 +295,7 @@ TEST(Shading, WithATextureTheForceComesBackWhenPressed) {
   constexpr int kStrokes = kUnderSanitizers ? 12 : 80;
   constexpr int kTicks = 800;  // of a stroke of 12 mm, and of a press of 2 mm
   constexpr double kRadius_m = 0.02;
-  constexpr double kPress_m = 0.002;
+  constexpr double kPressedBy_m = 0.002;
   constexpr double kStiffness_N_m = 1000.0;
   const TemporaryFolder folder;
   write_obj(icosphere(0, kRadius_m), 1.0, folder.path() / "icosahedron.obj");
@@ -329,7 +329,7 @@ TEST(Shading, WithATextureTheForceComesBackWhenPressed) {
     }
     if ((run.felt().god_object_m - run.felt().tip_m).norm() < 3e-4) continue;
     before.push_back(share());
-    for (int tick = 0; tick < kTicks; ++tick) run.step((radius_m - kPress_m * tick / kTicks) * out);
+    for (int tick = 0; tick < kTicks; ++tick) run.step((radius_m - kPressedBy_m * tick / kTicks) * out);
     after.push_back(share());
   }
   std::sort(before.begin(), before.end());
