@@ -223,13 +223,14 @@ struct Touched {
   double given_J = 0.0;  // to the hand
   double deepest_m = 0.0;
   double largest_N = 0.0;
+  double step_m = 0.0;  // the longest: the one that leads to the surface can be a step in free space
 };
 
 constexpr double kAtTip_m = 1e-8;  // the god object, but for rounding
 
 // Moves as a hand that feels its way: down until something holds, then about, between 0.3 and 3 mm deep, and back to where it began.
-// touched(Touched, step_m): called after each touch. step_m: how far the tip moves in a tick.
-void feel_about(IdealRun& run, Random& random, const std::function<void(const Touched&, double)>& touched) {
+// touched(): called after each touch.
+void feel_about(IdealRun& run, Random& random, const std::function<void(const Touched&)>& touched) {
   constexpr double kFreeStep_m = 2e-4;
   const Vector3d start(0.0, 0.0, 0.15);
   const double step_m = random.uniform(5e-6, 7.5e-5);  // 0.02 to 0.3 m/s
@@ -243,8 +244,9 @@ void feel_about(IdealRun& run, Random& random, const std::function<void(const To
     before_J = run.work_mean_force_J();
     now.deepest_m = std::max(now.deepest_m, depth_m());
     now.largest_N = std::max(now.largest_N, run.felt().force_N.norm());
+    if (depth_m() >= kAtTip_m) now.step_m = std::max(now.step_m, length_m);
     if (depth_m() < kAtTip_m && now.deepest_m >= kAtTip_m) {
-      touched(now, step_m);
+      touched(now);
       now = {};
     }
   };
@@ -370,9 +372,10 @@ void expect_no_loop_gives(const std::string& name, std::uint64_t scenes,
       const SceneImage image = scene_of(random, friction);
       IdealRun run(image);
       for (int loop = 0; loop < 4; ++loop) {
-        feel_about(run, random, [&](const Touched& touch, double step_m) {
+        feel_about(run, random, [&](const Touched& touch) {
           constexpr double kMostStiffness_N_m = 100.0 * 30.0;
-          const double most_J = step_m * std::max(kMostStiffness_N_m * touch.deepest_m, touch.largest_N);
+          const double most_J =
+              touch.step_m * std::max(kMostStiffness_N_m * touch.deepest_m, touch.largest_N);
           const double given = touch.given_J / most_J;
           if (given > worst) worst_seed = seed;
           worst = std::max(worst, given);
