@@ -306,12 +306,18 @@ TEST(Shading, WithATextureTheForceComesBackWhenPressed) {
     const std::array<const char*, 3> patterns = {"ridges", "noise", "cos_cos"};
     const std::string tile = std::to_string(random.uniform(0.004, 0.01));
     const std::string crease = std::to_string(random.uniform(60.0, 180.0));
-    const std::string json =
+    std::string json =
         R"({ "thimble_scene": 1, "name": "textured", "materials": { "m": { "stiffness_N_m": 1000, "texture": { "kind": "height",
-"height_m": 0.0004, "pattern": ")" +
-        std::string(patterns[static_cast<std::size_t>(n) % 3]) + R"(", "tile_m": [)" + tile + "," + tile +
-        R"(] } } }, "objects": [ { "name": "s", "material": "m", "shape": { "mesh": { "file": "icosahedron.obj", "crease_deg": )" +
-        crease + "} } } ] }";
+"height_m": 0.0004, "pattern": ")";
+    json += patterns[static_cast<std::size_t>(n) % 3];
+    json += R"(", "tile_m": [)";
+    json += tile;
+    json += ", ";
+    json += tile;
+    json +=
+        R"(] } } }, "objects": [ { "name": "s", "material": "m", "shape": { "mesh": { "file": "icosahedron.obj", "crease_deg": )";
+    json += crease;
+    json += "} } } ] }";
     IdealRun run(SceneImage(host::compile_scene_text(json, "test.scene.json", folder.path()).image));
     const auto share = [&] {
       const Felt& felt = run.felt();

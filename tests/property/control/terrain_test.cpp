@@ -69,7 +69,7 @@ class Terrain {
 
   // A corner of a cell, or a place on one of its edges or faces.
   [[nodiscard]] Vector3d on(int i, int j, Random& random) const {
-    const Vector3d corner = vertex(i, j);
+    Vector3d corner = vertex(i, j);
     const double a = random.uniform(0.0, 1.0);
     const double b = random.uniform(0.0, 1.0 - a);
     switch (random.below(3)) {
