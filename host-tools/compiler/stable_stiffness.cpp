@@ -84,6 +84,17 @@ std::string text_of(double value) {
   return text;
 }
 
+// Of a damping above those of the tables nothing is known, but that it takes stiffness away.
+void warn_of_damping(const scene::Object& object, std::string_view arm, double rate_Hz,
+                     std::vector<std::string>& warnings) {
+  double most_N_s_m = 0.0;
+  for (const Wall& wall : walls_of(object)) most_N_s_m = std::max(most_N_s_m, wall.damping_N_s_m);
+  if (most_N_s_m <= kStableDampings_N_s_m.back() || !stable_stiffness_N_m(arm, rate_Hz, most_N_s_m)) return;
+  warnings.push_back(object.name()->str() + ": a damping of " + text_of(most_N_s_m) +
+                     " N s/m can oscillate; " + std::string(arm) + " is known to hold up to " +
+                     text_of(kStableDampings_N_s_m.back()) + " N s/m (docs/stability.md)");
+}
+
 void warn(const scene::Object& object, std::string_view arm, double rate_Hz,
           std::vector<std::string>& warnings) {
   Wall worst{};
@@ -96,7 +107,7 @@ void warn(const scene::Object& object, std::string_view arm, double rate_Hz,
     worst_most_N_m = *most_N_m;
     excess = *most_N_m > 0.0 ? wall.stiffness_N_m / *most_N_m : 1.0e9;
   }
-  if (worst.stiffness_N_m == 0.0) return;
+  if (worst.stiffness_N_m == 0.0) return warn_of_damping(object, arm, rate_Hz, warnings);
   warnings.push_back(object.name()->str() + ": " + text_of(worst.stiffness_N_m) + " N/m with a damping of " +
                      text_of(worst.damping_N_s_m) + " N s/m can oscillate; " + std::string(arm) + " at " +
                      text_of(std::round(rate_Hz)) + " Hz holds up to " + text_of(two_digits(worst_most_N_m)) +

@@ -118,6 +118,13 @@ TEST(StableStiffness, WhatIsStifferIsAWarning) {
   EXPECT_EQ(warnings_of(stiff, "premium-1.5,premium-1.5", 4000).size(), 1U) << "two arms of a kind";
   EXPECT_EQ(warnings_of(stiff, "premium-1.5,wooden", 4000).size(), 1U);
   EXPECT_THAT(warnings_of(stiff, "wooden", 4000), IsEmpty()) << "there is no table for it";
+  const std::string damped =
+      R"({"name": "damped", "shape": {"plane": {"normal": [0, 0, 1]}}, "material": {"stiffness_N_m": 1000, "damping_N_s_m": 10}})";
+  EXPECT_THAT(
+      warnings_of(damped, "premium-1.5", 4000),
+      ElementsAre("damped: a damping of 10 N s/m can oscillate; premium-1.5 is known to hold up to 5 N s/m "
+                  "(docs/stability.md)"));
+  EXPECT_THAT(warnings_of(damped, "wooden", 4000), IsEmpty());
   EXPECT_THAT(host::stiffness_warnings({}, "premium-1.5", 4000), IsEmpty());
 }
 
