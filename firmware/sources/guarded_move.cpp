@@ -13,6 +13,9 @@ namespace {
 constexpr float kShortest_m = 1e-4F;  // a line shorter than this has no direction: only hold
 constexpr float kCreep_m_s = 1e-3F;   // lowest speed, or the last of sqrt(2 a s) would take for ever
 constexpr float kArrived_m = 1e-6F;
+// On a surface that leans by 45 degrees neither the force along the line nor that across it reaches the limit: the set point waits for a tip
+// that does not come.
+constexpr float kWaits_s = 0.2F;
 
 float norm(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }
 
@@ -67,7 +70,7 @@ void GuardedMove::start(const MoveOrder& order, const kinematics::Arm<float>& ar
   direction_ = length_m_ > kShortest_m ? Vec3(way_m / length_m_) : Vec3::Zero();
   if (!(length_m_ > kShortest_m)) length_m_ = 0;
   joint_stiffness_N_m_rad_ = kinematics::joint_stiffness(arm);
-  way_m_ = speed_m_s_ = 0;
+  way_m_ = speed_m_s_ = waits_s_ = 0;
   set_point_m_ = start_m_;
   filtered_N_.setZero();
   results_ = &results;
@@ -96,7 +99,10 @@ void GuardedMove::advance(float period_s, float lead_m) noexcept {
   speed_m_s_ = state_ == State::kGoing ? speed_m_s : -speed_m_s;
   acceleration_m_s2_ = (speed_m_s_ - last_m_s) / period_s;
   way_m_ += state_ == State::kGoing ? step_m : -step_m;
-  if (state_ == State::kGoing) way_m_ = std::min(way_m_, std::max(lead_m, 0.0F));
+  if (state_ != State::kGoing) return;
+  const bool waits = way_m_ > lead_m;
+  waits_s_ = waits ? waits_s_ + period_s : 0.0F;
+  if (waits) way_m_ = std::max(lead_m, 0.0F);
 }
 
 void GuardedMove::turn(End end, bool come_back) noexcept {
@@ -115,7 +121,7 @@ void GuardedMove::judge(const Vec3& tip_m, float speed_m_s, float friction_N) no
       const float contact_N = along_N - friction_N;
       results_->peak_force_N = std::max(results_->peak_force_N, contact_N);
       results_->turn_m = tip_m;
-      if (contact_N >= order_.force_limit_N) {
+      if (contact_N >= order_.force_limit_N || waits_s_ > kWaits_s) {
         turn(End::kForceReached, true);
       } else if (way_m_ >= length_m_ - kArrived_m) {
         turn(End::kTargetReached, order_.come_back);

@@ -118,6 +118,7 @@ class GuardedMove {
   float length_m_ = 0;
   float way_m_ = 0;      // of the set point from the start
   float speed_m_s_ = 0;  // of the set point; negative on the way back
+  float waits_s_ = 0;    // how long the set point has waited for the tip
   float acceleration_m_s2_ = 0;
   Vec3 set_point_m_ = Vec3::Zero();
   Vec3 filtered_N_ = Vec3::Zero();

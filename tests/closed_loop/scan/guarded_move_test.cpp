@@ -221,5 +221,40 @@ TEST(GuardedMove, EveryStopStopsIt) {
   }
 }
 
+// Neither the force along the line nor that across it reaches the limit by itself where the surface leans by about 45 degrees.
+TEST(GuardedMove, EndsOnALeaningSurface) {
+  double longest_s = 0;
+  for (const double lean_deg : {35.0, 45.0, 50.0, 55.0, 60.0}) {
+    for (const double friction : {0.0, 0.3}) {
+      const double lean = lean_deg * M_PI / 180.0;
+      board::SpecimenMap map;
+      map.u = {std::cos(lean), 0.0, std::sin(lean)};
+      map.origin_m = Vector3d(0.0, 0.0, kSurface_m) - 0.05 * map.u - 0.05 * map.v;
+      map.cell_m = 0.002;
+      map.columns = map.rows = 51;
+      map.stiffness_N_m.assign(map.columns * map.rows, 600.0);
+      map.static_friction = map.dynamic_friction = friction;
+      SimProbe probe(
+          {.variant = "premium-1.5", .specimen = std::make_shared<const board::Specimen>(std::move(map))},
+          free_space());
+      settle(probe);
+      SimBoard& board = probe.board();
+      const double begun_s = board.time_s();
+      ASSERT_EQ(board.controller().request_move(firmware::from_link(order_to({0, 0, -.03}, .012F, 1.5F))), 0);
+      for (int tick = 0; tick < 40'000 && (tick == 0 || board.controller().move_results() == nullptr);
+           ++tick) {
+        board.controller().keep_alive();
+        board.tick();
+      }
+      ASSERT_NE(board.controller().move_results(), nullptr) << lean_deg << " " << friction;
+      longest_s = std::max(longest_s, board.time_s() - begun_s);
+      EXPECT_NE(board.controller().move_state().end, link::MoveEnd::kTargetReached)
+          << lean_deg << " " << friction;
+    }
+  }
+  figure("a move against a leaning surface: longest, s", longest_s, "< 5");
+  EXPECT_LT(longest_s, 5.0);
+}
+
 }  // namespace
 }  // namespace thimble::test
