@@ -187,7 +187,7 @@ bool behind_neighbour(const MeshView& mesh, std::uint32_t triangle, std::int8_t 
 // with the edges from corners 0, 1 and 2; wide: what they are widened by. Near a vertex the two faces at an edge do not tell.
 bool passes_outside(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, const Vec3& from,
                     const std::array<float, 3>& over, const std::array<float, 3>& wide) {
-  constexpr float kNear = 4.0F;
+  constexpr float kNear = 4.0F;  // of the widening; where it is this near to two edges, it is at their vertex
   const float inside = over[0] + over[1] + over[2];
   int near = 0;
   for (std::uint32_t edge = 0; edge < 3; ++edge) {

@@ -13,8 +13,8 @@ namespace {
 constexpr float kShortest_m = 1e-4F;  // a line shorter than this has no direction: only hold
 constexpr float kCreep_m_s = 1e-3F;   // lowest speed, or the last of sqrt(2 a s) would take for ever
 constexpr float kArrived_m = 1e-6F;
-// On a surface that leans by 45 degrees neither the force along the line nor that across it reaches the limit: the set point waits for a tip
-// that does not come.
+// On a surface that leans by 45 degrees neither the force along the line nor that across it reaches the limit, though together they are the
+// most that is commanded. The set point then waits for a tip that does not come: after this time the force counts as reached.
 constexpr float kWaits_s = 0.2F;
 
 float norm(const Vec3& v) noexcept { return std::sqrt(v.squaredNorm()); }

@@ -26,10 +26,9 @@ struct StableStiffness {
 [[nodiscard]] std::optional<double> stable_stiffness_N_m(std::string_view arm, double rate_Hz,
                                                          double damping_N_s_m);
 
-// A warning for each object of a scene image that is stiffer, or damped more than the tables know, with the figures; also for its stiffness
-// map. arms: names with
-// commas between them, as a device has them. Potential fields have no stiffness of their own. No warning for an image that
-// is not valid.
+// A warning for each object of a scene image that is stiffer, or damped more than the tables know, with the figures; also for its
+// stiffness map. arms: names with commas between them, as a device has them. Potential fields have no stiffness of their own. No
+// warning for an image that is not valid.
 [[nodiscard]] std::vector<std::string> stiffness_warnings(std::span<const std::byte> image,
                                                           std::string_view arms, double rate_Hz);
 

@@ -228,7 +228,7 @@ TEST(Terrain, LetsGoWithinRoundingOfAnEdge) {
 }
 
 // A tip that jumps 2 mm in each tick, to within 10 nm to 1 mm of a vertex, an edge or a face: rounding decides in more ticks than on any
-// way of a hand. What is left are places within 0.1 um of a vertex.
+// way of a hand. What is left is decided by the rounding of coordinates, near edges and vertices.
 TEST(Terrain, SeldomTurnsTheTipOverWithinRounding) {
   constexpr double kPerMillion = 300.0;
   constexpr long kJumps = kUnderSanitizers ? 500 : 10'000;
