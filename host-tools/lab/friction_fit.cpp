@@ -135,10 +135,12 @@ std::optional<StrokeForce> sliding_force(const Site& site, const ProbedMove& fas
                      (window[0].mean_N() - window[1].mean_N()) / 2};
 }
 
-// A slow stroke from rest: the most of its force, and the mean of its second half, in which the tip slides.
+// A slow stroke from rest.
 struct SlowStroke {
-  StrokeForce most;
-  double sliding_N = 0;
+  StrokeForce breakaway;
+  double highest_N = 0;  // of its samples
+  double sliding_N = 0;  // the mean of its second half
+  [[nodiscard]] double peak_N() const { return highest_N - sliding_N; }
 };
 // The samples are means over some 16 ms: the most of a finer measure would be that of its noise. The force rose on until the tip broke
 // away, half a sample to one and a half after the middle of the highest one, or in it.
@@ -153,7 +155,8 @@ std::optional<SlowStroke> slow_stroke(const Site& site, const ProbedMove& slow) 
   const double rise_N =
       risen == 0 ? 0 : (force_N(*most) - force_N(*(most - risen))) / static_cast<double>(risen);
   SlowStroke stroke{
-      {site.number, site.normal_N(most->tip_m), force_N(*most) + kRoseOn * std::max(rise_N, 0.0)}};
+      {site.number, site.normal_N(most->tip_m), force_N(*most) + kRoseOn * std::max(rise_N, 0.0)},
+      force_N(*most)};
   const std::size_t half = slow.samples.size() / 2;
   for (std::size_t k = half; k < slow.samples.size(); ++k)
     stroke.sliding_N += force_N(slow.samples[k]) / static_cast<double>(slow.samples.size() - half);
@@ -174,15 +177,14 @@ SiteForces site_forces(const ProbedStep& step, std::size_t number, const Stiffne
   double joints_N = 0;
   if (const auto free = slow_stroke(site, step.moves[kFreeSlow])) {
     forces.breakaway.push_back({site.number, 0, free->sliding_N});
-    joints_N = free->most.along_N - free->sliding_N;
+    joints_N = free->peak_N();
   }
   for (std::size_t load = 0; load < kSiteLoads; ++load) {
     for (const Stroke stroke : {Stroke::kSlowOut, Stroke::kSlowBack}) {
       const auto slow = slow_stroke(site, step.moves[site_move(load, stroke)]);
       if (!slow) continue;
-      forces.breakaway.push_back(slow->most);
-      if (slow->most.along_N - slow->sliding_N < kAPeak * joints_N)
-        forces.breakaway.back().along_N = slow->sliding_N;
+      forces.breakaway.push_back(slow->breakaway);
+      if (slow->peak_N() < kAPeak * joints_N) forces.breakaway.back().along_N = slow->sliding_N;
     }
     slides(site_move(load, Stroke::kFast));
   }
