@@ -106,7 +106,7 @@ double above_m(const Specimen& specimen, const Vector3d& point_m) {
 struct Errors {
   double shape_m = 0, mean = 0, upper = 0, lower = 0, boundary_m = 0;  // the most, K relative
   double static_friction = 0, dynamic_friction = 0;                    // relative
-  double damping_N_s_m = 0;
+  double damping_N_s_m = 0, uncertainty_N_s_m = 0;
 };
 
 Errors errors_of(const Made& of, const Specimen& specimen, const ScanPlan& plan,
@@ -127,7 +127,11 @@ Errors errors_of(const Made& of, const Specimen& specimen, const ScanPlan& plan,
         std::max(errors.boundary_m, std::abs(point.fit.layer->boundary_m - of.layers[0].depth_m));
   }
   EXPECT_EQ(result.layers.has_value(), !of.layers.empty()) << of.name;
-  if (result.damping) errors.damping_N_s_m = result.damping->damping_N_s_m - of.damping_N_s_m;
+  EXPECT_TRUE(result.damping.has_value()) << of.name;
+  if (result.damping) {
+    errors.damping_N_s_m = result.damping->damping_N_s_m - of.damping_N_s_m;
+    errors.uncertainty_N_s_m = result.damping->uncertainty_N_s_m;
+  }
   EXPECT_TRUE(result.friction.has_value()) << of.name;
   if (result.friction && of.static_friction > 0) {
     errors.static_friction = result.friction->breakaway.coefficient / of.static_friction - 1;
@@ -141,7 +145,8 @@ void report(const std::string& who, const Errors& errors) {
   figure(who + ": K off, worst", errors.upper, "<= 0.03");
   if (errors.lower > 0) figure(who + ": K of the lower layer off, worst", errors.lower, "<= 0.03");
   if (errors.lower > 0) figure(who + ": boundary off, worst, mm", 1e3 * errors.boundary_m, "<= 0.1");
-  figure(who + ": B off, N s/m", errors.damping_N_s_m, "|.| <= 0.8");
+  figure(who + ": B off, N s/m", errors.damping_N_s_m, "|.| <= 2 times its uncertainty");
+  figure(who + ": B off, over its uncertainty", errors.damping_N_s_m / errors.uncertainty_N_s_m, "|.| <= 2");
   figure(who + ": static friction off", errors.static_friction, "|.| <= 0.1");
   figure(who + ": dynamic friction off", errors.dynamic_friction, "|.| <= 0.1");
   EXPECT_LE(errors.shape_m, 2e-4) << who;
@@ -150,7 +155,7 @@ void report(const std::string& who, const Errors& errors) {
   EXPECT_LE(std::abs(errors.mean), .03) << who;
   EXPECT_LE(errors.lower, .03) << who;
   EXPECT_LE(errors.boundary_m, 1e-4) << who;
-  EXPECT_LE(std::abs(errors.damping_N_s_m), .8) << who;
+  EXPECT_LE(std::abs(errors.damping_N_s_m), 2 * errors.uncertainty_N_s_m) << who;
   EXPECT_LE(std::abs(errors.static_friction), .1) << who;
   EXPECT_LE(std::abs(errors.dynamic_friction), .1) << who;
 }
@@ -216,7 +221,7 @@ Likeness likeness(const Scanned& scanned, const ScanPlan& plan, const Specimen& 
 void expect_like(const Made& of, const std::string& arm, std::size_t sites = 1) {
   const auto specimen = made(of);
   ScanPlan plan = level_plan(sites);
-  if (arm == "wooden" && !of.layers.empty()) plan.speed_m_s = .008;  // heavy: it swings long after the touch
+  if (arm == "wooden" && !of.layers.empty()) plan.speed_m_s = .004;  // heavy: it swings long after the touch
   const Scanned scanned = scan(plan, specimen, arm);
   const std::string who = of.name + ", " + arm;
   report(who, errors_of(of, *specimen, plan, scanned.result));
@@ -246,7 +251,8 @@ TEST(SpecimenScan, FindsShapeStiffnessDampingAndFriction) {
 TEST(SpecimenScan, RandomSpecimens) {
   const char* wanted = std::getenv("THIMBLE_SCAN_SPECIMENS");
   const int specimens = wanted == nullptr ? 1 : std::atoi(wanted);
-  std::mt19937_64 random(3);
+  const char* seed = std::getenv("THIMBLE_SCAN_SEED");
+  std::mt19937_64 random(seed == nullptr ? 3 : std::strtoull(seed, nullptr, 10));
   const auto within = [&](double low, double high) {
     return std::uniform_real_distribution(low, high)(random);
   };
@@ -258,7 +264,7 @@ TEST(SpecimenScan, RandomSpecimens) {
     of.stiffness_N_m = within(250, 600);
     of.damping_N_s_m = within(0, 4);
     of.static_friction = within(.25, .8);
-    of.dynamic_friction = of.static_friction * within(.6, 1);
+    of.dynamic_friction = of.static_friction * (random() % 4 == 0 ? 1 : within(.6, 1));
     if (random() % 2 == 0) {
       of.stiffness_N_m = within(250, 350);
       of.layers = {{within(.0012, .002), within(2, 3)}};
