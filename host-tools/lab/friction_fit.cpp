@@ -15,6 +15,7 @@ constexpr double kWindowFrom = 0.5, kWindowTo = 0.8;
 constexpr double kAPeak = 1.0;         // above what the joints make
 constexpr std::ptrdiff_t kRise = 3;    // samples before the breakaway that tell how fast the force rises
 constexpr double kRoseOn = 0.75;       // samples
+constexpr std::ptrdiff_t kStart = 4;   // samples in which the arm sets off: a tip at rest rises on after them
 constexpr std::size_t kLeastHalf = 2;  // samples
 constexpr double kSteadyPart = 0.3, kSteady_N = 0.03;  // of what the halves of the window may differ by
 
@@ -151,9 +152,9 @@ std::optional<SlowStroke> slow_stroke(const Site& site, const ProbedMove& slow) 
     return sample.force_N + site.slope_N(sample.tip_m, direction);
   };
   const auto most = std::ranges::max_element(slow.samples, {}, force_N);
-  const auto risen = std::min<std::ptrdiff_t>(most - slow.samples.begin(), kRise);
-  const double rise_N =
-      risen == 0 ? 0 : (force_N(*most) - force_N(*(most - risen))) / static_cast<double>(risen);
+  const double rise_N = most - slow.samples.begin() <= kStart
+                            ? 0
+                            : (force_N(*most) - force_N(*(most - kRise))) / static_cast<double>(kRise);
   SlowStroke stroke{
       {site.number, site.normal_N(most->tip_m), force_N(*most) + kRoseOn * std::max(rise_N, 0.0)},
       force_N(*most)};
