@@ -40,6 +40,9 @@ JsonDocument::JsonDocument(const std::string& text, std::string name, std::strin
     : name_(std::move(name)), root_name_(std::move(root)) {
   constexpr const char* kRemedy =
       "correct the file: it has to be JSON in UTF-8, without comments or trailing commas";
+  // nlohmann's parser takes a NUL byte for the end of the text, and passes over what follows.
+  if (const std::size_t nul = text.find('\0'); nul != std::string::npos)
+    throw JsonError("bad-json", name_ + ":" + std::to_string(line_at(text, nul)) + ": a NUL byte", kRemedy);
   std::size_t depth = 0;
   bool in_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {

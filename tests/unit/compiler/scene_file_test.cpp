@@ -149,6 +149,7 @@ TEST(SceneFile, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
       {with("\"radius_m\": 0.02", "\"radius_m\": 1e999"), "bad-json", {at(12, ""), "1e999"}},
       {with("everything", "\xFF\xFE"), "bad-json", {at(4, ""), "UTF-8"}},
       {std::string("\xFF\xFE{\0", 4), "bad-json", {at(1, "")}},
+      {with("everything", "everything") + std::string("\0}}]{\"a\":[1,2", 13), "bad-json", {"NUL"}},
       {std::string(100, '['), "bad-json", {"nested deeper than 32"}},
       {std::string((std::size_t{1} << 20U) + 1, ' '), "scene-file-too-large", {"1048577 bytes", "1048576"}},
       {with("\"name\": \"ball\"", "\"name\": \"ball\", \"name\": \"b\""),
