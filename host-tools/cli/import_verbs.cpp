@@ -42,6 +42,8 @@ void import_volume(const Common& common, const ImportVolumeChoice& choice) {
   if (!choice.table.empty()) wanted.table = choice.table;
   wanted.classes = choice.classes;
   wanted.thinnest_mm = choice.thinnest_mm;
+  keep_apart(choice.volume, choice.output);
+  keep_apart(choice.table, choice.output);
   const ImportedNeedle imported = import_volume(wanted);
   OutputFile file(choice.output);
   file.stream() << imported.scene;
@@ -77,6 +79,8 @@ void import_device_log(const Common& common, const ImportDeviceLogChoice& choice
     throw Error(ExitCode::kUsage, "usage", "neither --output nor --log is given",
                 "--output PATH.csv for `thimble simulate --path`, --log LOG.csv for `thimble plot`");
   }
+  keep_apart(choice.log, choice.path);
+  keep_apart(choice.log, choice.forces);
   const DeviceLog log = read_device_log(choice.log, choice.thimble_frame);
   if (!choice.forces.empty() && !log.has_force) {
     throw Error(ExitCode::kBadInput, "no-force", choice.log.string() + " has no FORCE",

@@ -72,6 +72,7 @@ void mesh(const Common& common, const MeshChoice& choice) {
                 fmt::format("'{}' is not an OBJ file", choice.output.string()),
                 "give a name that ends with .obj");
   }
+  keep_apart(choice.file, choice.output);
   const TriangleSoup soup = read_mesh_file(choice.file, choice.scale_m, choice.file.string());
   const RepairedMesh repaired =
       repair_mesh(soup, {choice.max_hole_m, !choice.keep_crossings}, choice.file.string());

@@ -83,13 +83,6 @@ std::vector<board::LogRow> rows_of(const std::filesystem::path& file, int arm) {
   return rows;
 }
 
-void keep_apart(const std::filesystem::path& input, const std::filesystem::path& output) {
-  std::error_code none;
-  if (!std::filesystem::equivalent(input, output, none)) return;
-  throw Error(ExitCode::kUsage, "same-file", output.string() + " is the file that is read",
-              "give the output another name");
-}
-
 [[noreturn]] void differs(const std::filesystem::path& file, const ReplayVerdict& verdict) {
   throw Error(ExitCode::kVerification, "replay-differs",
               fmt::format("{}: {}", file.string(), in_words(verdict)),
@@ -99,6 +92,7 @@ void keep_apart(const std::filesystem::path& input, const std::filesystem::path&
 }  // namespace
 
 void record(const Common& common, const Remote& remote, const RecordChoice& choice) {
+  keep_apart(choice.scene, choice.output);
   RecordOptions options;
   options.output = choice.output;
   options.scene = choice.scene;

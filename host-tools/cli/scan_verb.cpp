@@ -298,6 +298,11 @@ void scan(const Common& common, const Remote& remote, const ScanChoice& choice) 
     throw Error(ExitCode::kUsage, "usage", "--simulate needs a --specimen",
                 "give what the simulated arm touches");
   }
+  for (const auto& input : {choice.plan, choice.specimen}) {
+    keep_apart(input, choice.log);
+    keep_apart(input, choice.output);
+  }
+  keep_apart(choice.log, choice.output);
   const ScanPlan plan = read_scan_plan(choice.plan);
   ScanLog log(choice.log, plan, choice.resume);
   heed_interrupts();

@@ -57,6 +57,7 @@ Json to_json(const MeshReport& mesh) {
 
 void compile(const Common& common, const CompileChoice& choice) {
   const std::filesystem::path& output = choice.output;
+  keep_apart(choice.scene, output);
   if (board::find_plant_variant(choice.arm) == nullptr)
     throw Error(ExitCode::kUsage, "unknown-arm", "there is no arm named " + choice.arm,
                 "`thimble compile --help` names the arms");
@@ -108,6 +109,8 @@ void compile(const Common& common, const CompileChoice& choice) {
 }
 
 void simulate(const Common& common, const SimulateChoice& choice) {
+  keep_apart(choice.scene, choice.log);
+  keep_apart(choice.path, choice.log);
   const SimulationRun run(choice.scene, choice.path);
   board::SimulationOptions options;
   options.ideal = choice.ideal;

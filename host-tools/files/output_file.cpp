@@ -11,6 +11,14 @@
 
 namespace thimble::host {
 
+void keep_apart(const std::filesystem::path& input, const std::filesystem::path& output) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(output, none) || !std::filesystem::equivalent(input, output, none))
+    return;
+  throw Error(ExitCode::kUsage, "same-file", output.string() + " is the file that is read",
+              "give the output another name");
+}
+
 OutputFile::OutputFile(std::filesystem::path place) : place_(std::move(place)) {
   std::error_code none;
   const auto kind = std::filesystem::status(place_, none).type();

@@ -6,6 +6,9 @@
 
 namespace thimble::host {
 
+// Throws "same-file" (kUsage) where the output of a verb is the file that it reads.
+void keep_apart(const std::filesystem::path& input, const std::filesystem::path& output);
+
 // A file that is written under a temporary name beside its final path and renamed by commit(); without commit() it is removed. A
 // path that exists and is no regular file (a pipe, /dev/stdout) is written directly. Errors: kPermission, kRefused
 // (no space ...).

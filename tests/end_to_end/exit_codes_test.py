@@ -259,7 +259,7 @@ class Manners(Rig):
         def candidates(*words):
             return self.ok("__complete", *words).out.split()
 
-        self.assertEqual(set(candidates("")), {"list", "info", "doctor", "dbc", "decode", "compile", "upload", "arm", "disarm", "restart", "home", "monitor", "view", "param",
+        self.assertEqual(set(candidates("")), {"list", "info", "doctor", "dbc", "decode", "compile", "upload", "arm", "disarm", "stop", "restart", "home", "monitor", "view", "param",
                                                "fault", "simulate", "mesh", "import", "scan", "record", "replay", "plot"})
         self.assertEqual(candidates("up"), ["upload"])
         self.assertEqual(candidates("param", "g"), ["get"])
@@ -296,6 +296,22 @@ class Manners(Rig):
             if result.out:  # the report is there all the same
                 self.assertEqual(result.json["failures"], 1)
             self.assertIn("remedy: ", self.run_thimble("doctor", "--device", device).err)
+
+    def test_no_output_replaces_its_input(self):
+        scene, path, model, log = (self.folder / name for name in ("a.scene.json", "path.csv", "a.obj", "log.csv"))
+        scene.write_text((Path(__file__).resolve().parents[2] / "scenes" / "walls" / "walls.scene.json").read_text())
+        path.write_text("time_s,x_m,y_m,z_m\n0,0,0,0\n1,0,0,0.01\n")
+        model.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        log.write_text("time_s\n")
+        (self.folder / "link.csv").symlink_to(path)
+        before = [file.read_bytes() for file in (scene, path, model, log)]
+        self.fails(2, "same-file", "compile", scene, "--output", scene)
+        self.fails(2, "same-file", "simulate", scene, "--path", path, "--log", scene)
+        self.fails(2, "same-file", "simulate", scene, "--path", path, "--log", self.folder / "link.csv")
+        self.fails(2, "same-file", "mesh", model, "--output", model)
+        self.fails(2, "same-file", "import", "device-log", log, "--output", log)
+        self.fails(2, "same-file", "scan", path, "--log", self.folder / "new.csv", "--output", path)
+        self.assertEqual(before, [file.read_bytes() for file in (scene, path, model, log)])
 
     def test_mesh_repairs_and_says_so(self):
         whole = self.folder / "whole.obj"
