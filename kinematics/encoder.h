@@ -6,6 +6,7 @@
 // per tick is below half of the counter's range.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "kinematics/arm_model.h"
@@ -42,12 +43,16 @@ class JointEncoder {
     offset_rad_ = home_rad;
   }
 
-  [[nodiscard]] EncoderStatus update(std::uint32_t raw) noexcept {
+  // periods: since the reading before, at least 1.
+  [[nodiscard]] EncoderStatus update(std::uint32_t raw, std::uint64_t periods = 1) noexcept {
     const std::uint32_t difference = raw - last_raw_;
     const std::int32_t delta = width_ == CounterWidth::k16
                                    ? static_cast<std::int16_t>(static_cast<std::uint16_t>(difference))
                                    : static_cast<std::int32_t>(difference);
-    if (delta > max_counts_per_tick_ || delta < -max_counts_per_tick_) return EncoderStatus::kJump;
+    constexpr std::uint64_t kMaxPeriods = 64;  // more are lost only where a fault has come before
+    const std::int64_t most =
+        max_counts_per_tick_ * static_cast<std::int64_t>(std::min(periods, kMaxPeriods));
+    if (delta > most || delta < -most) return EncoderStatus::kJump;
     last_raw_ = raw;
     counts_ =
         static_cast<std::int32_t>(static_cast<std::uint32_t>(counts_) + static_cast<std::uint32_t>(delta));

@@ -1,6 +1,13 @@
 #include "kinematics/velocity.h"
 
+#include <algorithm>
+
 namespace thimble::kinematics {
+namespace {
+
+constexpr int kRing = VelocityEstimator::kMaxWindow + 1;
+
+}  // namespace
 
 VelocityEstimator::VelocityEstimator(float period_s) noexcept : rate_Hz_(1.0F / period_s) {
   const float readings = kMaxWindow_s / period_s + 0.5F;
@@ -11,11 +18,22 @@ VelocityEstimator::VelocityEstimator(float period_s) noexcept : rate_Hz_(1.0F / 
 
 void VelocityEstimator::reset(std::int32_t counts) noexcept { history_.fill(counts); }
 
-float VelocityEstimator::update(std::int32_t counts) noexcept {
-  constexpr int kRing = kMaxWindow + 1;
-  constexpr float kBand = 1.0F;  // maximum deviation of a reading from the line, counts
+void VelocityEstimator::add(std::int32_t counts) noexcept {
   head_ = head_ + 1 == kRing ? 0 : head_ + 1;
   history_[static_cast<std::size_t>(head_)] = counts;
+}
+
+float VelocityEstimator::update(std::int32_t counts, std::uint64_t periods) noexcept {
+  constexpr float kBand = 1.0F;  // maximum deviation of a reading from the line, counts
+  if (periods > 1) {
+    const std::int32_t from = history_[static_cast<std::size_t>(head_)];
+    const float per_period = static_cast<float>(counts - from) / static_cast<float>(periods);
+    const float half = per_period < 0.0F ? -0.5F : 0.5F;
+    for (auto before = static_cast<int>(std::min<std::uint64_t>(periods - 1, kMaxWindow)); before > 0;
+         --before)
+      add(counts - static_cast<std::int32_t>(per_period * static_cast<float>(before) + half));
+  }
+  add(counts);
 
   // x[i]: the reading i ticks ago relative to the newest one; the difference is exact in a float.
   std::array<float, kRing> x;

@@ -22,10 +22,13 @@ class VelocityEstimator {
   // Discards the history; the encoder is assumed to have been at rest at `counts`.
   void reset(std::int32_t counts) noexcept;
 
-  // Adds the reading of this tick; returns counts per second.
-  [[nodiscard]] float update(std::int32_t counts) noexcept;
+  // Adds a reading; returns counts per second. periods: since the reading before, at least 1. Readings that are missing are put on the
+  // line between the two.
+  [[nodiscard]] float update(std::int32_t counts, std::uint64_t periods = 1) noexcept;
 
  private:
+  void add(std::int32_t counts) noexcept;
+
   std::array<std::int32_t, kMaxWindow + 1> history_{};  // ring; newest at head_
   int head_ = 0;
   int window_;

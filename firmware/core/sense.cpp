@@ -95,6 +95,8 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
     return;
   }
   if (arm.seen && input.sample_tick == arm.sample_tick) return;
+  const std::uint64_t periods =
+      arm.seen && input.sample_tick > arm.sample_tick ? input.sample_tick - arm.sample_tick : 1;
   arm.sample_tick = input.sample_tick;
   Vec3 joint_speed;
   for (std::size_t j = 0; j < kJoints; ++j) {
@@ -103,13 +105,13 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
     if (!arm.seen) {
       encoder.home(input.counts[j], geometry.home()[axis]);
       arm.speed[j].reset(0);
-    } else if (encoder.update(input.counts[j]) != kinematics::EncoderStatus::kOk) {
+    } else if (encoder.update(input.counts[j], periods) != kinematics::EncoderStatus::kOk) {
       if (watched) trip(parts, Fault::encoder_jump);
       lose_home(arm);
       return;
     }
     arm.joint_rad[axis] = encoder.angle_rad();
-    joint_speed[axis] = arm.speed[j].update(encoder.counts()) * encoder.rad_per_count();
+    joint_speed[axis] = arm.speed[j].update(encoder.counts(), periods) * encoder.rad_per_count();
     if (parts.state.mode == Mode::kArmed && is_frozen(parts, arm, geometry.model(), j)) {
       trip(parts, Fault::encoder_frozen);
       arm.homed = false;

@@ -4,11 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <deque>
 #include <functional>
+#include <random>
 #include <vector>
 
 #include "kinematics/arm_model.h"
@@ -125,6 +127,25 @@ TEST(Velocity, NoiseOverConstantSpeeds) {
   // One edge a window is the worst: with counts of c the line's slope then has variance 1.2 v c / W - v^2, at
   // most (.6 c / W)^2.
   EXPECT_LE(std::sqrt(worst), .6 * metres_per_count / static_cast<double>(VelocityEstimator::kMaxWindow_s));
+}
+
+// Up to five periods between two readings, at random. Without the time that has passed, a gap of five reads five times the speed.
+TEST(Velocity, LostReadingsDoNotRaiseIt) {
+  std::mt19937 random(5);
+  double worst = 0;
+  for (double counts_per_tick = 3.0; counts_per_tick < 300.0; counts_per_tick *= 1.3) {
+    VelocityEstimator estimator(static_cast<float>(kPeriod_s));
+    std::int64_t tick = 0;
+    for (int reading = 0; reading < 3000; ++reading) {
+      const std::uint64_t periods = random() % 4 == 0 ? 1 + random() % 5 : 1;
+      tick += static_cast<std::int64_t>(periods);
+      const auto counts = static_cast<std::int32_t>(counts_per_tick * static_cast<double>(tick));
+      const double speed = static_cast<double>(estimator.update(counts, periods)) * kPeriod_s;
+      if (reading > 40) worst = std::max(worst, std::abs(speed - counts_per_tick) / counts_per_tick);
+    }
+  }
+  std::printf("lost readings: worst error %.1f %%\n", 100 * worst);
+  EXPECT_LE(worst, 0.1);
 }
 
 TEST(Velocity, StandsStillAtExactlyZero) {
