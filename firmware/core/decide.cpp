@@ -40,10 +40,9 @@ void arm_with_source(Parts& parts) noexcept {
   state.source = &parts.sources.wanted(parts.params);
   parts.observers.recorder.end(state.source->needs().ends_recording);
   parts.sources.start_all(source_tick(parts));
-  for (ArmState& arm : state.arm) {
-    arm.force_N.setZero();
+  start_limits(parts);
+  for (ArmState& arm : state.arm)
     for (EncoderWatch& watch : arm.watch) watch.reset();
-  }
 }
 
 void start_move(Parts& parts, Conditions unmet) noexcept {
@@ -116,6 +115,7 @@ void swap_scenes(Parts& parts) noexcept {
   }
   if (!waiting) return;
   scene.take();
+  for (ArmState& arm : state.arm) arm.limits.another_scene();
   state.telemetry.contact_ticks = 0;
   state.telemetry.peak_force_N = 0;
   state.telemetry.mean_force_N = 0;

@@ -7,6 +7,8 @@
 namespace thimble::firmware {
 namespace {
 
+constexpr float kLimitSlew_N_s = 50.0F;  // how fast a change of max_force takes effect
+
 float max_force_N(const Parts& parts, std::size_t arm) noexcept {
   return std::min(parts.params.get(Param::max_force), parts.setup.arm[arm].model().max_force_N);
 }
@@ -45,21 +47,38 @@ void end_guest(Parts& parts) noexcept {
   state.guest = false;
 }
 
+void start_limits(Parts& parts) noexcept {
+  for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
+    ArmState& arm = parts.state.arm[i];
+    arm.force_N.setZero();
+    arm.limits.start(max_force_N(parts, i), arm.posture.tip_m);
+  }
+}
+
 void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
   State& state = parts.state;
   const float max_step_N = parts.params.get(Param::force_slew) * parts.setup.period_s;
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
     ArmState& arm = state.arm[i];
     const Vec3& wanted_N = state.touch[i].force_N;
-    const Vec3 ramped_N = arm.source != nullptr ? wanted_N : Vec3(wanted_N * state.force_ramp);
-    const float max_N = max_force_N(parts, i);
-    const LimitedForce clamped = clamp_force(ramped_N, max_N);
-    const LimitedForce slewed = slew_force(clamped.value, arm.force_N, max_step_N);
-    const LimitedForce last = clamp_force(slewed.value, max_N);  // acts only just after max_force was lowered
-    arm.force_N = last.value;
+    const float ramp = arm.source != nullptr ? 1.0F : state.force_ramp;
+    const bool rendered = arm.source == nullptr && state.source->needs().scene;
+    const float max_N =
+        arm.limits.max_N(max_force_N(parts, i), wanted_N, rendered, kLimitSlew_N_s * parts.setup.period_s);
+    const LimitedForce clamped = clamp_force(ramp * wanted_N, max_N);
+    const Vec3 from_N = rendered ? remaining(arm.force_N, clamped.value) : arm.force_N;
+    LimitedForce limited = slew_force(clamped.value, from_N, max_step_N);
+    const float paid = arm.limits.paid(arm.posture.tip_m, parts.setup.period_s);
+    const Vec3 unramped_N = rendered ? clamp_force(wanted_N, max_N).value : Vec3(Vec3::Zero());
+    if (rendered && paid < 1.0F) {
+      const LimitedForce part = clamp_force(limited.value, paid * unramped_N.norm());
+      limited = {part.value, limited.which || part.which};
+    }
+    arm.limits.add(unramped_N, limited.value);
+    arm.force_N = limited.value;
     const bool by_source = (outcome.clamped >> i & 1U) != 0;
-    if (by_source || clamped.which || last.which) arm.limiters |= kLimitClamp;
-    if (slewed.which) arm.limiters |= kLimitSlew;
+    if (by_source || clamped.which) arm.limiters |= kLimitClamp;
+    if (limited.which) arm.limiters |= kLimitSlew;
   }
 }
 

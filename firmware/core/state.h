@@ -9,6 +9,7 @@
 #include "firmware/core/config.h"
 #include "firmware/core/encoder_watch.h"
 #include "firmware/core/faults.h"
+#include "firmware/core/force_limits.h"
 #include "firmware/core/modes.h"
 #include "firmware/core/setup.h"
 #include "firmware/core/thermal.h"
@@ -39,6 +40,7 @@ struct ArmState {
   // Driven. Until drive() is called in a tick, these are the values of the tick before.
   ForceSource* source = nullptr;  // the guest that leads this arm; null: State::source gives its force
   Vec3 force_N = Vec3::Zero();    // after all limits
+  ForceAccount limits;            // what the limits have kept back
   Vec3 torque_N_m = Vec3::Zero();
   Vec3 current_A = Vec3::Zero();
   std::uint8_t limiters = 0;  // Limiter bits of this tick

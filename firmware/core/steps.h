@@ -56,6 +56,7 @@ struct SourceOutcome {
 void end_guest(Parts& parts) noexcept;  // State::source gives every arm's force again
 
 // Limits: ramp, clamp and slew limit; or, while damping, the brake in place of a source.
+void start_limits(Parts& parts) noexcept;  // at arming
 void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept;
 void brake(Parts& parts) noexcept;
 

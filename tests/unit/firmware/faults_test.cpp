@@ -36,8 +36,8 @@ std::unique_ptr<Bench> pressing() {
   auto bench = std::make_unique<Bench>(fault_config());
   scripted_force_N = {0, 0, 5};
   bench->start();
-  bench->move({0, 0, -0.003}, 400);
   bench->ticks(1000);
+  bench->move({0, 0, -0.003}, 400);
   EXPECT_EQ(bench->mode(), Mode::kArmed);
   EXPECT_NEAR(bench->force_N(), 5.0F, 1e-3F);
   EXPECT_TRUE(any_current(bench->outputs));

@@ -453,7 +453,7 @@ TEST(HostForces, ClampAndMotorsLimitThem) {
   EXPECT_NE(bench.shown().arm[0].limiters & firmware::kLimitClamp, 0);
   EXPECT_NE(bench.shown().arm[0].limiters & firmware::kLimitCurrent, 0);
   set_value(bench, "max_force", 3.0F);
-  host.stream({0, -30, 0}, 100);
+  host.stream({0, -30, 0}, 600);  // by 50 N/s
   EXPECT_NEAR((bench.shown().arm[0].force_N - Vec3(0, -3, 0)).norm(), 0.0F, 1e-5F) << "direction kept";
 }
 
