@@ -33,8 +33,14 @@ Conditions Commands::request(Command command) noexcept {
   }
   const Conditions refused =
       (unmet & row->refused_by) | (contains(row->accepted_in, mode) ? Conditions{0} : Conditions{kWrongMode});
-  if (refused == 0) channel_.post(command);
-  return refused;
+  if (refused != 0) return refused;
+  if (command == Command::kDisarm) {
+    disarms_.add();
+  } else if (disarm_due() && command != Command::kClear && command != Command::kEndMove) {
+    return kWrongMode;
+  }
+  channel_.post(command);  // a disarm, too: it replaces what was posted before it
+  return 0;
 }
 
 bool Commands::move_in_range(const MoveOrder& order) const noexcept {
@@ -46,6 +52,7 @@ bool Commands::move_in_range(const MoveOrder& order) const noexcept {
 }
 
 Conditions Commands::request_move(const MoveOrder& order) noexcept {
+  if (disarm_due()) return kWrongMode;
   if (pending()) return kMoveUnderWay;
   unsigned refused = status_.unmet_for_move();
   // The target, with room to spare; the tick stops the move where the straight line leaves the workspace.

@@ -72,8 +72,9 @@ class Commands {
 
   // --- background
   // Posts a command for the next tick, or returns the conditions that refuse it (0: posted). A later command replaces one that no tick
-  // has taken yet; a stop is never replaced.
+  // has taken yet. Nothing replaces a stop or a disarm; until a tick has obeyed it, what would set the arm in motion is refused.
   [[nodiscard]] Conditions request(Command command) noexcept;
+  [[nodiscard]] bool disarm_due() const noexcept { return disarms_.get() != status_.disarms(); }
   [[nodiscard]] bool pending() const noexcept { return channel_.pending(); }  // posted, and not executed yet
   // A guarded move: its values are within the limits.
   [[nodiscard]] bool move_in_range(const MoveOrder& order) const noexcept;
@@ -88,6 +89,7 @@ class Commands {
   [[nodiscard]] std::optional<Command> take() noexcept { return channel_.take(); }
   void done() noexcept { channel_.done(); }
   [[nodiscard]] std::uint32_t stops() const noexcept { return stops_.get(); }  // requested so far
+  [[nodiscard]] std::uint32_t disarms() const noexcept { return disarms_.get(); }
   [[nodiscard]] std::uint32_t alive() const noexcept { return alive_.get(); }  // signs of life so far
 
  private:
@@ -96,7 +98,8 @@ class Commands {
   const Status& status_;
   Sources& sources_;
   Request<Command> channel_;
-  Counter stops_;  // apart from the channel: nothing may replace a stop
+  Counter stops_;  // apart from the channel: nothing may replace a stop, or a disarm
+  Counter disarms_;
   Counter alive_;
 };
 

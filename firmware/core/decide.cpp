@@ -79,7 +79,7 @@ void execute(Parts& parts, Command command, Conditions unmet) noexcept {
     case Command::kArm:
       arm_with_source(parts);
       return;
-    case Command::kDisarm:
+    case Command::kDisarm:  // of a replay; of a host it comes as Commands::disarms(), too
       happen(parts, Event::kDisarmCommand);
       return;
     case Command::kClear:
@@ -127,6 +127,11 @@ Command decide(Parts& parts, const Inputs& inputs, std::optional<Command> comman
   State& state = parts.state;
   home_arms(parts, inputs);
   Command executed = state.stop_ordered ? Command::kStop : Command::kNone;
+  if (state.disarm_ordered) {
+    const Mode before = state.mode;
+    happen(parts, Event::kDisarmCommand);
+    if (state.mode != before) executed = Command::kDisarm;
+  }
   if (command) {
     const Mode before = state.mode;
     execute(parts, *command, unmet_conditions(parts, inputs));

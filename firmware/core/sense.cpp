@@ -48,6 +48,9 @@ void check_host(Parts& parts, std::uint32_t lost) noexcept {
   state.stop_ordered = stops != state.stops_seen;
   state.stops_seen = stops;
   if (state.stop_ordered) trip(parts, Fault::host_stop);
+  const std::uint32_t disarms = parts.commands.disarms();
+  state.disarm_ordered = disarms != state.disarms_seen;
+  state.disarms_seen = disarms;
 
   const std::uint32_t alive = parts.commands.alive();
   if (alive != state.alive_seen) {

@@ -66,6 +66,8 @@ struct State {
   std::uint32_t alive_seen = 0;      // Commands::alive() in the tick before
   std::uint32_t stops_seen = 0;      // Commands::stops() in the tick before
   bool stop_ordered = false;         // a stop has been requested since the tick before
+  std::uint32_t disarms_seen = 0;    // Commands::disarms() in the tick before
+  bool disarm_ordered = false;       // a disarm has been requested since the tick before
 
   std::array<ArmState, kMaxArms> arm;
 

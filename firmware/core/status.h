@@ -24,6 +24,7 @@ class Status {
     fault_.set(state.fault);
     unmet_.set(unmet);
     unmet_for_move_.set(unmet_for_move);
+    disarms_.set(state.disarms_seen);
     mode_.set(state.mode);
   }
 
@@ -37,6 +38,8 @@ class Status {
     const bool scene = (unmet & kNoScene) == 0 || sources_.wanted(params_).needs().scene;
     return scene ? unmet : unmet & ~Conditions{kNoScene};
   }
+  // How many disarms the tick has obeyed (Commands::disarms()).
+  [[nodiscard]] std::uint32_t disarms() const noexcept { return disarms_.get(); }
   [[nodiscard]] Conditions unmet_of_tick() const noexcept { return unmet_.get(); }
   [[nodiscard]] Conditions unmet_for_move() const noexcept { return unmet_for_move_.get(); }
   // Bit n: fault n occurred since the last clear. Low 32 bits of the tick in which the first one latched.
@@ -54,6 +57,7 @@ class Status {
   Value<Conditions> unmet_for_move_{kNotArmed};
   Value<std::uint32_t> faults_seen_;
   Value<std::uint32_t> fault_tick_;
+  Signal<std::uint32_t> disarms_{0};
 };
 
 }  // namespace thimble::firmware

@@ -1,19 +1,29 @@
 // Routines 0201 (arm), 0202 (disarm), 0203 (home).
 #include "firmware/services/handlers.h"
+#include "firmware/services/refusal.h"
 
 namespace thimble::firmware {
 
 // A live link is a condition for arming, so arming itself is no sign of life.
 Nrc arm(Services& services, Call& call) noexcept {
   call.sign_of_life = false;
+  if (services.restart_wanted) return busy(call.host, Busy::kRestarting);
   return services.jobs.run(call, services.command,
                            [&]() noexcept { return services.command.begin(call, Command::kArm); });
 }
 
-// No job: it waits for nothing and nobody, and it replaces a command that the tick has not taken yet.
-Nrc disarm(Services& services, Call& /*call*/) noexcept {
-  static_cast<void>(services.parts.core.commands().request(Command::kDisarm));
-  return Nrc::kOk;
+// No job: it waits for no other host, and any number of hosts can wait for it. The answer comes after the tick that has obeyed it; at
+// once where nothing is armed, homing, or about to be.
+Nrc disarm(Services& services, Call& call) noexcept {
+  Commands& commands = services.parts.core.commands();
+  if (!call.host.disarming) {
+    const Mode mode = services.parts.core.status().mode();
+    const bool rests = mode != Mode::kArmed && mode != Mode::kHoming && !commands.pending();
+    static_cast<void>(commands.request(Command::kDisarm));
+    if (rests) return Nrc::kOk;
+  }
+  call.host.disarming = commands.disarm_due();
+  return call.host.disarming ? Nrc::kResponsePending : Nrc::kOk;
 }
 
 // kOk: homing has begun; the mode tells when it is done.

@@ -20,6 +20,7 @@ struct Host {
   link::Micros heard_us = 0;  // when its last frame came
   link::Session session = link::Session::kDefault;
   std::optional<link::Reset> restart;  // wanted once the answer has left
+  bool disarming = false;              // it has asked for a disarm that no tick has obeyed yet
   std::array<char, 192> refusal{};     // kDidRefusal: why its last request was refused, or empty
 
   // Longer texts are cut.

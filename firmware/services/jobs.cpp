@@ -28,7 +28,8 @@ Nrc CommandJob::poll(Call& call) noexcept {
   // Something came between the check and the tick.
   const Conditions against =
       command_ == Command::kMove ? core_.status().unmet_for_move() : core_.status().unmet();
-  return refuse(call.host, against, lacks_);
+  return refuse(call.host, against != 0 ? against : Conditions{kWrongMode},
+                lacks_);  // 0: another command came after it
 }
 
 bool CommandJob::done() const noexcept {

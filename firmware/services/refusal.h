@@ -14,13 +14,13 @@
 namespace thimble::firmware {
 
 // Each ends by itself: the host may repeat its request.
-enum class Busy : std::uint8_t { kSceneSwitching, kOtherHostUploads, kCommandPending };
+enum class Busy : std::uint8_t { kSceneSwitching, kOtherHostUploads, kCommandPending, kRestarting };
 struct BusyRow {
   Busy busy;
   const char* name;
   const char* meaning;
 };
-inline constexpr std::array<BusyRow, 3> kBusyTable = {{
+inline constexpr std::array<BusyRow, 4> kBusyTable = {{
     {Busy::kSceneSwitching, "scene_switching",
      "the tick has not taken the scene that was activated last; until then it reads the slot that a download "
      "would erase"},
@@ -28,6 +28,8 @@ inline constexpr std::array<BusyRow, 3> kBusyTable = {{
      "another host has begun a download; it ends with its activation, with that host's session, or after 1 s "
      "of silence"},
     {Busy::kCommandPending, "command_pending", "the tick has not executed the last command yet"},
+    {Busy::kRestarting, "restarting",
+     "a host has asked for a restart, and the board restarts once the motors are off"},
 }};
 
 Nrc busy(Host& host, Busy reason) noexcept;                                       // kBusyRepeatRequest

@@ -7,6 +7,18 @@ namespace thimble::firmware {
 using link::CanFrame;
 using link::Micros;
 
+namespace {
+
+// The request in a frame that holds a whole one; else empty.
+std::span<const std::uint8_t> single_frame(const CanFrame& frame) noexcept {
+  const std::span<const std::uint8_t> data = frame.bytes();
+  const std::size_t size = data.empty() ? 0 : data[0];  // 1 to 7: its first byte
+  const bool single = size >= 1 && size < link::kClassicDataBytes && data.size() > size;
+  return single ? data.subspan(1, size) : std::span<const std::uint8_t>();
+}
+
+}  // namespace
+
 // The figure of docs/link.md, "Memory": of the bare-metal boards, whose pointers have 4 bytes.
 static_assert(sizeof(void*) != 4 || sizeof(Router) == 38'528);
 
@@ -31,6 +43,10 @@ bool Router::on_frame(const CanFrame& frame, Micros now) noexcept {
   Place& place = places_[*index];
   hosts_.heard(*index, now);
   place.host.heard_us = now;
+  if (place.pending && is_urgent(frame)) {
+    answer_without_place(frame, address, now);
+    return true;
+  }
   static_cast<void>(place.channel.on_frame(frame, now));
   place.channel.config().fd = frame.fd;  // an answer has the format of its request
   serve(place, now);
@@ -59,33 +75,35 @@ std::optional<std::size_t> Router::tester_place(const CanFrame& frame, Micros no
   if (kind > 0x10) return std::nullopt;  // begins no request: what is left of one whose place has ended
   const auto claimed = hosts_.tester(now);
   if (!claimed) {
-    answer_without_place(frame, now);
+    answer_without_place(frame, link::kTesterAddress, now);
     return std::nullopt;
   }
   open(claimed->place, now);
   return claimed->place;
 }
 
-// All places are taken. A request that is one frame is handled in the default session, so that a tester can always disarm; all
-// else, and an answer that needs more than a frame, is answered "busy".
-void Router::answer_without_place(const CanFrame& frame, Micros now) noexcept {
+bool Router::is_urgent(const CanFrame& frame) const noexcept { return handler_.urgent(single_frame(frame)); }
+
+// All places are taken, or the request is urgent. A request that is one frame is handled in the default session, so that a tester can
+// always disarm; all else, and an answer that needs more than a frame, is answered "busy".
+void Router::answer_without_place(const CanFrame& frame, std::uint8_t address, Micros now) noexcept {
   const std::span<const std::uint8_t> data = frame.bytes();
-  const std::size_t size = data.empty() ? 0 : data[0];  // of a single frame, 1 to 7: its first byte
-  const bool single = size >= 1 && size < link::kClassicDataBytes && data.size() > size;
+  const std::span<const std::uint8_t> request = single_frame(frame);
+  const bool single = !request.empty();
   const bool first = data.size() >= link::kClassicDataBytes && (data[0] & 0xF0U) == 0x10;
   if (!single && !first) return;
   CanFrame out;
-  out.id = link::response_id(node_);
+  out.id = link::response_id(node_, address);
   out.extended = true;
   out.fd = out.bit_rate_switch = frame.fd;
   out.size = link::kClassicDataBytes;
-  const std::uint8_t service = single ? data[1] : data[2];
+  const std::uint8_t service = single ? request[0] : data[2];
   Nrc result = Nrc::kBusyRepeatRequest;
   if (single) {
     Host nobody;
     link::ByteWriter answer(std::span(out.data).subspan(1, link::kClassicDataBytes - 1));
     answer.put(static_cast<std::uint8_t>(service | link::kPositive));
-    Call call{nobody, data.subspan(1, size), now, answer};
+    Call call{nobody, request, now, answer};
     result = handle(call);
     if (result == Nrc::kResponsePending) handler_.give_up(nobody);
     if (result == Nrc::kResponsePending || result == Nrc::kResponseTooLong) result = Nrc::kBusyRepeatRequest;

@@ -115,6 +115,12 @@ Nrc Services::handle(Call& call) noexcept {
   return Nrc::kServiceNotSupported;
 }
 
+bool Services::urgent(std::span<const std::uint8_t> request) const noexcept {
+  return request.size() == kRoutineHeader && request[0] == static_cast<std::uint8_t>(Service::kRoutine) &&
+         (request[1] & static_cast<std::uint8_t>(~link::kSuppressPositive)) == kStart &&
+         u16_at(request, 2) == static_cast<std::uint16_t>(Routine::kDisarm);
+}
+
 void Services::restart(link::Reset kind) noexcept {
   static_cast<void>(parts.core.commands().request(Command::kDisarm));
   restart_wanted = kind;

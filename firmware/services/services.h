@@ -47,7 +47,11 @@ class Services final : public RequestHandler {
   explicit Services(const ServiceParts& controller) noexcept;
 
   [[nodiscard]] Nrc handle(Call& call) noexcept override;
-  void give_up(Host& host) noexcept override { jobs.give_up(host); }
+  [[nodiscard]] bool urgent(std::span<const std::uint8_t> request) const noexcept override;
+  void give_up(Host& host) noexcept override {
+    jobs.give_up(host);
+    host.disarming = false;
+  }
   void session_ended(Host& host) noexcept override { download.end(host); }
   void host_alive() noexcept override { parts.core.commands().keep_alive(); }
   void restart(link::Reset kind) noexcept override;

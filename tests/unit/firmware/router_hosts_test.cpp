@@ -38,6 +38,7 @@ class HostsHandler final : public firmware::RequestHandler {
   };
   std::vector<const firmware::Host*> ended;
   Nrc handle(Call& call) noexcept override { return answer(call); }
+  bool urgent(std::span<const std::uint8_t>) const noexcept override { return false; }
   void give_up(firmware::Host&) noexcept override {}
   void session_ended(firmware::Host& host) noexcept override { ended.push_back(&host); }
   void host_alive() noexcept override {}

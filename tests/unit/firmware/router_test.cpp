@@ -25,6 +25,7 @@ class TestHandler final : public firmware::RequestHandler {
   std::vector<link::Reset> restarts;
 
   Nrc handle(Call& call) noexcept override { return answer(call); }
+  bool urgent(std::span<const std::uint8_t>) const noexcept override { return false; }
   void give_up(firmware::Host&) noexcept override { ++given_up; }
   void session_ended(firmware::Host&) noexcept override { ++sessions_ended; }
   void host_alive() noexcept override { ++alive; }

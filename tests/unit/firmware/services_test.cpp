@@ -387,6 +387,12 @@ TEST(Services, BusyReasons) {
   bench.tick();
   EXPECT_TRUE(second.ok({0x2E, 0x01, 0x00, 0, 0, 0x80, 0x40}));
 
+  ASSERT_TRUE(first.ok({0x11, 0x01}));
+  first.run(1);
+  EXPECT_EQ(second.refused({0x31, 0x01, 0x02, 0x01}), link::Nrc::kBusyRepeatRequest);
+  EXPECT_EQ(second.text(link::kDidRefusal), "restarting");
+  seen.insert("restarting");
+
   for (const firmware::BusyRow& row : firmware::kBusyTable) EXPECT_TRUE(seen.contains(row.name)) << row.name;
   EXPECT_EQ(seen.size(), firmware::kBusyTable.size());
 }

@@ -1,0 +1,145 @@
+// A disarm is obeyed by the next tick, whatever else is asked for before or after it, by whomever, and its answer comes after that tick.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "firmware/services/refusal.h"
+#include "tests/support/figure.h"
+#include "tests/support/random.h"
+#include "tests/unit/firmware/bench.h"
+#include "tests/unit/firmware/tester.h"
+
+namespace thimble::test {
+namespace {
+
+bool moves(Mode mode) { return mode == Mode::kArmed || mode == Mode::kHoming; }
+
+TEST(Disarm, IsObeyedWhateverIsAskedForBeforeOrAfterIt) {
+  constexpr std::array kOthers = {Command::kHome,   Command::kArm,     Command::kClear,
+                                  Command::kRecord, Command::kEndMove, Command::kDisarm};
+  for (const Command other : kOthers) {
+    for (const bool before : {false, true}) {
+      Bench bench;
+      bench.start();
+      if (before) static_cast<void>(bench.controller->request(other));
+      ASSERT_EQ(bench.controller->request(Command::kDisarm), 0);
+      if (!before) static_cast<void>(bench.controller->request(other));
+      bench.tick();
+      EXPECT_EQ(bench.mode(), Mode::kDamping) << static_cast<int>(other) << before;
+    }
+  }
+}
+
+TEST(Disarm, UntilItIsObeyedNothingSetsTheArmInMotion) {
+  Bench bench;
+  bench.load();
+  bench.home();
+  ASSERT_EQ(bench.controller->request(Command::kArm), 0);
+  ASSERT_EQ(bench.controller->request(Command::kDisarm), 0);  // takes the arm command back
+  for (const Command command : {Command::kArm, Command::kHome, Command::kRecord})
+    EXPECT_NE(bench.controller->request(command) & firmware::kWrongMode, 0) << static_cast<int>(command);
+  bench.tick();
+  EXPECT_EQ(bench.mode(), Mode::kReady);
+  EXPECT_EQ(bench.controller->request(Command::kArm), 0);
+}
+
+// The judge keeps the order of what was asked for: after a tick that follows a disarm, the arm is neither armed nor homing unless that
+// was asked for, and accepted, after the disarm was obeyed.
+TEST(Disarm, RandomOrdersWithoutAPause) {
+  constexpr int kRounds = 200'000;
+  Random random(3);
+  Bench bench;
+  ASSERT_EQ(bench.controller->write_param(firmware::find_param("stop_time")->id, 0),
+            firmware::ParamStatus::kOk);
+  bench.load();
+  bench.home();
+  int disarms = 0;
+  int disobeyed = 0;
+  int armed = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    bool disarm = false;
+    for (std::uint64_t n = random.below(4); n > 0; --n) {
+      constexpr std::array kCommands = {Command::kHome,    Command::kArm,   Command::kArm,
+                                        Command::kClear,   Command::kStop,  Command::kRecord,
+                                        Command::kEndMove, Command::kDisarm};
+      Command command = kCommands[random.below(kCommands.size())];
+      if (command == Command::kStop && random.below(200) != 0) command = Command::kArm;
+      static_cast<void>(bench.controller->request(command));
+      disarm = disarm || command == Command::kDisarm;
+    }
+    if (random.below(3) == 0) continue;  // the background is faster than the tick
+    bench.tick();
+    if (bench.mode() == Mode::kArmed) ++armed;
+    if (!disarm) continue;
+    ++disarms;
+    if (moves(bench.mode())) ++disobeyed;
+  }
+  figure("disarms among random commands", disarms, "> 10000");
+  figure("armed in so many ticks", armed, "> 1000");
+  figure("of the disarms, disobeyed", disobeyed, "0");
+  EXPECT_GT(disarms, 10'000);
+  EXPECT_GT(armed, 1000);
+  EXPECT_EQ(disobeyed, 0);
+}
+
+TEST(Disarm, IsAnsweredAfterTheTickThatObeyed) {
+  Bench bench;
+  bench.start();
+  Tester tester(bench);
+  bench.halted = true;
+  tester.post({0x31, 0x01, 0x02, 0x02});
+  tester.run(100);
+  EXPECT_TRUE(std::none_of(
+      bench.for_testers.begin(), bench.for_testers.end(),
+      [](const link::CanFrame& frame) { return frame.size > 1 && frame.data[1] == 0x31 + link::kPositive; }));
+  bench.halted = false;
+  const Bytes answer = tester.posted_answer();
+  ASSERT_FALSE(answer.empty());
+  EXPECT_EQ(answer[0], 0x31 + link::kPositive);
+  EXPECT_EQ(bench.mode(), Mode::kDamping);
+}
+
+// Of two programs with the tester's address: the arming of one waits for its tick, and the other one disarms.
+TEST(Disarm, IsHeardWhileAnotherRequestFromTheAddressIsPending) {
+  Bench bench;
+  bench.load();
+  bench.home();
+  Tester tester(bench);
+  ASSERT_TRUE(tester.ok({0x10, 0x03}));
+  bench.halted = true;
+  tester.post({0x31, 0x01, 0x02, 0x01});
+  tester.run(5);
+  link::CanFrame frame;
+  frame.id = link::request_id(1);
+  frame.extended = true;
+  frame.size = 8;
+  frame.data = {4, 0x31, 0x01, 0x02, 0x02};
+  bench.controller->on_frame(frame, bench.inputs.time_us);
+  bench.halted = false;
+  for (int tick = 0; tick < 50; ++tick) {
+    tester.run(1);
+    ASSERT_NE(bench.mode(), Mode::kArmed);
+  }
+}
+
+TEST(Disarm, OfARestartIsNotLostEither) {
+  Bench bench;
+  bench.start();
+  Tester tester(bench);
+  ASSERT_TRUE(tester.ok({0x10, 0x03}));
+  ASSERT_TRUE(tester.ok({0x11, 0x01}));
+  tester.run(1);
+  EXPECT_EQ(tester.refused({0x31, 0x01, 0x02, 0x01}), firmware::link::Nrc::kBusyRepeatRequest);
+  EXPECT_EQ(tester.text(firmware::link::kDidRefusal), "restarting");
+  bool restarts = false;
+  for (int n = 0; n < 4000 && !restarts; ++n) {
+    tester.run(1);
+    restarts = bench.controller->take_reset().has_value();
+  }
+  EXPECT_TRUE(restarts);
+}
+
+}  // namespace
+}  // namespace thimble::test
