@@ -21,6 +21,7 @@ enum class ExitCode : int {
   kVerification = 8,  // verification failed
   kFaulted = 9,       // the device is faulted
   kBadInput = 10,     // bad input file
+  kNotStopped = 11,   // a stop was not confirmed
 };
 
 class Error : public std::runtime_error {

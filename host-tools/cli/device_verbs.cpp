@@ -1,4 +1,4 @@
-// list, upload, and the verbs that change the mode: arm, disarm, home, restart.
+// list, upload, and the verbs that change the mode: arm, disarm, stop, home, restart.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -6,13 +6,16 @@
 #include <chrono>
 #include <cstdio>
 #include <functional>
+#include <memory>
 #include <thread>
 
+#include "firmware/core/faults.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/device.h"
 #include "host-tools/client/discovery.h"
+#include "host-tools/client/stop.h"
 #include "host-tools/compiler/stable_stiffness.h"
 #include "host-tools/files/image_file.h"
 
@@ -115,6 +118,23 @@ void arm(const Common& common, const Remote& remote) {
 void disarm(const Common& common, const Remote& remote) {
   print_mode(common, "disarm",
              host::disarm(open_transport(choose_device(remote.device)), options_of(remote)));
+}
+
+void stop(const Common& common, const Remote& remote) {
+  const std::unique_ptr<Transport> transport = open_transport(choose_device(remote.device));
+  const Stopped stopped =
+      stop(*transport, static_cast<std::uint8_t>(remote.node), static_cast<Micros>(remote.timeout_s * 1e6));
+  const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(stopped.fault));
+  const char* fault = row != nullptr ? row->name : "unknown";
+  if (common.json) {
+    Json json = document("stop");
+    json["mode"] = name(stopped.mode);
+    json["fault"] = fault;
+    json["after_s"] = stopped.after_s;
+    print(json);
+  } else {
+    fmt::print("{}, {}\n", name(stopped.mode), fault);
+  }
 }
 
 void restart(const Common& common, const Remote& remote) {

@@ -218,6 +218,8 @@ void define_device(CLI::App& app, Choices& c) {
 
   remote_verb(app, c, "arm", "turn the forces on", [&c] { arm(c.common, c.remote); });
   remote_verb(app, c, "disarm", "turn the forces off", [&c] { disarm(c.common, c.remote); });
+  remote_verb(app, c, "stop", "e-stop: brake and switch off the motors of every device on the bus",
+              [&c] { stop(c.common, c.remote); });
   remote_verb(app, c, "restart", "disarm and restart the controller", [&c] { restart(c.common, c.remote); });
   remote_verb(app, c, "home", "find the arm's home position", [&c] { home(c.common, c.remote, c.wait_s); })
       ->add_option("--wait", c.wait_s, "seconds that homing may take")

@@ -36,6 +36,7 @@ void upload(const Common& common, const Remote& remote, const UploadChoice& choi
 
 void arm(const Common& common, const Remote& remote);
 void disarm(const Common& common, const Remote& remote);
+void stop(const Common& common, const Remote& remote);
 void restart(const Common& common, const Remote& remote);
 void home(const Common& common, const Remote& remote, double wait_s);
 

@@ -178,6 +178,14 @@ void Device::arm(Micros wait_us) {
   wait_for_mode(Mode::kArmed, wait_us, "arming");
 }
 
+void Device::send_stop() { services_.send(link::to_frame(link::EmergencyStop{}, 0)); }
+
+Stopped Device::stop(Micros wait_us) {
+  return host::stop([this](const link::CanFrame& frame) { services_.send(frame); },
+                    [this](Micros deadline_us) { return services_.telemetry(deadline_us); },
+                    services_.options().node, wait_us);
+}
+
 void Device::disarm(Micros wait_us) { static_cast<void>(disarm_by(services_, wait_us)); }
 
 Mode disarm(std::unique_ptr<Transport> transport, DeviceOptions options, Micros wait_us) {

@@ -26,6 +26,7 @@
 #include "firmware/link/messages.h"
 #include "firmware/params.h"
 #include "host-tools/client/service_client.h"
+#include "host-tools/client/stop.h"
 #include "host-tools/client/transport.h"
 #include "host-tools/client/upload.h"
 
@@ -71,6 +72,10 @@ class Device {
   void arm(link::Micros wait_us = 2'000'000);
   // disarm(): also when the device has given the place of this program to another one, and has no place left.
   void disarm(link::Micros wait_us = 5'000'000);
+
+  // The e-stop frame (stop.h): every node on the bus stops. Error kNotStopped: the device has not confirmed it.
+  Stopped stop(link::Micros wait_us = kStop_us);
+  void send_stop();  // one such frame; may be called by a listener
 
   // Disarms and restarts the controller. The answer comes before the restart.
   void restart();

@@ -351,6 +351,11 @@ PYBIND11_MODULE(_thimble, m) {
            })
       .def("arm", without_gil(&Device::arm, kArm_us))
       .def("disarm", without_gil(&Device::disarm, kDisarm_us))
+      .def("stop",
+           [](Device& device) {
+             const py::gil_scoped_release release;
+             static_cast<void>(device.stop());
+           })
       .def("clear_faults", without_gil(&Device::clear_faults))
       .def("keep_alive", without_gil(&Device::keep_alive))
       .def("parameters",

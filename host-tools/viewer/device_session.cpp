@@ -24,6 +24,7 @@ constexpr Micros kRetry_us = 300'000;
 constexpr Micros kHandHome_us = 3'000'000;  // from anywhere in a workspace
 constexpr Micros kSettle_us = 200'000;      // the tip after the hand
 constexpr Micros kHomingAnswer_us = 1'000'000;
+constexpr Micros kStopRepeat_us = 20'000;
 
 bool is_command(const PageMessage& message, ViewCommand verb) {
   const auto* command = std::get_if<CommandMessage>(&message);
@@ -48,6 +49,14 @@ void DeviceSession::post(PageMessage message) {
     return;
   }
   const std::scoped_lock lock(mutex_);
+  if (is_command(message, ViewCommand::kStop)) {
+    std::erase_if(waiting_, [](const PageMessage& one) {
+      return is_command(one, ViewCommand::kArm) || is_command(one, ViewCommand::kHome) ||
+             is_command(one, ViewCommand::kClear);
+    });
+    stop_wanted_ = true;
+    return;
+  }
   if (const auto* material = std::get_if<MaterialMessage>(&message)) {
     if (merge(*material)) return;
   }
@@ -84,6 +93,7 @@ std::optional<PageMessage> DeviceSession::next_message() {
 }
 
 bool DeviceSession::urgent_waits() {
+  if (stop_wanted_) return true;
   const std::scoped_lock lock(mutex_);
   return std::ranges::any_of(
       waiting_, [](const PageMessage& message) { return is_command(message, ViewCommand::kDisarm); });
@@ -172,6 +182,7 @@ void DeviceSession::wait_for_device(const std::atomic<bool>& stopping) {
 
 void DeviceSession::serve(const std::atomic<bool>& stopping) {
   while (!stopping) {
+    tend_stop();
     static_cast<void>(device_->telemetry(now_us() + kRound_us));
     while (const std::optional<PageMessage> message = next_message()) obey(*message);
     tend_job();
@@ -234,6 +245,7 @@ void DeviceSession::hear(const link::CanFrame& frame) {
   const Micros now = now_us();
   heard_us_ = now;
   const bool complete = live_.take(frame, now);
+  tend_stop();
   if (const std::optional<std::uint8_t> fault = live_.take_emergency()) {
     const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(*fault));
     if (row != nullptr) sink_.event(event_json("error", row->name, row->cause, row->remedy));
@@ -242,6 +254,28 @@ void DeviceSession::hear(const link::CanFrame& frame) {
   // Keeps the average rate: a state that is a little late does not delay the next one.
   state_due_us_ = std::max(state_due_us_ + kStatePeriod_us, now - kStatePeriod_us);
   send_state(now);
+}
+
+void DeviceSession::tend_stop() {
+  if (!stop_wanted_) return;
+  const Micros now = now_us();
+  if (stop_until_us_ == 0) {
+    stop_until_us_ = now + kStop_us;
+  } else if (live_.stopped()) {
+    stop_wanted_ = false;
+    stop_until_us_ = 0;
+    return;
+  } else if (now > stop_until_us_) {
+    stop_wanted_ = false;
+    stop_until_us_ = 0;
+    sink_.event(event_json("error", "not-stopped", "the device has not confirmed the stop",
+                           "press the e-stop button, or switch the motors' supply off"));
+    return;
+  } else if (now < stop_due_us_) {
+    return;
+  }
+  stop_due_us_ = now + kStopRepeat_us;
+  device_->send_stop();
 }
 
 void DeviceSession::send_state(Micros now) {
@@ -322,6 +356,8 @@ void DeviceSession::obey(const CommandMessage& message) {
       return;
     case ViewCommand::kClear:
       device_->clear_faults();
+      return;
+    case ViewCommand::kStop:  // post() has taken it
       return;
   }
 }

@@ -48,7 +48,7 @@ class DeviceSession {
   DeviceSession(SessionOptions options, SceneBook book, SimulatedDevice* simulated,
                 std::optional<OpenScene> first, ViewSink& sink);
 
-  // From any thread. Messages are queued, at most kMostWaiting and one disarm; those of a hand act at once.
+  // From any thread. Messages are queued, at most kMostWaiting and one disarm; those of a hand act at once, and so does a stop, whatever else goes on.
   void post(PageMessage message);
 
   // Connects (Error when the device is not there), then serves until stopping. `connected` is called once.
@@ -66,6 +66,7 @@ class DeviceSession {
   void wait_for_device(const std::atomic<bool>& stopping);
   void send_hello();
   void hear(const link::CanFrame& frame);
+  void tend_stop();
   void send_state(link::Micros now);
   void look_at_device();
   void show_scene(const std::string& name, std::uint32_t crc);
@@ -122,6 +123,11 @@ class DeviceSession {
   std::optional<OpenScene> to_upload_;
   link::Micros upload_due_us_ = 0;  // the force of the last one has risen again
   bool begin_ = false;              // a simulated device that has its scene is homed and armed
+
+  // A page wants to stop: the e-stop frame goes out again and again until the device confirms it.
+  std::atomic<bool> stop_wanted_ = false;
+  link::Micros stop_due_us_ = 0;
+  link::Micros stop_until_us_ = 0;  // 0: none has gone out yet
 
   std::mutex mutex_;
   std::deque<PageMessage> waiting_;

@@ -31,6 +31,11 @@ class LiveState {
 
   [[nodiscard]] std::optional<std::uint8_t> take_emergency();  // the fault of an emergency frame that came
   [[nodiscard]] std::uint8_t sequence() const { return sequence_; }  // of the newest record
+  // The last status said that the arm has stopped with a fault.
+  [[nodiscard]] bool stopped() const {
+    return status_ && status_->fault != 0 &&
+           (status_->mode == link::Mode::kFaulted || status_->mode == link::Mode::kDamping);
+  }
   [[nodiscard]] link::Mode mode() const { return status_ ? status_->mode : link::Mode::kDisarmed; }
 
   // "mode" to "needles" of a state message. What has not come is left out; an arm of

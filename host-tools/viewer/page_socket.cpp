@@ -79,7 +79,23 @@ void PageSocket::read() {
   });
 }
 
+// Anybody may stop, at any time.
+bool PageSocket::hears_stop() {
+  constexpr std::size_t kShort = 64;
+  if (!stream_.got_text() || buffer_.size() > kShort) return false;
+  try {
+    const PageMessage message = parse_page_message(beast::buffers_to_string(buffer_.data()));
+    const auto* command = std::get_if<CommandMessage>(&message);
+    if (command == nullptr || command->verb != ViewCommand::kStop) return false;
+    server_->handlers.message(message);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 void PageSocket::hear() {
+  if (hears_stop()) return;
   if (!rate_.allows()) {
     const Clock::time_point now = Clock::now();
     if (now - last_complaint_ < std::chrono::seconds(1)) return;

@@ -55,10 +55,11 @@ CommandMessage read_command(const Json& json) {
   const std::string verb = text_of(json, "verb");
   for (const auto& [name, command] :
        {std::pair{"home", ViewCommand::kHome}, std::pair{"arm", ViewCommand::kArm},
-        std::pair{"disarm", ViewCommand::kDisarm}, std::pair{"clear", ViewCommand::kClear}}) {
+        std::pair{"disarm", ViewCommand::kDisarm}, std::pair{"clear", ViewCommand::kClear},
+        std::pair{"stop", ViewCommand::kStop}}) {
     if (verb == name) return {command};
   }
-  nonsense("\"verb\" is not home, arm, disarm or clear");
+  nonsense("\"verb\" is not home, arm, disarm, clear or stop");
 }
 
 ParameterMessage read_parameter(const Json& json) {

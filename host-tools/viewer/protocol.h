@@ -24,7 +24,7 @@ struct HandMessage {
   std::size_t arm = 0;
   std::array<double, 3> position_m{};
 };
-enum class ViewCommand { kHome, kArm, kDisarm, kClear };
+enum class ViewCommand { kHome, kArm, kDisarm, kClear, kStop };
 struct CommandMessage {
   ViewCommand verb;
 };

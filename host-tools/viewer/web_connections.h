@@ -96,6 +96,7 @@ class PageSocket : public std::enable_shared_from_this<PageSocket> {
   void greet();
   void read();
   void hear();
+  [[nodiscard]] bool hears_stop();
   void complain(const Error& error);
   void write();
 

@@ -150,6 +150,32 @@ class Hosts(Rig):
         again = hosts.claim(*keys)  # and refusals of the verb's own claims
         self.assertEqual({key: again[key] for key in keys}, granted, "nobody lost its place")
 
+    def test_a_stop_needs_nobody(self):
+        """While all places are taken, an upload runs, and another host holds the arm in contact."""
+        self.ok("home", "--device", self.device.tcp)
+        self.ok("arm", "--device", self.device.tcp)
+        hosts = RawHosts(self.device.port)
+        self.addCleanup(hosts.vanish)
+        hosts.claim(*range(1, PLACES + 1))
+        began = time.monotonic()
+        said = self.ok_json("stop", "--device", self.device.tcp)
+        took = time.monotonic() - began
+        figure("stopped after %.3f s of the command's %.2f s, with all places taken" % (said["after_s"], took))
+        self.assertEqual(said["fault"], "host_stop")
+        self.assertIn(said["mode"], ("damping", "faulted"))
+        self.assertLess(said["after_s"], 0.3)
+        hosts.vanish()
+        time.sleep(0.5)
+        self.assertEqual(self.ok_json("info", "--device", self.device.tcp)["state"]["mode"], "faulted")
+        self.ok("fault", "clear", "--device", self.device.tcp)
+
+    def test_a_stop_that_nobody_confirms(self):
+        with socket.create_server(("127.0.0.1", 0)) as silent:
+            port = silent.getsockname()[1]
+            began = time.monotonic()
+            self.fails(11, "not-stopped", "stop", "--timeout", "0.5", "--device", "tcp:127.0.0.1:%d" % port)
+            self.assertLess(time.monotonic() - began, 3)
+
     def test_one_upload_at_a_time(self):
         slow = self.proxy(self.device.port, LinkFaults(delay_s=0.002), 3)
         first = self.start("upload", self.image(self.ball_scene(60, name="first")), "--device", slow.uri)

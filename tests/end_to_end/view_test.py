@@ -376,6 +376,30 @@ class Viewer(Rig):
         page.event("bad-value")
         self.assertEqual(page.until(lambda m: m["type"] == "scene")["pick"], "ring")
 
+    def test_a_stop_waits_for_nothing(self):
+        view = self.blocks()
+        page = self.page(view)
+        page.state(lambda s: s["mode"] == "armed")
+        page.send(type="hand", arm=0, position_m=[0.03, 0.01, 0.01])
+        page.state(lambda s: s["arms"][0]["hand_m"][0] > 0.029)
+        page.send(type="command", verb="home")  # for seconds; it would arm again
+        for _ in range(300):
+            page.send(type="command", verb="clear")  # more than a page may send
+        began = time.monotonic()
+        page.send(type="command", verb="stop")
+        page.state(lambda s: s["fault_name"] == "host_stop")
+        figure("stopped after %.3f s, while homing goes on" % (time.monotonic() - began))
+        self.assertLess(time.monotonic() - began, 0.5)
+        self.steady(page, 1.5)
+        self.assertEqual(page.state()["mode"], "faulted")
+
+    def test_a_page_without_the_token_may_stop(self):
+        view = self.blocks()
+        page = self.page(view, token=False)
+        page.state(lambda s: s["mode"] == "armed")
+        page.send(type="command", verb="stop")
+        self.assertEqual(page.state(lambda s: s["fault"] != 0)["fault_name"], "host_stop")
+
     def test_a_disarm_always_has_a_place(self):
         view = self.blocks()
         page = self.page(view)

@@ -122,6 +122,10 @@ class Device:
     def disarm(self):
         self._connection.disarm()
 
+    def stop(self):
+        """The e-stop frame, repeated until the device confirms it: every device on the bus brakes and switches its motors off."""
+        self._connection.stop()
+
     def telemetry(self, seconds):
         """The telemetry of the given time: a structured array of time_s (this machine's clock, from the call on), arm, contacts, tip_m and force_N."""
         return self._connection.telemetry(seconds)

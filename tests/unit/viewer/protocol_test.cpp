@@ -61,7 +61,7 @@ TEST(Protocol, Nonsense) {
                            R"({"type": "hand", "arm": 0, "position_m": [0, 0, 1e999]})",
                            R"({"type": "hand", "arm": 0, "position_m": {"x": 1, "y": 2, "z": 3}})",
                            R"({"type": "command"})",
-                           R"({"type": "command", "verb": "stop"})",
+                           R"({"type": "command", "verb": "halt"})",
                            R"({"type": "pick"})",
                            R"({"type": "pick", "scene": ["ring"]})",
                            R"({"type": "parameter", "name": "max_force"})",

@@ -48,6 +48,10 @@ export class Touch {
 
   // Null, or why not.
   command(verb: string): string | null {
+    if (verb === 'stop') {
+      this.trip(14, 'host_stop');
+      return null;
+    }
     if (verb === 'home' && this.mode === 'disarmed') this.homed = true;
     if (verb === 'clear' && this.mode === 'faulted') this.fault = 0;
     if (verb === 'arm' && (!this.homed || this.fault !== 0)) return this.fault !== 0 ? 'faulted' : 'not_homed';

@@ -59,8 +59,8 @@ const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'w
   on_link,
 });
 
-function send(message: PageMessage): void {
-  connection.send(message);
+function send(message: PageMessage): boolean {
+  return connection.send(message);
 }
 
 function make_stage(): Stage | null {
@@ -261,6 +261,13 @@ element<HTMLFormElement>('picker').addEventListener('submit', (event) => {
 });
 for (const button of document.querySelectorAll<HTMLButtonElement>('[data-verb]'))
   button.addEventListener('click', () => send({ type: 'command', verb: button.dataset.verb as Verb }));
+// Anybody's, also of a page that may only look: every device on the bus brakes and switches its motors off.
+function stop(): void {
+  if (send({ type: 'command', verb: 'stop' })) return;
+  say({ level: 'error', name: 'not-stopped', cause: 'the page has lost its server', remedy: 'press the e-stop button of the arm' });
+}
+element('stop').addEventListener('click', stop);
+document.addEventListener('keydown', (event) => event.key === 'Escape' && stop(), { capture: true });
 for (const button of document.querySelectorAll<HTMLButtonElement>('[data-turn]'))
   button.addEventListener('click', () => stage?.turn(button.dataset.turn as Turn));
 element('reset-view').addEventListener('click', () => stage?.reset());

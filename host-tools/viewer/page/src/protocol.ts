@@ -78,7 +78,7 @@ export interface LinkChange {
 
 export type ServerMessage = Hello | SceneStarted | State | ServerEvent | LinkChange;
 
-export type Verb = 'home' | 'arm' | 'disarm' | 'clear';
+export type Verb = 'home' | 'arm' | 'disarm' | 'clear' | 'stop';
 
 export type PageMessage =
   | { type: 'hand'; arm: number; position_m: Vec3 }

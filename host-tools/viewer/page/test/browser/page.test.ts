@@ -277,6 +277,24 @@ test('without the token everything is seen and nothing can be changed', async ()
   assert.deepEqual(mock.received, []);
 });
 
+test('Esc and the button stop, wherever the page is scrolled, also without the token', async () => {
+  for (const token of [undefined, 'wrong']) {
+    const { page, mock } = await (token === undefined ? show() : show({}, {}, token));
+    for (const press of [() => page.keyboard.press('Escape'), () => page.getByTestId('stop').click()]) {
+      mock.touch.fault = 0;
+      mock.touch.mode = 'armed';
+      await until('armed', async () => (await text(page, 'mode')) === 'armed');
+      await page.evaluate(() => window.scrollTo(0, document.body.scrollHeight));
+      assert.ok(await page.getByTestId('stop').isEnabled());
+      const box = (await page.getByTestId('stop').boundingBox())!;
+      const size = page.viewportSize()!;
+      assert.ok(box.x >= 0 && box.y >= 0 && box.x + box.width <= size.width && box.y + box.height <= size.height, JSON.stringify(box));
+      await press();
+      await until('stopped', async () => (await text(page, 'fault')) === 'host_stop');
+    }
+  }
+});
+
 test('a real device has no hand to drag', async () => {
   const { page, mock } = await show({ simulated: false });
   await drag(page, 60, 60);
