@@ -309,7 +309,7 @@ class Manners(Rig):
         self.fails(2, "same-file", "simulate", scene, "--path", path, "--log", scene)
         self.fails(2, "same-file", "simulate", scene, "--path", path, "--log", self.folder / "link.csv")
         self.fails(2, "same-file", "mesh", model, "--output", model)
-        self.fails(2, "same-file", "import", "device-log", log, "--output", log)
+        self.fails(2, "same-file", "import", "devicelog", log, "--output", log)
         self.fails(2, "same-file", "scan", path, "--log", self.folder / "new.csv", "--output", path)
         self.assertEqual(before, [file.read_bytes() for file in (scene, path, model, log)])
 

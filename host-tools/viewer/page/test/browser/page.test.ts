@@ -290,7 +290,7 @@ test('Esc and the button stop, wherever the page is scrolled, also without the t
       const size = page.viewportSize()!;
       assert.ok(box.x >= 0 && box.y >= 0 && box.x + box.width <= size.width && box.y + box.height <= size.height, JSON.stringify(box));
       await press();
-      await until('stopped', async () => (await text(page, 'fault')) === 'host_stop');
+      await until('stopped', async () => (await text(page, 'fault')) === '14 host_stop');
     }
   }
 });
