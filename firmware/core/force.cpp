@@ -63,18 +63,20 @@ void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
     const Vec3& wanted_N = state.touch[i].force_N;
     const float ramp = arm.source != nullptr ? 1.0F : state.force_ramp;
     const bool rendered = arm.source == nullptr && state.source->needs().scene;
-    const float max_N =
-        arm.limits.max_N(max_force_N(parts, i), wanted_N, rendered, kLimitSlew_N_s * parts.setup.period_s);
+    const float wanted = wanted_N.norm();
+    const float depth_m = rendered ? (state.touch[i].god_object_m - arm.posture.tip_m).norm() : 0.0F;
+    const float max_N = arm.limits.max_N(max_force_N(parts, i), wanted, depth_m,
+                                         kLimitSlew_N_s * parts.setup.period_s, parts.setup.period_s);
     const LimitedForce clamped = clamp_force(ramp * wanted_N, max_N);
     const Vec3 from_N = rendered ? remaining(arm.force_N, clamped.value) : arm.force_N;
     LimitedForce limited = slew_force(clamped.value, from_N, max_step_N);
     const float paid = arm.limits.paid(arm.posture.tip_m, parts.setup.period_s);
-    const Vec3 unramped_N = rendered ? clamp_force(wanted_N, max_N).value : Vec3(Vec3::Zero());
     if (rendered && paid < 1.0F) {
-      const LimitedForce part = clamp_force(limited.value, paid * unramped_N.norm());
+      const LimitedForce part = clamp_force(limited.value, paid * std::min(wanted, max_N));
       limited = {part.value, limited.which || part.which};
     }
-    arm.limits.add(unramped_N, limited.value);
+    const Vec3 unramped_N = ramp < 1.0F ? clamp_force(wanted_N, max_N).value : clamped.value;
+    arm.limits.add(unramped_N, limited.value, std::min(wanted / 2, max_N) * depth_m);
     arm.force_N = limited.value;
     const bool by_source = (outcome.clamped >> i & 1U) != 0;
     if (by_source || clamped.which) arm.limiters |= kLimitClamp;

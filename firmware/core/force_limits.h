@@ -35,8 +35,8 @@ using LimitedForce = kinematics::Limited<Vec3, bool>;
 }
 
 // Keeps ramp and limits from giving the hand the energy of a rendered contact: a wall that was pressed against a small force does not
-// push back with a larger one. Counts the hand's work against the wanted force and against the limited one. While the hand has paid for
-// a part of the wanted force only, it is given that part.
+// push back with a larger one. Counts what the wanted force holds of the hand's work, and what the limited one does. While that is a
+// part of the wanted force's only, the hand is given that part of the force. What holds nothing, as a field, is not counted.
 class ForceAccount {
  public:
   // At arming: the maximum, and where the tip is.
@@ -46,15 +46,17 @@ class ForceAccount {
     tip_m_ = tip_m;
   }
 
-  // The maximum falls by step_N a tick. It rises while it does not act, so that the force does not; a force that is not rendered rises
-  // by step_N a tick.
-  [[nodiscard]] float max_N(float wanted_max_N, const Vec3& force_N, bool rendered, float step_N) noexcept {
+  // The maximum falls by step_N a tick. It rises at once while it does not act, so that the force does not rise; otherwise by step_N, and
+  // in a contact of this depth only as fast as a debt is forgotten.
+  [[nodiscard]] float max_N(float wanted_max_N, float force_N, float depth_m, float step_N,
+                            float period_s) noexcept {
     if (wanted_max_N < max_N_) {
       max_N_ = std::max(wanted_max_N, max_N_ - step_N);
-    } else if (!rendered) {
-      max_N_ = std::min(wanted_max_N, max_N_ + step_N);
-    } else if (force_N.norm() <= max_N_) {
+    } else if (depth_m > 0.0F && force_N <= max_N_) {
       max_N_ = wanted_max_N;
+    } else {
+      const float rise_N = depth_m > 0.0F ? std::min(step_N, kForgotten_W * period_s / depth_m) : step_N;
+      max_N_ = std::min(wanted_max_N, max_N_ + rise_N);
     }
     return max_N_;
   }
@@ -68,28 +70,33 @@ class ForceAccount {
     return wanted_J_ > 0.0F ? limited_J_ / wanted_J_ : 1.0F;
   }
 
-  // The next wanted force is another scene's. A contact that goes on in it may be stiffer than the one that the hand has paid for.
-  void another_scene() noexcept { another_scene_ = true; }
-
-  // The forces of this tick: clamped, and as limited. A contact ends where no force is wanted.
-  void add(const Vec3& wanted_N, const Vec3& limited_N) noexcept {
+  // The forces of this tick: clamped, and as limited. held_J: the most that the wanted force can hold of the hand's work; what is beyond
+  // it, friction has taken.
+  void add(const Vec3& wanted_N, const Vec3& limited_N, float held_J) noexcept {
     if (std::exchange(another_scene_, false)) {
-      const float before_N = wanted_N_.norm(), now_N = wanted_N.norm();
-      if (before_N > 0.0F && now_N > before_N) wanted_J_ *= now_N / before_N;
+      const float before_N = wanted_N_.norm();
+      if (before_N > 0.0F) wanted_J_ *= wanted_N.norm() / before_N;
+      limited_J_ = std::min(limited_J_, wanted_J_);
+    }
+    if (wanted_J_ > held_J) {
+      limited_J_ *= held_J / wanted_J_;
+      wanted_J_ = held_J;
     }
     wanted_N_ = wanted_N;
     limited_N_ = limited_N;
-    if (wanted_N.isZero(0.0F)) wanted_J_ = limited_J_ = 0;
   }
 
+  // The next wanted force is another scene's. A contact that goes on in it may be stiffer than the one that the hand has paid for.
+  void another_scene() noexcept { another_scene_ = true; }
+
  private:
-  // So fast a debt is forgotten: a field that is switched on reaches a hand at rest, and a wall of 1000 N/m that was met half as hard
-  // is itself again after 0.2 s, 2 mm deep. A hand does not feel so little power.
+  // So fast a debt is forgotten: a wall of 1000 N/m that was met half as hard is itself again after 0.2 s, 2 mm deep. A hand does not feel
+  // so little power.
   static constexpr float kForgotten_W = 5e-3F;
 
   float max_N_ = 0;
   Vec3 tip_m_ = Vec3::Zero(), wanted_N_ = Vec3::Zero(), limited_N_ = Vec3::Zero();
-  float wanted_J_ = 0, limited_J_ = 0;  // the hand's work in this contact
+  float wanted_J_ = 0, limited_J_ = 0;  // held in this contact
   bool another_scene_ = false;
 };
 

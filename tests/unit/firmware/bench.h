@@ -71,7 +71,8 @@ class TestStorage final : public firmware::Storage {
 
 // A scene with one horizontal plane, or as many in one place: solid below z = height_m.
 std::vector<std::byte> plane_image(float stiffness_N_m, float height_m = 0.0F, float damping_N_s_m = 0.0F,
-                                   const std::string& name = "plane", std::size_t planes = 1);
+                                   const std::string& name = "plane", std::size_t planes = 1,
+                                   float friction = 0.0F);
 
 class Bench {
  public:

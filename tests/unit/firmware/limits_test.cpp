@@ -55,7 +55,7 @@ float largest_step_N(Bench& bench, int ticks) {
   return largest;
 }
 
-// Lowered, the force falls by 50 N/s. Raised, it stays until the wanted force has been below it: no hand is pushed out.
+// Lowered, the force falls by 50 N/s. Raised, it rises slowly until the wanted force has been below it: no hand is pushed out.
 TEST(Limits, AChangeOfTheMaximumInContactTakesTime) {
   Bench bench;
   set_param(bench, "max_force", 6.0F);
@@ -71,15 +71,49 @@ TEST(Limits, AChangeOfTheMaximumInContactTakesTime) {
   EXPECT_LE(down_N, 0.0126F);
   set_param(bench, "max_force", 6.0F);
   bench.ticks(2000);
-  EXPECT_NEAR(bench.force_N(), 2.4F, 1e-3F);
+  EXPECT_LT(bench.force_N(), 2.9F) << "5 mW, 6 mm deep";
   bench.move({0, 0, -0.002}, 400);
   EXPECT_NEAR(bench.force_N(), 2.0F, 0.05F);
   bench.move({0, 0, -0.006}, 1000);
   EXPECT_GT(bench.force_N(), 5.7F);
 }
 
+void load_rough(Bench& bench, double stiffness_N_m, double height_m, double friction) {
+  ASSERT_EQ(bench.controller->load_scene(plane_image(static_cast<float>(stiffness_N_m),
+                                                     static_cast<float>(height_m), 0.0F, "rough", 1,
+                                                     static_cast<float>(friction))),
+            firmware::StoreStatus::kOk);
+}
+
+// A wall is stroked for long, and its stiffness changed by swaps: it is the wall that it should be a few seconds later.
+TEST(Limits, AWallThatWasSwappedIsItselfAgain) {
+  for (const double friction : {0.0, 0.5}) {
+    Bench bench;
+    bench.start();
+    load_rough(bench, 300, 0, friction);
+    bench.ticks(2000);
+    bench.move({0, 0, 0.001}, 400);
+    bench.move({0, 0, -0.003}, 400);
+    const auto stroke = [&](int times) {
+      for (int i = 0; i < times; ++i)
+        for (const double x_m : {0.01, -0.01}) bench.move({x_m, 0, -0.003}, 800);
+    };
+    stroke(20);
+    for (const double stiffness_N_m : {1000, 300, 1000, 300, 1000, 300, 1000}) {
+      load_rough(bench, stiffness_N_m, 0, friction);
+      bench.ticks(1200);
+    }
+    const float at_once_N = bench.force_N();
+    stroke(5);
+    const double wanted_N = 3 * std::sqrt(1 + friction * friction);
+    std::printf("friction %.1f: %.2f N at once, %.2f N after 2 s, wanted %.2f N\n", friction,
+                static_cast<double>(at_once_N), static_cast<double>(bench.force_N()), wanted_N);
+    EXPECT_GT(bench.force_N(), 0.97 * wanted_N);
+  }
+}
+
 // A wall is pressed and left, by a hand that stands still at times, while limits are written and scenes are swapped. The hand gets no
-// more than it gave, but for the steps of the ticks (K dx^2 / 2 each) and the 5 mW with which a debt is forgotten.
+// more than it gave, but for the steps of the ticks (K dx^2 / 2 each) and 10 mW: a debt is forgotten, and a maximum rises, by 5 mW each.
 TEST(Limits, RandomWritesAndSwapsInContactGiveNoEnergy) {
   constexpr int kOperations = 10000;
   std::mt19937 random(5);
@@ -97,18 +131,18 @@ TEST(Limits, RandomWritesAndSwapsInContactGiveNoEnergy) {
   Vec3 tip_m = bench.shown().arm[0].tip_m, force_N = Vec3::Zero();
   while (written + swapped < kOperations) {
     if (random() % 30 == 0) {
-      target_m.z() = within(-.008, .004);
+      target_m = Eigen::Vector3d(within(-.01, .01), 0, within(-.008, .004));
       speed_m_s = std::pow(10, within(-2.5, -.5));
     }
     const double step_m = speed_m_s * static_cast<double>(bench.config.period_s);
-    at_m.z() += std::clamp(target_m.z() - at_m.z(), -step_m, step_m);
+    for (const int axis : {0, 2}) at_m[axis] += std::clamp(target_m[axis] - at_m[axis], -step_m, step_m);
     bench.place(at_m);
     if (random() % 40 == 0) {
       const auto kind = random() % 8;
       if (kind == 0 && since_swap > 1000) {
         stiffness_N_m = within(200, 2000);
         if (random() % 2 == 0) height_m = within(-.003, .003);
-        bench.load(static_cast<float>(stiffness_N_m), static_cast<float>(height_m));
+        load_rough(bench, stiffness_N_m, height_m, within(0, .8));
         stiffest_N_m = std::max(stiffest_N_m, stiffness_N_m);
         ++swapped;
         since_swap = 0;
@@ -130,7 +164,7 @@ TEST(Limits, RandomWritesAndSwapsInContactGiveNoEnergy) {
     given_J += work_J;
     pressed_J += std::max(-work_J, 0.0);
     bound_J += stiffest_N_m * static_cast<double>(moved_m.squaredNorm()) / 2 +
-               5e-3 * static_cast<double>(bench.config.period_s);
+               1e-2 * static_cast<double>(bench.config.period_s);
     worst_J = std::max(worst_J, given_J - bound_J);
     tip_m = arm.tip_m;
     force_N = arm.force_N;
