@@ -36,7 +36,7 @@ Conditions Commands::request(Command command) noexcept {
   if (refused != 0) return refused;
   if (command == Command::kDisarm) {
     disarms_.add();
-  } else if (disarm_due() && command != Command::kClear && command != Command::kEndMove) {
+  } else if (disarm_due() && yields_to_disarm(command)) {
     return kWrongMode;
   }
   channel_.post(command);  // a disarm, too: it replaces what was posted before it

@@ -36,6 +36,11 @@ enum class Command : std::uint8_t {
   kRecord = 8,   // the next tick is the first of a recording (firmware/observe/recorder.h); motors off
 };
 
+// What sets the arm in motion: a disarm of the same time goes before it.
+[[nodiscard]] constexpr bool yields_to_disarm(Command command) noexcept {
+  return command == Command::kHome || command == Command::kArm || command == Command::kMove;
+}
+
 // What makes the mode change.
 enum class Event : std::uint8_t {
   kHomeCommand,

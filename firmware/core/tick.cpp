@@ -15,9 +15,11 @@ Core::Core(const Config& config, const Params& params) noexcept : parts_(config,
 Outputs Core::tick(const Inputs& inputs) noexcept {
   Parts& parts = parts_;
   const State& state = parts.state;
-  const std::optional<Command> command = parts.commands.take();
+  const std::optional<Command> taken = parts.commands.take();
 
   sense(parts, inputs);
+  const bool yields = taken && state.disarm_ordered && yields_to_disarm(*taken);
+  const std::optional<Command> command = yields ? std::nullopt : taken;
   const Command executed = decide(parts, inputs, command);
   if (state.mode == Mode::kArmed) {
     const SourceOutcome outcome = apply_source(parts);
@@ -30,7 +32,7 @@ Outputs Core::tick(const Inputs& inputs) noexcept {
   publish(parts, inputs, executed, command);
 
   outputs.mode = state.mode;
-  if (command) parts.commands.done();
+  if (taken) parts.commands.done();
   return outputs;
 }
 

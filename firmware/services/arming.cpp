@@ -7,9 +7,10 @@ namespace thimble::firmware {
 // A live link is a condition for arming, so arming itself is no sign of life.
 Nrc arm(Services& services, Call& call) noexcept {
   call.sign_of_life = false;
-  if (services.restart_wanted) return busy(call.host, Busy::kRestarting);
-  return services.jobs.run(call, services.command,
-                           [&]() noexcept { return services.command.begin(call, Command::kArm); });
+  return services.jobs.run(call, services.command, [&]() noexcept {
+    if (services.restart_wanted) return busy(call.host, Busy::kRestarting);
+    return services.command.begin(call, Command::kArm);
+  });
 }
 
 // No job: it waits for no other host, and any number of hosts can wait for it. The answer comes after the tick that has obeyed it; at
@@ -17,8 +18,9 @@ Nrc arm(Services& services, Call& call) noexcept {
 Nrc disarm(Services& services, Call& call) noexcept {
   Commands& commands = services.parts.core.commands();
   if (!call.host.disarming) {
+    const bool pending = commands.pending();  // before the mode: a tick may come between
     const Mode mode = services.parts.core.status().mode();
-    const bool rests = mode != Mode::kArmed && mode != Mode::kHoming && !commands.pending();
+    const bool rests = mode != Mode::kArmed && mode != Mode::kHoming && !pending;
     static_cast<void>(commands.request(Command::kDisarm));
     if (rests) return Nrc::kOk;
   }

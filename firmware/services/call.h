@@ -21,6 +21,7 @@ struct Host {
   link::Session session = link::Session::kDefault;
   std::optional<link::Reset> restart;  // wanted once the answer has left
   bool disarming = false;              // it has asked for a disarm that no tick has obeyed yet
+  std::uint32_t disarms = 0;           // Commands::disarms() when its request came
   std::array<char, 192> refusal{};     // kDidRefusal: why its last request was refused, or empty
 
   // Longer texts are cut.
@@ -33,6 +34,7 @@ struct Call {
   link::Micros now_us;
   link::ByteWriter& answer;   // begins with the service's positive response; sent if the handler says kOk
   bool suppressible = false;  // bit 80 of the sub-function means: no positive answer
+  bool again = false;         // a request that is pending is handled once more
   bool sign_of_life = true;   // once answered positively, the host counts as alive
 
   // Byte 1 without its bit 80. Only for services that have a sub-function, and a request of at least 2 bytes.

@@ -6,14 +6,21 @@ namespace thimble::firmware {
 
 Nrc CommandJob::begin(Call& call, Command command) noexcept {
   call.host.refuse("");
+  if (yields(call, command)) return refuse(call.host, kWrongMode, lacks_);
   return begun(call, command, core_.commands().request(command));
 }
 
 Nrc CommandJob::begin_move(Call& call, const MoveOrder& order) noexcept {
   call.host.refuse("");
   if (!core_.commands().move_in_range(order)) return Nrc::kRequestOutOfRange;
+  if (yields(call, Command::kMove)) return refuse(call.host, kWrongMode, lacks_);
   if (core_.commands().pending()) return busy(call.host, Busy::kCommandPending);
   return begun(call, Command::kMove, core_.commands().request_move(order));
+}
+
+// A disarm that came after the request goes before it, also where the request had to wait for another host's.
+bool CommandJob::yields(const Call& call, Command command) const noexcept {
+  return yields_to_disarm(command) && core_.commands().disarms() != call.host.disarms;
 }
 
 Nrc CommandJob::begun(Call& call, Command command, Conditions against) noexcept {
@@ -24,7 +31,7 @@ Nrc CommandJob::begun(Call& call, Command command, Conditions against) noexcept 
 
 Nrc CommandJob::poll(Call& call) noexcept {
   if (core_.commands().pending()) return Nrc::kResponsePending;
-  if (done()) return Nrc::kOk;
+  if (done() && !yields(call, command_)) return Nrc::kOk;
   // Something came between the check and the tick.
   const Conditions against =
       command_ == Command::kMove ? core_.status().unmet_for_move() : core_.status().unmet();

@@ -46,6 +46,7 @@ class CommandJob {
   [[nodiscard]] Nrc poll(Call& call) noexcept;
 
  private:
+  [[nodiscard]] bool yields(const Call& call, Command command) const noexcept;
   [[nodiscard]] Nrc begun(Call& call, Command command, Conditions against) noexcept;
   [[nodiscard]] bool done() const noexcept;
 

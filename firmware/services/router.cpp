@@ -43,9 +43,10 @@ bool Router::on_frame(const CanFrame& frame, Micros now) noexcept {
   Place& place = places_[*index];
   hosts_.heard(*index, now);
   place.host.heard_us = now;
-  if (place.pending && is_urgent(frame)) {
-    answer_without_place(frame, address, now);
-    return true;
+  if (place.pending && is_urgent(frame)) {  // the request that was pending is given up, without an answer
+    handler_.give_up(place.host);
+    place.pending = false;
+    place.channel.release();
   }
   static_cast<void>(place.channel.on_frame(frame, now));
   place.channel.config().fd = frame.fd;  // an answer has the format of its request
@@ -75,7 +76,7 @@ std::optional<std::size_t> Router::tester_place(const CanFrame& frame, Micros no
   if (kind > 0x10) return std::nullopt;  // begins no request: what is left of one whose place has ended
   const auto claimed = hosts_.tester(now);
   if (!claimed) {
-    answer_without_place(frame, link::kTesterAddress, now);
+    answer_without_place(frame, now);
     return std::nullopt;
   }
   open(claimed->place, now);
@@ -84,16 +85,16 @@ std::optional<std::size_t> Router::tester_place(const CanFrame& frame, Micros no
 
 bool Router::is_urgent(const CanFrame& frame) const noexcept { return handler_.urgent(single_frame(frame)); }
 
-// All places are taken, or the request is urgent. A request that is one frame is handled in the default session, so that a tester can
+// All places are taken. A request that is one frame is handled in the default session, so that a tester can
 // always disarm; all else, and an answer that needs more than a frame, is answered "busy".
-void Router::answer_without_place(const CanFrame& frame, std::uint8_t address, Micros now) noexcept {
+void Router::answer_without_place(const CanFrame& frame, Micros now) noexcept {
   const std::span<const std::uint8_t> data = frame.bytes();
   const std::span<const std::uint8_t> request = single_frame(frame);
   const bool single = !request.empty();
   const bool first = data.size() >= link::kClassicDataBytes && (data[0] & 0xF0U) == 0x10;
   if (!single && !first) return;
   CanFrame out;
-  out.id = link::response_id(node_, address);
+  out.id = link::response_id(node_);
   out.extended = true;
   out.fd = out.bit_rate_switch = frame.fd;
   out.size = link::kClassicDataBytes;
@@ -179,7 +180,7 @@ void Router::serve(Place& place, Micros now) noexcept {
   link::ByteWriter answer(answer_);
   answer.put(static_cast<std::uint8_t>(request[0] | link::kPositive));
   Call call{place.host, request, now, answer};
-  const bool was_pending = place.pending;
+  const bool was_pending = call.again = place.pending;
   Nrc result = handle(call);
   if (result == Nrc::kResponsePending) {
     result = judge_pending(place, now);

@@ -8,7 +8,7 @@
 //   while (router.next_frame(frame, now)) send(frame);  // after the real-time frames, as far as the bus takes them
 //
 // Every host has a place of its own: address, ISO-TP channel, session, and one request at a time. A request that comes while
-// the host's last one is not answered yet is dropped, unless it is urgent; what other hosts do has no effect on it. A place is free again when its
+// the host's last one is not answered yet is dropped; where it is urgent, the last one is given up; what other hosts do has no effect on it. A place is free again when its
 // host was silent for link::kHostTimeout_us.
 //
 // No heap, no I/O; about 38 kB, most of it the ISO-TP buffers of link::kMaxHosts hosts.
@@ -35,7 +35,7 @@ class RequestHandler {
   // kResponsePending: not finished. handle() is then called again at every poll until it returns another result. After
   // kPendingLimit_us the host gets kGeneralReject, and give_up() is called.
   [[nodiscard]] virtual Nrc handle(Call& call) noexcept = 0;
-  // Whether a request is handled even while another one of the same host is pending: a disarm.
+  // Whether a request goes before one of the same host that is pending: a disarm.
   [[nodiscard]] virtual bool urgent(std::span<const std::uint8_t> request) const noexcept = 0;
   virtual void give_up(Host& host) noexcept = 0;  // the host's pending request
   // The host's session has ended: it left, was silent for too long, or chose another session.
@@ -77,7 +77,7 @@ class Router {
   void on_claim(const link::HostClaim& claim, link::Micros now) noexcept;
   [[nodiscard]] std::optional<std::size_t> tester_place(const link::CanFrame& frame,
                                                         link::Micros now) noexcept;
-  void answer_without_place(const link::CanFrame& frame, std::uint8_t address, link::Micros now) noexcept;
+  void answer_without_place(const link::CanFrame& frame, link::Micros now) noexcept;
   [[nodiscard]] bool is_urgent(const link::CanFrame& frame) const noexcept;
   void open(std::size_t index, link::Micros now) noexcept;
   void leave(std::size_t index) noexcept;
@@ -95,8 +95,7 @@ class Router {
   std::array<std::uint8_t, link::kMaxPduBytes> answer_{};  // of the request that is handled now
   std::size_t turn_ = 0;                    // the place that sends first, and is polled first: each in turn
   std::optional<link::HostGrant> refused_;  // a claim while all places were taken
-  std::optional<link::CanFrame>
-      placeless_answer_;  // to a tester while all places were taken, or to an urgent request
+  std::optional<link::CanFrame> placeless_answer_;  // to a tester while all places were taken
 };
 
 }  // namespace thimble::firmware

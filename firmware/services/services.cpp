@@ -108,6 +108,7 @@ Services::Services(const ServiceParts& controller) noexcept
       download(controller.config.block_bytes) {}
 
 Nrc Services::handle(Call& call) noexcept {
+  if (!call.again) call.host.disarms = parts.core.commands().disarms();
   for (const ServiceRow& row : kServices) {
     if (static_cast<std::uint8_t>(row.service) != call.request[0]) continue;
     return allows(row.sessions, call.host.session) ? row.handle(*this, call) : Nrc::kNotInThisSession;

@@ -38,7 +38,7 @@ TEST(Disarm, UntilItIsObeyedNothingSetsTheArmInMotion) {
   bench.home();
   ASSERT_EQ(bench.controller->request(Command::kArm), 0);
   ASSERT_EQ(bench.controller->request(Command::kDisarm), 0);  // takes the arm command back
-  for (const Command command : {Command::kArm, Command::kHome, Command::kRecord})
+  for (const Command command : {Command::kArm, Command::kHome})
     EXPECT_NE(bench.controller->request(command) & firmware::kWrongMode, 0) << static_cast<int>(command);
   bench.tick();
   EXPECT_EQ(bench.mode(), Mode::kReady);
