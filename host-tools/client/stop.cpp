@@ -28,6 +28,8 @@ Stopped stop(const std::function<void(const link::CanFrame&)>& send,
              link::Micros wait_us) {
   const link::Micros begin_us = now_us();
   const link::Micros deadline_us = begin_us + wait_us;
+  while (receive(begin_us)) {
+  }  // what came before the first frame confirms nothing
   std::optional<link::Status> heard;
   for (link::Micros now = begin_us; now < deadline_us; now = now_us()) {
     send(link::to_frame(link::EmergencyStop{}, 0));

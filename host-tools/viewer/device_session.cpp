@@ -169,6 +169,11 @@ void DeviceSession::wait_for_device(const std::atomic<bool>& stopping) {
       sink_.event(event_json("error", "no-device", "the device is not there, so nothing was done",
                              "wait until it is back"));
     }
+    if (stop_wanted_.exchange(false)) {
+      stop_until_us_ = 0;
+      sink_.event(event_json("error", "not-stopped", "the device is not there, so no stop was sent",
+                             "press the e-stop button, or switch the motors' supply off"));
+    }
     try {
       connect();
       sink_.link(true);
