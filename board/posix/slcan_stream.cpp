@@ -33,17 +33,31 @@ void SlcanStream::read() {
   const ssize_t got = ::read(fd_.get(), bytes.data(), bytes.size());
   if (got > 0) {
     in_.append(bytes.data(), static_cast<std::size_t>(got));
+    heard_ = std::chrono::steady_clock::now();
   } else if (got == 0 || (errno != EAGAIN && errno != EINTR)) {
     gone_ = true;
   }
 }
 
+void SlcanStream::drop() {
+  gone_ = true;
+  in_.clear();
+  in_at_ = 0;
+  out_.clear();
+}
+
 std::optional<link::CanFrame> SlcanStream::receive() {
   while (in_at_ < in_.size()) {
-    const SlcanPort::Event event = port_.push(in_[in_at_++]);
+    const char byte = in_[in_at_++];
+    if (byte == ' ' && kind_ == Kind::kSocket) {
+      drop();
+      break;
+    }
+    const SlcanPort::Event event = port_.push(byte);
     if (event == SlcanPort::Event::kFrame) return port_.frame();
     if (event == SlcanPort::Event::kClosed) out_.clear();
     out_ += port_.reply();
+    if (out_.size() > kServiceQueue) drop();  // it asks, and reads no answer
   }
   in_.clear();
   in_at_ = 0;

@@ -4,6 +4,7 @@
 
 #include <poll.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -18,7 +19,10 @@ namespace thimble::board {
 
 class SlcanStream {
  public:
-  explicit SlcanStream(Descriptor fd) : fd_(std::move(fd)) {}  // non-blocking
+  // Non-blocking. A socket is closed at a blank: SLCAN has none, and an HTTP request has one in its first line. Any web page can send one
+  // to a port of this machine, with SLCAN in its body.
+  enum class Kind : std::uint8_t { kTerminal, kSocket };
+  explicit SlcanStream(Descriptor fd, Kind kind = Kind::kTerminal) : fd_(std::move(fd)), kind_(kind) {}
 
   [[nodiscard]] pollfd polled() const;
   void read();
@@ -27,11 +31,20 @@ class SlcanStream {
   void flush();
 
   [[nodiscard]] bool waiting() const { return !out_.empty(); }
-  [[nodiscard]] bool gone() const { return gone_; }  // the host has closed the connection
+  [[nodiscard]] bool gone() const {
+    return gone_;
+  }  // the host has closed the connection, or it has to be closed
+  [[nodiscard]] std::chrono::steady_clock::time_point heard() const {
+    return heard_;
+  }  // when bytes came last
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
  private:
+  void drop();
+
   Descriptor fd_;
+  Kind kind_;
+  std::chrono::steady_clock::time_point heard_ = std::chrono::steady_clock::now();
   bool gone_ = false;
   firmware::link::SlcanPort port_;
   std::string in_;

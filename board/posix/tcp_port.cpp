@@ -14,6 +14,8 @@
 namespace thimble::board {
 namespace {
 
+constexpr std::size_t kMostHosts = 32;
+
 [[noreturn]] void fail_tcp(const std::string& what) {
   throw std::runtime_error(what + ": " + std::strerror(errno));
 }
@@ -58,7 +60,11 @@ void TcpPort::read() {
   if (!fd.is_open()) return;
   const int on = 1;
   setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
-  hosts_.push_back(std::make_unique<SlcanStream>(std::move(fd)));
+  hosts_.push_back(std::make_unique<SlcanStream>(std::move(fd), SlcanStream::Kind::kSocket));
+  if (hosts_.size() <= kMostHosts) return;
+  const auto silent = std::ranges::min_element(hosts_, {}, [](const auto& host) { return host->heard(); });
+  dropped_ += (*silent)->dropped();
+  hosts_.erase(silent);
 }
 
 std::optional<firmware::link::CanFrame> TcpPort::receive() {

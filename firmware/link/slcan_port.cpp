@@ -1,10 +1,15 @@
 #include "firmware/link/slcan_port.h"
 
+#include "firmware/link/messages.h"
+
 namespace thimble::firmware::link {
 namespace {
 
 constexpr std::string_view kUnderstood = "\r";
 constexpr std::string_view kRefused = "\a";
+
+// Anybody's, at any time: what else the host may say depends on the open channel.
+bool is_stop(const CanFrame& frame) noexcept { return !frame.extended && frame.id == EmergencyStop::kId; }
 
 }  // namespace
 
@@ -12,7 +17,7 @@ SlcanPort::Event SlcanPort::push(char byte) noexcept {
   reply_ = {};
   switch (parser_.push(byte)) {
     case SlcanParser::Event::kFrame:
-      if (open_) return Event::kFrame;
+      if (open_ || is_stop(parser_.frame())) return Event::kFrame;
       reply_ = kRefused;
       return Event::kNone;
     case SlcanParser::Event::kBad:

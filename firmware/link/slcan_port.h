@@ -3,7 +3,7 @@
 //
 //   switch (port.push(byte)) { case kFrame: controller.on_frame(port.frame(), now); ... }
 //   send(port.reply());                                    // after every push, before what else is to be sent
-//   if (port.open()) send(line of encode_slcan(frame));    // frames only while the channel is open
+//   if (port.open()) send(line of encode_slcan(frame));    // frames only while the channel is open; an e-stop frame is heard always
 #pragma once
 
 #include <string_view>

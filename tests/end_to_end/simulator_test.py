@@ -157,6 +157,44 @@ class Simulator(Rig):
                 self.assertEqual(host.returncode, 0, err)
                 self.assertIn(shown, out)
 
+    def test_a_web_page_commands_nothing(self):
+        sim = self.sim("--tcp", 0)
+        stop = b"t0010\r"
+        for head in (b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/plain\r\n\r\n", b"GET /x HTTP/1.1\r\n\r\n",
+                     b"DELETE / HTTP/1.1\r\n\r\n", b"OPTIONS * HTTP/1.1\r\n\r\n", b"TRACE / HTTP/1.1\r\n\r\n", b"C /\r\n\r\n"):
+            for parts in ([head + b"O\r" + stop], [head, b"O\r" + stop], [head[:3], head[3:], b"O\r", stop]):
+                with socket.create_connection(("127.0.0.1", sim.port), timeout=5) as page:
+                    try:
+                        for part in parts:
+                            page.sendall(part)
+                            time.sleep(0.02)
+                        while page.recv(1 << 16):
+                            pass
+                    except ConnectionError:
+                        pass
+        self.assertEqual(self.ok_json("fault", "list", "--device", sim.tcp)["faults"], [])
+        with socket.create_connection(("127.0.0.1", sim.port)) as host:  # the same without the page
+            host.sendall(stop)
+            time.sleep(0.1)
+        self.assertNotEqual(self.ok_json("fault", "list", "--device", sim.tcp)["faults"], [])
+
+    def test_silent_and_deaf_hosts_take_nothing_from_others(self):
+        sim = self.sim("--tcp", 0)
+        silent = [socket.create_connection(("127.0.0.1", sim.port)) for _ in range(250)]
+        self.ok("info", "--device", sim.tcp)
+        for one in silent:
+            one.close()
+        with socket.create_connection(("127.0.0.1", sim.port)) as deaf:
+            deaf.settimeout(2)
+            with self.assertRaises(ConnectionError):  # dropped, before it takes the memory
+                for _ in range(2000):
+                    deaf.sendall(b"V\r" * 50_000)
+        with open("/proc/%d/status" % sim.process.pid) as status:
+            peak_kB = next(int(line.split()[1]) for line in status if line.startswith("VmHWM"))
+        print("[ figure ] 250 silent hosts and one that reads no answers: the device took at most %d MB" % (peak_kB / 1000))
+        self.assertLess(peak_kB, 150_000)
+        self.ok("info", "--device", sim.tcp)
+
     def test_what_moves_is_told(self):
         """Each scene under its own hand, until its state frames say that something has happened."""
         first = {}

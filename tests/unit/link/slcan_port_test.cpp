@@ -36,6 +36,14 @@ TEST(SlcanPort, GivesFramesOnlyWhileOpen) {
   EXPECT_FALSE(port.open());
 }
 
+TEST(SlcanPort, HearsAStopAlsoWhileClosed) {
+  SlcanPort port;
+  EXPECT_EQ(answers(port, "t0010\r"), "[frame]");
+  EXPECT_EQ(port.frame().id, 1U);
+  EXPECT_EQ(answers(port, "T000000010\r"), "\a") << "another identifier";
+  EXPECT_FALSE(port.open());
+}
+
 TEST(SlcanPort, TellsThatTheHostClosedIt) {
   SlcanPort port;
   EXPECT_EQ(port.push('C'), SlcanPort::Event::kNone);
