@@ -31,12 +31,10 @@ class SlcanStream {
   void flush();
 
   [[nodiscard]] bool waiting() const { return !out_.empty(); }
-  [[nodiscard]] bool gone() const {
-    return gone_;
-  }  // the host has closed the connection, or it has to be closed
-  [[nodiscard]] std::chrono::steady_clock::time_point heard() const {
-    return heard_;
-  }  // when bytes came last
+  // The host has closed the connection, or it has to be closed.
+  [[nodiscard]] bool gone() const { return gone_; }
+  // When bytes came last.
+  [[nodiscard]] std::chrono::steady_clock::time_point heard() const { return heard_; }
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
 
  private:

@@ -1,5 +1,5 @@
-// SLCAN on TCP, loopback only: up to 32 hosts at once, each a node on the same bus. One more closes the connection of the one that was
-// silent for the longest; so does a host that sends what is no SLCAN, or reads no answers.
+// SLCAN on TCP, loopback only: up to 32 hosts at once, each a node on the same bus. For one more, the connection of the host that was
+// silent for the longest is closed.
 #pragma once
 
 #include <cstdint>

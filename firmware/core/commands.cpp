@@ -25,7 +25,7 @@ Conditions Commands::request(Command command) noexcept {
     case CommandRow::NothingToDo::kNever:
       break;
     case CommandRow::NothingToDo::kWhenArmed:
-      if (mode == Mode::kArmed) return 0;
+      if (mode == Mode::kArmed && !disarm_due()) return 0;
       break;
     case CommandRow::NothingToDo::kWithoutFault:
       if (status_.fault() == Fault::kNone) return 0;

@@ -14,7 +14,8 @@ Nrc CommandJob::begin_move(Call& call, const MoveOrder& order) noexcept {
   call.host.refuse("");
   if (!core_.commands().move_in_range(order)) return Nrc::kRequestOutOfRange;
   if (yields(call, Command::kMove)) return refuse(call.host, kWrongMode, lacks_);
-  if (core_.commands().pending()) return busy(call.host, Busy::kCommandPending);
+  if (core_.commands().pending() && !core_.commands().disarm_due())
+    return busy(call.host, Busy::kCommandPending);
   return begun(call, Command::kMove, core_.commands().request_move(order));
 }
 

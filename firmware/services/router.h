@@ -8,8 +8,8 @@
 //   while (router.next_frame(frame, now)) send(frame);  // after the real-time frames, as far as the bus takes them
 //
 // Every host has a place of its own: address, ISO-TP channel, session, and one request at a time. A request that comes while
-// the host's last one is not answered yet is dropped; where it is urgent, the last one is given up; what other hosts do has no effect on it. A place is free again when its
-// host was silent for link::kHostTimeout_us.
+// the host's last one is not answered yet is dropped; where it is urgent, the last one is given up instead. What other hosts do has no
+// effect on it. A place is free again when its host was silent for link::kHostTimeout_us.
 //
 // No heap, no I/O; about 38 kB, most of it the ISO-TP buffers of link::kMaxHosts hosts.
 #pragma once

@@ -4,17 +4,12 @@
 #include <optional>
 #include <string>
 
-#include "firmware/core/faults.h"
 #include "host-tools/error.h"
 
 namespace thimble::host {
 namespace {
 
 constexpr link::Micros kRepeat_us = 20'000;
-
-bool has_stopped(const link::Status& status) {
-  return status.fault != 0 && (status.mode == link::Mode::kFaulted || status.mode == link::Mode::kDamping);
-}
 
 }  // namespace
 

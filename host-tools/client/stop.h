@@ -19,6 +19,11 @@ struct Stopped {
   double after_s = 0;                      // from the first frame to the status that confirms it
 };
 
+// The node has stopped with a fault, or stops: its tip is braked.
+[[nodiscard]] inline bool has_stopped(const link::Status& status) {
+  return status.fault != 0 && (status.mode == link::Mode::kFaulted || status.mode == link::Mode::kDamping);
+}
+
 // Sends the frame again and again until the node says in a status that it has stopped. Error kNotStopped: it has not said so in time; the
 // errors of the transport.
 [[nodiscard]] Stopped stop(Transport& transport, std::uint8_t node = 1, link::Micros wait_us = kStop_us);

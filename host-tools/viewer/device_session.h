@@ -48,7 +48,8 @@ class DeviceSession {
   DeviceSession(SessionOptions options, SceneBook book, SimulatedDevice* simulated,
                 std::optional<OpenScene> first, ViewSink& sink);
 
-  // From any thread. Messages are queued, at most kMostWaiting and one disarm; those of a hand act at once, and so does a stop, whatever else goes on.
+  // From any thread. Messages are queued, at most kMostWaiting and one disarm; those of a hand act at once, and so
+  // does a stop, whatever else goes on.
   void post(PageMessage message);
 
   // Connects (Error when the device is not there), then serves until stopping. `connected` is called once.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "firmware/link/messages.h"
+#include "host-tools/client/stop.h"
 #include "host-tools/viewer/protocol.h"
 
 namespace thimble::host {
@@ -32,10 +33,7 @@ class LiveState {
   [[nodiscard]] std::optional<std::uint8_t> take_emergency();  // the fault of an emergency frame that came
   [[nodiscard]] std::uint8_t sequence() const { return sequence_; }  // of the newest record
   // The last status said that the arm has stopped with a fault.
-  [[nodiscard]] bool stopped() const {
-    return status_ && status_->fault != 0 &&
-           (status_->mode == link::Mode::kFaulted || status_->mode == link::Mode::kDamping);
-  }
+  [[nodiscard]] bool stopped() const { return status_ && has_stopped(*status_); }
   [[nodiscard]] link::Mode mode() const { return status_ ? status_->mode : link::Mode::kDisarmed; }
 
   // "mode" to "needles" of a state message. What has not come is left out; an arm of

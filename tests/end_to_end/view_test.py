@@ -376,13 +376,17 @@ class Viewer(Rig):
         page.event("bad-value")
         self.assertEqual(page.until(lambda m: m["type"] == "scene")["pick"], "ring")
 
-    def test_a_stop_waits_for_nothing(self):
-        view = self.blocks()
-        page = self.page(view)
+    def page_while_homing(self):
+        """A page that has asked for homing, which takes seconds and ends armed."""
+        page = self.page(self.blocks())
         page.state(lambda s: s["mode"] == "armed")
         page.send(type="hand", arm=0, position_m=[0.03, 0.01, 0.01])
         page.state(lambda s: s["arms"][0]["hand_m"][0] > 0.029)
-        page.send(type="command", verb="home")  # for seconds; it would arm again
+        page.send(type="command", verb="home")
+        return page
+
+    def test_a_stop_waits_for_nothing(self):
+        page = self.page_while_homing()
         for _ in range(300):
             page.send(type="command", verb="clear")  # more than a page may send
         began = time.monotonic()
@@ -401,13 +405,7 @@ class Viewer(Rig):
         self.assertEqual(page.state(lambda s: s["fault"] != 0)["fault_name"], "host_stop")
 
     def test_a_disarm_always_has_a_place(self):
-        view = self.blocks()
-        page = self.page(view)
-        page.state(lambda s: s["mode"] == "armed")
-        # Homing goes on for longer than these take to come.
-        page.send(type="hand", arm=0, position_m=[0.03, 0.01, 0.01])
-        page.state(lambda s: s["arms"][0]["hand_m"][0] > 0.029)
-        page.send(type="command", verb="home")
+        page = self.page_while_homing()
         for _ in range(80):
             page.send(type="command", verb="clear")
         page.event("busy")

@@ -43,6 +43,10 @@ TEST(Disarm, UntilItIsObeyedNothingSetsTheArmInMotion) {
   bench.tick();
   EXPECT_EQ(bench.mode(), Mode::kReady);
   EXPECT_EQ(bench.controller->request(Command::kArm), 0);
+  bench.tick();
+  ASSERT_EQ(bench.mode(), Mode::kArmed);
+  ASSERT_EQ(bench.controller->request(Command::kDisarm), 0);
+  EXPECT_NE(bench.controller->request(Command::kArm) & firmware::kWrongMode, 0) << "armed, but not for long";
 }
 
 // The judge keeps the order of what was asked for: after a tick that follows a disarm, the arm is neither armed nor homing unless that
@@ -118,9 +122,36 @@ TEST(Disarm, IsHeardWhileAnotherRequestFromTheAddressIsPending) {
   frame.data = {4, 0x31, 0x01, 0x02, 0x02};
   bench.controller->on_frame(frame, bench.inputs.time_us);
   bench.halted = false;
+  EXPECT_EQ(tester.posted_answer(), (Bytes{0x31 + link::kPositive, 0x01, 0x02, 0x02}))
+      << "not busy, and not of the arming";
   for (int tick = 0; tick < 50; ++tick) {
     tester.run(1);
     ASSERT_NE(bench.mode(), Mode::kArmed);
+  }
+}
+
+// What waits for another host's job has been asked for before the disarm.
+TEST(Disarm, GoesBeforeWhatWaitsForAnotherHost) {
+  for (const std::uint8_t routine : {std::uint8_t{0x01}, std::uint8_t{0x03}}) {  // arming, homing
+    Bench bench;
+    bench.load();
+    bench.home();
+    Tester first(bench, false, 1), waiting(bench, false, 2), last(bench, false, 3);
+    ASSERT_TRUE(first.ok({0x10, 0x03}));
+    ASSERT_TRUE(waiting.ok({0x10, 0x03}));
+    bench.halted = true;
+    first.post({0x31, 0x01, 0x02, 0x01});
+    first.run(5);
+    waiting.post({0x31, 0x01, 0x02, routine});
+    waiting.run(5);
+    last.post({0x31, 0x01, 0x02, 0x02});
+    last.run(5);
+    bench.halted = false;
+    for (int tick = 0; tick < 50; ++tick) {
+      waiting.run(1);
+      ASSERT_FALSE(moves(bench.mode())) << static_cast<int>(routine);
+    }
+    EXPECT_EQ(waiting.posted_answer()[0], link::kNegative);
   }
 }
 

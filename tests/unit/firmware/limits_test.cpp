@@ -126,7 +126,7 @@ TEST(Limits, RandomWritesAndSwapsInContactGiveNoEnergy) {
   double stiffness_N_m = 1000, stiffest_N_m = 1000, height_m = 0;
   Eigen::Vector3d at_m = bench.arms[0].at(bench.joints[0]).tip_m;
   Eigen::Vector3d target_m = at_m;
-  double speed_m_s = 0.1, given_J = 0, bound_J = 0, worst_J = -1, deepest_m = 0, pressed_J = 0;
+  double speed_m_s = 0.1, given_J = 0, bound_J = 0, worst_J = -1, pressed_J = 0;
   int contacts = 0, written = 0, swapped = 0, over = 0, since_swap = 0;
   Vec3 tip_m = bench.shown().arm[0].tip_m, force_N = Vec3::Zero();
   while (written + swapped < kOperations) {
@@ -168,7 +168,6 @@ TEST(Limits, RandomWritesAndSwapsInContactGiveNoEnergy) {
     worst_J = std::max(worst_J, given_J - bound_J);
     tip_m = arm.tip_m;
     force_N = arm.force_N;
-    deepest_m = std::max(deepest_m, -at_m.z());
     if (arm.contacts == 0 && force_N.isZero()) {
       contacts += given_J != 0 ? 1 : 0;
       over += given_J > bound_J + 1e-6 ? 1 : 0;
@@ -243,8 +242,8 @@ TEST(Limits, ForceNeverExceedsClampSlewOrRamp) {
       // The motors' limit scales the force after the slew limit; the step is checked where it did not.
       const bool scaled = (arm.limiters & (firmware::kLimitCurrent | firmware::kLimitThermal)) != 0;
       if (!scaled && last_scale == 1.0F)
-        worst_slew =
-            std::max(worst_slew, (arm.force_N.norm() - last_N.norm()) / (slew_N_s * bench.config.period_s));
+        worst_slew = std::max(worst_slew, (arm.force_N - firmware::remaining(last_N, arm.force_N)).norm() /
+                                              (slew_N_s * bench.config.period_s));
       if (i < 790)
         worst_ramp =
             std::max(worst_ramp, arm.force_N.norm() / (bench.shown().ramp * largest_rendered_N + 1e-6F));
