@@ -11,8 +11,10 @@
 #include "board/posix/tcp_port.h"
 #include "board/posix/tty_port.h"
 #include "board/sim/announcement.h"
+#include "board/sim/broken_link.h"
 #include "board/sim/file_storage.h"
 #include "board/sim/hand_path_file.h"
+#include "board/sim/injection_file.h"
 #include "board/sim/specimen_file.h"
 
 namespace thimble::board {
@@ -24,6 +26,9 @@ namespace {
 constexpr double kMostBehind_s = 0.02;
 constexpr std::uint64_t kWait_us = 500;
 constexpr double kSlice_s = 0.002;
+// Of a flooded link: a full bus of 1 Mbit/s carries 9000 frames a second, one of 8 Mbit/s some 40 000.
+constexpr double kMostFlood_Hz = 1e5;
+constexpr firmware::link::CanFrame kNobodys{.id = 0x7FF, .size = 8};
 
 std::uint64_t steady_us() {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(
@@ -67,6 +72,7 @@ std::unique_ptr<SimBoard> LiveBoard::start(const char* reset_reason) {
   board_options.reset_reason = reset_reason;
   board_options.bus_bits_per_s = ports_->classic_bits_per_s();
   board_options.time_ticks = true;
+  board_options.sensors = options_.sensors;
   if (!options_.specimen.empty()) {
     board_options.specimen = std::make_shared<const Specimen>(read_specimen(options_.specimen));
     board_options.hand = kNoHand;  // no hand holds an arm that scans
@@ -81,6 +87,8 @@ std::unique_ptr<SimBoard> LiveBoard::start(const char* reset_reason) {
     std::ranges::copy_if(points, std::back_inserter(own), [arm](const PathPoint& p) { return p.arm == arm; });
     if (!own.empty()) board->follow(static_cast<std::size_t>(arm), HandPath(std::move(own)), options_.loop);
   }
+  if (!options_.inject.empty())
+    for (const PlannedFault& fault : read_injections(options_.inject)) board->inject(fault);
   // Run two ticks first, so an early request does not get the state from before the first encoder sample.
   board->step(2 / options_.rate_Hz);
   return board;
@@ -89,12 +97,16 @@ std::unique_ptr<SimBoard> LiveBoard::start(const char* reset_reason) {
 void LiveBoard::run(const std::function<bool()>& stopping, const std::function<void(const Round&)>& each,
                     const std::function<void(const std::string&)>& news) {
   std::vector<firmware::link::CanFrame> sent;
+  BrokenLink to_hosts, from_hosts;
   const auto send_all = [&] {
-    for (firmware::link::CanFrame out; board_->controller().next_frame(out, steady_us());) {
-      ports_->send(out);
-      if (!out.extended) sent.push_back(out);
+    for (firmware::link::CanFrame out; board_->controller().next_frame(out, steady_us());)
+      to_hosts.send(out, steady_us(), *board_);
+    while (const std::optional<firmware::link::CanFrame> out = to_hosts.receive(steady_us())) {
+      ports_->send(*out);
+      if (!out->extended) sent.push_back(*out);
     }
   };
+  double flood = 0;  // frames of nobody that are due
   std::uint64_t last_us = steady_us();
   while (!stopping()) {
     const std::uint64_t time_us = steady_us();
@@ -106,14 +118,19 @@ void LiveBoard::run(const std::function<bool()>& stopping, const std::function<v
     }
     sent.clear();
     // In slices: the recorder has room for Recorder::kEntries ticks.
-    for (; due_s > kSlice_s; due_s -= kSlice_s) {
+    double left_s = due_s;
+    for (; left_s > kSlice_s; left_s -= kSlice_s) {
       board_->step(kSlice_s);
       send_all();
     }
-    board_->step(due_s);
+    board_->step(left_s);
     send_all();
 
-    while (const std::optional<firmware::link::CanFrame> frame = ports_->receive()) {
+    while (const std::optional<firmware::link::CanFrame> frame = ports_->receive())
+      from_hosts.send(*frame, steady_us(), *board_);
+    const double rate_Hz = std::min(board_->injected(Injection::kLinkFlood).value_or(0), kMostFlood_Hz);
+    for (flood += rate_Hz * due_s; flood >= 1; --flood) from_hosts.send(kNobodys, steady_us(), *board_);
+    while (const std::optional<firmware::link::CanFrame> frame = from_hosts.receive(steady_us())) {
       board_->controller().on_frame(*frame, steady_us());
       send_all();
     }

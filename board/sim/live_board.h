@@ -35,6 +35,8 @@ struct LiveOptions {
   std::string hand;      // file with the path of the hand
   bool loop = false;     // repeat the path
   std::string specimen;  // file of an object to scan; replaces the hand
+  std::string inject;    // file of faults of its hardware
+  Sensors sensors{};     // what the hardware measures besides the counts
   std::string store;     // a file that keeps the scenes
   std::string name;      // in `thimble list`
 };

@@ -85,6 +85,12 @@ class Plant {
 
   // Commands stay in effect until the next ones.
   void command_current(const Vector3d& current_A, bool enable) noexcept;  // not enabled: motors open
+  // What is wrong with the drives: the part of the supply's voltage that is there, and of its torque that each motor gives; negative: its
+  // wires are exchanged.
+  void set_drives(double supply, const Vector3d& torque) noexcept {
+    supply_ = supply;
+    torque_ = torque;
+  }
   void set_hand(const Hand& hand) noexcept { hand_ = hand; }
   void set_hand_target(
       const Vector3d& position_m,
@@ -140,6 +146,8 @@ class Plant {
   Vector3d motor_torque_ = Vector3d::Zero();
   Vector3d command_A_ = Vector3d::Zero();
   bool enable_ = false;
+  double supply_ = 1;
+  Vector3d torque_ = Vector3d::Ones();
   Vector3d hand_target_m_, hand_target_velocity_m_s_ = Vector3d::Zero();
   Vector3d push_N_ = Vector3d::Zero();
   std::shared_ptr<const Specimen> specimen_;

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <new>
 #include <stdexcept>
+
+#include "firmware/core/drive_timeout.h"
 
 namespace thimble::board {
 namespace {
@@ -57,6 +60,55 @@ bool MemoryStorage::write(unsigned index, std::size_t offset, std::span<const st
   return true;
 }
 
+// The store as the controller sees it: a torn one takes no more bytes than are left, and loses the rest.
+class TearableStorage final : public firmware::Storage {
+ public:
+  explicit TearableStorage(firmware::Storage& storage) : storage_(storage) {}
+  void tear(std::optional<double> bytes_left) { left_ = bytes_left; }
+
+  [[nodiscard]] std::span<const std::byte> slot(unsigned index) const noexcept override {
+    return storage_.slot(index);
+  }
+  [[nodiscard]] bool erase(unsigned index, std::size_t bytes) noexcept override {
+    return storage_.erase(index, take(bytes)) || left_.has_value();
+  }
+  [[nodiscard]] bool write(unsigned index, std::size_t offset,
+                           std::span<const std::byte> bytes) noexcept override {
+    return storage_.write(index, offset, bytes.first(take(bytes.size()))) || left_.has_value();
+  }
+
+ private:
+  std::size_t take(std::size_t bytes) {
+    if (!left_) return bytes;
+    const auto taken = static_cast<std::size_t>(std::min(*left_, static_cast<double>(bytes)));
+    *left_ -= static_cast<double>(taken);
+    return taken;
+  }
+  firmware::Storage& storage_;
+  std::optional<double> left_;
+};
+
+// Faults that a host injects.
+class InjectRoutine final : public firmware::BoardRoutine {
+ public:
+  explicit InjectRoutine(SimBoard& board) : board_(board) {}
+
+  [[nodiscard]] bool start(std::span<const std::uint8_t> arguments) noexcept override {
+    firmware::link::InjectedFault order;
+    if (!firmware::link::decode(arguments, order) || order.fault >= injections().size()) return false;
+    if (order.arm >= board_.options().arm_count || !(order.for_s >= 0)) return false;
+    PlannedFault fault{.kind = static_cast<Injection>(order.fault), .arm = order.arm, .value = static_cast<double>(order.value)};
+    if (order.joint < firmware::kJoints) fault.joint = order.joint;
+    fault.force_N = Eigen::Vector3f(order.force_x_N, order.force_y_N, order.force_z_N).cast<double>();
+    if (order.for_s > 0) fault.for_s = static_cast<double>(order.for_s);
+    board_.inject(fault);
+    return true;
+  }
+
+ private:
+  SimBoard& board_;
+};
+
 SimBoard::SimBoard(const SimBoardOptions& options)
     : options_(options), no_hand_(options.hand.mass_kg <= 0 && options.hand.stiffness_N_m <= 0) {
   const PlantVariant& variant = variant_of(options_);
@@ -82,6 +134,7 @@ SimBoard::SimBoard(const SimBoardOptions& options)
     if (i == 0) plant.set_specimen(options_.specimen);
     const Vector3d home = plant.tip_m();
     arms_.push_back({.plant = plant,
+                     .broken = {},
                      .sampled_tip_m = home,
                      .path = {},
                      .from_m = home,
@@ -89,45 +142,124 @@ SimBoard::SimBoard(const SimBoardOptions& options)
                      .velocity_m_s = Vector3d::Zero()});
     config.arm[i].model = parameters.model->name.data();
     config.arm[i].base = base;
+    config.arm[i].has_index = options_.sensors.index;
   }
-  controller_ = std::make_unique<firmware::Controller>(
-      config, options_.storage != nullptr ? *options_.storage : *own_storage_);
+  inject_ = std::make_unique<InjectRoutine>(*this);
+  config.inject = inject_.get();
+  storage_ = std::make_unique<TearableStorage>(options_.storage != nullptr ? *options_.storage : *own_storage_);
+  controller_ = std::make_unique<firmware::Controller>(config, *storage_);
 }
 
-void SimBoard::tick() {
-  firmware::Inputs in;
-  in.tick = ticks_;
-  in.time_us = static_cast<std::uint64_t>(std::llround(time_s() * 1e6));
-  in.last_tick_us = last_tick_us_;
-  in.e_stop = e_stop_;
-  in.dead_man = dead_man_;
+firmware::Outputs SimBoard::tick_controller() {
+  in_.tick = ticks_;
+  in_.time_us = static_cast<std::uint64_t>(std::llround(time_s() * 1e6));
+  in_.last_tick_us = last_tick_us_;
+  in_.e_stop = e_stop_ || injected(Injection::kEStop);
+  in_.dead_man = dead_man_ && !injected(Injection::kDeadMan);
   for (std::size_t i = 0; i < arms_.size(); ++i) {
-    move_hand(arms_[i]);
     arms_[i].sampled_tip_m = arms_[i].plant.tip_m();
-    in.arm[i].counts = arms_[i].plant.encoder_counts();
-    in.arm[i].sample_tick = ticks_;
+    arms_[i].broken.sense(arms_[i].plant, options_.sensors, time_s(), in_.arm[i]);
+    if (!arms_[i].broken.stale()) in_.arm[i].sample_tick = ticks_;
   }
-
   const auto begin =
       options_.time_ticks ? std::chrono::steady_clock::now() : std::chrono::steady_clock::time_point{};
-  const firmware::Outputs out = controller_->tick(in);
+  const firmware::Outputs out = controller_->tick(in_);
   if (options_.time_ticks) {
     last_tick_us_ =
         std::chrono::duration<float, std::micro>(std::chrono::steady_clock::now() - begin).count();
   }
+  return out;
+}
 
+void SimBoard::run_plants(double seconds) {
+  // The drives' own watchdog: they are off when no tick has written them for this long.
+  std::uint32_t lost_ticks = 0;
+  (void)controller_->read_param(static_cast<std::uint16_t>(firmware::Param::lost_ticks), lost_ticks);
+  const float timeout_s = firmware::drive_timeout_s(static_cast<float>(1.0 / options_.rate_Hz), lost_ticks);
+  const bool watched = time_s() - written_at_s_ < static_cast<double>(timeout_s);
   for (std::size_t i = 0; i < arms_.size(); ++i) {
-    const firmware::ArmOutputs& drive = out.arm[i];
-    arms_[i].plant.command_current(
-        Eigen::Vector3f(drive.current_A[0], drive.current_A[1], drive.current_A[2]).cast<double>(),
-        drive.enable);
-    if (arms_[i].state == HandState::kCradle) continue;
-    const bool driven = out.mode == firmware::Mode::kArmed || out.mode == firmware::Mode::kDamping;
-    const Vector3d joints_rad = arms_[i].plant.joints_rad();
-    arms_[i].plant.step(1.0 / options_.rate_Hz);
-    if (no_hand_ && !driven) arms_[i].plant.place(joints_rad);
+    Arm& arm = arms_[i];
+    firmware::ArmOutputs drive = out_.arm[i];
+    drive.enable = drive.enable && watched;
+    arm.driven = arm.broken.drive(drive, arm.plant);
+    if (arm.state == HandState::kCradle) continue;
+    const bool driven = out_.mode == firmware::Mode::kArmed || out_.mode == firmware::Mode::kDamping;
+    const Vector3d joints_rad = arm.plant.joints_rad();
+    arm.plant.step(seconds);
+    if (no_hand_ && !driven) arm.plant.place(joints_rad);
   }
+}
+
+void SimBoard::tick() {
+  inject_due();
+  for (Arm& arm : arms_) move_hand(arm);
+  const double period_s = 1.0 / options_.rate_Hz;
+  double late_s = 0;
+  if (!tick_is_lost()) {
+    const firmware::Outputs out = tick_controller();
+    late_s = std::clamp(injected(Injection::kTickLate).value_or(0), 0.0, period_s);
+    if (const std::optional<double> jitter_s = injected(Injection::kTickJitter))
+      late_s = std::uniform_real_distribution(0.0, std::clamp(*jitter_s, 0.0, period_s))(random_);
+    if (late_s > 0) run_plants(late_s);
+    out_ = out;
+    written_at_s_ = time_s();
+  }
+  if (late_s < period_s) run_plants(period_s - late_s);
   ++ticks_;
+}
+
+SimBoard::~SimBoard() = default;
+
+void SimBoard::inject(const PlannedFault& fault) { faults_.push_back({fault}); }
+
+std::optional<double> SimBoard::injected(Injection kind) const {
+  for (const Planned& planned : faults_)
+    if (planned.broken && planned.fault.kind == kind) return planned.fault.value;
+  return std::nullopt;
+}
+
+// Begins and ends what is due. A fault at the time 0 from the start begins at once, also if it is injected later.
+void SimBoard::inject_due() {
+  const firmware::Telemetry& telemetry = controller_->telemetry();
+  if (!armed_at_s_ && telemetry.mode == firmware::Mode::kArmed) armed_at_s_ = time_s();
+  if (!contact_at_s_ && telemetry.contact_ticks != 0) contact_at_s_ = time_s();
+  for (Planned& planned : faults_) {
+    if (planned.over) continue;
+    const InjectionTime from = planned.fault.from;
+    const std::optional<double> zero_s = from == InjectionTime::kStart   ? 0.0
+                                         : from == InjectionTime::kArmed ? armed_at_s_
+                                                                         : contact_at_s_;
+    if (!zero_s || time_s() < *zero_s + planned.fault.at_s) continue;
+    if (!planned.broken) {
+      planned.broken = true;
+      planned.until_s = time_s() + planned.fault.for_s;
+      set_fault(planned.fault, true);
+    } else if (time_s() >= planned.until_s) {
+      planned.broken = false;
+      planned.over = true;
+      set_fault(planned.fault, false);
+    }
+  }
+}
+
+void SimBoard::set_fault(const PlannedFault& fault, bool broken) {
+  using enum Injection;
+  if (fault.arm >= arms_.size()) return;
+  Arm& arm = arms_[fault.arm];
+  if (fault.kind == kHandLetsGo) arm.plant.set_hand(broken ? kNoHand : options_.hand);
+  if (fault.kind == kHandHolds && broken) hold(fault.arm, arm.at_m);
+  if (fault.kind == kHandPushes) arm.plant.push(broken ? fault.force_N : Vector3d::Zero());
+  if (fault.kind == kStorageTorn) storage_->tear(broken ? std::optional(fault.value) : std::nullopt);
+  if (fault.kind == kProcessStopped && broken) (void)std::raise(SIGSTOP);
+  if (fault.kind == kProcessKilled && broken) (void)std::raise(SIGKILL);
+  arm.broken.set(fault, broken, arm.plant);
+}
+
+bool SimBoard::tick_is_lost() {
+  const double row = injected(Injection::kTickLost).value_or(0);
+  const bool lost = injected(Injection::kTickHung) || static_cast<double>(lost_in_a_row_) < row;
+  lost_in_a_row_ = lost ? lost_in_a_row_ + 1 : 0;
+  return lost;
 }
 
 void SimBoard::step(double seconds) {

@@ -15,11 +15,14 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <random>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "board/sim/broken_arm.h"
 #include "board/sim/hand_path.h"
+#include "board/sim/injection.h"
 #include "board/sim/plant.h"
 #include "firmware/controller.h"
 
@@ -57,13 +60,20 @@ struct SimBoardOptions {
   firmware::Storage* storage = nullptr;  // must outlive the board; null: internal storage in memory
   std::size_t slot_bytes =
       control::kMaxImageBytes + firmware::SceneStore::kHeaderBytes;  // of the internal storage
+  Sensors sensors{};  // of each arm
   bool time_ticks = false;  // fill Inputs::last_tick_us from the machine's clock (telemetry only)
 };
+
+class InjectRoutine;
+class TearableStorage;
 
 class SimBoard {
  public:
   // Throws std::invalid_argument for an unknown variant, a rate out of range or a bad arm count.
   explicit SimBoard(const SimBoardOptions& options = {});
+  SimBoard(const SimBoard&) = delete;
+  SimBoard& operator=(const SimBoard&) = delete;
+  ~SimBoard();
 
   void tick();                // one period
   void step(double seconds);  // runs the whole periods in this time; the remainder is kept for the next call
@@ -77,6 +87,11 @@ class SimBoard {
       std::size_t arm) const noexcept;  // it waits at the first point of its path for the controller
   [[nodiscard]] bool hand_follows(std::size_t arm) const noexcept;
 
+  // Breaks something now or at its time; a tick that has passed its end mends it.
+  void inject(const PlannedFault& fault);
+  // Whether a fault of this kind is broken now, and its value. For those that are not of the arm or the tick: of the link and the process.
+  [[nodiscard]] std::optional<double> injected(Injection kind) const;
+
   // The position itself, or the point where the line from the arm's home to it leaves the workspace.
   [[nodiscard]] Vector3d within_reach(std::size_t arm, const Vector3d& position_m) const;
 
@@ -88,6 +103,8 @@ class SimBoard {
   [[nodiscard]] const Vector3d& sampled_tip_m(std::size_t arm) const noexcept {
     return arms_[arm].sampled_tip_m;
   }
+  // The drives of the arm are on: enabled by the last tick, and written in time.
+  [[nodiscard]] bool driven(std::size_t arm) const noexcept { return arms_[arm].driven; }
   [[nodiscard]] const SimBoardOptions& options() const noexcept { return options_; }
   [[nodiscard]] double time_s() const noexcept { return static_cast<double>(ticks_) / options_.rate_Hz; }
 
@@ -95,6 +112,8 @@ class SimBoard {
   enum class HandState : std::uint8_t { kCradle, kHold, kApproach, kWait, kFollow };
   struct Arm {
     Plant plant;
+    BrokenArm broken;
+    bool driven = false;
     Vector3d sampled_tip_m;  // true position of the fingertip when the last tick sampled the encoders
     HandState state = HandState::kCradle;
     std::optional<HandPath> path;
@@ -107,12 +126,31 @@ class SimBoard {
   };
   void move_hand(Arm& arm);
   void approach(Arm& arm);
+  void inject_due();
+  void set_fault(const PlannedFault& fault, bool broken);
+  [[nodiscard]] bool tick_is_lost();
+  [[nodiscard]] firmware::Outputs tick_controller();
+  void run_plants(double seconds);
 
+  struct Planned {
+    PlannedFault fault;
+    bool broken = false, over = false;
+    double until_s = 0;
+  };
   SimBoardOptions options_;
   bool no_hand_;  // the arm stays in place while its motors are off
   std::unique_ptr<MemoryStorage> own_storage_;
   std::vector<Arm> arms_;
+  std::unique_ptr<TearableStorage> storage_;
+  std::unique_ptr<InjectRoutine> inject_;
   std::unique_ptr<firmware::Controller> controller_;
+  std::vector<Planned> faults_;
+  std::optional<double> armed_at_s_, contact_at_s_;
+  std::mt19937_64 random_;
+  firmware::Inputs in_;
+  firmware::Outputs out_;
+  double written_at_s_ = 0;       // when the drives were last written
+  std::uint64_t lost_in_a_row_ = 0;
   std::uint64_t ticks_ = 0;
   double owed_s_ = 0;
   float last_tick_us_ = 0;

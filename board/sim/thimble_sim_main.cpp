@@ -7,7 +7,9 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <iostream>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "board/sim/live_board.h"
 
@@ -50,6 +52,16 @@ int main_of(int argc, char** argv) {
   app.add_option("--specimen", options.specimen,
                  "an object for `thimble scan` to touch, and no hand: JSON, see docs/scan.md")
       ->excludes(hand);
+  app.add_option("--inject", options.inject, "faults of the hardware, and when: JSON, see docs/faults.md");
+  std::vector<std::string> senses;
+  std::map<std::string, bool Sensors::*> sensors = {{"line-loss", &Sensors::line_loss},
+                                                    {"current", &Sensors::current},
+                                                    {"supply", &Sensors::supply},
+                                                    {"temperature", &Sensors::temperature},
+                                                    {"index", &Sensors::index}};
+  app.add_option("--senses", senses, "what the hardware has besides encoders, separated by commas")
+      ->delimiter(',')
+      ->check(CLI::IsMember(sensors));
   app.add_option("--store", options.store, "file that keeps the scenes between runs");
   app.add_option("--name", options.name, "name in `thimble list`; default: sim-PID")
       ->check([](const std::string& name) {
@@ -60,6 +72,7 @@ int main_of(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  for (const std::string& sense : senses) options.sensors.*sensors.at(sense) = true;
   if (options.name.empty()) options.name = "sim-" + std::to_string(getpid());
   const auto stop = [](int) { stopping = 1; };
   std::signal(SIGTERM, stop);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "control/scene/limits.h"
@@ -15,6 +16,16 @@
 namespace thimble::firmware {
 
 class ForceSource;
+
+// A routine of the board's own: that of a simulated board which breaks its hardware (service 31, routine 02F0).
+class BoardRoutine {
+ public:
+  // In the background. False: the arguments are wrong.
+  [[nodiscard]] virtual bool start(std::span<const std::uint8_t> arguments) noexcept = 0;
+
+ protected:
+  ~BoardRoutine() = default;
+};
 
 using control::kMaxArms;
 inline constexpr std::size_t kJoints = 3;
@@ -48,8 +59,19 @@ struct Config {
   control::Pause pause = nullptr;
   // The arm models that `arm` may name; empty: those of kinematics/arm_model.h. They must outlive the controller.
   std::span<const kinematics::ArmModel> arm_models{};
+  BoardRoutine* inject = nullptr;  // of a simulated board; must outlive the controller
   // Force sources in front of those of firmware/sources/sources.h: of a board, or of a test. They must outlive the controller.
   std::span<ForceSource* const> sources{};
+};
+
+// What a board may measure of an arm besides its counts; what it does not measure stays as it is here.
+struct ArmEvidence {
+  static constexpr float kNot = std::numeric_limits<float>::quiet_NaN();
+
+  bool line_loss = false;  // an encoder's receiver reports a broken wire, a short or no supply
+  std::array<float, kJoints> current_A{kNot, kNot, kNot};  // of the motors, as ArmOutputs::current_A
+  std::array<float, kJoints> motor_C{kNot, kNot, kNot};    // of the windings
+  float supply_V = kNot;                                   // of the motor drives
 };
 
 struct ArmInputs {
@@ -58,6 +80,7 @@ struct ArmInputs {
   std::uint64_t sample_tick = 0;  // Inputs::tick in which they were latched
   bool index = false;             // the arm stands at its index
   bool drive_fault = false;
+  ArmEvidence evidence;
 };
 
 struct Inputs {

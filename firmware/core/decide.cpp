@@ -41,8 +41,11 @@ void arm_with_source(Parts& parts) noexcept {
   parts.observers.recorder.end(state.source->needs().ends_recording);
   parts.sources.start_all(source_tick(parts));
   start_limits(parts);
-  for (ArmState& arm : state.arm)
+  for (ArmState& arm : state.arm) {
     for (EncoderWatch& watch : arm.watch) watch.reset();
+    arm.probe.reset();
+    arm.speed_watch.reset();
+  }
 }
 
 void start_move(Parts& parts, Conditions unmet) noexcept {

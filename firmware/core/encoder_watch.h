@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "firmware/core/encoder_place.h"
+
 namespace thimble::firmware {
 
 class EncoderWatch {
@@ -18,8 +20,8 @@ class EncoderWatch {
   // than max_change, and min_time_s later it still stands.
   [[nodiscard]] bool frozen(std::int32_t counts, float torque_N_m, float max_change_N_m, float min_time_s,
                             float period_s) noexcept {
-    if (time_s_ < 0.0F || counts != counts_) {
-      counts_ = counts;
+    if (time_s_ < 0.0F || place_.counted(counts)) {
+      if (time_s_ < 0.0F) place_.reset(counts);
       time_s_ = 0.0F;
       lowest_N_m_ = highest_N_m_ = torque_N_m;
       return false;
@@ -31,7 +33,7 @@ class EncoderWatch {
   }
 
  private:
-  std::int32_t counts_ = 0;
+  EncoderPlace place_;
   float time_s_ = -1.0F;  // since the torque changed by much, even if it came back; negative: not started
   float lowest_N_m_ = 0;
   float highest_N_m_ = 0;

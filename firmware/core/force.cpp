@@ -25,6 +25,41 @@ bool ask(Parts& parts, ForceSource& source, SourceForces& out) noexcept {
   return true;
 }
 
+// The part of the force that a probe of the encoders leaves.
+float probed(Parts& parts, ArmState& arm, const Vec3& force_N) noexcept {
+  const Vec3 torque_N_m = arm.posture.jacobian.transpose() * force_N;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const int axis = static_cast<int>(j);
+    constexpr float kShare2_N2 = EncoderProbe::kShare_N * EncoderProbe::kShare_N;
+    const float lever2_m2 = arm.posture.jacobian.col(axis).squaredNorm();
+    const bool holds = torque_N_m[axis] * torque_N_m[axis] > kShare2_N2 * lever2_m2;
+    arm.probe.watch(j, arm.encoder[j].counts(), holds, parts.setup.period_s);
+  }
+  const bool probed_before = arm.probe.probes();
+  const float part = arm.probe.part(parts.setup.period_s);
+  if (!arm.probe.probes()) return part;
+  if (!probed_before) ++parts.state.telemetry.probes;
+  arm.limiters |= kLimitProbe;
+  if (arm.probe.dead()) {
+    trip(parts, Fault::encoder_frozen);
+    arm.homed = false;
+  }
+  return part;
+}
+
+// Whether the brake may go on: it slows the tip. If it does not, a hand moves the tip, which a brake would only drag, or a motor does not
+// do what it is told. At 2 N s/m a free tip of 0.4 kg slows down like this.
+bool slows(State& state, float period_s) noexcept {
+  constexpr float kSlowed_s = 0.2F, kMore_m_s = 0.05F;
+  for (ArmState& arm : state.arm) {
+    const float speed_m_s = arm.tip_velocity_m_s.norm();
+    if (state.mode_time_s == 0.0F) arm.braked_m_s = speed_m_s;
+    if (speed_m_s > arm.braked_m_s + kMore_m_s) return false;
+    arm.braked_m_s = std::min(arm.braked_m_s, speed_m_s) * (1.0F - period_s / kSlowed_s);
+  }
+  return true;
+}
+
 }  // namespace
 
 SourceOutcome apply_source(Parts& parts) noexcept {
@@ -75,6 +110,7 @@ void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
       const LimitedForce part = clamp_force(limited.value, paid * std::min(wanted, max_N));
       limited = {part.value, limited.which || part.which};
     }
+    limited.value *= probed(parts, arm, limited.value);
     const Vec3 unramped_N = ramp < 1.0F ? clamp_force(wanted_N, max_N).value : clamped.value;
     arm.limits.add(unramped_N, limited.value, std::min(wanted / 2, max_N) * depth_m);
     arm.force_N = limited.value;
@@ -87,7 +123,7 @@ void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
 // Brakes the tip, from whatever the force was: a stop does not wait for the slew limit.
 void brake(Parts& parts) noexcept {
   State& state = parts.state;
-  if (state.mode_time_s >= parts.params.get(Param::stop_time)) {
+  if (state.mode_time_s >= parts.params.get(Param::stop_time) || !slows(state, parts.setup.period_s)) {
     happen(parts, state.fault != Fault::kNone ? Event::kDampedByTrip : Event::kDamped);
     return;
   }

@@ -7,13 +7,15 @@
 namespace thimble::firmware {
 namespace {
 
+constexpr float kBeyondStops_rad = 0.05F;  // the give of an arm's stops, and more
+
 void begin_tick(Parts& parts, const Inputs& inputs) noexcept {
   State& state = parts.state;
   if (inputs.tick != state.tick + 1) parts.observers.recorder.end(RecordingEnd::kTickLost);
   state.lost = state.first_tick || inputs.tick <= state.tick ? 0 : inputs.tick - state.tick - 1;
   state.first_tick = false;
   state.tick = inputs.tick;
-  state.mode_time_s += parts.setup.period_s;
+  state.mode_time_s += parts.setup.period_s * static_cast<float>(state.lost + 1);
   for (ArmState& arm : state.arm) arm.limiters = 0;
 }
 
@@ -67,19 +69,29 @@ void check_host(Parts& parts, std::uint32_t lost) noexcept {
   if (host_is_lost(parts)) trip(parts, Fault::host_lost);
 }
 
-// Its home position is not known any more.
-void lose_home(ArmState& arm) noexcept {
-  arm.homed = false;
-  arm.seen = false;
-}
-
 bool is_frozen(const Parts& parts, ArmState& arm, const kinematics::ArmModel& model,
                std::size_t joint) noexcept {
   const int axis = static_cast<int>(joint);
   const float peak_N_m = std::abs(model.torque_per_ampere(axis)) * model.motor.peak_current_A;
+  // No hand holds an arm that moves by itself: whatever it presses on, the stretch of its cables gives counts.
+  const bool moves_itself = arm.source != nullptr;
   return arm.watch[joint].frozen(arm.encoder[joint].counts(), arm.torque_N_m[axis],
-                                 parts.params.get(Param::encoder_frozen) * peak_N_m,
-                                 parts.params.get(Param::encoder_frozen_time), parts.setup.period_s);
+                                 (moves_itself ? 0.5F : 1.0F) * parts.params.get(Param::encoder_frozen) * peak_N_m,
+                                 (moves_itself ? 0.25F : 1.0F) * parts.params.get(Param::encoder_frozen_time),
+                                 parts.setup.period_s);
+}
+
+// While armed: whether the arm can be where its counts say, and move as they say.
+void check_motion(Parts& parts, ArmState& arm, const kinematics::ArmModel& model) noexcept {
+  if (parts.state.mode != Mode::kArmed) return;
+  if (kinematics::workspace_limit(model, arm.joint_rad, -kBeyondStops_rad) !=
+      kinematics::WorkspaceLimit::kNone) {
+    trip(parts, Fault::joint_range);
+    arm.homed = false;
+  }
+  if (arm.speed_watch.too_fast(arm.tip_velocity_m_s.norm(), arm.force_N.norm(),
+                               parts.params.get(Param::max_tip_speed), parts.setup.period_s))
+    trip(parts, Fault::tip_speed);
 }
 
 // Encoder counts to joints, tip and velocity.
@@ -129,6 +141,7 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
     trip(parts, Fault::tip_not_finite);
     arm.homed = false;
   }
+  check_motion(parts, arm, geometry.model());
 }
 
 void heat_motors(Parts& parts, std::size_t index, std::uint32_t lost) noexcept {
@@ -152,9 +165,10 @@ void sense(Parts& parts, const Inputs& inputs) noexcept {
   check_clock(parts, inputs, lost);
   check_host(parts, lost);
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
-    if (inputs.arm[i].drive_fault) trip(parts, Fault::drive_fault);
+    check_evidence(parts, i, inputs.arm[i]);
     heat_motors(parts, i, lost);
     read_arm(parts, i, inputs.arm[i], inputs.tick);
+    check_index(parts, i, inputs.arm[i]);
   }
 }
 

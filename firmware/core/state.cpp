@@ -54,6 +54,8 @@ void reset_to(Parts& parts, const RecordingStart& start) noexcept {
       arm.heat[j].resume({from.winding_K[j], from.housing_K[j], from.charge_A2_s[j], from.time_s[j]});
       arm.joint_rad[axis] = arm.encoder[j].angle_rad();
     }
+    arm.probe.reset();
+    arm.speed_watch.reset();
     arm.seen = true;
     arm.homed = from.homed;
     arm.sample_tick = state.tick;

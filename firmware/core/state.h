@@ -7,11 +7,14 @@
 
 #include "control/renderer_types.h"
 #include "firmware/core/config.h"
+#include "firmware/core/encoder_probe.h"
 #include "firmware/core/encoder_watch.h"
 #include "firmware/core/faults.h"
 #include "firmware/core/force_limits.h"
 #include "firmware/core/modes.h"
+#include "firmware/core/persists.h"
 #include "firmware/core/setup.h"
+#include "firmware/core/speed_watch.h"
 #include "firmware/core/thermal.h"
 #include "firmware/observe/telemetry.h"
 #include "kinematics/arm.h"
@@ -29,6 +32,9 @@ struct ArmState {
   std::array<kinematics::VelocityEstimator, kJoints> speed;
   std::array<EncoderWatch, kJoints> watch;
   std::array<MotorHeat, kJoints> heat;
+  EncoderProbe probe;
+  SpeedWatch speed_watch;
+  Persists current_off, supply_off;
   bool seen = false;  // a first sample has arrived
   bool homed = false;
   bool in_workspace = false;
@@ -41,6 +47,7 @@ struct ArmState {
   ForceSource* source = nullptr;  // the guest that leads this arm; null: State::source gives its force
   Vec3 force_N = Vec3::Zero();    // after all limits
   ForceAccount limits;            // what the limits have kept back
+  float braked_m_s = 0;           // while the tip is braked: the speed that it should have at most
   Vec3 torque_N_m = Vec3::Zero();
   Vec3 current_A = Vec3::Zero();
   std::uint8_t limiters = 0;  // Limiter bits of this tick

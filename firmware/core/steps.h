@@ -41,6 +41,8 @@ struct Parts {
 
 // Sense: inputs to joints, tips and velocities; the thermal model; the host's signs of life. Raises the faults that the inputs show.
 void sense(Parts& parts, const Inputs& inputs) noexcept;
+void check_evidence(Parts& parts, std::size_t arm, const ArmInputs& input) noexcept;
+void check_index(Parts& parts, std::size_t arm, const ArmInputs& input) noexcept;
 
 // Decide: homing, the command, the dead-man switch, the next scene. The result is the mode of this tick. Returns the command that changed
 // the mode, or kNone.
@@ -77,6 +79,9 @@ void happen(Parts& parts, Event event) noexcept;
 [[nodiscard]] Conditions unmet_for_move(const Parts& parts, Conditions unmet) noexcept;
 // Sets the state that a recording starts with: all state is taken from the record or reset.
 void reset_to(Parts& parts, const RecordingStart& start) noexcept;
+
+// Its home position is not known any more.
+inline void lose_home(ArmState& arm) noexcept { arm.homed = arm.seen = false; }
 
 // Tests the squared norm, because the clamp computes it: it must not overflow.
 [[nodiscard]] inline bool finite(const Vec3& vector) noexcept { return std::isfinite(vector.squaredNorm()); }

@@ -64,6 +64,8 @@ enum class Routine : std::uint16_t {
   // A recording (firmware/observe/recorder.h): every tick's counts are sent, with checks of the forces. Start: with the motors off; the scene
   // begins anew. Stop. Results: RecordingStart, then a RecordingArm for each arm.
   kRecording = 0x0208,
+  // Breaks the hardware of a simulated board: arguments are an InjectedFault. No real board has it.
+  kInject = 0x02F0,
 };
 
 // A self-moving arm is slow and weak: a hand that it meets takes no harm, and stops it.

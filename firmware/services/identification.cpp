@@ -47,6 +47,7 @@ void device_state(const Services& services, ByteWriter& out) noexcept {
   state.frames_dropped = parts.telemetry.dropped();
   state.link_losses = parts.link.link_losses;
   state.contact_bound = record.contact_bound;
+  state.probes = record.probes;
   out.put_record(state);
 }
 

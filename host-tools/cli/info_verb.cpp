@@ -80,6 +80,7 @@ void info(const Common& common, const Remote& remote) {
   }
   fmt::print("loop       {:.0f} Hz, tick {}, worst tick {:.1f} us, {} overruns\n", state.tick_rate_Hz,
              state.tick, state.worst_tick_s * 1e6F, state.overruns);
+  fmt::print("probes     {} times some force was taken away to see whether the encoders count\n", state.probes);
   fmt::print("late       worst {:.1f} us; ticks:{}\n", late.worst_s * 1e6F, histogram(late));
   fmt::print("contact    {} ticks, peak {:.3f} N, mean {:.3f} N\n", state.contact_ticks, state.peak_force_N,
              state.mean_force_N);

@@ -87,6 +87,9 @@ class Device {
   [[nodiscard]] std::vector<link::MoveSample> move_samples();
   void end_move();
 
+  // Breaks the hardware of a simulated board; a real one refuses.
+  void inject(const link::InjectedFault& fault);
+
   // A recording (firmware/observe/recorder.h); its frames come as telemetry(). How it began: a RecordingStart, and a RecordingArm for each arm.
   void start_recording();
   void end_recording();

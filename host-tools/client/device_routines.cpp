@@ -11,16 +11,30 @@ using link::Nrc;
 using link::Routine;
 using link::Session;
 
+namespace {
+
+template <typename Record>
+Bytes routine_request_with(Routine routine, const Record& record) {
+  Bytes start = routine_request(routine);
+  const std::size_t head = start.size();
+  start.resize(head + link::wire_size<Record>());
+  if (link::encode(record, std::span(start).subspan(head)) == 0)
+    throw std::logic_error("the record has its size");
+  return start;
+}
+
+}  // namespace
+
+void Device::inject(const link::InjectedFault& fault) {
+  services_.enter(Session::kExtended);
+  services_.demand(routine_request_with(Routine::kInject, fault), "breaking the simulated hardware");
+}
+
 // --- Guarded moves
 
 void Device::start_move(const link::MoveOrder& order) {
   services_.enter(Session::kExtended);
-  Bytes start = routine_request(Routine::kMove);
-  const std::size_t head = start.size();
-  start.resize(head + link::wire_size<link::MoveOrder>());
-  if (link::encode(order, std::span(start).subspan(head)) == 0)
-    throw std::logic_error("the order has its size");
-  const ServiceClient::Answer answer = services_.request(start);
+  const ServiceClient::Answer answer = services_.request(routine_request_with(Routine::kMove, order));
   // A repeated request is refused because the move has begun.
   if (answer.code != Nrc::kOk && move_state().phase == link::MovePhase::kNone)
     services_.refused("the move", answer.code);

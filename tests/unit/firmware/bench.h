@@ -91,7 +91,7 @@ class Bench {
     }
   }
 
-  // One period. The hand trembles by a count, as hands do, unless the test froze it.
+  // One period. The hand trembles by two counts, as hands do, unless the test froze it.
   const Outputs& tick() {
     if (halted) {  // the background alone goes on
       const auto period_us = static_cast<std::uint64_t>(static_cast<double>(config.period_s) * 1e6);
@@ -109,7 +109,8 @@ class Bench {
         const int axis = static_cast<int>(j);
         const double count = (joints[i][axis] - arms[i].home()[axis]) /
                              static_cast<double>(arms[i].model().rad_per_count(axis));
-        const auto tremble = static_cast<std::int64_t>(frozen ? 0 : inputs.tick / 100 % 2);
+        constexpr std::array<std::int64_t, 4> kTremble = {0, 1, 2, 1};
+        const std::int64_t tremble = frozen ? 0 : kTremble[inputs.tick / 100 % 4];
         inputs.arm[i].counts[j] =
             static_cast<std::uint32_t>(std::llround(count) + tremble + count_at_home) & counter_bits;
       }

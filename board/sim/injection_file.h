@@ -1,0 +1,21 @@
+// The file of `thimble-sim --inject`: which hardware breaks, when, and for how long (JSON, docs/faults.md).
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <vector>
+
+#include "board/sim/injection.h"
+
+namespace thimble::board {
+
+// what(): file, line and cause.
+class InjectionError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Throws InjectionError.
+[[nodiscard]] std::vector<PlannedFault> read_injections(const std::filesystem::path& file);
+
+}  // namespace thimble::board

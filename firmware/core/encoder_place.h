@@ -1,0 +1,26 @@
+// Where an encoder stands: one count, or two neighbouring ones, between which a joint at rest may tremble, and an encoder with one dead
+// channel changes however far it is turned.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+namespace thimble::firmware {
+
+class EncoderPlace {
+ public:
+  void reset(std::int32_t counts) noexcept { lowest_ = highest_ = counts; }
+
+  // Whether it has left the place; then the new place begins.
+  [[nodiscard]] bool counted(std::int32_t counts) noexcept {
+    const bool left = counts - lowest_ > 1 || highest_ - counts > 1;
+    lowest_ = left ? counts : std::min(lowest_, counts);
+    highest_ = left ? counts : std::max(highest_, counts);
+    return left;
+  }
+
+ private:
+  std::int32_t lowest_ = 0, highest_ = 0;
+};
+
+}  // namespace thimble::firmware

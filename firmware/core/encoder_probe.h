@@ -1,0 +1,66 @@
+// Finds an encoder that died while the arm holds a force: its counts stand still, as with a hand that holds still, so the force would
+// stay after the hand has let go. A joint that does not count for kStill_s while it has a share of the force is probed: the force is
+// taken away smoothly until the joint counts, and comes back then. If no force is left and the joint has not counted, the encoder is
+// dead. The probe only takes force away, so it gives the hand no energy.
+//
+// One an arm. While armed, once a tick: watch() for every joint, then part(). Units: counts, N, s. Cannot fail.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "firmware/core/config.h"
+#include "firmware/core/encoder_place.h"
+
+namespace thimble::firmware {
+
+class EncoderProbe {
+ public:
+  static constexpr float kStill_s = 0.25F;  // without a count; before, nothing is probed
+  static constexpr float kShare_N = 0.3F;   // a joint with less of the force at the tip is not probed
+  // A still hand answers within the first kGentle of the force, which is taken away in kGentle_s and given back as fast: a tenth is the
+  // least change of a force that a hand notices (Weber fraction). The rest goes within kRest_s.
+  static constexpr float kGentle = 0.1F, kGentle_s = 0.05F, kRest_s = 0.1F;
+
+  void reset() noexcept { *this = {}; }
+
+  // Of one joint. holds: it has a share of the force of kShare_N or more.
+  void watch(std::size_t joint, std::int32_t counts, bool holds, float period_s) noexcept {
+    Joint& j = joints_[joint];
+    if (j.place.counted(counts)) {
+      j.still_s = 0;
+    } else if (holds) {
+      j.still_s += period_s;
+    }
+  }
+
+  // The part of the force that is left, 1 to 0.
+  [[nodiscard]] float part(float period_s) noexcept {
+    const bool suspect =
+        std::any_of(joints_.begin(), joints_.end(), [](const Joint& j) { return j.still_s > kStill_s; });
+    if (!suspect) {
+      taken_ = std::max(taken_ - period_s * kGentle / kGentle_s, 0.0F);
+    } else {
+      const float rate = taken_ < kGentle ? kGentle / kGentle_s : (1.0F - kGentle) / kRest_s;
+      taken_ = std::min(taken_ + period_s * rate, 1.0F);
+      dead_ = taken_ == 1.0F;
+    }
+    return 1.0F - taken_;
+  }
+
+  [[nodiscard]] bool probes() const noexcept { return taken_ > 0.0F; }
+  [[nodiscard]] bool dead() const noexcept { return dead_; }
+
+ private:
+  struct Joint {
+    EncoderPlace place;
+    float still_s = 0;  // since it last counted, with a share of the force
+  };
+  std::array<Joint, kJoints> joints_;
+  float taken_ = 0;
+  bool dead_ = false;
+};
+
+}  // namespace thimble::firmware

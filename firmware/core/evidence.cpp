@@ -1,0 +1,53 @@
+// What the board measures besides the counts, held against what the tick knows. A board that measures none of it loses these checks.
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/core/steps.h"
+
+namespace thimble::firmware {
+namespace {
+
+// A current settles in a fraction of a millisecond; a tenth of the peak is more than an amplifier's offset and gain error.
+constexpr float kCurrentOff = 0.1F, kCurrentTime_s = 1e-3F;
+constexpr float kSupplyLow = 0.8F, kSupplyHigh = 1.2F, kSupplyTime_s = 5e-3F;  // of the arm's nominal supply
+constexpr float kIndex_rad = 0.01F;  // an index is narrower; 2 mm at the tip
+
+bool current_is_off(const ArmState& arm, const ArmEvidence& evidence, float peak_A) noexcept {
+  for (std::size_t j = 0; j < kJoints; ++j)
+    if (std::abs(evidence.current_A[j] - arm.current_A[static_cast<int>(j)]) > kCurrentOff * peak_A) return true;
+  return false;
+}
+
+}  // namespace
+
+void check_evidence(Parts& parts, std::size_t index, const ArmInputs& input) noexcept {
+  ArmState& arm = parts.state.arm[index];
+  const kinematics::ArmModel& model = parts.setup.arm[index].model();
+  const ArmEvidence& evidence = input.evidence;
+  const float period_s = parts.setup.period_s;
+  if (input.drive_fault) trip(parts, Fault::drive_fault);
+  if (evidence.line_loss) {
+    if (arm.homed || parts.state.mode == Mode::kHoming) trip(parts, Fault::encoder_line);
+    lose_home(arm);
+  }
+  // NaN, of a board that does not measure it, is never beyond a limit.
+  const bool current_off = current_is_off(arm, evidence, model.motor.peak_current_A);
+  if (arm.current_off.update(current_off, std::max(kCurrentTime_s, 3 * period_s), period_s))
+    trip(parts, Fault::current_mismatch);
+  const float supply = evidence.supply_V / model.supply_V;
+  const bool supply_off = motors_on(parts.state.mode) && (supply < kSupplyLow || supply > kSupplyHigh);
+  if (arm.supply_off.update(supply_off, kSupplyTime_s, period_s)) trip(parts, Fault::supply);
+  const float limit_C = std::min(parts.params.get(Param::winding_limit), model.motor.max_winding_C);
+  for (const float motor_C : evidence.motor_C)
+    if (motor_C > limit_C) trip(parts, Fault::motor_hot);
+}
+
+void check_index(Parts& parts, std::size_t index, const ArmInputs& input) noexcept {
+  ArmState& arm = parts.state.arm[index];
+  if (!arm.homed || !input.index || !parts.setup.has_index[index]) return;
+  if ((arm.joint_rad - parts.setup.arm[index].home()).cwiseAbs().maxCoeff() <= kIndex_rad) return;
+  trip(parts, Fault::index_mismatch);
+  lose_home(arm);
+}
+
+}  // namespace thimble::firmware

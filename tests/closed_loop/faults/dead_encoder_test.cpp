@@ -1,0 +1,161 @@
+// An encoder that dies while the arm holds a force, with nothing but its counts to tell: how soon it is found, what a sound encoder and a
+// still hand feel of the probes, and that a sound encoder is never taken for a dead one.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tests/closed_loop/faults/fault_trial.h"
+#include "tests/support/figure.h"
+
+namespace thimble::test {
+namespace {
+
+using board::Injection;
+
+double setting(const char* name, double otherwise) {
+  const char* text = std::getenv(name);
+  return text != nullptr ? std::strtod(text, nullptr) : otherwise;
+}
+
+struct Holding {
+  Trial trial;
+  std::size_t joint = 0;
+};
+
+// A hand that holds the tip in a wall: any arm, direction, force above 0.5 N, stiffness, tremor from none to 50 um.
+Holding random_holding(std::mt19937_64& random) {
+  const auto between = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  Holding holding;
+  Trial& trial = holding.trial;
+  trial.variant = random() % 2 == 0 ? "premium-1.5" : "wooden";
+  trial.rate_Hz = random() % 2 == 0 ? 1000 : 4000;
+  const double most_N = trial.variant == "wooden" ? 4.0 : 6.4;
+  trial.force_N = std::exp(between(std::log(.6), std::log(most_N)));
+  trial.holds.stiffness_N_m = std::exp(between(std::log(200.0), std::log(2000.0)));
+  trial.stiffness_N_m = static_cast<float>(between(500, 2000));
+  trial.friction = random() % 2 == 0 ? .5F : 0;
+  trial.tremor_m = random() % 3 == 0 ? 0 : between(0, 50e-6);
+  trial.phase_s = between(0, .4);
+  const double lean = between(0, .7), turn = between(0, 2 * std::numbers::pi);
+  trial.normal = {std::sin(lean) * std::cos(turn), std::sin(lean) * std::sin(turn), std::cos(lean)};
+  holding.joint = random() % 3;
+  return holding;
+}
+
+// "found": within 0.5 s of the last count. A joint with less than 0.3 N of the force is not found, and holds no more than that.
+TEST(DeadEncoder, IsFoundWithinHalfASecond) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(setting("THIMBLE_DEAD_SEED", 1)));
+  const int trials = static_cast<int>(setting("THIMBLE_DEAD_ENCODERS", 24));
+  int found = 0, with_share = 0;
+  double worst_mm = 0, worst_N_s = 0, latest_s = 0;
+  for (int i = 0; i < trials; ++i) {
+    Holding holding = random_holding(random);
+    holding.trial.faults = {{.kind = random() % 2 == 0 ? Injection::kEncoderDead : Injection::kEncoderPhaseA,
+                             .joint = holding.joint}};
+    holding.trial.watch_s = 1;
+    const Verdict verdict = judge(holding.trial);
+    const bool dead = verdict.fault == firmware::Fault::encoder_frozen;
+    std::printf("%s %.2f N, tremor %.0f um, joint %zu: %s after %.0f ms, %.2f mm, %.3f N s\n",
+                holding.trial.variant.c_str(), holding.trial.force_N, holding.trial.tremor_m * 1e6, holding.joint,
+                dead ? "found" : "not found", verdict.found_s.value_or(0) * 1e3, verdict.travel_m * 1e3,
+                verdict.impulse_N_s);
+    if (verdict.share_N[holding.joint] < .35) continue;
+    ++with_share;
+    found += dead && *verdict.found_s <= .5 ? 1 : 0;
+    latest_s = std::max(latest_s, verdict.found_s.value_or(1));
+    worst_mm = std::max(worst_mm, verdict.travel_m * 1e3);
+    worst_N_s = std::max(worst_N_s, verdict.impulse_N_s);
+  }
+  figure("dead encoders with a share above 0.35 N found within 0.5 s, %", 100.0 * found / with_share, ">= 95");
+  figure("the latest, s", latest_s, "reported");
+  figure("travel, mm", worst_mm, "<= 20");
+  figure("impulse, N s", worst_N_s, "<= 0.1");
+  EXPECT_GE(found, .95 * with_share);
+  EXPECT_LE(worst_mm, 20);
+  EXPECT_LE(worst_N_s, .1);
+}
+
+// The hand lets go at some time after the encoder has died: if it is before the probe has found it, the force pushes the tip.
+TEST(DeadEncoder, WhenTheHandLetsGoFirst) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(setting("THIMBLE_DEAD_SEED", 1)));
+  const int trials = static_cast<int>(setting("THIMBLE_DEAD_ENCODERS", 24));
+  std::vector<double> travel_mm, speed_m_s;
+  for (int i = 0; i < trials; ++i) {
+    Holding holding = random_holding(random);
+    const double go_s = std::uniform_real_distribution(0.0, 1.0)(random);
+    holding.trial.faults = {{.kind = Injection::kEncoderDead, .joint = holding.joint}};
+    holding.trial.hand = {{.kind = Injection::kHandLetsGo, .at_s = go_s}};
+    const Verdict verdict = judge(holding.trial);
+    if (verdict.found_s && *verdict.found_s < go_s) {
+      EXPECT_LE(verdict.travel_m, .020);
+      EXPECT_LE(verdict.impulse_N_s, .1);
+    }
+    travel_mm.push_back(verdict.travel_m * 1e3);
+    speed_m_s.push_back(verdict.speed_m_s);
+  }
+  std::ranges::sort(travel_mm);
+  std::ranges::sort(speed_m_s);
+  for (const double part : {.5, .8, .9, 1.0}) {
+    const auto at = static_cast<std::size_t>(part * (trials - 1));
+    figure("travel of " + std::to_string(static_cast<int>(part * 100)) + " % of them at most, mm", travel_mm[at], "reported");
+    figure("speed of as many, m/s", speed_m_s[at], "reported");
+  }
+}
+
+// What a still hand feels of the probes.
+TEST(DeadEncoder, AStillHandAtThreeNewtonFeelsLittle) {
+  for (const char* variant : {"premium-1.5", "wooden"}) {
+    double most = 0;
+    for (const double stiffness_N_m : {200.0, 500.0, 1000.0, 2000.0}) {
+      for (const float wall_N_m : {500.0F, 1000.0F, 2000.0F}) {
+        Trial trial;
+        trial.variant = variant;
+        trial.force_N = 3;
+        trial.holds.stiffness_N_m = stiffness_N_m;
+        trial.stiffness_N_m = wall_N_m;
+        trial.watch_s = 1;
+        const Verdict verdict = judge(trial);
+        std::printf("%s, hand %.0f N/m, wall %.0f N/m: %u probes in 1 s, sag %.1f %%\n", variant, stiffness_N_m,
+                    static_cast<double>(wall_N_m), verdict.probes, verdict.sag * 100);
+        EXPECT_EQ(verdict.fault, firmware::Fault::kNone);
+        most = std::max(most, verdict.sag);
+      }
+    }
+    figure(std::string(variant) + ": sag of 3 N felt by a still hand, %", most * 100, "<= 10");
+    EXPECT_LE(most, .10) << variant;
+  }
+}
+
+// THIMBLE_STILL_S: simulated seconds; the suite runs few, and docs/safety.md has the figures of a day.
+TEST(DeadEncoder, ASoundEncoderIsNotTakenForADeadOne) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(setting("THIMBLE_DEAD_SEED", 1)) + 7);
+  const double seconds = setting("THIMBLE_STILL_S", 20);
+  constexpr double kEach_s = 2;
+  std::array<double, 3> held_s{};  // without, with less, with more tremor than 20 um
+  std::array<std::uint32_t, 3> probes{};
+  for (double done_s = 0; done_s < seconds; done_s += kEach_s) {
+    Holding holding = random_holding(random);
+    holding.trial.watch_s = kEach_s;
+    const Verdict verdict = look(holding.trial);
+    EXPECT_EQ(verdict.fault, firmware::Fault::kNone) << holding.trial.variant << ", tremor " << holding.trial.tremor_m;
+    const double tremor_m = holding.trial.tremor_m;
+    const std::size_t kind = tremor_m == 0 ? 0 : tremor_m < 20e-6 ? 1 : 2;
+    held_s[kind] += kEach_s;
+    probes[kind] += verdict.probes;
+  }
+  constexpr std::array<const char*, 3> kTremor = {"none", "below 20 um", "20 to 50 um"};
+  for (std::size_t kind = 0; kind < 3; ++kind)
+    if (held_s[kind] > 0)
+      figure(std::string("probes a minute of contact, tremor ") + kTremor[kind], 60 * probes[kind] / held_s[kind], "reported");
+}
+
+}  // namespace
+}  // namespace thimble::test

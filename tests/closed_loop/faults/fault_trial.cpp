@@ -1,0 +1,221 @@
+#include "tests/closed_loop/faults/fault_trial.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "tests/support/scene.h"
+
+namespace thimble::test {
+namespace {
+
+using board::Injection;
+using board::PlannedFault;
+using board::SimBoard;
+using board::Vector3d;
+using firmware::Command;
+using firmware::Mode;
+
+constexpr double kWall_m = -.01;        // below home, along the normal
+constexpr double kApproach_m_s = .1;
+constexpr double kSettles_s = .35;       // after the approach
+constexpr double kAtRest_m_s = .05;
+
+double press_N(const Trial& trial, const kinematics::ArmModel& model) {
+  constexpr double kMaxForce_N = 8;  // default of the parameter
+  return trial.force_N > 0 ? trial.force_N : .8 * std::min(static_cast<double>(model.max_force_N), kMaxForce_N);
+}
+
+// The distance of a point from a segment.
+double beyond(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+  const Vector3d line = b - a;
+  const double length2 = line.squaredNorm();
+  const double along = length2 > 0 ? std::clamp((p - a).dot(line) / length2, 0.0, 1.0) : 0.0;
+  return (p - a - along * line).norm();
+}
+
+class Run {
+ public:
+  explicit Run(const Trial& trial) : trial_(trial), board_(options(trial)) {
+    SceneBuilder scene;
+    const bool wall = trial.doing == Doing::kContact;
+    scene.plane(wall ? trial.normal.normalized() : Vector3d(0, 0, 1), wall ? kWall_m : -1.0,
+                {.stiffness_N_m = trial.stiffness_N_m,
+                 .damping_N_s_m = 1,
+                 .static_friction = trial.friction,
+                 .dynamic_friction = trial.friction});
+    require(board_.controller().load_scene(scene.bytes()) == firmware::StoreStatus::kOk, "load the scene");
+    for (std::size_t arm = 0; arm < trial.arms; ++arm) home_m_.push_back(board_.plant(arm).tip_m());
+    if (trial.doing == Doing::kMove) set_on(firmware::Param::allow_moves);
+    ticks(2);
+    if (trial.doing == Doing::kHoming) board_.inject({.kind = Injection::kIndexMissing});
+    if (trial.doing == Doing::kHoming) ticks(1);
+    require(board_.controller().request(Command::kHome) == 0, "home");
+    ticks(seconds(.05));
+    if (trial.doing == Doing::kHoming) return;
+    require(board_.controller().request(Command::kArm) == 0, "arm");
+    ticks(seconds(.3));
+    if (trial.doing == Doing::kMove) {
+      firmware::MoveOrder order;
+      order.target_m = {0, 0, -.03F};
+      order.speed_m_s = .03F;
+      order.force_limit_N = 2;
+      require(board_.controller().request_move(order) == 0, "move");
+      ticks(seconds(.3));
+    } else {
+      const double until_s = move_s() + kSettles_s + trial.phase_s;
+      for (begin_s_ = board_.time_s(); board_.time_s() - begin_s_ < until_s;) tick();
+    }
+    require(board_.controller().mode() == Mode::kArmed, ("stay armed, fault " + std::to_string(static_cast<int>(board_.controller().fault()))).c_str());
+  }
+
+  // The faults, from now on.
+  std::vector<Sample> watch(const std::vector<PlannedFault>& faults) {
+    for (PlannedFault fault : faults) {
+      fault.at_s += board_.time_s();
+      board_.inject(fault);
+    }
+    std::vector<Sample> samples;
+    for (int i = 0; i < seconds(trial_.watch_s); ++i) {
+      tick();
+      samples.push_back({board_.plant(0).tip_m(), board_.plant(0).tip_velocity_m_s(),
+                         board_.plant(0).hand_force_N(), board_.driven(0), board_.controller().fault()});
+    }
+    return samples;
+  }
+
+  [[nodiscard]] std::uint32_t probes() { return board_.controller().telemetry().probes; }
+  [[nodiscard]] std::array<double, 3> share_N() {
+    const board::PlantParameters& parameters = board_.plant(0).parameters();
+    const kinematics::Posture<double> posture =
+        kinematics::Arm<double>(*parameters.model, parameters.base).at(board_.plant(0).joints_rad());
+    const Vector3d force_N = board_.controller().telemetry().arm[0].force_N.cast<double>();
+    std::array<double, 3> share_N{};
+    for (int j = 0; j < 3; ++j)
+      share_N[static_cast<std::size_t>(j)] = std::abs(posture.jacobian.col(j).normalized().dot(force_N));
+    return share_N;
+  }
+
+ private:
+  static board::SimBoardOptions options(const Trial& trial) {
+    board::SimBoardOptions options{.variant = trial.variant, .rate_Hz = trial.rate_Hz};
+    options.arm_count = trial.arms;
+    options.hand = trial.doing == Doing::kMove ? board::kNoHand : trial.holds;
+    options.sensors = trial.sensors;
+    if (trial.doing == Doing::kHoming) options.sensors.index = true;
+    options.slot_bytes = 1 << 16;
+    return options;
+  }
+  static void require(bool done, const char* what) {
+    if (!done) throw std::runtime_error(std::string("the arm did not ") + what);
+  }
+  void set_on(firmware::Param param) {
+    const firmware::ParamRow& row = firmware::kParamTable[static_cast<std::size_t>(param)];
+    require(board_.controller().write_param(row.id, 1) == firmware::ParamStatus::kOk, "take a parameter");
+  }
+  [[nodiscard]] int seconds(double s) const { return static_cast<int>(std::lround(s * trial_.rate_Hz)); }
+  void ticks(int count) {
+    for (int i = 0; i < count; ++i) tick();
+  }
+
+  // How far below home the hand wants to be when it presses.
+  [[nodiscard]] double depth_m() {
+    const kinematics::ArmModel& model = *board_.plant(0).parameters().model;
+    return -kWall_m + press_N(trial_, model) * (1 / static_cast<double>(trial_.stiffness_N_m) +
+                                                1 / static_cast<double>(model.structural_stiffness_N_m) +
+                                                1 / trial_.holds.stiffness_N_m);
+  }
+  [[nodiscard]] double move_s() { return trial_.doing == Doing::kContact ? depth_m() / kApproach_m_s : 0; }
+
+  void tick() {
+    board_.controller().keep_alive();
+    if (trial_.doing != Doing::kMove && begin_s_ >= 0 && !board_.injected(Injection::kHandHolds)) {
+      const double t = board_.time_s() - begin_s_;
+      for (std::size_t arm = 0; arm < trial_.arms; ++arm) hold(arm, t);
+    }
+    board_.tick();
+  }
+  void hold(std::size_t arm, double t) {
+    using std::numbers::pi;
+    Vector3d at_m = home_m_[arm], speed_m_s = Vector3d::Zero();
+    if (trial_.doing == Doing::kContact) {
+      const double way_m = std::min(depth_m(), kApproach_m_s * t);
+      at_m -= way_m * trial_.normal.normalized();
+    } else if (trial_.doing == Doing::kFree) {
+      const Vector3d swing_m(.02, .015, .02), rate_rad_s(5, 7, 6);
+      at_m += swing_m.cwiseProduct((rate_rad_s * t).array().sin().matrix());
+      speed_m_s = swing_m.cwiseProduct(rate_rad_s).cwiseProduct((rate_rad_s * t).array().cos().matrix());
+    }
+    at_m += trial_.tremor_m * Vector3d(std::sin(2 * pi * 9 * t), std::sin(2 * pi * 11 * t + 1), std::sin(2 * pi * 9.7 * t + 2));
+    board_.hold(arm, at_m, speed_m_s);
+  }
+
+  const Trial& trial_;
+  SimBoard board_;
+  std::vector<Vector3d> home_m_;
+  double begin_s_ = -1;
+};
+
+std::vector<Sample> watch(const Trial& trial, std::vector<PlannedFault> faults) {
+  faults.insert(faults.end(), trial.hand.begin(), trial.hand.end());
+  return Run(trial).watch(faults);
+}
+
+struct Watched {
+  Verdict verdict;  // of this run alone
+  std::vector<Sample> samples;
+};
+
+Watched watch_faulty(const Trial& trial) {
+  Watched watched;
+  Run run(trial);
+  std::vector<PlannedFault> faults = trial.faults;
+  faults.insert(faults.end(), trial.hand.begin(), trial.hand.end());
+  Verdict& verdict = watched.verdict;
+  verdict.share_N = run.share_N();
+  const std::uint32_t probes_before = run.probes();
+  watched.samples = run.watch(faults);
+  const double force_N = watched.samples.front().on_hand_N.norm();
+  verdict.probes = run.probes() - probes_before;
+  for (std::size_t i = 0; i < watched.samples.size(); ++i) {
+    const Sample& now = watched.samples[i];
+    if (force_N > 0) verdict.sag = std::max(verdict.sag, 1 - now.on_hand_N.norm() / force_N);
+    if (verdict.found_s || now.fault == firmware::Fault::kNone) continue;
+    verdict.found_s = static_cast<double>(i + 1) / trial.rate_Hz;
+    verdict.fault = now.fault;
+  }
+  return watched;
+}
+
+}  // namespace
+
+Verdict look(const Trial& trial) { return watch_faulty(trial).verdict; }
+
+References references(const Trial& trial) {
+  std::vector<PlannedFault> power_off;
+  for (std::size_t arm = 0; arm < trial.arms; ++arm)
+    power_off.push_back({.kind = Injection::kDriveFault, .arm = arm});
+  return {watch(trial, {}), watch(trial, power_off)};
+}
+
+Verdict judge(const Trial& trial, const References& references) {
+  auto [verdict, faulty] = watch_faulty(trial);
+  const auto& [sound, off] = references;
+  double fastest_m_s = 0, own_m_s = 0;
+  for (std::size_t i = 0; i < faulty.size(); ++i) {
+    const Sample& now = faulty[i];
+    verdict.travel_m = std::max(verdict.travel_m, beyond(now.tip_m, off[i].tip_m, sound[i].tip_m));
+    verdict.impulse_N_s += beyond(now.on_hand_N, off[i].on_hand_N, sound[i].on_hand_N) / trial.rate_Hz;
+    fastest_m_s = std::max(fastest_m_s, now.velocity_m_s.norm());
+    own_m_s = std::max({own_m_s, off[i].velocity_m_s.norm(), sound[i].velocity_m_s.norm()});
+    if (now.driven) continue;
+    if (!verdict.off_s) verdict.off_s = static_cast<double>(i + 1) / trial.rate_Hz;
+    if (now.velocity_m_s.norm() < kAtRest_m_s) break;
+  }
+  verdict.speed_m_s = std::max(0.0, fastest_m_s - own_m_s);
+  return verdict;
+}
+
+}  // namespace thimble::test
