@@ -1,4 +1,4 @@
-// The file of `thimble-sim --inject`: which hardware breaks, when, and for how long (JSON, docs/faults.md).
+// The file of `thimble-sim --inject`: which hardware breaks, when, and for how long (JSON, docs/cli.md).
 #pragma once
 
 #include <filesystem>

@@ -52,7 +52,7 @@ int main_of(int argc, char** argv) {
   app.add_option("--specimen", options.specimen,
                  "an object for `thimble scan` to touch, and no hand: JSON, see docs/scan.md")
       ->excludes(hand);
-  app.add_option("--inject", options.inject, "faults of the hardware, and when: JSON, see docs/faults.md");
+  app.add_option("--inject", options.inject, "faults of the hardware, and when: JSON, see docs/cli.md");
   std::vector<std::string> senses;
   std::map<std::string, bool Sensors::*> sensors = {{"line-loss", &Sensors::line_loss},
                                                     {"current", &Sensors::current},

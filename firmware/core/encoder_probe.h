@@ -22,7 +22,7 @@ class EncoderProbe {
   static constexpr float kShare_N = 0.3F;   // a joint with less of the force at the tip is not probed
   // A still hand answers within the first kGentle of the force, which is taken away in kGentle_s and given back as fast: a tenth is the
   // least change of a force that a hand notices (Weber fraction). The rest goes within kRest_s.
-  static constexpr float kGentle = 0.1F, kGentle_s = 0.05F, kRest_s = 0.1F;
+  static constexpr float kGentle = 0.1F, kGentle_s = 0.05F, kRest_s = 0.06F;
 
   void reset() noexcept { *this = {}; }
 

@@ -37,9 +37,6 @@ void check_evidence(Parts& parts, std::size_t index, const ArmInputs& input) noe
   const float supply = evidence.supply_V / model.supply_V;
   const bool supply_off = motors_on(parts.state.mode) && (supply < kSupplyLow || supply > kSupplyHigh);
   if (arm.supply_off.update(supply_off, kSupplyTime_s, period_s)) trip(parts, Fault::supply);
-  const float limit_C = std::min(parts.params.get(Param::winding_limit), model.motor.max_winding_C);
-  for (const float motor_C : evidence.motor_C)
-    if (motor_C > limit_C) trip(parts, Fault::motor_hot);
 }
 
 void check_index(Parts& parts, std::size_t index, const ArmInputs& input) noexcept {

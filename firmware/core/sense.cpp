@@ -144,7 +144,7 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
   check_motion(parts, arm, geometry.model());
 }
 
-void heat_motors(Parts& parts, std::size_t index, std::uint32_t lost) noexcept {
+void heat_motors(Parts& parts, std::size_t index, const ArmEvidence& evidence, std::uint32_t lost) noexcept {
   ArmState& arm = parts.state.arm[index];
   const kinematics::MotorModel& motor = parts.setup.arm[index].model().motor;
   const float ambient_C = parts.params.get(Param::ambient);
@@ -152,7 +152,8 @@ void heat_motors(Parts& parts, std::size_t index, std::uint32_t lost) noexcept {
   for (std::size_t j = 0; j < kJoints; ++j) {
     arm.heat[j].add(motor, arm.current_A[static_cast<int>(j)], ambient_C,
                     parts.setup.period_s * static_cast<float>(lost + 1U));
-    if (arm.heat[j].winding_C(ambient_C) > limit_C) trip(parts, Fault::motor_hot);
+    if (arm.heat[j].winding_C(ambient_C) > limit_C || evidence.motor_C[j] > limit_C)
+      trip(parts, Fault::motor_hot);
   }
 }
 
@@ -166,7 +167,7 @@ void sense(Parts& parts, const Inputs& inputs) noexcept {
   check_host(parts, lost);
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
     check_evidence(parts, i, inputs.arm[i]);
-    heat_motors(parts, i, lost);
+    heat_motors(parts, i, inputs.arm[i].evidence, lost);
     read_arm(parts, i, inputs.arm[i], inputs.tick);
     check_index(parts, i, inputs.arm[i]);
   }

@@ -81,7 +81,7 @@ template <class Message>
 void TelemetryFrames::put_head(Message& message, std::size_t arm) const noexcept {
   message.arm = static_cast<std::uint8_t>(arm);
   message.contacts = record_.arm[arm].contacts;
-  message.limiters = record_.arm[arm].limiters;
+  message.limiters = record_.arm[arm].limiters & 0xFU;  // there is room for four; Status has them all
   message.sequence = sequence_;
 }
 

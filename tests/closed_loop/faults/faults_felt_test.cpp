@@ -149,6 +149,16 @@ TEST(FaultsFelt, EveryFaultInEverySituation) {
   expect_generated("docs/safety.md", "faults", table(worst));
 }
 
+TEST(FaultsFelt, WhatCanBeInjected) {
+  static constexpr std::array<const char*, 3> kOf = {"joint", "arm", "board"};
+  std::string rows = "| fault | of | value | |\n|---|---|---|---|\n";
+  for (const board::InjectionRow& row : board::injections())
+    rows += "| `" + std::string(row.name) + "` | " + kOf[static_cast<std::size_t>(row.of)] + " | " + std::string(row.unit) +
+            " | " + std::string(row.text) + " |\n";
+  rows.pop_back();
+  expect_generated("docs/safety.md", "injections", rows);
+}
+
 // A fault of the arm's hardware without a case would not be judged. What else can be injected (link, store, process, hand) is in
 // docs/safety.md with the test that has it.
 TEST(FaultsFelt, NoFaultOfAnArmIsForgotten) {
