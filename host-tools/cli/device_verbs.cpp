@@ -60,7 +60,10 @@ double measured_rate_Hz(Device& device) {
 }  // namespace
 
 void list(const Common& common) {
-  const std::vector<DeviceEntry> devices = discover();
+  std::string trouble;
+  const std::vector<DeviceEntry> devices = discover(&trouble);
+  if (!trouble.empty() && !common.json)
+    fmt::print(stderr, "warning: simulators are not listed: {}\n", trouble);
   if (common.json) {
     Json json = document("list");
     json["devices"] = Json::array();
@@ -68,6 +71,7 @@ void list(const Common& common) {
       json["devices"].push_back(
           {{"name", device.name}, {"kind", device.kind}, {"arm", device.arm}, {"uris", device.uris}});
     }
+    if (!trouble.empty()) json["trouble"] = trouble;
     print(json);
     return;
   }
@@ -76,7 +80,8 @@ void list(const Common& common) {
     for (const std::string& uri : device.uris) fmt::print("  {}", uri);
     fmt::print("\n");
   }
-  if (devices.empty()) fmt::print(stderr, "no device: connect a controller, or start thimble-sim\n");
+  if (devices.empty() && trouble.empty())
+    fmt::print(stderr, "no device: connect a controller, or start thimble-sim\n");
 }
 
 void upload(const Common& common, const Remote& remote, const UploadChoice& choice) {
