@@ -13,11 +13,13 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "board/posix/socket_owner.h"
@@ -104,6 +106,8 @@ bool may_be_own(const std::string& uri) {
 
 Announced::Announced(const Announcement& announcement) : file_(announcement.name + std::string(kSuffix)) {
   const std::string path = runtime_path();
+  std::error_code ignored;
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
   if (mkdir(path.c_str(), 0700) != 0 && errno != EEXIST)
     fail("cannot make " + path + ": " + std::strerror(errno));
   folder_ = open_folder(path);

@@ -51,6 +51,14 @@ std::size_t count(const std::string& text, const std::string& what) {
   return n;
 }
 
+TEST(MonitorScreen, SaysNoModeBeforeItHasHeardOne) {
+  MonitorScreen screen("premium-1.5 on board sim", 1, true);
+  screen.take(force_frame(0.0F, 1.0F, 1));
+  screen.step();
+  EXPECT_THAT(screen.text(120), HasSubstr("waiting for its status"));
+  EXPECT_THAT(screen.text(120), Not(HasSubstr("disarmed")));
+}
+
 TEST(MonitorScreen, SaysHowTheControllerDoes) {
   const std::string text = with_force(0.0F, 1.0F).text(120);
   EXPECT_THAT(text, HasSubstr("armed"));
