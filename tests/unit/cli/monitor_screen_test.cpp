@@ -122,7 +122,7 @@ TEST(MonitorScreen, AFaultIsNamedAndAnotherNodeIsNone) {
   status.mode = link::Mode::kFaulted;
   status.fault = 1;
   screen.take(link::to_frame(status, 2));
-  EXPECT_THAT(screen.text(80), HasSubstr("no fault"));
+  EXPECT_THAT(screen.text(80), HasSubstr("waiting for its status"));
   screen.take(link::to_frame(status, 1));
   EXPECT_THAT(screen.text(80), HasSubstr("FAULT e_stop"));
   EXPECT_THAT(screen.text(80), Not(HasSubstr("arm 0")));
