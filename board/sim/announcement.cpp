@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -94,7 +95,9 @@ bool may_be_own(const std::string& uri) {
   if (uri.starts_with(kTcp)) {
     sockaddr_in listener{};
     listener.sin_family = AF_INET;
-    listener.sin_port = htons(static_cast<std::uint16_t>(std::atoi(uri.c_str() + kTcp.size())));
+    std::uint16_t port = 0;
+    std::from_chars(uri.data() + kTcp.size(), uri.data() + uri.size(), port);
+    listener.sin_port = htons(port);
     listener.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     const std::optional<uid_t> owner = socket_owner(listener, {});
     return !owner || *owner == geteuid();
