@@ -1,7 +1,10 @@
 // Text files that are read whole.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <istream>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -13,7 +16,16 @@ class FileError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The whole of `file`. Throws FileError if it cannot be read or is a directory.
+// Why `file` is nothing to read, where its kind tells: a directory opens and reads as an empty file, and a device such as /dev/zero may have
+// no end. Null: nothing speaks against it.
+[[nodiscard]] const char* unreadable_kind(const std::filesystem::path& file);
+
+// The bytes of a stream, or nothing where they are more than `most`.
+[[nodiscard]] std::optional<std::string> read_bounded(std::istream& in, std::size_t most);
+
+inline constexpr std::size_t kMostTextBytes = std::size_t{1} << 28U;
+
+// The whole of `file`. Throws FileError if it cannot be read, is a directory or a device, or has more than kMostTextBytes.
 [[nodiscard]] std::string read_text(const std::filesystem::path& file);
 
 }  // namespace thimble::board

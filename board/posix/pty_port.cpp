@@ -1,6 +1,7 @@
 #include "board/posix/pty_port.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <termios.h>
 
 #include <array>
@@ -37,6 +38,7 @@ PtyPort::PtyPort(const std::string& link) {
     fail_pty(std::string("cannot open ") + name.data());
   cfmakeraw(&settings);
   tcsetattr(slave_.get(), TCSANOW, &settings);
+  fchmod(slave_.get(), S_IRUSR | S_IWUSR);  // the kernel lets the group tty write
 
   std::string path = name.data();
   if (!link.empty()) {

@@ -1,15 +1,18 @@
 #include "board/posix/tcp_port.h"
 
 #include <arpa/inet.h>
-#include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <iostream>
 #include <stdexcept>
 #include <utility>
+
+#include "board/posix/socket_owner.h"
 
 namespace thimble::board {
 namespace {
@@ -22,17 +25,16 @@ constexpr std::size_t kMostHosts = 32;
 
 }  // namespace
 
-TcpPort::TcpPort(std::uint16_t port)
-    : listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+TcpPort::TcpPort(std::uint16_t port, Hosts hosts)
+    : listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)), may_connect_(hosts) {
   if (!listener_.is_open()) fail_tcp("cannot open a TCP socket");
   const int on = 1;
   setsockopt(listener_.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  auto* generic = reinterpret_cast<sockaddr*>(&address);
-  if (bind(listener_.get(), generic, sizeof(address)) != 0 || listen(listener_.get(), 8) != 0) {
+  address_.sin_family = AF_INET;
+  address_.sin_port = htons(port);
+  address_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  auto* generic = reinterpret_cast<sockaddr*>(&address_);
+  if (bind(listener_.get(), generic, sizeof(address_)) != 0 || listen(listener_.get(), 8) != 0) {
     if (errno == EADDRINUSE) {
       throw std::runtime_error(
           "TCP port " + std::to_string(port) +
@@ -40,9 +42,9 @@ TcpPort::TcpPort(std::uint16_t port)
     }
     fail_tcp("cannot listen on TCP port " + std::to_string(port));
   }
-  socklen_t size = sizeof(address);
+  socklen_t size = sizeof(address_);
   getsockname(listener_.get(), generic, &size);
-  uri_ = "tcp:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+  uri_ = "tcp:127.0.0.1:" + std::to_string(ntohs(address_.sin_port));
 }
 
 void TcpPort::add_to(std::vector<pollfd>& polled) const {
@@ -56,8 +58,29 @@ void TcpPort::read() {
     if (host->gone()) dropped_ += host->dropped();
   }
   std::erase_if(hosts_, [](const std::unique_ptr<SlcanStream>& host) { return host->gone(); });
-  Descriptor fd(accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
-  if (!fd.is_open()) return;
+  accept_host();
+}
+
+bool TcpPort::may_connect(const sockaddr_in& peer) {
+  constexpr auto kTellEvery = std::chrono::seconds(1);
+  if (may_connect_ == Hosts::kEveryone) return true;
+  const std::optional<uid_t> owner = socket_owner(peer, address_);
+  if (owner == geteuid()) return true;
+  const auto now = std::chrono::steady_clock::now();
+  if (now < tell_again_) return false;
+  tell_again_ = now + kTellEvery;
+  std::cerr << program_invocation_short_name << ": a connection to " << uri_ << " was refused: it is "
+            << (owner ? "of the user " + std::to_string(*owner) : "of an unknown user")
+            << ", and only the user " << geteuid() << " may connect (--open: everyone)" << std::endl;
+  return false;
+}
+
+void TcpPort::accept_host() {
+  sockaddr_in peer{};
+  socklen_t size = sizeof(peer);
+  Descriptor fd(
+      accept4(listener_.get(), reinterpret_cast<sockaddr*>(&peer), &size, SOCK_NONBLOCK | SOCK_CLOEXEC));
+  if (!fd.is_open() || !may_connect(peer)) return;
   const int on = 1;
   setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
   hosts_.push_back(std::make_unique<SlcanStream>(std::move(fd), SlcanStream::Kind::kSocket));

@@ -1,7 +1,10 @@
 // SLCAN on TCP, loopback only: up to 32 hosts at once, each a node on the same bus. For one more, the connection of the host that was
-// silent for the longest is closed.
+// silent for the longest is closed. A connection of another user is closed at once, and told on stderr, unless everyone may connect.
 #pragma once
 
+#include <netinet/in.h>
+
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -15,8 +18,9 @@ namespace thimble::board {
 
 class TcpPort final : public Port {
  public:
+  enum class Hosts : std::uint8_t { kOwnUser, kEveryone };
   // Listens on 127.0.0.1; 0: any free port. Throws std::runtime_error with a remedy.
-  explicit TcpPort(std::uint16_t port);
+  explicit TcpPort(std::uint16_t port, Hosts hosts = Hosts::kOwnUser);
 
   [[nodiscard]] std::vector<std::string> uris() const override { return {uri_}; }
   void add_to(std::vector<pollfd>& polled) const override;
@@ -28,7 +32,13 @@ class TcpPort final : public Port {
   [[nodiscard]] std::uint64_t dropped() const override;
 
  private:
+  void accept_host();
+  [[nodiscard]] bool may_connect(const sockaddr_in& peer);
+
   Descriptor listener_;
+  sockaddr_in address_{};
+  Hosts may_connect_;
+  std::chrono::steady_clock::time_point tell_again_{};  // of a refused connection
   std::vector<std::unique_ptr<SlcanStream>> hosts_;
   std::string uri_;
   std::uint64_t dropped_ = 0;  // of closed connections

@@ -7,6 +7,7 @@
 
 #include "board/posix/can_port.h"
 #include "board/posix/link_ports.h"
+#include "board/posix/pair_port.h"
 #include "board/posix/pty_port.h"
 #include "board/posix/tcp_port.h"
 #include "board/posix/tty_port.h"
@@ -39,8 +40,11 @@ std::uint64_t steady_us() {
 }  // namespace
 
 LiveBoard::LiveBoard(const LiveOptions& options) : options_(options), ports_(std::make_unique<LinkPorts>()) {
+  if (options.host_socket >= 0) ports_->add(std::make_unique<PairPort>(Descriptor(options.host_socket)));
   // The preferred one first: TCP has more capacity than a pty, whose buffer is 4 kB.
-  if (options.tcp_port) ports_->add(std::make_unique<TcpPort>(*options.tcp_port));
+  if (options.tcp_port)
+    ports_->add(std::make_unique<TcpPort>(
+        *options.tcp_port, options.open ? TcpPort::Hosts::kEveryone : TcpPort::Hosts::kOwnUser));
   if (options.pty) ports_->add(std::make_unique<PtyPort>(options.link));
   if (!options.can.empty()) ports_->add(std::make_unique<CanPort>(options.can, firmware::Config{}.node_id));
   if (!options.tty.empty()) ports_->add(std::make_unique<TtyPort>(options.tty));

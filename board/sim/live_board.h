@@ -28,6 +28,9 @@ struct LiveOptions {
   std::uint64_t seed = 1;
   std::uint8_t arm_count = 1;  // minimum; a path with a second arm makes it two
   std::optional<std::uint16_t> tcp_port;
+  bool open = false;  // the TCP port takes connections of other users too
+  int host_socket =
+      -1;  // one end of a connected pair, which the board closes; a host in this process has the other
   bool pty = true;
   std::string link;      // a symbolic link to the pty
   std::string can;       // an interface

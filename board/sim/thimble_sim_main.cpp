@@ -39,8 +39,11 @@ int main_of(int argc, char** argv) {
       ->check(CLI::Range(100.0, 20000.0))
       ->capture_default_str();
   app.add_option("--seed", options.seed, "seed of the simulated arm")->capture_default_str();
-  app.add_option("--tcp", options.tcp_port,
-                 "also offer the link on this port of 127.0.0.1; 0: any free port");
+  CLI::Option* tcp = app.add_option(
+      "--tcp", options.tcp_port,
+      "also offer the link on this port of 127.0.0.1 to programs of this user; 0: any free port");
+  app.add_flag("--open", options.open, "let programs of every user of this machine connect to it")
+      ->needs(tcp);
   app.add_flag("!--no-pty", options.pty, "offer the link without a pty");
   app.add_option("--link", options.link, "path of a symbolic link to the pty");
   app.add_option("--can", options.can, "also offer the link on this SocketCAN interface, classic and FD");

@@ -1,6 +1,7 @@
 // dbc and decode: the message database for other CAN tools, and their logs in plain text.
 #include <fmt/format.h>
 
+#include <array>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -192,7 +193,7 @@ void print_text(const Json& said) {
     if (key == "schema" || key == "time_s" || key == "interface" || key == "message") continue;
     text += fmt::format(" {}={}", key, value.is_string() ? value.get<std::string>() : value.dump());
   }
-  fmt::print("{}\n", text);
+  say("{}\n", text);
 }
 
 }  // namespace
@@ -200,7 +201,7 @@ void print_text(const Json& said) {
 void write_dbc(unsigned node, const std::filesystem::path& output) {
   const std::string text = dbc(static_cast<std::uint8_t>(node));
   if (output.empty()) {
-    fmt::print("{}", text);
+    say("{}", text);
     return;
   }
   OutputFile file(output);
@@ -214,15 +215,16 @@ void decode(const Common& common, const std::filesystem::path& log) {
   std::istream& in = log == "-" ? std::cin : file;
   Decoder decoder;
   std::size_t number = 0;
-  for (std::string line; std::getline(in, line);) {
-    ++number;
+  std::array<char, 4096> buffer{};  // ten times the longest frame
+  for (; in.getline(buffer.data(), buffer.size()); ++number) {
+    const std::string line = buffer.data();
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     const std::optional<LoggedFrame> logged = parse_log_line(line);
     if (!logged) {
-      throw Error(
-          ExitCode::kBadInput, "bad-log",
-          fmt::format("{}:{}: '{}' is no line of a candump log", log.string(), number, line.substr(0, 60)),
-          "log with `candump -L can0 > FILE` or `candump -l can0`");
+      throw Error(ExitCode::kBadInput, "bad-log",
+                  fmt::format("{}:{}: '{}' is no line of a candump log", log.string(), number + 1,
+                              line.substr(0, 60)),
+                  "log with `candump -L can0 > FILE` or `candump -l can0`");
     }
     const Json said = decoder(*logged);
     if (said.empty()) continue;
@@ -232,9 +234,14 @@ void decode(const Common& common, const std::filesystem::path& log) {
       print_text(said);
     }
   }
+  if (!in.eof())
+    throw Error(ExitCode::kBadInput, "bad-log",
+                fmt::format("{}:{}: the line is longer than {} characters", log.string(), number + 1,
+                            buffer.size() - 1),
+                "log with `candump -L can0 > FILE` or `candump -l can0`");
   if (decoder.broken() + decoder.foreign() != 0) {
-    fmt::print(stderr, "thimble: {} PDUs are not whole, {} frames are not Thimble's\n", decoder.broken(),
-               decoder.foreign());
+    say(stderr, "thimble: {} PDUs are not whole, {} frames are not Thimble's\n", decoder.broken(),
+        decoder.foreign());
   }
 }
 

@@ -34,11 +34,10 @@ class ProgressPrinter {
     if (terminal_) {
       fmt::print(stderr, "\r{:3} %  {:.0f} kB/s  {:.1f} s left \x1b[K", percent, progress.bytes_per_s / 1e3,
                  left_s);
-      if (progress.sent == progress.total) fmt::print(stderr, "\n");
+      if (progress.sent == progress.total) say(stderr, "\n");
     } else if (percent / 10 != tenth_) {
       tenth_ = percent / 10;
-      fmt::print(stderr, "{} %  {:.0f} kB/s  {:.1f} s left\n", tenth_ * 10, progress.bytes_per_s / 1e3,
-                 left_s);
+      say(stderr, "{} %  {:.0f} kB/s  {:.1f} s left\n", tenth_ * 10, progress.bytes_per_s / 1e3, left_s);
     }
   }
 
@@ -60,7 +59,9 @@ double measured_rate_Hz(Device& device) {
 }  // namespace
 
 void list(const Common& common) {
-  const std::vector<DeviceEntry> devices = discover();
+  std::string trouble;
+  const std::vector<DeviceEntry> devices = discover(&trouble);
+  if (!trouble.empty() && !common.json) say(stderr, "warning: simulators are not listed: {}\n", trouble);
   if (common.json) {
     Json json = document("list");
     json["devices"] = Json::array();
@@ -68,15 +69,17 @@ void list(const Common& common) {
       json["devices"].push_back(
           {{"name", device.name}, {"kind", device.kind}, {"arm", device.arm}, {"uris", device.uris}});
     }
+    if (!trouble.empty()) json["trouble"] = trouble;
     print(json);
     return;
   }
   for (const DeviceEntry& device : devices) {
-    fmt::print("{}  {}{}{}", device.name, device.kind, device.arm.empty() ? "" : "  ", device.arm);
-    for (const std::string& uri : device.uris) fmt::print("  {}", uri);
-    fmt::print("\n");
+    say("{}  {}{}{}", device.name, device.kind, device.arm.empty() ? "" : "  ", device.arm);
+    for (const std::string& uri : device.uris) say("  {}", uri);
+    say("\n");
   }
-  if (devices.empty()) fmt::print(stderr, "no device: connect a controller, or start thimble-sim\n");
+  if (devices.empty() && trouble.empty())
+    say(stderr, "no device: connect a controller, or start thimble-sim\n");
 }
 
 void upload(const Common& common, const Remote& remote, const UploadChoice& choice) {
@@ -103,11 +106,11 @@ void upload(const Common& common, const Remote& remote, const UploadChoice& choi
     print(json);
     return;
   }
-  fmt::print("{}: {} bytes in {:.2f} s, {:.0f} kB/s{}{}\n", scene, result.bytes, result.seconds,
-             result.bytes_per_s / 1e3,
-             result.resumed_from == 0 ? "" : fmt::format(", resumed at {}", result.resumed_from),
-             choice.verify ? ", verified" : "");
-  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+  say("{}: {} bytes in {:.2f} s, {:.0f} kB/s{}{}\n", scene, result.bytes, result.seconds,
+      result.bytes_per_s / 1e3,
+      result.resumed_from == 0 ? "" : fmt::format(", resumed at {}", result.resumed_from),
+      choice.verify ? ", verified" : "");
+  for (const std::string& warning : warnings) say(stderr, "warning: {}\n", warning);
 }
 
 void arm(const Common& common, const Remote& remote) {
@@ -133,7 +136,7 @@ void stop(const Common& common, const Remote& remote) {
     json["after_s"] = stopped.after_s;
     print(json);
   } else {
-    fmt::print("{}, {}\n", name(stopped.mode), fault);
+    say("{}, {}\n", name(stopped.mode), fault);
   }
 }
 
@@ -144,7 +147,7 @@ void restart(const Common& common, const Remote& remote) {
     json["restarting"] = true;
     print(json);
   } else {
-    fmt::print("restarting\n");
+    say("restarting\n");
   }
 }
 

@@ -35,9 +35,9 @@ Wish wish_for(const std::string& device) {
 
 void print_text(const std::vector<Finding>& findings) {
   for (const Finding& finding : findings) {
-    fmt::print("{:8} {}{}{}: {}\n", state_name(finding.state), finding.name,
-               finding.subject.empty() ? "" : " ", finding.subject, finding.cause);
-    if (!finding.remedy.empty()) fmt::print("         remedy: {}\n", finding.remedy);
+    say("{:8} {}{}{}: {}\n", state_name(finding.state), finding.name, finding.subject.empty() ? "" : " ",
+        finding.subject, finding.cause);
+    if (!finding.remedy.empty()) say("         remedy: {}\n", finding.remedy);
   }
 }
 

@@ -40,13 +40,12 @@ void fault_list(const Common& common, const Remote& remote) {
       json["faults"].push_back(entry);
       continue;
     }
-    fmt::print("{} {}{}: {}\n  remedy: {}\n", number, row == nullptr ? "unknown" : row->name,
-               number == latched ? " (latched)" : "", row == nullptr ? "" : row->cause,
-               row == nullptr ? "" : row->remedy);
+    say("{} {}{}: {}\n  remedy: {}\n", number, row == nullptr ? "unknown" : row->name,
+        number == latched ? " (latched)" : "", row == nullptr ? "" : row->cause,
+        row == nullptr ? "" : row->remedy);
     if (!frames.empty()) {
       const link::FreezeFrame& last = frames.back();
-      fmt::print(
-          "  {} ticks kept; the last: tick {}, tip {:.5f} {:.5f} {:.5f} m, force {:.3f} {:.3f} {:.3f} N, "
+      say("  {} ticks kept; the last: tick {}, tip {:.5f} {:.5f} {:.5f} m, force {:.3f} {:.3f} {:.3f} N, "
           "{}\n",
           frames.size(), last.tick, last.tip_x_m, last.tip_y_m, last.tip_z_m, last.force_x_N, last.force_y_N,
           last.force_z_N, name(last.mode));
@@ -55,7 +54,7 @@ void fault_list(const Common& common, const Remote& remote) {
   if (common.json) {
     print(json);
   } else if (numbers.empty()) {
-    fmt::print(stderr, "no fault since the last clear\n");
+    say(stderr, "no fault since the last clear\n");
   }
 }
 
@@ -73,8 +72,8 @@ void fault_explain(const Common& common, const std::string& which) {
       json.update(fault_json(row));
       print(json);
     } else {
-      fmt::print("{} {} (emergency code 0x{:04X})\n  cause: {}\n  remedy: {}\n", static_cast<int>(row.fault),
-                 row.name, row.emergency_code, row.cause, row.remedy);
+      say("{} {} (emergency code 0x{:04X})\n  cause: {}\n  remedy: {}\n", static_cast<int>(row.fault),
+          row.name, row.emergency_code, row.cause, row.remedy);
     }
     return;
   }

@@ -66,11 +66,11 @@ void import_volume(const Common& common, const ImportVolumeChoice& choice) {
     print(json);
     return;
   }
-  fmt::print("{} voxels, placed by {}; {} layers -> {}\n", imported.voxel_type, imported.frame,
-             imported.layers.size(), choice.output.string());
+  say("{} voxels, placed by {}; {} layers -> {}\n", imported.voxel_type, imported.frame,
+      imported.layers.size(), choice.output.string());
   for (const TissueLayer& layer : imported.layers) {
-    fmt::print("  {:7.2f} to {:7.2f} mm  {} (mean intensity {:.4g})\n", layer.begin_mm, layer.end_mm,
-               imported.kinds[layer.kind].name, layer.mean);
+    say("  {:7.2f} to {:7.2f} mm  {} (mean intensity {:.4g})\n", layer.begin_mm, layer.end_mm,
+        imported.kinds[layer.kind].name, layer.mean);
   }
 }
 
@@ -120,9 +120,9 @@ void import_device_log(const Common& common, const ImportDeviceLogChoice& choice
     print(json);
     return;
   }
-  fmt::print("{} log with {}: {} rows over {:.3f} s{}\n", log.binary ? "binary" : "text",
-             fmt::join(log.columns, ", "), log.samples.size(), seconds,
-             log.repeated == 0 ? "" : fmt::format(", {} left out whose time did not rise", log.repeated));
+  say("{} log with {}: {} rows over {:.3f} s{}\n", log.binary ? "binary" : "text",
+      fmt::join(log.columns, ", "), log.samples.size(), seconds,
+      log.repeated == 0 ? "" : fmt::format(", {} left out whose time did not rise", log.repeated));
 }
 
 }  // namespace thimble::host

@@ -62,39 +62,38 @@ void info(const Common& common, const Remote& remote) {
     print(json);
     return;
   }
-  fmt::print("firmware   {} (protocol {}, scene image {})\n", version, device.info().protocol,
-             device.info().image);
-  fmt::print("board      {}, last start: {}\n", board, reset_reason.empty() ? "not known why" : reset_reason);
-  fmt::print("serial     {}\n", serial);
-  fmt::print("arm        {}, {} arm(s), node {}, {}\n", arm, device.info().arms, device.info().node,
-             device.info().frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");
-  fmt::print("mode       {}\n", mode_shown(state.mode, state.flags));
+  say("firmware   {} (protocol {}, scene image {})\n", version, device.info().protocol, device.info().image);
+  say("board      {}, last start: {}\n", board, reset_reason.empty() ? "not known why" : reset_reason);
+  say("serial     {}\n", serial);
+  say("arm        {}, {} arm(s), node {}, {}\n", arm, device.info().arms, device.info().node,
+      device.info().frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");
+  say("mode       {}\n", mode_shown(state.mode, state.flags));
   if (const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(state.fault))) {
-    fmt::print("fault      {} {}: {}\n", state.fault, row->name, row->cause);
+    say("fault      {} {}: {}\n", state.fault, row->name, row->cause);
   }
   if (state.scene_bytes == 0) {
-    fmt::print("scene      none\n");
+    say("scene      none\n");
   } else {
-    fmt::print("scene      {} ({} bytes, CRC {:08x}, activation {})\n", scene, state.scene_bytes,
-               state.scene_crc, state.scene_sequence);
+    say("scene      {} ({} bytes, CRC {:08x}, activation {})\n", scene, state.scene_bytes, state.scene_crc,
+        state.scene_sequence);
   }
-  fmt::print("loop       {:.0f} Hz, tick {}, worst tick {:.1f} us, {} overruns\n", state.tick_rate_Hz,
-             state.tick, state.worst_tick_s * 1e6F, state.overruns);
-  fmt::print("probes     {} times some force was taken away to see whether the encoders count\n", state.probes);
-  fmt::print("late       worst {:.1f} us; ticks:{}\n", late.worst_s * 1e6F, histogram(late));
-  fmt::print("contact    {} ticks, peak {:.3f} N, mean {:.3f} N\n", state.contact_ticks, state.peak_force_N,
-             state.mean_force_N);
+  say("loop       {:.0f} Hz, tick {}, worst tick {:.1f} us, {} overruns\n", state.tick_rate_Hz, state.tick,
+      state.worst_tick_s * 1e6F, state.overruns);
+  say("probes     {} times some force was taken away to see whether the encoders count\n", state.probes);
+  say("late       worst {:.1f} us; ticks:{}\n", late.worst_s * 1e6F, histogram(late));
+  say("contact    {} ticks, peak {:.3f} N, mean {:.3f} N\n", state.contact_ticks, state.peak_force_N,
+      state.mean_force_N);
   for (const Device::Inside& solid : inside)
-    fmt::print("inside     the tip of arm {} is inside {}: move out\n", solid.arm, solid.name);
+    say("inside     the tip of arm {} is inside {}: move out\n", solid.arm, solid.name);
   if (orders.taken + orders.old + orders.wrong != 0) {
-    fmt::print("orders     {} forces taken from a host, {} old, {} wrong; {} times none in time\n",
-               orders.taken, orders.old, orders.wrong, orders.expired);
+    say("orders     {} forces taken from a host, {} old, {} wrong; {} times none in time\n", orders.taken,
+        orders.old, orders.wrong, orders.expired);
   }
-  fmt::print("limits     {} objects, {} triangles, {} bytes a scene; {:g} N/m, {:g} Ns/m, friction {:g}\n",
-             control::kMaxObjects, control::kMaxTriangles, control::kMaxImageBytes,
-             control::kMaxStiffness_N_m, control::kMaxDamping_N_s_m, control::kMaxFriction);
+  say("limits     {} objects, {} triangles, {} bytes a scene; {:g} N/m, {:g} Ns/m, friction {:g}\n",
+      control::kMaxObjects, control::kMaxTriangles, control::kMaxImageBytes, control::kMaxStiffness_N_m,
+      control::kMaxDamping_N_s_m, control::kMaxFriction);
   for (const LimitRow& row : scene_limits()) {
-    fmt::print("  {:<24} {:>10}  {}\n", row.key, row.value.dump(), row.of);
+    say("  {:<24} {:>10}  {}\n", row.key, row.value.dump(), row.of);
   }
 }
 

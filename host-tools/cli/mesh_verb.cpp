@@ -101,20 +101,18 @@ void mesh(const Common& common, const MeshChoice& choice) {
     print(json);
     return;
   }
-  fmt::print("{}: {} triangles -> {}: {} triangles\n", choice.file.string(), report.before.input_triangles,
-             choice.output.string(), report.after.triangles);
-  fmt::print("  vertices            {} -> {}\n", soup.vertices_m.size(), repaired.soup.vertices_m.size());
-  fmt::print("  without area        {} dropped\n", report.before.degenerate_dropped);
-  fmt::print("  fins                {} cancelled\n", report.before.fins_cancelled);
-  fmt::print("  winding             {} triangles reversed\n", report.reversed_triangles);
-  fmt::print("  holes               {} closed with {} triangles\n", report.holes_closed,
-             report.hole_triangles);
-  fmt::print("  crossing parts      {}\n", choice.keep_crossings ? "kept" : name_of(report.resolved));
-  fmt::print("  parts               {} -> {}\n", report.before.components, report.after.components);
-  fmt::print("  open edges          {} -> {}\n", report.before.open_edges, report.after.open_edges);
-  fmt::print("  touching, crossing  {} -> {}\n", report.before.pierced_triangles,
-             report.after.pierced_triangles);
-  for (const std::string& warning : left) fmt::print(stderr, "warning: {}\n", warning);
+  say("{}: {} triangles -> {}: {} triangles\n", choice.file.string(), report.before.input_triangles,
+      choice.output.string(), report.after.triangles);
+  say("  vertices            {} -> {}\n", soup.vertices_m.size(), repaired.soup.vertices_m.size());
+  say("  without area        {} dropped\n", report.before.degenerate_dropped);
+  say("  fins                {} cancelled\n", report.before.fins_cancelled);
+  say("  winding             {} triangles reversed\n", report.reversed_triangles);
+  say("  holes               {} closed with {} triangles\n", report.holes_closed, report.hole_triangles);
+  say("  crossing parts      {}\n", choice.keep_crossings ? "kept" : name_of(report.resolved));
+  say("  parts               {} -> {}\n", report.before.components, report.after.components);
+  say("  open edges          {} -> {}\n", report.before.open_edges, report.after.open_edges);
+  say("  touching, crossing  {} -> {}\n", report.before.pierced_triangles, report.after.pierced_triangles);
+  for (const std::string& warning : left) say(stderr, "warning: {}\n", warning);
 }
 
 }  // namespace thimble::host

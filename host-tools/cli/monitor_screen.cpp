@@ -45,6 +45,14 @@ std::string limiter_names(std::uint8_t bits) {
   return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
+std::string status_line(const link::Status& status) {
+  const firmware::FaultRow* const fault = firmware::find_fault(static_cast<firmware::Fault>(status.fault));
+  return fmt::format(
+      "{}   {}   {:.0f} Hz, worst tick {:.1f} us   limiters: {}", link::name(status.mode),
+      status.fault == 0 || fault == nullptr ? "no fault" : fmt::format("FAULT {}", fault->name),
+      status.tick_rate_Hz, 1e6F * status.worst_tick_s, limiter_names(status.limiters));
+}
+
 }  // namespace
 
 void MonitorScreen::take(const link::CanFrame& frame) {
@@ -107,13 +115,8 @@ std::string MonitorScreen::curve(const Arm& arm, float full, std::size_t columns
 }
 
 std::string MonitorScreen::text(std::size_t columns) const {
-  const firmware::FaultRow* const fault = firmware::find_fault(static_cast<firmware::Fault>(status_.fault));
   std::string all = cut(
-      fmt::format("{}   {}   {}   {:.0f} Hz, worst tick {:.1f} us   limiters: {}", title_,
-                  link::name(status_.mode),
-                  status_.fault == 0 || fault == nullptr ? "no fault" : fmt::format("FAULT {}", fault->name),
-                  status_.tick_rate_Hz, 1e6F * status_.worst_tick_s, limiter_names(status_.limiters)),
-      columns);
+      fmt::format("{}   {}", title_, status_ ? status_line(*status_) : "waiting for its status"), columns);
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     const Arm& arm = arms_[i];
     if (!arm.seen) continue;

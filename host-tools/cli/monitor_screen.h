@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,7 +52,7 @@ class MonitorScreen {
   std::string title_;
   std::uint8_t node_;
   bool utf8_;
-  firmware::link::Status status_;
+  std::optional<firmware::link::Status> status_;
   std::array<Arm, control::kMaxArms> arms_;
   std::map<std::uint8_t, std::string> names_;
 };

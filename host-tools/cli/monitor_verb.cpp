@@ -59,7 +59,7 @@ class InsideNames {
 class TelemetryPrinter {
  public:
   TelemetryPrinter(bool json, Device& device) : json_(json), node_(device.info().node), names_(device) {
-    if (!json_) fmt::print("arm x_m y_m z_m force_x_N force_y_N force_z_N contacts mode\n");
+    if (!json_) say("arm x_m y_m z_m force_x_N force_y_N force_z_N contacts mode\n");
   }
 
   // True when it printed a row.
@@ -96,8 +96,8 @@ class TelemetryPrinter {
   }
   bool show(const link::Force& force) {
     const link::Pose& pose = pose_[force.arm];
-    fmt::print("{} {:.5f} {:.5f} {:.5f} {:.3f} {:.3f} {:.3f} {} {}\n", force.arm, pose.x_m, pose.y_m,
-               pose.z_m, force.x_N, force.y_N, force.z_N, force.contacts, mode_);
+    say("{} {:.5f} {:.5f} {:.5f} {:.3f} {:.3f} {:.3f} {} {}\n", force.arm, pose.x_m, pose.y_m, pose.z_m,
+        force.x_N, force.y_N, force.z_N, force.contacts, mode_);
     std::fflush(stdout);
     return true;
   }
@@ -107,12 +107,12 @@ class TelemetryPrinter {
   }
   bool show(const link::Emergency& emergency) {
     const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(emergency.fault));
-    fmt::print(stderr, "fault {}: {}\n", emergency.fault, row == nullptr ? "cleared or unknown" : row->cause);
+    say(stderr, "fault {}: {}\n", emergency.fault, row == nullptr ? "cleared or unknown" : row->cause);
     return false;
   }
   bool show(const link::Inside& inside) {
     if (names_.is_new(inside))
-      fmt::print(stderr, "the tip of arm {} is inside {}: move out\n", inside.arm, names_.of(inside.object));
+      say(stderr, "the tip of arm {} is inside {}: move out\n", inside.arm, names_.of(inside.object));
     return false;
   }
   template <class Message>
@@ -120,7 +120,7 @@ class TelemetryPrinter {
     return false;
   }
   bool show(const link::EmergencyStop&) {
-    fmt::print(stderr, "emergency stop on the link\n");
+    say(stderr, "emergency stop on the link\n");
     return false;
   }
 
@@ -128,7 +128,7 @@ class TelemetryPrinter {
   std::uint8_t node_;
   InsideNames names_;
   std::map<std::uint8_t, link::Pose> pose_;
-  std::string mode_ = name(link::Mode::kDisarmed);
+  std::string mode_ = "waiting";  // for the first Status
 };
 
 // Draws a MonitorScreen over itself ten times a second.

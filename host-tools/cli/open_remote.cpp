@@ -23,8 +23,8 @@ Device open_remote(const Remote& remote) {
 Device open_device(const Common& common, const Remote& remote) {
   Device device = open_remote(remote);
   if (common.json || isatty(STDERR_FILENO) == 0) return device;
-  fmt::print(stderr, "{} {} on board {}\n", device.text(link::kDidArmName),
-             device.text(link::kDidFirmwareVersion), device.text(link::kDidBoardName));
+  say(stderr, "{} {} on board {}\n", device.text(link::kDidArmName), device.text(link::kDidFirmwareVersion),
+      device.text(link::kDidBoardName));
   return device;
 }
 
@@ -39,7 +39,7 @@ void print_mode(const Common& common, const char* verb, link::Mode mode) {
     json["mode"] = name(mode);
     print(json);
   } else {
-    fmt::print("{}\n", name(mode));
+    say("{}\n", name(mode));
   }
 }
 

@@ -3,8 +3,14 @@
 #include <iostream>
 
 #include "board/files/json_value.h"
+#include "host-tools/client/printable.h"
 
 namespace thimble::host {
+
+void vsay(std::FILE* to, fmt::string_view format, fmt::format_args arguments) {
+  const std::string text = printable(fmt::vformat(format, arguments));
+  std::fwrite(text.data(), 1, text.size(), to);
+}
 
 Json document(std::string_view verb) {
   Json json;
@@ -30,7 +36,7 @@ void report(const Error& error, bool json) {
                     {"exit_code", static_cast<int>(error.code)}};
     std::cerr << out.dump(2, ' ', false, Json::error_handler_t::replace) << std::endl;
   } else {
-    std::cerr << "thimble: " << error.name << ": " << error.cause << "\n  remedy: " << error.remedy
+    std::cerr << printable("thimble: " + error.name + ": " + error.cause + "\n  remedy: " + error.remedy)
               << std::endl;
   }
 }

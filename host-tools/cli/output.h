@@ -1,6 +1,9 @@
 // Output that all verbs share: JSON with a schema version on stdout, messages on stderr.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -13,6 +16,17 @@ namespace thimble::host {
 
 inline constexpr int kJsonSchema = 2;
 using Json = nlohmann::ordered_json;
+
+// fmt::print() for a terminal: names come from devices and files, so control characters are shown (printable.h).
+void vsay(std::FILE* to, fmt::string_view format, fmt::format_args arguments);
+template <class... T>
+void say(std::FILE* to, fmt::format_string<T...> format, T&&... values) {
+  vsay(to, format, fmt::make_format_args(values...));
+}
+template <class... T>
+void say(fmt::format_string<T...> format, T&&... values) {
+  vsay(stdout, format, fmt::make_format_args(values...));
+}
 
 // {"schema": 2, "verb": verb}: the beginning of every document.
 [[nodiscard]] Json document(std::string_view verb);

@@ -60,8 +60,8 @@ void param_list(const Common& common, const Remote& remote) {
     if (common.json) {
       json["params"].push_back(to_json(row, value));
     } else {
-      fmt::print("{:<22} {:>10} {:<6} {} to {}, {}: {}\n", row.name, shown(row, value), row.unit, row.min,
-                 row.max, access_name(row), row.text);
+      say("{:<22} {:>10} {:<6} {} to {}, {}: {}\n", row.name, shown(row, value), row.unit, row.min, row.max,
+          access_name(row), row.text);
     }
   }
   if (common.json) print(json);
@@ -75,7 +75,7 @@ void param_get(const Common& common, const Remote& remote, const std::string& na
     json.update(to_json(row, value));
     print(json);
   } else {
-    fmt::print("{}\n", shown(row, value));
+    say("{}\n", shown(row, value));
   }
 }
 
@@ -101,7 +101,7 @@ void param_set(const Common& common, const Remote& remote, const std::string& na
     json.update(to_json(row, now));
     print(json);
   } else {
-    fmt::print("{}\n", shown(row, now));
+    say("{}\n", shown(row, now));
   }
 }
 
@@ -113,7 +113,7 @@ void param_save(const Common& common, const Remote& remote) {
     json["saved"] = true;
     print(json);
   } else {
-    fmt::print("saved\n");
+    say("saved\n");
   }
 }
 

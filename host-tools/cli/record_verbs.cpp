@@ -2,14 +2,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "firmware/core/faults.h"
 #include "firmware/link/services.h"
+#include "host-tools/cli/arm_watch.h"
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
+#include "host-tools/client/discovery.h"
 #include "host-tools/files/output_file.h"
 #include "host-tools/lab/plot.h"
 #include "host-tools/lab/record_run.h"
@@ -75,7 +78,7 @@ std::vector<board::LogRow> rows_of(const std::filesystem::path& file, int arm) {
     const ReplayVerdict verdict = replay_recording(read_recording(file), [&](const board::LogRow& row) {
       if (row.arm == arm) rows.push_back(row);
     });
-    if (!verdict.exact()) fmt::print(stderr, "warning: {}\n", in_words(verdict));
+    if (!verdict.exact()) say(stderr, "warning: {}\n", in_words(verdict));
   } else {
     rows = read_run_log(file);
     std::erase_if(rows, [arm](const board::LogRow& row) { return row.arm != arm; });
@@ -107,12 +110,18 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
                 "give another file, or --force");
   }
   heed_interrupts();
-  Device device = open_remote(remote);
+  Remote chosen = remote;
+  chosen.device = choose_device(remote.device);
+  std::optional<ArmWatch> watch;
+  if (choice.arm) {
+    watch.emplace([&] { disarm(open_transport(chosen.device), options_of(chosen)); });
+    options.armed = [&watch](bool yes) { watch->armed(yes); };
+  }
+  Device device = open_remote(chosen);
   const RecordReport report = record(
       device, options, [] { return interrupted != 0; },
       [&] {
-        fmt::print(stderr, "recording{}: Ctrl-C ends it\n",
-                   choice.arm ? ", armed" : "; now arm (`thimble arm`)");
+        say(stderr, "recording{}: Ctrl-C ends it\n", choice.arm ? ", armed" : "; now arm (`thimble arm`)");
       });
   heed_interrupts_no_more();
   const Recording recording = read_recording(choice.output);
@@ -127,19 +136,18 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
     json["replay"] = verdict_json(verdict);
     print(json);
   } else {
-    fmt::print(
-        "{}: {} ticks at {} Hz, {} missing; other telemetry every {} ticks; "
+    say("{}: {} ticks at {} Hz, {} missing; other telemetry every {} ticks; "
         "ended: {}\n",
         choice.output.string(), report.ticks, report.counts_Hz, report.end.missing, report.telemetry_ticks,
         end_in_words(recording));
-    fmt::print("{}\n", in_words(verdict));
+    say("{}\n", in_words(verdict));
   }
   if (report.end.missing != 0) {
-    fmt::print(stderr,
-               "warning: {} ticks are missing ({} of them the device could not send): the link does not "
-               "carry {} frames a second; "
-               "replay is exact up to tick {}\n",
-               report.end.missing, report.end.dropped, report.frames_per_s, verdict.exact_to);
+    say(stderr,
+        "warning: {} ticks are missing ({} of them the device could not send): the link does not "
+        "carry {} frames a second; "
+        "replay is exact up to tick {}\n",
+        report.end.missing, report.end.dropped, report.frames_per_s, verdict.exact_to);
   }
   if (verdict.differs_at) differs(choice.output, verdict);
 }
@@ -160,9 +168,8 @@ void replay(const Common& common, const ReplayChoice& choice) {
   }
   if (verdict.differs_at) differs(choice.file, verdict);
   if (!recording.end)
-    fmt::print(stderr,
-               "warning: {} was cut off: it has no end, and {} bytes of a message that is not whole\n",
-               choice.file.string(), recording.cut_bytes);
+    say(stderr, "warning: {} was cut off: it has no end, and {} bytes of a message that is not whole\n",
+        choice.file.string(), recording.cut_bytes);
   if (common.json) {
     Json json = document("replay");
     json["file"] = choice.file.string();
@@ -171,11 +178,11 @@ void replay(const Common& common, const ReplayChoice& choice) {
     print(json);
     return;
   }
-  fmt::print("{}: scene '{}', {} {} on board {}, {:.0f} Hz; ended: {}\n", choice.file.string(),
-             recording.header.scene_name, fmt::format("{}", fmt::join(recording.header.models, ",")),
-             recording.header.firmware, recording.header.board,
-             1.0 / static_cast<double>(recording.header.start.period_s), end_in_words(recording));
-  fmt::print("{}\n", in_words(verdict));
+  say("{}: scene '{}', {} {} on board {}, {:.0f} Hz; ended: {}\n", choice.file.string(),
+      recording.header.scene_name, fmt::format("{}", fmt::join(recording.header.models, ",")),
+      recording.header.firmware, recording.header.board,
+      1.0 / static_cast<double>(recording.header.start.period_s), end_in_words(recording));
+  say("{}\n", in_words(verdict));
 }
 
 void plot(const Common& common, const PlotChoice& choice) {
@@ -201,8 +208,8 @@ void plot(const Common& common, const PlotChoice& choice) {
     print(json);
     return;
   }
-  fmt::print("{} rows, {:.2f} s at {:.0f} Hz, peak {:.3f} N -> {}\n", rows.size(), result.seconds,
-             result.rate_Hz, result.peak_force_N, choice.output.string());
+  say("{} rows, {:.2f} s at {:.0f} Hz, peak {:.3f} N -> {}\n", rows.size(), result.seconds, result.rate_Hz,
+      result.peak_force_N, choice.output.string());
 }
 
 }  // namespace thimble::host

@@ -163,7 +163,7 @@ class Progress {
                  done == total_ ? "\n" : "");
     } else if (const std::size_t tenth = 10 * done / total_; tenth != tenth_) {
       tenth_ = tenth;
-      fmt::print(stderr, "{} %  step {} of {}, {:.0f} s left\n", 10 * tenth, done, total_, left_s);
+      say(stderr, "{} %  step {} of {}, {:.0f} s left\n", 10 * tenth, done, total_, left_s);
     }
   }
 
@@ -253,41 +253,41 @@ void report(const Common& common, const ScanChoice& choice, const ScanPlan& plan
     print(result_json(choice, plan, result));
     return;
   }
-  fmt::print("{}: {} x {} points, {:.0f} to {:.0f} N/m, residual at most {:.3f} N -> {}\n", plan.name,
-             plan.columns, plan.rows, result.least_stiffness_N_m, result.most_stiffness_N_m,
-             result.residual_N, choice.output.string());
-  fmt::print("shape: {}, off its plane {:.3f} mm RMS, {:.3f} mm at most\n",
-             result.flat ? "a plane" : "a height field in " + heights_of(choice.output).string(),
-             1e3 * result.off_plane_rms_m, 1e3 * result.off_plane_most_m);
+  say("{}: {} x {} points, {:.0f} to {:.0f} N/m, residual at most {:.3f} N -> {}\n", plan.name, plan.columns,
+      plan.rows, result.least_stiffness_N_m, result.most_stiffness_N_m, result.residual_N,
+      choice.output.string());
+  say("shape: {}, off its plane {:.3f} mm RMS, {:.3f} mm at most\n",
+      result.flat ? "a plane" : "a height field in " + heights_of(choice.output).string(),
+      1e3 * result.off_plane_rms_m, 1e3 * result.off_plane_most_m);
   if (result.checks != 0) {
-    fmt::print("shape between the points: off {} other contacts {:.3f} mm RMS, {:.3f} mm at most\n",
-               result.checks, 1e3 * result.check_rms_m, 1e3 * result.check_most_m);
+    say("shape between the points: off {} other contacts {:.3f} mm RMS, {:.3f} mm at most\n", result.checks,
+        1e3 * result.check_rms_m, 1e3 * result.check_most_m);
   }
   if (const auto& damping = result.damping) {
-    fmt::print("damping: {:.2f} N s/m, uncertain by {:.2f}, residual {:.3f} N over {} presses\n",
-               damping->damping_N_s_m, damping->uncertainty_N_s_m, damping->residual_N, damping->presses);
+    say("damping: {:.2f} N s/m, uncertain by {:.2f}, residual {:.3f} N over {} presses\n",
+        damping->damping_N_s_m, damping->uncertainty_N_s_m, damping->residual_N, damping->presses);
   }
   const auto coefficient = [](const char* what, const CoefficientFit& fit) {
-    fmt::print("{} friction: {:.3f}, from site to site {:.3f}, residual {:.3f} N over {} strokes\n", what,
-               fit.coefficient, fit.spread, fit.residual_N, fit.strokes);
+    say("{} friction: {:.3f}, from site to site {:.3f}, residual {:.3f} N over {} strokes\n", what,
+        fit.coefficient, fit.spread, fit.residual_N, fit.strokes);
   };
   if (const auto& friction = result.friction) {
     coefficient("static", friction->breakaway);
     coefficient("dynamic", friction->sliding);
   } else if (plan.measure_friction) {
-    fmt::print(stderr,
-               "warning: the friction was not measured: no stroke slid. Give a longer stroke_m; a "
-               "coefficient above 1.7 "
-               "cannot be measured\n");
+    say(stderr,
+        "warning: the friction was not measured: no stroke slid. Give a longer stroke_m; a "
+        "coefficient above 1.7 "
+        "cannot be measured\n");
   }
   if (result.layers) {
-    fmt::print(stderr,
-               "warning: the specimen is layered: {:.0f} N/m down to {:.2f} mm, {:.0f} N/m below. A surface "
-               "of a scene has one "
-               "stiffness: that of the scene is nearest to the forces down to {:.2f} mm, and off them by at "
-               "most {:.2f} N\n",
-               result.upper_N_m, 1e3 * result.layers->boundary_m, result.lower_N_m, 1e3 * result.depth_m,
-               result.off_N);
+    say(stderr,
+        "warning: the specimen is layered: {:.0f} N/m down to {:.2f} mm, {:.0f} N/m below. A surface "
+        "of a scene has one "
+        "stiffness: that of the scene is nearest to the forces down to {:.2f} mm, and off them by at "
+        "most {:.2f} N\n",
+        result.upper_N_m, 1e3 * result.layers->boundary_m, result.lower_N_m, 1e3 * result.depth_m,
+        result.off_N);
   }
 }
 

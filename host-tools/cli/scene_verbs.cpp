@@ -65,6 +65,7 @@ void compile(const Common& common, const CompileChoice& choice) {
     throw Error(ExitCode::kUsage, "bad-rate", "the rate is not within 100 Hz to 20 kHz",
                 "choose --rate between 100 and 20000");
   const CompiledScene compiled = compile_scene(choice.scene);
+  keep_apart(compiled.report.files, output);
   write_image(output, compiled.image);
 
   const SceneReport& report = compiled.report;
@@ -87,31 +88,31 @@ void compile(const Common& common, const CompileChoice& choice) {
     print(json);
     return;
   }
-  fmt::print("{}: {} objects, {} bytes -> {}\n", report.name, report.objects.size(), compiled.image.size(),
-             output.string());
+  say("{}: {} objects, {} bytes -> {}\n", report.name, report.objects.size(), compiled.image.size(),
+      output.string());
   if (report.tip_radius_m > 0)
-    fmt::print("  the tip is a sphere with a radius of {:g} mm\n", 1e3 * report.tip_radius_m);
+    say("  the tip is a sphere with a radius of {:g} mm\n", 1e3 * report.tip_radius_m);
   for (const SceneReport::Object& object : report.objects) {
     if (object.mesh.triangles > 0) {
       const MeshReport& mesh = object.mesh;
-      fmt::print(
-          "  {}: {}, {} triangles, {} vertices, {} open edges, {} bytes ({:.1f} a triangle), tree depth "
+      say("  {}: {}, {} triangles, {} vertices, {} open edges, {} bytes ({:.1f} a triangle), tree depth "
           "{}\n",
           object.name, object.shape, mesh.triangles, mesh.vertices, mesh.open_edges, mesh.bytes,
           static_cast<double>(mesh.bytes) / static_cast<double>(mesh.triangles), mesh.depth);
       const Json counts = choice.report ? to_json(mesh) : Json::object();
-      for (const auto& [name, count] : counts.items()) fmt::print("    {:<20} {}\n", name, count.dump());
+      for (const auto& [name, count] : counts.items()) say("    {:<20} {}\n", name, count.dump());
     } else {
-      fmt::print("  {}: {}\n", object.name, object.shape);
+      say("  {}: {}\n", object.name, object.shape);
     }
   }
-  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+  for (const std::string& warning : warnings) say(stderr, "warning: {}\n", warning);
 }
 
 void simulate(const Common& common, const SimulateChoice& choice) {
   keep_apart(choice.scene, choice.log);
   keep_apart(choice.path, choice.log);
   const SimulationRun run(choice.scene, choice.path);
+  keep_apart(run.files(), choice.log);
   board::SimulationOptions options;
   options.ideal = choice.ideal;
   options.rate_Hz = choice.rate_Hz;
@@ -157,9 +158,9 @@ void simulate(const Common& common, const SimulateChoice& choice) {
     json["warnings"] = warnings;
     print(json);
   } else {
-    fmt::print(stderr, "{} ticks, {} rows in contact, peak {:.3f} N, mean in contact {:.3f} N -> {}\n",
-               result.ticks, contact_rows, peak_N, mean_N, choice.log.string());
-    for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+    say(stderr, "{} ticks, {} rows in contact, peak {:.3f} N, mean in contact {:.3f} N -> {}\n", result.ticks,
+        contact_rows, peak_N, mean_N, choice.log.string());
+    for (const std::string& warning : warnings) say(stderr, "warning: {}\n", warning);
   }
 }
 

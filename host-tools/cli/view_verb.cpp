@@ -28,13 +28,13 @@ void view(const Common& common, const Remote& remote, const ViewChoice& choice) 
       json["device"] = device;
       print_line(json);
     } else {
-      fmt::print("{}\n", url);
+      say("{}\n", url);
       std::fflush(stdout);
     }
     if (!choice.browser) return;
     const std::string failed = open_browser(url);
     if (!failed.empty() && !common.json)
-      fmt::print(stderr, "thimble: no browser was opened: {}\n  remedy: open the address above\n", failed);
+      say(stderr, "thimble: no browser was opened: {}\n  remedy: open the address above\n", failed);
   });
 }
 

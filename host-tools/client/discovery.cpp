@@ -44,10 +44,11 @@ std::vector<DeviceEntry> can_interfaces_up() {
 
 }  // namespace
 
-std::vector<DeviceEntry> discover() {
+std::vector<DeviceEntry> discover(std::string* trouble) {
   std::vector<DeviceEntry> found;
-  for (const board::Announcement& a : board::announcements())
-    found.push_back({a.name, "simulator", a.arm, a.uris});
+  board::Announcements simulators = board::announcements();
+  for (const board::Announcement& a : simulators.found) found.push_back({a.name, "simulator", a.arm, a.uris});
+  if (trouble != nullptr) *trouble = std::move(simulators.trouble);
   std::error_code none;
   for (const auto& port : std::filesystem::directory_iterator("/dev/serial/by-id", none)) {
     const std::string name = port.path().filename().string();
@@ -60,17 +61,25 @@ std::vector<DeviceEntry> discover() {
 
 std::string choose_device(const std::string& wish) {
   if (wish.find(':') != std::string::npos) return wish;
-  std::vector<DeviceEntry> devices = discover();
+  std::string trouble;
+  std::vector<DeviceEntry> devices = discover(&trouble);
+  const auto check_trouble = [&trouble] {
+    if (!trouble.empty())
+      throw Error(ExitCode::kPermission, "runtime-folder", "simulators cannot be looked for: " + trouble,
+                  "do that, or name the device by its address: --device tcp:127.0.0.1:29536");
+  };
   if (!wish.empty()) {
     for (const DeviceEntry& device : devices) {
       if (device.name == wish) return device.uris.front();
     }
+    check_trouble();
     throw Error(ExitCode::kNotFound, "no-device", "there is no device named '" + wish + "'",
                 "`thimble list` shows what is there; an address is slcan:/dev/ttyACM0, can:can0 or "
                 "tcp:127.0.0.1:29536");
   }
   std::erase_if(devices, [](const DeviceEntry& device) { return device.kind == kCan; });
   if (devices.empty()) {
+    check_trouble();
     throw Error(ExitCode::kNotFound, "no-device", "no device was found",
                 "connect a controller, or start thimble-sim; what is on a CAN bus is not asked unless named: "
                 "--device can:can0");

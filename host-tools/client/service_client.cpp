@@ -7,6 +7,7 @@
 #include "firmware/core/conditions.h"
 #include "firmware/core/faults.h"
 #include "host-tools/client/arm_record.h"
+#include "host-tools/client/printable.h"
 #include "host-tools/client/requests.h"
 
 namespace thimble::host {
@@ -73,6 +74,7 @@ std::string remedy_of(const std::string& reasons) {
   if (reasons.find("too_many") != std::string::npos) add("leave some out; the limits are in `thimble info`");
   // Busy: it passes by itself.
   if (reasons == "scene_switching" || reasons == "command_pending") add("repeat the command");
+  if (reasons == "restarting") add("repeat the command when the controller has started again");
   if (reasons == "other_host_uploads") add("repeat the command when the other host's upload has ended");
   // Of the bus.
   if (reasons == "needs_can_fd_or_lower_rate")
@@ -300,7 +302,7 @@ link::DeviceState ServiceClient::state() { return record<link::DeviceState>("rea
 std::string ServiceClient::text(std::uint16_t did) {
   const Answer answer = request(read_request(did));
   if (answer.code != Nrc::kOk) return {};
-  return {answer.bytes.begin() + 3, answer.bytes.end()};
+  return printable(std::string(answer.bytes.begin() + 3, answer.bytes.end()));
 }
 
 // --- Errors

@@ -139,6 +139,10 @@ std::unique_ptr<Transport> open_serial(const std::string& path, const std::strin
   return std::make_unique<SlcanTransport>(std::move(fd), uri);
 }
 
+std::unique_ptr<Transport> open_socket(Descriptor socket, const std::string& uri) {
+  return std::make_unique<SlcanTransport>(std::move(socket), uri);
+}
+
 std::unique_ptr<Transport> open_tcp(const std::string& host, const std::string& port,
                                     const std::string& uri) {
   addrinfo hints{};

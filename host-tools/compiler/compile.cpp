@@ -68,6 +68,11 @@ class ImageWriter {
     const auto* primitive = std::get_if<PrimitiveShape>(&object.shape);
     const Wearer wearer{object.name, object.shape_word, shape.first,
                         primitive != nullptr ? primitive->unrolled_radius_m : 0.0};
+    if (m.surface.texture) note_file(m.surface.texture->heights.file);
+    if (const auto& map = m.surface.stiffness_map) {
+      note_file(map->stiffness_N_m.file);
+      if (map->damping_N_s_m) note_file(map->damping_N_s_m->file);
+    }
     const auto surface = write_surface(builder_, m.surface, wearer, folder_, report_.warnings);
     const float stiffest_N_m = control::stiffest_N_m(
         material.stiffness_n_per_m(),
@@ -77,6 +82,10 @@ class ImageWriter {
                                        object.position_m, object.rotation)
                           : 0;
     return scene::CreateObject(builder_, name, shape.first, shape.second, &pose, &material, surface, body);
+  }
+
+  void note_file(const std::string& file) {
+    if (!file.empty()) report_.files.push_back(folder_ / file);
   }
 
   AnyShape write_shape(const NeedleShape& needle) { return host::write_shape(builder_, needle); }
@@ -90,11 +99,13 @@ class ImageWriter {
 
   AnyShape write_shape(const MeshShape& shape) {
     const std::string name = shape.place + ": " + shape.file;
+    note_file(shape.file);
     return write_mesh(read_mesh_file(folder_ / shape.file, shape.scale_m, name), shape.options, shape.file,
                       name);
   }
   AnyShape write_shape(const HeightFieldShape& shape) {
     const std::string name = shape.place + ": " + shape.file;
+    note_file(shape.file);
     const HeightGrid grid = read_height_grid(folder_ / shape.file, control::kMaxHeightSamples, name);
     const MeshOptions options{
         .side = MeshSide::kOutside, .crease_deg = shape.crease_deg, .height_field = true};

@@ -20,7 +20,8 @@ struct SceneReport {
   double tip_radius_m = 0;
   std::vector<Object> objects;
   std::size_t bytes = 0;
-  std::vector<std::string> warnings;  // open sheets, dropped triangles, flipped winding ...
+  std::vector<std::filesystem::path> files;  // that the scene file names
+  std::vector<std::string> warnings;         // open sheets, dropped triangles, flipped winding ...
 };
 
 struct CompiledScene {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "control/scene/limits.h"
 #include "host-tools/client/device.h"
@@ -31,7 +32,10 @@ void write_image(const std::filesystem::path& file, std::span<const std::byte> i
 }
 
 ImageFile load_image(const std::filesystem::path& file) {
-  if (file.extension() == ".json") return {compile_scene(file).image, std::nullopt};
+  if (file.extension() == ".json") {
+    CompiledScene compiled = compile_scene(file);
+    return {std::move(compiled.image), std::nullopt, std::move(compiled.report.files)};
+  }
 
   const std::string bytes = read_input(file);
   ImageFile result;

@@ -17,7 +17,8 @@ inline constexpr std::string_view kImageTrailer = "CRC1";
 
 struct ImageFile {
   std::vector<std::byte> image;
-  std::optional<std::uint32_t> crc;  // what the trailer says; none without a trailer
+  std::optional<std::uint32_t> crc;          // what the trailer says; none without a trailer
+  std::vector<std::filesystem::path> files;  // that the scene file names
 };
 
 void write_image(const std::filesystem::path& file, std::span<const std::byte> image);

@@ -2,9 +2,10 @@
 
 #include <cerrno>
 #include <cstring>
-#include <iterator>
-#include <system_error>
+#include <optional>
+#include <utility>
 
+#include "board/files/text_file.h"
 #include "host-tools/error.h"
 
 namespace thimble::host {
@@ -12,19 +13,24 @@ namespace thimble::host {
 std::ifstream open_input(const std::filesystem::path& file) {
   errno = 0;
   std::ifstream in(file, std::ios::binary);
-  std::error_code none;
-  if (!in || std::filesystem::is_directory(file, none)) {
-    const int error = in ? EISDIR : errno;
+  const int error = in ? 0 : errno;
+  const char* why = in ? board::unreadable_kind(file) : std::strerror(error);
+  if (why != nullptr) {
     throw Error(error == EACCES ? ExitCode::kPermission : ExitCode::kBadInput, "cannot-read",
-                "cannot read " + file.string() + ": " + std::strerror(error),
-                "check the file's name and rights");
+                "cannot read " + file.string() + ": " + why, "check the file's name and rights");
   }
   return in;
 }
 
 std::string read_input(const std::filesystem::path& file) {
   std::ifstream in = open_input(file);
-  return {std::istreambuf_iterator<char>(in), {}};
+  std::optional<std::string> bytes = board::read_bounded(in, kMostInputBytes);
+  if (!bytes) {
+    throw Error(ExitCode::kBadInput, "too-large",
+                file.string() + " has more than " + std::to_string(kMostInputBytes) + " bytes",
+                "give a smaller file");
+  }
+  return std::move(*bytes);
 }
 
 }  // namespace thimble::host

@@ -19,9 +19,15 @@ void keep_apart(const std::filesystem::path& input, const std::filesystem::path&
               "give the output another name");
 }
 
+void keep_apart(std::span<const std::filesystem::path> inputs, const std::filesystem::path& output) {
+  for (const std::filesystem::path& input : inputs) keep_apart(input, output);
+}
+
 OutputFile::OutputFile(std::filesystem::path place) : place_(std::move(place)) {
   std::error_code none;
-  const auto kind = std::filesystem::status(place_, none).type();
+  if (std::filesystem::path real = std::filesystem::canonical(place_, none); !none) place_ = std::move(real);
+  const auto status = std::filesystem::status(place_, none);
+  const auto kind = status.type();
   if (kind == std::filesystem::file_type::directory) fail(EISDIR);
   const bool direct =
       kind != std::filesystem::file_type::not_found && kind != std::filesystem::file_type::regular;
@@ -30,6 +36,10 @@ OutputFile::OutputFile(std::filesystem::path place) : place_(std::move(place)) {
   errno = 0;
   stream_.open(draft_, std::ios::binary | std::ios::trunc);
   if (!stream_) fail(errno);
+  if (direct) return;
+  removed_.emplace(draft_);
+  if (kind == std::filesystem::file_type::regular)
+    std::filesystem::permissions(draft_, status.permissions(), none);
 }
 
 OutputFile::~OutputFile() {
@@ -52,6 +62,7 @@ void OutputFile::commit() {
   std::error_code failed;
   std::filesystem::rename(draft_, place_, failed);
   if (failed) fail(failed.value());
+  removed_.reset();
 }
 
 void OutputFile::fail(int error) const {

@@ -14,11 +14,13 @@
 #include <cstdio>
 #include <fstream>
 #include <functional>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "host-tools/error.h"
 #include "host-tools/files/output_file.h"
+#include "host-tools/files/removed_on_signal.h"
 
 extern char** environ;
 
@@ -100,6 +102,8 @@ class WorkFolder {
       throw Error(ExitCode::kPermission, "permission", "cannot make a folder in " + name,
                   "set TMPDIR to one that is yours");
     path_ = name;
+    removed_.emplace(path_);
+    for (std::size_t i = 0; i < kFiles.size(); ++i) files_[i].emplace(path_ / kFiles[i]);
   }
   WorkFolder(const WorkFolder&) = delete;
   WorkFolder& operator=(const WorkFolder&) = delete;
@@ -110,7 +114,10 @@ class WorkFolder {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:
+  static constexpr std::array<const char*, 4> kFiles = {"script", "words", "picture.svg", "picture.png"};
   std::filesystem::path path_;
+  std::optional<RemovedOnSignal> removed_;
+  std::array<std::optional<RemovedOnSignal>, kFiles.size()> files_;
 };
 
 Spectrum force_spectrum(std::span<const board::LogRow> rows, double rate_Hz) {

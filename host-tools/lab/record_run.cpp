@@ -26,13 +26,16 @@ constexpr Micros kSilence_us = 3'000'000;   // without a frame for this time the
 constexpr Micros kLastFrames_us = 500'000;  // after the recording was ended
 constexpr Micros kHoming_us = 30'000'000;
 
-std::vector<std::byte> scene_that_runs(Device& device, const std::filesystem::path& file) {
+std::vector<std::byte> scene_that_runs(Device& device, const std::filesystem::path& file,
+                                       const std::filesystem::path& output) {
   const link::DeviceState state = device.state();
   if (state.scene_bytes == 0) {
     throw Error(ExitCode::kRefused, "no-scene", "the device has no scene",
                 "send one first (`thimble upload`)");
   }
-  std::vector<std::byte> image = load_image(file).image;
+  ImageFile loaded = load_image(file);
+  keep_apart(loaded.files, output);
+  std::vector<std::byte>& image = loaded.image;
   const std::uint32_t crc = crc32(image);
   if (crc != state.scene_crc) {
     char text[160];
@@ -42,7 +45,7 @@ std::vector<std::byte> scene_that_runs(Device& device, const std::filesystem::pa
     throw Error(ExitCode::kVerification, "other-scene", text,
                 "name the scene file that was uploaded with --scene, or upload it again");
   }
-  return image;
+  return std::move(image);
 }
 
 std::vector<std::string> split(const std::string& list) {
@@ -59,7 +62,7 @@ class Run {
       : device_(device), options_(options), recorder_(device.info().node, device.info().arms) {}
 
   RecordReport go(const std::function<bool()>& stopping, const std::function<void()>& running) {
-    header_.scene = scene_that_runs(device_, options_.scene);
+    header_.scene = scene_that_runs(device_, options_.scene, options_.output);
     describe();
     OutputFile file(options_.output);
     begun_us_ = now_us();
@@ -134,10 +137,15 @@ class Run {
     write_header(file.stream(), header_);
   }
 
+  void disarm() {
+    device_.disarm();
+    options_.armed(false);
+  }
+
   // After a failure: disarms and ends the recording, if the device still answers.
   void let_go() {
     try {
-      if (options_.arm) device_.disarm();
+      if (options_.arm) disarm();
       device_.end_recording();
     } catch (const Error&) {
       return;
@@ -162,7 +170,10 @@ class Run {
 
   void follow(OutputFile& file, const std::function<bool()>& stopping, const std::function<void()>& running) {
     if (options_.home) device_.home(kHoming_us, stopping);
-    if (options_.arm && !stopping()) device_.arm();
+    if (options_.arm && !stopping()) {
+      options_.armed(true);
+      device_.arm();
+    }
     if (!stopping()) running();
     followed_ = true;
     file.keep_draft();
@@ -190,7 +201,7 @@ class Run {
         if (device_.recording_state().phase != link::RecordingPhase::kRunning) break;
       }
     }
-    if (options_.arm) device_.disarm();
+    if (options_.arm) disarm();
   }
 
   void finish() {

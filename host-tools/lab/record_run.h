@@ -18,8 +18,10 @@ struct RecordOptions {
   double seconds = 0;           // 0: until stopping() says so, or the recording ends
   bool home = false;            // first of all, in the recording
   bool arm = false;             // and disarm at the end
-  bool take_over = false;       // end the recording that another program may have begun
-  std::string tool;             // version of this program
+  std::function<void(bool)> armed = [](bool) {
+  };  // told true before it arms, which it may refuse by an Error; false once it is disarmed
+  bool take_over = false;  // end the recording that another program may have begun
+  std::string tool;        // version of this program
 };
 
 struct RecordReport {

@@ -15,6 +15,7 @@
 
 #include "board/files/csv.h"
 #include "host-tools/error.h"
+#include "host-tools/files/input_file.h"
 
 namespace thimble::host {
 namespace {
@@ -75,10 +76,7 @@ ScanLog::ScanLog(std::filesystem::path file, const ScanPlan& plan, bool resume)
       throw Error(ExitCode::kRefused, "log-exists", file_.string() + " exists already",
                   "continue it (--resume), or give another file");
     }
-    std::ifstream in(file_, std::ios::binary);
-    std::ostringstream text;
-    text << in.rdbuf();
-    read(text.str(), plan);
+    read(read_input(file_), plan);
     std::error_code failed;
     std::filesystem::resize_file(file_, whole_bytes_, failed);
     if (failed) cannot(file_, "shorten", failed.value());

@@ -4,7 +4,6 @@
 
 #include "board/sim/hand_path_file.h"
 #include "host-tools/error.h"
-#include "host-tools/files/image_file.h"
 
 namespace thimble::host {
 namespace {
@@ -45,14 +44,14 @@ std::vector<board::PathPoint> read_path(const std::filesystem::path& file) {
 }  // namespace
 
 SimulationRun::SimulationRun(const std::filesystem::path& scene, std::vector<board::PathPoint> path)
-    : image_(load_image(scene).image), path_(std::move(path)) {}
+    : scene_(load_image(scene)), path_(std::move(path)) {}
 
 SimulationRun::SimulationRun(const std::filesystem::path& scene, const std::filesystem::path& path)
-    : image_(load_image(scene).image), path_(read_path(path)) {}
+    : scene_(load_image(scene)), path_(read_path(path)) {}
 
 board::SimulationResult SimulationRun::go(const board::SimulationOptions& options,
                                           const std::function<void(const board::LogRow&)>& row) const {
-  board::SimulationResult result = board::simulate(image_, path_, options, row);
+  board::SimulationResult result = board::simulate(scene_.image, path_, options, row);
   if (result.status != board::SimulationStatus::kOk && result.status != board::SimulationStatus::kFaulted)
     fail(result);
   return result;

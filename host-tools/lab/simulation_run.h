@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "board/sim/simulation.h"
+#include "host-tools/files/image_file.h"
 
 namespace thimble::host {
 
@@ -17,14 +18,17 @@ class SimulationRun {
   SimulationRun(const std::filesystem::path& scene, const std::filesystem::path& path);
   SimulationRun(const std::filesystem::path& scene, std::vector<board::PathPoint> path);
 
-  [[nodiscard]] std::span<const std::byte> image() const { return image_; }
+  [[nodiscard]] std::span<const std::byte> image() const { return scene_.image; }
+  [[nodiscard]] std::span<const std::filesystem::path> files() const {
+    return scene_.files;
+  }  // that the scene file names
 
   // board::simulate(); what cannot run is an Error. A run that tripped is none yet: its rows are good up to there.
   board::SimulationResult go(const board::SimulationOptions& options,
                              const std::function<void(const board::LogRow&)>& row) const;
 
  private:
-  std::vector<std::byte> image_;
+  ImageFile scene_;
   std::vector<board::PathPoint> path_;
 };
 

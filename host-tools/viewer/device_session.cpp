@@ -123,7 +123,8 @@ void DeviceSession::run(const std::atomic<bool>& stopping, const std::function<v
 
 void DeviceSession::connect() {
   address_ = simulated_ != nullptr ? simulated_->uri() : choose_device(options_.device);
-  device_ = std::make_unique<Device>(open_transport(address_), options_.options);
+  device_ = std::make_unique<Device>(simulated_ != nullptr ? simulated_->connect() : open_transport(address_),
+                                     options_.options);
   arms_ = device_->info().arms;
   live_ = LiveState(device_->info().node, arms_);
   heard_us_ = now_us();

@@ -7,7 +7,8 @@ namespace thimble::host {
 namespace {
 
 constexpr auto kHttpTimeout = std::chrono::seconds(60);
-constexpr auto kStrangerTimeout = std::chrono::seconds(5);
+constexpr auto kStrangerTimeout =
+    std::chrono::seconds(5);  // for a request, from its first byte or none to its last
 
 constexpr std::string_view kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
@@ -18,20 +19,13 @@ std::string_view view_of(beast::string_view text) { return {text.data(), text.si
 
 }  // namespace
 
-HttpConnection::HttpConnection(WebServerImpl* server, tcp::socket&& socket)
-    : server_(server), stream_(std::move(socket)), known_(!server->guarded) {
-  ++server_->clients;
-}
-
-HttpConnection::~HttpConnection() { --server_->clients; }
-
 void HttpConnection::read() {
   constexpr std::uint32_t kMostHeader = 8U << 10U;
   constexpr std::uint64_t kMostBody = 1U << 10U;
   parser_.emplace();
   parser_->header_limit(kMostHeader);
   parser_->body_limit(kMostBody);
-  if (known_) {
+  if (is_owner_) {
     stream_.expires_after(kHttpTimeout);
   } else {
     stream_.expires_after(kStrangerTimeout);
@@ -45,13 +39,14 @@ void HttpConnection::answer(const Request& request) {
   const std::string_view host = view_of(request[http::field::host]);
   const Target target = parse_target(view_of(request.target()));
   const bool has_token = same_secret(target.token, server_->token);
-  known_ = !server_->guarded || has_token ||
-           same_secret(cookie(view_of(request[http::field::cookie]), server_->cookie_name), server_->token);
+  if (has_token || same_secret(cookie(view_of(request[http::field::cookie]), server_->cookie_name),
+                               server_->cookie_secret))
+    is_owner_ = true;
   if (!server_->guarded && !is_loopback_host(host, server_->port)) {
     refuse(request, http::status::forbidden, "This server is for this machine: ask for 127.0.0.1.\n");
   } else if (!is_own_origin(view_of(request[http::field::origin]), host)) {
     refuse(request, http::status::forbidden, "Another site's page may not come here.\n");
-  } else if (!known_) {
+  } else if (server_->guarded && !is_owner_) {
     refuse(request, http::status::unauthorized,
            "A token is needed: open the address that `thimble view` printed.\n");
   } else if (websocket::is_upgrade(request)) {
@@ -60,7 +55,11 @@ void HttpConnection::answer(const Request& request) {
       return;
     }
     stream_.expires_never();
-    std::make_shared<PageSocket>(server_, stream_.release_socket(), has_token)->begin(request);
+    const auto page = std::make_shared<PageSocket>(server_, stream_.release_socket(), has_token, is_owner_);
+    std::erase_if(server_->places,
+                  [this](const std::weak_ptr<Client>& one) { return one.lock().get() == this; });
+    server_->add(page);
+    page->begin(request);
   } else if (request.method() != http::verb::get && request.method() != http::verb::head) {
     refuse(request, http::status::method_not_allowed, "Only GET and HEAD.\n");
   } else {
@@ -82,9 +81,10 @@ void HttpConnection::serve(const Request& request, const Target& target, bool ha
     send(request, http::status::ok, "application/json", *text, text);
   } else if (const PageFile* file = find_page_file(target.path)) {
     std::string set_cookie;
-    // So that files which the page loads carry the token too.
-    if (server_->guarded && has_token)
-      set_cookie = server_->cookie_name + "=" + server_->token + "; Path=/; HttpOnly; SameSite=Strict";
+    // So that the files which the page loads come in the owner's places too.
+    if (has_token)
+      set_cookie =
+          server_->cookie_name + "=" + server_->cookie_secret + "; Path=/; HttpOnly; SameSite=Strict";
     send(request, http::status::ok, file->type, file->bytes, nullptr,
          target.path.starts_with("/assets/") ? "public, max-age=31536000, immutable" : "no-store",
          set_cookie);

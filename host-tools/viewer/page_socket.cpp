@@ -18,13 +18,6 @@ bool MessageRate::allows() {
   return true;
 }
 
-PageSocket::PageSocket(WebServerImpl* server, tcp::socket&& socket, bool may_control)
-    : server_(server), stream_(std::move(socket)), may_control_(may_control) {
-  ++server_->clients;
-}
-
-PageSocket::~PageSocket() { --server_->clients; }
-
 void PageSocket::begin(const http::request<http::string_body>& request) {
   websocket::stream_base::timeout timeout{};
   timeout.handshake_timeout = std::chrono::seconds(10);
@@ -54,7 +47,7 @@ void PageSocket::tell_hello(Json hello) {
 
 void PageSocket::tell(const Text& text) {
   if (events_.size() >= kMostEvents) {
-    beast::get_lowest_layer(stream_).close();
+    drop();
     return;
   }
   events_.push_back(text);

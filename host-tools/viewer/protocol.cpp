@@ -99,6 +99,8 @@ MaterialMessage read_material_message(const Json& json) {
 
 PageMessage parse_page_message(std::string_view text) {
   if (text.size() > kMostMessageBytes) nonsense("it is longer than a message may be");
+  // The parser takes a NUL for the end of the text.
+  if (text.find('\0') != std::string_view::npos) nonsense("it has a NUL character");
   const Json json = Json::parse(text, nullptr, false);
   if (!json.is_object()) nonsense("not a JSON object");
   const std::string type = text_of(json, "type");

@@ -106,13 +106,9 @@ void save_scene(OpenScene& scene) {
                 scene.file.string() + " has been changed by another program since it was read",
                 "pick the scene again, then change and save it");
   }
-  // Resolves a symbolic link and keeps the permissions.
-  const fs::path file = fs::canonical(scene.file, none);
-  const fs::perms mode = fs::status(file, none).permissions();
-  OutputFile out(none ? scene.file : file);
+  OutputFile out(scene.file);
   out.stream() << pretty(scene.document);
   out.commit();
-  if (!none) fs::permissions(file, mode, none);
   scene.file_time = fs::last_write_time(scene.file, none);
   scene.changed = false;
 }

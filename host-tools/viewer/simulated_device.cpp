@@ -1,9 +1,16 @@
 #include "host-tools/viewer/simulated_device.h"
 
+#include <fcntl.h>
+#include <sys/socket.h>
+
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <cmath>
+#include <system_error>
 
 #include "firmware/link/messages.h"
+#include "host-tools/client/slcan_transport.h"
 
 namespace thimble::host {
 namespace {
@@ -14,9 +21,18 @@ constexpr double kHandTime_s = 0.02;  // time constant of the hand; a page sends
 constexpr double kHandSpeed_m_s = 0.5;
 constexpr double kMostStep_s = 0.02;
 
+board::LiveOptions with_socket(board::LiveOptions options, Descriptor& host_end) {
+  std::array<int, 2> ends{};
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()) != 0)
+    throw std::system_error(errno, std::generic_category(), "socketpair");
+  host_end = Descriptor(ends[0]);
+  options.host_socket = ends[1];
+  return options;
+}
+
 }  // namespace
 
-SimulatedDevice::SimulatedDevice(const board::LiveOptions& options) : live_(options) {
+SimulatedDevice::SimulatedDevice(const board::LiveOptions& options) : live_(with_socket(options, host_end_)) {
   uri_ = live_.uris().front();
   arms_ = live_.board().options().arm_count;
   for (std::size_t arm = 0; arm < arms_; ++arm) {
@@ -39,6 +55,10 @@ SimulatedDevice::~SimulatedDevice() {
     stopping_ = true;
   }
   thread_.join();
+}
+
+std::unique_ptr<Transport> SimulatedDevice::connect() const {
+  return open_socket(Descriptor(fcntl(host_end_.get(), F_DUPFD_CLOEXEC, 0)), uri_);
 }
 
 void SimulatedDevice::want(std::size_t arm, const Vector& position_m) {

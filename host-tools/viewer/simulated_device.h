@@ -1,17 +1,21 @@
 // The simulated controller that `thimble view --scene` starts: in this process, in a thread of its own, in real time, with a hand that
-// follows the position that a page gives. All public functions may be called from any thread.
+// follows the position that a page gives. Its link is a pair of sockets in this process; other programs of this user can open its pty. All
+// public functions may be called from any thread.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 
 #include "board/sim/live_board.h"
+#include "host-tools/client/descriptor.h"
+#include "host-tools/client/transport.h"
 
 namespace thimble::host {
 
@@ -23,7 +27,8 @@ class SimulatedDevice {
   SimulatedDevice& operator=(const SimulatedDevice&) = delete;
   ~SimulatedDevice();  // ends the thread
 
-  [[nodiscard]] const std::string& uri() const { return uri_; }
+  [[nodiscard]] const std::string& uri() const { return uri_; }  // for other programs
+  [[nodiscard]] std::unique_ptr<Transport> connect() const;      // for this one, once at a time
   [[nodiscard]] std::size_t arms() const { return arms_; }
 
   // The hand goes there, or as far as the arm's workspace reaches, at a hand's speed.
@@ -68,6 +73,7 @@ class SimulatedDevice {
   bool stopping_ = false;
   std::string uri_;
   std::size_t arms_ = 1;
+  Descriptor host_end_{-1};
   board::LiveBoard live_;
   std::thread thread_;
 };

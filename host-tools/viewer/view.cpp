@@ -32,8 +32,6 @@ std::unique_ptr<SimulatedDevice> start_simulated(const ViewOptions& options) {
   board::LiveOptions live;
   live.arm = options.arm;
   live.arm_count = options.arms;
-  live.tcp_port = 0;
-  live.pty = false;
   live.name = "view-" + std::to_string(getpid());
   try {
     return std::make_unique<SimulatedDevice>(live);

@@ -30,7 +30,19 @@ using net::ip::tcp;
 using Clock = std::chrono::steady_clock;
 using Text = std::shared_ptr<const std::string>;
 
-class HttpConnection;
+// What takes one of the server's places.
+class Client {
+ public:
+  Client() = default;
+  virtual ~Client() = default;
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  virtual void drop() = 0;
+  // It has shown the token, or the cookie that those who have shown it get.
+  [[nodiscard]] virtual bool is_owner() const = 0;
+  [[nodiscard]] virtual bool is_page() const = 0;
+};
+
 class PageSocket;
 
 // One thread runs all of it, except what the public functions of WebServer post.
@@ -38,23 +50,24 @@ class WebServerImpl {
  public:
   WebServerImpl(const WebOptions& options, WebHandlers web_handlers);
   void accept();
+  void add(const std::shared_ptr<Client>& client);
   void beat();
   void publish(const Text& text, bool is_state);
 
-  std::size_t clients =
-      0;  // declared before io: connections that io still holds when it is destroyed count down
   net::io_context io{1};
   tcp::acceptor acceptor{io};
   net::signal_set signals{io};
   net::steady_timer beat_timer{io};
   WebHandlers handlers;
   std::string token;
+  // Shows that the token was shown, and gives no control: browsers send it to every port of this machine.
+  std::string cookie_secret;
   std::string cookie_name;
   bool guarded = false;  // not loopback: every request needs the token
   unsigned port = 0;
   std::string url;
   std::vector<std::weak_ptr<PageSocket>> pages;
-  std::deque<std::weak_ptr<HttpConnection>> strangers;  // the oldest first; some have shown the token since
+  std::deque<std::weak_ptr<Client>> places;  // the oldest first
 
   // What a new page is sent.
   std::optional<Json> last_hello;
@@ -76,12 +89,13 @@ class MessageRate {
 };
 
 // A page's WebSocket.
-class PageSocket : public std::enable_shared_from_this<PageSocket> {
+class PageSocket final : public Client, public std::enable_shared_from_this<PageSocket> {
  public:
-  PageSocket(WebServerImpl* server, tcp::socket&& socket, bool may_control);
-  ~PageSocket();
-  PageSocket(const PageSocket&) = delete;
-  PageSocket& operator=(const PageSocket&) = delete;
+  PageSocket(WebServerImpl* server, tcp::socket&& socket, bool may_control, bool is_owner)
+      : server_(server), stream_(std::move(socket)), may_control_(may_control), is_owner_(is_owner) {}
+  void drop() override { beast::get_lowest_layer(stream_).close(); }
+  [[nodiscard]] bool is_owner() const override { return is_owner_; }
+  [[nodiscard]] bool is_page() const override { return true; }
 
   void begin(const http::request<http::string_body>& request);
   void tell_hello(Json hello);
@@ -103,6 +117,7 @@ class PageSocket : public std::enable_shared_from_this<PageSocket> {
   WebServerImpl* server_;
   websocket::stream<beast::tcp_stream> stream_;
   bool may_control_;
+  bool is_owner_;
   beast::flat_buffer buffer_;
   MessageRate rate_;
   Clock::time_point last_complaint_{};
@@ -112,17 +127,14 @@ class PageSocket : public std::enable_shared_from_this<PageSocket> {
 };
 
 // A connection until it becomes a WebSocket, if it does.
-class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
+class HttpConnection final : public Client, public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(WebServerImpl* server, tcp::socket&& socket);
-  ~HttpConnection();
-  HttpConnection(const HttpConnection&) = delete;
-  HttpConnection& operator=(const HttpConnection&) = delete;
+  HttpConnection(WebServerImpl* server, tcp::socket&& socket) : server_(server), stream_(std::move(socket)) {}
+  void drop() override { stream_.close(); }
+  [[nodiscard]] bool is_owner() const override { return is_owner_; }
+  [[nodiscard]] bool is_page() const override { return false; }
 
   void read();
-  // It has shown the token, or needs none.
-  [[nodiscard]] bool known() const { return known_; }
-  void drop() { stream_.close(); }
 
  private:
   using Request = http::request<http::string_body>;
@@ -138,7 +150,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   WebServerImpl* server_;
   beast::tcp_stream stream_;
-  bool known_;
+  bool is_owner_ = false;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   std::optional<Response> response_;

@@ -13,8 +13,8 @@
 namespace thimble::host {
 namespace {
 
-constexpr std::size_t kMostClients = 32;    // connections of either kind
-constexpr std::size_t kMostStrangers = 16;  // of them, those that have not shown the token where it is needed
+constexpr std::size_t kMostClients = 32;       // connections of either kind
+constexpr std::ptrdiff_t kMostStrangers = 16;  // of them, those that have not shown the token
 constexpr int kSendBuffer_bytes =
     32 << 10;  // small, because a state that waits in the kernel is old when it is read
 constexpr auto kBeat = std::chrono::seconds(2);  // a page that hears nothing for longer connects anew
@@ -33,7 +33,7 @@ std::string make_token() {
 }  // namespace
 
 WebServerImpl::WebServerImpl(const WebOptions& options, WebHandlers web_handlers)
-    : handlers(std::move(web_handlers)), token(make_token()) {
+    : handlers(std::move(web_handlers)), token(make_token()), cookie_secret(make_token()) {
   error_code error;
   const net::ip::address address = options.listen.empty() ? net::ip::address(net::ip::address_v4::loopback())
                                                           : net::ip::make_address(options.listen, error);
@@ -75,26 +75,13 @@ WebServerImpl::WebServerImpl(const WebOptions& options, WebHandlers web_handlers
 void WebServerImpl::accept() {
   acceptor.async_accept([this](error_code error, tcp::socket socket) {
     if (error == net::error::operation_aborted) return;
-    if (!error && clients < kMostClients) {
+    if (!error) {
       error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
       socket.set_option(net::socket_base::send_buffer_size(kSendBuffer_bytes), ignored);
       const auto client = std::make_shared<HttpConnection>(this, std::move(socket));
-      if (!client->known()) {
-        // Every connection begins as a stranger. The oldest has had the longest time to show the token.
-        std::erase_if(strangers, [](const std::weak_ptr<HttpConnection>& weak) {
-          const auto stranger = weak.lock();
-          return !stranger || stranger->known();
-        });
-        if (strangers.size() >= kMostStrangers) {
-          if (const auto oldest = strangers.front().lock()) oldest->drop();
-          strangers.pop_front();
-        }
-        strangers.push_back(client);
-      }
+      add(client);
       client->read();
-    }
-    if (!error) {
       accept();
       return;
     }
@@ -102,6 +89,32 @@ void WebServerImpl::accept() {
     auto timer = std::make_shared<net::steady_timer>(io, std::chrono::milliseconds(100));
     timer->async_wait([this, timer](error_code) { accept(); });
   });
+}
+
+// Every connection begins as a stranger, and the oldest stranger has had the longest time to show the token. Among the others, those that
+// only fetch files can come again.
+void WebServerImpl::add(const std::shared_ptr<Client>& client) {
+  std::erase_if(places, [](const std::weak_ptr<Client>& weak) { return weak.expired(); });
+  const auto is_stranger = [](const std::weak_ptr<Client>& weak) {
+    const auto one = weak.lock();
+    return one && !one->is_owner();
+  };
+  const auto fetches_files = [](const std::weak_ptr<Client>& weak) {
+    const auto one = weak.lock();
+    return one && !one->is_page();
+  };
+  auto last = places.end();
+  if (std::ranges::count_if(places, is_stranger) >= kMostStrangers) {
+    last = std::ranges::find_if(places, is_stranger);
+  } else if (places.size() >= kMostClients) {
+    last = std::ranges::find_if(places, fetches_files);
+    if (last == places.end()) last = places.begin();
+  }
+  if (last != places.end()) {
+    if (const auto one = last->lock()) one->drop();
+    places.erase(last);
+  }
+  places.push_back(client);
 }
 
 // Lets a page distinguish a silent server from an unreachable one.

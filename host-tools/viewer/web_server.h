@@ -3,9 +3,9 @@
 //
 // Who may do what:
 //   on 127.0.0.1 (or ::1): anyone may look; a WebSocket with the token may control. Host must name this machine's loopback.
-//   on another address: everything takes the token, in the address or in the cookie that the page's address sets.
+//   on another address: everything takes the token, or for looking the cookie that who has shown the token gets.
 //   always: an Origin that is not this server is refused.
-// A connection that has not shown the token where it is needed may be dropped for a new one.
+// Of 32 connections 16 are for those that have shown the token or have the cookie; of the others the oldest is dropped for a new one.
 // A client that reads slowly misses states: at most one is queued, and the newest replaces it.
 #pragma once
 

@@ -46,6 +46,20 @@ class Monitor(Rig):
         for line in pictures[-1].replace("\x1b[K", "").replace("\x1b[J", "").splitlines():
             self.assertLessEqual(len(line), 80)
 
+    def test_an_armed_arm_is_never_called_disarmed(self):
+        sim = self.sim("--tcp", 0)
+        self.ok("upload", self.plane_scene(offset_m=-0.02), "--device", sim.tcp)
+        self.ok("home", "--device", sim.tcp)
+        self.ok("arm", "--device", sim.tcp)
+        for _ in range(3):
+            rows = self.ok("monitor", "--rows", "--seconds", 1.2, "--device", sim.tcp).out.splitlines()[1:]
+            modes = [row.split()[-1] for row in rows]
+            self.assertLessEqual(set(modes), {"waiting", "armed"})
+            self.assertEqual(modes[-1], "armed")
+            written = self.in_terminal("--seconds", 1.2, "--device", sim.tcp)
+            self.assertNotIn("disarmed", written)
+            self.assertIn("armed", written)
+
     def frames_of_the_arm(self, sim, count):
         """The next frames of telemetry, as SLCAN lines."""
         frames, rest = [], b""

@@ -247,6 +247,34 @@ class Record(Rig):
         self.assertIn("was cut off", result.err)
         self.assertIn("ended: cut off", result.out)
 
+    def test_a_killed_recorder_leaves_no_arm_armed(self):
+        """At several moments, over TCP and the pty, which one program at a time may open; with its whole process group, too."""
+        sim, scene = self.touching()
+        monitor = self.start("monitor", "--json", "--device", sim.tcp)
+        self.addCleanup(monitor.communicate)
+        self.addCleanup(monitor.kill)
+        slowest_s = 0
+        for number, (uri, pause_s, group) in enumerate(((sim.tcp, 0.0, False), (sim.pty, 0.3, False), (sim.tcp, 0.5, True), (sim.pty, 0.0, True))):
+            recorder = subprocess.Popen([BIN / "thimble", "record", self.folder / ("killed%d.rec" % number), "--scene", scene, "--home", "--arm",
+                                         "--force", "--device", uri], stderr=subprocess.PIPE, text=True, env=self.environment, start_new_session=True)
+            self.addCleanup(recorder.kill)
+            self.assertIn("armed", recorder.stderr.readline())
+            time.sleep(pause_s)
+            killed = time.monotonic()
+            os.killpg(recorder.pid, signal.SIGKILL) if group else recorder.kill()
+            modes = []
+            while "damping" not in modes or modes[-1] != "ready":  # the first lines are from before
+                message = json.loads(monitor.stdout.readline())
+                if message["message"] == "Status":
+                    modes.append(message["mode"])
+                self.assertLess(time.monotonic() - killed, 2, "still armed: %s" % modes[-5:])
+            slowest_s = max(slowest_s, time.monotonic() - killed)
+            self.assertIn("it was disarmed", recorder.stderr.read())
+            recorder.wait()
+            recorder.stderr.close()
+            self.assertEqual(self.ok_json("info", "--device", sim.tcp)["state"]["fault"], 0)
+        figure("disarmed %.2f s after SIGKILL at the latest" % slowest_s)
+
     def test_a_link_that_loses_frames(self):
         sim, scene = self.touching()
         proxy = RecordingThief(sim.port)

@@ -204,6 +204,19 @@ class Viewer(Rig):
         scenes = json.loads(http(view.port, "/scenes.json")[2])
         self.assertLessEqual({"asteroid", "blocks", "buttons", "ring"}, set(scenes))
 
+    def test_the_simulated_device_has_no_port(self):
+        """The page's is the only one; another program of this user finds the device by its pty."""
+        view = self.blocks()
+        sockets = {os.readlink(fd) for fd in Path("/proc/%d/fd" % view.process.pid).iterdir()}
+        listening = [line.split()[1] for table in ("tcp", "tcp6") for line in open("/proc/net/" + table)
+                     if line.split()[3] == "0A" and "socket:[%s]" % line.split()[9] in sockets]
+        self.assertEqual(listening, ["0100007F:%04X" % view.port])
+        device, = self.ok_json("list")["devices"]
+        self.assertEqual([uri.split(":")[0] for uri in device["uris"]], ["slcan"])
+        self.page(view).state(lambda s: s["mode"] == "armed")
+        self.assertEqual(self.ok_json("info")["state"]["mode"], "armed")
+        self.assertEqual(os.stat(device["uris"][0].partition(":")[2]).st_mode & 0o777, 0o600)
+
     def test_listening_takes_the_token_for_everything(self):
         view = self.view("--scene", SCENES / "walls" / "walls.scene.json", "--listen", "127.0.0.1")
         for path in ("/", "/scene.thim", "/scenes.json", "/?token=" + "0" * 32):

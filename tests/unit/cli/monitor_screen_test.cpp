@@ -51,6 +51,14 @@ std::size_t count(const std::string& text, const std::string& what) {
   return n;
 }
 
+TEST(MonitorScreen, SaysNoModeBeforeItHasHeardOne) {
+  MonitorScreen screen("premium-1.5 on board sim", 1, true);
+  screen.take(force_frame(0.0F, 1.0F, 1));
+  screen.step();
+  EXPECT_THAT(screen.text(120), HasSubstr("waiting for its status"));
+  EXPECT_THAT(screen.text(120), Not(HasSubstr("disarmed")));
+}
+
 TEST(MonitorScreen, SaysHowTheControllerDoes) {
   const std::string text = with_force(0.0F, 1.0F).text(120);
   EXPECT_THAT(text, HasSubstr("armed"));
@@ -114,7 +122,7 @@ TEST(MonitorScreen, AFaultIsNamedAndAnotherNodeIsNone) {
   status.mode = link::Mode::kFaulted;
   status.fault = 1;
   screen.take(link::to_frame(status, 2));
-  EXPECT_THAT(screen.text(80), HasSubstr("no fault"));
+  EXPECT_THAT(screen.text(80), HasSubstr("waiting for its status"));
   screen.take(link::to_frame(status, 1));
   EXPECT_THAT(screen.text(80), HasSubstr("FAULT e_stop"));
   EXPECT_THAT(screen.text(80), Not(HasSubstr("arm 0")));

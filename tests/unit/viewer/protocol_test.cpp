@@ -70,6 +70,8 @@ TEST(Protocol, Nonsense) {
     EXPECT_EQ(refusal(text), "bad-message") << text;
   EXPECT_EQ(refusal("{\"type\": \"save\"" + std::string(kMostMessageBytes, ' ') + "}"), "bad-message");
   EXPECT_EQ(refusal(std::string(kMostMessageBytes, '[')), "bad-message");
+  using namespace std::string_view_literals;
+  EXPECT_EQ(refusal("{\"type\": \"save\"}\0{}"sv), "bad-message");
   EXPECT_EQ(refusal(R"({"type": "parameter", "name": "x", "value": 1})"), "unknown-parameter");
   EXPECT_EQ(refusal(R"({"type": "parameter", "name": "max_force", "value": 21})"), "bad-value");
   EXPECT_EQ(refusal(R"({"type": "parameter", "name": "allow_moves", "value": 0.5})"), "bad-value");

@@ -16,6 +16,7 @@ import { type SceneModel, read_scene_image } from './scene_image';
 import { Stage, type Turn } from './stage';
 import { StatusView } from './status_view';
 import { Timeline } from './timeline';
+import { take_query } from './token';
 import type { Vec3 } from './vector';
 
 const kTextEvery_ms = 60;
@@ -34,7 +35,7 @@ const kLinkTexts: Record<Link, string> = {
   'server-gone': 'server gone',
 };
 
-const query = location.search; // has the token
+const query = take_query(); // has the token
 const timeline = new Timeline();
 const status = new StatusView();
 const canvas = element<HTMLCanvasElement>('view');

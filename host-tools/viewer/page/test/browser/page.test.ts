@@ -264,6 +264,15 @@ test('mode and fault are announced, a refusal is written down', async () => {
   await until('cleared', async () => (await text(page, 'fault')) === 'none');
 });
 
+test('the token leaves the address, and a reload still controls', async () => {
+  const { page, mock } = await show();
+  assert.equal(page.url(), mock.url.replace(/\?.*/, ''));
+  assert.ok(!(await page.evaluate(() => document.documentElement.outerHTML)).includes(mock.token));
+  await page.reload();
+  await until('a live link', async () => (await text(page, 'link')) === 'live');
+  await arm(page);
+});
+
 test('without the token everything is seen and nothing can be changed', async () => {
   const { page, mock } = await show({}, {}, 'wrong');
   assert.ok(await page.getByTestId('read-only').isVisible());
