@@ -151,6 +151,7 @@ TEST(SceneFile, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
       {std::string("\xFF\xFE{\0", 4), "bad-json", {at(1, "")}},
       {with("everything", "everything") + std::string("\0}}]{\"a\":[1,2", 13), "bad-json", {"NUL"}},
       {std::string(100, '['), "bad-json", {"nested deeper than 32"}},
+      {"{\n\"" + std::string(1000, 'k') + "\": [1, 2]}", "bad-json", {at(2, ""), "1001 bytes", "at most 256"}},
       {std::string((std::size_t{1} << 20U) + 1, ' '), "scene-file-too-large", {"1048577 bytes", "1048576"}},
       {with("\"name\": \"ball\"", "\"name\": \"ball\", \"name\": \"b\""),
        "duplicate-key",
