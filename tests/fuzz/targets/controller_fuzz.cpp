@@ -32,7 +32,7 @@ class Run {
     hosts_[1].key = 0x1111;
     hosts_[2].key = 0x2222;
     const bool armed = (kind & 8U) != 0;
-    if (armed || (kind & 4U) != 0) bench_.load(1000.0F, 0.0F, 1.0F);
+    if (armed || (kind & 4U) != 0) bench_.load(1000.0F, -0.002F, 1.0F);  // in reach, and not touched
     if (armed) {
       for (firmware::ArmInputs& arm : bench_.inputs.arm) arm.index = true;
       bench_.home();
