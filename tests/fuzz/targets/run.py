@@ -3,7 +3,7 @@
 
   --fresh   another seed than the last time; what it finds is added to build/.../fuzz/NAME, where the next run begins. Without it the seed
             is 1 and nothing is kept.
-  --merge   instead: the corpus anew, the fewest inputs of it and of what was found that reach as much.
+  --merge   instead: the corpus anew, few inputs of it and of what was found that take the same edges.
 
 An input that fails is kept in build/.../fuzz, and printed in base64: `base64 -d >INPUT`, then `TARGET INPUT` runs it alone.
 """
@@ -36,7 +36,7 @@ def main():
     command = [chosen.target, *LIMITS, f"-artifact_prefix={kept}/{name}-"]
     if chosen.merge:
         with tempfile.TemporaryDirectory() as small:
-            subprocess.run([*command, "-merge=1", small, corpus, found], check=True)
+            subprocess.run([*command, "-set_cover_merge=1", "-use_counters=0", small, corpus, found], check=True)
             shutil.rmtree(corpus)
             shutil.copytree(small, corpus)
         return 0
