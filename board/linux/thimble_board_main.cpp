@@ -232,7 +232,7 @@ void run(const BoardConfig& config) {
   ServoLoop servo({config.rate_Hz, config.priority, config.cpu}, devices, liveness);
 
   const sigset_t signals = ending_signals();
-  const char* reset_reason = "";
+  const char* reset_reason = watchdog && watchdog->restarted_machine() ? "watchdog" : "";
   const std::vector<Missing> always = missing;
   std::string lacks;
   for (bool again = true; again;) {
