@@ -10,6 +10,7 @@
 // writes it.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 
 #include "firmware/core/config.h"
@@ -24,7 +25,8 @@ struct FabricRegisters {
   std::uint32_t lines;    // R  kLine bits
   std::uint32_t
       commit;  // W  any write applies the currents and enables below and restarts the watchdog of the logic
-  // W  time without a commit after which the logic clears the enables; 0: never
+  // W  time without a commit after which the logic clears the enables, and kArmLineDrivesGood, until a commit
+  // without an enable; 0: never
   std::uint32_t watchdog_us;
   std::uint32_t reserved[2];
   struct Arm {
@@ -37,7 +39,7 @@ struct FabricRegisters {
 static_assert(sizeof(FabricRegisters) == 32 + 32 * firmware::kMaxArms);
 
 inline constexpr std::uint32_t kFabricId = 0x424D4854;  // "THMB"
-inline constexpr std::uint32_t kFabricVersion = 1;
+inline constexpr std::uint32_t kFabricVersion = 2;
 inline constexpr std::uint32_t kLineEStopReleased = 1U << 0U;  // a broken wire reads as pressed
 inline constexpr std::uint32_t kLineDeadManHeld = 1U << 1U;
 inline constexpr std::uint32_t kArmLineIndex = 1U << 0U;
@@ -45,17 +47,22 @@ inline constexpr std::uint32_t kArmLineDrivesGood = 1U << 1U;
 
 class Fabric {
  public:
-  Fabric(std::uintptr_t base, std::uint8_t arms, std::uint32_t watchdog_us) noexcept;
+  Fabric(std::uintptr_t base, std::uint8_t arms) noexcept;
+  void start_watchdog(std::uint32_t timeout_us) const noexcept { registers_->watchdog_us = timeout_us; }
 
   [[nodiscard]] bool present() const noexcept;
   void latch(firmware::Inputs& inputs)
       const noexcept;  // fills all except time and tick; samples belong to inputs.tick
-  void commit(const firmware::Outputs& outputs) const noexcept;
+  void commit(const firmware::Outputs& outputs) noexcept;
   void off() const noexcept;  // no current, no enable; last action of a crash handler
+  // The same, from an interrupt that comes upon the tick: the drives stay off, and read as a fault, until a
+  // commit without an enable.
+  void cut() noexcept;
 
  private:
   volatile FabricRegisters* registers_;
   std::uint8_t arms_;
+  std::atomic<bool> cut_{false};
 };
 
 }  // namespace thimble::board

@@ -16,7 +16,7 @@ struct TickTime {
 
 // Reads encoders and lines, runs the controller, writes currents. last_tick_us: duration of the previous
 // tick.
-inline void run_tick(const Fabric& fabric, firmware::Controller& controller, const TickTime& time,
+inline void run_tick(Fabric& fabric, firmware::Controller& controller, const TickTime& time,
                      float last_tick_us) noexcept {
   firmware::Inputs inputs;
   inputs.tick = time.tick;
