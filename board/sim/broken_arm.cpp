@@ -62,7 +62,8 @@ std::uint32_t BrokenArm::counts(const Joint& joint, std::uint32_t sound, double 
   if (!joint.dead_phase_b) return count;
   // The decoder sees the edges of one channel only; the level of the other one gives their direction.
   const std::uint32_t base = joint.phase_base;
-  const int edge = *joint.dead_phase_b ? channel_a(count) - channel_a(base) : channel_b(count) - channel_b(base);
+  const int edge =
+      *joint.dead_phase_b ? channel_a(count) - channel_a(base) : channel_b(count) - channel_b(base);
   const bool forward = *joint.dead_phase_b ? !channel_b(base) : channel_a(base);
   return base + static_cast<std::uint32_t>(forward ? edge : -edge);
 }
@@ -84,7 +85,8 @@ void BrokenArm::sense(const Plant& plant, const Sensors& sensors, double time_s,
   const kinematics::ArmModel& model = *plant.parameters().model;
   in.index = true;
   for (int j = 0; j < 3; ++j) {
-    const double off = plant.rotors_rad()[j] - static_cast<double>(model.home_rad[static_cast<std::size_t>(j)]) - index_at_rad_;
+    const double off = plant.rotors_rad()[j] -
+                       static_cast<double>(model.home_rad[static_cast<std::size_t>(j)]) - index_at_rad_;
     in.index = in.index && std::abs(off) <= 2 * static_cast<double>(std::abs(model.rad_per_count(j)));
   }
 }

@@ -14,7 +14,8 @@ constexpr Range kInjectedTime{0, 1e6, "s"};
 constexpr Range kAnyValue{-1e9, 1e9};
 constexpr Range kPush{-100, 100, "N"};
 constexpr std::size_t kMostFaults = 1000;
-constexpr std::array<std::string_view, 3> kInjectedTimes = {"start", "armed", "contact"};  // in the order of InjectionTime
+constexpr std::array<std::string_view, 3> kInjectedTimes = {"start", "armed",
+                                                            "contact"};  // in the order of InjectionTime
 
 PlannedFault read_fault(const JsonValue& value) {
   value.object("a fault", {"fault", "arm", "joint", "value", "force_N", "at_s", "for_s", "after"});

@@ -236,7 +236,8 @@ void Plant::substep(double h) noexcept {
       motor.current_A = 0;
     }
     motor.step_heat(motor_model, parameters_.ambient_C, h);
-    motor_torque_[j] = torque_[j] * motor.current_A * static_cast<double>(parameters_.model->torque_per_ampere(j));
+    motor_torque_[j] =
+        torque_[j] * motor.current_A * static_cast<double>(parameters_.model->torque_per_ampere(j));
     // Coulomb friction: a rotor at rest stays at rest until the torque exceeds the friction.
     const double drive = motor_torque_[j] - cable[j];
     const double direction = state_.phid[j] != 0 ? state_.phid[j] : drive;

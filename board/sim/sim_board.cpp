@@ -9,7 +9,7 @@
 #include <new>
 #include <stdexcept>
 
-#include "firmware/core/drive_timeout.h"
+#include "firmware/core/stop_timeout.h"
 
 namespace thimble::board {
 namespace {
@@ -97,7 +97,9 @@ class InjectRoutine final : public firmware::BoardRoutine {
     firmware::link::InjectedFault order;
     if (!firmware::link::decode(arguments, order) || order.fault >= injections().size()) return false;
     if (order.arm >= board_.options().arm_count || !(order.for_s >= 0)) return false;
-    PlannedFault fault{.kind = static_cast<Injection>(order.fault), .arm = order.arm, .value = static_cast<double>(order.value)};
+    PlannedFault fault{.kind = static_cast<Injection>(order.fault),
+                       .arm = order.arm,
+                       .value = static_cast<double>(order.value)};
     if (order.joint < firmware::kJoints) fault.joint = order.joint;
     fault.force_N = Eigen::Vector3f(order.force_x_N, order.force_y_N, order.force_z_N).cast<double>();
     if (order.for_s > 0) fault.for_s = static_cast<double>(order.for_s);
@@ -146,7 +148,8 @@ SimBoard::SimBoard(const SimBoardOptions& options)
   }
   inject_ = std::make_unique<InjectRoutine>(*this);
   config.inject = inject_.get();
-  storage_ = std::make_unique<TearableStorage>(options_.storage != nullptr ? *options_.storage : *own_storage_);
+  storage_ =
+      std::make_unique<TearableStorage>(options_.storage != nullptr ? *options_.storage : *own_storage_);
   controller_ = std::make_unique<firmware::Controller>(config, *storage_);
 }
 
@@ -175,8 +178,10 @@ void SimBoard::run_plants(double seconds) {
   // The drives' own watchdog: they are off when no tick has written them for this long.
   std::uint32_t lost_ticks = 0;
   (void)controller_->read_param(static_cast<std::uint16_t>(firmware::Param::lost_ticks), lost_ticks);
-  const float timeout_s = firmware::drive_timeout_s(static_cast<float>(1.0 / options_.rate_Hz), lost_ticks);
-  const bool watched = time_s() - written_at_s_ < static_cast<double>(timeout_s);
+  // A simulated board may be slower than a real one.
+  const double longest_s = (lost_ticks + 1) / options_.rate_Hz;
+  const auto stop_us = firmware::stop_timeout_us(static_cast<float>(1.0 / options_.rate_Hz), lost_ticks);
+  const bool watched = time_s() - written_at_s_ < (stop_us ? *stop_us * 1e-6 : longest_s);
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     Arm& arm = arms_[i];
     firmware::ArmOutputs drive = out_.arm[i];

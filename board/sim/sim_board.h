@@ -60,7 +60,7 @@ struct SimBoardOptions {
   firmware::Storage* storage = nullptr;  // must outlive the board; null: internal storage in memory
   std::size_t slot_bytes =
       control::kMaxImageBytes + firmware::SceneStore::kHeaderBytes;  // of the internal storage
-  Sensors sensors{};  // of each arm
+  Sensors sensors{};                                                 // of each arm
   bool time_ticks = false;  // fill Inputs::last_tick_us from the machine's clock (telemetry only)
 };
 
@@ -149,7 +149,7 @@ class SimBoard {
   std::mt19937_64 random_;
   firmware::Inputs in_;
   firmware::Outputs out_;
-  double written_at_s_ = 0;       // when the drives were last written
+  double written_at_s_ = 0;  // when the drives were last written
   std::uint64_t lost_in_a_row_ = 0;
   std::uint64_t ticks_ = 0;
   double owed_s_ = 0;

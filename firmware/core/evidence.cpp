@@ -14,7 +14,8 @@ constexpr float kIndex_rad = 0.01F;  // an index is narrower; 2 mm at the tip
 
 bool current_is_off(const ArmState& arm, const ArmEvidence& evidence, float peak_A) noexcept {
   for (std::size_t j = 0; j < kJoints; ++j)
-    if (std::abs(evidence.current_A[j] - arm.current_A[static_cast<int>(j)]) > kCurrentOff * peak_A) return true;
+    if (std::abs(evidence.current_A[j] - arm.current_A[static_cast<int>(j)]) > kCurrentOff * peak_A)
+      return true;
   return false;
 }
 

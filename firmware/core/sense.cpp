@@ -75,10 +75,10 @@ bool is_frozen(const Parts& parts, ArmState& arm, const kinematics::ArmModel& mo
   const float peak_N_m = std::abs(model.torque_per_ampere(axis)) * model.motor.peak_current_A;
   // No hand holds an arm that moves by itself: whatever it presses on, the stretch of its cables gives counts.
   const bool moves_itself = arm.source != nullptr;
-  return arm.watch[joint].frozen(arm.encoder[joint].counts(), arm.torque_N_m[axis],
-                                 (moves_itself ? 0.5F : 1.0F) * parts.params.get(Param::encoder_frozen) * peak_N_m,
-                                 (moves_itself ? 0.25F : 1.0F) * parts.params.get(Param::encoder_frozen_time),
-                                 parts.setup.period_s);
+  return arm.watch[joint].frozen(
+      arm.encoder[joint].counts(), arm.torque_N_m[axis],
+      (moves_itself ? 0.5F : 1.0F) * parts.params.get(Param::encoder_frozen) * peak_N_m,
+      (moves_itself ? 0.25F : 1.0F) * parts.params.get(Param::encoder_frozen_time), parts.setup.period_s);
 }
 
 // While armed: whether the arm can be where its counts say, and move as they say.

@@ -49,7 +49,7 @@ struct Telemetry {
   std::uint32_t overruns = 0;    // ticks that took longer than a period
   std::uint32_t stale_samples = 0;
   std::uint32_t trips = 0;
-  std::uint32_t probes = 0;  // of the encoders (firmware/core/encoder_probe.h)
+  std::uint32_t probes = 0;           // of the encoders (firmware/core/encoder_probe.h)
   std::uint32_t records_dropped = 0;  // telemetry that the background did not fetch in time
   float worst_tick_us = 0;
   // Since the scene was switched on.

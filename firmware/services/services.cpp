@@ -94,7 +94,8 @@ Nrc routine_control(Services& services, Call& call) noexcept {
     return arguments.size() == row.argument_bytes ? row.handle(services, call) : Nrc::kIncorrectLength;
   }
   BoardRoutine* const inject = services.parts.config.inject;
-  if (open && inject != nullptr && action == kStart && routine == static_cast<std::uint16_t>(Routine::kInject))
+  if (open && inject != nullptr && action == kStart &&
+      routine == static_cast<std::uint16_t>(Routine::kInject))
     return inject->start(arguments) ? Nrc::kOk : Nrc::kRequestOutOfRange;
   if (!open && routine != static_cast<std::uint16_t>(Routine::kDisarm)) return Nrc::kNotInThisSession;
   if (known(routine) || action != kStart) return Nrc::kSubFunctionNotSupported;

@@ -32,7 +32,9 @@ struct Holding {
 
 // A hand that holds the tip in a wall: any arm, direction, force above 0.5 N, stiffness, tremor from none to 50 um.
 Holding random_holding(std::mt19937_64& random) {
-  const auto between = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution(low, high)(random);
+  };
   Holding holding;
   Trial& trial = holding.trial;
   trial.variant = random() % 2 == 0 ? "premium-1.5" : "wooden";
@@ -64,9 +66,9 @@ TEST(DeadEncoder, IsFoundWithinHalfASecond) {
     const Verdict verdict = judge(holding.trial);
     const bool dead = verdict.fault == firmware::Fault::encoder_frozen;
     std::printf("%s %.2f N, tremor %.0f um, joint %zu: %s after %.0f ms, %.2f mm, %.3f N s\n",
-                holding.trial.variant.c_str(), holding.trial.force_N, holding.trial.tremor_m * 1e6, holding.joint,
-                dead ? "found" : "not found", verdict.found_s.value_or(0) * 1e3, verdict.travel_m * 1e3,
-                verdict.impulse_N_s);
+                holding.trial.variant.c_str(), holding.trial.force_N, holding.trial.tremor_m * 1e6,
+                holding.joint, dead ? "found" : "not found", verdict.found_s.value_or(0) * 1e3,
+                verdict.travel_m * 1e3, verdict.impulse_N_s);
     if (verdict.share_N[holding.joint] < .35) continue;
     ++with_share;
     found += dead && *verdict.found_s <= .5 ? 1 : 0;
@@ -74,7 +76,8 @@ TEST(DeadEncoder, IsFoundWithinHalfASecond) {
     worst_mm = std::max(worst_mm, verdict.travel_m * 1e3);
     worst_N_s = std::max(worst_N_s, verdict.impulse_N_s);
   }
-  figure("dead encoders with a share above 0.35 N found within 0.5 s, %", 100.0 * found / with_share, ">= 95");
+  figure("dead encoders with a share above 0.35 N found within 0.5 s, %", 100.0 * found / with_share,
+         ">= 95");
   figure("the latest, s", latest_s, "reported");
   figure("travel, mm", worst_mm, "<= 20");
   figure("impulse, N s", worst_N_s, "<= 0.1");
@@ -105,7 +108,8 @@ TEST(DeadEncoder, WhenTheHandLetsGoFirst) {
   std::ranges::sort(speed_m_s);
   for (const double part : {.5, .8, .9, 1.0}) {
     const auto at = static_cast<std::size_t>(part * (trials - 1));
-    figure("travel of " + std::to_string(static_cast<int>(part * 100)) + " % of them at most, mm", travel_mm[at], "reported");
+    figure("travel of " + std::to_string(static_cast<int>(part * 100)) + " % of them at most, mm",
+           travel_mm[at], "reported");
     figure("speed of as many, m/s", speed_m_s[at], "reported");
   }
 }
@@ -123,8 +127,8 @@ TEST(DeadEncoder, AStillHandAtThreeNewtonFeelsLittle) {
         trial.stiffness_N_m = wall_N_m;
         trial.watch_s = 1;
         const Verdict verdict = judge(trial);
-        std::printf("%s, hand %.0f N/m, wall %.0f N/m: %u probes in 1 s, sag %.1f %%\n", variant, stiffness_N_m,
-                    static_cast<double>(wall_N_m), verdict.probes, verdict.sag * 100);
+        std::printf("%s, hand %.0f N/m, wall %.0f N/m: %u probes in 1 s, sag %.1f %%\n", variant,
+                    stiffness_N_m, static_cast<double>(wall_N_m), verdict.probes, verdict.sag * 100);
         EXPECT_EQ(verdict.fault, firmware::Fault::kNone);
         most = std::max(most, verdict.sag);
       }
@@ -145,7 +149,8 @@ TEST(DeadEncoder, ASoundEncoderIsNotTakenForADeadOne) {
     Holding holding = random_holding(random);
     holding.trial.watch_s = kEach_s;
     const Verdict verdict = look(holding.trial);
-    EXPECT_EQ(verdict.fault, firmware::Fault::kNone) << holding.trial.variant << ", tremor " << holding.trial.tremor_m;
+    EXPECT_EQ(verdict.fault, firmware::Fault::kNone)
+        << holding.trial.variant << ", tremor " << holding.trial.tremor_m;
     const double tremor_m = holding.trial.tremor_m;
     const std::size_t kind = tremor_m == 0 ? 0 : tremor_m < 20e-6 ? 1 : 2;
     held_s[kind] += kEach_s;
@@ -154,7 +159,8 @@ TEST(DeadEncoder, ASoundEncoderIsNotTakenForADeadOne) {
   constexpr std::array<const char*, 3> kTremor = {"none", "below 20 um", "20 to 50 um"};
   for (std::size_t kind = 0; kind < 3; ++kind)
     if (held_s[kind] > 0)
-      figure(std::string("probes a minute of contact, tremor ") + kTremor[kind], 60 * probes[kind] / held_s[kind], "reported");
+      figure(std::string("probes a minute of contact, tremor ") + kTremor[kind],
+             60 * probes[kind] / held_s[kind], "reported");
 }
 
 }  // namespace

@@ -18,14 +18,15 @@ using board::Vector3d;
 using firmware::Command;
 using firmware::Mode;
 
-constexpr double kWall_m = -.01;        // below home, along the normal
+constexpr double kWall_m = -.01;  // below home, along the normal
 constexpr double kApproach_m_s = .1;
-constexpr double kSettles_s = .35;       // after the approach
+constexpr double kSettles_s = .35;  // after the approach
 constexpr double kAtRest_m_s = .05;
 
 double press_N(const Trial& trial, const kinematics::ArmModel& model) {
   constexpr double kMaxForce_N = 8;  // default of the parameter
-  return trial.force_N > 0 ? trial.force_N : .8 * std::min(static_cast<double>(model.max_force_N), kMaxForce_N);
+  return trial.force_N > 0 ? trial.force_N
+                           : .8 * std::min(static_cast<double>(model.max_force_N), kMaxForce_N);
 }
 
 // The distance of a point from a segment.
@@ -68,7 +69,8 @@ class Run {
       const double until_s = move_s() + kSettles_s + trial.phase_s;
       for (begin_s_ = board_.time_s(); board_.time_s() - begin_s_ < until_s;) tick();
     }
-    require(board_.controller().mode() == Mode::kArmed, ("stay armed, fault " + std::to_string(static_cast<int>(board_.controller().fault()))).c_str());
+    require(board_.controller().mode() == Mode::kArmed,
+            ("stay armed, fault " + std::to_string(static_cast<int>(board_.controller().fault()))).c_str());
   }
 
   // The faults, from now on.
@@ -148,7 +150,8 @@ class Run {
       at_m += swing_m.cwiseProduct((rate_rad_s * t).array().sin().matrix());
       speed_m_s = swing_m.cwiseProduct(rate_rad_s).cwiseProduct((rate_rad_s * t).array().cos().matrix());
     }
-    at_m += trial_.tremor_m * Vector3d(std::sin(2 * pi * 9 * t), std::sin(2 * pi * 11 * t + 1), std::sin(2 * pi * 9.7 * t + 2));
+    at_m += trial_.tremor_m *
+            Vector3d(std::sin(2 * pi * 9 * t), std::sin(2 * pi * 11 * t + 1), std::sin(2 * pi * 9.7 * t + 2));
     board_.hold(arm, at_m, speed_m_s);
   }
 

@@ -34,9 +34,9 @@ struct Trial {
   double force_N = 0;  // with which the hand presses; 0: 80 % of the arm's peak force or of max_force
   Eigen::Vector3d normal{0, 0, 1};  // of the wall
   float stiffness_N_m = 1000, friction = 0;
-  double tremor_m = 0;      // amplitude of the hand's, at 9 Hz and 11 Hz
-  double phase_s = 0;       // the instant of the fault comes this much later
-  double watch_s = 1.5;     // longest
+  double tremor_m = 0;   // amplitude of the hand's, at 9 Hz and 11 Hz
+  double phase_s = 0;    // the instant of the fault comes this much later
+  double watch_s = 1.5;  // longest
 };
 
 struct Verdict {
@@ -45,7 +45,8 @@ struct Verdict {
   double travel_m = 0, speed_m_s = 0, impulse_N_s = 0;
   std::uint32_t probes = 0;  // of the encoders
   double sag = 0;            // the greatest part of the force that is gone at any time
-  std::array<double, 3> share_N{};  // of the force at the tip, that each joint gives; at the instant of the fault
+  std::array<double, 3>
+      share_N{};  // of the force at the tip, that each joint gives; at the instant of the fault
 };
 
 struct Sample {

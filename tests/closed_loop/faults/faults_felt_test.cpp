@@ -70,7 +70,9 @@ PlannedFault planned(Injection kind, std::size_t joint) {
   return {.kind = kind, .joint = joint, .value = found != cases().end() ? found->second.value : 0};
 }
 
-const char* name_of(Injection kind) { return board::injections()[static_cast<std::size_t>(kind)].name.data(); }
+const char* name_of(Injection kind) {
+  return board::injections()[static_cast<std::size_t>(kind)].name.data();
+}
 
 // The worst of what one fault does in all situations.
 struct Worst {
@@ -103,17 +105,19 @@ std::vector<Trial> situations() {
 
 std::string told(const Trial& trial, Injection kind) {
   static constexpr std::array<const char*, 4> kDoing = {"free", "contact", "homing", "move"};
-  return std::string(name_of(kind)) + " " + kDoing[static_cast<std::size_t>(trial.doing)] + " " + trial.variant +
-         " " + std::to_string(static_cast<int>(trial.rate_Hz)) + " Hz";
+  return std::string(name_of(kind)) + " " + kDoing[static_cast<std::size_t>(trial.doing)] + " " +
+         trial.variant + " " + std::to_string(static_cast<int>(trial.rate_Hz)) + " Hz";
 }
 
-void expect_within(Trial trial, const References& references, Injection kind, const Case& expected, Worst& worst) {
+void expect_within(Trial trial, const References& references, Injection kind, const Case& expected,
+                   Worst& worst) {
   trial.faults = {planned(kind, 1)};
   const Verdict verdict = judge(trial, references);
   const std::string what = told(trial, kind);
   std::printf("%-50s %2d found %7.1f off %7.1f ms  travel %6.2f mm  speed %5.2f m/s  impulse %6.3f N s\n",
               what.c_str(), static_cast<int>(verdict.fault), verdict.found_s.value_or(-.001) * 1e3,
-              verdict.off_s.value_or(-.001) * 1e3, verdict.travel_m * 1e3, verdict.speed_m_s, verdict.impulse_N_s);
+              verdict.off_s.value_or(-.001) * 1e3, verdict.travel_m * 1e3, verdict.speed_m_s,
+              verdict.impulse_N_s);
   EXPECT_LE(verdict.travel_m, expected.limits.travel_m) << what;
   EXPECT_LE(verdict.impulse_N_s, expected.limits.impulse_N_s) << what;
   EXPECT_TRUE(!verdict.found_s || (verdict.off_s && *verdict.off_s - *verdict.found_s <= kOff_s)) << what;
@@ -127,10 +131,12 @@ void expect_within(Trial trial, const References& references, Injection kind, co
 }
 
 std::string table(const std::map<Injection, Worst>& worst) {
-  std::string rows = "| fault | off after, ms | travel, mm | speed, m/s | impulse, N s |\n|---|---|---|---|---|\n";
+  std::string rows =
+      "| fault | off after, ms | travel, mm | speed, m/s | impulse, N s |\n|---|---|---|---|---|\n";
   for (const auto& [kind, w] : worst) {
     char row[200];
-    const std::string off = w.always_found ? std::to_string(std::lround(std::ceil(w.found_s * 1e3))) : "stays on";
+    const std::string off =
+        w.always_found ? std::to_string(std::lround(std::ceil(w.found_s * 1e3))) : "stays on";
     (void)std::snprintf(row, sizeof(row), "| `%s`: %s | %s | %.1f | %.2f | %.3f |\n", name_of(kind),
                         board::injections()[static_cast<std::size_t>(kind)].text.data(), off.c_str(),
                         w.travel_m * 1e3, w.speed_m_s, w.impulse_N_s);
@@ -153,8 +159,8 @@ TEST(FaultsFelt, WhatCanBeInjected) {
   static constexpr std::array<const char*, 3> kOf = {"joint", "arm", "board"};
   std::string rows = "| fault | of | value | |\n|---|---|---|---|\n";
   for (const board::InjectionRow& row : board::injections())
-    rows += "| `" + std::string(row.name) + "` | " + kOf[static_cast<std::size_t>(row.of)] + " | " + std::string(row.unit) +
-            " | " + std::string(row.text) + " |\n";
+    rows += "| `" + std::string(row.name) + "` | " + kOf[static_cast<std::size_t>(row.of)] + " | " +
+            std::string(row.unit) + " | " + std::string(row.text) + " |\n";
   rows.pop_back();
   expect_generated("docs/safety.md", "injections", rows);
 }

@@ -169,8 +169,11 @@ const std::map<Fault, Injector>& injectors() {
         },
         1, [](Bench&) {}}},
       {Fault::current_mismatch,
-       {pressing, [](Bench& b) { b.inputs.arm[0].evidence.current_A = {0, 0, 0}; }, 6,
-        [](Bench& b) { b.inputs.arm[0].evidence = {}; }}},
+       {pressing,
+        [](Bench& b) {
+          b.inputs.arm[0].evidence.current_A = {0, 0, 0};
+        },
+        6, [](Bench& b) { b.inputs.arm[0].evidence = {}; }}},
       {Fault::supply,
        {pressing, [](Bench& b) { b.inputs.arm[0].evidence.supply_V = 12; }, 22,
         [](Bench& b) { b.inputs.arm[0].evidence = {}; }}},
