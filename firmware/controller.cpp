@@ -1,6 +1,7 @@
 #include "firmware/controller.h"
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include "firmware/link/crc32.h"
@@ -15,6 +16,11 @@ Config with_possible_arms(Config config) noexcept {
   return config;
 }
 
+bool ended_badly(const Config& config) noexcept {
+  const std::string_view reason = config.reset_reason;
+  return reason == "watchdog" || reason == "crash";
+}
+
 }  // namespace
 
 Controller::Controller(const Config& config, Storage& storage) noexcept
@@ -22,17 +28,29 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
       core_(config, params_),
       store_(storage, config.pause),
       param_store_(storage),
+      persistent_(storage, core_),
       telemetry_(core_, params_, config.node_id),
       status_(core_, params_, store_, telemetry_, config.node_id),
       recording_(core_.observers().recorder, config_.arm_count, config.node_id),
       picture_(core_, config.node_id),
       orders_(core_, params_, config.node_id, config_.arm_count),
-      services_({config_, params_, core_, store_, running_, param_store_, telemetry_, status_, recording_,
-                 link_, orders_}),
+      services_({config_, params_, core_, store_, running_, param_store_, persistent_, telemetry_, status_,
+                 recording_, link_, orders_}),
       router_(services_, config.node_id) {
-  param_store_.load(params_);
-  if (store_.open(running_) == StoreStatus::kOk)
-    static_cast<void>(core_.sources().scene.post(running_, store_.sequence()));
+  param_store_.open();
+  const bool scene = store_.open(running_) == StoreStatus::kOk;
+  const bool crashed = ended_badly(config);
+  const JournalRecord::InUse aside = persistent_.begin(in_store(), crashed);
+  if (aside.params == 0) param_store_.apply(params_);
+  if (aside.scene != 0) {
+    store_.set_aside();
+    running_ = {};
+  }
+  persistent_.resume_heat(params_, config.utc_s);
+  if (aside.scene != 0 || aside.params != 0) core_.begin_with(Fault::set_aside);
+  if (store_.damaged() || param_store_.damaged()) core_.begin_with(Fault::store_corrupt);
+  if (crashed) core_.begin_with(Fault::watchdog_reset);
+  if (scene && aside.scene == 0) static_cast<void>(core_.sources().scene.post(running_, store_.sequence()));
 }
 
 void Controller::on_frame(const link::CanFrame& frame, link::Micros now) noexcept {
@@ -48,6 +66,7 @@ void Controller::on_frame(const link::CanFrame& frame, link::Micros now) noexcep
 void Controller::poll(link::Micros now) noexcept {
   fetch_records();
   router_.poll(now);
+  persistent_.poll(in_store(), now);
 }
 
 // The real-time frames first, the most urgent before the others. A recording can fill the bus, and then leaves the services
@@ -59,6 +78,10 @@ bool Controller::next_frame(link::CanFrame& frame, link::Micros now) noexcept {
   if (recording_.services_turn() && router_.next_frame(frame, now)) return true;
   return recording_.next_frame(frame) || telemetry_.next_detail_frame(frame) || picture_.next_frame(frame) ||
          router_.next_frame(frame, now);
+}
+
+PersistentState::InStore Controller::in_store() const noexcept {
+  return {store_.sequence(), param_store_.sequence(), {store_.image_crc(), param_store_.crc()}};
 }
 
 void Controller::fetch_records() noexcept {

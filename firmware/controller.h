@@ -35,6 +35,7 @@
 #include "firmware/services/router.h"
 #include "firmware/services/services.h"
 #include "firmware/store/param_store.h"
+#include "firmware/store/persistent_state.h"
 #include "firmware/store/scene_store.h"
 #include "firmware/store/storage.h"
 
@@ -91,6 +92,8 @@ class Controller {
   void keep_alive() noexcept {
     core_.commands().keep_alive();
   }  // a valid command came; arming does not count as one
+  // A host's clock: seconds since 1970.
+  void tell_time(std::uint32_t utc_s, link::Micros now) noexcept { persistent_.tell_time(utc_s, now); }
   [[nodiscard]] Mode mode() const noexcept { return core_.status().mode(); }
   [[nodiscard]] Fault fault() const noexcept { return core_.status().fault(); }
   [[nodiscard]] Conditions unmet() const noexcept { return core_.status().unmet(); }  // against arming, now
@@ -113,6 +116,7 @@ class Controller {
 
  private:
   void fetch_records() noexcept;
+  [[nodiscard]] PersistentState::InStore in_store() const noexcept;
 
   Config config_;
   Params params_;
@@ -120,6 +124,7 @@ class Controller {
   SceneStore store_;
   control::SceneView running_;  // the scene posted last
   ParamStore param_store_;
+  PersistentState persistent_;
   // The real-time frames (firmware/observe/).
   TelemetryFrames telemetry_;
   StatusFrames status_;

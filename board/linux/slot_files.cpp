@@ -40,16 +40,18 @@ SlotFiles::SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes)
   if (flock(folder_.get(), LOCK_EX | LOCK_NB) != 0) fail_with(errno, path_);
   if (faccessat(folder_.get(), ".", W_OK, 0) != 0) fail_with(errno, path_);
   (void)unlinkat(folder_.get(), kNewFile, 0);  // left behind by a power failure
-  constexpr std::array<const char*, kSlots> kFiles = {"scene0", "scene1", "params0", "params1"};
+  constexpr std::array<const char*, kSlots> kFiles = {"scene0",  "scene1",   "params0",
+                                                      "params1", "journal0", "journal1"};
   try {
     for (unsigned i = 0; i < kSlots; ++i) {
       slots_[i].file = kFiles[i];
-      slots_[i].bytes = i < kSceneSlots ? scene_slot_bytes : kParamSlotBytes;
+      slots_[i].bytes = slot_bytes(i, scene_slot_bytes);
       void* map = mmap(nullptr, slots_[i].bytes, PROT_READ | PROT_WRITE,
                        MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
       if (map == MAP_FAILED) fail_with(errno, path_ / slots_[i].file);
       slots_[i].memory = static_cast<std::byte*>(map);
       load(slots_[i]);
+      if (i >= kFirstJournalSlot) open_in_place(slots_[i]);
     }
   } catch (...) {
     unmap();
@@ -80,6 +82,28 @@ void SlotFiles::load(Slot& slot) const {
   }
 }
 
+// With all its bytes, so that no later write has to find room on the disk.
+void SlotFiles::open_in_place(Slot& slot) const {
+  slot.open = Descriptor(openat(folder_.get(), slot.file, O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+  if (!slot.open.is_open()) fail_with(errno, path_ / slot.file);
+  if (slot.used == slot.bytes) return;
+  std::fill(slot.memory + slot.used, slot.memory + slot.bytes, std::byte{0xFF});
+  slot.used = slot.bytes;
+  if (!write_all(slot.open.get(), {slot.memory, slot.bytes}) || fsync(slot.open.get()) != 0 ||
+      fsync(folder_.get()) != 0)
+    fail_with(errno, path_ / slot.file);
+}
+
+bool SlotFiles::write_in_place(const Slot& slot, std::size_t offset, std::size_t bytes) noexcept {
+  const int file = slot.open.get();
+  const auto at = static_cast<off_t>(offset);
+  if (lseek(file, at, SEEK_SET) == at && write_all(file, {slot.memory + offset, bytes}) &&
+      sync_file_range(file, at, static_cast<off_t>(bytes), SYNC_FILE_RANGE_WRITE) == 0)
+    return true;
+  error_ = errno;
+  return false;
+}
+
 bool SlotFiles::fits(unsigned index, std::size_t offset, std::size_t bytes) const noexcept {
   return index < kSlots && offset <= slots_[index].bytes && bytes <= slots_[index].bytes - offset;
 }
@@ -94,6 +118,7 @@ bool SlotFiles::erase(unsigned index, std::size_t bytes) noexcept {
   if (!fits(index, 0, bytes)) return false;
   Slot& slot = slots_[index];
   std::fill_n(slot.memory, std::max(bytes, slot.used), std::byte{0xFF});
+  if (slot.open.is_open()) return write_in_place(slot, 0, bytes);
   slot.used = 0;
   return true;
 }
@@ -102,6 +127,7 @@ bool SlotFiles::write(unsigned index, std::size_t offset, std::span<const std::b
   if (!fits(index, offset, bytes.size())) return false;
   Slot& slot = slots_[index];
   std::copy(bytes.begin(), bytes.end(), slot.memory + offset);
+  if (slot.open.is_open()) return write_in_place(slot, offset, bytes.size());
   slot.used = std::max(slot.used, offset + bytes.size());
   if (offset >= firmware::kSlotHeaderBytes || save(slot)) return true;
   std::fill_n(slot.memory, firmware::kSlotHeaderBytes, std::byte{0xFF});

@@ -3,7 +3,8 @@
 //
 // A slot is written to its file as a whole when its header is written, which the stores do last: new file,
 // fsync, rename, fsync of the folder. Power may fail at any byte: the file then has either the old or the new
-// content.
+// content. The journal's slots are written in place, record by record, and the kernel starts to write them to the disk at once; the
+// background does not wait for the disk, because it would delay the link every few seconds.
 #pragma once
 
 #include <array>
@@ -36,12 +37,15 @@ class SlotFiles final : public firmware::Storage {
  private:
   struct Slot {
     const char* file = "";
+    Descriptor open;              // of a slot that is written in place
     std::byte* memory = nullptr;  // pages that are never written occupy no memory
     std::size_t bytes = 0;
     std::size_t used = 0;  // number of written bytes from the start
   };
   [[nodiscard]] bool fits(unsigned index, std::size_t offset, std::size_t bytes) const noexcept;
   void load(Slot& slot) const;
+  void open_in_place(Slot& slot) const;
+  [[nodiscard]] bool write_in_place(const Slot& slot, std::size_t offset, std::size_t bytes) noexcept;
   [[nodiscard]] bool save(const Slot& slot) noexcept;
   void unmap() noexcept;
 

@@ -19,10 +19,14 @@ constexpr firmware::SlotMagic magic_of(unsigned index) {
 EepromStorage::EepromStorage() noexcept {
   const std::size_t chips = eeprom::chips();
   if (chips == 0) return;
-  scene_slot_bytes_ = (chips * eeprom::kChipBytes - 2 * kParamSlotBytes) / kSceneSlots;
+  scene_and_journal_bytes_ = (chips * eeprom::kChipBytes - 2 * kParamSlotBytes) / kSceneSlots;
   for (unsigned i = 0; i < kSlots; ++i) {
     const std::span<std::byte> all = copy(i);
     std::ranges::fill(all, std::byte{0xFF});
+    if (i >= kFirstJournalSlot) {
+      static_cast<void>(eeprom::read(address(i), all));
+      continue;
+    }
     firmware::SlotHeader header;
     if (!eeprom::read(address(i), all.first(firmware::kSlotHeaderBytes)) || !decode(all, magic_of(i), header))
       continue;
@@ -32,23 +36,31 @@ EepromStorage::EepromStorage() noexcept {
   }
 }
 
+// The slots of the journal are the ends of what was a scene's before there was a journal, so that stores of then can be read.
 std::size_t EepromStorage::address(unsigned index) const noexcept {
-  return index < kSceneSlots ? index * scene_slot_bytes_
-                             : kSceneSlots * scene_slot_bytes_ + (index - kSceneSlots) * kParamSlotBytes;
+  if (index < kSceneSlots) return index * scene_and_journal_bytes_;
+  if (index < kFirstJournalSlot)
+    return kSceneSlots * scene_and_journal_bytes_ + (index - kSceneSlots) * kParamSlotBytes;
+  return present() ? (index - kFirstJournalSlot + 1) * scene_and_journal_bytes_ - kJournalSlotBytes : 0;
+}
+
+std::size_t EepromStorage::bytes(unsigned index) const noexcept {
+  return present() ? slot_bytes(index, scene_and_journal_bytes_ - kJournalSlotBytes) : 0;
 }
 
 std::span<std::byte> EepromStorage::copy(unsigned index) const noexcept {
-  return std::span(copies).subspan(address(index), index < kSceneSlots ? scene_slot_bytes_ : kParamSlotBytes);
+  return std::span(copies).subspan(address(index), bytes(index));
 }
 
 std::span<const std::byte> EepromStorage::slot(unsigned index) const noexcept { return copy(index); }
 
 // An EEPROM needs no erasing. Only the invalid header has to be written, so the slot counts as empty after
-// power-off.
+// power-off. The older records of a journal's slot may stay: they are known by their numbers.
 bool EepromStorage::erase(unsigned index, std::size_t bytes) noexcept {
   if (!present() || bytes > copy(index).size()) return false;
   std::ranges::fill(copy(index).first(bytes), std::byte{0xFF});
-  return eeprom::write(address(index), copy(index).first(firmware::kSlotHeaderBytes));
+  return index >= kFirstJournalSlot ||
+         eeprom::write(address(index), copy(index).first(firmware::kSlotHeaderBytes));
 }
 
 bool EepromStorage::write(unsigned index, std::size_t offset, std::span<const std::byte> bytes) noexcept {

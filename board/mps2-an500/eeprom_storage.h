@@ -1,5 +1,5 @@
 // The slots in the EEPROMs, with a copy in RAM that the tick reads. The memory of all chips that answer at
-// start is divided between the two scenes: one chip holds scenes of 31 kB, eight hold scenes of 260 kB
+// start is divided between the two scenes: one chip holds scenes of 27 kB, eight hold scenes of 256 kB
 // (docs/board-mps2-an500.md lists the demonstrations).
 #pragma once
 
@@ -17,7 +17,7 @@ class EepromStorage final : public firmware::Storage {
   // Reads the content of the slots: about a second for a scene of 64 kB.
   EepromStorage() noexcept;
 
-  [[nodiscard]] bool present() const noexcept { return scene_slot_bytes_ != 0; }
+  [[nodiscard]] bool present() const noexcept { return scene_and_journal_bytes_ != 0; }
 
   [[nodiscard]] std::span<const std::byte> slot(unsigned index) const noexcept override;
   [[nodiscard]] bool erase(unsigned index, std::size_t bytes) noexcept override;
@@ -27,8 +27,9 @@ class EepromStorage final : public firmware::Storage {
  private:
   [[nodiscard]] std::span<std::byte> copy(unsigned index) const noexcept;
   [[nodiscard]] std::size_t address(unsigned index) const noexcept;
+  [[nodiscard]] std::size_t bytes(unsigned index) const noexcept;
 
-  std::size_t scene_slot_bytes_ = 0;
+  std::size_t scene_and_journal_bytes_ = 0;  // a scene, and behind it a slot of the journal
 };
 
 }  // namespace thimble::board

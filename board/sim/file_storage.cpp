@@ -27,8 +27,7 @@ FileStorage::FileStorage(const std::filesystem::path& file, std::size_t scene_sl
     if (fd_ >= 0) close(fd_);
     throw std::runtime_error("store " + file.string() + ": " + what);
   };
-  for (unsigned i = 0; i < kSlots; ++i)
-    begin_[i + 1] = begin_[i] + pages(i < kSceneSlots ? scene_slot_bytes : kParamSlotBytes);
+  for (unsigned i = 0; i < kSlots; ++i) begin_[i + 1] = begin_[i] + pages(slot_bytes(i, scene_slot_bytes));
   if (fd_ < 0) fail(std::strerror(errno));
   if (flock(fd_, LOCK_EX | LOCK_NB) != 0) fail("it is in use by another simulator");
   struct stat status {};
@@ -36,7 +35,9 @@ FileStorage::FileStorage(const std::filesystem::path& file, std::size_t scene_sl
   const auto wanted = static_cast<off_t>(begin_[kSlots]);
   const auto scenes_only =
       static_cast<off_t>(begin_[kSceneSlots]);  // size of files from before parameters were stored
-  if (status.st_size != 0 && status.st_size != wanted && status.st_size != scenes_only)
+  const auto no_journal = static_cast<off_t>(begin_[kFirstJournalSlot]);  // from before there was one
+  if (status.st_size != 0 && status.st_size != wanted && status.st_size != scenes_only &&
+      status.st_size != no_journal)
     fail("it is not a store of this simulator");
   if (ftruncate(fd_, wanted) != 0) fail(std::strerror(errno));
   void* map = mmap(nullptr, begin_[kSlots], PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0);

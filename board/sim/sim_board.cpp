@@ -35,9 +35,9 @@ const PlantVariant& variant_of(const SimBoardOptions& options) {
 
 void MemoryStorage::Free::operator()(std::byte* memory) const noexcept { std::free(memory); }
 
-MemoryStorage::MemoryStorage(std::size_t scene_slot_bytes)
-    : slot_bytes_{scene_slot_bytes, scene_slot_bytes, kParamSlotBytes, kParamSlotBytes} {
+MemoryStorage::MemoryStorage(std::size_t scene_slot_bytes) {
   for (unsigned i = 0; i < kSlots; ++i) {
+    slot_bytes_[i] = slot_bytes(i, scene_slot_bytes);
     slots_[i].reset(
         static_cast<std::byte*>(std::calloc(slot_bytes_[i], 1)));  // pages are allocated when written
     if (!slots_[i]) throw std::bad_alloc();
@@ -120,6 +120,7 @@ SimBoard::SimBoard(const SimBoardOptions& options)
   config.node_id = options_.node_id;
   config.board = "sim";
   config.reset_reason = options_.reset_reason;
+  config.utc_s = options_.utc_s;
   config.bus_bits_per_s = options_.bus_bits_per_s;
   if (options_.storage == nullptr) own_storage_ = std::make_unique<MemoryStorage>(options_.slot_bytes);
   for (std::size_t i = 0; i < options_.arm_count; ++i) {

@@ -41,7 +41,7 @@ class MemoryStorage final : public firmware::Storage {
   struct Free {
     void operator()(std::byte* memory) const noexcept;
   };
-  std::array<std::size_t, kSlots> slot_bytes_;
+  std::array<std::size_t, kSlots> slot_bytes_{};
   std::array<std::unique_ptr<std::byte, Free>, kSlots> slots_;
 };
 
@@ -56,6 +56,7 @@ struct SimBoardOptions {
   std::uint64_t seed = 1;
   std::uint8_t node_id = 1;
   const char* reset_reason = "power_on";
+  std::uint32_t utc_s = 0;               // firmware::Config::utc_s
   std::uint32_t bus_bits_per_s = 0;      // firmware::Config::bus_bits_per_s
   firmware::Storage* storage = nullptr;  // must outlive the board; null: internal storage in memory
   std::size_t slot_bytes =

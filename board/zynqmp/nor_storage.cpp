@@ -11,18 +11,18 @@ namespace {
 using firmware::SlotMagic;
 using firmware::Storage;
 
-constexpr std::size_t kParamSlotBytes = Nor::kSectorBytes;
-static_assert(kParamSlotBytes >= Storage::kParamSlotBytes);
+constexpr std::size_t kSmallSlotBytes = Nor::kSectorBytes;  // of parameters and journal
+static_assert(kSmallSlotBytes >= Storage::kParamSlotBytes && kSmallSlotBytes >= Storage::kJournalSlotBytes);
 static_assert(kSceneSlotBytes % Nor::kSectorBytes == 0 && kStore % Nor::kSectorBytes == 0);
 
 [[gnu::section(".slots")]] alignas(
     8) std::array<std::byte, Storage::kSceneSlots * kSceneSlotBytes +
-                                 (Storage::kSlots - Storage::kSceneSlots) * kParamSlotBytes> copies;
+                                 (Storage::kSlots - Storage::kSceneSlots) * kSmallSlotBytes> copies;
 
 constexpr std::size_t begin_of(unsigned index) noexcept {
   return index < Storage::kSceneSlots
              ? index * kSceneSlotBytes
-             : Storage::kSceneSlots * kSceneSlotBytes + (index - Storage::kSceneSlots) * kParamSlotBytes;
+             : Storage::kSceneSlots * kSceneSlotBytes + (index - Storage::kSceneSlots) * kSmallSlotBytes;
 }
 std::uint32_t address_of(unsigned index) noexcept {
   return kStore + static_cast<std::uint32_t>(begin_of(index));
@@ -34,6 +34,12 @@ NorStorage::NorStorage(Nor& nor) noexcept : nor_(nor) {
   for (unsigned i = 0; i < kSlots; ++i) {
     const std::span<std::byte> all = copy(i);
     // Bytes that cannot be read lead to a missing header or a wrong CRC.
+    if (i >= kFirstJournalSlot) {
+      erased_[i] = all.size();  // what is not written yet
+      std::ranges::fill(all, std::byte{0xFF});
+      static_cast<void>(nor_.read(address_of(i), all));
+      continue;
+    }
     const auto header_bytes = all.first(firmware::kSlotHeaderBytes);
     std::ranges::fill(header_bytes, std::byte{0xFF});
     firmware::SlotHeader header;
@@ -46,7 +52,7 @@ NorStorage::NorStorage(Nor& nor) noexcept : nor_(nor) {
 }
 
 std::span<std::byte> NorStorage::copy(unsigned index) const noexcept {
-  return std::span(copies).subspan(begin_of(index), index < kSceneSlots ? kSceneSlotBytes : kParamSlotBytes);
+  return std::span(copies).subspan(begin_of(index), index < kSceneSlots ? kSceneSlotBytes : kSmallSlotBytes);
 }
 
 std::span<const std::byte> NorStorage::slot(unsigned index) const noexcept { return copy(index); }

@@ -51,6 +51,8 @@ struct Config {
   const char* serial_number = "none";  // text for the host
   const char* board = "none";          // the board that the image is for, by its folder in board/
   const char* reset_reason = "";  // why it started: "power_on", "watchdog", "host", "crash"; empty: not known
+  std::uint32_t utc_s =
+      0;  // the time at start, seconds since 1970, of a clock that runs while the board is off; 0: not known
   // What the board lacks for safe motion, as found at start ("no_realtime_priority,no_watchdog"): arming is refused, and
   // the refusal contains this text. Empty: nothing.
   const char* lacks = "";

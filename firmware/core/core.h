@@ -18,6 +18,7 @@ class Core {
   // --- tick. Work: O(one tick of the force source), no heap, lock, exception or I/O.
   [[nodiscard]] Outputs tick(const Inputs& inputs) noexcept;
   [[nodiscard]] const Telemetry& telemetry() const noexcept { return parts_.state.telemetry; }
+  [[nodiscard]] const Setup& setup() const noexcept { return parts_.setup; }
   [[nodiscard]] const control::Renderer& renderer() const noexcept { return parts_.sources.scene.renderer(); }
 
   // --- background: use only the functions of a part that its header lists under "background".
@@ -28,6 +29,10 @@ class Core {
   [[nodiscard]] const Sources& sources() const noexcept { return parts_.sources; }
   [[nodiscard]] Observers& observers() noexcept { return parts_.observers; }
   [[nodiscard]] const Observers& observers() const noexcept { return parts_.observers; }
+  [[nodiscard]] HeatExchange& heat() noexcept { return parts_.heat; }
+  // Before the first tick: the motors are not cold; something happened before this start.
+  void begin_with(const MotorsHeat& heat) noexcept;
+  void begin_with(Fault fault) noexcept;
   // For a replay, before the first tick: sets the state that a recording began with, and takes the scene that was posted last. The
   // recorded inputs and commands then give the recorded forces.
   void resume(const RecordingStart& start) noexcept;

@@ -157,6 +157,22 @@ void heat_motors(Parts& parts, std::size_t index, const ArmEvidence& evidence, s
   }
 }
 
+// What the background has learned of the time off waits while a recording runs: a replay has only what the recording began with.
+void exchange_heat(Parts& parts, std::uint32_t lost) noexcept {
+  State& state = parts.state;
+  MotorsHeat less;
+  if (!parts.observers.recorder.running() && parts.heat.less.read(less))
+    for (std::size_t i = 0; i < parts.setup.arm_count; ++i)
+      for (std::size_t j = 0; j < kJoints; ++j) state.arm[i].heat[j].take_off(less[i][j]);
+  state.heat_shown_s += parts.setup.period_s * static_cast<float>(lost + 1U);
+  if (state.heat_shown_s < HeatExchange::kInterval_s) return;
+  state.heat_shown_s = 0;
+  MotorsHeat now;
+  for (std::size_t i = 0; i < parts.setup.arm_count; ++i)
+    for (std::size_t j = 0; j < kJoints; ++j) now[i][j] = state.arm[i].heat[j].heat();
+  parts.heat.now.write(now);
+}
+
 }  // namespace
 
 void sense(Parts& parts, const Inputs& inputs) noexcept {
@@ -171,6 +187,7 @@ void sense(Parts& parts, const Inputs& inputs) noexcept {
     read_arm(parts, i, inputs.arm[i], inputs.tick);
     check_index(parts, i, inputs.arm[i]);
   }
+  exchange_heat(parts, lost);
 }
 
 }  // namespace thimble::firmware

@@ -9,6 +9,7 @@
 #include "firmware/core/conditions.h"
 #include "firmware/core/config.h"
 #include "firmware/core/modes.h"
+#include "firmware/core/motors_heat.h"
 #include "firmware/core/setup.h"
 #include "firmware/core/state.h"
 #include "firmware/core/status.h"
@@ -36,6 +37,7 @@ struct Parts {
   Status status;
   Commands commands;
   Observers observers;
+  HeatExchange heat;
   State state;
 };
 

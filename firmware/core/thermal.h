@@ -6,8 +6,14 @@
 //   R(T) = R_25 (1 + 0.00393 (T - 25))               C = time constant / thermal resistance
 //
 // Units: A, degC, s. Cannot fail with finite currents. At most one step per call.
+//
+// After a restart the model resumes from the journal. cooled() is for a time in which the motors were off, heated() for one that nobody
+// knows: they give a temperature that is not below the true one.
 #pragma once
 
+#include <algorithm>
+
+#include "firmware/core/motors_heat.h"
 #include "kinematics/arm_model.h"
 
 namespace thimble::firmware {
@@ -42,6 +48,12 @@ class MotorHeat {
     return part < 0.0F ? 0.0F : part > 1.0F ? 1.0F : part;
   }
 
+  [[nodiscard]] Heat heat() const noexcept { return {winding_K_, housing_K_}; }
+  void take_off(const Heat& less) noexcept {
+    winding_K_ = std::max(winding_K_ - less.winding_K, 0.0F);
+    housing_K_ = std::max(housing_K_ - less.housing_K, 0.0F);
+  }
+
   // The complete state, for the start record of a recording.
   struct State {
     float winding_K = 0;
@@ -63,5 +75,31 @@ class MotorHeat {
   float charge_A2_s_ = 0;  // since the last step
   float time_s_ = 0;
 };
+
+// The heat after a time without current. Backward Euler: it cools slower than the exact solution, with any step.
+[[nodiscard]] inline Heat cooled(const kinematics::MotorModel& motor, Heat heat, float seconds) noexcept {
+  constexpr int kSteps = 1000;
+  constexpr float kMost_s = 1e6F;  // cold by then
+  const float step_s = std::min(seconds, kMost_s) / static_cast<float>(kSteps);
+  const float a = step_s / motor.winding_time_constant_s;
+  const float c = step_s / motor.housing_time_constant_s;
+  const float b = c * motor.housing_to_ambient_K_W / motor.winding_to_housing_K_W;
+  for (int i = 0; i < kSteps && seconds > 0; ++i) {
+    heat.housing_K = (heat.housing_K + b / (1 + a) * heat.winding_K) / (1 + c + b / (1 + a));
+    heat.winding_K = (heat.winding_K + a * heat.housing_K) / (1 + a);
+  }
+  return heat;
+}
+
+// The most heat after a time in which the current is not known: all that the limits allow.
+[[nodiscard]] inline Heat heated(const kinematics::MotorModel& motor, const Heat& heat, float ambient_C,
+                                 float limit_C, float seconds) noexcept {
+  MotorHeat model;
+  model.resume({.winding_K = heat.winding_K, .housing_K = heat.housing_K});
+  const auto steps = static_cast<int>(seconds / MotorHeat::kStep_s);
+  for (int i = 0; i < steps; ++i)
+    model.add(motor, model.allowed(ambient_C, limit_C) * motor.peak_current_A, ambient_C, MotorHeat::kStep_s);
+  return model.heat();
+}
 
 }  // namespace thimble::firmware

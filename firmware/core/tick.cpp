@@ -36,6 +36,19 @@ Outputs Core::tick(const Inputs& inputs) noexcept {
   return outputs;
 }
 
+void Core::begin_with(const MotorsHeat& heat) noexcept {
+  for (std::size_t i = 0; i < parts_.setup.arm_count; ++i)
+    for (std::size_t j = 0; j < kJoints; ++j)
+      parts_.state.arm[i].heat[j].resume(
+          {.winding_K = heat[i][j].winding_K, .housing_K = heat[i][j].housing_K});
+}
+
+void Core::begin_with(Fault fault) noexcept {
+  if (parts_.setup.arm_count == 0) return;  // bad_config is
+  trip(parts_, fault);
+  parts_.status.publish(parts_.state, kNotHomed | kEncoderStale | kNoScene | kFaultLatched, kNotArmed);
+}
+
 void Core::resume(const RecordingStart& start) noexcept {
   parts_.sources.scene.adopt();
   parts_.state.tick = start.start.tick;

@@ -64,6 +64,9 @@ enum class Routine : std::uint16_t {
   // A recording (firmware/observe/recorder.h): every tick's counts are sent, with checks of the forces. Start: with the motors off; the scene
   // begins anew. Stop. Results: RecordingStart, then a RecordingArm for each arm.
   kRecording = 0x0208,
+  // A host's clock, from which a board that was off learns how far its motors have cooled. Arguments: seconds since 1970 (4 bytes,
+  // big-endian).
+  kTellTime = 0x0209,
   // Breaks the hardware of a simulated board: arguments are an InjectedFault. No real board has it.
   kInject = 0x02F0,
 };
@@ -88,6 +91,8 @@ inline constexpr std::uint16_t kDidSceneName = 0xF1A9;        // text: the runni
 inline constexpr std::uint16_t kDidInside = 0xF1AD;
 inline constexpr std::uint16_t kDidBoardName = 0xF1AB;    // text: the board that this image is for
 inline constexpr std::uint16_t kDidResetReason = 0xF1AC;  // text: why it started ("power_on", "watchdog")
+// Text: what is left out because the board crashed with it: "scene", "parameters", "scene,parameters", or nothing.
+inline constexpr std::uint16_t kDidSetAside = 0xF1AE;
 // Text: why a request was refused last, with one of the answers 21, 22, 70 and 72: conditions
 // ("dead_man_released"), a busy reason, what is wrong with the image (firmware/services/refusal.h).
 inline constexpr std::uint16_t kDidRefusal = 0xF1AA;

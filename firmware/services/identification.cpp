@@ -88,6 +88,12 @@ void board_name(const Services& services, ByteWriter& out) noexcept {
 void reset_reason(const Services& services, ByteWriter& out) noexcept {
   out.put_text(services.parts.config.reset_reason);
 }
+void set_aside(const Services& services, ByteWriter& out) noexcept {
+  const JournalRecord::InUse& aside = services.parts.persistent.set_aside();
+  if (aside.scene != 0) out.put_text("scene");
+  if (aside.scene != 0 && aside.params != 0) out.put_text(",");
+  if (aside.params != 0) out.put_text("parameters");
+}
 void arm_names(const Services& services, ByteWriter& out) noexcept {
   const Config& config = services.parts.config;
   for (std::size_t i = 0; i < config.arm_count; ++i) {
@@ -123,7 +129,7 @@ struct DataRow {
   std::uint16_t id;
   void (*read)(const Services&, ByteWriter&) noexcept;
 };
-constexpr std::array<DataRow, 13> kData = {{
+constexpr std::array<DataRow, 14> kData = {{
     {link::LinkInfo::kId, link_info},
     {link::DeviceState::kId, device_state},
     {link::MoveState::kId, move},
@@ -134,6 +140,7 @@ constexpr std::array<DataRow, 13> kData = {{
     {link::kDidFirmwareVersion, firmware_version},
     {link::kDidBoardName, board_name},
     {link::kDidResetReason, reset_reason},
+    {link::kDidSetAside, set_aside},
     {link::kDidArmName, arm_names},
     {link::kDidSceneName, scene_name},
     {link::kDidInside, inside},

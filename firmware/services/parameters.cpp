@@ -71,4 +71,10 @@ Nrc save_parameters(Services& services, Call& call) noexcept {
   return refuse(call.host, services.parts.param_store.save(services.parts.params));
 }
 
+// Routine 0209.
+Nrc tell_time(Services& services, Call& call) noexcept {
+  services.parts.persistent.tell_time(u32_at(call.request, kRoutineHeader), call.now_us);
+  return Nrc::kOk;
+}
+
 }  // namespace thimble::firmware

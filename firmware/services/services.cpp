@@ -58,13 +58,14 @@ struct RoutineRow {
   std::size_t argument_bytes;
   Handler handle;
 };
-constexpr std::array<RoutineRow, 12> kRoutines = {{
+constexpr std::array<RoutineRow, 13> kRoutines = {{
     {Routine::kArm, kStart, Sessions::kNotDefault, 0, arm},
     {Routine::kDisarm, kStart, Sessions::kAll, 0, disarm},  // never a question of the session
     {Routine::kHome, kStart, Sessions::kNotDefault, 0, home},
     {Routine::kActivate, kStart, Sessions::kNotDefault, 0, activate},
     {Routine::kPrepareDownload, kStart, Sessions::kProgramming, 8, prepare_download},
     {Routine::kSaveParameters, kStart, Sessions::kNotDefault, 0, save_parameters},
+    {Routine::kTellTime, kStart, Sessions::kNotDefault, 4, tell_time},
     {Routine::kMove, kStart, Sessions::kNotDefault, kMoveOrder, start_move},
     {Routine::kMove, kStop, Sessions::kNotDefault, 0, end_move},
     {Routine::kMove, kResults, Sessions::kNotDefault, 0, move_results},

@@ -18,6 +18,7 @@
 #include "firmware/services/jobs.h"
 #include "firmware/services/router.h"
 #include "firmware/store/param_store.h"
+#include "firmware/store/persistent_state.h"
 #include "firmware/store/scene_store.h"
 
 namespace thimble::firmware {
@@ -35,6 +36,7 @@ struct ServiceParts {
   SceneStore& store;
   control::SceneView& running;  // the scene posted last
   ParamStore& param_store;
+  PersistentState& persistent;
   TelemetryFrames& telemetry;
   StatusFrames& status;
   RecordingFrames& recording;

@@ -27,13 +27,20 @@ std::uint32_t get(std::span<const std::byte> at) noexcept {
 
 }  // namespace
 
-void ParamStore::load(Params& params) noexcept {
+void ParamStore::open() noexcept {
   const NewestFirst found = newest_first(*storage_, kFirstSlot, SlotMagic::kParams);
+  damaged_ = found.damaged;
   if (found.count == 0) return;
   const auto& [slot, header] = found.slot[0];
   active_ = slot;
   sequence_ = header.sequence;
-  const std::span<const std::byte> set = storage_->slot(slot).subspan(kSlotHeaderBytes, header.length);
+  crc_ = header.crc;
+  length_ = header.length;
+}
+
+void ParamStore::apply(Params& params) const noexcept {
+  const std::span<const std::byte> set =
+      storage_->slot(active_).subspan(std::min(kSlotHeaderBytes, storage_->slot(active_).size()), length_);
   for (std::size_t at = 0; at + kEntryBytes <= set.size(); at += kEntryBytes) {
     const std::uint32_t id = get(set.subspan(at));
     const ParamRow* row = id <= 0xFFFF ? find_param(static_cast<std::uint16_t>(id)) : nullptr;
@@ -62,6 +69,8 @@ StoreStatus ParamStore::save(const Params& params) noexcept {
   }
   active_ = slot;
   sequence_ = sequence;
+  crc_ = crc32(set);
+  length_ = kSetBytes;
   return StoreStatus::kOk;
 }
 

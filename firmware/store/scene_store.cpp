@@ -35,6 +35,7 @@ std::size_t SceneStore::capacity() const noexcept {
 
 StoreStatus SceneStore::open(control::SceneView& view) noexcept {
   const NewestFirst found = newest_first(*storage_, 0, SlotMagic::kScene, pause_);
+  damaged_ = found.damaged;
   for (const auto& [slot, header] : std::span(found.slot).first(found.count)) {
     image_verdict_ =
         control::SceneView::check(storage_->slot(slot).subspan(kHeaderBytes, header.length), view, pause_);
@@ -98,9 +99,9 @@ StoreStatus SceneStore::commit(control::SceneView& view) noexcept {
   const SlotHeaderBytes header =
       encode(SlotMagic::kScene, {sequence, static_cast<std::uint32_t>(length_), expected_crc_});
   if (!storage_->write(slot, 0, header)) return StoreStatus::kStorage;
-  binding_ = sequence_ != 0 && control::differs_in_materials_only(
-                                   storage_->slot(active_).subspan(kHeaderBytes, image_bytes_), newest_,
-                                   storage_->slot(slot).subspan(kHeaderBytes, length_), checked_, pause_)
+  binding_ = image_bytes_ != 0 && control::differs_in_materials_only(
+                                      storage_->slot(active_).subspan(kHeaderBytes, image_bytes_), newest_,
+                                      storage_->slot(slot).subspan(kHeaderBytes, length_), checked_, pause_)
                  ? control::Binding::kKeepState
                  : control::Binding::kStart;
   active_ = slot;

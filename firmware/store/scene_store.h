@@ -44,6 +44,14 @@ class SceneStore {
   // untouched. O(image).
   [[nodiscard]] StoreStatus open(control::SceneView& view) noexcept;
 
+  // After open(): the scene is not used, and stays where it is until an upload takes its place.
+  void set_aside() noexcept {
+    image_crc_ = 0;
+    image_bytes_ = 0;
+    newest_ = {};
+  }
+  [[nodiscard]] bool damaged() const noexcept { return damaged_; }  // what open() saw was
+
   [[nodiscard]] StoreStatus begin(std::size_t length, std::uint32_t crc) noexcept;
   [[nodiscard]] StoreStatus write(std::size_t offset, std::span<const std::byte> bytes) noexcept;
 
@@ -83,7 +91,8 @@ class SceneStore {
   unsigned active_ = 0;
   std::uint32_t sequence_ = 0;
   std::uint32_t image_crc_ = 0;
-  std::size_t image_bytes_ = 0;
+  std::size_t image_bytes_ = 0;  // 0: there is none, or it is set aside
+  bool damaged_ = false;
   control::Binding binding_ = control::Binding::kStart;
   control::SceneView newest_;
   control::ImageVerdict image_verdict_;

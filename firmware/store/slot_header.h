@@ -45,6 +45,9 @@ struct NewestFirst {
   };
   std::array<Found, 2> slot;
   std::size_t count = 0;
+  // A header that is broken, or contents of the newest that are not what its header says. (An interrupted save leaves older contents
+  // broken, or no header.)
+  bool damaged = false;
 };
 [[nodiscard]] NewestFirst newest_first(const Storage& storage, unsigned first_slot, SlotMagic magic,
                                        control::Pause pause = nullptr) noexcept;

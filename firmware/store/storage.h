@@ -3,6 +3,8 @@
 //
 //   slots 0, 1   scenes (firmware/store/scene_store.h): both have one size, the board's choice
 //   slots 2, 3   parameters (firmware/store/param_store.h): at least kParamSlotBytes each
+//   slots 4, 5   the journal (firmware/store/journal.h): both have one size, at least kJournalSlotBytes. It is written a record at a time,
+//                also while the arm is armed: a write of a record takes a few milliseconds at most
 #pragma once
 
 #include <cstddef>
@@ -13,8 +15,16 @@ namespace thimble::firmware {
 class Storage {
  public:
   static constexpr unsigned kSceneSlots = 2;
-  static constexpr unsigned kSlots = 4;
+  static constexpr unsigned kFirstJournalSlot = 4;
+  static constexpr unsigned kSlots = 6;
   static constexpr std::size_t kParamSlotBytes = 1024;
+  static constexpr std::size_t kJournalSlotBytes = 4096;
+
+  // The least size of a slot, where the board's scenes have this one.
+  [[nodiscard]] static constexpr std::size_t slot_bytes(unsigned index, std::size_t scene_bytes) noexcept {
+    if (index < kSceneSlots) return scene_bytes;
+    return index < kFirstJournalSlot ? kParamSlotBytes : kJournalSlotBytes;
+  }
 
   // Slot contents in place: at least 8-byte aligned, at the same address and size for ever.
   [[nodiscard]] virtual std::span<const std::byte> slot(unsigned index) const noexcept = 0;

@@ -27,11 +27,11 @@ class SlotsInMemory final : public firmware::Storage {
 };
 
 [[gnu::section(".slots")]] alignas(8) std::array<std::byte, std::size_t{3} << 20U> slots;
-[[gnu::section(".slots")]] std::array<std::array<std::byte, firmware::Storage::kParamSlotBytes>, 2>
-    param_slots;
+[[gnu::section(".slots")]] std::array<std::array<std::byte, firmware::Storage::kJournalSlotBytes>, 4>
+    small_slots;  // of parameters and journal
 
 std::span<std::byte> SlotsInMemory::of(unsigned index) noexcept {
-  if (index >= kSceneSlots) return param_slots[index - kSceneSlots];
+  if (index >= kSceneSlots) return small_slots[index - kSceneSlots];
   return std::span(slots).subspan(index * kSceneBytes, kSceneBytes);
 }
 

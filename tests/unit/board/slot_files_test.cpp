@@ -17,6 +17,7 @@
 #include <string>
 #include <system_error>
 
+#include "firmware/store/journal.h"
 #include "firmware/store/param_store.h"
 #include "firmware/store/scene_store.h"
 #include "firmware/store/slot_header.h"
@@ -85,6 +86,24 @@ TEST_F(SlotFilesTest, SlotsStayWhereTheyAre) {
   EXPECT_FALSE(files.erase(0, kSlotBytes + 4096));
   EXPECT_FALSE(files.erase(SlotFiles::kSlots, 1));
   EXPECT_FALSE(files.write(0, kSlotBytes, std::array<std::byte, 1>{}));
+}
+
+// Record by record; a record that the process has written is there after its end, and the file has its full size from the start.
+TEST_F(SlotFilesTest, KeepsTheJournal) {
+  for (std::uint32_t number = 1; number < 200; ++number) {
+    SlotFiles files(folder_.path(), kSlotBytes);
+    firmware::Journal journal(files);
+    const auto found = journal.open();
+    ASSERT_EQ(found.has_value(), number != 1);
+    if (found) {
+      EXPECT_EQ(found->utc_s, number - 1);
+    }
+    firmware::JournalRecord record;
+    record.utc_s = number;
+    ASSERT_TRUE(journal.append(record));
+    EXPECT_EQ(fs::file_size(folder_.path() / "journal0"), SlotFiles::kJournalSlotBytes);
+    EXPECT_EQ(fs::file_size(folder_.path() / "journal1"), SlotFiles::kJournalSlotBytes);
+  }
 }
 
 TEST_F(SlotFilesTest, KeepsParameters) {

@@ -29,16 +29,15 @@ using firmware::Telemetry;
 // Behaves like NOR flash: a byte is writable once after an erase.
 class TestStorage final : public firmware::Storage {
  public:
-  explicit TestStorage(std::size_t slot_bytes = 4096)
-      : slots_{std::vector<std::uint64_t>(slot_bytes / 8, kErased),
-               std::vector<std::uint64_t>(slot_bytes / 8, kErased),
-               std::vector<std::uint64_t>(kParamSlotBytes / 8, kErased),
-               std::vector<std::uint64_t>(kParamSlotBytes / 8, kErased)} {}
+  explicit TestStorage(std::size_t slot_bytes = 4096) {
+    for (unsigned i = 0; i < kSlots; ++i) slots_[i].assign(Storage::slot_bytes(i, slot_bytes) / 8, kErased);
+  }
 
   std::span<const std::byte> slot(unsigned index) const noexcept override {
     return std::as_bytes(std::span(slots_[index]));
   }
   bool erase(unsigned index, std::size_t bytes) noexcept override {
+    ++erases[index];
     for (std::size_t i = 0; i < bytes; ++i) {
       if (!power()) return false;
       at(index, erase_downwards ? bytes - 1 - i : i) = std::byte{0xFF};
@@ -60,6 +59,7 @@ class TestStorage final : public firmware::Storage {
   std::size_t power_left =
       std::numeric_limits<std::size_t>::max();  // bytes that can still be erased or written
   bool erase_downwards = false;
+  std::array<std::size_t, kSlots> erases{};
   bool overwritten = false;  // a byte was written twice without an erase
 
  private:
@@ -137,6 +137,14 @@ class Bench {
   const Telemetry& shown() const { return controller->telemetry(); }
   Mode mode() const { return controller->mode(); }
   float force_N(std::size_t arm = 0) const { return shown().arm[arm].force_N.norm(); }
+
+  // Starts anew, as after a reset of the board. Its clock and the world go on.
+  void restart(const char* reason, std::uint32_t utc_s = 0) {
+    config.reset_reason = reason;
+    config.utc_s = utc_s;
+    controller.reset();
+    controller = std::make_unique<Controller>(config, storage);
+  }
 
   // Scene, home, arm. The tip is at home, on the plane's surface.
   void load(float stiffness_N_m = 1000.0F, float height_m = 0.0F, float damping_N_s_m = 0.0F) {

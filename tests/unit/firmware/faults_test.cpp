@@ -44,6 +44,14 @@ std::unique_ptr<Bench> pressing() {
   return bench;
 }
 
+// A scene, and motors that were never on.
+std::unique_ptr<Bench> rested() {
+  auto bench = std::make_unique<Bench>(fault_config());
+  bench->load();
+  bench->ticks(3);
+  return bench;
+}
+
 struct Injector {
   std::unique_ptr<Bench> (*start)();
   void (*inject)(Bench&);  // makes the cause
@@ -177,6 +185,20 @@ const std::map<Fault, Injector>& injectors() {
       {Fault::supply,
        {pressing, [](Bench& b) { b.inputs.arm[0].evidence.supply_V = 12; }, 22,
         [](Bench& b) { b.inputs.arm[0].evidence = {}; }}},
+      {Fault::watchdog_reset, {rested, [](Bench& b) { b.restart("watchdog"); }, 1, [](Bench&) {}}},
+      {Fault::store_corrupt,
+       {rested,
+        [](Bench& b) {
+          b.storage.at(0, firmware::SceneStore::kHeaderBytes + 100) ^= std::byte{1};
+          b.restart("power_on");
+        },
+        1, [](Bench& b) { b.load(); }}},
+      {Fault::set_aside,
+       {rested,
+        [](Bench& b) {
+          for (int i = 0; i < 3; ++i) b.restart("crash");
+        },
+        1, [](Bench& b) { b.load(); }}},
   };
   return kInjectors;
 }
@@ -204,7 +226,7 @@ TEST_P(EachFault, TripsStaysTrippedAndClears) {
     bench->tick();
     ++ticks;
   }
-  if (row.fault == Fault::bad_config) bench->tick();
+  if (ticks == 0 && !was_armed) bench->tick();  // it was there before the first tick
   ASSERT_EQ(bench->controller->fault(), row.fault) << row.name;
   std::printf("%s: tripped after %d ticks, then %s\n", row.name, ticks, name(bench->mode()));
 

@@ -58,7 +58,7 @@ TEST(Services, LateTicksAreCountedByTheirLateness) {
 }
 
 TEST(Services, WholeSession) {
-  Bench bench({.board = "bench", .reset_reason = "watchdog"});
+  Bench bench({.board = "bench", .reset_reason = "host"});
   Tester tester(bench);
   bench.tick();
 
@@ -72,7 +72,7 @@ TEST(Services, WholeSession) {
   EXPECT_FALSE(tester.text(link::kDidFirmwareVersion).empty());
 
   EXPECT_EQ(tester.text(link::kDidBoardName), "bench");
-  EXPECT_EQ(tester.text(link::kDidResetReason), "watchdog");
+  EXPECT_EQ(tester.text(link::kDidResetReason), "host");
 
   // Parameters.
   const firmware::ParamRow& force = *firmware::find_param("max_force");

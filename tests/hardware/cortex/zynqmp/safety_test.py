@@ -44,7 +44,7 @@ class Safety(ZynqmpRig):
         board.ask(f"write {can} 50000000")  # a pointer to where nothing is allowed
         board.wait_for_text("started: crash near 0x")
         info = self.ok_json("info", "--device", board.uri)
-        self.assertEqual((info["reset_reason"], info["state"]["mode"]), ("crash", "disarmed"))
+        self.assertEqual((info["reset_reason"], info["state"]["mode"]), ("crash", "faulted"))
         self.assertEqual(self.running(board.uri), ("floor", scene["bytes"], scene["crc"]))
         self.assertEqual(board.ask("state").split()[-1], "0")
 

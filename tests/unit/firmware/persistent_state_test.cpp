@@ -1,0 +1,484 @@
+// What survives a restart: the heat of the motors, judged by an independent integration in double precision, and the crashes that set a
+// scene or parameters aside.
+#include "firmware/store/persistent_state.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "firmware/core/thermal.h"
+#include "tests/unit/firmware/bench.h"
+#include "tests/unit/firmware/tester.h"
+
+namespace thimble::test {
+namespace {
+
+using firmware::Journal;
+using firmware::PersistentState;
+using firmware::Storage;
+
+constexpr std::uint32_t kMorning = 1800000000;  // UTC
+constexpr float kRate_Hz = 1000;
+constexpr double kLimit_C = 100;
+
+firmware::Config slow() {
+  firmware::Config config;
+  config.period_s = 1 / kRate_Hz;
+  return config;
+}
+
+// The windings as they are: the equations of thermal.h for the currents that the controller gives, at the period, in double. They know
+// nothing of restarts.
+class TrueMotors {
+ public:
+  void run(Bench& bench, double seconds) {
+    const auto& motor = bench.arms[0].model().motor;
+    const auto period_s = static_cast<double>(bench.config.period_s);
+    for (int i = 0; i < static_cast<int>(seconds / period_s); ++i) {
+      bench.tick();
+      for (std::size_t j = 0; j < 3; ++j) {
+        const auto current_A = static_cast<double>(bench.outputs.arm[0].current_A[j]);
+        step(motor, bench.outputs.arm[0].enable ? current_A : 0, period_s, j);
+      }
+    }
+  }
+  void rest(const kinematics::MotorModel& motor, double seconds) {
+    for (int i = 0; i < static_cast<int>(seconds / 0.01); ++i)
+      for (std::size_t j = 0; j < 3; ++j) step(motor, 0, 0.01, j);
+  }
+  [[nodiscard]] double hottest_C() const { return hottest_C_; }
+  [[nodiscard]] double winding_C(std::size_t j) const { return 25 + winding_[j]; }
+
+ private:
+  void step(const kinematics::MotorModel& motor, double current_A, double h, std::size_t j) {
+    const auto r_wh = static_cast<double>(motor.winding_to_housing_K_W);
+    const auto r_ha = static_cast<double>(motor.housing_to_ambient_K_W);
+    const double loss =
+        current_A * current_A * static_cast<double>(motor.resistance_ohm) * (1 + 0.00393 * winding_[j]);
+    const double flow = (winding_[j] - housing_[j]) / r_wh;
+    winding_[j] += h * (loss - flow) * r_wh / static_cast<double>(motor.winding_time_constant_s);
+    housing_[j] +=
+        h * (flow - housing_[j] / r_ha) * r_ha / static_cast<double>(motor.housing_time_constant_s);
+    hottest_C_ = std::max(hottest_C_, 25 + winding_[j]);
+  }
+  std::array<double, 3> winding_{}, housing_{};
+  double hottest_C_ = 0;
+};
+
+// A hand that presses with all that the arm gives; disarmed before where it is armed.
+void press(Bench& bench) {
+  if (bench.controller->fault() != Fault::kNone) {
+    bench.ticks(300);  // the brake
+    ASSERT_EQ(bench.controller->request(Command::kClear), 0);
+    bench.ticks(2);
+  }
+  bench.place({0, 0, 0.001});
+  bench.home();
+  bench.arm();
+  bench.move({0.02, 0.02, -0.015}, 300);
+}
+
+float shown_C(const Bench& bench) { return std::ranges::max(bench.shown().arm[0].winding_C); }
+
+// Until telemetry has a record of now.
+float model_C(Bench& bench) {
+  bench.ticks(200);
+  return shown_C(bench);
+}
+
+std::unique_ptr<Bench> loaded(firmware::Config config = slow()) {
+  auto bench = std::make_unique<Bench>(config);
+  bench->load(4000);
+  bench->ticks(2);
+  return bench;
+}
+
+TEST(HeatOverRestart, AMinuteOfHardUseThenARestart) {
+  for (const char* reason : {"power_on", "host", "crash", "watchdog"}) {
+    const auto bench = loaded();
+    TrueMotors motors;
+    press(*bench);
+    motors.run(*bench, 60);
+    const double before_C = motors.hottest_C();
+    bench->restart(reason);
+    press(*bench);
+    motors.run(*bench, 60);
+    std::printf("[ figure   ] %s: hottest winding before %.1f C, after %.1f C; the model %.1f C\n", reason,
+                before_C, motors.hottest_C(), static_cast<double>(shown_C(*bench)));
+    EXPECT_GT(before_C, 85) << "it was hard use";
+    EXPECT_LT(motors.hottest_C(), kLimit_C) << reason;
+    EXPECT_GE(static_cast<double>(shown_C(*bench)), motors.winding_C(2) - 1);
+  }
+}
+
+TEST(HeatOverRestart, ARestartEveryThirtySecondsForTenMinutes) {
+  for (const char* reason : {"power_on", "host", "crash"}) {
+    const auto bench = loaded();
+    TrueMotors motors;
+    for (int i = 0; i < 20; ++i) {
+      if (i != 0) bench->restart(reason);
+      if (bench->controller->store().image_bytes() == 0) bench->load(4000);  // it was set aside
+      press(*bench);
+      motors.run(*bench, 30);
+    }
+    std::printf("[ figure   ] %s every 30 s: hottest winding %.1f C\n", reason, motors.hottest_C());
+    EXPECT_GT(motors.hottest_C(), 85);
+    EXPECT_LT(motors.hottest_C(), kLimit_C) << reason;
+  }
+}
+
+// A power failure at any moment: the model is never below the motor.
+TEST(HeatOverRestart, TheModelIsNotBelowTheMotorWheneverPowerFails) {
+  for (const double seconds : {0.05, 0.3, 1.0, 2.5, 4.9, 5.1, 7.7, 12.0}) {
+    const auto bench = loaded();
+    TrueMotors motors;
+    press(*bench);
+    motors.run(*bench, seconds);
+    bench->restart("power_on");
+    const float model = model_C(*bench);
+    const double truth = std::max({motors.winding_C(0), motors.winding_C(1), motors.winding_C(2)});
+    std::printf("[ figure   ] power fails %.2f s after arming: motor %.1f C, model %.1f C\n", seconds, truth,
+                static_cast<double>(model));
+    EXPECT_GE(static_cast<double>(model), truth - 2.5);  // it cools for the 0.2 s of model_C()
+  }
+}
+
+// Hot, disarmed for 10 s, and off.
+std::unique_ptr<Bench> hot_and_off(TrueMotors& motors, std::uint32_t utc_s) {
+  firmware::Config config = slow();
+  config.utc_s = utc_s;
+  auto bench = loaded(config);
+  press(*bench);
+  motors.run(*bench, 120);
+  EXPECT_EQ(bench->controller->request(Command::kDisarm), 0);
+  motors.run(*bench, 10);
+  return bench;
+}
+
+TEST(TimeOff, CoolsByWhatTheBoardsClockKnows) {
+  struct Case {
+    std::uint32_t off_s;
+    bool known;
+  };
+  for (const Case& off : {Case{0, true}, {100, true}, {600, true}, {12 * 3600, true}, {12 * 3600, false}}) {
+    TrueMotors motors;
+    const auto bench = hot_and_off(motors, kMorning);
+    const float before = model_C(*bench);
+    motors.run(*bench, 0.2);
+    motors.rest(bench->arms[0].model().motor, off.off_s);
+    bench->restart("power_on", off.known ? kMorning + 130 + off.off_s : 0);
+    const float after = model_C(*bench);
+    const double truth = std::max({motors.winding_C(0), motors.winding_C(1), motors.winding_C(2)});
+    std::printf("[ figure   ] off for %u s, %s: model %.1f C before, %.1f C after; motor %.1f C\n", off.off_s,
+                off.known ? "known" : "unknown", static_cast<double>(before), static_cast<double>(after),
+                truth);
+    EXPECT_GE(static_cast<double>(after), truth - 0.3);
+    if (!off.known || off.off_s <= PersistentState::kClockError_s) {
+      EXPECT_GT(after, before - 3);
+    } else {
+      EXPECT_LT(static_cast<double>(after), truth + 6);
+    }
+  }
+}
+
+TEST(TimeOff, AClockThatGoesBackwardsGivesNoCooling) {
+  TrueMotors motors;
+  const auto bench = hot_and_off(motors, kMorning);
+  const float before = model_C(*bench);
+  bench->restart("power_on", kMorning - 100000);
+  EXPECT_GT(model_C(*bench), before - 3);
+  // Nor when it has gone forwards again.
+  bench->restart("power_on", kMorning + 140);
+  EXPECT_GT(model_C(*bench), before - 4);
+}
+
+// The board has no clock. Two hosts, a night between them; the second one comes when the board has been on for a while.
+TEST(TimeOff, AHostTellsIt) {
+  for (const double up_s : {0.5, 300.0}) {
+    TrueMotors motors;
+    const auto bench = hot_and_off(motors, 0);
+    bench->controller->tell_time(kMorning, bench->inputs.time_us);
+    motors.run(*bench, 1);
+    const float before = model_C(*bench);
+    bench->restart("power_on");
+    motors.rest(bench->arms[0].model().motor, 8 * 3600);
+    motors.run(*bench, up_s);
+    const float unknown = shown_C(*bench);
+    bench->controller->tell_time(kMorning + 8 * 3600 + static_cast<std::uint32_t>(up_s),
+                                 bench->inputs.time_us);
+    const float known = model_C(*bench);
+    std::printf(
+        "[ figure   ] on for %.1f s: model %.1f C before the night, %.1f C without a host, %.1f C with\n",
+        up_s, static_cast<double>(before), static_cast<double>(unknown), static_cast<double>(known));
+    EXPECT_GT(unknown, 35);
+    EXPECT_LT(known, 25.5F);
+    EXPECT_GE(static_cast<double>(known), motors.winding_C(0) - 0.1);
+  }
+}
+
+// The arm was used before the host told the time: what it has heated since is not cooled.
+TEST(TimeOff, AHostsClockCoolsOnlyWhatWasBefore) {
+  TrueMotors motors;
+  const auto bench = hot_and_off(motors, 0);
+  bench->controller->tell_time(kMorning, bench->inputs.time_us);
+  motors.run(*bench, 1);
+  bench->restart("power_on");
+  motors.rest(bench->arms[0].model().motor, 8 * 3600);
+  press(*bench);
+  motors.run(*bench, 40);
+  bench->controller->tell_time(kMorning + 8 * 3600 + 41, bench->inputs.time_us);
+  motors.run(*bench, 0.3);
+  const double truth = std::max({motors.winding_C(0), motors.winding_C(1), motors.winding_C(2)});
+  std::printf("[ figure   ] model %.2f C, motor %.2f C\n", static_cast<double>(shown_C(*bench)), truth);
+  EXPECT_GT(truth, 50);
+  EXPECT_GE(static_cast<double>(shown_C(*bench)), truth - 0.3);
+  EXPECT_LT(static_cast<double>(shown_C(*bench)), truth + 8);
+}
+
+// Started without a clock twice, unused between: the night still counts.
+TEST(TimeOff, IsNotForgottenByAStartWithoutAClock) {
+  TrueMotors motors;
+  const auto bench = hot_and_off(motors, kMorning);
+  bench->restart("power_on");
+  bench->ticks(200000);
+  bench->restart("power_on");
+  bench->ticks(10);
+  bench->controller->tell_time(kMorning + 12 * 3600, bench->inputs.time_us);
+  EXPECT_LT(model_C(*bench), 25.5F);
+}
+
+TEST(TimeOff, IsToldByAService) {
+  TrueMotors motors;
+  const auto bench = hot_and_off(motors, kMorning);
+  bench->restart("power_on");
+  Tester tester(*bench);
+  tester.run(100);
+  const float before = model_C(*bench);
+  const Bytes tell = join({0x31, 0x01, 0x02, 0x09}, big_endian({kMorning + 12 * 3600}));
+  EXPECT_EQ(tester.refused(tell), link::Nrc::kNotInThisSession);
+  ASSERT_TRUE(tester.ok({0x10, 0x03}));
+  EXPECT_EQ(tester.refused({0x31, 0x01, 0x02, 0x09, 1}), link::Nrc::kIncorrectLength);
+  EXPECT_TRUE(tester.ok(tell));
+  tester.run(200);
+  EXPECT_GT(before, 35);
+  EXPECT_LT(shown_C(*bench), 25.5F);
+}
+
+TEST(Cooling, IsThatOfTheExactSolutionOrSlower) {
+  const auto& motor = kinematics::find_arm_model("premium-1.5")->motor;
+  for (const float seconds : {0.0F, 1.0F, 12.0F, 100.0F, 1000.0F, 43200.0F, 1e9F}) {
+    double winding = 70, housing = 40;
+    const double h = 0.001;
+    const auto t_w = static_cast<double>(motor.winding_time_constant_s),
+               t_h = static_cast<double>(motor.housing_time_constant_s);
+    const double ratio = static_cast<double>(motor.housing_to_ambient_K_W / motor.winding_to_housing_K_W);
+    for (long i = 0; i < static_cast<long>(std::min(static_cast<double>(seconds), 2e4) / h); ++i) {
+      const double w = winding;
+      winding -= h * (w - housing) / t_w;
+      housing += h * ((w - housing) * ratio - housing) / t_h;
+    }
+    const firmware::Heat heat = firmware::cooled(motor, {70, 40}, seconds);
+    EXPECT_GE(static_cast<double>(heat.winding_K), winding - 0.01) << seconds;
+    EXPECT_GE(static_cast<double>(heat.housing_K), housing - 0.01) << seconds;
+    EXPECT_LT(static_cast<double>(heat.winding_K), winding + 0.5) << seconds;
+    EXPECT_LT(static_cast<double>(heat.housing_K), housing + 0.5) << seconds;
+  }
+}
+
+// The host that wears the flash most: it arms and disarms without a pause, and presses meanwhile.
+TEST(Wear, StaysWithinWhatTheJournalSays) {
+  firmware::Config config = slow();
+  config.period_s = 0.01F;
+  const auto bench = loaded(config);
+  press(*bench);
+  const std::size_t first = bench->storage.erases[4] + bench->storage.erases[5];
+  constexpr int kHours = 2;
+  for (int i = 0; i < kHours * 3600 * 100; ++i) {
+    if (i % 40 == 0) static_cast<void>(bench->controller->request(Command::kDisarm));
+    if (i % 40 == 30) static_cast<void>(bench->controller->request(Command::kArm));
+    bench->tick();
+  }
+  const std::size_t erases = bench->storage.erases[4] + bench->storage.erases[5] - first;
+  std::printf("[ figure   ] %zu erases in %d h, %zu a day at most\n", erases, kHours,
+              Journal::kMostErasesADay);
+  EXPECT_GT(erases, Journal::kMostErasesADay * kHours / 24 / 2) << "it is the worst case";
+  EXPECT_LE(erases, Journal::kMostErasesADay * kHours / 24 + 1);
+}
+
+TEST(Wear, AnArmThatRestsWritesNothing) {
+  const auto bench = loaded();
+  bench->ticks(700 * 1000);  // beyond the trial
+  const Storage& storage = bench->storage;
+  const std::vector<std::byte> before(storage.slot(4).begin(), storage.slot(4).end());
+  bench->ticks(1000 * 1000);
+  EXPECT_TRUE(std::ranges::equal(before, storage.slot(4)));
+}
+
+// --- Crashes
+
+std::string set_aside(Bench& bench) { return Tester(bench).text(link::kDidSetAside); }
+
+bool runs_scene(Bench& bench) {
+  bench.ticks(3);
+  return (bench.controller->unmet() & firmware::kNoScene) == 0;
+}
+
+void write_param(Bench& bench, firmware::Param param, float value) {
+  ASSERT_EQ(bench.controller->write_param(firmware::row_of(param).id, std::bit_cast<std::uint32_t>(value)),
+            firmware::ParamStatus::kOk);
+}
+float param(const Bench& bench, firmware::Param param) {
+  std::uint32_t bits = 0;
+  EXPECT_EQ(bench.controller->read_param(firmware::row_of(param).id, bits), firmware::ParamStatus::kOk);
+  return std::bit_cast<float>(bits);
+}
+
+TEST(CrashLoop, AfterThreeCrashesTheFourthStartIsWithoutTheScene) {
+  for (const char* reason : {"crash", "watchdog"}) {
+    const auto bench = loaded();
+    for (int i = 0; i < 2; ++i) {
+      bench->restart(reason);
+      EXPECT_TRUE(runs_scene(*bench)) << i;
+      EXPECT_EQ(bench->controller->fault(), Fault::watchdog_reset);
+      EXPECT_EQ(set_aside(*bench), "");
+    }
+    bench->restart(reason);
+    EXPECT_FALSE(runs_scene(*bench));
+    EXPECT_EQ(bench->controller->fault(), Fault::set_aside);
+    EXPECT_EQ(set_aside(*bench), "scene");
+    EXPECT_EQ(Tester(*bench).text(link::kDidSceneName), "");
+    // It stays so, until a scene is uploaded.
+    bench->restart("power_on");
+    EXPECT_FALSE(runs_scene(*bench));
+    EXPECT_EQ(bench->controller->fault(), Fault::set_aside);
+    bench->load(4000);
+    EXPECT_TRUE(runs_scene(*bench));
+    EXPECT_EQ(set_aside(*bench), "");
+    bench->restart("power_on");
+    EXPECT_TRUE(runs_scene(*bench));
+    EXPECT_EQ(bench->controller->fault(), Fault::kNone);
+  }
+}
+
+TEST(CrashLoop, TwoCrashesAndACleanHourDoNotCount) {
+  const auto bench = loaded();
+  for (int round = 0; round < 3; ++round) {
+    bench->restart("crash");
+    bench->ticks(1000);
+    bench->restart("crash");
+    bench->ticks(3600 * 1000);
+    ASSERT_TRUE(runs_scene(*bench)) << round;
+  }
+  // A crash after the hour is the first one.
+  for (int i = 0; i < 3; ++i) {
+    bench->restart("crash");
+    ASSERT_TRUE(runs_scene(*bench)) << i;
+  }
+  bench->restart("crash");
+  EXPECT_FALSE(runs_scene(*bench));
+}
+
+TEST(CrashLoop, AnOrdinaryStartEndsTheRow) {
+  const auto bench = loaded();
+  for (int i = 0; i < 6; ++i) {
+    bench->restart(i % 3 == 2 ? "power_on" : "crash");
+    EXPECT_TRUE(runs_scene(*bench)) << i;
+  }
+}
+
+TEST(CrashLoop, AnotherSceneStartsTheCountAnew) {
+  const auto bench = loaded();
+  bench->restart("crash");
+  bench->restart("crash");
+  bench->ticks(3);
+  bench->load(3000);
+  bench->ticks(3);
+  for (int i = 0; i < 2; ++i) {
+    bench->restart("crash");
+    EXPECT_TRUE(runs_scene(*bench)) << i;
+  }
+  bench->restart("crash");
+  EXPECT_FALSE(runs_scene(*bench));
+}
+
+// A scene that crashes the board in its first tick: no poll comes.
+TEST(CrashLoop, CountsStartsWithoutATick) {
+  const auto bench = loaded();
+  for (int i = 0; i < 3; ++i) bench->restart("crash");
+  EXPECT_FALSE(runs_scene(*bench));
+}
+
+// The scene has run well for long; the parameters were saved a moment ago.
+TEST(CrashLoop, LeavesOutWhatIsNew) {
+  const auto bench = loaded();
+  write_param(*bench, firmware::Param::stop_time, 0.2F);
+  ASSERT_EQ(bench->controller->save_params(), firmware::StoreStatus::kOk);
+  bench->ticks(601 * 1000);
+  write_param(*bench, firmware::Param::stop_time, 0.1F);
+  ASSERT_EQ(bench->controller->save_params(), firmware::StoreStatus::kOk);
+  bench->ticks(3);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(param(*bench, firmware::Param::stop_time), 0.1F);
+    bench->restart("watchdog");
+  }
+  EXPECT_TRUE(runs_scene(*bench));
+  EXPECT_EQ(param(*bench, firmware::Param::stop_time), 0.25F);
+  EXPECT_EQ(set_aside(*bench), "parameters");
+  // Saved again, they are taken into use.
+  write_param(*bench, firmware::Param::stop_time, 0.15F);
+  ASSERT_EQ(bench->controller->save_params(), firmware::StoreStatus::kOk);
+  bench->ticks(3);
+  EXPECT_EQ(set_aside(*bench), "");
+  bench->restart("power_on");
+  EXPECT_EQ(param(*bench, firmware::Param::stop_time), 0.15F);
+}
+
+// Nothing is new: the scene first, then the parameters.
+TEST(CrashLoop, LeavesOutTheSceneBeforeTheParametersWhereBothHaveRunForLong) {
+  const auto bench = loaded();
+  write_param(*bench, firmware::Param::stop_time, 0.2F);
+  ASSERT_EQ(bench->controller->save_params(), firmware::StoreStatus::kOk);
+  bench->ticks(601 * 1000);
+  bench->restart("power_on");
+  for (int i = 0; i < 3; ++i) bench->restart("crash");
+  EXPECT_EQ(set_aside(*bench), "scene");
+  EXPECT_EQ(param(*bench, firmware::Param::stop_time), 0.2F);
+  for (int i = 0; i < 3; ++i) bench->restart("crash");
+  EXPECT_EQ(set_aside(*bench), "scene,parameters");
+  EXPECT_EQ(param(*bench, firmware::Param::stop_time), 0.25F);
+  bench->restart("crash");
+  EXPECT_EQ(set_aside(*bench), "scene,parameters");
+}
+
+// --- Damage
+
+TEST(StoreCorrupt, IsSaidOfTheNewestContentsAndNotOfAnInterruptedSave) {
+  for (const unsigned slot : {0U, 2U}) {
+    const auto bench = loaded();
+    ASSERT_EQ(bench->controller->save_params(), firmware::StoreStatus::kOk);
+    bench->restart("power_on");
+    EXPECT_EQ(bench->controller->fault(), Fault::kNone);
+    bench->storage.at(slot, 8) ^= std::byte{4};  // in the header
+    bench->restart("power_on");
+    EXPECT_EQ(bench->controller->fault(), Fault::store_corrupt) << slot;
+  }
+  // Power fails in an upload, and in the erase before it.
+  for (const std::size_t power : {std::size_t{100}, std::size_t{300}, std::size_t{500}, std::size_t{900}}) {
+    const auto bench = loaded();
+    bench->load(3000);
+    bench->storage.power_left = power;
+    EXPECT_NE(bench->controller->load_scene(plane_image(2000)), firmware::StoreStatus::kOk);
+    bench->storage.power_left = std::numeric_limits<std::size_t>::max();
+    bench->restart("power_on");
+    EXPECT_EQ(bench->controller->fault(), Fault::kNone) << power;
+    EXPECT_TRUE(runs_scene(*bench));
+  }
+}
+
+}  // namespace
+}  // namespace thimble::test
