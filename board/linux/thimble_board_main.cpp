@@ -14,6 +14,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <iostream>
@@ -32,9 +33,11 @@
 #include "board/linux/guardian.h"
 #include "board/linux/named_devices.h"
 #include "board/linux/realtime.h"
+#include "board/linux/run_mark.h"
 #include "board/linux/service_manager.h"
 #include "board/linux/servo_loop.h"
 #include "board/linux/slot_files.h"
+#include "board/linux/wall_clock.h"
 #include "board/linux/watchdog.h"
 #include "board/posix/can_port.h"
 #include "board/posix/link_ports.h"
@@ -111,6 +114,7 @@ firmware::Config controller_config(const BoardConfig& board, const LinkPorts& po
   config.serial_number = board.serial_number.c_str();
   config.board = "linux";
   config.reset_reason = reset_reason;
+  config.utc_s = wall_clock_s();
   config.lacks = lacks.c_str();
   for (std::size_t i = 0; i < board.arms.size(); ++i) {
     config.arm[i].model = board.arms[i].model->name.data();
@@ -204,6 +208,19 @@ void report(const ServoLoop::Report& servo) {
             << servo.worst_late_us << " us late, " << servo.page_faults << " page faults in the servo\n";
 }
 
+// The watchdog's driver says until the next boot that it restarted the machine; that is the reason of the first start only.
+const char* reason_of(RunMark::Before before, const std::optional<Watchdog>& watchdog) {
+  switch (before) {
+    case RunMark::Before::kCrashed:
+      return "crash";
+    case RunMark::Before::kEnded:
+      return "";
+    case RunMark::Before::kNoRun:
+      break;
+  }
+  return watchdog && watchdog->restarted_machine() ? "watchdog" : "";
+}
+
 // Order: make the devices safe, start the guardian, lock memory, and then create what is large or must not
 // exist in the guardian.
 void run(const BoardConfig& config) {
@@ -232,7 +249,9 @@ void run(const BoardConfig& config) {
   ServoLoop servo({config.rate_Hz, config.priority, config.cpu}, devices, liveness);
 
   const sigset_t signals = ending_signals();
-  const char* reset_reason = watchdog && watchdog->restarted_machine() ? "watchdog" : "";
+  const char* runtime_folder = std::getenv("RUNTIME_DIRECTORY");  // of systemd
+  const RunMark mark(runtime_folder == nullptr ? "" : runtime_folder);
+  const char* reset_reason = reason_of(mark.before(), watchdog);
   const std::vector<Missing> always = missing;
   std::string lacks;
   for (bool again = true; again;) {

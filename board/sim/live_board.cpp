@@ -74,6 +74,8 @@ std::unique_ptr<SimBoard> LiveBoard::start(const char* reset_reason) {
   board_options.seed = options_.seed;
   board_options.storage = file_ ? static_cast<firmware::Storage*>(file_.get()) : memory_.get();
   board_options.reset_reason = reset_reason;
+  board_options.utc_s =
+      static_cast<std::uint32_t>(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()));
   board_options.bus_bits_per_s = ports_->classic_bits_per_s();
   board_options.time_ticks = true;
   board_options.sensors = options_.sensors;

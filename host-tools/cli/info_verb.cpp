@@ -38,6 +38,7 @@ void info(const Common& common, const Remote& remote) {
   const link::HostOrders orders = device.orders();
   const std::string board = device.text(link::kDidBoardName);
   const std::string reset_reason = device.text(link::kDidResetReason);
+  const std::string set_aside = device.text(link::kDidSetAside);
   const std::string version = device.text(link::kDidFirmwareVersion);
   const std::string serial = device.text(link::kDidSerialNumber);
   const std::string arm = device.text(link::kDidArmName);
@@ -48,6 +49,7 @@ void info(const Common& common, const Remote& remote) {
     json["firmware"] = version;
     json["board"] = board;
     json["reset_reason"] = reset_reason;
+    json["set_aside"] = set_aside;
     json["serial"] = serial;
     json["arm"] = arm;
     json["scene"] = scene;
@@ -64,6 +66,12 @@ void info(const Common& common, const Remote& remote) {
   }
   say("firmware   {} (protocol {}, scene image {})\n", version, device.info().protocol, device.info().image);
   say("board      {}, last start: {}\n", board, reset_reason.empty() ? "not known why" : reset_reason);
+  if (!set_aside.empty()) {
+    say("left out   {}: the board crashed three times in a row with it; upload a scene or save the "
+        "parameters "
+        "again\n",
+        set_aside);
+  }
   say("serial     {}\n", serial);
   say("arm        {}, {} arm(s), node {}, {}\n", arm, device.info().arms, device.info().node,
       device.info().frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");

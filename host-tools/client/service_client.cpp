@@ -1,6 +1,7 @@
 #include "host-tools/client/service_client.h"
 
 #include <algorithm>
+#include <chrono>
 #include <stdexcept>
 #include <utility>
 
@@ -295,6 +296,13 @@ Bytes ServiceClient::demand_without_place(const Bytes& request_bytes, const std:
 
 void ServiceClient::enter(link::Session session) {
   demand({byte_of(Service::kSession), static_cast<std::uint8_t>(session)}, "opening a session");
+  if (time_told_) return;
+  time_told_ = true;
+  Bytes tell = routine_request(link::Routine::kTellTime);
+  const auto now_s =
+      static_cast<std::uint32_t>(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()));
+  for (const unsigned shift : {24U, 16U, 8U, 0U}) tell.push_back(static_cast<std::uint8_t>(now_s >> shift));
+  (void)request(tell);  // a device may do without
 }
 
 link::DeviceState ServiceClient::state() { return record<link::DeviceState>("reading the state"); }

@@ -70,6 +70,7 @@ class ServiceClient {
   [[noreturn]] void refused(const std::string& what, link::Nrc code);
   [[noreturn]] void faulted(const std::string& what, std::uint8_t fault);
 
+  // Opens a session. The first one tells the device the time: it may have been off, and its motors have cooled (docs/safety.md).
   void enter(link::Session session);
   [[nodiscard]] link::DeviceState state();
   // A record of text; empty if the device refuses to give it.
@@ -114,6 +115,7 @@ class ServiceClient {
   bool claims_ = false;         // the device grants places: it has granted one
   bool claim_refused_ = false;  // the device's last word
   link::IsoTpChannel channel_;
+  bool time_told_ = false;
   std::function<void(const link::CanFrame&)> heard_;
   std::deque<link::CanFrame> unread_;  // of a CAN FD frame that stands for several
 };
