@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "firmware/exchange/word.h"
+#include "firmware/texts.h"
 
 namespace thimble::firmware {
 
@@ -52,7 +53,7 @@ inline constexpr std::array<ParamRow, kParamCount> kParamTable = {{
    Access::access,                                                                                 \
    Persistence::persistent,                                                                        \
    Recording::recorded,                                                                            \
-   text},
+   THIMBLE_TEXT(text)},
 #include "firmware/params.def"
 #undef THIMBLE_PARAM
 }};

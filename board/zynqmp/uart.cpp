@@ -15,8 +15,8 @@ constexpr std::uint32_t kReceiverEmpty = 1U << 1U, kTransmitterEmpty = 1U << 3U,
 constexpr std::uint32_t kOverrun = 1U << 5U;  // of int_status
 constexpr std::uint32_t kSamples = 5;         // of a bit, one more than baud_rate_divider
 
-constexpr std::size_t kBytes = 8192;  // a power of two
-std::array<char, kBytes> ring;
+constexpr std::size_t kBytes = 8192;                       // a power of two
+[[gnu::section(".slots")]] std::array<char, kBytes> ring;  // in DDR: the fast memory is for the controller
 std::uint32_t head = 0, tail = 0;
 std::uint32_t overrun_count = 0;
 

@@ -1,9 +1,11 @@
 // The conditions of conditions.def as bits and as a table with a remedy for each. Used by the controller, the link and the host tools:
-// it depends on nothing.
+// it depends on nothing else.
 #pragma once
 
 #include <cstdint>
 #include <string_view>
+
+#include "firmware/texts.h"
 
 namespace thimble::firmware {
 
@@ -23,7 +25,7 @@ struct ConditionRow {
 };
 
 inline constexpr ConditionRow kConditionTable[] = {
-#define THIMBLE_CONDITION(bit, identifier, name, remedy) {identifier, #name, remedy},
+#define THIMBLE_CONDITION(bit, identifier, name, remedy) {identifier, #name, THIMBLE_TEXT(remedy)},
 #include "firmware/core/conditions.def"
 #undef THIMBLE_CONDITION
 };

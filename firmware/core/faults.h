@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "firmware/texts.h"
+
 namespace thimble::firmware {
 
 enum class Fault : std::uint8_t {
@@ -26,7 +28,7 @@ struct FaultRow {
 
 inline constexpr FaultRow kFaultTable[] = {
 #define THIMBLE_FAULT(id, name, code, reaction, cause, remedy) \
-  {Fault::name, #name, code, Reaction::reaction, cause, remedy},
+  {Fault::name, #name, code, Reaction::reaction, THIMBLE_TEXT(cause), THIMBLE_TEXT(remedy)},
 #include "firmware/core/faults.def"
 #undef THIMBLE_FAULT
 };
