@@ -1,14 +1,11 @@
-// What survives a restart: the heat of the motors, judged by an independent integration in double precision, and the crashes that set a
-// scene or parameters aside.
+// The heat of the motors survives a restart: judged by an independent integration in double precision.
 #include "firmware/store/persistent_state.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <bit>
 #include <cstdio>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "firmware/core/thermal.h"
@@ -317,167 +314,6 @@ TEST(Wear, AnArmThatRestsWritesNothing) {
   const std::vector<std::byte> before(storage.slot(4).begin(), storage.slot(4).end());
   bench->ticks(1000 * 1000);
   EXPECT_TRUE(std::ranges::equal(before, storage.slot(4)));
-}
-
-// --- Crashes
-
-std::string set_aside(Bench& bench) { return Tester(bench).text(link::kDidSetAside); }
-
-bool runs_scene(Bench& bench) {
-  bench.ticks(3);
-  return (bench.controller->unmet() & firmware::kNoScene) == 0;
-}
-
-void write_param(Bench& bench, firmware::Param param, float value) {
-  ASSERT_EQ(bench.controller->write_param(firmware::row_of(param).id, std::bit_cast<std::uint32_t>(value)),
-            firmware::ParamStatus::kOk);
-}
-float param(const Bench& bench, firmware::Param param) {
-  std::uint32_t bits = 0;
-  EXPECT_EQ(bench.controller->read_param(firmware::row_of(param).id, bits), firmware::ParamStatus::kOk);
-  return std::bit_cast<float>(bits);
-}
-
-TEST(CrashLoop, AfterThreeCrashesTheFourthStartIsWithoutTheScene) {
-  for (const char* reason : {"crash", "watchdog"}) {
-    const auto bench = loaded();
-    for (int i = 0; i < 2; ++i) {
-      bench->restart(reason);
-      EXPECT_TRUE(runs_scene(*bench)) << i;
-      EXPECT_EQ(bench->controller->fault(), Fault::watchdog_reset);
-      EXPECT_EQ(set_aside(*bench), "");
-    }
-    bench->restart(reason);
-    EXPECT_FALSE(runs_scene(*bench));
-    EXPECT_EQ(bench->controller->fault(), Fault::set_aside);
-    EXPECT_EQ(set_aside(*bench), "scene");
-    EXPECT_EQ(Tester(*bench).text(link::kDidSceneName), "");
-    // It stays so, until a scene is uploaded.
-    bench->restart("power_on");
-    EXPECT_FALSE(runs_scene(*bench));
-    EXPECT_EQ(bench->controller->fault(), Fault::set_aside);
-    bench->load(4000);
-    EXPECT_TRUE(runs_scene(*bench));
-    EXPECT_EQ(set_aside(*bench), "");
-    bench->restart("power_on");
-    EXPECT_TRUE(runs_scene(*bench));
-    EXPECT_EQ(bench->controller->fault(), Fault::kNone);
-  }
-}
-
-TEST(CrashLoop, TwoCrashesAndACleanHourDoNotCount) {
-  const auto bench = loaded();
-  for (int round = 0; round < 3; ++round) {
-    bench->restart("crash");
-    bench->ticks(1000);
-    bench->restart("crash");
-    bench->ticks(3600 * 1000);
-    ASSERT_TRUE(runs_scene(*bench)) << round;
-  }
-  // A crash after the hour is the first one.
-  for (int i = 0; i < 3; ++i) {
-    bench->restart("crash");
-    ASSERT_TRUE(runs_scene(*bench)) << i;
-  }
-  bench->restart("crash");
-  EXPECT_FALSE(runs_scene(*bench));
-}
-
-TEST(CrashLoop, AnOrdinaryStartEndsTheRow) {
-  const auto bench = loaded();
-  for (int i = 0; i < 6; ++i) {
-    bench->restart(i % 3 == 2 ? "power_on" : "crash");
-    EXPECT_TRUE(runs_scene(*bench)) << i;
-  }
-}
-
-TEST(CrashLoop, AnotherSceneStartsTheCountAnew) {
-  const auto bench = loaded();
-  bench->restart("crash");
-  bench->restart("crash");
-  bench->ticks(3);
-  bench->load(3000);
-  bench->ticks(3);
-  for (int i = 0; i < 2; ++i) {
-    bench->restart("crash");
-    EXPECT_TRUE(runs_scene(*bench)) << i;
-  }
-  bench->restart("crash");
-  EXPECT_FALSE(runs_scene(*bench));
-}
-
-// A scene that crashes the board in its first tick: no poll comes.
-TEST(CrashLoop, CountsStartsWithoutATick) {
-  const auto bench = loaded();
-  for (int i = 0; i < 3; ++i) bench->restart("crash");
-  EXPECT_FALSE(runs_scene(*bench));
-}
-
-// The scene has run well for long; the parameters were saved a moment ago.
-TEST(CrashLoop, LeavesOutWhatIsNew) {
-  const auto bench = loaded();
-  write_param(*bench, firmware::Param::stop_time, 0.2F);
-  ASSERT_EQ(bench->controller->save_params(), firmware::StoreStatus::kOk);
-  bench->ticks(601 * 1000);
-  write_param(*bench, firmware::Param::stop_time, 0.1F);
-  ASSERT_EQ(bench->controller->save_params(), firmware::StoreStatus::kOk);
-  bench->ticks(3);
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_EQ(param(*bench, firmware::Param::stop_time), 0.1F);
-    bench->restart("watchdog");
-  }
-  EXPECT_TRUE(runs_scene(*bench));
-  EXPECT_EQ(param(*bench, firmware::Param::stop_time), 0.25F);
-  EXPECT_EQ(set_aside(*bench), "parameters");
-  // Saved again, they are taken into use.
-  write_param(*bench, firmware::Param::stop_time, 0.15F);
-  ASSERT_EQ(bench->controller->save_params(), firmware::StoreStatus::kOk);
-  bench->ticks(3);
-  EXPECT_EQ(set_aside(*bench), "");
-  bench->restart("power_on");
-  EXPECT_EQ(param(*bench, firmware::Param::stop_time), 0.15F);
-}
-
-// Nothing is new: the scene first, then the parameters.
-TEST(CrashLoop, LeavesOutTheSceneBeforeTheParametersWhereBothHaveRunForLong) {
-  const auto bench = loaded();
-  write_param(*bench, firmware::Param::stop_time, 0.2F);
-  ASSERT_EQ(bench->controller->save_params(), firmware::StoreStatus::kOk);
-  bench->ticks(601 * 1000);
-  bench->restart("power_on");
-  for (int i = 0; i < 3; ++i) bench->restart("crash");
-  EXPECT_EQ(set_aside(*bench), "scene");
-  EXPECT_EQ(param(*bench, firmware::Param::stop_time), 0.2F);
-  for (int i = 0; i < 3; ++i) bench->restart("crash");
-  EXPECT_EQ(set_aside(*bench), "scene,parameters");
-  EXPECT_EQ(param(*bench, firmware::Param::stop_time), 0.25F);
-  bench->restart("crash");
-  EXPECT_EQ(set_aside(*bench), "scene,parameters");
-}
-
-// --- Damage
-
-TEST(StoreCorrupt, IsSaidOfTheNewestContentsAndNotOfAnInterruptedSave) {
-  for (const unsigned slot : {0U, 2U}) {
-    const auto bench = loaded();
-    ASSERT_EQ(bench->controller->save_params(), firmware::StoreStatus::kOk);
-    bench->restart("power_on");
-    EXPECT_EQ(bench->controller->fault(), Fault::kNone);
-    bench->storage.at(slot, 8) ^= std::byte{4};  // in the header
-    bench->restart("power_on");
-    EXPECT_EQ(bench->controller->fault(), Fault::store_corrupt) << slot;
-  }
-  // Power fails in an upload, and in the erase before it.
-  for (const std::size_t power : {std::size_t{100}, std::size_t{300}, std::size_t{500}, std::size_t{900}}) {
-    const auto bench = loaded();
-    bench->load(3000);
-    bench->storage.power_left = power;
-    EXPECT_NE(bench->controller->load_scene(plane_image(2000)), firmware::StoreStatus::kOk);
-    bench->storage.power_left = std::numeric_limits<std::size_t>::max();
-    bench->restart("power_on");
-    EXPECT_EQ(bench->controller->fault(), Fault::kNone) << power;
-    EXPECT_TRUE(runs_scene(*bench));
-  }
 }
 
 }  // namespace
