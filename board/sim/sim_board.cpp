@@ -145,6 +145,7 @@ SimBoard::SimBoard(const SimBoardOptions& options)
     config.arm[i].model = parameters.model->name.data();
     config.arm[i].base = base;
     config.arm[i].has_index = options_.sensors.index;
+    config.arm[i].has_line_loss = options_.sensors.line_loss;
   }
   inject_ = std::make_unique<InjectRoutine>(*this);
   config.inject = inject_.get();

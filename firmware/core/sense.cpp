@@ -7,6 +7,7 @@
 namespace thimble::firmware {
 namespace {
 
+constexpr float kCounts = 6.0F;            // that a joint may be late in a move by itself
 constexpr float kBeyondStops_rad = 0.05F;  // the give of an arm's stops, and more
 
 void begin_tick(Parts& parts, const Inputs& inputs) noexcept {
@@ -74,11 +75,15 @@ bool is_frozen(const Parts& parts, ArmState& arm, const kinematics::ArmModel& mo
   const int axis = static_cast<int>(joint);
   const float peak_N_m = std::abs(model.torque_per_ampere(axis)) * model.motor.peak_current_A;
   // No hand holds an arm that moves by itself: whatever it presses on, the stretch of its cables gives counts.
+  // A slow move has few counts.
   const bool moves_itself = arm.source != nullptr;
+  const float frozen_s = parts.params.get(Param::encoder_frozen_time);
+  const float counts_s = kCounts * arm.encoder[joint].rad_per_count() *
+                         arm.posture.jacobian.col(axis).norm() / parts.sources.move.speed_m_s();
   return arm.watch[joint].frozen(
       arm.encoder[joint].counts(), arm.torque_N_m[axis],
       (moves_itself ? 0.5F : 1.0F) * parts.params.get(Param::encoder_frozen) * peak_N_m,
-      (moves_itself ? 0.25F : 1.0F) * parts.params.get(Param::encoder_frozen_time), parts.setup.period_s);
+      moves_itself ? std::max(0.25F * frozen_s, std::abs(counts_s)) : frozen_s, parts.setup.period_s);
 }
 
 // While armed: whether the arm can be where its counts say, and move as they say.
