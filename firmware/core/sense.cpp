@@ -70,20 +70,24 @@ void check_host(Parts& parts, std::uint32_t lost) noexcept {
   if (host_is_lost(parts)) trip(parts, Fault::host_lost);
 }
 
+// How long a joint may be without a count after its torque has changed by much. No hand holds an arm that moves by itself: whatever it
+// presses on, the stretch of its cables gives counts, but few in a slow move.
+float frozen_time_s(const Parts& parts, const ArmState& arm, std::size_t joint) noexcept {
+  const float held_s = parts.params.get(Param::encoder_frozen_time);
+  if (arm.source == nullptr) return held_s;
+  const float lever_m = arm.posture.jacobian.col(static_cast<int>(joint)).norm();
+  const float count_m = std::abs(arm.encoder[joint].rad_per_count()) * lever_m;
+  return std::max(0.25F * held_s, kCounts * count_m / parts.sources.move.speed_m_s());
+}
+
 bool is_frozen(const Parts& parts, ArmState& arm, const kinematics::ArmModel& model,
                std::size_t joint) noexcept {
   const int axis = static_cast<int>(joint);
   const float peak_N_m = std::abs(model.torque_per_ampere(axis)) * model.motor.peak_current_A;
-  // No hand holds an arm that moves by itself: whatever it presses on, the stretch of its cables gives counts.
-  // A slow move has few counts.
-  const bool moves_itself = arm.source != nullptr;
-  const float frozen_s = parts.params.get(Param::encoder_frozen_time);
-  const float counts_s = kCounts * arm.encoder[joint].rad_per_count() *
-                         arm.posture.jacobian.col(axis).norm() / parts.sources.move.speed_m_s();
-  return arm.watch[joint].frozen(
-      arm.encoder[joint].counts(), arm.torque_N_m[axis],
-      (moves_itself ? 0.5F : 1.0F) * parts.params.get(Param::encoder_frozen) * peak_N_m,
-      moves_itself ? std::max(0.25F * frozen_s, std::abs(counts_s)) : frozen_s, parts.setup.period_s);
+  const float part = arm.source == nullptr ? 1.0F : 0.6F;
+  return arm.watch[joint].frozen(arm.encoder[joint].counts(), arm.torque_N_m[axis],
+                                 part * parts.params.get(Param::encoder_frozen) * peak_N_m,
+                                 frozen_time_s(parts, arm, joint), parts.setup.period_s);
 }
 
 // While armed: whether the arm can be where its counts say, and move as they say.
