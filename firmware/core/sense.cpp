@@ -70,24 +70,32 @@ void check_host(Parts& parts, std::uint32_t lost) noexcept {
   if (host_is_lost(parts)) trip(parts, Fault::host_lost);
 }
 
-// How long a joint may be without a count after its torque has changed by much. No hand holds an arm that moves by itself: whatever it
-// presses on, the stretch of its cables gives counts, but few in a slow move.
-float frozen_time_s(const Parts& parts, const ArmState& arm, std::size_t joint) noexcept {
-  const float held_s = parts.params.get(Param::encoder_frozen_time);
-  if (arm.source == nullptr) return held_s;
-  const float lever_m = arm.posture.jacobian.col(static_cast<int>(joint)).norm();
-  const float count_m = std::abs(arm.encoder[joint].rad_per_count()) * lever_m;
-  return std::max(0.25F * held_s, kCounts * count_m / parts.sources.move.speed_m_s());
+// By how much the torque of a joint may change while it does not count, and for how long. No hand holds an arm that moves by itself:
+// whatever it presses on, the stretch of its cables gives counts once friction is overcome, but few in a slow move.
+struct Frozen {
+  float change_N_m, time_s;
+};
+Frozen frozen_limits(const Parts& parts, const ArmState& arm, const kinematics::ArmModel& model,
+                     std::size_t joint) noexcept {
+  const int axis = static_cast<int>(joint);
+  const float peak_N_m = std::abs(model.torque_per_ampere(axis)) * model.motor.peak_current_A;
+  const Frozen held{parts.params.get(Param::encoder_frozen) * peak_N_m,
+                    parts.params.get(Param::encoder_frozen_time)};
+  if (arm.source == nullptr) return held;
+  const float lever_m = arm.posture.jacobian.col(axis).norm();
+  const float count_rad = std::abs(arm.encoder[joint].rad_per_count());
+  const float stretch_N_m = kCounts * count_rad * model.structural_stiffness_N_m * lever_m * lever_m;
+  const float least_N_m =
+      std::max(0.6F * held.change_N_m, 2.0F * model.joint[joint].coulomb_N_m + stretch_N_m);
+  return {std::min(held.change_N_m, least_N_m),
+          std::max(0.25F * held.time_s, kCounts * count_rad * lever_m / parts.sources.move.speed_m_s())};
 }
 
 bool is_frozen(const Parts& parts, ArmState& arm, const kinematics::ArmModel& model,
                std::size_t joint) noexcept {
-  const int axis = static_cast<int>(joint);
-  const float peak_N_m = std::abs(model.torque_per_ampere(axis)) * model.motor.peak_current_A;
-  const float part = arm.source == nullptr ? 1.0F : 0.6F;
-  return arm.watch[joint].frozen(arm.encoder[joint].counts(), arm.torque_N_m[axis],
-                                 part * parts.params.get(Param::encoder_frozen) * peak_N_m,
-                                 frozen_time_s(parts, arm, joint), parts.setup.period_s);
+  const Frozen limits = frozen_limits(parts, arm, model, joint);
+  return arm.watch[joint].frozen(arm.encoder[joint].counts(), arm.torque_N_m[static_cast<int>(joint)],
+                                 limits.change_N_m, limits.time_s, parts.setup.period_s);
 }
 
 // While armed: whether the arm can be where its counts say, and move as they say.
