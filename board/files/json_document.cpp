@@ -8,6 +8,8 @@ namespace thimble::board {
 namespace {
 
 constexpr std::size_t kMaxNesting = 32;
+// Of a JSON pointer. Every value has its own, so without a limit memory grows with the square of the file: 2 GB for one of 140 kB.
+constexpr std::size_t kMaxPointerBytes = 256;
 
 std::size_t line_at(const std::string& text, std::size_t offset) {
   std::size_t line = 1;
@@ -122,6 +124,12 @@ void JsonDocument::find_lines(const std::string& text) {
         const auto key = nlohmann::json::parse(text.substr(begin, i + 1 - begin)).get<std::string>();
         pointer = levels.back().pointer + "/" + pointer_step(key);
         key_next = false;
+        if (pointer.size() > kMaxPointerBytes)
+          throw JsonError("bad-json",
+                          name_ + ":" + std::to_string(line) + ": the key and those around it have " +
+                              std::to_string(pointer.size()) + " bytes, at most " +
+                              std::to_string(kMaxPointerBytes) + " are allowed",
+                          "shorten the key");
         if (const auto first = line_of_.find(pointer); first != line_of_.end()) {
           throw JsonError("duplicate-key",
                           name_ + ":" + std::to_string(line) + ": " + pointer +

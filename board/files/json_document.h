@@ -22,7 +22,7 @@ class JsonError : public std::runtime_error {
 class JsonDocument {
  public:
   // `name` stands in errors; root: what the whole is called there, "the scene". Throws JsonError for text that is not JSON
-  // (RFC 8259, UTF-8), that repeats a key, or that nests deeper than 32.
+  // (RFC 8259, UTF-8), that repeats a key, nests deeper than 32, or has a JSON pointer of more than 256 bytes.
   JsonDocument(const std::string& text, std::string name, std::string root);
 
   [[nodiscard]] const nlohmann::json& root() const { return root_; }

@@ -16,8 +16,8 @@ class HandPathError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Requires at least one row, finite numbers, and strictly increasing times for each arm. Throws
-// HandPathError.
+// Requires at least one row, times within 1e6 s and places within 1000 m of 0, and times that rise by 1 ns and more for each arm.
+// Throws HandPathError.
 [[nodiscard]] std::vector<PathPoint> read_hand_path(const std::filesystem::path& file);
 
 }  // namespace thimble::board

@@ -420,6 +420,9 @@ class Simulate(Rig):
             "time_s,x_m,y_m,z_m\n0,0,0,zero\n": "hand.csv:2: z_m is 'zero'",
             "time_s,x_m,y_m,z_m\n0,0,0,nan\n": "hand.csv:2: z_m is 'nan'",
             "time_s,x_m,y_m,z_m\n1,0,0,0\n1,0,0,0\n": "hand.csv:3: time_s does not rise",
+            "time_s,x_m,y_m,z_m\n0,0,0,0\n1e-320,0,0,0\n": "hand.csv:3: time_s rises by less than 1 ns",
+            "time_s,x_m,y_m,z_m\n-1e308,0,0,0\n1e308,0,0,0\n": "hand.csv:2: time_s is not within 1000000 of 0",
+            "time_s,x_m,y_m,z_m\n0,0,1e308,0\n": "hand.csv:2: y_m is not within 1000 of 0",
             "time_s,x_m,y_m,z_m,arm\n1,0,0,0,2\n": "hand.csv:2: arm is neither 0 nor 1",
         }
         for text, cause in cases.items():

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "board/sim/hand_path_file.h"
 #include "host-tools/error.h"
 #include "host-tools/lab/device_log.h"
 #include "host-tools/lab/plot.h"
@@ -110,6 +111,24 @@ TEST(RunLog, WhatWasWrittenComesBack) {
   EXPECT_THAT(refusal(header + "0,2,0,0,0,0,0,0,0,0,0,0\n"), HasSubstr("arm is neither 0 nor 1"));
   EXPECT_THAT(refusal(header + "1,0,0,0,0,0,0,0,0,0,0,0\n1,0,0,0,0,0,0,0,0,0,0,0\n"),
               HasSubstr("bad.csv:3: time_s does not rise"));
+}
+
+// Of a path that is read, times, differences and speeds are finite: -1e308 to 1e308 s was one tick, and no error.
+TEST(HandPathFile, RefusesTimesAndPlacesThatOverflow) {
+  const TemporaryFolder folder;
+  const auto refusal = [&](const std::string& rows) {
+    try {
+      static_cast<void>(board::read_hand_path(folder.write("hand.csv", "time_s,x_m,y_m,z_m\n" + rows)));
+    } catch (const board::HandPathError& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  EXPECT_EQ(refusal("-1e6,1e3,0,0\n0,-1e3,0,0\n1e-9,0,0,0\n1e6,0,0,0\n"), "nothing");
+  EXPECT_THAT(refusal("-1e308,0,0,0\n1e308,0,0,0\n"),
+              HasSubstr("hand.csv:2: time_s is not within 1000000 of 0"));
+  EXPECT_THAT(refusal("0,0,0,0\n1,0,-1e308,0\n"), HasSubstr("hand.csv:3: y_m is not within 1000 of 0"));
+  EXPECT_THAT(refusal("0,0,0,0\n1e-320,0,0,0\n"), HasSubstr("hand.csv:3: time_s rises by less than 1 ns"));
 }
 
 // As HAPI writes it: log.open; names, each with its NUL; a NUL; then the values as they lie in memory.
