@@ -15,10 +15,9 @@ std::int32_t to_microamperes(float current_A) noexcept {
 
 }  // namespace
 
-Fabric::Fabric(std::uintptr_t base, std::uint8_t arms, std::uint32_t watchdog_us) noexcept
+Fabric::Fabric(std::uintptr_t base, std::uint8_t arms) noexcept
     : registers_(reinterpret_cast<volatile FabricRegisters*>(base)), arms_(arms) {
   off();
-  registers_->watchdog_us = watchdog_us;
 }
 
 bool Fabric::present() const noexcept {

@@ -24,7 +24,8 @@ struct FabricRegisters {
   std::uint32_t lines;    // R  kLine bits
   std::uint32_t
       commit;  // W  any write applies the currents and enables below and restarts the watchdog of the logic
-  // W  time without a commit after which the logic clears the enables; 0: never
+  // W  time without a commit after which the logic clears the enables, and kArmLineDrivesGood, until a commit
+  // without an enable; 0: never
   std::uint32_t watchdog_us;
   std::uint32_t reserved[2];
   struct Arm {
@@ -37,7 +38,7 @@ struct FabricRegisters {
 static_assert(sizeof(FabricRegisters) == 32 + 32 * firmware::kMaxArms);
 
 inline constexpr std::uint32_t kFabricId = 0x424D4854;  // "THMB"
-inline constexpr std::uint32_t kFabricVersion = 1;
+inline constexpr std::uint32_t kFabricVersion = 2;
 inline constexpr std::uint32_t kLineEStopReleased = 1U << 0U;  // a broken wire reads as pressed
 inline constexpr std::uint32_t kLineDeadManHeld = 1U << 1U;
 inline constexpr std::uint32_t kArmLineIndex = 1U << 0U;
@@ -45,7 +46,8 @@ inline constexpr std::uint32_t kArmLineDrivesGood = 1U << 1U;
 
 class Fabric {
  public:
-  Fabric(std::uintptr_t base, std::uint8_t arms, std::uint32_t watchdog_us) noexcept;
+  Fabric(std::uintptr_t base, std::uint8_t arms) noexcept;
+  void start_watchdog(std::uint32_t timeout_us) const noexcept { registers_->watchdog_us = timeout_us; }
 
   [[nodiscard]] bool present() const noexcept;
   void latch(firmware::Inputs& inputs)

@@ -1,17 +1,21 @@
 #include "board/linux/board_config.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <numbers>
 #include <string_view>
 
 #include "board/files/json_value.h"
 #include "board/files/text_file.h"
 #include "control/scene/limits.h"
+#include "firmware/core/stop_timeout.h"
 
 namespace thimble::board {
 namespace {
 
 constexpr double kMostMetres = 10.0;
+// Two periods are the shortest time-out of the stop path: one tick must be allowed to be lost.
+constexpr double kSlowest_Hz = 2e6 / firmware::kLongestStop_us;
 
 Eigen::Vector3f vector_of(const JsonValue& value, double most) {
   return value.vector({-most, most}).cast<float>();
@@ -115,6 +119,16 @@ ArmWiring read_arm(const JsonValue& value) {
   return arm;
 }
 
+HeartbeatConfig read_heartbeat(const JsonValue& value) {
+  value.object("the heartbeat", {"line", "active", "timeout_ms"});
+  HeartbeatConfig heartbeat;
+  heartbeat.line = {value.at("line").text(), value.at("active").word({"high", "low"}) == 1, GpioBias::kAsIs};
+  const double timeout_ms =
+      value.at("timeout_ms").number({firmware::kShortestStop_us * 1e-3, firmware::kLongestStop_us * 1e-3});
+  heartbeat.timeout_us = static_cast<std::uint32_t>(std::lround(timeout_ms * 1e3));
+  return heartbeat;
+}
+
 LinkConfig read_link(const JsonValue& value) {
   value.object("a link", {"can", "slcan"});
   if (value.has("can") == value.has("slcan")) value.wrong("either {\"can\": INTERFACE} or {\"slcan\": TTY}");
@@ -125,11 +139,11 @@ LinkConfig read_link(const JsonValue& value) {
 BoardConfig read(const JsonValue& root) {
   BoardConfig config;
   root.object("the configuration", {"thimble_board", "serial_number", "node", "rate_Hz", "links", "arms",
-                                    "e_stop", "dead_man", "store", "realtime", "watchdog"});
+                                    "e_stop", "dead_man", "store", "realtime", "heartbeat", "watchdog"});
   (void)root.at("thimble_board").integer(1, 1);
   config.serial_number = root.at("serial_number").text(32);
   if (root.has("node")) config.node = static_cast<std::uint8_t>(root.at("node").integer(1, 127));
-  config.rate_Hz = root.at("rate_Hz").number({100, 20'000});
+  config.rate_Hz = root.at("rate_Hz").number({kSlowest_Hz, 20'000});
   for (std::size_t i = 0; i < root.at("links").size(1, 4); ++i)
     config.links.push_back(read_link(root.at("links").at(i)));
   for (std::size_t i = 0; i < root.at("arms").size(1, control::kMaxArms); ++i)
@@ -141,6 +155,7 @@ BoardConfig read(const JsonValue& root) {
   realtime.object("realtime", {"priority", "cpu"});
   config.priority = realtime.at("priority").integer(1, 98);
   if (realtime.has("cpu")) config.cpu = realtime.at("cpu").integer(0, 1023);
+  if (root.has("heartbeat")) config.heartbeat = read_heartbeat(root.at("heartbeat"));
   if (root.has("watchdog")) {
     const JsonValue watchdog = root.at("watchdog");
     watchdog.object("the watchdog", {"device", "timeout_s"});

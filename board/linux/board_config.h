@@ -49,6 +49,13 @@ struct LinkConfig {
   std::string device;  // "can0", "/dev/ttyGS0"
 };
 
+// The pulse train that an external retriggerable one-shot turns into the enable of the drives
+// (docs/board-linux.md): a pulse with each tick that has a drive on.
+struct HeartbeatConfig {
+  GpioLine line;
+  std::uint32_t timeout_us = 0;  // of the one-shot
+};
+
 struct BoardConfig {
   std::string serial_number;
   std::uint8_t node = 1;
@@ -62,6 +69,7 @@ struct BoardConfig {
   std::filesystem::path store;
   int priority = 0;        // of SCHED_FIFO
   std::optional<int> cpu;  // processor reserved for the servo thread
+  std::optional<HeartbeatConfig> heartbeat;
   std::optional<std::filesystem::path> watchdog;
   int watchdog_timeout_s = 0;
 };

@@ -21,14 +21,6 @@ std::string first_line(const fs::path& file) {
   return line;
 }
 
-// The device's folder in sysfs.
-fs::path find_device(const std::string& device) {
-  std::error_code failed;
-  for (const auto& entry : fs::directory_iterator(kDevices, failed))
-    if (entry.path().filename() == device || first_line(entry.path() / "name") == device) return entry.path();
-  throw std::system_error(ENOENT, std::generic_category(), "counter \"" + device + "\"");
-}
-
 void write_setting(const fs::path& file, const std::string& value) {
   const Descriptor out = open_file(file, O_WRONLY);
   if (write(out.get(), value.data(), value.size()) != static_cast<ssize_t>(value.size()))
@@ -37,7 +29,7 @@ void write_setting(const fs::path& file, const std::string& value) {
 
 // The count's folder; configures the count for an encoder.
 fs::path set_up(const CounterPlace& joint, kinematics::CounterWidth width) {
-  fs::path count = find_device(joint.device) / ("count" + std::to_string(joint.count));
+  fs::path count = find_counter(joint.device) / ("count" + std::to_string(joint.count));
   if (!fs::exists(count / "count"))
     throw std::system_error(ENOENT, std::generic_category(), (count / "count").string());
   if (fs::exists(count / "function") && first_line(count / "function") != kFunction)
@@ -52,6 +44,13 @@ fs::path set_up(const CounterPlace& joint, kinematics::CounterWidth width) {
 }
 
 }  // namespace
+
+fs::path find_counter(const std::string& device) {
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(kDevices, failed))
+    if (entry.path().filename() == device || first_line(entry.path() / "name") == device) return entry.path();
+  throw std::system_error(ENOENT, std::generic_category(), "counter \"" + device + "\"");
+}
 
 CounterPoll::CounterPoll(const std::array<CounterPlace, 3>& joints, kinematics::CounterWidth width) {
   for (std::size_t j = 0; j < joints.size(); ++j)
@@ -76,7 +75,7 @@ CounterEvents::CounterEvents(const std::array<CounterPlace, 3>& joints, kinemati
                              counter_event_type event) {
   fs::path device;
   for (std::size_t j = 0; j < joints.size(); ++j) {
-    device = fs::path("/dev") / find_device(joints[j].device).filename();
+    device = fs::path("/dev") / find_counter(joints[j].device).filename();
     (void)set_up(joints[j], width);
     count_of_[j] = joints[j].count;
   }

@@ -27,6 +27,9 @@ struct CounterPlace {
   unsigned count = 0;
 };
 
+// The folder of a device in sysfs. Throws std::system_error.
+[[nodiscard]] std::filesystem::path find_counter(const std::string& device);
+
 class CounterPoll final : public EncoderReader {
  public:
   // Throws std::system_error with the missing item, and for a wrong setting with a remedy.

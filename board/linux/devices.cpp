@@ -7,6 +7,7 @@
 #include <system_error>
 #include <thread>
 
+#include "board/linux/clock.h"
 #include "board/linux/gpio_encoder.h"
 
 namespace thimble::board {
@@ -62,10 +63,11 @@ void attempt(std::vector<Missing>& missing, const char* name, Open open) {
 
 }  // namespace
 
-Devices::Devices(const BoardConfig& config)
-    : e_stop_(settle_ticks(config)), dead_man_(settle_ticks(config)), arms_(config.arms.size()) {
+Devices::Devices(const BoardConfig& config, ServoBeat& beat)
+    : beat_(beat), e_stop_(settle_ticks(config)), dead_man_(settle_ticks(config)), arms_(config.arms.size()) {
   // The outputs first: from then on they are in the safe state, even if other devices are missing.
   for (std::size_t i = 0; i < arms_.size(); ++i) open_arm(config.arms[i], arms_[i]);
+  open_heartbeat(config);
   attempt(missing_, "no_inputs", [&] { open_inputs(config); });
   // Wait until the contacts are debounced; otherwise every start would begin with an e-stop.
   const std::chrono::duration<double> period(1.0 / config.rate_Hz);
@@ -82,6 +84,17 @@ void Devices::open_arm(const ArmWiring& wiring, Arm& arm) {
     arm.dac = std::make_unique<SpiDac>(wiring.dac.device, wiring.dac.speed_Hz, wiring.dac.channels);
   });
   attempt(missing_, "no_encoders", [&] { arm.encoders = open_encoders(wiring); });
+}
+
+void Devices::open_heartbeat(const BoardConfig& config) {
+  if (!config.heartbeat) {
+    missing_.push_back({"no_heartbeat", "no heartbeat is configured",
+                        "fit the one-shot of docs/board-linux.md and add \"heartbeat\" to the configuration",
+                        ENOENT});
+    return;
+  }
+  attempt(missing_, "no_heartbeat",
+          [&] { heartbeat_ = std::make_unique<GpioOutput>(config.heartbeat->line); });
 }
 
 void Devices::open_inputs(const BoardConfig& config) {
@@ -130,20 +143,26 @@ void Devices::read_lines(firmware::Inputs& in) noexcept {
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     const Arm& arm = arms_[i];
     in.arm[i].drive_fault =
-        cut_ || arm.write_failed || (arm.drive_fault && (!read || levels_[*arm.drive_fault]));
+        beat_.cut() || arm.write_failed || (arm.drive_fault && (!read || levels_[*arm.drive_fault]));
     in.arm[i].index = arm.index && (levels_[*arm.index] || rose_[*arm.index]);
   }
 }
 
-// A drive whose current cannot be set is switched off; a drive that cannot be enabled gets zero current.
+// A drive whose current cannot be set is switched off; a drive that cannot be enabled gets zero current. The
+// heartbeat's pulse begins before the transfers to the converters and ends after them: every tick gives the
+// edge that triggers the one-shot, and a call that hangs gives no further one.
 void Devices::write(const firmware::Outputs& out) noexcept {
-  bool any = false;
+  const bool any = std::ranges::any_of(out.arm, [](const firmware::ArmOutputs& arm) { return arm.enable; });
+  if (any) beat_.driving(monotonic_ns());
+  const bool pulse = any && heartbeat_ && !beat_.cut();
+  const bool pulsed = !pulse || heartbeat_->set(true);
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     Arm& arm = arms_[i];
-    const firmware::ArmOutputs& wanted = out.arm[i];
-    bool works = arm.dac && arm.enable;
+    firmware::ArmOutputs wanted = out.arm[i];
+    wanted.enable = wanted.enable && !beat_.cut();
+    bool works = arm.dac && arm.enable && pulsed;
     if (arm.dac && !arm.dac->write(wanted.enable ? wanted.current_A : std::array<float, 3>{})) works = false;
-    const bool enable = wanted.enable && works && !cut_;
+    const bool enable = wanted.enable && works;
     if (arm.enable && enable != arm.enabled) {
       if (arm.enable->set(enable)) {
         arm.enabled = enable;
@@ -153,18 +172,22 @@ void Devices::write(const firmware::Outputs& out) noexcept {
       }
     }
     arm.write_failed = !works;
-    any = any || wanted.enable;
   }
-  if (!any) cut_ = false;
-}
-
-void Devices::drives_off() noexcept {
-  cut_ = true;
-  for (Arm& arm : arms_)
-    if (arm.enable) (void)arm.enable->set(false);
+  if (pulse) (void)heartbeat_->set(false);
+  if (!any) {
+    beat_.off();
+  } else if (beat_.cut()) {  // by the guardian, during this call
+    for (Arm& arm : arms_)
+      if (arm.enable && arm.enable->set(false)) arm.enabled = false;
+  }
 }
 
 void Devices::make_safe() noexcept {
+  switch_off();
+  beat_.off();
+}
+
+void Devices::switch_off() noexcept {
   for (Arm& arm : arms_) {
     if (arm.enable && arm.enable->set(false)) arm.enabled = false;
     if (arm.dac) (void)arm.dac->zero();

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -16,6 +15,7 @@
 #include "board/linux/encoder_reader.h"
 #include "board/linux/gpio.h"
 #include "board/linux/missing.h"
+#include "board/linux/servo_beat.h"
 #include "board/linux/spi_dac.h"
 #include "board/linux/tick_devices.h"
 
@@ -25,15 +25,16 @@ class Devices final : public TickDevices {
  public:
   // Sets all currents to zero and switches all drives off. Takes the debounce time of the contacts. Does not
   // throw for missing devices.
-  explicit Devices(const BoardConfig& config);
+  // beat: must outlive the devices. Drives that the guardian has switched off read as a fault of every drive
+  // until the servo has switched them off itself.
+  Devices(const BoardConfig& config, ServoBeat& beat);
   [[nodiscard]] const std::vector<Missing>& missing() const noexcept { return missing_; }
 
   void read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t period_ns) noexcept override;
   void write(const firmware::Outputs& out) noexcept override;
   void make_safe() noexcept override;
-  // Switches every drive off independently of the servo: for the main thread when the servo hangs. Any
-  // thread. A servo that resumes reads a fault of every drive until it has switched them off itself.
-  void drives_off() noexcept;
+  // The same for the guardian, which leaves the beat as it is.
+  void switch_off() noexcept;
 
  private:
   struct Arm {
@@ -46,16 +47,18 @@ class Devices final : public TickDevices {
     bool enabled = false;
     bool write_failed = false;
   };
+  void open_heartbeat(const BoardConfig& config);
   void open_inputs(const BoardConfig& config);
   void open_arm(const ArmWiring& wiring, Arm& arm);
   void read_lines(firmware::Inputs& in) noexcept;
 
+  ServoBeat& beat_;
   std::vector<Missing> missing_;
   std::unique_ptr<GpioInputs> inputs_;
+  std::unique_ptr<GpioOutput> heartbeat_;
   std::optional<std::size_t> dead_man_line_;
   SafetySwitch e_stop_;
   SafetySwitch dead_man_;
-  std::atomic<bool> cut_{false};  // drives_off() was called, and the servo has not read it yet
   std::vector<Arm> arms_;
   // One entry per input.
   std::array<bool, GpioInputs::kMaxLines> levels_{};

@@ -44,6 +44,9 @@ struct GpioEdge {
 
 [[nodiscard]] std::string gpio_library();  // "libgpiod 1.6.3", for people
 
+// For the udev rule: whether the chip ("/dev/gpiochip0") has a line of this name; false if it cannot be read.
+[[nodiscard]] bool gpio_chip_has_line(const std::string& chip, const std::string& name);
+
 class GpioInputs {
  public:
   static constexpr std::size_t kMaxLines = 12;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "board/linux/gpio.h"
 
@@ -13,26 +14,39 @@ namespace thimble::board {
 namespace gpio {
 
 struct CloseChip {
+  void operator()(gpiod_chip* chip) const noexcept { gpiod_chip_close(chip); }
   void operator()(gpiod_line* line) const noexcept { gpiod_line_close_chip(line); }
 };
+using Chip = std::unique_ptr<gpiod_chip, CloseChip>;
 using Line = std::unique_ptr<gpiod_line, CloseChip>;
 
 }  // namespace gpio
 
 namespace {
 
+using gpio::Chip;
 using gpio::Line;
 
 constexpr const char* kConsumer = "thimble-board";
 
-Line find(const std::string& name) {
-  errno = 0;
-  Line line(gpiod_line_find(name.c_str()));
-  if (!line) {
-    const int error = errno != 0 ? errno : ENOENT;
-    throw GpioError(name, error == ENOENT ? "no chip has a line of this name" : std::strerror(error), error);
-  }
+Line find_on(const std::string& path, const std::string& name) {
+  Chip chip(gpiod_chip_open(path.c_str()));
+  Line line(chip ? gpiod_chip_find_line(chip.get(), name.c_str()) : nullptr);
+  if (line) (void)chip.release();  // the line closes it
   return line;
+}
+
+// Not gpiod_line_find(), which gives up at the first chip that it may not open.
+Line find(const std::string& name) {
+  int refused = 0;  // a chip that could not be opened may have the line
+  for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
+    if (!entry.path().filename().string().starts_with("gpiochip")) continue;
+    errno = 0;
+    if (Line line = find_on(entry.path(), name)) return line;
+    if (errno != 0 && errno != ENOENT) refused = errno;
+  }
+  if (refused != 0) throw GpioError(name, std::strerror(refused), refused);
+  throw GpioError(name, "no chip has a line of this name", ENOENT);
 }
 
 int flags(const GpioLine& line) noexcept {
@@ -49,6 +63,10 @@ int flags(const GpioLine& line) noexcept {
 }  // namespace
 
 std::string gpio_library() { return std::string("libgpiod ") + gpiod_version_string(); }
+
+bool gpio_chip_has_line(const std::string& chip, const std::string& name) {
+  return find_on(chip, name) != nullptr;
+}
 
 struct GpioInputs::Impl {
   std::vector<Line> lines;

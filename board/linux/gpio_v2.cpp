@@ -90,6 +90,11 @@ Request request(const std::string& chip_path, const LineConfig& lines, std::size
 
 std::string gpio_library() { return std::string("libgpiod ") + gpiod_api_version(); }
 
+bool gpio_chip_has_line(const std::string& chip, const std::string& name) {
+  const Chip opened(gpiod_chip_open(chip.c_str()));
+  return opened && gpiod_chip_get_line_offset_from_name(opened.get(), name.c_str()) >= 0;
+}
+
 struct GpioInputs::Impl {
   struct OfChip {
     std::string chip;

@@ -9,18 +9,13 @@
 #include <system_error>
 #include <utility>
 
+#include "board/linux/clock.h"
 #include "board/linux/realtime.h"
 
 namespace thimble::board {
 namespace {
 
 constexpr std::uint64_t kNs = 1'000'000'000;
-
-std::uint64_t now_ns() noexcept {
-  timespec time{};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return static_cast<std::uint64_t>(time.tv_sec) * kNs + static_cast<std::uint64_t>(time.tv_nsec);
-}
 
 void sleep_until(std::uint64_t time_ns) noexcept {
   const timespec time{static_cast<time_t>(time_ns / kNs), static_cast<long>(time_ns % kNs)};
@@ -80,13 +75,13 @@ void ServoLoop::run() {
   prefault_stack();
   started_.set_value(become_realtime(options_.priority, options_.cpu));
 
-  const std::uint64_t begin_ns = now_ns();
+  const std::uint64_t begin_ns = monotonic_ns();
   const long faults_before = page_faults();
   std::uint64_t next = 0;  // number of the tick that is due
   while (!stopping_.load(std::memory_order_relaxed)) {
     sleep_until(begin_ns + next * period_ns_);
     // After a delay of whole periods, the ticks in between are lost.
-    const std::uint64_t number = std::max(next, (now_ns() - begin_ns) / period_ns_);
+    const std::uint64_t number = std::max(next, (monotonic_ns() - begin_ns) / period_ns_);
     report_.lost += number - next;
     tick(number, begin_ns + next * period_ns_);
     next = number + 1;
@@ -96,7 +91,7 @@ void ServoLoop::run() {
 }
 
 void ServoLoop::tick(std::uint64_t number, std::uint64_t due_ns) {
-  const std::uint64_t begin_ns = now_ns();
+  const std::uint64_t begin_ns = monotonic_ns();
   in_.late_us = static_cast<float>(begin_ns - due_ns) * 1e-3F;
   report_.worst_late_us = std::max(report_.worst_late_us, in_.late_us);
   ++report_.ticks;
@@ -104,7 +99,7 @@ void ServoLoop::tick(std::uint64_t number, std::uint64_t due_ns) {
   in_.time_us = begin_ns / 1000;
   devices_.read(in_, begin_ns, period_ns_);
   devices_.write(controller_->tick(in_));
-  in_.last_tick_us = static_cast<float>(now_ns() - begin_ns) * 1e-3F;
+  in_.last_tick_us = static_cast<float>(monotonic_ns() - begin_ns) * 1e-3F;
   liveness_.beat(kTick);
 }
 

@@ -3,7 +3,7 @@
 // Threads: the servo (SCHED_FIFO, servo_loop.h), the background of the controller (link and scenes), and the
 // main thread, which feeds the watchdogs while both others make progress. Ends with SIGTERM or SIGINT, motors
 // off. Exit codes: 0 ended by signal, or --check found nothing missing; 1 failed; 2 usage; 3 --check: a
-// device is missing; 5 --check: a privilege is missing; 10 bad configuration.
+// device is missing, --uses: the configuration does not name it; 5 --check: a privilege is missing; 10 bad configuration.
 #include <pthread.h>
 #include <signal.h>
 #include <time.h>
@@ -19,14 +19,18 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <system_error>
 #include <thread>
 #include <vector>
 
+#include "board/common/stop_path.h"
 #include "board/linux/board_config.h"
+#include "board/linux/clock.h"
 #include "board/linux/devices.h"
 #include "board/linux/guardian.h"
+#include "board/linux/named_devices.h"
 #include "board/linux/realtime.h"
 #include "board/linux/service_manager.h"
 #include "board/linux/servo_loop.h"
@@ -36,6 +40,7 @@
 #include "board/posix/link_ports.h"
 #include "board/posix/tty_port.h"
 #include "control/scene/limits.h"
+#include "firmware/core/stop_timeout.h"
 #include "firmware/store/slot_header.h"
 
 namespace thimble::board {
@@ -51,12 +56,7 @@ constexpr std::uint64_t kFeed_us = 200'000;     // interval of feeding the watch
 constexpr std::uint32_t kTickLimit_us = 100'000, kRoundLimit_us = 10'000'000;
 constexpr std::size_t kSceneSlotBytes = control::kMaxImageBytes + firmware::kSlotHeaderBytes;
 
-std::uint64_t now_us() {
-  timespec time{};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return static_cast<std::uint64_t>(time.tv_sec) * 1'000'000U +
-         static_cast<std::uint64_t>(time.tv_nsec) / 1000U;
-}
+std::uint64_t now_us() { return monotonic_ns() / 1000; }
 
 std::string describe(const Missing& missing) { return missing.what + "; " + missing.remedy; }
 
@@ -70,6 +70,36 @@ std::string names(const std::vector<Missing>& missing) {
 
 void add(std::vector<Missing>& all, std::vector<Missing> more) {
   for (Missing& one : more) all.push_back(std::move(one));
+}
+
+Missing no_watchdog(const BoardConfig& config, int error) {
+  if (!config.watchdog)
+    return {"no_watchdog", "no watchdog is configured",
+            "add \"watchdog\": { \"device\": \"/dev/watchdog\", \"timeout_s\": 2 } to the configuration",
+            error};
+  const char* remedy = error == EBUSY ? "end the program that feeds it (systemd: RuntimeWatchdogSec=off)"
+                                      : "load its driver, or install the udev rule and run as its group";
+  return {"no_watchdog", config.watchdog->string() + ": " + std::strerror(error), remedy, error};
+}
+
+// By the saved lost_ticks, which a host may change: without it the one-shot would end before the fault.
+std::optional<Missing> too_late(const BoardConfig& config, SlotFiles& store) {
+  const std::uint32_t lost_ticks = saved_lost_ticks(store);
+  const auto wanted_us =
+      firmware::stop_timeout_us(static_cast<std::uint32_t>(1e9 / config.rate_Hz), lost_ticks);
+  if (wanted_us && (!config.heartbeat || *wanted_us <= config.heartbeat->timeout_us)) return std::nullopt;
+  std::ostringstream what;
+  what << "lost_ticks " << lost_ticks << " at " << config.rate_Hz << " Hz asks the stop path for "
+       << 1e3 * (lost_ticks + 1) / config.rate_Hz << " ms, ";
+  if (wanted_us) {
+    what << "the heartbeat's one-shot ends after " << config.heartbeat->timeout_us * 1e-3 << " ms";
+    return Missing{"heartbeat_too_short", what.str(),
+                   "lower lost_ticks (thimble param set, param save) and restart, or fit a longer one-shot",
+                   EINVAL};
+  }
+  what << "allowed are " << firmware::kLongestStop_us / 1000 << " ms";
+  return Missing{firmware::kLacksShortStop, what.str(),
+                 "lower lost_ticks (thimble param set, param save) and restart", EINVAL};
 }
 
 firmware::Config controller_config(const BoardConfig& board, const LinkPorts& ports, const std::string& lacks,
@@ -178,35 +208,39 @@ void report(const ServoLoop::Report& servo) {
 // Order: make the devices safe, start the guardian, lock memory, and then create what is large or must not
 // exist in the guardian.
 void run(const BoardConfig& config) {
-  Devices devices(config);
-  Guardian guardian(devices);
+  const ServoBeat::Shared beat = ServoBeat::make();
+  Devices devices(config, *beat);
+  Guardian guardian([&devices] { devices.switch_off(); }, *beat, config.priority + 1);
   static std::optional<firmware::Controller> controller;  // static, so it exists before memory is locked
   std::vector<Missing> missing = devices.missing();
   if (const std::optional<Missing> memory = lock_memory()) missing.push_back(*memory);
   const std::vector<Missing> realtime = try_realtime(config.priority, config.cpu);
   add(missing, realtime);
+  if (realtime.empty()) add(missing, try_realtime(config.priority + 1, std::nullopt));  // the guardian's
 
   SlotFiles store(config.store, kSceneSlotBytes);
   LinkPorts ports;
   for (const LinkConfig& link : config.links) ports.add(open_port(link, config.node));
   std::optional<Watchdog> watchdog;
-  if (config.watchdog) {
-    try {
-      watchdog.emplace(*config.watchdog, config.watchdog_timeout_s);
-    } catch (const std::system_error& error) {
-      missing.push_back(
-          {"no_watchdog", error.what(), "load its driver, or run as root", error.code().value()});
-    }
+  try {
+    if (config.watchdog) watchdog.emplace(*config.watchdog, config.watchdog_timeout_s);
+    if (!config.watchdog) missing.push_back(no_watchdog(config, ENOENT));
+  } catch (const std::system_error& error) {
+    missing.push_back(no_watchdog(config, error.code().value()));
   }
   ServiceManager manager;
   BoardLiveness liveness({kTickLimit_us, kRoundLimit_us, kRoundLimit_us});
   ServoLoop servo({config.rate_Hz, config.priority, config.cpu}, devices, liveness);
-  const std::string lacks = names(missing);
-  for (const Missing& one : missing) std::cerr << "thimble-board: " << describe(one) << '\n';
 
   const sigset_t signals = ending_signals();
-  const char* reset_reason = "";
+  const char* reset_reason = watchdog && watchdog->restarted_machine() ? "watchdog" : "";
+  const std::vector<Missing> always = missing;
+  std::string lacks;
   for (bool again = true; again;) {
+    missing = always;
+    if (const std::optional<Missing> late = too_late(config, store)) missing.push_back(*late);
+    lacks = names(missing);
+    for (const Missing& one : missing) std::cerr << "thimble-board: " << describe(one) << '\n';
     controller.emplace(controller_config(config, ports, lacks, reset_reason), store);
     if (servo.start(*controller).size() != realtime.size())
       throw std::runtime_error("the servo thread did not get what it could have had: start again");
@@ -223,17 +257,14 @@ void run(const BoardConfig& config) {
     again = false;
     while (sigtimedwait(&signals, nullptr, &kLook) < 0) {
       if (guardian.gone())
-        throw std::runtime_error("the guardian process was ended: nothing would switch the drives off");
+        throw std::runtime_error(
+            "the guardian process was ended or stopped: nothing would switch the drives off");
       if (background.ended()) {
         background.rethrow();
         again = background.restart();
         break;
       }
-      if (!liveness.alive(now_us())) {
-        // The watchdogs are not fed. A servo that resumes reads its drives as off and raises a fault.
-        if ((liveness.hanging(now_us()) & 1U << kTick) != 0) devices.drives_off();
-        continue;
-      }
+      if (!liveness.alive(now_us())) continue;  // the watchdogs are not fed
       if (now_us() - fed_us < feed_us) continue;
       fed_us = now_us();
       if (watchdog) (void)watchdog->feed();
@@ -248,12 +279,14 @@ void run(const BoardConfig& config) {
 
 // Opens every device once, as the board would, and reports what is missing.
 int check(const BoardConfig& config) {
-  const Devices devices(config);
+  const ServoBeat::Shared beat = ServoBeat::make();
+  const Devices devices(config, *beat);
   std::vector<Missing> missing = devices.missing();
   if (const std::optional<Missing> memory = lock_memory()) missing.push_back(*memory);
-  add(missing, try_realtime(config.priority, config.cpu));
+  add(missing, try_realtime(config.priority + 1, config.cpu));  // the guardian's, above the servo's
   try {
-    const SlotFiles store(config.store, kSceneSlotBytes);
+    SlotFiles store(config.store, kSceneSlotBytes);
+    if (const std::optional<Missing> late = too_late(config, store)) missing.push_back(*late);
   } catch (const std::system_error& error) {
     missing.push_back({"no_store", error.what(),
                        "make the folder, for the board's user to write; end another thimble-board",
@@ -270,9 +303,11 @@ int check(const BoardConfig& config) {
     }
   }
   // The watchdog is not opened, because that would start it.
-  if (config.watchdog && access(config.watchdog->c_str(), W_OK) != 0)
-    missing.push_back({"no_watchdog", config.watchdog->string() + ": " + std::strerror(errno),
-                       "load its driver, or run as root", errno});
+  if (!config.watchdog) {
+    missing.push_back(no_watchdog(config, ENOENT));
+  } else if (access(config.watchdog->c_str(), W_OK) != 0) {
+    missing.push_back(no_watchdog(config, errno));
+  }
   for (const Missing& one : missing) std::cout << "missing: " << describe(one) << '\n';
   if (missing.empty()) {
     std::cout << "nothing is missing\n";
@@ -286,10 +321,13 @@ int check(const BoardConfig& config) {
 int main_of(int argc, char** argv) {
   std::string file = "/etc/thimble/board.json";
   bool only_check = false;
+  std::string device;
   CLI::App app{"The controller of a Thimble haptic arm on an embedded Linux board", "thimble-board"};
   app.add_option("--config", file, "configuration of this board, see docs/board-linux.md")
       ->capture_default_str();
   app.add_flag("--check", only_check, "say which devices and privileges are missing, and end");
+  app.add_option("--uses", device,
+                 "end with 0 if the configuration names this device, with 3 if not (udev rule)");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -300,6 +338,7 @@ int main_of(int argc, char** argv) {
   signal(SIGPIPE, SIG_IGN);
   try {
     const BoardConfig config = read_board_config(file);
+    if (!device.empty()) return names_device(config, device) ? 0 : kNotFound;
     if (only_check) return check(config);
     run(config);
     return 0;

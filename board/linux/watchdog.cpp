@@ -27,6 +27,11 @@ Watchdog::Watchdog(const std::filesystem::path& device, int timeout_s)
 
 Watchdog::Watchdog(Descriptor device) noexcept : device_(std::move(device)) {}
 
+bool Watchdog::restarted_machine() const noexcept {
+  int status = 0;
+  return ioctl(device_.get(), WDIOC_GETBOOTSTATUS, &status) == 0 && (status & WDIOF_CARDRESET) != 0;
+}
+
 bool Watchdog::feed() noexcept { return write_byte(device_, '\0'); }
 bool Watchdog::disarm() noexcept { return write_byte(device_, 'V'); }
 

@@ -13,6 +13,8 @@ class Watchdog {
   Watchdog(const std::filesystem::path& device, int timeout_s);
   explicit Watchdog(Descriptor device) noexcept;  // an already running watchdog
 
+  // The machine's last restart was by this watchdog; false also if the driver cannot tell.
+  [[nodiscard]] bool restarted_machine() const noexcept;
   // False: feeding failed; the watchdog will expire.
   [[nodiscard]] bool feed() noexcept;
   // Orderly end: the next close stops the watchdog (the kernel's "magic close"; not with the driver option

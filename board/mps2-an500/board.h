@@ -13,16 +13,15 @@ inline constexpr std::uint8_t kNode = 1;
 
 // The register block of encoders and currents (board/cortex/fabric.h), in the last page of the PSRAM.
 inline constexpr std::uintptr_t kFabric = 0x60FFF000;
-inline constexpr std::uint32_t kFabricWatchdog_us = 2000;
 
 // Block size of an upload: the EEPROM needs 25 ms for it.
 inline constexpr std::uint16_t kBlockBytes = 512;
 
-// The board restarts with motors off after this time without a tick, or without a cycle of the link or
-// background.
+// After this time without a tick, or without a cycle of the link or background, the watchdog is not fed any
+// more: the motors go off after the time of firmware/core/stop_timeout.h, and the board restarts after
+// kWatchdog_ms.
 inline constexpr std::uint32_t kTickLimit_us = 10'000;
 inline constexpr std::uint32_t kBackgroundLimit_us = 1'000'000;
-inline constexpr std::uint32_t kWatchdog_ms =
-    100;  // until its interrupt; the reset follows after the same time again
+inline constexpr std::uint32_t kWatchdog_ms = 100;
 
 }  // namespace thimble::board

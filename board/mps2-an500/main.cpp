@@ -1,11 +1,16 @@
 // The program of this board: the tick in the SysTick interrupt; SLCAN on UART 0 and all long work in the
 // background.
+#include <atomic>
+#include <cstdint>
+
 #include "board/common/liveness.h"
+#include "board/common/stop_path.h"
 #include "board/cortex/fabric.h"
 #include "board/cortex/runtime.h"
 #include "board/cortex/tick.h"
 #include "board/mps2-an500/board.h"
 #include "board/mps2-an500/clock.h"
+#include "board/mps2-an500/drives.h"
 #include "board/mps2-an500/eeprom_storage.h"
 #include "board/mps2-an500/registers.h"
 #include "board/mps2-an500/restart.h"
@@ -21,17 +26,28 @@ namespace link = firmware::link;
 enum Context : std::size_t { kTick, kLink, kBackground, kContexts };
 
 firmware::Controller* controller = nullptr;
-const Fabric* fabric = nullptr;
+Drives* fabric = nullptr;
 constinit Liveness<kContexts> liveness({kTickLimit_us, kBackgroundLimit_us, kBackgroundLimit_us});
 float last_tick_us = 0;
 
-void start_watchdog() noexcept {
+// The independent stop path of this board is the watchdog: its time-out is that of the stop, its interrupt
+// cannot be masked, and only the tick feeds it.
+std::uint32_t timeouts_to_restart = 0;
+std::atomic<std::uint32_t> timeouts{0};  // in a row
+
+void start_watchdog(std::uint32_t timeout_us) noexcept {
+  timeouts_to_restart = kWatchdog_ms * 1000 / timeout_us;
   word(kWatchdogLock) = kWatchdogKey;
   volatile WatchdogRegisters& watchdog = at<WatchdogRegisters>(kWatchdogUnit);
-  watchdog.load = kClock_Hz / 1000 * kWatchdog_ms;
+  watchdog.load = kClock_Hz / 1'000'000 * timeout_us;
   watchdog.control = 3;
 }
-void feed_watchdog() noexcept { at<WatchdogRegisters>(kWatchdogUnit).clear = 1; }
+void restart_timeout() noexcept { at<WatchdogRegisters>(kWatchdogUnit).clear = 1; }
+
+void feed_watchdog() noexcept {
+  restart_timeout();
+  timeouts.store(0, std::memory_order_relaxed);
+}
 
 void send(link::SlcanPort& port, link::Micros now) noexcept {
   link::CanFrame frame;
@@ -88,17 +104,21 @@ extern "C" void on_sys_tick() {
   if (liveness.alive(time.time_us)) feed_watchdog();
 }
 
-// Interrupt of the first time-out. It is not cleared, so the second time-out resets the board.
+// Interrupt of each time-out. The last one is not cleared, so the next time-out resets the board.
 extern "C" void on_watchdog() {
-  fabric->off();
+  fabric->cut();
+  const std::uint32_t count = timeouts.load(std::memory_order_relaxed) + 1;
+  timeouts.store(count, std::memory_order_relaxed);
+  if (count < timeouts_to_restart) return restart_timeout();
   remember(Restart::kWatchdog);
   for (;;) {
   }
 }
 
 extern "C" void run_board() {
-  static const Fabric logic(kFabric, kArms, kFabricWatchdog_us);
-  fabric = &logic;
+  static const Fabric logic(kFabric, kArms);
+  static Drives drives(logic);
+  fabric = &drives;
   uart::start();
   static EepromStorage storage;
   firmware::Config config;
@@ -109,11 +129,16 @@ extern "C" void run_board() {
   config.block_bytes = kBlockBytes;
   config.board = "mps2-an500";
   config.reset_reason = take_restart_reason();
-  config.lacks = !logic.present() ? "no_fabric" : !storage.present() ? "no_eeprom" : "";
+  const auto stop_us = firmware::stop_timeout_us(1'000'000'000 / kRate_Hz, saved_lost_ticks(storage));
+  logic.start_watchdog(stop_us.value_or(firmware::kShortestStop_us));
+  config.lacks = !logic.present()     ? "no_fabric"
+                 : !storage.present() ? "no_eeprom"
+                 : !stop_us           ? firmware::kLacksShortStop
+                                      : "";
   static firmware::Controller the_controller(config, storage);
   controller = &the_controller;
   clock::start(kRate_Hz);
-  start_watchdog();
+  start_watchdog(stop_us.value_or(firmware::kShortestStop_us));
   run();
 }
 

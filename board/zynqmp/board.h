@@ -25,7 +25,6 @@ inline constexpr std::uint32_t kUartClock_Hz = 100'000'000;  // CRL_APB.UART1_RE
 inline constexpr std::uint32_t kStore = 48U << 20U;
 inline constexpr std::size_t kSceneSlotBytes = std::size_t{4} << 20U;
 
-inline constexpr std::uint32_t kFabricWatchdog_us = 2000;
 // The board restarts with motors off after this time without a tick, or without a cycle of the link or
 // background. The background may wait until the flash has erased 64 KiB: at most 1 s by its data sheet.
 inline constexpr std::uint32_t kTickLimit_us = 10'000;

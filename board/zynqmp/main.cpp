@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "board/common/liveness.h"
+#include "board/common/stop_path.h"
 #include "board/cortex/fabric.h"
 #include "board/cortex/runtime.h"
 #include "board/cortex/tick.h"
@@ -136,7 +137,7 @@ void crash(std::uint32_t address) noexcept {
 extern "C" void run_board() {
   stop_watchdog();  // it keeps running over a restart of the program, and reading the scenes takes longer than its limit
   fabric = nullptr;  // a crash from here on must not access what is not set up
-  static const Fabric logic(reinterpret_cast<std::uintptr_t>(board_fabric), kArms, kFabricWatchdog_us);
+  static const Fabric logic(reinterpret_cast<std::uintptr_t>(board_fabric), kArms);
   fabric = &logic;
   clock::start(static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(board_core_Hz)));
   uart::start(kUartClock_Hz, kUartBaud);
@@ -160,7 +161,12 @@ extern "C" void run_board() {
   config.bus_bits_per_s = kCanBitrate;
   config.board = "zynqmp";
   config.reset_reason = reason.name;
-  config.lacks = !logic.present() ? "no_fabric" : !nor.present() ? "no_flash" : "";
+  const auto stop_us = firmware::stop_timeout_us(1'000'000'000 / kRate_Hz, saved_lost_ticks(storage));
+  logic.start_watchdog(stop_us.value_or(firmware::kShortestStop_us));
+  config.lacks = !logic.present() ? "no_fabric"
+                 : !nor.present() ? "no_flash"
+                 : !stop_us       ? firmware::kLacksShortStop
+                                  : "";
   config.pause = run_due_tick;
   static firmware::Controller the_controller(config, storage);
   controller = &the_controller;

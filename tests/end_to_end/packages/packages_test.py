@@ -2,8 +2,10 @@
 
 import json
 import os
+import pty
 import re
 import shutil
+import signal
 import subprocess
 import tempfile
 import unittest
@@ -68,6 +70,50 @@ class Packages(unittest.TestCase):
         self.assertEqual(json.loads((root / "usr/share/doc/thimble-board/examples/board.json").read_text())["thimble_board"], 1)
         unit = (root / "usr/lib/systemd/system/thimble-board.service").read_text()
         self.assertIn("ExecStart=/usr/bin/thimble-board\n", unit)
+
+    def test_the_unit_is_confined(self):
+        unit = self.folder / "thimble-board/usr/lib/systemd/system/thimble-board.service"
+        told = output("systemd-analyze", "security", "--offline=true", "--threshold=30", "--no-pager", unit)  # fails above 3.0
+        print("[ figure ] " + re.search(r"Overall exposure level.*?: [0-9.]+", told)[0], flush=True)
+
+    def test_the_unit_allows_what_the_board_calls(self):
+        if self.cross:
+            self.skipTest("strace does not trace a program of another architecture")
+
+        def expand(words):
+            for word in words:
+                if word.startswith("@"):
+                    lines = output("systemd-analyze", "syscall-filter", "--no-pager", word).split("\n")[1:]
+                    yield from expand(line.strip() for line in lines if line.strip() and not line.strip().startswith("#"))
+                else:
+                    yield word
+
+        root = self.folder / "thimble-board"
+        allowed = set(expand(["@default"]))
+        unit = (root / "usr/lib/systemd/system/thimble-board.service").read_text()
+        for words in re.findall(r"^SystemCallFilter=(.*)$", unit, re.M):
+            if words.startswith("~"):
+                allowed -= set(expand(words[1:].split()))
+            else:
+                allowed |= set(expand(words.split()))
+        config = json.loads((root / "usr/share/doc/thimble-board/examples/board.json").read_text())
+        ours, theirs = pty.openpty()
+        config["links"] = [{"slcan": os.ttyname(theirs)}]
+        config["store"] = str(self.folder)
+        file, trace = self.folder / "board.json", self.folder / "trace"
+        file.write_text(json.dumps(config))
+        board = subprocess.Popen(["strace", "-f", "-o", trace, root / "usr/bin/thimble-board", "--config", file],
+                                 stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        while (line := board.stdout.readline()) not in ("ready\n", ""):
+            pass
+        self.assertEqual(line, "ready\n")
+        pid = int(trace.read_text().split()[0])
+        os.kill(pid, signal.SIGTERM)
+        board.communicate(timeout=60)
+        os.close(ours), os.close(theirs)
+        called = set(re.findall(r"^\d+ +([a-z0-9_]+)\(", trace.read_text(), re.M))
+        self.assertLessEqual({"mlockall", "sched_setscheduler", "ppoll", "execve"}, called)
+        self.assertEqual(called - allowed, set())
 
     def test_the_board_runs(self):
         root = self.folder / "thimble-board"

@@ -88,19 +88,34 @@ class Board:
         lines = self.thimble("monitor", "--count", count, "--json").stdout.splitlines()
         return [frame["z_N"] for frame in map(json.loads, lines) if frame["message"] == "Force"][-1]
 
-    def patch(self, symbol, code):
-        """Writes instructions over a function, through QEMU's GDB port: what a bug or a cosmic ray would do."""
+    @staticmethod
+    def address(symbol):
         symbols = subprocess.run(["arm-none-eabi-nm", "-C", ELF], capture_output=True, text=True, check=True).stdout
-        address = int(re.search(r"^([0-9a-f]+) \w " + re.escape(symbol) + r"\(", symbols, re.M)[1], 16)
+        return int(re.search(r"^([0-9a-f]+) \w " + re.escape(symbol) + r"(?:\(.*)?$", symbols, re.M)[1], 16)
+
+    def gdb_session(self, *commands):
+        """Sends commands to QEMU's GDB port, which stops the board, and returns the answers; the last command has it go on."""
+        answers = []
         with socket.socket(socket.AF_UNIX) as gdb:
             gdb.connect(str(self.gdb))
-            gdb.settimeout(10)
-            for command in (f"M{address:x},{len(code):x}:{code.hex()}", "D"):
+            gdb.settimeout(60)
+            for command in commands:
                 gdb.sendall(b"$%s#%02x" % (command.encode(), sum(command.encode()) % 256))
                 answer = b""
-                while b"OK" not in answer:
+                # QEMU may tell of the stop at the connection, T02, before the first answer.
+                while not (packet := re.search(rb"\$(?!T02)([^#]*)#..", answer)):
                     answer += gdb.recv(4096)
                 gdb.sendall(b"+")
+                answers.append(packet[1].decode())
+        return answers
+
+    def patch(self, symbol, code):
+        """Writes instructions over a function, through QEMU's GDB port: what a bug or a cosmic ray would do."""
+        self.assert_ok(self.gdb_session(f"M{self.address(symbol):x},{len(code):x}:{code.hex()}", "D"))
+
+    @staticmethod
+    def assert_ok(answers):
+        assert all(answer == "OK" for answer in answers), answers
 
 
 FLOOR = {"thimble_scene": 1, "name": "floor", "objects": [
@@ -227,6 +242,34 @@ class Mps2(unittest.TestCase):
         board.patch("thimble::firmware::Controller::poll", HANG)
         self.wait_for_restart(board, "watchdog")
         self.assertFalse(board.enabled())
+
+    def test_a_hanging_tick_loses_its_motors_in_2_ms(self):
+        """From the begin of the tick that hangs to the stop path's interrupt, by the board's own timer (25 MHz)."""
+        board = self.armed()
+        self.assertTrue(board.enabled())
+        tick, stop = board.address("thimble::firmware::Core::tick"), board.address("on_watchdog")
+        last, timer = board.address("thimble::board::clock::(anonymous namespace)::at_last"), 0x40002004
+        answers = board.gdb_session(f"M{tick:x},2:{HANG.hex()}", f"Z0,{stop & ~1:x},2", "c", f"m{timer:x},4", f"m{last:x},4",
+                                    f"z0,{stop & ~1:x},2", "D")
+        self.assertTrue(answers[2].startswith("T05"), answers)
+        now, begin = (int.from_bytes(bytes.fromhex(word), "little") for word in answers[3:5])
+        elapsed_us = (~now - begin) % 2**32 / 25
+        figure(f"the interrupt came {elapsed_us:.0f} us after the begin of the tick")
+        self.assertGreater(elapsed_us, 1500)  # fed at the end of the tick before
+        self.assertLess(elapsed_us, 2100)
+        end = time.monotonic() + 30
+        while board.enabled() and time.monotonic() < end:
+            pass
+        self.assertFalse(board.enabled())
+        self.wait_for_restart(board, "watchdog")
+
+    def test_lost_ticks_above_5_ms_are_refused(self):
+        board = self.start()
+        board.json("param", "set", "lost_ticks", 20)
+        board.json("param", "save")
+        board.json("restart")
+        self.wait_for_restart(board, "host")
+        self.assertIn("board_lacks(lost_ticks_above_5_ms)", board.thimble("arm").stderr)
 
     def test_a_hanging_tick_starts_it_again(self):
         board = self.armed()

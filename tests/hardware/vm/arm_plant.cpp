@@ -1,7 +1,7 @@
-// arm_plant: the arm behind the simulated hardware (arm_hardware/), in real time: reads the converter's voltages and the enable
-// line, moves motors, arm and a hand, writes the encoders. In the virtual machine only.
+// arm_plant: the arm behind the simulated hardware (arm_hardware/), in real time: reads the converter's voltages, the enable
+// line and the one-shot of the heartbeat, moves motors, arm and a hand, writes the encoders. In the virtual machine only.
 //
-//   arm_plant --enable FILE --hand PATH.csv [--volts-per-ampere V]
+//   arm_plant --enable FILE --one-shot FILE --hand PATH.csv [--volts-per-ampere V]
 //
 // The arm lies at its home pose until it is enabled for the first time; from then on the hand has it and follows its path.
 // Ends with SIGTERM and prints what happened as one line of JSON.
@@ -47,11 +47,19 @@ void check(bool done, const char* what) {
   if (!done) throw std::system_error(errno, std::generic_category(), what);
 }
 
+bool reads_1(const Descriptor& file, const char* what) {
+  char level = '0';
+  check(pread(file.get(), &level, 1, 0) == 1, what);
+  return level == '1';
+}
+
 class ArmPlant {
  public:
-  ArmPlant(const std::string& enable_file, const std::string& hand_file, double volts_per_ampere)
+  ArmPlant(const std::string& enable_file, const std::string& one_shot_file, const std::string& hand_file,
+           double volts_per_ampere)
       : hardware_(open_file("/dev/arm_hardware", O_RDWR)),
         enable_(open_file(enable_file, O_RDONLY)),
+        one_shot_(open_file(one_shot_file, O_RDONLY)),
         path_(read_hand_path(hand_file)),
         volts_per_ampere_(volts_per_ampere),
         plant_(PlantParameters::from(*find_plant_variant("premium-1.5")), Hand{}) {}
@@ -59,9 +67,7 @@ class ArmPlant {
   void step(double seconds) {
     ConverterOutputs outputs{};
     check(read(hardware_.get(), &outputs, sizeof(outputs)) == sizeof(outputs), "/dev/arm_hardware");
-    char level = '0';
-    check(pread(enable_.get(), &level, 1, 0) == 1, "the enable line");
-    const bool enable = level == '1';
+    const bool enable = reads_1(enable_, "the enable line") && reads_1(one_shot_, "the one-shot");
     Vector3d current_A = Vector3d::Zero();
     for (std::size_t i = 0; i < 3; ++i) {
       const bool awake = outputs.range[i] == kRange10V && (outputs.power >> i & 1U) != 0;
@@ -93,7 +99,7 @@ class ArmPlant {
 
  private:
   Descriptor hardware_;
-  Descriptor enable_;
+  Descriptor enable_, one_shot_;
   HandPath path_;
   double volts_per_ampere_;
   Plant plant_;
@@ -104,10 +110,11 @@ class ArmPlant {
 };
 
 int main_of(int argc, char** argv) {
-  std::string enable, hand;
+  std::string enable, one_shot, hand;
   double volts_per_ampere = 2;
   CLI::App app{"The arm behind the simulated hardware", "arm_plant"};
   app.add_option("--enable", enable, "file with the enable line's level")->required();
+  app.add_option("--one-shot", one_shot, "file with the one-shot's level")->required();
   app.add_option("--hand", hand, "the hand's path, CSV")->required();
   app.add_option("--volts-per-ampere", volts_per_ampere, "of the amplifiers")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
@@ -116,7 +123,7 @@ int main_of(int argc, char** argv) {
     sched_param parameters{};
     parameters.sched_priority = kPriority;
     check(sched_setscheduler(0, SCHED_FIFO, &parameters) == 0, "real-time priority");
-    ArmPlant arm(enable, hand, volts_per_ampere);
+    ArmPlant arm(enable, one_shot, hand, volts_per_ampere);
     std::uint64_t last_ns = now_ns(), due_ns = last_ns;
     while (stopping == 0) {
       due_ns = std::max(due_ns + kPeriod_ns, now_ns());

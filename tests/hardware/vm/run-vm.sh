@@ -12,6 +12,7 @@
 #   -o FOLDER         is /out in the guest
 #   -q "ARGUMENT ..." for QEMU, such as its CAN controllers
 #   -m MB             memory (256)
+#   -r                a restart of the machine is no end: SCRIPT begins again
 #   -t SECONDS        limit (120)
 #
 # Exit status: SCRIPT's (above 45 reads 45), 124 when the limit was reached, 125 when the machine itself failed.
@@ -20,8 +21,8 @@ die() { echo "run-vm: $*" >&2; exit 125; }
 trap 'die "line $LINENO failed"' ERR
 
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
-memory_MB=256 limit_s=120 out='' own_modules='' load='can can-raw can-isotp can-dev vcan configfs' variables=() qemu_arguments=()
-while getopts e:k:l:m:o:q:t: option; do
+memory_MB=256 limit_s=120 out='' own_modules='' load='can can-raw can-isotp can-dev vcan configfs' variables=() qemu_arguments=() reboot=-no-reboot
+while getopts e:k:l:m:o:q:rt: option; do
   case $option in
     e) variables+=("$OPTARG") ;;
     k) own_modules=$(readlink -f "$OPTARG") ;;
@@ -29,6 +30,7 @@ while getopts e:k:l:m:o:q:t: option; do
     m) memory_MB=$OPTARG ;;
     o) mkdir -p "$OPTARG"; out=$(readlink -f "$OPTARG") ;;
     q) read -ra more <<<"$OPTARG"; qemu_arguments+=("${more[@]}") ;;
+    r) reboot= ;;
     t) limit_s=$OPTARG ;;
     *) exit 125 ;;
   esac
@@ -111,7 +113,7 @@ chmod +x "$root/init"
 (cd "$root" && find . | cpio -o -H newc --quiet) >"$work/initramfs"
 
 code=0
-timeout "$limit_s" qemu-system-x86_64 -accel tcg -cpu max -m "$memory_MB" -nodefaults -no-user-config -display none -no-reboot \
+timeout "$limit_s" qemu-system-x86_64 -accel tcg -cpu max -m "$memory_MB" -nodefaults -no-user-config -display none $reboot \
   -serial stdio -device isa-debug-exit,iobase=0xf4,iosize=1 "${share[@]}" "${qemu_arguments[@]}" \
   -kernel "$base/vmlinux" -initrd "$work/initramfs" -append 'console=ttyS0 quiet panic=-1 no_timer_check' </dev/null || code=$?
 # isa-debug-exit makes 2n + 1 of the byte n; the 16 added above keep clear of QEMU's own 0 and 1.

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "board/linux/board_config.h"
+#include "firmware/core/stop_timeout.h"
 
 namespace thimble::test {
 namespace {
@@ -56,6 +57,9 @@ TEST(BoardConfig, TheExampleOfTheDocs) {
   EXPECT_EQ(config.links[0].device, "can0");
   EXPECT_EQ(config.links[1].device, "/dev/ttyGS0");
   ASSERT_TRUE(config.watchdog);
+  ASSERT_TRUE(config.heartbeat);
+  EXPECT_EQ(config.heartbeat->line.name, "HEARTBEAT");
+  EXPECT_EQ(config.heartbeat->timeout_us, 5000U);
   EXPECT_EQ(config.priority, 80);
 }
 
@@ -105,6 +109,27 @@ TEST(BoardConfig, ErrorsSayWhere) {
     EXPECT_NE(std::string(error.what()).find("board.json:1: "), std::string::npos);
   }
   EXPECT_THROW((void)board::read_board_config("/nowhere/board.json"), ConfigError);
+}
+
+// The stop path acts within 5 ms, whatever the configuration says.
+TEST(BoardConfig, NothingMakesTheStopPathSlower) {
+  EXPECT_EQ(complaint([](json& root) { root["rate_Hz"] = 399; }),
+            "board.json:1: /rate_Hz is 399, allowed is a number from 400.0 to 20000.0");
+  EXPECT_EQ(complaint([](json& root) { root["heartbeat"]["timeout_ms"] = 5.1; }),
+            "board.json:1: /heartbeat/timeout_ms is 5.1, allowed is a number from 2.0 to 5.0");
+}
+
+TEST(StopTimeout, IsBetween2And5MsAndToleratesTheLostTicks) {
+  using firmware::stop_timeout_us;
+  EXPECT_EQ(stop_timeout_us(250'000, 4), 2000U);
+  EXPECT_EQ(stop_timeout_us(250'000, 9), 2500U);
+  EXPECT_EQ(stop_timeout_us(250'000, 19), 5000U);
+  EXPECT_EQ(stop_timeout_us(250'000, 20), std::nullopt);
+  EXPECT_EQ(stop_timeout_us(1'000'000, 4), 5000U);
+  EXPECT_EQ(stop_timeout_us(1'000'000, 5), std::nullopt);
+  EXPECT_EQ(stop_timeout_us(2'500'000, 1), 5000U);
+  EXPECT_EQ(stop_timeout_us(333'333, 14), 4999U);
+  EXPECT_EQ(stop_timeout_us(20'000'000, 1000), std::nullopt);
 }
 
 // Every key of the example: an unknown one beside it, and itself with a value of a wrong kind, are refused by

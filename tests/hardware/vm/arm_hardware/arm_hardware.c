@@ -5,15 +5,18 @@
  *
  *   counter    three counts that latch at a capture event
  *   SPI bus 0  one spidev on chip select 0, behind which an AD5754R listens (mode 1, 24-bit frames)
+ *   GPIO line  HEARTBEAT, an output: each rising edge triggers a one-shot of 5 ms
  *   /dev/arm_hardware
  *              write: struct arm_counts, the encoders; it latches them and pushes the capture event
  *              read:  struct arm_outputs, the converter as it is now
  *
  * /sys/module/arm_hardware/parameters/spi_error: an errno; transfers then fail with it, and the converter keeps what
- * it has.
+ * it has. .../one_shot: 1 while the one-shot runs.
  */
 #include <linux/counter.h>
 #include <linux/fs.h>
+#include <linux/gpio/driver.h>
+#include <linux/hrtimer.h>
 #include <linux/ktime.h>
 #include <linux/miscdevice.h>
 #include <linux/module.h>
@@ -41,6 +44,9 @@ struct arm_outputs {
 
 static int spi_error;
 module_param(spi_error, int, 0644);
+
+static int one_shot;
+module_param(one_shot, int, 0444);
 
 static DEFINE_SPINLOCK(lock);
 static struct arm_counts counts;	/* as the process wrote them */
@@ -184,6 +190,57 @@ static int transfer_one_message(struct spi_controller *controller, struct spi_me
 	return 0;
 }
 
+/* ----------------------------------------------------------------- heartbeat */
+
+#define ONE_SHOT_NS (5 * NSEC_PER_MSEC)
+
+static struct hrtimer one_shot_timer;
+static int heartbeat_level;
+
+static enum hrtimer_restart one_shot_ends(struct hrtimer *timer)
+{
+	WRITE_ONCE(one_shot, 0);
+	return HRTIMER_NORESTART;
+}
+
+static void heartbeat_set(struct gpio_chip *chip, unsigned int offset, int level)
+{
+	if (level && !heartbeat_level) {
+		WRITE_ONCE(one_shot, 1);
+		hrtimer_start(&one_shot_timer, ns_to_ktime(ONE_SHOT_NS), HRTIMER_MODE_REL);
+	}
+	heartbeat_level = level;
+}
+
+static int heartbeat_get(struct gpio_chip *chip, unsigned int offset)
+{
+	return heartbeat_level;
+}
+
+static int heartbeat_direction(struct gpio_chip *chip, unsigned int offset)
+{
+	return GPIO_LINE_DIRECTION_OUT;
+}
+
+static int heartbeat_output(struct gpio_chip *chip, unsigned int offset, int level)
+{
+	heartbeat_set(chip, offset, level);
+	return 0;
+}
+
+static const char *const heartbeat_names[] = { "HEARTBEAT" };
+static struct gpio_chip heartbeat = {
+	.label = "arm_hardware",
+	.owner = THIS_MODULE,
+	.base = -1,
+	.ngpio = 1,
+	.names = heartbeat_names,
+	.get_direction = heartbeat_direction,
+	.direction_output = heartbeat_output,
+	.get = heartbeat_get,
+	.set = heartbeat_set,
+};
+
 /* ---------------------------------------------------------------- the process */
 
 static struct counter_device *counter;
@@ -291,12 +348,20 @@ static int __init arm_init(void)
 	error = start_spi();
 	if (error)
 		goto no_spi;
+	hrtimer_init(&one_shot_timer, CLOCK_MONOTONIC, HRTIMER_MODE_REL);
+	one_shot_timer.function = one_shot_ends;
+	heartbeat.parent = &parent->dev;
+	error = gpiochip_add_data(&heartbeat, NULL);
+	if (error)
+		goto no_heartbeat;
 	error = misc_register(&process_end);
 	if (error)
 		goto no_process;
 	return 0;
 
 no_process:
+	gpiochip_remove(&heartbeat);
+no_heartbeat:
 	spi_unregister_controller(controller);
 no_spi:
 	counter_unregister(counter);
@@ -309,6 +374,8 @@ no_counter:
 static void __exit arm_exit(void)
 {
 	misc_deregister(&process_end);
+	gpiochip_remove(&heartbeat);
+	hrtimer_cancel(&one_shot_timer);
 	spi_unregister_controller(controller);
 	counter_unregister(counter);
 	counter_put(counter);

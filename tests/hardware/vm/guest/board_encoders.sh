@@ -3,7 +3,7 @@
 . /usr/local/bin/lib.sh
 . /usr/local/bin/board_lib.sh
 
-modprobe -a gpio-sim arm_hardware
+load_devices
 make_lines 1A 1B 2A 2B 3A 3B INDEX AMP_EN_2
 mkdir /tmp/store
 ip link add dev vcan0 type vcan

@@ -2,6 +2,12 @@
 
 board_as=
 
+# The drivers of a board's devices. The watchdog says that it bites, and does not restart the machine.
+load_devices() {
+  modprobe -a gpio-sim arm_hardware
+  modprobe softdog soft_noboot=1
+}
+
 # Lines of a simulated GPIO chip: ESTOP, DEAD_MAN and AMP_FAULT in, AMP_EN out, and those that are named.
 make_lines() {
   chip=/sys/kernel/config/gpio-sim/board
@@ -31,11 +37,14 @@ press() {
     dead_man) pull 1 down ;;
   esac
 }
-enabled() { [ "$(cat "$lines/sim_gpio3/value")" = 1 ]; }
+# The drive is on while the enable line is high and the heartbeat keeps the one-shot going.
+one_shot=/sys/module/arm_hardware/parameters/one_shot
+enable_line() { [ "$(cat "$lines/sim_gpio3/value")" = 1 ]; }
+enabled() { enable_line && [ "$(cat $one_shot)" = 1 ]; }
 not_enabled() { ! enabled; }
 
 start_arm() {
-  arm_plant --enable "$lines/sim_gpio3/value" --hand hand.csv >/tmp/arm 2>&1 &
+  arm_plant --enable "$lines/sim_gpio3/value" --one-shot $one_shot --hand hand.csv >/tmp/arm 2>&1 &
   arm=$!
 }
 stop_arm() {
@@ -56,10 +65,10 @@ stop_board() {
   cat /tmp/board.err
 }
 
-# board_check CODE TEXT: thimble-board --check ends with this code and says this.
+# board_check CODE TEXT [CONFIGURATION]: thimble-board --check ends with this code and says this.
 board_check() {
   status=0
-  $board_as thimble-board --config board.json --check >/tmp/check 2>&1 || status=$?
+  $board_as thimble-board --config "${3:-board.json}" --check >/tmp/check 2>&1 || status=$?
   [ $status = "$1" ] && grep -q "$2" /tmp/check || die "--check ended with $status: $(cat /tmp/check)"
   cat /tmp/check
 }

@@ -4,7 +4,7 @@
 . /usr/local/bin/lib.sh
 . /usr/local/bin/board_lib.sh
 
-modprobe -a gpio-sim arm_hardware
+load_devices
 make_lines
 mkdir /tmp/store
 ip link add dev vcan0 type vcan
@@ -12,6 +12,31 @@ ip link set vcan0 mtu 72 up
 
 step 'what --check says'
 board_check 0 'nothing is missing'
+
+step 'which devices the configuration names, for the udev rule'
+chip_of() { gpiofind "$1" | cut -d' ' -f1; }
+uses() { thimble-board --config "$1" --uses "/dev/$2"; }
+sed '/"heartbeat"/d' board.json >/tmp/no_heartbeat.json
+for node in "$(chip_of ESTOP)" "$(chip_of HEARTBEAT)" spidev0.0 counter0 watchdog; do
+  uses board.json "$node" || die "$node is not named"
+done
+! uses /tmp/no_heartbeat.json "$(chip_of HEARTBEAT)" || die 'a chip without a named line is named'
+uses /tmp/no_heartbeat.json "$(chip_of ESTOP)" || die 'the chip of the e-stop is not named'
+for node in watchdog0 ttyS0 spidev0.1 gpiochip9; do ! uses board.json $node || die "$node is named"; done
+for class in gpiochip spi counter watchdog; do
+  grep -q " $class\$" /proc/devices || die "the unit allows char-$class, and the kernel has no such class"
+done
+
+step 'without a watchdog it does not arm'
+sed 's#"watchdog": .*#"node": 1#' board.json >/tmp/unwatched.json
+board_check 3 'no watchdog is configured; add' /tmp/unwatched.json
+start_board /tmp/unwatched.json
+release_all
+refused 'board_lacks(no_watchdog)' thimble arm --device can:vcan0
+stop_board
+modprobe -r softdog
+board_check 3 '/dev/watchdog: No such file'
+modprobe softdog soft_noboot=1
 modprobe -r arm_hardware
 board_check 3 '/dev/spidev0.0: No such file'
 grep -q 'counter "arm_hardware"' /tmp/check || die "no counter is not told: $(cat /tmp/check)"

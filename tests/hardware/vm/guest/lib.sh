@@ -39,7 +39,7 @@ start_controller() {
 # Its devices, the simulated arm behind them, and a bus of its own on which its first fault is cleared: that of an e-stop that nobody has closed yet.
 make_board() {
   . board_lib.sh
-  modprobe -a gpio-sim arm_hardware
+  load_devices
   make_lines
   mkdir -p /tmp/store
   ip link add dev workshop type vcan
