@@ -6,6 +6,8 @@
 #include <array>
 #include <cerrno>
 
+#include "firmware/link/messages.h"
+
 namespace thimble::board {
 namespace {
 
@@ -46,15 +48,22 @@ void SlcanStream::drop() {
   out_.clear();
 }
 
+namespace {
+
+bool is_stop(const link::CanFrame& frame) { return !frame.extended && frame.id == link::EmergencyStop::kId; }
+
+}  // namespace
+
 std::optional<link::CanFrame> SlcanStream::receive() {
   while (in_at_ < in_.size()) {
     const char byte = in_[in_at_++];
-    if (byte == ' ' && kind_ == Kind::kSocket) {
+    if (byte == ' ' && kind_ != Kind::kTerminal) {
       drop();
       break;
     }
     const SlcanPort::Event event = port_.push(byte);
-    if (event == SlcanPort::Event::kFrame) return port_.frame();
+    if (event == SlcanPort::Event::kFrame && (kind_ != Kind::kStopsOnly || is_stop(port_.frame())))
+      return port_.frame();
     if (event == SlcanPort::Event::kClosed) out_.clear();
     out_ += port_.reply();
     if (out_.size() > kServiceQueue) drop();  // it asks, and reads no answer
@@ -65,6 +74,7 @@ std::optional<link::CanFrame> SlcanStream::receive() {
 }
 
 void SlcanStream::send(const link::CanFrame& frame) {
+  if (kind_ == Kind::kStopsOnly) return;
   if (!port_.open() || gone_) return;
   if (!frame.extended && out_.size() > kTelemetryQueue) {
     ++dropped_;
