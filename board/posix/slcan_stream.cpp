@@ -6,8 +6,6 @@
 #include <array>
 #include <cerrno>
 
-#include "firmware/link/messages.h"
-
 namespace thimble::board {
 namespace {
 
@@ -48,12 +46,6 @@ void SlcanStream::drop() {
   out_.clear();
 }
 
-namespace {
-
-bool is_stop(const link::CanFrame& frame) { return !frame.extended && frame.id == link::EmergencyStop::kId; }
-
-}  // namespace
-
 std::optional<link::CanFrame> SlcanStream::receive() {
   while (in_at_ < in_.size()) {
     const char byte = in_[in_at_++];
@@ -62,8 +54,11 @@ std::optional<link::CanFrame> SlcanStream::receive() {
       break;
     }
     const SlcanPort::Event event = port_.push(byte);
-    if (event == SlcanPort::Event::kFrame && (kind_ != Kind::kStopsOnly || is_stop(port_.frame())))
-      return port_.frame();
+    if (event == SlcanPort::Event::kFrame) return port_.frame();
+    if (kind_ == Kind::kStopsOnly) {
+      if (port_.open()) port_ = {};
+      continue;
+    }
     if (event == SlcanPort::Event::kClosed) out_.clear();
     out_ += port_.reply();
     if (out_.size() > kServiceQueue) drop();  // it asks, and reads no answer
@@ -74,7 +69,6 @@ std::optional<link::CanFrame> SlcanStream::receive() {
 }
 
 void SlcanStream::send(const link::CanFrame& frame) {
-  if (kind_ == Kind::kStopsOnly) return;
   if (!port_.open() || gone_) return;
   if (!frame.extended && out_.size() > kTelemetryQueue) {
     ++dropped_;
