@@ -37,32 +37,20 @@ void Fabric::latch(firmware::Inputs& inputs) const noexcept {
     input.sample_tick = inputs.tick;
     const std::uint32_t arm_lines = arm.lines;
     input.index = (arm_lines & kArmLineIndex) != 0;
-    input.drive_fault = cut_.load(std::memory_order_relaxed) || (arm_lines & kArmLineDrivesGood) == 0;
+    input.drive_fault = (arm_lines & kArmLineDrivesGood) == 0;
   }
 }
 
-void Fabric::commit(const firmware::Outputs& outputs) noexcept {
-  bool any = false;
+void Fabric::commit(const firmware::Outputs& outputs) const noexcept {
   for (std::uint8_t i = 0; i < arms_; ++i) {
     volatile FabricRegisters::Arm& arm = registers_->arm[i];
     const firmware::ArmOutputs& output = outputs.arm[i];
     for (std::size_t joint = 0; joint < firmware::kJoints; ++joint)
       arm.current_uA[joint] = to_microamperes(output.current_A[joint]);
     arm.enable = output.enable ? 1 : 0;
-    any = any || output.enable;
   }
   std::atomic_thread_fence(std::memory_order_seq_cst);
-  if (!any) {
-    cut_.store(false, std::memory_order_relaxed);
-  } else if (cut_.load(std::memory_order_relaxed)) {
-    return off();
-  }
   registers_->commit = 1;
-}
-
-void Fabric::cut() noexcept {
-  cut_.store(true, std::memory_order_relaxed);
-  off();
 }
 
 void Fabric::off() const noexcept {

@@ -10,7 +10,6 @@
 // writes it.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 
 #include "firmware/core/config.h"
@@ -53,16 +52,12 @@ class Fabric {
   [[nodiscard]] bool present() const noexcept;
   void latch(firmware::Inputs& inputs)
       const noexcept;  // fills all except time and tick; samples belong to inputs.tick
-  void commit(const firmware::Outputs& outputs) noexcept;
+  void commit(const firmware::Outputs& outputs) const noexcept;
   void off() const noexcept;  // no current, no enable; last action of a crash handler
-  // The same, from an interrupt that comes upon the tick: the drives stay off, and read as a fault, until a
-  // commit without an enable.
-  void cut() noexcept;
 
  private:
   volatile FabricRegisters* registers_;
   std::uint8_t arms_;
-  std::atomic<bool> cut_{false};
 };
 
 }  // namespace thimble::board

@@ -16,8 +16,9 @@ struct TickTime {
 
 // Reads encoders and lines, runs the controller, writes currents. last_tick_us: duration of the previous
 // tick.
-inline void run_tick(Fabric& fabric, firmware::Controller& controller, const TickTime& time,
-                     float last_tick_us) noexcept {
+template <class Drives>  // Fabric, or a board's class around it
+void run_tick(Drives& fabric, firmware::Controller& controller, const TickTime& time,
+              float last_tick_us) noexcept {
   firmware::Inputs inputs;
   inputs.tick = time.tick;
   inputs.time_us = time.time_us;

@@ -8,7 +8,7 @@ namespace thimble::board {
 namespace {
 
 constexpr std::size_t kMaxNesting = 32;
-// Of a JSON pointer. Every value has its own, so without a limit memory grows with the square of the file: 2 GB for one of 140 kB.
+// Of a JSON pointer. Every value has its own, so without a limit memory grows with the square of the file.
 constexpr std::size_t kMaxPointerBytes = 256;
 
 std::size_t line_at(const std::string& text, std::size_t offset) {

@@ -88,7 +88,8 @@ Missing no_watchdog(const BoardConfig& config, int error) {
 // By the saved lost_ticks, which a host may change: without it the one-shot would end before the fault.
 std::optional<Missing> too_late(const BoardConfig& config, SlotFiles& store) {
   const std::uint32_t lost_ticks = saved_lost_ticks(store);
-  const auto wanted_us = firmware::stop_timeout_us(static_cast<float>(1.0 / config.rate_Hz), lost_ticks);
+  const auto wanted_us =
+      firmware::stop_timeout_us(static_cast<std::uint32_t>(1e9 / config.rate_Hz), lost_ticks);
   if (wanted_us && (!config.heartbeat || *wanted_us <= config.heartbeat->timeout_us)) return std::nullopt;
   std::ostringstream what;
   what << "lost_ticks " << lost_ticks << " at " << config.rate_Hz << " Hz asks the stop path for "

@@ -10,6 +10,7 @@
 #include "board/cortex/tick.h"
 #include "board/mps2-an500/board.h"
 #include "board/mps2-an500/clock.h"
+#include "board/mps2-an500/drives.h"
 #include "board/mps2-an500/eeprom_storage.h"
 #include "board/mps2-an500/registers.h"
 #include "board/mps2-an500/restart.h"
@@ -25,7 +26,7 @@ namespace link = firmware::link;
 enum Context : std::size_t { kTick, kLink, kBackground, kContexts };
 
 firmware::Controller* controller = nullptr;
-Fabric* fabric = nullptr;
+Drives* fabric = nullptr;
 constinit Liveness<kContexts> liveness({kTickLimit_us, kBackgroundLimit_us, kBackgroundLimit_us});
 float last_tick_us = 0;
 
@@ -115,8 +116,9 @@ extern "C" void on_watchdog() {
 }
 
 extern "C" void run_board() {
-  static Fabric logic(kFabric, kArms);
-  fabric = &logic;
+  static const Fabric logic(kFabric, kArms);
+  static Drives drives(logic);
+  fabric = &drives;
   uart::start();
   static EepromStorage storage;
   firmware::Config config;
@@ -127,7 +129,7 @@ extern "C" void run_board() {
   config.block_bytes = kBlockBytes;
   config.board = "mps2-an500";
   config.reset_reason = take_restart_reason();
-  const auto stop_us = firmware::stop_timeout_us(config.period_s, saved_lost_ticks(storage));
+  const auto stop_us = firmware::stop_timeout_us(1'000'000'000 / kRate_Hz, saved_lost_ticks(storage));
   logic.start_watchdog(stop_us.value_or(firmware::kShortestStop_us));
   config.lacks = !logic.present()     ? "no_fabric"
                  : !storage.present() ? "no_eeprom"

@@ -49,12 +49,16 @@ void SlcanStream::drop() {
 std::optional<link::CanFrame> SlcanStream::receive() {
   while (in_at_ < in_.size()) {
     const char byte = in_[in_at_++];
-    if (byte == ' ' && kind_ == Kind::kSocket) {
+    if (byte == ' ' && kind_ != Kind::kTerminal) {
       drop();
       break;
     }
     const SlcanPort::Event event = port_.push(byte);
     if (event == SlcanPort::Event::kFrame) return port_.frame();
+    if (kind_ == Kind::kStopsOnly) {
+      if (port_.open()) port_ = {};
+      continue;
+    }
     if (event == SlcanPort::Event::kClosed) out_.clear();
     out_ += port_.reply();
     if (out_.size() > kServiceQueue) drop();  // it asks, and reads no answer

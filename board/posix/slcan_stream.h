@@ -21,7 +21,8 @@ class SlcanStream {
  public:
   // Non-blocking. A socket is closed at a blank: SLCAN has none, and an HTTP request has one in its first line. Any web page can send one
   // to a port of this machine, with SLCAN in its body.
-  enum class Kind : std::uint8_t { kTerminal, kSocket };
+  // The channel of kStopsOnly stays closed: the e-stop frame is taken, and nothing else; nothing is sent there.
+  enum class Kind : std::uint8_t { kTerminal, kSocket, kStopsOnly };
   explicit SlcanStream(Descriptor fd, Kind kind = Kind::kTerminal) : fd_(std::move(fd)), kind_(kind) {}
 
   [[nodiscard]] pollfd polled() const;

@@ -61,18 +61,14 @@ void TcpPort::read() {
   accept_host();
 }
 
-bool TcpPort::may_connect(const sockaddr_in& peer) {
+void TcpPort::tell_refused(uid_t owner) {
   constexpr auto kTellEvery = std::chrono::seconds(1);
-  if (may_connect_ == Hosts::kEveryone) return true;
-  const std::optional<uid_t> owner = socket_owner(peer, address_);
-  if (owner == geteuid()) return true;
   const auto now = std::chrono::steady_clock::now();
-  if (now < tell_again_) return false;
+  if (now < tell_again_) return;
   tell_again_ = now + kTellEvery;
-  std::cerr << program_invocation_short_name << ": a connection to " << uri_ << " was refused: it is "
-            << (owner ? "of the user " + std::to_string(*owner) : "of an unknown user")
-            << ", and only the user " << geteuid() << " may connect (--open: everyone)" << std::endl;
-  return false;
+  std::cerr << program_invocation_short_name << ": a connection to " << uri_
+            << " was refused: it is of the user " << owner << ", and only the user " << geteuid()
+            << " may connect (--open: everyone)" << std::endl;
 }
 
 void TcpPort::accept_host() {
@@ -80,10 +76,18 @@ void TcpPort::accept_host() {
   socklen_t size = sizeof(peer);
   Descriptor fd(
       accept4(listener_.get(), reinterpret_cast<sockaddr*>(&peer), &size, SOCK_NONBLOCK | SOCK_CLOEXEC));
-  if (!fd.is_open() || !may_connect(peer)) return;
+  if (!fd.is_open()) return;
+  const std::optional<uid_t> owner =
+      may_connect_ == Hosts::kEveryone ? geteuid() : socket_owner(peer, address_);
+  if (owner && *owner != geteuid()) {
+    tell_refused(*owner);
+    return;
+  }
   const int on = 1;
   setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
-  hosts_.push_back(std::make_unique<SlcanStream>(std::move(fd), SlcanStream::Kind::kSocket));
+  // Nobody's: a program that sent a stop and has ended already.
+  const auto kind = owner ? SlcanStream::Kind::kSocket : SlcanStream::Kind::kStopsOnly;
+  hosts_.push_back(std::make_unique<SlcanStream>(std::move(fd), kind));
   if (hosts_.size() <= kMostHosts) return;
   const auto silent = std::ranges::min_element(hosts_, {}, [](const auto& host) { return host->heard(); });
   dropped_ += (*silent)->dropped();

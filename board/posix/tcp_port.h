@@ -33,7 +33,7 @@ class TcpPort final : public Port {
 
  private:
   void accept_host();
-  [[nodiscard]] bool may_connect(const sockaddr_in& peer);
+  void tell_refused(uid_t owner);
 
   Descriptor listener_;
   sockaddr_in address_{};

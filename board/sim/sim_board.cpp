@@ -146,6 +146,7 @@ SimBoard::SimBoard(const SimBoardOptions& options)
     config.arm[i].model = parameters.model->name.data();
     config.arm[i].base = base;
     config.arm[i].has_index = options_.sensors.index;
+    config.arm[i].has_line_loss = options_.sensors.line_loss;
   }
   inject_ = std::make_unique<InjectRoutine>(*this);
   config.inject = inject_.get();
@@ -181,7 +182,8 @@ void SimBoard::run_plants(double seconds) {
   (void)controller_->read_param(static_cast<std::uint16_t>(firmware::Param::lost_ticks), lost_ticks);
   // A simulated board may be slower than a real one.
   const double longest_s = (lost_ticks + 1) / options_.rate_Hz;
-  const auto stop_us = firmware::stop_timeout_us(static_cast<float>(1.0 / options_.rate_Hz), lost_ticks);
+  const auto stop_us =
+      firmware::stop_timeout_us(static_cast<std::uint32_t>(1e9 / options_.rate_Hz), lost_ticks);
   const bool watched = time_s() - written_at_s_ < (stop_us ? *stop_us * 1e-6 : longest_s);
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     Arm& arm = arms_[i];

@@ -146,6 +146,7 @@ class Simulation {
     board_options.arm_count = static_cast<std::uint8_t>(paths_.size());
     board_options.hand = options_.hand;
     board_options.seed = options_.seed;
+    board_options.sensors = options_.sensors;
     board_options.slot_bytes = image_.size() + firmware::SceneStore::kHeaderBytes;
     SimBoard board(board_options);
     firmware::Controller& controller = board.controller();

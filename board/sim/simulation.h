@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "board/sim/broken_arm.h"
 #include "board/sim/hand_path.h"
 #include "board/sim/plant.h"
 #include "board/sim/scene_row.h"
@@ -34,6 +35,7 @@ struct SimulationOptions {
   std::string arm = "premium-1.5";  // a plant variant
   std::uint64_t seed = 1;
   Hand hand{};
+  Sensors sensors{};  // what the arm has besides encoders
 };
 
 struct LogRow {

@@ -36,7 +36,7 @@ constexpr link::Micros kGoodbye_us = 20'000;
 
 enum Context : std::size_t { kTick, kLink, kBackground, kContexts };
 
-Fabric* fabric = nullptr;
+const Fabric* fabric = nullptr;
 firmware::Controller* controller = nullptr;
 Can* can = nullptr;
 float last_tick_us = 0;
@@ -137,7 +137,7 @@ void crash(std::uint32_t address) noexcept {
 extern "C" void run_board() {
   stop_watchdog();  // it keeps running over a restart of the program, and reading the scenes takes longer than its limit
   fabric = nullptr;  // a crash from here on must not access what is not set up
-  static Fabric logic(reinterpret_cast<std::uintptr_t>(board_fabric), kArms);
+  static const Fabric logic(reinterpret_cast<std::uintptr_t>(board_fabric), kArms);
   fabric = &logic;
   clock::start(static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(board_core_Hz)));
   uart::start(kUartClock_Hz, kUartBaud);
@@ -161,7 +161,7 @@ extern "C" void run_board() {
   config.bus_bits_per_s = kCanBitrate;
   config.board = "zynqmp";
   config.reset_reason = reason.name;
-  const auto stop_us = firmware::stop_timeout_us(config.period_s, saved_lost_ticks(storage));
+  const auto stop_us = firmware::stop_timeout_us(1'000'000'000 / kRate_Hz, saved_lost_ticks(storage));
   logic.start_watchdog(stop_us.value_or(firmware::kShortestStop_us));
   config.lacks = !logic.present() ? "no_fabric"
                  : !nor.present() ? "no_flash"

@@ -18,11 +18,13 @@ namespace thimble::firmware {
 
 class EncoderProbe {
  public:
-  static constexpr float kStill_s = 0.25F;  // without a count; before, nothing is probed
-  static constexpr float kShare_N = 0.3F;   // a joint with less of the force at the tip is not probed
+  static constexpr float kStill_s = 0.2F;  // without a count; before, nothing is probed
+  static constexpr float kShare_N = 0.3F;  // a joint with less of the force at the tip is not probed
   // A still hand answers within the first kGentle of the force, which is taken away in kGentle_s and given back as fast: a tenth is the
   // least change of a force that a hand notices (Weber fraction). The rest goes within kRest_s.
-  static constexpr float kGentle = 0.1F, kGentle_s = 0.05F, kRest_s = 0.06F;
+  static constexpr float kGentle = 0.1F, kGentle_s = 0.05F, kRest_s = 0.1F;
+  // A hand that lifts off while the force is taken away may keep a joint where it is, by the joint's friction; not for this long.
+  static constexpr float kEmpty_s = 0.1F;
 
   void reset() noexcept { *this = {}; }
 
@@ -31,8 +33,8 @@ class EncoderProbe {
     Joint& j = joints_[joint];
     if (j.place.counted(counts)) {
       j.still_s = 0;
-    } else if (holds) {
-      j.still_s += period_s;
+    } else {
+      j.still_s = std::clamp(j.still_s + (holds ? period_s : -period_s), 0.0F, 2 * kStill_s);
     }
   }
 
@@ -45,13 +47,13 @@ class EncoderProbe {
     } else {
       const float rate = taken_ < kGentle ? kGentle / kGentle_s : (1.0F - kGentle) / kRest_s;
       taken_ = std::min(taken_ + period_s * rate, 1.0F);
-      dead_ = taken_ == 1.0F;
     }
+    empty_s_ = taken_ < 1.0F ? 0.0F : empty_s_ + period_s;
     return 1.0F - taken_;
   }
 
   [[nodiscard]] bool probes() const noexcept { return taken_ > 0.0F; }
-  [[nodiscard]] bool dead() const noexcept { return dead_; }
+  [[nodiscard]] bool dead() const noexcept { return empty_s_ > kEmpty_s; }
 
  private:
   struct Joint {
@@ -60,7 +62,7 @@ class EncoderProbe {
   };
   std::array<Joint, kJoints> joints_;
   float taken_ = 0;
-  bool dead_ = false;
+  float empty_s_ = 0;  // since no force is left
 };
 
 }  // namespace thimble::firmware

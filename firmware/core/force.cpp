@@ -110,7 +110,7 @@ void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
       const LimitedForce part = clamp_force(limited.value, paid * std::min(wanted, max_N));
       limited = {part.value, limited.which || part.which};
     }
-    limited.value *= probed(parts, arm, limited.value);
+    if (!parts.setup.has_line_loss[i]) limited.value *= probed(parts, arm, limited.value);
     const Vec3 unramped_N = ramp < 1.0F ? clamp_force(wanted_N, max_N).value : clamped.value;
     arm.limits.add(unramped_N, limited.value, std::min(wanted / 2, max_N) * depth_m);
     arm.force_N = limited.value;

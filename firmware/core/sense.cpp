@@ -7,6 +7,7 @@
 namespace thimble::firmware {
 namespace {
 
+constexpr float kCounts = 6.0F;            // that a joint may be late in a move by itself
 constexpr float kBeyondStops_rad = 0.05F;  // the give of an arm's stops, and more
 
 void begin_tick(Parts& parts, const Inputs& inputs) noexcept {
@@ -69,16 +70,32 @@ void check_host(Parts& parts, std::uint32_t lost) noexcept {
   if (host_is_lost(parts)) trip(parts, Fault::host_lost);
 }
 
-bool is_frozen(const Parts& parts, ArmState& arm, const kinematics::ArmModel& model,
-               std::size_t joint) noexcept {
+// By how much the torque of a joint may change while it does not count, and for how long. No hand holds an arm that moves by itself:
+// whatever it presses on, the stretch of its cables gives counts once friction is overcome, but few in a slow move.
+struct Frozen {
+  float change_N_m, time_s;
+};
+Frozen frozen_limits(const Parts& parts, const ArmState& arm, const kinematics::ArmModel& model,
+                     std::size_t joint) noexcept {
   const int axis = static_cast<int>(joint);
   const float peak_N_m = std::abs(model.torque_per_ampere(axis)) * model.motor.peak_current_A;
-  // No hand holds an arm that moves by itself: whatever it presses on, the stretch of its cables gives counts.
-  const bool moves_itself = arm.source != nullptr;
-  return arm.watch[joint].frozen(
-      arm.encoder[joint].counts(), arm.torque_N_m[axis],
-      (moves_itself ? 0.5F : 1.0F) * parts.params.get(Param::encoder_frozen) * peak_N_m,
-      (moves_itself ? 0.25F : 1.0F) * parts.params.get(Param::encoder_frozen_time), parts.setup.period_s);
+  const Frozen held{parts.params.get(Param::encoder_frozen) * peak_N_m,
+                    parts.params.get(Param::encoder_frozen_time)};
+  if (arm.source == nullptr) return held;
+  const float lever_m = arm.posture.jacobian.col(axis).norm();
+  const float count_rad = std::abs(arm.encoder[joint].rad_per_count());
+  const float stretch_N_m = kCounts * count_rad * model.structural_stiffness_N_m * lever_m * lever_m;
+  const float least_N_m =
+      std::max(0.6F * held.change_N_m, 2.0F * model.joint[joint].coulomb_N_m + stretch_N_m);
+  return {std::min(held.change_N_m, least_N_m),
+          std::max(0.25F * held.time_s, kCounts * count_rad * lever_m / parts.sources.move.speed_m_s())};
+}
+
+bool is_frozen(const Parts& parts, ArmState& arm, const kinematics::ArmModel& model,
+               std::size_t joint) noexcept {
+  const Frozen limits = frozen_limits(parts, arm, model, joint);
+  return arm.watch[joint].frozen(arm.encoder[joint].counts(), arm.torque_N_m[static_cast<int>(joint)],
+                                 limits.change_N_m, limits.time_s, parts.setup.period_s);
 }
 
 // While armed: whether the arm can be where its counts say, and move as they say.

@@ -41,6 +41,7 @@ Setup::Setup(const Config& config) noexcept
       arm_count(works(config) ? config.arm_count : std::uint8_t{0}),
       board_lacks(config.lacks != nullptr && *config.lacks != '\0'),
       arm{arm_of(config, 0), arm_of(config, 1)},
-      has_index{config.arm[0].has_index, config.arm[1].has_index} {}
+      has_index{config.arm[0].has_index, config.arm[1].has_index},
+      has_line_loss{config.arm[0].has_line_loss, config.arm[1].has_line_loss} {}
 
 }  // namespace thimble::firmware

@@ -17,6 +17,7 @@ struct Setup {
   bool board_lacks;        // Config::lacks is not empty
   std::array<kinematics::Arm<float>, kMaxArms> arm;
   std::array<bool, kMaxArms> has_index;
+  std::array<bool, kMaxArms> has_line_loss;
 };
 
 }  // namespace thimble::firmware

@@ -11,11 +11,10 @@ inline constexpr std::uint32_t kShortestStop_us = 2000, kLongestStop_us = 5000;
 
 // max(2 ms, (lost_ticks + 1) periods): it does not act on lost ticks that the parameter lost_ticks tolerates.
 // Empty: more than 5 ms.
-[[nodiscard]] constexpr std::optional<std::uint32_t> stop_timeout_us(float period_s,
+[[nodiscard]] constexpr std::optional<std::uint32_t> stop_timeout_us(std::uint32_t period_ns,
                                                                      std::uint32_t lost_ticks) noexcept {
-  const float periods_us = period_s * 1e6F * (static_cast<float>(lost_ticks) + 1.0F);
-  if (!(periods_us < static_cast<float>(kLongestStop_us) + 0.5F)) return std::nullopt;
-  const auto wanted_us = static_cast<std::uint32_t>(periods_us + 0.5F);
+  if (lost_ticks >= kLongestStop_us * 1000 / period_ns) return std::nullopt;
+  const std::uint32_t wanted_us = (lost_ticks + 1) * period_ns / 1000;
   return wanted_us < kShortestStop_us ? kShortestStop_us : wanted_us;
 }
 

@@ -92,6 +92,7 @@ class GuardedMove {
   [[nodiscard]] bool under_way() const noexcept {
     return state_ == State::kGoing || state_ == State::kComingBack;
   }
+  [[nodiscard]] float ordered_m_s() const noexcept { return order_.speed_m_s; }
   [[nodiscard]] std::uint8_t arm() const noexcept { return order_.arm; }
   [[nodiscard]] const Vec3& set_point_m() const noexcept { return set_point_m_; }
 

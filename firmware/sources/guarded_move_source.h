@@ -39,6 +39,7 @@ class GuardedMoveSource final : public ForceSource {
   void publish() noexcept;  // at the end of every tick
 
   [[nodiscard]] bool active() const noexcept { return move_.active(); }
+  [[nodiscard]] float speed_m_s() const noexcept { return move_.ordered_m_s(); }  // of the move's order
   [[nodiscard]] bool under_way() const noexcept { return move_.under_way(); }
 
  private:

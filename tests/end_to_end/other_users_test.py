@@ -129,7 +129,9 @@ class OtherUsers(Rig):
         for _ in range(5):
             self.as_other(stop, own.port)
         self.ok("info", "--device", own.tcp)
-        self.assertEqual(self.ok_json("fault", "list", "--device", own.tcp)["faults"], [])
+        # A stop is anybody's: of a program that has ended already, whose user nobody can tell, it is taken; nothing else is.
+        faults = self.ok_json("fault", "list", "--device", own.tcp)["faults"]
+        self.assertLessEqual({fault["name"] for fault in faults}, {"host_stop"})
         own.process.send_signal(signal.SIGTERM)
         said = own.process.communicate(timeout=20)[1]
         self.assertIn("a connection to %s was refused: it is of the user %d, and only the user 0 may connect (--open: everyone)"

@@ -60,7 +60,12 @@ class Run {
  public:
   explicit Run(const LinkedWall& wall)
       : wall_(wall),
-        board_({.variant = wall.arm, .rate_Hz = wall.rate_Hz, .hand = wall.hand, .slot_bytes = 1U << 16U}),
+        board_({.variant = wall.arm,
+                .rate_Hz = wall.rate_Hz,
+                .hand = wall.hand,
+                // No probes of the encoders: they would be taken for a limit cycle.
+                .slot_bytes = 1U << 16U,
+                .sensors = {.line_loss = true}}),
         to_host_(std::lround(wall.delay_s * wall.rate_Hz)),
         to_board_(std::lround(wall.delay_s * wall.rate_Hz)) {}
 

@@ -29,12 +29,12 @@ double press_N(const Trial& trial, const kinematics::ArmModel& model) {
                            : .8 * std::min(static_cast<double>(model.max_force_N), kMaxForce_N);
 }
 
-// The distance of a point from a segment.
-double beyond(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+// From the nearest point of a segment to a point.
+Vector3d beyond(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
   const Vector3d line = b - a;
   const double length2 = line.squaredNorm();
   const double along = length2 > 0 ? std::clamp((p - a).dot(line) / length2, 0.0, 1.0) : 0.0;
-  return (p - a - along * line).norm();
+  return p - a - along * line;
 }
 
 class Run {
@@ -200,17 +200,22 @@ References references(const Trial& trial) {
   std::vector<PlannedFault> power_off;
   for (std::size_t arm = 0; arm < trial.arms; ++arm)
     power_off.push_back({.kind = Injection::kDriveFault, .arm = arm});
-  return {watch(trial, {}), watch(trial, power_off)};
+  // No probes in the sound arm: its force would be less for a moment, which is not a fault of the other arm.
+  Trial sound = trial;
+  sound.sensors.line_loss = true;
+  return {watch(sound, {}), watch(trial, power_off)};
 }
 
 Verdict judge(const Trial& trial, const References& references) {
   auto [verdict, faulty] = watch_faulty(trial);
   const auto& [sound, off] = references;
   double fastest_m_s = 0, own_m_s = 0;
+  Vector3d impulse_N_s = Vector3d::Zero();
   for (std::size_t i = 0; i < faulty.size(); ++i) {
     const Sample& now = faulty[i];
-    verdict.travel_m = std::max(verdict.travel_m, beyond(now.tip_m, off[i].tip_m, sound[i].tip_m));
-    verdict.impulse_N_s += beyond(now.on_hand_N, off[i].on_hand_N, sound[i].on_hand_N) / trial.rate_Hz;
+    verdict.travel_m = std::max(verdict.travel_m, beyond(now.tip_m, off[i].tip_m, sound[i].tip_m).norm());
+    impulse_N_s += beyond(now.on_hand_N, off[i].on_hand_N, sound[i].on_hand_N) / trial.rate_Hz;
+    verdict.impulse_N_s = std::max(verdict.impulse_N_s, impulse_N_s.norm());
     fastest_m_s = std::max(fastest_m_s, now.velocity_m_s.norm());
     own_m_s = std::max({own_m_s, off[i].velocity_m_s.norm(), sound[i].velocity_m_s.norm()});
     if (now.driven) continue;

@@ -4,7 +4,7 @@
 // lies between what the sound arm and the arm without power do, the hand does itself. What is outside is the arm's:
 //
 //   travel   the greatest distance of the tip from the line between the two other tips at the same time
-//   impulse  the time integral of the same distance of the forces on the hand
+//   impulse  the time integral of what the force on the hand is beyond the line between the two other forces: its greatest size
 //   speed    the greatest speed of the tip, less the greatest of the two others
 //
 // from the instant of the fault until the drives are off and the tip is slower than 0.05 m/s. Units: SI.

@@ -105,7 +105,7 @@ TEST(Simulate, ThroughTheArmTheHandMeetsTheFloor) {
   path[3].time_s = 2.1;
   path[4].time_s = 2.3;
   for (const char* arm : {"premium-1.5", "premium-1.5-frictionless", "wooden"}) {
-    const Log log = run(floor_scene(1000, 2), path, {.arm = arm});
+    const Log log = run(floor_scene(1000, 2), path, {.arm = arm, .sensors = {.line_loss = true}});
     ASSERT_EQ(log.result.status, SimulationStatus::kOk) << log.result.detail;
     ASSERT_EQ(log.rows.size(), 1.3 * 4000 + 1);
     // Hand's spring against the wall's: 3 mm shared as 500 : 1000, so 1 mm deep and 1 N. Friction keeps some

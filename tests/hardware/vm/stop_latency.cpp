@@ -49,7 +49,8 @@ int main(int argc, char** argv) {
     before = now;
   }
   const std::uint64_t edge_ns = now_ns();
-  if (stops ? kill(std::atoi(argv[1]), SIGSTOP) != 0 : write(file, argv[2], std::strlen(argv[2])) < 0)
+  if (stops ? kill(static_cast<pid_t>(std::strtol(argv[1], nullptr, 10)), SIGSTOP) != 0
+            : write(file, argv[2], std::strlen(argv[2])) < 0)
     return 1;
   for (int look = 0; look < kLooks; ++look) {
     if (read(hardware, &now, sizeof(now)) != sizeof(now)) return 1;

@@ -121,14 +121,15 @@ TEST(BoardConfig, NothingMakesTheStopPathSlower) {
 
 TEST(StopTimeout, IsBetween2And5MsAndToleratesTheLostTicks) {
   using firmware::stop_timeout_us;
-  EXPECT_EQ(stop_timeout_us(1.0F / 4000, 4), 2000U);
-  EXPECT_EQ(stop_timeout_us(1.0F / 4000, 9), 2500U);
-  EXPECT_EQ(stop_timeout_us(1.0F / 4000, 19), 5000U);
-  EXPECT_EQ(stop_timeout_us(1.0F / 4000, 20), std::nullopt);
-  EXPECT_EQ(stop_timeout_us(1e-3F, 4), 5000U);
-  EXPECT_EQ(stop_timeout_us(1e-3F, 5), std::nullopt);
-  EXPECT_EQ(stop_timeout_us(2.5e-3F, 1), 5000U);
-  EXPECT_EQ(stop_timeout_us(20e-3F, 1000), std::nullopt);
+  EXPECT_EQ(stop_timeout_us(250'000, 4), 2000U);
+  EXPECT_EQ(stop_timeout_us(250'000, 9), 2500U);
+  EXPECT_EQ(stop_timeout_us(250'000, 19), 5000U);
+  EXPECT_EQ(stop_timeout_us(250'000, 20), std::nullopt);
+  EXPECT_EQ(stop_timeout_us(1'000'000, 4), 5000U);
+  EXPECT_EQ(stop_timeout_us(1'000'000, 5), std::nullopt);
+  EXPECT_EQ(stop_timeout_us(2'500'000, 1), 5000U);
+  EXPECT_EQ(stop_timeout_us(333'333, 14), 4999U);
+  EXPECT_EQ(stop_timeout_us(20'000'000, 1000), std::nullopt);
 }
 
 // Every key of the example: an unknown one beside it, and itself with a value of a wrong kind, are refused by

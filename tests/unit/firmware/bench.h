@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -136,6 +137,13 @@ class Bench {
   }
   const Telemetry& shown() const { return controller->telemetry(); }
   Mode mode() const { return controller->mode(); }
+  // A test puts the tip from place to place, at speeds that are a fault otherwise.
+  void let_jump() {
+    const firmware::ParamRow* row = firmware::find_param("max_tip_speed");
+    if (controller->write_param(row->id, std::bit_cast<std::uint32_t>(row->max)) !=
+        firmware::ParamStatus::kOk)
+      throw std::logic_error("the parameter was refused");
+  }
   float force_N(std::size_t arm = 0) const { return shown().arm[arm].force_N.norm(); }
 
   // Starts anew, as after a reset of the board. Its clock and the world go on.

@@ -152,7 +152,11 @@ const std::map<Fault, Injector>& injectors() {
           bench->move({0, 0, -0.01}, 400);
           return bench;
         },
-        [](Bench& b) { b.inputs.arm[0].index = true; }, 1, [](Bench& b) { b.inputs.arm[0].index = false; }}},
+        [](Bench& b) { b.inputs.arm[0].index = true; }, 1,
+        [](Bench& b) {
+          b.place({0, 0, 0});
+          b.ticks(2);
+        }}},
       // Counts that run away no faster than the arm may move.
       {Fault::joint_range,
        {pressing,
@@ -332,12 +336,15 @@ TEST(FaultWhileBraking, OfAnEncoderEndsTheBraking) {
 TEST(FrozenEncoder, IsNotAnArmThatStoodStillAndIsLetGo) {
   const auto bench = pressing();
   bench->frozen = true;
-  bench->ticks(1000);
+  bench->ticks(900);
   scripted_force_N.setZero();
   bench->ticks(150);
   EXPECT_EQ(bench->mode(), Mode::kArmed) << "37 ms after";
   bench->frozen = false;
-  bench->joints[0].array() += 0.002;  // some counts
+  for (int i = 0; i < 20; ++i) {
+    bench->joints[0].array() += 0.0001;  // some counts
+    bench->tick();
+  }
   bench->ticks(400);
   EXPECT_EQ(bench->mode(), Mode::kArmed);
 }

@@ -137,6 +137,7 @@ TEST(GuardedMoveRules, RangesAreKept) {
 
 TEST(GuardedMoveRules, AlwaysLimitedWhateverTheTipDoes) {
   Bench bench;
+  bench.let_jump();
   start(bench);
   ASSERT_EQ(bench.controller->request_move(kShort), 0);
   bench.tick();

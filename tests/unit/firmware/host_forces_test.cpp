@@ -491,6 +491,7 @@ TEST(HostForcesProperty, NeverBeyondClampSlewRampOrTheLifeOfAnOrder) {
     const float max_N = 0.5F + 12.0F * unit(random);
     const float slew_N_s = 200.0F + 40000.0F * unit(random);
     const float chance = unit(random) * unit(random);  // of an order before a tick
+    bench.let_jump();
     set_value(bench, "max_force", max_N);
     set_value(bench, "force_slew", slew_N_s);
     set_value(bench, "host_forces", 1);

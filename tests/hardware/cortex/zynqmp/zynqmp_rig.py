@@ -120,6 +120,7 @@ class ZynqmpRig(Rig):
         self.ok("home", "--device", uri)
         board.tell("hand 0 0 0.01")
         self.ok("arm", "--device", uri)
+        self.rest(board)  # a contact that begins during the ramp stays soft
         board.tell("hand 0 0 -0.01")
         self.wait_for(lambda: self.force_N(uri) > 1.0, "a force of the floor")
 
