@@ -36,7 +36,7 @@ struct ArmConfig {
   // True: homing ends at the tick in which ArmInputs::index is set. False: the user holds the arm in its home
   // pose and homing takes the next sample.
   bool has_index = false;
-  // The encoders' receivers report a lost line (ArmEvidence::line_loss), so no probe looks for dead encoders (encoder_probe.h).
+  // The encoders' receivers report a lost line (ArmEvidence::line_loss), so a joint that stands still is no reason for a probe (encoder_probe.h).
   bool has_line_loss = false;
 };
 

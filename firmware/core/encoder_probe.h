@@ -1,6 +1,6 @@
 // Finds an encoder that died while the arm holds a force: its counts stand still, as with a hand that holds still, so the force would
-// stay after the hand has let go. A joint that does not count for kStill_s while it has a share of the force is probed: the force is
-// taken away smoothly until the joint counts, and comes back then. If no force is left and the joint has not counted, the encoder is
+// stay after the hand has let go. A joint is probed that has a share of the force and does not count for kStill_s, or while its torque
+// changes by much (encoder_watch.h): the force is taken away smoothly until the joint counts, and comes back then. If no force is left and the joint has not counted, the encoder is
 // dead. The probe only takes force away, so it gives the hand no energy.
 //
 // One an arm. While armed, once a tick: watch() for every joint, then part(). Units: counts, N, s. Cannot fail.
@@ -28,13 +28,21 @@ class EncoderProbe {
 
   void reset() noexcept { *this = {}; }
 
-  // Of one joint. holds: it has a share of the force of kShare_N or more.
-  void watch(std::size_t joint, std::int32_t counts, bool holds, float period_s) noexcept {
+  struct Sight {
+    std::int32_t counts;
+    bool holds;    // the joint has a share of the force of kShare_N or more
+    bool changed;  // its torque has changed by much since it last counted
+    bool wired;    // a receiver would report a cut cable: standing still alone is no reason
+  };
+  void watch(std::size_t joint, const Sight& sight, float period_s) noexcept {
     Joint& j = joints_[joint];
-    if (j.place.counted(counts)) {
+    if (j.place.counted(sight.counts)) {
       j.still_s = 0;
+    } else if (sight.holds && sight.changed) {
+      j.still_s = 2 * kStill_s;
     } else {
-      j.still_s = std::clamp(j.still_s + (holds ? period_s : -period_s), 0.0F, 2 * kStill_s);
+      const bool suspect = sight.holds && !sight.wired;
+      j.still_s = std::clamp(j.still_s + (suspect ? period_s : -period_s), 0.0F, 2 * kStill_s);
     }
   }
 

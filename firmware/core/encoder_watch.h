@@ -1,8 +1,10 @@
-// Tells a frozen encoder from an arm held still: a joint whose torque changes by much must move a count soon
-// after, however firm the hand. Called every tick while armed, once a joint.
+// Suspects a frozen encoder: a joint whose torque changes by much should move a count soon after, however firm the hand. Called every
+// tick while armed, once a joint.
 //
 // Evidence: 25 % of the Premium's peak joint torque is 2 N at the tip; a hand of 2000 N/m gives way 1 mm to
-// that, 40 counts.
+// that, 40 counts. It proves nothing where a hand holds the arm: the hand's force may change with the arm's while the tip slides in a
+// direction that other joints move (endurance_test found it on ice), so such a joint is probed (encoder_probe.h). An arm that moves by
+// itself has no hand at it: there it is a fault.
 #pragma once
 
 #include <algorithm>

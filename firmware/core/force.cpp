@@ -26,14 +26,16 @@ bool ask(Parts& parts, ForceSource& source, SourceForces& out) noexcept {
 }
 
 // The part of the force that a probe of the encoders leaves.
-float probed(Parts& parts, ArmState& arm, const Vec3& force_N) noexcept {
+float probed(Parts& parts, std::size_t index, const Vec3& force_N) noexcept {
+  ArmState& arm = parts.state.arm[index];
   const Vec3 torque_N_m = arm.posture.jacobian.transpose() * force_N;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const int axis = static_cast<int>(j);
     constexpr float kShare2_N2 = EncoderProbe::kShare_N * EncoderProbe::kShare_N;
     const float lever2_m2 = arm.posture.jacobian.col(axis).squaredNorm();
     const bool holds = torque_N_m[axis] * torque_N_m[axis] > kShare2_N2 * lever2_m2;
-    arm.probe.watch(j, arm.encoder[j].counts(), holds, parts.setup.period_s);
+    arm.probe.watch(j, {arm.encoder[j].counts(), holds, arm.suspect[j], parts.setup.has_line_loss[index]},
+                    parts.setup.period_s);
   }
   const bool probed_before = arm.probe.probes();
   const float part = arm.probe.part(parts.setup.period_s);
@@ -110,7 +112,7 @@ void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
       const LimitedForce part = clamp_force(limited.value, paid * std::min(wanted, max_N));
       limited = {part.value, limited.which || part.which};
     }
-    if (!parts.setup.has_line_loss[i]) limited.value *= probed(parts, arm, limited.value);
+    limited.value *= probed(parts, i, limited.value);
     const Vec3 unramped_N = ramp < 1.0F ? clamp_force(wanted_N, max_N).value : clamped.value;
     arm.limits.add(unramped_N, limited.value, std::min(wanted / 2, max_N) * depth_m);
     arm.force_N = limited.value;

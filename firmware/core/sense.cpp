@@ -144,7 +144,8 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
     }
     arm.joint_rad[axis] = encoder.angle_rad();
     joint_speed[axis] = arm.speed[j].update(encoder.counts(), periods) * encoder.rad_per_count();
-    if (parts.state.mode == Mode::kArmed && is_frozen(parts, arm, geometry.model(), j)) {
+    arm.suspect[j] = parts.state.mode == Mode::kArmed && is_frozen(parts, arm, geometry.model(), j);
+    if (arm.suspect[j] && arm.source != nullptr) {
       trip(parts, Fault::encoder_frozen);
       arm.homed = false;
     }

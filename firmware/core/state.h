@@ -31,6 +31,7 @@ struct ArmState {
   std::array<kinematics::JointEncoder, kJoints> encoder;
   std::array<kinematics::VelocityEstimator, kJoints> speed;
   std::array<EncoderWatch, kJoints> watch;
+  std::array<bool, kJoints> suspect{};  // of being frozen, by `watch`
   std::array<MotorHeat, kJoints> heat;
   EncoderProbe probe;
   SpeedWatch speed_watch;

@@ -72,7 +72,7 @@ const std::map<Fault, Injector>& injectors() {
           b.frozen = true;
           scripted_force_N = {0, 0, 2};
         },
-        250, [](Bench& b) { b.frozen = false; }}},
+        1300, [](Bench& b) { b.frozen = false; }}},
       {Fault::tip_not_finite,
        {pressing,
         [](Bench&) {
