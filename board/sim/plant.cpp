@@ -128,7 +128,7 @@ void Plant::place(const Vector3d& joints_rad, const Vector3d& joint_speeds_rad_s
 }
 
 void Plant::step(double seconds) noexcept {
-  const auto steps = static_cast<long>(std::ceil(seconds / kMaxStep_s - 1e-9));
+  const auto steps = static_cast<long>(std::ceil(seconds / parameters_.max_step_s - 1e-9));
   const double h = seconds / static_cast<double>(steps);
   for (long k = 0; k < steps; ++k) substep(h);
 }
@@ -226,11 +226,12 @@ void Plant::substep(double h) noexcept {
     const double shaft_rad_s = state_.phid[j] * static_cast<double>(joint.sign * joint.motor_turns_per_turn);
     if (enable_) {
       // Voltage of an ideal current controller: it compensates resistance and back-EMF and removes the error
-      // within its time constant.
+      // within its time constant, or within the step if that is longer.
       const double wanted_V = motor.resistance_ohm(motor_model) * motor.current_A +
                               static_cast<double>(motor_model.torque_constant_N_m_A) * shaft_rad_s +
                               static_cast<double>(motor_model.inductance_H) *
-                                  (command_A_[j] - motor.current_A) / parameters_.amplifier_time_constant_s;
+                                  (command_A_[j] - motor.current_A) /
+                                  std::max(parameters_.amplifier_time_constant_s, h);
       motor.step_winding(motor_model, std::clamp(wanted_V, -supply, supply), shaft_rad_s, h);
     } else {
       motor.current_A = 0;

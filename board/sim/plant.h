@@ -10,7 +10,7 @@
 //
 // Encoders and friction are at the rotors, as on the real arm, so the stretch of the cables is between the
 // position that the controller measures and the fingertip: this is the structural mode. Integration is
-// Runge-Kutta 4 with steps of at most kMaxStep_s. Units: SI, rad, C; world frame. Variants: premium-1.5,
+// Runge-Kutta 4 with steps of at most max_step_s. Units: SI, rad, C; world frame. Variants: premium-1.5,
 // premium-1.5-frictionless, wooden.
 #pragma once
 
@@ -38,6 +38,8 @@ struct PlantVariant {
 [[nodiscard]] std::span<const PlantVariant> plant_variants() noexcept;
 [[nodiscard]] const PlantVariant* find_plant_variant(std::string_view name) noexcept;  // null: unknown
 
+inline constexpr double kPlantStep_s = 25e-6;
+
 // Properties that may differ between two arms of one model. from() fills them from a variant; tests change
 // single values.
 struct PlantParameters {
@@ -49,6 +51,7 @@ struct PlantParameters {
   Vector3d cable_damping_N_m_s_rad = Vector3d::Zero();
   double amplifier_time_constant_s = 50e-6;
   double ambient_C = 25.0;
+  double max_step_s = kPlantStep_s;
   kinematics::BasePose base;
   std::uint64_t seed = 1;  // determines the encoder counters at power-on, including the fraction of a count
 
@@ -78,8 +81,6 @@ inline constexpr Hand kNoHand{0, 0, 0};
 
 class Plant {
  public:
-  static constexpr double kMaxStep_s = 25e-6;
-
   // Starts at rest with the tip and the hand target at home.
   explicit Plant(const PlantParameters& parameters, const Hand& hand = kNoHand);
 

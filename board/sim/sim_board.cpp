@@ -133,6 +133,7 @@ SimBoard::SimBoard(const SimBoardOptions& options)
     PlantParameters parameters = PlantParameters::from(variant);
     parameters.base = base;
     parameters.seed = options_.seed + i;
+    parameters.max_step_s = options_.plant_step_s;
     Plant plant(parameters, options_.hand);
     if (i == 0) plant.set_specimen(options_.specimen);
     const Vector3d home = plant.tip_m();
@@ -232,7 +233,6 @@ void SimBoard::inject_due() {
   if (!armed_at_s_ && telemetry.mode == firmware::Mode::kArmed) armed_at_s_ = time_s();
   if (!contact_at_s_ && telemetry.contact_ticks != 0) contact_at_s_ = time_s();
   for (Planned& planned : faults_) {
-    if (planned.over) continue;
     const InjectionTime from = planned.fault.from;
     const std::optional<double> zero_s = from == InjectionTime::kStart   ? 0.0
                                          : from == InjectionTime::kArmed ? armed_at_s_
@@ -244,10 +244,11 @@ void SimBoard::inject_due() {
       set_fault(planned.fault, true);
     } else if (time_s() >= planned.until_s) {
       planned.broken = false;
-      planned.over = true;
       set_fault(planned.fault, false);
+      planned.over = true;
     }
   }
+  std::erase_if(faults_, [](const Planned& planned) { return planned.over; });
 }
 
 void SimBoard::set_fault(const PlannedFault& fault, bool broken) {

@@ -62,6 +62,8 @@ struct SimBoardOptions {
   std::size_t slot_bytes =
       control::kMaxImageBytes + firmware::SceneStore::kHeaderBytes;  // of the internal storage
   Sensors sensors{};                                                 // of each arm
+  double plant_step_s =
+      kPlantStep_s;         // longer: hours of play are worth more than the last percent of the plant
   bool time_ticks = false;  // fill Inputs::last_tick_us from the machine's clock (telemetry only)
 };
 
