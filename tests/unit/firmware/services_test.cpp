@@ -21,24 +21,6 @@ namespace {
 
 constexpr std::uint16_t kArm = 0x0201, kDisarm = 0x0202, kHome = 0x0203, kActivate = 0x0204;
 
-// Prepare, request, blocks, exit. Returns the answer to the exit.
-Bytes download(Tester& tester, const std::vector<std::byte>& image, std::uint32_t crc) {
-  const auto length = static_cast<std::uint32_t>(image.size());
-  const Bytes prepared = tester.ask(join({0x31, 0x01, 0x02, 0x05}, big_endian({length, crc})));
-  EXPECT_EQ(prepared.size(), 8U);
-  EXPECT_EQ(prepared.empty() ? 0 : prepared[0], 0x71);
-  const Bytes request = tester.ask(join({0x34, 0x00, 0x44}, big_endian({0, length})));
-  EXPECT_EQ(request.empty() ? 0 : request[0], 0x74);
-  std::uint8_t block = 1;
-  for (std::size_t at = 0; at < image.size(); at += 100, ++block) {
-    Bytes data{0x36, block};
-    for (std::size_t i = at; i < std::min(at + 100, image.size()); ++i)
-      data.push_back(std::to_integer<std::uint8_t>(image[i]));
-    EXPECT_TRUE(tester.ok(data)) << at;
-  }
-  return tester.ask({0x37});
-}
-
 TEST(Services, LateTicksAreCountedByTheirLateness) {
   Bench bench;
   Tester tester(bench);

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,15 +22,16 @@ namespace link = firmware::link;
 using Bytes = std::vector<std::uint8_t>;
 
 // A tester on the same wire; the controller ticks on meanwhile. Several may share a bench: while one waits for its answer, the
-// others' frames wait for them.
-class Tester {
+// others' frames wait for them. Board: a Bench, or what has its members controller, inputs.time_us, tick(), for_testers and alive.
+template <class Board>
+class TesterOf {
  public:
-  explicit Tester(Bench& bench, bool fd = false)
+  explicit TesterOf(Board& bench, bool fd = false)
       : bench_(bench), channel_(link::request_id(1), link::response_id(1), {.fd = fd}) {
     bench_.alive = false;  // only the link keeps the controller's link alive
   }
   // A host that claims an address of its own.
-  Tester(Bench& bench, bool fd, std::uint64_t key) : Tester(bench, fd) {
+  TesterOf(Board& bench, bool fd, std::uint64_t key) : TesterOf(bench, fd) {
     bench.controller->on_frame(link::to_frame(link::HostClaim{key, link::ClaimAction::kClaim}, 1, 0), now());
     link::CanFrame frame;
     link::HostGrant grant;
@@ -126,11 +130,12 @@ class Tester {
     channel_.poll(now());
   }
 
-  Bench& bench_;
+  Board& bench_;
   link::IsoTpChannel channel_;
   std::uint8_t address_ = link::kTesterAddress;
   int answers_ = 0;
 };
+using Tester = TesterOf<Bench>;
 
 inline Bytes big_endian(std::initializer_list<std::uint32_t> words) {
   Bytes bytes;
@@ -141,6 +146,26 @@ inline Bytes big_endian(std::initializer_list<std::uint32_t> words) {
 inline Bytes join(Bytes a, const Bytes& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;
+}
+
+// Prepare, request, blocks, exit. Returns the answer to the exit.
+template <class Board>
+Bytes download(TesterOf<Board>& tester, std::span<const std::byte> image, std::uint32_t crc,
+               std::size_t block_bytes = 100) {
+  const auto length = static_cast<std::uint32_t>(image.size());
+  const Bytes prepared = tester.ask(join({0x31, 0x01, 0x02, 0x05}, big_endian({length, crc})));
+  EXPECT_EQ(prepared.size(), 8U);
+  EXPECT_EQ(prepared.empty() ? 0 : prepared[0], 0x71);
+  const Bytes request = tester.ask(join({0x34, 0x00, 0x44}, big_endian({0, length})));
+  EXPECT_EQ(request.empty() ? 0 : request[0], 0x74);
+  std::uint8_t block = 1;
+  for (std::size_t at = 0; at < image.size(); at += block_bytes, ++block) {
+    Bytes data{0x36, block};
+    for (std::size_t i = at; i < std::min(at + block_bytes, image.size()); ++i)
+      data.push_back(std::to_integer<std::uint8_t>(image[i]));
+    EXPECT_TRUE(tester.ok(data)) << at;
+  }
+  return tester.ask({0x37});
 }
 
 }  // namespace thimble::test
