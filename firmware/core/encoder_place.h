@@ -23,4 +23,11 @@ class EncoderPlace {
   std::int32_t lowest_ = 0, highest_ = 0;
 };
 
+// The least change of a joint's torque that moves its encoder by so many counts, whatever its friction did before, against a spring at
+// the tip: the arm's cables, or a hand.
+[[nodiscard]] constexpr float sure_change_N_m(float counts, float coulomb_N_m, float count_rad, float lever_m,
+                                              float spring_N_m) noexcept {
+  return 2.0F * coulomb_N_m + counts * count_rad * spring_N_m * lever_m * lever_m;
+}
+
 }  // namespace thimble::firmware

@@ -19,7 +19,9 @@ namespace thimble::firmware {
 class EncoderProbe {
  public:
   static constexpr float kStill_s = 0.2F;  // without a count; before, nothing is probed
-  static constexpr float kShare_N = 0.3F;  // a joint with less of the force at the tip is not probed
+  // A joint is not probed that has less of the force at the tip, or so little that its friction and a firm hand might hold it.
+  static constexpr float kShare_N = 0.3F;
+  static constexpr float kCounts = 3.0F, kFirmHand_N_m = 2000.0F;
   // A still hand answers within the first kGentle of the force, which is taken away in kGentle_s and given back as fast: a tenth is the
   // least change of a force that a hand notices (Weber fraction). The rest goes within kRest_s.
   static constexpr float kGentle = 0.1F, kGentle_s = 0.05F, kRest_s = 0.1F;
@@ -30,7 +32,7 @@ class EncoderProbe {
 
   struct Sight {
     std::int32_t counts;
-    bool holds;    // the joint has a share of the force of kShare_N or more
+    bool holds;    // the joint has a share of the force that is probed
     bool changed;  // its torque has changed by much since it last counted
     bool wired;    // a receiver would report a cut cable: standing still alone is no reason
   };

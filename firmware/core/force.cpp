@@ -28,12 +28,16 @@ bool ask(Parts& parts, ForceSource& source, SourceForces& out) noexcept {
 // The part of the force that a probe of the encoders leaves.
 float probed(Parts& parts, std::size_t index, const Vec3& force_N) noexcept {
   ArmState& arm = parts.state.arm[index];
+  const kinematics::ArmModel& model = parts.setup.arm[index].model();
   const Vec3 torque_N_m = arm.posture.jacobian.transpose() * force_N;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const int axis = static_cast<int>(j);
-    constexpr float kShare2_N2 = EncoderProbe::kShare_N * EncoderProbe::kShare_N;
-    const float lever2_m2 = arm.posture.jacobian.col(axis).squaredNorm();
-    const bool holds = torque_N_m[axis] * torque_N_m[axis] > kShare2_N2 * lever2_m2;
+    const float lever_m = arm.posture.jacobian.col(axis).norm();
+    const float least_N_m = std::max(
+        EncoderProbe::kShare_N * lever_m,
+        sure_change_N_m(EncoderProbe::kCounts, model.joint[j].coulomb_N_m,
+                        std::abs(arm.encoder[j].rad_per_count()), lever_m, EncoderProbe::kFirmHand_N_m));
+    const bool holds = std::abs(torque_N_m[axis]) > least_N_m;
     arm.probe.watch(j, {arm.encoder[j].counts(), holds, arm.suspect[j], parts.setup.has_line_loss[index]},
                     parts.setup.period_s);
   }

@@ -84,9 +84,9 @@ Frozen frozen_limits(const Parts& parts, const ArmState& arm, const kinematics::
   if (arm.source == nullptr) return held;
   const float lever_m = arm.posture.jacobian.col(axis).norm();
   const float count_rad = std::abs(arm.encoder[joint].rad_per_count());
-  const float stretch_N_m = kCounts * count_rad * model.structural_stiffness_N_m * lever_m * lever_m;
   const float least_N_m =
-      std::max(0.6F * held.change_N_m, 2.0F * model.joint[joint].coulomb_N_m + stretch_N_m);
+      std::max(0.6F * held.change_N_m, sure_change_N_m(kCounts, model.joint[joint].coulomb_N_m, count_rad,
+                                                       lever_m, model.structural_stiffness_N_m));
   return {std::min(held.change_N_m, least_N_m),
           std::max(0.25F * held.time_s, kCounts * count_rad * lever_m / parts.sources.move.speed_m_s())};
 }

@@ -11,12 +11,15 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "tests/closed_loop/faults/fault_trial.h"
+#include "tests/support/figure.h"
 #include "tests/support/generated_docs.h"
+#include "tests/support/random.h"
 
 namespace thimble::test {
 namespace {
@@ -154,6 +157,48 @@ TEST(FaultsFelt, EveryFaultInEverySituation) {
     for (const auto& [kind, expected] : cases()) expect_within(trial, both, kind, expected, worst[kind]);
   }
   expect_generated("docs/safety.md", "faults", table(worst));
+}
+
+// Two faults, the second up to 0.2 s after the first, whatever the hand does meanwhile: no more than both limits together, from the
+// instant of the first. THIMBLE_FAULT_PAIRS: how many; THIMBLE_FAULT_SEED.
+TEST(FaultsFelt, PairsOfFaultsAtRandom) {
+  const auto setting = [](const char* name, int otherwise) {
+    const char* text = std::getenv(name);
+    return text != nullptr ? std::atoi(text) : otherwise;
+  };
+  Random random(static_cast<std::uint64_t>(setting("THIMBLE_FAULT_SEED", 1)));
+  std::vector<Trial> where = situations();
+  std::vector<Injection> kinds;
+  for (const auto& [kind, expected] : cases())
+    if (expected.limits.travel_m < kReported.travel_m) kinds.push_back(kind);
+  Worst worst;
+  for (int i = 0; i < setting("THIMBLE_FAULT_PAIRS", 24); ++i) {
+    Trial trial = where[random.below(where.size())];
+    trial.arms = trial.doing == Doing::kContact && random.below(3) == 0 ? 2 : 1;
+    trial.friction = trial.doing == Doing::kContact && random.below(2) == 0 ? .5F : 0;
+    trial.tremor_m = random.uniform(0, 30e-6);
+    if (random.below(2) == 0) trial.hand = {{.kind = Injection::kHandHolds}};
+    if (trial.hand.empty() && trial.doing != Doing::kMove && random.below(2) == 0)
+      trial.hand = {{.kind = Injection::kHandPushes, .force_N = 2 * random.direction(), .for_s = .1}};
+    const std::array<Injection, 2> pair = {kinds[random.below(kinds.size())],
+                                           kinds[random.below(kinds.size())]};
+    trial.faults = {planned(pair[0], random.below(3)), planned(pair[1], random.below(3))};
+    trial.faults[1].at_s = random.uniform(0, .2);
+    trial.sensors.line_loss = pair[0] == Injection::kEncoderCable || pair[1] == Injection::kEncoderCable;
+    const Verdict verdict = judge(trial);
+    const std::string what = told(trial, pair[0]) + " and " + name_of(pair[1]);
+    const Limits a = cases().at(pair[0]).limits, b = cases().at(pair[1]).limits;
+    std::printf("%-80s %2d travel %6.2f mm  speed %5.2f m/s  impulse %6.3f N s\n", what.c_str(),
+                static_cast<int>(verdict.fault), verdict.travel_m * 1e3, verdict.speed_m_s,
+                verdict.impulse_N_s);
+    EXPECT_LE(verdict.travel_m, a.travel_m + b.travel_m) << what;
+    EXPECT_LE(verdict.impulse_N_s, a.impulse_N_s + b.impulse_N_s) << what;
+    EXPECT_TRUE(!verdict.found_s || (verdict.off_s && *verdict.off_s - *verdict.found_s <= kOff_s)) << what;
+    worst.travel_m = std::max(worst.travel_m, verdict.travel_m);
+    worst.impulse_N_s = std::max(worst.impulse_N_s, verdict.impulse_N_s);
+  }
+  figure("pairs of faults: travel, mm", worst.travel_m * 1e3, "<= both limits");
+  figure("pairs of faults: impulse, N s", worst.impulse_N_s, "<= both limits");
 }
 
 TEST(FaultsFelt, WhatCanBeInjected) {
