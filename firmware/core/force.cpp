@@ -32,13 +32,17 @@ float probed(Parts& parts, std::size_t index, const Vec3& force_N) noexcept {
   const Vec3 torque_N_m = arm.posture.jacobian.transpose() * force_N;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const int axis = static_cast<int>(j);
+    const float share_N_m = std::abs(torque_N_m[axis]);
     const float lever_m = arm.posture.jacobian.col(axis).norm();
-    const float least_N_m = std::max(
-        EncoderProbe::kShare_N * lever_m,
+    const float sure_N_m =
         sure_change_N_m(EncoderProbe::kCounts, model.joint[j].coulomb_N_m,
-                        std::abs(arm.encoder[j].rad_per_count()), lever_m, EncoderProbe::kFirmHand_N_m));
-    const bool holds = std::abs(torque_N_m[axis]) > least_N_m;
-    arm.probe.watch(j, {arm.encoder[j].counts(), holds, arm.suspect[j], parts.setup.has_line_loss[index]},
+                        std::abs(arm.encoder[j].rad_per_count()), lever_m, EncoderProbe::kFirmHand_N_m);
+    arm.probe.watch(j,
+                    {.counts = arm.encoder[j].counts(),
+                     .holds = share_N_m > EncoderProbe::kShare_N * lever_m,
+                     .sure = share_N_m > sure_N_m,
+                     .changed = arm.suspect[j],
+                     .wired = parts.setup.has_line_loss[index]},
                     parts.setup.period_s);
   }
   const bool probed_before = arm.probe.probes();

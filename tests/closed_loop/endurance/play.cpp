@@ -217,7 +217,10 @@ class Session {
       why_ = host_->text(firmware::link::kDidRefusal);
     }
     if (shown().mode != Mode::kArmed) {
-      complain("the arm cannot be armed again: " + why_);
+      complain("the arm cannot be armed again: " + why_ + ", mode " +
+               std::to_string(static_cast<int>(shown().mode)) + ", fault " +
+               std::to_string(static_cast<int>(shown().fault)) + ", answer " +
+               std::to_string(static_cast<int>(refused_)));
       return false;
     }
     clean_ = true;

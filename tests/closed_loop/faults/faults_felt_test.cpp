@@ -186,9 +186,11 @@ TEST(FaultsFelt, PairsOfFaultsAtRandom) {
     trial.faults[1].at_s = random.uniform(0, .2);
     trial.sensors.line_loss = pair[0] == Injection::kEncoderCable || pair[1] == Injection::kEncoderCable;
     const Verdict verdict = judge(trial);
-    const std::string what = told(trial, pair[0]) + " and " + name_of(pair[1]);
+    const std::string what = told(trial, pair[0]) + " of joint " + std::to_string(*trial.faults[0].joint) +
+                             ", " + name_of(pair[1]) + " of joint " + std::to_string(*trial.faults[1].joint) +
+                             " after " + std::to_string(trial.faults[1].at_s).substr(0, 5) + " s";
     const Limits a = cases().at(pair[0]).limits, b = cases().at(pair[1]).limits;
-    std::printf("%-80s %2d travel %6.2f mm  speed %5.2f m/s  impulse %6.3f N s\n", what.c_str(),
+    std::printf("%-100s %2d travel %6.2f mm  speed %5.2f m/s  impulse %6.3f N s\n", what.c_str(),
                 static_cast<int>(verdict.fault), verdict.travel_m * 1e3, verdict.speed_m_s,
                 verdict.impulse_N_s);
     EXPECT_LE(verdict.travel_m, a.travel_m + b.travel_m) << what;
