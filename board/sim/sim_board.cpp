@@ -192,10 +192,9 @@ void SimBoard::run_plants(double seconds) {
     drive.enable = drive.enable && watched;
     arm.driven = arm.broken.drive(drive, arm.plant);
     if (arm.state == HandState::kCradle) continue;
-    const bool driven = out_.mode == firmware::Mode::kArmed || out_.mode == firmware::Mode::kDamping;
     const Vector3d joints_rad = arm.plant.joints_rad();
     arm.plant.step(seconds);
-    if (no_hand_ && !driven) arm.plant.place(joints_rad);
+    if (no_hand_ && !arm.driven) arm.plant.place(joints_rad);
   }
 }
 
