@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { after, afterEach, before, test } from 'node:test';
 import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
 
-import { launch, number_in, pixels_near, until } from '../browser/browser';
+import { launch, number_in, pixels_near, until as until_alone } from '../browser/browser';
 import { type View, scene_file, simulator, thimble, view } from './command';
 import { Steering, above, by_keys, by_mouse } from './steering';
 import { Watcher } from './watcher';
@@ -18,6 +18,7 @@ const kScale = 0.5; // a processor draws the picture: fewer pixels, more frames
 
 let browser: Browser;
 let ends: (() => unknown)[] = [];
+let watchers: Watcher[] = [];
 before(async () => {
   browser = await launch();
 });
@@ -25,11 +26,19 @@ after(async () => browser.close());
 afterEach(async () => {
   const all = ends.reverse();
   ends = [];
+  watchers = [];
   for (const end of all) await end();
 });
 
 const text = (page: Page, testid: string) => page.getByTestId(testid).textContent();
 const says = async (page: Page, testid: string, wanted: string) => (await text(page, testid)) === wanted;
+
+// What the server says is told when the page does not show what is waited for.
+const until: typeof until_alone = (...wanted) =>
+  until_alone(...wanted).catch((error) => {
+    const seen = watchers.map(({ state, events }) => JSON.stringify({ state, events: events.slice(-3) }));
+    throw new Error(`${error.message}; ${seen.join('; ')}`);
+  });
 
 async function serve(...words: string[]): Promise<View> {
   const it = await view(...words);
@@ -39,6 +48,7 @@ async function serve(...words: string[]): Promise<View> {
 
 async function watch(url: string, token = false): Promise<Watcher> {
   const watcher = await Watcher.open(url, token);
+  watchers.push(watcher);
   ends.push(() => watcher.close());
   return watcher;
 }

@@ -10,12 +10,16 @@ export const live_address = (url: string): string => url.replace('http', 'ws').r
 
 export class Watcher {
   state: State | undefined;
+  states = 0; // so many have come
   readonly events: ServerEvent[] = [];
 
   private constructor(readonly socket: WebSocket) {
     socket.on('message', (data) => {
       const message = JSON.parse(String(data)) as ServerMessage;
-      if (message.type === 'state') this.state = message;
+      if (message.type === 'state') {
+        this.state = message;
+        ++this.states;
+      }
       if (message.type === 'event') this.events.push(message);
     });
   }
@@ -39,15 +43,21 @@ export class Watcher {
     return hand_m;
   }
 
-  // Where the hand is when it has come to rest.
+  // Where the hand is when it has come to rest. Counted in states, because a loaded machine takes its time: the server sends none before it
+  // has read what the page sent.
   async hand_at_rest(arm: number): Promise<Vec3> {
+    await this.next(3);
     let before: Vec3 | undefined;
-    await new Promise((resolve) => setTimeout(resolve, 50)); // what was sent has come
     await until('a hand at rest', async () => {
       before = this.hand_m(arm);
-      await new Promise((resolve) => setTimeout(resolve, 60));
+      await this.next(3);
       return before.every((value, i) => Math.abs(value - this.hand_m(arm)[i]) < 1e-5);
     });
     return this.hand_m(arm);
+  }
+
+  private async next(states: number): Promise<void> {
+    const wanted = this.states + states;
+    while (this.states < wanted && this.socket.readyState === WebSocket.OPEN) await once(this.socket, 'message');
   }
 }
