@@ -19,7 +19,7 @@ endfunction()
 
 # thimble_outside_tick(TARGET REGEX): the sources that match do not run in the tick, so they may be compiled as one. Each is small, and takes a
 # second for its headers: together those of the firmware take 6 s instead of 35 s on a Cortex-R5. On the bare-metal boards, whose code memory
-# is small, they are optimised for size: 47 instead of 68 kB there.
+# is small, they are optimised for size: 47 instead of 68 kB there. On zynqmp they are in a memory of their own (board/zynqmp/zynqmp.ld).
 function(thimble_outside_tick target regex)
   if(TARGET thimble_controller_headers)
     get_target_property(sources ${target} SOURCES)
@@ -28,10 +28,8 @@ function(thimble_outside_tick target regex)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
     if(CMAKE_SYSTEM_NAME STREQUAL "Generic")
       # Options of the sources would keep them from being compiled as one. The precompiled headers are for another optimisation.
-      # A call in the place of a return would go from ARM to Thumb code through code of the linker, which tests/hardware/cortex/lint_image.py
-      # does not follow.
       set_source_files_properties(${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/${target}.dir/Unity/unity_outside_tick_cxx.cxx
-        PROPERTIES COMPILE_OPTIONS "-Os;-fno-optimize-sibling-calls" SKIP_PRECOMPILE_HEADERS ON)
+        PROPERTIES COMPILE_OPTIONS -Os SKIP_PRECOMPILE_HEADERS ON)
     endif()
   endif()
 endfunction()

@@ -1,5 +1,5 @@
 # xsdb flash.tcl ELF PSU_INIT: loads the image over JTAG and starts it. PSU_INIT is the psu_init.tcl of the board's design (pins, clocks, DDR,
-# programmable logic's clocks); load the bitstream of the design, if any, before.
+# programmable logic's clocks); a part of the code is in DDR. Load the bitstream of the design, if any, before.
 #
 # Written from the manuals (register names of UG1087), not tested on a board yet. The image runs until power-off;
 # docs/board-zynqmp.md says how a boot image keeps it.

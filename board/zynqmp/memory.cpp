@@ -5,7 +5,7 @@
 #include "board/zynqmp/board.h"
 
 extern "C" {  // of zynqmp.ld
-extern const char code_origin[], data_origin[], slots_origin[];
+extern const char code_origin[], data_origin[], slots_origin[], outside_origin[];
 }
 
 namespace thimble::board {
@@ -33,7 +33,14 @@ void set_region(std::uint32_t number, const void* base, std::uint32_t size_and_o
       : "memory");
 }
 
+constexpr std::uint32_t kOutside = 4;
+
 }  // namespace
+
+void permit_outside(bool permitted) noexcept {
+  set_region(kOutside, outside_origin, size(20), kCached | (permitted ? kReadOnly : kNeverExecuted));
+  asm volatile("dsb\n isb" ::: "memory");
+}
 
 // Where regions overlap, the one with the higher number applies.
 void protect_memory() noexcept {
@@ -42,8 +49,9 @@ void protect_memory() noexcept {
   set_region(1, code_origin, size(18), kUncached | kReadOnly);
   set_region(2, data_origin, size(18), kCached | kReadWrite | kNeverExecuted);
   set_region(3, slots_origin, size(24), kCached | kReadWrite | kNeverExecuted);
-  set_region(4, board_fabric, size(12), kDevice | kReadWrite | kNeverExecuted);
-  for (std::uint32_t unused = 5; unused < 16; ++unused) set_region(unused, nullptr, 0, 0);
+  permit_outside(true);
+  set_region(kOutside + 1, board_fabric, size(12), kDevice | kReadWrite | kNeverExecuted);
+  for (std::uint32_t unused = kOutside + 2; unused < 16; ++unused) set_region(unused, nullptr, 0, 0);
   std::uint32_t control = 0;
   asm volatile("mrc p15, 0, %0, c1, c0, 0" : "=r"(control));
   control &= ~(1U << 17U);                     // BR: no background region

@@ -7,4 +7,8 @@ namespace thimble::board {
 // Addresses near a null pointer are code and cannot be written.
 void protect_memory() noexcept;
 
+// Code and constants that no tick uses, in DDR. Unless permitted, access to them is a crash: the tests' image
+// forbids it during a tick.
+void permit_outside(bool permitted) noexcept;
+
 }  // namespace thimble::board

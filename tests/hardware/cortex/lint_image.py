@@ -6,11 +6,13 @@ run_board, a section over the linker script's budget, a recursion, a function or
 The calls are read from the disassembly, so the libraries' count too. A function's stack is the compiler's word (-fcallgraph-info=su: the .ci
 files below DIR, and each call that they name must be in the disassembly) or, for a library without one, the sum of all that its instructions
 take. Contexts are those that interrupt one another: their worst paths add up. What sets the stack pointer to the stack's end, a start, takes
-nothing of its caller's. The limits are an INI file; of several, a later one's options
+nothing of its caller's. A board whose tick has a memory of its own names the tick's roots: what they reach, and the constants that its code
+names, must not be between the linker script's outside_begin and outside_end. The limits are an INI file; of several, a later one's options
 replace an earlier one's:
 
     [functions]            most_bytes: what one function may take
     [context NAME]         roots: functions; most_bytes: what their worst path may take; entry_bytes: what the processor pushes before them
+    [tick]                 roots: functions
     [call NAME]            from, to: patterns of demangled names, one a line, * for anything: which functions are called by way of a pointer or
                            a table; "none" instead of patterns: nothing on this board; reason
     [allow SYMBOL]         a symbol that would be refused; reason
@@ -25,11 +27,10 @@ import argparse
 import collections
 import configparser
 import re
-import subprocess
 import sys
 from pathlib import Path
 
-TOOLS = "arm-none-eabi-"
+from arm_image import Image, Unusable
 
 # What must not be in an image, by the names of its symbols.
 REFUSED = (
@@ -47,161 +48,13 @@ REFUSED = (
 
 # A limit is lowered when its figure falls: it may be so much above.
 LOOSE_RATIO, LOOSE_BYTES = 1.25, 64
+IDLE_SHOWN = 12  # of the functions that need not be in the memory of the tick
 
 FRAME = re.compile(r"(\d+) bytes \((static|dynamic|dynamic,bounded)\)$")
-CALL = re.compile(r"blx?(eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le|al)?$")
-
-
-class Unusable(Exception):
-    """The check cannot be made; the message says why and what to do."""
-
-
-def tool(name, *arguments):
-    try:
-        return subprocess.run([TOOLS + name, *map(str, arguments)], capture_output=True, text=True, check=True).stdout
-    except FileNotFoundError:
-        raise Unusable("%s%s is missing: apt-get install binutils-arm-none-eabi" % (TOOLS, name)) from None
-    except subprocess.CalledProcessError as error:
-        raise Unusable("%s%s: %s" % (TOOLS, name, error.stderr.strip())) from None
 
 
 def figure(what, value, limit):
     print("[ figure   ] %-72s %12d   (%s)" % (what, value, limit))
-
-
-class Function:
-    def __init__(self, names, address, end):
-        self.names = names
-        self.name = names[0]
-        self.shown = self.name
-        self.address = address
-        self.end = end
-        self.callees = {}  # by address, so that aliases are one
-        self.runs_into = None  # hand-written code may, without a branch
-        self.indirect = 0
-        self.frame = 0
-        self.anew = False  # it sets the stack pointer to the stack's end, as a start does
-        self.odd = []  # what the disassembly does with the stack that is not understood
-        self.compiled = False  # its frame is the compiler's word
-
-
-class Image:
-    def __init__(self, elf):
-        self.symbols = {}  # name -> value, and what is only referenced: None
-        self.files = set()
-        self.sections = []  # (name, address, bytes), of what takes memory
-        self.functions = {}  # by address
-        self._read_symbols(elf)
-        self._read_sections(elf)
-        self._read_code(elf)
-
-    def _read_symbols(self, elf):
-        starts = collections.defaultdict(list)
-        for line in tool("readelf", "--symbols", "--wide", elf).splitlines():
-            row = line.split()
-            if len(row) < 8 or not row[0].rstrip(":").isdigit():
-                continue
-            value, size, kind, index, name = int(row[1], 16), int(row[2], 0), row[3], row[6], row[7]
-            if kind == "FILE":
-                self.files.add(name)
-            elif not name.startswith("$") and kind != "SECTION":
-                self.symbols[name] = None if index == "UND" else value
-                if kind == "FUNC" and index != "UND":
-                    starts[value & ~1].append((name, size))
-        ordered = sorted(starts)
-        for address, following in zip(ordered, ordered[1:] + [1 << 32]):
-            sizes = [size for _, size in starts[address]]
-            end = address + max(sizes) if max(sizes) else following
-            self.functions[address] = Function([name for name, _ in starts[address]], address, end)
-        shown = tool("c++filt", "--", *[function.name for function in self.functions.values()]).splitlines()
-        for function, name in zip(self.functions.values(), shown):
-            function.shown = name
-
-    def _read_sections(self, elf):
-        for line in tool("readelf", "--sections", "--wide", elf).splitlines():
-            row = re.match(r"\s*\[ *\d+\] (\S+)\s+\S+\s+([0-9a-f]{8}) [0-9a-f]+ ([0-9a-f]+) [0-9a-f]{2}\s+\w*A", line)
-            if row:
-                self.sections.append((row[1], int(row[2], 16), int(row[3], 16)))
-
-    def _read_code(self, elf):
-        owner = {}
-        current = None
-        code = []
-        for line in tool("objdump", "--disassemble", "--no-show-raw-insn", "--wide", elf).splitlines():
-            row = re.match(r"\s*([0-9a-f]+):\t(\S+)\s*(.*)", line)
-            if row is None or row[2].startswith("."):
-                continue
-            address = int(row[1], 16)
-            current = self.functions.get(address, current)
-            if current is not None and address < current.end:
-                owner[address] = current
-                code.append((address, current, row[2].removesuffix(".n").removesuffix(".w"), re.split(r"\s*[;@] ", row[3])[0]))
-        last = {}
-        for address, function, mnemonic, operands in code:
-            self._read_instruction(owner, address, function, mnemonic, operands)
-            if mnemonic != "nop":  # which fills up to the constants behind the code
-                last[function] = (mnemonic, operands)
-        for function, instruction in last.items():
-            if not ends(*instruction):
-                function.runs_into = self.functions.get(function.end)
-
-    def _read_instruction(self, owner, address, function, mnemonic, operands):
-        branch = re.search(r"\b([0-9a-f]+) <[^>]+>$", operands)
-        if mnemonic.startswith(("b", "cb")) and branch:
-            target = owner.get(int(branch[1], 16))
-            if target is None:
-                function.odd.append("a branch to %s, which is no code" % branch[1])
-            elif target is not function or (CALL.match(mnemonic) and int(branch[1], 16) == function.address):
-                function.callees[target.address] = target
-        elif re.match(r"blx", mnemonic) or (re.match(r"bx|mov(?!t|w)", mnemonic) and is_jump(mnemonic, operands)):
-            function.indirect += 1
-        elif re.match(r"ldr\w*$", mnemonic) and re.match(r"pc, \[(?!sp\])(?!.*, lsl #2\])", operands):
-            function.indirect += 1  # with lsl it is a switch
-        taken = stack_taken(mnemonic, operands)
-        if mnemonic.startswith("ldr") and operands.startswith("sp, [pc"):
-            function.anew = True
-        elif taken is None:
-            function.odd.append("%s %s" % (mnemonic, operands))
-        else:
-            function.frame += taken
-
-
-def is_jump(mnemonic, operands):
-    """bx or mov: to where a register says, and not a return."""
-    return operands != "lr" if mnemonic.startswith("bx") else re.match(r"pc, (?!lr)", operands) is not None
-
-
-def ends(mnemonic, operands):
-    """Nothing runs on behind this instruction."""
-    return (mnemonic in ("b", "bx", "bl", "udf") or operands.startswith("pc,") or
-            (mnemonic.startswith(("pop", "ldm")) and "pc" in operands))
-
-
-def registers(operands):
-    count = 0
-    for entry in re.search(r"\{(.*)\}", operands)[1].split(","):
-        bounds = re.findall(r"\d+", entry) if "-" in entry else []
-        count += int(bounds[1]) - int(bounds[0]) + 1 if bounds else 1
-    return count
-
-
-def stack_taken(mnemonic, operands):
-    """Bytes that an instruction moves the stack pointer down; 0 where it moves up; None: not known."""
-    if re.match(r"push|stm(db|fd)|vpush|vstmdb", mnemonic) and re.match(r"\{|sp!,", operands):
-        wide = re.search(r"\{d\d", operands) is not None
-        return registers(operands) * (8 if wide else 4)
-    stored = re.match(r"[^\[]*\[sp, #-(\d+)\]!", operands)
-    if mnemonic.startswith("str") and stored:
-        return int(stored[1])
-    if re.match(r"(sub|add)(w|s)?$", mnemonic) and operands.startswith("sp,"):
-        amount = re.match(r"sp, (?:sp, )?#(-?\d+)", operands)
-        if amount is None:
-            return None
-        down = int(amount[1]) * (1 if mnemonic.startswith("sub") else -1)
-        return max(down, 0)
-    if operands.startswith("sp,") and not mnemonic.startswith(("cmp", "tst", "str", "stm", "ldm", "vldm", "vstm")):
-        return None
-    return 0
 
 
 class Lint:
@@ -367,6 +220,30 @@ class Lint:
             elif not function.compiled and function in reached and function.odd:
                 self.refuse("%s: its stack is not known, for '%s'", function.shown, function.odd[0])
 
+    def check_tick(self):
+        """That what the tick runs, and the constants that its code names, are not between outside_begin and outside_end."""
+        if "tick" not in self.limits:
+            return
+        begin, end = self.symbol("outside_begin"), self.symbol("outside_end")
+        above = {root: None for root in self.matching("tick", "roots")}
+        to_do = list(above)
+        while to_do:
+            function = to_do.pop()
+            for callee in function.callees.values():
+                if callee not in above and not callee.anew:
+                    above[callee] = function
+                    to_do.append(callee)
+        for function, caller in above.items():
+            if begin <= function.address < end:
+                self.refuse("%s is outside the memory of the tick, which runs it: %s", function.shown,
+                            "it is a root" if caller is None else caller.shown + " calls it")
+            elif any(begin & ~0xFFFF <= constant < end for constant in function.constants):
+                self.refuse("%s runs in the tick, and uses a constant outside its memory", function.shown)
+        idle = [function for function in self.image.functions.values() if function not in above and not begin <= function.address < end]
+        figure("bytes of functions in the memory of the tick which it does not run", sum(f.end - f.address for f in idle), "they may be outside")
+        for function in sorted(idle, key=lambda function: function.address - function.end)[:IDLE_SHOWN]:
+            print("%20d  %s" % (function.end - function.address, function.shown))
+
     def hold(self, what, found, most):
         figure(what, found, "at most %d" % most)
         if found > most:
@@ -391,7 +268,7 @@ class Recursion(Exception):
 
 def read_limits(paths):
     limits = configparser.ConfigParser(interpolation=None, delimiters=("=",), comment_prefixes=("#",), default_section="")
-    known = {"functions": {"most_bytes"}, "context": {"roots", "entry_bytes", "most_bytes"}, "call": {"from", "to", "reason"},
+    known = {"functions": {"most_bytes"}, "tick": {"roots"}, "context": {"roots", "entry_bytes", "most_bytes"}, "call": {"from", "to", "reason"},
              "allow": {"reason"}}
     for path in paths:
         try:
@@ -425,6 +302,7 @@ def main():
         lint.read_frames(arguments.objects)
         lint.add_rules()
         try:
+            lint.check_tick()
             lint.check_stack()
         except Recursion as circle:
             lint.refuse("a recursion: %s", circle)

@@ -14,6 +14,8 @@ FLAGS = ("-mcpu=cortex-m7 -mthumb -mfpu=fpv5-sp-d16 -mfloat-abi=hard -std=c++20 
 LINK = ["-nostartfiles", "--specs=nano.specs", "--specs=nosys.specs", "-Wl,--gc-sections", "-T", SOURCE / "board/mps2-an500/mps2-an500.ld",
         "-L", SOURCE / "board/cortex"]
 
+OF_ZYNQMP = ["-mcpu=cortex-r5", "-mfpu=vfpv3-d16", "-fno-exceptions"]
+
 LIMITS = """
 [functions]
 most_bytes = 64
@@ -40,6 +42,26 @@ reason = the table
 """
 
 
+TICK = """
+[tick]
+roots = tick()
+"""
+# Two files of the board that has a memory outside the tick's: what both have stays in that of the tick.
+SHARED = BEGIN.replace("volatile", "extern volatile") + "[[gnu::noinline]] inline void shared() { out = 3; }\n"
+OUTSIDE = SHARED + """
+extern const int table[];
+const int table[] = {3, 1, 4, 1, 5};
+void background() { shared(); out = 2; }
+"""
+INSIDE = BEGIN + SHARED + """
+extern const int table[];
+void background();
+[[gnu::noinline]] void deep() { background(); out = 1; }
+[[gnu::noinline]] void tick() { %s; out = 4; }
+extern "C" void start() { for (;;) { tick(); deep(); } }
+"""
+
+
 class LintImage(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -51,6 +73,17 @@ class LintImage(unittest.TestCase):
         compiler = ["arm-none-eabi-g++", *FLAGS, *(flags or ["-fno-exceptions"]), stack]
         subprocess.run([*compiler, "-c", "image.cpp", "-o", "image.cpp.obj"], cwd=self.folder, check=True)
         subprocess.run([*compiler, "image.cpp.obj", "-o", "image.elf", *LINK], cwd=self.folder, check=True)
+
+    def build_two(self, in_tick):
+        """For the board with two memories, which are too far apart for a call without a veneer."""
+        compiler = ["arm-none-eabi-g++", *FLAGS, *OF_ZYNQMP, "-fcallgraph-info=su"]
+        objects = []
+        for name, source in (("unity_outside_tick_cxx.cxx", OUTSIDE), ("image.cpp", INSIDE % in_tick)):
+            (self.folder / name).write_text(source)
+            objects.append(name + ".obj")
+            subprocess.run([*compiler, "-x", "c++", "-c", name, "-o", objects[-1]], cwd=self.folder, check=True)
+        link = [str(option).replace("mps2-an500", "zynqmp") for option in LINK]
+        subprocess.run([*compiler, *objects, "-o", "image.elf", *link], cwd=self.folder, check=True)
 
     def lint(self, limits):
         (self.folder / "limits").write_text(limits)
@@ -162,6 +195,20 @@ extern "C" void start() { for (;;) library(); }
 
     def test_loose_limit(self):
         self.refuses(["far below the limit of 1000. Lower the limit"], GOOD, limits=LIMITS.replace("64", "1000"))
+
+    def test_outside_the_tick(self):
+        limits = LIMITS + TICK
+        self.build_two("shared()")
+        run = self.lint(limits)
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        called = "background() is outside the memory of the tick, which runs it: %s calls it"
+        for refusal, in_tick in ((called % "tick()", "background()"), (called % "deep()", "deep()"),
+                                 ("tick() runs in the tick, and uses a constant outside its memory", "out = table[in]")):
+            with self.subTest(in_tick):
+                self.build_two(in_tick)
+                run = self.lint(limits)
+                self.assertEqual(run.returncode, 1, run.stderr)
+                self.assertIn(refusal, run.stderr)
 
     def test_over_the_budget(self):  # the linker refuses it first, unless told not to
         self.refuses(["data: 2000", "bytes, of 163840"],

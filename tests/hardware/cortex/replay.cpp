@@ -3,6 +3,8 @@
 extern "C" {
 [[gnu::noinline]] void tick_begin() { asm volatile(""); }
 [[gnu::noinline]] void tick_end() { asm volatile(""); }
+[[gnu::weak]] void before_tick() {}
+[[gnu::weak]] void after_tick() {}
 }
 
 namespace thimble::test {
@@ -36,9 +38,11 @@ ReplayEnd replay(const Recording& recording, firmware::Controller& controller, F
         inputs.arm[arm].counts[joint] = recording.count(tick, arm, joint);
       inputs.arm[arm].sample_tick = tick;
     }
+    before_tick();
     tick_begin();
     static_cast<void>(controller.tick(inputs));
     tick_end();
+    after_tick();
     const firmware::Telemetry& telemetry = controller.telemetry();
     std::array<float, 3 * control::kMaxArms> force_N{};
     for (std::size_t arm = 0; arm < header.arms; ++arm) {

@@ -11,6 +11,9 @@
 // Around Controller::tick: where the counting of instructions begins and ends.
 extern "C" void tick_begin();
 extern "C" void tick_end();
+// Around those, not counted: where a board's image forbids and permits what a tick must not use.
+extern "C" void before_tick();
+extern "C" void after_tick();
 
 namespace thimble::test {
 

@@ -20,7 +20,7 @@ QEMU = {
                "-device", "loader,file={elf}", "-device", "loader,file={recording},addr=0x3E800000,force-raw=on"],
 }
 # The image's exit codes; QEMU's own are below.
-ENDS = {33: "the scene was refused", 34: "homing was refused", 35: "arming was refused", 36: "a fault latched", 40: "the image crashed",
+ENDS = {33: "the scene was refused", 34: "homing was refused", 35: "arming was refused", 36: "a fault latched", 40: "the image crashed, or a tick used what is outside its memory",
         41: "QEMU loaded no recording, or forces.bin can't be written"}
 
 
