@@ -220,7 +220,8 @@ class Session {
       complain("the arm cannot be armed again: " + why_ + ", mode " +
                std::to_string(static_cast<int>(shown().mode)) + ", fault " +
                std::to_string(static_cast<int>(shown().fault)) + ", answer " +
-               std::to_string(static_cast<int>(refused_)));
+               std::to_string(static_cast<int>(refused_)) + ", at " + std::to_string(board_.time_s()) +
+               " s, broken until " + std::to_string(broken_until_s_) + " s");
       return false;
     }
     clean_ = true;
