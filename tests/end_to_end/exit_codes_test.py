@@ -263,7 +263,7 @@ class Manners(Rig):
                                                "fault", "simulate", "mesh", "import", "scan", "record", "replay", "plot"})
         self.assertEqual(candidates("up"), ["upload"])
         self.assertEqual(candidates("param", "g"), ["get"])
-        self.assertEqual(candidates("param", "get", "max"), ["max_force"])
+        self.assertEqual(candidates("param", "get", "max_f"), ["max_force"])
         self.assertEqual(candidates("fault", "explain", "e_"), ["e_stop"])
         self.assertIn("--ideal", candidates("simulate", "--"))
         self.assertEqual(candidates("simulate", "--arm", "w"), ["wooden"])

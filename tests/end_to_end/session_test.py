@@ -39,7 +39,7 @@ class Session(Rig):
         figure("%s: %d poses in 3 s" % (uri.split(":")[0], len(poses)))
 
         # A parameter that may not change while armed; one that may.
-        error = self.fails(1, "refused", "param", "set", "stop_time", "0.5", "--device", uri)
+        error = self.fails(1, "refused", "param", "set", "stop_time", "0.2", "--device", uri)
         self.assertIn("stop_time", error["cause"])
         self.assertEqual(self.ok("param", "set", "max_force", "3.5", "--device", uri).out.strip(), "3.5")
         self.assertEqual(self.ok_json("param", "get", "max_force", "--device", uri)["value"], 3.5)
