@@ -37,7 +37,8 @@ class EncoderProbe {
     bool holds;    // the joint has a share of the force of kShare_N or more
     bool sure;     // so great a share that a sound joint moves when it is taken away
     bool changed;  // its torque has changed by much since it last counted
-    bool wired;    // a receiver would report a cut cable: standing still alone is no reason
+    // Standing still alone is no reason: a receiver would report a cut cable, or the arm moves by itself.
+    bool may_rest;
   };
   void watch(std::size_t joint, const Sight& sight, float period_s) noexcept {
     Joint& j = joints_[joint];
@@ -47,7 +48,7 @@ class EncoderProbe {
     } else if (sight.holds && sight.changed) {
       j.still_s = 2 * kStill_s;
     } else {
-      const bool suspect = sight.holds && !sight.wired;
+      const bool suspect = sight.holds && !sight.may_rest;
       j.still_s = std::clamp(j.still_s + (suspect ? period_s : -period_s), 0.0F, 2 * kStill_s);
     }
     if (taken_ == 0.0F) j.sure = sight.sure;

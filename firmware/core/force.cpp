@@ -42,7 +42,7 @@ float probed(Parts& parts, std::size_t index, const Vec3& force_N) noexcept {
                      .holds = share_N_m > EncoderProbe::kShare_N * lever_m,
                      .sure = share_N_m > sure_N_m,
                      .changed = arm.suspect[j],
-                     .wired = parts.setup.has_line_loss[index]},
+                     .may_rest = parts.setup.has_line_loss[index] || arm.source != nullptr},
                     parts.setup.period_s);
   }
   const bool probed_before = arm.probe.probes();

@@ -27,8 +27,8 @@ std::vector<LogRow> play(const std::string& name) {
   const host::CompiledScene scene = host::compile_scene(folder / (name + ".scene.json"));
   std::vector<LogRow> log;
   const board::SimulationResult result =
-      board::simulate(scene.image, board::read_hand_path(folder / "stroke.csv"), {},
-                      [&log](const LogRow& row) { log.push_back(row); });
+      board::simulate(scene.image, board::read_hand_path(folder / "stroke.csv"),
+                      {.sensors = {.line_loss = true}}, [&log](const LogRow& row) { log.push_back(row); });
   EXPECT_EQ(result.status, board::SimulationStatus::kOk) << result.detail;
   return log;
 }
