@@ -70,6 +70,7 @@ class Signals {
     if constexpr (!std::is_void_v<typename Row::Flags>) {
       for (const link::EnumRow& flag : link::EnumTable<typename Row::Flags>::kRows) {
         const auto bit = static_cast<unsigned>(std::countr_zero(flag.number));
+        if (bit >= Row::kBits) continue;  // this message has no room for it
         signal(fmt::format("{}_{}", name, flag.name), row.at + bit, 1, false, 1.0, "", flag.description);
       }
     } else {

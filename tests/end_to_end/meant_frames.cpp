@@ -42,12 +42,13 @@ void means(nlohmann::json& meant, const std::string& signal, double number, doub
                    {"shown", std::move(shown)}});
 }
 
-// Sets some of the flags, each of which is a signal; the last one says where in the line of `decode` they are.
+// Sets some of the flags that have a place in the bits, each of which is a signal; the last one says where in the line of `decode` they are.
 unsigned means_flags(nlohmann::json& meant, const std::string& signal, std::span<const link::EnumRow> flags,
-                     nlohmann::json path, std::mt19937& random) {
+                     unsigned bits, nlohmann::json path, std::mt19937& random) {
   unsigned value = 0;
   nlohmann::json names = nlohmann::json::array();
   for (const link::EnumRow& flag : flags) {
+    if (flag.number >> bits != 0) continue;
     const bool set = random() % 2 == 0;
     if (set) value |= flag.number;
     if (set) names.push_back(flag.name);
@@ -89,7 +90,7 @@ void print_random(std::mt19937& random) {
     std::uniform_real_distribution<double> any(-1.0, 1.0);
     if constexpr (!std::is_void_v<typename Row::Flags>) {
       value = static_cast<Value>(
-          means_flags(meant, signal, link::EnumTable<typename Row::Flags>::kRows, path, random));
+          means_flags(meant, signal, link::EnumTable<typename Row::Flags>::kRows, Row::kBits, path, random));
     } else if constexpr (link::TableEnum<Value>) {
       const auto& rows = link::EnumTable<Value>::kRows;
       const link::EnumRow& one = rows[random() % std::size(rows)];

@@ -1,0 +1,118 @@
+// The hazards of docs/safety.md: what stops each, and which tests show it. The table is generated from here, and each test that it names
+// exists.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tests/support/generated_docs.h"
+
+namespace thimble::test {
+namespace {
+
+struct Hazard {
+  std::string_view what, stopped_by, bar;
+  std::vector<std::string> tests;
+};
+
+const std::vector<Hazard> kHazards = {
+    {"too great a force, or one that comes at once",
+     "`max_force`, the arm's own limit, `force_slew`; what a limit keeps back going in it does not give "
+     "coming out",
+     "never over the limits; no energy from 10 000 writes and swaps in contact beyond what a tick's sampling "
+     "gives",
+     {"Limits.ForceNeverExceedsClampSlewOrRamp", "Limits.RandomWritesAndSwapsInContactGiveNoEnergy"}},
+    {"sensor, motor, drive or tick fails with a hand at the arm",
+     "the faults of [faults.md](faults.md): brakes or off",
+     "the table below; a pair of faults: both limits together",
+     {"FaultsFelt.EveryFaultInEverySituation", "FaultsFelt.PairsOfFaultsAtRandom"}},
+    {"an encoder dies unnoticed while the arm holds a force",
+     "line-loss receivers, or the probe",
+     "no force after 0.5 s in 95 % of contacts, 20 mm",
+     {"DeadEncoder.IsFoundWithinHalfASecond", "DeadEncoder.AStillHandAtThreeNewtonFeelsLittle"}},
+    {"the servo hangs; its process is stopped or killed",
+     "guardian, heartbeat and hardware watchdog ([wiring](board-linux.md))",
+     "off within max(2 ms, (`lost_ticks` + 1) periods), at most 5 ms",
+     {"Guardian.ActsWhenTheServoHangs", "Guardian.ActsWhenTheBoardIsStopped",
+      "StopTimeout.IsBetween2And5MsAndToleratesTheLostTicks", "vm.board_failures"}},
+    {"a stop is overtaken by another request",
+     "a stop waits for nothing, and is answered after the tick that obeyed it",
+     "every stop of random orders without a pause is obeyed",
+     {"Disarm.RandomOrdersWithoutAPause", "Disarm.IsHeardWhileAnotherRequestFromTheAddressIsPending"}},
+    {"nobody can stop it",
+     "`thimble stop`, Esc and the button on the page, `stop()` in Python, the e-stop input",
+     "repeated until the status confirms it",
+     {"e2e.hosts", "viewer.page.browser"}},
+    {"an arm that moves by itself meets a person",
+     "force limit of the move, blocked, sign of life every 0.5 s",
+     "brakes within 0.1 s of whatever ends it; 0.5 s after the host's last sign",
+     {"GuardedMove.StopsAtTheForceLimitAndGoesBack", "GuardedMove.EveryStopStopsIt"}},
+    {"the host vanishes, or a recorder is killed while armed",
+     "`host_supervision`; a watcher disarms",
+     "disarmed however it ends",
+     {"e2e.record"}},
+    {"a motor overheats, also over restarts",
+     "thermal model, in the journal",
+     "never below the motor's own temperature; below its limit",
+     {"HeatOverRestart.ARestartEveryThirtySecondsForTenMinutes",
+      "HeatOverRestart.TheModelIsNotBelowTheMotorWheneverPowerFails"}},
+    {"the board crashes again and again with a scene or parameters",
+     "`set_aside`: the fourth start is without them",
+     "three crashes",
+     {"CrashLoop.AfterThreeCrashesTheFourthStartIsWithoutTheScene"}},
+    {"a damaged store",
+     "`store_corrupt`: what is damaged is left out",
+     "said at the start",
+     {"StoreCorrupt.IsSaidOfTheNewestContentsAndNotOfAnInterruptedSave"}},
+    {"another user's program or a web page commands the arm",
+     "[SECURITY.md](../SECURITY.md)",
+     "refused",
+     {"e2e.other_users", "e2e.view_hostile", "e2e.simulator"}},
+    {"bytes that nobody trusts",
+     "bounds in every reader",
+     "no crash in the kept corpora and in random bytes",
+     {"fuzz"}},
+    {"what nobody has thought of",
+     "random play with faults, hosts, stops and restarts",
+     "no fault without a reason in an hour; a day in the long check",
+     {"Endurance.OneHandPlaysOnAndOn", "Endurance.AnotherHandPlaysOnAndOn"}},
+};
+
+std::string text_of_tests() {
+  std::string text;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(std::string(THIMBLE_SOURCE_DIR) + "/tests")) {
+    const std::string name = entry.path().filename().string();
+    if (!name.ends_with("_test.cpp") && name != "CMakeLists.txt") continue;
+    std::ifstream in(entry.path());
+    text.append(std::istreambuf_iterator<char>(in), {});
+  }
+  return text;
+}
+
+TEST(Safety, EveryHazardHasItsTests) {
+  const std::string tests = text_of_tests();
+  std::string rows = "| hazard | what stops it | bar of the tests | tests |\n|---|---|---|---|\n";
+  for (const Hazard& hazard : kHazards) {
+    std::string names;
+    for (const std::string& test : hazard.tests) {
+      names += (names.empty() ? "`" : ", `") + test + "`";
+      const std::size_t dot = test.find('.');
+      const bool of_gtest = test.front() >= 'A' && test.front() <= 'Z';
+      const std::string known = of_gtest ? "(" + test.substr(0, dot) + ", " + test.substr(dot + 1) + ")"
+                                         : test.substr(test.rfind('.') + 1);
+      EXPECT_NE(tests.find(known), std::string::npos) << "no test is named " << test;
+    }
+    rows += "| " + std::string(hazard.what) + " | " + std::string(hazard.stopped_by) + " | " +
+            std::string(hazard.bar) + " | " + names + " |\n";
+  }
+  rows.pop_back();
+  expect_generated("docs/safety.md", "hazards", rows);
+}
+
+}  // namespace
+}  // namespace thimble::test
