@@ -194,7 +194,13 @@ class Session {
   // --- arming
   void command(const Bytes& request) {
     ++played_.requests;
-    refused_ = host_->refused(request);
+    asked_at_s_ = board_.time_s();
+    const Bytes answer = host_->ask(request);
+    if (answer.empty() && !rigged()) complain("no answer");
+    const bool no = answer.empty() || (answer.size() == 3 && answer[0] == firmware::link::kNegative);
+    refused_ = !no              ? firmware::link::Nrc::kOk
+               : answer.empty() ? firmware::link::Nrc::kGeneralReject
+                                : static_cast<firmware::link::Nrc>(answer[2]);
   }
   void routine(std::uint16_t id) {
     command({0x31, 0x01, static_cast<std::uint8_t>(id >> 8U), static_cast<std::uint8_t>(id)});
@@ -244,6 +250,8 @@ class Session {
     const double until_s = board_.time_s() + seconds;
     while (board_.time_s() < until_s) {
       host_->run(static_cast<int>(.05 * kRate_Hz));
+      if (board_.time_s() > asked_at_s_ + 1)
+        command({0x3E, 0x00});  // a host that is silent for 5 s loses its place
       switch (random_.below(60)) {
         case 0:
           swap();
@@ -386,7 +394,7 @@ class Session {
   std::string scene_, last_ = "start", why_;
   firmware::link::Nrc refused_ = firmware::link::Nrc::kOk;
   Fault fault_ = Fault::kNone;
-  double not_driving_s_ = 0, broken_until_s_ = 0;
+  double asked_at_s_ = 0, not_driving_s_ = 0, broken_until_s_ = 0;
   bool wander_ = false;
   bool clean_ = false;  // armed, after everything was mended: a fault has no reason
   bool torn_ = false;   // the store has lost bytes since the start
