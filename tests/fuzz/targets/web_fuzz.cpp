@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 
 #include "board/posix/descriptor.h"
@@ -61,7 +62,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                "there is a pair of sockets");
   host::tcp::socket socket(site.server.io);
   socket.assign(host::tcp::v4(), ends[0]);
-  std::make_shared<host::HttpConnection>(&site.server, std::move(socket))->read();
+  {
+    const auto connection = std::make_shared<host::HttpConnection>(&site.server, std::move(socket));
+    site.server.add(connection);
+    connection->read();
+  }
   {
     const board::Descriptor page(ends[1]);
     const auto hear = [&] {
@@ -88,6 +93,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   while (site.server.io.poll() != 0) {
   }
   site.server.pages.clear();
-  fuzz::demand(site.server.clients == 0, "a connection that has ended is gone");
+  fuzz::demand(std::ranges::all_of(site.server.places, [](const auto& client) { return client.expired(); }),
+               "a connection that has ended is gone");
   return 0;
 }

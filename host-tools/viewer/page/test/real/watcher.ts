@@ -43,8 +43,7 @@ export class Watcher {
     return hand_m;
   }
 
-  // Where the hand is when it has come to rest. Counted in states, because a loaded machine takes its time: the server sends none before it
-  // has read what the page sent.
+  // Where the hand is when it has come to rest. Counted in states, because a loaded machine takes its time, and sends fewer of them.
   async hand_at_rest(arm: number): Promise<Vec3> {
     await this.next(3);
     let before: Vec3 | undefined;
