@@ -25,36 +25,37 @@ bool ask(Parts& parts, ForceSource& source, SourceForces& out) noexcept {
   return true;
 }
 
-// The part of the force that a probe of the encoders leaves.
-float probed(Parts& parts, std::size_t index, const Vec3& force_N) noexcept {
+// What a probe of the encoders leaves of the force: of the torques that it asks of the joints, so it has another direction, but is no
+// greater.
+Vec3 probed(Parts& parts, std::size_t index, const Vec3& force_N) noexcept {
   ArmState& arm = parts.state.arm[index];
   const kinematics::ArmModel& model = parts.setup.arm[index].model();
-  const Vec3 torque_N_m = arm.posture.jacobian.transpose() * force_N;
+  const kinematics::Matrix3<float>& jacobian = arm.posture.jacobian;
+  Vec3 torque_N_m = jacobian.transpose() * force_N;
+  const bool probed_before = arm.probe.probes();
   for (std::size_t j = 0; j < kJoints; ++j) {
     const int axis = static_cast<int>(j);
-    const float share_N_m = std::abs(torque_N_m[axis]);
-    const float lever_m = arm.posture.jacobian.col(axis).norm();
-    const float sure_N_m =
-        sure_change_N_m(EncoderProbe::kCounts, model.joint[j].coulomb_N_m,
-                        std::abs(arm.encoder[j].rad_per_count()), lever_m, EncoderProbe::kFirmHand_N_m);
+    const float sure_N_m = sure_change_N_m(EncoderProbe::kCounts, model.joint[j].coulomb_N_m,
+                                           std::abs(arm.encoder[j].rad_per_count()),
+                                           jacobian.col(axis).norm(), EncoderProbe::kFirmHand_N_m);
     arm.probe.watch(j,
                     {.counts = arm.encoder[j].counts(),
-                     .holds = share_N_m > EncoderProbe::kShare_N * lever_m,
-                     .sure = share_N_m > sure_N_m,
+                     .holds = std::abs(torque_N_m[axis]) > sure_N_m,
                      .changed = arm.suspect[j],
                      .may_rest = parts.setup.has_line_loss[index] || arm.source != nullptr},
                     parts.setup.period_s);
+    torque_N_m[axis] *= arm.probe.part(j);
   }
-  const bool probed_before = arm.probe.probes();
-  const float part = arm.probe.part(parts.setup.period_s);
-  if (!arm.probe.probes()) return part;
+  if (!arm.probe.probes()) return force_N;
   if (!probed_before) ++parts.state.telemetry.probes;
   arm.limiters |= kLimitProbe;
   if (arm.probe.dead()) {
     trip(parts, Fault::encoder_frozen);
     arm.homed = false;
   }
-  return part;
+  const Vec3 left_N = jacobian.transpose().inverse() * torque_N_m;
+  return finite(left_N) ? clamp_force(left_N, force_N.norm()).value
+                        : Vec3::Zero();  // not in a singular posture
 }
 
 // Whether the brake may go on: it slows the tip. If it does not, a hand moves the tip, which a brake would only drag, or a motor does not
@@ -120,7 +121,7 @@ void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
       const LimitedForce part = clamp_force(limited.value, paid * std::min(wanted, max_N));
       limited = {part.value, limited.which || part.which};
     }
-    limited.value *= probed(parts, i, limited.value);
+    limited.value = probed(parts, i, limited.value);
     const Vec3 unramped_N = ramp < 1.0F ? clamp_force(wanted_N, max_N).value : clamped.value;
     arm.limits.add(unramped_N, limited.value, std::min(wanted / 2, max_N) * depth_m);
     arm.force_N = limited.value;

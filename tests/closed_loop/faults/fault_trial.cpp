@@ -82,10 +82,8 @@ class Run {
     std::vector<Sample> samples;
     for (int i = 0; i < seconds(trial_.watch_s); ++i) {
       tick();
-      const firmware::ArmTelemetry& felt = board_.controller().telemetry().arm[0];
       samples.push_back({board_.plant(0).tip_m(), board_.plant(0).tip_velocity_m_s(),
-                         board_.plant(0).hand_force_N(), board_.driven(0), board_.controller().fault(),
-                         (felt.limiters & firmware::kLimitProbe) != 0 && felt.force_N.isZero()});
+                         board_.plant(0).hand_force_N(), board_.driven(0), board_.controller().fault()});
     }
     return samples;
   }
@@ -182,13 +180,12 @@ Watched watch_faulty(const Trial& trial) {
   verdict.share_N = run.share_N();
   const std::uint32_t probes_before = run.probes();
   watched.samples = run.watch(faults);
-  const double force_N = watched.samples.front().on_hand_N.norm();
+  const Vector3d force_N = watched.samples.front().on_hand_N;
   verdict.probes = run.probes() - probes_before;
   for (std::size_t i = 0; i < watched.samples.size(); ++i) {
     const Sample& now = watched.samples[i];
-    if (force_N > 0) verdict.sag = std::max(verdict.sag, 1 - now.on_hand_N.norm() / force_N);
-    if (!verdict.found_s && !now.away) verdict.away_s.reset();
-    if (now.away && !verdict.away_s) verdict.away_s = static_cast<double>(i + 1) / trial.rate_Hz;
+    if (!force_N.isZero())
+      verdict.sag = std::max(verdict.sag, (force_N - now.on_hand_N).norm() / force_N.norm());
     if (verdict.found_s || now.fault == firmware::Fault::kNone) continue;
     verdict.found_s = static_cast<double>(i + 1) / trial.rate_Hz;
     verdict.fault = now.fault;

@@ -43,9 +43,8 @@ struct Verdict {
   firmware::Fault fault = firmware::Fault::kNone;  // that the controller names
   std::optional<double> found_s, off_s;            // after the instant of the fault
   double travel_m = 0, speed_m_s = 0, impulse_N_s = 0;
-  std::uint32_t probes = 0;      // of the encoders
-  double sag = 0;                // the greatest part of the force that is gone at any time
-  std::optional<double> away_s;  // since when a probe leaves no force, until the end or the fault
+  std::uint32_t probes = 0;  // of the encoders
+  double sag = 0;            // the greatest change of the force by then, as a part of it
   std::array<double, 3>
       share_N{};  // of the force at the tip, that each joint gives; at the instant of the fault
 };
@@ -54,7 +53,6 @@ struct Sample {
   Eigen::Vector3d tip_m, velocity_m_s, on_hand_N;
   bool driven = false;
   firmware::Fault fault = firmware::Fault::kNone;
-  bool away = false;  // a probe leaves no force
 };
 // What a sound arm does with this hand, and one without power. It depends on everything but the faults.
 struct References {
