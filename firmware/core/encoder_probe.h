@@ -23,11 +23,11 @@ class EncoderProbe {
   // A share of the force is probed if it moves a sound joint by so much against this hand, whatever its friction did before. A smaller one
   // proves nothing, and is no more than 0.5 N at the arms that are known (DeadEncoder.IsFoundWithinHalfASecond prints it).
   static constexpr float kCounts = 3.0F, kFirmHand_N_m = 2000.0F;
-  // A still hand answers within the first kGentle of the torque, which is taken away in kGentle_s and given back as fast: a tenth is the
-  // least change of a force that a hand notices (Weber fraction). The rest goes within kRest_s.
-  static constexpr float kGentle = 0.1F, kGentle_s = 0.05F, kRest_s = 0.1F;
+  // A still hand answers within the first kGentle of the torque, which is taken away in kGentle_s: a tenth is the least change of a force
+  // that a hand notices (Weber fraction). The rest goes within kRest_s. Both come back as fast.
+  static constexpr float kGentle = 0.16F, kGentle_s = 0.08F, kRest_s = 0.04F;
   // A hand that lifts off while the torque is taken away may keep a joint where it is, by the joint's friction; not for this long.
-  static constexpr float kEmpty_s = 0.1F;
+  static constexpr float kEmpty_s = 0.05F;
 
   void reset() noexcept { *this = {}; }
 
@@ -41,20 +41,17 @@ class EncoderProbe {
   void watch(std::size_t joint, const Sight& sight, float period_s) noexcept {
     Joint& j = joints_[joint];
     j.holds = sight.holds;
+    const float step = period_s * (j.taken < kGentle ? kGentle / kGentle_s : (1.0F - kGentle) / kRest_s);
     if (j.place.counted(sight.counts)) {
       j.still_s = 0;
-    } else if (sight.holds && sight.changed) {
-      j.still_s = 2 * kStill_s;
-    } else {
+    } else if (j.suspect() ||
+               j.taken ==
+                   0.0F) {  // while the torque comes back, what could be taken away again proves nothing
+      if (sight.holds && sight.changed) j.still_s = 2 * kStill_s;
       const bool suspect = sight.holds && !sight.may_rest;
       j.still_s = std::clamp(j.still_s + (suspect ? period_s : -period_s), 0.0F, 2 * kStill_s);
     }
-    if (!j.suspect()) {
-      j.taken = std::max(j.taken - period_s * kGentle / kGentle_s, 0.0F);
-    } else {
-      const float rate = j.taken < kGentle ? kGentle / kGentle_s : (1.0F - kGentle) / kRest_s;
-      j.taken = std::min(j.taken + period_s * rate, 1.0F);
-    }
+    j.taken = std::clamp(j.taken + (j.suspect() ? step : -step), 0.0F, 1.0F);
     j.empty_s = j.taken < 1.0F ? 0.0F : j.empty_s + period_s;
   }
 

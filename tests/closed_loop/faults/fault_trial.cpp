@@ -83,7 +83,8 @@ class Run {
     for (int i = 0; i < seconds(trial_.watch_s); ++i) {
       tick();
       samples.push_back({board_.plant(0).tip_m(), board_.plant(0).tip_velocity_m_s(),
-                         board_.plant(0).hand_force_N(), board_.driven(0), board_.controller().fault()});
+                         board_.plant(0).hand_force_N(), board_.driven(0), board_.controller().fault(),
+                         board_.controller().telemetry().arm[0].counts});
     }
     return samples;
   }
@@ -180,12 +181,12 @@ Watched watch_faulty(const Trial& trial) {
   verdict.share_N = run.share_N();
   const std::uint32_t probes_before = run.probes();
   watched.samples = run.watch(faults);
-  const Vector3d force_N = watched.samples.front().on_hand_N;
   verdict.probes = run.probes() - probes_before;
   for (std::size_t i = 0; i < watched.samples.size(); ++i) {
     const Sample& now = watched.samples[i];
-    if (!force_N.isZero())
-      verdict.sag = std::max(verdict.sag, (force_N - now.on_hand_N).norm() / force_N.norm());
+    for (std::size_t j = 0; j < 3 && i > 0 && !verdict.found_s; ++j)
+      if (now.counts[j] != watched.samples[i - 1].counts[j])
+        verdict.last_count_s[j] = static_cast<double>(i + 1) / trial.rate_Hz;
     if (verdict.found_s || now.fault == firmware::Fault::kNone) continue;
     verdict.found_s = static_cast<double>(i + 1) / trial.rate_Hz;
     verdict.fault = now.fault;
@@ -215,6 +216,11 @@ Verdict judge(const Trial& trial, const References& references) {
   for (std::size_t i = 0; i < faulty.size(); ++i) {
     const Sample& now = faulty[i];
     verdict.travel_m = std::max(verdict.travel_m, beyond(now.tip_m, off[i].tip_m, sound[i].tip_m).norm());
+    const Vector3d gone_N = sound[i].on_hand_N - now.on_hand_N;
+    if (const double force_N = sound[i].on_hand_N.norm(); force_N > 0) {
+      verdict.sag = std::max(verdict.sag, gone_N.dot(sound[i].on_hand_N) / (force_N * force_N));
+      verdict.change = std::max(verdict.change, gone_N.norm() / force_N);
+    }
     impulse_N_s += beyond(now.on_hand_N, off[i].on_hand_N, sound[i].on_hand_N) / trial.rate_Hz;
     verdict.impulse_N_s = std::max(verdict.impulse_N_s, impulse_N_s.norm());
     fastest_m_s = std::max(fastest_m_s, now.velocity_m_s.norm());

@@ -43,16 +43,18 @@ struct Verdict {
   firmware::Fault fault = firmware::Fault::kNone;  // that the controller names
   std::optional<double> found_s, off_s;            // after the instant of the fault
   double travel_m = 0, speed_m_s = 0, impulse_N_s = 0;
-  std::uint32_t probes = 0;  // of the encoders
-  double sag = 0;            // the greatest change of the force by then, as a part of it
-  std::array<double, 3>
-      share_N{};  // of the force at the tip, that each joint gives; at the instant of the fault
+  std::array<double, 3> last_count_s{};  // of each joint, before a fault was named
+  std::uint32_t probes = 0;              // of the encoders
+  // The greatest part of the force of the sound arm, which is not probed, that is gone; and the greatest change of it, in any direction.
+  double sag = 0, change = 0;
+  std::array<double, 3> share_N{};  // of the force at the tip, each joint's, at the instant of the fault
 };
 
 struct Sample {
   Eigen::Vector3d tip_m, velocity_m_s, on_hand_N;
   bool driven = false;
   firmware::Fault fault = firmware::Fault::kNone;
+  std::array<std::uint32_t, 3> counts{};  // of the encoders, as the board gave them
 };
 // What a sound arm does with this hand, and one without power. It depends on everything but the faults.
 struct References {

@@ -32,7 +32,7 @@ const std::vector<Hazard> kHazards = {
      {"FaultsFelt.EveryFaultInEverySituation", "FaultsFelt.PairsOfFaultsAtRandom"}},
     {"an encoder dies unnoticed while the arm holds a force",
      "line-loss receivers, or the probe",
-     "found within 0.5 s in 95 % of the joints with 0.5 N or more; 20 mm",
+     "found within 0.5 s in 95 % of the joints with 0.6 N or more; 20 mm",
      {"DeadEncoder.IsFoundWithinHalfASecond", "DeadEncoder.AStillHandAtThreeNewtonFeelsLittle"}},
     {"the servo hangs; its process is stopped or killed",
      "guardian, heartbeat and hardware watchdog ([wiring](board-linux.md))",
