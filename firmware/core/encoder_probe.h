@@ -27,7 +27,7 @@ class EncoderProbe {
   // that a hand notices (Weber fraction). The rest goes within kRest_s. Both come back as fast.
   static constexpr float kGentle = 0.16F, kGentle_s = 0.08F, kRest_s = 0.04F;
   // A hand that lifts off while the torque is taken away may keep a joint where it is, by the joint's friction; not for this long.
-  static constexpr float kEmpty_s = 0.05F;
+  static constexpr float kEmpty_s = 0.04F;
 
   void reset() noexcept { *this = {}; }
 
@@ -44,9 +44,8 @@ class EncoderProbe {
     const float step = period_s * (j.taken < kGentle ? kGentle / kGentle_s : (1.0F - kGentle) / kRest_s);
     if (j.place.counted(sight.counts)) {
       j.still_s = 0;
-    } else if (j.suspect() ||
-               j.taken ==
-                   0.0F) {  // while the torque comes back, what could be taken away again proves nothing
+    } else if (j.suspect() || j.taken == 0.0F) {
+      // Not while its torque comes back: what is left of it proves nothing.
       if (sight.holds && sight.changed) j.still_s = 2 * kStill_s;
       const bool suspect = sight.holds && !sight.may_rest;
       j.still_s = std::clamp(j.still_s + (suspect ? period_s : -period_s), 0.0F, 2 * kStill_s);

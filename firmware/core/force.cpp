@@ -26,27 +26,29 @@ bool ask(Parts& parts, ForceSource& source, SourceForces& out) noexcept {
 }
 
 // What a probe of the encoders leaves of the force: of the torques that it asks of the joints, so it has another direction, but is no
-// greater.
-Vec3 probed(Parts& parts, std::size_t index, const Vec3& force_N) noexcept {
+// greater. wanted_N is before the account of the energy, which takes from the force while a hand follows the probe.
+Vec3 probed(Parts& parts, std::size_t index, const Vec3& wanted_N, const Vec3& force_N) noexcept {
   ArmState& arm = parts.state.arm[index];
   const kinematics::ArmModel& model = parts.setup.arm[index].model();
   const kinematics::Matrix3<float>& jacobian = arm.posture.jacobian;
   Vec3 torque_N_m = jacobian.transpose() * force_N;
   const bool probed_before = arm.probe.probes();
+  const Vec3 asked_N_m = probed_before ? Vec3(jacobian.transpose() * wanted_N) : torque_N_m;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const int axis = static_cast<int>(j);
     const float sure_N_m = sure_change_N_m(EncoderProbe::kCounts, model.joint[j].coulomb_N_m,
                                            std::abs(arm.encoder[j].rad_per_count()),
                                            jacobian.col(axis).norm(), EncoderProbe::kFirmHand_N_m);
-    arm.probe.watch(j,
-                    {.counts = arm.encoder[j].counts(),
-                     .holds = std::abs(torque_N_m[axis]) > sure_N_m,
-                     .changed = arm.suspect[j],
-                     .may_rest = parts.setup.has_line_loss[index] || arm.source != nullptr},
-                    parts.setup.period_s);
-    torque_N_m[axis] *= arm.probe.part(j);
+    arm.probe.watch(
+        j,
+        {.counts = arm.encoder[j].counts(),
+         .holds = std::abs(arm.probe.part(j) < 1.0F ? asked_N_m[axis] : torque_N_m[axis]) > sure_N_m,
+         .changed = arm.suspect[j],
+         .may_rest = parts.setup.has_line_loss[index] || arm.source != nullptr},
+        parts.setup.period_s);
   }
   if (!arm.probe.probes()) return force_N;
+  for (std::size_t j = 0; j < kJoints; ++j) torque_N_m[static_cast<int>(j)] *= arm.probe.part(j);
   if (!probed_before) ++parts.state.telemetry.probes;
   arm.limiters |= kLimitProbe;
   if (arm.probe.dead()) {
@@ -114,14 +116,16 @@ void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
     const float max_N = arm.limits.max_N(max_force_N(parts, i), wanted, depth_m,
                                          kLimitSlew_N_s * parts.setup.period_s, parts.setup.period_s);
     const LimitedForce clamped = clamp_force(ramp * wanted_N, max_N);
-    const Vec3 from_N = rendered ? remaining(arm.force_N, clamped.value) : arm.force_N;
+    const Vec3& last_N = arm.probe.probes() ? arm.unprobed_N : arm.force_N;
+    const Vec3 from_N = rendered ? remaining(last_N, clamped.value) : last_N;
     LimitedForce limited = slew_force(clamped.value, from_N, max_step_N);
     const float paid = arm.limits.paid(arm.posture.tip_m, parts.setup.period_s);
     if (rendered && paid < 1.0F) {
       const LimitedForce part = clamp_force(limited.value, paid * std::min(wanted, max_N));
       limited = {part.value, limited.which || part.which};
     }
-    limited.value = probed(parts, i, limited.value);
+    arm.unprobed_N = limited.value;
+    limited.value = probed(parts, i, clamped.value, limited.value);
     const Vec3 unramped_N = ramp < 1.0F ? clamp_force(wanted_N, max_N).value : clamped.value;
     arm.limits.add(unramped_N, limited.value, std::min(wanted / 2, max_N) * depth_m);
     arm.force_N = limited.value;

@@ -45,10 +45,11 @@ struct ArmState {
   kinematics::Posture<float> posture;
   Vec3 tip_velocity_m_s = Vec3::Zero();
   // Driven. Until drive() is called in a tick, these are the values of the tick before.
-  ForceSource* source = nullptr;  // the guest that leads this arm; null: State::source gives its force
-  Vec3 force_N = Vec3::Zero();    // after all limits
-  ForceAccount limits;            // what the limits have kept back
-  float braked_m_s = 0;           // while the tip is braked: the speed that it should have at most
+  ForceSource* source = nullptr;   // the guest that leads this arm; null: State::source gives its force
+  Vec3 force_N = Vec3::Zero();     // after all limits
+  Vec3 unprobed_N = Vec3::Zero();  // before a probe of the encoders took some of it away
+  ForceAccount limits;             // what the limits have kept back
+  float braked_m_s = 0;            // while the tip is braked: the speed that it should have at most
   Vec3 torque_N_m = Vec3::Zero();
   Vec3 current_A = Vec3::Zero();
   std::uint8_t limiters = 0;  // Limiter bits of this tick

@@ -30,7 +30,7 @@ using board::PlannedFault;
 struct Limits {
   double travel_m, impulse_N_s;
 };
-constexpr Limits kSeen{.003, .05}, kShown{.010, .1}, kProbed{.020, .1}, kReported{1e9, 1e9};
+constexpr Limits kSeen{.003, .05}, kShown{.010, .1}, kProbed{.020, .2}, kReported{1e9, 1e9};
 constexpr double kOff_s = .25 + .002;  // drives off, after the fault was found
 
 struct Case {
