@@ -83,16 +83,20 @@ async function armed(page: Page): Promise<void> {
   await until('the scene', async () => (await page.getByTestId('view').getAttribute('data-objects')) !== null);
 }
 
-// Force and depth when both have come to rest.
+// Force and depth of a hand at rest: where the force is greatest, because the probes of the encoders take some of it away for a moment.
 async function at_rest(page: Page): Promise<{ force: number; depth: number }> {
-  let force = await number_in(page, 'force');
+  let most = { force: 0, depth: 0 };
   await until('a force at rest', async () => {
-    const was = force;
-    await page.waitForTimeout(400);
-    force = await number_in(page, 'force');
-    return Math.abs(force - was) < 0.03;
+    const was = most.force;
+    most = { force: 0, depth: 0 };
+    for (let look = 0; look < 12; ++look) {
+      await page.waitForTimeout(70);
+      const force = await number_in(page, 'force');
+      if (force > most.force) most = { force, depth: await number_in(page, 'depth') };
+    }
+    return Math.abs(most.force - was) < 0.03;
   });
-  return { force, depth: await number_in(page, 'depth') };
+  return most;
 }
 
 test('blocks: dragged onto a block, the hand is pushed back; a softer block pushes less; what is felt is saved', async () => {
