@@ -135,7 +135,8 @@ TEST(DeadEncoder, AStillHandAtThreeNewtonFeelsLittle) {
       trial.watch_s = 1;
       const Verdict verdict = judge(trial);
       std::printf(
-          "%s, %.0f Hz, hand %.0f N/m, wall %.0f N/m, shares %.2f %.2f %.2f N: %u probes in 1 s, sag %.1f %%, "
+          "%s, %.0f Hz, hand %.0f N/m, wall %.0f N/m, shares %.2f %.2f %.2f N: %u probes in 1 s, sag %.1f "
+          "%%, "
           "change %.1f %%\n",
           variant, trial.rate_Hz, trial.holds.stiffness_N_m, static_cast<double>(trial.stiffness_N_m),
           verdict.share_N[0], verdict.share_N[1], verdict.share_N[2], verdict.probes, verdict.sag * 100,
