@@ -10,7 +10,6 @@ import signal
 import socket
 import struct
 import subprocess
-import threading
 import time
 import unittest
 import xml.etree.ElementTree
@@ -251,20 +250,6 @@ class Record(Rig):
     def test_a_killed_recorder_leaves_no_arm_armed(self):
         """At several moments, over TCP and the pty, which one program at a time may open; with its whole process group, too."""
         sim, scene = self.touching()
-        monitor = self.start("monitor", "--json", "--device", sim.tcp)
-        self.addCleanup(monitor.communicate)
-        heard = []  # the modes; always read: lines that wait in the pipe tell the past
-
-        def listen():
-            for line in monitor.stdout:
-                message = json.loads(line)
-                if message["message"] == "Status":
-                    heard.append(message["mode"])
-
-        listener = threading.Thread(target=listen)
-        listener.start()
-        self.addCleanup(listener.join)
-        self.addCleanup(monitor.kill)
         most_s = 8 if SLOW else 2  # the simulator is slower than real time under the sanitizers
         slowest_s = 0
         for number, (uri, pause_s, group) in enumerate(((sim.tcp, 0.0, False), (sim.pty, 0.3, False), (sim.tcp, 0.5, True), (sim.pty, 0.0, True))):
@@ -273,15 +258,10 @@ class Record(Rig):
             self.addCleanup(recorder.kill)
             self.assertIn("armed", recorder.stderr.readline())
             self.wait_for_mode(sim.tcp, "armed")
-            while heard[-1:] != ["armed"]:
-                time.sleep(0.005)
             time.sleep(pause_s)
             killed = time.monotonic()
             os.killpg(recorder.pid, signal.SIGKILL) if group else recorder.kill()
-            before = len(heard)
-            while (modes := heard[before:])[-1:] != ["ready"]:
-                time.sleep(0.005)
-                self.assertLess(time.monotonic() - killed, most_s, "still armed: %s" % modes[-5:])
+            self.wait_for_mode(sim.tcp, "ready", most_s)
             slowest_s = max(slowest_s, time.monotonic() - killed)
             self.assertIn("it was disarmed", recorder.stderr.read())
             recorder.wait()
