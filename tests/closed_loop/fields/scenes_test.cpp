@@ -25,9 +25,10 @@ Rows play(const std::string& name, bool ideal) {
   const std::filesystem::path folder = std::filesystem::path(THIMBLE_SOURCE_DIR) / "scenes" / name;
   const host::CompiledScene scene = host::compile_scene(folder / (name + ".scene.json"));
   Rows rows;
-  const board::SimulationResult result =
-      board::simulate(scene.image, board::read_hand_path(folder / "stroke.csv"), {.ideal = ideal},
-                      [&](const LogRow& row) { rows.push_back(row); });
+  // With line-loss detection a hand that holds still is not probed: the force of the scene alone is looked at.
+  const board::SimulationResult result = board::simulate(
+      scene.image, board::read_hand_path(folder / "stroke.csv"),
+      {.ideal = ideal, .sensors = {.line_loss = true}}, [&](const LogRow& row) { rows.push_back(row); });
   EXPECT_EQ(result.status, board::SimulationStatus::kOk) << result.detail;
   return rows;
 }

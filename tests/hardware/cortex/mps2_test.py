@@ -168,7 +168,7 @@ class Mps2(unittest.TestCase):
         self.assertAlmostEqual(board.force_z(), 0, delta=0.05)
         board.hand(0, 0, -0.006)
         board.force_z(300)  # until it rests
-        frames = [json.loads(line) for line in board.thimble("monitor", "--count", 20, "--json").stdout.splitlines()]
+        frames = [json.loads(line) for line in board.thimble("monitor", "--count", 120, "--json").stdout.splitlines()]
         depths_m = [-frame["z_m"] for frame in frames if frame["message"] == "Pose"]
         forces_N = [frame["z_N"] for frame in frames if frame["message"] == "Force"]
         # A hand that holds still is probed now and then: the force is less meanwhile.
