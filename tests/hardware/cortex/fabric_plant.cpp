@@ -4,6 +4,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -17,6 +18,7 @@ namespace {
 constexpr std::size_t kMapBytes = 4096;
 // Between two looks at the block. A tick of the emulated board takes longer.
 constexpr std::chrono::microseconds kLook{20};
+constexpr double kHand_m_s = 0.2;
 
 void* map(const std::filesystem::path& memory, std::size_t offset) {
   const int fd = open(memory.c_str(), O_RDWR | O_CLOEXEC);
@@ -54,8 +56,9 @@ FabricPlant::~FabricPlant() {
 
 void FabricPlant::hold(const board::Vector3d& position_m) {
   const std::lock_guard lock(mutex_);
+  if (!held_) hand_m_ = position_m;
   held_ = true;
-  plant_.set_hand_target(position_m, board::Vector3d::Zero());
+  wanted_m_ = position_m;
 }
 
 void FabricPlant::set_lines(std::uint32_t lines) noexcept { registers_->lines = lines; }
@@ -91,6 +94,10 @@ void FabricPlant::step() {
                          enabled_);
   ++steps_;
   if (!held_) return;
+  const board::Vector3d way_m = wanted_m_ - hand_m_;
+  const double step_m = kHand_m_s * period_s_;
+  hand_m_ += way_m * std::min(1.0, step_m / std::max(way_m.norm(), step_m));
+  plant_.set_hand_target(hand_m_, board::Vector3d::Zero());
   plant_.step(period_s_);
   const std::array<std::uint32_t, 3> counts = plant_.encoder_counts();
   for (std::size_t joint = 0; joint < counts.size(); ++joint) registers_->arm[0].count[joint] = counts[joint];
