@@ -345,8 +345,11 @@ class Session {
     } else {
       routine(kDisarm);
     }
-    host_->run(2);
-    if (shown().mode == Mode::kArmed) complain("a stop was not obeyed");
+    const std::uint64_t tick = shown().tick;
+    host_->run(6);  // a hung board obeys nothing: its drives are off after 5 ms
+    for (std::size_t arm = 0; arm < hands_.size(); ++arm)
+      if (shown().mode == Mode::kArmed && (shown().tick != tick || board_.driven(arm)))
+        complain("a stop was not obeyed");
     if (!recover()) return;
   }
 
