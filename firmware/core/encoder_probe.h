@@ -21,10 +21,10 @@ class EncoderProbe {
  public:
   static constexpr float kStill_s = 0.2F;  // without a count; before, nothing is probed
   // A share of the force is probed if it moves a sound joint by so much against this hand, whatever its friction did before. A smaller one
-  // proves nothing, and is no more than 0.5 N at the arms that are known (DeadEncoder.IsFoundWithinHalfASecond prints it).
+  // proves nothing, and is no more than 0.6 N at the arms that are known (DeadEncoder.IsFoundWithinHalfASecond prints it).
   static constexpr float kCounts = 3.0F, kFirmHand_N_m = 2000.0F;
-  // A still hand answers within the first kGentle of the torque, which is taken away in kGentle_s: a tenth is the least change of a force
-  // that a hand notices (Weber fraction). The rest goes within kRest_s. Both come back as fast.
+  // A still hand answers while the first kGentle of a joint's torque is taken away, in kGentle_s: about a tenth of the force, the least
+  // change of it that a hand notices (Weber fraction). The rest goes within kRest_s. Both come back as fast.
   static constexpr float kGentle = 0.16F, kGentle_s = 0.08F, kRest_s = 0.04F;
   // A hand that lifts off while the torque is taken away may keep a joint where it is, by the joint's friction; not for this long.
   static constexpr float kEmpty_s = 0.04F;
