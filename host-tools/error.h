@@ -22,6 +22,7 @@ enum class ExitCode : int {
   kFaulted = 9,       // the device is faulted
   kBadInput = 10,     // bad input file
   kNotStopped = 11,   // a stop was not confirmed
+  kCommanded = 12,    // another program commands the device
 };
 
 class Error : public std::runtime_error {

@@ -17,7 +17,7 @@ using link::Nrc;
 
 // What the controller keeps of a host between its requests.
 struct Host {
-  link::Micros heard_us = 0;  // when its last frame came
+  std::uint8_t address = 0;  // on the link; 0: it has no place
   link::Session session = link::Session::kDefault;
   std::optional<link::Reset> restart;  // wanted once the answer has left
   bool disarming = false;              // it has asked for a disarm that no tick has obeyed yet

@@ -68,11 +68,9 @@ void Download::finish(bool well) noexcept {
 Nrc prepare_download(Services& services, Call& call) noexcept {
   ServiceParts& parts = services.parts;
   call.host.refuse("");
-  if (!services.download.may_be_prepared_by(call.host, call.now_us))
-    return busy(call.host, Busy::kOtherHostUploads);
-  services.download.end(call.host);
   // The tick still reads the slot that is to be erased.
   if (parts.core.sources().scene.pending()) return busy(call.host, Busy::kSceneSwitching);
+  services.download.finish(false);  // whosever it was
   const std::uint32_t length = u32_at(routine_arguments(call), 0);
   const StoreStatus status = parts.store.begin(length, u32_at(routine_arguments(call), 4));
   if (status != StoreStatus::kOk) return refuse(call.host, status);

@@ -1,10 +1,9 @@
 // The download of a scene image into the spare slot (services 34, 36, 37; routines 0205 prepare, 0204 activate). The running
 // scene is never touched before the activation.
 //
-// There is one download at a time. It belongs to the host that prepared it, until it is activated or fails, or until that host's
-// session ends. Other hosts are answered "busy" meanwhile (refusal.h, kOtherHostUploads). If the owner was silent for more than
-// kSilence_us, the next host that prepares a download becomes the owner. The next block of the old owner is then refused (24, wrong
-// order), and it may prepare again.
+// There is one download at a time. It belongs to the host that prepared it, until it is activated or fails, until that host's session
+// ends, or until another host, which has the lease then (lease.h), prepares one. The next block of the old owner is then refused (24,
+// wrong order), and it may prepare again. Meanwhile no other host activates it (refusal.h, kOtherHostUploads).
 #pragma once
 
 #include <cstdint>
@@ -17,15 +16,8 @@ class Download {
  public:
   explicit Download(std::uint16_t block_bytes) noexcept : block_bytes_(block_bytes) {}
 
-  // Longer than the gaps of an upload, because a host repeats a lost block after 0.1 s. Shorter than link::kHostTimeout_us, so that
-  // an upload whose program was killed need not wait until that program's place ends.
-  static constexpr link::Micros kSilence_us = 1'000'000;
-
   [[nodiscard]] bool belongs_to_another(const Host& host) const noexcept {
     return owner_ != nullptr && owner_ != &host;
-  }
-  [[nodiscard]] bool may_be_prepared_by(const Host& host, link::Micros now_us) const noexcept {
-    return !belongs_to_another(host) || now_us - owner_->heard_us > kSilence_us;
   }
   void prepare(const Host& host, std::uint32_t length, std::uint32_t has) noexcept;
   // The host must prepare again; the download still belongs to it.

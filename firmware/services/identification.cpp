@@ -48,6 +48,7 @@ void device_state(const Services& services, ByteWriter& out) noexcept {
   state.link_losses = parts.link.link_losses;
   state.contact_bound = record.contact_bound;
   state.probes = record.probes;
+  state.commander = services.commander();
   out.put_record(state);
 }
 

@@ -1,4 +1,6 @@
 // Parameters: service 2E (write), their part of 22 (read), routine 0207 (save).
+#include <bit>
+
 #include "firmware/services/handlers.h"
 #include "firmware/services/refusal.h"
 
@@ -19,6 +21,13 @@ constexpr std::size_t kParamBytes = 4;
       return refuse(host, kWrongMode, "");
   }
   return Nrc::kGeneralReject;
+}
+
+// Anybody may write what no force depends on, and may lower the maximum force.
+[[nodiscard]] bool is_command(const Params& params, const ParamRow& row, std::uint32_t bits) noexcept {
+  const bool lowers =
+      row.id == row_of(Param::max_force).id && std::bit_cast<float>(bits) <= params.get(Param::max_force);
+  return row.recorded == Recording::kRecorded && !lowers;
 }
 
 }  // namespace
@@ -48,6 +57,10 @@ Nrc write_data(Services& services, Call& call) noexcept {
   for (std::size_t i = 0; i < kParamBytes; ++i) bits |= static_cast<std::uint32_t>(value[i]) << (8 * i);
 
   ServiceParts& parts = services.parts;
+  if (is_command(parts.params, *row, bits)) {
+    const Nrc allowed = services.may_command(call);
+    if (allowed != Nrc::kOk) return allowed;
+  }
   if (id == row_of(Param::telemetry_fd).id && bits != 0 && parts.config.classic_can) {
     call.host.refuse("bus_without_can_fd");
     return Nrc::kConditionsNotCorrect;

@@ -14,23 +14,33 @@
 namespace thimble::firmware {
 
 // Each ends by itself: the host may repeat its request.
-enum class Busy : std::uint8_t { kSceneSwitching, kOtherHostUploads, kCommandPending, kRestarting };
+enum class Busy : std::uint8_t {
+  kSceneSwitching,
+  kOtherHostCommands,
+  kOtherHostUploads,
+  kCommandPending,
+  kRestarting
+};
 struct BusyRow {
   Busy busy;
   const char* name;
   const char* meaning;
 };
-inline constexpr std::array<BusyRow, 4> kBusyTable = {{
+inline constexpr std::array<BusyRow, 5> kBusyTable = {{
     {Busy::kSceneSwitching, "scene_switching",
      "the tick has not taken the scene that was activated last; until then it reads the slot that a download "
      "would erase"},
+    {Busy::kOtherHostCommands, "other_host_commands", "another host has given a command in the last 1.5 s"},
     {Busy::kOtherHostUploads, "other_host_uploads",
-     "another host has begun a download; it ends with its activation, with that host's session, or after 1 s "
-     "of silence"},
+     "the image to activate is another host's; it is so until that host's session ends or another host "
+     "prepares a download"},
     {Busy::kCommandPending, "command_pending", "the tick has not executed the last command yet"},
     {Busy::kRestarting, "restarting",
      "a host has asked for a restart, and the board restarts once the motors are off"},
 }};
+
+// The text of a command that is refused because another host's arm is armed or homing (answer 22).
+inline constexpr const char* kOtherHostsArm = "other_hosts_arm";
 
 Nrc busy(Host& host, Busy reason) noexcept;                                       // kBusyRepeatRequest
 Nrc refuse(Host& host, Conditions conditions, const char* board_lacks) noexcept;  // kConditionsNotCorrect

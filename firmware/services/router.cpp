@@ -42,7 +42,6 @@ bool Router::on_frame(const CanFrame& frame, Micros now) noexcept {
   if (!index) return true;  // of a host whose place has ended: it claims one again
   Place& place = places_[*index];
   hosts_.heard(*index, now);
-  place.host.heard_us = now;
   if (place.pending && is_urgent(frame)) {  // the request that was pending is given up, without an answer
     handler_.give_up(place.host);
     place.pending = false;
@@ -111,7 +110,7 @@ void Router::answer_without_place(const CanFrame& frame, Micros now) noexcept {
     handler_.session_ended(nobody);
     // There is no place to keep the session in.
     if (result == Nrc::kOk && nobody.session != link::Session::kDefault) result = Nrc::kBusyRepeatRequest;
-    if (result == Nrc::kOk && call.sign_of_life) handler_.host_alive();
+    if (result == Nrc::kOk && call.sign_of_life) handler_.host_alive(call.host, now);
     if (result == Nrc::kOk && call.suppressible && (call.request[1] & link::kSuppressPositive) != 0) return;
     out.data[0] = static_cast<std::uint8_t>(answer.size());
   }
@@ -125,6 +124,7 @@ void Router::open(std::size_t index, Micros now) noexcept {
   place.channel.config() = config_;
   place.channel.set_ids(link::response_id(node_, address), link::request_id(node_, address));
   place.host = {};
+  place.host.address = address;
   place.grant_due = place.leaving = place.pending = false;
   hosts_.heard(index, now);
 }
@@ -190,7 +190,7 @@ void Router::serve(Place& place, Micros now) noexcept {
 
   const bool suppress =
       result == Nrc::kOk && !was_pending && call.suppressible && (request[1] & link::kSuppressPositive) != 0;
-  if (result == Nrc::kOk && call.sign_of_life) handler_.host_alive();
+  if (result == Nrc::kOk && call.sign_of_life) handler_.host_alive(call.host, now);
   const std::array<std::uint8_t, 3> refusal = {link::kNegative, request[0],
                                                static_cast<std::uint8_t>(result)};
   const std::span<const std::uint8_t> said =

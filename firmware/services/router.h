@@ -38,10 +38,10 @@ class RequestHandler {
   // Whether a request goes before one of the same host that is pending: a disarm.
   [[nodiscard]] virtual bool urgent(std::span<const std::uint8_t> request) const noexcept = 0;
   virtual void give_up(Host& host) noexcept = 0;  // the host's pending request
-  // The host's session has ended: it left, was silent for too long, or chose another session.
+  // The host left, or was silent for too long.
   virtual void session_ended(Host& host) noexcept = 0;
-  virtual void
-  host_alive() noexcept = 0;  // a host had a positive answer, and Call::sign_of_life was not taken away
+  // It had a positive answer, and Call::sign_of_life was not taken away.
+  virtual void host_alive(const Host& host, link::Micros now) noexcept = 0;
   virtual void restart(link::Reset kind) noexcept = 0;  // asked for by a host that has had its answer
 
  protected:

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "firmware/services/handlers.h"
+#include "firmware/services/refusal.h"
 
 namespace thimble::firmware {
 namespace {
@@ -12,6 +13,7 @@ using link::Service;
 using link::Session;
 
 enum class Sessions : std::uint8_t { kAll, kNotDefault, kProgramming };
+enum class Needs : std::uint8_t { kNothing, kLease };  // kLease: it is a command (lease.h)
 
 [[nodiscard]] bool allows(Sessions sessions, Session session) noexcept {
   switch (sessions) {
@@ -32,20 +34,21 @@ using Handler = Nrc (*)(Services&, Call&) noexcept;
 struct ServiceRow {
   Service service;
   Sessions sessions;
+  Needs needs;
   Handler handle;
 };
 constexpr std::array<ServiceRow, 11> kServices = {{
-    {Service::kSession, Sessions::kAll, session_control},
-    {Service::kReset, Sessions::kNotDefault, restart_board},
-    {Service::kClearFaults, Sessions::kNotDefault, clear_faults},
-    {Service::kReadFaults, Sessions::kAll, read_faults},
-    {Service::kReadData, Sessions::kAll, read_data},
-    {Service::kWriteData, Sessions::kNotDefault, write_data},
-    {Service::kRoutine, Sessions::kAll, routine_control},  // kRoutines says in which sessions each works
-    {Service::kRequestDownload, Sessions::kProgramming, request_download},
-    {Service::kTransferData, Sessions::kProgramming, transfer_data},
-    {Service::kTransferExit, Sessions::kProgramming, transfer_exit},
-    {Service::kTesterPresent, Sessions::kAll, tester_present},
+    {Service::kSession, Sessions::kAll, Needs::kNothing, session_control},
+    {Service::kReset, Sessions::kNotDefault, Needs::kLease, restart_board},
+    {Service::kClearFaults, Sessions::kNotDefault, Needs::kLease, clear_faults},
+    {Service::kReadFaults, Sessions::kAll, Needs::kNothing, read_faults},
+    {Service::kReadData, Sessions::kAll, Needs::kNothing, read_data},
+    {Service::kWriteData, Sessions::kNotDefault, Needs::kNothing, write_data},  // by the parameter
+    {Service::kRoutine, Sessions::kAll, Needs::kNothing, routine_control},      // kRoutines says it of each
+    {Service::kRequestDownload, Sessions::kProgramming, Needs::kLease, request_download},
+    {Service::kTransferData, Sessions::kProgramming, Needs::kLease, transfer_data},
+    {Service::kTransferExit, Sessions::kProgramming, Needs::kLease, transfer_exit},
+    {Service::kTesterPresent, Sessions::kAll, Needs::kNothing, tester_present},
 }};
 
 constexpr std::uint8_t kStart = 0x01, kStop = 0x02, kResults = 0x03;
@@ -55,23 +58,25 @@ struct RoutineRow {
   Routine routine;
   std::uint8_t action;
   Sessions sessions;
+  Needs needs;
   std::size_t argument_bytes;
   Handler handle;
 };
 constexpr std::array<RoutineRow, 13> kRoutines = {{
-    {Routine::kArm, kStart, Sessions::kNotDefault, 0, arm},
-    {Routine::kDisarm, kStart, Sessions::kAll, 0, disarm},  // never a question of the session
-    {Routine::kHome, kStart, Sessions::kNotDefault, 0, home},
-    {Routine::kActivate, kStart, Sessions::kNotDefault, 0, activate},
-    {Routine::kPrepareDownload, kStart, Sessions::kProgramming, 8, prepare_download},
-    {Routine::kSaveParameters, kStart, Sessions::kNotDefault, 0, save_parameters},
-    {Routine::kTellTime, kStart, Sessions::kNotDefault, 4, tell_time},
-    {Routine::kMove, kStart, Sessions::kNotDefault, kMoveOrder, start_move},
-    {Routine::kMove, kStop, Sessions::kNotDefault, 0, end_move},
-    {Routine::kMove, kResults, Sessions::kNotDefault, 0, move_results},
-    {Routine::kRecording, kStart, Sessions::kNotDefault, 0, start_recording},
-    {Routine::kRecording, kStop, Sessions::kNotDefault, 0, end_recording},
-    {Routine::kRecording, kResults, Sessions::kNotDefault, 0, recording_start},
+    {Routine::kArm, kStart, Sessions::kNotDefault, Needs::kLease, 0, arm},
+    {Routine::kDisarm, kStart, Sessions::kAll, Needs::kNothing, 0,
+     disarm},  // never a question of the session
+    {Routine::kHome, kStart, Sessions::kNotDefault, Needs::kLease, 0, home},
+    {Routine::kActivate, kStart, Sessions::kNotDefault, Needs::kLease, 0, activate},
+    {Routine::kPrepareDownload, kStart, Sessions::kProgramming, Needs::kLease, 8, prepare_download},
+    {Routine::kSaveParameters, kStart, Sessions::kNotDefault, Needs::kLease, 0, save_parameters},
+    {Routine::kTellTime, kStart, Sessions::kNotDefault, Needs::kNothing, 4, tell_time},
+    {Routine::kMove, kStart, Sessions::kNotDefault, Needs::kLease, kMoveOrder, start_move},
+    {Routine::kMove, kStop, Sessions::kNotDefault, Needs::kNothing, 0, end_move},
+    {Routine::kMove, kResults, Sessions::kNotDefault, Needs::kNothing, 0, move_results},
+    {Routine::kRecording, kStart, Sessions::kNotDefault, Needs::kLease, 0, start_recording},
+    {Routine::kRecording, kStop, Sessions::kNotDefault, Needs::kNothing, 0, end_recording},
+    {Routine::kRecording, kResults, Sessions::kNotDefault, Needs::kNothing, 0, recording_start},
 }};
 
 [[nodiscard]] bool known(std::uint16_t routine) noexcept {
@@ -92,7 +97,9 @@ Nrc routine_control(Services& services, Call& call) noexcept {
   for (const RoutineRow& row : kRoutines) {
     if (static_cast<std::uint16_t>(row.routine) != routine || row.action != action) continue;
     if (!allows(row.sessions, call.host.session)) return Nrc::kNotInThisSession;
-    return arguments.size() == row.argument_bytes ? row.handle(services, call) : Nrc::kIncorrectLength;
+    if (arguments.size() != row.argument_bytes) return Nrc::kIncorrectLength;
+    const Nrc allowed = row.needs == Needs::kLease ? services.may_command(call) : Nrc::kOk;
+    return allowed == Nrc::kOk ? row.handle(services, call) : allowed;
   }
   BoardRoutine* const inject = services.parts.config.inject;
   if (open && inject != nullptr && action == kStart &&
@@ -113,12 +120,44 @@ Services::Services(const ServiceParts& controller) noexcept
       download(controller.config.block_bytes) {}
 
 Nrc Services::handle(Call& call) noexcept {
+  now_us_ = call.now_us;
   if (!call.again) call.host.disarms = parts.core.commands().disarms();
   for (const ServiceRow& row : kServices) {
     if (static_cast<std::uint8_t>(row.service) != call.request[0]) continue;
-    return allows(row.sessions, call.host.session) ? row.handle(*this, call) : Nrc::kNotInThisSession;
+    if (!allows(row.sessions, call.host.session)) return Nrc::kNotInThisSession;
+    const Nrc allowed = row.needs == Needs::kLease ? may_command(call) : Nrc::kOk;
+    return allowed == Nrc::kOk ? row.handle(*this, call) : allowed;
   }
   return Nrc::kServiceNotSupported;
+}
+
+bool Services::active() const noexcept {
+  const Mode mode = parts.core.status().mode();
+  return mode == Mode::kArmed || mode == Mode::kHoming;
+}
+
+Nrc Services::may_command(Call& call) noexcept {
+  if (call.again) return Nrc::kOk;  // the command was taken
+  switch (lease.take(call.host, call.now_us, active())) {
+    case Lease::Taken::kYes:
+      return Nrc::kOk;
+    case Lease::Taken::kNotYet:
+      return busy(call.host, Busy::kOtherHostCommands);
+    case Lease::Taken::kWhileActive:
+      call.host.refuse(kOtherHostsArm);
+      return Nrc::kConditionsNotCorrect;
+  }
+  return Nrc::kGeneralReject;
+}
+
+std::uint8_t Services::commander() const noexcept {
+  const Host* host = lease.holder(now_us_, active());
+  return host == nullptr ? 0 : host->address;
+}
+
+void Services::host_alive(const Host& host, link::Micros now) noexcept {
+  const Host* commands = lease.holder(now, active());
+  if (commands == nullptr || commands == &host) parts.core.commands().keep_alive();
 }
 
 bool Services::urgent(std::span<const std::uint8_t> request) const noexcept {

@@ -16,6 +16,7 @@
 #include "firmware/services/download.h"
 #include "firmware/services/force_orders.h"
 #include "firmware/services/jobs.h"
+#include "firmware/services/lease.h"
 #include "firmware/services/router.h"
 #include "firmware/store/param_store.h"
 #include "firmware/store/persistent_state.h"
@@ -54,9 +55,17 @@ class Services final : public RequestHandler {
     jobs.give_up(host);
     host.disarming = false;
   }
-  void session_ended(Host& host) noexcept override { download.end(host); }
-  void host_alive() noexcept override { parts.core.commands().keep_alive(); }
+  void session_ended(Host& host) noexcept override {
+    download.end(host);
+    lease.end(host);
+  }
+  void host_alive(const Host& host, link::Micros now) noexcept override;
   void restart(link::Reset kind) noexcept override;
+
+  // kOk: the host has the lease. Otherwise the answer.
+  [[nodiscard]] Nrc may_command(Call& call) noexcept;
+  // The address of the host that commands; 0: none.
+  [[nodiscard]] std::uint8_t commander() const noexcept;
 
   ServiceParts parts;
   Jobs jobs;
@@ -64,8 +73,14 @@ class Services final : public RequestHandler {
   EndRecordingJob end_recording;
   SwitchSceneJob switch_scene;
   Download download;
+  Lease lease;
   std::uint32_t recording_scene_crc = 0;      // of the scene that the last recording began with
   std::optional<link::Reset> restart_wanted;  // the board is to start again
+
+ private:
+  [[nodiscard]] bool active() const noexcept;  // armed or homing
+
+  link::Micros now_us_ = 0;  // of the request that is handled
 };
 
 }  // namespace thimble::firmware

@@ -14,8 +14,9 @@ Nrc session_control(Services& services, Call& call) noexcept {
   if (session == Session::kProgramming && call.host.session == Session::kProgramming) {
     services.download.start_over(call.host);  // a host that resumes an upload begins so
   } else {
-    services.session_ended(call.host);
+    services.download.end(call.host);
   }
+  if (session == Session::kDefault) services.lease.end(call.host);
   call.host.session = session;
   call.answer.put(static_cast<std::uint8_t>(session));
   call.answer.put_u16(50);   // P2 in ms: an answer comes within

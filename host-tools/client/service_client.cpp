@@ -21,7 +21,7 @@ using link::Service;
 
 constexpr Micros kAfterPending_us = 5'000'000;    // P2*: how long to wait after "response pending"
 constexpr Micros kLongestAnswer_us = 60'000'000;  // bound for an answer that stays pending
-constexpr Micros kBusy_us = 2'000'000;            // bound for an answer that stays "busy, repeat"
+constexpr Micros kBusy_us = 10'000'000;  // bound for an answer that stays "busy, repeat": an upload may end
 constexpr Micros kBusyPause_us = 20'000;
 constexpr unsigned kClaimsAWait = 8;        // in the time that an answer may take: frames may be lost
 constexpr Micros kPlacePause_us = 200'000;  // between two claims while all places are taken
@@ -76,7 +76,7 @@ std::string remedy_of(const std::string& reasons) {
   // Busy: it passes by itself.
   if (reasons == "scene_switching" || reasons == "command_pending") add("repeat the command");
   if (reasons == "restarting") add("repeat the command when the controller has started again");
-  if (reasons == "other_host_uploads") add("repeat the command when the other host's upload has ended");
+  if (reasons == "other_host_uploads") add("upload again");
   // Of the bus.
   if (reasons == "needs_can_fd_or_lower_rate")
     add("run the loop at a lower rate, or use a controller and a bus with CAN FD");
@@ -326,6 +326,13 @@ void ServiceClient::refused(const std::string& what, Nrc code) {
     const link::DeviceState now = state();
     if (now.fault != 0 && code == Nrc::kConditionsNotCorrect) faulted(what, now.fault);
     const std::string reason = text(link::kDidRefusal);
+    if (reason == "other_host_commands" || reason == "other_hosts_arm") {
+      throw Error(ExitCode::kCommanded, "other-program",
+                  what + " was refused: " +
+                      (reason == "other_hosts_arm" ? "another program has armed the device, or homes it"
+                                                   : "another program commands the device"),
+                  "let it end, or disarm the device (`thimble disarm`), then repeat");
+    }
     if (!reason.empty()) {
       why = reason;
       remedy = remedy_of(reason);

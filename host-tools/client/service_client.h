@@ -3,7 +3,7 @@
 // Device (device.h) and upload_image() (upload.h) use it; a program uses Device. One thread.
 //
 // Errors: kLinkLost, the device did not answer in time. kRefused, the answer is negative, or as many other hosts are
-// connected as the device serves. kFaulted, the answer is negative because the device has a fault. kVersion, a record is
+// connected as the device serves. kCommanded, another program commands the device. kFaulted, the answer is negative because the device has a fault. kVersion, a record is
 // shorter than this version of the link says. The transport's errors pass through.
 #pragma once
 

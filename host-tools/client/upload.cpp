@@ -19,10 +19,7 @@ using Answer = ServiceClient::Answer;
 constexpr std::size_t kSmallestBlock = 64;
 constexpr Micros kBlockAnswer_us = 100'000;  // the shortest time that a block's answer is waited for
 constexpr unsigned kMaxStalls = 20;          // failures in a row without a byte of progress
-// How long to wait for another host's upload. One that was broken off ends 1 s after its last frame (firmware/services/download.h),
-// and at the latest when the place of its host ends; frames may stay in the link's buffers for a while.
-constexpr Micros kOtherUpload_us = 2 * link::kHostTimeout_us;
-constexpr Micros kSwitch_us = 1'000'000;  // how long the tick may take to switch to the new scene
+constexpr Micros kSwitch_us = 1'000'000;     // how long the tick may take to switch to the new scene
 
 std::uint32_t u32_at(std::span<const std::uint8_t> bytes, std::size_t at) {
   std::uint32_t value = 0;
@@ -59,13 +56,7 @@ class Upload {
     Bytes request = routine_request(Routine::kPrepareDownload);
     put_u32(request, length_);
     put_u32(request, result_.crc);
-    const Micros deadline_us = now_us() + kOtherUpload_us;
-    Answer prepared = services_.request(request);
-    while (other_uploads(prepared.code) && now_us() < deadline_us) prepared = services_.request(request);
-    if (other_uploads(prepared.code)) {
-      throw Error(ExitCode::kRefused, "other-upload", "another program is uploading to the device",
-                  "let it end, then repeat");
-    }
+    const Answer prepared = services_.request(request);
     if (prepared.code != Nrc::kOk) services_.refused("the upload", prepared.code);
     const Bytes& has = prepared.bytes;
     if (has.size() != 8 || u32_at(has, 4) > length_) services_.refused("the upload", Nrc::kIncorrectLength);
@@ -74,10 +65,6 @@ class Upload {
     begun_at_ = std::min(begun_at_, sent_);
     first_ = false;
     return true;
-  }
-
-  bool other_uploads(Nrc code) {
-    return code == Nrc::kBusyRepeatRequest && services_.text(link::kDidRefusal) == "other_host_uploads";
   }
 
   bool request_download() {

@@ -35,8 +35,8 @@ struct UploadOptions {
 };
 
 // `progress` (may be empty) is called after every block; what it throws ends the upload and passes through.
-// Errors: kLinkLost, no progress in kMaxStalls tries. kRefused, with the device's reason, or `other-upload` if another host's upload
-// did not end in about 10 s.
+// Errors: kLinkLost, no progress in kMaxStalls tries. kRefused, with the device's reason. kCommanded: another program's upload did not
+// end in 10 s, or it has armed the device.
 // kVerification, the device received other bytes than were announced, or runs another image.
 UploadResult upload_image(ServiceClient& services, std::span<const std::byte> image,
                           const UploadOptions& options, const UploadListener& progress);

@@ -183,7 +183,7 @@ class Hosts(Rig):
             if int(line.split()[0]) >= 10:
                 break
         second = self.image(self.ball_scene(8, name="second"))
-        self.fails(1, "other-upload", "upload", second, "--device", self.device.tcp)
+        self.fails(12, "other-program", "upload", second, "--device", self.device.tcp)
         self.assertEqual(self.running(self.device.tcp)[0], "floor")
         slow.faults = LinkFaults()
         out, err = first.communicate(timeout=100)

@@ -41,7 +41,7 @@ class HostsHandler final : public firmware::RequestHandler {
   bool urgent(std::span<const std::uint8_t>) const noexcept override { return false; }
   void give_up(firmware::Host&) noexcept override {}
   void session_ended(firmware::Host& host) noexcept override { ended.push_back(&host); }
-  void host_alive() noexcept override {}
+  void host_alive(const firmware::Host&, link::Micros) noexcept override {}
   void restart(link::Reset) noexcept override {}
 };
 

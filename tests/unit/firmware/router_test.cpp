@@ -28,7 +28,7 @@ class TestHandler final : public firmware::RequestHandler {
   bool urgent(std::span<const std::uint8_t>) const noexcept override { return false; }
   void give_up(firmware::Host&) noexcept override { ++given_up; }
   void session_ended(firmware::Host&) noexcept override { ++sessions_ended; }
-  void host_alive() noexcept override { ++alive; }
+  void host_alive(const firmware::Host&, link::Micros) noexcept override { ++alive; }
   void restart(link::Reset kind) noexcept override { restarts.push_back(kind); }
 };
 

@@ -328,24 +328,35 @@ TEST(Services, BusyReasons) {
   ASSERT_TRUE(first.ok({0x10, 0x02}));
   ASSERT_TRUE(second.ok({0x10, 0x02}));
 
-  // A download belongs to the host that prepared it.
+  // A download belongs to the host that prepared it, until another one that commands prepares one.
+  const auto lease_ends = [&] {
+    first.run(static_cast<int>(firmware::Lease::kTime_us * 1e-6 / double{bench.config.period_s}) + 1);
+  };
   ASSERT_TRUE(first.ok(prepare));
   EXPECT_EQ(second.refused(prepare), link::Nrc::kBusyRepeatRequest);
-  EXPECT_EQ(second.text(link::kDidRefusal), "other_host_uploads");
+  EXPECT_EQ(second.text(link::kDidRefusal), "other_host_commands");
+  seen.insert("other_host_commands");
   EXPECT_EQ(first.text(link::kDidRefusal), "") << "a refusal is its host's own";
+  ASSERT_TRUE(first.ok({0x10, 0x02})) << "the same host resumes";
+  EXPECT_EQ(download(first, image, link::crc32(image)), Bytes{0x77});
+  lease_ends();
   EXPECT_EQ(second.refused({0x36, 0x01, 0xAA}), link::Nrc::kRequestSequenceError);
   EXPECT_EQ(second.refused({0x31, 0x01, 0x02, 0x04}), link::Nrc::kBusyRepeatRequest);
+  EXPECT_EQ(second.text(link::kDidRefusal), "other_host_uploads");
   seen.insert("other_host_uploads");
-  ASSERT_TRUE(first.ok({0x10, 0x02})) << "the same host resumes";
-  EXPECT_EQ(second.refused(prepare), link::Nrc::kBusyRepeatRequest);
-  EXPECT_EQ(download(first, image, link::crc32(image)), Bytes{0x77});
-  EXPECT_EQ(second.refused(prepare), link::Nrc::kBusyRepeatRequest) << "until it is activated";
+  lease_ends();
   ASSERT_TRUE(first.routine(kActivate));
+  lease_ends();
   EXPECT_TRUE(second.ok(prepare));
   EXPECT_EQ(first.refused(prepare), link::Nrc::kBusyRepeatRequest);
   ASSERT_TRUE(second.ok({0x10, 0x01})) << "or its host's session ends";
   EXPECT_TRUE(first.ok(prepare));
-  ASSERT_TRUE(first.ok({0x10, 0x03}));
+  lease_ends();
+  ASSERT_TRUE(second.ok({0x10, 0x02}));
+  EXPECT_TRUE(second.ok(prepare)) << "who prepares later has it";
+  lease_ends();
+  EXPECT_EQ(first.refused({0x36, 0x01, 0xAA}), link::Nrc::kRequestSequenceError);
+  ASSERT_TRUE(first.ok({0x10, 0x01}));
 
   // No tick comes: what was posted stays.
   ASSERT_EQ(bench.controller->load_scene(image), firmware::StoreStatus::kOk);
@@ -369,8 +380,8 @@ TEST(Services, BusyReasons) {
   bench.tick();
   EXPECT_TRUE(second.ok({0x2E, 0x01, 0x00, 0, 0, 0x80, 0x40}));
 
-  ASSERT_TRUE(first.ok({0x11, 0x01}));
-  first.run(1);
+  ASSERT_TRUE(second.ok({0x11, 0x01}));
+  second.run(1);
   EXPECT_EQ(second.refused({0x31, 0x01, 0x02, 0x01}), link::Nrc::kBusyRepeatRequest);
   EXPECT_EQ(second.text(link::kDidRefusal), "restarting");
   seen.insert("restarting");

@@ -1,0 +1,45 @@
+// Which host commands. One host at a time arms, homes, moves, uploads, restarts and sets what has an effect on the forces (the rows
+// Needs::kLease of services.cpp, and write_data()); the others look. Stopping is anybody's.
+//
+// A command takes the lease where no other host has it. It lasts kTime_us after the last command; while the arm is armed or homing, until
+// the place of the host ends: that is what it ordered. A host gives it back when it opens the default session or leaves.
+//
+// Background context.
+#pragma once
+
+#include "firmware/link/can_frame.h"
+#include "firmware/services/call.h"
+
+namespace thimble::firmware {
+
+class Lease {
+ public:
+  // Longer than the gaps between the commands of a program, as the blocks of an upload on a link that loses frames; short enough to wait
+  // for. Below link::kHostTimeout_us.
+  static constexpr link::Micros kTime_us = 1'500'000;
+
+  enum class Taken : std::uint8_t { kYes, kNotYet, kWhileActive };
+
+  // For a command of this host. `active`: the arm is armed or homing. kNotYet: another host has the lease, which ends by itself;
+  // kWhileActive: the other host's arm is active.
+  [[nodiscard]] Taken take(const Host& host, link::Micros now, bool active) noexcept {
+    if (const Host* other = holder(now, active); other != nullptr && other != &host)
+      return active ? Taken::kWhileActive : Taken::kNotYet;
+    holder_ = &host;
+    commanded_us_ = now;
+    return Taken::kYes;
+  }
+  void end(const Host& host) noexcept {
+    if (holder_ == &host) holder_ = nullptr;
+  }
+  // Null: nobody.
+  [[nodiscard]] const Host* holder(link::Micros now, bool active) const noexcept {
+    return active || now - commanded_us_ < kTime_us ? holder_ : nullptr;
+  }
+
+ private:
+  const Host* holder_ = nullptr;
+  link::Micros commanded_us_ = 0;
+};
+
+}  // namespace thimble::firmware
