@@ -28,14 +28,15 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
       core_(config, params_),
       store_(storage, config.pause),
       param_store_(storage),
+      keys_(storage),
       persistent_(storage, core_),
       telemetry_(core_, params_, config.node_id),
       status_(core_, params_, store_, telemetry_, config.node_id),
       recording_(core_.observers().recorder, config_.arm_count, config.node_id),
       picture_(core_, config.node_id),
       orders_(core_, params_, config.node_id, config_.arm_count),
-      services_({config_, params_, core_, store_, running_, param_store_, persistent_, telemetry_, status_,
-                 recording_, link_, orders_}),
+      services_({config_, params_, core_, store_, running_, param_store_, keys_, persistent_, telemetry_,
+                 status_, recording_, link_, orders_}),
       router_(services_, config.node_id) {
   param_store_.open();
   const bool scene = store_.open(running_) == StoreStatus::kOk;
@@ -47,6 +48,8 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
     running_ = {};
   }
   persistent_.resume_heat(params_, config.utc_s);
+  keys_.open();
+  services_.authenticator.begin(persistent_.records());
   if (aside.scene != 0 || aside.params != 0) core_.begin_with(Fault::set_aside);
   if (store_.damaged() || param_store_.damaged()) core_.begin_with(Fault::store_corrupt);
   if (crashed) core_.begin_with(Fault::watchdog_reset);

@@ -34,6 +34,7 @@
 #include "firmware/services/force_orders.h"
 #include "firmware/services/router.h"
 #include "firmware/services/services.h"
+#include "firmware/store/key_store.h"
 #include "firmware/store/param_store.h"
 #include "firmware/store/persistent_state.h"
 #include "firmware/store/scene_store.h"
@@ -124,6 +125,7 @@ class Controller {
   SceneStore store_;
   control::SceneView running_;  // the scene posted last
   ParamStore param_store_;
+  KeyStore keys_;
   PersistentState persistent_;
   // The real-time frames (firmware/observe/).
   TelemetryFrames telemetry_;

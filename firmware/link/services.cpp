@@ -24,6 +24,12 @@ const char* name(Nrc code) noexcept {
       return "request_sequence_error";
     case Nrc::kRequestOutOfRange:
       return "request_out_of_range";
+    case Nrc::kAuthenticationRequired:
+      return "authentication_required";
+    case Nrc::kRequiredTimeDelayNotExpired:
+      return "required_time_delay_not_expired";
+    case Nrc::kOwnershipVerificationFailed:
+      return "ownership_verification_failed";
     case Nrc::kDownloadNotAccepted:
       return "download_not_accepted";
     case Nrc::kTransferSuspended:

@@ -12,6 +12,7 @@ enum class Service : std::uint8_t {
   kClearFaults = 0x14,
   kReadFaults = 0x19,
   kReadData = 0x22,
+  kAuthentication = 0x29,
   kWriteData = 0x2E,
   kRoutine = 0x31,
   kRequestDownload = 0x34,
@@ -35,6 +36,9 @@ enum class Nrc : std::uint8_t {
   kConditionsNotCorrect = 0x22,
   kRequestSequenceError = 0x24,
   kRequestOutOfRange = 0x31,
+  kAuthenticationRequired = 0x34,
+  kRequiredTimeDelayNotExpired = 0x37,
+  kOwnershipVerificationFailed = 0x58,
   kDownloadNotAccepted = 0x70,
   kTransferSuspended = 0x71,
   kProgrammingFailure = 0x72,
@@ -67,6 +71,10 @@ enum class Routine : std::uint16_t {
   // A host's clock, from which a board that was off learns how far its motors have cooled. Arguments: seconds since 1970 (4 bytes,
   // big-endian).
   kTellTime = 0x0209,
+  // The key that hosts need to command (service 29). Start: the argument is the key, kKeyBytes. Stop: there is none any more. With the motors off.
+  kKey = 0x020A,
+  // Start: takes the lease (docs/link.md), or keeps it for another 1.5 s. Stop: gives it back.
+  kCommand = 0x020B,
   // Breaks the hardware of a simulated board: arguments are an InjectedFault. No real board has it.
   kInject = 0x02F0,
 };

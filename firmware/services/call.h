@@ -19,6 +19,12 @@ using link::Nrc;
 struct Host {
   std::uint8_t address = 0;  // on the link; 0: it has no place
   link::Session session = link::Session::kDefault;
+  std::uint32_t key = 0;  // the number of the key that it has proven to have (KeyStore::number()); 0: none
+  struct Challenge {
+    std::uint32_t number = 0;  // 0: it has none
+    link::Micros given_us = 0;
+  };
+  Challenge challenge;                 // service 29
   std::optional<link::Reset> restart;  // wanted once the answer has left
   bool disarming = false;              // it has asked for a disarm that no tick has obeyed yet
   std::uint32_t disarms = 0;           // Commands::disarms() when its request came

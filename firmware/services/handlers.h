@@ -10,6 +10,12 @@ namespace thimble::firmware {
 [[nodiscard]] Nrc session_control(Services& services, Call& call) noexcept;
 [[nodiscard]] Nrc restart_board(Services& services, Call& call) noexcept;
 [[nodiscard]] Nrc tester_present(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc take_lease(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc give_back_lease(Services& services, Call& call) noexcept;
+// authenticator.cpp
+[[nodiscard]] Nrc authentication(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc set_key(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc remove_key(Services& services, Call& call) noexcept;
 // identification.cpp
 [[nodiscard]] Nrc read_data(Services& services, Call& call) noexcept;
 // parameters.cpp

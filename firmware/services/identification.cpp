@@ -49,6 +49,7 @@ void device_state(const Services& services, ByteWriter& out) noexcept {
   state.contact_bound = record.contact_bound;
   state.probes = record.probes;
   state.commander = services.commander();
+  state.key = parts.keys.state();
   out.put_record(state);
 }
 

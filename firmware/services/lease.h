@@ -7,6 +7,7 @@
 // Background context.
 #pragma once
 
+#include "firmware/core/modes.h"
 #include "firmware/link/can_frame.h"
 #include "firmware/services/call.h"
 
@@ -18,13 +19,12 @@ class Lease {
   // for. Below link::kHostTimeout_us.
   static constexpr link::Micros kTime_us = 1'500'000;
 
-  enum class Taken : std::uint8_t { kYes, kNotYet, kWhileActive };
+  enum class Taken : std::uint8_t { kYes, kNotYet, kWhileArmed };
 
-  // For a command of this host. `active`: the arm is armed or homing. kNotYet: another host has the lease, which ends by itself;
-  // kWhileActive: the other host's arm is active.
-  [[nodiscard]] Taken take(const Host& host, link::Micros now, bool active) noexcept {
-    if (const Host* other = holder(now, active); other != nullptr && other != &host)
-      return active ? Taken::kWhileActive : Taken::kNotYet;
+  // For a command of this host, in this mode. kNotYet: another host has the lease, and it will end by itself; kWhileArmed: nobody knows when.
+  [[nodiscard]] Taken take(const Host& host, link::Micros now, Mode mode) noexcept {
+    if (const Host* other = holder(now, mode); other != nullptr && other != &host)
+      return mode == Mode::kArmed ? Taken::kWhileArmed : Taken::kNotYet;
     holder_ = &host;
     commanded_us_ = now;
     return Taken::kYes;
@@ -33,7 +33,8 @@ class Lease {
     if (holder_ == &host) holder_ = nullptr;
   }
   // Null: nobody.
-  [[nodiscard]] const Host* holder(link::Micros now, bool active) const noexcept {
+  [[nodiscard]] const Host* holder(link::Micros now, Mode mode) const noexcept {
+    const bool active = mode == Mode::kArmed || mode == Mode::kHoming;
     return active || now - commanded_us_ < kTime_us ? holder_ : nullptr;
   }
 

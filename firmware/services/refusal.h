@@ -39,7 +39,7 @@ inline constexpr std::array<BusyRow, 5> kBusyTable = {{
      "a host has asked for a restart, and the board restarts once the motors are off"},
 }};
 
-// The text of a command that is refused because another host's arm is armed or homing (answer 22).
+// The text of a command that is refused while another host has the arm armed (answer 22).
 inline constexpr const char* kOtherHostsArm = "other_hosts_arm";
 
 Nrc busy(Host& host, Busy reason) noexcept;                                       // kBusyRepeatRequest

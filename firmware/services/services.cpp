@@ -37,12 +37,13 @@ struct ServiceRow {
   Needs needs;
   Handler handle;
 };
-constexpr std::array<ServiceRow, 11> kServices = {{
+constexpr std::array<ServiceRow, 12> kServices = {{
     {Service::kSession, Sessions::kAll, Needs::kNothing, session_control},
     {Service::kReset, Sessions::kNotDefault, Needs::kLease, restart_board},
     {Service::kClearFaults, Sessions::kNotDefault, Needs::kLease, clear_faults},
     {Service::kReadFaults, Sessions::kAll, Needs::kNothing, read_faults},
     {Service::kReadData, Sessions::kAll, Needs::kNothing, read_data},
+    {Service::kAuthentication, Sessions::kNotDefault, Needs::kNothing, authentication},
     {Service::kWriteData, Sessions::kNotDefault, Needs::kNothing, write_data},  // by the parameter
     {Service::kRoutine, Sessions::kAll, Needs::kNothing, routine_control},      // kRoutines says it of each
     {Service::kRequestDownload, Sessions::kProgramming, Needs::kLease, request_download},
@@ -62,7 +63,7 @@ struct RoutineRow {
   std::size_t argument_bytes;
   Handler handle;
 };
-constexpr std::array<RoutineRow, 13> kRoutines = {{
+constexpr std::array<RoutineRow, 17> kRoutines = {{
     {Routine::kArm, kStart, Sessions::kNotDefault, Needs::kLease, 0, arm},
     {Routine::kDisarm, kStart, Sessions::kAll, Needs::kNothing, 0,
      disarm},  // never a question of the session
@@ -71,6 +72,10 @@ constexpr std::array<RoutineRow, 13> kRoutines = {{
     {Routine::kPrepareDownload, kStart, Sessions::kProgramming, Needs::kLease, 8, prepare_download},
     {Routine::kSaveParameters, kStart, Sessions::kNotDefault, Needs::kLease, 0, save_parameters},
     {Routine::kTellTime, kStart, Sessions::kNotDefault, Needs::kNothing, 4, tell_time},
+    {Routine::kKey, kStart, Sessions::kNotDefault, Needs::kLease, link::kKeyBytes, set_key},
+    {Routine::kKey, kStop, Sessions::kNotDefault, Needs::kLease, 0, remove_key},
+    {Routine::kCommand, kStart, Sessions::kNotDefault, Needs::kLease, 0, take_lease},
+    {Routine::kCommand, kStop, Sessions::kNotDefault, Needs::kNothing, 0, give_back_lease},
     {Routine::kMove, kStart, Sessions::kNotDefault, Needs::kLease, kMoveOrder, start_move},
     {Routine::kMove, kStop, Sessions::kNotDefault, Needs::kNothing, 0, end_move},
     {Routine::kMove, kResults, Sessions::kNotDefault, Needs::kNothing, 0, move_results},
@@ -117,7 +122,8 @@ Services::Services(const ServiceParts& controller) noexcept
       command(controller.core, controller.config.lacks),
       end_recording(controller.core),
       switch_scene(controller.core),
-      download(controller.config.block_bytes) {}
+      download(controller.config.block_bytes),
+      authenticator(controller.keys, controller.config.node_id) {}
 
 Nrc Services::handle(Call& call) noexcept {
   now_us_ = call.now_us;
@@ -131,19 +137,15 @@ Nrc Services::handle(Call& call) noexcept {
   return Nrc::kServiceNotSupported;
 }
 
-bool Services::active() const noexcept {
-  const Mode mode = parts.core.status().mode();
-  return mode == Mode::kArmed || mode == Mode::kHoming;
-}
-
 Nrc Services::may_command(Call& call) noexcept {
   if (call.again) return Nrc::kOk;  // the command was taken
-  switch (lease.take(call.host, call.now_us, active())) {
+  if (!authenticator.allows(call.host)) return Nrc::kAuthenticationRequired;
+  switch (lease.take(call.host, call.now_us, parts.core.status().mode())) {
     case Lease::Taken::kYes:
       return Nrc::kOk;
     case Lease::Taken::kNotYet:
       return busy(call.host, Busy::kOtherHostCommands);
-    case Lease::Taken::kWhileActive:
+    case Lease::Taken::kWhileArmed:
       call.host.refuse(kOtherHostsArm);
       return Nrc::kConditionsNotCorrect;
   }
@@ -151,12 +153,12 @@ Nrc Services::may_command(Call& call) noexcept {
 }
 
 std::uint8_t Services::commander() const noexcept {
-  const Host* host = lease.holder(now_us_, active());
+  const Host* host = lease.holder(now_us_, parts.core.status().mode());
   return host == nullptr ? 0 : host->address;
 }
 
 void Services::host_alive(const Host& host, link::Micros now) noexcept {
-  const Host* commands = lease.holder(now, active());
+  const Host* commands = lease.holder(now, parts.core.status().mode());
   if (commands == nullptr || commands == &host) parts.core.commands().keep_alive();
 }
 

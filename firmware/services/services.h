@@ -13,11 +13,13 @@
 #include "firmware/observe/status_frames.h"
 #include "firmware/observe/telemetry_frames.h"
 #include "firmware/params.h"
+#include "firmware/services/authenticator.h"
 #include "firmware/services/download.h"
 #include "firmware/services/force_orders.h"
 #include "firmware/services/jobs.h"
 #include "firmware/services/lease.h"
 #include "firmware/services/router.h"
+#include "firmware/store/key_store.h"
 #include "firmware/store/param_store.h"
 #include "firmware/store/persistent_state.h"
 #include "firmware/store/scene_store.h"
@@ -37,6 +39,7 @@ struct ServiceParts {
   SceneStore& store;
   control::SceneView& running;  // the scene posted last
   ParamStore& param_store;
+  KeyStore& keys;
   PersistentState& persistent;
   TelemetryFrames& telemetry;
   StatusFrames& status;
@@ -62,7 +65,7 @@ class Services final : public RequestHandler {
   void host_alive(const Host& host, link::Micros now) noexcept override;
   void restart(link::Reset kind) noexcept override;
 
-  // kOk: the host has the lease. Otherwise the answer.
+  // kOk: the host has the key, where there is one, and the lease. Otherwise the answer.
   [[nodiscard]] Nrc may_command(Call& call) noexcept;
   // The address of the host that commands; 0: none.
   [[nodiscard]] std::uint8_t commander() const noexcept;
@@ -74,12 +77,11 @@ class Services final : public RequestHandler {
   SwitchSceneJob switch_scene;
   Download download;
   Lease lease;
+  Authenticator authenticator;
   std::uint32_t recording_scene_crc = 0;      // of the scene that the last recording began with
   std::optional<link::Reset> restart_wanted;  // the board is to start again
 
  private:
-  [[nodiscard]] bool active() const noexcept;  // armed or homing
-
   link::Micros now_us_ = 0;  // of the request that is handled
 };
 

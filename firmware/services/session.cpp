@@ -1,4 +1,4 @@
-// Services 10 (session), 11 (restart), 3E (tester present).
+// Services 10 (session), 11 (restart), 3E (tester present); routine 020B (the lease).
 #include "firmware/services/handlers.h"
 
 namespace thimble::firmware {
@@ -21,6 +21,14 @@ Nrc session_control(Services& services, Call& call) noexcept {
   call.answer.put(static_cast<std::uint8_t>(session));
   call.answer.put_u16(50);   // P2 in ms: an answer comes within
   call.answer.put_u16(500);  // P2* in 10 ms: after a "response pending"
+  return Nrc::kOk;
+}
+
+// Routine 020B. The table has taken it already.
+Nrc take_lease(Services& /*services*/, Call& /*call*/) noexcept { return Nrc::kOk; }
+
+Nrc give_back_lease(Services& services, Call& call) noexcept {
+  services.lease.end(call.host);
   return Nrc::kOk;
 }
 

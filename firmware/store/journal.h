@@ -52,6 +52,9 @@ class Journal {
   [[nodiscard]] std::optional<JournalRecord> open() noexcept;
   // False: the hardware refused; the record before it is still the newest. Erases a slot where prepare() had no chance to.
   [[nodiscard]] bool append(const JournalRecord& record) noexcept;
+  [[nodiscard]] std::uint32_t sequence() const noexcept {
+    return sequence_;
+  }  // of the newest record; 0: none
   // With the motors off: erases the other slot before this one is full, because a flash may need a second for it.
   void prepare() noexcept;
 

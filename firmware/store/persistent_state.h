@@ -50,6 +50,8 @@ class PersistentState {
   // A host's clock. Cools the motors if it shows that the board was off.
   void tell_time(std::uint32_t utc_s, link::Micros now) noexcept;
   [[nodiscard]] const JournalRecord::InUse& set_aside() const noexcept { return record_.set_aside; }
+  // So many were written so far: another number at each start, if the storage works.
+  [[nodiscard]] std::uint32_t records() const noexcept { return journal_.sequence(); }
   [[nodiscard]] bool knows_time() const noexcept { return start_utc_s_ != 0; }
 
  private:

@@ -49,6 +49,8 @@ std::string_view service_name(std::uint8_t code) {
       return "read_faults";
     case Service::kReadData:
       return "read_data";
+    case Service::kAuthentication:
+      return "authentication";
     case Service::kWriteData:
       return "write_data";
     case Service::kRoutine:

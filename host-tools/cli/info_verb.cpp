@@ -76,6 +76,12 @@ void info(const Common& common, const Remote& remote) {
   say("arm        {}, {} arm(s), node {}, {}\n", arm, device.info().arms, device.info().node,
       device.info().frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");
   say("mode       {}\n", mode_shown(state.mode, state.flags));
+  say("commands   {}\n",
+      state.commander == 0 ? "nobody" : fmt::format("the host with the address {:X}", state.commander));
+  say("key        {}\n", state.key == link::KeyState::kNone
+                             ? "none: every program on the link may command (`thimble key set`)"
+                         : state.key == link::KeyState::kSet ? "set: who commands needs it"
+                                                             : "damaged: nobody may command (docs/link.md)");
   if (const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(state.fault))) {
     say("fault      {} {}: {}\n", state.fault, row->name, row->cause);
   }

@@ -38,6 +38,7 @@ struct Choices {
   PlotChoice plot;
   std::filesystem::path scene;
   std::filesystem::path image;
+  std::filesystem::path file;
   std::string name;
   std::string value;
   double wait_s = 30;
@@ -83,6 +84,8 @@ CLI::App* remote_verb(CLI::App& parent, Choices& choices, const std::string& nam
   sub->add_option("--timeout", choices.remote.timeout_s, "seconds to wait for an answer")
       ->check(number_between(0.1, 600.0))
       ->capture_default_str();
+  sub->add_option("--key", choices.remote.key, "file with the key of a device that has one")
+      ->envname("THIMBLE_KEY");
   return sub;
 }
 
@@ -262,6 +265,17 @@ void define_param_and_fault(CLI::App& app, Choices& c) {
       ->required();
 }
 
+void define_key(CLI::App& app, Choices& c) {
+  CLI::App* key = app.add_subcommand("key", "decide which programs may command a device");
+  key->require_subcommand(1);
+  remote_verb(*key, c, "set",
+              "only programs with a key may command the device from now on; all may look and stop",
+              [&c] { key_set(c.common, c.remote, c.file); })
+      ->add_option("file", c.file, "file of the new key; made if it is not there; default: that of --key");
+  remote_verb(*key, c, "remove", "every program may command the device again",
+              [&c] { key_remove(c.common, c.remote); });
+}
+
 void define_import(CLI::App& app, Choices& c) {
   CLI::App* import = app.add_subcommand("import", "make a scene or a path from other data");
   import->require_subcommand(1);
@@ -331,6 +345,7 @@ void define(CLI::App& app, Choices& c) {
   define_mesh(app, c);
   define_device(app, c);
   define_param_and_fault(app, c);
+  define_key(app, c);
   define_import(app, c);
   define_view(app, c);
   define_record(app, c);

@@ -5,6 +5,7 @@
 
 #include "host-tools/cli/output.h"
 #include "host-tools/client/discovery.h"
+#include "host-tools/client/key_file.h"
 #include "host-tools/client/transport.h"
 
 namespace thimble::host {
@@ -13,6 +14,7 @@ DeviceOptions options_of(const Remote& remote) {
   DeviceOptions options;
   options.node = static_cast<std::uint8_t>(remote.node);
   options.answer_us = static_cast<link::Micros>(remote.timeout_s * 1e6) / options.tries;
+  options.prove = prove_with(remote.key);
   return options;
 }
 

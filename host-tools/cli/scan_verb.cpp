@@ -11,6 +11,7 @@
 #include "board/sim/specimen_file.h"
 #include "firmware/core/faults.h"
 #include "host-tools/cli/interrupt.h"
+#include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/device.h"
@@ -101,8 +102,7 @@ class DeviceProbe final : public Probe {
 
  private:
   static Device open(const Remote& remote) {
-    DeviceOptions options;
-    options.node = static_cast<std::uint8_t>(remote.node);
+    DeviceOptions options = options_of(remote);
     options.answer_us = kAnswer_us;
     options.tries = std::max(1U, static_cast<unsigned>(remote.timeout_s * 1e6 / kAnswer_us));
     return Device(open_transport(choose_device(remote.device)), options);

@@ -7,6 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "host-tools/client/key_file.h"
+
 namespace thimble::host {
 
 struct Common {
@@ -17,6 +19,7 @@ struct Remote {
   std::string device;  // URI or name; empty: the only one
   unsigned node = 1;
   double timeout_s = 2.0;  // for an answer, all tries together
+  std::filesystem::path key = default_key_file();
 };
 
 void list(const Common& common);
@@ -79,6 +82,10 @@ void param_set(const Common& common, const Remote& remote, const std::string& na
 
 void fault_list(const Common& common, const Remote& remote);
 void fault_clear(const Common& common, const Remote& remote);
+
+// Empty: the file of `remote`.
+void key_set(const Common& common, const Remote& remote, const std::filesystem::path& file);
+void key_remove(const Common& common, const Remote& remote);
 void fault_explain(const Common& common, const std::string& which);  // number or name
 
 void write_dbc(unsigned node, const std::filesystem::path& output);   // empty: stdout

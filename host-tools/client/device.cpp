@@ -173,8 +173,12 @@ void Device::arm(Micros wait_us) {
   services_.demand({byte_of(Service::kTesterPresent), 0x00},
                    "the keep-alive");  // arming needs a live link and does not feed it
   const ServiceClient::Answer answer = services_.request(routine_request(Routine::kArm));
-  // A repeated request is refused because the device is armed.
-  if (answer.code != Nrc::kOk && state().mode != Mode::kArmed) services_.refused("arming", answer.code);
+  // A repeated request is refused because the device is armed. But another program's arm is no reason to say that it is.
+  if (answer.code != Nrc::kOk) {
+    const link::DeviceState now = state();
+    if (now.mode != Mode::kArmed || now.commander != services_.address())
+      services_.refused("arming", answer.code);
+  }
   wait_for_mode(Mode::kArmed, wait_us, "arming");
 }
 

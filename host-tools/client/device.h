@@ -77,6 +77,14 @@ class Device {
   Stopped stop(link::Micros wait_us = kStop_us);
   void send_stop();  // one such frame; may be called by a listener
 
+  // Takes the lease before the first command, so that none of them has to wait for another program (docs/link.md). Error kCommanded.
+  void take_command();
+
+  // The key that programs need to command the device from now on (key_file.h); remove_key(): none. While the motors are off. Needs the key
+  // that is there.
+  void set_key(const link::Key& key);
+  void remove_key();
+
   // Disarms and restarts the controller. The answer comes before the restart.
   void restart();
 

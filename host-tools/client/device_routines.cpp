@@ -30,6 +30,23 @@ void Device::inject(const link::InjectedFault& fault) {
   services_.demand(routine_request_with(Routine::kInject, fault), "breaking the simulated hardware");
 }
 
+void Device::take_command() {
+  services_.enter(Session::kExtended);
+  services_.demand(routine_request(Routine::kCommand), "taking command");
+}
+
+void Device::set_key(const link::Key& key) {
+  services_.enter(Session::kExtended);
+  Bytes request = routine_request(Routine::kKey);
+  request.insert(request.end(), key.begin(), key.end());
+  services_.demand(request, "setting the key");
+}
+
+void Device::remove_key() {
+  services_.enter(Session::kExtended);
+  services_.demand(routine_request(Routine::kKey, kStop), "removing the key");
+}
+
 // --- Guarded moves
 
 void Device::start_move(const link::MoveOrder& order) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "firmware/link/proof.h"
 #include "firmware/link/services.h"
 
 namespace thimble::host {
@@ -35,6 +36,26 @@ inline constexpr std::uint8_t kStart = 0x01, kStop = 0x02, kResults = 0x03;  // 
 [[nodiscard]] inline Bytes read_request(std::uint16_t did) {
   Bytes request = {byte_of(firmware::link::Service::kReadData)};
   put_u16(request, did);
+  return request;
+}
+
+// Service 29.
+[[nodiscard]] inline Bytes authentication_request(firmware::link::Authentication kind) {
+  return {byte_of(firmware::link::Service::kAuthentication), static_cast<std::uint8_t>(kind)};
+}
+[[nodiscard]] inline Bytes challenge_request() {
+  Bytes request = authentication_request(firmware::link::Authentication::kRequestChallenge);
+  request.push_back(0);
+  request.insert(request.end(), firmware::link::kAlgorithm.begin(), firmware::link::kAlgorithm.end());
+  return request;
+}
+inline constexpr std::size_t kChallengeAt = 3 + firmware::link::kAlgorithm.size() + 2;  // in the answer
+[[nodiscard]] inline Bytes proof_request(const firmware::link::Proof& proof) {
+  Bytes request = authentication_request(firmware::link::Authentication::kVerifyProof);
+  request.insert(request.end(), firmware::link::kAlgorithm.begin(), firmware::link::kAlgorithm.end());
+  put_u16(request, static_cast<std::uint32_t>(proof.size()));
+  request.insert(request.end(), proof.begin(), proof.end());
+  put_u32(request, 0);  // neither a challenge of this host nor an additional parameter
   return request;
 }
 

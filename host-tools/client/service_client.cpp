@@ -22,6 +22,8 @@ using link::Service;
 constexpr Micros kAfterPending_us = 5'000'000;    // P2*: how long to wait after "response pending"
 constexpr Micros kLongestAnswer_us = 60'000'000;  // bound for an answer that stays pending
 constexpr Micros kBusy_us = 10'000'000;  // bound for an answer that stays "busy, repeat": an upload may end
+constexpr Micros kOtherArm_us =
+    2'000'000;  // another program has armed the arm: perhaps it only arms, and ends
 constexpr Micros kBusyPause_us = 20'000;
 constexpr unsigned kClaimsAWait = 8;        // in the time that an answer may take: frames may be lost
 constexpr Micros kPlacePause_us = 200'000;  // between two claims while all places are taken
@@ -36,6 +38,7 @@ std::size_t echo_size(std::uint8_t service) {
     case Service::kReadFaults:
     case Service::kTransferData:
     case Service::kTesterPresent:
+    case Service::kAuthentication:
       return 1;
     case Service::kReadData:
     case Service::kWriteData:
@@ -261,12 +264,28 @@ std::optional<ServiceClient::Answer> ServiceClient::await_answer(const Bytes& re
 }
 
 ServiceClient::Answer ServiceClient::request(const Bytes& request) {
-  const Micros busy_until_us = now_us() + kBusy_us;
-  std::optional<Answer> answer = try_request(request, options_.tries, options_.answer_us);
-  while (answer && answer->code == Nrc::kBusyRepeatRequest && now_us() < busy_until_us) {
-    wait_until(now_us() + kBusyPause_us);
-    answer = try_request(request, options_.tries, options_.answer_us);
+  const Micros asked_us = now_us();
+  Answer answer = ask(request);
+  if (answer.code == Nrc::kAuthenticationRequired) {
+    authenticate();
+    answer = ask(request);
   }
+  while (now_us() < asked_us + passes_within(answer)) {
+    wait_until(now_us() + kBusyPause_us);
+    answer = ask(request);
+  }
+  return answer;
+}
+
+// What is refused may be accepted within so long after it was asked first.
+Micros ServiceClient::passes_within(const Answer& answer) {
+  if (answer.code == Nrc::kBusyRepeatRequest) return kBusy_us;
+  const bool conditions = answer.code == Nrc::kConditionsNotCorrect && has_place();
+  return conditions && text(link::kDidRefusal) == "other_hosts_arm" ? kOtherArm_us : 0;
+}
+
+ServiceClient::Answer ServiceClient::ask(const Bytes& request) {
+  std::optional<Answer> answer = try_request(request, options_.tries, options_.answer_us);
   if (!answer) {
     throw Error(ExitCode::kLinkLost, "no-answer",
                 "the device did not answer within " +
@@ -274,6 +293,24 @@ ServiceClient::Answer ServiceClient::request(const Bytes& request) {
                 "check that it is a Thimble device, that it runs, and its node number");
   }
   return std::move(*answer);
+}
+
+// A challenge is for one proof, so an exchange whose answer was lost begins anew.
+void ServiceClient::authenticate() {
+  if (!options_.prove) {
+    throw Error(ExitCode::kPermission, "no-key", "the device takes commands only from who has its key",
+                "use a program that has the key");
+  }
+  const std::string what = "the proof of the key";
+  Answer proven{Nrc::kRequestSequenceError, {}};
+  for (unsigned i = 0; i < options_.tries && proven.code == Nrc::kRequestSequenceError; ++i) {
+    const Bytes given = demand(challenge_request(), what);
+    link::Challenge challenge;
+    if (given.size() < kChallengeAt + challenge.size()) refused(what, Nrc::kIncorrectLength);
+    std::copy_n(given.begin() + kChallengeAt, challenge.size(), challenge.begin());
+    proven = ask(proof_request(options_.prove(options_.node, claim_.address(), challenge)));
+  }
+  if (proven.code != Nrc::kOk) refused(what, proven.code);
 }
 
 Bytes ServiceClient::read_request(std::uint16_t did) { return host::read_request(did); }
@@ -329,7 +366,7 @@ void ServiceClient::refused(const std::string& what, Nrc code) {
     if (reason == "other_host_commands" || reason == "other_hosts_arm") {
       throw Error(ExitCode::kCommanded, "other-program",
                   what + " was refused: " +
-                      (reason == "other_hosts_arm" ? "another program has armed the device, or homes it"
+                      (reason == "other_hosts_arm" ? "another program has armed the device"
                                                    : "another program commands the device"),
                   "let it end, or disarm the device (`thimble disarm`), then repeat");
     }
@@ -337,6 +374,12 @@ void ServiceClient::refused(const std::string& what, Nrc code) {
       why = reason;
       remedy = remedy_of(reason);
     }
+  } else if (code == Nrc::kOwnershipVerificationFailed || code == Nrc::kAuthenticationRequired ||
+             code == Nrc::kRequiredTimeDelayNotExpired) {
+    throw Error(ExitCode::kPermission, "wrong-key", what + " was refused: " + why,
+                code == Nrc::kRequiredTimeDelayNotExpired
+                    ? "a wrong key was tried a moment ago; repeat the command in some seconds"
+                    : "use the key file that belongs to this device (--key)");
   } else if (code == Nrc::kRequestOutOfRange) {
     remedy = "check the value against its limits (`thimble param list`, `thimble info`)";
   } else if (code == Nrc::kServiceNotSupported || code == Nrc::kSubFunctionNotSupported) {

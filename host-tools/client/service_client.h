@@ -3,7 +3,8 @@
 // Device (device.h) and upload_image() (upload.h) use it; a program uses Device. One thread.
 //
 // Errors: kLinkLost, the device did not answer in time. kRefused, the answer is negative, or as many other hosts are
-// connected as the device serves. kCommanded, another program commands the device. kFaulted, the answer is negative because the device has a fault. kVersion, a record is
+// connected as the device serves. kCommanded, another program commands the device. kPermission, it
+// wants a proof of its key, and there is none, or it is wrong. kFaulted, the answer is negative because the device has a fault. kVersion, a record is
 // shorter than this version of the link says. The transport's errors pass through.
 #pragma once
 
@@ -18,12 +19,17 @@
 
 #include "firmware/link/iso_tp.h"
 #include "firmware/link/messages.h"
+#include "firmware/link/proof.h"
 #include "firmware/link/services.h"
 #include "host-tools/client/host_claim.h"
 #include "host-tools/client/transport.h"
 #include "host-tools/error.h"
 
 namespace thimble::host {
+
+// Proves to the board with this node number that the host with this address has its key (key_file.h). May throw Error.
+using Prover =
+    std::function<link::Proof(std::uint8_t node, std::uint8_t address, const link::Challenge& challenge)>;
 
 struct DeviceOptions {
   std::uint8_t node = 1;
@@ -32,6 +38,8 @@ struct DeviceOptions {
   // False: where the device serves as many hosts as it can, do not wait until a place is free, and send from
   // link::kTesterAddress. The device answers that address in single frames (demand_without_place()).
   bool needs_place = true;
+  Prover
+      prove;  // called where the device takes commands only from who has its key; empty: it is not to be commanded then
 };
 
 class ServiceClient {
@@ -56,14 +64,15 @@ class ServiceClient {
   // requests are skipped.
   [[nodiscard]] std::optional<Answer> try_request(const Bytes& request, unsigned tries,
                                                   link::Micros answer_us);
-  // The same with the tries of the options; repeats while the device answers "busy", at most kBusy_us. Error kLinkLost without
-  // an answer.
+  // The same with the tries of the options; repeats while the device answers "busy", at most kBusy_us, and once it has proven that it has
+  // the key where that is needed. Error kLinkLost without an answer.
   [[nodiscard]] Answer request(const Bytes& request);
   // The positive answer. `what` begins the message of the error: "<what> was refused: <reason>".
   Bytes demand(const Bytes& request, const std::string& what);
   // The same for a request and an answer of one frame each in the default session, as disarming: it does not wait for a place.
   // When the device has none, the request leaves from link::kTesterAddress.
   Bytes demand_without_place(const Bytes& request, const std::string& what);
+  [[nodiscard]] std::uint8_t address() const { return claim_.address(); }
   // False: the device had no place when this program asked last.
   [[nodiscard]] bool has_place() const { return !claim_refused_; }
   // Throws the error for a negative answer; asks the device for its reason.
@@ -106,6 +115,11 @@ class ServiceClient {
   // Claims, again and again until `deadline_us`. False: no grant came; or there is no place and options_.needs_place is false, so
   // requests leave from link::kTesterAddress. Error kRefused: no place became free.
   bool claim_until(link::Micros deadline_us);
+  // try_request() with the tries of the options. Error kLinkLost without an answer.
+  [[nodiscard]] Answer ask(const Bytes& request);
+  [[nodiscard]] link::Micros passes_within(const Answer& answer);
+  // Service 29.
+  void authenticate();
   [[nodiscard]] std::optional<Answer> await_answer(const Bytes& request, link::Micros answer_us);
   [[noreturn]] static void too_short(const std::string& what);
 

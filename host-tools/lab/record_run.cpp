@@ -65,12 +65,12 @@ class Run {
     header_.scene = scene_that_runs(device_, options_.scene, options_.output);
     describe();
     OutputFile file(options_.output);
+    claim();
     begun_us_ = now_us();
     device_.set_listener([this](const link::CanFrame& frame) {
       heard_us_ = now_us();
       recorder_.take(frame, static_cast<std::uint32_t>(heard_us_ - begun_us_));
     });
-    claim();
     device_.start_recording();
     std::optional<Error> failure;
     try {
@@ -122,6 +122,8 @@ class Run {
       throw Error(ExitCode::kRefused, "motors-on", "a recording begins with the motors off",
                   "disarm first (`thimble disarm`)");
     }
+    // Frames that come while another program commands must not count as this recording's: their ticks have few bits.
+    device_.take_command();
     if (runs) device_.end_recording();
   }
 

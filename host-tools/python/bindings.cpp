@@ -17,6 +17,7 @@
 #include "firmware/core/faults.h"
 #include "host-tools/client/device.h"
 #include "host-tools/client/discovery.h"
+#include "host-tools/client/key_file.h"
 #include "host-tools/compiler/compile.h"
 #include "host-tools/error.h"
 #include "host-tools/files/image_file.h"
@@ -69,12 +70,13 @@ void heed_python() {
 
 class Connection {
  public:
-  Connection(const std::string& device, unsigned node, double timeout_s) {
+  Connection(const std::string& device, unsigned node, double timeout_s, const std::string& key) {
     constexpr unsigned kTries = 5;
     DeviceOptions options;
     options.node = static_cast<std::uint8_t>(node);
     options.tries = kTries;
     options.answer_us = static_cast<link::Micros>(timeout_s * 1e6) / kTries;
+    options.prove = prove_with(key.empty() ? default_key_file() : std::filesystem::path(key));
     device_ = std::make_unique<Device>(open_transport(choose_device(device)), options);
   }
   void close() { device_.reset(); }
@@ -97,6 +99,8 @@ class Connection {
     info["inside"] = inside;
     info["arms"] = d.info().arms;
     info["mode"] = link::name(state.mode);
+    info["key"] = link::name(state.key);
+    info["commander"] = state.commander;
     const firmware::FaultRow* fault = firmware::find_fault(static_cast<firmware::Fault>(state.fault));
     info["fault"] = state.fault == 0 || fault == nullptr ? py::object(py::none()) : py::str(fault->name);
     info["tick"] = state.tick;
@@ -329,7 +333,7 @@ PYBIND11_MODULE(_thimble, m) {
 
   constexpr link::Micros kHome_us = 30'000'000, kArm_us = 2'000'000, kDisarm_us = 5'000'000;
   py::class_<Connection>(m, "Connection")
-      .def(py::init<std::string, unsigned, double>())
+      .def(py::init<std::string, unsigned, double, std::string>())
       .def("close", &Connection::close)
       .def("info", &Connection::info)
       .def("upload", &Connection::upload)

@@ -147,7 +147,7 @@ class Record(Rig):
         self.ok("param", "set", "telemetry_decimation", 20, "--device", sim.tcp)
         time.sleep(0.3)
         self.assertIsNone(recording.poll())
-        self.fails(1, "refused", "param", "set", "host_supervision", 1, "--device", sim.tcp)  # at rest only
+        self.fails(12, "other-program", "param", "set", "host_supervision", 1, "--device", sim.tcp)  # the recorder commands
         time.sleep(0.3)
         self.assertIsNone(recording.poll())
         self.ok("param", "set", "max_force", 2, "--device", sim.tcp)

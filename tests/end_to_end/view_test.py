@@ -479,7 +479,10 @@ class Viewer(Rig):
         page.state(lambda s: s["mode"] == "ready")
         page.send(type="command", verb="arm")
         page.state(lambda s: s["mode"] == "armed")
-        # Another host sends a scene whose file is not known.
+        # Another host sends a scene whose file is not known, once the page's arm is not armed.
+        self.fails(12, "other-program", "upload", self.plane_scene("elsewhere"), "--device", sim.tcp)
+        page.send(type="command", verb="disarm")
+        page.state(lambda s: s["mode"] == "ready")
         self.ok("upload", self.plane_scene("elsewhere"), "--device", sim.tcp)
         scene = page.until(lambda m: m["type"] == "scene")
         self.assertEqual((scene["name"], scene["objects"]), ("elsewhere", []))

@@ -50,9 +50,10 @@ def simulate(scene, path, *, rate_Hz=4000.0, arm="premium-1.5", ideal=False, see
     return _thimble.simulate(scene, path, rate_Hz, arm, ideal, seed)
 
 
-def connect(device="", *, node=1, timeout_s=2.0):
-    """A Device by its address (can:can0, slcan:/dev/ttyACM0, tcp:127.0.0.1:29536) or name; without one the only device found."""
-    return Device(device, node, timeout_s)
+def connect(device="", *, node=1, timeout_s=2.0, key=""):
+    """A Device by its address (can:can0, slcan:/dev/ttyACM0, tcp:127.0.0.1:29536) or name; without one the only device found. key: the file with
+    the key of a device that has one; default: that of `thimble`."""
+    return Device(device, node, timeout_s, key)
 
 
 class _Parameters:
@@ -91,8 +92,8 @@ class Tip:
 class Device:
     """A device on the link. One thread at a time; `with` closes it. Closing does not disarm: the scene runs on the controller."""
 
-    def __init__(self, device="", node=1, timeout_s=2.0):
-        self._connection = _thimble.Connection(device, node, timeout_s)
+    def __init__(self, device="", node=1, timeout_s=2.0, key=""):
+        self._connection = _thimble.Connection(device, node, timeout_s, key)
         self.parameters = _Parameters(self._connection)
 
     def __enter__(self):

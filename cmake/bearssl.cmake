@@ -1,0 +1,18 @@
+# thimble_bearssl: SHA-256 and HMAC of BearSSL, for firmware/link/proof.cpp. Debian's static library on a host and on boards with Linux;
+# bare-metal boards compile Debian's source (scripts/bearssl).
+if(CMAKE_SYSTEM_NAME STREQUAL "Generic")
+  enable_language(C)
+  execute_process(COMMAND ${PROJECT_SOURCE_DIR}/scripts/bearssl OUTPUT_VARIABLE bearssl OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+  set(sources codec/dec32be codec/enc32be hash/sha2small mac/hmac)
+  list(TRANSFORM sources REPLACE "(.+)" "${bearssl}/src/\\1.c")
+  add_library(thimble_bearssl STATIC ${sources})
+  set_target_properties(thimble_bearssl PROPERTIES UNITY_BUILD OFF)
+  target_compile_options(thimble_bearssl PRIVATE -Os)
+  target_include_directories(thimble_bearssl SYSTEM PUBLIC ${bearssl}/inc PRIVATE ${bearssl}/src)
+else()
+  find_library(BEARSSL_LIBRARY libbearssl.a REQUIRED)
+  find_path(BEARSSL_INCLUDE bearssl_hmac.h PATH_SUFFIXES bearssl REQUIRED)
+  add_library(thimble_bearssl INTERFACE)
+  target_include_directories(thimble_bearssl SYSTEM INTERFACE ${BEARSSL_INCLUDE})
+  target_link_libraries(thimble_bearssl INTERFACE ${BEARSSL_LIBRARY})
+endif()
