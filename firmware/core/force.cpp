@@ -83,7 +83,7 @@ SourceOutcome apply_source(Parts& parts) noexcept {
                                  [](const control::Touch& touch) { return touch.contacts != 0; });
   for (std::size_t i = 0; i < parts.setup.arm_count && state.guest; ++i)
     if (state.arm[i].source != nullptr && !ask(parts, *state.arm[i].source, out)) return {};
-  if (out.let_go) happen(parts, Event::kLetGo);
+  if (out.let_go) happen(parts, Event::kLetGo, StoppedBy::kLetGo);
   return {!out.let_go, out.clamped};
 }
 

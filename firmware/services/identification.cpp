@@ -48,6 +48,7 @@ void device_state(const Services& services, ByteWriter& out) noexcept {
   state.link_losses = parts.link.link_losses;
   state.contact_bound = record.contact_bound;
   state.probes = record.probes;
+  state.stopped_by = parts.core.status().stopped_by();
   out.put_record(state);
 }
 

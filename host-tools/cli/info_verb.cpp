@@ -8,6 +8,7 @@
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/device.h"
+#include "host-tools/client/flag_names.h"
 
 namespace thimble::host {
 namespace {
@@ -76,6 +77,8 @@ void info(const Common& common, const Remote& remote) {
   say("arm        {}, {} arm(s), node {}, {}\n", arm, device.info().arms, device.info().node,
       device.info().frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");
   say("mode       {}\n", mode_shown(state.mode, state.flags));
+  if (state.stopped_by != link::StoppedBy::kNothing)
+    say("last stop  {}: {}\n", link::name(state.stopped_by), description(state.stopped_by));
   if (const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(state.fault))) {
     say("fault      {} {}: {}\n", state.fault, row->name, row->cause);
   }

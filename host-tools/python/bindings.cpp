@@ -98,6 +98,9 @@ class Connection {
     info["arms"] = d.info().arms;
     info["mode"] = link::name(state.mode);
     const firmware::FaultRow* fault = firmware::find_fault(static_cast<firmware::Fault>(state.fault));
+    info["stopped_by"] = state.stopped_by == link::StoppedBy::kNothing
+                             ? py::object(py::none())
+                             : py::str(link::name(state.stopped_by));
     info["fault"] = state.fault == 0 || fault == nullptr ? py::object(py::none()) : py::str(fault->name);
     info["tick"] = state.tick;
     info["tick_rate_Hz"] = state.tick_rate_Hz;
