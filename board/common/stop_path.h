@@ -18,4 +18,14 @@ namespace thimble::board {
   return params.get_unsigned(firmware::Param::lost_ticks);
 }
 
+struct StopPath {
+  std::uint32_t timeout_us;
+  const char* lacks;  // part of Config::lacks; empty: nothing
+};
+[[nodiscard]] inline StopPath saved_stop_path(firmware::Storage& storage, std::uint32_t rate_Hz) noexcept {
+  const auto wanted_us = firmware::stop_timeout_us(1'000'000'000 / rate_Hz, saved_lost_ticks(storage));
+  if (wanted_us) return {*wanted_us, ""};
+  return {firmware::kShortestStop_us, firmware::kLacksShortStop};
+}
+
 }  // namespace thimble::board

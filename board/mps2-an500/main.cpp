@@ -129,16 +129,13 @@ extern "C" void run_board() {
   config.block_bytes = kBlockBytes;
   config.board = "mps2-an500";
   config.reset_reason = take_restart_reason();
-  const auto stop_us = firmware::stop_timeout_us(1'000'000'000 / kRate_Hz, saved_lost_ticks(storage));
-  logic.start_watchdog(stop_us.value_or(firmware::kShortestStop_us));
-  config.lacks = !logic.present()     ? "no_fabric"
-                 : !storage.present() ? "no_eeprom"
-                 : !stop_us           ? firmware::kLacksShortStop
-                                      : "";
+  const StopPath stop = saved_stop_path(storage, kRate_Hz);
+  logic.start_watchdog(stop.timeout_us);
+  config.lacks = !logic.present() ? "no_fabric" : !storage.present() ? "no_eeprom" : stop.lacks;
   static firmware::Controller the_controller(config, storage);
   controller = &the_controller;
   clock::start(kRate_Hz);
-  start_watchdog(stop_us.value_or(firmware::kShortestStop_us));
+  start_watchdog(stop.timeout_us);
   run();
 }
 

@@ -161,12 +161,9 @@ extern "C" void run_board() {
   config.bus_bits_per_s = kCanBitrate;
   config.board = "zynqmp";
   config.reset_reason = reason.name;
-  const auto stop_us = firmware::stop_timeout_us(1'000'000'000 / kRate_Hz, saved_lost_ticks(storage));
-  logic.start_watchdog(stop_us.value_or(firmware::kShortestStop_us));
-  config.lacks = !logic.present() ? "no_fabric"
-                 : !nor.present() ? "no_flash"
-                 : !stop_us       ? firmware::kLacksShortStop
-                                  : "";
+  const StopPath stop = saved_stop_path(storage, kRate_Hz);
+  logic.start_watchdog(stop.timeout_us);
+  config.lacks = !logic.present() ? "no_fabric" : !nor.present() ? "no_flash" : stop.lacks;
   config.pause = run_due_tick;
   static firmware::Controller the_controller(config, storage);
   controller = &the_controller;

@@ -83,7 +83,7 @@ void execute(Parts& parts, Command command, Conditions unmet) noexcept {
       arm_with_source(parts);
       return;
     case Command::kDisarm:  // of a replay; of a host it comes as Commands::disarms(), too
-      happen(parts, Event::kDisarmCommand);
+      happen(parts, Event::kDisarmCommand, StoppedBy::kDisarm);
       return;
     case Command::kClear:
       clear_fault(parts);
@@ -132,7 +132,7 @@ Command decide(Parts& parts, const Inputs& inputs, std::optional<Command> comman
   Command executed = state.stop_ordered ? Command::kStop : Command::kNone;
   if (state.disarm_ordered) {
     const Mode before = state.mode;
-    happen(parts, Event::kDisarmCommand);
+    happen(parts, Event::kDisarmCommand, StoppedBy::kDisarm);
     if (state.mode != before) executed = Command::kDisarm;
   }
   if (command) {
@@ -140,7 +140,7 @@ Command decide(Parts& parts, const Inputs& inputs, std::optional<Command> comman
     execute(parts, *command, unmet_conditions(parts, inputs));
     if (state.mode != before) executed = *command;  // a command that changed nothing is not recorded
   }
-  if (state.mode == Mode::kArmed && !inputs.dead_man) happen(parts, Event::kLetGo);
+  if (state.mode == Mode::kArmed && !inputs.dead_man) happen(parts, Event::kLetGo, StoppedBy::kDeadMan);
   swap_scenes(parts);
   return executed;
 }

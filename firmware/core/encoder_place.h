@@ -25,9 +25,19 @@ class EncoderPlace {
 
 // The least change of a joint's torque that moves its encoder by so many counts, whatever its friction did before, against a spring at
 // the tip: the arm's cables, or a hand.
-[[nodiscard]] constexpr float sure_change_N_m(float counts, float coulomb_N_m, float count_rad, float lever_m,
-                                              float spring_N_m) noexcept {
-  return 2.0F * coulomb_N_m + counts * count_rad * spring_N_m * lever_m * lever_m;
-}
+class SureChange {
+ public:
+  constexpr SureChange() = default;
+  constexpr SureChange(float counts, float coulomb_N_m, float count_rad, float spring_N_m) noexcept
+      : friction_N_m_(2.0F * coulomb_N_m), spring_N_(counts * count_rad * spring_N_m) {}
+
+  // The square of the tip's lever at the joint.
+  [[nodiscard]] constexpr float torque_N_m(float lever2_m2) const noexcept {
+    return friction_N_m_ + spring_N_ * lever2_m2;
+  }
+
+ private:
+  float friction_N_m_ = 0, spring_N_ = 0;
+};
 
 }  // namespace thimble::firmware

@@ -29,16 +29,14 @@ bool ask(Parts& parts, ForceSource& source, SourceForces& out) noexcept {
 // greater. wanted_N is before the account of the energy, which takes from the force while a hand follows the probe.
 Vec3 probed(Parts& parts, std::size_t index, const Vec3& wanted_N, const Vec3& force_N) noexcept {
   ArmState& arm = parts.state.arm[index];
-  const kinematics::ArmModel& model = parts.setup.arm[index].model();
   const kinematics::Matrix3<float>& jacobian = arm.posture.jacobian;
   Vec3 torque_N_m = jacobian.transpose() * force_N;
   const bool probed_before = arm.probe.probes();
   const Vec3 asked_N_m = probed_before ? Vec3(jacobian.transpose() * wanted_N) : torque_N_m;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const int axis = static_cast<int>(j);
-    const float sure_N_m = sure_change_N_m(EncoderProbe::kCounts, model.joint[j].coulomb_N_m,
-                                           std::abs(arm.encoder[j].rad_per_count()),
-                                           jacobian.col(axis).norm(), EncoderProbe::kFirmHand_N_m);
+    const float sure_N_m =
+        parts.setup.joint[index][j].against_hand.torque_N_m(jacobian.col(axis).squaredNorm());
     arm.probe.watch(
         j,
         {.counts = arm.encoder[j].counts(),
@@ -83,7 +81,7 @@ SourceOutcome apply_source(Parts& parts) noexcept {
                                  [](const control::Touch& touch) { return touch.contacts != 0; });
   for (std::size_t i = 0; i < parts.setup.arm_count && state.guest; ++i)
     if (state.arm[i].source != nullptr && !ask(parts, *state.arm[i].source, out)) return {};
-  if (out.let_go) happen(parts, Event::kLetGo);
+  if (out.let_go) happen(parts, Event::kLetGo, StoppedBy::kLetGo);
   return {!out.let_go, out.clamped};
 }
 

@@ -10,6 +10,7 @@
 namespace thimble::firmware {
 
 using link::Mode;  // the enum and its names: firmware/link/messages.def
+using link::StoppedBy;
 inline constexpr unsigned kModeCount = 6;
 
 [[nodiscard]] constexpr bool motors_on(Mode mode) noexcept {

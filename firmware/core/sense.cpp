@@ -7,7 +7,6 @@
 namespace thimble::firmware {
 namespace {
 
-constexpr float kCounts = 6.0F;            // that a joint may be late in a move by itself
 constexpr float kBeyondStops_rad = 0.05F;  // the give of an arm's stops, and more
 
 void begin_tick(Parts& parts, const Inputs& inputs) noexcept {
@@ -75,25 +74,25 @@ void check_host(Parts& parts, std::uint32_t lost) noexcept {
 struct Frozen {
   float change_N_m, time_s;
 };
-Frozen frozen_limits(const Parts& parts, const ArmState& arm, const kinematics::ArmModel& model,
-                     std::size_t joint) noexcept {
-  const int axis = static_cast<int>(joint);
-  const float peak_N_m = std::abs(model.torque_per_ampere(axis)) * model.motor.peak_current_A;
-  const Frozen held{parts.params.get(Param::encoder_frozen) * peak_N_m,
-                    parts.params.get(Param::encoder_frozen_time)};
+struct FrozenParams {
+  float part, time_s;  // part: of the joint's peak torque
+};
+Frozen frozen_limits(const Parts& parts, std::size_t index, std::size_t joint,
+                     const FrozenParams& params) noexcept {
+  const ArmState& arm = parts.state.arm[index];
+  const JointConstants& constants = parts.setup.joint[index][joint];
+  const Frozen held{params.part * constants.peak_N_m, params.time_s};
   if (arm.source == nullptr) return held;
-  const float lever_m = arm.posture.jacobian.col(axis).norm();
-  const float count_rad = std::abs(arm.encoder[joint].rad_per_count());
-  const float least_N_m =
-      std::max(0.6F * held.change_N_m, sure_change_N_m(kCounts, model.joint[joint].coulomb_N_m, count_rad,
-                                                       lever_m, model.structural_stiffness_N_m));
+  const float lever2_m2 = arm.posture.jacobian.col(static_cast<int>(joint)).squaredNorm();
+  const float least_N_m = std::max(0.6F * held.change_N_m, constants.in_move.torque_N_m(lever2_m2));
+  const float late_m = kMoveCounts * constants.count_rad * std::sqrt(lever2_m2);
   return {std::min(held.change_N_m, least_N_m),
-          std::max(0.25F * held.time_s, kCounts * count_rad * lever_m / parts.sources.move.speed_m_s())};
+          std::max(0.25F * held.time_s, late_m / parts.sources.move.speed_m_s())};
 }
 
-bool is_frozen(const Parts& parts, ArmState& arm, const kinematics::ArmModel& model,
-               std::size_t joint) noexcept {
-  const Frozen limits = frozen_limits(parts, arm, model, joint);
+bool is_frozen(Parts& parts, std::size_t index, std::size_t joint, const FrozenParams& params) noexcept {
+  ArmState& arm = parts.state.arm[index];
+  const Frozen limits = frozen_limits(parts, index, joint, params);
   return arm.watch[joint].frozen(arm.encoder[joint].counts(), arm.torque_N_m[static_cast<int>(joint)],
                                  limits.change_N_m, limits.time_s, parts.setup.period_s);
 }
@@ -130,6 +129,8 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
   const std::uint64_t periods =
       arm.seen && input.sample_tick > arm.sample_tick ? input.sample_tick - arm.sample_tick : 1;
   arm.sample_tick = input.sample_tick;
+  const FrozenParams frozen{parts.params.get(Param::encoder_frozen),
+                            parts.params.get(Param::encoder_frozen_time)};
   Vec3 joint_speed;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const int axis = static_cast<int>(j);
@@ -144,7 +145,7 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
     }
     arm.joint_rad[axis] = encoder.angle_rad();
     joint_speed[axis] = arm.speed[j].update(encoder.counts(), periods) * encoder.rad_per_count();
-    arm.suspect[j] = parts.state.mode == Mode::kArmed && is_frozen(parts, arm, geometry.model(), j);
+    arm.suspect[j] = parts.state.mode == Mode::kArmed && is_frozen(parts, index, j, frozen);
     if (arm.suspect[j] && arm.source != nullptr) {
       trip(parts, Fault::encoder_frozen);
       arm.homed = false;

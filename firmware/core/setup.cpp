@@ -1,8 +1,11 @@
 #include "firmware/core/setup.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <string_view>
+
+#include "firmware/core/encoder_probe.h"
 
 namespace thimble::firmware {
 namespace {
@@ -34,6 +37,19 @@ bool works(const Config& config) noexcept {
                      [&](const ArmConfig& arm) { return find_model(config, arm.model) != nullptr; });
 }
 
+std::array<JointConstants, kJoints> constants_of(const kinematics::ArmModel& model) noexcept {
+  std::array<JointConstants, kJoints> joints;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const int axis = static_cast<int>(j);
+    const float coulomb_N_m = model.joint[j].coulomb_N_m;
+    const float count_rad = std::abs(model.rad_per_count(axis));
+    joints[j] = {std::abs(model.torque_per_ampere(axis)) * model.motor.peak_current_A, count_rad,
+                 SureChange(EncoderProbe::kCounts, coulomb_N_m, count_rad, EncoderProbe::kFirmHand_N_m),
+                 SureChange(kMoveCounts, coulomb_N_m, count_rad, model.structural_stiffness_N_m)};
+  }
+  return joints;
+}
+
 }  // namespace
 
 Setup::Setup(const Config& config) noexcept
@@ -41,6 +57,7 @@ Setup::Setup(const Config& config) noexcept
       arm_count(works(config) ? config.arm_count : std::uint8_t{0}),
       board_lacks(config.lacks != nullptr && *config.lacks != '\0'),
       arm{arm_of(config, 0), arm_of(config, 1)},
+      joint{constants_of(arm[0].model()), constants_of(arm[1].model())},
       has_index{config.arm[0].has_index, config.arm[1].has_index},
       has_line_loss{config.arm[0].has_line_loss, config.arm[1].has_line_loss} {}
 

@@ -5,9 +5,19 @@
 #include <cstdint>
 
 #include "firmware/core/config.h"
+#include "firmware/core/encoder_place.h"
 #include "kinematics/arm.h"
 
 namespace thimble::firmware {
+
+inline constexpr float kMoveCounts = 6.0F;  // that a joint may be late in a move by itself
+
+struct JointConstants {
+  float peak_N_m = 0;       // at the motor's peak current
+  float count_rad = 0;      // of the encoder, unsigned
+  SureChange against_hand;  // of EncoderProbe
+  SureChange in_move;       // of an arm that moves by itself
+};
 
 struct Setup {
   explicit Setup(const Config& config) noexcept;
@@ -16,6 +26,7 @@ struct Setup {
   std::uint8_t arm_count;  // 0: the Config cannot work, and the controller stays faulted with bad_config
   bool board_lacks;        // Config::lacks is not empty
   std::array<kinematics::Arm<float>, kMaxArms> arm;
+  std::array<std::array<JointConstants, kJoints>, kMaxArms> joint;
   std::array<bool, kMaxArms> has_index;
   std::array<bool, kMaxArms> has_line_loss;
 };

@@ -13,10 +13,11 @@ ArmState::ArmState(const kinematics::Arm<float>& arm, float period_s) noexcept :
   posture = arm.at(joint_rad);
 }
 
-void happen(Parts& parts, Event event) noexcept {
+void happen(Parts& parts, Event event, StoppedBy by) noexcept {
   State& state = parts.state;
   const Mode next = next_mode(state.mode, event, all_homed(parts.setup, state));
   if (next == state.mode) return;
+  if (state.mode == Mode::kArmed) state.stopped_by = by;
   state.mode = next;
   state.mode_time_s = 0;
 }
@@ -31,7 +32,8 @@ void trip(Parts& parts, Fault reason) noexcept {
     ++state.telemetry.trips;
   }
   const bool damps = row != nullptr && row->reaction == Reaction::kDamp;
-  happen(parts, damps ? Event::kTripDamp : Event::kTripZero);
+  happen(parts, damps ? Event::kTripDamp : Event::kTripZero,
+         reason == Fault::host_stop ? StoppedBy::kStop : StoppedBy::kFault);
 }
 
 void reset_to(Parts& parts, const RecordingStart& start) noexcept {

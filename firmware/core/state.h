@@ -67,6 +67,7 @@ struct State {
 
   Mode mode = Mode::kDisarmed;
   float mode_time_s = 0;  // since the mode changed
+  StoppedBy stopped_by = StoppedBy::kNothing;
   Fault fault = Fault::kNone;
   std::uint32_t faults_seen = 0;  // bit n: fault n occurred since the last clear
   std::uint32_t fault_tick = 0;   // low 32 bits of the tick in which the first one latched

@@ -25,12 +25,14 @@ class Status {
     unmet_.set(unmet);
     unmet_for_move_.set(unmet_for_move);
     disarms_.set(state.disarms_seen);
+    stopped_by_.set(state.stopped_by);
     mode_.set(state.mode);
   }
 
   // --- background
   [[nodiscard]] Mode mode() const noexcept { return mode_.get(); }
   [[nodiscard]] Fault fault() const noexcept { return fault_.get(); }
+  [[nodiscard]] StoppedBy stopped_by() const noexcept { return stopped_by_.get(); }
   // The conditions that refuse arming, as of the last tick. Only the need for a scene follows the parameters at once, so that a host
   // may set host_forces and arm without waiting for a tick.
   [[nodiscard]] Conditions unmet() const noexcept {
@@ -57,6 +59,7 @@ class Status {
   Value<Conditions> unmet_for_move_{kNotArmed};
   Value<std::uint32_t> faults_seen_;
   Value<std::uint32_t> fault_tick_;
+  Value<StoppedBy> stopped_by_{StoppedBy::kNothing};
   Signal<std::uint32_t> disarms_{0};
 };
 

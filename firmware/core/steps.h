@@ -74,8 +74,8 @@ void publish(Parts& parts, const Inputs& inputs, Command executed, std::optional
 
 // Raises a fault: nothing else does. In the same tick the motors brake the tip or go off, as the fault's reaction says.
 void trip(Parts& parts, Fault reason) noexcept;
-// Changes the mode as the table of modes.h says.
-void happen(Parts& parts, Event event) noexcept;
+// Changes the mode as the table of modes.h says. `by`: of an event that ends kArmed.
+void happen(Parts& parts, Event event, StoppedBy by = StoppedBy::kNothing) noexcept;
 // The conditions that refuse arming in this tick, and those that refuse a guarded move.
 [[nodiscard]] Conditions unmet_conditions(const Parts& parts, const Inputs& inputs) noexcept;
 [[nodiscard]] Conditions unmet_for_move(const Parts& parts, Conditions unmet) noexcept;

@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kShortestStop_us = 2000, kLongestStop_us = 5000;
   return wanted_us < kShortestStop_us ? kShortestStop_us : wanted_us;
 }
 
-// What Config::lacks says where it is empty.
+// What Config::lacks says where it is empty, and the refusal of such a value of lost_ticks.
 inline constexpr const char* kLacksShortStop = "lost_ticks_above_5_ms";
 
 }  // namespace thimble::firmware

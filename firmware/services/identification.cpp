@@ -50,6 +50,7 @@ void device_state(const Services& services, ByteWriter& out) noexcept {
   state.probes = record.probes;
   state.commander = services.commander();
   state.key = parts.keys.state();
+  state.stopped_by = parts.core.status().stopped_by();
   out.put_record(state);
 }
 

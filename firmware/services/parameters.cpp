@@ -1,6 +1,7 @@
 // Parameters: service 2E (write), their part of 22 (read), routine 0207 (save).
 #include <bit>
 
+#include "firmware/core/stop_timeout.h"
 #include "firmware/services/handlers.h"
 #include "firmware/services/refusal.h"
 
@@ -8,6 +9,13 @@ namespace thimble::firmware {
 namespace {
 
 constexpr std::size_t kParamBytes = 4;
+
+// The stop path would have to wait for longer than it may. A value that is no greater than the present one makes nothing worse.
+[[nodiscard]] bool stops_too_late(const ServiceParts& parts, std::uint16_t id, std::uint32_t bits) noexcept {
+  if (id != row_of(Param::lost_ticks).id || bits <= parts.params.get_unsigned(Param::lost_ticks))
+    return false;
+  return !stop_timeout_us(static_cast<std::uint32_t>(parts.config.period_s * 1e9F + 0.5F), bits);
+}
 
 // kOk for kOk.
 [[nodiscard]] Nrc refuse_param(Host& host, ParamStatus status) noexcept {
@@ -63,6 +71,10 @@ Nrc write_data(Services& services, Call& call) noexcept {
   }
   if (id == row_of(Param::telemetry_fd).id && bits != 0 && parts.config.classic_can) {
     call.host.refuse("bus_without_can_fd");
+    return Nrc::kConditionsNotCorrect;
+  }
+  if (stops_too_late(parts, id, bits)) {
+    call.host.refuse(kLacksShortStop);
     return Nrc::kConditionsNotCorrect;
   }
   if (row->recorded == Recording::kRecorded) {

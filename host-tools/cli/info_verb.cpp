@@ -8,6 +8,7 @@
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/device.h"
+#include "host-tools/client/flag_names.h"
 
 namespace thimble::host {
 namespace {
@@ -78,10 +79,9 @@ void info(const Common& common, const Remote& remote) {
   say("mode       {}\n", mode_shown(state.mode, state.flags));
   say("commands   {}\n",
       state.commander == 0 ? "nobody" : fmt::format("the host with the address {:X}", state.commander));
-  say("key        {}\n", state.key == link::KeyState::kNone
-                             ? "none: every program on the link may command (`thimble key set`)"
-                         : state.key == link::KeyState::kSet ? "set: who commands needs it"
-                                                             : "damaged: nobody may command (docs/link.md)");
+  say("key        {}: {}\n", link::name(state.key), description(state.key));
+  if (state.stopped_by != link::StoppedBy::kNothing)
+    say("last stop  {}: {}\n", link::name(state.stopped_by), description(state.stopped_by));
   if (const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(state.fault))) {
     say("fault      {} {}: {}\n", state.fault, row->name, row->cause);
   }

@@ -45,10 +45,11 @@ std::string limiter_names(std::uint8_t bits) {
   return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-std::string status_line(const link::Status& status) {
+std::string status_line(const link::Status& status, const std::string& stopped_by) {
   const firmware::FaultRow* const fault = firmware::find_fault(static_cast<firmware::Fault>(status.fault));
   return fmt::format(
-      "{}   {}   {:.0f} Hz, worst tick {:.1f} us   limiters: {}", link::name(status.mode),
+      "{}{}   {}   {:.0f} Hz, worst tick {:.1f} us   limiters: {}", link::name(status.mode),
+      stopped_by.empty() ? "" : fmt::format(" ({})", stopped_by),
       status.fault == 0 || fault == nullptr ? "no fault" : fmt::format("FAULT {}", fault->name),
       status.tick_rate_Hz, 1e6F * status.worst_tick_s, limiter_names(status.limiters));
 }
@@ -116,7 +117,8 @@ std::string MonitorScreen::curve(const Arm& arm, float full, std::size_t columns
 
 std::string MonitorScreen::text(std::size_t columns) const {
   std::string all = cut(
-      fmt::format("{}   {}", title_, status_ ? status_line(*status_) : "waiting for its status"), columns);
+      fmt::format("{}   {}", title_, status_ ? status_line(*status_, stopped_by_) : "waiting for its status"),
+      columns);
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     const Arm& arm = arms_[i];
     if (!arm.seen) continue;

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "control/scene/limits.h"
@@ -24,6 +25,8 @@ class MonitorScreen {
   void take(const firmware::link::CanFrame& frame);
   // The name of an object of the scene.
   void name(std::uint8_t object, const std::string& name) { names_[object] = name; }
+  // Why the arm is no longer armed; shown until it is armed again.
+  void stopped(std::string why) { stopped_by_ = std::move(why); }
   // A step of the curves: the largest force since the last one.
   void step();
   // Lines of at most so many characters, each ending in a line feed.
@@ -42,7 +45,10 @@ class MonitorScreen {
 
   void take(const firmware::link::Pose& pose);
   void take(const firmware::link::Force& force);
-  void take(const firmware::link::Status& status) { status_ = status; }
+  void take(const firmware::link::Status& status) {
+    status_ = status;
+    if (status.mode == firmware::link::Mode::kArmed) stopped_by_.clear();
+  }
   void take(const firmware::link::Inside& inside);
   template <class Message>
   void take(const Message&) {}
@@ -53,6 +59,7 @@ class MonitorScreen {
   std::uint8_t node_;
   bool utf8_;
   std::optional<firmware::link::Status> status_;
+  std::string stopped_by_;
   std::array<Arm, control::kMaxArms> arms_;
   std::map<std::uint8_t, std::string> names_;
 };

@@ -19,6 +19,7 @@
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/device.h"
+#include "host-tools/client/flag_names.h"
 
 namespace thimble::host {
 namespace {
@@ -55,10 +56,28 @@ class InsideNames {
   std::map<unsigned, std::string> names_;
 };
 
+// Tells why an arm is no longer armed: asked for when a Status says so, because a Status has no room for it.
+class Stops {
+ public:
+  explicit Stops(Device& device) : device_(device) {}
+
+  std::optional<link::DeviceState> take(const link::Status& status) {
+    const bool stopped = armed_ && status.mode != link::Mode::kArmed;
+    armed_ = status.mode == link::Mode::kArmed;
+    if (!stopped) return std::nullopt;
+    return device_.state();
+  }
+
+ private:
+  Device& device_;
+  bool armed_ = false;
+};
+
 // Prints telemetry: every frame as a JSON line, or one row per force frame with the pose before it.
 class TelemetryPrinter {
  public:
-  TelemetryPrinter(bool json, Device& device) : json_(json), node_(device.info().node), names_(device) {
+  TelemetryPrinter(bool json, Device& device)
+      : json_(json), node_(device.info().node), names_(device), stops_(device) {
     if (!json_) say("arm x_m y_m z_m force_x_N force_y_N force_z_N contacts mode\n");
   }
 
@@ -70,16 +89,15 @@ class TelemetryPrinter {
       if constexpr (Message::kIsFrame) {
         if (!link::from_frame(frame, node_, message)) return;
         if (json_) {
-          Json json;
-          json["schema"] = kJsonSchema;
-          json["message"] = Message::kName;
-          json["node"] = node_;
-          json.update(host::to_json(message));
+          Json json = json_of(message);
           if constexpr (std::is_same_v<Message, link::Inside>) {
             names_.is_new(message);
             json["name"] = names_.of(message.object);
           }
           print_line(json);
+          if constexpr (std::is_same_v<Message, link::Status>) {
+            if (const auto state = stops_.take(message)) print_line(json_of(*state));
+          }
           printed = true;
         } else {
           printed = show(message) || printed;
@@ -90,6 +108,15 @@ class TelemetryPrinter {
   }
 
  private:
+  template <class Message>
+  [[nodiscard]] Json json_of(const Message& message) const {
+    Json json;
+    json["schema"] = kJsonSchema;
+    json["message"] = Message::kName;
+    json["node"] = node_;
+    json.update(host::to_json(message));
+    return json;
+  }
   bool show(const link::Pose& pose) {
     pose_[pose.arm] = pose;
     return false;
@@ -103,6 +130,8 @@ class TelemetryPrinter {
   }
   bool show(const link::Status& status) {
     mode_ = mode_shown(status.mode, status.flags);
+    if (const auto state = stops_.take(status))
+      say(stderr, "no longer armed: {}\n", description(state->stopped_by));
     return false;
   }
   bool show(const link::Emergency& emergency) {
@@ -127,6 +156,7 @@ class TelemetryPrinter {
   bool json_;
   std::uint8_t node_;
   InsideNames names_;
+  Stops stops_;
   std::map<std::uint8_t, link::Pose> pose_;
   std::string mode_ = "waiting";  // for the first Status
 };
@@ -139,7 +169,8 @@ class ScreenPrinter {
             fmt::format("{} on board {}", device.text(link::kDidArmName), device.text(link::kDidBoardName)),
             device.info().node, terminal_has_blocks()),
         node_(device.info().node),
-        names_(device) {}
+        names_(device),
+        stops_(device) {}
 
   // True when it drew.
   bool operator()(const CanFrame& frame) {
@@ -147,6 +178,10 @@ class ScreenPrinter {
     link::Inside inside;
     if (link::from_frame(frame, node_, inside) && names_.is_new(inside))
       screen_.name(inside.object, names_.of(inside.object));
+    link::Status status;
+    if (link::from_frame(frame, node_, status)) {
+      if (const auto state = stops_.take(status)) screen_.stopped(description(state->stopped_by));
+    }
     if (now_us() - drawn_us_ < kRedraw_us) return false;
     drawn_us_ = now_us();
     screen_.step();
@@ -173,6 +208,7 @@ class ScreenPrinter {
   MonitorScreen screen_;
   std::uint8_t node_;
   InsideNames names_;
+  Stops stops_;
   Micros drawn_us_ = 0;
   std::size_t lines_ = 0;
 };

@@ -95,7 +95,7 @@ class Device {
   [[nodiscard]] std::vector<link::MoveSample> move_samples();
   void end_move();
 
-  // Breaks the hardware of a simulated board; a real one refuses.
+  // Breaks the hardware of a simulated board. Error "not-simulated": it is a real one. "refused": no such fault or arm.
   void inject(const link::InjectedFault& fault);
 
   // A recording (firmware/observe/recorder.h); its frames come as telemetry(). How it began: a RecordingStart, and a RecordingArm for each arm.

@@ -27,7 +27,15 @@ Bytes routine_request_with(Routine routine, const Record& record) {
 
 void Device::inject(const link::InjectedFault& fault) {
   services_.enter(Session::kExtended);
-  services_.demand(routine_request_with(Routine::kInject, fault), "breaking the simulated hardware");
+  const std::string what = "breaking the simulated hardware";
+  const ServiceClient::Answer answer = services_.request(routine_request_with(Routine::kInject, fault));
+  // Of a board that does not know the routine.
+  if (answer.code == Nrc::kIncorrectLength) {
+    throw Error(ExitCode::kRefused, "not-simulated",
+                what + " was refused: board " + text(link::kDidBoardName) + " has real hardware",
+                "connect to a simulator (`thimble-sim`)");
+  }
+  if (answer.code != Nrc::kOk) services_.refused(what, answer.code);
 }
 
 void Device::take_command() {

@@ -1,4 +1,4 @@
-// The flags of a FLAG_SET of messages.def by their names.
+// The numbers of messages.def in words.
 #pragma once
 
 #include <string>
@@ -15,6 +15,14 @@ template <firmware::link::TableEnum Set>
   for (const firmware::link::EnumRow& row : firmware::link::EnumTable<Set>::kRows)
     if ((bits & row.number) != 0) names.emplace_back(row.name);
   return names;
+}
+
+// "the dead-man switch was released" of StoppedBy::kDeadMan; empty for a number that the table does not name.
+template <firmware::link::TableEnum Enum>
+[[nodiscard]] std::string description(Enum value) {
+  for (const firmware::link::EnumRow& row : firmware::link::EnumTable<Enum>::kRows)
+    if (row.number == static_cast<unsigned>(value)) return row.description;
+  return {};
 }
 
 }  // namespace thimble::host

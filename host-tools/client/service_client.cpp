@@ -5,10 +5,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "firmware/core/conditions.h"
 #include "firmware/core/faults.h"
 #include "host-tools/client/arm_record.h"
 #include "host-tools/client/printable.h"
+#include "host-tools/client/remedies.h"
 #include "host-tools/client/requests.h"
 
 namespace thimble::host {
@@ -62,30 +62,6 @@ bool answers(std::span<const std::uint8_t> answer, const Bytes& request) {
 
 bool refuses(std::span<const std::uint8_t> answer, const Bytes& request) {
   return answer.size() == 3 && answer[0] == link::kNegative && answer[1] == request[0];
-}
-
-// What to do about a refusal: the remedies of the condition table. `reasons` are the names that the device gives, "not_homed,no_scene";
-// one may be followed by details.
-std::string remedy_of(const std::string& reasons) {
-  std::string remedy;
-  const auto add = [&remedy](const char* what) {
-    remedy += (remedy.empty() ? "" : "; ") + std::string(what);
-  };
-  for (const firmware::ConditionRow& row : firmware::kConditionTable) {
-    if (reasons.find(row.name) != std::string::npos) add(row.remedy);
-  }
-  // Not a condition: the scene has more of something than the controller takes.
-  if (reasons.find("too_many") != std::string::npos) add("leave some out; the limits are in `thimble info`");
-  // Busy: it passes by itself.
-  if (reasons == "scene_switching" || reasons == "command_pending") add("repeat the command");
-  if (reasons == "restarting") add("repeat the command when the controller has started again");
-  if (reasons == "other_host_uploads") add("upload again");
-  // Of the bus.
-  if (reasons == "needs_can_fd_or_lower_rate")
-    add("run the loop at a lower rate, or use a controller and a bus with CAN FD");
-  if (reasons == "bus_without_can_fd")
-    add("leave telemetry_fd at 0, or use a controller and a bus with CAN FD");
-  return remedy.empty() ? "remove what the device names, then repeat" : remedy;
 }
 
 }  // namespace

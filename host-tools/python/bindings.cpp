@@ -14,6 +14,7 @@
 #include <variant>
 #include <vector>
 
+#include "board/sim/injection.h"
 #include "firmware/core/faults.h"
 #include "host-tools/client/device.h"
 #include "host-tools/client/discovery.h"
@@ -101,6 +102,9 @@ class Connection {
     info["mode"] = link::name(state.mode);
     info["key"] = link::name(state.key);
     info["commander"] = state.commander;
+    info["stopped_by"] = state.stopped_by == link::StoppedBy::kNothing
+                             ? py::object(py::none())
+                             : py::str(link::name(state.stopped_by));
     const firmware::FaultRow* fault = firmware::find_fault(static_cast<firmware::Fault>(state.fault));
     info["fault"] = state.fault == 0 || fault == nullptr ? py::object(py::none()) : py::str(fault->name);
     info["tick"] = state.tick;
@@ -198,6 +202,25 @@ class Connection {
     orders["wrong"] = counted.wrong;
     orders["expired"] = counted.expired;
     return orders;
+  }
+
+  void inject(const std::string& name, unsigned arm, std::optional<unsigned> joint, double value,
+              const std::array<double, 3>& force_N, std::optional<double> for_s) {
+    const board::InjectionRow* row = board::find_injection(name);
+    if (row == nullptr) throw py::key_error("there is no fault '" + name + "' to inject");
+    if (arm > 255 || joint.value_or(0) >= firmware::kJoints)
+      throw py::value_error("no arm has such a number, or no joint");
+    if (for_s && !(*for_s > 0)) throw py::value_error("a fault lasts for a time above 0, or for good");
+    const link::InjectedFault fault{.fault = static_cast<std::uint8_t>(row->kind),
+                                    .arm = static_cast<std::uint8_t>(arm),
+                                    .joint = static_cast<std::uint8_t>(joint.value_or(255)),
+                                    .value = static_cast<float>(value),
+                                    .force_x_N = static_cast<float>(force_N[0]),
+                                    .force_y_N = static_cast<float>(force_N[1]),
+                                    .force_z_N = static_cast<float>(force_N[2]),
+                                    .for_s = static_cast<float>(for_s.value_or(0))};
+    const py::gil_scoped_release others;
+    device().inject(fault);
   }
 
   std::vector<std::string> faults() {
@@ -339,6 +362,7 @@ PYBIND11_MODULE(_thimble, m) {
       .def("upload", &Connection::upload)
       .def("telemetry", &Connection::telemetry)
       .def("faults", &Connection::faults)
+      .def("inject", &Connection::inject)
       .def("take_over",
            [](Connection& c, double readings_per_s) {
              const py::gil_scoped_release others;

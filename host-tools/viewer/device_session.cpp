@@ -251,6 +251,7 @@ void DeviceSession::hear(const link::CanFrame& frame) {
   const Micros now = now_us();
   heard_us_ = now;
   const bool complete = live_.take(frame, now);
+  if (live_.mode() != device_state_.mode) look_due_us_ = now;  // why is not in the frames
   tend_stop();
   if (const std::optional<std::uint8_t> fault = live_.take_emergency()) {
     const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(*fault));

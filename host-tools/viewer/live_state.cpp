@@ -56,6 +56,7 @@ bool LiveState::take(const link::CanFrame& frame, link::Micros now_us) {
         if (message.arm < arms_) arm_.at(message.arm).inside_us[message.object] = now_us;
       } else if constexpr (std::is_same_v<Message, link::Status>) {
         status_ = message;
+        if (message.mode == link::Mode::kArmed) stopped_by_ = link::StoppedBy::kNothing;
       } else if constexpr (std::is_same_v<Message, link::Emergency>) {
         if (message.fault != 0) emergency_ = message.fault;
       } else if constexpr (std::is_same_v<Message, link::BodyPosition>) {
@@ -175,6 +176,7 @@ void LiveState::take_state(const link::DeviceState& state) {
   status_->fault = state.fault;
   status_->flags = state.flags;
   status_->tick_rate_Hz = state.tick_rate_Hz;
+  stopped_by_ = state.mode == link::Mode::kArmed ? link::StoppedBy::kNothing : state.stopped_by;
 }
 
 void LiveState::forget_scene() {
@@ -226,6 +228,10 @@ Json LiveState::json(link::Micros now_us) const {
   Json json = Json::object();
   if (status_) {
     json["mode"] = link::name(status_->mode);
+    if (stopped_by_ != link::StoppedBy::kNothing) {
+      json["stopped_by"] = link::name(stopped_by_);
+      json["stopped_by_text"] = description(stopped_by_);
+    }
     json["fault"] = status_->fault;
     const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(status_->fault));
     json["fault_name"] = row == nullptr ? "" : row->name;

@@ -25,7 +25,8 @@ class LiveState {
   // True when the frame completes a record: tip, force and, where there is one, god object of every arm. Frames may be missing.
   bool take(const link::CanFrame& frame, link::Micros now_us);
 
-  void take_state(const link::DeviceState& state);  // for before the first status frame
+  void take_state(
+      const link::DeviceState& state);  // for before the first status frame, and for what no frame tells
 
   void forget_scene();  // forgets bodies and tissue of the previous scene
   void set_record_period(double seconds) { period_s_ = seconds; }  // between two records, for velocities
@@ -77,6 +78,7 @@ class LiveState {
   bool shown_ = true;  // the newest record has been reported
   std::array<Arm, 2> arm_;
   std::optional<link::Status> status_;
+  link::StoppedBy stopped_by_ = link::StoppedBy::kNothing;  // while it is not armed
   std::optional<std::uint8_t> emergency_;
   std::uint8_t limiters_ = 0;                             // of the newest forces
   std::map<std::uint8_t, link::BodyPosition> positions_;  // whose rotation has not come

@@ -60,6 +60,21 @@ class Monitor(Rig):
             self.assertNotIn("disarmed", written)
             self.assertIn("armed", written)
 
+    def test_the_dead_man_switch_is_named(self):
+        faults = self.folder / "let_go.json"
+        faults.write_text(json.dumps({"thimble_faults": 1, "faults": [{"fault": "dead-man", "after": "armed", "at_s": 2, "for_s": 1}]}))
+        sim = self.sim("--tcp", 0, "--inject", faults)
+        self.ok("upload", self.plane_scene(offset_m=-0.02), "--device", sim.tcp)
+        self.ok("home", "--device", sim.tcp)
+        self.ok("arm", "--device", sim.tcp)
+        self.assertNotIn("last stop", self.ok("info", "--device", sim.tcp).out)
+        watcher = self.start("monitor", "--json", "--seconds", 4, "--device", sim.tcp)
+        said = self.ok("monitor", "--seconds", 4, "--device", sim.tcp).err
+        self.assertIn("no longer armed: the dead-man switch was released", said)
+        states = [json.loads(line) for line in watcher.communicate(timeout=30)[0].splitlines() if '"DeviceState"' in line]
+        self.assertEqual([(state["mode"], state["stopped_by"]) for state in states], [("damping", "dead_man")])
+        self.assertRegex(self.ok("info", "--device", sim.tcp).out, r"last stop +dead_man: the dead-man switch was released")
+
     def frames_of_the_arm(self, sim, count):
         """The next frames of telemetry, as SLCAN lines."""
         frames, rest = [], b""

@@ -171,6 +171,12 @@ class Device:
     def clear_faults(self):
         self._connection.clear_faults()
 
+    def inject(self, fault, *, arm=0, joint=None, value=0.0, force_N=(0.0, 0.0, 0.0), for_s=None):
+        """Breaks the hardware of a simulated device from now on: a fault by its name in docs/safety.md, of one joint of an arm or of all (None), with
+        its value in the unit of that table, for so many seconds or for good (None). force_N: of "hand-pushes", world frame. A real device
+        raises Error "not-simulated"."""
+        self._connection.inject(fault, arm, joint, value, force_N, for_s)
+
     def keep_alive(self):
         """Tells the device that this program is alive; needed if the parameter host_supervision is set."""
         self._connection.keep_alive()

@@ -148,6 +148,32 @@ class Connect(Rig):
             self.assertEqual((caught.exception.name, caught.exception.exit_code), ("refused", 1))
             self.assertIn("not_homed", caught.exception.cause)
 
+    def test_faults_of_the_simulated_hardware(self):
+        sim = self.sim("--tcp", 0)
+        with thimble.connect(sim.tcp) as device:
+            self.assertIsNone(device.info["stopped_by"])
+            device.upload(self.plane_scene(offset_m=-0.02))
+            device.home()
+            for fault, stopped_by, named in (("dead-man", "dead_man", []), ("drive-fault", "fault", ["drive_fault"])):
+                device.arm()
+                device.inject(fault, for_s=0.2)
+                self.wait_for_mode(sim.tcp, "faulted" if named else "ready")
+                self.assertEqual(device.info["stopped_by"], stopped_by)
+                self.assertEqual(device.faults, named)
+                time.sleep(0.3)
+            device.clear_faults()
+            device.arm()
+            device.inject("encoder-slip", joint=1, value=500)
+            self.wait_for_mode(sim.tcp, "faulted")
+            self.assertEqual(device.faults, ["encoder_jump"])
+            with self.assertRaisesRegex(KeyError, "there is no fault 'encoder-mad'"):
+                device.inject("encoder-mad")
+            with self.assertRaises(ValueError):
+                device.inject("encoder-dead", joint=3)
+            with self.assertRaises(thimble.Error) as caught:
+                device.inject("encoder-dead", arm=1)
+            self.assertEqual((caught.exception.name, caught.exception.exit_code), ("refused", 1))
+
     def test_no_device(self):
         with self.assertRaises(thimble.Error) as caught:
             thimble.connect("tcp:127.0.0.1:1")

@@ -8,8 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "board/common/stop_path.h"
 #include "board/linux/board_config.h"
 #include "firmware/core/stop_timeout.h"
+#include "tests/unit/firmware/bench.h"
 
 namespace thimble::test {
 namespace {
@@ -130,6 +132,23 @@ TEST(StopTimeout, IsBetween2And5MsAndToleratesTheLostTicks) {
   EXPECT_EQ(stop_timeout_us(2'500'000, 1), 5000U);
   EXPECT_EQ(stop_timeout_us(333'333, 14), 4999U);
   EXPECT_EQ(stop_timeout_us(20'000'000, 1000), std::nullopt);
+}
+
+TEST(StopTimeout, OfTheSavedParameters) {
+  TestStorage storage;
+  const auto saved = [&storage](std::uint32_t lost_ticks) {
+    firmware::Params params;
+    firmware::ParamStore store(storage);
+    store.load(params);
+    EXPECT_EQ(params.write(firmware::row_of(firmware::Param::lost_ticks).id, lost_ticks, true),
+              firmware::ParamStatus::kOk);
+    EXPECT_EQ(store.save(params), firmware::StoreStatus::kOk);
+    return board::saved_stop_path(storage, 4000);
+  };
+  EXPECT_EQ(saved(9).timeout_us, 2500U);
+  EXPECT_STREQ(saved(9).lacks, "");
+  EXPECT_STREQ(saved(20).lacks, "lost_ticks_above_5_ms");
+  EXPECT_EQ(saved(20).timeout_us, 2000U);
 }
 
 // Every key of the example: an unknown one beside it, and itself with a value of a wrong kind, are refused by

@@ -51,6 +51,18 @@ std::size_t count(const std::string& text, const std::string& what) {
   return n;
 }
 
+TEST(MonitorScreen, SaysWhyItIsNoLongerArmedUntilItIsAgain) {
+  MonitorScreen screen = with_force(0.0F, 1.0F);
+  link::Status status;
+  status.mode = link::Mode::kReady;
+  screen.take(link::to_frame(status, 1));
+  screen.stopped("the dead-man switch was released");
+  EXPECT_THAT(screen.text(120), HasSubstr("ready (the dead-man switch was released)"));
+  status.mode = link::Mode::kArmed;
+  screen.take(link::to_frame(status, 1));
+  EXPECT_THAT(screen.text(120), Not(HasSubstr("released")));
+}
+
 TEST(MonitorScreen, SaysNoModeBeforeItHasHeardOne) {
   MonitorScreen screen("premium-1.5 on board sim", 1, true);
   screen.take(force_frame(0.0F, 1.0F, 1));

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "tests/unit/firmware/bench.h"
+#include "tests/unit/firmware/tester.h"
 
 namespace thimble::test {
 namespace {
@@ -76,6 +77,64 @@ TEST(Modes, EveryEventInEveryMode) {
     }
   }
   std::printf("transitions checked: %d\n", checked);
+}
+
+link::StoppedBy stopped_by(Bench& bench) {
+  link::DeviceState state;
+  EXPECT_TRUE(link::decode(Tester(bench).read(link::DeviceState::kId), state));
+  return state.stopped_by;
+}
+
+// All that can end arming in one tick, in every combination; and nothing that comes later changes the reason.
+TEST(StoppedBy, OfSeveralInOneTickTheFirstOfFaultDisarmAndSwitch) {
+  using link::StoppedBy;
+  EXPECT_EQ(stopped_by(*bench_in(Mode::kDisarmed)), StoppedBy::kNothing);
+  EXPECT_EQ(stopped_by(*bench_in(Mode::kArmed)), StoppedBy::kNothing);
+  for (unsigned all = 1; all < 32; ++all) {
+    const auto has = [all](unsigned bit) { return (all >> bit & 1U) != 0; };
+    const auto bench = bench_in(Mode::kArmed);
+    if (has(0)) bench->inputs.dead_man = false;
+    if (has(1)) (void)bench->controller->request(Command::kDisarm);
+    if (has(2)) (void)bench->controller->request(Command::kStop);
+    bench->inputs.e_stop = has(3);
+    bench->inputs.arm[0].drive_fault = has(4);
+    bench->tick();
+    // The fault that latched tells whether a stop or a fault was first.
+    const Fault latched = bench->controller->fault();
+    EXPECT_EQ(latched, has(3)   ? Fault::e_stop
+                       : has(2) ? Fault::host_stop
+                       : has(4) ? Fault::drive_fault
+                                : Fault::kNone);
+    const StoppedBy expected = latched == Fault::host_stop ? StoppedBy::kStop
+                               : latched != Fault::kNone   ? StoppedBy::kFault
+                               : has(1)                    ? StoppedBy::kDisarm
+                                                           : StoppedBy::kDeadMan;
+    EXPECT_EQ(stopped_by(*bench), expected) << all;
+    bench->inputs.dead_man = false;
+    (void)bench->controller->request(Command::kDisarm);
+    (void)bench->controller->request(Command::kStop);
+    bench->ticks(1100);
+    EXPECT_EQ(stopped_by(*bench), expected) << all << ", later";
+  }
+}
+
+// Kept while it is armed again, until that ends too.
+TEST(StoppedBy, IsOfTheLastTime) {
+  using link::StoppedBy;
+  Bench bench;
+  bench.start();
+  bench.inputs.dead_man = false;
+  bench.ticks(1100);
+  EXPECT_EQ(stopped_by(bench), StoppedBy::kDeadMan);
+  bench.inputs.dead_man = true;
+  bench.tick();
+  bench.arm();
+  EXPECT_EQ(stopped_by(bench), StoppedBy::kDeadMan);
+  EXPECT_EQ(bench.controller->request(Command::kDisarm), 0);
+  bench.tick();
+  EXPECT_EQ(stopped_by(bench), StoppedBy::kDisarm);
+  bench.restart("host");
+  EXPECT_EQ(stopped_by(bench), StoppedBy::kNothing);
 }
 
 TEST(Modes, DampingEndsInReadyOrFaulted) {

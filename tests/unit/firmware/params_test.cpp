@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tests/unit/firmware/bench.h"
+#include "tests/unit/firmware/tester.h"
 
 namespace thimble::test {
 namespace {
@@ -84,6 +85,37 @@ TEST(Params, AreLockedWhileTheMotorsAreOn) {
   EXPECT_EQ(bench.controller->request(Command::kArm), 0);
   EXPECT_EQ(bench.controller->write_param(damping.id, bits(damping, 1.0F)), ParamStatus::kNotWhileArmed)
       << "an arming is on its way";
+}
+
+// Each value from one that every loop tolerates: accepted if the stop path then waits for 5 ms at most, and refused with the reason else.
+TEST(Params, LostTicksThatAskForALaterStopAreRefused) {
+  const std::uint16_t id = firmware::row_of(firmware::Param::lost_ticks).id;
+  for (const float rate_Hz : {1000.0F, 3000.0F, 4000.0F, 20000.0F}) {
+    Bench bench({.period_s = 1.0F / rate_Hz});
+    Tester tester(bench);
+    ASSERT_TRUE(tester.ok({0x10, 0x03}));
+    const auto write = [&](unsigned value) {
+      return tester.refused({0x2E, static_cast<std::uint8_t>(id >> 8U), static_cast<std::uint8_t>(id),
+                             static_cast<std::uint8_t>(value), static_cast<std::uint8_t>(value >> 8U), 0, 0});
+    };
+    for (unsigned value = 1; value <= 120; ++value) {
+      ASSERT_EQ(write(1), link::Nrc::kOk);
+      const bool allowed = static_cast<float>(value + 1) <= 5e-3F * rate_Hz * 1.00001F;
+      EXPECT_EQ(write(value), allowed ? link::Nrc::kOk : link::Nrc::kConditionsNotCorrect)
+          << value << " at " << rate_Hz << " Hz";
+      if (allowed) continue;
+      EXPECT_EQ(tester.text(link::kDidRefusal), "lost_ticks_above_5_ms");
+    }
+  }
+  // A board that is too slow for any: what makes it no worse is taken.
+  Bench slow({.period_s = 0.02F});
+  Tester tester(slow);
+  ASSERT_TRUE(tester.ok({0x10, 0x03}));
+  const auto head = static_cast<std::uint8_t>(id >> 8U);
+  const auto low = static_cast<std::uint8_t>(id);
+  EXPECT_EQ(tester.refused({0x2E, head, low, 5, 0, 0, 0}), link::Nrc::kConditionsNotCorrect);
+  EXPECT_EQ(tester.refused({0x2E, head, low, 4, 0, 0, 0}), link::Nrc::kOk);
+  EXPECT_EQ(tester.refused({0x2E, head, low, 2, 0, 0, 0}), link::Nrc::kOk);
 }
 
 }  // namespace

@@ -217,6 +217,25 @@ TEST(LiveState, ThePictureOfAScene) {
     EXPECT_EQ(t.state.json(kNow_us)[part], Json::array());
 }
 
+TEST(LiveState, WhyItIsNoLongerArmed) {
+  Telemetry t;
+  link::DeviceState state;
+  state.mode = link::Mode::kReady;
+  t.state.take_state(state);
+  EXPECT_FALSE(t.state.json(kNow_us).contains("stopped_by"));
+  state.stopped_by = link::StoppedBy::kDeadMan;
+  t.state.take_state(state);
+  EXPECT_EQ(t.state.json(kNow_us)["stopped_by"], "dead_man");
+  EXPECT_EQ(t.state.json(kNow_us)["stopped_by_text"], "the dead-man switch was released");
+  link::Status status;
+  status.mode = link::Mode::kArmed;
+  t.take(status);
+  EXPECT_FALSE(t.state.json(kNow_us).contains("stopped_by"));
+  status.mode = link::Mode::kDamping;
+  t.take(status);
+  EXPECT_FALSE(t.state.json(kNow_us).contains("stopped_by")) << "an old reason";
+}
+
 TEST(LiveState, StatusAndFaults) {
   Telemetry t;
   link::Status status;

@@ -19,6 +19,7 @@ interface Arm {
 
 export class Touch {
   mode = 'disarmed';
+  stopped_by_text?: string;
   fault = 0;
   fault_name = '';
   time_s = 0;
@@ -55,6 +56,7 @@ export class Touch {
     if (verb === 'home' && this.mode === 'disarmed') this.homed = true;
     if (verb === 'clear' && this.mode === 'faulted') this.fault = 0;
     if (verb === 'arm' && (!this.homed || this.fault !== 0)) return this.fault !== 0 ? 'faulted' : 'not_homed';
+    this.stopped_by_text = verb === 'arm' ? undefined : this.mode === 'armed' ? 'a host disarmed it' : this.stopped_by_text;
     this.mode = verb === 'arm' ? 'armed' : this.fault !== 0 ? 'faulted' : this.homed ? 'ready' : 'disarmed';
     return null;
   }
@@ -131,6 +133,7 @@ export class Touch {
       time_s: this.time_s,
       tick: Math.round(this.time_s * 4000),
       mode: this.mode,
+      stopped_by_text: this.stopped_by_text,
       fault: this.fault,
       fault_name: this.fault_name,
       limiters: this.clamped ? ['clamp'] : [],

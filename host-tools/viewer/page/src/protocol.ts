@@ -51,6 +51,8 @@ export interface State {
   tick?: number;
   since_us?: number; // when the ticks that are shown began, on the server's monotonic clock
   mode?: string;
+  stopped_by?: string; // why it is no longer armed: its name, and a sentence
+  stopped_by_text?: string;
   fault?: number;
   fault_name?: string;
   limiters?: string[];

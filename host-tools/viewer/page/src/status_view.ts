@@ -44,6 +44,7 @@ export class StatusView {
     const fault = faulted ? `${state.fault} ${state.fault_name ?? ''}` : 'none';
     set_text(element('mode'), state.mode ?? '-');
     element('mode').className = state.mode === 'armed' ? 'good' : state.mode === 'faulted' ? 'bad' : '';
+    set_text(element('stopped-by'), state.stopped_by_text ?? '');
     set_text(element('fault'), fault);
     element('fault').className = faulted ? 'bad' : '';
     set_text(
@@ -62,7 +63,8 @@ export class StatusView {
 
   // For screen readers: only changes of mode and fault.
   announce(state: State): void {
-    const text = `Mode ${state.mode ?? 'unknown'}. ${state.fault ? `Fault ${state.fault_name ?? state.fault}` : 'No fault'}.`;
+    const why = state.stopped_by_text === undefined ? '' : ` ${state.stopped_by_text}.`;
+    const text = `Mode ${state.mode ?? 'unknown'}.${why} ${state.fault ? `Fault ${state.fault_name ?? state.fault}` : 'No fault'}.`;
     if (text === this.announced) return;
     this.announced = text;
     set_text(element('announce'), text);

@@ -76,6 +76,19 @@ test('blocks is loaded and shown, with the state in the DOM', async () => {
   await until('the other scene', async () => (await text(page, 'scene')) === 'walls');
 });
 
+test('the page says why the arm is no longer armed, until it is armed again', async () => {
+  const { page, mock } = await show();
+  await arm(page);
+  assert.equal(await text(page, 'stopped-by'), '');
+  mock.touch.mode = 'ready';
+  mock.touch.stopped_by_text = 'the dead-man switch was released';
+  await until('the reason', async () => (await text(page, 'stopped-by')) === 'the dead-man switch was released');
+  assert.equal(await text(page, 'mode'), 'ready');
+  assert.match((await page.getByTestId('announce').textContent()) ?? '', /Mode ready\. the dead-man switch was released\./);
+  await arm(page);
+  assert.equal(await text(page, 'stopped-by'), '');
+});
+
 test('dragged onto a block the hand is pushed back: force in the DOM, an arrow in the picture', async () => {
   const { page, mock } = await show();
   await arm(page);

@@ -1,0 +1,33 @@
+#include "host-tools/client/remedies.h"
+
+#include "firmware/core/conditions.h"
+#include "firmware/core/stop_timeout.h"
+
+namespace thimble::host {
+
+// The remedies of the condition table, and of what is no condition.
+std::string remedy_of(const std::string& reasons) {
+  std::string remedy;
+  const auto add = [&remedy](const char* what) {
+    remedy += (remedy.empty() ? "" : "; ") + std::string(what);
+  };
+  for (const firmware::ConditionRow& row : firmware::kConditionTable) {
+    if (reasons.find(row.name) != std::string::npos) add(row.remedy);
+  }
+  // Not a condition: the scene has more of something than the controller takes.
+  if (reasons.find("too_many") != std::string::npos) add("leave some out; the limits are in `thimble info`");
+  // Busy: it passes by itself.
+  if (reasons == "scene_switching" || reasons == "command_pending") add("repeat the command");
+  if (reasons == "restarting") add("repeat the command when the controller has started again");
+  if (reasons == "other_host_uploads") add("upload again");
+  // Of the bus.
+  if (reasons == "needs_can_fd_or_lower_rate")
+    add("run the loop at a lower rate, or use a controller and a bus with CAN FD");
+  if (reasons == "bus_without_can_fd")
+    add("leave telemetry_fd at 0, or use a controller and a bus with CAN FD");
+  if (reasons == firmware::kLacksShortStop)
+    add("choose a smaller one: (lost_ticks + 1) periods of the loop may be 5 ms");
+  return remedy.empty() ? "remove what the device names, then repeat" : remedy;
+}
+
+}  // namespace thimble::host
