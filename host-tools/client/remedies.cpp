@@ -20,6 +20,10 @@ std::string remedy_of(const std::string& reasons) {
   if (reasons == "scene_switching" || reasons == "command_pending") add("repeat the command");
   if (reasons == "restarting") add("repeat the command when the controller has started again");
   if (reasons == "other_host_uploads") add("upload again");
+  if (reasons == "other_host_commands" || reasons == "other_hosts_arm")
+    add("let it end, or disarm the device (`thimble disarm`), then repeat");
+  if (reasons == "no_key") add("set a key (`thimble key set`)");
+  if (reasons == "key_damaged") add("erase what is stored of the key by hand (docs/link.md)");
   // Of the bus.
   if (reasons == "needs_can_fd_or_lower_rate")
     add("run the loop at a lower rate, or use a controller and a bus with CAN FD");

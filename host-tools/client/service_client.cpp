@@ -340,11 +340,11 @@ void ServiceClient::refused(const std::string& what, Nrc code) {
     if (now.fault != 0 && code == Nrc::kConditionsNotCorrect) faulted(what, now.fault);
     const std::string reason = text(link::kDidRefusal);
     if (reason == "other_host_commands" || reason == "other_hosts_arm") {
-      throw Error(ExitCode::kCommanded, "other-program",
-                  what + " was refused: " +
-                      (reason == "other_hosts_arm" ? "another program has armed the device"
-                                                   : "another program commands the device"),
-                  "let it end, or disarm the device (`thimble disarm`), then repeat");
+      const bool arms = reason == "other_hosts_arm";
+      throw Error(
+          ExitCode::kCommanded, "other-program",
+          what + " was refused: another program " + (arms ? "has armed the device" : "commands the device"),
+          remedy_of(reason));
     }
     if (!reason.empty()) {
       why = reason;

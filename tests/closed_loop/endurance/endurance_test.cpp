@@ -33,6 +33,7 @@ void endures(std::uint64_t seed) {
   figure("uploads over the link", played.uploads, "reported");
   figure("parameters written", played.writes, "reported");
   figure("stops", played.stops, "reported");
+  figure("commands of a second host while the arm was armed", played.rivals, "none obeyed");
   figure("faults of the hardware", played.injected, "reported");
   std::uint32_t named = 0;
   for (const std::uint32_t count : played.named) named += count;

@@ -318,15 +318,16 @@ class Session {
     ++played_.requests;
     (void)host_->read(kWhat[random_.below(kWhat.size())]);
   }
-  // Another host: one that asks and is gone, or one that sends what nobody understands.
+  // Another host: one that wants to command, one that asks and is gone, or one that sends what nobody understands.
   void someone_else() {
-    if (random_.below(2) == 0) {
+    const auto kind = random_.below(3);
+    if (kind == 0) rival();
+    if (kind == 1) {
       Host other(rig_, false);
       (void)other.text(firmware::link::kDidSceneName);
       rig_.alive = true;
-      return;
     }
-    for (int i = 0; i < 50; ++i) {
+    for (int i = 0; kind == 2 && i < 50; ++i) {
       firmware::link::CanFrame junk;
       junk.id = static_cast<std::uint32_t>(random_.below(1U << 29U));
       junk.extended = true;
@@ -334,6 +335,22 @@ class Session {
       for (std::size_t k = 0; k < junk.size; ++k) junk.data[k] = static_cast<std::uint8_t>(random_.bits());
       board_.controller().on_frame(junk, rig_.inputs.time_us);
     }
+  }
+  // It must not while this host has the arm armed.
+  void rival() {
+    Host other(rig_, false, (1U << 20U) + 1 + random_.below(1U << 20U));
+    (void)other.ok({0x10, 0x03});
+    firmware::link::DeviceState state;
+    const std::array<Bytes, 3> commands = {Bytes{0x31, 0x01, 0x02, 0x01}, Bytes{0x31, 0x01, 0x02, 0x0B},
+                                           Bytes{0x2E, 0x01, 0x01, 0, 0, 0, 0x45}};
+    if (firmware::link::decode(other.read(firmware::link::DeviceState::kId), state) &&
+        state.mode == Mode::kArmed && state.commander == host_->address()) {
+      const Bytes answer = other.ask(commands[random_.below(commands.size())]);
+      ++played_.rivals;
+      if (!answer.empty() && answer[0] != firmware::link::kNegative && shown().mode == Mode::kArmed)
+        complain("a second host commanded an armed arm");
+    }
+    rig_.alive = true;
   }
   void stop() {
     ++played_.stops;

@@ -26,7 +26,8 @@ struct Played {
   double simulated_s = 0;
   double armed_s = 0;
   std::uint64_t ticks = 0;
-  std::uint32_t boards = 0, arms_armed = 0, swaps = 0, uploads = 0, requests = 0, writes = 0, stops = 0;
+  std::uint32_t boards = 0, arms_armed = 0, swaps = 0, uploads = 0, requests = 0, writes = 0, stops = 0,
+                rivals = 0;
   std::uint32_t injected = 0;              // faults of the hardware
   std::array<std::uint32_t, 256> named{};  // by firmware::Fault: faults that the controller named
   std::uint32_t probes = 0;                // of the encoders
