@@ -20,7 +20,16 @@ using link::crc32;
 // In front of the contents of each slot; a multiple of 8, so that they stay aligned.
 inline constexpr std::size_t kSlotHeaderBytes = 64;
 
-enum class SlotMagic : std::uint32_t { kScene = 0x53494854, kParams = 0x50494854 };  // "THIS", "THIP"
+enum class SlotMagic : std::uint32_t {
+  kScene = 0x53494854,
+  kParams = 0x50494854,
+  kKey = 0x4B494854
+};  // "THIS", "THIP", "THIK"
+// Of the slots that do not hold records.
+[[nodiscard]] constexpr SlotMagic slot_magic(unsigned index) noexcept {
+  if (index < Storage::kSceneSlots) return SlotMagic::kScene;
+  return index < Storage::kFirstJournalSlot ? SlotMagic::kParams : SlotMagic::kKey;
+}
 
 struct SlotHeader {
   std::uint32_t sequence = 0;  // never 0 in a slot; wraps
