@@ -19,10 +19,12 @@ using link::Nrc;
 struct Host {
   link::Micros heard_us = 0;  // when its last frame came
   link::Session session = link::Session::kDefault;
-  std::optional<link::Reset> restart;  // wanted once the answer has left
-  bool disarming = false;              // it has asked for a disarm that no tick has obeyed yet
-  std::uint32_t disarms = 0;           // Commands::disarms() when its request came
-  std::array<char, 192> refusal{};     // kDidRefusal: why its last request was refused, or empty
+  std::optional<link::Reset> restart;             // wanted once the answer has left
+  bool disarming = false;                         // it has asked for a disarm that no tick has obeyed yet
+  std::uint32_t disarms = 0;                      // Commands::disarms() when its request came
+  std::array<char, 192> refusal{};                // kDidRefusal: why its last request was refused, or empty
+  std::array<char, link::kHostNameBytes> name{};  // kDidHostName; 0 behind its end
+  std::uint8_t address = 0;                       // on the link
 
   // Longer texts are cut.
   void refuse(const char* reason) noexcept;

@@ -155,6 +155,11 @@ constexpr std::array<DataRow, 14> kData = {{
     out.put_text(host.refusal.data());
     return Nrc::kOk;
   }
+  if (id == link::kDidHostName) {
+    for (const char letter : host.name)
+      if (letter != '\0') out.put(static_cast<std::uint8_t>(letter));
+    return Nrc::kOk;
+  }
   for (const DataRow& row : kData) {
     if (row.id != id) continue;
     row.read(services, out);

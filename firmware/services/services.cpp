@@ -58,7 +58,7 @@ struct RoutineRow {
   std::size_t argument_bytes;
   Handler handle;
 };
-constexpr std::array<RoutineRow, 13> kRoutines = {{
+constexpr std::array<RoutineRow, 14> kRoutines = {{
     {Routine::kArm, kStart, Sessions::kNotDefault, 0, arm},
     {Routine::kDisarm, kStart, Sessions::kAll, 0, disarm},  // never a question of the session
     {Routine::kHome, kStart, Sessions::kNotDefault, 0, home},
@@ -72,6 +72,7 @@ constexpr std::array<RoutineRow, 13> kRoutines = {{
     {Routine::kRecording, kStart, Sessions::kNotDefault, 0, start_recording},
     {Routine::kRecording, kStop, Sessions::kNotDefault, 0, end_recording},
     {Routine::kRecording, kResults, Sessions::kNotDefault, 0, recording_start},
+    {Routine::kAudit, kResults, Sessions::kAll, 4, audit_results},
 }};
 
 [[nodiscard]] bool known(std::uint16_t routine) noexcept {

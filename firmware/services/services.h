@@ -13,6 +13,7 @@
 #include "firmware/observe/status_frames.h"
 #include "firmware/observe/telemetry_frames.h"
 #include "firmware/params.h"
+#include "firmware/services/audit.h"
 #include "firmware/services/download.h"
 #include "firmware/services/force_orders.h"
 #include "firmware/services/jobs.h"
@@ -37,6 +38,7 @@ struct ServiceParts {
   control::SceneView& running;  // the scene posted last
   ParamStore& param_store;
   PersistentState& persistent;
+  Audit& audit;
   TelemetryFrames& telemetry;
   StatusFrames& status;
   RecordingFrames& recording;

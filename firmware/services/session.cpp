@@ -23,11 +23,13 @@ Nrc session_control(Services& services, Call& call) noexcept {
   return Nrc::kOk;
 }
 
-Nrc restart_board(Services& /*services*/, Call& call) noexcept {
+Nrc restart_board(Services& services, Call& call) noexcept {
   if (call.request.size() != 2) return Nrc::kIncorrectLength;
   const auto kind = static_cast<Reset>(call.sub_function());
   if (kind != Reset::kHard && kind != Reset::kSoft) return Nrc::kSubFunctionNotSupported;
   call.host.restart = kind;
+  services.parts.audit.add(link::AuditEvent::kRestart, call.host, call.now_us);
+  services.parts.audit.asked(Audit::Asked::kDisarm, call.host, call.now_us);  // Services::restart()
   call.answer.put(static_cast<std::uint8_t>(kind));
   return Nrc::kOk;
 }
