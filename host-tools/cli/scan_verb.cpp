@@ -103,6 +103,7 @@ class DeviceProbe final : public Probe {
   static Device open(const Remote& remote) {
     DeviceOptions options;
     options.node = static_cast<std::uint8_t>(remote.node);
+    options.program = remote.program;
     options.answer_us = kAnswer_us;
     options.tries = std::max(1U, static_cast<unsigned>(remote.timeout_s * 1e6 / kAnswer_us));
     return Device(open_transport(choose_device(remote.device)), options);

@@ -16,7 +16,8 @@ struct Common {
 struct Remote {
   std::string device;  // URI or name; empty: the only one
   unsigned node = 1;
-  double timeout_s = 2.0;  // for an answer, all tries together
+  double timeout_s = 2.0;           // for an answer, all tries together
+  std::string program = "thimble";  // and the verb: for the device's audit record
 };
 
 void list(const Common& common);
@@ -80,6 +81,8 @@ void param_set(const Common& common, const Remote& remote, const std::string& na
 void fault_list(const Common& common, const Remote& remote);
 void fault_clear(const Common& common, const Remote& remote);
 void fault_explain(const Common& common, const std::string& which);  // number or name
+
+void audit(const Common& common, const Remote& remote);
 
 void write_dbc(unsigned node, const std::filesystem::path& output);   // empty: stdout
 void decode(const Common& common, const std::filesystem::path& log);  // "-": stdin

@@ -32,6 +32,7 @@ struct DeviceOptions {
   // False: where the device serves as many hosts as it can, do not wait until a place is free, and send from
   // link::kTesterAddress. The device answers that address in single frames (demand_without_place()).
   bool needs_place = true;
+  std::string program;  // in the name that this host tells the device (host_name.h)
 };
 
 class ServiceClient {
@@ -70,7 +71,8 @@ class ServiceClient {
   [[noreturn]] void refused(const std::string& what, link::Nrc code);
   [[noreturn]] void faulted(const std::string& what, std::uint8_t fault);
 
-  // Opens a session. The first one tells the device the time: it may have been off, and its motors have cooled (docs/safety.md).
+  // Opens a session. The first one tells the device the time: it may have been off, and its motors have cooled (docs/safety.md). The first
+  // one in a place, and after every silence or lost answer, tells this host's name.
   void enter(link::Session session);
   [[nodiscard]] link::DeviceState state();
   // A record of text; empty if the device refuses to give it.
@@ -116,6 +118,7 @@ class ServiceClient {
   bool claim_refused_ = false;  // the device's last word
   link::IsoTpChannel channel_;
   bool time_told_ = false;
+  bool name_told_ = false;  // in this place, as far as is known
   std::function<void(const link::CanFrame&)> heard_;
   std::deque<link::CanFrame> unread_;  // of a CAN FD frame that stands for several
 };
