@@ -30,13 +30,14 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
       param_store_(storage),
       keys_(storage),
       persistent_(storage, core_),
+      audit_(storage, core_, persistent_),
       telemetry_(core_, params_, config.node_id),
       status_(core_, params_, store_, telemetry_, config.node_id),
       recording_(core_.observers().recorder, config_.arm_count, config.node_id),
       picture_(core_, config.node_id),
       orders_(core_, params_, config.node_id, config_.arm_count),
-      services_({config_, params_, core_, store_, running_, param_store_, keys_, persistent_, telemetry_,
-                 status_, recording_, link_, orders_}),
+      services_({config_, params_, core_, store_, running_, param_store_, keys_, persistent_, audit_,
+                 telemetry_, status_, recording_, link_, orders_}),
       router_(services_, config.node_id) {
   param_store_.open();
   const bool scene = store_.open(running_) == StoreStatus::kOk;
@@ -49,7 +50,8 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
   }
   persistent_.resume_heat(params_, config.utc_s);
   keys_.open();
-  services_.authenticator.begin(persistent_.records());
+  services_.authenticator.begin(persistent_.starts());
+  audit_.start(config.reset_reason);
   if (aside.scene != 0 || aside.params != 0) core_.begin_with(Fault::set_aside);
   if (store_.damaged() || param_store_.damaged()) core_.begin_with(Fault::store_corrupt);
   if (crashed) core_.begin_with(Fault::watchdog_reset);
@@ -58,6 +60,7 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
 
 void Controller::on_frame(const link::CanFrame& frame, link::Micros now) noexcept {
   ++link_.frames_received;
+  audit_.observe(now);
   fetch_records();
   if (!frame.extended && frame.id == link::EmergencyStop::kId) {  // with or without data, remote or not
     static_cast<void>(core_.commands().request(Command::kStop));
@@ -68,8 +71,10 @@ void Controller::on_frame(const link::CanFrame& frame, link::Micros now) noexcep
 
 void Controller::poll(link::Micros now) noexcept {
   fetch_records();
+  audit_.observe(now);
   router_.poll(now);
   persistent_.poll(in_store(), now);
+  audit_.poll(now);
 }
 
 // The real-time frames first, the most urgent before the others. A recording can fill the bus, and then leaves the services

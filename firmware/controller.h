@@ -31,6 +31,7 @@
 #include "firmware/observe/telemetry.h"
 #include "firmware/observe/telemetry_frames.h"
 #include "firmware/params.h"
+#include "firmware/services/audit.h"
 #include "firmware/services/force_orders.h"
 #include "firmware/services/router.h"
 #include "firmware/services/services.h"
@@ -127,6 +128,7 @@ class Controller {
   ParamStore param_store_;
   KeyStore keys_;
   PersistentState persistent_;
+  Audit audit_;
   // The real-time frames (firmware/observe/).
   TelemetryFrames telemetry_;
   StatusFrames status_;

@@ -40,8 +40,8 @@ SlotFiles::SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes)
   if (flock(folder_.get(), LOCK_EX | LOCK_NB) != 0) fail_with(errno, path_);
   if (faccessat(folder_.get(), ".", W_OK, 0) != 0) fail_with(errno, path_);
   (void)unlinkat(folder_.get(), kNewFile, 0);  // left behind by a power failure
-  constexpr std::array<const char*, kSlots> kFiles = {"scene0",  "scene1",   "params0",
-                                                      "params1", "journal0", "journal1"};
+  constexpr std::array<const char*, kSlots> kFiles = {"scene0",   "scene1", "params0", "params1", "journal0",
+                                                      "journal1", "audit0", "audit1",  "key0",    "key1"};
   try {
     for (unsigned i = 0; i < kSlots; ++i) {
       slots_[i].file = kFiles[i];
@@ -51,7 +51,7 @@ SlotFiles::SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes)
       if (map == MAP_FAILED) fail_with(errno, path_ / slots_[i].file);
       slots_[i].memory = static_cast<std::byte*>(map);
       load(slots_[i]);
-      if (i >= kFirstJournalSlot) open_in_place(slots_[i]);
+      if (holds_records(i)) open_in_place(slots_[i]);
     }
   } catch (...) {
     unmap();

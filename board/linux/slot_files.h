@@ -3,7 +3,7 @@
 //
 // A slot is written to its file as a whole when its header is written, which the stores do last: new file,
 // fsync, rename, fsync of the folder. Power may fail at any byte: the file then has either the old or the new
-// content. The journal's slots are written in place, record by record, and the kernel starts to write them to the disk at once; the
+// content. The slots of records (journal, audit) are written in place, record by record, and the kernel starts to write them to the disk at once; the
 // background does not wait for the disk, because it would delay the link every few seconds.
 #pragma once
 

@@ -10,25 +10,26 @@ namespace {
 constexpr std::size_t kBankBytes = eeprom::kMostChips * eeprom::kChipBytes;
 [[gnu::section(".slots")]] alignas(8) std::array<std::byte, kBankBytes> copies;
 
-constexpr firmware::SlotMagic magic_of(unsigned index) {
-  return index < firmware::Storage::kSceneSlots ? firmware::SlotMagic::kScene : firmware::SlotMagic::kParams;
-}
+// Behind each scene: one slot of the key, of the audit record and of the journal.
+constexpr std::size_t kBehindScene = firmware::Storage::kKeySlotBytes + firmware::Storage::kAuditSlotBytes +
+                                     firmware::Storage::kJournalSlotBytes;
 
 }  // namespace
 
 EepromStorage::EepromStorage() noexcept {
   const std::size_t chips = eeprom::chips();
   if (chips == 0) return;
-  scene_and_journal_bytes_ = (chips * eeprom::kChipBytes - 2 * kParamSlotBytes) / kSceneSlots;
+  share_bytes_ = (chips * eeprom::kChipBytes - 2 * kParamSlotBytes) / kSceneSlots;
   for (unsigned i = 0; i < kSlots; ++i) {
     const std::span<std::byte> all = copy(i);
     std::ranges::fill(all, std::byte{0xFF});
-    if (i >= kFirstJournalSlot) {
+    if (holds_records(i)) {
       static_cast<void>(eeprom::read(address(i), all));
       continue;
     }
     firmware::SlotHeader header;
-    if (!eeprom::read(address(i), all.first(firmware::kSlotHeaderBytes)) || !decode(all, magic_of(i), header))
+    if (!eeprom::read(address(i), all.first(firmware::kSlotHeaderBytes)) ||
+        !decode(all, firmware::slot_magic(i), header))
       continue;
     // Bytes that cannot be read lead to a wrong CRC.
     static_cast<void>(eeprom::read(address(i) + firmware::kSlotHeaderBytes,
@@ -36,16 +37,18 @@ EepromStorage::EepromStorage() noexcept {
   }
 }
 
-// The slots of the journal are the ends of what was a scene's before there was a journal, so that stores of then can be read.
+// The slots behind the scenes are the ends of what was a scene's before they existed, the newest kind in front: so stores of then can be read.
 std::size_t EepromStorage::address(unsigned index) const noexcept {
-  if (index < kSceneSlots) return index * scene_and_journal_bytes_;
-  if (index < kFirstJournalSlot)
-    return kSceneSlots * scene_and_journal_bytes_ + (index - kSceneSlots) * kParamSlotBytes;
-  return present() ? (index - kFirstJournalSlot + 1) * scene_and_journal_bytes_ - kJournalSlotBytes : 0;
+  if (!present()) return 0;
+  if (index < kSceneSlots) return index * share_bytes_;
+  if (index < kFirstJournalSlot) return kSceneSlots * share_bytes_ + (index - kSceneSlots) * kParamSlotBytes;
+  const std::size_t end = (index % 2 + 1) * share_bytes_;
+  if (index < kFirstAuditSlot) return end - kJournalSlotBytes;
+  return index < kFirstKeySlot ? end - kJournalSlotBytes - kAuditSlotBytes : end - kBehindScene;
 }
 
 std::size_t EepromStorage::bytes(unsigned index) const noexcept {
-  return present() ? slot_bytes(index, scene_and_journal_bytes_ - kJournalSlotBytes) : 0;
+  return present() ? slot_bytes(index, share_bytes_ - kBehindScene) : 0;
 }
 
 std::span<std::byte> EepromStorage::copy(unsigned index) const noexcept {
@@ -54,13 +57,12 @@ std::span<std::byte> EepromStorage::copy(unsigned index) const noexcept {
 
 std::span<const std::byte> EepromStorage::slot(unsigned index) const noexcept { return copy(index); }
 
-// An EEPROM needs no erasing. Only the invalid header has to be written, so the slot counts as empty after
-// power-off. The older records of a journal's slot may stay: they are known by their numbers.
+// An EEPROM needs no erasing. Only the invalid header has to be written, so the slot counts as empty after power-off.
 bool EepromStorage::erase(unsigned index, std::size_t bytes) noexcept {
   if (!present() || bytes > copy(index).size()) return false;
+  if (holds_records(index)) return true;
   std::ranges::fill(copy(index).first(bytes), std::byte{0xFF});
-  return index >= kFirstJournalSlot ||
-         eeprom::write(address(index), copy(index).first(firmware::kSlotHeaderBytes));
+  return eeprom::write(address(index), copy(index).first(firmware::kSlotHeaderBytes));
 }
 
 bool EepromStorage::write(unsigned index, std::size_t offset, std::span<const std::byte> bytes) noexcept {

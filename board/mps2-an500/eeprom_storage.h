@@ -1,5 +1,5 @@
 // The slots in the EEPROMs, with a copy in RAM that the tick reads. The memory of all chips that answer at
-// start is divided between the two scenes: one chip holds scenes of 27 kB, eight hold scenes of 256 kB
+// start is divided between the two scenes: one chip holds scenes of 23 kB, eight hold scenes of 252 kB
 // (docs/board-mps2-an500.md lists the demonstrations).
 #pragma once
 
@@ -17,10 +17,11 @@ class EepromStorage final : public firmware::Storage {
   // Reads the content of the slots: about a second for a scene of 64 kB.
   EepromStorage() noexcept;
 
-  [[nodiscard]] bool present() const noexcept { return scene_and_journal_bytes_ != 0; }
+  [[nodiscard]] bool present() const noexcept { return share_bytes_ != 0; }
 
   [[nodiscard]] std::span<const std::byte> slot(unsigned index) const noexcept override;
   [[nodiscard]] bool erase(unsigned index, std::size_t bytes) noexcept override;
+  [[nodiscard]] bool overwrites() const noexcept override { return true; }
   [[nodiscard]] bool write(unsigned index, std::size_t offset,
                            std::span<const std::byte> bytes) noexcept override;
 
@@ -29,7 +30,8 @@ class EepromStorage final : public firmware::Storage {
   [[nodiscard]] std::size_t address(unsigned index) const noexcept;
   [[nodiscard]] std::size_t bytes(unsigned index) const noexcept;
 
-  std::size_t scene_and_journal_bytes_ = 0;  // a scene, and behind it a slot of the journal
+  std::size_t share_bytes_ =
+      0;  // a scene, and behind it a slot of the key, of the audit record and of the journal
 };
 
 }  // namespace thimble::board

@@ -33,12 +33,11 @@ FileStorage::FileStorage(const std::filesystem::path& file, std::size_t scene_sl
   struct stat status {};
   if (fstat(fd_, &status) != 0) fail(std::strerror(errno));
   const auto wanted = static_cast<off_t>(begin_[kSlots]);
-  const auto scenes_only =
-      static_cast<off_t>(begin_[kSceneSlots]);  // size of files from before parameters were stored
-  const auto no_journal = static_cast<off_t>(begin_[kFirstJournalSlot]);  // from before there was one
-  if (status.st_size != 0 && status.st_size != wanted && status.st_size != scenes_only &&
-      status.st_size != no_journal)
-    fail("it is not a store of this simulator");
+  // The files of older versions end before a pair of slots that did not exist then.
+  bool known = status.st_size == 0;
+  for (unsigned i = kSceneSlots; i <= kSlots; i += 2)
+    known = known || status.st_size == static_cast<off_t>(begin_[i]);
+  if (!known) fail("it is not a store of this simulator");
   if (ftruncate(fd_, wanted) != 0) fail(std::strerror(errno));
   void* map = mmap(nullptr, begin_[kSlots], PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0);
   if (map == MAP_FAILED) fail(std::strerror(errno));

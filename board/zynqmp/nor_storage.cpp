@@ -8,11 +8,11 @@
 namespace thimble::board {
 namespace {
 
-using firmware::SlotMagic;
 using firmware::Storage;
 
-constexpr std::size_t kSmallSlotBytes = Nor::kSectorBytes;  // of parameters and journal
-static_assert(kSmallSlotBytes >= Storage::kParamSlotBytes && kSmallSlotBytes >= Storage::kJournalSlotBytes);
+constexpr std::size_t kSmallSlotBytes = Nor::kSectorBytes;  // of all but the scenes
+static_assert(kSmallSlotBytes >= Storage::kParamSlotBytes && kSmallSlotBytes >= Storage::kJournalSlotBytes &&
+              kSmallSlotBytes >= Storage::kAuditSlotBytes && kSmallSlotBytes >= Storage::kKeySlotBytes);
 static_assert(kSceneSlotBytes % Nor::kSectorBytes == 0 && kStore % Nor::kSectorBytes == 0);
 
 [[gnu::section(".slots")]] alignas(
@@ -34,7 +34,7 @@ NorStorage::NorStorage(Nor& nor) noexcept : nor_(nor) {
   for (unsigned i = 0; i < kSlots; ++i) {
     const std::span<std::byte> all = copy(i);
     // Bytes that cannot be read lead to a missing header or a wrong CRC.
-    if (i >= kFirstJournalSlot) {
+    if (holds_records(i)) {
       erased_[i] = all.size();  // what is not written yet
       std::ranges::fill(all, std::byte{0xFF});
       static_cast<void>(nor_.read(address_of(i), all));
@@ -43,8 +43,7 @@ NorStorage::NorStorage(Nor& nor) noexcept : nor_(nor) {
     const auto header_bytes = all.first(firmware::kSlotHeaderBytes);
     std::ranges::fill(header_bytes, std::byte{0xFF});
     firmware::SlotHeader header;
-    if (nor_.read(address_of(i), header_bytes) &&
-        decode(all, i < kSceneSlots ? SlotMagic::kScene : SlotMagic::kParams, header)) {
+    if (nor_.read(address_of(i), header_bytes) && decode(all, firmware::slot_magic(i), header)) {
       static_cast<void>(nor_.read(address_of(i) + firmware::kSlotHeaderBytes,
                                   all.subspan(firmware::kSlotHeaderBytes, header.length)));
     }

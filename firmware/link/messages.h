@@ -30,6 +30,7 @@ inline constexpr std::size_t kFrozenJoints = 3;    // in a FreezeFrame: 64 of th
 inline constexpr unsigned kRecordedTickBits = 11;  // of the number of a tick, in the frames of a recording
 inline constexpr unsigned kSequenceBits = 4;       // of the count of telemetry records
 inline constexpr unsigned kPictureBits = 6;        // of the count of pictures of the scene
+inline constexpr std::size_t kHostNameBytes = 24;  // of the name of a host
 
 namespace wire {
 using u8 = std::uint8_t;

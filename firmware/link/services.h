@@ -71,10 +71,13 @@ enum class Routine : std::uint16_t {
   // A host's clock, from which a board that was off learns how far its motors have cooled. Arguments: seconds since 1970 (4 bytes,
   // big-endian).
   kTellTime = 0x0209,
+  // The audit record (firmware/store/audit_log.h). Results: AuditRecords in their order, as many as fit an answer. Arguments: the number of the
+  // first (4 bytes, big-endian); where that is gone, the oldest is the first. No record: there is none yet from that number on.
+  kAudit = 0x020A,
   // The key that hosts need to command (service 29). Start: the argument is the key, kKeyBytes. Stop: there is none any more. With the motors off.
-  kKey = 0x020A,
+  kKey = 0x020B,
   // Start: takes the lease (docs/link.md), or keeps it for another 1.5 s. Stop: gives it back.
-  kCommand = 0x020B,
+  kCommand = 0x020C,
   // Breaks the hardware of a simulated board: arguments are an InjectedFault. No real board has it.
   kInject = 0x02F0,
 };
@@ -101,6 +104,10 @@ inline constexpr std::uint16_t kDidBoardName = 0xF1AB;    // text: the board tha
 inline constexpr std::uint16_t kDidResetReason = 0xF1AC;  // text: why it started ("power_on", "watchdog")
 // Text: what is left out because the board crashed with it: "scene", "parameters", "scene,parameters", or nothing.
 inline constexpr std::uint16_t kDidSetAside = 0xF1AE;
+// Text, written by the host (service 2E): the name under which it is in the audit record, as long as it has its place. 1 to kHostNameBytes
+// printable ASCII characters. It proves nothing: a host may call itself anything.
+inline constexpr std::uint16_t kDidHostName = 0xF1AF;
+inline constexpr std::uint16_t kDidCommander = 0xF1BF;  // text: that name of the host that commands
 // Text: why a request was refused last, with one of the answers 21, 22, 70 and 72: conditions
 // ("dead_man_released"), a busy reason, what is wrong with the image (firmware/services/refusal.h).
 inline constexpr std::uint16_t kDidRefusal = 0xF1AA;

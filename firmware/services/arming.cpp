@@ -9,6 +9,7 @@ Nrc arm(Services& services, Call& call) noexcept {
   call.sign_of_life = false;
   return services.jobs.run(call, services.command, [&]() noexcept {
     if (services.restart_wanted) return busy(call.host, Busy::kRestarting);
+    services.parts.audit.asked(Audit::Asked::kArm, call.host, call.now_us);
     return services.command.begin(call, Command::kArm);
   });
 }
@@ -21,6 +22,7 @@ Nrc disarm(Services& services, Call& call) noexcept {
     const bool pending = commands.pending();  // before the mode: a tick may come between
     const Mode mode = services.parts.core.status().mode();
     const bool rests = mode != Mode::kArmed && mode != Mode::kHoming && !pending;
+    services.parts.audit.asked(Audit::Asked::kDisarm, call.host, call.now_us);
     static_cast<void>(commands.request(Command::kDisarm));
     if (rests) return Nrc::kOk;
   }
@@ -30,8 +32,10 @@ Nrc disarm(Services& services, Call& call) noexcept {
 
 // kOk: homing has begun; the mode tells when it is done.
 Nrc home(Services& services, Call& call) noexcept {
-  return services.jobs.run(call, services.command,
-                           [&]() noexcept { return services.command.begin(call, Command::kHome); });
+  const Nrc result = services.jobs.run(
+      call, services.command, [&]() noexcept { return services.command.begin(call, Command::kHome); });
+  if (result == Nrc::kOk) services.parts.audit.add(link::AuditEvent::kHoming, call.host, call.now_us);
+  return result;
 }
 
 }  // namespace thimble::firmware

@@ -1,4 +1,4 @@
-// Service 29 (authentication), and routine 020A (the key).
+// Service 29 (authentication), and routine 020B (the key).
 #include "firmware/services/authenticator.h"
 
 #include <algorithm>
@@ -69,6 +69,8 @@ Nrc verify_proof(Services& services, Call& call) noexcept {
     return Nrc::kRequestOutOfRange;
   const Nrc result = services.authenticator.prove(
       call.host, call.now_us, call.request.subspan(kProof, std::tuple_size_v<link::Proof>));
+  if (result == Nrc::kOwnershipVerificationFailed)
+    services.parts.audit.add(link::AuditEvent::kProofRefused, call.host, call.now_us);
   if (result != Nrc::kOk) return result;
   call.answer.put(link::kOwnershipVerified);
   call.answer.put(link::kAlgorithm);
@@ -95,14 +97,18 @@ Nrc set_key(Services& services, Call& call) noexcept {
   link::Key key;
   std::ranges::copy(routine_arguments(call), key.begin());
   const Nrc result = refuse(call.host, services.parts.keys.set(key));
-  if (result == Nrc::kOk) call.host.key = services.parts.keys.number();
+  if (result != Nrc::kOk) return result;
+  call.host.key = services.parts.keys.number();
+  services.parts.audit.add(link::AuditEvent::kKeySet, call.host, call.now_us);
   return result;
 }
 
 Nrc remove_key(Services& services, Call& call) noexcept {
   call.host.refuse("");
   if (!motors_off(services.parts.core)) return refuse(call.host, kWrongMode, "");
-  return refuse(call.host, services.parts.keys.remove());
+  const Nrc result = refuse(call.host, services.parts.keys.remove());
+  if (result == Nrc::kOk) services.parts.audit.add(link::AuditEvent::kKeyRemoved, call.host, call.now_us);
+  return result;
 }
 
 }  // namespace thimble::firmware

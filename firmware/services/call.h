@@ -24,11 +24,12 @@ struct Host {
     std::uint32_t number = 0;  // 0: it has none
     link::Micros given_us = 0;
   };
-  Challenge challenge;                 // service 29
-  std::optional<link::Reset> restart;  // wanted once the answer has left
-  bool disarming = false;              // it has asked for a disarm that no tick has obeyed yet
-  std::uint32_t disarms = 0;           // Commands::disarms() when its request came
-  std::array<char, 192> refusal{};     // kDidRefusal: why its last request was refused, or empty
+  Challenge challenge;                            // service 29
+  std::optional<link::Reset> restart;             // wanted once the answer has left
+  bool disarming = false;                         // it has asked for a disarm that no tick has obeyed yet
+  std::uint32_t disarms = 0;                      // Commands::disarms() when its request came
+  std::array<char, 192> refusal{};                // kDidRefusal: why its last request was refused, or empty
+  std::array<char, link::kHostNameBytes> name{};  // kDidHostName; 0 behind its end
 
   // Longer texts are cut.
   void refuse(const char* reason) noexcept;

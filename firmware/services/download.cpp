@@ -120,6 +120,8 @@ Nrc transfer_exit(Services& services, Call& call) noexcept {
   SceneStore& store = services.parts.store;
   const StoreStatus status = store.verify();
   services.download.finish(status == StoreStatus::kOk);
+  if (status == StoreStatus::kWrongCrc || status == StoreStatus::kRefused)
+    services.parts.audit.add(link::AuditEvent::kUploadRefused, call.host, call.now_us);
   const Nrc result = refuse(call.host, status);
   if (status == StoreStatus::kRefused) control::write_text(store.image_verdict(), call.host.refusal);
   return result;
@@ -140,6 +142,8 @@ Nrc activate(Services& services, Call& call) noexcept {
     if (status != StoreStatus::kOk) return refuse(call.host, status);
     static_cast<void>(
         parts.core.sources().scene.post(parts.running, parts.store.sequence(), parts.store.binding()));
+    // Here, because a disarm may come before the tick takes it.
+    parts.audit.add(link::AuditEvent::kScene, call.host, call.now_us, parts.store.image_crc());
     return Nrc::kResponsePending;
   });
   if (result == Nrc::kOk) services.download.end(call.host);

@@ -120,8 +120,10 @@ Nrc clear_faults(Services& services, Call& call) noexcept {
   if (call.request.size() != 4) return Nrc::kIncorrectLength;
   const bool all = call.request[1] == 0xFF && call.request[2] == 0xFF && call.request[3] == 0xFF;
   if (!all) return Nrc::kRequestOutOfRange;
-  return services.jobs.run(call, services.command,
-                           [&]() noexcept { return services.command.begin(call, Command::kClear); });
+  return services.jobs.run(call, services.command, [&]() noexcept {
+    services.parts.audit.asked(Audit::Asked::kClear, call.host, call.now_us);
+    return services.command.begin(call, Command::kClear);
+  });
 }
 
 Nrc read_faults(Services& services, Call& call) noexcept {

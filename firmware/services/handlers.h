@@ -25,6 +25,8 @@ namespace thimble::firmware {
 [[nodiscard]] Nrc save_parameters(Services& services, Call& call) noexcept;
 [[nodiscard]] bool motors_off(const Core& core) noexcept;
 [[nodiscard]] Nrc tell_time(Services& services, Call& call) noexcept;
+// audit.cpp
+[[nodiscard]] Nrc audit_results(Services& services, Call& call) noexcept;
 // faults.cpp
 [[nodiscard]] Nrc clear_faults(Services& services, Call& call) noexcept;
 [[nodiscard]] Nrc read_faults(Services& services, Call& call) noexcept;

@@ -48,7 +48,8 @@ void device_state(const Services& services, ByteWriter& out) noexcept {
   state.link_losses = parts.link.link_losses;
   state.contact_bound = record.contact_bound;
   state.probes = record.probes;
-  state.commander = services.commander();
+  const Host* commander = services.commander();
+  state.commander = commander == nullptr ? 0 : commander->address;
   state.key = parts.keys.state();
   state.stopped_by = parts.core.status().stopped_by();
   out.put_record(state);
@@ -128,11 +129,19 @@ void inside(const Services& services, ByteWriter& out) noexcept {
   }
 }
 
+void put_name(const Host& host, ByteWriter& out) noexcept {
+  for (const char letter : host.name)
+    if (letter != '\0') out.put(static_cast<std::uint8_t>(letter));
+}
+void commander_name(const Services& services, ByteWriter& out) noexcept {
+  if (const Host* host = services.commander(); host != nullptr) put_name(*host, out);
+}
+
 struct DataRow {
   std::uint16_t id;
   void (*read)(const Services&, ByteWriter&) noexcept;
 };
-constexpr std::array<DataRow, 14> kData = {{
+constexpr std::array<DataRow, 15> kData = {{
     {link::LinkInfo::kId, link_info},
     {link::DeviceState::kId, device_state},
     {link::MoveState::kId, move},
@@ -147,6 +156,7 @@ constexpr std::array<DataRow, 14> kData = {{
     {link::kDidArmName, arm_names},
     {link::kDidSceneName, scene_name},
     {link::kDidInside, inside},
+    {link::kDidCommander, commander_name},
 }};
 
 [[nodiscard]] Nrc read_one(Services& services, const Host& host, std::uint16_t id, ByteWriter& out) noexcept {
@@ -156,6 +166,10 @@ constexpr std::array<DataRow, 14> kData = {{
   }
   if (id == link::kDidRefusal) {
     out.put_text(host.refusal.data());
+    return Nrc::kOk;
+  }
+  if (id == link::kDidHostName) {
+    put_name(host, out);
     return Nrc::kOk;
   }
   for (const DataRow& row : kData) {

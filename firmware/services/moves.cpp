@@ -7,8 +7,11 @@ namespace thimble::firmware {
 Nrc start_move(Services& services, Call& call) noexcept {
   link::MoveOrder order;
   if (!link::decode(routine_arguments(call), order)) return Nrc::kIncorrectLength;
-  return services.jobs.run(call, services.command,
-                           [&]() noexcept { return services.command.begin_move(call, from_link(order)); });
+  const Nrc result = services.jobs.run(
+      call, services.command, [&]() noexcept { return services.command.begin_move(call, from_link(order)); });
+  if (result == Nrc::kOk)
+    services.parts.audit.add(link::AuditEvent::kMove, call.host, call.now_us, 0, order.arm);
+  return result;
 }
 
 Nrc end_move(Services& services, Call& call) noexcept {

@@ -1,4 +1,5 @@
-// Parameters: service 2E (write), their part of 22 (read), routine 0207 (save).
+// Service 2E (write: parameters, the name of a host), the parameters' part of 22 (read), routines 0207 (save), 0209 (tell the time).
+#include <algorithm>
 #include <bit>
 
 #include "firmware/core/stop_timeout.h"
@@ -38,6 +39,16 @@ constexpr std::size_t kParamBytes = 4;
   return row.recorded == Recording::kRecorded && !lowers;
 }
 
+// Printable ASCII only, so that whoever shows it need not look.
+[[nodiscard]] Nrc name_host(Host& host, std::span<const std::uint8_t> name) noexcept {
+  if (name.empty() || name.size() > host.name.size()) return Nrc::kIncorrectLength;
+  if (!std::all_of(name.begin(), name.end(), [](std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; }))
+    return Nrc::kRequestOutOfRange;
+  host.name = {};
+  std::copy(name.begin(), name.end(), host.name.begin());
+  return Nrc::kOk;
+}
+
 }  // namespace
 
 bool motors_off(const Core& core) noexcept {
@@ -58,6 +69,7 @@ Nrc write_data(Services& services, Call& call) noexcept {
   const std::uint16_t id = u16_at(call.request, 1);
   const std::span<const std::uint8_t> value = call.request.subspan(3);
   call.answer.put_u16(id);
+  if (id == link::kDidHostName) return name_host(call.host, value);
   const ParamRow* row = find_param(id);
   if (row == nullptr) return Nrc::kRequestOutOfRange;
   if (value.size() != kParamBytes) return Nrc::kIncorrectLength;
@@ -87,18 +99,29 @@ Nrc write_data(Services& services, Call& call) noexcept {
     });
     if (ended != Nrc::kOk) return ended;
   }
-  return refuse_param(call.host, parts.params.write(id, bits, motors_off(parts.core)));
+  const ParamStatus written = parts.params.write(id, bits, motors_off(parts.core));
+  if (written == ParamStatus::kOk)
+    parts.audit.add(link::AuditEvent::kParameter, call.host, call.now_us, bits, id);
+  return refuse_param(call.host, written);
 }
 
 Nrc save_parameters(Services& services, Call& call) noexcept {
   call.host.refuse("");
   if (!motors_off(services.parts.core)) return refuse(call.host, kWrongMode, "");
-  return refuse(call.host, services.parts.param_store.save(services.parts.params));
+  const StoreStatus saved = services.parts.param_store.save(services.parts.params);
+  if (saved == StoreStatus::kOk)
+    services.parts.audit.add(link::AuditEvent::kSaved, call.host, call.now_us,
+                             services.parts.param_store.crc());
+  return refuse(call.host, saved);
 }
 
 // Routine 0209.
 Nrc tell_time(Services& services, Call& call) noexcept {
-  services.parts.persistent.tell_time(u32_at(call.request, kRoutineHeader), call.now_us);
+  PersistentState& persistent = services.parts.persistent;
+  const std::uint32_t told_s = u32_at(call.request, kRoutineHeader), before_s = persistent.utc_s(call.now_us);
+  persistent.tell_time(told_s, call.now_us);
+  if (persistent.utc_s(call.now_us) - before_s > PersistentState::kClockError_s)
+    services.parts.audit.add(link::AuditEvent::kTimeTold, call.host, call.now_us, told_s);
   return Nrc::kOk;
 }
 

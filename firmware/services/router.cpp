@@ -20,7 +20,7 @@ std::span<const std::uint8_t> single_frame(const CanFrame& frame) noexcept {
 }  // namespace
 
 // The figure of docs/link.md, "Memory": of the bare-metal boards, whose pointers have 4 bytes.
-static_assert(sizeof(void*) != 4 || sizeof(Router) == 38'528);
+static_assert(sizeof(void*) != 4 || sizeof(Router) == 38'656);
 
 Router::Router(RequestHandler& handler, std::uint8_t node, const link::IsoTpConfig& config) noexcept
     : handler_(handler), node_(node), config_(config) {}
@@ -101,6 +101,7 @@ void Router::answer_without_place(const CanFrame& frame, Micros now) noexcept {
   Nrc result = Nrc::kBusyRepeatRequest;
   if (single) {
     Host nobody;
+    nobody.address = link::kTesterAddress;
     link::ByteWriter answer(std::span(out.data).subspan(1, link::kClassicDataBytes - 1));
     answer.put(static_cast<std::uint8_t>(service | link::kPositive));
     Call call{nobody, request, now, answer};

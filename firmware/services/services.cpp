@@ -63,7 +63,7 @@ struct RoutineRow {
   std::size_t argument_bytes;
   Handler handle;
 };
-constexpr std::array<RoutineRow, 17> kRoutines = {{
+constexpr std::array<RoutineRow, 18> kRoutines = {{
     {Routine::kArm, kStart, Sessions::kNotDefault, Needs::kLease, 0, arm},
     {Routine::kDisarm, kStart, Sessions::kAll, Needs::kNothing, 0,
      disarm},  // never a question of the session
@@ -82,6 +82,7 @@ constexpr std::array<RoutineRow, 17> kRoutines = {{
     {Routine::kRecording, kStart, Sessions::kNotDefault, Needs::kLease, 0, start_recording},
     {Routine::kRecording, kStop, Sessions::kNotDefault, Needs::kNothing, 0, end_recording},
     {Routine::kRecording, kResults, Sessions::kNotDefault, Needs::kNothing, 0, recording_start},
+    {Routine::kAudit, kResults, Sessions::kAll, Needs::kNothing, 4, audit_results},
 }};
 
 [[nodiscard]] bool known(std::uint16_t routine) noexcept {
@@ -152,10 +153,7 @@ Nrc Services::may_command(Call& call) noexcept {
   return Nrc::kGeneralReject;
 }
 
-std::uint8_t Services::commander() const noexcept {
-  const Host* host = lease.holder(now_us_, parts.core.status().mode());
-  return host == nullptr ? 0 : host->address;
-}
+const Host* Services::commander() const noexcept { return lease.holder(now_us_, parts.core.status().mode()); }
 
 void Services::host_alive(const Host& host, link::Micros now) noexcept {
   const Host* commands = lease.holder(now, parts.core.status().mode());

@@ -13,6 +13,7 @@
 #include "firmware/observe/status_frames.h"
 #include "firmware/observe/telemetry_frames.h"
 #include "firmware/params.h"
+#include "firmware/services/audit.h"
 #include "firmware/services/authenticator.h"
 #include "firmware/services/download.h"
 #include "firmware/services/force_orders.h"
@@ -41,6 +42,7 @@ struct ServiceParts {
   ParamStore& param_store;
   KeyStore& keys;
   PersistentState& persistent;
+  Audit& audit;
   TelemetryFrames& telemetry;
   StatusFrames& status;
   RecordingFrames& recording;
@@ -67,8 +69,7 @@ class Services final : public RequestHandler {
 
   // kOk: the host has the key, where there is one, and the lease. Otherwise the answer.
   [[nodiscard]] Nrc may_command(Call& call) noexcept;
-  // The address of the host that commands; 0: none.
-  [[nodiscard]] std::uint8_t commander() const noexcept;
+  [[nodiscard]] const Host* commander() const noexcept;  // the host that commands; null: none
 
   ServiceParts parts;
   Jobs jobs;

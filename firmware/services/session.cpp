@@ -1,4 +1,4 @@
-// Services 10 (session), 11 (restart), 3E (tester present); routine 020B (the lease).
+// Services 10 (session), 11 (restart), 3E (tester present); routine 020C (the lease).
 #include "firmware/services/handlers.h"
 
 namespace thimble::firmware {
@@ -24,7 +24,7 @@ Nrc session_control(Services& services, Call& call) noexcept {
   return Nrc::kOk;
 }
 
-// Routine 020B. The table has taken it already.
+// Routine 020C. The table has taken it already.
 Nrc take_lease(Services& /*services*/, Call& /*call*/) noexcept { return Nrc::kOk; }
 
 Nrc give_back_lease(Services& services, Call& call) noexcept {
@@ -32,11 +32,13 @@ Nrc give_back_lease(Services& services, Call& call) noexcept {
   return Nrc::kOk;
 }
 
-Nrc restart_board(Services& /*services*/, Call& call) noexcept {
+Nrc restart_board(Services& services, Call& call) noexcept {
   if (call.request.size() != 2) return Nrc::kIncorrectLength;
   const auto kind = static_cast<Reset>(call.sub_function());
   if (kind != Reset::kHard && kind != Reset::kSoft) return Nrc::kSubFunctionNotSupported;
   call.host.restart = kind;
+  services.parts.audit.add(link::AuditEvent::kRestart, call.host, call.now_us);
+  services.parts.audit.asked(Audit::Asked::kDisarm, call.host, call.now_us);  // Services::restart()
   call.answer.put(static_cast<std::uint8_t>(kind));
   return Nrc::kOk;
 }

@@ -69,6 +69,7 @@ JournalRecord::InUse PersistentState::begin(const InStore& in_store, bool crashe
   }
   record_.used = used;
   record_.on_trial = true;
+  ++record_.starts;
   return aside;
 }
 
@@ -109,19 +110,26 @@ std::uint32_t PersistentState::off_s() const noexcept {
   return known && start_utc_s_ > least_s ? start_utc_s_ - least_s : 0;
 }
 
-float PersistentState::uptime_s(link::Micros now) noexcept {
+link::Micros PersistentState::uptime_us(link::Micros now) noexcept {
   if (!polled_) {
     polled_ = true;
     started_us_ = taken_us_ = written_us_ = now;
   }
-  return static_cast<float>(now - started_us_) * 1e-6F;
+  return now - started_us_;
+}
+
+std::uint32_t PersistentState::up_s(link::Micros now) noexcept {
+  return static_cast<std::uint32_t>(uptime_us(now) / 1'000'000);
+}
+
+std::uint32_t PersistentState::utc_s(link::Micros now) noexcept {
+  return start_utc_s_ == 0 ? 0 : start_utc_s_ + up_s(now);
 }
 
 // What the heat at start would be less if the time off had been known then, as much of it as is left now: free cooling is linear. That
 // the winding would have lost less of its current in a smaller resistance is not taken off.
 void PersistentState::tell_time(std::uint32_t utc_s, link::Micros now) noexcept {
-  const float up_s = uptime_s(now);
-  const auto whole_s = static_cast<std::uint32_t>((now - started_us_) / 1'000'000);
+  const std::uint32_t whole_s = up_s(now);
   if (utc_s < kEarliest_s || utc_s - kEarliest_s < whole_s) return;
   const std::uint32_t start_s = utc_s - whole_s;
   if (start_utc_s_ != 0) {
@@ -136,8 +144,8 @@ void PersistentState::tell_time(std::uint32_t utc_s, link::Micros now) noexcept 
       for (std::size_t j = 0; j < kJoints; ++j) {
         const Heat& before = at_start_[i][j];
         const Heat after = cooled(motor, before, static_cast<float>(off));
-        less[i][j] =
-            cooled(motor, {before.winding_K - after.winding_K, before.housing_K - after.housing_K}, up_s);
+        less[i][j] = cooled(motor, {before.winding_K - after.winding_K, before.housing_K - after.housing_K},
+                            static_cast<float>(uptime_us(now)) * 1e-6F);
       }
     }
     core_.heat().less.write(less);
@@ -184,8 +192,7 @@ void PersistentState::write(bool motors_on, link::Micros now) noexcept {
     record_.utc_s = before_utc_s_;
   } else {
     record_.heat = heat_;
-    record_.utc_s =
-        start_utc_s_ == 0 ? 0 : start_utc_s_ + static_cast<std::uint32_t>((now - started_us_) / 1'000'000);
+    record_.utc_s = utc_s(now);
   }
   record_.motors_on = motors_on;
   written_us_ = now;
@@ -195,7 +202,7 @@ void PersistentState::write(bool motors_on, link::Micros now) noexcept {
 }
 
 void PersistentState::poll(const InStore& in_store, link::Micros now) noexcept {
-  static_cast<void>(uptime_s(now));
+  static_cast<void>(uptime_us(now));
   note(in_store, now);
   static_cast<void>(core_.heat().now.read(heat_));
   const bool on = motors_on(core_.status().mode());

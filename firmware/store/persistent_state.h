@@ -50,9 +50,12 @@ class PersistentState {
   // A host's clock. Cools the motors if it shows that the board was off.
   void tell_time(std::uint32_t utc_s, link::Micros now) noexcept;
   [[nodiscard]] const JournalRecord::InUse& set_aside() const noexcept { return record_.set_aside; }
-  // So many were written so far: another number at each start, if the storage works.
-  [[nodiscard]] std::uint32_t records() const noexcept { return journal_.sequence(); }
-  [[nodiscard]] bool knows_time() const noexcept { return start_utc_s_ != 0; }
+  // Seconds since 1970; 0: not known.
+  [[nodiscard]] std::uint32_t utc_at_start() const noexcept { return start_utc_s_; }
+  [[nodiscard]] std::uint32_t utc_s(link::Micros now) noexcept;
+  [[nodiscard]] std::uint32_t up_s(link::Micros now) noexcept;  // since the first poll
+  // How often the board has started, this time included. Wraps.
+  [[nodiscard]] std::uint16_t starts() const noexcept { return record_.starts; }
 
  private:
   [[nodiscard]] bool due(bool motors_on, link::Micros now) const noexcept;
@@ -62,7 +65,7 @@ class PersistentState {
   [[nodiscard]] std::uint32_t off_s() const noexcept;  // at least
   void note(const InStore& in_store, link::Micros now) noexcept;
   void write(bool motors_on, link::Micros now) noexcept;
-  [[nodiscard]] float uptime_s(link::Micros now) noexcept;
+  [[nodiscard]] link::Micros uptime_us(link::Micros now) noexcept;
 
   Journal journal_;
   Core& core_;

@@ -25,6 +25,11 @@ enum class SlotMagic : std::uint32_t {
   kParams = 0x50494854,
   kKey = 0x4B494854
 };  // "THIS", "THIP", "THIK"
+// Of the slots that do not hold records.
+[[nodiscard]] constexpr SlotMagic slot_magic(unsigned index) noexcept {
+  if (index < Storage::kSceneSlots) return SlotMagic::kScene;
+  return index < Storage::kFirstJournalSlot ? SlotMagic::kParams : SlotMagic::kKey;
+}
 
 struct SlotHeader {
   std::uint32_t sequence = 0;  // never 0 in a slot; wraps

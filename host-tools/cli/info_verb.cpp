@@ -44,6 +44,7 @@ void info(const Common& common, const Remote& remote) {
   const std::string serial = device.text(link::kDidSerialNumber);
   const std::string arm = device.text(link::kDidArmName);
   const std::string scene = device.text(link::kDidSceneName);
+  const std::string commander = device.text(link::kDidCommander);
   const std::vector<Device::Inside> inside = device.inside();
   if (common.json) {
     Json json = document("info");
@@ -54,6 +55,7 @@ void info(const Common& common, const Remote& remote) {
     json["serial"] = serial;
     json["arm"] = arm;
     json["scene"] = scene;
+    json["commander"] = commander;
     json["link"] = host::to_json(device.info());
     json["state"] = host::to_json(state);
     json["lateness"] = host::to_json(late);
@@ -78,7 +80,7 @@ void info(const Common& common, const Remote& remote) {
       device.info().frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");
   say("mode       {}\n", mode_shown(state.mode, state.flags));
   say("commands   {}\n",
-      state.commander == 0 ? "nobody" : fmt::format("the host with the address {:X}", state.commander));
+      state.commander == 0 ? "nobody" : fmt::format("host {:X} {}", state.commander, commander));
   say("key        {}: {}\n", link::name(state.key), description(state.key));
   if (state.stopped_by != link::StoppedBy::kNothing)
     say("last stop  {}: {}\n", link::name(state.stopped_by), description(state.stopped_by));

@@ -75,7 +75,12 @@ CLI::App* verb(CLI::App& parent, Choices& choices, const std::string& name, cons
 
 CLI::App* remote_verb(CLI::App& parent, Choices& choices, const std::string& name, const std::string& text,
                       std::function<void()> run) {
-  CLI::App* sub = verb(parent, choices, name, text, std::move(run));
+  const std::string group = parent.get_parent() == nullptr ? "" : parent.get_name() + " ";
+  CLI::App* sub = verb(parent, choices, name, text,
+                       [&choices, program = "thimble " + group + name, run = std::move(run)] {
+                         choices.remote.program = program;
+                         run();
+                       });
   sub->add_option("--device", choices.remote.device,
                   "address or name of the device; default: the only device found");
   sub->add_option("--node", choices.remote.node, "its node number")
@@ -263,6 +268,9 @@ void define_param_and_fault(CLI::App& app, Choices& c) {
   verb(*fault, c, "explain", "what a fault means and what to do", [&c] { fault_explain(c.common, c.name); })
       ->add_option("fault", c.name, "number or name")
       ->required();
+
+  remote_verb(app, c, "audit", "what was done with a device, when and by whom",
+              [&c] { audit(c.common, c.remote); });
 }
 
 void define_key(CLI::App& app, Choices& c) {

@@ -15,6 +15,7 @@ DeviceOptions options_of(const Remote& remote) {
   options.node = static_cast<std::uint8_t>(remote.node);
   options.answer_us = static_cast<link::Micros>(remote.timeout_s * 1e6) / options.tries;
   options.prove = prove_with(remote.key);
+  options.program = remote.program;
   return options;
 }
 

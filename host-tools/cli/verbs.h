@@ -20,6 +20,7 @@ struct Remote {
   unsigned node = 1;
   double timeout_s = 2.0;  // for an answer, all tries together
   std::filesystem::path key = default_key_file();
+  std::string program = "thimble";  // and the verb: for the device's audit record
 };
 
 void list(const Common& common);
@@ -87,6 +88,8 @@ void fault_clear(const Common& common, const Remote& remote);
 void key_set(const Common& common, const Remote& remote, const std::filesystem::path& file);
 void key_remove(const Common& common, const Remote& remote);
 void fault_explain(const Common& common, const std::string& which);  // number or name
+
+void audit(const Common& common, const Remote& remote);
 
 void write_dbc(unsigned node, const std::filesystem::path& output);   // empty: stdout
 void decode(const Common& common, const std::filesystem::path& log);  // "-": stdin

@@ -1,4 +1,4 @@
-// Device: the routines that run for longer than a request, guarded moves and recordings.
+// Device: the routines that run for longer than a request, guarded moves and recordings; and the audit record.
 #include <stdexcept>
 #include <utility>
 
@@ -118,6 +118,25 @@ std::pair<link::RecordingStart, std::vector<link::RecordingArm>> Device::recordi
     rest = rest.subspan(link::wire_size<link::RecordingArm>());
   }
   return result;
+}
+
+// --- The audit record
+
+std::vector<link::AuditRecord> Device::audit() {
+  std::vector<link::AuditRecord> entries;
+  constexpr std::size_t kEach = link::wire_size<link::AuditRecord>();
+  for (std::uint32_t from = 0;; from = entries.back().number + 1) {
+    Bytes page = routine_request(Routine::kAudit, kResults);
+    put_u32(page, from);
+    const Bytes answer = services_.demand(page, "reading the audit record");
+    if (answer.size() < 4 + kEach) return entries;
+    for (std::size_t at = 4; at + kEach <= answer.size(); at += kEach) {
+      link::AuditRecord entry;
+      if (!link::decode(std::span(answer).subspan(at), entry) || (from != 0 && entry.number < from))
+        return entries;  // it has begun anew, or is none of this version
+      entries.push_back(entry);
+    }
+  }
 }
 
 }  // namespace thimble::host

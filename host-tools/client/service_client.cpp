@@ -7,6 +7,7 @@
 
 #include "firmware/core/faults.h"
 #include "host-tools/client/arm_record.h"
+#include "host-tools/client/host_name.h"
 #include "host-tools/client/printable.h"
 #include "host-tools/client/remedies.h"
 #include "host-tools/client/requests.h"
@@ -102,7 +103,10 @@ bool ServiceClient::claim_until(Micros deadline_us) {
     claim_refused_ = false;
     const Micros again_us = now_us() + options_.answer_us / kClaimsAWait;
     while (claim_.stale(now_us()) && !claim_refused_ && now_us() < again_us) pump(again_us);
-    if (!claim_.stale(now_us())) return true;
+    if (!claim_.stale(now_us())) {
+      name_told_ = false;  // the place may be a new one
+      return true;
+    }
     if (!claim_refused_) continue;
     if (!options_.needs_place) {
       claim_.forget();
@@ -193,6 +197,7 @@ std::optional<ServiceClient::Answer> ServiceClient::try_request(const Bytes& req
   if (claims_ && claim_.stale(now_us())) static_cast<void>(claim_until(now_us() + answer_us));
   for (unsigned i = 0; i < tries; ++i) {
     // The device may have restarted, and know the address no more. The grant comes while the answer is awaited.
+    if (i > 0) name_told_ = false;
     if (i > 0 && claim_.granted()) transport_->send(claim_.claim(now_us()));
     channel_.abort();
     static_cast<void>(channel_.take_error());
@@ -309,6 +314,14 @@ Bytes ServiceClient::demand_without_place(const Bytes& request_bytes, const std:
 
 void ServiceClient::enter(link::Session session) {
   demand({byte_of(Service::kSession), static_cast<std::uint8_t>(session)}, "opening a session");
+  if (!name_told_) {
+    name_told_ = true;
+    Bytes tell = {byte_of(Service::kWriteData)};
+    put_u16(tell, link::kDidHostName);
+    const std::string name = host_name(options_.program);
+    tell.insert(tell.end(), name.begin(), name.end());
+    (void)request(tell);  // a device may do without
+  }
   if (time_told_) return;
   time_told_ = true;
   Bytes tell = routine_request(link::Routine::kTellTime);
@@ -340,11 +353,11 @@ void ServiceClient::refused(const std::string& what, Nrc code) {
     if (now.fault != 0 && code == Nrc::kConditionsNotCorrect) faulted(what, now.fault);
     const std::string reason = text(link::kDidRefusal);
     if (reason == "other_host_commands" || reason == "other_hosts_arm") {
-      const bool arms = reason == "other_hosts_arm";
-      throw Error(
-          ExitCode::kCommanded, "other-program",
-          what + " was refused: another program " + (arms ? "has armed the device" : "commands the device"),
-          remedy_of(reason));
+      const std::string name = text(link::kDidCommander);
+      throw Error(ExitCode::kCommanded, "other-program",
+                  what + " was refused: another program" + (name.empty() ? "" : " (" + name + ")") +
+                      (reason == "other_hosts_arm" ? " has armed the device" : " commands it"),
+                  remedy_of(reason));
     }
     if (!reason.empty()) {
       why = reason;

@@ -40,6 +40,7 @@ struct DeviceOptions {
   bool needs_place = true;
   Prover
       prove;  // called where the device takes commands only from who has its key; empty: it is not to be commanded then
+  std::string program;  // in the name that this host tells the device (host_name.h)
 };
 
 class ServiceClient {
@@ -79,7 +80,8 @@ class ServiceClient {
   [[noreturn]] void refused(const std::string& what, link::Nrc code);
   [[noreturn]] void faulted(const std::string& what, std::uint8_t fault);
 
-  // Opens a session. The first one tells the device the time: it may have been off, and its motors have cooled (docs/safety.md).
+  // Opens a session. The first one tells the device the time: it may have been off, and its motors have cooled (docs/safety.md). The first
+  // one in a place, and after every silence or lost answer, tells this host's name.
   void enter(link::Session session);
   [[nodiscard]] link::DeviceState state();
   // A record of text; empty if the device refuses to give it.
@@ -130,6 +132,7 @@ class ServiceClient {
   bool claim_refused_ = false;  // the device's last word
   link::IsoTpChannel channel_;
   bool time_told_ = false;
+  bool name_told_ = false;  // in this place, as far as is known
   std::function<void(const link::CanFrame&)> heard_;
   std::deque<link::CanFrame> unread_;  // of a CAN FD frame that stands for several
 };

@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -78,6 +79,7 @@ class Connection {
     options.tries = kTries;
     options.answer_us = static_cast<link::Micros>(timeout_s * 1e6) / kTries;
     options.prove = prove_with(key.empty() ? default_key_file() : std::filesystem::path(key));
+    options.program = "python";
     device_ = std::make_unique<Device>(open_transport(choose_device(device)), options);
   }
   void close() { device_.reset(); }
@@ -223,6 +225,30 @@ class Connection {
     device().inject(fault);
   }
 
+  py::list audit() {
+    std::vector<link::AuditRecord> entries;
+    {
+      const py::gil_scoped_release others;
+      entries = device().audit();
+    }
+    py::list all;
+    for (const link::AuditRecord& entry : entries) {
+      py::dict one;
+      one["number"] = entry.number;
+      one["event"] = link::name(entry.event);
+      one["host"] = entry.host;
+      one["text"] = std::string(entry.text.begin(), std::find(entry.text.begin(), entry.text.end(), 0));
+      one["utc_s"] = entry.utc_s;
+      one["start"] = entry.start;
+      one["uptime_s"] = entry.uptime_s;
+      one["detail"] = entry.detail;
+      one["value"] = entry.value;
+      one["left_out"] = entry.left_out;
+      all.append(one);
+    }
+    return all;
+  }
+
   std::vector<std::string> faults() {
     std::vector<std::string> names;
     for (const std::uint8_t number : device().faults()) {
@@ -363,6 +389,7 @@ PYBIND11_MODULE(_thimble, m) {
       .def("telemetry", &Connection::telemetry)
       .def("faults", &Connection::faults)
       .def("inject", &Connection::inject)
+      .def("audit", &Connection::audit)
       .def("take_over",
            [](Connection& c, double readings_per_s) {
              const py::gil_scoped_release others;

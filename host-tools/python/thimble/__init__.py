@@ -168,6 +168,11 @@ class Device:
         """Names of the faults since the last clear."""
         return self._connection.faults()
 
+    def audit(self):
+        """The audit record, the oldest entry first: a list of {"event", "host", "text", "utc_s", "start", "uptime_s", "detail", "value", "left_out",
+        "number"}, as AuditRecord of docs/link.md. text is how the host calls itself, which proves nothing; utc_s is 0 where the time was not known."""
+        return self._connection.audit()
+
     def clear_faults(self):
         self._connection.clear_faults()
 

@@ -341,7 +341,7 @@ class Session {
     Host other(rig_, false, (1U << 20U) + 1 + random_.below(1U << 20U));
     (void)other.ok({0x10, 0x03});
     firmware::link::DeviceState state;
-    const std::array<Bytes, 3> commands = {Bytes{0x31, 0x01, 0x02, 0x01}, Bytes{0x31, 0x01, 0x02, 0x0B},
+    const std::array<Bytes, 3> commands = {Bytes{0x31, 0x01, 0x02, 0x01}, Bytes{0x31, 0x01, 0x02, 0x0C},
                                            Bytes{0x2E, 0x01, 0x01, 0, 0, 0, 0x45}};
     if (firmware::link::decode(other.read(firmware::link::DeviceState::kId), state) &&
         state.mode == Mode::kArmed && state.commander == host_->address()) {

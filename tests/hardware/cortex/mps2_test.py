@@ -200,6 +200,9 @@ class Mps2(unittest.TestCase):
         board = self.start()
         self.assertEqual(board.json("info")["state"]["scene_crc"], crc)
         self.assertEqual(board.json("param", "get", "max_force")["value"], 2.5)
+        entries = board.json("audit")["entries"]
+        self.assertEqual([entry["event"] for entry in entries[:6]], ["start", "time_told", "scene", "parameter", "parameters_saved", "start"])
+        self.assertIn("@", entries[3]["text"])
 
     def test_an_upload_that_breaks_off_goes_on(self):
         board = self.start()
@@ -219,11 +222,11 @@ class Mps2(unittest.TestCase):
 
     def test_a_scene_that_the_eeproms_cannot_hold_is_refused(self):
         board = self.start(chips=1)
-        board.json("upload", ROOT / "scenes/smooth/smooth.scene.json")
+        board.json("upload", ROOT / "scenes/smooth/faceted.scene.json")
         refused = board.thimble("upload", ROOT / "scenes/ring/ring.scene.json")
         self.assertNotEqual(refused.returncode, 0)
         self.assertIn("too_large", refused.stderr)
-        self.assertIn("smooth", board.json("info")["scene"])
+        self.assertEqual(board.json("info")["scene"], "smooth, faceted")
 
     def test_without_eeprom_it_is_not_armed(self):
         board = self.start(chips=0)

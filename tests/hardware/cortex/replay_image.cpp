@@ -27,8 +27,9 @@ class SlotsInMemory final : public firmware::Storage {
 };
 
 [[gnu::section(".slots")]] alignas(8) std::array<std::byte, std::size_t{3} << 20U> slots;
-[[gnu::section(".slots")]] std::array<std::array<std::byte, firmware::Storage::kJournalSlotBytes>, 4>
-    small_slots;  // of parameters and journal
+[[gnu::section(".slots")]] std::array<std::array<std::byte, firmware::Storage::kJournalSlotBytes>,
+                                      firmware::Storage::kSlots - firmware::Storage::kSceneSlots>
+    small_slots;  // of all but the scenes
 
 std::span<std::byte> SlotsInMemory::of(unsigned index) noexcept {
   if (index >= kSceneSlots) return small_slots[index - kSceneSlots];

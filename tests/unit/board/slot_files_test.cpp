@@ -17,6 +17,7 @@
 #include <string>
 #include <system_error>
 
+#include "firmware/store/audit_log.h"
 #include "firmware/store/journal.h"
 #include "firmware/store/param_store.h"
 #include "firmware/store/scene_store.h"
@@ -104,6 +105,35 @@ TEST_F(SlotFilesTest, KeepsTheJournal) {
     EXPECT_EQ(fs::file_size(folder_.path() / "journal0"), SlotFiles::kJournalSlotBytes);
     EXPECT_EQ(fs::file_size(folder_.path() / "journal1"), SlotFiles::kJournalSlotBytes);
   }
+}
+
+// Also in a folder of an older version, which has no files for it.
+TEST_F(SlotFilesTest, KeepsTheAuditRecord) {
+  put(plane_image(100.0F));
+  for (const char* file : {"audit0", "audit1"}) fs::remove(folder_.path() / file);
+  for (std::uint32_t number = 1; number < 200; ++number) {
+    SlotFiles files(folder_.path(), kSlotBytes);
+    firmware::AuditLog log(files);
+    log.open(static_cast<std::uint16_t>(number));
+    firmware::link::AuditRecord event;
+    event.event = firmware::link::AuditEvent::kFault;
+    event.value = number;
+    log.add(std::move(event), {0, 1000});
+    std::array<std::uint8_t, firmware::link::kMaxPduBytes> bytes;
+    firmware::link::ByteWriter out(bytes);
+    log.read(0, out);
+    firmware::link::AuditRecord oldest;
+    ASSERT_TRUE(firmware::link::decode(std::span<const std::uint8_t>(bytes).first(out.size()), oldest));
+    EXPECT_EQ(oldest.value, oldest.number);
+    ASSERT_LE(number - oldest.number, 128U);
+    ASSERT_GE(number - oldest.number, number <= 128 ? 0U : 56U);
+    EXPECT_EQ(fs::file_size(folder_.path() / "audit0"), SlotFiles::kAuditSlotBytes);
+    EXPECT_EQ(fs::file_size(folder_.path() / "audit1"), SlotFiles::kAuditSlotBytes);
+  }
+  SlotFiles files(folder_.path(), kSlotBytes);
+  SceneStore store(files);
+  control::SceneView view;
+  EXPECT_EQ(store.open(view), StoreStatus::kOk);
 }
 
 TEST_F(SlotFilesTest, KeepsParameters) {

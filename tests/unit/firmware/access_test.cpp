@@ -106,7 +106,7 @@ TEST(Access, ADamagedKeyIsAKeyThatNobodyHas) {
 const Bytes kOpenIt = {0x10, 0x03}, kStoreAll = {0x31, 0x01, 0x02, 0x07};
 
 Bytes set_key_request(const link::Key& key) {
-  return join({0x31, 0x01, 0x02, 0x0A}, Bytes(key.begin(), key.end()));
+  return join({0x31, 0x01, 0x02, 0x0B}, Bytes(key.begin(), key.end()));
 }
 
 Bytes ask_challenge(Tester& host) {
@@ -151,7 +151,7 @@ TEST(Access, OnlyWhoHasTheKeyCommands) {
   run_seconds(other, 1.6);
   for (const Bytes& request :
        {Bytes{0x31, 0x01, 0x02, 0x01}, Bytes{0x31, 0x01, 0x02, 0x03}, kStoreAll, set_key_request(key_of(8)),
-        Bytes{0x31, 0x02, 0x02, 0x0A}, Bytes{0x2E, 0x01, 0x00, 0, 0, 0x20, 0x41}})
+        Bytes{0x31, 0x02, 0x02, 0x0B}, Bytes{0x2E, 0x01, 0x00, 0, 0, 0x20, 0x41}})
     EXPECT_EQ(other.refused(request), Nrc::kAuthenticationRequired);
   link::DeviceState state;
   ASSERT_TRUE(link::decode(other.read(link::DeviceState::kId), state));
@@ -171,7 +171,7 @@ TEST(Access, OnlyWhoHasTheKeyCommands) {
   ASSERT_TRUE(late.ok(kOpenIt));
   EXPECT_EQ(late.refused(kStoreAll), Nrc::kAuthenticationRequired) << "over power-off";
   EXPECT_EQ(prove(late, key_of(8)), Nrc::kOk);
-  ASSERT_TRUE(late.ok({0x31, 0x02, 0x02, 0x0A}));
+  ASSERT_TRUE(late.ok({0x31, 0x02, 0x02, 0x0B}));
   Tester anybody(bench, false, 24);
   ASSERT_TRUE(anybody.ok(kOpenIt));
   run_seconds(anybody, 1.6);

@@ -15,7 +15,7 @@ using firmware::Journal;
 using firmware::JournalRecord;
 using firmware::Storage;
 
-constexpr std::size_t kPlaces = Storage::kJournalSlotBytes / Journal::kRecordBytes;
+constexpr std::size_t kPlaces = Storage::kJournalSlotBytes / firmware::kRecordBytes;
 
 JournalRecord numbered(std::uint32_t number) {
   JournalRecord record;
@@ -80,7 +80,7 @@ TEST(Journal, SurvivesPowerLossAtEveryByte) {
       // The records around the end of a slot: an append of a place, and one that erases.
       for (const std::size_t before : {std::size_t{1}, kPlaces / 2, kPlaces - 1, kPlaces, 2 * kPlaces}) {
         TestStorage filled;
-        for (unsigned slot = Storage::kFirstJournalSlot; slot < Storage::kSlots; ++slot)
+        for (unsigned slot = Storage::kFirstJournalSlot; slot < Storage::kFirstAuditSlot; ++slot)
           for (std::size_t i = 0; i < Storage::kJournalSlotBytes; ++i) filled.at(slot, i) = std::byte{0};
         for (std::size_t i = 1; i <= before; ++i) {
           Journal journal(filled);

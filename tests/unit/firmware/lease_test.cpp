@@ -97,7 +97,7 @@ TEST(Lease, RandomOrdersOfThreeHosts) {
           EXPECT_TRUE(host.ok({0x10, 0x01}));
           EXPECT_TRUE(host.ok(kOpen));
         } else {
-          EXPECT_TRUE(host.ok({0x31, 0x02, 0x02, 0x0B}));
+          EXPECT_TRUE(host.ok({0x31, 0x02, 0x02, 0x0C}));
         }
         if (model.holder == who) model.holder.reset();
         break;
@@ -136,7 +136,7 @@ TEST(Lease, WhatIsACommandAndWhatIsNot) {
   const Bytes prepare = {0x31, 0x01, 0x02, 0x05, 0, 0, 0, 64, 0, 0, 0, 0};
   const Bytes download = {0x34, 0x00, 0x44, 0, 0, 0, 0, 0, 0, 0, 64};
   for (const Bytes& request :
-       {Bytes{0x31, 0x01, 0x02, 0x0B}, kArmIt, kHomeIt, kSaveAll, kClearAll, move, prepare, download,
+       {Bytes{0x31, 0x01, 0x02, 0x0C}, kArmIt, kHomeIt, kSaveAll, kClearAll, move, prepare, download,
         Bytes{0x36, 0x01, 0xAA}, Bytes{0x37}, Bytes{0x11, 0x01}, Bytes{0x31, 0x01, 0x02, 0x04},
         Bytes{0x31, 0x01, 0x02, 0x08}, write_request(firmware::Param::max_force, 8.5F),
         write_request(firmware::Param::max_tip_speed, 0.5F)}) {

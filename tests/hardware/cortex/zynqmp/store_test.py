@@ -16,6 +16,9 @@ class Store(ZynqmpRig):
         board = self.board(flash)
         self.assertEqual(self.running(board.uri), ("floor", first["bytes"], first["crc"]))
         self.assertEqual(self.ok_json("param", "get", "max_force", "--device", board.uri)["value"], 3)
+        entries = self.ok_json("audit", "--device", board.uri)["entries"]
+        self.assertEqual([entry["event"] for entry in entries[:6]], ["start", "time_told", "scene", "parameter", "parameters_saved", "start"])
+        self.assertIn("@", entries[3]["text"])
         second = self.ok_json("upload", self.plane_scene("other", stiffness=500), "--device", board.uri)
         board.stop()
         board = self.board(flash)
