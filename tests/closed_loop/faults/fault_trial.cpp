@@ -94,6 +94,7 @@ class Run {
     const board::PlantParameters& parameters = board_.plant(0).parameters();
     const kinematics::Posture<double> posture =
         kinematics::Arm<double>(*parameters.model, parameters.base).at(board_.plant(0).joints_rad());
+    lifts_from_s_ = board_.time_s();
     const Vector3d force_N = board_.controller().telemetry().arm[0].force_N.cast<double>();
     std::array<double, 3> share_N{};
     for (int j = 0; j < 3; ++j)
@@ -144,7 +145,8 @@ class Run {
     using std::numbers::pi;
     Vector3d at_m = home_m_[arm], speed_m_s = Vector3d::Zero();
     if (trial_.doing == Doing::kContact) {
-      const double way_m = std::min(depth_m(), kApproach_m_s * t);
+      const double lifted_m = lifts_from_s_ ? trial_.lifts_m_s * (board_.time_s() - *lifts_from_s_) : 0;
+      const double way_m = std::min(depth_m(), kApproach_m_s * t) - lifted_m;
       at_m -= way_m * trial_.normal.normalized();
     } else if (trial_.doing == Doing::kFree) {
       const Vector3d swing_m(.02, .015, .02), rate_rad_s(5, 7, 6);
@@ -204,6 +206,7 @@ References references(const Trial& trial) {
     power_off.push_back({.kind = Injection::kDriveFault, .arm = arm});
   // No probes in the sound arm: its force would be less for a moment, which is not a fault of the other arm.
   Trial sound = trial;
+  std::optional<double> lifts_from_s_;
   sound.sensors.line_loss = true;
   return {watch(sound, {}), watch(trial, power_off)};
 }
