@@ -8,6 +8,9 @@
 //   speed    the greatest speed of the tip, less the greatest of the two others
 //
 // from the instant of the fault until the drives are off and the tip is slower than 0.05 m/s. Units: SI.
+//
+// A host gives signs of life over a link that may be broken, and reads all that the board sends. Injection::kProcessKilled: the process is
+// gone for a while, and starts again.
 #pragma once
 
 #include <array>
