@@ -114,14 +114,13 @@ class InjectRoutine final : public firmware::BoardRoutine {
 SimBoard::SimBoard(const SimBoardOptions& options)
     : options_(options), no_hand_(options.hand.mass_kg <= 0 && options.hand.stiffness_N_m <= 0) {
   const PlantVariant& variant = variant_of(options_);
-  firmware::Config config;
-  config.period_s = static_cast<float>(1.0 / options_.rate_Hz);
-  config.arm_count = options_.arm_count;
-  config.node_id = options_.node_id;
-  config.board = "sim";
-  config.reset_reason = options_.reset_reason;
-  config.utc_s = options_.utc_s;
-  config.bus_bits_per_s = options_.bus_bits_per_s;
+  config_.period_s = static_cast<float>(1.0 / options_.rate_Hz);
+  config_.arm_count = options_.arm_count;
+  config_.node_id = options_.node_id;
+  config_.board = "sim";
+  config_.reset_reason = options_.reset_reason;
+  config_.utc_s = options_.utc_s;
+  config_.bus_bits_per_s = options_.bus_bits_per_s;
   if (options_.storage == nullptr) own_storage_ = std::make_unique<MemoryStorage>(options_.slot_bytes);
   for (std::size_t i = 0; i < options_.arm_count; ++i) {
     kinematics::BasePose base;
@@ -144,16 +143,22 @@ SimBoard::SimBoard(const SimBoardOptions& options)
                      .from_m = home,
                      .at_m = home,
                      .velocity_m_s = Vector3d::Zero()});
-    config.arm[i].model = parameters.model->name.data();
-    config.arm[i].base = base;
-    config.arm[i].has_index = options_.sensors.index;
-    config.arm[i].has_line_loss = options_.sensors.line_loss;
+    config_.arm[i].model = parameters.model->name.data();
+    config_.arm[i].base = base;
+    config_.arm[i].has_index = options_.sensors.index;
+    config_.arm[i].has_line_loss = options_.sensors.line_loss;
   }
   inject_ = std::make_unique<InjectRoutine>(*this);
-  config.inject = inject_.get();
+  config_.inject = inject_.get();
   storage_ =
       std::make_unique<TearableStorage>(options_.storage != nullptr ? *options_.storage : *own_storage_);
-  controller_ = std::make_unique<firmware::Controller>(config, *storage_);
+  controller_ = std::make_unique<firmware::Controller>(config_, *storage_);
+}
+
+void SimBoard::restart(const char* reason) {
+  config_.reset_reason = reason;
+  controller_.reset();
+  controller_ = std::make_unique<firmware::Controller>(config_, *storage_);
 }
 
 firmware::Outputs SimBoard::tick_controller() {

@@ -95,6 +95,9 @@ class SimBoard {
   // Whether a fault of this kind is broken now, and its value. For those that are not of the arm or the tick: of the link and the process.
   [[nodiscard]] std::optional<double> injected(Injection kind) const;
 
+  // The controller begins again from its store, as after a crash of its process; the arms and the hands go on.
+  void restart(const char* reason);
+
   // The position itself, or the point where the line from the arm's home to it leaves the workspace.
   [[nodiscard]] Vector3d within_reach(std::size_t arm, const Vector3d& position_m) const;
 
@@ -146,6 +149,7 @@ class SimBoard {
   std::vector<Arm> arms_;
   std::unique_ptr<TearableStorage> storage_;
   std::unique_ptr<InjectRoutine> inject_;
+  firmware::Config config_;
   std::unique_ptr<firmware::Controller> controller_;
   std::vector<Planned> faults_;
   std::optional<double> armed_at_s_, contact_at_s_;

@@ -11,12 +11,12 @@ class EncoderPlace {
  public:
   void reset(std::int32_t counts) noexcept { lowest_ = highest_ = counts; }
 
-  // Whether it has left the place; then the new place begins.
-  [[nodiscard]] bool counted(std::int32_t counts) noexcept {
-    const bool left = counts - lowest_ > 1 || highest_ - counts > 1;
-    lowest_ = left ? counts : std::min(lowest_, counts);
-    highest_ = left ? counts : std::max(highest_, counts);
-    return left;
+  // Which way it has left the place, 1 or -1; then the new place begins. 0: it has not.
+  [[nodiscard]] int left(std::int32_t counts) noexcept {
+    const int way = counts - lowest_ > 1 ? 1 : highest_ - counts > 1 ? -1 : 0;
+    lowest_ = way != 0 ? counts : std::min(lowest_, counts);
+    highest_ = way != 0 ? counts : std::max(highest_, counts);
+    return way;
   }
 
  private:

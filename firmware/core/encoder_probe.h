@@ -2,7 +2,7 @@
 // stay after the hand has let go. A joint is probed that has a share of the force and does not count for kStill_s, or while its torque
 // changes by much (encoder_watch.h): its torque, and no other joint's, is taken away smoothly until it counts, and comes back then. If no
 // torque is left and the joint has not counted, the encoder is dead: only a share that moves a sound joint is probed. A probe only takes
-// torque away, so it gives the hand no energy.
+// torque away, so it gives the hand no energy. The way in which a joint moves then tells a motor that is reversed.
 //
 // One an arm. While armed, once a tick: watch() for every joint, then part(). Units: counts, N, s. Cannot fail.
 #pragma once
@@ -29,10 +29,15 @@ class EncoderProbe {
   // A hand that lifts off while the torque is taken away may keep a joint where it is, by the joint's friction; not for this long.
   static constexpr float kEmpty_s = 0.04F;
 
+  // A joint whose torque goes away moves against the torque. One that moves with it, so many times in a row, has a motor that pushes the
+  // wrong way. A hand may move a sound one so at that moment, seldom twice (DeadEncoder.ASoundEncoderIsNotTakenForADeadOne).
+  static constexpr int kReversed = 4;
+
   void reset() noexcept { *this = {}; }
 
   struct Sight {
     std::int32_t counts;
+    bool pushes_up;  // the joint's torque, its counts
     bool holds;    // the joint has so great a share of the force that a sound one moves when it is taken away
     bool changed;  // its torque has changed by much since it last counted
     // Standing still alone is no reason: a receiver would report a cut cable, or the arm moves by itself.
@@ -42,7 +47,8 @@ class EncoderProbe {
     Joint& j = joints_[joint];
     j.holds = sight.holds;
     const float step = period_s * (j.taken < kGentle ? kGentle / kGentle_s : (1.0F - kGentle) / kRest_s);
-    if (j.place.counted(sight.counts)) {
+    if (const int way = j.place.left(sight.counts); way != 0) {
+      if (j.suspect() && j.taken > 0.0F) j.with_torque = (way > 0) == sight.pushes_up ? j.with_torque + 1 : 0;
       j.still_s = 0;
     } else if (j.suspect() || j.taken == 0.0F) {
       // Not while its torque comes back: what is left of it proves nothing.
@@ -63,13 +69,17 @@ class EncoderProbe {
     return std::ranges::any_of(joints_,
                                [](const Joint& j) { return j.suspect() && j.holds && j.empty_s > kEmpty_s; });
   }
+  [[nodiscard]] bool reversed() const noexcept {
+    return std::ranges::any_of(joints_, [](const Joint& j) { return j.with_torque >= kReversed; });
+  }
 
  private:
   struct Joint {
     EncoderPlace place;
-    float still_s = 0;  // since it last counted, with a share of the force
-    float taken = 0;    // of its torque
-    float empty_s = 0;  // since no torque is left
+    float still_s = 0;    // since it last counted, with a share of the force
+    float taken = 0;      // of its torque
+    float empty_s = 0;    // since no torque is left
+    int with_torque = 0;  // how many probes in a row ended so that it moved as its torque pushes
     bool holds = false;
     [[nodiscard]] bool suspect() const noexcept { return still_s > kStill_s; }
   };

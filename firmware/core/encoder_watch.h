@@ -22,7 +22,7 @@ class EncoderWatch {
   // than max_change, and min_time_s later it still stands.
   [[nodiscard]] bool frozen(std::int32_t counts, float torque_N_m, float max_change_N_m, float min_time_s,
                             float period_s) noexcept {
-    if (time_s_ < 0.0F || place_.counted(counts)) {
+    if (time_s_ < 0.0F || place_.left(counts) != 0) {
       if (time_s_ < 0.0F) place_.reset(counts);
       time_s_ = 0.0F;
       lowest_N_m_ = highest_N_m_ = torque_N_m;

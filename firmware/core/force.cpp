@@ -40,11 +40,13 @@ Vec3 probed(Parts& parts, std::size_t index, const Vec3& wanted_N, const Vec3& f
     arm.probe.watch(
         j,
         {.counts = arm.encoder[j].counts(),
+         .pushes_up = torque_N_m[axis] * arm.encoder[j].rad_per_count() > 0.0F,
          .holds = std::abs(arm.probe.part(j) < 1.0F ? asked_N_m[axis] : torque_N_m[axis]) > sure_N_m,
          .changed = arm.suspect[j],
          .may_rest = parts.setup.has_line_loss[index] || arm.source != nullptr},
         parts.setup.period_s);
   }
+  if (arm.probe.reversed()) trip(parts, Fault::motor_reversed);
   if (!arm.probe.probes()) return force_N;
   for (std::size_t j = 0; j < kJoints; ++j) torque_N_m[static_cast<int>(j)] *= arm.probe.part(j);
   if (!probed_before) ++parts.state.telemetry.probes;

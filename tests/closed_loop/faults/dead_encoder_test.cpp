@@ -1,5 +1,5 @@
-// An encoder that dies while the arm holds a force, with nothing but its counts to tell: how soon it is found, what a sound encoder and a
-// still hand feel of the probes, and that a sound encoder is never taken for a dead one.
+// What the probes of the encoders find: an encoder that dies while the arm holds a force, with nothing but its counts to tell, and a motor
+// with exchanged wires. How soon, what a sound encoder and a still hand feel of the probes, and that nothing sound is taken for a fault.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -152,6 +152,41 @@ TEST(DeadEncoder, AStillHandAtThreeNewtonFeelsLittle) {
   }
 }
 
+// Not found: a joint with a small share of the force, which is not probed, and one that the reversed motor keeps in motion.
+TEST(ReversedMotor, InAHandIsFound) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(setting("THIMBLE_DEAD_SEED", 1)) + 9);
+  const int trials = static_cast<int>(setting("THIMBLE_DEAD_ENCODERS", 24));
+  int found = 0, with_share = 0;
+  double latest_s = 0, most_mm = 0, most_N_s = 0;
+  for (int i = 0; i < trials; ++i) {
+    Holding holding = random_holding(random);
+    holding.trial.faults = {{.kind = Injection::kMotorReversed, .joint = holding.joint}};
+    holding.trial.watch_s = 3;
+    const Verdict verdict = judge(holding.trial);
+    const double share_N = verdict.share_N[holding.joint];
+    std::printf(
+        "%s hand %.0f N/m, wall %.0f N/m, %.2f N, joint %zu with %.2f N: fault %d after %.2f s, %.2f mm, "
+        "%.3f N s\n",
+        holding.trial.variant.c_str(), holding.trial.holds.stiffness_N_m,
+        static_cast<double>(holding.trial.stiffness_N_m), holding.trial.force_N, holding.joint, share_N,
+        static_cast<int>(verdict.fault), verdict.found_s.value_or(-1), verdict.travel_m * 1e3,
+        verdict.impulse_N_s);
+    if (share_N < kProbed_N) continue;
+    ++with_share;
+    most_mm = std::max(most_mm, verdict.travel_m * 1e3);
+    most_N_s = std::max(most_N_s, verdict.impulse_N_s);
+    if (!verdict.found_s) continue;
+    ++found;
+    latest_s = std::max(latest_s, *verdict.found_s);
+  }
+  figure("reversed motors with a share of 0.6 N or more found within 3 s, %", 100.0 * found / with_share,
+         ">= 60");
+  figure("the latest, s", latest_s, "reported");
+  figure("travel, mm", most_mm, "reported");
+  figure("impulse, N s", most_N_s, "reported");
+  EXPECT_GE(found, .6 * with_share);
+}
+
 // THIMBLE_STILL_S: simulated seconds, of which the suite runs few.
 TEST(DeadEncoder, ASoundEncoderIsNotTakenForADeadOne) {
   std::mt19937_64 random(static_cast<std::uint64_t>(setting("THIMBLE_DEAD_SEED", 1)) + 7);
@@ -162,9 +197,12 @@ TEST(DeadEncoder, ASoundEncoderIsNotTakenForADeadOne) {
   for (double done_s = 0; done_s < seconds; done_s += kEach_s) {
     Holding holding = random_holding(random);
     holding.trial.watch_s = kEach_s;
+    // Half of the hands rest; the others come out of the wall, or go on into it, slowly enough for a probe.
+    if (random() % 2 == 0) holding.trial.lifts_m_s = std::uniform_real_distribution(-.3e-3, .6e-3)(random);
     const Verdict verdict = look(holding.trial);
     EXPECT_EQ(verdict.fault, firmware::Fault::kNone)
-        << holding.trial.variant << ", tremor " << holding.trial.tremor_m;
+        << holding.trial.variant << ", tremor " << holding.trial.tremor_m << ", lifts "
+        << holding.trial.lifts_m_s;
     const double tremor_m = holding.trial.tremor_m;
     const std::size_t kind = tremor_m == 0 ? 0 : tremor_m < 20e-6 ? 1 : 2;
     held_s[kind] += kEach_s;

@@ -6,6 +6,9 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "board/sim/broken_link.h"
+#include "firmware/link/host_address.h"
+#include "firmware/link/services.h"
 #include "tests/support/scene.h"
 
 namespace thimble::test {
@@ -22,6 +25,8 @@ constexpr double kWall_m = -.01;  // below home, along the normal
 constexpr double kApproach_m_s = .1;
 constexpr double kSettles_s = .35;  // after the approach
 constexpr double kAtRest_m_s = .05;
+constexpr double kLinkPeriod_s = 1e-3, kSignOfLife_s = .02;
+constexpr double kGone_s = .05;  // a killed process, until it starts again
 
 double press_N(const Trial& trial, const kinematics::ArmModel& model) {
   constexpr double kMaxForce_N = 8;  // default of the parameter
@@ -49,7 +54,11 @@ class Run {
                  .dynamic_friction = trial.friction});
     require(board_.controller().load_scene(scene.bytes()) == firmware::StoreStatus::kOk, "load the scene");
     for (std::size_t arm = 0; arm < trial.arms; ++arm) home_m_.push_back(board_.plant(arm).tip_m());
-    if (trial.doing == Doing::kMove) set_on(firmware::Param::allow_moves);
+    if (trial.doing == Doing::kMove) write(firmware::Param::allow_moves, 1);
+    if (trial.supervised) {
+      write(firmware::Param::link_timeout, std::bit_cast<std::uint32_t>(.1F));
+      write(firmware::Param::host_supervision, 1);
+    }
     ticks(2);
     if (trial.doing == Doing::kHoming) board_.inject({.kind = Injection::kIndexMissing});
     if (trial.doing == Doing::kHoming) ticks(1);
@@ -77,9 +86,15 @@ class Run {
   std::vector<Sample> watch(const std::vector<PlannedFault>& faults) {
     for (PlannedFault fault : faults) {
       fault.at_s += board_.time_s();
+      if (fault.kind == Injection::kProcessKilled) {
+        restarts_s_.push_back(fault.at_s + kGone_s);
+        fault.kind = Injection::kTickHung;
+        fault.for_s = kGone_s;
+      }
       board_.inject(fault);
     }
     std::vector<Sample> samples;
+    lifts_from_s_ = board_.time_s();
     for (int i = 0; i < seconds(trial_.watch_s); ++i) {
       tick();
       samples.push_back({board_.plant(0).tip_m(), board_.plant(0).tip_velocity_m_s(),
@@ -114,9 +129,9 @@ class Run {
   static void require(bool done, const char* what) {
     if (!done) throw std::runtime_error(std::string("the arm did not ") + what);
   }
-  void set_on(firmware::Param param) {
-    const firmware::ParamRow& row = firmware::kParamTable[static_cast<std::size_t>(param)];
-    require(board_.controller().write_param(row.id, 1) == firmware::ParamStatus::kOk, "take a parameter");
+  void write(firmware::Param param, std::uint32_t bits) {
+    require(board_.controller().write_param(firmware::row_of(param).id, bits) == firmware::ParamStatus::kOk,
+            "take a parameter");
   }
   [[nodiscard]] int seconds(double s) const { return static_cast<int>(std::lround(s * trial_.rate_Hz)); }
   void ticks(int count) {
@@ -132,8 +147,35 @@ class Run {
   }
   [[nodiscard]] double move_s() { return trial_.doing == Doing::kContact ? depth_m() / kApproach_m_s : 0; }
 
+  // The background: the host and its link, and what the controller writes to its store.
+  void talk() {
+    if (board_.time_s() < talks_s_) return;
+    talks_s_ = board_.time_s() + kLinkPeriod_s;
+    namespace link = firmware::link;
+    firmware::Controller& controller = board_.controller();
+    const auto now_us = static_cast<link::Micros>(std::llround(board_.time_s() * 1e6));
+    if (board_.time_s() >= sign_of_life_s_) {
+      sign_of_life_s_ = board_.time_s() + kSignOfLife_s;
+      link::CanFrame sign;
+      sign.id = link::request_id(1);
+      sign.extended = true;
+      sign.size = 3;
+      sign.data = {2, static_cast<std::uint8_t>(link::Service::kTesterPresent), link::kSuppressPositive};
+      from_host_.send(sign, now_us, board_);
+    }
+    const link::CanFrame nobodys = link::to_frame(link::HostClaim{}, 127, 0);
+    for (flood_ += board_.injected(Injection::kLinkFlood).value_or(0) * kLinkPeriod_s; flood_ >= 1; --flood_)
+      from_host_.send(nobodys, now_us, board_);
+    while (const auto frame = from_host_.receive(now_us)) controller.on_frame(*frame, now_us);
+    controller.poll(now_us);
+    for (link::CanFrame out; controller.next_frame(out, now_us);) to_host_.send(out, now_us, board_);
+    while (to_host_.receive(now_us)) continue;
+  }
   void tick() {
-    board_.controller().keep_alive();
+    if (std::erase_if(restarts_s_, [this](double at_s) { return board_.time_s() >= at_s; }) != 0)
+      board_.restart("crash");
+    const auto gone = [this](double at_s) { return board_.time_s() >= at_s - kGone_s; };
+    if (!std::ranges::any_of(restarts_s_, gone)) talk();
     if (trial_.doing != Doing::kMove && begin_s_ >= 0 && !board_.injected(Injection::kHandHolds)) {
       const double t = board_.time_s() - begin_s_;
       for (std::size_t arm = 0; arm < trial_.arms; ++arm) hold(arm, t);
@@ -144,7 +186,8 @@ class Run {
     using std::numbers::pi;
     Vector3d at_m = home_m_[arm], speed_m_s = Vector3d::Zero();
     if (trial_.doing == Doing::kContact) {
-      const double way_m = std::min(depth_m(), kApproach_m_s * t);
+      const double lifted_m = lifts_from_s_ ? trial_.lifts_m_s * (board_.time_s() - *lifts_from_s_) : 0;
+      const double way_m = std::min(depth_m(), kApproach_m_s * t) - lifted_m;
       at_m -= way_m * trial_.normal.normalized();
     } else if (trial_.doing == Doing::kFree) {
       const Vector3d swing_m(.02, .015, .02), rate_rad_s(5, 7, 6);
@@ -159,7 +202,11 @@ class Run {
   const Trial& trial_;
   SimBoard board_;
   std::vector<Vector3d> home_m_;
+  board::BrokenLink from_host_, to_host_;
+  double talks_s_ = 0, sign_of_life_s_ = 0, flood_ = 0;
+  std::vector<double> restarts_s_;
   double begin_s_ = -1;
+  std::optional<double> lifts_from_s_;
 };
 
 std::vector<Sample> watch(const Trial& trial, std::vector<PlannedFault> faults) {

@@ -8,6 +8,9 @@
 //   speed    the greatest speed of the tip, less the greatest of the two others
 //
 // from the instant of the fault until the drives are off and the tip is slower than 0.05 m/s. Units: SI.
+//
+// A host gives signs of life over a link that may be broken, and reads all that the board sends. Injection::kProcessKilled: the process is
+// gone for a while, and starts again.
 #pragma once
 
 #include <array>
@@ -34,9 +37,11 @@ struct Trial {
   double force_N = 0;  // with which the hand presses; 0: 80 % of the arm's peak force or of max_force
   Eigen::Vector3d normal{0, 0, 1};  // of the wall
   float stiffness_N_m = 1000, friction = 0;
-  double tremor_m = 0;   // amplitude of the hand's, at 9 Hz and 11 Hz
-  double phase_s = 0;    // the instant of the fault comes this much later
-  double watch_s = 1.5;  // longest
+  double tremor_m = 0;      // amplitude of the hand's, at 9 Hz and 11 Hz
+  double lifts_m_s = 0;     // from the fault on the hand goes out of the wall this fast, or further in
+  double phase_s = 0;       // the instant of the fault comes this much later
+  double watch_s = 1.5;     // longest
+  bool supervised = false;  // a host that is silent for 0.1 s is a fault
 };
 
 struct Verdict {

@@ -68,9 +68,26 @@ const std::map<Injection, Case>& cases() {
   return kCases;
 }
 
-PlannedFault planned(Injection kind, std::size_t joint) {
+// Of link, store and process: in the pairs.
+const std::map<Injection, Case>& cases_of_the_board() {
+  static const std::map<Injection, Case> kCases = {
+      {Injection::kLinkCut, {.limits = kSeen}},
+      {Injection::kLinkDelay, {.value = .05, .limits = kSeen}},
+      {Injection::kLinkDuplicate, {.limits = kSeen}},
+      {Injection::kLinkFlood, {.value = 5000, .limits = kSeen}},
+      {Injection::kStorageTorn, {.value = 10, .limits = kSeen}},
+      {Injection::kProcessKilled, {.limits = kSeen}},
+  };
+  return kCases;
+}
+
+const Case& case_of(Injection kind) {
   const auto found = cases().find(kind);
-  return {.kind = kind, .joint = joint, .value = found != cases().end() ? found->second.value : 0};
+  return found != cases().end() ? found->second : cases_of_the_board().at(kind);
+}
+
+PlannedFault planned(Injection kind, std::size_t joint) {
+  return {.kind = kind, .joint = joint, .value = case_of(kind).value};
 }
 
 const char* name_of(Injection kind) {
@@ -183,12 +200,14 @@ TEST(FaultsFelt, PairsOfFaultsAtRandom) {
   std::vector<Injection> kinds;
   for (const auto& [kind, expected] : cases())
     if (expected.limits.travel_m < kReported.travel_m) kinds.push_back(kind);
+  for (const auto& [kind, expected] : cases_of_the_board()) kinds.push_back(kind);
   Worst worst;
   for (int i = 0; i < setting("THIMBLE_FAULT_PAIRS", 24); ++i) {
     Trial trial = where[random.below(where.size())];
     trial.arms = trial.doing == Doing::kContact && random.below(3) == 0 ? 2 : 1;
     trial.friction = trial.doing == Doing::kContact && random.below(2) == 0 ? .5F : 0;
     trial.tremor_m = random.uniform(0, 30e-6);
+    trial.supervised = random.below(2) == 0;
     if (random.below(2) == 0) trial.hand = {{.kind = Injection::kHandHolds}};
     if (trial.hand.empty() && trial.doing != Doing::kMove && random.below(2) == 0)
       trial.hand = {{.kind = Injection::kHandPushes, .force_N = 2 * random.direction(), .for_s = .1}};
@@ -204,7 +223,7 @@ TEST(FaultsFelt, PairsOfFaultsAtRandom) {
     const std::string what = told(trial, pair[0]) + " of joint " + std::to_string(*trial.faults[0].joint) +
                              ", " + name_of(pair[1]) + " of joint " + std::to_string(*trial.faults[1].joint) +
                              " after " + std::to_string(trial.faults[1].at_s).substr(0, 5) + " s";
-    const Limits a = cases().at(pair[0]).limits, b = cases().at(pair[1]).limits;
+    const Limits a = case_of(pair[0]).limits, b = case_of(pair[1]).limits;
     std::printf("%-100s %2d travel %6.2f mm  speed %5.2f m/s  impulse %6.3f N s\n", what.c_str(),
                 static_cast<int>(verdict.fault), verdict.travel_m * 1e3, verdict.speed_m_s,
                 verdict.impulse_N_s);

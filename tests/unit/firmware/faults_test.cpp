@@ -52,6 +52,25 @@ std::unique_ptr<Bench> rested() {
   return bench;
 }
 
+// Until the arm lets go: every time that a probe begins to take torque away, the joints move a little, with their torque or against it.
+void move_when_probed(Bench& bench, double with_torque) {
+  bench.frozen = true;
+  bool probed = false;
+  for (int i = 0; i < 8000 && bench.mode() == Mode::kArmed; ++i) {
+    const bool probes = (bench.shown().arm[0].limiters & firmware::link::kLimitProbe) != 0;
+    if (probes && !probed) {
+      const Eigen::Vector3d torque_N_m =
+          bench.arms[0].at(bench.joints[0]).jacobian.transpose() * scripted_force_N.cast<double>();
+      for (int j = 0; j < 3; ++j) {
+        const double count_rad = std::abs(static_cast<double>(bench.arms[0].model().rad_per_count(j)));
+        bench.joints[0][j] += std::copysign(5 * count_rad, with_torque * torque_N_m[j]);
+      }
+    }
+    probed = probes;
+    bench.tick();
+  }
+}
+
 struct Injector {
   std::unique_ptr<Bench> (*start)();
   void (*inject)(Bench&);  // makes the cause
@@ -189,6 +208,8 @@ const std::map<Fault, Injector>& injectors() {
       {Fault::supply,
        {pressing, [](Bench& b) { b.inputs.arm[0].evidence.supply_V = 12; }, 22,
         [](Bench& b) { b.inputs.arm[0].evidence = {}; }}},
+      {Fault::motor_reversed,
+       {pressing, [](Bench& b) { move_when_probed(b, 1); }, 1, [](Bench& b) { b.frozen = false; }}},
       {Fault::watchdog_reset, {rested, [](Bench& b) { b.restart("watchdog"); }, 1, [](Bench&) {}}},
       {Fault::store_corrupt,
        {rested,
@@ -347,6 +368,14 @@ TEST(FrozenEncoder, IsNotAnArmThatStoodStillAndIsLetGo) {
   }
   bench->ticks(400);
   EXPECT_EQ(bench->mode(), Mode::kArmed);
+}
+
+TEST(ReversedMotor, IsNotAJointThatGivesWayWhenItsTorqueGoes) {
+  const auto bench = pressing();
+  move_when_probed(*bench, -1);
+  EXPECT_EQ(bench->mode(), Mode::kArmed);
+  EXPECT_GT(bench->shown().probes, 5U);
+  scripted_force_N.setZero();
 }
 
 }  // namespace
