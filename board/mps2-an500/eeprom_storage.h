@@ -1,5 +1,5 @@
 // The slots in the EEPROMs, with a copy in RAM that the tick reads. The memory of all chips that answer at
-// start is divided between the two scenes: one chip holds scenes of 23 kB, eight hold scenes of 252 kB
+// start is divided between the two scenes: one chip holds scenes of 25 kB, eight hold scenes of 255 kB
 // (docs/board-mps2-an500.md lists the demonstrations).
 #pragma once
 

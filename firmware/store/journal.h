@@ -3,9 +3,9 @@
 // Wear. Records come at most twice in kLeastInterval_s (PersistentState::due()), besides one for each start and each upload, which erases
 // a slot of its own:
 //
-//   2 x 86400 s / 5 s / 64 records a slot = 540 erases a day of both slots together, of an arm that is armed and disarmed all day
+//   2 x 86400 s / 5 s / 32 records a slot = 1080 erases a day of both slots together, of an arm that is armed and disarmed all day
 //
-// That is 270 for each slot: an EEPROM that bears 1e6 writes lasts 10 years of it. A flash with sectors of 64 KiB (1024 records) has 34.
+// That is 540 for each slot: an EEPROM that bears 1e6 writes lasts 5 years of it. A flash with sectors of 64 KiB (1024 records) has 34.
 #pragma once
 
 #include <array>

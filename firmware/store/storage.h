@@ -24,8 +24,8 @@ class Storage {
   static constexpr unsigned kFirstAuditSlot = 6;
   static constexpr unsigned kFirstKeySlot = 8;
   static constexpr unsigned kSlots = 10;
-  static constexpr std::size_t kParamSlotBytes = 1024;
-  static constexpr std::size_t kJournalSlotBytes = 4096;
+  static constexpr std::size_t kParamSlotBytes = 512;
+  static constexpr std::size_t kJournalSlotBytes = 2048;
   static constexpr std::size_t kAuditSlotBytes = 4096;
   static constexpr std::size_t kKeySlotBytes = 256;
 
