@@ -185,12 +185,13 @@ firmware::Outputs SimBoard::tick_controller() {
 void SimBoard::run_plants(double seconds) {
   // The drives' own watchdog: they are off when no tick has written them for this long.
   std::uint32_t lost_ticks = 0;
-  (void)controller_->read_param(static_cast<std::uint16_t>(firmware::Param::lost_ticks), lost_ticks);
+  (void)controller_->read_param(firmware::row_of(firmware::Param::lost_ticks).id, lost_ticks);
   // A simulated board may be slower than a real one.
   const double longest_s = (lost_ticks + 1) / options_.rate_Hz;
   const auto stop_us =
       firmware::stop_timeout_us(static_cast<std::uint32_t>(1e9 / options_.rate_Hz), lost_ticks);
-  const bool watched = time_s() - written_at_s_ < (stop_us ? *stop_us * 1e-6 : longest_s);
+  constexpr double kRounding_s = 1e-9;
+  const bool watched = time_s() - written_at_s_ < (stop_us ? *stop_us * 1e-6 : longest_s) - kRounding_s;
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     Arm& arm = arms_[i];
     firmware::ArmOutputs drive = out_.arm[i];

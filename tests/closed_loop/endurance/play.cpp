@@ -364,8 +364,8 @@ class Session {
     }
     const std::uint64_t tick = shown().tick;
     host_->run(2);
-    const bool hung = shown().tick == tick;  // it obeys nothing, and its drives are off after 5 ms
-    if (hung) host_->run(4);
+    if (shown().tick == tick) host_->run(4);  // some ticks are lost, or it has hung
+    const bool hung = shown().tick == tick;   // it obeys nothing, and its drives are off after 5 ms
     for (std::size_t arm = 0; arm < hands_.size(); ++arm)
       if (hung ? board_.driven(arm) : shown().mode == Mode::kArmed) complain("a stop was not obeyed");
     if (!recover()) return;

@@ -134,7 +134,8 @@ TEST(DeadEncoder, AStillHandAtThreeNewtonFeelsLittle) {
       trial.force_N = 3;
       trial.tremor_m = 0;
       trial.watch_s = 1;
-      const Verdict verdict = judge(trial);
+      const std::vector<Sample> sound = sound_run(trial);
+      const Verdict verdict = judge(trial, {sound, sound});  // of the force alone
       std::printf(
           "%s, %.0f Hz, hand %.0f N/m, wall %.0f N/m, shares %.2f %.2f %.2f N: %u probes in 1 s, sag %.1f "
           "%%, "
@@ -152,39 +153,36 @@ TEST(DeadEncoder, AStillHandAtThreeNewtonFeelsLittle) {
   }
 }
 
-// Not found: a joint with a small share of the force, which is not probed, and one that the reversed motor keeps in motion.
+// Not found: a joint with a small share of the force, which is not probed, and one that the reversed motor keeps in motion. What the hand
+// feels meanwhile is in the table of FaultsFelt.EveryFaultInEverySituation.
 TEST(ReversedMotor, InAHandIsFound) {
   std::mt19937_64 random(static_cast<std::uint64_t>(setting("THIMBLE_DEAD_SEED", 1)) + 9);
   const int trials = static_cast<int>(setting("THIMBLE_DEAD_ENCODERS", 24));
-  int found = 0, with_share = 0;
-  double latest_s = 0, most_mm = 0, most_N_s = 0;
+  int with_share = 0;
+  std::vector<double> found_s;
   for (int i = 0; i < trials; ++i) {
     Holding holding = random_holding(random);
     holding.trial.faults = {{.kind = Injection::kMotorReversed, .joint = holding.joint}};
     holding.trial.watch_s = 3;
-    const Verdict verdict = judge(holding.trial);
+    const Verdict verdict = look(holding.trial);
     const double share_N = verdict.share_N[holding.joint];
-    std::printf(
-        "%s hand %.0f N/m, wall %.0f N/m, %.2f N, joint %zu with %.2f N: fault %d after %.2f s, %.2f mm, "
-        "%.3f N s\n",
-        holding.trial.variant.c_str(), holding.trial.holds.stiffness_N_m,
-        static_cast<double>(holding.trial.stiffness_N_m), holding.trial.force_N, holding.joint, share_N,
-        static_cast<int>(verdict.fault), verdict.found_s.value_or(-1), verdict.travel_m * 1e3,
-        verdict.impulse_N_s);
+    std::printf("%s hand %.0f N/m, wall %.0f N/m, %.2f N, joint %zu with %.2f N: fault %d after %.2f s\n",
+                holding.trial.variant.c_str(), holding.trial.holds.stiffness_N_m,
+                static_cast<double>(holding.trial.stiffness_N_m), holding.trial.force_N, holding.joint,
+                share_N, static_cast<int>(verdict.fault), verdict.found_s.value_or(-1));
     if (share_N < kProbed_N) continue;
     ++with_share;
-    most_mm = std::max(most_mm, verdict.travel_m * 1e3);
-    most_N_s = std::max(most_N_s, verdict.impulse_N_s);
-    if (!verdict.found_s) continue;
-    ++found;
-    latest_s = std::max(latest_s, *verdict.found_s);
+    if (verdict.found_s) found_s.push_back(*verdict.found_s);
   }
-  figure("reversed motors with a share of 0.6 N or more found within 3 s, %", 100.0 * found / with_share,
+  std::ranges::sort(found_s);
+  const auto count = static_cast<double>(found_s.size());
+  figure("reversed motors with a share of 0.6 N or more found within 3 s, %", 100 * count / with_share,
          ">= 60");
-  figure("the latest, s", latest_s, "reported");
-  figure("travel, mm", most_mm, "reported");
-  figure("impulse, N s", most_N_s, "reported");
-  EXPECT_GE(found, .6 * with_share);
+  if (!found_s.empty()) {
+    figure("half of them within, s", found_s[found_s.size() / 2], "reported");
+    figure("the latest, s", found_s.back(), "reported");
+  }
+  EXPECT_GE(count, .6 * with_share);
 }
 
 // THIMBLE_STILL_S: simulated seconds, of which the suite runs few.

@@ -26,13 +26,16 @@ constexpr double kApproach_m_s = .1;
 constexpr double kSettles_s = .35;  // after the approach
 constexpr double kAtRest_m_s = .05;
 constexpr double kLinkPeriod_s = 1e-3, kSignOfLife_s = .02;
-constexpr double kGone_s = .05;  // a killed process, until it starts again
+constexpr double kNamed_s = .01;  // after which a fault has its name, though the drives' watchdog was faster
+constexpr double kGone_s = .05;   // a killed process, until it starts again
 
 double press_N(const Trial& trial, const kinematics::ArmModel& model) {
   constexpr double kMaxForce_N = 8;  // default of the parameter
   return trial.force_N > 0 ? trial.force_N
                            : .8 * std::min(static_cast<double>(model.max_force_N), kMaxForce_N);
 }
+
+bool at_rest(const Sample& sample) { return !sample.driven && sample.velocity_m_s.norm() < kAtRest_m_s; }
 
 // From the nearest point of a segment to a point.
 Vector3d beyond(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
@@ -82,11 +85,14 @@ class Run {
             ("stay armed, fault " + std::to_string(static_cast<int>(board_.controller().fault()))).c_str());
   }
 
-  // The faults, from now on.
-  std::vector<Sample> watch(const std::vector<PlannedFault>& faults) {
+  // The faults, from now on. to_rest: little longer than until all have begun, the drives are off and the tip is slow.
+  std::vector<Sample> watch(const std::vector<PlannedFault>& faults, bool to_rest) {
+    double begun_s = board_.time_s();
     for (PlannedFault fault : faults) {
       fault.at_s += board_.time_s();
+      begun_s = std::max(begun_s, fault.at_s);
       if (fault.kind == Injection::kProcessKilled) {
+        begun_s = std::max(begun_s, fault.at_s + kGone_s);
         restarts_s_.push_back(fault.at_s + kGone_s);
         fault.kind = Injection::kTickHung;
         fault.for_s = kGone_s;
@@ -95,11 +101,16 @@ class Run {
     }
     std::vector<Sample> samples;
     lifts_from_s_ = board_.time_s();
+    bool rests = false;
+    int after = 0;
     for (int i = 0; i < seconds(trial_.watch_s); ++i) {
       tick();
       samples.push_back({board_.plant(0).tip_m(), board_.plant(0).tip_velocity_m_s(),
-                         board_.plant(0).hand_force_N(), board_.driven(0), board_.controller().fault(),
+                         board_.plant(0).hand_force_N(), board_.driven(0),
+                         board_.controller().mode() == Mode::kArmed, board_.controller().fault(),
                          board_.controller().telemetry().arm[0].counts});
+      rests = rests || at_rest(samples.back());
+      if (to_rest && rests && board_.time_s() > begun_s && ++after > seconds(kNamed_s)) break;
     }
     return samples;
   }
@@ -211,7 +222,7 @@ class Run {
 
 std::vector<Sample> watch(const Trial& trial, std::vector<PlannedFault> faults) {
   faults.insert(faults.end(), trial.hand.begin(), trial.hand.end());
-  return Run(trial).watch(faults);
+  return Run(trial).watch(faults, false);
 }
 
 struct Watched {
@@ -227,7 +238,7 @@ Watched watch_faulty(const Trial& trial) {
   Verdict& verdict = watched.verdict;
   verdict.share_N = run.share_N();
   const std::uint32_t probes_before = run.probes();
-  watched.samples = run.watch(faults);
+  watched.samples = run.watch(faults, true);
   verdict.probes = run.probes() - probes_before;
   for (std::size_t i = 0; i < watched.samples.size(); ++i) {
     const Sample& now = watched.samples[i];
@@ -245,14 +256,18 @@ Watched watch_faulty(const Trial& trial) {
 
 Verdict look(const Trial& trial) { return watch_faulty(trial).verdict; }
 
+std::vector<Sample> sound_run(const Trial& trial) {
+  // No probes in the sound arm: its force would be less for a moment, which is not a fault of the other arm.
+  Trial sound = trial;
+  sound.sensors.line_loss = true;
+  return watch(sound, {});
+}
+
 References references(const Trial& trial) {
   std::vector<PlannedFault> power_off;
   for (std::size_t arm = 0; arm < trial.arms; ++arm)
     power_off.push_back({.kind = Injection::kDriveFault, .arm = arm});
-  // No probes in the sound arm: its force would be less for a moment, which is not a fault of the other arm.
-  Trial sound = trial;
-  sound.sensors.line_loss = true;
-  return {watch(sound, {}), watch(trial, power_off)};
+  return {sound_run(trial), watch(trial, power_off)};
 }
 
 Verdict judge(const Trial& trial, const References& references) {
@@ -274,7 +289,10 @@ Verdict judge(const Trial& trial, const References& references) {
     own_m_s = std::max({own_m_s, off[i].velocity_m_s.norm(), sound[i].velocity_m_s.norm()});
     if (now.driven) continue;
     if (!verdict.off_s) verdict.off_s = static_cast<double>(i + 1) / trial.rate_Hz;
-    if (now.velocity_m_s.norm() < kAtRest_m_s) break;
+    if (!at_rest(now)) continue;
+    verdict.armed_again = std::any_of(faulty.begin() + static_cast<std::ptrdiff_t>(i), faulty.end(),
+                                      [](const Sample& later) { return later.driven && later.armed; });
+    break;
   }
   verdict.speed_m_s = std::max(0.0, fastest_m_s - own_m_s);
   return verdict;

@@ -48,6 +48,7 @@ struct Verdict {
   firmware::Fault fault = firmware::Fault::kNone;  // that the controller names
   std::optional<double> found_s, off_s;            // after the instant of the fault
   double travel_m = 0, speed_m_s = 0, impulse_N_s = 0;
+  bool armed_again = false;              // the drives, after they were off and the tip slow; not to brake
   std::array<double, 3> last_count_s{};  // of each joint, before a fault was named
   std::uint32_t probes = 0;              // of the encoders
   // The greatest part of the force of the sound arm, which is not probed, that is gone; and the greatest change of it, in any direction.
@@ -57,7 +58,7 @@ struct Verdict {
 
 struct Sample {
   Eigen::Vector3d tip_m, velocity_m_s, on_hand_N;
-  bool driven = false;
+  bool driven = false, armed = false;
   firmware::Fault fault = firmware::Fault::kNone;
   std::array<std::uint32_t, 3> counts{};  // of the encoders, as the board gave them
 };
@@ -67,6 +68,7 @@ struct References {
 };
 
 // All throw std::runtime_error if the arm cannot be brought there.
+[[nodiscard]] std::vector<Sample> sound_run(const Trial& trial);
 [[nodiscard]] References references(const Trial& trial);
 [[nodiscard]] Verdict judge(const Trial& trial, const References& references);
 [[nodiscard]] inline Verdict judge(const Trial& trial) { return judge(trial, references(trial)); }

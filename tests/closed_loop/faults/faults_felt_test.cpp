@@ -148,6 +148,7 @@ void expect_within(Trial trial, const References& references, Injection kind, st
   EXPECT_LE(verdict.travel_m, expected.limits.travel_m) << what;
   EXPECT_LE(verdict.impulse_N_s, expected.limits.impulse_N_s) << what;
   EXPECT_TRUE(!verdict.found_s || (verdict.off_s && *verdict.off_s - *verdict.found_s <= kOff_s)) << what;
+  EXPECT_FALSE(verdict.armed_again) << what;
   worst.travel_m = std::max(worst.travel_m, verdict.travel_m);
   worst.speed_m_s = std::max(worst.speed_m_s, verdict.speed_m_s);
   worst.impulse_N_s = std::max(worst.impulse_N_s, verdict.impulse_N_s);
@@ -230,6 +231,7 @@ TEST(FaultsFelt, PairsOfFaultsAtRandom) {
     EXPECT_LE(verdict.travel_m, a.travel_m + b.travel_m) << what;
     EXPECT_LE(verdict.impulse_N_s, a.impulse_N_s + b.impulse_N_s) << what;
     EXPECT_TRUE(!verdict.found_s || (verdict.off_s && *verdict.off_s - *verdict.found_s <= kOff_s)) << what;
+    EXPECT_FALSE(verdict.armed_again) << what;
     worst.travel_m = std::max(worst.travel_m, verdict.travel_m);
     worst.impulse_N_s = std::max(worst.impulse_N_s, verdict.impulse_N_s);
   }
