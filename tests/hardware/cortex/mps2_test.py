@@ -272,6 +272,13 @@ class Mps2(unittest.TestCase):
         board = self.start()
         self.assertIn("lost_ticks_above_5_ms", board.thimble("param", "set", "lost_ticks", 20).stderr)
 
+    def test_it_has_no_faults_to_inject(self):
+        board = self.start()
+        program = "import sys, thimble\nwith thimble.connect(sys.argv[1], timeout_s=10) as device: device.inject('encoder-dead')"
+        ended = subprocess.run(["/usr/bin/python3", "-c", program, board.uri], capture_output=True, text=True, timeout=120,
+                               env={**os.environ, "PYTHONPATH": str(BIN.parents[1] / "python/python")})
+        self.assertIn("not-simulated: breaking the simulated hardware was refused: board mps2-an500 has real hardware", ended.stderr)
+
     def test_a_hanging_tick_starts_it_again(self):
         board = self.armed()
         board.patch("thimble::firmware::Core::tick", HANG)

@@ -222,14 +222,11 @@ class Scene {
     std::vector<std::byte> image = plane_image(100.0F * static_cast<float>(1 + random.below(20)));
     const bool spoiled = random.below(3) == 0;
     if (spoiled) image[image.size() / 2] ^= std::byte{0xFF};
-    if (!host.tester.ok({0x10, 0x02})) return;
+    if (!host.tester.ok({0x10, 0x02}) || !host.tester.ok({0x31, 0x01, 0x02, 0x0C}))
+      return;  // another one commands
     const std::uint32_t crc = link::crc32(image);
     const Bytes exit = download(host.tester, image, spoiled && random.below(2) == 0 ? crc + 1 : crc);
-    if (exit.at(0) != 0x77) {
-      const bool failed = exit.at(2) == static_cast<std::uint8_t>(link::Nrc::kProgrammingFailure);
-      if (failed) expect(AuditEvent::kUploadRefused, host);  // otherwise another host commands
-      return;
-    }
+    if (exit.at(0) != 0x77) return expect(AuditEvent::kUploadRefused, host);
     if (host.tester.routine(0x0204)) expect(AuditEvent::kScene, host, crc);
     host.tester.run(20);
   }
