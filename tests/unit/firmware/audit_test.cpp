@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/link/crc32.h"
+#include "firmware/link/proof.h"
 #include "firmware/store/audit_log.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
@@ -231,8 +232,24 @@ class Scene {
     host.tester.run(20);
   }
 
+  // A key is set, somebody tries without it, and it is removed.
+  void keys(Host& host) {
+    const Bytes algorithm(link::kAlgorithm.begin(), link::kAlgorithm.end());
+    if (!host.tester.ok(join({0x31, 0x01, 0x02, 0x0B}, Bytes(link::kKeyBytes, 7)))) return;
+    expect(AuditEvent::kKeySet, host);
+    Host& thief = any();
+    EXPECT_TRUE(thief.tester.ok(join({0x29, 0x05, 0x00}, algorithm)));
+    const Bytes proof = join(join({0x29, 0x06}, algorithm), join({0x00, 0x20}, Bytes(32 + 4)));
+    EXPECT_EQ(thief.tester.refused(proof), link::Nrc::kOwnershipVerificationFailed);
+    expect(AuditEvent::kProofRefused, thief);
+    EXPECT_TRUE(host.tester.ok({0x31, 0x02, 0x02, 0x0B}));
+    expect(AuditEvent::kKeyRemoved, host);
+  }
+
   void rare(Host& host) {
-    switch (random.below(3)) {
+    switch (random.below(4)) {
+      case 3:
+        return keys(host);
       case 0: {
         host.name = "user" + std::to_string(random.below(1000)) + "@lab";
         EXPECT_TRUE(host.tester.ok(call_me(host.name)));
