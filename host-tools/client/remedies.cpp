@@ -1,7 +1,6 @@
 #include "host-tools/client/remedies.h"
 
 #include "firmware/core/conditions.h"
-#include "firmware/core/stop_timeout.h"
 
 namespace thimble::host {
 
@@ -29,7 +28,7 @@ std::string remedy_of(const std::string& reasons) {
     add("run the loop at a lower rate, or use a controller and a bus with CAN FD");
   if (reasons == "bus_without_can_fd")
     add("leave telemetry_fd at 0, or use a controller and a bus with CAN FD");
-  if (reasons == firmware::kLacksShortStop)
+  if (reasons == "lost_ticks_above_5_ms")
     add("choose a smaller one: (lost_ticks + 1) periods of the loop may be 5 ms");
   return remedy.empty() ? "remove what the device names, then repeat" : remedy;
 }
