@@ -21,8 +21,8 @@ Nrc Authenticator::challenge(Host& host, link::Micros now, link::Challenge& chal
   const link::Micros delay_us =
       failures_ == 0 ? 0 : std::min(kFirstDelay_us << std::min(failures_ - 1, 8U), kLongestDelay_us);
   if (failures_ != 0 && now - failed_us_ < delay_us) return Nrc::kRequiredTimeDelayNotExpired;
-  host.challenge = {++challenges_, now};
-  challenge = link::challenge_of(keys_.key(), start_, host.challenge.number, now);
+  if (host.challenge.number == 0) host.challenge = {++challenges_, now};
+  challenge = link::challenge_of(keys_.key(), start_, host.challenge.number, host.challenge.given_us);
   return Nrc::kOk;
 }
 

@@ -1,6 +1,7 @@
 // Who may command where the board has a key (store/key_store.h): a host that has proven that it has it, by service 29. Background context.
 //
-// A host asks for a challenge, and answers it with a proof (firmware/link/proof.h). A challenge is for one host and one proof. After a wrong
+// A host asks for a challenge, and answers it with a proof (firmware/link/proof.h). A challenge is for one host and one proof; until then it is given
+// again, because answers are lost and repeated on the way. After a wrong
 // proof nobody gets a challenge for kFirstDelay_us, after the next one for twice as long, and so on up to kLongestDelay_us; a right proof
 // ends that. The proof counts until the place of the host ends, or the key is another one.
 #pragma once

@@ -51,8 +51,8 @@ std::string about(const AuditRecord& entry) {
       return text_of(entry);
     case AuditEvent::kDisarmed: {
       const auto cause = static_cast<link::StoppedBy>(entry.detail);
-      return cause == link::StoppedBy::kFault ? "by " + fault_name(entry.value)
-                                              : std::string("by ") + name(cause);
+      if (cause == link::StoppedBy::kFault) return "by " + fault_name(entry.value);
+      return std::string("by ") + (cause == link::StoppedBy::kDisarm ? "host" : name(cause));
     }
     case AuditEvent::kMove:
       return fmt::format("arm {}", entry.detail);

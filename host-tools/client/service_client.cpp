@@ -247,7 +247,8 @@ std::optional<ServiceClient::Answer> ServiceClient::await_answer(const Bytes& re
 ServiceClient::Answer ServiceClient::request(const Bytes& request) {
   const Micros asked_us = now_us();
   Answer answer = ask(request);
-  if (answer.code == Nrc::kAuthenticationRequired) {
+  // More than once: the place that has proven it may have been lost.
+  for (unsigned i = 0; i < options_.tries && answer.code == Nrc::kAuthenticationRequired; ++i) {
     authenticate();
     answer = ask(request);
   }
