@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <functional>
 #include <iostream>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "board/sim/plant.h"
 #include "firmware/core/faults.h"
 #include "firmware/params.h"
+#include "host-tools/cli/number_between.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/discovery.h"
@@ -50,18 +50,6 @@ std::string arm_names() {
     names += (names.empty() ? "" : ", ") + std::string(variant.name);
   }
   return names;
-}
-
-// Of an option: a number from `least` to `most`. CLI::Range lets nan pass.
-CLI::Validator number_between(double least, double most) {
-  const auto check = [least, most](const std::string& text) {
-    double number = 0;
-    if (CLI::detail::lexical_cast(text, number) && number >= least && number <= most) return std::string();
-    std::ostringstream out;
-    out << "'" << text << "' is not a number from " << least << " to " << most;
-    return out.str();
-  };
-  return {[check](std::string& text) { return check(text); }, "", ""};
 }
 
 // Adds a verb with the options that all verbs have.
