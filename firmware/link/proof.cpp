@@ -52,8 +52,8 @@ Challenge challenge_of(const Key& key, std::uint32_t start, std::uint32_t count,
 
 bool same(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) noexcept {
   if (a.size() != b.size()) return false;
-  volatile std::uint8_t differs = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) differs = static_cast<std::uint8_t>(differs | (a[i] ^ b[i]));
+  unsigned differs = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) differs |= static_cast<unsigned>(a[i] ^ b[i]);
   return differs == 0;
 }
 

@@ -1,4 +1,4 @@
-"""Exit codes 0 to 10, one by one, each with its error in text and JSON; and general behaviour of the command."""
+"""Exit codes 0 to 10 (11: hosts_test, 12: access_test), one by one, each with its error in text and JSON; and general behaviour of the command."""
 
 import json
 import os
@@ -260,7 +260,7 @@ class Manners(Rig):
             return self.ok("__complete", *words).out.split()
 
         self.assertEqual(set(candidates("")), {"list", "info", "doctor", "dbc", "decode", "compile", "upload", "arm", "disarm", "stop", "restart", "home", "monitor", "view", "param",
-                                               "fault", "audit", "simulate", "mesh", "import", "scan", "record", "replay", "plot"})
+                                               "fault", "key", "audit", "simulate", "mesh", "import", "scan", "record", "replay", "plot"})
         self.assertEqual(candidates("up"), ["upload"])
         self.assertEqual(candidates("param", "g"), ["get"])
         self.assertEqual(candidates("param", "get", "max_f"), ["max_force"])

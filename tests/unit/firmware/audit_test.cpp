@@ -140,7 +140,7 @@ class Scene {
 
   Random random;
   std::vector<Expected> expected;
-  std::array<int, 16> seen{};
+  std::array<int, 32> seen{};  // by AuditEvent
 
  private:
   struct Host {
@@ -288,7 +288,7 @@ class Scene {
 };
 
 TEST(Audit, EveryEventOfSeveralHostsWithWhoAndWhen) {
-  std::array<int, 16> seen{};
+  std::array<int, 32> seen{};  // by AuditEvent
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     Scene scene(seed);
     scene.check();
