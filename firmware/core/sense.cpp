@@ -105,7 +105,7 @@ void check_motion(Parts& parts, ArmState& arm, const kinematics::ArmModel& model
     trip(parts, Fault::joint_range);
     arm.homed = false;
   }
-  if (arm.speed_watch.too_fast(arm.tip_velocity_m_s.norm(), arm.force_N.norm(),
+  if (arm.speed_watch.too_fast(arm.tip_velocity_m_s.norm(), arm.force_N,
                                parts.params.get(Param::max_tip_speed), parts.setup.period_s))
     trip(parts, Fault::tip_speed);
 }

@@ -36,7 +36,8 @@ class TesterOf {
     link::CanFrame frame;
     link::HostGrant grant;
     while (bench.controller->next_frame(frame, now()))
-      if (link::from_frame(frame, 1, grant) && grant.key == key) address_ = grant.address;
+      if (link::from_frame(frame, 1, grant) && grant.key == key && grant.address != 0)
+        address_ = grant.address;
     EXPECT_NE(address_, link::kTesterAddress) << "no grant";
     channel_.set_ids(link::request_id(1, address_), link::response_id(1, address_));
   }
