@@ -277,7 +277,6 @@ class Session {
   }
   void swap() {
     demonstration_ = &scenes_[random_.below(scenes_.size())];
-    const std::string before = scene_;
     scene_ = demonstration_->name;
     ++played_.swaps;
     host_->run(static_cast<int>(.1 * kRate_Hz));  // the tick has taken the last one
@@ -338,8 +337,7 @@ class Session {
   }
   // It must not while this host has the arm armed.
   void rival() {
-    const std::uint64_t key = (1U << 20U) + 1 + random_.below(1U << 20U);
-    Host other(rig_, false, key);
+    Host other(rig_, false, (1U << 20U) + 1 + random_.below(1U << 20U));
     (void)other.ok({0x10, 0x03});
     firmware::link::DeviceState state;
     const std::array<Bytes, 3> commands = {Bytes{0x31, 0x01, 0x02, 0x01}, Bytes{0x31, 0x01, 0x02, 0x0C},
@@ -351,9 +349,7 @@ class Session {
       if (!answer.empty() && answer[0] != firmware::link::kNegative && shown().mode == Mode::kArmed)
         complain("a second host commanded an armed arm");
     }
-    // There are places for four hosts.
-    const firmware::link::HostClaim leaves{key, firmware::link::ClaimAction::kRelease};
-    board_.controller().on_frame(firmware::link::to_frame(leaves, 1, 0), rig_.inputs.time_us);
+    other.leave();  // there are places for four
     rig_.alive = true;
   }
   void stop() {

@@ -32,6 +32,7 @@ class TesterOf {
   }
   // A host that claims an address of its own.
   TesterOf(Board& bench, bool fd, std::uint64_t key) : TesterOf(bench, fd) {
+    key_ = key;
     bench.controller->on_frame(link::to_frame(link::HostClaim{key, link::ClaimAction::kClaim}, 1, 0), now());
     link::CanFrame frame;
     link::HostGrant grant;
@@ -42,6 +43,11 @@ class TesterOf {
     channel_.set_ids(link::request_id(1, address_), link::response_id(1, address_));
   }
   [[nodiscard]] std::uint8_t address() const { return address_; }
+  // Such a host gives its place back.
+  void leave() {
+    bench_.controller->on_frame(link::to_frame(link::HostClaim{key_, link::ClaimAction::kRelease}, 1, 0),
+                                now());
+  }
 
   // The answer, "response pending" ones left out. Empty: none within 5 s.
   Bytes ask(const Bytes& request) {
@@ -133,6 +139,7 @@ class TesterOf {
 
   Board& bench_;
   link::IsoTpChannel channel_;
+  std::uint64_t key_ = 0;
   std::uint8_t address_ = link::kTesterAddress;
   int answers_ = 0;
 };
