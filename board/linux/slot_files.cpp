@@ -84,7 +84,7 @@ void SlotFiles::load(Slot& slot) const {
 
 // With all its bytes, so that no later write has to find room on the disk.
 void SlotFiles::open_in_place(Slot& slot) const {
-  slot.open = Descriptor(openat(folder_.get(), slot.file, O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+  slot.open = Descriptor(openat(folder_.get(), slot.file, O_RDWR | O_CREAT | O_CLOEXEC, 0600));
   if (!slot.open.is_open()) fail_with(errno, path_ / slot.file);
   if (slot.used == slot.bytes) return;
   std::fill(slot.memory + slot.used, slot.memory + slot.bytes, std::byte{0xFF});
@@ -113,14 +113,16 @@ std::span<const std::byte> SlotFiles::slot(unsigned index) const noexcept {
 }
 
 // Changes only the memory: the file stays until the slot is complete again. A store never selects this file
-// as the newest one, because the other slot is newer.
+// as the newest one, because the other slot is newer. But a key that was replaced must not come back.
 bool SlotFiles::erase(unsigned index, std::size_t bytes) noexcept {
   if (!fits(index, 0, bytes)) return false;
   Slot& slot = slots_[index];
   std::fill_n(slot.memory, std::max(bytes, slot.used), std::byte{0xFF});
   if (slot.open.is_open()) return write_in_place(slot, 0, bytes);
   slot.used = 0;
-  return true;
+  if (index < kFirstKeySlot || unlinkat(folder_.get(), slot.file, 0) == 0 || errno == ENOENT) return true;
+  error_ = errno;
+  return false;
 }
 
 bool SlotFiles::write(unsigned index, std::size_t offset, std::span<const std::byte> bytes) noexcept {
@@ -135,7 +137,7 @@ bool SlotFiles::write(unsigned index, std::size_t offset, std::span<const std::b
 }
 
 bool SlotFiles::save(const Slot& slot) noexcept {
-  const Descriptor file(openat(folder_.get(), kNewFile, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  const Descriptor file(openat(folder_.get(), kNewFile, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
   if (file.is_open() && write_all(file.get(), {slot.memory, slot.used}) && fsync(file.get()) == 0 &&
       renameat(folder_.get(), kNewFile, folder_.get(), slot.file) == 0 && fsync(folder_.get()) == 0)
     return true;

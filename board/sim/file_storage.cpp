@@ -22,13 +22,14 @@ std::size_t pages(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPag
 }  // namespace
 
 FileStorage::FileStorage(const std::filesystem::path& file, std::size_t scene_slot_bytes)
-    : fd_(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
+    : fd_(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
   const auto fail = [&](const std::string& what) {
     if (fd_ >= 0) close(fd_);
     throw std::runtime_error("store " + file.string() + ": " + what);
   };
   for (unsigned i = 0; i < kSlots; ++i) begin_[i + 1] = begin_[i] + pages(slot_bytes(i, scene_slot_bytes));
   if (fd_ < 0) fail(std::strerror(errno));
+  static_cast<void>(fchmod(fd_, 0600));  // of an older version: a key may be in it
   if (flock(fd_, LOCK_EX | LOCK_NB) != 0) fail("it is in use by another simulator");
   struct stat status {};
   if (fstat(fd_, &status) != 0) fail(std::strerror(errno));

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <tuple>
-#include <utility>
 
 #include "firmware/services/handlers.h"
 #include "firmware/services/refusal.h"
@@ -18,25 +17,28 @@ Nrc Authenticator::challenge(Host& host, link::Micros now, link::Challenge& chal
     host.refuse(keys_.state() == KeyState::kNone ? "no_key" : "key_damaged");
     return Nrc::kConditionsNotCorrect;
   }
-  const link::Micros delay_us =
-      failures_ == 0 ? 0 : std::min(kFirstDelay_us << std::min(failures_ - 1, 8U), kLongestDelay_us);
-  if (failures_ != 0 && now - failed_us_ < delay_us) return Nrc::kRequiredTimeDelayNotExpired;
-  if (host.challenge.number == 0) host.challenge = {++challenges_, now};
-  challenge = link::challenge_of(keys_.key(), start_, host.challenge.number, host.challenge.given_us);
+  Host::Challenge& last = host.challenge;
+  if (last.number == 0) {
+    const link::Micros delay_us =
+        std::min(kFirstDelay_us << std::min(unsigned{host.wrong_proofs}, 8U) >> 1U, kLongestDelay_us);
+    if (host.wrong_proofs != 0 && now - last.since_us < delay_us) return Nrc::kRequiredTimeDelayNotExpired;
+    last = {++challenges_, now};
+  }
+  challenge = link::challenge_of(keys_.key(), start_, last.number, last.since_us);
   return Nrc::kOk;
 }
 
 Nrc Authenticator::prove(Host& host, link::Micros now, std::span<const std::uint8_t> proof) noexcept {
-  const Host::Challenge given = std::exchange(host.challenge, {});
+  const Host::Challenge given = host.challenge;
   if (given.number == 0 || keys_.state() != KeyState::kSet) return Nrc::kRequestSequenceError;
-  const link::Challenge challenge = link::challenge_of(keys_.key(), start_, given.number, given.given_us);
+  const link::Challenge challenge = link::challenge_of(keys_.key(), start_, given.number, given.since_us);
+  host.challenge = {0, now};
   if (link::same(link::proof_of(keys_.key(), node_, host.address, challenge), proof)) {
     host.key = keys_.number();
-    failures_ = 0;
+    host.wrong_proofs = 0;
     return Nrc::kOk;
   }
-  ++failures_;
-  failed_us_ = now;
+  host.wrong_proofs = static_cast<std::uint8_t>(std::min(host.wrong_proofs + 1, 255));
   return Nrc::kOwnershipVerificationFailed;
 }
 

@@ -1,9 +1,10 @@
 // Who may command where the board has a key (store/key_store.h): a host that has proven that it has it, by service 29. Background context.
 //
-// A host asks for a challenge, and answers it with a proof (firmware/link/proof.h). A challenge is for one host and one proof; until then it is given
-// again, because answers are lost and repeated on the way. After a wrong
-// proof nobody gets a challenge for kFirstDelay_us, after the next one for twice as long, and so on up to kLongestDelay_us; a right proof
-// ends that. The proof counts until the place of the host ends, or the key is another one.
+// A host asks for a challenge, and answers it with a proof (firmware/link/proof.h). A challenge is for one host and one proof; until then
+// it is given again, because answers are lost and repeated on the way. After a wrong proof the host gets no challenge for kFirstDelay_us,
+// after the next one for twice as long, and so on up to kLongestDelay_us. The delay is the host's own: with one for all, a host without the
+// key would keep its owner out. That a host can leave and come back as a new one does not help it: a key has 256 bits. The proof counts
+// until the place of the host ends, or the key is another one.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +25,8 @@ class Authenticator {
   void begin(std::uint32_t start) noexcept { start_ = start; }
 
   [[nodiscard]] bool allows(const Host& host) const noexcept {
-    return keys_.state() == link::KeyState::kNone || host.key == keys_.number();
+    return keys_.state() == link::KeyState::kNone ||
+           (keys_.state() == link::KeyState::kSet && host.key == keys_.number());
   }
   // kOk, and the challenge; kConditionsNotCorrect: there is no key to prove; kRequiredTimeDelayNotExpired.
   [[nodiscard]] Nrc challenge(Host& host, link::Micros now, link::Challenge& challenge) noexcept;
@@ -36,8 +38,6 @@ class Authenticator {
   std::uint8_t node_;
   std::uint32_t start_ = 0;
   std::uint32_t challenges_ = 0;  // so many were given
-  unsigned failures_ = 0;         // since the last right proof
-  link::Micros failed_us_ = 0;
 };
 
 }  // namespace thimble::firmware

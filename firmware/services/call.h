@@ -19,10 +19,11 @@ using link::Nrc;
 struct Host {
   std::uint8_t address = 0;  // on the link; 0: it has no place
   link::Session session = link::Session::kDefault;
+  std::uint8_t wrong_proofs = 0;  // in a row (service 29)
   std::uint32_t key = 0;  // the number of the key that it has proven to have (KeyStore::number()); 0: none
   struct Challenge {
-    std::uint32_t number = 0;  // 0: it has none
-    link::Micros given_us = 0;
+    std::uint32_t number = 0;   // 0: it has none
+    link::Micros since_us = 0;  // when it was given, or the last proof came
   };
   Challenge challenge;                            // service 29
   std::optional<link::Reset> restart;             // wanted once the answer has left

@@ -1,8 +1,8 @@
 // Which host commands. One host at a time arms, homes, moves, uploads, restarts and sets what has an effect on the forces (the rows
 // Needs::kLease of services.cpp, and write_data()); the others look. Stopping is anybody's.
 //
-// A command takes the lease where no other host has it. It lasts kTime_us after the last command; while the arm is armed or homing, until
-// the place of the host ends: that is what it ordered. A host gives it back when it opens the default session or leaves.
+// A command takes the lease where no other host has it. It lasts kTime_us after the last command. Of a host that has ordered the arm to be
+// armed, to home or to move it lasts while it is armed or homing, until the place of the host ends. A host gives it back when it opens the default session or leaves.
 //
 // Background context.
 #pragma once
@@ -21,10 +21,11 @@ class Lease {
 
   enum class Taken : std::uint8_t { kYes, kNotYet, kWhileArmed };
 
-  // For a command of this host, in this mode. kNotYet: another host has the lease, and it will end by itself; kWhileArmed: nobody knows when.
-  [[nodiscard]] Taken take(const Host& host, link::Micros now, Mode mode) noexcept {
+  // For a command of this host, in this mode. orders_arm: to arm, home or move. kNotYet: another host has the lease, and it will end by itself; kWhileArmed: nobody knows when.
+  [[nodiscard]] Taken take(const Host& host, link::Micros now, Mode mode, bool orders_arm) noexcept {
     if (const Host* other = holder(now, mode); other != nullptr && other != &host)
       return mode == Mode::kArmed ? Taken::kWhileArmed : Taken::kNotYet;
+    orders_arm_ = orders_arm || (orders_arm_ && holder_ == &host);
     holder_ = &host;
     commanded_us_ = now;
     return Taken::kYes;
@@ -34,13 +35,14 @@ class Lease {
   }
   // Null: nobody.
   [[nodiscard]] const Host* holder(link::Micros now, Mode mode) const noexcept {
-    const bool active = mode == Mode::kArmed || mode == Mode::kHoming;
+    const bool active = orders_arm_ && (mode == Mode::kArmed || mode == Mode::kHoming);
     return active || now - commanded_us_ < kTime_us ? holder_ : nullptr;
   }
 
  private:
   const Host* holder_ = nullptr;
   link::Micros commanded_us_ = 0;
+  bool orders_arm_ = false;
 };
 
 }  // namespace thimble::firmware

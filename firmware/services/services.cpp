@@ -13,7 +13,8 @@ using link::Service;
 using link::Session;
 
 enum class Sessions : std::uint8_t { kAll, kNotDefault, kProgramming };
-enum class Needs : std::uint8_t { kNothing, kLease };  // kLease: it is a command (lease.h)
+// kKey: it must not be anybody's; kLease: it is a command (lease.h); kLeaseOfArm: of those that order the arm.
+enum class Needs : std::uint8_t { kNothing, kKey, kLease, kLeaseOfArm };
 
 [[nodiscard]] bool allows(Sessions sessions, Session session) noexcept {
   switch (sessions) {
@@ -25,6 +26,19 @@ enum class Needs : std::uint8_t { kNothing, kLease };  // kLease: it is a comman
       return session == Session::kProgramming;
   }
   return false;
+}
+
+[[nodiscard]] Nrc grants(Services& services, Call& call, Needs needs) noexcept {
+  switch (needs) {
+    case Needs::kNothing:
+      return Nrc::kOk;
+    case Needs::kKey:
+      return services.authenticator.allows(call.host) ? Nrc::kOk : Nrc::kAuthenticationRequired;
+    case Needs::kLease:
+    case Needs::kLeaseOfArm:
+      return services.may_command(call, needs == Needs::kLeaseOfArm);
+  }
+  return Nrc::kGeneralReject;
 }
 
 using Handler = Nrc (*)(Services&, Call&) noexcept;
@@ -64,19 +78,19 @@ struct RoutineRow {
   Handler handle;
 };
 constexpr std::array<RoutineRow, 18> kRoutines = {{
-    {Routine::kArm, kStart, Sessions::kNotDefault, Needs::kLease, 0, arm},
+    {Routine::kArm, kStart, Sessions::kNotDefault, Needs::kLeaseOfArm, 0, arm},
     {Routine::kDisarm, kStart, Sessions::kAll, Needs::kNothing, 0,
      disarm},  // never a question of the session
-    {Routine::kHome, kStart, Sessions::kNotDefault, Needs::kLease, 0, home},
+    {Routine::kHome, kStart, Sessions::kNotDefault, Needs::kLeaseOfArm, 0, home},
     {Routine::kActivate, kStart, Sessions::kNotDefault, Needs::kLease, 0, activate},
     {Routine::kPrepareDownload, kStart, Sessions::kProgramming, Needs::kLease, 8, prepare_download},
     {Routine::kSaveParameters, kStart, Sessions::kNotDefault, Needs::kLease, 0, save_parameters},
-    {Routine::kTellTime, kStart, Sessions::kNotDefault, Needs::kNothing, 4, tell_time},
+    {Routine::kTellTime, kStart, Sessions::kNotDefault, Needs::kKey, 4, tell_time},
     {Routine::kKey, kStart, Sessions::kNotDefault, Needs::kLease, link::kKeyBytes, set_key},
     {Routine::kKey, kStop, Sessions::kNotDefault, Needs::kLease, 0, remove_key},
     {Routine::kCommand, kStart, Sessions::kNotDefault, Needs::kLease, 0, take_lease},
     {Routine::kCommand, kStop, Sessions::kNotDefault, Needs::kNothing, 0, give_back_lease},
-    {Routine::kMove, kStart, Sessions::kNotDefault, Needs::kLease, kMoveOrder, start_move},
+    {Routine::kMove, kStart, Sessions::kNotDefault, Needs::kLeaseOfArm, kMoveOrder, start_move},
     {Routine::kMove, kStop, Sessions::kNotDefault, Needs::kNothing, 0, end_move},
     {Routine::kMove, kResults, Sessions::kNotDefault, Needs::kNothing, 0, move_results},
     {Routine::kRecording, kStart, Sessions::kNotDefault, Needs::kLease, 0, start_recording},
@@ -104,7 +118,7 @@ Nrc routine_control(Services& services, Call& call) noexcept {
     if (static_cast<std::uint16_t>(row.routine) != routine || row.action != action) continue;
     if (!allows(row.sessions, call.host.session)) return Nrc::kNotInThisSession;
     if (arguments.size() != row.argument_bytes) return Nrc::kIncorrectLength;
-    const Nrc allowed = row.needs == Needs::kLease ? services.may_command(call) : Nrc::kOk;
+    const Nrc allowed = grants(services, call, row.needs);
     return allowed == Nrc::kOk ? row.handle(services, call) : allowed;
   }
   BoardRoutine* const inject = services.parts.config.inject;
@@ -132,16 +146,16 @@ Nrc Services::handle(Call& call) noexcept {
   for (const ServiceRow& row : kServices) {
     if (static_cast<std::uint8_t>(row.service) != call.request[0]) continue;
     if (!allows(row.sessions, call.host.session)) return Nrc::kNotInThisSession;
-    const Nrc allowed = row.needs == Needs::kLease ? may_command(call) : Nrc::kOk;
+    const Nrc allowed = grants(*this, call, row.needs);
     return allowed == Nrc::kOk ? row.handle(*this, call) : allowed;
   }
   return Nrc::kServiceNotSupported;
 }
 
-Nrc Services::may_command(Call& call) noexcept {
+Nrc Services::may_command(Call& call, bool orders_arm) noexcept {
   if (call.again) return Nrc::kOk;  // the command was taken
   if (!authenticator.allows(call.host)) return Nrc::kAuthenticationRequired;
-  switch (lease.take(call.host, call.now_us, parts.core.status().mode())) {
+  switch (lease.take(call.host, call.now_us, parts.core.status().mode(), orders_arm)) {
     case Lease::Taken::kYes:
       return Nrc::kOk;
     case Lease::Taken::kNotYet:
@@ -155,9 +169,12 @@ Nrc Services::may_command(Call& call) noexcept {
 
 const Host* Services::commander() const noexcept { return lease.holder(now_us_, parts.core.status().mode()); }
 
+// Where it matters that the commanding host is alive, another one's requests do not show it.
 void Services::host_alive(const Host& host, link::Micros now) noexcept {
   const Host* commands = lease.holder(now, parts.core.status().mode());
-  if (commands == nullptr || commands == &host) parts.core.commands().keep_alive();
+  const link::StatusFlags flags = parts.status.flags();
+  const bool matters = flags.supervised || flags.moves_itself;
+  if (!matters || commands == nullptr || commands == &host) parts.core.commands().keep_alive();
 }
 
 bool Services::urgent(std::span<const std::uint8_t> request) const noexcept {

@@ -68,7 +68,7 @@ class Services final : public RequestHandler {
   void restart(link::Reset kind) noexcept override;
 
   // kOk: the host has the key, where there is one, and the lease. Otherwise the answer.
-  [[nodiscard]] Nrc may_command(Call& call) noexcept;
+  [[nodiscard]] Nrc may_command(Call& call, bool orders_arm = false) noexcept;
   [[nodiscard]] const Host* commander() const noexcept;  // the host that commands; null: none
 
   ServiceParts parts;

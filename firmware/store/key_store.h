@@ -1,7 +1,7 @@
 // The key that hosts must have to command this board (firmware/link/proof.h). Called from the background.
 //
 // It is written into the one of two small slots that is empty, and then the other one is erased. So power may fail after any byte: the key
-// before still counts until the new one is whole. What is damaged counts as a key that nobody has, and nobody commands until the slots are
+// before still counts until the new one is whole; a first key whose header is torn counts as damaged. What is damaged counts as a key that nobody has, and nobody commands until the slots are
 // erased by hand (docs/link.md).
 #pragma once
 

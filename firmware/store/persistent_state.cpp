@@ -106,8 +106,8 @@ void PersistentState::resume_heat(const Params& params, std::uint32_t utc_s) noe
 // A clock that went backwards tells nothing.
 std::uint32_t PersistentState::off_s() const noexcept {
   const bool known = start_utc_s_ != 0 && before_utc_s_ != 0;
-  const std::uint32_t least_s = before_utc_s_ + kClockError_s;
-  return known && start_utc_s_ > least_s ? start_utc_s_ - least_s : 0;
+  const std::uint64_t least_s = std::uint64_t{before_utc_s_} + kClockError_s;
+  return known && start_utc_s_ > least_s ? static_cast<std::uint32_t>(start_utc_s_ - least_s) : 0;
 }
 
 link::Micros PersistentState::uptime_us(link::Micros now) noexcept {
@@ -130,7 +130,7 @@ std::uint32_t PersistentState::utc_s(link::Micros now) noexcept {
 // the winding would have lost less of its current in a smaller resistance is not taken off.
 void PersistentState::tell_time(std::uint32_t utc_s, link::Micros now) noexcept {
   const std::uint32_t whole_s = up_s(now);
-  if (utc_s < kEarliest_s || utc_s - kEarliest_s < whole_s) return;
+  if (utc_s < kEarliest_s || utc_s > kLatest_s || utc_s - kEarliest_s < whole_s) return;
   const std::uint32_t start_s = utc_s - whole_s;
   if (start_utc_s_ != 0) {
     start_utc_s_ = std::max(start_utc_s_, start_s);  // the later one gives less cooling after the next start

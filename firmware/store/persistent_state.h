@@ -29,6 +29,7 @@ class PersistentState {
   static constexpr float kUnrecorded_s = 15;
   static constexpr std::uint32_t kRefresh_s = 60;           // motors on and cold
   static constexpr std::uint32_t kClockError_s = 60;        // by which two hosts' clocks may differ
+  static constexpr std::uint32_t kLatest_s = 4102444800;    // 2100: nor has one that says more
   static constexpr std::uint32_t kEarliest_s = 1704067200;  // 2024: a clock that says less has not been set
 
   PersistentState(Storage& storage, Core& core) noexcept : journal_(storage), core_(core) {}

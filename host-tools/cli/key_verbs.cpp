@@ -16,10 +16,14 @@ void key_set(const Common& common, const Remote& remote, const std::filesystem::
   const link::Key key = is_new ? make_key(place) : read_key(place);
   try {
     device.set_key(key);
-  } catch (const Error&) {
-    std::error_code ignored;
-    if (is_new) std::filesystem::remove(place, ignored);
-    throw;
+  } catch (const Error& error) {
+    if (!is_new) throw;
+    if (error.code != ExitCode::kLinkLost) {  // the device has refused it
+      std::filesystem::remove(place);
+      throw;
+    }
+    throw Error(error.code, error.name, error.cause + "; it may have the key in " + place.string(),
+                "keep that file; see `thimble info`, and repeat the command when the link is back");
   }
   if (common.json) {
     Json json = document("key");

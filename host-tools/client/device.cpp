@@ -169,7 +169,7 @@ void Device::home(Micros wait_us, const std::function<bool()>& stopping) {
 }
 
 void Device::arm(Micros wait_us) {
-  services_.enter(Session::kExtended);
+  take_command();
   services_.demand({byte_of(Service::kTesterPresent), 0x00},
                    "the keep-alive");  // arming needs a live link and does not feed it
   const ServiceClient::Answer answer = services_.request(routine_request(Routine::kArm));

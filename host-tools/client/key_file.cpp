@@ -44,7 +44,8 @@ link::Key read_key(const std::filesystem::path& file) {
   if ((status.st_mode & kOthers) != 0) {
     throw Error(ExitCode::kPermission, "key-not-private",
                 "other users may read the key file " + file.string(),
-                "chmod 600 " + file.string() + ", and give the board another key (`thimble key set`)");
+                "chmod 600 " + file.string() +
+                    "; if others may have read it, give the board another key (`thimble key set FILE`)");
   }
   std::array<char, kDigits + 2> text{};
   const ssize_t got = read(descriptor.get(), text.data(), text.size());

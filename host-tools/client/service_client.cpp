@@ -252,7 +252,7 @@ ServiceClient::Answer ServiceClient::request(const Bytes& request) {
     authenticate();
     answer = ask(request);
   }
-  while (now_us() < asked_us + passes_within(answer)) {
+  while (now_us() < asked_us + passes_within(answer) && !(options_.hurry && options_.hurry())) {
     wait_until(now_us() + kBusyPause_us);
     answer = ask(request);
   }
@@ -293,6 +293,7 @@ void ServiceClient::authenticate() {
     proven = ask(proof_request(options_.prove(options_.node, claim_.address(), challenge)));
   }
   if (proven.code != Nrc::kOk) refused(what, proven.code);
+  tell_time();
 }
 
 Bytes ServiceClient::read_request(std::uint16_t did) { return host::read_request(did); }
@@ -323,13 +324,17 @@ void ServiceClient::enter(link::Session session) {
     tell.insert(tell.end(), name.begin(), name.end());
     (void)request(tell);  // a device may do without
   }
+  tell_time();
+}
+
+// A device with a key takes it only from who has proven that it has it: then it is told after the proof.
+void ServiceClient::tell_time() {
   if (time_told_) return;
-  time_told_ = true;
   Bytes tell = routine_request(link::Routine::kTellTime);
   const auto now_s =
       static_cast<std::uint32_t>(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()));
   for (const unsigned shift : {24U, 16U, 8U, 0U}) tell.push_back(static_cast<std::uint8_t>(now_s >> shift));
-  (void)request(tell);  // a device may do without
+  time_told_ = ask(tell).code != Nrc::kAuthenticationRequired;  // a device may do without
 }
 
 link::DeviceState ServiceClient::state() { return record<link::DeviceState>("reading the state"); }

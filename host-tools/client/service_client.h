@@ -40,6 +40,8 @@ struct DeviceOptions {
   bool needs_place = true;
   Prover
       prove;  // called where the device takes commands only from who has its key; empty: it is not to be commanded then
+  // While a request waits for another program: true, something urgent waits behind it, and it is given up. Empty: nothing does.
+  std::function<bool()> hurry;
   std::string program;  // in the name that this host tells the device (host_name.h)
 };
 
@@ -122,6 +124,7 @@ class ServiceClient {
   [[nodiscard]] link::Micros passes_within(const Answer& answer);
   // Service 29.
   void authenticate();
+  void tell_time();
   [[nodiscard]] std::optional<Answer> await_answer(const Bytes& request, link::Micros answer_us);
   [[noreturn]] static void too_short(const std::string& what);
 

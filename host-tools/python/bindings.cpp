@@ -407,9 +407,9 @@ PYBIND11_MODULE(_thimble, m) {
       .def("arm", without_gil(&Device::arm, kArm_us))
       .def("disarm", without_gil(&Device::disarm, kDisarm_us))
       .def("stop",
-           [](Device& device) {
-             const py::gil_scoped_release release;
-             static_cast<void>(device.stop());
+           [](Connection& c) {
+             const py::gil_scoped_release others;
+             static_cast<void>(c.device().stop());
            })
       .def("clear_faults", without_gil(&Device::clear_faults))
       .def("keep_alive", without_gil(&Device::keep_alive))

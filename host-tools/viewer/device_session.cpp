@@ -41,7 +41,9 @@ DeviceSession::DeviceSession(SessionOptions options, SceneBook book, SimulatedDe
       sink_(sink),
       begun_us_(now_us()),
       to_upload_(std::move(first)),
-      begin_(simulated != nullptr) {}
+      begin_(simulated != nullptr) {
+  options_.options.hurry = [this] { return urgent_waits(); };
+}
 
 void DeviceSession::post(PageMessage message) {
   if (const auto* hand = std::get_if<HandMessage>(&message)) {

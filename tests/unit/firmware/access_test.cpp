@@ -178,6 +178,28 @@ TEST(Access, OnlyWhoHasTheKeyCommands) {
   EXPECT_TRUE(anybody.ok(kStoreAll)) << "the key was removed";
 }
 
+TEST(Access, NobodyCommandsABoardWhoseKeyIsDamaged) {
+  Bench bench;
+  {
+    Tester owner(bench, false, 71);
+    ASSERT_TRUE(owner.ok(kOpenIt));
+    ASSERT_TRUE(owner.ok(set_key_request(key_of(7))));
+  }
+  bench.storage.at(Storage::kFirstKeySlot, 70) ^= std::byte{1};
+  bench.restart("power_on");
+  Tester host(bench, false, 72);
+  ASSERT_TRUE(host.ok(kOpenIt));
+  for (const Bytes& request :
+       {Bytes{0x31, 0x01, 0x02, 0x03}, kStoreAll, set_key_request(key_of(8)), Bytes{0x31, 0x02, 0x02, 0x0B},
+        Bytes{0x31, 0x01, 0x02, 0x0C}, Bytes{0x31, 0x01, 0x02, 0x09, 0x70, 0, 0, 0},
+        Bytes{0x2E, 0x01, 0x00, 0, 0, 0x20, 0x41}})
+    EXPECT_EQ(host.refused(request), Nrc::kAuthenticationRequired);
+  EXPECT_TRUE(ask_challenge(host).empty());
+  EXPECT_EQ(host.text(link::kDidRefusal), "key_damaged");
+  EXPECT_EQ(prove(host, link::Key{}), Nrc::kRequestSequenceError);
+  EXPECT_TRUE(host.ok({0x31, 0x01, 0x02, 0x02})) << "a stop needs no key";
+}
+
 TEST(Access, AProofIsForOneHostAndOneChallenge) {
   Bench bench;
   Tester owner(bench, false, 31), other(bench, false, 32);
@@ -227,6 +249,10 @@ TEST(Access, WrongProofsHaveToWait) {
     EXPECT_GE(waits_s[i], 0.97 * least_s[i]);
     EXPECT_LE(waits_s[i], least_s[i] + 0.2);
   }
+  EXPECT_TRUE(ask_challenge(thief).empty());
+  Tester friendly(bench, false, 43);
+  ASSERT_TRUE(friendly.ok(kOpenIt));
+  EXPECT_EQ(prove(friendly, key_of(3)), Nrc::kOk) << "who has the key does not wait for a thief";
   for (int i = 0; i < 17; ++i) run_seconds(thief, 1), static_cast<void>(thief.read(link::kDidSession));
   ASSERT_TRUE(thief.ok(kOpenIt));
   EXPECT_EQ(prove(thief, key_of(3)), Nrc::kOk);

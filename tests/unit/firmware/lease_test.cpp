@@ -63,9 +63,10 @@ struct Hosts {
 struct LeaseModel {
   std::optional<std::size_t> holder;
   std::uint64_t commanded_us = 0;
+  bool ordered_arm = false;
 
   [[nodiscard]] std::optional<std::size_t> at(std::uint64_t now_us, bool active) const {
-    return active || now_us - commanded_us < 1'500'000 ? holder : std::nullopt;
+    return (ordered_arm && active) || now_us - commanded_us < 1'500'000 ? holder : std::nullopt;
   }
 };
 
@@ -113,7 +114,7 @@ TEST(Lease, RandomOrdersOfThreeHosts) {
           EXPECT_NE(answer, Nrc::kBusyRepeatRequest);
           EXPECT_FALSE(answer == Nrc::kConditionsNotCorrect &&
                        host.text(link::kDidRefusal) == "other_hosts_arm");
-          model = {who, now_us};
+          model = {who, now_us, request == kArmIt || (model.ordered_arm && model.holder == who)};
           ++refused[2];
         }
       }
