@@ -145,6 +145,12 @@ class Connect(Rig):
             self.assertEqual(caught.exception.exit_code, 1)
             self.assertEqual(device.faults, [])
 
+    def test_stop(self):
+        sim = self.sim("--tcp", 0)
+        with thimble.connect(sim.tcp) as device:
+            device.stop()
+            self.assertEqual(device.info["fault"], "host_stop")
+
     def test_what_the_device_refuses(self):
         sim = self.sim("--tcp", 0)
         with thimble.connect(sim.tcp) as device:

@@ -19,6 +19,7 @@
 
 #include "firmware/store/audit_log.h"
 #include "firmware/store/journal.h"
+#include "firmware/store/key_store.h"
 #include "firmware/store/param_store.h"
 #include "firmware/store/scene_store.h"
 #include "firmware/store/slot_header.h"
@@ -104,6 +105,31 @@ TEST_F(SlotFilesTest, KeepsTheJournal) {
     ASSERT_TRUE(journal.append(record));
     EXPECT_EQ(fs::file_size(folder_.path() / "journal0"), SlotFiles::kJournalSlotBytes);
     EXPECT_EQ(fs::file_size(folder_.path() / "journal1"), SlotFiles::kJournalSlotBytes);
+  }
+}
+
+// What was replaced, or removed, is not on the disk any more, and nobody else reads what is.
+TEST_F(SlotFilesTest, KeepsOneKeyOnly) {
+  using firmware::link::KeyState;
+  for (std::uint8_t number = 1; number < 6; ++number) {
+    SlotFiles files(folder_.path(), kSlotBytes);
+    firmware::KeyStore store(files);
+    store.open();
+    EXPECT_EQ(store.state(), number == 1 ? KeyState::kNone : KeyState::kSet);
+    firmware::link::Key key;
+    key.fill(number);
+    ASSERT_EQ(store.set(key), firmware::StoreStatus::kOk);
+    std::size_t found = 0;
+    for (const fs::directory_entry& file : fs::directory_iterator(folder_.path())) {
+      std::ifstream in(file.path(), std::ios::binary);
+      const std::string all(std::istreambuf_iterator<char>(in), {});
+      for (char old = 1; old < number; ++old) EXPECT_EQ(all.find(std::string(32, old)), std::string::npos);
+      if (all.find(std::string(32, static_cast<char>(number))) == std::string::npos) continue;
+      ++found;
+      EXPECT_EQ(fs::status(file).permissions() & ~(fs::perms::owner_read | fs::perms::owner_write),
+                fs::perms::none);
+    }
+    EXPECT_EQ(found, 1U);
   }
 }
 

@@ -249,6 +249,22 @@ TEST(TimeOff, IsNotForgottenByAStartWithoutAClock) {
   EXPECT_LT(model_C(*bench), 25.5F);
 }
 
+// A clock that lies does not cool the motors at the starts after it.
+TEST(TimeOff, IsNotMadeByATimeBeyondAllClocks) {
+  for (const std::uint32_t lie : {0xFFFFFFC0U, 0xFFFFFFFFU, 4102444801U}) {
+    TrueMotors motors;
+    const auto bench = hot_and_off(motors, kMorning);
+    bench->restart("power_on");
+    bench->controller->tell_time(lie, bench->inputs.time_us);
+    const float before_C = model_C(*bench);
+    for (int i = 0; i < 3; ++i) {
+      bench->restart("power_on");
+      bench->ticks(10);
+      EXPECT_GT(model_C(*bench), before_C - 1);
+    }
+  }
+}
+
 TEST(TimeOff, IsToldByAService) {
   TrueMotors motors;
   const auto bench = hot_and_off(motors, kMorning);
