@@ -330,7 +330,8 @@ TEST(Services, BusyReasons) {
 
   // A download belongs to the host that prepared it, until another one that commands prepares one.
   const auto lease_ends = [&] {
-    first.run(static_cast<int>(firmware::Lease::kTime_us * 1e-6 / double{bench.config.period_s}) + 1);
+    first.run(
+        static_cast<int>(firmware::Lease::kTime_us * 1e-6 / static_cast<double>(bench.config.period_s)) + 1);
   };
   ASSERT_TRUE(first.ok(prepare));
   EXPECT_EQ(second.refused(prepare), link::Nrc::kBusyRepeatRequest);
