@@ -74,7 +74,7 @@ void Controller::poll(link::Micros now) noexcept {
   audit_.observe(now);
   router_.poll(now);
   persistent_.poll(in_store(), now);
-  audit_.poll(now);
+  audit_.poll(now, services_.restart_wanted.has_value());
 }
 
 // The real-time frames first, the most urgent before the others. A recording can fill the bus, and then leaves the services
@@ -97,7 +97,7 @@ void Controller::fetch_records() noexcept {
 }
 
 std::optional<link::Reset> Controller::take_reset() noexcept {
-  if (!motors_off(core_)) return std::nullopt;  // first the tip is braked
+  if (!motors_off(core_) || !audit_.finished()) return std::nullopt;  // first the tip is braked
   return std::exchange(services_.restart_wanted, std::nullopt);
 }
 

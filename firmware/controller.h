@@ -65,8 +65,8 @@ class Controller {
                                 link::Micros now) noexcept;  // false: nothing to send now
   // Tells the host what the board's link has lost since start (DeviceState, link_losses).
   void tell_link_losses(std::uint32_t frames_or_bytes) noexcept { link_.link_losses = frames_or_bytes; }
-  // A restart that a host has asked for, once the host has its answer: the board stops calling the controller, and restarts. Returned
-  // once.
+  // A restart that a host has asked for, once the host has its answer, the motors are off and the audit record has what waited for it
+  // (AuditLog::kInterval_s at most): the board stops calling the controller, and restarts. Returned once.
   [[nodiscard]] std::optional<link::Reset> take_reset() noexcept;
 
   // --- background: what the services do, for a program that holds the controller

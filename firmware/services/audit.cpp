@@ -71,9 +71,10 @@ void Audit::observe(Micros now) noexcept {
   fault_tick_ = fault_tick;
 }
 
-void Audit::poll(Micros now) noexcept {
+void Audit::poll(Micros now, bool restarts) noexcept {
   observe(now);
   log_.poll(time(now), !motors_on(mode_));
+  finished_ = restarts && !motors_on(mode_) && log_.finish(time(now));
 }
 
 // 31 03 020A from(4).

@@ -28,7 +28,10 @@ class Audit {
   void start(const char* reset_reason) noexcept;
   // Before frames are handled, and in each poll: what has changed in the status.
   void observe(link::Micros now) noexcept;
-  void poll(link::Micros now) noexcept;
+  // restarts: as soon as finished() says so.
+  void poll(link::Micros now, bool restarts) noexcept;
+  // As of the last poll: a restart leaves no event behind (AuditLog::finish()).
+  [[nodiscard]] bool finished() const noexcept { return finished_; }
 
   // Before the request is posted to the tick: who is to be named if it has an effect.
   void asked(Asked what, const Host& host, link::Micros now) noexcept;
@@ -57,6 +60,7 @@ class Audit {
   Mode mode_ = Mode::kDisarmed;
   Fault fault_ = Fault::kNone;
   std::uint32_t fault_tick_ = 0;
+  bool finished_ = false;
 };
 
 }  // namespace thimble::firmware

@@ -100,7 +100,7 @@ Nrc write_data(Services& services, Call& call) noexcept {
     if (ended != Nrc::kOk) return ended;
   }
   const ParamStatus written = parts.params.write(id, bits, motors_off(parts.core));
-  if (written == ParamStatus::kOk)
+  if (written == ParamStatus::kOk && row->recorded == Recording::kRecorded)
     parts.audit.add(link::AuditEvent::kParameter, call.host, call.now_us, bits, id);
   return refuse_param(call.host, written);
 }

@@ -13,14 +13,35 @@ constexpr std::size_t kAuditBytes = link::wire_size<AuditRecord>();
 constexpr std::size_t kUtcAt = 8, kRoomAt = kRecordCrcAt - 1;
 static_assert(kAuditBytes <= kRoomAt && AuditLog::kBurst < 256);
 
-// What a host can do all the time.
-bool frequent(AuditEvent event) noexcept {
-  return event == AuditEvent::kParameter || event == AuditEvent::kScene || event == AuditEvent::kTimeTold ||
-         event == AuditEvent::kUploadRefused || event == AuditEvent::kProofRefused;
+// Room that is kept from it. The less, the more an entry of it matters.
+unsigned kept_from(AuditEvent event) noexcept {
+  switch (event) {
+    case AuditEvent::kParameter:
+    case AuditEvent::kScene:
+    case AuditEvent::kTimeTold:
+    case AuditEvent::kUploadRefused:
+    case AuditEvent::kProofRefused:
+      return AuditLog::kKeptFromFrequent;
+    case AuditEvent::kArmed:
+    case AuditEvent::kDisarmed:
+    case AuditEvent::kHoming:
+    case AuditEvent::kMove:
+    case AuditEvent::kSaved:
+    case AuditEvent::kFault:
+    case AuditEvent::kCleared:
+      return AuditLog::kKeptForRare;
+    case AuditEvent::kStart:
+    case AuditEvent::kRestart:
+    case AuditEvent::kKeySet:
+    case AuditEvent::kKeyRemoved:
+      return 0;
+  }
+  return AuditLog::kKeptFromFrequent;
 }
 
 bool alike(const AuditRecord& a, const AuditRecord& b) noexcept {
-  return a.event == b.event && a.host == b.host && a.detail == b.detail && a.text == b.text;
+  return a.event == b.event && a.host == b.host && a.detail == b.detail && a.value == b.value &&
+         a.text == b.text;
 }
 
 }  // namespace
@@ -45,9 +66,7 @@ void AuditLog::refill(Time now) noexcept {
   if (room_ == kBurst) room_since_s_ = now.uptime_s;
 }
 
-bool AuditLog::may_write(const AuditRecord& event) const noexcept {
-  return room_ > (frequent(event.event) ? kReserve : 0U);
-}
+bool AuditLog::may_write(const AuditRecord& event) const noexcept { return room_ > kept_from(event.event); }
 
 bool AuditLog::repeats_last(const AuditRecord& event, Time now) const noexcept {
   return alike(event, last_) && now.uptime_s - last_.uptime_s < kInterval_s;
@@ -55,7 +74,7 @@ bool AuditLog::repeats_last(const AuditRecord& event, Time now) const noexcept {
 
 void AuditLog::hold(const AuditRecord& event) noexcept {
   if (held_) ++left_out_;
-  if (!held_ || frequent(held_->event) || !frequent(event.event)) held_ = event;
+  if (!held_ || kept_from(event.event) <= kept_from(held_->event)) held_ = event;
 }
 
 void AuditLog::write_held() noexcept {
@@ -88,6 +107,14 @@ void AuditLog::poll(Time now, bool motors_off) noexcept {
   refill(now);
   if (motors_off) slots_.prepare(slots_.places() / 8);
   write_what_may(now);
+}
+
+bool AuditLog::finish(Time now) noexcept {
+  refill(now);
+  if (!held_) return true;
+  if (room_ == 0) return false;
+  write_held();
+  return true;
 }
 
 void AuditLog::read(std::uint32_t from, link::ByteWriter& out) const noexcept {

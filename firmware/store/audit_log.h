@@ -4,14 +4,16 @@
 // The newest entries survive: at least 7/8 of a slot (56 of 4096 bytes), at most two slots. The rest of an eighth is there because the other
 // slot is erased early, with the motors off: a flash may need a second for it, in which the background would not hear a stop.
 //
-// Wear, and floods. There is room for kBurst entries, and for another one every kInterval_s; kReserve of them are kept from what a host
-// can do all the time (parameters, scenes, the time). An event that repeats the last entry waits kInterval_s for more of its kind. What
-// has no room waits, too: of the waiting events the newest gets an entry, which counts the others (`left_out`). So
+// Wear, and floods. There is room for kBurst entries, and for another one every kInterval_s. kKeptFromFrequent of them are kept from what a
+// host can do all the time (parameters, scenes, the time), and kKeptForRare for starts, restarts and keys alone. An event that repeats the
+// last entry, its value included, waits kInterval_s for more of its kind. What has no room waits, too: of the waiting events one that matters
+// most, the newest of those, gets an entry, which counts the others (`left_out`). So
 //
 //   (56 - kBurst) * kInterval_s = 480 s    is the least time in which a flood of events can replace all that a store of 4096 bytes keeps
 //   86400 s / kInterval_s / 64 entries a slot = 90 erases a day of both slots together, 45 each
 //
-// A restart gives no new room. The time off does, where a clock tells it: the board's, or that of a host, which may lie.
+// A restart gives no new room, and is no way to be rid of what waits: it waits for it (finish()), so the figures hold for restarts, too. Only
+// a loss of power or a crash forgets what waits. The time off gives room, where a clock tells it: the board's, or that of a host, which may lie.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +29,8 @@ namespace thimble::firmware {
 class AuditLog {
  public:
   static constexpr unsigned kBurst = 24;
-  static constexpr unsigned kReserve = 12;
+  static constexpr unsigned kKeptFromFrequent = 14;
+  static constexpr unsigned kKeptForRare = 6;
   static constexpr std::uint32_t kInterval_s = 15;
   static constexpr std::size_t kPage = 32;  // entries that read() gives at most
   static constexpr std::size_t kMostErasesADay =
@@ -50,6 +53,8 @@ class AuditLog {
   void add(link::AuditRecord&& event, Time now) noexcept;
   // Writes what waits; with the motors off prepares the next slot.
   void poll(Time now, bool motors_off) noexcept;
+  // Before a restart, until it is true: nothing waits, or the storage refuses it. False for kInterval_s at most, where nothing is added.
+  [[nodiscard]] bool finish(Time now) noexcept;
   // Appends the entries from this number on, kPage at most; where that one is gone, or 0, from the oldest on. O(slot).
   void read(std::uint32_t from, link::ByteWriter& out) const noexcept;
 

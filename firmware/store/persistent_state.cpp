@@ -75,7 +75,7 @@ JournalRecord::InUse PersistentState::begin(const InStore& in_store, bool crashe
 
 void PersistentState::resume_heat(const Params& params, std::uint32_t utc_s) noexcept {
   const Setup& setup = core_.setup();
-  before_utc_s_ = record_.utc_s;
+  before_utc_s_ = heat_start_utc_s_ = record_.utc_s;
   at_start_ = record_.heat;
   if (record_.motors_on) {
     if (before_utc_s_ != 0) before_utc_s_ += kRefresh_s + static_cast<std::uint32_t>(kUnrecorded_s);
@@ -91,12 +91,12 @@ void PersistentState::resume_heat(const Params& params, std::uint32_t utc_s) noe
     for (std::size_t i = 0; i < setup.arm_count; ++i)
       for (Heat& heat : at_start_[i])
         heat = cooled(setup.arm[i].model().motor, heat, static_cast<float>(off_s()));
-    before_utc_s_ = start_utc_s_ = std::max(utc_s, before_utc_s_);
+    heat_start_utc_s_ = std::max(utc_s, heat_start_utc_s_);
   }
   heat_ = at_start_;
   core_.begin_with(at_start_);
   record_.heat = at_start_;
-  record_.utc_s = before_utc_s_;
+  record_.utc_s = start_utc_s_ == 0 ? before_utc_s_ : heat_start_utc_s_;
   record_.motors_on = false;
   // Before the scene runs: if it crashes the board at once, this start counts.
   failed_ = !journal_.append(record_);
@@ -133,7 +133,9 @@ void PersistentState::tell_time(std::uint32_t utc_s, link::Micros now) noexcept 
   if (utc_s < kEarliest_s || utc_s > kLatest_s || utc_s - kEarliest_s < whole_s) return;
   const std::uint32_t start_s = utc_s - whole_s;
   if (start_utc_s_ != 0) {
-    start_utc_s_ = std::max(start_utc_s_, start_s);  // the later one gives less cooling after the next start
+    start_utc_s_ = std::max(start_utc_s_, start_s);
+    heat_start_utc_s_ =
+        std::max(heat_start_utc_s_, start_s);  // the later one gives less cooling after the next start
     return;
   }
   start_utc_s_ = start_s;
@@ -150,7 +152,7 @@ void PersistentState::tell_time(std::uint32_t utc_s, link::Micros now) noexcept 
     }
     core_.heat().less.write(less);
   }
-  start_utc_s_ = std::max(start_s, before_utc_s_);
+  heat_start_utc_s_ = std::max(start_s, heat_start_utc_s_);
   news_ = true;
 }
 
@@ -192,7 +194,7 @@ void PersistentState::write(bool motors_on, link::Micros now) noexcept {
     record_.utc_s = before_utc_s_;
   } else {
     record_.heat = heat_;
-    record_.utc_s = utc_s(now);
+    record_.utc_s = start_utc_s_ == 0 ? 0 : heat_start_utc_s_ + up_s(now);
   }
   record_.motors_on = motors_on;
   written_us_ = now;

@@ -74,10 +74,12 @@ class PersistentState {
   MotorsHeat heat_{};               // as of the tick, 0.1 s ago at most
   MotorsHeat at_start_{};           // before any cooling by a host's clock
   std::uint32_t before_utc_s_ = 0;  // at_start_ is the heat of this time, or more; 0: not known when
-  std::uint32_t start_utc_s_ = 0;   // 0: not known yet
-  bool motors_were_on_ = false;     // since start
-  bool news_ = false;               // other than heat
-  bool failed_ = false;             // to write
+  std::uint32_t start_utc_s_ = 0;   // as the clock says; 0: not known yet
+  // What the journal calls the start, once start_utc_s_ is known: this, or the time of the record before it where the clock went backwards.
+  std::uint32_t heat_start_utc_s_ = 0;
+  bool motors_were_on_ = false;  // since start
+  bool news_ = false;            // other than heat
+  bool failed_ = false;          // to write
   bool polled_ = false;
   InStore in_store_;
   link::Micros started_us_ = 0, taken_us_ = 0, written_us_ = 0;

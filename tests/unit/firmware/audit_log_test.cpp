@@ -11,69 +11,13 @@
 #include "firmware/store/slot_header.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
+#include "tests/unit/firmware/audit_entries.h"
 #include "tests/unit/firmware/bench.h"
 
 namespace thimble::test {
 namespace {
 
-namespace link = firmware::link;
-using firmware::AuditLog;
 using firmware::Storage;
-using link::AuditEvent;
-using link::AuditRecord;
-
-constexpr std::uint32_t kCalm_s = AuditLog::kInterval_s;
-constexpr std::size_t kSlot = Storage::kAuditSlotBytes / firmware::kRecordBytes;
-constexpr std::size_t kLeast = AuditLog::least_kept(Storage::kAuditSlotBytes);
-
-std::vector<AuditRecord> page(const AuditLog& log, std::uint32_t from) {
-  std::array<std::uint8_t, link::kMaxPduBytes> bytes;
-  link::ByteWriter out(bytes);
-  log.read(from, out);
-  EXPECT_FALSE(out.overflowed());
-  constexpr std::size_t kEach = link::wire_size<AuditRecord>();
-  EXPECT_EQ(out.size() % kEach, 0U);
-  std::vector<AuditRecord> entries(out.size() / kEach);
-  for (std::size_t i = 0; i < entries.size(); ++i)
-    EXPECT_TRUE(link::decode(std::span<const std::uint8_t>(bytes).subspan(i * kEach, kEach), entries[i]));
-  return entries;
-}
-
-std::vector<AuditRecord> all(const AuditLog& log) {
-  std::vector<AuditRecord> entries = page(log, 0);
-  while (!entries.empty()) {
-    const std::vector<AuditRecord> more = page(log, entries.back().number + 1);
-    if (more.empty()) break;
-    entries.insert(entries.end(), more.begin(), more.end());
-  }
-  return entries;
-}
-
-AuditRecord event_numbered(std::uint32_t number) {
-  AuditRecord event;
-  event.event = AuditEvent::kFault;
-  event.host = static_cast<std::uint8_t>(number);
-  event.detail = static_cast<std::uint16_t>(number * 7);
-  event.value = number;
-  event.text = {'h', 'o', 's', 't', static_cast<std::uint8_t>('a' + number % 26)};
-  return event;
-}
-
-void expect_event(const AuditRecord& is, const AuditRecord& event) {
-  EXPECT_EQ(is.event, event.event);
-  EXPECT_EQ(is.host, event.host);
-  EXPECT_EQ(is.detail, event.detail);
-  EXPECT_EQ(is.value, event.value);
-  EXPECT_EQ(is.text, event.text);
-}
-
-// Entry by entry with time enough, so that each is written at once; event n has the number n.
-void add_calmly(AuditLog& log, std::uint32_t first, std::uint32_t last, bool motors_off = false) {
-  for (std::uint32_t n = first; n <= last; ++n) {
-    log.add(event_numbered(n), {0, n * kCalm_s});
-    log.poll({0, n * kCalm_s}, motors_off);
-  }
-}
 
 // The newest entries, of events `first_possible` and later, without a gap up to `last`.
 void expect_newest(const AuditLog& log, std::uint32_t last, std::size_t at_least) {
@@ -282,9 +226,10 @@ TEST(AuditLog, KeepsTheNewestEntriesOfAStorageThatDoesNotErase) {
 }
 
 // The judge knows the events alone. Each entry is of an event; the events between it and the one before it are as many as `left_out` says.
-// An event that a host can do all the time may be left out behind one that is waiting and is none of those.
-bool is_frequent(const AuditRecord& event) {
-  return event.event == AuditEvent::kParameter || event.event == AuditEvent::kScene;
+// An event may be left out behind one that is waiting and matters more.
+int weight(const AuditRecord& event) {
+  if (event.event == AuditEvent::kKeySet || event.event == AuditEvent::kRestart) return 2;
+  return event.event == AuditEvent::kArmed || event.event == AuditEvent::kFault ? 1 : 0;
 }
 
 struct Judge {
@@ -301,8 +246,7 @@ struct Judge {
       const std::size_t end = seen + entry.left_out + 1;
       ASSERT_LE(end, events.size());
       std::size_t at = end - 1;
-      if (!is_frequent(entry))
-        while (at > seen && is_frequent(events[at])) --at;
+      while (at > seen && weight(events[at]) < weight(entry)) --at;
       expect_event(entry, events[at]);
       EXPECT_EQ(entry.uptime_s, events[at].uptime_s);
       seen = end;
@@ -327,10 +271,10 @@ TEST(AuditLog, EveryEventHasAnEntryOrIsCounted) {
         log.poll({0, now_s}, random.below(2) == 0);
       } else {
         AuditRecord event = event_numbered(static_cast<std::uint32_t>(random.below(3)));
-        constexpr std::array kKinds = {AuditEvent::kParameter, AuditEvent::kScene, AuditEvent::kArmed,
-                                       AuditEvent::kFault};
+        constexpr std::array kKinds = {AuditEvent::kParameter, AuditEvent::kScene,  AuditEvent::kArmed,
+                                       AuditEvent::kFault,     AuditEvent::kKeySet, AuditEvent::kRestart};
         event.event = kKinds[random.below(kKinds.size())];
-        event.value = static_cast<std::uint32_t>(step);
+        event.value = static_cast<std::uint32_t>(random.below(2));
         event.uptime_s = now_s;
         judge.events.push_back(event);
         log.add(AuditRecord(event), {0, now_s});
@@ -347,101 +291,6 @@ TEST(AuditLog, EveryEventHasAnEntryOrIsCounted) {
         ASSERT_LE(j - i,
                   AuditLog::kBurst + (judge.written_s[j] - judge.written_s[i]) / AuditLog::kInterval_s);
   }
-}
-
-TEST(AuditLog, CalmEventsAreWrittenAtOnce) {
-  TestStorage storage;
-  AuditLog log(storage);
-  log.open(1);
-  for (std::uint32_t n = 1; n <= AuditLog::kBurst; ++n) {
-    log.add(event_numbered(n), {0, 0});
-    EXPECT_EQ(all(log).size(), n);
-  }
-}
-
-TEST(AuditLog, ParametersLeaveRoomForTheRest) {
-  TestStorage storage;
-  AuditLog log(storage);
-  log.open(1);
-  for (std::uint32_t n = 1; n <= 1000; ++n) {
-    AuditRecord event = event_numbered(n);
-    event.event = AuditEvent::kParameter;
-    log.add(AuditRecord(event), {0, 0});
-  }
-  EXPECT_EQ(all(log).size(), AuditLog::kBurst - AuditLog::kReserve);
-  log.add(event_numbered(1), {0, 0});
-  const AuditRecord newest = all(log).back();
-  expect_event(newest, event_numbered(1));
-  EXPECT_EQ(newest.left_out, 1000 - (AuditLog::kBurst - AuditLog::kReserve));
-}
-
-TEST(AuditLog, AnEventThatRepeatsWaitsForMoreOfItsKind) {
-  TestStorage storage;
-  AuditLog log(storage);
-  log.open(1);
-  AuditRecord event = event_numbered(1);
-  event.event = AuditEvent::kParameter;
-  for (std::uint32_t i = 0; i < 50; ++i) {
-    event.value = i;
-    log.add(AuditRecord(event), {0, 1});
-  }
-  EXPECT_EQ(all(log).size(), 1U);
-  log.poll({0, AuditLog::kInterval_s}, false);
-  EXPECT_EQ(all(log).size(), 1U);
-  log.poll({0, 1 + AuditLog::kInterval_s}, false);
-  ASSERT_EQ(all(log).size(), 2U);
-  EXPECT_EQ(all(log)[1].value, 49U);
-  EXPECT_EQ(all(log)[1].left_out, 48U);
-}
-
-// Events without a pause, of one kind after the other, with the motors off, for a day.
-TEST(AuditLog, AFloodIsAsSlowAsTheHeaderSays) {
-  TestStorage storage;
-  AuditLog log(storage);
-  log.open(1);
-  const std::uint32_t calm = 2 * kSlot;
-  add_calmly(log, 1, calm, true);
-  const std::uint32_t start_s = (calm + AuditLog::kBurst) * kCalm_s;
-  std::uint32_t lost_s = 0;
-  const std::size_t before = storage.erases[6] + storage.erases[7];
-  for (std::uint32_t s = 0; s < 86400; ++s) {
-    for (std::uint32_t i = 0; i < 10; ++i) log.add(event_numbered(1000 + s * 10 + i), {0, start_s + s});
-    log.poll({0, start_s + s}, true);
-    if (lost_s == 0 && all(log).front().number > calm) lost_s = s;
-  }
-  const std::size_t erases = storage.erases[6] + storage.erases[7] - before;
-  figure("s until nothing is left of what was there before a flood", lost_s, "");
-  figure("erases a day", static_cast<double>(erases), "");
-  EXPECT_GE(lost_s, (kLeast - AuditLog::kBurst) * AuditLog::kInterval_s);
-  EXPECT_LE(erases, AuditLog::kMostErasesADay + 1);
-  EXPECT_GT(all(log).back().left_out, 100U) << "it tells of those that it left out";
-}
-
-TEST(AuditLog, RestartsGiveNoRoom) {
-  TestStorage storage;
-  std::uint32_t n = 0;
-  const auto starts = [&](int count, AuditLog::Time now) {
-    for (int i = 0; i < count; ++i) {
-      AuditLog log(storage);
-      log.open(1);
-      for (int j = 0; j < 3; ++j) log.add(event_numbered(++n), now);
-    }
-  };
-  const auto entries = [&] {
-    AuditLog log(storage);
-    log.open(1);
-    return all(log).size();
-  };
-  starts(100, {1'800'000'000, 0});
-  EXPECT_EQ(entries(), AuditLog::kBurst);
-  // No clock tells how long it was off.
-  starts(100, {0, 0});
-  EXPECT_EQ(entries(), AuditLog::kBurst);
-  starts(1, {1'800'000'000 + 2 * AuditLog::kInterval_s, 0});
-  EXPECT_EQ(entries(), AuditLog::kBurst + 2);
-  // A clock that goes backwards tells nothing.
-  starts(100, {1'700'000'000, 0});
-  EXPECT_EQ(entries(), AuditLog::kBurst + 2);
 }
 
 }  // namespace

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "firmware/core/thermal.h"
+#include "tests/unit/firmware/audit_entries.h"
 #include "tests/unit/firmware/bench.h"
-#include "tests/unit/firmware/tester.h"
 
 namespace thimble::test {
 namespace {
@@ -192,6 +192,24 @@ TEST(TimeOff, AClockThatGoesBackwardsGivesNoCooling) {
   // Nor when it has gone forwards again.
   bench->restart("power_on", kMorning + 140);
   EXPECT_GT(model_C(*bench), before - 4);
+}
+
+// The board is restarted while it is armed, over and over. Neither the time of the heat nor that of the audit record runs ahead of the clock.
+TEST(TimeOff, RestartsFromArmedDoNotMoveTheClock) {
+  firmware::Config config = slow();
+  config.utc_s = kMorning;
+  const auto bench = loaded(config);
+  for (std::uint32_t start = 1; start <= 10; ++start) {
+    press(*bench);
+    bench->ticks(5000);
+    ASSERT_EQ(bench->mode(), Mode::kArmed);
+    const std::uint32_t now_s = kMorning + 30 * start;
+    bench->restart("power_on", now_s);
+    Journal journal(bench->storage);
+    EXPECT_EQ(journal.open()->utc_s, now_s) << start;
+    Tester host(*bench);
+    EXPECT_EQ(audit_page(host, 0).back().utc_s, now_s) << start;
+  }
 }
 
 // The board has no clock. Two hosts, a night between them; the second one comes when the board has been on for a while.
