@@ -220,8 +220,7 @@ TEST(AuditRoom, ARestartHidesNothing) {
   for (const AuditEvent event : {AuditEvent::kKeySet, AuditEvent::kKeyRemoved, AuditEvent::kRestart})
     EXPECT_EQ(seen[static_cast<std::size_t>(event)], 1) << name(event);
   EXPECT_EQ(seen[static_cast<std::size_t>(AuditEvent::kStart)], 2);
-  EXPECT_EQ(events, 1 + 2 * 15 + 2 + 1 + 1 + 1)
-      << "start, armed and disarmed, key, saved, restart, start";
+  EXPECT_EQ(events, 1 + 2 * 15 + 2 + 1 + 1 + 1) << "start, armed and disarmed, key, saved, restart, start";
 }
 
 // Anybody may write them.
