@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "firmware/core/faults.h"
+#include "firmware/core/stop_timeout.h"
 #include "host-tools/client/arm_record.h"
 #include "host-tools/client/host_name.h"
 #include "host-tools/client/printable.h"
@@ -356,8 +357,9 @@ void ServiceClient::refused(const std::string& what, Nrc code) {
   } else if (code == Nrc::kConditionsNotCorrect || code == Nrc::kDownloadNotAccepted ||
              code == Nrc::kProgrammingFailure || code == Nrc::kBusyRepeatRequest) {
     const link::DeviceState now = state();
-    if (now.fault != 0 && code == Nrc::kConditionsNotCorrect) faulted(what, now.fault);
     const std::string reason = text(link::kDidRefusal);
+    if (now.fault != 0 && code == Nrc::kConditionsNotCorrect && reason != firmware::kLacksShortStop)
+      faulted(what, now.fault);
     if (reason == "other_host_commands" || reason == "other_hosts_arm") {
       const std::string name = text(link::kDidCommander);
       throw Error(ExitCode::kCommanded, "other-program",
