@@ -33,4 +33,6 @@ std::string remedy_of(const std::string& reasons) {
   return remedy.empty() ? "remove what the device names, then repeat" : remedy;
 }
 
+bool is_of_its_own(const std::string& reason) { return reason == "lost_ticks_above_5_ms"; }
+
 }  // namespace thimble::host

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "firmware/core/faults.h"
-#include "firmware/core/stop_timeout.h"
 #include "host-tools/client/arm_record.h"
 #include "host-tools/client/host_name.h"
 #include "host-tools/client/printable.h"
@@ -358,7 +357,7 @@ void ServiceClient::refused(const std::string& what, Nrc code) {
              code == Nrc::kProgrammingFailure || code == Nrc::kBusyRepeatRequest) {
     const link::DeviceState now = state();
     const std::string reason = text(link::kDidRefusal);
-    if (now.fault != 0 && code == Nrc::kConditionsNotCorrect && reason != firmware::kLacksShortStop)
+    if (now.fault != 0 && code == Nrc::kConditionsNotCorrect && !is_of_its_own(reason))
       faulted(what, now.fault);
     if (reason == "other_host_commands" || reason == "other_hosts_arm") {
       const std::string name = text(link::kDidCommander);
