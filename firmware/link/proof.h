@@ -28,7 +28,8 @@ inline constexpr std::array<std::uint8_t, 16> kAlgorithm = {0x06, 0x08, 0x2A, 0x
                              const Challenge& challenge) noexcept;
 
 // A board's challenge number `count` since its start number `start`, asked for at `now`: HMAC-SHA256 of "thimble challenge" and these. So it
-// needs no source of random numbers: a challenge does not come twice, and without the key nobody can tell the next one.
+// needs no source of random numbers: without the key nobody can tell the next one, and one comes again only where start (16 bits, of the
+// journal), count and microsecond are the same.
 [[nodiscard]] Challenge challenge_of(const Key& key, std::uint32_t start, std::uint32_t count,
                                      std::uint64_t now) noexcept;
 
