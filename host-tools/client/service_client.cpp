@@ -277,22 +277,25 @@ ServiceClient::Answer ServiceClient::ask(const Bytes& request) {
   return std::move(*answer);
 }
 
-// A challenge is for one proof, so an exchange whose answer was lost begins anew.
+// One exchange. A sequence error says that a proof was repeated, because its answer was lost or late: then the device may have taken the
+// proof or not, and who asks next sees.
 void ServiceClient::authenticate() {
   if (!options_.prove) {
     throw Error(ExitCode::kPermission, "no-key", "the device takes commands only from who has its key",
                 "use a program that has the key");
   }
-  const std::string what = "the proof of the key";
-  Answer proven{Nrc::kRequestSequenceError, {}};
-  for (unsigned i = 0; i < options_.tries && proven.code == Nrc::kRequestSequenceError; ++i) {
-    const Bytes given = demand(challenge_request(), what);
-    link::Challenge challenge;
-    if (given.size() < kChallengeAt + challenge.size()) refused(what, Nrc::kIncorrectLength);
-    std::copy_n(given.begin() + kChallengeAt, challenge.size(), challenge.begin());
-    proven = ask(proof_request(options_.prove(options_.node, claim_.address(), challenge)));
-  }
-  if (proven.code != Nrc::kOk) refused(what, proven.code);
+  const auto taken = [this](const Answer& answer) {
+    if (answer.code != Nrc::kOk && answer.code != Nrc::kRequestSequenceError)
+      refused("the proof of the key", answer.code);
+    return answer.code == Nrc::kOk;
+  };
+  const Answer given = ask(challenge_request());
+  if (!taken(given)) return;
+  link::Challenge challenge;
+  if (given.bytes.size() < kChallengeAt + challenge.size())
+    refused("the proof of the key", Nrc::kIncorrectLength);
+  std::copy_n(given.bytes.begin() + kChallengeAt, challenge.size(), challenge.begin());
+  (void)taken(ask(proof_request(options_.prove(options_.node, claim_.address(), challenge))));
   tell_time();
 }
 
