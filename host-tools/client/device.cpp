@@ -1,5 +1,6 @@
 #include "host-tools/client/device.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <sstream>
@@ -30,7 +31,7 @@ std::optional<Mode> mode_of_status(ServiceClient& services, Micros deadline_us) 
 
 Mode disarm_by(ServiceClient& services, Micros wait_us) {
   services.demand_without_place(routine_request(Routine::kDisarm), "disarming");
-  const Micros deadline_us = now_us() + wait_us;
+  const Micros deadline_us = now_us() + std::max(wait_us, services.patience_us());
   while (true) {
     const std::optional<Mode> mode =
         services.has_place() ? services.state().mode : mode_of_status(services, deadline_us);
@@ -146,6 +147,7 @@ void Device::clear_faults() {
 
 bool Device::wait_for_mode(Mode wanted, Micros wait_us, const std::string& what,
                            const std::function<bool()>& stopping) {
+  wait_us = std::max(wait_us, services_.patience_us());
   const Micros deadline_us = now_us() + wait_us;
   while (true) {
     const link::DeviceState now = state();

@@ -69,7 +69,8 @@ class Device {
   // The audit record, the oldest entry first: what was done, when and by which host (firmware/store/audit_log.h). Hosts name themselves.
   [[nodiscard]] std::vector<link::AuditRecord> audit();
 
-  // Each waits until the mode has changed, at most `wait_us`; then Error kRefused `not-in-time`.
+  // Each waits until the mode has changed, at most `wait_us`, or as long as for an answer if that is longer; then Error kRefused
+  // `not-in-time`.
   // home(): when stopping() returns true, it disarms and returns before the arm is homed.
   void home(link::Micros wait_us = 30'000'000, const std::function<bool()>& stopping = {});
   void arm(link::Micros wait_us = 2'000'000);

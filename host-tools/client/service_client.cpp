@@ -270,8 +270,7 @@ ServiceClient::Answer ServiceClient::ask(const Bytes& request) {
   std::optional<Answer> answer = try_request(request, options_.tries, options_.answer_us);
   if (!answer) {
     throw Error(ExitCode::kLinkLost, "no-answer",
-                "the device did not answer within " +
-                    std::to_string(options_.answer_us * options_.tries / 1000) + " ms",
+                "the device did not answer within " + std::to_string(patience_us() / 1000) + " ms",
                 "check that it is a Thimble device, that it runs, and its node number");
   }
   return std::move(*answer);

@@ -60,6 +60,9 @@ class ServiceClient {
   ServiceClient& operator=(ServiceClient&&) = delete;  // it would have two addresses
   ~ServiceClient();
 
+  // So long an answer is waited for, all tries together.
+  [[nodiscard]] link::Micros patience_us() const { return options_.answer_us * options_.tries; }
+
   // Claims one if there is none yet. Error kLinkLost: the device gives none.
   void claim_address();
 

@@ -56,7 +56,7 @@ FabricPlant::~FabricPlant() {
 
 void FabricPlant::hold(const board::Vector3d& position_m) {
   const std::lock_guard lock(mutex_);
-  if (!held_) hand_m_ = position_m;
+  if (!held_) hand_m_ = plant_.tip_m();
   held_ = true;
   wanted_m_ = position_m;
 }

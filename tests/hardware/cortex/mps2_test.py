@@ -76,7 +76,7 @@ class Board:
         return self.tell("state").split()[-1] == "1"
 
     def thimble(self, *words):
-        return subprocess.run([BIN / "thimble", *map(str, words), "--device", self.uri, "--timeout", "10"], capture_output=True, text=True, timeout=120)
+        return subprocess.run([BIN / "thimble", *map(str, words), "--device", self.uri, "--timeout", "20"], capture_output=True, text=True, timeout=120)
 
     def json(self, *words):
         result = self.thimble(*words, "--json")

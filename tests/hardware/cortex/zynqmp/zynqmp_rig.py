@@ -99,7 +99,7 @@ class Board:
 class ZynqmpRig(Rig):
     def run_thimble(self, *arguments, timeout=60):
         """The board is slower than time: its answers may come late."""
-        patience = ["--timeout", "10"] if "--device" in arguments else []
+        patience = ["--timeout", "20"] if "--device" in arguments else []
         return super().run_thimble(*arguments, *patience, timeout=timeout)
 
     def flash(self):
