@@ -62,11 +62,15 @@ export class Steering {
     private readonly trial: Vec3, // so much of each move is tried
   ) {}
 
-  // Within `near_m` of the place.
+  // Within `near_m` of the place. A loaded machine may take a hand for one at rest that still waits for a move; what was learned then is
+  // wrong, does not lead nearer, and is learned anew.
   async lead(arm: number, to_m: Vec3, near_m = 0.0008): Promise<void> {
-    for (let round = 0; round < 8; ++round) {
+    let before_m = Infinity;
+    for (let round = 0; round < 12; ++round) {
       const off = sub(to_m, await this.watcher.hand_at_rest(arm));
       if (length(off) < near_m) return;
+      if (length(off) > before_m / 2) this.ways = null;
+      before_m = length(off);
       const ways = await this.learn(arm);
       const left = sub(to_m, this.watcher.hand_m(arm));
       const volume = dot(ways[0], cross(ways[1], ways[2]));
