@@ -30,8 +30,10 @@ class EncoderProbe {
   static constexpr float kEmpty_s = 0.04F;
 
   // A joint whose torque goes away moves against the torque. One that moves with it, so many times in a row, has a motor that pushes the
-  // wrong way. A hand may move a sound one so at that moment, seldom twice (DeadEncoder.ASoundEncoderIsNotTakenForADeadOne).
+  // wrong way. A hand may move a sound one so at that moment, and one that lifts off does so in every probe; but then the joint gets on,
+  // by the two counts that end a probe, and does not come back with its torque (DeadEncoder.ASoundEncoderIsNotTakenForADeadOne).
   static constexpr int kReversed = 4;
+  static constexpr std::int32_t kComesBack = 2;  // counts within which it is in all of them
 
   void reset() noexcept { *this = {}; }
 
@@ -48,7 +50,7 @@ class EncoderProbe {
     j.holds = sight.holds;
     const float step = period_s * (j.taken < kGentle ? kGentle / kGentle_s : (1.0F - kGentle) / kRest_s);
     if (const int way = j.place.left(sight.counts); way != 0) {
-      if (j.suspect() && j.taken > 0.0F) j.with_torque = (way > 0) == sight.pushes_up ? j.with_torque + 1 : 0;
+      if (j.suspect() && j.taken > 0.0F) j.answered(sight.counts, way, sight.pushes_up);
       j.still_s = 0;
     } else if (j.suspect() || j.taken == 0.0F) {
       // Not while its torque comes back: what is left of it proves nothing.
@@ -76,12 +78,20 @@ class EncoderProbe {
  private:
   struct Joint {
     EncoderPlace place;
-    float still_s = 0;    // since it last counted, with a share of the force
-    float taken = 0;      // of its torque
-    float empty_s = 0;    // since no torque is left
-    int with_torque = 0;  // how many probes in a row ended so that it moved as its torque pushes
+    float still_s = 0;                // since it last counted, with a share of the force
+    float taken = 0;                  // of its torque
+    float empty_s = 0;                // since no torque is left
+    int with_torque = 0;              // how many probes in a row ended so that it moved as its torque pushes
+    std::int32_t with_torque_at = 0;  // its counts at the first of them
     bool holds = false;
     [[nodiscard]] bool suspect() const noexcept { return still_s > kStill_s; }
+    void answered(std::int32_t counts, int way, bool pushes_up) noexcept {
+      if (with_torque == 0 || (counts - with_torque_at) * way > kComesBack) {
+        with_torque = 0;
+        with_torque_at = counts;
+      }
+      with_torque = (way > 0) == pushes_up ? with_torque + 1 : 0;
+    }
   };
   std::array<Joint, kJoints> joints_;
 };

@@ -189,12 +189,11 @@ TEST(ReversedMotor, InAHandIsFound) {
 TEST(DeadEncoder, ASoundEncoderIsNotTakenForADeadOne) {
   std::mt19937_64 random(static_cast<std::uint64_t>(setting("THIMBLE_DEAD_SEED", 1)) + 7);
   const double seconds = setting("THIMBLE_STILL_S", 20);
-  constexpr double kEach_s = 2;
   std::array<double, 3> held_s{};  // without, with less, with more tremor than 20 um
   std::array<std::uint32_t, 3> probes{};
-  for (double done_s = 0; done_s < seconds; done_s += kEach_s) {
+  for (double done_s = 0, each_s = 0; done_s < seconds; done_s += each_s) {
     Holding holding = random_holding(random);
-    holding.trial.watch_s = kEach_s;
+    each_s = holding.trial.watch_s = random() % 2 == 0 ? 2 : 6;
     // Half of the hands rest; the others come out of the wall, or go on into it, slowly enough for a probe.
     if (random() % 2 == 0) holding.trial.lifts_m_s = std::uniform_real_distribution(-.3e-3, .6e-3)(random);
     const Verdict verdict = look(holding.trial);
@@ -203,7 +202,7 @@ TEST(DeadEncoder, ASoundEncoderIsNotTakenForADeadOne) {
         << holding.trial.lifts_m_s;
     const double tremor_m = holding.trial.tremor_m;
     const std::size_t kind = tremor_m == 0 ? 0 : tremor_m < 20e-6 ? 1 : 2;
-    held_s[kind] += kEach_s;
+    held_s[kind] += each_s;
     probes[kind] += verdict.probes;
   }
   constexpr std::array<const char*, 3> kTremor = {"none", "below 20 um", "20 to 50 um"};
