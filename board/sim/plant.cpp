@@ -180,7 +180,8 @@ Vector3d Plant::stop_torques(const State& s) const noexcept {
   return torque;
 }
 
-Plant::Rates Plant::rates(const State& s) noexcept {
+// Flat: four calls a step are most of what a simulation takes, and the calls in them are short.
+[[gnu::flatten]] Plant::Rates Plant::rates(const State& s) noexcept {
   const kinematics::InertiaModel& inertia = parameters_.model->inertia;
   const kinematics::Posture<double> p = arm_.at(s.q);
   const Vector3d cable = cable_torque(s);

@@ -19,8 +19,10 @@ Conditions Commands::request(Command command) noexcept {
   const CommandRow* row = find_command(command);
   if (row == nullptr) return 0;
   const Mode mode = status_.mode();
+  const bool shows_life = alive_.get() != status_.alive();  // since that tick: the next one decides
   // Arming may do without a scene, where the host renders; a recording may not.
-  const Conditions unmet = command == Command::kArm ? status_.unmet() : status_.unmet_of_tick();
+  const Conditions unmet = (command == Command::kArm ? status_.unmet() : status_.unmet_of_tick()) &
+                           ~(shows_life ? kLinkDown : Conditions{0});
   switch (row->nothing_to_do) {
     case CommandRow::NothingToDo::kNever:
       break;

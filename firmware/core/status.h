@@ -25,6 +25,7 @@ class Status {
     unmet_.set(unmet);
     unmet_for_move_.set(unmet_for_move);
     disarms_.set(state.disarms_seen);
+    alive_.set(state.alive_seen);
     stopped_by_.set(state.stopped_by);
     mode_.set(state.mode);
   }
@@ -42,6 +43,8 @@ class Status {
   }
   // How many disarms the tick has obeyed (Commands::disarms()).
   [[nodiscard]] std::uint32_t disarms() const noexcept { return disarms_.get(); }
+  // How many signs of life it has seen (Commands::alive()); read before unmet(), which is of that tick then, or of a later one.
+  [[nodiscard]] std::uint32_t alive() const noexcept { return alive_.get(); }
   [[nodiscard]] Conditions unmet_of_tick() const noexcept { return unmet_.get(); }
   [[nodiscard]] Conditions unmet_for_move() const noexcept { return unmet_for_move_.get(); }
   // Bit n: fault n occurred since the last clear. Low 32 bits of the tick in which the first one latched.
@@ -61,6 +64,7 @@ class Status {
   Value<std::uint32_t> fault_tick_;
   Value<StoppedBy> stopped_by_{StoppedBy::kNothing};
   Signal<std::uint32_t> disarms_{0};
+  Signal<std::uint32_t> alive_{0};
 };
 
 }  // namespace thimble::firmware

@@ -66,7 +66,9 @@ void AuditLog::refill(Time now) noexcept {
   if (room_ == kBurst) room_since_s_ = now.uptime_s;
 }
 
-bool AuditLog::may_write(const AuditRecord& event) const noexcept { return room_ > kept_from(event.event); }
+bool AuditLog::may_write(const AuditRecord& event) const noexcept {
+  return !finishing_ && room_ > kept_from(event.event);
+}
 
 bool AuditLog::repeats_last(const AuditRecord& event, Time now) const noexcept {
   return alike(event, last_) && now.uptime_s - last_.uptime_s < kInterval_s;
@@ -112,6 +114,7 @@ void AuditLog::poll(Time now, bool motors_off) noexcept {
 bool AuditLog::finish(Time now) noexcept {
   refill(now);
   if (!held_) return true;
+  finishing_ = true;
   if (room_ == 0) return false;
   write_held();
   return true;

@@ -53,7 +53,8 @@ class AuditLog {
   void add(link::AuditRecord&& event, Time now) noexcept;
   // Writes what waits; with the motors off prepares the next slot.
   void poll(Time now, bool motors_off) noexcept;
-  // Before a restart, until it is true: nothing waits, or the storage refuses it. False for kInterval_s at most, where nothing is added.
+  // Before a restart, until it is true: nothing waits, or the storage refuses it. From the first call on it alone writes, so it is false for
+  // kInterval_s at most, whatever is added meanwhile.
   [[nodiscard]] bool finish(Time now) noexcept;
   // Appends the entries from this number on, kPage at most; where that one is gone, or 0, from the oldest on. O(slot).
   void read(std::uint32_t from, link::ByteWriter& out) const noexcept;
@@ -74,6 +75,7 @@ class AuditLog {
   link::AuditRecord last_{};        // entry that was written last since start
   std::optional<link::AuditRecord> held_;
   std::uint32_t left_out_ = 0;  // since the last entry, besides held_
+  bool finishing_ = false;      // the next room is for finish()
 };
 
 }  // namespace thimble::firmware

@@ -23,6 +23,8 @@ using link::Service;
 constexpr Micros kAfterPending_us = 5'000'000;    // P2*: how long to wait after "response pending"
 constexpr Micros kLongestAnswer_us = 60'000'000;  // bound for an answer that stays pending
 constexpr Micros kBusy_us = 10'000'000;  // bound for an answer that stays "busy, repeat": an upload may end
+constexpr Micros kRestart_us =
+    17'000'000;  // bound for "restarting": the audit record may have to wait for room (AuditLog::kInterval_s)
 constexpr Micros kOtherArm_us =
     2'000'000;  // another program has armed the arm: perhaps it only arms, and ends
 constexpr Micros kBusyPause_us = 20'000;
@@ -261,9 +263,12 @@ ServiceClient::Answer ServiceClient::request(const Bytes& request) {
 
 // What is refused may be accepted within so long after it was asked first.
 Micros ServiceClient::passes_within(const Answer& answer) {
-  if (answer.code == Nrc::kBusyRepeatRequest) return kBusy_us;
-  const bool conditions = answer.code == Nrc::kConditionsNotCorrect && has_place();
-  return conditions && text(link::kDidRefusal) == "other_hosts_arm" ? kOtherArm_us : 0;
+  const bool busy = answer.code == Nrc::kBusyRepeatRequest;
+  if (!busy && answer.code != Nrc::kConditionsNotCorrect) return 0;
+  if (!has_place()) return busy ? kBusy_us : 0;
+  const std::string reason = text(link::kDidRefusal);  // empty: the device has restarted since the answer
+  if (busy) return reason.empty() || reason == "restarting" ? kRestart_us : kBusy_us;
+  return reason == "other_hosts_arm" ? kOtherArm_us : 0;
 }
 
 ServiceClient::Answer ServiceClient::ask(const Bytes& request) {
@@ -378,6 +383,9 @@ void ServiceClient::refused(const std::string& what, Nrc code) {
                 code == Nrc::kRequiredTimeDelayNotExpired
                     ? "a wrong key was tried a moment ago; repeat the command in some seconds"
                     : "use the key file that belongs to this device (--key)");
+  } else if (code == Nrc::kNotInThisSession) {
+    why = "the device has restarted meanwhile, or has not heard of this program for too long";
+    remedy = "repeat the command";
   } else if (code == Nrc::kRequestOutOfRange) {
     remedy = "check the value against its limits (`thimble param list`, `thimble info`)";
   } else if (code == Nrc::kServiceNotSupported || code == Nrc::kSubFunctionNotSupported) {

@@ -1,13 +1,26 @@
 """Who commands: one program at a time, and with a key only who has it; anybody stops. With the tools, as a user runs them."""
 
 import json
+import socket
 import subprocess
 import threading
 import time
 import unittest
 from pathlib import Path
 
-from rig import BIN, LinkFaults, Rig, figure
+from rig import BIN, LinkFaults, Proxy, Rig, figure
+
+
+class LostAnswerToAKey(Proxy):
+    """The link is lost with the answer of a board that has taken a key."""
+
+    def __init__(self, port):
+        super().__init__(port, LinkFaults())
+
+    def treat(self, line, held):
+        if b"7101020B" in line:
+            self.faults.drop = 1
+        return super().treat(line, held)
 
 
 class Access(Rig):
@@ -46,6 +59,15 @@ class Access(Rig):
         self.assertEqual(self.ok_json("disarm", "--device", self.uri)["mode"], "ready")
         holder.communicate(timeout=30)
         self.ok("upload", self.plane_scene("other"), "--device", self.uri)
+
+    def test_arming_waits_for_another_program_and_then_shows_life(self):
+        """What is told the board before the wait is too old after it, with supervision."""
+        self.ok("home", "--device", self.uri)
+        self.ok("param", "set", "host_supervision", 1, "--device", self.uri)
+        with socket.create_connection(("127.0.0.1", self.device.port)) as bus:
+            bus.sendall(b"S8\rO\rT18DA01F18021003CCCCCCCCCC\rT18DA01F18043101020CCCCCCC\r")  # takes command, and is silent
+            time.sleep(0.1)
+            self.ok("arm", "--device", self.uri)
 
     def test_a_killed_program_blocks_nobody_for_long(self):
         self.ok("home", "--device", self.uri)
@@ -98,6 +120,17 @@ class Access(Rig):
         self.assertEqual(self.ok_json("info", "--device", self.uri)["state"]["key"], "set")
         self.ok("key", "remove", "--key", second, "--device", self.uri)
         self.ok("home", *without)
+
+    def test_a_key_whose_answer_is_lost_stays_on_the_disk(self):
+        lost = LostAnswerToAKey(self.device.port)
+        self.addCleanup(lost.close)
+        failed = self.run_thimble("key", "set", "--key", self.key, "--device", lost.uri)
+        self.assertEqual(failed.code, 6, failed.err)
+        self.assertTrue(self.key.exists())
+        self.assertIn(str(self.key), failed.err)
+        self.fails(5, "no-key", "home", "--key", self.place / "nothing", "--device", self.uri)
+        self.assertFalse(self.ok_json("key", "set", "--key", self.key, "--device", self.uri)["new_file"], "again, with the link back")
+        self.ok("home", "--key", self.key, "--device", self.uri)
 
     def test_bad_key_files(self):
         self.ok("key", "set", "--key", self.key, "--device", self.uri)

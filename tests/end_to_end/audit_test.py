@@ -4,7 +4,7 @@ import os
 import time
 import unittest
 
-from rig import Rig
+from rig import Rig, figure
 
 SLOT = 4096  # of the store of thimble-sim, each of the audit record and of the key
 
@@ -68,6 +68,23 @@ class Audit(Rig):
         self.assertEqual(last["event"], "homing")
         self.assertGreater(last["left_out"], 10)
         self.assertIn("%d more without an entry" % last["left_out"], self.ok("audit", "--device", sim.tcp).out)
+
+    def test_restarts_in_a_flood(self):
+        """Each is taken at once; when there is no room left, the board waits for it, and who wants to arm waits for the board."""
+        sim = self.sim("--no-pty", "--tcp", 0)
+        self.ok("upload", self.plane_scene(offset_m=-0.01), "--device", sim.tcp)
+        for i in range(15):
+            self.ok("param", "set", "force_slew", 1000 + i, "--device", sim.tcp)
+            self.ok("restart", "--device", sim.tcp)
+        self.ok("home", "--device", sim.tcp)
+        began = time.monotonic()
+        refused = self.run_thimble("arm", "--device", sim.tcp)
+        took_s = time.monotonic() - began
+        figure("an arming after 15 restarts waited %.1f s" % took_s)
+        self.assertGreater(took_s, 1, "there was room")
+        self.assertEqual(refused.code, 1)
+        self.assertIn("the device has restarted", refused.err)
+        self.assertGreaterEqual(sum(1 + entry["left_out"] for entry in self.entries(sim.tcp)), 2 * 15 + 2, "parameters, restarts, a scene, homing")
 
     def test_stores_of_older_versions(self):
         """They end before the key, before the audit record, before the journal: what is in them is there."""

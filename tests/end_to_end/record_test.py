@@ -139,6 +139,22 @@ class Record(Rig):
         self.assertTrue(said["replay"]["exact"])
         self.assertIn("ended: fault host_stop", self.ok("replay", file).out)
 
+    def test_it_goes_on_while_another_program_commands(self):
+        """Without --arm: another program has armed the arm and says nothing for longer than link_timeout; a third one writes a parameter."""
+        sim, scene = self.touching()
+        recording = self.start("record", self.folder / "looker.rec", "--scene", scene, "--json", "--device", sim.tcp)
+        self.assertIn("now arm", recording.stderr.readline())
+        self.ok("home", "--device", sim.tcp)
+        with socket.create_connection(("127.0.0.1", sim.port)) as bus:
+            bus.sendall(b"S8\rO\r" + b"".join(b"T18DA01F18%s\r" % said for said in (b"021003CCCCCCCCCC", b"023E00CCCCCCCCCC", b"0431010201CCCCCC")))
+            self.ok("param", "set", "telemetry_decimation", 20, "--device", sim.tcp)
+            time.sleep(2.5)
+            recording.send_signal(signal.SIGINT)
+            out, err = recording.communicate(timeout=30)
+        self.assertEqual(recording.returncode, 0, err)
+        said = json.loads(out)
+        self.assertEqual((said["end"], said["replay"]["exact"], self.mode(sim)), ("stopped", True, "armed"))
+
     def test_a_parameter_ends_it(self):
         sim, scene = self.touching()
         file = self.folder / "param.rec"

@@ -447,6 +447,23 @@ class Viewer(Rig):
         self.assertEqual([o["name"] for o in scene["objects"]], ["table", "near block", "far block"])
         other.event("other-host")
 
+    def test_a_disarm_does_not_wait_behind_another_program(self):
+        sim = self.sim("--tcp", 0)
+        scene = self.plane_scene(offset_m=-0.01)
+        self.ok("upload", scene, "--device", sim.tcp)
+        page = self.page(self.view("--device", sim.tcp))
+        other = self.start("record", self.folder / "other.rec", "--scene", scene, "--home", "--arm", "--device", sim.tcp)
+        self.addCleanup(other.communicate)
+        self.addCleanup(other.kill)
+        page.state(lambda s: s["mode"] == "armed")
+        for _ in range(8):
+            page.send(type="command", verb="arm")  # each would wait 2 s for the other program
+        page.send(type="command", verb="disarm")
+        began = time.monotonic()
+        page.state(lambda s: s["mode"] == "ready")
+        figure("disarmed after %.2f s, behind eight commands that another program keeps from the page" % (time.monotonic() - began))
+        self.assertLess(time.monotonic() - began, 8 * SLOW)
+
     def test_a_signal_while_it_connects(self):
         with socket.create_server(("127.0.0.1", 0)) as mute:
             process = subprocess.Popen([BIN / "thimble", "view", "--no-browser", "--device", "tcp:127.0.0.1:%d" % mute.getsockname()[1], "--timeout", "30"],

@@ -128,7 +128,7 @@ TEST(AuditRoom, KeysAndRestartsHaveEntriesInAFlood) {
             28 - (AuditLog::kBurst - AuditLog::kKeptForRare));
 }
 
-// A restart leaves nothing behind, and gives no room: it waits for an entry for all that has none.
+// A restart leaves nothing behind, and gives no room: it waits for an entry for all that has none, also for what comes meanwhile.
 TEST(AuditRoom, ARestartWaitsForWhatWaits) {
   TestStorage storage;
   std::uint32_t n = 0, entries = 0, counted = 0, newest = 0, total_s = 0;
@@ -141,7 +141,7 @@ TEST(AuditRoom, ARestartWaitsForWhatWaits) {
       log.add(std::move(event), {0, 0});
     }
     std::uint32_t now_s = 0;
-    while (!log.finish({0, now_s})) ++now_s;
+    while (!log.finish({0, now_s})) log.add(event_numbered(++n), {0, ++now_s});
     EXPECT_LE(now_s, AuditLog::kInterval_s);
     total_s += now_s;
     for (const AuditRecord& entry : page(log, newest + 1)) {
@@ -221,6 +221,35 @@ TEST(AuditRoom, ARestartHidesNothing) {
     EXPECT_EQ(seen[static_cast<std::size_t>(event)], 1) << name(event);
   EXPECT_EQ(seen[static_cast<std::size_t>(AuditEvent::kStart)], 2);
   EXPECT_EQ(events, 1 + 2 * 15 + 2 + 1 + 1 + 1) << "start, armed and disarmed, key, saved, restart, start";
+}
+
+// There is no room, and a host goes on asking for it: a restart leaves nothing behind and is in time, also where the storage takes nothing.
+TEST(AuditRoom, ARestartInAFloodWaitsOnceForRoom) {
+  for (const bool broken : {false, true}) {
+    Bench bench;
+    Tester host(bench, false, 1);
+    ASSERT_TRUE(host.ok({0x10, 0x03}));
+    for (unsigned i = 0; i < AuditLog::kBurst; i += 2) {
+      ASSERT_TRUE(host.ok(join({0x31, 0x01, 0x02, 0x0B}, Bytes(link::kKeyBytes, 7))));
+      ASSERT_TRUE(host.ok({0x31, 0x02, 0x02, 0x0B}));
+    }
+    if (broken) bench.storage.power_left = 0;
+    std::uint32_t asked = 0, ticks = 0;
+    const auto most = static_cast<std::uint32_t>((AuditLog::kInterval_s + 1) / bench.config.period_s);
+    for (; !bench.controller->take_reset(); ++ticks) {
+      ASSERT_LT(ticks, most) << "broken " << broken;
+      if (ticks % 400 == 0) host.post({0x11, 0x01}), ++asked;
+      host.run(1);
+    }
+    EXPECT_GT(asked, 1U);
+    if (broken) continue;
+    bench.restart("host");
+    bench.for_testers.clear();
+    Tester later(bench, false, 2);
+    std::uint32_t events = 0;
+    for (const AuditRecord& entry : audit_page(later, 0)) events += 1 + entry.left_out;
+    EXPECT_EQ(events, 1 + AuditLog::kBurst + asked) << "start, keys, restarts";
+  }
 }
 
 // Anybody may write them.

@@ -224,6 +224,18 @@ const ArmingCase kArmingCases[] = {
      [](Bench& b) { b.ticks(1100); }},
 };
 
+// No tick has to come between the two.
+TEST(Arming, ASignOfLifeCountsAtOnce) {
+  Bench bench;
+  bench.load();
+  bench.home();
+  bench.alive = false;
+  bench.ticks(4100);
+  EXPECT_EQ(bench.controller->request(Command::kArm), firmware::kLinkDown);
+  bench.controller->keep_alive();
+  bench.arm();
+}
+
 TEST(Arming, EveryUnmetConditionIsNamed) {
   for (const ArmingCase& c : kArmingCases) {
     Bench bench;
