@@ -26,14 +26,21 @@ namespace thimble::control {
   return passive_scale(finger, kNoBody, tip_m, {pull_m, spring_N, stored_J(force_N, pull_m)}, true);
 }
 
+// Looks at all objects: not needed while the tip stays within what was clear.
+[[gnu::noinline]] inline bool look_round(const World& world, Finger& finger, std::size_t object,
+                                         const Vec3& tip_m, float radius_m) {
+  const Clearance now = clearance(world, object, tip_m);
+  finger.clearance = world.any_bodies ? Clearance{} : now;
+  return now.free_m >= radius_m;
+}
+
 // Whether nothing but this object counts in this tick, and shading does not bind its force.
-[[gnu::noinline]] inline bool alone_in_reach(const World& world, const Finger& finger, std::size_t object,
-                                             const Vec3& tip_m) {
+inline bool alone_in_reach(const World& world, Finger& finger, std::size_t object, const Vec3& tip_m) {
   if (finger.inside != 0 || (world.any_shaded && finger.shaded.binds())) return false;
-  const Reach reach(finger.god.position_m, finger.rest.position_m, tip_m, world.margin_m);
-  for (std::size_t i = 0; i < world.count; ++i)
-    if (i != object && reach.meets(world.objects[i])) return false;
-  return true;
+  const float radius_m =
+      Reach(finger.god.position_m, finger.rest.position_m, tip_m, world.margin_m).radius_m();
+  return finger.clearance.holds(object, tip_m, radius_m) ||
+         look_round(world, finger, object, tip_m, radius_m);
 }
 
 // The way over one surface from a place in the object's frame: of a point, or of a tip with a radius as a ball (contact/tip_ball.h).

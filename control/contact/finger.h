@@ -1,6 +1,7 @@
 // The state of one fingertip that the renderer keeps from tick to tick.
 #pragma once
 
+#include "control/contact/clearance.h"
 #include "control/contact/energy_account.h"
 #include "control/contact/friction.h"
 #include "control/contact/god_object.h"
@@ -33,6 +34,7 @@ struct Finger {
   EnergyAccount account;
   ShadedForce shaded;
   Anchor anchor;
+  Clearance clearance;
   SolidSet inside = 0;  // not felt: the tip began inside them, and has not left them
 };
 

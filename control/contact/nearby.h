@@ -33,7 +33,8 @@ struct Reach {
   }
   [[nodiscard]] bool meets(const PlacedObject& o) const noexcept {
     return o.lo_m.x() <= hi_m.x() && o.lo_m.y() <= hi_m.y() && o.lo_m.z() <= hi_m.z() &&
-           o.hi_m.x() >= lo_m.x() && o.hi_m.y() >= lo_m.y() && o.hi_m.z() >= lo_m.z();
+           o.hi_m.x() >= lo_m.x() && o.hi_m.y() >= lo_m.y() && o.hi_m.z() >= lo_m.z() &&
+           (!o.half_space || o.normal.dot(tip_m) - o.offset_m <= radius_m());
   }
   // The radius of a ball about the tip that holds every move.
   [[nodiscard]] float radius_m() const noexcept { return kMoves * gap_m.norm() + margin_m; }

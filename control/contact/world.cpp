@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "control/bodies/collide.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
@@ -21,6 +22,11 @@ PlacedObject place(const scene::Object& object) {
   placed.surfaced = object.surface() != nullptr;
   placed.plain = !placed.shaded && !placed.surfaced;
   place_box(placed);
+  placed.half_space = placed.row->collision->form == CollisionForm::kHalfSpace;
+  if (placed.half_space) {
+    placed.normal = placed.turn(placed.shape.vector);
+    placed.offset_m = placed.shape.radius_m + placed.normal.dot(placed.position_m);
+  }
   placed.material = view_material(*object.material());
   return placed;
 }
@@ -43,6 +49,7 @@ void World::bind(const SceneView& view) noexcept {
   count = 0;
   one_potential = true;
   any_shaded = false;
+  any_bodies = false;
   any_seams = false;
   tip_radius_m = view.scene() != nullptr ? view.scene()->tip_radius_m() : 0.0F;
   margin_m = std::max(2.0F * kPointRadius_m, tip_radius_m + 2.0F * kTouchGap_m);
@@ -57,6 +64,7 @@ void World::bind(const SceneView& view) noexcept {
     PlacedObject& placed = objects[count];
     placed.rolls = placed.plain && tip_radius_m > 0.0F && placed.ops->roll != nullptr;
     placed.plain = placed.plain && tip_radius_m == 0.0F;
+    any_bodies = any_bodies || object->body() != nullptr;
     any_seams = any_seams || objects[count].shape.mesh.seams;
     ++count;
   }

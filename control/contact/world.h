@@ -43,6 +43,10 @@ struct PlacedObject {
   std::uint8_t in_image = 0;    // its index in the scene image
   Vec3 lo_m = Vec3::Zero();     // axis-aligned bounding box, world frame
   Vec3 hi_m = Vec3::Zero();
+  // A half-space has no box: it is behind this plane of the world frame, and does not move.
+  bool half_space = false;
+  Vec3 normal = Vec3::UnitZ();
+  float offset_m = 0.0F;
   Material material;
 
   [[nodiscard]] Vec3 to_local(const Vec3& p) const { return turn_back(p - position_m); }
@@ -63,6 +67,7 @@ struct World {
   // potential, and needs no energy account.
   bool one_potential = true;
   bool any_shaded = false;
+  bool any_bodies = false;    // objects that move
   bool any_seams = false;     // a mesh of several parts that touch
   float tip_radius_m = 0.0F;  // above 0: each fingertip is a sphere, and a god object is its centre
   // A solid farther than this from all moves of a god object cannot touch it.

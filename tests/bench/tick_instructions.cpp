@@ -4,7 +4,8 @@
 //   tick_instructions BODY TICKS     BODY: sphere, box, icosphere-80, icosphere-1280, icosphere-20480,
 //   icosphere-327680, or a file of assimp-testmodels; the path is that of tests/support/peer_path.h. Or a
 //   NAME.scene.json with NAME.stroke.csv or stroke.csv in its folder, repeated. BODY@RADIUS is a body under a tip of
-//   that radius in mm, whose path is one radius farther out: icosphere-20480@1.9. Also rough: a rough ball of 20 480 triangles
+//   that radius in mm, whose path is one radius farther out: icosphere-20480@1.9. BODY+plane is a mesh over a plane half a metre below
+//   it. Also rough: a rough ball of 20 480 triangles
 #include <valgrind/callgrind.h>
 
 #include <array>
@@ -65,8 +66,10 @@ void move_out(std::vector<Vector3d>& path, const host::TriangleSoup& soup, doubl
 }
 
 int run(const std::string& what, int ticks) {
-  const std::string body = what.substr(0, what.find('@'));
-  const double radius_m = what == body ? 0.0 : 1e-3 * std::stod(what.substr(body.size() + 1));
+  const std::string body = what.substr(0, what.find_first_of("@+"));
+  const bool over_plane = what.ends_with("+plane");
+  const double radius_m =
+      what.find('@') == std::string::npos ? 0.0 : 1e-3 * std::stod(what.substr(body.size() + 1));
   const PeerPathOptions options = {.ticks = ticks, .noise_m = 2e-6, .seed = 1, .lifts = true};
   std::optional<SceneImage> image;
   std::vector<Vector3d> path;
@@ -82,11 +85,14 @@ int run(const std::string& what, int ticks) {
                                     : body == "rough" ? rough_ball()
                                                       : test_model(body, 0.1);
     MeshBody mesh = make_body(body, soup, {}, options);
-    image = radius_m > 0.0 ? SceneBuilder()
-                                 .mesh(soup, kPeerMaterial, {.crease_deg = {}, .tip_radius_m = radius_m})
-                                 .tip_radius(radius_m)
-                                 .image()
-                           : std::move(mesh.image);
+    image =
+        radius_m > 0.0 ? SceneBuilder()
+                             .mesh(soup, kPeerMaterial, {.crease_deg = {}, .tip_radius_m = radius_m})
+                             .tip_radius(radius_m)
+                             .image()
+        : over_plane
+            ? SceneBuilder().mesh(soup, kPeerMaterial).plane(Vector3d::UnitZ(), -0.5, kPeerMaterial).image()
+            : std::move(mesh.image);
     path = std::move(mesh.path);
     if (radius_m > 0.0) move_out(path, soup, radius_m);
   }
