@@ -197,7 +197,7 @@ void exchange_heat(Parts& parts, std::uint32_t lost) noexcept {
 void sense(Parts& parts, const Inputs& inputs) noexcept {
   begin_tick(parts, inputs);
   if (parts.setup.arm_count == 0) return;
-  const auto lost = static_cast<std::uint32_t>(std::min<std::uint64_t>(parts.state.lost, UINT32_MAX));
+  const auto lost = static_cast<std::uint32_t>(std::min<std::uint64_t>(parts.state.lost, UINT32_MAX - 1));
   check_clock(parts, inputs, lost);
   check_host(parts, lost);
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
