@@ -23,6 +23,7 @@ Conditions unmet_conditions(const Parts& parts, const Inputs& inputs) noexcept {
   if (!state.link_seen) unmet |= kLinkDown;
   if (inputs.e_stop) unmet |= kEStopPressed;
   if (parts.setup.board_lacks) unmet |= kBoardLacks;
+  if (parts.heat.not_kept.get()) unmet |= kStoreFails;
   if (state.mode == Mode::kHoming || state.mode == Mode::kDamping) unmet |= kWrongMode;
   return unmet;
 }

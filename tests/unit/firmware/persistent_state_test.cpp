@@ -129,6 +129,29 @@ TEST(HeatOverRestart, ARestartEveryThirtySecondsForTenMinutes) {
   }
 }
 
+// Otherwise every start would take the motors for cold: 290 degC after eight restarts of half a minute of hard use.
+TEST(HeatOverRestart, AStoreThatTakesNothingRefusesArming) {
+  for (const bool lies : {false, true}) {
+    const auto bench = loaded();
+    bench->home();
+    bench->storage.lies = lies;
+    bench->storage.power_left = 0;
+    EXPECT_EQ(bench->controller->request(Command::kArm), 0) << "nothing was to be written yet";
+    bench->tick();
+    EXPECT_EQ(bench->mode(), Mode::kArmed);
+    ASSERT_EQ(bench->controller->request(Command::kDisarm), 0);
+    bench->ticks(300);
+    EXPECT_EQ(bench->controller->request(Command::kArm), firmware::kStoreFails);
+    bench->restart("power_on");
+    if (bench->controller->store().image_bytes() == 0) bench->load(4000);
+    bench->home();
+    EXPECT_NE(bench->controller->request(Command::kArm) & firmware::kStoreFails, 0) << lies;
+    bench->storage.power_left = std::numeric_limits<std::size_t>::max();
+    bench->ticks(static_cast<int>(6 * kRate_Hz));
+    EXPECT_EQ(bench->controller->request(Command::kArm), 0) << "the store takes it again";
+  }
+}
+
 // A power failure at any moment: the model is never below the motor.
 TEST(HeatOverRestart, TheModelIsNotBelowTheMotorWheneverPowerFails) {
   for (const double seconds : {0.05, 0.3, 1.0, 2.5, 4.9, 5.1, 7.7, 12.0}) {
