@@ -283,6 +283,22 @@ TEST(FaultsFelt, NoParameterMakesThemWorse) {
   }
 }
 
+// Nobody measures the currents, and the hand leaves the wall slowly: no probe begins, and the last force stays. Reported, in docs/safety.md
+// under what is not covered.
+TEST(FaultsFelt, AStuckConverterThatNobodyMeasures) {
+  for (const char* variant : {"premium-1.5", "wooden"}) {
+    Trial trial;
+    trial.variant = variant;
+    trial.lifts_m_s = .05;
+    trial.friction = .5F;
+    trial.watch_s = 1;
+    trial.faults = {planned(Injection::kConverterStuck, 0)};
+    const Verdict verdict = judge(trial);
+    figure(std::string(variant) + ": off after, ms", verdict.off_s.value_or(-.001) * 1e3, "reported");
+    figure(std::string(variant) + ": impulse in a second, N s", verdict.impulse_N_s, "reported");
+  }
+}
+
 TEST(FaultsFelt, WhatCanBeInjected) {
   static constexpr std::array<const char*, 3> kOf = {"joint", "arm", "board"};
   std::string rows = "| fault | of | value | |\n|---|---|---|---|\n";
