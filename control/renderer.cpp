@@ -192,6 +192,12 @@ void Renderer::reset() noexcept {
   fields_.reset();
 }
 
+void Renderer::reset(std::size_t arm) noexcept {
+  fingers_[arm] = {};
+  triangles_[arm].clear();
+  fields_.reset(arm);
+}
+
 std::uint64_t Renderer::inside_in_image(SolidSet inside) const noexcept {
   std::uint64_t in_image = 0;
   for (std::size_t i = 0; i < world_.count; ++i)

@@ -37,7 +37,7 @@ class Renderer {
   [[gnu::cold]] void reset() noexcept;
 
   // Ends the contacts of one arm: its tip was put somewhere else.
-  void reset(std::size_t arm) noexcept { fingers_[arm] = {}; }
+  [[gnu::cold]] void reset(std::size_t arm) noexcept;
 
   // Renders one period. tips and touches have the same size, at most kMaxArms. Afterwards the moving objects
   // move under the forces of this period.

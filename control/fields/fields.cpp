@@ -53,6 +53,10 @@ void Fields::reset() noexcept {
   for (State& state : state_) state = {};
 }
 
+void Fields::reset(std::size_t arm) noexcept {
+  for (State& state : state_) state.arms[arm] = {};
+}
+
 std::size_t Fields::show(TissueViews& views) const noexcept {
   std::size_t count = 0;
   for (std::size_t i = 0; i < count_; ++i) {

@@ -34,6 +34,7 @@ class Fields {
 
   // Resets every volume to its initial state.
   void reset() noexcept;
+  void reset(std::size_t arm) noexcept;  // what the volumes keep of one arm's tip
 
   // Adds the forces of the volumes on the tip of `arm` to `touch`. In contact with a surface the god object
   // is unchanged; otherwise it is the proxy of the first volume that pushes.

@@ -9,11 +9,10 @@ Conditions unmet_conditions(const Parts& parts, const Inputs& inputs) noexcept {
   const State& state = parts.state;
   if (parts.setup.arm_count == 0) return kBadConfig | kFaultLatched;
   unsigned unmet = 0;
-  const std::uint32_t stale_ticks = parts.params.get_unsigned(Param::encoder_stale_ticks);
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
     const ArmState& arm = state.arm[i];
     if (!arm.homed) unmet |= kNotHomed;
-    if (arm.age_ticks > stale_ticks) unmet |= kEncoderStale;
+    if (arm.age_ticks > stale_ticks(parts)) unmet |= kEncoderStale;
     if (arm.homed && !arm.in_workspace) unmet |= kOutsideWorkspace;
     if (inputs.arm[i].drive_fault) unmet |= kDriveFault;
   }
@@ -24,6 +23,7 @@ Conditions unmet_conditions(const Parts& parts, const Inputs& inputs) noexcept {
   if (!state.link_seen) unmet |= kLinkDown;
   if (inputs.e_stop) unmet |= kEStopPressed;
   if (parts.setup.board_lacks) unmet |= kBoardLacks;
+  if (parts.heat.not_kept.get()) unmet |= kStoreFails;
   if (state.mode == Mode::kHoming || state.mode == Mode::kDamping) unmet |= kWrongMode;
   return unmet;
 }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "firmware/core/force_limits.h"
 #include "firmware/core/steps.h"
@@ -91,7 +92,9 @@ void end_guest(Parts& parts) noexcept {
   State& state = parts.state;
   if (!state.guest) return;
   parts.sources.move.stop();
-  for (ArmState& arm : state.arm) arm.source = nullptr;
+  for (std::size_t i = 0; i < state.arm.size(); ++i) {
+    if (std::exchange(state.arm[i].source, nullptr) != nullptr) parts.sources.scene.begin_at_tip(i);
+  }
   state.guest = false;
 }
 

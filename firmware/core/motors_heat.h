@@ -5,6 +5,7 @@
 
 #include "firmware/core/config.h"
 #include "firmware/exchange/snapshot.h"
+#include "firmware/exchange/word.h"
 
 namespace thimble::firmware {
 
@@ -21,6 +22,8 @@ struct HeatExchange {
   Snapshot<MotorsHeat> now;  // from the tick, every kInterval_s
   Snapshot<MotorsHeat>
       less;  // to the tick: take this off, once, because the board has learned how long it was off
+  Value<bool>
+      not_kept;  // to the tick: the store did not take the newest record, so a restart would forget it
 };
 
 }  // namespace thimble::firmware

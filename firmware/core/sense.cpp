@@ -70,7 +70,8 @@ void check_host(Parts& parts, std::uint32_t lost) noexcept {
 }
 
 // By how much the torque of a joint may change while it does not count, and for how long. No hand holds an arm that moves by itself:
-// whatever it presses on, the stretch of its cables gives counts once friction is overcome, but few in a slow move.
+// whatever it presses on, the stretch of its cables gives counts once friction is overcome, but few in a slow move. Greater parameters
+// than the defaults are for hands, and do not make a move's watch duller.
 struct Frozen {
   float change_N_m, time_s;
 };
@@ -83,11 +84,13 @@ Frozen frozen_limits(const Parts& parts, std::size_t index, std::size_t joint,
   const JointConstants& constants = parts.setup.joint[index][joint];
   const Frozen held{params.part * constants.peak_N_m, params.time_s};
   if (arm.source == nullptr) return held;
+  const float part = std::min(params.part, row_of(Param::encoder_frozen).initial);
+  const float time_s = std::min(params.time_s, row_of(Param::encoder_frozen_time).initial);
+  const float change_N_m = part * constants.peak_N_m;
   const float lever2_m2 = arm.posture.jacobian.col(static_cast<int>(joint)).squaredNorm();
-  const float least_N_m = std::max(0.6F * held.change_N_m, constants.in_move.torque_N_m(lever2_m2));
+  const float least_N_m = std::max(0.6F * change_N_m, constants.in_move.torque_N_m(lever2_m2));
   const float late_m = kMoveCounts * constants.count_rad * std::sqrt(lever2_m2);
-  return {std::min(held.change_N_m, least_N_m),
-          std::max(0.25F * held.time_s, late_m / parts.sources.move.speed_m_s())};
+  return {std::min(change_N_m, least_N_m), std::max(0.25F * time_s, late_m / parts.sources.move.speed_m_s())};
 }
 
 bool is_frozen(Parts& parts, std::size_t index, std::size_t joint, const FrozenParams& params) noexcept {
@@ -120,7 +123,7 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
     parts.observers.recorder.end(RecordingEnd::kSampleStale);
   }
   const bool watched = arm.homed || parts.state.mode == Mode::kHoming;
-  if (arm.age_ticks > parts.params.get_unsigned(Param::encoder_stale_ticks)) {
+  if (arm.age_ticks > stale_ticks(parts)) {
     if (watched) trip(parts, Fault::encoder_stale);
     lose_home(arm);
     return;
@@ -197,7 +200,7 @@ void exchange_heat(Parts& parts, std::uint32_t lost) noexcept {
 void sense(Parts& parts, const Inputs& inputs) noexcept {
   begin_tick(parts, inputs);
   if (parts.setup.arm_count == 0) return;
-  const auto lost = static_cast<std::uint32_t>(std::min<std::uint64_t>(parts.state.lost, UINT32_MAX));
+  const auto lost = static_cast<std::uint32_t>(std::min<std::uint64_t>(parts.state.lost, UINT32_MAX - 1));
   check_clock(parts, inputs, lost);
   check_host(parts, lost);
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {

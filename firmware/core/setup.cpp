@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "firmware/core/encoder_probe.h"
+#include "firmware/core/stop_timeout.h"
 
 namespace thimble::firmware {
 namespace {
@@ -50,11 +51,17 @@ std::array<JointConstants, kJoints> constants_of(const kinematics::ArmModel& mod
   return joints;
 }
 
+std::uint32_t most_stale(float period_s) noexcept {
+  constexpr float kLongest_s = static_cast<float>(kLongestStop_us) * 1e-6F, kRounding = 1.0001F;
+  return std::max<std::uint32_t>(static_cast<std::uint32_t>(kRounding * kLongest_s / period_s), 2) - 1;
+}
+
 }  // namespace
 
 Setup::Setup(const Config& config) noexcept
     : period_s(works(config) ? config.period_s : kMaxPeriod_s),
       arm_count(works(config) ? config.arm_count : std::uint8_t{0}),
+      most_stale_ticks(most_stale(period_s)),
       board_lacks(config.lacks != nullptr && *config.lacks != '\0'),
       arm{arm_of(config, 0), arm_of(config, 1)},
       joint{constants_of(arm[0].model()), constants_of(arm[1].model())},

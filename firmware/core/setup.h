@@ -24,7 +24,8 @@ struct Setup {
 
   float period_s;
   std::uint8_t arm_count;  // 0: the Config cannot work, and the controller stays faulted with bad_config
-  bool board_lacks;        // Config::lacks is not empty
+  std::uint32_t most_stale_ticks;  // one period more than that is at most 5 ms; at least 1
+  bool board_lacks;                // Config::lacks is not empty
   std::array<kinematics::Arm<float>, kMaxArms> arm;
   std::array<std::array<JointConstants, kJoints>, kMaxArms> joint;
   std::array<bool, kMaxArms> has_index;

@@ -2,7 +2,9 @@
 // of its own; it runs in the tick, and has no heap, lock, exception or I/O.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 
 #include "firmware/core/commands.h"
@@ -84,6 +86,11 @@ void reset_to(Parts& parts, const RecordingStart& start) noexcept;
 
 // Its home position is not known any more.
 inline void lose_home(ArmState& arm) noexcept { arm.homed = arm.seen = false; }
+
+// The age of a sample that is not a fault yet: that of the parameter, but no more than the stop path allows a force that nothing renews.
+[[nodiscard]] inline std::uint32_t stale_ticks(const Parts& parts) noexcept {
+  return std::min(parts.params.get_unsigned(Param::encoder_stale_ticks), parts.setup.most_stale_ticks);
+}
 
 // Tests the squared norm, because the clamp computes it: it must not overflow.
 [[nodiscard]] inline bool finite(const Vec3& vector) noexcept { return std::isfinite(vector.squaredNorm()); }

@@ -5,7 +5,8 @@
 //   C_w dT_w/dt = I^2 R(T_w) - (T_w - T_h)/R_wh      C_h dT_h/dt = (T_w - T_h)/R_wh - (T_h - T_a)/R_ha
 //   R(T) = R_25 (1 + 0.00393 (T - 25))               C = time constant / thermal resistance
 //
-// Units: A, degC, s. Cannot fail with finite currents. At most one step per call.
+// Units: A, degC, s. Cannot fail with finite currents. At most one step per call, however long: after lost ticks it is one of backward
+// Euler, because a long explicit step goes below the ambient temperature and further.
 //
 // After a restart the model resumes from the journal. cooled() is for a time in which the motors were off, heated() for one that nobody
 // knows: they give a temperature that is not below the true one.
@@ -18,9 +19,25 @@
 
 namespace thimble::firmware {
 
+// One step of backward Euler in which the winding takes this energy. It is stable however long it is, and cools slower than the exact
+// solution.
+[[nodiscard]] inline Heat long_step(const kinematics::MotorModel& motor, const Heat& heat, float energy_J,
+                                    float seconds) noexcept {
+  const float a = seconds / motor.winding_time_constant_s;
+  const float c = seconds / motor.housing_time_constant_s;
+  const float b = c * motor.housing_to_ambient_K_W / motor.winding_to_housing_K_W;
+  const float winding_K =
+      heat.winding_K + energy_J * motor.winding_to_housing_K_W / motor.winding_time_constant_s;
+  Heat after;
+  after.housing_K = (heat.housing_K + b / (1 + a) * winding_K) / (1 + c + b / (1 + a));
+  after.winding_K = (winding_K + a * after.housing_K) / (1 + a);
+  return after;
+}
+
 class MotorHeat {
  public:
   static constexpr float kStep_s = 0.01F;
+  static constexpr float kLong_s = 0.1F;         // a hundredth of a winding's time constant
   static constexpr float kDerateFrom_C = 20.0F;  // below the limit: full current
   static constexpr float kDerateTo_C =
       5.0F;  // below the limit: none. The model's error must not burn the motor
@@ -30,6 +47,11 @@ class MotorHeat {
     time_s_ += period_s;
     if (time_s_ < kStep_s) return;
     const float resistance = motor.resistance_ohm * (1.0F + 0.00393F * (winding_C(ambient_C) - 25.0F));
+    if (time_s_ > kLong_s) {
+      const Heat after = long_step(motor, heat(), charge_A2_s_ * resistance, time_s_);
+      resume({.winding_K = after.winding_K, .housing_K = after.housing_K});
+      return;
+    }
     const float to_housing_J = (winding_K_ - housing_K_) / motor.winding_to_housing_K_W * time_s_;
     const float to_ambient_J = housing_K_ / motor.housing_to_ambient_K_W * time_s_;
     winding_K_ += (charge_A2_s_ * resistance - to_housing_J) * motor.winding_to_housing_K_W /
@@ -81,13 +103,7 @@ class MotorHeat {
   constexpr int kSteps = 1000;
   constexpr float kMost_s = 1e6F;  // cold by then
   const float step_s = std::min(seconds, kMost_s) / static_cast<float>(kSteps);
-  const float a = step_s / motor.winding_time_constant_s;
-  const float c = step_s / motor.housing_time_constant_s;
-  const float b = c * motor.housing_to_ambient_K_W / motor.winding_to_housing_K_W;
-  for (int i = 0; i < kSteps && seconds > 0; ++i) {
-    heat.housing_K = (heat.housing_K + b / (1 + a) * heat.winding_K) / (1 + c + b / (1 + a));
-    heat.winding_K = (heat.winding_K + a * heat.housing_K) / (1 + a);
-  }
+  for (int i = 0; i < kSteps && seconds > 0; ++i) heat = long_step(motor, heat, 0, step_s);
   return heat;
 }
 

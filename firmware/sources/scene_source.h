@@ -27,6 +27,8 @@ class SceneSource final : public ForceSource {
   [[nodiscard]] bool wanted(const Params&) const noexcept override { return true; }
   void start(const SourceTick&) noexcept override { renderer_.reset(); }
   void forces(const SourceTick& tick, SourceForces& out) noexcept override;
+  // Another source has led the arm to where it is: it is in contact with nothing, as at arming.
+  void begin_at_tip(std::size_t arm) noexcept { renderer_.reset(arm); }
 
   [[nodiscard]] bool waiting() const noexcept { return posted_.letter() != nullptr; }  // for take()
   void take() noexcept;   // what waits is the scene from now on

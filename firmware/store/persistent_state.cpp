@@ -99,7 +99,7 @@ void PersistentState::resume_heat(const Params& params, std::uint32_t utc_s) noe
   record_.utc_s = start_utc_s_ == 0 ? before_utc_s_ : heat_start_utc_s_;
   record_.motors_on = false;
   // Before the scene runs: if it crashes the board at once, this start counts.
-  failed_ = !journal_.append(record_);
+  append();
   journal_.prepare();
 }
 
@@ -188,6 +188,11 @@ bool PersistentState::due(bool motors_on, link::Micros now) const noexcept {
   return since_s >= kCoolingInterval_s && !keeps_heat_of_start() && cooler(heat_, record_.heat);
 }
 
+void PersistentState::append() noexcept {
+  failed_ = !journal_.append(record_);
+  core_.heat().not_kept.set(failed_);
+}
+
 void PersistentState::write(bool motors_on, link::Micros now) noexcept {
   if (keeps_heat_of_start()) {
     record_.heat = at_start_;
@@ -198,7 +203,7 @@ void PersistentState::write(bool motors_on, link::Micros now) noexcept {
   }
   record_.motors_on = motors_on;
   written_us_ = now;
-  failed_ = !journal_.append(record_);
+  append();
   news_ = false;
   if (!motors_on) journal_.prepare();
 }

@@ -66,6 +66,7 @@ class PersistentState {
   [[nodiscard]] std::uint32_t off_s() const noexcept;  // at least
   void note(const InStore& in_store, link::Micros now) noexcept;
   void write(bool motors_on, link::Micros now) noexcept;
+  void append() noexcept;  // record_; where the store does not take it, no arm may be armed
   [[nodiscard]] link::Micros uptime_us(link::Micros now) noexcept;
 
   Journal journal_;

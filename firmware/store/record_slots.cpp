@@ -79,8 +79,10 @@ bool RecordSlots::append(RecordBytes& record) noexcept {
   const std::uint32_t sequence = next_sequence(sequence_);
   put_word(record, 0, sequence);
   put_word(record, kRecordCrcAt, crc32(std::span(record).first(kRecordCrcAt)));
-  // A place that was written by half is used up.
-  if (!storage_.write(active_, kRecordBytes * next_++, record)) return false;
+  // A place that was written by half is used up. A worn flash may say that it has written.
+  const std::size_t at = next_++;
+  if (!storage_.write(active_, kRecordBytes * at, record)) return false;
+  if (!std::ranges::equal(place(active_, at), std::as_bytes(std::span(record)))) return false;
   sequence_ = sequence;
   active_has_newest_ = true;
   return true;

@@ -35,7 +35,7 @@ class RecordSlots {
 
   // At start. The newest valid record; empty: there is none. O(slot).
   [[nodiscard]] std::span<const std::byte> open() noexcept;
-  // Puts number and CRC into it. False: the hardware refused; the record before it is still the newest. Erases a slot where prepare() had no chance to.
+  // Puts number and CRC into it. False: the hardware refused, or does not hold it; the record before it is still the newest. Erases a slot where prepare() had no chance to.
   [[nodiscard]] bool append(RecordBytes& record) noexcept;
   // With the motors off: erases the other slot when at most so many places of this one are free, because a flash may need a second for
   // it. The records of the other slot are then gone.

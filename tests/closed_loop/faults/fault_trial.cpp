@@ -62,6 +62,7 @@ class Run {
       write(firmware::Param::link_timeout, std::bit_cast<std::uint32_t>(.1F));
       write(firmware::Param::host_supervision, 1);
     }
+    for (const auto& [param, bits] : trial.params) write(param, bits);
     ticks(2);
     if (trial.doing == Doing::kHoming) board_.inject({.kind = Injection::kIndexMissing});
     if (trial.doing == Doing::kHoming) ticks(1);

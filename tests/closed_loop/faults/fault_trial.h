@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "board/sim/sim_board.h"
@@ -37,10 +38,11 @@ struct Trial {
   double force_N = 0;  // with which the hand presses; 0: 80 % of the arm's peak force or of max_force
   Eigen::Vector3d normal{0, 0, 1};  // of the wall
   float stiffness_N_m = 1000, friction = 0;
-  double tremor_m = 0;      // amplitude of the hand's, at 9 Hz and 11 Hz
-  double lifts_m_s = 0;     // from the fault on the hand goes out of the wall this fast, or further in
-  double phase_s = 0;       // the instant of the fault comes this much later
-  double watch_s = 1.5;     // longest
+  double tremor_m = 0;   // amplitude of the hand's, at 9 Hz and 11 Hz
+  double lifts_m_s = 0;  // from the fault on the hand goes out of the wall this fast, or further in
+  double phase_s = 0;    // the instant of the fault comes this much later
+  double watch_s = 1.5;  // longest
+  std::vector<std::pair<firmware::Param, std::uint32_t>> params;  // written before the arm is homed, as bits
   bool supervised = false;  // a host that is silent for 0.1 s is a fault
 };
 

@@ -40,14 +40,14 @@ class TestStorage final : public firmware::Storage {
   bool erase(unsigned index, std::size_t bytes) noexcept override {
     ++erases[index];
     for (std::size_t i = 0; i < bytes; ++i) {
-      if (!power()) return false;
+      if (!power()) return lies;
       at(index, erase_downwards ? bytes - 1 - i : i) = std::byte{0xFF};
     }
     return true;
   }
   bool write(unsigned index, std::size_t offset, std::span<const std::byte> bytes) noexcept override {
     for (std::size_t i = 0; i < bytes.size(); ++i) {
-      if (!power()) return false;
+      if (!power()) return lies;
       overwritten = overwritten || at(index, offset + i) != std::byte{0xFF};
       at(index, offset + i) = bytes[i];
     }
@@ -59,6 +59,7 @@ class TestStorage final : public firmware::Storage {
 
   std::size_t power_left =
       std::numeric_limits<std::size_t>::max();  // bytes that can still be erased or written
+  bool lies = false;                            // says that it has done what it had no power for
   bool erase_downwards = false;
   std::array<std::size_t, kSlots> erases{};
   bool overwritten = false;  // a byte was written twice without an erase

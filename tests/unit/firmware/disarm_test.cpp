@@ -49,6 +49,22 @@ TEST(Disarm, UntilItIsObeyedNothingSetsTheArmInMotion) {
   EXPECT_NE(bench.controller->request(Command::kArm) & firmware::kWrongMode, 0) << "armed, but not for long";
 }
 
+TEST(Disarm, NothingSetsTheArmInMotionAfterALoopThatStoodStill) {
+  for (const Command command : {Command::kArm, Command::kHome}) {
+    for (const std::uint64_t lost : {4U, 5U, 100'000U}) {
+      Bench bench;
+      bench.load();
+      bench.home();
+      ASSERT_EQ(bench.controller->request(command), 0);
+      bench.inputs.tick += lost;
+      bench.tick();
+      EXPECT_EQ(bench.mode() != Mode::kReady, lost <= 4) << static_cast<int>(command) << " " << lost;
+      bench.ticks(2);
+      EXPECT_EQ(bench.mode() == Mode::kArmed, command == Command::kArm && lost <= 4);
+    }
+  }
+}
+
 // The judge keeps the order of what was asked for: after a tick that follows a disarm, the arm is neither armed nor homing unless that
 // was asked for, and accepted, after the disarm was obeyed.
 TEST(Disarm, RandomOrdersWithoutAPause) {

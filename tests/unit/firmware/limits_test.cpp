@@ -318,6 +318,49 @@ TEST(Thermal, FollowsTheTwoNodes) {
   EXPECT_NEAR(heat.winding_C(ambient_C), 25 + winding, 0.05);
 }
 
+// The loop stands still for up to a quarter of an hour, at random, with drives that are off 5 ms later: the model is never cooler than the
+// motor, and never below ambient.
+TEST(Thermal, IsNotBelowTheMotorHoweverLongTheLoopStands) {
+  constexpr float kAmbient_C = 25, kPeriod_s = 1e-3F;
+  constexpr double kDrivesOff_s = 5e-3;
+  Random random(1);
+  double below_K = 0;
+  for (const kinematics::ArmModel& arm : kinematics::arm_models()) {
+    const kinematics::MotorModel& motor = arm.motor;
+    const auto to_housing_K_W = static_cast<double>(motor.winding_to_housing_K_W),
+               to_ambient_K_W = static_cast<double>(motor.housing_to_ambient_K_W);
+    const double c_w = static_cast<double>(motor.winding_time_constant_s) / to_housing_K_W;
+    const double c_h = static_cast<double>(motor.housing_time_constant_s) / to_ambient_K_W;
+    firmware::MotorHeat heat;
+    double winding = 0, housing = 0;
+    const auto pass = [&](float current_A, double seconds) {
+      const auto steps = static_cast<int>(std::ceil(seconds / 0.01));
+      const double h = seconds / std::max(steps, 1);
+      for (int i = 0; i < steps; ++i) {
+        const double power =
+            static_cast<double>(current_A * current_A * motor.resistance_ohm) * (1 + 0.00393 * winding);
+        const double flow = (winding - housing) / to_housing_K_W;
+        winding += (power - flow) / c_w * h;
+        housing += (flow - housing / to_ambient_K_W) / c_h * h;
+      }
+    };
+    for (int i = 0; i < 300; ++i) {
+      const float current_A = random.below(3) == 0 ? 0 : static_cast<float>(random.uniform(0, 1.5));
+      for (int tick = 0; tick < 1000; ++tick) {
+        heat.add(motor, current_A, kAmbient_C, kPeriod_s);
+        if (tick % 10 == 9) pass(current_A, 0.01);
+      }
+      const double gap_s = std::exp(random.uniform(std::log(1e-3), std::log(900.0)));
+      heat.add(motor, current_A, kAmbient_C, static_cast<float>(gap_s));
+      pass(current_A, std::min(gap_s, kDrivesOff_s));
+      pass(0, std::max(gap_s - kDrivesOff_s, 0.0));
+      below_K = std::max(below_K, winding - static_cast<double>(heat.heat().winding_K));
+    }
+  }
+  figure("model below the motor after the loop stood still, K", below_K, "<= 0.5");
+  EXPECT_LE(below_K, 0.5);
+}
+
 TEST(Thermal, DeratingKeepsDirectionAndTheLimit) {
   Bench bench;
   set_param(bench, "winding_limit", 60.0F);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstdio>
 #include <memory>
 #include <vector>
@@ -126,6 +127,45 @@ TEST(HeatOverRestart, ARestartEveryThirtySecondsForTenMinutes) {
     std::printf("[ figure   ] %s every 30 s: hottest winding %.1f C\n", reason, motors.hottest_C());
     EXPECT_GT(motors.hottest_C(), 85);
     EXPECT_LT(motors.hottest_C(), kLimit_C) << reason;
+  }
+}
+
+// In a room of 25 degC. An ambient of -20, which the parameter allowed once, let the winding reach 157 degC.
+TEST(HeatOverRestart, NoValueOfAParameterHeatsTheMotorsBeyondTheirLimit) {
+  const auto bench = loaded();
+  for (const auto& [param, value] :
+       {std::pair(firmware::Param::ambient, firmware::row_of(firmware::Param::ambient).min),
+        std::pair(firmware::Param::winding_limit, firmware::row_of(firmware::Param::winding_limit).max)})
+    ASSERT_EQ(bench->controller->write_param(firmware::row_of(param).id, std::bit_cast<std::uint32_t>(value)),
+              firmware::ParamStatus::kOk);
+  TrueMotors motors;
+  press(*bench);
+  motors.run(*bench, 120);
+  std::printf("[ figure   ] ambient and limit at their edges: hottest winding %.1f C\n", motors.hottest_C());
+  EXPECT_GT(motors.hottest_C(), 85);
+  EXPECT_LT(motors.hottest_C(), kLimit_C);
+}
+
+// Otherwise every start would take the motors for cold: 290 degC after eight restarts of half a minute of hard use.
+TEST(HeatOverRestart, AStoreThatTakesNothingRefusesArming) {
+  for (const bool lies : {false, true}) {
+    const auto bench = loaded();
+    bench->home();
+    bench->storage.lies = lies;
+    bench->storage.power_left = 0;
+    EXPECT_EQ(bench->controller->request(Command::kArm), 0) << "nothing was to be written yet";
+    bench->tick();
+    EXPECT_EQ(bench->mode(), Mode::kArmed);
+    ASSERT_EQ(bench->controller->request(Command::kDisarm), 0);
+    bench->ticks(300);
+    EXPECT_EQ(bench->controller->request(Command::kArm), firmware::kStoreFails);
+    bench->restart("power_on");
+    if (bench->controller->store().image_bytes() == 0) bench->load(4000);
+    bench->home();
+    EXPECT_NE(bench->controller->request(Command::kArm) & firmware::kStoreFails, 0) << lies;
+    bench->storage.power_left = std::numeric_limits<std::size_t>::max();
+    bench->ticks(static_cast<int>(6 * kRate_Hz));
+    EXPECT_EQ(bench->controller->request(Command::kArm), 0) << "the store takes it again";
   }
 }
 
