@@ -52,9 +52,11 @@ std::unique_ptr<Bench> rested() {
   return bench;
 }
 
-// Until the arm lets go: every time that a probe begins to take torque away, the joints move a little, with their torque or against it.
-void move_when_probed(Bench& bench, double with_torque) {
+// Until the arm lets go: every time that a probe begins to take torque away, the joints move a little, with their torque or against it; and
+// come back with the torque.
+void move_when_probed(Bench& bench, double with_torque, bool comes_back = true) {
   bench.frozen = true;
+  Eigen::Vector3d moved_rad = Eigen::Vector3d::Zero();
   bool probed = false;
   for (int i = 0; i < 8000 && bench.mode() == Mode::kArmed; ++i) {
     const bool probes = (bench.shown().arm[0].limiters & firmware::link::kLimitProbe) != 0;
@@ -63,9 +65,11 @@ void move_when_probed(Bench& bench, double with_torque) {
           bench.arms[0].at(bench.joints[0]).jacobian.transpose() * scripted_force_N.cast<double>();
       for (int j = 0; j < 3; ++j) {
         const double count_rad = std::abs(static_cast<double>(bench.arms[0].model().rad_per_count(j)));
-        bench.joints[0][j] += std::copysign(5 * count_rad, with_torque * torque_N_m[j]);
+        moved_rad[j] = std::copysign(5 * count_rad, with_torque * torque_N_m[j]);
       }
+      bench.joints[0] += moved_rad;
     }
+    if (!probes && probed && comes_back) bench.joints[0] -= moved_rad;
     probed = probes;
     bench.tick();
   }
@@ -368,6 +372,14 @@ TEST(FrozenEncoder, IsNotAnArmThatStoodStillAndIsLetGo) {
   }
   bench->ticks(400);
   EXPECT_EQ(bench->mode(), Mode::kArmed);
+}
+
+TEST(ReversedMotor, IsNotAHandThatLiftsOffSlowly) {
+  const auto bench = pressing();
+  move_when_probed(*bench, 1, false);
+  EXPECT_EQ(bench->controller->fault(), Fault::kNone);
+  EXPECT_GT(bench->shown().probes, 5U);
+  scripted_force_N.setZero();
 }
 
 TEST(ReversedMotor, IsNotAJointThatGivesWayWhenItsTorqueGoes) {
