@@ -29,19 +29,53 @@ std::optional<Mode> mode_of_status(ServiceClient& services, Micros deadline_us) 
   return std::nullopt;
 }
 
-Mode disarm_by(ServiceClient& services, Micros wait_us) {
-  services.demand_without_place(routine_request(Routine::kDisarm), "disarming");
-  const Micros deadline_us = now_us() + std::max(wait_us, services.patience_us());
-  while (true) {
-    const std::optional<Mode> mode =
-        services.has_place() ? services.state().mode : mode_of_status(services, deadline_us);
-    if (mode && *mode != Mode::kArmed && *mode != Mode::kDamping) return *mode;
-    if (now_us() > deadline_us) {
-      throw Error(ExitCode::kRefused, "not-in-time",
-                  mode ? std::string("the device is still ") + name(*mode)
-                       : "the device has taken the command, and does not say its mode",
-                  "press the e-stop, then see `thimble info`");
+bool at_rest(Mode mode) { return mode != Mode::kArmed && mode != Mode::kDamping; }
+
+[[noreturn]] void not_disarmed(std::optional<Mode> mode) {
+  throw Error(ExitCode::kRefused, "not-in-time",
+              mode ? std::string("the device is still ") + name(*mode)
+                   : "the device was told to disarm, and does not say its mode",
+              "press the e-stop, then see `thimble info`");
+}
+
+// Other programs may use the address of who has no place, too, and each hears the answers to all: no answer proves anything, and one that
+// was spoiled may have been another's. So the order is repeated until the device's status confirms it, as a stop is.
+Mode disarm_without_place(ServiceClient& services, Micros deadline_us) {
+  constexpr Micros kRepeat_us = 100'000;
+  const Bytes request = routine_request(Routine::kDisarm);
+  link::CanFrame order;
+  order.id = link::request_id(services.options().node, link::kTesterAddress);
+  order.extended = true;
+  order.size = link::kClassicDataBytes;
+  order.data[0] = static_cast<std::uint8_t>(request.size());  // a single frame of ISO-TP
+  std::ranges::copy(request, order.data.begin() + 1);
+  while (services.telemetry(now_us())) {
+  }  // what came before the order confirms nothing
+  std::optional<Mode> mode;
+  while (now_us() < deadline_us) {
+    services.send(order);
+    const Micros repeat_us = now_us() + kRepeat_us;
+    while (const std::optional<Mode> said = mode_of_status(services, repeat_us)) {
+      mode = said;
+      if (at_rest(*mode)) return *mode;
     }
+  }
+  not_disarmed(mode);
+}
+
+Mode disarm_by(ServiceClient& services, Micros wait_us) {
+  const Micros deadline_us = now_us() + std::max(wait_us, services.patience_us());
+  const auto placeless = [&] { return services.address() == link::kTesterAddress; };
+  try {
+    if (!placeless()) services.demand_without_place(routine_request(Routine::kDisarm), "disarming");
+  } catch (const Error&) {
+    if (!placeless()) throw;  // else the place was lost meanwhile
+  }
+  if (placeless()) return disarm_without_place(services, deadline_us);
+  while (true) {
+    const Mode mode = services.state().mode;
+    if (at_rest(mode)) return mode;
+    if (now_us() > deadline_us) not_disarmed(mode);
   }
 }
 

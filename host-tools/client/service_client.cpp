@@ -272,7 +272,11 @@ Micros ServiceClient::passes_within(const Answer& answer) {
 }
 
 ServiceClient::Answer ServiceClient::ask(const Bytes& request) {
-  std::optional<Answer> answer = try_request(request, options_.tries, options_.answer_us);
+  // Tries that a spoiled answer has ended cost no time: they do not count.
+  const Micros deadline_us = now_us() + patience_us();
+  std::optional<Answer> answer;
+  do answer = try_request(request, options_.tries, options_.answer_us);
+  while (!answer && now_us() < deadline_us);
   if (!answer) {
     throw Error(ExitCode::kLinkLost, "no-answer",
                 "the device did not answer within " + std::to_string(patience_us() / 1000) + " ms",

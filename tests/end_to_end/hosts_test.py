@@ -150,6 +150,33 @@ class Hosts(Rig):
         again = hosts.claim(*keys)  # and refusals of the verb's own claims
         self.assertEqual({key: again[key] for key in keys}, granted, "nobody lost its place")
 
+    def test_disarming_without_a_place_while_others_use_its_address(self):
+        """They ask, too, and each hears the answers to all, whole and in pieces: none of them is taken for the answer to the disarm."""
+        self.ok("home", "--device", self.device.tcp)
+        self.ok("arm", "--device", self.device.tcp)
+        hosts = RawHosts(self.device.port)
+        self.addCleanup(hosts.vanish)
+        ends = []
+        with socket.create_connection(("127.0.0.1", self.device.port)) as bus:
+            bus.sendall(b"S8\rO\rT18DA01F18023E00CCCCCCCCCC\r")  # the fourth place
+            hosts.claim(*range(1, PLACES))
+            talking = threading.Event()
+
+            def talk():
+                while not talking.is_set():
+                    bus.sendall(50 * b"T18DA01F180722F1A1F1A3F1A4\rT18DA01F18043101020FCCCCCC\r")
+                    bus.recv(1 << 20)
+
+            talker = threading.Thread(target=talk, daemon=True)
+            talker.start()
+            time.sleep(0.2)
+            for _ in range(5):
+                ends.append(self.run_thimble("disarm", "--device", self.device.tcp))
+            talking.set()
+            talker.join()
+        figure("exit codes of 5 disarms: %s" % [end.code for end in ends])
+        self.assertEqual([(end.code, end.out.strip(), end.err) for end in ends], [(0, "ready", "")] * 5)
+
     def test_a_stop_needs_nobody(self):
         """While all places are taken, an upload runs, and another host holds the arm in contact."""
         self.ok("home", "--device", self.device.tcp)
