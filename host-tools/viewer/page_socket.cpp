@@ -19,7 +19,8 @@ bool MessageRate::allows() {
 }
 
 void PageSocket::begin(const http::request<http::string_body>& request) {
-  stream_.auto_fragment(false);  // of a hello, which is longer than a frame's default, too: a message is a frame
+  stream_.auto_fragment(
+      false);  // of a hello, which is longer than a frame's default, too: a message is a frame
   websocket::stream_base::timeout timeout{};
   timeout.handshake_timeout = std::chrono::seconds(10);
   timeout.idle_timeout = std::chrono::seconds(30);
