@@ -254,5 +254,32 @@ TEST(RendererPaths, FastAndGeneralPathRenderTheSameForces) {
   }
 }
 
+// The fast path does not look at the others while the tip stays within what was clear: it has to look again in time. The tip slides over a
+// floor into a box, and back into a wall.
+TEST(RendererPaths, TheFastPathMeetsWhatIsInItsWay) {
+  const Material material{.stiffness_N_m = 800};
+  const SceneImage image = SceneBuilder()
+                               .box({0.4, 0.4, 0.02}, material, {.position_m = {0, 0, -0.01}})
+                               .box({0.04, 0.04, 0.04}, material, {.position_m = {0.08, 0, 0.02}})
+                               .plane({1, 0, 0}, -0.09, material)
+                               .image();
+  control::Renderer fast;
+  fast.bind(image.view());
+  control::Renderer general = fast;
+  general.use_general_path_only();
+  float most_N = 0, least_N = 0;
+  for (int i = 0; i < 8000; ++i) {
+    const double x_m = i < 4000 ? 5e-5 * std::min(i, 4000 - i) : -3e-5 * (i - 4000);
+    const control::Tip tip{.position_m = Vector3d(x_m, 0.001, i < 10 ? 0.001 : -0.002).cast<float>()};
+    const control::Touch felt = tick(fast, tip);
+    const control::Touch other = tick(general, tip);
+    ASSERT_LE((felt.force_N - other.force_N).norm(), static_cast<float>(kAllowed_N)) << "tick " << i;
+    most_N = std::max(most_N, felt.force_N.x());
+    least_N = std::min(least_N, felt.force_N.x());
+  }
+  EXPECT_LT(least_N, -1) << "the box pushes back";
+  EXPECT_GT(most_N, 1) << "the wall pushes back";
+}
+
 }  // namespace
 }  // namespace thimble::test
