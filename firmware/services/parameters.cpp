@@ -1,6 +1,7 @@
 // Service 2E (write: parameters, the name of a host), the parameters' part of 22 (read), routines 0207 (save), 0209 (tell the time).
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "firmware/core/stop_timeout.h"
 #include "firmware/services/handlers.h"
@@ -15,7 +16,7 @@ constexpr std::size_t kParamBytes = 4;
 [[nodiscard]] bool stops_too_late(const ServiceParts& parts, std::uint16_t id, std::uint32_t bits) noexcept {
   if (id != row_of(Param::lost_ticks).id || bits <= parts.params.get_unsigned(Param::lost_ticks))
     return false;
-  return !stop_timeout_us(static_cast<std::uint32_t>(parts.config.period_s * 1e9F + 0.5F), bits);
+  return !stop_timeout_us(static_cast<std::uint32_t>(std::lround(parts.config.period_s * 1e9F)), bits);
 }
 
 // kOk for kOk.
