@@ -44,6 +44,7 @@ void arm_with_source(Parts& parts) noexcept {
   for (ArmState& arm : state.arm) {
     for (EncoderWatch& watch : arm.watch) watch.reset();
     arm.probe.reset();
+    arm.given = 1;
     arm.speed_watch.reset();
   }
 }

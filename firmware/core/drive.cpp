@@ -26,6 +26,7 @@ bool drive_arm(const Parts& parts, const kinematics::ArmModel& model, ArmState& 
   const auto currents = kinematics::motor_currents(model, arm.torque_N_m, limit_A);
   if (!finite(currents.value)) return false;
   arm.current_A = currents.value;
+  if (!arm.probe.probes()) arm.given = 1;
   if (currents.which == kinematics::CurrentLimit::kNone) return true;
   // All torques were scaled alike, so the force was too.
   const int limiting = static_cast<int>(currents.which) - 1;
@@ -33,6 +34,7 @@ bool drive_arm(const Parts& parts, const kinematics::ArmModel& model, ArmState& 
   const float scale = currents.value[limiting] / wanted_A;
   arm.force_N *= scale;
   arm.torque_N_m *= scale;
+  if (!arm.probe.probes()) arm.given = scale;
   arm.limiters |= derated && limit_A[limiting] < model.motor.peak_current_A ? kLimitThermal : kLimitCurrent;
   return true;
 }

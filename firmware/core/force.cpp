@@ -27,13 +27,14 @@ bool ask(Parts& parts, ForceSource& source, SourceForces& out) noexcept {
 }
 
 // What a probe of the encoders leaves of the force: of the torques that it asks of the joints, so it has another direction, but is no
-// greater. wanted_N is before the account of the energy, which takes from the force while a hand follows the probe.
+// greater. wanted_N is before the account of the energy, which takes from the force while a hand follows the probe. What hot motors do
+// not give proves nothing when it is taken away, and the other joints get none of it.
 Vec3 probed(Parts& parts, std::size_t index, const Vec3& wanted_N, const Vec3& force_N) noexcept {
   ArmState& arm = parts.state.arm[index];
   const kinematics::Matrix3<float>& jacobian = arm.posture.jacobian;
-  Vec3 torque_N_m = jacobian.transpose() * force_N;
+  Vec3 torque_N_m = arm.given * (jacobian.transpose() * force_N);
   const bool probed_before = arm.probe.probes();
-  const Vec3 asked_N_m = probed_before ? Vec3(jacobian.transpose() * wanted_N) : torque_N_m;
+  const Vec3 asked_N_m = probed_before ? Vec3(arm.given * (jacobian.transpose() * wanted_N)) : torque_N_m;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const int axis = static_cast<int>(j);
     const float sure_N_m =
