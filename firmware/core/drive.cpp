@@ -14,6 +14,12 @@ bool drive_arm(const Parts& parts, const kinematics::ArmModel& model, ArmState& 
   if (parts.params.on(Param::gravity_compensation))
     arm.torque_N_m += parts.state.gravity_ramp * kinematics::gravity_torques(model.inertia, arm.posture);
   if (!finite(arm.torque_N_m)) return false;
+  // A joint gets nothing of what a probe takes from another one.
+  const bool probed = parts.state.mode == Mode::kArmed && arm.probe.probes();
+  if (probed) {
+    arm.force_N *= arm.given;
+    arm.torque_N_m *= arm.given;
+  }
   const float ambient_C = parts.params.get(Param::ambient);
   const float limit_C = std::min(parts.params.get(Param::winding_limit), model.motor.max_winding_C);
   Vec3 limit_A;
@@ -26,7 +32,7 @@ bool drive_arm(const Parts& parts, const kinematics::ArmModel& model, ArmState& 
   const auto currents = kinematics::motor_currents(model, arm.torque_N_m, limit_A);
   if (!finite(currents.value)) return false;
   arm.current_A = currents.value;
-  if (!arm.probe.probes()) arm.given = 1;
+  if (!probed) arm.given = 1;
   if (currents.which == kinematics::CurrentLimit::kNone) return true;
   // All torques were scaled alike, so the force was too.
   const int limiting = static_cast<int>(currents.which) - 1;
@@ -34,7 +40,7 @@ bool drive_arm(const Parts& parts, const kinematics::ArmModel& model, ArmState& 
   const float scale = currents.value[limiting] / wanted_A;
   arm.force_N *= scale;
   arm.torque_N_m *= scale;
-  if (!arm.probe.probes()) arm.given = scale;
+  if (!probed) arm.given = scale;
   arm.limiters |= derated && limit_A[limiting] < model.motor.peak_current_A ? kLimitThermal : kLimitCurrent;
   return true;
 }

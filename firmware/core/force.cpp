@@ -27,14 +27,14 @@ bool ask(Parts& parts, ForceSource& source, SourceForces& out) noexcept {
 }
 
 // What a probe of the encoders leaves of the force: of the torques that it asks of the joints, so it has another direction, but is no
-// greater. wanted_N is before the account of the energy, which takes from the force while a hand follows the probe. What hot motors do
-// not give proves nothing when it is taken away, and the other joints get none of it.
+// greater. wanted_N is before the account of the energy, which takes from the force while a hand follows the probe. What the limits of
+// the motors keep back proves nothing when it is taken away.
 Vec3 probed(Parts& parts, std::size_t index, const Vec3& wanted_N, const Vec3& force_N) noexcept {
   ArmState& arm = parts.state.arm[index];
   const kinematics::Matrix3<float>& jacobian = arm.posture.jacobian;
-  Vec3 torque_N_m = arm.given * (jacobian.transpose() * force_N);
+  Vec3 torque_N_m = jacobian.transpose() * force_N;
   const bool probed_before = arm.probe.probes();
-  const Vec3 asked_N_m = probed_before ? Vec3(arm.given * (jacobian.transpose() * wanted_N)) : torque_N_m;
+  const Vec3 asked_N_m = probed_before ? Vec3(jacobian.transpose() * wanted_N) : torque_N_m;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const int axis = static_cast<int>(j);
     const float sure_N_m =
@@ -43,7 +43,8 @@ Vec3 probed(Parts& parts, std::size_t index, const Vec3& wanted_N, const Vec3& f
         j,
         {.counts = arm.encoder[j].counts(),
          .pushes_up = torque_N_m[axis] * arm.encoder[j].rad_per_count() > 0.0F,
-         .holds = std::abs(arm.probe.part(j) < 1.0F ? asked_N_m[axis] : torque_N_m[axis]) > sure_N_m,
+         .holds =
+             arm.given * std::abs(arm.probe.part(j) < 1.0F ? asked_N_m[axis] : torque_N_m[axis]) > sure_N_m,
          .changed = arm.suspect[j],
          .may_rest = parts.setup.has_line_loss[index] || arm.source != nullptr},
         parts.setup.period_s);

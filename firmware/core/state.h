@@ -48,7 +48,7 @@ struct ArmState {
   ForceSource* source = nullptr;   // the guest that leads this arm; null: State::source gives its force
   Vec3 force_N = Vec3::Zero();     // after all limits
   Vec3 unprobed_N = Vec3::Zero();  // before a probe of the encoders took some of it away
-  float given = 1;       // the part of a force that the motors' limits let through; as it was before a probe
+  float given = 1;  // the part of the torques that the motors' limits let through; during a probe, as before
   ForceAccount limits;   // what the limits have kept back
   float braked_m_s = 0;  // while the tip is braked: the speed that it should have at most
   Vec3 torque_N_m = Vec3::Zero();

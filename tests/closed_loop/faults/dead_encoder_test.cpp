@@ -199,23 +199,37 @@ TEST(ReversedMotor, InAHandIsFound) {
   EXPECT_GE(count, .6 * with_share);
 }
 
-// What hot motors do not give cannot move a joint when a probe takes it away. Of 1000 s of the next test, the one hand that showed it.
-TEST(DeadEncoder, WhatHotMotorsDoNotGiveProvesNothing) {
-  Trial trial;
-  trial.rate_Hz = 1000;
-  trial.force_N = 5.6277337594881178;
-  trial.holds.stiffness_N_m = 1293.4897221444246;
-  trial.stiffness_N_m = 1767.48193359375F;
-  trial.friction = .5F;
-  trial.normal = {-.0042278982599870093, .053432583932694046, .99856250873472052};
-  trial.tremor_m = 19.883873138736649e-6;
-  trial.phase_s = .11237585917270328;
-  trial.lifts_m_s = -.22841509781715253e-3;
-  trial.watch_s = 6;
-  trial.params = {{firmware::Param::winding_limit, std::bit_cast<std::uint32_t>(38.190483093261719F)}};
-  const Verdict verdict = look(trial);
-  EXPECT_EQ(verdict.fault, firmware::Fault::kNone);
-  EXPECT_GE(verdict.probes, 10U);
+// What hot motors do not give cannot move a joint when a probe takes it away (encoder_frozen at the first hand), and no other joint gets
+// it (motor_reversed at the second). Two of 4000 s of the next test.
+TEST(DeadEncoder, HotMotorsOfASoundArmAreProbedToo) {
+  Trial premium;
+  premium.rate_Hz = 1000;
+  premium.force_N = 5.6277337594881178;
+  premium.holds.stiffness_N_m = 1293.4897221444246;
+  premium.stiffness_N_m = 1767.48193359375F;
+  premium.friction = .5F;
+  premium.normal = {-.0042278982599870093, .053432583932694046, .99856250873472052};
+  premium.tremor_m = 19.883873138736649e-6;
+  premium.phase_s = .11237585917270328;
+  premium.lifts_m_s = -.22841509781715253e-3;
+  premium.watch_s = 6;
+  premium.params = {{firmware::Param::winding_limit, std::bit_cast<std::uint32_t>(38.190483093261719F)}};
+  Trial wooden = premium;
+  wooden.variant = "wooden";
+  wooden.rate_Hz = 4000;
+  wooden.force_N = 2.7670749154808512;
+  wooden.holds.stiffness_N_m = 895.48294157662383;
+  wooden.stiffness_N_m = 1558.7889404296875F;
+  wooden.normal = {-.066801598441740925, -.21477798560276223, .97437567875334818};
+  wooden.tremor_m = 24.448561334639751e-6;
+  wooden.phase_s = .22252076767558077;
+  wooden.lifts_m_s = 0;
+  wooden.params = {{firmware::Param::winding_limit, std::bit_cast<std::uint32_t>(37.136238098144531F)}};
+  for (const Trial& trial : {premium, wooden}) {
+    const Verdict verdict = look(trial);
+    EXPECT_EQ(verdict.fault, firmware::Fault::kNone) << trial.variant;
+    EXPECT_GE(verdict.probes, 10U) << trial.variant;
+  }
 }
 
 // THIMBLE_STILL_S: simulated seconds, of which the suite runs few.
