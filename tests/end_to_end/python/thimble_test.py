@@ -174,6 +174,17 @@ class Connect(Rig):
                 getattr(device, verb)()
                 self.assertEqual(device.info["stopped_by"], verb)
 
+    def test_an_interrupt_ends_homing(self):
+        sim = self.sim("--no-pty", "--tcp", 0, "--senses", "index")
+        with thimble.connect(sim.tcp) as device:
+            device.inject("index-missing")
+            began = time.monotonic()
+            threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+            with self.assertRaises(KeyboardInterrupt):
+                device.home()
+            self.assertLess(time.monotonic() - began, 3)
+            self.assertEqual(device.info["mode"], "disarmed")
+
     def test_what_the_device_refuses(self):
         sim = self.sim("--tcp", 0)
         with thimble.connect(sim.tcp) as device:
