@@ -165,8 +165,12 @@ std::vector<link::FreezeFrame> Device::freeze_frames(std::uint8_t fault) {
   return frames;
 }
 
-void Device::clear_faults() {
+void Device::clear_faults(const std::function<bool()>& outdated) {
   services_.enter(Session::kExtended);
+  if (outdated && outdated()) {
+    throw Error(ExitCode::kRefused, "refused", "clearing the faults was given up: a stop came meanwhile",
+                "clear them again");
+  }
   services_.demand({byte_of(Service::kClearFaults), 0xFF, 0xFF, 0xFF}, "clearing the faults");
 }
 

@@ -419,7 +419,11 @@ PYBIND11_MODULE(_thimble, m) {
              const py::gil_scoped_release others;
              static_cast<void>(c.device().stop());
            })
-      .def("clear_faults", without_gil(&Device::clear_faults))
+      .def("clear_faults",
+           [](Connection& c) {
+             const py::gil_scoped_release others;
+             c.device().clear_faults();
+           })
       .def("keep_alive", without_gil(&Device::keep_alive))
       .def("parameters",
            [](Connection&) {
