@@ -18,6 +18,7 @@ namespace thimble::board {
 namespace {
 
 constexpr std::size_t kMostHosts = 32;
+constexpr int kAcceptsARead = 16;
 
 [[noreturn]] void fail_tcp(const std::string& what) {
   throw std::runtime_error(what + ": " + std::strerror(errno));
@@ -34,7 +35,7 @@ TcpPort::TcpPort(std::uint16_t port, Hosts hosts)
   address_.sin_port = htons(port);
   address_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   auto* generic = reinterpret_cast<sockaddr*>(&address_);
-  if (bind(listener_.get(), generic, sizeof(address_)) != 0 || listen(listener_.get(), 8) != 0) {
+  if (bind(listener_.get(), generic, sizeof(address_)) != 0 || listen(listener_.get(), SOMAXCONN) != 0) {
     if (errno == EADDRINUSE) {
       throw std::runtime_error(
           "TCP port " + std::to_string(port) +
@@ -58,7 +59,9 @@ void TcpPort::read() {
     if (host->gone()) dropped_ += host->dropped();
   }
   std::erase_if(hosts_, [](const std::unique_ptr<SlcanStream>& host) { return host->gone(); });
-  accept_host();
+  ended_.clear();
+  for (int i = 0; i < kAcceptsARead && accept_host(); ++i) {
+  }
 }
 
 void TcpPort::tell_refused(uid_t owner) {
@@ -71,33 +74,37 @@ void TcpPort::tell_refused(uid_t owner) {
             << " may connect (--open: everyone)" << std::endl;
 }
 
-void TcpPort::accept_host() {
+bool TcpPort::accept_host() {
   sockaddr_in peer{};
   socklen_t size = sizeof(peer);
   Descriptor fd(
       accept4(listener_.get(), reinterpret_cast<sockaddr*>(&peer), &size, SOCK_NONBLOCK | SOCK_CLOEXEC));
-  if (!fd.is_open()) return;
+  if (!fd.is_open()) return false;
   const std::optional<uid_t> owner =
       may_connect_ == Hosts::kEveryone ? geteuid() : socket_owner(peer, address_);
   if (owner && *owner != geteuid()) {
     tell_refused(*owner);
-    return;
+    return true;
+  }
+  if (!owner) {  // nobody's: a program that sent a stop and has ended already
+    ended_.push_back(std::make_unique<SlcanStream>(std::move(fd), SlcanStream::Kind::kStopsOnly));
+    ended_.back()->read();
+    return true;
   }
   const int on = 1;
   setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
-  // Nobody's: a program that sent a stop and has ended already.
-  const auto kind = owner ? SlcanStream::Kind::kSocket : SlcanStream::Kind::kStopsOnly;
-  hosts_.push_back(std::make_unique<SlcanStream>(std::move(fd), kind));
-  if (hosts_.size() <= kMostHosts) return;
+  hosts_.push_back(std::make_unique<SlcanStream>(std::move(fd), SlcanStream::Kind::kSocket));
+  if (hosts_.size() <= kMostHosts) return true;
   const auto silent = std::ranges::min_element(hosts_, {}, [](const auto& host) { return host->heard(); });
   dropped_ += (*silent)->dropped();
   hosts_.erase(silent);
+  return true;
 }
 
 std::optional<firmware::link::CanFrame> TcpPort::receive() {
-  for (const auto& host : hosts_) {
-    if (const auto frame = host->receive()) return frame;
-  }
+  for (const auto* streams : {&hosts_, &ended_})
+    for (const auto& host : *streams)
+      if (const auto frame = host->receive()) return frame;
   return std::nullopt;
 }
 

@@ -32,7 +32,7 @@ class TcpPort final : public Port {
   [[nodiscard]] std::uint64_t dropped() const override;
 
  private:
-  void accept_host();
+  [[nodiscard]] bool accept_host();  // false: nobody waits
   void tell_refused(uid_t owner);
 
   Descriptor listener_;
@@ -40,6 +40,8 @@ class TcpPort final : public Port {
   Hosts may_connect_;
   std::chrono::steady_clock::time_point tell_again_{};  // of a refused connection
   std::vector<std::unique_ptr<SlcanStream>> hosts_;
+  std::vector<std::unique_ptr<SlcanStream>>
+      ended_;  // nobody's: kept until what they have sent by now is handled
   std::string uri_;
   std::uint64_t dropped_ = 0;  // of closed connections
 };

@@ -82,6 +82,8 @@ class Commands {
   [[nodiscard]] Conditions request_move(const MoveOrder& order) noexcept;
   // Posts without a check: for a replay, which knows that the command was executed.
   void replay(Command command) noexcept { channel_.post(command); }
+  // Stops and disarms so far: whether one came after a request.
+  [[nodiscard]] std::uint32_t halts() const noexcept { return stops_.get() + disarms_.get(); }
   void keep_alive() noexcept { alive_.add(); }  // a sign of life from the host
   [[nodiscard]] const Request<Command>& channel() const noexcept { return channel_; }
 

@@ -42,6 +42,9 @@ enum class Command : std::uint8_t {
   return command == Command::kHome || command == Command::kArm || command == Command::kMove;
 }
 
+// What undoes a stop: who has asked for it did not know of a stop of the same time. The fault that a stop latches prevents the rest.
+[[nodiscard]] constexpr bool yields_to_stop(Command command) noexcept { return command == Command::kClear; }
+
 // What makes the mode change.
 enum class Event : std::uint8_t {
   kHomeCommand,

@@ -20,7 +20,8 @@ Outputs Core::tick(const Inputs& inputs) noexcept {
   sense(parts, inputs);
   // What was ordered before the loop stood still is not wanted any more: its host has given up, and a hand may be anywhere.
   const bool late = state.lost > parts.params.get_unsigned(Param::lost_ticks);
-  const bool yields = taken && (state.disarm_ordered || late) && yields_to_disarm(*taken);
+  const bool yields = taken && (((state.disarm_ordered || late) && yields_to_disarm(*taken)) ||
+                                (state.stop_ordered && yields_to_stop(*taken)));
   const std::optional<Command> command = yields ? std::nullopt : taken;
   const Command executed = decide(parts, inputs, command);
   if (state.mode == Mode::kArmed) {

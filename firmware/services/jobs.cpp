@@ -19,9 +19,10 @@ Nrc CommandJob::begin_move(Call& call, const MoveOrder& order) noexcept {
   return begun(call, Command::kMove, core_.commands().request_move(order));
 }
 
-// A disarm that came after the request goes before it, also where the request had to wait for another host's.
+// A stop or a disarm that came after the request goes before it, also where the request had to wait for another host's.
 bool CommandJob::yields(const Call& call, Command command) const noexcept {
-  return yields_to_disarm(command) && core_.commands().disarms() != call.host.disarms;
+  return (yields_to_disarm(command) || yields_to_stop(command)) &&
+         core_.commands().halts() != call.host.halts;
 }
 
 Nrc CommandJob::begun(Call& call, Command command, Conditions against) noexcept {
@@ -32,7 +33,7 @@ Nrc CommandJob::begun(Call& call, Command command, Conditions against) noexcept 
 
 Nrc CommandJob::poll(Call& call) noexcept {
   if (core_.commands().pending()) return Nrc::kResponsePending;
-  if (done() && !yields(call, command_)) return Nrc::kOk;
+  if (done() && (yields_to_stop(command_) || !yields(call, command_))) return Nrc::kOk;
   // Something came between the check and the tick.
   const Conditions against =
       command_ == Command::kMove ? core_.status().unmet_for_move() : core_.status().unmet();

@@ -142,7 +142,7 @@ Services::Services(const ServiceParts& controller) noexcept
 
 Nrc Services::handle(Call& call) noexcept {
   now_us_ = call.now_us;
-  if (!call.again) call.host.disarms = parts.core.commands().disarms();
+  if (!call.again) call.host.halts = parts.core.commands().halts();
   for (const ServiceRow& row : kServices) {
     if (static_cast<std::uint8_t>(row.service) != call.request[0]) continue;
     if (!allows(row.sessions, call.host.session)) return Nrc::kNotInThisSession;

@@ -10,6 +10,7 @@
 #include "board/sim/sim_probe.h"
 #include "board/sim/specimen_file.h"
 #include "firmware/core/faults.h"
+#include "host-tools/cli/arm_watch.h"
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
@@ -41,10 +42,13 @@ CompiledScene free_space() {
 
 const firmware::ParamRow& allow_moves_row() { return *firmware::find_param(std::string_view("allow_moves")); }
 
-// Arms the device; afterwards disarms it and restores its parameters.
+// Arms the device; afterwards disarms it and restores its parameters. Killed between two moves it is disarmed, too.
 class DeviceProbe final : public Probe {
  public:
-  DeviceProbe(const Remote& remote, bool allow) : device_(open(remote)) {
+  // The device is chosen.
+  DeviceProbe(const Remote& remote, bool allow)
+      : watch_([&remote] { disarm(open_transport(remote.device), options_of(remote)); }),
+        device_(open(remote)) {
     const link::DeviceState now = device_.state();
     const bool allowed = device_.read_param(allow_moves_row()) != 0;
     if (!allow && !allowed) {
@@ -60,6 +64,7 @@ class DeviceProbe final : public Probe {
       restore_ = true;
     }
     if (now.scene_bytes == 0) device_.upload(free_space().image, {}, {});
+    watch_.armed(true);
     device_.arm();
     wait(kRamp_us);
   }
@@ -68,6 +73,7 @@ class DeviceProbe final : public Probe {
   ~DeviceProbe() override {
     try {
       device_.disarm();
+      watch_.armed(false);
       if (restore_) device_.write_param(allow_moves_row(), 0);
     } catch (const std::exception&) {
       // The link is lost: the arm has stopped by itself.
@@ -105,13 +111,14 @@ class DeviceProbe final : public Probe {
     DeviceOptions options = options_of(remote);
     options.answer_us = kAnswer_us;
     options.tries = std::max(1U, static_cast<unsigned>(remote.timeout_s * 1e6 / kAnswer_us));
-    return Device(open_transport(choose_device(remote.device)), options);
+    return Device(open_transport(remote.device), options);
   }
   void wait(Micros us) {
     const Micros until_us = now_us() + us;
     while (now_us() < until_us) static_cast<void>(device_.telemetry(until_us));
   }
 
+  ArmWatch watch_;  // before the device is opened
   Device device_;
   bool restore_ = false;
 };
@@ -307,10 +314,14 @@ void scan(const Common& common, const Remote& remote, const ScanChoice& choice) 
   ScanLog log(choice.log, plan, choice.resume);
   heed_interrupts();
 
+  Remote chosen = remote;
   std::unique_ptr<Probe> probe;  // only when there is something to probe
   const auto probe_of = [&]() -> Probe& {
     if (!probe && choice.simulate) probe = std::make_unique<SimulatedProbe>(choice);
-    if (!probe) probe = std::make_unique<DeviceProbe>(remote, choice.allow_moves);
+    if (!probe) {
+      chosen.device = choose_device(remote.device);
+      probe = std::make_unique<DeviceProbe>(chosen, choice.allow_moves);
+    }
     return *probe;
   };
   Progress progress(log.steps().empty() ? 0 : log.steps().back().step + 1, plan.steps(), common.json);

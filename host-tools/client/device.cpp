@@ -42,18 +42,11 @@ bool at_rest(Mode mode) { return mode != Mode::kArmed && mode != Mode::kDamping;
 // was spoiled may have been another's. So the order is repeated until the device's status confirms it, as a stop is.
 Mode disarm_without_place(ServiceClient& services, Micros deadline_us) {
   constexpr Micros kRepeat_us = 100'000;
-  const Bytes request = routine_request(Routine::kDisarm);
-  link::CanFrame order;
-  order.id = link::request_id(services.options().node, link::kTesterAddress);
-  order.extended = true;
-  order.size = link::kClassicDataBytes;
-  order.data[0] = static_cast<std::uint8_t>(request.size());  // a single frame of ISO-TP
-  std::ranges::copy(request, order.data.begin() + 1);
   while (services.telemetry(now_us())) {
   }  // what came before the order confirms nothing
   std::optional<Mode> mode;
   while (now_us() < deadline_us) {
-    services.send(order);
+    services.say(routine_request(Routine::kDisarm));
     const Micros repeat_us = now_us() + kRepeat_us;
     while (const std::optional<Mode> said = mode_of_status(services, repeat_us)) {
       mode = said;
@@ -172,8 +165,12 @@ std::vector<link::FreezeFrame> Device::freeze_frames(std::uint8_t fault) {
   return frames;
 }
 
-void Device::clear_faults() {
+void Device::clear_faults(const std::function<bool()>& outdated) {
   services_.enter(Session::kExtended);
+  if (outdated && outdated()) {
+    throw Error(ExitCode::kRefused, "refused", "clearing the faults was given up: a stop came meanwhile",
+                "clear them again");
+  }
   services_.demand({byte_of(Service::kClearFaults), 0xFF, 0xFF, 0xFF}, "clearing the faults");
 }
 

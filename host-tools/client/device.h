@@ -64,7 +64,8 @@ class Device {
 
   [[nodiscard]] std::vector<std::uint8_t> faults();  // numbers of the faults since the last clear
   [[nodiscard]] std::vector<link::FreezeFrame> freeze_frames(std::uint8_t fault);
-  void clear_faults();
+  // outdated: asked last before the request leaves; true: it is not sent. Error kRefused.
+  void clear_faults(const std::function<bool()>& outdated = {});
 
   // The audit record, the oldest entry first: what was done, when and by which host (firmware/store/audit_log.h). Hosts name themselves.
   [[nodiscard]] std::vector<link::AuditRecord> audit();

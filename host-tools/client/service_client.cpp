@@ -185,8 +185,12 @@ std::optional<CanFrame> ServiceClient::telemetry(Micros deadline_us) {
 void ServiceClient::keep_alive() {
   if (claim_.stale(now_us()))
     transport_->send(claim_.claim(now_us()));  // its grant comes with the next frames
+  say({byte_of(Service::kTesterPresent), link::kSuppressPositive});
+}
+
+void ServiceClient::say(const Bytes& request) {
   channel_.abort();
-  if (!channel_.send(Bytes{byte_of(Service::kTesterPresent), link::kSuppressPositive}, now_us())) return;
+  if (!channel_.send(request, now_us())) return;
   CanFrame sent;
   while (channel_.next_frame(sent, now_us())) transport_->send(sent);
 }

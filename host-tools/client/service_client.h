@@ -105,6 +105,8 @@ class ServiceClient {
   void wait_until(link::Micros deadline_us);
   // A tester-present that asks for no answer.
   void keep_alive();
+  // A request in one frame, whose answer nobody waits for.
+  void say(const Bytes& request);
   void send(const link::CanFrame& frame) { transport_->send(frame); }
   // The next real-time frame of the device; nothing after `deadline_us`.
   [[nodiscard]] std::optional<link::CanFrame> telemetry(link::Micros deadline_us);

@@ -16,6 +16,7 @@
 #include <string_view>
 #include <utility>
 
+#include "firmware/link/messages.h"
 #include "firmware/link/slcan.h"
 #include "host-tools/client/descriptor.h"
 #include "host-tools/error.h"
@@ -29,6 +30,8 @@ using link::SlcanParser;
 
 constexpr Micros kSendDeadline_us = 2'000'000;
 constexpr Micros kConnectDeadline_us = 3'000'000;
+constexpr std::string_view kOpen =
+    "O\r";  // also again: the device closes the channel of a program that reads nothing for long
 
 [[noreturn]] void fail_open(const std::string& uri, int error) {
   const std::string cause = "cannot open " + uri + ": " + std::strerror(error);
@@ -77,12 +80,17 @@ class SlcanTransport final : public Transport {
     link::SlcanLine line;
     const std::size_t size = link::encode_slcan(frame, line);
     write_all({line.data(), size});
+    // A closed channel hears it, and does not say so.
+    if (!frame.extended && frame.id == link::EmergencyStop::kId) write_all(kOpen);
   }
 
   std::optional<CanFrame> receive(Micros deadline_us) override {
     while (true) {
       while (taken_ < filled_) {
-        if (parser_.push(buffer_[taken_++]) == SlcanParser::Event::kFrame) return parser_.frame();
+        const SlcanParser::Event event = parser_.push(buffer_[taken_++]);
+        if (event == SlcanParser::Event::kFrame) return parser_.frame();
+        // What was refused is repeated by who sent it.
+        if (event == SlcanParser::Event::kRefused) write_all(kOpen);
       }
       if (!wait_for(fd_.get(), POLLIN, deadline_us)) return std::nullopt;
       const ssize_t got = read(fd_.get(), buffer_.data(), buffer_.size());

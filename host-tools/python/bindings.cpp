@@ -401,8 +401,16 @@ PYBIND11_MODULE(_thimble, m) {
       .def("orders", &Connection::orders)
       .def("home",
            [](Connection& c) {
-             const py::gil_scoped_release others;
-             c.device().home(kHome_us);
+             bool interrupted = false;
+             const auto heed = [&interrupted] {
+               const py::gil_scoped_acquire python;
+               return interrupted = PyErr_CheckSignals() != 0;
+             };
+             {
+               const py::gil_scoped_release others;
+               c.device().home(kHome_us, heed);  // interrupted: it is disarmed
+             }
+             if (interrupted) throw py::error_already_set();
            })
       .def("arm", without_gil(&Device::arm, kArm_us))
       .def("disarm", without_gil(&Device::disarm, kDisarm_us))
@@ -411,7 +419,11 @@ PYBIND11_MODULE(_thimble, m) {
              const py::gil_scoped_release others;
              static_cast<void>(c.device().stop());
            })
-      .def("clear_faults", without_gil(&Device::clear_faults))
+      .def("clear_faults",
+           [](Connection& c) {
+             const py::gil_scoped_release others;
+             c.device().clear_faults();
+           })
       .def("keep_alive", without_gil(&Device::keep_alive))
       .def("parameters",
            [](Connection&) {

@@ -56,6 +56,7 @@ void DeviceSession::post(PageMessage message) {
       return is_command(one, ViewCommand::kArm) || is_command(one, ViewCommand::kHome) ||
              is_command(one, ViewCommand::kClear);
     });
+    ++stops_;
     stop_wanted_ = true;
     return;
   }
@@ -91,6 +92,7 @@ std::optional<PageMessage> DeviceSession::next_message() {
   if (waiting_.empty()) return std::nullopt;
   PageMessage message = std::move(waiting_.front());
   waiting_.pop_front();
+  stops_before_ = stops_;
   return message;
 }
 
@@ -364,7 +366,7 @@ void DeviceSession::obey(const CommandMessage& message) {
       device_->disarm();
       return;
     case ViewCommand::kClear:
-      device_->clear_faults();
+      device_->clear_faults([this] { return stops_ != stops_before_; });
       return;
     case ViewCommand::kStop:  // post() has taken it
       return;

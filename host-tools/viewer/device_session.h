@@ -127,6 +127,8 @@ class DeviceSession {
 
   // A page wants to stop: the e-stop frame goes out again and again until the device confirms it.
   std::atomic<bool> stop_wanted_ = false;
+  std::atomic<unsigned> stops_ = 0;  // wanted so far
+  unsigned stops_before_ = 0;        // before the message that is obeyed was taken
   link::Micros stop_due_us_ = 0;
   link::Micros stop_until_us_ = 0;  // 0: none has gone out yet
 

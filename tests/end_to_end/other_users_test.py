@@ -5,6 +5,7 @@ import fcntl
 import os
 import signal
 import subprocess
+import time
 import unittest
 
 from rig import BIN, Rig, figure
@@ -141,6 +142,38 @@ class OtherUsers(Rig):
         figure("the other user heard 0 bytes of a device of ours, and %d of one with --open" % heard)
         self.assertGreater(heard, 20)
         self.ok("info", "--device", shared.tcp)
+
+    def test_connections_that_another_user_has_left_displace_nobody(self):
+        """Nobody can tell whose they were, and what was sent there is still to be read."""
+        flood = """if True:
+            import socket, sys, threading
+            def flood():
+                while True:
+                    host = socket.socket()
+                    try:
+                        host.connect(('127.0.0.1', int(sys.argv[1])))
+                        host.setblocking(False)
+                        host.send(3000000 * b'x')
+                    except OSError:
+                        pass
+                    host.close()
+            threading.Thread(target=flood, daemon=True).start()
+            print(flush=True)
+            sys.stdin.read()"""
+        own = self.sim("--no-pty", "--tcp", 0)
+        monitor = self.start("monitor", "--seconds", "6", "--device", own.tcp)
+        time.sleep(0.5)
+        for _ in range(4):
+            self.as_other(flood, own.port)
+        took = []
+        for _ in range(5):
+            time.sleep(0.5)
+            began = time.monotonic()
+            self.ok("stop", "--device", own.tcp)
+            took.append(time.monotonic() - began)
+        figure("5 stops beside connections of another user: %.2f s at most" % max(took))
+        said = monitor.communicate(timeout=30)[1]
+        self.assertEqual(monitor.returncode, 0, said)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 import json
 import signal
+import socket
 import time
 import unittest
 
@@ -86,20 +87,42 @@ class Scan(Rig):
         self.assertEqual(log.read_text().count("force_limit"), 6)
         self.assertTrue(scene.exists())
 
-    def test_the_arm_stops_when_its_host_is_killed(self):
+    def test_the_arm_stops_when_its_host_hangs(self):
         sim = self.device()
-        log = self.folder / "killed.csv"
-        scan = ["scan", self.plan("killed", speed_m_s=0.002), "--log", log, "--output", self.folder / "killed.scene.json",
+        log = self.folder / "hangs.csv"
+        scan = ["scan", self.plan("hangs", speed_m_s=0.002), "--log", log, "--output", self.folder / "hangs.scene.json",
                 "--device", sim.tcp, "--allow-moves"]
         process = self.start(*scan)
+        self.addCleanup(process.communicate)
+        self.addCleanup(process.kill)
         self.wait_for_row(log, "0,press", process)  # not by asking the device: every answered question is a sign of life
-        process.send_signal(signal.SIGKILL)
-        process.communicate()
+        process.send_signal(signal.SIGSTOP)
         self.assertTrue(self.ok_json("info", "--device", sim.tcp)["state"]["flags"]["moves_itself"])
         time.sleep(2)  # silence: a question would be a sign of life
         faults = self.ok_json("fault", "list", "--device", sim.tcp)["faults"]
         self.assertEqual([fault["name"] for fault in faults], ["host_lost"])
         self.assertEqual(self.ok_json("info", "--device", sim.tcp)["state"]["mode"], "faulted")
+
+    def test_killed_it_leaves_no_arm_armed(self):
+        """In a move, and before the first one: then no move is under way, which would end without its host."""
+        sim = self.device()
+        for moment in ("move", "armed"):
+            log = self.folder / (moment + ".csv")
+            scan = self.start("scan", self.plan(moment, speed_m_s=0.002), "--log", log, "--output", self.folder / (moment + ".scene.json"),
+                              "--allow-moves", "--device", sim.tcp)
+            if moment == "move":
+                self.wait_for_row(log, "0,press", scan)
+            else:
+                with socket.create_connection(("127.0.0.1", sim.port)) as bus:
+                    bus.sendall(b"S8\rO\r")
+                    bus.settimeout(20)
+                    heard = b""
+                    while b"\rt381803" not in heard:  # a status: armed
+                        heard = heard[-16:] + bus.recv(4096)
+            scan.kill()
+            self.wait_for_mode(sim.tcp, "ready", 3)
+            self.assertIn("it was disarmed", scan.communicate()[1])
+            self.assertEqual(self.ok_json("fault", "list", "--device", sim.tcp)["faults"], [])
 
     def test_a_curved_specimen(self):
         """A cap of 60 mm with friction, scanned by the simulated arm: the scene is a height field that compiles, and says what was found."""

@@ -9,7 +9,7 @@ import time
 import unittest
 from pathlib import Path
 
-from rig import BIN, Rig, figure
+from rig import BIN, LinkFaults, Proxy, Rig, figure
 from web_client import Page, Refused, http
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
@@ -34,6 +34,13 @@ class View:
             self.process.send_signal(how)
         self.process.communicate(timeout=20)
         return self.process.returncode
+
+
+class SlowSessions(Proxy):
+    def treat(self, line, held):
+        if line[10:16] == b"021003":
+            time.sleep(0.5)
+        return super().treat(line, held)
 
 
 def force(state, arm=0):
@@ -409,6 +416,22 @@ class Viewer(Rig):
         self.assertLess(time.monotonic() - began, 0.5)
         self.steady(page, 1.5)
         self.assertEqual(page.state()["mode"], "faulted")
+
+    def test_a_stop_overtakes_a_clear_on_its_way(self):
+        """What goes before the clear is slow, so the stop, too, leaves before it."""
+        sim = self.sim("--no-pty", "--tcp", 0)
+        slow = SlowSessions(sim.port, LinkFaults())
+        self.addCleanup(slow.close)
+        view = self.view("--device", slow.uri)
+        owner, looker = self.page(view), self.page(view, token=False)
+        looker.send(type="command", verb="stop")
+        owner.state(lambda s: s["fault_name"] == "host_stop")
+        for _ in range(3):
+            owner.send(type="command", verb="clear")
+            time.sleep(0.2)
+            looker.send(type="command", verb="stop")
+            owner.event("refused")
+            self.assertEqual(self.ok_json("info", "--device", sim.tcp)["state"]["mode"], "faulted")
 
     def test_a_page_without_the_token_may_stop(self):
         view = self.blocks()

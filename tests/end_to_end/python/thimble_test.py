@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -150,6 +151,39 @@ class Connect(Rig):
         with thimble.connect(sim.tcp) as device:
             device.stop()
             self.assertEqual(device.info["fault"], "host_stop")
+
+    def test_a_program_that_has_read_nothing_for_long(self):
+        """The board has closed its channel: it stops and disarms nevertheless."""
+        for verb in ("stop", "disarm"):
+            sim = self.sim("--no-pty", "--tcp", 0)
+            with thimble.connect(sim.tcp) as device:
+                device.upload(self.plane_scene(offset_m=-0.01))
+                device.stop()
+                with socket.create_connection(("127.0.0.1", sim.port)) as other:
+                    other.sendall(b"S8\rO\r")
+                    heard = 0
+                    while heard < 8_000_000:  # each hears the answers to all: the ticks before the fault, again and again
+                        other.sendall(b"T18DA01F1806190400000EFFCC\r")
+                        time.sleep(0.003)
+                        other.sendall(b"T18DA01F18300000CCCCCCCCCC\r")
+                        time.sleep(0.003)
+                        heard += len(other.recv(1 << 20))
+                self.ok("fault", "clear", "--device", sim.tcp)
+                self.ok("home", "--device", sim.tcp)
+                self.ok("arm", "--device", sim.tcp)
+                getattr(device, verb)()
+                self.assertEqual(device.info["stopped_by"], verb)
+
+    def test_an_interrupt_ends_homing(self):
+        sim = self.sim("--no-pty", "--tcp", 0, "--senses", "index")
+        with thimble.connect(sim.tcp) as device:
+            device.inject("index-missing")
+            began = time.monotonic()
+            threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+            with self.assertRaises(KeyboardInterrupt):
+                device.home()
+            self.assertLess(time.monotonic() - began, 3)
+            self.assertEqual(device.info["mode"], "disarmed")
 
     def test_what_the_device_refuses(self):
         sim = self.sim("--tcp", 0)

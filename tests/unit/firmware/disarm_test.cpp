@@ -65,8 +65,74 @@ TEST(Disarm, NothingSetsTheArmInMotionAfterALoopThatStoodStill) {
   }
 }
 
+// A host that clears a fault does not know of a stop that has come since it asked.
+TEST(Stop, GoesBeforeAClearOfTheSameTick) {
+  for (const bool before : {false, true}) {
+    Bench bench;
+    bench.load();
+    bench.home();
+    ASSERT_EQ(bench.controller->request(Command::kStop), 0);
+    bench.tick();
+    ASSERT_EQ(bench.mode(), Mode::kFaulted);
+    if (before) static_cast<void>(bench.controller->request(Command::kStop));
+    ASSERT_EQ(bench.controller->request(Command::kClear), 0);
+    if (!before) static_cast<void>(bench.controller->request(Command::kStop));
+    bench.tick();
+    EXPECT_EQ(bench.mode(), Mode::kFaulted) << before;
+    EXPECT_EQ(bench.controller->fault(), Fault::host_stop) << before;
+    ASSERT_EQ(bench.controller->request(Command::kClear), 0);
+    bench.tick();
+    EXPECT_EQ(bench.mode(), Mode::kReady) << "a clear that comes after it is obeyed";
+  }
+}
+
+// The host whose clear was not carried out is told so.
+TEST(Stop, RefusesAClearOfTheSameTick) {
+  Bench bench;
+  bench.load();
+  bench.home();
+  Tester tester(bench);
+  ASSERT_TRUE(tester.ok({0x10, 0x03}));
+  static_cast<void>(bench.controller->request(Command::kStop));
+  tester.run(1);
+  bench.halted = true;
+  tester.post({0x14, 0xFF, 0xFF, 0xFF});
+  tester.run(5);
+  bench.controller->on_frame(link::to_frame(link::EmergencyStop{}, 0), bench.inputs.time_us);
+  bench.halted = false;
+  EXPECT_EQ(tester.posted_answer(),
+            (Bytes{link::kNegative, 0x14, static_cast<std::uint8_t>(link::Nrc::kConditionsNotCorrect)}));
+  EXPECT_EQ(tester.text(link::kDidRefusal), "fault_latched");
+  EXPECT_TRUE(tester.ok({0x14, 0xFF, 0xFF, 0xFF}));
+  EXPECT_EQ(bench.mode(), Mode::kReady);
+}
+
+// What waits for another host's job has been asked for before the stop.
+TEST(Stop, GoesBeforeAClearThatWaitsForAnotherHost) {
+  Bench bench;
+  bench.load();
+  bench.home();
+  Tester first(bench, false, 1), waiting(bench, false, 2);
+  ASSERT_TRUE(first.ok({0x10, 0x03}));
+  ASSERT_TRUE(waiting.ok({0x10, 0x03}));
+  static_cast<void>(bench.controller->request(Command::kStop));
+  first.run(1);
+  bench.halted = true;
+  first.post({0x31, 0x02, 0x02, 0x06});  // the end of a move needs no lease
+  first.run(5);
+  waiting.post({0x14, 0xFF, 0xFF, 0xFF});
+  waiting.run(5);
+  bench.controller->on_frame(link::to_frame(link::EmergencyStop{}, 0), bench.inputs.time_us);
+  bench.halted = false;
+  EXPECT_EQ(waiting.posted_answer(),
+            (Bytes{link::kNegative, 0x14, static_cast<std::uint8_t>(link::Nrc::kConditionsNotCorrect)}));
+  EXPECT_EQ(bench.mode(), Mode::kFaulted);
+  EXPECT_TRUE(waiting.ok({0x14, 0xFF, 0xFF, 0xFF}));
+  EXPECT_EQ(bench.mode(), Mode::kReady);
+}
+
 // The judge keeps the order of what was asked for: after a tick that follows a disarm, the arm is neither armed nor homing unless that
-// was asked for, and accepted, after the disarm was obeyed.
+// was asked for, and accepted, after the disarm was obeyed. After a tick that follows a stop a fault is latched.
 TEST(Disarm, RandomOrdersWithoutAPause) {
   constexpr int kRounds = 200'000;
   Random random(3);
@@ -76,8 +142,10 @@ TEST(Disarm, RandomOrdersWithoutAPause) {
   bench.load();
   bench.home();
   int disarms = 0;
+  int stops = 0;
   int disobeyed = 0;
   int armed = 0;
+  bool stop = false;
   for (int round = 0; round < kRounds; ++round) {
     bool disarm = false;
     for (std::uint64_t n = random.below(4); n > 0; --n) {
@@ -85,21 +153,27 @@ TEST(Disarm, RandomOrdersWithoutAPause) {
                                         Command::kClear,   Command::kStop,  Command::kRecord,
                                         Command::kEndMove, Command::kDisarm};
       Command command = kCommands[random.below(kCommands.size())];
-      if (command == Command::kStop && random.below(200) != 0) command = Command::kArm;
+      if (command == Command::kStop && random.below(50) != 0) command = Command::kArm;
       static_cast<void>(bench.controller->request(command));
       disarm = disarm || command == Command::kDisarm;
+      stop = stop || command == Command::kStop;
     }
     if (random.below(3) == 0) continue;  // the background is faster than the tick
     bench.tick();
     if (bench.mode() == Mode::kArmed) ++armed;
+    if (stop) ++stops;
+    if (stop && bench.controller->fault() == Fault::kNone) ++disobeyed;
+    stop = false;
     if (!disarm) continue;
     ++disarms;
     if (moves(bench.mode())) ++disobeyed;
   }
   figure("disarms among random commands", disarms, "> 10000");
+  figure("stops among them", stops, "> 500");
   figure("armed in so many ticks", armed, "> 1000");
-  figure("of the disarms, disobeyed", disobeyed, "0");
+  figure("of the disarms and stops, disobeyed", disobeyed, "0");
   EXPECT_GT(disarms, 10'000);
+  EXPECT_GT(stops, 500);
   EXPECT_GT(armed, 1000);
   EXPECT_EQ(disobeyed, 0);
 }
