@@ -27,6 +27,7 @@ struct Host {
   };
   Challenge challenge;                            // service 29
   std::optional<link::Reset> restart;             // wanted once the answer has left
+  bool vanished = false;                          // it was silent until its place ended
   bool disarming = false;                         // it has asked for a disarm that no tick has obeyed yet
   std::uint32_t halts = 0;                        // Commands::halts() when its request came
   std::array<char, 192> refusal{};                // kDidRefusal: why its last request was refused, or empty

@@ -27,12 +27,17 @@ class Lease {
       return mode == Mode::kArmed ? Taken::kWhileArmed : Taken::kNotYet;
     orders_arm_ = orders_arm || (orders_arm_ && holder_ == &host);
     holder_ = &host;
+    vanished_ = false;
     commanded_us_ = now;
     return Taken::kYes;
   }
   void end(const Host& host) noexcept {
-    if (holder_ == &host) holder_ = nullptr;
+    if (holder_ != &host) return;
+    holder_ = nullptr;
+    vanished_ = host.vanished;
   }
+  // The last host that had it has vanished, and no other one has taken it since.
+  [[nodiscard]] bool vanished() const noexcept { return vanished_; }
   // Null: nobody.
   [[nodiscard]] const Host* holder(link::Micros now, Mode mode) const noexcept {
     const bool active = orders_arm_ && (mode == Mode::kArmed || mode == Mode::kHoming);
@@ -43,6 +48,7 @@ class Lease {
   const Host* holder_ = nullptr;
   link::Micros commanded_us_ = 0;
   bool orders_arm_ = false;
+  bool vanished_ = false;
 };
 
 }  // namespace thimble::firmware

@@ -168,6 +168,7 @@ void Router::poll(std::size_t index, Micros now) noexcept {
   }
   // The host's silence begins when it has its answer.
   if (place.channel.sending() || !place.channel.received().empty()) hosts_.heard(index, now);
+  if (hosts_.expired(index, now)) place.host.vanished = !place.leaving;
   if (place.leaving || hosts_.expired(index, now)) leave(index);
 }
 

@@ -169,12 +169,15 @@ Nrc Services::may_command(Call& call, bool orders_arm) noexcept {
 
 const Host* Services::commander() const noexcept { return lease.holder(now_us_, parts.core.status().mode()); }
 
-// Where it matters that the commanding host is alive, another one's requests do not show it.
+// Where it matters that the commanding host is alive, another one's requests do not show it, nor do they when it has vanished from an armed
+// arm. One that has left it on purpose leaves it to whoever looks.
 void Services::host_alive(const Host& host, link::Micros now) noexcept {
-  const Host* commands = lease.holder(now, parts.core.status().mode());
+  const Mode mode = parts.core.status().mode();
+  const Host* commands = lease.holder(now, mode);
   const link::StatusFlags flags = parts.status.flags();
   const bool matters = flags.supervised || flags.moves_itself;
-  if (!matters || commands == nullptr || commands == &host) parts.core.commands().keep_alive();
+  const bool anybodys = commands == nullptr && !(lease.vanished() && mode == Mode::kArmed);
+  if (!matters || anybodys || commands == &host) parts.core.commands().keep_alive();
 }
 
 bool Services::urgent(std::span<const std::uint8_t> request) const noexcept {

@@ -191,5 +191,27 @@ TEST(Lease, OnlyTheCommandingHostsRequestsAreASignOfLife) {
   }
 }
 
+// Also where it may be silent for longer than its place lasts. Who arms the armed arm then keeps it.
+TEST(Lease, WhoLooksDoesNotKeepTheArmOfAHostThatVanished) {
+  for (const bool takes_over : {false, true}) {
+    Hosts hosts;
+    Tester& owner = *hosts.host[0];
+    Tester& other = *hosts.host[1];
+    ASSERT_TRUE(owner.ok(write_request(firmware::Param::link_timeout, 8.0F)));
+    ASSERT_TRUE(owner.ok({0x2E, 0x01, 0x21, 1, 0, 0, 0}));
+    ASSERT_TRUE(owner.ok(kArmIt));
+    int silent = 0;
+    for (; hosts.bench.controller->fault() == Fault::kNone && silent < 120; ++silent) {
+      EXPECT_TRUE(other.ok({0x3E, 0x00}));
+      other.run(ticks_of(0.1));
+      if (takes_over && silent == 60) {
+        ASSERT_TRUE(other.ok(kArmIt));
+      }
+    }
+    EXPECT_EQ(hosts.bench.controller->fault(), takes_over ? Fault::kNone : Fault::host_lost);
+    EXPECT_NEAR(silent, takes_over ? 120 : 80, 5);
+  }
+}
+
 }  // namespace
 }  // namespace thimble::test
