@@ -168,8 +168,8 @@ void Router::poll(std::size_t index, Micros now) noexcept {
   }
   // The host's silence begins when it has its answer.
   if (place.channel.sending() || !place.channel.received().empty()) hosts_.heard(index, now);
-  if (hosts_.expired(index, now)) place.host.vanished = !place.leaving;
-  if (place.leaving || hosts_.expired(index, now)) leave(index);
+  if (!place.leaving && hosts_.expired(index, now)) place.host.vanished = true;
+  if (place.leaving || place.host.vanished) leave(index);
 }
 
 void Router::serve(Place& place, Micros now) noexcept {

@@ -343,6 +343,21 @@ auto without_gil(void (Device::*method)(Arguments...), Arguments... arguments) {
   };
 }
 
+// Ctrl-C ends it, and the arm is disarmed.
+void home(Connection& connection) {
+  constexpr link::Micros kHome_us = 30'000'000;
+  bool interrupted = false;
+  const auto heed = [&interrupted] {
+    const py::gil_scoped_acquire python;
+    return interrupted = PyErr_CheckSignals() != 0;
+  };
+  {
+    const py::gil_scoped_release others;
+    connection.device().home(kHome_us, heed);
+  }
+  if (interrupted) throw py::error_already_set();
+}
+
 }  // namespace
 
 PYBIND11_MODULE(_thimble, m) {
@@ -380,7 +395,7 @@ PYBIND11_MODULE(_thimble, m) {
   m.def("simulate", &simulate);
   m.def("now_s", [] { return static_cast<double>(now_us()) * 1e-6; });
 
-  constexpr link::Micros kHome_us = 30'000'000, kArm_us = 2'000'000, kDisarm_us = 5'000'000;
+  constexpr link::Micros kArm_us = 2'000'000, kDisarm_us = 5'000'000;
   py::class_<Connection>(m, "Connection")
       .def(py::init<std::string, unsigned, double, std::string>())
       .def("close", &Connection::close)
@@ -399,19 +414,7 @@ PYBIND11_MODULE(_thimble, m) {
       .def("order_force", &Connection::order_force)
       .def("hand_back", without_gil(&Device::hand_back))
       .def("orders", &Connection::orders)
-      .def("home",
-           [](Connection& c) {
-             bool interrupted = false;
-             const auto heed = [&interrupted] {
-               const py::gil_scoped_acquire python;
-               return interrupted = PyErr_CheckSignals() != 0;
-             };
-             {
-               const py::gil_scoped_release others;
-               c.device().home(kHome_us, heed);  // interrupted: it is disarmed
-             }
-             if (interrupted) throw py::error_already_set();
-           })
+      .def("home", home)
       .def("arm", without_gil(&Device::arm, kArm_us))
       .def("disarm", without_gil(&Device::disarm, kDisarm_us))
       .def("stop",

@@ -142,6 +142,7 @@ class Mps2(unittest.TestCase):
         board.json("upload", ROOT / f"scenes/{scene}/{scene}.scene.json")
         board.json("home")
         board.hand(0, 0, 0.03)
+        board.json("param", "set", "link_timeout", 10)  # on a busy machine a second can pass between two requests of `arm`
         board.json("arm")
         return board
 
