@@ -199,8 +199,8 @@ TEST(ReversedMotor, InAHandIsFound) {
   EXPECT_GE(count, .6 * with_share);
 }
 
-// What hot motors do not give cannot move a joint when a probe takes it away (encoder_frozen at the first hand), and no other joint gets
-// it (motor_reversed at the second). Two of 4000 s of the next test.
+// What hot motors do not give cannot move a joint when a probe takes it away: encoder_frozen at the first hand. And no other joint gets it
+// during the probe: motor_reversed at the second hand where the torques were scaled, but not the compensation of the weight.
 TEST(DeadEncoder, HotMotorsOfASoundArmAreProbedToo) {
   Trial premium;
   premium.rate_Hz = 1000;
