@@ -32,13 +32,14 @@ OutputFile::OutputFile(std::filesystem::path place) : place_(std::move(place)) {
   const bool direct =
       kind != std::filesystem::file_type::not_found && kind != std::filesystem::file_type::regular;
   draft_ = place_;
-  if (!direct) draft_ += ".part-" + std::to_string(getpid());
+  if (!direct) {
+    draft_ += ".part-" + std::to_string(getpid());
+    removed_.emplace(draft_);  // before it exists: a signal may come at once
+  }
   errno = 0;
   stream_.open(draft_, std::ios::binary | std::ios::trunc);
   if (!stream_) fail(errno);
-  if (direct) return;
-  removed_.emplace(draft_);
-  if (kind == std::filesystem::file_type::regular)
+  if (!direct && kind == std::filesystem::file_type::regular)
     std::filesystem::permissions(draft_, status.permissions(), none);
 }
 
