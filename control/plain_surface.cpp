@@ -3,8 +3,8 @@
 namespace thimble::control {
 
 bool roll_on_one_plain_surface(const World& world, Finger& finger, const Tip& tip, float period_s,
-                               TriangleCache* triangles, Touch& touch) noexcept {
-  return touch_one_plain_surface<BallWay>(world, finger, tip, period_s, triangles, touch);
+                               TriangleCache* triangles, Work& work, Touch& touch) noexcept {
+  return touch_one_plain_surface<BallWay>(world, finger, tip, period_s, triangles, work, touch);
 }
 
 }  // namespace thimble::control

@@ -51,8 +51,8 @@ struct PointWay {
 
   [[gnu::always_inline]] PointWay(const World& /*world*/, const PlacedObject& object, Feature& feature,
                                   const Vec3& from_m, const Vec3& to_m, bool hold,
-                                  TriangleCache* /*triangles*/)
-      : slide(object.ops->slide(object.shape, feature, from_m, to_m, {.hold = hold})) {}
+                                  TriangleCache* /*triangles*/, Work& work)
+      : slide(object.ops->slide(object.shape, feature, from_m, to_m, {.work = work, .hold = hold})) {}
   [[nodiscard]] bool is_held(const Feature& feature) const {
     return slide.end == SlideEnd::kHeld && slide.swept && feature.kind == 0;
   }
@@ -70,8 +70,9 @@ struct BallWay {
 
   // Out of line on every board: one rule of tests/hardware/cortex/firmware.limits is about it.
   [[gnu::noinline]] BallWay(const World& world, const PlacedObject& object, Feature& feature,
-                            const Vec3& from_m, const Vec3& to_m, bool hold, TriangleCache* triangles)
-      : ball{from_m, to_m, world.tip_radius_m, hold, feature, {}, triangles},
+                            const Vec3& from_m, const Vec3& to_m, bool hold, TriangleCache* triangles,
+                            Work& work)
+      : ball{work, from_m, to_m, world.tip_radius_m, hold, feature, {}, triangles},
         rolls(object.ops->roll(object.shape, ball)) {
     feature = ball.feature;
   }
@@ -91,7 +92,7 @@ struct BallWay {
 template <typename Way>
 [[gnu::always_inline]] inline bool touch_one_plain_surface(const World& world, Finger& finger, const Tip& tip,
                                                            float period_s, TriangleCache* triangles,
-                                                           Touch& touch) {
+                                                           Work& work, Touch& touch) {
   GodObject& god = finger.god;
   if (god.count != 1 || finger.rest.count != 1) return false;
   Contact& contact = god.contacts[0];
@@ -111,7 +112,7 @@ template <typename Way>
   const bool walks = object.ops->walks;
   Feature feature = walks ? finger.rest.contacts[0].feature : contact.feature;
   std::optional<Way> rest(std::in_place, world, object, feature,
-                          walks ? object.to_local(finger.rest.position_m) : stuck, x, false, triangles);
+                          walks ? object.to_local(finger.rest.position_m) : stuck, x, false, triangles, work);
   if (!rest->is_held(feature)) return false;
   Vec3 at = stuck;
   if (m.static_friction > 0.0F) {
@@ -123,7 +124,7 @@ template <typename Way>
       // It may slip: then rest is the end of a slide that starts at the stiction point.
       if (walks) {
         feature = contact.feature;
-        rest.emplace(world, object, feature, stuck, x, false, triangles);
+        rest.emplace(world, object, feature, stuck, x, false, triangles, work);
         if (!rest->is_held(feature)) return false;
       }
       Friction friction = finger.friction;
@@ -132,7 +133,7 @@ template <typename Way>
       if (slip.slips) {
         Feature slipped_feature = contact.feature;
         const Way slipped(world, object, slipped_feature, stuck, rest->to_m() + slip.offset_m, true,
-                          triangles);
+                          triangles, work);
         if (!slipped.is_held(slipped_feature) || !loosens(slipped.to_m(), stuck, rest->to_m(), x))
           return false;
         contact.feature = slipped_feature;
@@ -171,6 +172,7 @@ template <typename Way>
 // The same for a tip with a radius. It is in a file of its own, so that the point's copy is inlined alone, and a board of little code memory
 // can have this one small.
 [[nodiscard]] bool roll_on_one_plain_surface(const World& world, Finger& finger, const Tip& tip,
-                                             float period_s, TriangleCache* triangles, Touch& touch) noexcept;
+                                             float period_s, TriangleCache* triangles, Work& work,
+                                             Touch& touch) noexcept;
 
 }  // namespace thimble::control

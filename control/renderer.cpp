@@ -104,11 +104,11 @@ Spring spring_of(const Finger& finger, const Constraints& held, const ShadedSpri
   return {pull, felt.force_N, energy_J, falls};
 }
 
-void begin(const World& world, Finger& finger, const Vec3& tip_m, RenderCounters& counters) {
+void begin(const World& world, Finger& finger, const Vec3& tip_m, Effort& effort) {
   finger.started = true;
   finger.god.position_m = tip_m;
   finger.rest = finger.god;
-  finger.inside = solids_around(world, ~SolidSet{0}, tip_m, counters);
+  finger.inside = solids_around(world, ~SolidSet{0}, tip_m, effort);
 }
 
 // Nothing holds the god object any more. One that flies for longer than a tick, round an edge, has not come to the tip yet: the
@@ -142,27 +142,26 @@ bool shares_object(const GodObject& a, const GodObject& b) {
 
 // A solid is felt again when neither the tip nor the god object is in it. While another solid holds the god object, it can
 // be in there for longer than the tip.
-[[gnu::noinline]] void update_inside(const World& world, Finger& finger, const Vec3& tip_m,
-                                     RenderCounters& counters) {
-  SolidSet still = solids_around(world, finger.inside, tip_m, counters);
+[[gnu::noinline]] void update_inside(const World& world, Finger& finger, const Vec3& tip_m, Effort& effort) {
+  SolidSet still = solids_around(world, finger.inside, tip_m, effort);
   for (const Vec3& at : {finger.god.position_m, finger.rest.position_m})
-    still |= solids_around(world, finger.inside & ~still, at, counters);
+    still |= solids_around(world, finger.inside & ~still, at, effort);
   finger.inside = still;
 }
 
 // Moves the place without friction. That of a sphere on a mesh continues from the previous tick, unless that would be
 // farther from the tip than the stiction point: from there the way can be many faces long.
 void move_rest(const World& world, const Nearby& nearby, Finger& finger, const Vec3& tip_m, bool bodies,
-               RenderCounters& counters) {
+               Effort& effort) {
   const GodObject& god = finger.god;
   GodObject& rest = finger.rest;
   if (world.tip_radius_m > 0.0F && !world.any_shaded && !bodies && shares_object(rest, god) &&
       world.objects[god.contacts[0].object].ops->walks) {
-    move(world, nearby, rest, tip_m, false, counters);
+    move(world, nearby, rest, tip_m, false, effort);
     if (shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m)) return;
   }
   rest = god;
-  move(world, nearby, rest, tip_m, false, counters);
+  move(world, nearby, rest, tip_m, false, effort);
 }
 
 }  // namespace
@@ -182,7 +181,7 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
   world_.bind(scene);
   fields_.bind(scene);
   bodies_.bind(scene, world_);
-  counters_ = {};
+  effort_.counters = {};
   reset();
 }
 
@@ -211,38 +210,40 @@ void Renderer::use_general_path_only() noexcept {
 
 void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept {
   const std::size_t count = std::min(tips.size(), kMaxArms);
+  effort_.work = Work();
   for (std::size_t i = 0; i < count; ++i) {
     Finger& finger = fingers_[i];
-    if (!touch_one_plain_surface<PointWay>(world_, finger, tips[i], period_s, nullptr, touches[i])) {
+    if (!touch_one_plain_surface<PointWay>(world_, finger, tips[i], period_s, nullptr, effort_.work,
+                                           touches[i])) {
       TriangleCache* const triangles = lists_ ? &triangles_[i] : nullptr;
       if (world_.tip_radius_m == 0.0F ||
-          !roll_on_one_plain_surface(world_, finger, tips[i], period_s, triangles, touches[i]))
-        touch(finger, tips[i], period_s, triangles, touches[i]);
-      if (finger.inside != 0) update_inside(world_, finger, tips[i].position_m, counters_);
+          !roll_on_one_plain_surface(world_, finger, tips[i], period_s, triangles, effort_.work, touches[i]))
+        touch(finger, tips[i], period_s, triangles, effort_, touches[i]);
+      if (finger.inside != 0) update_inside(world_, finger, tips[i].position_m, effort_);
     }
     if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
   }
   if (bodies_.empty()) return;
   if (fields_.count() != 0) fields_.press(world_, period_s, bodies_);
-  bodies_.step(world_, std::span(fingers_).first(count), period_s, counters_);
+  bodies_.step(world_, std::span(fingers_).first(count), period_s, effort_);
 }
 
-void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCache* triangles,
+void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCache* triangles, Effort& effort,
                      Touch& touch) noexcept {
   const Vec3& x = tip.position_m;
   GodObject& god = finger.god;
   GodObject& rest = finger.rest;
-  if (!finger.started) begin(world_, finger, x, counters_);
+  if (!finger.started) begin(world_, finger, x, effort);
   const Nearby nearby(world_, Reach(god.position_m, rest.position_m, x, world_.margin_m), finger.inside,
                       triangles);
 
   // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
-  if (god.count == 0) fly(world_, nearby, god, x, counters_);
+  if (god.count == 0) fly(world_, nearby, god, x, effort);
   // The place of the god object without friction, and its contact constraints there.
   if (god.count == 0) {
     rest = god;
   } else {
-    move_rest(world_, nearby, finger, x, !bodies_.empty(), counters_);
+    move_rest(world_, nearby, finger, x, !bodies_.empty(), effort);
   }
   if (rest.count == 0) {
     if (god.count != 0) god = rest;
@@ -254,7 +255,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   }
   Constraints held = constraints(world_, rest, x);
   const Vec3 facets_m = rest.position_m;
-  const bool shaded = shade(world_, nearby, rest, x, held, counters_);
+  const bool shaded = shade(world_, nearby, rest, x, held, effort);
   if (!shares_object(rest, god)) god = rest;  // on another surface there is no stiction point yet
   ShadedSprings springs;
   if (world_.any_shaded) springs = shaded_springs(world_, finger, held, x, facets_m, shaded);
@@ -273,7 +274,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
     if (slip.slips) {
       const Vec3 stuck_m = god.position_m;
       const bool one = shaded || rest.count == 1;
-      move(world_, nearby, god, (one ? rest.position_m : x) + slip.offset_m, one, counters_);
+      move(world_, nearby, god, (one ? rest.position_m : x) + slip.offset_m, one, effort);
       // A shaded rest position is not the point nearest to the tip; the energy account below covers what such
       // a slip could give.
       const Vec3& nearest_to_m = shaded ? rest.position_m : x;

@@ -18,6 +18,7 @@
 #include "control/bodies/bodies.h"
 #include "control/contact/finger.h"
 #include "control/contact/world.h"
+#include "control/effort.h"
 #include "control/fields/fields.h"
 #include "control/renderer_types.h"
 #include "control/scene/limits.h"
@@ -50,7 +51,7 @@ class Renderer {
   // For the test of TriangleCache: no lists of triangles are used.
   void use_no_lists() noexcept { lists_ = false; }
 
-  [[nodiscard]] const RenderCounters& counters() const noexcept { return counters_; }
+  [[nodiscard]] const RenderCounters& counters() const noexcept { return effort_.counters; }
 
   // The moving objects in the order of the scene, with their poses for the next tick.
   [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return bodies_.states(); }
@@ -79,14 +80,15 @@ class Renderer {
 
  private:
   [[nodiscard]] std::uint64_t inside_in_image(SolidSet inside) const noexcept;
-  void touch(Finger& finger, const Tip& tip, float period_s, TriangleCache* triangles, Touch& touch) noexcept;
+  void touch(Finger& finger, const Tip& tip, float period_s, TriangleCache* triangles, Effort& effort,
+             Touch& touch) noexcept;
 
   World world_;
   Fields fields_;
   Bodies bodies_;
   std::array<Finger, kMaxArms> fingers_;
   std::array<TriangleCache, kMaxArms> triangles_;  // of the fingers
-  RenderCounters counters_;
+  Effort effort_;
   bool lists_ = true;
 };
 

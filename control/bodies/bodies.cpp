@@ -332,8 +332,7 @@ void Bodies::stop(std::size_t body) noexcept {
   controls_[body].speed = 0.0F;
 }
 
-void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
-                  RenderCounters& counters) noexcept {
+void Bodies::step(World& world, std::span<Finger> fingers, float period_s, Effort& effort) noexcept {
   std::array<SolverBody, kMaxBodies> solver_bodies;
   std::array<Vec3, kMaxBodies> velocity_before_m_s, spin_before_rad_s;
   for (std::size_t i = 0; i < count_; ++i) {
@@ -342,7 +341,7 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
     spin_before_rad_s[i] = solver_bodies[i].spin_rad_s;
   }
   solver_.solve(world, std::span(solver_bodies).first(count_), std::span(grips_).first(grip_count_), period_s,
-                counters);
+                effort);
   grip_count_ = 0;
   std::array<Pin, kMaxBodies> pins;
   std::array<bool, kMaxBodies> pinned{};
@@ -361,7 +360,7 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s,
     bool carried = true;
     for (Finger& finger : fingers) {
       const bool meets = finger.started && (finger.inside & only(index)) == 0;
-      carried = carried && (!meets || carry(world, index, before, finger, pins[i], counters));
+      carried = carried && (!meets || carry(world, index, before, finger, pins[i], effort));
     }
     if (!carried) {
       std::copy_n(fingers_before.begin(), fingers.size(), fingers.begin());

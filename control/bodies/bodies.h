@@ -21,7 +21,7 @@
 #include "control/bodies/control_element.h"
 #include "control/contact/finger.h"
 #include "control/contact/world.h"
-#include "control/renderer_types.h"
+#include "control/effort.h"
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
 #include "kinematics/vector.h"
@@ -96,7 +96,7 @@ class Bodies {
 
   // One period: moves the bodies, writes their new poses to the world, and carries the fingers' god objects
   // along.
-  void step(World& world, std::span<Finger> fingers, float period_s, RenderCounters& counters) noexcept;
+  void step(World& world, std::span<Finger> fingers, float period_s, Effort& effort) noexcept;
 
  private:
   struct Load {

@@ -34,7 +34,8 @@ bool take_contact(GodObject& god, std::uint8_t object, Contact& contact, Vec3& n
 
 // The point of the surface nearest to `local`, which is on `feature` except for rounding.
 [[gnu::noinline]] Vec3 onto_surface(const PlacedObject& object, Feature& feature, const Vec3& local) {
-  return object.ops->slide(object.shape, feature, local, local, {.hold = true}).to;
+  Work work(kInPlaceWork);
+  return object.ops->slide(object.shape, feature, local, local, {.work = work, .hold = true}).to;
 }
 
 // The box about the old and the new pose holds the path of every point of the object, except for the curvature of its
@@ -67,7 +68,7 @@ Pin pin_of(const GodObject& god, const Vec3& target) {
 
 // The same as carry() for a tip with a radius. Its path relative to the moving object is that of a sphere.
 bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& before, Finger& finger,
-                  Pin& pin, RenderCounters& counters) {
+                  Pin& pin, Effort& effort) {
   const PlacedObject& now = world.objects[moved];
   const Nearby alone(moved);
   GodObject god = finger.god;
@@ -86,7 +87,7 @@ bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& be
     if (!reaches(both, god.position_m)) return true;
     GodObject seen;  // as the object sees it
     seen.position_m = now.to_world(local);
-    static_cast<void>(fly_ball(world, alone, seen, god.position_m, counters));
+    static_cast<void>(fly_ball(world, alone, seen, god.position_m, effort));
     if (seen.position_m == god.position_m) return true;
     if (seen.count == 0) return false;
     contact = seen.contacts[0];
@@ -98,14 +99,14 @@ bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& be
   const Vec3 target = now.to_world(local);
   const Nearby others(world, Reach(god.position_m, god.position_m, target, world.margin_m),
                       finger.inside | only(moved));
-  move(world, others, god, target, false, counters);
+  move(world, others, god, target, false, effort);
   const bool arrived = is_at(god.position_m, target, kTouchGap_m);
   if (!arrived) {
     pin = pin_of(god, target);
     // Another object is in the way. The sphere may have slid along the moving object, but must not be in it.
     GodObject seen;
     seen.position_m = target;
-    static_cast<void>(move_ball(world, alone, seen, god.position_m, false, counters));
+    static_cast<void>(move_ball(world, alone, seen, god.position_m, false, effort));
     if (!is_at(seen.position_m, god.position_m, kTouchGap_m)) return false;
   }
   if (god.count == kMaxContacts) --god.count;
@@ -120,8 +121,8 @@ bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& be
 }  // namespace
 
 bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, Finger& finger, Pin& pin,
-           RenderCounters& counters) noexcept {
-  if (world.tip_radius_m > 0.0F) return carry_sphere(world, moved, before, finger, pin, counters);
+           Effort& effort) noexcept {
+  if (world.tip_radius_m > 0.0F) return carry_sphere(world, moved, before, finger, pin, effort);
   const PlacedObject& now = world.objects[moved];
   GodObject god = finger.god;
   Contact contact;
@@ -146,8 +147,8 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
     side[0].kind = kSideOnly;
     const Vec3 to = now.to_local(god.position_m);
     Hit hit;
-    if (!now.ops->sweep(now.shape, from, to, {side.data(), beside ? 1U : 0U}, hit)) {
-      ++counters.sweep_bound;
+    if (!now.ops->sweep(now.shape, from, to, {side.data(), beside ? 1U : 0U}, hit, effort.work)) {
+      ++effort.counters.sweep_bound;
       return false;
     }
     if (hit.t > 1.0F) return true;
@@ -163,7 +164,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
     god.count = 0;
     god.position_m = target;
   } else {
-    move(world, others, god, target, false, counters);
+    move(world, others, god, target, false, effort);
   }
   if ((god.position_m - target).squaredNorm() > kSurfaceTolerance_m * kSurfaceTolerance_m) {
     // Another object is in the way. The god object may have slid along the moving object, or stay behind it,
@@ -172,7 +173,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
     const Vec3 to = now.to_local(god.position_m);
     Hit hit;
     side[0].kind = kSideOnly;
-    if (!now.ops->sweep(now.shape, from, to, {side.data(), touched || beside ? 1U : 0U}, hit) ||
+    if (!now.ops->sweep(now.shape, from, to, {side.data(), touched || beside ? 1U : 0U}, hit, effort.work) ||
         hit.t <= 1.0F)
       return false;
     local = onto_surface(now, contact.feature, to);

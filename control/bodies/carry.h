@@ -14,7 +14,7 @@
 
 #include "control/contact/finger.h"
 #include "control/contact/world.h"
-#include "control/renderer_types.h"
+#include "control/effort.h"
 
 namespace thimble::control {
 
@@ -28,6 +28,6 @@ struct Pin {
 // Carries a finger's god object along with object `moved`, whose old pose is in `before` and whose new pose
 // is in `world`. False when no path is free: the finger is unchanged.
 [[nodiscard]] bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, Finger& finger,
-                         Pin& pin, RenderCounters& counters) noexcept;
+                         Pin& pin, Effort& effort) noexcept;
 
 }  // namespace thimble::control

@@ -90,7 +90,7 @@ void ContactPatches::drop_point(Patch& patch) noexcept {
 // How many of the chosen points a new patch gets: the first ones. The patches with the most points lose one first;
 // of equal ones the least deep.
 std::size_t ContactPatches::make_room(Chosen& chosen, std::size_t count, float deepest_m,
-                                      RenderCounters& counters) noexcept {
+                                      Effort& effort) noexcept {
   while (used_ + count > points_.size()) {
     Patch* most = nullptr;
     for (Patch& patch : patches()) {
@@ -100,7 +100,7 @@ std::size_t ContactPatches::make_room(Chosen& chosen, std::size_t count, float d
     }
     const bool own =
         most == nullptr || count > most->count || (count == most->count && deepest_m <= most->deepest_m);
-    ++counters.contact_bound;
+    ++effort.counters.contact_bound;
     if (!own) {
       drop_point(*most);
       continue;
@@ -112,9 +112,9 @@ std::size_t ContactPatches::make_room(Chosen& chosen, std::size_t count, float d
   return count;
 }
 
-Patch* ContactPatches::place_for(float deepest_m, RenderCounters& counters) noexcept {
+Patch* ContactPatches::place_for(float deepest_m, Effort& effort) noexcept {
   if (patch_count_ < patches_.size()) return &patches_[patch_count_++];
-  ++counters.contact_bound;
+  ++effort.counters.contact_bound;
   Patch* least = nullptr;
   for (Patch& patch : patches()) {
     if (patch.count != 0 && (least == nullptr || patch.deepest_m < least->deepest_m)) least = &patch;
@@ -131,7 +131,7 @@ Patch* ContactPatches::add(const Patch& patch) noexcept {
   return &added;
 }
 
-void ContactPatches::add(const Patch& pair, const Manifold& manifold, RenderCounters& counters) noexcept {
+void ContactPatches::add(const Patch& pair, const Manifold& manifold, Effort& effort) noexcept {
   std::array<bool, kMaxManifold> taken{};
   for (std::size_t i = 0; i < manifold.count; ++i) {
     if (taken[i]) continue;
@@ -148,13 +148,13 @@ void ContactPatches::add(const Patch& pair, const Manifold& manifold, RenderCoun
     const float deepest_m =
         (*std::max_element(chosen.begin(), chosen.begin() + static_cast<std::ptrdiff_t>(count), is_less_deep))
             ->depth_m;
-    Patch* patch = place_for(deepest_m, counters);
+    Patch* patch = place_for(deepest_m, effort);
     if (patch == nullptr) continue;
     *patch = pair;
     patch->count = 0;
     patch->deepest_m = deepest_m;
     patch->normal = chosen[0]->normal;
-    count = make_room(chosen, count, deepest_m, counters);
+    count = make_room(chosen, count, deepest_m, effort);
     for (std::size_t j = 0; j < count; ++j) {
       const std::uint8_t index = free_[used_++];
       patch->points[patch->count++] = index;

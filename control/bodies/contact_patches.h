@@ -13,7 +13,7 @@
 #include <span>
 
 #include "control/bodies/collide.h"
-#include "control/renderer_types.h"
+#include "control/effort.h"
 #include "control/scene/limits.h"
 #include "kinematics/vector.h"
 
@@ -73,7 +73,7 @@ class ContactPatches {
   void clear() noexcept;
 
   // Adds the contact points of a pair; `pair` has the objects, the bodies and the friction.
-  void add(const Patch& pair, const Manifold& manifold, RenderCounters& counters) noexcept;
+  void add(const Patch& pair, const Manifold& manifold, Effort& effort) noexcept;
   // A patch without points. Null when there are kMaxBodyPatches.
   Patch* add(const Patch& patch) noexcept;
 
@@ -86,10 +86,9 @@ class ContactPatches {
  private:
   using Chosen = std::array<const ContactPoint*, kMaxPatchPoints>;
 
-  std::size_t make_room(Chosen& chosen, std::size_t count, float deepest_m,
-                        RenderCounters& counters) noexcept;
+  std::size_t make_room(Chosen& chosen, std::size_t count, float deepest_m, Effort& effort) noexcept;
   void drop_point(Patch& patch) noexcept;
-  Patch* place_for(float deepest_m, RenderCounters& counters) noexcept;
+  Patch* place_for(float deepest_m, Effort& effort) noexcept;
 
   std::array<Patch, kMaxBodyPatches> patches_;
   std::array<PatchPoint, kMaxBodyContacts> points_;

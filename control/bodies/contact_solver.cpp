@@ -252,7 +252,7 @@ void ContactSolver::warm_start(std::span<SolverBody> bodies, Patch& patch) noexc
 }
 
 void ContactSolver::collect_pair(const World& world, std::span<const SolverBody> bodies, Patch& pair,
-                                 float period_s, RenderCounters& counters) noexcept {
+                                 float period_s, Effort& effort) noexcept {
   const PlacedObject& first = world.objects[pair.object_a];
   const PlacedObject& second = world.objects[pair.object_b];
   const SolverBody& a = bodies[pair.a];
@@ -262,7 +262,7 @@ void ContactSolver::collect_pair(const World& world, std::span<const SolverBody>
   if (!boxes_overlap(first, second, margin)) return;
   Manifold manifold;
   collide(first, second, margin, manifold);
-  counters.contact_bound += manifold.left_out;
+  effort.counters.contact_bound += manifold.left_out;
   // Without the points that will not close in this tick.
   std::size_t kept = 0;
   for (std::size_t i = 0; i < manifold.count; ++i) {
@@ -276,7 +276,7 @@ void ContactSolver::collect_pair(const World& world, std::span<const SolverBody>
   if (kept == 0) return;
   pair.static_friction = std::sqrt(first.material.static_friction * second.material.static_friction);
   pair.dynamic_friction = std::sqrt(first.material.dynamic_friction * second.material.dynamic_friction);
-  found_.add(pair, manifold, counters);
+  found_.add(pair, manifold, effort);
 }
 
 // A grip is a patch without points and without directions along the surface. For the warm start its second object is the
@@ -302,7 +302,7 @@ void ContactSolver::collect_grips(std::span<const SolverBody> bodies, std::span<
 }
 
 void ContactSolver::collect_contacts(const World& world, std::span<const SolverBody> bodies, float period_s,
-                                     RenderCounters& counters) noexcept {
+                                     Effort& effort) noexcept {
   Patch pair;
   pair.normal = pair.across[0] = pair.across[1] = pair.centre_m = pair.slip_m = pair.impulse_N_s =
       Vec3::Zero();
@@ -315,13 +315,13 @@ void ContactSolver::collect_contacts(const World& world, std::span<const SolverB
     for (std::size_t object = 0; object < world.count; ++object) {
       if (world.objects[object].body != kNoBody || !collides(world.objects[object])) continue;
       pair.object_b = static_cast<std::uint8_t>(object);
-      collect_pair(world, bodies, pair, period_s, counters);
+      collect_pair(world, bodies, pair, period_s, effort);
     }
     for (std::size_t b = a + 1; b < bodies.size(); ++b) {
       pair.object_b = bodies[b].object;
       if (!collides(world.objects[pair.object_b])) continue;
       pair.b = static_cast<std::uint8_t>(b);
-      collect_pair(world, bodies, pair, period_s, counters);
+      collect_pair(world, bodies, pair, period_s, effort);
     }
   }
 }
@@ -393,11 +393,11 @@ void ContactSolver::relax(std::span<SolverBody> bodies) noexcept {
 }
 
 void ContactSolver::solve(const World& world, std::span<SolverBody> bodies, std::span<const Grip> grips,
-                          float period_s, RenderCounters& counters) noexcept {
+                          float period_s, Effort& effort) noexcept {
   found_.clear();
   bounces_ = false;
   collect_grips(bodies, grips, period_s);
-  collect_contacts(world, bodies, period_s, counters);
+  collect_contacts(world, bodies, period_s, effort);
   for (Patch& patch : found_.patches()) {
     prepare(bodies, patch, period_s);
     recall(bodies, patch);

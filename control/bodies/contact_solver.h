@@ -30,7 +30,7 @@
 #include "control/bodies/contact_patches.h"
 #include "control/bodies/solver_body.h"
 #include "control/contact/world.h"
-#include "control/renderer_types.h"
+#include "control/effort.h"
 #include "control/scene/limits.h"
 #include "kinematics/vector.h"
 
@@ -66,7 +66,7 @@ class ContactSolver {
 
   // Collects the contacts of `bodies`, changes their velocities and writes their position corrections.
   void solve(const World& world, std::span<SolverBody> bodies, std::span<const Grip> grips, float period_s,
-             RenderCounters& counters) noexcept;
+             Effort& effort) noexcept;
 
  private:
   // A patch for the warm start of the next tick. Places are relative to the centre of body a.
@@ -90,11 +90,11 @@ class ContactSolver {
   };
 
   void collect_contacts(const World& world, std::span<const SolverBody> bodies, float period_s,
-                        RenderCounters& counters) noexcept;
+                        Effort& effort) noexcept;
   void collect_grips(std::span<const SolverBody> bodies, std::span<const Grip> grips,
                      float period_s) noexcept;
   void collect_pair(const World& world, std::span<const SolverBody> bodies, Patch& pair, float period_s,
-                    RenderCounters& counters) noexcept;
+                    Effort& effort) noexcept;
   void prepare(std::span<const SolverBody> bodies, Patch& patch, float period_s) noexcept;
   void prepare_friction(std::span<const SolverBody> bodies, Patch& patch) noexcept;
   void recall(std::span<const SolverBody> bodies, Patch& patch) noexcept;

@@ -31,7 +31,7 @@ Vec3 over_contacts(const GodObject& god) {
 // point could become a ball behind a triangle, or a squeezed ball be moved behind one.
 class Sweeps {
  public:
-  Sweeps(const World& world, const Nearby& nearby) : world_(world), nearby_(nearby) {
+  Sweeps(const World& world, const Nearby& nearby, Work& work) : world_(world), nearby_(nearby), work_(work) {
     for (const std::uint8_t index : nearby.objects())
       needed_ = needed_ || world.objects[index].shape.mesh.seams;
     needed_ = needed_ && !is_tip(world);
@@ -50,7 +50,7 @@ class Sweeps {
         if (contact.object == index) features[count++] = contact.feature;
       Hit hit;
       if (!object.ops->sweep(object.shape, object.to_local(from), object.to_local(to),
-                             {features.data(), count}, hit) ||
+                             {features.data(), count}, hit, work_) ||
           (hit.t <= 1.0F && (1.0F - hit.t) * length_m >= behind_m))
         return false;
     }
@@ -66,6 +66,7 @@ class Sweeps {
  private:
   const World& world_;
   const Nearby& nearby_;
+  Work& work_;
   bool needed_ = false;
 };
 
@@ -123,9 +124,9 @@ struct Holding {
       add(near.object[at], near.of[at].feature);
     }
   }
-  [[nodiscard]] BallQuery query(const Vec3& centre, const Vec3& target) const {
+  [[nodiscard]] BallQuery query(const Vec3& centre, const Vec3& target, Work& work) const {
     const float way_m = (target - centre).norm();
-    BallQuery ball{centre, aim(centre, target), target, radius_m, 0.5F * way_m, {}, count, is_tip};
+    BallQuery ball{work, centre, aim(centre, target), target, radius_m, 0.5F * way_m, {}, count, is_tip};
     // With room for as much more as the way to the aim, which is straight.
     constexpr float kLeast_m = 2.0e-5F;
     ball.reach_m = std::min(way_m, farther * (2.0F * (ball.aim_m - centre).norm() + kLeast_m));
@@ -144,16 +145,17 @@ struct Holding {
 // it goes a part of the way only, and tries twice that part the next time.
 class Lookout {
  public:
-  Lookout(const World& world, const Nearby& nearby) : world_(world), nearby_(nearby) {}
+  Lookout(const World& world, const Nearby& nearby, Work& work)
+      : world_(world), nearby_(nearby), work_(work) {}
 
-  // False: it has looked too often in this move. Brings `target` nearer.
+  // False: it has looked too often in this move, or the work is spent. Brings `target` nearer.
   bool look(const Holding& holding, const Vec3& centre, Vec3& target, Separations& out) {
     constexpr float kLess = 0.25F;
     const Vec3 whole = target - centre;
-    for (; looks_ < kMaxLooks; part_ *= kLess) {
+    for (; looks_ < kMaxLooks && !work_.is_spent(); part_ *= kLess) {
       ++looks_;
       if (part_ < 1.0F) target = centre + part_ * whole;
-      if (out.look(world_, nearby_, holding.query(centre, target), holding.held)) {
+      if (out.look(world_, nearby_, holding.query(centre, target, work_), holding.held)) {
         part_ = std::min(2.0F * part_, 1.0F);
         return true;
       }
@@ -166,6 +168,7 @@ class Lookout {
 
   const World& world_;
   const Nearby& nearby_;
+  Work& work_;
   float part_ = 1.0F;
   int looks_ = 0;
 };
@@ -173,11 +176,11 @@ class Lookout {
 // After a move that is cut short: what is near the place where it ends. The last look was from elsewhere, or is incomplete.
 // False: only what the ball touches is known, not what is near the point under it.
 bool look_under(const World& world, const Nearby& nearby, const Holding& holding, const Vec3& centre,
-                const Vec3& target, Separations& near) {
+                const Vec3& target, Separations& near, Work& work) {
   const Vec3 way = target - centre;
   const Vec3 under = centre + std::min(1.0F, kUnder_m / way.norm()) * way;
-  if (near.look(world, nearby, holding.query(centre, under), holding.held)) return true;
-  if (!near.look(world, nearby, holding.query(centre, centre), holding.held)) near.count = 0;
+  if (near.look(world, nearby, holding.query(centre, under, work), holding.held)) return true;
+  if (!near.look(world, nearby, holding.query(centre, centre, work), holding.held)) near.count = 0;
   return false;
 }
 
@@ -229,7 +232,7 @@ struct Surroundings {
 
 // Takes over the contacts and the point under the ball. known: `near` has all that is near this point.
 void set_contacts(const World& world, const Nearby& nearby, GodObject& god, Separations& near,
-                  const Vec3& target, bool hold, bool known) {
+                  const Vec3& target, bool hold, bool known, Work& work) {
   const Vec3 way = target - god.centre_m;
   god.count = 0;
   god.position_m = god.centre_m;
@@ -247,9 +250,10 @@ void set_contacts(const World& world, const Nearby& nearby, GodObject& god, Sepa
         near.of[i].normal.dot(under.point_m) >= -near.of[i].height_m - kBehind_m)
       continue;
     const Vec3 at = god.centre_m + under.point_m;
-    known = near.look(world, nearby, {god.centre_m, at, at, 0.0F, kUnder_m, {}, 0}, {});
-    if (!known && !near.look(world, nearby,
-                             {god.centre_m, god.centre_m, god.centre_m, kPointRadius_m, 0.0F, {}, 0}, {}))
+    known = near.look(world, nearby, {work, god.centre_m, at, at, 0.0F, kUnder_m, {}, 0}, {});
+    if (!known &&
+        !near.look(world, nearby,
+                   {work, god.centre_m, god.centre_m, god.centre_m, kPointRadius_m, 0.0F, {}, 0}, {}))
       return;
     round = Surroundings(near, known);
     under = round.under(way, hold);
@@ -269,22 +273,22 @@ void set_contacts(const World& world, const Nearby& nearby, GodObject& god, Sepa
 
 // As fly_ball() and move_ball(), but the god object is anywhere on the path where they return false.
 bool fly_proven(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-                RenderCounters& counters) {
-  const Sweeps sweeps(world, nearby);
+                Effort& effort) {
+  const Sweeps sweeps(world, nearby, effort.work);
   const Vec3 start = god.is_ball ? god.centre_m : god.position_m;
   if (!become_ball(world, sweeps, god)) return false;
-  if (is_clear(world, nearby, god.centre_m, target)) {
+  if (is_clear(world, nearby, effort.work, god.centre_m, target)) {
     god.centre_m = god.position_m = target;
     return true;
   }
   Separations near;
   const Holding holding(world, god);
-  Lookout lookout(world, nearby);
+  Lookout lookout(world, nearby, effort.work);
   bool rests = false;
   for (int step = 0; step < kMaxSteps && !rests; ++step) {
     Vec3 aim = target;
     if (!lookout.look(holding, god.centre_m, aim, near)) {
-      ++counters.sweep_bound;
+      ++effort.counters.sweep_bound;
       break;
     }
     const Vec3 way = aim - god.centre_m;
@@ -314,22 +318,22 @@ bool fly_proven(const World& world, const Nearby& nearby, GodObject& god, const 
     }
     rests = free * free * way.squaredNorm() <= kSettled_m * kSettled_m;
   }
-  const bool known = rests || look_under(world, nearby, holding, god.centre_m, target, near);
+  const bool known = rests || look_under(world, nearby, holding, god.centre_m, target, near, effort.work);
   if (is_tip(world)) {
     set_tip_contacts(god, near, target, true, holding.radius_m);
     return true;
   }
-  set_contacts(world, nearby, god, near, target, true, known);
+  set_contacts(world, nearby, god, near, target, true, known, effort.work);
   if (god.count == 0) god.position_m = god.centre_m;
   return sweeps.comes_down(god, target) && comes_nearer(world, start, god.centre_m, target);
 }
 
 bool move_proven(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
-                 RenderCounters& counters) {
-  const Sweeps sweeps(world, nearby);
+                 Effort& effort) {
+  const Sweeps sweeps(world, nearby, effort.work);
   const Vec3 start = god.is_ball ? god.centre_m : god.position_m;
   if (!become_ball(world, sweeps, god)) return false;
-  if (roll(world, nearby, god, target, hold)) return true;
+  if (roll(world, nearby, effort.work, god, target, hold)) return true;
   const Vec3 goal = hold && !is_tip(world) ? Vec3(target + over_contacts(god)) : target;
   const std::uint8_t held = god.count > 0 ? god.contacts[0].object : std::uint8_t{0};
   // A mesh of several parts has faces below its surface that look aside: they are not what it is on.
@@ -337,14 +341,14 @@ bool move_proven(const World& world, const Nearby& nearby, GodObject& god, const
   const Vec3 up = god.count > 0 ? god.normals[0] : Vec3(Vec3::Zero());
   Separations near;
   Holding holding(world, god);
-  Lookout lookout(world, nearby);
+  Lookout lookout(world, nearby, effort.work);
   bool settled = false;
   bool again =
       false;  // it rests against the plane of a solid that it does not touch: another plane may let it on
   for (int step = 0; step < kMaxSteps && !settled; ++step) {
     Vec3 aim = goal;
     if (!lookout.look(holding, god.centre_m, aim, near)) {
-      ++counters.sweep_bound;
+      ++effort.counters.sweep_bound;
       break;
     }
     std::size_t nearest = near.count;
@@ -362,7 +366,7 @@ bool move_proven(const World& world, const Nearby& nearby, GodObject& god, const
     const Vec3 way = aim - god.centre_m;
     const NearestInside there = near.nearest(way);
     if (!there.found) {
-      ++counters.slide_bound;
+      ++effort.counters.slide_bound;
       break;
     }
     const float step_m = there.point_m.norm();
@@ -385,15 +389,15 @@ bool move_proven(const World& world, const Nearby& nearby, GodObject& god, const
       return true;
     }
   }
-  if (!settled) ++counters.slide_bound;
-  const bool known = settled || look_under(world, nearby, holding, god.centre_m, goal, near);
+  if (!settled) ++effort.counters.slide_bound;
+  const bool known = settled || look_under(world, nearby, holding, god.centre_m, goal, near, effort.work);
   if (is_tip(world)) {
     set_tip_contacts(god, near, target, hold, holding.radius_m);
   } else {
-    set_contacts(world, nearby, god, near, target, hold, known);
+    set_contacts(world, nearby, god, near, target, hold, known, effort.work);
   }
   // Cut short above a surface, where it would not push.
-  const bool is_free = !settled && god.count == 0 ? fly_proven(world, nearby, god, target, counters)
+  const bool is_free = !settled && god.count == 0 ? fly_proven(world, nearby, god, target, effort)
                                                   : sweeps.comes_down(god, target);
   return is_free && comes_nearer(world, start, god.centre_m, goal);
 }
@@ -401,17 +405,17 @@ bool move_proven(const World& world, const Nearby& nearby, GodObject& god, const
 }  // namespace
 
 bool fly_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-              RenderCounters& counters) noexcept {
+              Effort& effort) noexcept {
   const GodObject start = god;
-  if (fly_proven(world, nearby, god, target, counters)) return true;
+  if (fly_proven(world, nearby, god, target, effort)) return true;
   god = start;
   return false;
 }
 
 bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
-               RenderCounters& counters) noexcept {
+               Effort& effort) noexcept {
   const GodObject start = god;
-  if (move_proven(world, nearby, god, target, hold, counters)) return true;
+  if (move_proven(world, nearby, god, target, hold, effort)) return true;
   god = start;
   return false;
 }
@@ -420,8 +424,9 @@ void leave_ball(const World& world, GodObject& god) noexcept {
   for (std::size_t i = 0; i < god.count; ++i) {
     const PlacedObject& object = world.objects[god.contacts[i].object];
     const Vec3 at = object.to_local(god.position_m);
-    god.position_m =
-        object.to_world(object.ops->slide(object.shape, god.contacts[i].feature, at, at, {.hold = true}).to);
+    Work work(kInPlaceWork);
+    god.position_m = object.to_world(
+        object.ops->slide(object.shape, god.contacts[i].feature, at, at, {.work = work, .hold = true}).to);
   }
   god.is_ball = false;
 }

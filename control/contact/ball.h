@@ -9,7 +9,7 @@
 #pragma once
 
 #include "control/contact/god_object.h"
-#include "control/renderer_types.h"
+#include "control/effort.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -17,9 +17,9 @@ namespace thimble::control {
 // Both make the god object a ball if it is a point yet, and are otherwise as fly() and move() of a point. False where its path past a mesh
 // of several parts is not proven free, or leads away from the target; the god object is as before then.
 bool fly_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-              RenderCounters& counters) noexcept;
+              Effort& effort) noexcept;
 bool move_ball(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
-               RenderCounters& counters) noexcept;
+               Effort& effort) noexcept;
 
 // Makes the god object a point again, on the surfaces that it touches.
 void leave_ball(const World& world, GodObject& god) noexcept;

@@ -38,9 +38,13 @@ constexpr int kSkipNone = -1;
 
 void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god,
                   std::span<const Contact> leaving, const Vec3& from, const Vec3& to, int skip,
-                  Flight& flight) {
+                  Flight& flight, Work& work) {
   for (const std::uint8_t index : nearby.objects()) {
     if (index == skip) continue;
+    if (!work.spend(kSolidWork)) {
+      flight.known = false;
+      return;
+    }
     const PlacedObject& object = world.objects[index];
     std::array<Feature, Left::kMax + 1> features;
     std::size_t count = 0;
@@ -53,7 +57,7 @@ void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god
     }
     Hit hit{.t = flight.hit.t, .feature = {}};
     if (!object.ops->sweep(object.shape, object.to_local(from), object.to_local(to), {features.data(), count},
-                           hit)) {
+                           hit, work)) {
       flight.known = false;
     }
     if (hit.t < flight.hit.t) {
@@ -66,23 +70,24 @@ void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god
 constexpr float kOnePlace_m = 2.0F * kSurfaceTolerance_m;  // places on a surface that are one
 
 // Updates a contact's feature for a point that should still be on its surface; false when it is not.
-bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3& point) {
+bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3& point, Work& work) {
   const PlacedObject& object = world.objects[contact.object];
   const Vec3 target = object.to_local(point);
   Vec3 at = object.to_local(from);
   for (int piece = 0; piece < kMaxRefreshPieces; ++piece) {
-    const Slide slide = object.ops->slide(object.shape, contact.feature, at, target, {.hold = true});
+    const Slide slide =
+        object.ops->slide(object.shape, contact.feature, at, target, {.work = work, .hold = true});
     at = slide.to;
     if (slide.end != SlideEnd::kMoved) break;
   }
   return (at - target).squaredNorm() <= kOnePlace_m * kOnePlace_m;
 }
 
-void update_contacts(const World& world, GodObject& god, const Vec3& from, const Vec3& point) {
+void update_contacts(const World& world, GodObject& god, const Vec3& from, const Vec3& point, Work& work) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < god.count; ++i) {
     Contact contact = god.contacts[i];
-    if (refresh(world, contact, from, point)) god.contacts[kept++] = contact;
+    if (refresh(world, contact, from, point, work)) god.contacts[kept++] = contact;
   }
   god.count = kept;
 }
@@ -120,9 +125,9 @@ enum class Outcome : std::uint8_t { kSettled, kContinue, kUnknown };
 
 // Flies to `to`; where the flight hits an object, it stops there with one more contact.
 Outcome fly_and_land(const World& world, const Nearby& nearby, std::span<const Contact> leaving,
-                     GodObject& god, const Vec3& to, int skip, bool& landed) {
+                     GodObject& god, const Vec3& to, int skip, bool& landed, Work& work) {
   Flight flight;
-  sweep_nearby(world, nearby, god, leaving, god.position_m, to, skip, flight);
+  sweep_nearby(world, nearby, god, leaving, god.position_m, to, skip, flight, work);
   landed = false;
   if (!flight.known) return Outcome::kUnknown;
   if (flight.hit.t > 1.0F) {
@@ -132,7 +137,7 @@ Outcome fly_and_land(const World& world, const Nearby& nearby, std::span<const C
   }
   const Vec3 from = god.position_m;
   god.position_m = from + flight.hit.t * (to - from);
-  update_contacts(world, god, from, god.position_m);
+  update_contacts(world, god, from, god.position_m, work);
   add_contact(god, {flight.object, flight.hit.feature});
   landed = true;
   return Outcome::kContinue;
@@ -140,7 +145,8 @@ Outcome fly_and_land(const World& world, const Nearby& nearby, std::span<const C
 
 // Flies along a piece of a slide; where another object is in the way, stops there with one more contact.
 [[gnu::always_inline]] inline Outcome fly_along(const World& world, const Nearby& nearby, const Slide& slide,
-                                                const Feature& feature, GodObject& god, bool& landed) {
+                                                const Feature& feature, GodObject& god, bool& landed,
+                                                Work& work) {
   Contact& contact = god.contacts[0];
   const PlacedObject& object = world.objects[contact.object];
   // The feature that the slide starts from and the one that it slides along do not stop the sweep.
@@ -149,10 +155,10 @@ Outcome fly_and_land(const World& world, const Nearby& nearby, std::span<const C
   if (!slide.swept) contact.feature = {feature.index, 0, 0, feature.side};
   if (slide.bent) {
     const Outcome outcome =
-        fly_and_land(world, nearby, leaving, god, object.to_world(slide.via), skip, landed);
+        fly_and_land(world, nearby, leaving, god, object.to_world(slide.via), skip, landed, work);
     if (outcome == Outcome::kUnknown || landed) return outcome;
   }
-  return fly_and_land(world, nearby, leaving, god, object.to_world(slide.to), skip, landed);
+  return fly_and_land(world, nearby, leaving, god, object.to_world(slide.to), skip, landed, work);
 }
 
 // A bent piece leaves the surface by up to 0.4 radii on its way. Where it meets another object out there, that place can be farther from
@@ -166,13 +172,12 @@ bool moves_away(const Vec3& target, const Vec3& to, const Vec3& from) {
 // `ended`: the slide goes no further. In a function of its own: the copy of the god object would take 2 % of a tick on a mesh, which has
 // no arcs.
 [[gnu::noinline]] Outcome slide_on_arc(const World& world, const Nearby& nearby, Slide slide, Feature feature,
-                                       GodObject& god, const Vec3& target, RenderCounters& counters,
-                                       bool& ended) {
+                                       GodObject& god, const Vec3& target, Effort& effort, bool& ended) {
   const GodObject start = god;
   const Contact& contact = start.contacts[0];
   const PlacedObject& object = world.objects[contact.object];
   for (int halving = 0; halving <= kMaxHalvings; ++halving) {
-    const Outcome outcome = fly_along(world, nearby, slide, feature, god, ended);
+    const Outcome outcome = fly_along(world, nearby, slide, feature, god, ended, effort.work);
     if (outcome == Outcome::kUnknown || (halving == 0 && !ended)) return outcome;
     if (!moves_away(target, god.position_m, start.position_m)) {
       if (!ended) god.contacts[0].feature = feature;
@@ -184,30 +189,30 @@ bool moves_away(const Vec3& target, const Vec3& to, const Vec3& from) {
     const Vec3 from = object.to_local(start.position_m);
     // The middle of the chord is inside, as the solid is convex: the slide ends above it.
     slide = object.ops->slide(object.shape, feature, from, Vec3(0.5F * (from + slide.to)),
-                              {.hold = true, .one_piece = true});
+                              {.work = effort.work, .hold = true, .one_piece = true});
   }
   ended = true;
-  ++counters.slide_bound;
+  ++effort.counters.slide_bound;
   return Outcome::kSettled;
 }
 
 // One contact: slide over its surface.
 Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
-                     bool alone, Left& left, RenderCounters& counters) {
+                     bool alone, Left& left, Effort& effort) {
   Contact& contact = god.contacts[0];
   const PlacedObject& object = world.objects[contact.object];
   Feature feature = contact.feature;
   const Contact start{contact.object, {.index = feature.index, .side = feature.side}};
   const Vec3 from = object.to_local(god.position_m);
   const Slide slide = object.ops->slide(object.shape, feature, from, object.to_local(target),
-                                        {.hold = hold, .one_piece = !alone});
+                                        {.work = effort.work, .hold = hold, .one_piece = !alone});
   if (alone && slide.swept) {
     god.position_m = object.to_world(slide.to);
   } else {
     bool ended = false;
     const Outcome outcome = slide.bent
-                                ? slide_on_arc(world, nearby, slide, feature, god, target, counters, ended)
-                                : fly_along(world, nearby, slide, feature, god, ended);
+                                ? slide_on_arc(world, nearby, slide, feature, god, target, effort, ended)
+                                : fly_along(world, nearby, slide, feature, god, ended, effort.work);
     if (outcome == Outcome::kUnknown || ended) return outcome;
   }
   god.contacts[0].feature = feature;
@@ -217,7 +222,7 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
     case SlideEnd::kMoved:
       return Outcome::kContinue;
     case SlideEnd::kBound:
-      ++counters.slide_bound;
+      ++effort.counters.slide_bound;
       return Outcome::kSettled;
     case SlideEnd::kFree:
       break;
@@ -234,7 +239,7 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
 
 // Two or three contacts: all their planes together.
 Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-                        Left& left) {
+                        Left& left, Work& work) {
   const Planes planes = planes_at(world, god);
   const NearestInside projection = project(planes, target - god.position_m);
   if (projection.count == 0 && projection.point_m != Vec3::Zero()) {  // no plane holds it back
@@ -256,9 +261,9 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
   const std::size_t leaving_count = god.count;
   bool landed = false;
   const Outcome outcome = fly_and_land(world, nearby, {leaving.data(), leaving_count}, god,
-                                       from + projection.point_m, kSkipNone, landed);
+                                       from + projection.point_m, kSkipNone, landed, work);
   if (outcome == Outcome::kUnknown) return outcome;
-  if (!landed) update_contacts(world, god, from, god.position_m);
+  if (!landed) update_contacts(world, god, from, god.position_m, work);
   return Outcome::kContinue;
 }
 
@@ -273,7 +278,7 @@ bool on_seam(const World& world, std::span<const Contact> contacts) {
 
 // Makes the ball a point on the first surface below its centre, which is free. Its place under the ball lies on the planes of faces, and can
 // be beside one of them, or behind another face.
-void come_down(const World& world, const Nearby& nearby, GodObject& god, RenderCounters& counters) {
+void come_down(const World& world, const Nearby& nearby, GodObject& god, Effort& effort) {
   if (god.count > 0) {
     GodObject point = god;
     point.position_m = god.centre_m;
@@ -281,8 +286,8 @@ void come_down(const World& world, const Nearby& nearby, GodObject& god, RenderC
     point.count = 0;
     bool landed = false;
     if (fly_and_land(world, nearby, {}, point, god.centre_m + 2.0F * (god.position_m - god.centre_m),
-                     kSkipNone, landed) == Outcome::kUnknown)
-      ++counters.sweep_bound;
+                     kSkipNone, landed, effort.work) == Outcome::kUnknown)
+      ++effort.counters.sweep_bound;
     if (landed) {
       god = point;
       return;
@@ -291,34 +296,33 @@ void come_down(const World& world, const Nearby& nearby, GodObject& god, RenderC
   leave_ball(world, god);
 }
 
-void fly_point(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-               RenderCounters& counters) {
-  if (god.is_ball) come_down(world, nearby, god, counters);
+void fly_point(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, Effort& effort) {
+  if (god.is_ball) come_down(world, nearby, god, effort);
   bool landed = false;
-  if (fly_and_land(world, nearby, {}, god, target, kSkipNone, landed) == Outcome::kUnknown)
-    ++counters.sweep_bound;
+  if (fly_and_land(world, nearby, {}, god, target, kSkipNone, landed, effort.work) == Outcome::kUnknown)
+    ++effort.counters.sweep_bound;
 }
 
 // Moves it as a point. to_seam: only to where parts of a mesh touch; returns false there, as it could come between them.
 [[gnu::noinline]] bool move_point(const World& world, const Nearby& nearby, GodObject& god,
-                                  const Vec3& target, bool hold, bool to_seam, RenderCounters& counters) {
+                                  const Vec3& target, bool hold, bool to_seam, Effort& effort) {
   Left left;
   float nearest2 = std::numeric_limits<float>::infinity();
   int idle_steps = 0;  // corner steps that brought it no nearer
   const auto stops = [&] {
     return to_seam && on_seam(world, god.count > 0 ? std::span(god.contacts).first(god.count) : left.all());
   };
-  for (int moves = 0; moves < kMaxMoves; ++moves) {
+  for (int moves = 0; moves < kMaxMoves && effort.work.spend(kSolidWork); ++moves) {
     if (stops()) return false;
-    if (god.is_ball) come_down(world, nearby, god, counters);
+    if (god.is_ball) come_down(world, nearby, god, effort);
     Outcome outcome = Outcome::kContinue;
     if (god.count == 0) {
       bool landed = false;
-      outcome = fly_and_land(world, nearby, left.all(), god, target, kSkipNone, landed);
+      outcome = fly_and_land(world, nearby, left.all(), god, target, kSkipNone, landed, effort.work);
       if (outcome == Outcome::kContinue && !landed) return true;
     } else if (god.count == 1) {
       const bool alone = nearby.objects().size() == 1 && nearby.objects()[0] == god.contacts[0].object;
-      outcome = slide_on_one(world, nearby, god, target, hold, alone, left, counters);
+      outcome = slide_on_one(world, nearby, god, target, hold, alone, left, effort);
     } else {
       // Between nearly parallel faces it can move back and forth by rounding: it ends after two steps without
       // progress.
@@ -327,20 +331,21 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
       idle_steps = distance2 < kNearer * nearest2 ? 0 : idle_steps + 1;
       nearest2 = std::min(nearest2, distance2);
       if (idle_steps > 2) return true;
-      outcome = slide_in_corner(world, nearby, god, target, left);
+      outcome = slide_in_corner(world, nearby, god, target, left, effort.work);
     }
     if (outcome == Outcome::kSettled) return !stops();
     if (outcome == Outcome::kUnknown) {
-      ++counters.sweep_bound;
+      ++effort.counters.sweep_bound;
       return true;
     }
   }
-  ++counters.slide_bound;
+  ++effort.counters.slide_bound;
   if (god.count > 0) return !stops();
   // Cut short above a surface, where it would not push.
   bool landed = false;
-  if (fly_and_land(world, nearby, left.all(), god, target, kSkipNone, landed) == Outcome::kUnknown)
-    ++counters.sweep_bound;
+  if (fly_and_land(world, nearby, left.all(), god, target, kSkipNone, landed, effort.work) ==
+      Outcome::kUnknown)
+    ++effort.counters.sweep_bound;
   return !stops();
 }
 
@@ -353,50 +358,49 @@ Nearby on_way(const World& world, const Nearby& nearby, const GodObject& god, co
   return nearby.within(world, target, moves * way + world.margin_m);
 }
 
-void fly_near(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-              RenderCounters& counters) {
+void fly_near(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, Effort& effort) {
   if (nearby.several() || world.tip_radius_m > 0.0F) {
-    if (fly_ball(world, nearby, god, target, counters)) return;
+    if (fly_ball(world, nearby, god, target, effort)) return;
   } else if (world.any_seams) {
     GodObject ball = god;
-    fly_point(world, nearby, god, target, counters);
+    fly_point(world, nearby, god, target, effort);
     if (on_seam(world, std::span(god.contacts).first(god.count)) &&
-        fly_ball(world, nearby, ball, target, counters))
+        fly_ball(world, nearby, ball, target, effort))
       god = ball;  // a point could have come between two parts of a mesh
     return;
   }
-  fly_point(world, nearby, god, target, counters);
+  fly_point(world, nearby, god, target, effort);
 }
 
 void move_near(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
-               RenderCounters& counters) {
+               Effort& effort) {
   if (nearby.several() || world.tip_radius_m > 0.0F) {
-    if (move_ball(world, nearby, god, target, hold, counters)) return;
+    if (move_ball(world, nearby, god, target, hold, effort)) return;
   } else if (world.any_seams) {
     GodObject ball = god;
-    if (move_point(world, nearby, god, target, hold, true, counters)) return;
-    if (move_ball(world, nearby, ball, target, hold, counters)) {
+    if (move_point(world, nearby, god, target, hold, true, effort)) return;
+    if (move_ball(world, nearby, ball, target, hold, effort)) {
       god = ball;
       return;
     }
   }
-  move_point(world, nearby, god, target, hold, false, counters);
+  move_point(world, nearby, god, target, hold, false, effort);
 }
 
 }  // namespace
 
 void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-         RenderCounters& counters) noexcept {
+         Effort& effort) noexcept {
   if (nearby.several())
-    return fly_near(world, on_way(world, nearby, god, target, false), god, target, counters);
-  fly_near(world, nearby, god, target, counters);
+    return fly_near(world, on_way(world, nearby, god, target, false), god, target, effort);
+  fly_near(world, nearby, god, target, effort);
 }
 
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
-          RenderCounters& counters) noexcept {
+          Effort& effort) noexcept {
   if (nearby.several())
-    return move_near(world, on_way(world, nearby, god, target, hold), god, target, hold, counters);
-  move_near(world, nearby, god, target, hold, counters);
+    return move_near(world, on_way(world, nearby, god, target, hold), god, target, hold, effort);
+  move_near(world, nearby, god, target, hold, effort);
 }
 
 }  // namespace thimble::control

@@ -13,7 +13,7 @@
 
 #include "control/contact/nearby.h"
 #include "control/contact/world.h"
-#include "control/renderer_types.h"
+#include "control/effort.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -66,12 +66,12 @@ struct Constraints {
 //
 // Moves a god object in free space to `target`, or to the place where its flight hits a surface.
 void fly(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-         RenderCounters& counters) noexcept;
+         Effort& effort) noexcept;
 
 // Moves the god object to the point nearest to `target` that it can reach. hold: it stays on its surface, for
 // targets near the surface itself (friction, shading).
 void move(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
-          RenderCounters& counters) noexcept;
+          Effort& effort) noexcept;
 
 // Writes the unit normals of the planes that the god object lies on, towards the free side, world frame;
 // returns how many.

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "control/contact/world.h"
-#include "control/renderer_types.h"
+#include "control/effort.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -20,6 +20,6 @@ static_assert(kMaxObjects <= 64);
 // point. A point that the bounded test of a mesh gives no answer for counts as inside, because what is not felt exerts no
 // force; sweep_bound counts it.
 [[nodiscard]] SolidSet solids_around(const World& world, SolidSet among, const Vec3& centre_m,
-                                     RenderCounters& counters) noexcept;
+                                     Effort& effort) noexcept;
 
 }  // namespace thimble::control

@@ -32,7 +32,7 @@ struct Separations {
     std::size_t count = 0;
   };
 
-  // False when there is no room for all. A solid that holds the centre deeper than its radius is left out: the ball
+  // False when there is no room for all, or the work is spent. A solid that holds the centre deeper than its radius is left out: the ball
   // began in it.
   [[nodiscard]] bool look(const World& world, const Nearby& nearby, const BallQuery& ball,
                           const Held& held) noexcept;

@@ -25,14 +25,14 @@ bool shaded_normal(const World& world, const GodObject& god, Vec3& normal) {
 }  // namespace
 
 bool shade(const World& world, const Nearby& nearby, GodObject& rest, const Vec3& tip, Constraints& held,
-           RenderCounters& counters) noexcept {
+           Effort& effort) noexcept {
   if (!world.objects[rest.contacts[0].object].shaded) return false;
   Vec3 normal;
   GodObject smooth = rest;
   for (int round = 0; round < kRounds; ++round) {
     if (!shaded_normal(world, smooth, normal)) return false;
     const Vec3 on_plane = tip - normal * (tip - smooth.position_m).dot(normal);
-    move(world, nearby, smooth, on_plane, true, counters);
+    move(world, nearby, smooth, on_plane, true, effort);
   }
   if (!shaded_normal(world, smooth, normal)) return false;
   rest = smooth;

@@ -16,7 +16,7 @@ namespace thimble::control {
 // constraint. Returns false, and leaves `rest` and `held`, where there is no such plane: on its way it may have come to
 // another solid, and the two must belong to the same one.
 bool shade(const World& world, const Nearby& nearby, GodObject& rest, const Vec3& tip, Constraints& held,
-           RenderCounters& counters) noexcept;
+           Effort& effort) noexcept;
 
 // The force of a contact's springs in a scene with shaded meshes. On a shaded mesh, and after it until the force is what the
 // springs ask for, its change per tick is at most kFastest times the stiffness times the tip's motion.

@@ -63,18 +63,21 @@ void set_tip_contacts(GodObject& god, Separations& near, const Vec3& target, boo
   set_tip_contacts(god, there, near);
 }
 
-bool is_clear(const World& world, const Nearby& nearby, const Vec3& centre, const Vec3& target) noexcept {
+bool is_clear(const World& world, const Nearby& nearby, Work& work, const Vec3& centre,
+              const Vec3& target) noexcept {
   if (nearby.triangles() == nullptr || nearby.several()) return false;
   const PlacedObject& object = world.objects[nearby.objects()[0]];
-  return nearby.triangles()->is_clear(object.shape, object.to_local(centre), world.tip_radius_m,
+  return nearby.triangles()->is_clear(object.shape, work, object.to_local(centre), world.tip_radius_m,
                                       (target - centre).norm() + kTouchGap_m);
 }
 
-bool roll(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold) noexcept {
+bool roll(const World& world, const Nearby& nearby, Work& work, GodObject& god, const Vec3& target,
+          bool hold) noexcept {
   if (world.tip_radius_m <= 0.0F || god.count != 1 || nearby.several()) return false;
   const PlacedObject& object = world.objects[god.contacts[0].object];
   if (object.ops->roll == nullptr) return false;
-  BallRoll ball{object.to_local(god.centre_m),
+  BallRoll ball{work,
+                object.to_local(god.centre_m),
                 object.to_local(target),
                 world.tip_radius_m,
                 hold,

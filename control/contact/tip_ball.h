@@ -21,12 +21,12 @@ void set_tip_contacts(GodObject& god, Separations& near, const Vec3& target, boo
                       float radius_m) noexcept;
 
 // Whether it flies far from the only solid nearby, which is a mesh.
-[[nodiscard]] bool is_clear(const World& world, const Nearby& nearby, const Vec3& centre,
+[[nodiscard]] bool is_clear(const World& world, const Nearby& nearby, Work& work, const Vec3& centre,
                             const Vec3& target) noexcept;
 
 // The short way of a tip with a radius that touches one part of a mesh, with nothing else nearby. False, and nothing is
 // changed, where that is not certain.
-[[nodiscard]] bool roll(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
-                        bool hold) noexcept;
+[[nodiscard]] bool roll(const World& world, const Nearby& nearby, Work& work, GodObject& god,
+                        const Vec3& target, bool hold) noexcept;
 
 }  // namespace thimble::control

@@ -21,7 +21,7 @@ void view(const scene::Object& object, ShapeData& shape) {
 }
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
-           Hit& hit) {
+           Hit& hit, Work& /*work*/) {
   // The entry test uses the box reduced by the surface tolerance, the landing point the box itself. So a
   // landing point is never close to counting as inside.
   const Vec3 core = shape.vector.array() - kSurfaceTolerance_m;

@@ -43,7 +43,7 @@ float enter(const ShapeData& shape, float radius, const Vec3& from, const Vec3& 
 }
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
-           Hit& hit) {
+           Hit& hit, Work& /*work*/) {
   const float core = shape.radius_m - kSurfaceTolerance_m;
   if (from_axis(shape, from).squaredNorm() < core * core) return true;  // inside: free to leave
   const Vec3 d = to - from;

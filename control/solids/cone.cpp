@@ -84,7 +84,7 @@ float enter_side(const ShapeData& shape, float inset_m, const Vec3& from, const 
 }
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
-           Hit& hit) {
+           Hit& hit, Work& /*work*/) {
   // As in the cylinder: entered is the solid less the tolerance, landed on is the solid itself.
   const float floor = base_m(shape) + kSurfaceTolerance_m;
   const auto in_core = [&](const Vec3& p) {

@@ -12,7 +12,7 @@
 namespace thimble::control {
 
 [[nodiscard]] bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to,
-                              std::span<const Feature> leaving, Hit& hit);
+                              std::span<const Feature> leaving, Hit& hit, Work& work);
 
 [[nodiscard]] Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from,
                                   const Vec3& target, SlideOptions options);
@@ -37,6 +37,6 @@ namespace thimble::control {
 
 // By the faces that a ray crosses; at most six rays. A face of a sheet encloses nothing. Beyond the box of a mesh that
 // encloses free space, every point is outside.
-[[nodiscard]] Containment mesh_contains(const ShapeData& shape, const Vec3& point);
+[[nodiscard]] Containment mesh_contains(const ShapeData& shape, const Vec3& point, Work& work);
 
 }  // namespace thimble::control

@@ -112,12 +112,12 @@ bool overlaps(const Ray& ray, const GridPoint& lo, const GridPoint& hi) {
   return true;
 }
 
-// False: kMaxRayNodes was reached.
-bool walk(const MeshView& mesh, const Ray& ray, Crossings& crossings) {
+// False: kMaxRayNodes was reached, or the work is spent.
+bool walk(const MeshView& mesh, const Ray& ray, Crossings& crossings, Work& work) {
   std::array<std::uint32_t, kMaxBvhDepth + 1> stack;
   std::size_t depth = 0;
   std::uint32_t at = 0;
-  for (int visits = 0; visits < kMaxRayNodes; ++visits) {
+  for (int visits = 0; visits < kMaxRayNodes && work.spend(kNodeWork); ++visits) {
     const scene::BvhNode& node = mesh.nodes[at];
     std::array<std::uint32_t, 2> inner;
     std::size_t count = 0;
@@ -131,6 +131,7 @@ bool walk(const MeshView& mesh, const Ray& ray, Crossings& crossings) {
         continue;
       }
       const std::uint32_t first = first_triangle(child);
+      if (!work.spend(kTriangleWork * triangle_count(child))) return false;
       for (std::uint32_t i = first; i < first + triangle_count(child); ++i)
         cross_triangle(mesh, i, ray, crossings);
     }
@@ -154,7 +155,7 @@ bool walk(const MeshView& mesh, const Ray& ray, Crossings& crossings) {
 // say so, or the only one that tells: a solid that is not felt by mistake is worse than one that is. More rays are for one that is cut
 // short, or that meets nothing: it can pass beside a mesh that encloses free space. Beyond such a mesh all rays have to say so, because
 // faces turned inside out give some rays the same order of crossings.
-Containment mesh_contains(const ShapeData& shape, const Vec3& point) {
+Containment mesh_contains(const ShapeData& shape, const Vec3& point, Work& work) {
   bool known = false;
   bool inside = false;
   int winds_round = 0;  // rays
@@ -163,7 +164,7 @@ Containment mesh_contains(const ShapeData& shape, const Vec3& point) {
       Ray ray;
       if (!prepare(shape.mesh, point, axis, farther, ray)) return Containment::kOutside;
       Crossings crossings;
-      if (!walk(shape.mesh, ray, crossings)) continue;
+      if (!walk(shape.mesh, ray, crossings, work)) continue;
       known = true;
       if (crossings.count == 0) continue;
       if (!crossings.inside()) return Containment::kOutside;

@@ -8,6 +8,7 @@
 #include "control/scene/limits.h"
 #include "control/scene/mesh_leaf.h"
 #include "control/solids/mesh_view.h"
+#include "control/work.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -76,13 +77,13 @@ struct GridBall {
 };
 
 // Visits the triangles of all leaves whose boxes meets(lo, hi) allows, at most kMaxSeparationNodes nodes of the tree. False
-// when these are too few, or when a visit returns false.
+// when these are too few, when the work is spent, or when a visit returns false.
 template <typename Meets, typename Visit>
-[[nodiscard]] bool for_each_near(const MeshView& mesh, const Meets& meets, const Visit& visit) {
+[[nodiscard]] bool for_each_near(const MeshView& mesh, Work& work, const Meets& meets, const Visit& visit) {
   std::array<std::uint32_t, kMaxBvhDepth + 1> stack;
   std::size_t depth = 0;
   std::uint32_t at = 0;
-  for (int visits = 0; visits < kMaxSeparationNodes; ++visits) {
+  for (int visits = 0; visits < kMaxSeparationNodes && work.spend(kNodeWork); ++visits) {
     const scene::BvhNode& node = mesh.nodes[at];
     std::array<std::uint32_t, 2> inner;
     std::size_t inner_count = 0;
@@ -96,6 +97,7 @@ template <typename Meets, typename Visit>
         continue;
       }
       const std::uint32_t first = first_triangle(child);
+      if (!work.spend(kNearTriangleWork * triangle_count(child))) return false;
       for (std::uint32_t i = first; i < first + triangle_count(child); ++i)
         if (!visit(i)) return false;
     }

@@ -64,7 +64,7 @@ bool roll_within_rims(const MeshView& mesh, BallRoll& ball) {
   Weights at = face.weights(from);
   if (std::abs(face.normal.dot(from) - ball.radius_m) > kTouchGap_m || !is_within_rims(mesh, triangle, at))
     return false;
-  for (int faces = 0; faces < kMaxRolledFaces; ++faces) {
+  for (int faces = 0; faces < kMaxRolledFaces && ball.work.spend(kFaceWork); ++faces) {
     const Vec3 target = ball.target_m - face.a;
     const float height_m = face.normal.dot(target);
     if (!ball.hold && height_m >= ball.radius_m) return false;

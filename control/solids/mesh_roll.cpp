@@ -67,14 +67,15 @@ template <typename Passes>
 bool all_near(const ShapeData& shape, const BallRoll& ball, float reach_m, bool on_face, const Vec3& normal,
               const Passes& passes) {
   const MeshView& mesh = shape.mesh;
-  NearTriangles* const near = ball.triangles == nullptr
-                                  ? nullptr
-                                  : ball.triangles->near(shape, ball.centre_m, ball.radius_m, reach_m);
+  NearTriangles* const near =
+      ball.triangles == nullptr
+          ? nullptr
+          : ball.triangles->near(shape, ball.work, ball.centre_m, ball.radius_m, reach_m);
   if (near == nullptr) {
     GridBall grid;
     return !grid.about(mesh, ball.centre_m, ball.radius_m + reach_m) ||
            for_each_near(
-               mesh,
+               mesh, ball.work,
                [&](const GridPoint& lo, const GridPoint& hi) {
                  return grid.meets(lo, hi) && grid.is_near(lo, hi);
                },

@@ -165,7 +165,7 @@ std::size_t separate_mesh(const ShapeData& shape, const BallQuery& ball, std::sp
   if (ball.is_tip) {
     free_m = std::min(free_m, ball.reach_m);
     if (ball.triangles != nullptr) {
-      const NearTriangles* const near = ball.triangles->near(shape, ball.centre_m, ball.radius_m,
+      const NearTriangles* const near = ball.triangles->near(shape, ball.work, ball.centre_m, ball.radius_m,
                                                              ball.reach_m + kTouchGap_m + kDiscRounding_m);
       if (near != nullptr) {
         for (const NearTriangle& one : near->list())
@@ -181,7 +181,7 @@ std::size_t separate_mesh(const ShapeData& shape, const BallQuery& ball, std::sp
     if (!grid.about(mesh, middle, ball.half_way_m + ball.radius_m + kTouchGap_m)) return 0;
   }
   const bool all = for_each_near(
-      mesh,
+      mesh, ball.work,
       [&](const GridPoint& lo, const GridPoint& hi) {
         return grid.meets(lo, hi) && (!ball.is_tip || grid.is_near(lo, hi)) && !found.hides(lo, hi);
       },

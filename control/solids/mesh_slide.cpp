@@ -19,8 +19,8 @@ namespace {
 constexpr int kMaxSlideFaces = 128;  // faces and edges walked over in one slide
 
 // Whether the target is on the free side of the surface, for the feature with the point nearest to the
-// target.
-bool target_is_free(const MeshView& mesh, const Feature& f, const Vec3& target) {
+// target. False where the work is spent.
+bool target_is_free(const MeshView& mesh, const Feature& f, const Vec3& target, Work& work) {
   if (f.kind == kFace) return in_front(mesh, f.index, f.side, target);
   if (f.kind == kEdge) {
     const Step beyond = across(mesh, f.index, f.side, f.corner);
@@ -36,6 +36,7 @@ bool target_is_free(const MeshView& mesh, const Feature& f, const Vec3& target) 
   // them.
   Corner at{f.index, f.corner, f.side};
   for (int n = 0; n < kMaxFan; ++n) {
+    if (!work.spend(kFanWork)) return false;
     at = next_in_fan(mesh, at);
     if (at.side != f.side) return true;
     if (at.triangle == f.index) break;
@@ -156,7 +157,8 @@ Lead lead_from_edge(const MeshView& mesh, Feature& f, const Vec3& target) {
   return Lead::kOverFace;
 }
 
-Lead lead_from_vertex(const MeshView& mesh, Feature& f, const Vec3& target) {
+// kNowhere also where the work is spent.
+Lead lead_from_vertex(const MeshView& mesh, Feature& f, const Vec3& target, Work& work) {
   const Corner start{f.index, f.corner, f.side};
   const Vec3 v = vertex(mesh, f.index, f.corner);
   const Vec3 pull = target - v;
@@ -167,6 +169,7 @@ Lead lead_from_vertex(const MeshView& mesh, Feature& f, const Vec3& target) {
   Lead lead = Lead::kNowhere;
   Corner at = start;
   for (int n = 0; n < kMaxFan; ++n) {
+    if (!work.spend(kFanWork)) return Lead::kNowhere;
     const Plane plane(mesh, at.triangle);
     const bool inside =
         plane.height(at.corner, target) >= 0.0F && plane.height(previous(at.corner), target) >= 0.0F;
@@ -216,7 +219,7 @@ Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from, 
   bool over_edge = false;  // the path has just crossed foot.feature, an edge
   SlideEnd end = SlideEnd::kBound;
   bool swept = true;
-  for (int pieces = 0; pieces < kMaxSlideFaces; ++pieces) {
+  for (int pieces = 0; pieces < kMaxSlideFaces && options.work.spend(kFaceWork); ++pieces) {
     // The next piece: over a face, or along an edge.
     Feature next_feature = foot.feature;
     Lead lead = Lead::kOverFace;
@@ -233,7 +236,8 @@ Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from, 
     } else if (foot.feature.kind == kEdge) {
       lead = lead_from_edge(mesh, next_feature, target);
     } else if (foot.feature.kind == kVertex) {
-      lead = lead_from_vertex(mesh, next_feature, target);
+      lead = lead_from_vertex(mesh, next_feature, target, options.work);
+      if (options.work.is_spent()) break;
     }
     if (lead == Lead::kNowhere) {
       foot.at = vertex(mesh, foot.feature.index,
@@ -268,7 +272,8 @@ Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from, 
     }
   }
   feature = foot.feature;
-  if (end == SlideEnd::kHeld && !options.hold && target_is_free(mesh, feature, target)) end = SlideEnd::kFree;
+  if (end == SlideEnd::kHeld && !options.hold && target_is_free(mesh, feature, target, options.work))
+    end = SlideEnd::kFree;
   return {foot.at, end, swept};
 }
 

@@ -275,7 +275,7 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
 }  // namespace
 
 bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> leaving,
-                Hit& hit) {
+                Hit& hit, Work& work) {
   const MeshView& mesh = shape.mesh;
   const Vec3 lift = leaving.empty() ? Vec3(Vec3::Zero()) : lift_off_sheet(mesh, leaving);
   const Segment s = prepare(mesh, from + lift, lift, to);
@@ -283,7 +283,7 @@ bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to, std::s
   std::array<std::uint32_t, kMaxBvhDepth + 1> stack;
   std::size_t depth = 0;
   std::uint32_t at = 0;
-  for (int visits = 0; visits < kMaxNodeVisits; ++visits) {
+  for (int visits = 0; visits < kMaxNodeVisits && work.spend(kNodeWork); ++visits) {
     const scene::BvhNode& node = mesh.nodes[at];
     std::array<std::uint32_t, 2> inner;
     std::size_t count = 0;
@@ -296,6 +296,7 @@ bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to, std::s
         continue;
       }
       const std::uint32_t first = first_triangle(child);
+      if (!work.spend(kTriangleWork * triangle_count(child))) return false;
       for (std::uint32_t i = first; i < first + triangle_count(child); ++i)
         hit_triangle(mesh, i, s, leaving, hit);
     }

@@ -27,7 +27,8 @@ NearTriangle in_disc(const MeshView& mesh, std::uint32_t triangle) {
   return disc;
 }
 
-bool NearTriangles::fill(const ShapeData& shape, const Vec3& centre_m, float radius_m, float reach_m) {
+bool NearTriangles::fill(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
+                         float reach_m) {
   const MeshView& mesh = shape.mesh;
   shape_ = nullptr;
   count_ = 0;
@@ -36,7 +37,7 @@ bool NearTriangles::fill(const ShapeData& shape, const Vec3& centre_m, float rad
   const float distance_m = radius_m + reach_m;
   const bool known =
       !grid.about(mesh, centre_m, distance_m) || for_each_near(
-                                                     mesh,
+                                                     mesh, work,
                                                      [&](const GridPoint& lo, const GridPoint& hi) {
                                                        return grid.meets(lo, hi) && grid.is_near(lo, hi);
                                                      },
@@ -70,7 +71,7 @@ std::span<const std::uint8_t> NearTriangles::before(const MeshView& mesh, std::u
   return {before_.data(), before_count_};
 }
 
-NearTriangles* TriangleCache::near(const ShapeData& shape, const Vec3& centre_m, float radius_m,
+NearTriangles* TriangleCache::near(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                                    float reach_m) {
   constexpr std::size_t kFew = 10;
   constexpr std::size_t kMany = 20;
@@ -87,7 +88,7 @@ NearTriangles* TriangleCache::near(const ShapeData& shape, const Vec3& centre_m,
   last_ = 1 - last_;
   NearTriangles& list = lists_[last_];
   const float listed_m = std::max(reach_m, std::min(listed_m_, most_m_));
-  if (!list.fill(shape, centre_m, radius_m, listed_m)) {
+  if (!list.fill(shape, work, centre_m, radius_m, listed_m)) {
     most_m_ = kLess * listed_m;
     return nullptr;
   }
@@ -100,8 +101,9 @@ NearTriangles* TriangleCache::near(const ShapeData& shape, const Vec3& centre_m,
   return &list;
 }
 
-bool TriangleCache::is_clear(const ShapeData& shape, const Vec3& centre_m, float radius_m, float reach_m) {
-  const NearTriangles* const list = near(shape, centre_m, radius_m, reach_m + kDiscRounding_m);
+bool TriangleCache::is_clear(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
+                             float reach_m) {
+  const NearTriangles* const list = near(shape, work, centre_m, radius_m, reach_m + kDiscRounding_m);
   if (list == nullptr) return false;
   const float distance_m = radius_m + reach_m + kDiscRounding_m;
   return std::none_of(list->list().begin(), list->list().end(), [&](const NearTriangle& one) {

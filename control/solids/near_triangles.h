@@ -63,8 +63,8 @@ class NearTriangles {
     shape_ = nullptr;
     count_ = 0;
   }
-  // False, and empty, when there is no room.
-  bool fill(const ShapeData& shape, const Vec3& centre_m, float radius_m, float reach_m);
+  // False, and empty, when there is no room, or the work is spent.
+  bool fill(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m, float reach_m);
 
   [[nodiscard]] std::span<const NearTriangle> list() const { return {list_.data(), count_}; }
 
@@ -95,11 +95,12 @@ class TriangleCache {
     listed_m_ = kFirst_m;
     most_m_ = kMost_m;
   }
-  // Null when they are too many.
-  [[nodiscard]] NearTriangles* near(const ShapeData& shape, const Vec3& centre_m, float radius_m,
+  // Null when they are too many, or the work is spent.
+  [[nodiscard]] NearTriangles* near(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                                     float reach_m);
   // Whether a ball at the centre, or within reach_m of it, is known to touch nothing.
-  [[nodiscard]] bool is_clear(const ShapeData& shape, const Vec3& centre_m, float radius_m, float reach_m);
+  [[nodiscard]] bool is_clear(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
+                              float reach_m);
 
  private:
   static constexpr float kFirst_m = 5.0e-4F;

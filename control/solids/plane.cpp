@@ -22,7 +22,7 @@ void view(const scene::Object& object, ShapeData& shape) {
 }
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
-           Hit& hit) {
+           Hit& hit, Work& /*work*/) {
   const float a = shape.vector.dot(from) - shape.radius_m;
   const float b = shape.vector.dot(to) - shape.radius_m;
   if (a >= -kSurfaceTolerance_m && b < -kSurfaceTolerance_m) {

@@ -3,7 +3,7 @@
 //
 // All coordinates are in the object's own frame, in metres. A solid has a free side. The god object is a
 // point that never enters a solid; it either flies (sweep) or slides over a surface (slide). Nothing here
-// allocates or fails.
+// allocates or fails. What can take long spends work first, and is cut short when that is spent.
 #pragma once
 
 #include <algorithm>
@@ -16,6 +16,7 @@
 #include "control/scene/pauses.h"
 #include "control/scene/shape_table.h"
 #include "control/solids/mesh_view.h"
+#include "control/work.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -71,6 +72,7 @@ class TriangleCache;  // control/solids/near_triangles.h
 // A ball, the place that it is drawn to, and the place nearest to that which the planes that it touches let it come
 // to. Only what can come into its way matters.
 struct BallQuery {
+  Work& work;
   Vec3 centre_m;
   Vec3 aim_m;
   Vec3 target_m;
@@ -93,6 +95,7 @@ struct BallQuery {
 
 // A ball that touches a part of a solid, and is to move to the place nearest to the target.
 struct BallRoll {
+  Work& work;
   Vec3 centre_m;
   Vec3 target_m;
   float radius_m;
@@ -163,7 +166,7 @@ enum class SlideEnd : std::uint8_t {
   kHeld,   // `to` is the nearest point that the slide can reach, and the target is behind the surface
   kFree,   // the straight line from `to` to the target does not enter this solid at `to`
   kMoved,  // one piece of the path: slide again
-  kBound,  // kMaxSlideFaces was reached: `to` is on the surface, nearer to the target than before
+  kBound,  // kMaxSlideFaces was reached, or the work is spent: `to` is on the surface, nearer to the target than before
 };
 
 // One piece of a slide, straight from `from` to `to` or in two straight parts over `via`, on the surface or
@@ -181,6 +184,7 @@ struct Slide {
 };
 
 struct SlideOptions {
+  Work& work;
   bool hold = false;       // stay on the surface, whichever side the target is on
   bool one_piece = false;  // stop after each straight piece, so that it can be swept against other objects
 };
@@ -212,7 +216,7 @@ struct SolidOps {
   // the features of this shape that `from` is on: they do not stop the flight. False when a bound was hit and
   // the answer is not known.
   bool (*sweep)(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> leaving,
-                Hit& hit);
+                Hit& hit, Work& work);
   // Slides `from`, which is on `feature`, over the surface towards the point nearest to `target`; `feature`
   // follows.
   Slide (*slide)(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
@@ -234,7 +238,7 @@ struct SolidOps {
   // and nothing is changed, where that is not certain. With separate only.
   bool (*roll)(const ShapeData& shape, BallRoll& ball) = nullptr;
   // Whether a point is in a solid that is not convex. Null: its nearest place tells (CollisionOps::nearest).
-  Containment (*contains)(const ShapeData& shape, const Vec3& point) = nullptr;
+  Containment (*contains)(const ShapeData& shape, const Vec3& point, Work& work) = nullptr;
   // The unit normals of the constraints at a point on `feature`, to the free side; returns how many, 1 to 3.
   int (*normals)(const ShapeData& shape, const Feature& feature, const Vec3& point, std::span<Vec3, 3> out);
   // Half extents of a box about the object's origin that holds the solid.

@@ -19,7 +19,7 @@ void view(const scene::Object& object, ShapeData& shape) {
 }
 
 bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
-           Hit& hit) {
+           Hit& hit, Work& /*work*/) {
   const float core = shape.radius_m - kSurfaceTolerance_m;
   const float from2 = from.squaredNorm();
   if (from2 < core * core) return true;  // from is inside: free to leave
