@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "control/contact/passive.h"
+#include "control/contact/planes.h"
 #include "control/contact/reaction.h"
 #include "control/contact/shading.h"
 #include "control/plain_surface.h"
@@ -140,6 +141,12 @@ bool shares_object(const GodObject& a, const GodObject& b) {
   return false;
 }
 
+// Whether its contacts keep the god object from the tip. Where the work is spent it stays behind, and must not draw the tip back to a
+// surface that it has left.
+[[gnu::noinline]] bool is_pushed(const World& world, const GodObject& god, const Vec3& tip_m) {
+  return project(planes_at(world, god), tip_m - god.position_m).count != 0;
+}
+
 // A solid is felt again when neither the tip nor the god object is in it. While another solid holds the god object, it can
 // be in there for longer than the tip.
 [[gnu::noinline]] void update_inside(const World& world, Finger& finger, const Vec3& tip_m, Effort& effort) {
@@ -210,9 +217,12 @@ void Renderer::use_general_path_only() noexcept {
 
 void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept {
   const std::size_t count = std::min(tips.size(), kMaxArms);
-  effort_.work = Work();
+  std::uint32_t left = bodies_.empty() ? work_ : work_ / 2;
   for (std::size_t i = 0; i < count; ++i) {
     Finger& finger = fingers_[i];
+    const std::uint32_t share =
+        left / static_cast<std::uint32_t>(count - i);  // what an arm leaves is the next one's
+    effort_.work = Work(share);
     if (!touch_one_plain_surface<PointWay>(world_, finger, tips[i], period_s, nullptr, effort_.work,
                                            touches[i])) {
       TriangleCache* const triangles = lists_ ? &triangles_[i] : nullptr;
@@ -222,8 +232,10 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
       if (finger.inside != 0) update_inside(world_, finger, tips[i].position_m, effort_);
     }
     if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
+    left -= share - effort_.work.left();
   }
   if (bodies_.empty()) return;
+  effort_.work = Work(work_ - work_ / 2 + left);
   if (fields_.count() != 0) fields_.press(world_, period_s, bodies_);
   bodies_.step(world_, std::span(fingers_).first(count), period_s, effort_);
 }
@@ -243,7 +255,14 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   if (god.count == 0) {
     rest = god;
   } else {
+    const GodObject before = rest;
     move_rest(world_, nearby, finger, x, !bodies_.empty(), effort);
+    if (effort.work.is_spent() && rest.count == 0) rest = shares_object(before, god) ? before : god;
+  }
+  if (effort.work.is_spent() && rest.count != 0 && !is_pushed(world_, rest, x)) {
+    finger.click.release();
+    touch = {Vec3::Zero(), god.position_m, 0};
+    return;
   }
   if (rest.count == 0) {
     if (god.count != 0) god = rest;

@@ -44,6 +44,10 @@ class Renderer {
   // move under the forces of this period.
   void tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept;
 
+  // The work that a tick may do, in the units of control/work.h, from the next tick on: half of it is kept for bodies if there are any.
+  // Without a call there is no bound.
+  void bound_work(std::uint32_t units) noexcept { work_ = units; }
+
   // For the test that compares the two paths: until the next bind(), no tick takes the fast path for one
   // plain surface.
   void use_general_path_only() noexcept;
@@ -89,6 +93,7 @@ class Renderer {
   std::array<Finger, kMaxArms> fingers_;
   std::array<TriangleCache, kMaxArms> triangles_;  // of the fingers
   Effort effort_;
+  std::uint32_t work_ = Work::kNoBound;
   bool lists_ = true;
 };
 

@@ -3,16 +3,29 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <utility>
 
 namespace thimble::test {
+namespace {
+
+// THIMBLE_WORK: the work that a tick may do, in the units of control/work.h. What a test says about falls holds with little, too.
+std::uint32_t work_units() {
+  const char* text = std::getenv("THIMBLE_WORK");  // NOLINT(concurrency-mt-unsafe): before any thread
+  return text == nullptr ? control::Work::kNoBound
+                         : static_cast<std::uint32_t>(std::strtoul(text, nullptr, 10));
+}
+
+}  // namespace
 
 IdealRun::IdealRun(const SceneImage& image, double rate_Hz) : period_s_(1.0 / rate_Hz) {
   renderer_.bind(image.view());
+  renderer_.bound_work(work_units());
 }
 
 IdealRun::IdealRun(SceneImage&& image, double rate_Hz) : period_s_(1.0 / rate_Hz), own_(std::move(image)) {
   renderer_.bind(own_->view());
+  renderer_.bound_work(work_units());
 }
 
 const Felt& IdealRun::step(const Eigen::Vector3d& p) {
