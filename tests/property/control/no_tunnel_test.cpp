@@ -461,8 +461,8 @@ TEST(NoTunnel, OpenAndBrokenMeshes) {
           const double steep = std::abs(oracle.normal(crossing.triangle).dot(way));
           return crossing.inwards && std::min(crossing.t, 1.0 - crossing.t) * steep > kInside_m;
         });
-        if (through &&
-            !some_way(oracle, last.god_object_m, felt.god_object_m, felt.tip_m, way.norm() + kInside_m)) {
+        if (through && !some_way(oracle, last.god_object_m, felt.god_object_m, felt.tip_m,
+                                 (last.god_object_m - felt.tip_m).norm() + kInside_m)) {
           ++tally.falls;
         }
       }
