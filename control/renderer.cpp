@@ -107,6 +107,7 @@ Spring spring_of(const Finger& finger, const Constraints& held, const ShadedSpri
 
 void begin(const World& world, Finger& finger, const Vec3& tip_m, Effort& effort) {
   finger.started = true;
+  effort.work.open_reserve();
   finger.god.position_m = tip_m;
   finger.rest = finger.god;
   finger.inside = solids_around(world, ~SolidSet{0}, tip_m, effort);
@@ -148,12 +149,24 @@ bool shares_object(const GodObject& a, const GodObject& b) {
 }
 
 // A solid is felt again when neither the tip nor the god object is in it. While another solid holds the god object, it can
-// be in there for longer than the tip.
+// be in there for longer than the tip. Where the work is spent, the next tick begins with what is left of them.
 [[gnu::noinline]] void update_inside(const World& world, Finger& finger, const Vec3& tip_m, Effort& effort) {
-  SolidSet still = solids_around(world, finger.inside, tip_m, effort);
-  for (const Vec3& at : {finger.god.position_m, finger.rest.position_m})
-    still |= solids_around(world, finger.inside & ~still, at, effort);
-  finger.inside = still;
+  finger.look_inside_first = false;
+  std::size_t object = finger.look_inside_from;
+  for (std::size_t n = 0; n < world.count; ++n) {
+    if (++object >= world.count) object = 0;
+    if ((finger.inside & only(object)) == 0) continue;
+    SolidSet still = 0;
+    for (const Vec3& at : {tip_m, finger.god.position_m, finger.rest.position_m}) {
+      if (still == 0) still = solids_around(world, only(object), at, effort);
+    }
+    if (effort.work.is_spent()) {
+      finger.look_inside_from = static_cast<std::uint8_t>(object);
+      finger.look_inside_first = true;
+      return;
+    }
+    if (still == 0) finger.inside &= ~only(object);
+  }
 }
 
 // Moves the place without friction. That of a sphere on a mesh continues from the previous tick, unless that would be
@@ -169,6 +182,41 @@ void move_rest(const World& world, const Nearby& nearby, Finger& finger, const V
   }
   rest = god;
   move(world, nearby, rest, tip_m, false, effort);
+}
+
+// Where the work is spent before the first step of the way is proven free, a shorter way often takes less of it.
+constexpr float kShorter = 0.125F;
+
+Vec3 shorter(const GodObject& from, const Vec3& tip_m) {
+  const Vec3& middle_m = from.is_ball ? from.centre_m : from.position_m;
+  return middle_m + kShorter * (tip_m - middle_m);
+}
+
+void fly_towards(const World& world, const Nearby& nearby, GodObject& god, const Vec3& tip_m,
+                 Effort& effort) {
+  const GodObject before = god;
+  fly(world, nearby, god, tip_m, effort);
+  if (!effort.work.is_spent() || god.count != 0 || god.position_m != before.position_m) return;
+  effort.work.open_reserve();
+  god = before;
+  fly(world, nearby, god, shorter(before, tip_m), effort);
+}
+
+// The same for the place without friction. Until it is proven free it keeps its contacts.
+void move_rest_towards(const World& world, const Nearby& nearby, Finger& finger, const Vec3& tip_m,
+                       bool bodies, Effort& effort) {
+  const GodObject& god = finger.god;
+  GodObject& rest = finger.rest;
+  const bool nearer = shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m);
+  const GodObject before = nearer ? rest : god;
+  move_rest(world, nearby, finger, tip_m, bodies, effort);
+  if (!effort.work.is_spent()) return;
+  if (rest.position_m == before.position_m) {
+    effort.work.open_reserve();
+    rest = before;
+    move(world, nearby, rest, shorter(before, tip_m), false, effort);
+  }
+  if (rest.count == 0) rest = before;
 }
 
 }  // namespace
@@ -223,13 +271,19 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
     const std::uint32_t share =
         left / static_cast<std::uint32_t>(count - i);  // what an arm leaves is the next one's
     effort_.work = Work(share);
+    const bool looks_first = finger.look_inside_first;
+    if (looks_first) {
+      effort_.work.open_reserve();
+      update_inside(world_, finger, tips[i].position_m, effort_);
+      finger.look_inside_first = false;  // what is nearby is the first again
+    }
     if (!touch_one_plain_surface<PointWay>(world_, finger, tips[i], period_s, nullptr, effort_.work,
                                            touches[i])) {
       TriangleCache* const triangles = lists_ ? &triangles_[i] : nullptr;
       if (world_.tip_radius_m == 0.0F ||
           !roll_on_one_plain_surface(world_, finger, tips[i], period_s, triangles, effort_.work, touches[i]))
         touch(finger, tips[i], period_s, triangles, effort_, touches[i]);
-      if (finger.inside != 0) update_inside(world_, finger, tips[i].position_m, effort_);
+      if (finger.inside != 0 && !looks_first) update_inside(world_, finger, tips[i].position_m, effort_);
     }
     if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
     left -= share - effort_.work.left();
@@ -250,18 +304,16 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
                       triangles);
 
   // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
-  if (god.count == 0) fly(world_, nearby, god, x, effort);
+  if (god.count == 0) fly_towards(world_, nearby, god, x, effort);
   // The place of the god object without friction, and its contact constraints there.
   if (god.count == 0) {
     rest = god;
   } else {
-    const GodObject before = rest;
-    move_rest(world_, nearby, finger, x, !bodies_.empty(), effort);
-    if (effort.work.is_spent() && rest.count == 0) rest = shares_object(before, god) ? before : god;
+    move_rest_towards(world_, nearby, finger, x, !bodies_.empty(), effort);
   }
   if (effort.work.is_spent() && rest.count != 0 && !is_pushed(world_, rest, x)) {
     finger.click.release();
-    touch = {Vec3::Zero(), god.position_m, 0};
+    touch = {Vec3::Zero(), god.position_m, static_cast<std::uint8_t>(rest.count)};
     return;
   }
   if (rest.count == 0) {

@@ -2,7 +2,8 @@
 //
 // Whatever takes longer in one tick than in another spends units before it does so: a node of a mesh's tree, a triangle, a face that a slide
 // goes over, a solid that a flight passes. The count depends on the scene and the motion alone, so a tick ends at the same place on every
-// machine. Where it is spent, what is left is put off: a flight or a slide ends where it is proven free, and goes on in the next tick.
+// machine. Where it is spent, what is left is put off: a flight or a slide ends where it is proven free, and goes on in the next tick. Part of
+// the work is a reserve for a shorter way where the whole one has taken all the rest.
 //
 // A unit is about 100 instructions of a Cortex-M7 (tests/bench/tick_instructions prints both).
 #pragma once
@@ -25,7 +26,8 @@ class Work {
  public:
   static constexpr std::uint32_t kNoBound = 0xFFFFFFFFU;
 
-  constexpr explicit Work(std::uint32_t units = kNoBound) noexcept : left_(units) {}
+  constexpr explicit Work(std::uint32_t units = kNoBound) noexcept
+      : left_(units - units / kReserve), reserve_(units / kReserve) {}
 
   // False where fewer units are left: then none is left.
   [[nodiscard]] bool spend(std::uint32_t units) noexcept {
@@ -37,12 +39,20 @@ class Work {
     left_ -= units;
     return true;
   }
+  // What was held back is there to be spent.
+  void open_reserve() noexcept {
+    left_ += reserve_;
+    reserve_ = 0;
+  }
   // Whether more was asked for than was left.
   [[nodiscard]] bool is_spent() const noexcept { return spent_; }
-  [[nodiscard]] std::uint32_t left() const noexcept { return left_; }
+  [[nodiscard]] std::uint32_t left() const noexcept { return left_ + reserve_; }
 
  private:
+  static constexpr std::uint32_t kReserve = 4;  // of a quarter
+
   std::uint32_t left_;
+  std::uint32_t reserve_;
   bool spent_ = false;
 };
 

@@ -178,13 +178,14 @@ bool moves_away(const Vec3& target, const Vec3& to, const Vec3& from) {
   const PlacedObject& object = world.objects[contact.object];
   for (int halving = 0; halving <= kMaxHalvings; ++halving) {
     const Outcome outcome = fly_along(world, nearby, slide, feature, god, ended, effort.work);
-    if (outcome == Outcome::kUnknown || (halving == 0 && !ended)) return outcome;
+    if (halving == 0 && !ended && outcome != Outcome::kUnknown) return outcome;
     if (!moves_away(target, god.position_m, start.position_m)) {
-      if (!ended) god.contacts[0].feature = feature;
+      if (!ended && outcome != Outcome::kUnknown) god.contacts[0].feature = feature;
       ended = true;
       return outcome;
     }
     god = start;
+    if (outcome == Outcome::kUnknown) return outcome;
     feature = contact.feature;
     const Vec3 from = object.to_local(start.position_m);
     // The middle of the chord is inside, as the solid is convex: the slide ends above it.

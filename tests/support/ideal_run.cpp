@@ -9,7 +9,6 @@
 namespace thimble::test {
 namespace {
 
-// THIMBLE_WORK: the work that a tick may do, in the units of control/work.h. What a test says about falls holds with little, too.
 std::uint32_t work_units() {
   const char* text = std::getenv("THIMBLE_WORK");  // NOLINT(concurrency-mt-unsafe): before any thread
   return text == nullptr ? control::Work::kNoBound
@@ -17,6 +16,8 @@ std::uint32_t work_units() {
 }
 
 }  // namespace
+
+bool work_is_bounded() { return work_units() != control::Work::kNoBound; }
 
 IdealRun::IdealRun(const SceneImage& image, double rate_Hz) : period_s_(1.0 / rate_Hz) {
   renderer_.bind(image.view());
@@ -42,6 +43,7 @@ const Felt& IdealRun::step(const Eigen::Vector3d& p) {
   felt_.god_object_m = touches[0].god_object_m.cast<double>();
   felt_.ball_m = renderer_.ball_centre_m(0).cast<double>();
   felt_.contacts = touches[0].contacts;
+  felt_.inside = renderer_.inside(0) != 0;
   if (started_) {
     work_J_ += before.force_N.dot(travel);
     work_mean_J_ += 0.5 * (before.force_N + felt_.force_N).dot(travel);

@@ -17,7 +17,11 @@ struct Felt {
   Eigen::Vector3d god_object_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d ball_m = Eigen::Vector3d::Zero();  // control::Renderer::ball_centre_m()
   int contacts = 0;
+  bool inside = false;  // of something that is not felt until the tip has left it
 };
+
+// Whether THIMBLE_WORK bounds the work of a tick, in the units of control/work.h. What a test says about falls holds then, too.
+[[nodiscard]] bool work_is_bounded();
 
 class IdealRun {
  public:
