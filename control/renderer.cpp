@@ -186,6 +186,7 @@ void move_rest(const World& world, const Nearby& nearby, Finger& finger, const V
 
 // Where the work is spent before the first step of the way is proven free, a shorter way often takes less of it.
 constexpr float kShorter = 0.125F;
+constexpr std::uint32_t kReserve = 4;  // a quarter of the work is for it
 
 Vec3 shorter(const GodObject& from, const Vec3& tip_m) {
   const Vec3& middle_m = from.is_ball ? from.centre_m : from.position_m;
@@ -270,7 +271,7 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
     Finger& finger = fingers_[i];
     const std::uint32_t share =
         left / static_cast<std::uint32_t>(count - i);  // what an arm leaves is the next one's
-    effort_.work = Work(share);
+    effort_.work = Work(share, share / kReserve);
     const bool looks_first = finger.look_inside_first;
     if (looks_first) {
       effort_.work.open_reserve();

@@ -19,15 +19,21 @@ inline constexpr std::uint32_t kNearTriangleWork = 3;  // a triangle and a ball
 inline constexpr std::uint32_t kFaceWork = 2;          // a face or an edge that a slide goes over
 inline constexpr std::uint32_t kFanWork = 1;           // a triangle round a vertex
 inline constexpr std::uint32_t kSolidWork = 2;  // a solid that a flight or a ball passes, a piece of a slide
-// Of a slide to the place where it is already: rounding can make it go over some faces.
+inline constexpr std::uint32_t kMoveWork = 4;   // a slide, or a step along a corner
+inline constexpr std::uint32_t kRoundWork = 3;  // a plane that is taken in, and kPlanesAUnit more a unit
+inline constexpr std::uint32_t kPlanesAUnit = 8;
+// What a tick does with the place where the god object is has a bound of its own each time, so that a spent tick keeps its contacts: a
+// slide to where it is already, as rounding can make it go over some faces; the point that the planes at a place hold.
 inline constexpr std::uint32_t kInPlaceWork = 32;
+inline constexpr std::uint32_t kHoldWork = 128;
 
 class Work {
  public:
   static constexpr std::uint32_t kNoBound = 0xFFFFFFFFU;
 
-  constexpr explicit Work(std::uint32_t units = kNoBound) noexcept
-      : left_(units - units / kReserve), reserve_(units / kReserve) {}
+  // `reserve`: of the units, cannot be spent before open_reserve().
+  constexpr explicit Work(std::uint32_t units = kNoBound, std::uint32_t reserve = 0) noexcept
+      : left_(units - reserve), reserve_(reserve) {}
 
   // False where fewer units are left: then none is left.
   [[nodiscard]] bool spend(std::uint32_t units) noexcept {
@@ -49,8 +55,6 @@ class Work {
   [[nodiscard]] std::uint32_t left() const noexcept { return left_ + reserve_; }
 
  private:
-  static constexpr std::uint32_t kReserve = 4;  // of a quarter
-
   std::uint32_t left_;
   std::uint32_t reserve_;
   bool spent_ = false;

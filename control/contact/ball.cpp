@@ -23,7 +23,8 @@ float radius_m(const World& world) { return is_tip(world) ? world.tip_radius_m :
 Vec3 over_contacts(const GodObject& god) {
   std::array<HalfSpace, kMaxContacts> planes;
   for (std::size_t i = 0; i < god.count; ++i) planes[i] = {god.normals[i], kPointRadius_m};
-  const NearestInside over = nearest_inside(std::span(planes).first(god.count), Vec3::Zero());
+  Work work(kHoldWork);
+  const NearestInside over = nearest_inside(std::span(planes).first(god.count), Vec3::Zero(), work);
   return over.found ? over.point_m : Vec3(kPointRadius_m * god.normals[0]);
 }
 
@@ -126,7 +127,8 @@ struct Holding {
   }
   [[nodiscard]] BallQuery query(const Vec3& centre, const Vec3& target, Work& work) const {
     const float way_m = (target - centre).norm();
-    BallQuery ball{work, centre, aim(centre, target), target, radius_m, 0.5F * way_m, {}, count, is_tip};
+    BallQuery ball{work,  centre, aim(centre, target, work), target, radius_m, 0.5F * way_m, {},
+                   count, is_tip};
     // With room for as much more as the way to the aim, which is straight.
     constexpr float kLeast_m = 2.0e-5F;
     ball.reach_m = std::min(way_m, farther * (2.0F * (ball.aim_m - centre).norm() + kLeast_m));
@@ -134,9 +136,9 @@ struct Holding {
     return ball;
   }
   // The place nearest to the target that they allow.
-  [[nodiscard]] Vec3 aim(const Vec3& centre, const Vec3& target) const {
+  [[nodiscard]] Vec3 aim(const Vec3& centre, const Vec3& target, Work& work) const {
     const Vec3 way = target - centre;
-    const NearestInside there = nearest_inside(std::span(planes).first(count), way);
+    const NearestInside there = nearest_inside(std::span(planes).first(count), way, work);
     return there.found ? Vec3(centre + there.point_m) : centre;
   }
 };
@@ -219,10 +221,12 @@ struct Surroundings {
   // the ball away. Else, and with hold, the point under the centre.
   [[nodiscard]] NearestInside under(const Vec3& way, bool hold) const {
     const std::span<const HalfSpace> all(planes.data(), count);
-    NearestInside point = nearest_inside(all, way);
+    Work work(kHoldWork);
+    NearestInside point = nearest_inside(all, way, work);
     if (!hold && point.found && (point.count == 0 || point.point_m.squaredNorm() <= kUnder_m * kUnder_m))
       return point;
-    NearestInside below = nearest_inside(all, -2.0F * kPointRadius_m * out.normalized());
+    work = Work(kHoldWork);
+    NearestInside below = nearest_inside(all, -2.0F * kPointRadius_m * out.normalized(), work);
     if (below.count > 0 || !point.found || point.count == 0) return below;
     // In a groove so acute that its bottom is farther away: as near to it as what is near is known.
     point.point_m *= std::min(1.0F, kUnder_m / point.point_m.norm());
@@ -301,7 +305,7 @@ bool fly_proven(const World& world, const Nearby& nearby, GodObject& god, const 
     }
     if (behind_m >
         kBehind_m) {  // it was a point until now, and nearer to a surface than the radius: out first
-      const NearestInside out = near.nearest(Vec3::Zero());
+      const NearestInside out = near.nearest(Vec3::Zero(), effort.work);
       rests = !out.found || out.point_m.squaredNorm() <= kSettled_m * kSettled_m;
       const Vec3 from = god.centre_m;
       if (!rests) god.centre_m += out.point_m;
@@ -364,7 +368,7 @@ bool move_proven(const World& world, const Nearby& nearby, GodObject& god, const
       }
     }
     const Vec3 way = aim - god.centre_m;
-    const NearestInside there = near.nearest(way);
+    const NearestInside there = near.nearest(way, effort.work);
     if (!there.found) {
       ++effort.counters.slide_bound;
       break;

@@ -35,7 +35,7 @@ struct Finger {
   ShadedForce shaded;
   Anchor anchor;
   Clearance clearance;
-  SolidSet inside = 0;  // not felt: the tip began inside them, and has not left them
+  SolidSet inside = 0;                // not felt: the tip began inside them, and has not left them
   std::uint8_t look_inside_from = 0;  // the object of the world that is looked at first
   bool look_inside_first = false;     // the work of the last tick has not sufficed to look at all of them
 };

@@ -313,7 +313,7 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
   const auto stops = [&] {
     return to_seam && on_seam(world, god.count > 0 ? std::span(god.contacts).first(god.count) : left.all());
   };
-  for (int moves = 0; moves < kMaxMoves && effort.work.spend(kSolidWork); ++moves) {
+  for (int moves = 0; moves < kMaxMoves && effort.work.spend(kMoveWork); ++moves) {
     if (stops()) return false;
     if (god.is_ball) come_down(world, nearby, god, effort);
     Outcome outcome = Outcome::kContinue;

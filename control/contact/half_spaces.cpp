@@ -70,7 +70,7 @@ NearestInside take_in(std::span<const HalfSpace> planes, const Vec3& target, flo
 
 }  // namespace
 
-NearestInside nearest_inside(std::span<const HalfSpace> planes, const Vec3& target) noexcept {
+NearestInside nearest_inside(std::span<const HalfSpace> planes, const Vec3& target, Work& work) noexcept {
   constexpr float kSlack = 2.0e-6F;
   const float slack_m = kSlack * target.norm() + kSettled_m;
   NearestInside out;
@@ -87,6 +87,7 @@ NearestInside nearest_inside(std::span<const HalfSpace> planes, const Vec3& targ
       }
     }
     if (added == planes.size()) return out;
+    if (!work.spend(kRoundWork + static_cast<std::uint32_t>(planes.size()) / kPlanesAUnit)) break;
     out = take_in(planes, target, slack_m, out, added);
     if (!out.found) return out;
   }

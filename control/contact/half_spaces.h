@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <span>
 
+#include "control/work.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -31,8 +32,9 @@ struct NearestInside {
       true;  // false: the bound was hit, or nearly parallel planes leave no answer; point_m is not to be used
 };
 
-// At most kMaxRounds planes are taken in, the most violated one first; each time at most seven sets of three
+// At most kMaxRounds planes are taken in, the most violated one first, as long as there is work; each time at most seven sets of three
 // planes are tried. The point may lie behind a plane by rounding: kSettled_m and 2e-6 of the target's length.
-[[nodiscard]] NearestInside nearest_inside(std::span<const HalfSpace> planes, const Vec3& target) noexcept;
+[[nodiscard]] NearestInside nearest_inside(std::span<const HalfSpace> planes, const Vec3& target,
+                                           Work& work) noexcept;
 
 }  // namespace thimble::control

@@ -32,7 +32,8 @@ Planes planes_at(const World& world, const GodObject& god) noexcept {
 }
 
 NearestInside project(const Planes& planes, const Vec3& r) noexcept {
-  NearestInside out = nearest_inside(std::span(planes.plane).first(planes.count), r);
+  Work work(kHoldWork);
+  NearestInside out = nearest_inside(std::span(planes.plane).first(planes.count), r, work);
   if (out.found) return out;
   out.count = 0;
   out.point_m = Vec3::Zero();

@@ -85,11 +85,11 @@ bool Separations::goes_on(std::size_t face) const {
   return false;
 }
 
-NearestInside Separations::nearest(const Vec3& way) noexcept {
-  NearestInside out = nearest_inside(all(), way);
+NearestInside Separations::nearest(const Vec3& way, Work& work) noexcept {
+  NearestInside out = nearest_inside(all(), way, work);
   if (out.found) return out;
   for (HalfSpace& plane : std::span(planes).first(count)) plane.offset_m = std::min(plane.offset_m, 0.0F);
-  return nearest_inside(all(), way);
+  return nearest_inside(all(), way, work);
 }
 
 }  // namespace thimble::control

@@ -39,7 +39,7 @@ struct Separations {
 
   // The displacement nearest to `way`. A ball that is squeezed between solids keeps its place there, and does not go
   // deeper.
-  [[nodiscard]] NearestInside nearest(const Vec3& way) noexcept;
+  [[nodiscard]] NearestInside nearest(const Vec3& way, Work& work) noexcept;
 
   [[nodiscard]] std::span<const HalfSpace> all() const { return {planes.data(), count}; }
   [[nodiscard]] bool touches(std::size_t i, float radius_m) const {

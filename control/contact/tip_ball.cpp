@@ -58,7 +58,8 @@ void set_tip_contacts(GodObject& god, Separations& near, const Vec3& target, boo
       if (near.touches(i, radius_m)) way -= near.of[i].normal;
     way *= radius_m;
   }
-  const NearestInside there = near.nearest(way);
+  Work work(kHoldWork);
+  const NearestInside there = near.nearest(way, work);
   if (!there.found) return;
   set_tip_contacts(god, there, near);
 }
