@@ -52,7 +52,7 @@ struct PointWay {
   [[gnu::always_inline]] PointWay(const World& /*world*/, const PlacedObject& object, Feature& feature,
                                   const Vec3& from_m, const Vec3& to_m, bool hold,
                                   TriangleCache* /*triangles*/, Work& work)
-      : slide(object.ops->slide(object.shape, feature, from_m, to_m, {.work = work, .hold = hold})) {}
+      : slide(object.ops->slide(object.shape, feature, {work, from_m, to_m, hold})) {}
   [[nodiscard]] bool is_held(const Feature& feature) const {
     return slide.end == SlideEnd::kHeld && slide.swept && feature.kind == 0;
   }

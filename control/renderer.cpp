@@ -237,8 +237,19 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
   world_.bind(scene);
   fields_.bind(scene);
   bodies_.bind(scene, world_);
+  bound_work(work_);
   effort_.counters = {};
   reset();
+}
+
+// Bodies have half of it, and what the arms leave; the arms share the rest equally.
+void Renderer::bound_work(std::uint32_t units) noexcept {
+  work_ = units;
+  const std::uint32_t all = bodies_.empty() ? units : units / 2;
+  for (std::size_t i = 0; i < kMaxArms; ++i) {
+    const std::uint32_t share = all / static_cast<std::uint32_t>(i + 1);
+    arm_work_[i] = Work(share, share / kReserve);
+  }
 }
 
 void Renderer::reset() noexcept {
@@ -266,12 +277,10 @@ void Renderer::use_general_path_only() noexcept {
 
 void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept {
   const std::size_t count = std::min(tips.size(), kMaxArms);
-  std::uint32_t left = bodies_.empty() ? work_ : work_ / 2;
+  std::uint32_t left = 0;  // by the arms
   for (std::size_t i = 0; i < count; ++i) {
     Finger& finger = fingers_[i];
-    const std::uint32_t share =
-        left / static_cast<std::uint32_t>(count - i);  // what an arm leaves is the next one's
-    effort_.work = Work(share, share / kReserve);
+    effort_.work = arm_work_[count - 1];
     const bool looks_first = finger.look_inside_first;
     if (looks_first) {
       effort_.work.open_reserve();
@@ -287,7 +296,7 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
       if (finger.inside != 0 && !looks_first) update_inside(world_, finger, tips[i].position_m, effort_);
     }
     if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
-    left -= share - effort_.work.left();
+    left += effort_.work.left();
   }
   if (bodies_.empty()) return;
   effort_.work = Work(work_ - work_ / 2 + left);
@@ -312,7 +321,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   } else {
     move_rest_towards(world_, nearby, finger, x, !bodies_.empty(), effort);
   }
-  if (effort.work.is_spent() && rest.count != 0 && !is_pushed(world_, rest, x)) {
+  if (effort.work.was_spent() && rest.count != 0 && !is_pushed(world_, rest, x)) {
     finger.click.release();
     touch = {Vec3::Zero(), god.position_m, static_cast<std::uint8_t>(rest.count)};
     return;

@@ -46,7 +46,7 @@ class Renderer {
 
   // The work that a tick may do, in the units of control/work.h, from the next tick on: half of it is kept for bodies if there are any.
   // Without a call there is no bound.
-  void bound_work(std::uint32_t units) noexcept { work_ = units; }
+  void bound_work(std::uint32_t units) noexcept;
 
   // For the test that compares the two paths: until the next bind(), no tick takes the fast path for one
   // plain surface.
@@ -94,6 +94,7 @@ class Renderer {
   std::array<TriangleCache, kMaxArms> triangles_;  // of the fingers
   Effort effort_;
   std::uint32_t work_ = Work::kNoBound;
+  std::array<Work, kMaxArms> arm_work_{};  // of each, by the number of arms
   bool lists_ = true;
 };
 

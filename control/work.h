@@ -31,8 +31,9 @@ class Work {
  public:
   static constexpr std::uint32_t kNoBound = 0xFFFFFFFFU;
 
+  constexpr Work() noexcept = default;
   // `reserve`: of the units, cannot be spent before open_reserve().
-  constexpr explicit Work(std::uint32_t units = kNoBound, std::uint32_t reserve = 0) noexcept
+  constexpr explicit Work(std::uint32_t units, std::uint32_t reserve = 0) noexcept
       : left_(units - reserve), reserve_(reserve) {}
 
   // False where fewer units are left: then none is left.
@@ -49,15 +50,19 @@ class Work {
   void open_reserve() noexcept {
     left_ += reserve_;
     reserve_ = 0;
+    ran_out_ = was_spent();
+    spent_ = false;
   }
-  // Whether more was asked for than was left.
+  // Whether more was asked for than was left: since the reserve was opened, or at all.
   [[nodiscard]] bool is_spent() const noexcept { return spent_; }
+  [[nodiscard]] bool was_spent() const noexcept { return spent_ || ran_out_; }
   [[nodiscard]] std::uint32_t left() const noexcept { return left_ + reserve_; }
 
  private:
-  std::uint32_t left_;
-  std::uint32_t reserve_;
+  std::uint32_t left_ = kNoBound;
+  std::uint32_t reserve_ = 0;
   bool spent_ = false;
+  bool ran_out_ = false;  // before the reserve was opened
 };
 
 }  // namespace thimble::control

@@ -35,7 +35,7 @@ bool take_contact(GodObject& god, std::uint8_t object, Contact& contact, Vec3& n
 // The point of the surface nearest to `local`, which is on `feature` except for rounding.
 [[gnu::noinline]] Vec3 onto_surface(const PlacedObject& object, Feature& feature, const Vec3& local) {
   Work work(kInPlaceWork);
-  return object.ops->slide(object.shape, feature, local, local, {.work = work, .hold = true}).to;
+  return object.ops->slide(object.shape, feature, {work, local, local, true}).to;
 }
 
 // The box about the old and the new pose holds the path of every point of the object, except for the curvature of its

@@ -429,8 +429,8 @@ void leave_ball(const World& world, GodObject& god) noexcept {
     const PlacedObject& object = world.objects[god.contacts[i].object];
     const Vec3 at = object.to_local(god.position_m);
     Work work(kInPlaceWork);
-    god.position_m = object.to_world(
-        object.ops->slide(object.shape, god.contacts[i].feature, at, at, {.work = work, .hold = true}).to);
+    god.position_m =
+        object.to_world(object.ops->slide(object.shape, god.contacts[i].feature, {work, at, at, true}).to);
   }
   god.is_ball = false;
 }

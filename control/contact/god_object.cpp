@@ -75,8 +75,7 @@ bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3&
   const Vec3 target = object.to_local(point);
   Vec3 at = object.to_local(from);
   for (int piece = 0; piece < kMaxRefreshPieces; ++piece) {
-    const Slide slide =
-        object.ops->slide(object.shape, contact.feature, at, target, {.work = work, .hold = true});
+    const Slide slide = object.ops->slide(object.shape, contact.feature, {work, at, target, true});
     at = slide.to;
     if (slide.end != SlideEnd::kMoved) break;
   }
@@ -189,8 +188,8 @@ bool moves_away(const Vec3& target, const Vec3& to, const Vec3& from) {
     feature = contact.feature;
     const Vec3 from = object.to_local(start.position_m);
     // The middle of the chord is inside, as the solid is convex: the slide ends above it.
-    slide = object.ops->slide(object.shape, feature, from, Vec3(0.5F * (from + slide.to)),
-                              {.work = effort.work, .hold = true, .one_piece = true});
+    slide = object.ops->slide(object.shape, feature,
+                              {effort.work, from, Vec3(0.5F * (from + slide.to)), true, true});
   }
   ended = true;
   ++effort.counters.slide_bound;
@@ -205,8 +204,8 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
   Feature feature = contact.feature;
   const Contact start{contact.object, {.index = feature.index, .side = feature.side}};
   const Vec3 from = object.to_local(god.position_m);
-  const Slide slide = object.ops->slide(object.shape, feature, from, object.to_local(target),
-                                        {.work = effort.work, .hold = hold, .one_piece = !alone});
+  const Slide slide =
+      object.ops->slide(object.shape, feature, {effort.work, from, object.to_local(target), hold, !alone});
   if (alone && slide.swept) {
     god.position_m = object.to_world(slide.to);
   } else {

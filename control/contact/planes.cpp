@@ -20,7 +20,7 @@ Planes planes_at(const World& world, const GodObject& god) noexcept {
     const int count = object.ops->normals(object.shape, god.contacts[i].feature, at, normals);
     Feature feature = god.contacts[i].feature;
     Work work(kInPlaceWork);
-    const Vec3 out = object.ops->slide(object.shape, feature, at, at, {.work = work, .hold = true}).to - at;
+    const Vec3 out = object.ops->slide(object.shape, feature, {work, at, at, true}).to - at;
     for (int n = 0; n < count && planes.count < kMaxPlanes; ++n) {
       const Vec3& normal = normals[static_cast<std::size_t>(n)];
       planes.plane[planes.count] = {object.turn(normal),

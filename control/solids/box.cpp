@@ -53,22 +53,21 @@ bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<c
   return true;
 }
 
-Slide slide(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
-            SlideOptions options) {
+Slide slide(const ShapeData& shape, Feature& feature, const SlideQuery& query) {
   const Vec3& half = shape.vector;
   const int axis = static_cast<int>(feature.index >> 1U);
   const float sign = (feature.index & 1U) == 0U ? 1.0F : -1.0F;
-  const bool in_front = sign * target[axis] >= half[axis];
-  if (in_front && !options.hold) return {from, SlideEnd::kFree};
-  Vec3 to = target.cwiseMax(-half).cwiseMin(half);
+  const bool in_front = sign * query.target[axis] >= half[axis];
+  if (in_front && !query.hold) return {query.from, SlideEnd::kFree};
+  Vec3 to = query.target.cwiseMax(-half).cwiseMin(half);
   to[axis] = sign * half[axis];
   SlideEnd end = SlideEnd::kHeld;
   for (int side = 0; side < 3; ++side) {
-    if (side == axis || to[side] == target[side]) continue;
+    if (side == axis || to[side] == query.target[side]) continue;
     // The target is beyond this face's edge, so outside the box, in front of the face round the corner.
-    if (!options.hold) return {to, SlideEnd::kFree};
+    if (!query.hold) return {to, SlideEnd::kFree};
     if (!in_front) {
-      feature.index = 2U * static_cast<std::uint32_t>(side) + (target[side] < 0.0F ? 1U : 0U);
+      feature.index = 2U * static_cast<std::uint32_t>(side) + (query.target[side] < 0.0F ? 1U : 0U);
       end = SlideEnd::kMoved;
     }
   }

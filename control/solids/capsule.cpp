@@ -62,18 +62,17 @@ Vec3 with_normal(const ShapeData& shape, const Vec3& normal, float z) {
   return shape.radius_m * normal + Vec3(0.0F, 0.0F, centre);
 }
 
-Slide slide(const ShapeData& shape, Feature& /*feature*/, const Vec3& from, const Vec3& target,
-            SlideOptions options) {
-  const Vec3 arm = from_axis(shape, target);
+Slide slide(const ShapeData& shape, Feature& /*feature*/, const SlideQuery& query) {
+  const Vec3 arm = from_axis(shape, query.target);
   const float distance = arm.norm();
-  const Vec3 normal_from = from_axis(shape, from).normalized();
+  const Vec3 normal_from = from_axis(shape, query.from).normalized();
   const bool on_axis = distance <= kSurfaceTolerance_m;
   const Turn turn = on_axis ? Turn{normal_from, false} : limit_turn(normal_from, arm / distance);
-  const Vec3 to = on_axis || turn.limited ? with_normal(shape, turn.normal, target.z() - arm.z())
-                                          : Vec3(target - arm + shape.radius_m * turn.normal);
-  const Vec3 via = outer_corner(from, normal_from, to, turn.normal);
+  const Vec3 to = on_axis || turn.limited ? with_normal(shape, turn.normal, query.target.z() - arm.z())
+                                          : Vec3(query.target - arm + shape.radius_m * turn.normal);
+  const Vec3 via = outer_corner(query.from, normal_from, to, turn.normal);
   if (turn.limited) return {via, to, SlideEnd::kMoved};
-  return {via, to, distance >= shape.radius_m && !options.hold ? SlideEnd::kFree : SlideEnd::kHeld};
+  return {via, to, distance >= shape.radius_m && !query.hold ? SlideEnd::kFree : SlideEnd::kHeld};
 }
 
 int normals(const ShapeData& shape, const Feature& /*feature*/, const Vec3& point, std::span<Vec3, 3> out) {

@@ -122,49 +122,46 @@ bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<c
   return true;
 }
 
-Slide slide_base(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
-                 SlideOptions options) {
-  const bool in_front = target.z() <= base_m(shape);
-  if (in_front && !options.hold) return {from, SlideEnd::kFree};
-  const float across = planar_length(target.x(), target.y());
+Slide slide_base(const ShapeData& shape, Feature& feature, const SlideQuery& query) {
+  const bool in_front = query.target.z() <= base_m(shape);
+  if (in_front && !query.hold) return {query.from, SlideEnd::kFree};
+  const float across = planar_length(query.target.x(), query.target.y());
   const float scale = across > shape.radius_m ? shape.radius_m / across : 1.0F;
-  const Vec3 to(scale * target.x(), scale * target.y(), base_m(shape));
+  const Vec3 to(scale * query.target.x(), scale * query.target.y(), base_m(shape));
   if (across <= shape.radius_m) return {to, SlideEnd::kHeld};
-  if (!options.hold) return {to, SlideEnd::kFree};  // outside, in front of the side
+  if (!query.hold) return {to, SlideEnd::kFree};  // outside, in front of the side
   if (in_front) return {to, SlideEnd::kHeld};
   feature.index = kSide;
   return {to, SlideEnd::kMoved};
 }
 
-Slide slide_side(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
-                 SlideOptions options) {
-  const float from_across = planar_length(from.x(), from.y());
-  const float across = planar_length(target.x(), target.y());
+Slide slide_side(const ShapeData& shape, Feature& feature, const SlideQuery& query) {
+  const float from_across = planar_length(query.from.x(), query.from.y());
+  const float across = planar_length(query.target.x(), query.target.y());
   const bool at_apex = from_across <= kSurfaceTolerance_m;  // every direction leads down from there
   const bool on_axis = across <= kSurfaceTolerance_m;
-  const Vec3 of_target = on_axis ? Vec3(Vec3::UnitX()) : Vec3(target.x() / across, target.y() / across, 0.0F);
+  const Vec3 of_target =
+      on_axis ? Vec3(Vec3::UnitX()) : Vec3(query.target.x() / across, query.target.y() / across, 0.0F);
   const Vec3 direction_from =
-      at_apex ? of_target : Vec3(from.x() / from_across, from.y() / from_across, 0.0F);
+      at_apex ? of_target : Vec3(query.from.x() / from_across, query.from.y() / from_across, 0.0F);
   const Turn turn = limit_turn(direction_from, on_axis ? direction_from : of_target);
   const float towards =
-      turn.normal.dot(target);  // how far from the axis the target is, in the direction to go in
-  const float down = down_the_side_m(shape, towards, target.z());
+      turn.normal.dot(query.target);  // how far from the axis the target is, in the direction to go in
+  const float down = down_the_side_m(shape, towards, query.target.z());
   const Vec3 to = on_side(shape, turn.normal, std::clamp(down, 0.0F, shape.vector.z()));
   const Vec3 via =
-      outer_corner(from, side_normal(shape, direction_from), to, side_normal(shape, turn.normal));
+      outer_corner(query.from, side_normal(shape, direction_from), to, side_normal(shape, turn.normal));
   if (turn.limited) return {via, to, SlideEnd::kMoved};
-  const bool in_front = in_front_m(shape, towards, target.z()) >= 0.0F;
+  const bool in_front = in_front_m(shape, towards, query.target.z()) >= 0.0F;
   const bool beyond_rim = down > shape.vector.z();
-  if (!options.hold) return {via, to, in_front || beyond_rim ? SlideEnd::kFree : SlideEnd::kHeld};
+  if (!query.hold) return {via, to, in_front || beyond_rim ? SlideEnd::kFree : SlideEnd::kHeld};
   if (!beyond_rim || in_front) return {via, to, SlideEnd::kHeld};
   feature.index = kBase;
   return {via, to, SlideEnd::kMoved};
 }
 
-Slide slide(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
-            SlideOptions options) {
-  return feature.index == kSide ? slide_side(shape, feature, from, target, options)
-                                : slide_base(shape, feature, from, target, options);
+Slide slide(const ShapeData& shape, Feature& feature, const SlideQuery& query) {
+  return feature.index == kSide ? slide_side(shape, feature, query) : slide_base(shape, feature, query);
 }
 
 // At the apex the plane across the axis stands for all of the side's: it touches the cone there and nowhere

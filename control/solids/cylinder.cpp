@@ -71,44 +71,41 @@ bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<c
   return true;
 }
 
-Slide slide_cap(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
-                SlideOptions options) {
+Slide slide_cap(const ShapeData& shape, Feature& feature, const SlideQuery& query) {
   const float sign = feature.index == kTop ? 1.0F : -1.0F;
-  const bool in_front = sign * target.z() >= shape.half_height_m;
-  if (in_front && !options.hold) return {from, SlideEnd::kFree};
-  const float radial = std::sqrt(radial2(target));
+  const bool in_front = sign * query.target.z() >= shape.half_height_m;
+  if (in_front && !query.hold) return {query.from, SlideEnd::kFree};
+  const float radial = std::sqrt(radial2(query.target));
   const float scale = radial > shape.radius_m ? shape.radius_m / radial : 1.0F;
-  const Vec3 to(scale * target.x(), scale * target.y(), sign * shape.half_height_m);
+  const Vec3 to(scale * query.target.x(), scale * query.target.y(), sign * shape.half_height_m);
   if (radial <= shape.radius_m) return {to, SlideEnd::kHeld};
-  if (!options.hold) return {to, SlideEnd::kFree};  // outside, in front of the round wall
+  if (!query.hold) return {to, SlideEnd::kFree};  // outside, in front of the round wall
   if (in_front) return {to, SlideEnd::kHeld};
   feature.index = kSide;
   return {to, SlideEnd::kMoved};
 }
 
-Slide slide_side(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
-                 SlideOptions options) {
-  const float radial = std::sqrt(radial2(target));
-  const Vec3 normal_from = Vec3(from.x(), from.y(), 0.0F).normalized();
-  const Vec3 normal_to =
-      radial > kSurfaceTolerance_m ? Vec3(target.x() / radial, target.y() / radial, 0.0F) : normal_from;
+Slide slide_side(const ShapeData& shape, Feature& feature, const SlideQuery& query) {
+  const float radial = std::sqrt(radial2(query.target));
+  const Vec3 normal_from = Vec3(query.from.x(), query.from.y(), 0.0F).normalized();
+  const Vec3 normal_to = radial > kSurfaceTolerance_m
+                             ? Vec3(query.target.x() / radial, query.target.y() / radial, 0.0F)
+                             : normal_from;
   const Turn turn = limit_turn(normal_from, normal_to);
   Vec3 to = shape.radius_m * turn.normal;
-  to.z() = std::clamp(target.z(), -shape.half_height_m, shape.half_height_m);
-  const Vec3 via = outer_corner(from, normal_from, to, turn.normal);
+  to.z() = std::clamp(query.target.z(), -shape.half_height_m, shape.half_height_m);
+  const Vec3 via = outer_corner(query.from, normal_from, to, turn.normal);
   if (turn.limited) return {via, to, SlideEnd::kMoved};
   const bool in_front = radial >= shape.radius_m;
-  const bool beyond_cap = std::abs(target.z()) > shape.half_height_m;
-  if (!options.hold) return {via, to, in_front || beyond_cap ? SlideEnd::kFree : SlideEnd::kHeld};
+  const bool beyond_cap = std::abs(query.target.z()) > shape.half_height_m;
+  if (!query.hold) return {via, to, in_front || beyond_cap ? SlideEnd::kFree : SlideEnd::kHeld};
   if (!beyond_cap || in_front) return {via, to, SlideEnd::kHeld};
-  feature.index = target.z() > 0.0F ? kTop : kBottom;
+  feature.index = query.target.z() > 0.0F ? kTop : kBottom;
   return {via, to, SlideEnd::kMoved};
 }
 
-Slide slide(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
-            SlideOptions options) {
-  return feature.index == kSide ? slide_side(shape, feature, from, target, options)
-                                : slide_cap(shape, feature, from, target, options);
+Slide slide(const ShapeData& shape, Feature& feature, const SlideQuery& query) {
+  return feature.index == kSide ? slide_side(shape, feature, query) : slide_cap(shape, feature, query);
 }
 
 int normals(const ShapeData& /*shape*/, const Feature& feature, const Vec3& point, std::span<Vec3, 3> out) {

@@ -14,8 +14,7 @@ namespace thimble::control {
 [[nodiscard]] bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to,
                               std::span<const Feature> leaving, Hit& hit, Work& work);
 
-[[nodiscard]] Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from,
-                                  const Vec3& target, SlideOptions options);
+[[nodiscard]] Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const SlideQuery& query);
 
 // A plane for each triangle that the ball could meet on its way, at most kMaxSeparationNodes nodes of the tree. Of a tip,
 // those that find no room, the farthest ones, shorten free_m; and none is needed for what lies behind the plane of a face

@@ -211,15 +211,14 @@ bool edge_pierced(const MeshView& mesh, const Feature& f) {
 // The path of a god object: straight over each face towards the projection of the target, on over the edges
 // that it crosses, and along an edge when the target is beyond it for both faces (Zilles and Salisbury 1995,
 // with the real faces instead of infinite planes).
-Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
-                    SlideOptions options) {
+Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const SlideQuery& query) {
   const MeshView& mesh = shape.mesh;
-  Foot foot{feature, from};
+  Foot foot{feature, query.from};
   bool moved = false;
   bool over_edge = false;  // the path has just crossed foot.feature, an edge
   SlideEnd end = SlideEnd::kBound;
   bool swept = true;
-  for (int pieces = 0; pieces < kMaxSlideFaces && options.work.spend(kFaceWork); ++pieces) {
+  for (int pieces = 0; pieces < kMaxSlideFaces && query.work.spend(kFaceWork); ++pieces) {
     // The next piece: over a face, or along an edge.
     Feature next_feature = foot.feature;
     Lead lead = Lead::kOverFace;
@@ -227,17 +226,17 @@ Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from, 
     if (over_edge) {
       beyond = across(mesh, foot.feature.index, foot.feature.side, foot.feature.corner);
       // At a convex edge with the target in front of the next face, the path leaves the surface.
-      if (!options.hold && in_front(mesh, beyond.triangle, beyond.side, target) &&
+      if (!query.hold && in_front(mesh, beyond.triangle, beyond.side, query.target) &&
           !concave(mesh, foot.feature.index, foot.feature.side, beyond)) {
         end = SlideEnd::kFree;
         break;
       }
       next_feature = {beyond.triangle, kFace, 0, beyond.side};
     } else if (foot.feature.kind == kEdge) {
-      lead = lead_from_edge(mesh, next_feature, target);
+      lead = lead_from_edge(mesh, next_feature, query.target);
     } else if (foot.feature.kind == kVertex) {
-      lead = lead_from_vertex(mesh, next_feature, target, options.work);
-      if (options.work.is_spent()) break;
+      lead = lead_from_vertex(mesh, next_feature, query.target, query.work);
+      if (query.work.is_spent()) break;
     }
     if (lead == Lead::kNowhere) {
       foot.at = vertex(mesh, foot.feature.index,
@@ -252,13 +251,13 @@ Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from, 
       return {foot.at, SlideEnd::kMoved};
     }
     if (lead == Lead::kOverFace) {
-      if (!walk_face(mesh, next_feature.index, next_feature.side, beyond.edge, target, foot)) {
+      if (!walk_face(mesh, next_feature.index, next_feature.side, beyond.edge, query.target, foot)) {
         over_edge = false;  // the next face leads back to the edge: continue along the edge
-        foot = walk_edge(mesh, foot.feature, target);
+        foot = walk_edge(mesh, foot.feature, query.target);
         lead = Lead::kAlongEdge;
       }
     } else {
-      foot = walk_edge(mesh, next_feature, target);
+      foot = walk_edge(mesh, next_feature, query.target);
     }
     moved = true;
     over_edge = lead == Lead::kOverFace && foot.feature.kind == kEdge;
@@ -266,13 +265,13 @@ Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const Vec3& from, 
       end = SlideEnd::kHeld;
       break;
     }
-    if (options.one_piece || !swept) {
+    if (query.one_piece || !swept) {
       end = SlideEnd::kMoved;
       break;
     }
   }
   feature = foot.feature;
-  if (end == SlideEnd::kHeld && !options.hold && target_is_free(mesh, feature, target, options.work))
+  if (end == SlideEnd::kHeld && !query.hold && target_is_free(mesh, feature, query.target, query.work))
     end = SlideEnd::kFree;
   return {foot.at, end, swept};
 }

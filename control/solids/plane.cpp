@@ -32,11 +32,10 @@ bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<c
   return true;
 }
 
-Slide slide(const ShapeData& shape, Feature& /*feature*/, const Vec3& from, const Vec3& target,
-            SlideOptions options) {
-  const float height = shape.vector.dot(target) - shape.radius_m;
-  if (height >= 0.0F && !options.hold) return {from, SlideEnd::kFree};
-  const Vec3 to = target - height * shape.vector;
+Slide slide(const ShapeData& shape, Feature& /*feature*/, const SlideQuery& query) {
+  const float height = shape.vector.dot(query.target) - shape.radius_m;
+  if (height >= 0.0F && !query.hold) return {query.from, SlideEnd::kFree};
+  const Vec3 to = query.target - height * shape.vector;
   return {to, SlideEnd::kHeld};
 }
 

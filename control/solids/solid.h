@@ -183,8 +183,10 @@ struct Slide {
   Vec3 via;  // only when bent
 };
 
-struct SlideOptions {
+struct SlideQuery {
   Work& work;
+  Vec3 from;
+  Vec3 target;
   bool hold = false;       // stay on the surface, whichever side the target is on
   bool one_piece = false;  // stop after each straight piece, so that it can be swept against other objects
 };
@@ -219,8 +221,7 @@ struct SolidOps {
                 Hit& hit, Work& work);
   // Slides `from`, which is on `feature`, over the surface towards the point nearest to `target`; `feature`
   // follows.
-  Slide (*slide)(const ShapeData& shape, Feature& feature, const Vec3& from, const Vec3& target,
-                 SlideOptions options);
+  Slide (*slide)(const ShapeData& shape, Feature& feature, const SlideQuery& query);
   // The planes through flat faces and straight walls that face the point, beside the plane at the place nearest to it
   // (CollisionOps::nearest); returns how many. Null: there are none.
   std::size_t (*faces)(const ShapeData& shape, const Vec3& point, std::span<NearestPlace, 3> out) = nullptr;

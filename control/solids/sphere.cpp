@@ -32,23 +32,22 @@ bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<c
   return true;
 }
 
-Slide slide(const ShapeData& shape, Feature& /*feature*/, const Vec3& from, const Vec3& target,
-            SlideOptions options) {
-  const float distance = target.norm();
+Slide slide(const ShapeData& shape, Feature& /*feature*/, const SlideQuery& query) {
+  const float distance = query.target.norm();
   // At the centre every direction is equally near: stay.
-  if (distance < kSurfaceTolerance_m) return {from, SlideEnd::kHeld};
-  const Vec3 normal_to = target / distance;
-  if (!options.one_piece) {  // no other object is near, so the path around the sphere does not matter
+  if (distance < kSurfaceTolerance_m) return {query.from, SlideEnd::kHeld};
+  const Vec3 normal_to = query.target / distance;
+  if (!query.one_piece) {  // no other object is near, so the path around the sphere does not matter
     const Vec3 to = shape.radius_m * normal_to;
-    return {to, distance >= shape.radius_m && !options.hold ? SlideEnd::kFree : SlideEnd::kHeld};
+    return {to, distance >= shape.radius_m && !query.hold ? SlideEnd::kFree : SlideEnd::kHeld};
   }
-  const Vec3 normal_from = from.normalized();
+  const Vec3 normal_from = query.from.normalized();
   const Turn turn = limit_turn(normal_from, normal_to);
   const Vec3 to = shape.radius_m * turn.normal;
-  const SlideEnd end = turn.limited                                  ? SlideEnd::kMoved
-                       : distance >= shape.radius_m && !options.hold ? SlideEnd::kFree
-                                                                     : SlideEnd::kHeld;
-  return {outer_corner(from, normal_from, to, turn.normal), to, end};
+  const SlideEnd end = turn.limited                                ? SlideEnd::kMoved
+                       : distance >= shape.radius_m && !query.hold ? SlideEnd::kFree
+                                                                   : SlideEnd::kHeld;
+  return {outer_corner(query.from, normal_from, to, turn.normal), to, end};
 }
 
 int normals(const ShapeData& /*shape*/, const Feature& /*feature*/, const Vec3& point,
