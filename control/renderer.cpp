@@ -244,8 +244,10 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
 
 // Bodies have half of it, and what the arms leave; the arms share the rest equally.
 void Renderer::bound_work(std::uint32_t units) noexcept {
-  work_ = units;
-  const std::uint32_t all = bodies_.empty() ? units : units / 2;
+  static_assert(kMaxArms <= 2);  // so that all shares are whole
+  work_ = units - units % 4;
+  least_left_ = work_;
+  const std::uint32_t all = bodies_.empty() ? work_ : work_ / 2;
   for (std::size_t i = 0; i < kMaxArms; ++i) {
     const std::uint32_t share = all / static_cast<std::uint32_t>(i + 1);
     arm_work_[i] = Work(share, share / kReserve);
@@ -278,6 +280,7 @@ void Renderer::use_general_path_only() noexcept {
 void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> touches) noexcept {
   const std::size_t count = std::min(tips.size(), kMaxArms);
   std::uint32_t left = 0;  // by the arms
+  put_off_ = false;
   for (std::size_t i = 0; i < count; ++i) {
     Finger& finger = fingers_[i];
     effort_.work = arm_work_[count - 1];
@@ -297,11 +300,29 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
     }
     if (fields_.count() != 0) fields_.tick(i, tips[i], period_s, touches[i]);
     left += effort_.work.left();
+    if (effort_.work.was_spent()) count_put_off();
   }
-  if (bodies_.empty()) return;
-  effort_.work = Work(work_ - work_ / 2 + left);
-  if (fields_.count() != 0) fields_.press(world_, period_s, bodies_);
-  bodies_.step(world_, std::span(fingers_).first(count), period_s, effort_);
+  if (!bodies_.empty()) {
+    effort_.work = Work(work_ / 2 + left);
+    if (fields_.count() != 0) fields_.press(world_, period_s, bodies_);
+    bodies_.step(world_, std::span(fingers_).first(count), period_s, effort_);
+    left = effort_.work.left();
+    if (effort_.work.was_spent()) count_put_off();
+  }
+  if (left < least_left_) least_left_ = left;
+}
+
+void Renderer::count_put_off() noexcept {
+  if (!put_off_) ++effort_.counters.put_off;
+  put_off_ = true;
+  effort_.counters.put_off_object = effort_.work.object();
+}
+
+RenderCounters Renderer::counters() const noexcept {
+  RenderCounters all = effort_.counters;
+  all.most_work = work_ - least_left_;
+  if (all.put_off_object < world_.count) all.put_off_object = world_.objects[all.put_off_object].in_image;
+  return all;
 }
 
 void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCache* triangles, Effort& effort,

@@ -55,7 +55,8 @@ class Renderer {
   // For the test of TriangleCache: no lists of triangles are used.
   void use_no_lists() noexcept { lists_ = false; }
 
-  [[nodiscard]] const RenderCounters& counters() const noexcept { return effort_.counters; }
+  [[nodiscard]] RenderCounters counters() const noexcept;
+  [[nodiscard]] bool is_put_off() const noexcept { return put_off_; }  // something, in the last tick
 
   // The moving objects in the order of the scene, with their poses for the next tick.
   [[nodiscard]] std::span<const BodyState> bodies() const noexcept { return bodies_.states(); }
@@ -84,6 +85,7 @@ class Renderer {
 
  private:
   [[nodiscard]] std::uint64_t inside_in_image(SolidSet inside) const noexcept;
+  [[gnu::cold]] void count_put_off() noexcept;
   void touch(Finger& finger, const Tip& tip, float period_s, TriangleCache* triangles, Effort& effort,
              Touch& touch) noexcept;
 
@@ -94,7 +96,9 @@ class Renderer {
   std::array<TriangleCache, kMaxArms> triangles_;  // of the fingers
   Effort effort_;
   std::uint32_t work_ = Work::kNoBound;
-  std::array<Work, kMaxArms> arm_work_{};  // of each, by the number of arms
+  std::array<Work, kMaxArms> arm_work_{};      // of each, by the number of arms
+  std::uint32_t least_left_ = Work::kNoBound;  // of a tick, since bind()
+  bool put_off_ = false;                       // in this tick
   bool lists_ = true;
 };
 

@@ -28,6 +28,11 @@ struct RenderCounters {
   std::uint32_t contact_bound =
       0;  // contact points between bodies beyond kMaxBodyContacts: their patch had fewer points in that tick; and
           // triangles of a mesh left out at a bound (control/bodies/collide_mesh.cpp)
+  std::uint32_t put_off = 0;    // ticks whose work was spent: the rest was put off (control/work.h)
+  std::uint32_t most_work = 0;  // of a tick, in units
+  std::uint8_t put_off_object =
+      kNoObject;  // index in the scene of the object that the work of the last of these ticks was spent on
+  static constexpr std::uint8_t kNoObject = 255;
 };
 
 }  // namespace thimble::control

@@ -46,6 +46,10 @@ class Work {
     left_ -= units;
     return true;
   }
+  // What is looked at from here on.
+  void at(std::uint8_t object) noexcept { object_ = object; }
+  [[nodiscard]] std::uint8_t object() const noexcept { return object_; }
+
   // What was held back is there to be spent.
   void open_reserve() noexcept {
     left_ += reserve_;
@@ -63,6 +67,7 @@ class Work {
   std::uint32_t reserve_ = 0;
   bool spent_ = false;
   bool ran_out_ = false;  // before the reserve was opened
+  std::uint8_t object_ = 255;
 };
 
 }  // namespace thimble::control

@@ -20,6 +20,7 @@ firmware::Config config_of(const RecordedRun& run) {
   firmware::Config config;
   config.period_s = run.start.period_s;
   config.arm_count = run.start.arms;
+  config.work_units = run.start.work_units;
   if (run.start.arms < 1 || run.start.arms > control::kMaxArms || run.arms.size() != run.start.arms ||
       run.models.size() != run.start.arms)
     throw std::invalid_argument("it has " + std::to_string(run.start.arms) + " arms, and the state of " +

@@ -135,9 +135,7 @@ class Simulation {
               scene_row});
       }
     }
-    result.sweep_bound = renderer->counters().sweep_bound;
-    result.slide_bound = renderer->counters().slide_bound;
-    result.contact_bound = renderer->counters().contact_bound;
+    result.bounds = renderer->counters();
     return result;
   }
 
@@ -206,9 +204,7 @@ class Simulation {
         break;
       }
     }
-    result.sweep_bound = controller.telemetry().sweep_bound;
-    result.slide_bound = controller.telemetry().slide_bound;
-    result.contact_bound = controller.telemetry().contact_bound;
+    result.bounds = controller.telemetry().bounds;
     return result;
   }
 

@@ -71,8 +71,8 @@ struct SimulationResult {
   SimulationStatus status = SimulationStatus::kOk;
   std::string detail;       // one sentence for the user; empty when ok
   std::uint64_t ticks = 0;  // rows per arm
-  std::uint32_t sweep_bound = 0, slide_bound = 0, contact_bound = 0;  // the renderer's counters
-  std::vector<BeganInside> inside;                                    // in the order of time
+  control::RenderCounters bounds;
+  std::vector<BeganInside> inside;  // in the order of time
 };
 
 // image: a scene image (any alignment; it is copied). path: rows of one or both arms in file order. Does not

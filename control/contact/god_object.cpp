@@ -41,6 +41,7 @@ void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god
                   Flight& flight, Work& work) {
   for (const std::uint8_t index : nearby.objects()) {
     if (index == skip) continue;
+    work.at(index);
     if (!work.spend(kSolidWork)) {
       flight.known = false;
       return;
@@ -203,6 +204,7 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
   const PlacedObject& object = world.objects[contact.object];
   Feature feature = contact.feature;
   const Contact start{contact.object, {.index = feature.index, .side = feature.side}};
+  effort.work.at(contact.object);
   const Vec3 from = object.to_local(god.position_m);
   const Slide slide =
       object.ops->slide(object.shape, feature, {effort.work, from, object.to_local(target), hold, !alone});

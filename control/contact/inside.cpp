@@ -42,6 +42,7 @@ SolidSet solids_around(const World& world, SolidSet among, const Vec3& centre_m,
   SolidSet found = 0;
   for (std::size_t i = 0; i < world.count; ++i) {
     if ((among & only(i)) == 0) continue;
+    effort.work.at(static_cast<std::uint8_t>(i));
     const Containment containment = contains(world.objects[i], centre_m, effort.work);
     if (containment == Containment::kOutside &&
         !(world.tip_radius_m > 0.0F &&

@@ -36,6 +36,7 @@ bool Separations::look(const World& world, const Nearby& nearby, const BallQuery
   count = 0;
   free_m = std::numeric_limits<float>::infinity();
   for (const std::uint8_t index : nearby.objects()) {
+    ball.work.at(index);
     if (!ball.work.spend(kSolidWork)) return false;
     const PlacedObject& placed = world.objects[index];
     BallQuery local = ball;

@@ -24,6 +24,7 @@ void show_arm(const Parts& parts, std::size_t index, const ArmInputs& input, Arm
   shown.current_A = arm.current_A;
   shown.counts = input.counts;
   shown.limiters = arm.limiters;
+  if (armed && parts.sources.scene.renderer().is_put_off()) shown.limiters |= kLimitWork;
 }
 
 // Only of a tick with a record: nobody else reads them.
@@ -48,9 +49,7 @@ void show_tick(Parts& parts, const Inputs& inputs, Conditions unmet) noexcept {
   t.arm_count = parts.setup.arm_count;
   t.moves_itself = state.guest;
   t.scene_sequence = parts.sources.scene.sequence();
-  t.sweep_bound = parts.sources.scene.renderer().counters().sweep_bound;
-  t.slide_bound = parts.sources.scene.renderer().counters().slide_bound;
-  t.contact_bound = parts.sources.scene.renderer().counters().contact_bound;
+  t.bounds = parts.sources.scene.renderer().counters();
   bool contact = false;
   float most_N = 0;
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
@@ -130,6 +129,7 @@ void start_recording(Parts& parts, const Inputs& inputs, Conditions unmet) noexc
   start.start.mode = state.mode;
   start.start.levels = levels(inputs, parts.setup.arm_count);
   start.start.arms = parts.setup.arm_count;
+  start.start.work_units = parts.setup.work_units;
   reset_to(parts, start);
   parts.observers.recorder.begin(start);
 }

@@ -33,6 +33,7 @@ kinematics::Arm<float> arm_of(const Config& config, std::size_t index) noexcept 
 bool works(const Config& config) noexcept {
   if (config.arm_count < 1 || config.arm_count > kMaxArms) return false;
   if (!(config.period_s >= kMinPeriod_s && config.period_s <= kMaxPeriod_s)) return false;
+  if (config.work_units < kLeastWork) return false;
   if (config.node_id < 1 || config.node_id > 127) return false;
   return std::all_of(config.arm.begin(), config.arm.begin() + config.arm_count,
                      [&](const ArmConfig& arm) { return find_model(config, arm.model) != nullptr; });
@@ -60,6 +61,7 @@ std::uint32_t most_stale(float period_s) noexcept {
 
 Setup::Setup(const Config& config) noexcept
     : period_s(works(config) ? config.period_s : kMaxPeriod_s),
+      work_units(config.work_units),
       arm_count(works(config) ? config.arm_count : std::uint8_t{0}),
       most_stale_ticks(most_stale(period_s)),
       board_lacks(config.lacks != nullptr && *config.lacks != '\0'),

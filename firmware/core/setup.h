@@ -23,6 +23,7 @@ struct Setup {
   explicit Setup(const Config& config) noexcept;
 
   float period_s;
+  std::uint32_t work_units;
   std::uint8_t arm_count;  // 0: the Config cannot work, and the controller stays faulted with bad_config
   std::uint32_t most_stale_ticks;  // one period more than that is at most 5 ms; at least 1
   bool board_lacks;                // Config::lacks is not empty

@@ -27,7 +27,7 @@ struct Parts {
   [[gnu::noinline]] Parts(const Config& config, const Params& parameters) noexcept
       : setup(config),
         params(parameters),
-        sources(setup.period_s, config.sources),
+        sources(setup.period_s, setup.work_units, config.sources),
         status(params, sources),
         commands(setup, params, status, sources),
         observers(commands.channel()),

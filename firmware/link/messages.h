@@ -19,7 +19,7 @@
 
 namespace thimble::firmware::link {
 
-inline constexpr std::uint16_t kProtocolVersion = 2;
+inline constexpr std::uint16_t kProtocolVersion = 3;
 inline constexpr std::uint16_t kImageVersion = 1;  // of control/scene/scene.fbs
 
 // What messages have room for. A controller sends what its arms have.

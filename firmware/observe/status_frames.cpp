@@ -21,6 +21,15 @@ bool StatusFrames::next_frame(link::CanFrame& frame, link::Micros now) noexcept 
     frame = status_frame(fault);
     return true;
   }
+  if (put_off_due_) {
+    put_off_due_ = false;
+    const control::RenderCounters& bounds = telemetry_.record().bounds;
+    link::PutOff put_off;
+    put_off.object = bounds.put_off_object;
+    put_off.ticks = bounds.put_off;
+    frame = link::to_frame(put_off, node_);
+    return true;
+  }
   return false;
 }
 
@@ -49,6 +58,7 @@ link::CanFrame StatusFrames::status_frame(Fault fault) noexcept {
   status.fault = static_cast<std::uint8_t>(fault);
   status.flags = flags();
   status.limiters = telemetry_.take_limiters();
+  put_off_due_ = (status.limiters & kLimitWork) != 0;
   status.worst_tick_s = telemetry_.take_worst_tick_us() * 1e-6F;
   status.tick_rate_Hz = telemetry_.rate_Hz();
   return link::to_frame(status, node_);

@@ -41,6 +41,7 @@ class StatusFrames {
   Fault reported_ = Fault::kNone;
   link::Micros status_due_ = 0;
   link::Micros heartbeat_due_ = 0;
+  bool put_off_due_ = false;
 };
 
 }  // namespace thimble::firmware

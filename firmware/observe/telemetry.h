@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "control/renderer_types.h"
 #include "control/scene/limits.h"
 #include "firmware/core/conditions.h"
 #include "firmware/core/faults.h"
@@ -55,10 +56,8 @@ struct Telemetry {
   // Since the scene was switched on.
   std::uint32_t contact_ticks = 0;
   float peak_force_N = 0;
-  float mean_force_N = 0;         // over the contact ticks, of the arm that feels most
-  std::uint32_t sweep_bound = 0;  // control::RenderCounters
-  std::uint32_t slide_bound = 0;
-  std::uint32_t contact_bound = 0;
+  float mean_force_N = 0;  // over the contact ticks, of the arm that feels most
+  control::RenderCounters bounds;
   std::array<ArmTelemetry, control::kMaxArms> arm;
 };
 

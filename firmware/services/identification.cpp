@@ -38,20 +38,24 @@ void device_state(const Services& services, ByteWriter& out) noexcept {
   state.contact_ticks = record.contact_ticks;
   state.peak_force_N = record.peak_force_N;
   state.mean_force_N = record.mean_force_N;
-  state.sweep_bound = record.sweep_bound;
-  state.slide_bound = record.slide_bound;
+  state.sweep_bound = record.bounds.sweep_bound;
+  state.slide_bound = record.bounds.slide_bound;
   state.scene_bytes = static_cast<std::uint32_t>(parts.store.image_bytes());
   state.scene_crc = parts.store.image_crc();
   state.scene_sequence = parts.store.sequence();
   state.frames_received = parts.link.frames_received;
   state.frames_dropped = parts.telemetry.dropped();
   state.link_losses = parts.link.link_losses;
-  state.contact_bound = record.contact_bound;
+  state.contact_bound = record.bounds.contact_bound;
   state.probes = record.probes;
   const Host* commander = services.commander();
   state.commander = commander == nullptr ? 0 : commander->address;
   state.key = parts.keys.state();
   state.stopped_by = parts.core.status().stopped_by();
+  state.work_units = parts.core.setup().work_units;
+  state.most_work = record.bounds.most_work;
+  state.put_off = record.bounds.put_off;
+  state.put_off_object = record.bounds.put_off_object;
   out.put_record(state);
 }
 

@@ -12,7 +12,10 @@ namespace thimble::firmware {
 
 class SceneSource final : public ForceSource {
  public:
-  SceneSource() noexcept : ForceSource({.name = "scene", .scene = true}) {}
+  // work_units: what rendering may do in a tick (control/work.h).
+  explicit SceneSource(std::uint32_t work_units) noexcept : ForceSource({.name = "scene", .scene = true}) {
+    renderer_.bound_work(work_units);
+  }
 
   // --- background
   // The next scene (its bytes must stay until a later scene is the running one). False: the last one is still

@@ -16,7 +16,8 @@ namespace thimble::firmware {
 class Sources {
  public:
   // own: rows in front of table_ (Config::sources).
-  Sources(float period_s, std::span<ForceSource* const> own) noexcept : host(period_s), own_(own) {}
+  Sources(float period_s, std::uint32_t work_units, std::span<ForceSource* const> own) noexcept
+      : host(period_s), scene(work_units), own_(own) {}
   Sources(const Sources&) = delete;
   Sources& operator=(const Sources&) = delete;
 

@@ -99,6 +99,9 @@ void info(const Common& common, const Remote& remote) {
   say("late       worst {:.1f} us; ticks:{}\n", late.worst_s * 1e6F, histogram(late));
   say("contact    {} ticks, peak {:.3f} N, mean {:.3f} N\n", state.contact_ticks, state.peak_force_N,
       state.mean_force_N);
+  say("work       {} units a tick, at most {} done; {} ticks put something off{}\n", state.work_units,
+      state.most_work, state.put_off,
+      state.put_off == 0 ? "" : fmt::format(", the last at object {} of the scene", state.put_off_object));
   for (const Device::Inside& solid : inside)
     say("inside     the tip of arm {} is inside {}: move out\n", solid.arm, solid.name);
   if (orders.taken + orders.old + orders.wrong != 0) {

@@ -150,9 +150,11 @@ void simulate(const Common& common, const SimulateChoice& choice) {
     json["contact_rows"] = contact_rows;
     json["peak_force_N"] = peak_N;
     json["mean_contact_force_N"] = mean_N;
-    json["sweep_bound"] = result.sweep_bound;
-    json["slide_bound"] = result.slide_bound;
-    json["contact_bound"] = result.contact_bound;
+    json["sweep_bound"] = result.bounds.sweep_bound;
+    json["slide_bound"] = result.bounds.slide_bound;
+    json["contact_bound"] = result.bounds.contact_bound;
+    json["most_work"] = result.bounds.most_work;
+    json["put_off"] = result.bounds.put_off;
     json["inside"] = Json::array();
     for (const board::BeganInside& inside : result.inside) json["inside"].push_back(to_json(inside));
     json["warnings"] = warnings;

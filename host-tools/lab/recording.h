@@ -24,7 +24,7 @@ namespace thimble::host {
 namespace link = firmware::link;
 
 inline constexpr std::string_view kRecordingMagic = "THIMREC\n";
-inline constexpr std::uint16_t kRecordingFormat = 2;
+inline constexpr std::uint16_t kRecordingFormat = 3;
 inline constexpr std::size_t kRecordedCounts = link::kClassicCounts;  // an arm and tick
 
 struct RecordingHeader {

@@ -76,10 +76,11 @@ void SceneColumns::add(std::string name, std::vector<std::string> columns) {
 }
 
 void SceneColumns::add_bounds() {
-  for (const char* name : {"sweep_bound", "slide_bound", "contact_bound"}) add(name, {name});
+  for (const char* name : {"sweep_bound", "slide_bound", "contact_bound", "put_off"}) add(name, {name});
   write_.emplace_back([](const board::LogRow& row, Values& out) {
     const control::RenderCounters& bounds = row.scene.bounds;
-    for (const std::uint32_t count : {bounds.sweep_bound, bounds.slide_bound, bounds.contact_bound})
+    for (const std::uint32_t count :
+         {bounds.sweep_bound, bounds.slide_bound, bounds.contact_bound, bounds.put_off})
       out.push_back(count);
   });
 }

@@ -113,6 +113,9 @@ class Connection {
     info["tick_rate_Hz"] = state.tick_rate_Hz;
     info["worst_tick_s"] = state.worst_tick_s;
     info["overruns"] = state.overruns;
+    info["work_units"] = state.work_units;
+    info["most_work"] = state.most_work;
+    info["put_off"] = state.put_off;
     info["contact_ticks"] = state.contact_ticks;
     info["peak_force_N"] = state.peak_force_N;
     return info;

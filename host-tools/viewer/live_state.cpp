@@ -56,7 +56,10 @@ bool LiveState::take(const link::CanFrame& frame, link::Micros now_us) {
         if (message.arm < arms_) arm_.at(message.arm).inside_us[message.object] = now_us;
       } else if constexpr (std::is_same_v<Message, link::Status>) {
         status_ = message;
+        if ((message.limiters & link::kLimitWork) == 0) put_off_.reset();
         if (message.mode == link::Mode::kArmed) stopped_by_ = link::StoppedBy::kNothing;
+      } else if constexpr (std::is_same_v<Message, link::PutOff>) {
+        put_off_ = message;
       } else if constexpr (std::is_same_v<Message, link::Emergency>) {
         if (message.fault != 0) emergency_ = message.fault;
       } else if constexpr (std::is_same_v<Message, link::BodyPosition>) {
@@ -236,6 +239,7 @@ Json LiveState::json(link::Micros now_us) const {
     const firmware::FaultRow* row = firmware::find_fault(static_cast<firmware::Fault>(status_->fault));
     json["fault_name"] = row == nullptr ? "" : row->name;
     json["limiters"] = flag_names<link::Limiter>(status_->limiters | limiters_);
+    if (put_off_) json["put_off"] = {{"object", put_off_->object}, {"ticks", put_off_->ticks}};
     json["tick_rate_Hz"] = status_->tick_rate_Hz;
     json["worst_tick_s"] = rounded(static_cast<double>(status_->worst_tick_s), 1e8);
   }

@@ -79,6 +79,7 @@ class LiveState {
   std::array<Arm, 2> arm_;
   std::optional<link::Status> status_;
   link::StoppedBy stopped_by_ = link::StoppedBy::kNothing;  // while it is not armed
+  std::optional<link::PutOff> put_off_;                     // since the last status without it
   std::optional<std::uint8_t> emergency_;
   std::uint8_t limiters_ = 0;                             // of the newest forces
   std::map<std::uint8_t, link::BodyPosition> positions_;  // whose rotation has not come

@@ -349,7 +349,7 @@ class Manners(Rig):
 
 
 class Simulate(Rig):
-    COLUMNS = "time_s,arm,tip_x_m,tip_y_m,tip_z_m,proxy_x_m,proxy_y_m,proxy_z_m,force_x_N,force_y_N,force_z_N,contacts,sweep_bound,slide_bound,contact_bound"
+    COLUMNS = "time_s,arm,tip_x_m,tip_y_m,tip_z_m,proxy_x_m,proxy_y_m,proxy_z_m,force_x_N,force_y_N,force_z_N,contacts,sweep_bound,slide_bound,contact_bound,put_off"
 
     def path(self, text):
         file = self.folder / "hand.csv"

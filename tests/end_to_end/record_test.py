@@ -85,7 +85,7 @@ class Record(Rig):
 
     def check_log(self, rows, said):
         self.assertEqual(list(rows[0]), "time_s,arm,tip_x_m,tip_y_m,tip_z_m,proxy_x_m,proxy_y_m,proxy_z_m,force_x_N,force_y_N,"
-                         "force_z_N,contacts,sweep_bound,slide_bound,contact_bound".split(","))
+                         "force_z_N,contacts,sweep_bound,slide_bound,contact_bound,put_off".split(","))
         self.assertEqual(len(rows), said["ticks"])
         middle = len(rows) // 2
         self.assertAlmostEqual(float(rows[middle]["time_s"]), (middle + 1) / 4000, 8)

@@ -53,7 +53,7 @@ class Played {
           moments.push_back({row.time_s, row.tip_m, row.force_N});
         });
     EXPECT_EQ(result.status, board::SimulationStatus::kOk) << result.detail;
-    EXPECT_EQ(result.sweep_bound + result.slide_bound, 0U);
+    EXPECT_EQ(result.bounds.sweep_bound + result.bounds.slide_bound, 0U);
     // The same tip once more through a renderer that can be asked where its bodies are.
     const SceneImage image(bytes);
     control::Renderer renderer;

@@ -56,6 +56,7 @@ export interface State {
   fault?: number;
   fault_name?: string;
   limiters?: string[];
+  put_off?: { object: number; ticks: number }; // the work of ticks was spent on this object: what is left of rendering comes later
   tick_rate_Hz?: number;
   worst_tick_s?: number;
   arms: (ArmState | null)[]; // null: nothing is known of where its tip is

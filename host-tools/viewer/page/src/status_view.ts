@@ -34,6 +34,7 @@ export class StatusView {
   // The state at the moment shown, which may be in the past. names: of the scene's objects.
   update_readings(state: State, names: readonly string[]): void {
     set_text(element('inside'), inside_text(state, names));
+    set_text(element('put-off'), put_off_text(state, names));
     for (const { what, arm, cell } of this.cells)
       set_text(cell, what === 'contacts' ? `${state.arms[arm]?.contacts ?? '-'}` : measure_text(state, arm, what));
   }
@@ -71,5 +72,7 @@ export class StatusView {
   }
 }
 
+const put_off_text = ({ put_off }: State, names: readonly string[]): string =>
+  put_off === undefined ? '' : `${put_off.ticks} ticks put off, at ${names[put_off.object] ?? 'no object'}`;
 const known = <Value>(value: Value | undefined, text: (value: Value) => string): string => (value === undefined ? '-' : text(value));
 const column = (text: string): HTMLElement => make('th', { textContent: text, scope: 'col' });
