@@ -5,6 +5,7 @@
 
 #include "board/common/liveness.h"
 #include "board/common/stop_path.h"
+#include "board/common/work_units.h"
 #include "board/cortex/fabric.h"
 #include "board/cortex/runtime.h"
 #include "board/cortex/tick.h"
@@ -124,6 +125,7 @@ extern "C" void run_board() {
   firmware::Config config;
   config.period_s = 1.0F / static_cast<float>(kRate_Hz);
   config.arm_count = kArms;
+  config.work_units = work_units(config.period_s);
   for (firmware::ArmConfig& arm : config.arm) arm.model = kArmModel;
   config.node_id = kNode;
   config.block_bytes = kBlockBytes;

@@ -29,8 +29,8 @@ class BoardRoutine {
 
 using control::kMaxArms;
 inline constexpr std::size_t kJoints = 3;
-// With fewer units for an arm or for bodies, the god object may not get on over an ordinary mesh (no_tunnel.with_work_for_100).
-inline constexpr std::uint32_t kLeastWork = 400;
+// Of an arm: with less the god object may not get on over an ordinary mesh (no_tunnel.with_work_for_100).
+inline constexpr std::uint32_t kLeastWork = 100;
 
 struct ArmConfig {
   const char* model = "premium-1.5";  // by its name in Config::arm_models
@@ -45,7 +45,7 @@ struct ArmConfig {
 struct Config {
   float period_s = 1.0F / 4000.0F;  // 40 us to 20 ms
   std::uint8_t arm_count = 1;       // 1 to kMaxArms
-  // What rendering may do in a tick, in the units of control/work.h, at least kLeastWork: a tick has a bound (docs/time.md).
+  // What rendering may do in a tick, in the units of control/work.h, at least kLeastWork an arm: a tick has a bound (docs/time.md).
   std::uint32_t work_units = 4000;
   std::array<ArmConfig, kMaxArms> arm{};
   std::uint8_t node_id = 1;  // on the link, 1 to 127

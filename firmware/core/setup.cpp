@@ -33,7 +33,7 @@ kinematics::Arm<float> arm_of(const Config& config, std::size_t index) noexcept 
 bool works(const Config& config) noexcept {
   if (config.arm_count < 1 || config.arm_count > kMaxArms) return false;
   if (!(config.period_s >= kMinPeriod_s && config.period_s <= kMaxPeriod_s)) return false;
-  if (config.work_units < kLeastWork) return false;
+  if (config.work_units < kLeastWork * config.arm_count) return false;
   if (config.node_id < 1 || config.node_id > 127) return false;
   return std::all_of(config.arm.begin(), config.arm.begin() + config.arm_count,
                      [&](const ArmConfig& arm) { return find_model(config, arm.model) != nullptr; });
