@@ -149,7 +149,8 @@ Multigrid::Vector Multigrid::cycle(std::size_t depth, const Vector& right) const
   return u;
 }
 
-Multigrid::Solution Multigrid::solve(const Vector& right, double least_residual, int most_iterations) const {
+Multigrid::Solution Multigrid::solve(const Vector& right, double least_residual, int most_iterations,
+                                     const std::function<void(double)>& progress) const {
   const Level& level = levels_.front();
   const Vector zero = Vector::Zero(right.size());
   const auto times = [&](const Vector& u) -> Vector { return -residual(level, zero, u); };
@@ -178,6 +179,7 @@ Multigrid::Solution Multigrid::solve(const Vector& right, double least_residual,
     r = s - omega * t;
     found.residual = r.norm() / scale;
     if (!std::isfinite(found.residual)) break;
+    if (progress) progress(found.residual);
   }
   // What the recurrence lost by rounding is in the true residual.
   found.residual = residual(level, right, found.values).norm() / scale;

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace thimble::host {
@@ -43,8 +44,9 @@ class Multigrid {
     double residual = 0;  // relative, as 2-norms
     bool solved = false;
   };
-  // With the right sides divided by the diagonals.
-  [[nodiscard]] Solution solve(const Vector& right, double residual, int most_iterations) const;
+  // With the right sides divided by the diagonals. `progress` is called after each iteration with the residual.
+  [[nodiscard]] Solution solve(const Vector& right, double residual, int most_iterations,
+                               const std::function<void(double)>& progress = {}) const;
 
  private:
   struct Level {

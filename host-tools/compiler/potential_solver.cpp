@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 
@@ -26,6 +27,8 @@ constexpr double kTooNear =
 constexpr std::size_t kMostPoints = 3;  // that an extension looks at, inwards
 constexpr double kResidual = 1.0e-9;
 constexpr int kMostIterations = 200;
+constexpr double kBefore = 0.3;  // share of the time until the equations are known, and that of solving them
+constexpr double kSolving = 0.5;
 
 [[noreturn]] void refuse(const std::string& slug, const std::string& place, const std::string& cause,
                          const std::string& remedy) {
@@ -50,7 +53,8 @@ enum Place : unsigned char { kOutside, kUnknown, kFirstInclusion };
 
 class Solver {
  public:
-  explicit Solver(const PotentialProblem& problem) : problem_(problem) {
+  Solver(const PotentialProblem& problem, const std::function<void(double)>& progress)
+      : problem_(problem), progress_(progress) {
     potential_.grid = potential_grid(problem);
     for (std::size_t& count : potential_.grid.count) count += 2 * kRinging;
     potential_.grid.origin_m.array() -= static_cast<double>(kRinging) * problem.step_m;
@@ -169,7 +173,11 @@ class Solver {
       for (std::size_t end = 0; end < 6; ++end) known += row.weight[end] * value[end];
     }
     equations_.emplace(std::move(rows), grid().count, unknown_);
-    const Multigrid::Solution found = equations_->solve(right, kResidual, kMostIterations);
+    const Multigrid::Solution found =
+        equations_->solve(right, kResidual, kMostIterations, [this](double residual) {
+          if (progress_)
+            progress_(kBefore + kSolving * std::clamp(std::log(residual) / std::log(kResidual), 0.0, 1.0));
+        });
     if (!found.solved) {
       refuse("field-not-solved", problem_.place,
              "is not solved after " + std::to_string(found.iterations) + " iterations: the residual is " +
@@ -341,6 +349,7 @@ class Solver {
   }
 
   const PotentialProblem& problem_;
+  const std::function<void(double)>& progress_;
   Potential potential_;
   std::array<std::size_t, 3> stride_{};
   std::vector<unsigned char> place_;
@@ -350,46 +359,6 @@ class Solver {
 };
 
 }  // namespace
-
-double Solid::distance_m(const Vector3d& world) const {
-  const Vector3d p = rotation.conjugate() * (world - position_m);
-  const auto outside_of = [](const auto& over) {  // the distance from how far each bound is overstepped
-    return over.cwiseMax(0.0).norm() + std::min(over.maxCoeff(), 0.0);
-  };
-  switch (kind) {
-    case Kind::kSphere:
-      return p.norm() - radius_m;
-    case Kind::kBox:
-      return outside_of(Vector3d(p.cwiseAbs() - half_size_m));
-    case Kind::kCylinder:
-      return outside_of(
-          Eigen::Vector2d(std::hypot(p.x(), p.y()) - radius_m, std::abs(p.z()) - half_height_m));
-    case Kind::kCapsule:
-      return (p - std::clamp(p.z(), -half_height_m, half_height_m) * Vector3d::UnitZ()).norm() - radius_m;
-  }
-  return 0.0;
-}
-
-Vector3d Solid::reach_m() const {
-  switch (kind) {
-    case Kind::kSphere:
-      return Vector3d::Constant(radius_m);
-    case Kind::kBox:
-      return half_size_m;
-    case Kind::kCylinder:
-      return {radius_m, radius_m, half_height_m};
-    case Kind::kCapsule:
-      return {radius_m, radius_m, half_height_m + radius_m};
-  }
-  return Vector3d::Zero();
-}
-
-Vector3d Grid::point(std::size_t index) const {
-  const std::size_t x = index % count[0];
-  const std::size_t y = index / count[0] % count[1];
-  const std::size_t z = index / count[0] / count[1];
-  return origin_m + step_m * Vector3d(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));
-}
 
 Grid potential_grid(const PotentialProblem& problem) {
   Grid grid;
@@ -413,13 +382,13 @@ Grid potential_grid(const PotentialProblem& problem) {
   return grid;
 }
 
-Potential solve_potential(const PotentialProblem& problem) {
+Potential solve_potential(const PotentialProblem& problem, const std::function<void(double)>& progress) {
   const bool lifted = problem.source > 0.0 || !problem.inclusions.empty() || !problem.regions.empty();
   if (!lifted) {
     refuse("empty-field", problem.place, "has nothing that raises the potential: there would be no force",
            "give it a source, regions or inclusions");
   }
-  return Solver(problem).solve();
+  return Solver(problem, progress).solve();
 }
 
 }  // namespace thimble::host
