@@ -365,7 +365,6 @@ PYBIND11_MODULE(_thimble, m) {
   PYBIND11_NUMPY_DTYPE(TelemetryRow, time_s, arm, contacts, tip_m, force_N);
   PYBIND11_NUMPY_DTYPE(SimulationRow, time_s, arm, contacts, tip_m, proxy_m, force_N);
   set_compile_help({SolvedCache(SolvedCache::user_folder()), {}});
-
   static py::handle error_class;  // kept for good: the interpreter may be gone before static objects are
   m.def("set_error_class", [](py::object type) { error_class = type.release(); });
   py::register_exception_translator([](std::exception_ptr thrown) {
