@@ -158,7 +158,7 @@ Multigrid::Solution Multigrid::solve(const Vector& right, double least_residual,
   Solution found{zero, 0, scale > 0.0 ? 1.0 : 0.0, true};
   if (!(scale > 0.0)) return found;
   Vector r = right;
-  const Vector shadow = right;
+  const Vector& shadow = right;
   Vector p = zero;
   Vector v = zero;
   double rho = 1;

@@ -6,6 +6,7 @@
 #include <Eigen/Sparse>
 #include <Eigen/SparseLU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -38,8 +39,9 @@ System random_system(Random& random) {
     const bool fill = part > 0 || random.below(2) == 0;
     const Eigen::Vector3d size(random.uniform(0.3, 12), random.uniform(0.3, 12), random.uniform(0.3, 12));
     for (std::size_t i = 0; i < in.size(); ++i) {
-      const Eigen::Vector3d p(static_cast<double>(i % nx), static_cast<double>(i / nx % ny),
-                              static_cast<double>(i / nx / ny));
+      const std::array<std::size_t, 3> at{i % nx, i / nx % ny, i / nx / ny};
+      const Eigen::Vector3d p(static_cast<double>(at[0]), static_cast<double>(at[1]),
+                              static_cast<double>(at[2]));
       const bool rim = p.minCoeff() < 1 || p.x() > static_cast<double>(nx) - 2 ||
                        p.y() > static_cast<double>(ny) - 2 || p.z() > static_cast<double>(nz) - 2;
       if (!rim && (p - centre).cwiseQuotient(size).norm() < 1) in[i] = fill;
