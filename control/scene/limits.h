@@ -9,11 +9,11 @@ namespace thimble::control {
 
 inline constexpr std::size_t kMaxArms = 2;
 inline constexpr std::size_t kMaxObjects = 64;
-inline constexpr std::size_t kMaxTriangles = 1U << 20U;      // of all meshes of a scene together
 inline constexpr std::size_t kMaxHeightSamples = 1U << 19U;  // of one height field: two triangles each
-inline constexpr std::size_t kMaxBodies = 16;                // objects that move
-inline constexpr std::size_t kMaxBodyContacts = 96;          // points where bodies touch something
-inline constexpr std::size_t kMaxPieces = 16;                // convex, of a mesh that moves
+inline constexpr std::size_t kMaxTriangles = (1U << 20U) + (1U << 14U);  // of all meshes of a scene
+inline constexpr std::size_t kMaxBodies = 16;                            // objects that move
+inline constexpr std::size_t kMaxBodyContacts = 96;  // points where bodies touch something
+inline constexpr std::size_t kMaxPieces = 16;        // convex, of a mesh that moves
 inline constexpr std::size_t kMinPieceCorners = 4;
 inline constexpr std::size_t kMaxPieceCorners = 128;          // of one piece
 inline constexpr std::size_t kMaxTextureSamples = 1U << 16U;  // of one texture

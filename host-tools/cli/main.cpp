@@ -11,6 +11,7 @@
 #include "board/sim/plant.h"
 #include "firmware/core/faults.h"
 #include "firmware/params.h"
+#include "host-tools/cli/compile_progress.h"
 #include "host-tools/cli/number_between.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
@@ -418,6 +419,7 @@ int run(int argc, char** argv) {
       return static_cast<int>(ExitCode::kUsage);
     }
     refuse_unknown_verb(app, arguments);
+    help_compiler(json);
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::Success& wish) {  // --help, --version

@@ -11,6 +11,7 @@
 #include "control/scene/check.h"
 #include "control/scene/limits.h"
 #include "control/scene/shape_table.h"
+#include "host-tools/compiler/compile_help.h"
 #include "host-tools/compiler/height_grid.h"
 #include "host-tools/compiler/mesh_file.h"
 #include "host-tools/compiler/mesh_pieces.h"
@@ -20,6 +21,10 @@
 
 namespace thimble::host {
 namespace {
+
+void tell(const std::string& object, double share) {
+  if (const auto& progress = compile_help().progress) progress(object, share);
+}
 
 class ImageWriter {
  public:
@@ -55,6 +60,13 @@ class ImageWriter {
   flatbuffers::Offset<scene::Object> write_object(const SceneObject& object) {
     report_.objects.push_back({object.name, object.shape_word, {}});
     object_ = &object;
+    const struct Told {
+      const std::string& name;
+      explicit Told(const std::string& object_name) : name(object_name) { tell(name, 0.0); }
+      Told(const Told&) = delete;
+      Told& operator=(const Told&) = delete;
+      ~Told() { tell(name, 1.0); }
+    } told(object.name);
     pieces_.push_back(1);
     const AnyShape shape = std::visit([&](const auto& each) { return write_shape(each); }, object.shape);
     const auto name = builder_.CreateString(object.name);
@@ -91,7 +103,9 @@ class ImageWriter {
   AnyShape write_shape(const NeedleShape& needle) { return host::write_shape(builder_, needle); }
   AnyShape write_shape(const TissueShape& tissue) { return host::write_shape(builder_, tissue); }
   AnyShape write_shape(const VectorFieldShape& field) { return host::write_shape(builder_, field); }
-  AnyShape write_shape(const PotentialFieldShape& field) { return host::write_shape(builder_, field); }
+  AnyShape write_shape(const PotentialFieldShape& field) {
+    return host::write_shape(builder_, field, [this](double share) { tell(object_->name, share); });
+  }
   AnyShape write_shape(const PrimitiveShape& primitive) {
     mass_ = {Eigen::Vector3d::Zero(), primitive.unit_inertia_m2.asDiagonal()};
     return {object_->kind, primitive.write(builder_)};
@@ -118,6 +132,7 @@ class ImageWriter {
     in_scene.tip_radius_m = report_.tip_radius_m;
     if (const auto& texture = object_->material.surface.texture)
       in_scene.texture = MeshTexture{texture->mapping, texture->tile_m};
+    in_scene.progress = [this](double share) { tell(object_->name, share); };
     const CompiledMesh mesh = compile_mesh(soup, in_scene, name);
     triangles_ += mesh.triangles.size();
     if (triangles_ > control::kMaxTriangles) {

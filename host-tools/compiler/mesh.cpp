@@ -166,11 +166,18 @@ std::vector<std::uint32_t> shading_normals(const Surface& surface, const Adjacen
 }  // namespace
 
 CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, const std::string& name) {
+  // Shares as of a height field of 724 x 724.
+  const auto tell = [&options](double share) {
+    if (options.progress) options.progress(share);
+  };
   CompiledMesh mesh;
   Surface surface = clean_surface(soup, name, mesh.report);
+  tell(0.25);
   MeshTree tree = build_tree(surface.at_m, surface.triangles);
+  tell(0.5);
   put_in_leaf_order(surface, tree);
   const Adjacency adjacency = orient(surface, tree, options.side == MeshSide::kInside, mesh.report);
+  tell(0.6);
   const std::size_t count = surface.triangles.size();
 
   mesh.flags.resize(count);
@@ -182,6 +189,7 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
   }
   flag_crossings(surface, tree, mesh.flags);
   mesh.seams = flag_seams(surface, tree, adjacency, mesh.flags);
+  tell(0.85);
 
   std::vector<Vector3d> face_normals(count);
   for (std::size_t t = 0; t < count; ++t) {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,6 +39,8 @@ struct MeshOptions {
   bool height_field = false;         // only faces that look up (+z) are shaded, and only into each other
   std::optional<MeshTexture> texture{};
   double tip_radius_m = 0.0;  // of the scene
+  std::function<void(double)>
+      progress{};  // called between the steps, with the share of the time that has passed
 };
 
 // The compiler's report: what a user wants to know about the mesh before touching it.

@@ -1,13 +1,14 @@
 #include "host-tools/compiler/potential_solver.h"
 
-#include <Eigen/IterativeLinearSolvers>
-#include <Eigen/Sparse>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 
 #include "control/scene/limits.h"
+#include "host-tools/compiler/multigrid.h"
 #include "host-tools/compiler/scene_value.h"
 #include "host-tools/error.h"
 
@@ -25,8 +26,9 @@ constexpr double kTooNear =
     0.3;  // of a step: a sample so near to the wall makes the extension's slope uncertain
 constexpr std::size_t kMostPoints = 3;  // that an extension looks at, inwards
 constexpr double kResidual = 1.0e-9;
-constexpr int kMostIterations = 2000;
-constexpr std::int32_t kNotUnknown = -1;
+constexpr int kMostIterations = 200;
+constexpr double kBefore = 0.3;  // share of the time until the equations are known, and that of solving them
+constexpr double kSolving = 0.5;
 
 [[noreturn]] void refuse(const std::string& slug, const std::string& place, const std::string& cause,
                          const std::string& remedy) {
@@ -51,7 +53,8 @@ enum Place : unsigned char { kOutside, kUnknown, kFirstInclusion };
 
 class Solver {
  public:
-  explicit Solver(const PotentialProblem& problem) : problem_(problem) {
+  Solver(const PotentialProblem& problem, const std::function<void(double)>& progress)
+      : problem_(problem), progress_(progress) {
     potential_.grid = potential_grid(problem);
     for (std::size_t& count : potential_.grid.count) count += 2 * kRinging;
     potential_.grid.origin_m.array() -= static_cast<double>(kRinging) * problem.step_m;
@@ -71,7 +74,7 @@ class Solver {
   // The end of one arm of the stencil, `steps` away: at an unknown, or at a known value.
   struct Arm {
     double steps = 1;
-    std::int32_t unknown = kNotUnknown;
+    std::int32_t unknown = kNoUnknown;
     double value = 0;
   };
 
@@ -112,7 +115,7 @@ class Solver {
   }
 
   void number_unknowns() {
-    unknown_.assign(grid().size(), kNotUnknown);
+    unknown_.assign(grid().size(), kNoUnknown);
     for (std::size_t i = 0; i < grid().size(); ++i) {
       if (place_[i] != kUnknown) continue;
       unknown_[i] = static_cast<std::int32_t>(point_.size());
@@ -134,11 +137,11 @@ class Solver {
     const Vector3d b = grid().point(to);
     if (place_[to] == kOutside) {
       const double steps = crossing([&](const Vector3d& p) { return problem_.shape.distance_m(p); }, a, b);
-      return {std::max(steps, kOnSurface), kNotUnknown, 0.0};
+      return {std::max(steps, kOnSurface), kNoUnknown, 0.0};
     }
     const PotentialProblem::Inclusion& inclusion = problem_.inclusions[place_[to] - kFirstInclusion];
     const double steps = crossing([&](const Vector3d& p) { return -inclusion.solid.distance_m(p); }, a, b);
-    return {std::max(steps, kOnSurface), kNotUnknown, inclusion.potential};
+    return {std::max(steps, kOnSurface), kNoUnknown, inclusion.potential};
   }
 
   // The share of a cell about p that lies in a region: sources that begin between points keep their amount.
@@ -152,49 +155,36 @@ class Solver {
 
   void solve_inside() {
     const auto size = static_cast<Eigen::Index>(point_.size());
-    std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(7 * point_.size());
+    std::vector<StencilRow> rows(point_.size());
     Eigen::VectorXd right(size);
-    for (Eigen::Index row = 0; row < size; ++row) {
-      const std::size_t i = point_[static_cast<std::size_t>(row)];
-      double diagonal = 0;
-      double known = grid().step_m * grid().step_m * source_at(grid().point(i));
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const std::array<Arm, 2> arms{arm(i, axis, false), arm(i, axis, true)};
-        const double both = arms[0].steps + arms[1].steps;
-        diagonal += 2.0 / (arms[0].steps * arms[1].steps);
-        for (const Arm& end : arms) {
-          const double weight = 2.0 / (end.steps * both);
-          if (end.unknown == kNotUnknown) {
-            known += weight * end.value;
-          } else {
-            entries.emplace_back(row, end.unknown, -weight);
-          }
-        }
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      StencilRow& row = rows[k];
+      const std::size_t i = point_[k];
+      std::array<double, 6> value{};
+      for (std::size_t end = 0; end < 6; ++end) {
+        const Arm found = arm(i, end / 2, end % 2 == 1);
+        row.to[end] = found.unknown;
+        row.steps[end] = found.steps;
+        value[end] = found.value;
       }
-      // Rows of diagonal one: where an arm is short they would outweigh all others.
-      for (std::size_t last = entries.size(); last > 0 && entries[last - 1].row() == row; --last) {
-        entries[last - 1] = {entries[last - 1].row(), entries[last - 1].col(),
-                             entries[last - 1].value() / diagonal};
-      }
-      entries.emplace_back(row, row, 1.0);
-      right[row] = known / diagonal;
+      row.set_weights();
+      double& known = right[static_cast<Eigen::Index>(k)];
+      known = grid().step_m * grid().step_m * source_at(grid().point(i)) / row.diagonal;
+      for (std::size_t end = 0; end < 6; ++end) known += row.weight[end] * value[end];
     }
-    Eigen::SparseMatrix<double, Eigen::RowMajor> matrix(size, size);
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    Eigen::BiCGSTAB<Eigen::SparseMatrix<double, Eigen::RowMajor>, Eigen::IncompleteLUT<double>> solver;
-    solver.preconditioner().setDroptol(1.0e-3);
-    solver.preconditioner().setFillfactor(4);
-    solver.setTolerance(kResidual);
-    solver.setMaxIterations(kMostIterations);
-    solver.compute(matrix);
-    const Eigen::VectorXd solution = solver.solve(right);
-    if (solver.info() != Eigen::Success || !solution.allFinite()) {
+    equations_.emplace(std::move(rows), grid().count, unknown_);
+    const Multigrid::Solution found =
+        equations_->solve(right, kResidual, kMostIterations, [this](double residual) {
+          if (progress_)
+            progress_(kBefore + kSolving * std::clamp(std::log(residual) / std::log(kResidual), 0.0, 1.0));
+        });
+    if (!found.solved) {
       refuse("field-not-solved", problem_.place,
-             "is not solved after " + std::to_string(solver.iterations()) + " iterations: the residual is " +
-                 number(solver.error()),
+             "is not solved after " + std::to_string(found.iterations) + " iterations: the residual is " +
+                 number(found.residual),
              "change step_m a little");
     }
+    const Eigen::VectorXd& solution = found.values;
     potential_.samples.assign(grid().size(), 0.0);
     for (std::size_t i = 0; i < grid().size(); ++i) {
       if (place_[i] == kUnknown) potential_.samples[i] = solution[unknown_[i]];
@@ -202,6 +192,15 @@ class Solver {
         potential_.samples[i] = problem_.inclusions[place_[i] - kFirstInclusion].potential;
       }
     }
+  }
+
+  // An arm of an unknown, as solve_inside() found it.
+  [[nodiscard]] Arm known_arm(std::size_t from, std::size_t axis, bool forwards) const {
+    const StencilRow& row = equations_->rows()[static_cast<std::size_t>(unknown_[from])];
+    const std::size_t end = 2 * axis + (forwards ? 1 : 0);
+    const unsigned char place = place_[forwards ? from + stride_[axis] : from - stride_[axis]];
+    return {row.steps[end], row.to[end],
+            place >= kFirstInclusion ? problem_.inclusions[place - kFirstInclusion].potential : 0.0};
   }
 
   // The value at -back steps of the polynomial through (0, 0) and the points (steps, value).
@@ -230,14 +229,14 @@ class Solver {
       at = next(at);
     } while (place_[at] == place_[to]);
     if (place_[at] != kUnknown) return false;
-    const Arm wall = arm(at, axis, !forwards);
+    const Arm wall = known_arm(at, axis, !forwards);
     std::array<std::pair<double, double>, kMostPoints + 1> points;
     std::size_t count = 0;
     while (count < kMostPoints) {
       points[count] = {wall.steps + static_cast<double>(count), potential_.samples[at] - wall.value};
       ++count;
-      const Arm end = arm(at, axis, forwards);
-      if (end.unknown == kNotUnknown) {
+      const Arm end = known_arm(at, axis, forwards);
+      if (end.unknown == kNoUnknown) {
         points[count] = {points[count - 1].first + end.steps, end.value - wall.value};
         ++count;
         break;
@@ -350,54 +349,16 @@ class Solver {
   }
 
   const PotentialProblem& problem_;
+  const std::function<void(double)>& progress_;
   Potential potential_;
   std::array<std::size_t, 3> stride_{};
   std::vector<unsigned char> place_;
   std::vector<std::int32_t> unknown_;  // its number, at each point of the grid
   std::vector<std::size_t> point_;     // of each unknown
+  std::optional<Multigrid> equations_;
 };
 
 }  // namespace
-
-double Solid::distance_m(const Vector3d& world) const {
-  const Vector3d p = rotation.conjugate() * (world - position_m);
-  const auto outside_of = [](const auto& over) {  // the distance from how far each bound is overstepped
-    return over.cwiseMax(0.0).norm() + std::min(over.maxCoeff(), 0.0);
-  };
-  switch (kind) {
-    case Kind::kSphere:
-      return p.norm() - radius_m;
-    case Kind::kBox:
-      return outside_of(Vector3d(p.cwiseAbs() - half_size_m));
-    case Kind::kCylinder:
-      return outside_of(
-          Eigen::Vector2d(std::hypot(p.x(), p.y()) - radius_m, std::abs(p.z()) - half_height_m));
-    case Kind::kCapsule:
-      return (p - std::clamp(p.z(), -half_height_m, half_height_m) * Vector3d::UnitZ()).norm() - radius_m;
-  }
-  return 0.0;
-}
-
-Vector3d Solid::reach_m() const {
-  switch (kind) {
-    case Kind::kSphere:
-      return Vector3d::Constant(radius_m);
-    case Kind::kBox:
-      return half_size_m;
-    case Kind::kCylinder:
-      return {radius_m, radius_m, half_height_m};
-    case Kind::kCapsule:
-      return {radius_m, radius_m, half_height_m + radius_m};
-  }
-  return Vector3d::Zero();
-}
-
-Vector3d Grid::point(std::size_t index) const {
-  const std::size_t x = index % count[0];
-  const std::size_t y = index / count[0] % count[1];
-  const std::size_t z = index / count[0] / count[1];
-  return origin_m + step_m * Vector3d(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));
-}
 
 Grid potential_grid(const PotentialProblem& problem) {
   Grid grid;
@@ -421,13 +382,13 @@ Grid potential_grid(const PotentialProblem& problem) {
   return grid;
 }
 
-Potential solve_potential(const PotentialProblem& problem) {
+Potential solve_potential(const PotentialProblem& problem, const std::function<void(double)>& progress) {
   const bool lifted = problem.source > 0.0 || !problem.inclusions.empty() || !problem.regions.empty();
   if (!lifted) {
     refuse("empty-field", problem.place, "has nothing that raises the potential: there would be no force",
            "give it a source, regions or inclusions");
   }
-  return Solver(problem).solve();
+  return Solver(problem, progress).solve();
 }
 
 }  // namespace thimble::host

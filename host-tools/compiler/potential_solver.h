@@ -11,6 +11,8 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -70,6 +72,13 @@ struct Potential {
 
 // Throws Error (kBadInput): the grid has more points than the controller takes, or too few in the solid or an inclusion; an
 // inclusion that reaches out of the solid or meets another one; nothing that raises the potential.
-[[nodiscard]] Potential solve_potential(const PotentialProblem& problem);
+// `progress` is called now and then with the share of the work that is done, below 1.
+[[nodiscard]] Potential solve_potential(const PotentialProblem& problem,
+                                        const std::function<void(double)>& progress = {});
+
+// Numbers that the coefficients depend on, as bytes, with the version of the method: the key of a cache. A change of the solver that changes
+// a coefficient changes kPotentialVersion.
+inline constexpr std::uint32_t kPotentialVersion = 1;
+[[nodiscard]] std::string potential_key(const PotentialProblem& problem);
 
 }  // namespace thimble::host

@@ -1,10 +1,14 @@
 #include "host-tools/compiler/scene_field.h"
 
 #include <cmath>
+#include <cstring>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "control/scene/limits.h"
+#include "host-tools/compiler/compile_help.h"
 #include "host-tools/compiler/scene_pose.h"
 #include "host-tools/compiler/to_scene.h"
 
@@ -256,14 +260,13 @@ std::pair<scene::Shape, flatbuffers::Offset<void>> write_shape(flatbuffers::Flat
           scene::CreateVectorField(builder, builder.CreateVector(subvolumes), &lo, &hi).Union()};
 }
 
-std::pair<scene::Shape, flatbuffers::Offset<void>> write_shape(flatbuffers::FlatBufferBuilder& builder,
-                                                               const PotentialFieldShape& field) {
-  const Potential potential = solve_potential(field.problem);
-  const Grid& grid = potential.grid;
-  std::vector<std::uint16_t> count;
-  for (const std::size_t each : grid.count) count.push_back(static_cast<std::uint16_t>(each));
+namespace {
+
+// What the image holds of a solved potential.
+std::vector<float> coefficients_of(const PotentialFieldShape& field,
+                                   const std::function<void(double)>& progress) {
   std::vector<float> coefficients;
-  for (const double each : potential.coefficients) {
+  for (const double each : solve_potential(field.problem, progress).coefficients) {
     constexpr auto kMost = static_cast<double>(control::kMaxPotential);
     if (!(std::abs(each) <= kMost)) {
       throw Error(ExitCode::kBadInput, "potential-too-high",
@@ -274,6 +277,35 @@ std::pair<scene::Shape, flatbuffers::Offset<void>> write_shape(flatbuffers::Flat
     }
     coefficients.push_back(static_cast<float>(each));
   }
+  return coefficients;
+}
+
+std::vector<float> cached_coefficients(const PotentialFieldShape& field, std::size_t size,
+                                       const std::function<void(double)>& progress) {
+  const std::optional<SolvedCache>& cache = compile_help().cache;
+  if (!cache) return coefficients_of(field, progress);
+  const std::string key = potential_key(field.problem);
+  const std::optional<std::string> kept = cache->find(key);
+  std::vector<float> coefficients(size);
+  if (kept && kept->size() == size * sizeof(float)) {
+    std::memcpy(coefficients.data(), kept->data(), kept->size());
+    return coefficients;
+  }
+  coefficients = coefficients_of(field, progress);
+  const std::span<const std::byte> bytes = std::as_bytes(std::span(coefficients));
+  cache->keep(key, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return coefficients;
+}
+
+}  // namespace
+
+std::pair<scene::Shape, flatbuffers::Offset<void>> write_shape(flatbuffers::FlatBufferBuilder& builder,
+                                                               const PotentialFieldShape& field,
+                                                               const std::function<void(double)>& progress) {
+  const Grid grid = potential_grid(field.problem);
+  const std::vector<float> coefficients = cached_coefficients(field, grid.size(), progress);
+  std::vector<std::uint16_t> count;
+  for (const std::size_t each : grid.count) count.push_back(static_cast<std::uint16_t>(each));
   const scene::Vec3 origin = to_scene(grid.origin_m);
   const auto counts = builder.CreateVector(count);
   return {scene::Shape::PotentialField,

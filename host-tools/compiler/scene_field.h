@@ -45,8 +45,9 @@ struct PotentialFieldShape {
 
 [[nodiscard]] std::pair<scene::Shape, flatbuffers::Offset<void>> write_shape(
     flatbuffers::FlatBufferBuilder& builder, const VectorFieldShape& field);
-// Solves it: throws what solve_potential throws.
+// Solves it, or takes the solution from the cache of compile_help.h. Throws what solve_potential throws, with its `progress`.
 [[nodiscard]] std::pair<scene::Shape, flatbuffers::Offset<void>> write_shape(
-    flatbuffers::FlatBufferBuilder& builder, const PotentialFieldShape& field);
+    flatbuffers::FlatBufferBuilder& builder, const PotentialFieldShape& field,
+    const std::function<void(double)>& progress);
 
 }  // namespace thimble::host

@@ -4,10 +4,30 @@
 #include <cstdint>
 #include <vector>
 
+#include "control/scene/limits.h"
 #include "host-tools/error.h"
 
 namespace thimble::host {
 namespace {
+
+// The bottom's inner ring has a point for this many of its rim: a few long triangles remain in its middle.
+constexpr std::uint32_t kCoarser = 16;
+
+// Points along the edge of a rectangle, counter-clockwise as seen from above, from its first corner.
+struct Ring {
+  std::uint32_t along_x;  // steps
+  std::uint32_t along_y;
+  std::vector<std::uint32_t> points;
+
+  [[nodiscard]] std::uint32_t at(std::size_t i) const { return points[i % points.size()]; }
+  template <typename Visit>
+  void each(const Visit& visit) const {
+    for (std::uint32_t x = 0; x < along_x; ++x) visit(x, 0U);
+    for (std::uint32_t y = 0; y < along_y; ++y) visit(along_x, y);
+    for (std::uint32_t x = along_x; x > 0; --x) visit(x, along_y);
+    for (std::uint32_t y = along_y; y > 0; --y) visit(0U, y);
+  }
+};
 
 class BlockBuilder {
  public:
@@ -21,56 +41,43 @@ class BlockBuilder {
         const std::uint32_t c = point(x + 1, y + 1);
         const std::uint32_t d = point(x, y + 1);
         if ((x + y) % 2 == 0) {
-          add({a, b, c}, false);
-          add({a, c, d}, false);
+          add({a, b, c});
+          add({a, c, d});
         } else {
-          add({a, b, d}, false);
-          add({b, c, d}, false);
+          add({a, b, d});
+          add({b, c, d});
         }
       }
     }
   }
 
-  // Walls down from the rim, which is given counter-clockwise; one point below each of the rim's.
-  void walls(const std::vector<std::uint32_t>& rim, double bottom_m) {
-    below_.assign(soup_.vertices_m.size(), 0);
-    for (const std::uint32_t v : rim) {
-      below_[v] = static_cast<std::uint32_t>(soup_.vertices_m.size());
-      const Eigen::Vector3d& p = soup_.vertices_m[v];
-      soup_.vertices_m.emplace_back(p.x(), p.y(), bottom_m);
+  // Walls down from the rim to the same number of points of the bottom.
+  void walls_and_bottom(const Eigen::Vector2d& size_m, double bottom_m) {
+    Ring foot{columns() - 1, rows() - 1, {}};
+    std::vector<std::uint32_t> rim;
+    foot.each([&](std::uint32_t x, std::uint32_t y) { rim.push_back(point(x, y)); });
+    const auto bottom_point = [&](double x, double y) {
+      soup_.vertices_m.emplace_back(x, y, bottom_m);
+      return static_cast<std::uint32_t>(soup_.vertices_m.size() - 1);
+    };
+    for (const std::uint32_t v : rim)
+      foot.points.push_back(bottom_point(soup_.vertices_m[v].x(), soup_.vertices_m[v].y()));
+    for (std::uint32_t i = 0; i < foot.points.size(); ++i) {
+      const std::uint32_t next = rim[(i + 1) % rim.size()];
+      add({rim[i], foot.at(i), foot.at(i + 1)});
+      add({rim[i], foot.at(i + 1), next});
     }
-    for (std::size_t i = 0; i < rim.size(); ++i) {
-      const std::uint32_t a = rim[i];
-      const std::uint32_t b = rim[(i + 1) % rim.size()];
-      add({a, below_[a], below_[b]}, false);
-      add({a, below_[b], b}, false);
+    if (std::min(foot.along_x, foot.along_y) >= kCoarser * 4) {
+      Ring inner{foot.along_x / kCoarser - 2, foot.along_y / kCoarser - 2, {}};
+      const Eigen::Array2d cells(inner.along_x + 2, inner.along_y + 2);
+      inner.each([&](std::uint32_t x, std::uint32_t y) {
+        const Eigen::Array2d part = Eigen::Array2d(x + 1, y + 1) / cells - 0.5;
+        inner.points.push_back(bottom_point(part.x() * size_m.x(), part.y() * size_m.y()));
+      });
+      join(foot, inner);
+      foot = std::move(inner);
     }
-  }
-
-  // Strips across the shorter way and a fan from each end of the first and the last line between them: no
-  // corner has more faces than the controller goes round.
-  void bottom() {
-    const bool along_x = columns() >= rows();
-    const std::uint32_t length = along_x ? columns() : rows();
-    const std::uint32_t width = along_x ? rows() : columns();
-    const auto at = [&](std::uint32_t i, std::uint32_t j) {
-      return below_[along_x ? point(i, j) : point(j, i)];
-    };
-    const auto strip = [&](std::uint32_t i) {  // from line i to i + 1
-      add({at(i, 0), at(i + 1, width - 1), at(i + 1, 0)}, !along_x);
-      add({at(i, 0), at(i, width - 1), at(i + 1, width - 1)}, !along_x);
-    };
-    const auto fan = [&](std::uint32_t edge, std::uint32_t line, bool turned) {
-      const std::uint32_t middle = (width - 1) / 2;
-      for (std::uint32_t j = 0; j + 1 < width; ++j) {
-        add({at(edge, j), at(edge, j + 1), at(line, j < middle ? 0 : width - 1)}, turned);
-      }
-      add({at(edge, middle), at(line, width - 1), at(line, 0)}, turned);
-    };
-    if (length == 2) return strip(0);
-    fan(0, 1, !along_x);
-    for (std::uint32_t i = 1; i + 2 < length; ++i) strip(i);
-    fan(length - 1, length - 2, along_x);
+    close(foot);
   }
 
   [[nodiscard]] std::uint32_t columns() const { return static_cast<std::uint32_t>(grid_.columns); }
@@ -78,14 +85,39 @@ class BlockBuilder {
   [[nodiscard]] std::uint32_t point(std::uint32_t x, std::uint32_t y) const { return y * columns() + x; }
 
  private:
-  void add(std::array<std::uint32_t, 3> t, bool turned) {
-    if (turned) std::swap(t[1], t[2]);
-    soup_.triangles.push_back(t);
+  // Between the rim of the bottom and a coarser ring inside it: from each edge to the nearest point of the other ring.
+  // Without that ring, thousands of points are on few lines: triangles lower than their points are exact.
+  void join(const Ring& outer, const Ring& inner) {
+    std::uint32_t o = 0;
+    std::uint32_t g = 0;
+    const auto side = [&](std::uint32_t outer_steps, std::uint32_t inner_steps) {
+      std::uint32_t passed = 0;
+      for (std::uint32_t i = 0; i < outer_steps; ++i, ++o) {
+        const std::uint32_t nearest = ((2 * i + 1) * inner_steps + outer_steps) / (2 * outer_steps);
+        for (; passed < nearest; ++passed, ++g) add({outer.at(o), inner.at(g), inner.at(g + 1)});
+        add({outer.at(o), inner.at(g), outer.at(o + 1)});
+      }
+    };
+    side(outer.along_x, inner.along_x);
+    side(outer.along_y, inner.along_y);
+    side(outer.along_x, inner.along_x);
+    side(outer.along_y, inner.along_y);
   }
+
+  // The area of a ring, in bands across it from its first corner to the opposite one: every band is as wide as a step.
+  void close(const Ring& ring) {
+    const std::uint32_t end = ring.along_x + ring.along_y;
+    const auto left = [&](std::uint32_t i) { return ring.at(ring.points.size() - i); };
+    for (std::uint32_t i = 0; i < end; ++i) {
+      if (i > 0) add({left(i), ring.at(i + 1), ring.at(i)});
+      if (i + 1 < end) add({left(i), left(i + 1), ring.at(i + 1)});
+    }
+  }
+
+  void add(std::array<std::uint32_t, 3> t) { soup_.triangles.push_back(t); }
 
   const HeightGrid& grid_;
   TriangleSoup& soup_;
-  std::vector<std::uint32_t> below_;  // the bottom's point for each point of the rim
 };
 
 }  // namespace
@@ -125,13 +157,14 @@ TriangleSoup height_field_soup(const HeightFieldShape& shape, const HeightGrid& 
   }
   BlockBuilder block(grid, soup);
   block.top();
-  std::vector<std::uint32_t> rim;
-  for (std::uint32_t x = 0; x + 1 < block.columns(); ++x) rim.push_back(block.point(x, 0));
-  for (std::uint32_t y = 0; y + 1 < block.rows(); ++y) rim.push_back(block.point(block.columns() - 1, y));
-  for (std::uint32_t x = block.columns() - 1; x > 0; --x) rim.push_back(block.point(x, block.rows() - 1));
-  for (std::uint32_t y = block.rows() - 1; y > 0; --y) rim.push_back(block.point(0, y));
-  block.walls(rim, bottom_m);
-  block.bottom();
+  block.walls_and_bottom(shape.size_m, bottom_m);
+  if (soup.triangles.size() > control::kMaxTriangles) {
+    throw Error(ExitCode::kBadInput, "too-many-samples",
+                name + ": the grid is " + std::to_string(grid.columns) + " x " + std::to_string(grid.rows) +
+                    " values; with its walls it has " + std::to_string(soup.triangles.size()) +
+                    " triangles, at most " + std::to_string(control::kMaxTriangles) + " are allowed",
+                "make the grid coarser along its long side");
+  }
   return soup;
 }
 

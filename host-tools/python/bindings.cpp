@@ -21,6 +21,7 @@
 #include "host-tools/client/discovery.h"
 #include "host-tools/client/key_file.h"
 #include "host-tools/compiler/compile.h"
+#include "host-tools/compiler/compile_help.h"
 #include "host-tools/error.h"
 #include "host-tools/files/image_file.h"
 #include "host-tools/lab/scene_columns.h"
@@ -366,7 +367,7 @@ void home(Connection& connection) {
 PYBIND11_MODULE(_thimble, m) {
   PYBIND11_NUMPY_DTYPE(TelemetryRow, time_s, arm, contacts, tip_m, force_N);
   PYBIND11_NUMPY_DTYPE(SimulationRow, time_s, arm, contacts, tip_m, proxy_m, force_N);
-
+  set_compile_help({SolvedCache(SolvedCache::user_folder()), {}});
   static py::handle error_class;  // kept for good: the interpreter may be gone before static objects are
   m.def("set_error_class", [](py::object type) { error_class = type.release(); });
   py::register_exception_translator([](std::exception_ptr thrown) {

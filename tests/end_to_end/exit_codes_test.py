@@ -332,6 +332,57 @@ class Manners(Rig):
         self.assertEqual(again.read_bytes(), fixed.read_bytes(), "a repair of a repaired mesh changes nothing")
         self.assertEqual(self.run_thimble("mesh", self.folder / "absent.obj", "--output", again).code, 10)
 
+    def potential_scene(self, side_m):
+        file = self.folder / "potential.scene.json"
+        file.write_text(json.dumps({
+            "thimble_scene": 1, "name": "potential",
+            "objects": [{"name": "jelly", "material": {"stiffness_N_m": 300, "damping_N_s_m": 1},
+                         "shape": {"potential_field": {"shape": {"box": {"size_m": [side_m] * 3}}, "step_m": 0.001,
+                                                       "source_per_m": 50}}}]}))
+        return file
+
+    def test_a_solved_potential_is_kept(self):
+        scene, image = self.potential_scene(0.02), self.folder / "potential.thim"
+        kept = Path(self.environment["XDG_CACHE_HOME"]) / "thimble"
+        self.assertEqual(self.ok("compile", scene, "--output", image).err, "")
+        first = image.read_bytes()
+        entries = list(kept.iterdir())
+        self.assertEqual(len(entries), 1)
+        written = entries[0].stat().st_ino
+        self.ok("compile", scene, "--output", image)
+        self.assertEqual(image.read_bytes(), first)
+        self.assertEqual(entries[0].stat().st_ino, written, "it was found")
+        entries[0].write_bytes(b"")
+        self.ok("compile", scene, "--output", image)
+        self.assertEqual(image.read_bytes(), first)
+        self.assertGreater(entries[0].stat().st_size, 0)
+        for nowhere in ["/proc/none", "relative", str(scene)]:
+            self.environment["XDG_CACHE_HOME"] = nowhere
+            self.environment["HOME"] = nowhere
+            self.assertEqual(self.ok("compile", scene, "--output", image).err, "")
+            self.assertEqual(image.read_bytes(), first)
+
+    def test_a_long_compile_shows_progress_on_a_terminal_only(self):
+        scene = self.potential_scene(0.12)  # more than a second on any machine
+        for options, shown in [([], True), (["--json"], False)]:
+            shutil.rmtree(self.environment["XDG_CACHE_HOME"], ignore_errors=True)
+            terminal, end = os.openpty()
+            with subprocess.Popen([BIN / "thimble", "compile", scene, "--output", self.folder / "long.thim", *options],
+                                  stdout=subprocess.DEVNULL, stderr=end, env=self.environment) as command:
+                os.close(end)
+                text = b""
+                try:
+                    while chunk := os.read(terminal, 4096):
+                        text += chunk
+                except OSError:  # the other end is closed
+                    pass
+                os.close(terminal)
+                self.assertEqual(command.wait(), 0)
+            if shown:
+                self.assertRegex(text.decode(), r"compiling jelly: \d+ %.*\r\x1b\[K$")
+            else:
+                self.assertEqual(text, b"")
+
     def test_compile_reports_the_mesh(self):
         scene = self.ball_scene(10)
         image = self.folder / "ball.thim"

@@ -169,7 +169,7 @@ class Rig(unittest.TestCase):
     def setUp(self):
         self.runtime = Path(tempfile.mkdtemp(prefix="thimble-run-"))
         self.addCleanup(shutil.rmtree, self.runtime, ignore_errors=True)
-        self.environment = dict(os.environ, XDG_RUNTIME_DIR=str(self.runtime))
+        self.environment = dict(os.environ, XDG_RUNTIME_DIR=str(self.runtime), XDG_CACHE_HOME=str(self.runtime / "cache"))
         self.names = 0
 
     def next_name(self):

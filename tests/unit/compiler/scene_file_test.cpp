@@ -100,8 +100,8 @@ TEST(SceneFile, ReadsEveryKeyIntoTheImage) {
 
   // A 76 x 76 grid: its points, those of its rim again below, and the triangles of top, walls and bottom.
   const scene::Mesh& phone = *objects[7]->shape_as_Mesh();
-  EXPECT_EQ(phone.vertices()->size(), 76U * 76U + 4U * 75U);
-  EXPECT_EQ(phone.triangles()->size(), 2U * 75U * 75U + 8U * 75U + 4U * 75U - 2U);
+  EXPECT_EQ(phone.vertices()->size(), 76U * 76U + 4U * 75U + 8U);
+  EXPECT_EQ(phone.triangles()->size(), 2U * 75U * 75U + 8U * 75U + 4U * 75U - 2U + 16U);
   EXPECT_EQ(phone.corner_normals()->size(), 3U * phone.triangles()->size());
   EXPECT_EQ(compiled.report.objects[7].shape, "height_field");
   EXPECT_EQ(compiled.report.objects[7].mesh.open_edges, 0U);

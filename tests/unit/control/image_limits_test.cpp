@@ -202,7 +202,7 @@ TEST(ImageLimits, WhatOneObjectHasIsToldWithTheFigure) {
     EXPECT_EQ(verdict_on(1, over), verdict);
   }
   const auto triangles = [](Builder& builder) { return mesh(builder, control::kMaxTriangles + 1); };
-  EXPECT_EQ(verdict_on(1, triangles), "too_many_triangles: 1048577 triangles, at most 1048576");
+  EXPECT_EQ(verdict_on(1, triangles), "too_many_triangles: 1064961 triangles, at most 1064960");
 }
 
 TEST(ImageLimits, ATextThatDoesNotFitIsCut) {
