@@ -48,6 +48,11 @@ class Renderer {
   // Without a call there is no bound.
   void bound_work(std::uint32_t units) noexcept { work_ = units; }
 
+  // What is left of the last tick's work, and by how much it was exceeded.
+  [[nodiscard]] const Work& work() const noexcept { return effort_.work; }
+  // Whether the bodies' clock stood in the last tick, because their step takes more work than a tick has (control/bodies/bodies.h).
+  [[nodiscard]] bool bodies_wait() const noexcept { return bodies_.wait(); }
+
   // For the test that compares the two paths: until the next bind(), no tick takes the fast path for one
   // plain surface.
   void use_general_path_only() noexcept;

@@ -37,12 +37,20 @@ class Work {
     left_ -= units;
     return true;
   }
+  // For a step whose cost is known only when it is done: what it takes beyond what was left is counted.
+  void charge(std::uint32_t units) noexcept {
+    const std::uint32_t left = left_;
+    if (!spend(units)) over_ += units - left;
+  }
+  // What charge() took when less was left: at most one step of each search that does so (control/bodies/bodies.h).
+  [[nodiscard]] std::uint32_t over() const noexcept { return over_; }
   // Whether more was asked for than was left.
   [[nodiscard]] bool is_spent() const noexcept { return spent_; }
   [[nodiscard]] std::uint32_t left() const noexcept { return left_; }
 
  private:
   std::uint32_t left_;
+  std::uint32_t over_ = 0;
   bool spent_ = false;
 };
 
