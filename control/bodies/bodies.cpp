@@ -67,6 +67,7 @@ Bodies::Bodies() noexcept = default;
 // Re-point to the control's curve in the new image; no number of a body is part of a material.
 void Bodies::apply_materials(const SceneView& scene) noexcept {
   std::size_t body = 0;
+  wake(asleep_);
   if (stage_ == Stage::kSearch) stage_ = Stage::kBegin;  // it was at the shapes of the old image
   for (const scene::Object* object : *scene.scene()->objects()) {
     if (object->body() == nullptr || is_volume(object->shape_type()) || body == count_) continue;
@@ -80,6 +81,8 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
   stage_ = Stage::kBegin;
   ticks_ = 0;
   pace_ = 1.0F;
+  pushed_ = asleep_ = 0;
+  still_s_ = {};
   gravity_m_s2_ = Vec3::Zero();
   solver_.reset();
   if (scene.scene() == nullptr) return;
@@ -160,6 +163,8 @@ void Bodies::accelerate(std::size_t body, const Load& load, float period_s) noex
   SolverBody& solver_body = solver_bodies_[body];
   solver_body = {};
   solver_body.object = model.object;
+  solver_body.asleep = (asleep_ & of_body(body)) != 0;
+  if (solver_body.asleep) return;
   solver_body.centre_m = centre.position_m;
   solver_body.restitution = model.restitution;
   solver_body.velocity_m_s = slowed * (centre.velocity_m_s + (period_s / model.mass_kg) * force);

@@ -16,6 +16,10 @@
 // on them have no effect. Only the forces of the tick in which the search ends act, for one period, so no impulse is made up; and what feels a
 // body's velocity feels the one with which it moves in the ticks that go by (velocity_at()). A tick does at least one step of what is to do, so it takes at
 // most kMostBodyStepWork more than it may, and all is done in the end with any work but none.
+//
+// Bodies that touch each other and lie still sleep together (control/bodies/sleep.cpp): they keep their poses, and cost nothing until a
+// fingertip or tissue pushes one of them, an awake body comes near, or the scene gets other materials. They wake before the step of that
+// tick, so a hand feels no difference. Sliders, dials and buttons do not sleep, nor what touches them.
 #pragma once
 
 #include <array>
@@ -46,6 +50,10 @@ struct BodyState {
   float q = 0.0F;           // of a body that slides (m) or turns (rad), 0 at the start
   bool on = false;          // the switch of a control
 };
+
+using BodySet = std::uint16_t;  // bit i: body i
+static_assert(kMaxBodies <= 16);
+[[nodiscard]] constexpr BodySet of_body(std::size_t i) noexcept { return static_cast<BodySet>(1U << i); }
 
 // The constant values of a body, from the scene.
 struct BodyModel {
@@ -85,6 +93,8 @@ class Bodies {
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
   [[nodiscard]] std::span<const BodyState> states() const noexcept { return {states_.data(), count_}; }
 
+  [[nodiscard]] BodySet asleep() const noexcept { return asleep_; }
+
   // Whether the last step() has not ended: the bodies, or some of them, have not moved.
   [[nodiscard]] bool wait() const noexcept { return stage_ != Stage::kBegin; }
 
@@ -98,6 +108,7 @@ class Bodies {
     Load& load = loads_[body];
     load.force_N += force_N;
     load.torque_N_m += (point_m - centres_[body].position_m).cross(force_N);
+    pushed_ |= of_body(body);
   }
 
   // A fingertip on a body, for the next step. It resists the spin of free bodies only: round a dial the hand turns with it.
@@ -144,6 +155,10 @@ class Bodies {
   [[nodiscard]] bool move_body(std::size_t body, World& world, std::span<Finger> fingers, float period_s,
                                bool may_wait, Effort& effort) noexcept;
   void apply_contacts(std::size_t body, float period_s) noexcept;
+  void wake(BodySet bodies) noexcept;
+  void wake_touched(const World& world, float period_s, Work& work) noexcept;
+  void let_sleep(float period_s) noexcept;
+  [[nodiscard]] bool is_still(std::size_t body) const noexcept;
   void limit_speed(std::size_t body, float period_s) noexcept;
   void advance(std::size_t body, float period_s) noexcept;
   void advance_along_axis(std::size_t body, float period_s) noexcept;
@@ -174,6 +189,12 @@ class Bodies {
   std::array<SolverBody, kMaxBodies> solver_bodies_;
   std::array<Vec3, kMaxBodies> accelerated_momentum_;  // Free: angular
   std::size_t moved_ = 0;                              // of the bodies
+
+  BodySet pushed_ = 0;  // in this tick
+  BodySet asleep_ = 0;
+  std::array<BodySet, kMaxBodies> islands_{};  // of those asleep: that sleep and wake together
+  std::array<float, kMaxBodies> still_s_{};    // for how long
+
   std::array<Pin, kMaxBodies> pins_;
   std::array<bool, kMaxBodies> pinned_{};
 };

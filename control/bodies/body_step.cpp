@@ -52,22 +52,29 @@ Bodies::Load Bodies::searched_load(std::size_t body, float period_s) const noexc
 }
 
 void Bodies::step(World& world, std::span<Finger> fingers, float period_s, Effort& effort) noexcept {
-  ++ticks_;
   if (stage_ == Stage::kBegin) {
+    BodySet touched = pushed_;
+    for (std::size_t i = 0; i < grip_count_; ++i) touched |= of_body(grips_[i].body);
+    wake(touched);
+    if (asleep_ == (1U << count_) - 1U) return;
     searched_loads_ = loads_;
     accelerate_all(period_s);
     effort.work.charge(kAccelerateWork * static_cast<std::uint32_t>(count_));
+    wake_touched(world, period_s, effort.work);
     solver_.begin(std::span(solver_bodies_).first(count_), std::span(grips_).first(grip_count_), period_s);
     stage_ = Stage::kSearch;
   }
+  ++ticks_;
   const bool done = go_on(world, fingers, period_s, effort);
   pace_ = done ? 1.0F / static_cast<float>(ticks_) : std::min(pace_, 1.0F / static_cast<float>(ticks_ + 1));
   if (done) {
+    let_sleep(period_s);
     stage_ = Stage::kBegin;
     ticks_ = 0;
   }
   for (std::size_t i = 0; i < count_; ++i) loads_[i] = {};
   grip_count_ = 0;
+  pushed_ = 0;
 }
 
 bool Bodies::go_on(World& world, std::span<Finger> fingers, float period_s, Effort& effort) noexcept {
@@ -95,9 +102,11 @@ bool Bodies::go_on(World& world, std::span<Finger> fingers, float period_s, Effo
 // whole_tick: nothing else was done in this tick.
 bool Bodies::move(World& world, std::span<Finger> fingers, float period_s, bool whole_tick,
                   Effort& effort) noexcept {
-  for (bool first = true; moved_ < count_; ++moved_, first = false) {
+  for (bool first = true; moved_ < count_; ++moved_) {
+    if (solver_bodies_[moved_].asleep) continue;
     const bool may_wait = !(whole_tick && first);
     if (may_wait && effort.work.left() == 0) return false;
+    first = false;
     effort.work.charge(kMoveWork);
     if (!move_body(moved_, world, fingers, period_s, may_wait, effort)) return false;
   }
@@ -150,6 +159,7 @@ bool Bodies::move_body(std::size_t body, World& world, std::span<Finger> fingers
   const float speed = controls_[body].speed;
   controls_[body] = was.control;
   controls_[body].speed = speed;  // press() ends it
+  still_s_[body] = 0.0F;
   if (effort.work.is_spent()) {
     stop(body);
   } else {

@@ -8,11 +8,6 @@ namespace {
 
 bool collides(const PlacedObject& object) { return object.row->collision != nullptr; }
 
-bool boxes_overlap(const PlacedObject& a, const PlacedObject& b, float margin) {
-  return ((a.lo_m.array() - margin) <= b.hi_m.array()).all() &&
-         ((b.lo_m.array() - margin) <= a.hi_m.array()).all();
-}
-
 }  // namespace
 
 void ContactSearch::begin() noexcept {
@@ -49,7 +44,7 @@ bool ContactSearch::begin_next(const World& world, std::span<const SolverBody> b
                                Work& work) noexcept {
   constexpr std::size_t kSkippedPerUnit = 16;
   for (; a_ < bodies.size(); ++a_, partner_ = 0) {
-    if (!collides(world.objects[bodies[a_].object])) continue;
+    if (bodies[a_].asleep || !collides(world.objects[bodies[a_].object])) continue;
     if (partner_ == 0) work.charge(1 + static_cast<std::uint32_t>(world.count / kSkippedPerUnit));
     for (; partner_ < world.count + bodies.size(); ++partner_) {
       b_ = kNoBody;
@@ -58,7 +53,7 @@ bool ContactSearch::begin_next(const World& world, std::span<const SolverBody> b
         if (world.objects[partner_].body != kNoBody) continue;
       } else {
         b_ = static_cast<std::uint8_t>(partner_ - world.count);
-        if (b_ <= a_) continue;
+        if (b_ <= a_ || bodies[b_].asleep) continue;
         object_b_ = bodies[b_].object;
       }
       if (!collides(world.objects[object_b_])) continue;

@@ -17,6 +17,11 @@ namespace thimble::control {
 // Contact points are collected at this gap and below; the gap grows by the distance that the bodies approach in one tick.
 inline constexpr float kContactMargin_m = 1.0e-4F;
 
+inline bool boxes_overlap(const PlacedObject& a, const PlacedObject& b, float margin_m) {
+  return ((a.lo_m.array() - margin_m) <= b.hi_m.array()).all() &&
+         ((b.lo_m.array() - margin_m) <= a.hi_m.array()).all();
+}
+
 class ContactSearch {
  public:
   void begin() noexcept;

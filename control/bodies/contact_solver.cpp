@@ -25,9 +25,6 @@ constexpr float kRest_m = 2.0e-5F;
 constexpr float kTurnsPerTick = 0.25F;
 constexpr float kDampingRatio = 10.0F;
 constexpr float kMaxPush_m_s = 1.0F;  // of the velocity that removes penetration
-// A contact point of the previous tick within this distance is the same one.
-constexpr float kSamePlace_m = 2.0e-3F;
-constexpr float kSameDirection = 0.9F;  // cosine
 // A patch slides when it has moved by this and is at its limit. At 1 % above the limit that takes 6 ms; a resting
 // stack moves less in the ticks in which its impulses converge.
 constexpr float kSlipped_m = 2.0e-6F;
@@ -76,7 +73,7 @@ ContactSolver::ContactSolver() noexcept = default;
 
 void ContactSolver::reset() noexcept {
   found_.clear();
-  stored_count_ = 0;
+  stored_count_ = stored_point_count_ = 0;
 }
 
 float ContactSolver::friction_limit_N_s(const Patch& patch) noexcept {
@@ -119,55 +116,6 @@ float ContactSolver::solve_normals(std::span<SolverBody> bodies, Patch& patch,
     most = std::max(most, std::abs(change) / p.row.mass);
   }
   return most;
-}
-
-// Takes over the impulses of the same patch in the previous tick.
-void ContactSolver::recall(std::span<const SolverBody> bodies, Patch& patch) noexcept {
-  const StoredPatch* best = nullptr;
-  float alike = kSameDirection;
-  for (std::size_t i = 0; i < stored_count_; ++i) {
-    const StoredPatch& stored = stored_[i];
-    if (stored.object_a != patch.object_a || stored.object_b != patch.object_b) continue;
-    if (const float cosine = stored.normal.dot(patch.normal); cosine > alike) {
-      alike = cosine;
-      best = &stored;
-    }
-  }
-  if (best == nullptr) return;
-  patch.sliding = best->sliding;
-  // The third ones are for a radius of 1 m until prepare_friction.
-  patch.slip_m = {best->slip_m.dot(patch.across[0]), best->slip_m.dot(patch.across[1]), best->twist_rad};
-  patch.impulse_N_s = {best->along_N_s.dot(patch.across[0]), best->along_N_s.dot(patch.across[1]),
-                       best->moment_N_m_s};
-  std::array<bool, kMaxPatchPoints> taken{};
-  std::array<PatchPoint*, kMaxPatchPoints> fresh{};
-  std::size_t fresh_count = 0;
-  for (std::size_t i = 0; i < patch.count; ++i) {
-    PatchPoint& p = found_.point(patch, i);
-    if (p.row.mass <= 0.0F) continue;
-    const Vec3 place_m = p.point_m - bodies[patch.a].centre_m;
-    float nearest = kSamePlace_m * kSamePlace_m;
-    std::size_t same = best->count;
-    for (std::size_t j = 0; j < best->count; ++j) {
-      const float distance = (stored_points_[best->first + j].place_m - place_m).squaredNorm();
-      if (!taken[j] && distance < nearest) {
-        nearest = distance;
-        same = j;
-      }
-    }
-    if (same == best->count) {
-      fresh[fresh_count++] = &p;
-      continue;
-    }
-    taken[same] = true;
-    p.impulse_N_s = stored_points_[best->first + same].normal_N_s;
-  }
-  // What the points that are gone have borne, the new ones bear: the limit of the friction stays.
-  float gone_N_s = 0.0F;
-  for (std::size_t j = 0; j < best->count; ++j)
-    gone_N_s += taken[j] ? 0.0F : stored_points_[best->first + j].normal_N_s;
-  for (std::size_t i = 0; i < fresh_count; ++i)
-    fresh[i]->impulse_N_s = gone_N_s / static_cast<float>(fresh_count);
 }
 
 // The centre of pressure and the mean distance from it, by the impulses of the previous tick, or else with all points
@@ -293,34 +241,6 @@ void ContactSolver::decide_sliding() noexcept {
   }
 }
 
-// An impact ends in its tick: nothing of it is stored.
-void ContactSolver::store_impulses(std::span<const SolverBody> bodies) noexcept {
-  stored_count_ = 0;
-  std::uint8_t points = 0;
-  for (const Patch& patch : found_.patches()) {
-    StoredPatch& stored = stored_[stored_count_++];
-    stored.first = points;
-    stored.object_a = patch.object_a;
-    stored.object_b = patch.object_b;
-    stored.count = patch.count;
-    stored.sliding = patch.sliding;
-    stored.normal = patch.normal;
-    stored.slip_m = patch.slip_m[0] * patch.across[0] + patch.slip_m[1] * patch.across[1];
-    stored.twist_rad = patch.radius_m > 0.0F ? patch.slip_m[2] / patch.radius_m : 0.0F;
-    bool bounces = false;
-    for (std::size_t i = 0; i < patch.count; ++i) {
-      const PatchPoint& p = found_.point(patch, i);
-      bounces = bounces || p.bounces;
-      stored_points_[points++] = {p.point_m - bodies[patch.a].centre_m, p.bounces ? 0.0F : p.impulse_N_s};
-    }
-    stored.along_N_s = Vec3::Zero();
-    stored.moment_N_m_s = 0.0F;
-    if (bounces) continue;
-    stored.along_N_s = patch.impulse_N_s[0] * patch.across[0] + patch.impulse_N_s[1] * patch.across[1];
-    stored.moment_N_m_s = patch.radius_m * patch.impulse_N_s[2];
-  }
-}
-
 // False: it goes on with the next patch.
 bool ContactSolver::iterate(std::span<SolverBody> bodies, const Softness& softness, int most,
                             Work& work) noexcept {
@@ -411,7 +331,7 @@ bool ContactSolver::solve(std::span<SolverBody> bodies, float period_s, Work& wo
       case Stage::kWarmStart:
         if (!warm_start_all(bodies, work)) return false;
         if (found_.patches().empty()) {
-          stored_count_ = 0;
+          keep_of_sleepers(bodies);
           return true;
         }
         stage_ = Stage::kSoft;

@@ -80,11 +80,15 @@ class ContactSolver {
   // Changes the velocities of `bodies` and writes their position corrections.
   [[nodiscard]] bool solve(std::span<SolverBody> bodies, float period_s, Work& work) noexcept;
 
+  // Which bodies touch which one in the contacts of the last step: bit k of touch[i] is body k.
+  void touching(std::span<std::uint16_t> touch) noexcept;
+
  private:
   // A patch for the warm start of the next tick. Places are relative to the centre of body a.
   struct StoredPatch {
     std::uint8_t object_a = 0;
     std::uint8_t object_b = 0;
+    std::uint8_t a = 0;
     std::uint8_t first = 0;  // of stored_points_
     std::uint8_t count = 0;
     bool sliding = false;
@@ -118,6 +122,7 @@ class ContactSolver {
   float friction_limit_N_s(const Patch& patch) noexcept;
   void add_slip(std::span<const SolverBody> bodies, float period_s) noexcept;
   void decide_sliding() noexcept;
+  void keep_of_sleepers(std::span<const SolverBody> bodies) noexcept;
   void store_impulses(std::span<const SolverBody> bodies) noexcept;
 
   enum class Stage : std::uint8_t { kPrepare, kWarmStart, kSoft, kRelax };
@@ -127,6 +132,7 @@ class ContactSolver {
   std::array<StoredPatch, kMaxBodyPatches> stored_;
   std::size_t stored_count_ = 0;
   std::array<StoredPoint, kMaxBodyContacts> stored_points_;
+  std::size_t stored_point_count_ = 0;
   bool bounces_ = false;  // a point of this step
   int bounce_rounds_ = 0;
   Stage stage_ = Stage::kPrepare;
