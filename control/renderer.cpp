@@ -247,6 +247,7 @@ void Renderer::bound_work(std::uint32_t units) noexcept {
   static_assert(kMaxArms <= 2);  // so that all shares are whole
   work_ = units - units % 4;
   least_left_ = work_;
+  most_over_ = 0;
   const std::uint32_t all = bodies_.empty() ? work_ : work_ / 2;
   for (std::size_t i = 0; i < kMaxArms; ++i) {
     const std::uint32_t share = all / static_cast<std::uint32_t>(i + 1);
@@ -307,6 +308,7 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
     if (fields_.count() != 0) fields_.press(world_, period_s, bodies_);
     bodies_.step(world_, std::span(fingers_).first(count), period_s, effort_);
     left = effort_.work.left();
+    most_over_ = std::max(most_over_, effort_.work.over());
     if (effort_.work.was_spent()) count_put_off();
   }
   if (left < least_left_) least_left_ = left;
@@ -320,7 +322,7 @@ void Renderer::count_put_off() noexcept {
 
 RenderCounters Renderer::counters() const noexcept {
   RenderCounters all = effort_.counters;
-  all.most_work = work_ - least_left_;
+  all.most_work = work_ - least_left_ + most_over_;
   if (all.put_off_object < world_.count) all.put_off_object = world_.objects[all.put_off_object].in_image;
   return all;
 }

@@ -48,6 +48,11 @@ class Renderer {
   // Without a call there is no bound.
   void bound_work(std::uint32_t units) noexcept;
 
+  // What is left of the last tick's work, and by how much it was exceeded.
+  [[nodiscard]] const Work& work() const noexcept { return effort_.work; }
+  // Whether the bodies' clock stood in the last tick, because their step takes more work than a tick has (control/bodies/bodies.h).
+  [[nodiscard]] bool bodies_wait() const noexcept { return bodies_.wait(); }
+
   // For the test that compares the two paths: until the next bind(), no tick takes the fast path for one
   // plain surface.
   void use_general_path_only() noexcept;
@@ -98,6 +103,7 @@ class Renderer {
   std::uint32_t work_ = Work::kNoBound;
   std::array<Work, kMaxArms> arm_work_{};      // of each, by the number of arms
   std::uint32_t least_left_ = Work::kNoBound;  // of a tick, since bind()
+  std::uint32_t most_over_ = 0;  // of bodies (Work::over())
   bool put_off_ = false;                       // in this tick
   bool lists_ = true;
 };

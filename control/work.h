@@ -46,6 +46,13 @@ class Work {
     left_ -= units;
     return true;
   }
+  // For a step whose cost is known only when it is done: what it takes beyond what was left is counted.
+  void charge(std::uint32_t units) noexcept {
+    const std::uint32_t left = left_;
+    if (!spend(units)) over_ += units - left;
+  }
+  // What charge() took when less was left: at most one step of each search that does so (control/bodies/bodies.h).
+  [[nodiscard]] std::uint32_t over() const noexcept { return over_; }
   // What is looked at from here on.
   void at(std::uint8_t object) noexcept { object_ = object; }
   [[nodiscard]] std::uint8_t object() const noexcept { return object_; }
@@ -65,6 +72,7 @@ class Work {
  private:
   std::uint32_t left_ = kNoBound;
   std::uint32_t reserve_ = 0;
+  std::uint32_t over_ = 0;
   bool spent_ = false;
   bool ran_out_ = false;  // before the reserve was opened
   std::uint8_t object_ = 255;

@@ -62,9 +62,13 @@ Vec3 limited(const Vec3& v, float most) {
 
 }  // namespace
 
+Bodies::Bodies() noexcept = default;
+
 // Re-point to the control's curve in the new image; no number of a body is part of a material.
 void Bodies::apply_materials(const SceneView& scene) noexcept {
   std::size_t body = 0;
+  wake(asleep_);
+  if (stage_ == Stage::kSearch) stage_ = Stage::kBegin;  // it was at the shapes of the old image
   for (const scene::Object* object : *scene.scene()->objects()) {
     if (object->body() == nullptr || is_volume(object->shape_type()) || body == count_) continue;
     models_[body++].control = control_element_params(*object->body());
@@ -74,6 +78,11 @@ void Bodies::apply_materials(const SceneView& scene) noexcept {
 void Bodies::bind(const SceneView& scene, World& world) noexcept {
   count_ = 0;
   grip_count_ = 0;
+  stage_ = Stage::kBegin;
+  ticks_ = 0;
+  pace_ = 1.0F;
+  pushed_ = asleep_ = 0;
+  still_s_ = {};
   gravity_m_s2_ = Vec3::Zero();
   solver_.reset();
   if (scene.scene() == nullptr) return;
@@ -89,6 +98,8 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
       const Vec3 half = 0.5F * (world.objects[in_world].hi_m - world.objects[in_world].lo_m);
       const float radius_m = (half + arm.cwiseAbs()).norm();
       model.max_spin_rad_s = std::min(kMaxBodySpeed_m_s / radius_m, kMaxSmallBodySpin_rad_s);
+      model.reach_m = radius_m;
+      if (model.motion == scene::Motion::Turn) model.reach_m += (model.start_m - model.pivot_m).norm();
       BodyState state;
       state.object = in_image;
       state.position_m = world.objects[in_world].position_m;
@@ -142,17 +153,18 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
 // Semi-implicit Euler: first the velocities, then the positions with the new velocities. So the energy of a
 // spring stays bounded, also of the spring between a fingertip and the body that it holds. Damping is
 // implicit: it can stop a body, and never reverses its motion.
-SolverBody Bodies::accelerate(std::size_t body, float period_s) noexcept {
+void Bodies::accelerate(std::size_t body, const Load& load, float period_s) noexcept {
   const BodyModel& model = models_[body];
   const BodyState& state = states_[body];
   const Centre& centre = centres_[body];
-  const Load load = loads_[body];
-  loads_[body] = {};
   const Vec3 outside = load.force_N + model.mass_kg * gravity_m_s2_;
   const Vec3 force = outside - model.spring_N_m * (centre.position_m - model.start_m);
   const float slowed = 1.0F / (1.0F + period_s * model.damping_N_s_m / model.mass_kg);
-  SolverBody solver_body;
+  SolverBody& solver_body = solver_bodies_[body];
+  solver_body = {};
   solver_body.object = model.object;
+  solver_body.asleep = (asleep_ & of_body(body)) != 0;
+  if (solver_body.asleep) return;
   solver_body.centre_m = centre.position_m;
   solver_body.restitution = model.restitution;
   solver_body.velocity_m_s = slowed * (centre.velocity_m_s + (period_s / model.mass_kg) * force);
@@ -164,11 +176,11 @@ SolverBody Bodies::accelerate(std::size_t body, float period_s) noexcept {
           Vec3::Ones() + (period_s * model.angular_damping_N_m_s) * model.inertia_kg_m2.cwiseInverse();
       solver_body.inverse_mass = Mat3::Identity() / model.mass_kg;
       solver_body.inverse_inertia = axes * model.inertia_kg_m2.cwiseInverse().asDiagonal() * axes.transpose();
-      angular_momentum_[body] += period_s * load.torque_N_m;
+      Vec3& momentum = accelerated_momentum_[body];
+      momentum = angular_momentum_[body] + period_s * load.torque_N_m;
       if (model.angular_damping_N_m_s > 0.0F)
-        angular_momentum_[body] =
-            scale(model, state.rotation, damped.cwiseInverse(), angular_momentum_[body]);
-      solver_body.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
+        momentum = scale(model, state.rotation, damped.cwiseInverse(), momentum);
+      solver_body.spin_rad_s = to_spin(model, state.rotation, momentum);
       break;
     }
     case scene::Motion::Translate:
@@ -202,20 +214,21 @@ SolverBody Bodies::accelerate(std::size_t body, float period_s) noexcept {
   }
   if (model.motion != scene::Motion::Turn)
     solver_body.gained_m_s = solver_body.velocity_m_s - centre.velocity_m_s;
-  return solver_body;
+  solver_body.begin_m_s = solver_body.velocity_m_s;
+  solver_body.begin_rad_s = solver_body.spin_rad_s;
 }
 
 // Takes the velocities and position corrections of the contact solver.
-void Bodies::apply_contacts(std::size_t body, const Vec3& velocity_before_m_s, const Vec3& spin_before_rad_s,
-                            const SolverBody& after, float period_s) noexcept {
+void Bodies::apply_contacts(std::size_t body, float period_s) noexcept {
+  const SolverBody& after = solver_bodies_[body];
   const BodyModel& model = models_[body];
   BodyState& state = states_[body];
   Centre& centre = centres_[body];
-  const Vec3 spin_change = after.spin_rad_s - spin_before_rad_s;
+  const Vec3 spin_change = after.spin_rad_s - after.begin_rad_s;
   switch (model.motion) {
     case scene::Motion::Free:
       state.spin_rad_s = after.spin_rad_s;
-      angular_momentum_[body] += to_momentum(model, state.rotation, spin_change);
+      angular_momentum_[body] = accelerated_momentum_[body] + to_momentum(model, state.rotation, spin_change);
       centre.velocity_m_s = after.velocity_m_s;
       centre.position_m += after.correction_m;
       if (!after.correction_rad.isZero(0.0F)) state.rotation = turned(state.rotation, after.correction_rad);
@@ -227,7 +240,7 @@ void Bodies::apply_contacts(std::size_t body, const Vec3& velocity_before_m_s, c
       break;
     case scene::Motion::Slide:
       efforts_[body] +=
-          model.axis.dot(after.velocity_m_s - velocity_before_m_s) * model.control_inertia / period_s;
+          model.axis.dot(after.velocity_m_s - after.begin_m_s) * model.control_inertia / period_s;
       controls_[body].q += model.axis.dot(after.correction_m);
       break;
     case scene::Motion::Turn:
@@ -330,56 +343,6 @@ void Bodies::stop(std::size_t body) noexcept {
   states_[body].spin_rad_s = Vec3::Zero();
   angular_momentum_[body] = Vec3::Zero();
   controls_[body].speed = 0.0F;
-}
-
-void Bodies::step(World& world, std::span<Finger> fingers, float period_s, Effort& effort) noexcept {
-  std::array<SolverBody, kMaxBodies> solver_bodies;
-  std::array<Vec3, kMaxBodies> velocity_before_m_s, spin_before_rad_s;
-  for (std::size_t i = 0; i < count_; ++i) {
-    solver_bodies[i] = accelerate(i, period_s);
-    velocity_before_m_s[i] = solver_bodies[i].velocity_m_s;
-    spin_before_rad_s[i] = solver_bodies[i].spin_rad_s;
-  }
-  solver_.solve(world, std::span(solver_bodies).first(count_), std::span(grips_).first(grip_count_), period_s,
-                effort);
-  grip_count_ = 0;
-  std::array<Pin, kMaxBodies> pins;
-  std::array<bool, kMaxBodies> pinned{};
-  for (std::size_t i = 0; i < count_; ++i) {
-    const std::uint8_t index = models_[i].object;
-    const PlacedObject before = world.objects[index];
-    const BodyState state_before = states_[i];
-    const Vec3 centre_before_m = centres_[i].position_m;
-    const ControlElementState control_before = controls_[i];
-    apply_contacts(i, velocity_before_m_s[i], spin_before_rad_s[i], solver_bodies[i], period_s);
-    limit_speed(i, period_s);
-    advance(i, period_s);
-    place(i, world.objects[index]);
-    std::array<Finger, kMaxArms> fingers_before;
-    std::copy(fingers.begin(), fingers.end(), fingers_before.begin());
-    bool carried = true;
-    for (Finger& finger : fingers) {
-      const bool meets = finger.started && (finger.inside & only(index)) == 0;
-      carried = carried && (!meets || carry(world, index, before, finger, pins[i], effort));
-    }
-    if (!carried) {
-      std::copy_n(fingers_before.begin(), fingers.size(), fingers.begin());
-      world.objects[index] = before;
-      centres_[i].position_m = centre_before_m;
-      states_[i].position_m = state_before.position_m;
-      states_[i].rotation = state_before.rotation;
-      states_[i].q = state_before.q;
-      states_[i].on = state_before.on;
-      const float speed = controls_[i].speed;
-      controls_[i] = control_before;
-      controls_[i].speed = speed;  // press() ends it
-      pinned[i] = true;
-    }
-  }
-  // When all have moved: a body that comes later would take its velocity from the contact solver.
-  for (std::size_t i = 0; i < count_; ++i) {
-    if (pinned[i]) press(world, i, pins[i]);
-  }
 }
 
 }  // namespace thimble::control

@@ -9,6 +9,17 @@
 // its surface with kMaxBodySpeed_m_s: at least kMaxBodySpin_rad_s, at most kMaxSmallBodySpin_rad_s. A body that
 // would squeeze a god object against another object keeps its pose, because a god object has no room to give way; an
 // impulse at the god object ends the approach of the two, so that nothing else of their momentum changes. SI units, world frame. Nothing here allocates or fails.
+//
+// A step of the bodies takes one tick where the tick's work suffices (control/work.h), and else as many as it needs
+// (control/bodies/body_step.cpp): the contacts are searched for, then the velocities are solved, then the bodies move, and each of
+// these goes on in the next tick where the work of this one ended. Until then the bodies' clock stands: they keep their poses and velocities, and forces
+// on them have no effect. Only the forces of the tick in which the search ends act, for one period, so no impulse is made up; and what feels a
+// body's velocity feels the one with which it moves in the ticks that go by (velocity_at()). A tick does at least one step of what is to do, so it takes at
+// most kMostBodyStepWork more than it may, and all is done in the end with any work but none.
+//
+// Bodies that touch each other and lie still sleep together (control/bodies/sleep.cpp): they keep their poses, and cost nothing until a
+// fingertip or tissue pushes one of them, an awake body comes near, or the scene gets other materials. They wake before the step of that
+// tick, so a hand feels no difference. Sliders, dials and buttons do not sleep, nor what touches them.
 #pragma once
 
 #include <array>
@@ -40,6 +51,10 @@ struct BodyState {
   bool on = false;          // the switch of a control
 };
 
+using BodySet = std::uint16_t;  // bit i: body i
+static_assert(kMaxBodies <= 16);
+[[nodiscard]] constexpr BodySet of_body(std::size_t i) noexcept { return static_cast<BodySet>(1U << i); }
+
 // The constant values of a body, from the scene.
 struct BodyModel {
   std::uint8_t object = 0;  // in the world
@@ -52,6 +67,7 @@ struct BodyModel {
   float control_inertia = 1.0F;                                        // kg or kg m2
   float restitution = 0.0F;
   float max_spin_rad_s = kMaxBodySpin_rad_s;  // of a free body
+  float reach_m = 0.0F;                       // of the surface from the centre of mass, or from the pivot
   float spring_N_m = 0.0F;
   float damping_N_s_m = 0.0F;
   float angular_damping_N_m_s = 0.0F;
@@ -61,8 +77,13 @@ struct BodyModel {
   Eigen::Quaternionf start_rotation = Eigen::Quaternionf::Identity();
 };
 
+// The most that one step of the search, of the solver or of the move takes beyond the work that is left: what all of them do at least.
+inline constexpr std::uint32_t kMostBodyStepWork = 500;
+
 class Bodies {
  public:
+  [[gnu::cold]] Bodies() noexcept;
+
   // Sets the scene's bodies to their start. The world is bound already; each of its objects gets the index of
   // its body.
   [[gnu::cold]] void bind(const SceneView& scene, World& world) noexcept;
@@ -72,17 +93,22 @@ class Bodies {
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
   [[nodiscard]] std::span<const BodyState> states() const noexcept { return {states_.data(), count_}; }
 
-  // The velocity of a body's material at a point of the world.
+  [[nodiscard]] BodySet asleep() const noexcept { return asleep_; }
+
+  // Whether the last step() has not ended: the bodies, or some of them, have not moved.
+  [[nodiscard]] bool wait() const noexcept { return stage_ != Stage::kBegin; }
+
+  // The velocity of a body's material at a point of the world, in the time of the ticks: slower than the body's own where a step takes several.
   [[nodiscard]] Vec3 velocity_at(std::uint8_t body, const Vec3& point_m) const noexcept {
-    const Centre& centre = centres_[body];
-    return centre.velocity_m_s + states_[body].spin_rad_s.cross(point_m - centre.position_m);
+    return pace_ * speed_at(body, point_m);
   }
 
-  // A force on a body at a point of the world, for the next step.
+  // A force on a body at a point of the world, for the next step().
   void push(std::uint8_t body, const Vec3& point_m, const Vec3& force_N) noexcept {
     Load& load = loads_[body];
     load.force_N += force_N;
     load.torque_N_m += (point_m - centres_[body].position_m).cross(force_N);
+    pushed_ |= of_body(body);
   }
 
   // A fingertip on a body, for the next step. It resists the spin of free bodies only: round a dial the hand turns with it.
@@ -94,8 +120,8 @@ class Bodies {
   // The mass that a force along `direction`, a unit vector, meets at a point of the body; 0 where it cannot move.
   [[nodiscard]] float mass_at(std::uint8_t body, const Vec3& point_m, const Vec3& direction) const noexcept;
 
-  // One period: moves the bodies, writes their new poses to the world, and carries the fingers' god objects
-  // along.
+  // One period: moves the bodies, writes their new poses to the world, and carries the fingers' god objects along; or as much of that as
+  // the work suffices for.
   void step(World& world, std::span<Finger> fingers, float period_s, Effort& effort) noexcept;
 
  private:
@@ -108,9 +134,31 @@ class Bodies {
     Vec3 velocity_m_s = Vec3::Zero();
   };
 
-  [[nodiscard]] SolverBody accelerate(std::size_t body, float period_s) noexcept;
-  void apply_contacts(std::size_t body, const Vec3& velocity_before_m_s, const Vec3& spin_before_rad_s,
-                      const SolverBody& after, float period_s) noexcept;
+  struct Before {  // of what a move changes, to take it back
+    BodyState state;
+    Centre centre;
+    Vec3 angular_momentum;
+    ControlElementState control;
+    float effort;
+  };
+
+  [[nodiscard]] Vec3 speed_at(std::uint8_t body, const Vec3& point_m) const noexcept {
+    const Centre& centre = centres_[body];
+    return centre.velocity_m_s + states_[body].spin_rad_s.cross(point_m - centre.position_m);
+  }
+  void accelerate(std::size_t body, const Load& load, float period_s) noexcept;
+  void accelerate_all(float period_s) noexcept;
+  [[nodiscard]] Load searched_load(std::size_t body, float period_s) const noexcept;
+  [[nodiscard]] bool go_on(World& world, std::span<Finger> fingers, float period_s, Effort& effort) noexcept;
+  [[nodiscard]] bool move(World& world, std::span<Finger> fingers, float period_s, bool whole_tick,
+                          Effort& effort) noexcept;
+  [[nodiscard]] bool move_body(std::size_t body, World& world, std::span<Finger> fingers, float period_s,
+                               bool may_wait, Effort& effort) noexcept;
+  void apply_contacts(std::size_t body, float period_s) noexcept;
+  void wake(BodySet bodies) noexcept;
+  void wake_touched(const World& world, float period_s, Work& work) noexcept;
+  void let_sleep(float period_s) noexcept;
+  [[nodiscard]] bool is_still(std::size_t body) const noexcept;
   void limit_speed(std::size_t body, float period_s) noexcept;
   void advance(std::size_t body, float period_s) noexcept;
   void advance_along_axis(std::size_t body, float period_s) noexcept;
@@ -125,12 +173,30 @@ class Bodies {
   std::array<Centre, kMaxBodies> centres_;
   std::array<Vec3, kMaxBodies> angular_momentum_;         // Free, kg m2/s: conserved while no torque acts
   std::array<ControlElementState, kMaxBodies> controls_;  // Slide, Turn
-  std::array<Load, kMaxBodies> loads_;
-  std::array<float, kMaxBodies> efforts_;  // Slide, Turn: N or N m of this tick
+  std::array<Load, kMaxBodies> loads_;                    // of this tick
+  std::array<float, kMaxBodies> efforts_;                 // Slide, Turn: N or N m of this step
   std::size_t count_ = 0;
   std::array<Grip, kMaxArms * kMaxContacts> grips_;
   std::size_t grip_count_ = 0;
   ContactSolver solver_;
+
+  // Of the step that is going on.
+  enum class Stage : std::uint8_t { kBegin, kSearch, kSolve, kMove };
+  Stage stage_ = Stage::kBegin;
+  std::uint32_t ticks_ = 0;                      // that it has taken
+  float pace_ = 1.0F;                            // one over the ticks that a step takes
+  std::array<Load, kMaxBodies> searched_loads_;  // with which its search began
+  std::array<SolverBody, kMaxBodies> solver_bodies_;
+  std::array<Vec3, kMaxBodies> accelerated_momentum_;  // Free: angular
+  std::size_t moved_ = 0;                              // of the bodies
+
+  BodySet pushed_ = 0;  // in this tick
+  BodySet asleep_ = 0;
+  std::array<BodySet, kMaxBodies> islands_{};  // of those asleep: that sleep and wake together
+  std::array<float, kMaxBodies> still_s_{};    // for how long
+
+  std::array<Pin, kMaxBodies> pins_;
+  std::array<bool, kMaxBodies> pinned_{};
 };
 
 }  // namespace thimble::control

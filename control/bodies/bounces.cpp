@@ -7,11 +7,13 @@
 
 namespace thimble::control {
 
-// Twice the work of all contacts in this tick. motions: of the bodies, when it began.
-float ContactSolver::work_twice_J(std::span<SolverBody> bodies, std::span<const Motion> motions) noexcept {
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    bodies[i].velocity_m_s += motions[i].velocity_m_s;
-    bodies[i].spin_rad_s += motions[i].spin_rad_s;
+constexpr int kMaxBounceRounds = 8;
+
+// Twice the work of all contacts in this step.
+float ContactSolver::work_twice_J(std::span<SolverBody> bodies) noexcept {
+  for (SolverBody& body : bodies) {
+    body.velocity_m_s += body.begin_m_s;
+    body.spin_rad_s += body.begin_rad_s;
   }
   constexpr float kRounding = 1.0e-4F;  // of bounces of restitution 1, which do none
   float work_J = 0.0F;
@@ -22,26 +24,28 @@ float ContactSolver::work_twice_J(std::span<SolverBody> bodies, std::span<const 
       work_J += p.impulse_N_s * (separation_speed(bodies, patch, p.row) - kRounding * std::abs(p.target_m_s));
     }
   }
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    bodies[i].velocity_m_s -= motions[i].velocity_m_s;
-    bodies[i].spin_rad_s -= motions[i].spin_rad_s;
+  for (SolverBody& body : bodies) {
+    body.velocity_m_s -= body.begin_m_s;
+    body.spin_rad_s -= body.begin_rad_s;
   }
   return work_J;
 }
 
-// Newton's restitution gives energy where friction turns the motion during the impact (Kane and Levinson 1985). Then the bodies bounce less.
-void ContactSolver::bounce_less(std::span<SolverBody> bodies, std::span<const Motion> motions) noexcept {
-  constexpr int kMaxRounds = 8;
+// Newton's restitution gives energy where friction turns the motion during the impact (Kane and Levinson 1985). Then the bodies bounce less:
+// true, and the iterations go on.
+bool ContactSolver::bounce_less(std::span<SolverBody> bodies, Work& work) noexcept {
   constexpr float kLess = 0.8F;
-  for (int round = 0; round < kMaxRounds && work_twice_J(bodies, motions) > 0.0F; ++round) {
-    for (Patch& patch : found_.patches()) {
-      for (std::size_t i = 0; i < patch.count; ++i) {
-        PatchPoint& p = found_.point(patch, i);
-        if (p.bounces) p.target_m_s *= kLess;
-      }
+  if (bounce_rounds_ == kMaxBounceRounds) return false;
+  work.charge(static_cast<std::uint32_t>(bodies.size() / 4 + found_.points() + 2 * found_.patches().size()));
+  if (!(work_twice_J(bodies) > 0.0F)) return false;
+  ++bounce_rounds_;
+  for (Patch& patch : found_.patches()) {
+    for (std::size_t i = 0; i < patch.count; ++i) {
+      PatchPoint& p = found_.point(patch, i);
+      if (p.bounces) p.target_m_s *= kLess;
     }
-    relax(bodies);
   }
+  return true;
 }
 
 }  // namespace thimble::control

@@ -33,9 +33,12 @@ bool take_contact(GodObject& god, std::uint8_t object, Contact& contact, Vec3& n
 }
 
 // The point of the surface nearest to `local`, which is on `feature` except for rounding.
-[[gnu::noinline]] Vec3 onto_surface(const PlacedObject& object, Feature& feature, const Vec3& local) {
+[[gnu::noinline]] Vec3 onto_surface(const PlacedObject& object, Feature& feature, const Vec3& local,
+                                    Work& of_tick) {
   Work work(kInPlaceWork);
-  return object.ops->slide(object.shape, feature, {work, local, local, true}).to;
+  const Vec3 to = object.ops->slide(object.shape, feature, {work, local, local, true}).to;
+  of_tick.charge(kInPlaceWork - work.left());
+  return to;
 }
 
 // The box about the old and the new pose holds the path of every point of the object, except for the curvature of its
@@ -139,7 +142,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
     const Anchor& anchor = finger.anchor;
     local = anchor.holds && anchor.object == moved && anchor.world_m == god.position_m
                 ? anchor.local_m
-                : onto_surface(now, contact.feature, from);
+                : onto_surface(now, contact.feature, from, effort.work);
     from = local;
     side[0] = contact.feature;
   } else {
@@ -176,7 +179,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
     if (!now.ops->sweep(now.shape, from, to, {side.data(), touched || beside ? 1U : 0U}, hit, effort.work) ||
         hit.t <= 1.0F)
       return false;
-    local = onto_surface(now, contact.feature, to);
+    local = onto_surface(now, contact.feature, to, effort.work);
     if ((local - to).squaredNorm() > kGap_m * kGap_m) {
       god.beside = contact;
       god.has_beside = true;

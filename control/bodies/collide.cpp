@@ -4,10 +4,21 @@
 #include <cmath>
 #include <limits>
 
-#include "control/bodies/convex.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
+
+void collide_point_with_plane(const PlacedObject& plane, const Vec3& point, float margin,
+                              Manifold& out) noexcept {
+  const Vec3 normal = plane.turn(plane.shape.vector);
+  const float depth = plane.shape.radius_m - plane.shape.vector.dot(plane.to_local(point));
+  if (depth >= -margin) out.add({point + 0.5F * depth * normal, normal, depth});
+}
+
+void flip_normals(Manifold& manifold) noexcept {
+  for (std::size_t i = 0; i < manifold.count; ++i) manifold.points[i].normal = -manifold.points[i].normal;
+}
+
 namespace {
 
 // Cosine of the largest angle between axes that count as parallel: 0.6 degrees.
@@ -49,12 +60,6 @@ void collide_capsule(const PlacedObject& a, const PlacedObject& b, float margin,
   }
   const float z = 0.5F * (lo + hi);
   if (std::abs(z) < 0.9F * half) collide_ball(a.to_world({0, 0, z}), radius, b, margin, out);
-}
-
-void collide_point_with_plane(const PlacedObject& plane, const Vec3& point, float margin, Manifold& out) {
-  const Vec3 normal = plane.turn(plane.shape.vector);
-  const float depth = plane.shape.radius_m - plane.shape.vector.dot(plane.to_local(point));
-  if (depth >= -margin) out.add({point + 0.5F * depth * normal, normal, depth});
 }
 
 void collide_points_with_plane(const PlacedObject& a, const PlacedObject& plane, float margin,
@@ -146,62 +151,7 @@ bool collide_parallel(const PlacedObject& a, const PlacedObject& b, float margin
   return false;
 }
 
-void flip_normals(Manifold& manifold) {
-  for (std::size_t i = 0; i < manifold.count; ++i) manifold.points[i].normal = -manifold.points[i].normal;
-}
-
 bool is_round(CollisionForm form) { return form == CollisionForm::kBall || form == CollisionForm::kCapsule; }
-
-// The convex parts of an object: the pieces of a moving mesh, or the solid itself.
-std::size_t parts(const PlacedObject& object) {
-  return form(object) == CollisionForm::kMesh ? object.shape.mesh.piece_count : 1;
-}
-
-Convex part(const PlacedObject& object, std::size_t i, const Mat3& rotation, const Vec3& position_m) {
-  if (form(object) != CollisionForm::kMesh) return convex_solid(object, rotation, position_m);
-  return convex_hull(object.shape.mesh.piece(i), rotation, position_m);
-}
-
-void collide_pieces_with_plane(const PlacedObject& a, const PlacedObject& plane, float margin,
-                               Manifold& out) {
-  for (std::size_t i = 0; i < parts(a); ++i)
-    for (const scene::Vec3& corner : a.shape.mesh.piece(i))
-      collide_point_with_plane(plane, a.to_world(to_vec(corner)), margin, out);
-}
-
-// b is a mesh without pieces.
-void collide_with_mesh(const PlacedObject& a, const PlacedObject& b, float margin, Manifold& out) {
-  const Mat3 rotation = b.rotation.transpose() * a.rotation;
-  const Vec3 position = b.rotation.transpose() * (a.position_m - b.position_m);
-  for (std::size_t i = 0; i < parts(a); ++i)
-    collide_with_triangles(part(a, i, rotation, position), b.shape.mesh, margin, out);
-  for (std::size_t i = 0; i < out.count; ++i) {
-    ContactPoint& point = out.points[i];
-    point.point_m = b.rotation * point.point_m + b.position_m;
-    point.normal = b.rotation * point.normal;
-  }
-}
-
-bool has_triangles_only(const PlacedObject& object) {
-  return form(object) == CollisionForm::kMesh && object.shape.mesh.piece_count == 0;
-}
-
-// At least one of them is a mesh.
-void collide_meshes(const PlacedObject& a, const PlacedObject& b, float margin, Manifold& out) {
-  if (form(b) == CollisionForm::kHalfSpace) return collide_pieces_with_plane(a, b, margin, out);
-  if (has_triangles_only(b)) return collide_with_mesh(a, b, margin, out);
-  if (has_triangles_only(a)) {
-    collide_with_mesh(b, a, margin, out);
-    flip_normals(out);
-    return;
-  }
-  for (std::size_t i = 0; i < parts(a); ++i) {
-    const Convex of_a = part(a, i, a.rotation, Vec3::Zero());
-    for (std::size_t j = 0; j < parts(b); ++j)
-      collide_convex(of_a, part(b, j, b.rotation, b.position_m - a.position_m), margin, out);
-  }
-  for (std::size_t i = 0; i < out.count; ++i) out.points[i].point_m += a.position_m;
-}
 
 // Whether there is an exact collision with a in the first place; it is in `out` then.
 bool collide_as(const PlacedObject& a, const PlacedObject& b, float margin, Manifold& out) {
@@ -227,6 +177,8 @@ bool collide_as(const PlacedObject& a, const PlacedObject& b, float margin, Mani
 }  // namespace
 
 void Manifold::add(const ContactPoint& point) noexcept {
+  constexpr std::uint32_t kFullWork = 12;  // pairs of points
+  if (work != nullptr) work->charge(count < kMaxManifold ? 1 : kFullWork);
   if (count < kMaxManifold) {
     points[count++] = point;
     return;
@@ -293,21 +245,16 @@ std::array<Vec3, 4> rim_directions(const Vec3& down) noexcept {
   return {lowest, beside, -lowest, -beside};
 }
 
-void collide(const PlacedObject& a, const PlacedObject& b, float margin_m, Manifold& out) noexcept {
-  out.count = 0;
-  out.left_out = 0;
-  if (form(a) == CollisionForm::kMesh || form(b) == CollisionForm::kMesh)
-    return collide_meshes(a, b, margin_m, out);
-  if (collide_as(a, b, margin_m, out)) return;
+bool collide_in_closed_form(const PlacedObject& a, const PlacedObject& b, float margin_m,
+                            Manifold& out) noexcept {
+  if (collide_as(a, b, margin_m, out)) return true;
   if (collide_as(b, a, margin_m, out)) {
     flip_normals(out);
-    return;
+    return true;
   }
-  if (form(a) == CollisionForm::kBox && form(b) == CollisionForm::kBox)
-    return collide_boxes(box_about(a), box_about(b), margin_m, out);
-  collide_convex(convex_solid(a, a.rotation, Vec3::Zero()),
-                 convex_solid(b, b.rotation, b.position_m - a.position_m), margin_m, out);
-  for (std::size_t i = 0; i < out.count; ++i) out.points[i].point_m += a.position_m;
+  if (form(a) != CollisionForm::kBox || form(b) != CollisionForm::kBox) return false;
+  collide_boxes(box_about(a), box_about(b), margin_m, out);
+  return true;
 }
 
 }  // namespace thimble::control

@@ -1,5 +1,5 @@
 // Collision of two solids: contact points, normals and depths, for the contact solver
-// (control/bodies/contact_solver.h).
+// (control/bodies/contact_solver.h). control/bodies/pair_collision.h puts it together.
 //
 // Closed forms: balls and capsules with every primitive; boxes with planes and boxes; cylinders with planes, and with
 // cylinders and boxes that have a parallel axis; cones with planes. All other pairs are convex solids of any kind
@@ -7,7 +7,8 @@
 // fixed mesh (collide_mesh.cpp). A moving mesh is the union of its pieces. Two meshes without pieces do not meet: the
 // compiler gives pieces to every mesh that moves.
 //
-// Bounds: kMaxPieces pieces a mesh; nodes and triangles of a fixed mesh for each of them (collide_mesh.cpp).
+// Bounds: kMaxPieces pieces a mesh; nodes and triangles of a fixed mesh for each of them (collide_mesh.cpp). That is far more
+// than a tick may take, so the contact solver does it in steps (control/bodies/pair_collision.h).
 #pragma once
 
 #include <array>
@@ -15,6 +16,7 @@
 
 #include "control/contact/world.h"
 #include "control/scene/shape_table.h"
+#include "control/work.h"
 #include "kinematics/vector.h"
 
 namespace thimble::control {
@@ -32,6 +34,8 @@ struct Manifold {
   std::size_t count = 0;
   std::uint32_t left_out =
       0;  // how often triangles of a mesh were left out at a bound (control/bodies/collide_mesh.cpp)
+
+  Work* work = nullptr;  // what add() takes; null: not counted
 
   // When it is full, the two points that are nearest to each other become the deeper one of them.
   void add(const ContactPoint& point) noexcept;
@@ -75,9 +79,15 @@ struct CollisionOps {
 // Four unit vectors across the z axis, the one that points most along `down` first.
 [[nodiscard]] std::array<Vec3, 4> rim_directions(const Vec3& down) noexcept;
 
-// All points that are apart by at most margin_m. Both objects collide (ShapeRow::collision), and a is no
-// half-space. A point lies between the two surfaces; patches of contact with unlike normals have points of their own.
-void collide(const PlacedObject& a, const PlacedObject& b, float margin_m, Manifold& out) noexcept;
+// All points of a that are in a half-space.
+void collide_with_plane(const PlacedObject& a, const PlacedObject& plane, Manifold& out) noexcept;
+
+// Parts of PairCollision. False: there is no closed form for the two, of which none is a mesh.
+[[nodiscard]] bool collide_in_closed_form(const PlacedObject& a, const PlacedObject& b, float margin_m,
+                                          Manifold& out) noexcept;
+void collide_point_with_plane(const PlacedObject& plane, const Vec3& point, float margin,
+                              Manifold& out) noexcept;
+void flip_normals(Manifold& manifold) noexcept;
 
 // Two oriented boxes: separating axis test, then the incident face is clipped (Gottschalk 1996; Catto 2006).
 struct OrientedBox {

@@ -16,6 +16,7 @@ constexpr float kApart_m = 5.0e-4F;
 constexpr int kMaxDescents = 6;
 // A direction is better when it saves this much: the normals of flat faces stay exactly as they are.
 constexpr float kBetter_m = 2.0e-7F;
+constexpr float kDeep_m = 3.0e-4F;
 
 void add_single(const Overlap& overlap, float radius_of_a_m, Manifold& out) {
   out.add_distinct({overlap.of_core_m + (0.5F * overlap.depth_m - radius_of_a_m) * overlap.normal,
@@ -100,32 +101,47 @@ float depth_along(const Convex& a, const Convex& b, const Vec3& normal) noexcept
   return normal.dot(b.farthest(normal).at_m - a.farthest(-normal).at_m) + a.radius_m + b.radius_m;
 }
 
-bool least_overlap(const Convex& a, const Convex& b, float margin_m, Overlap& overlap) noexcept {
-  const float radii_m = a.radius_m + b.radius_m;
-  overlap.settled = false;
-  for (int step = 0; step < kMaxDescents && !overlap.settled; ++step) {
-    const float shift_m = std::max(0.0F, overlap.depth_m - radii_m + kApart_m);
-    const Vec3 shift = shift_m * overlap.normal;
-    NearestPair pair;
-    const Distance distance = nearest_points(a, b, shift, overlap.normal, margin_m, pair);
-    if (distance == Distance::kApart) return false;
-    if (distance == Distance::kTouching) {  // by rounding: the direction so far, at the deepest place of a
-      overlap.of_core_m = a.farthest(-overlap.normal).at_m;
-      return true;
-    }
-    const Vec3 normal = pair.apart_m.normalized();
-    const float depth_m = depth_along(a, b, normal);
-    if (depth_m < -margin_m) {
-      overlap.normal = normal;
-      return false;
-    }
-    overlap.of_core_m = pair.of_a_m - shift;
-    overlap.settled = shift_m <= 0.0F || depth_m > overlap.depth_m - kBetter_m;
-    if (depth_m > overlap.depth_m - kBetter_m) break;
-    overlap.normal = normal;
-    overlap.depth_m = depth_m;
+void OverlapSearch::begin(const Overlap& first) noexcept {
+  overlap_ = first;
+  overlap_.settled = false;
+  descents_ = 0;
+  descends_ = false;
+}
+
+void OverlapSearch::begin_descent(const Convex& a, const Convex& b) noexcept {
+  const float shift_m = std::max(0.0F, overlap_.depth_m - (a.radius_m + b.radius_m) + kApart_m);
+  shift_m_ = shift_m * overlap_.normal;
+  raised_ = shift_m > 0.0F;
+  distance_.begin(overlap_.normal);
+  descends_ = true;
+}
+
+bool OverlapSearch::step(const Convex& a, const Convex& b, float margin_m) noexcept {
+  if (!descends_) begin_descent(a, b);
+  if (!distance_.step(a, b, shift_m_, margin_m)) return false;
+  descends_ = false;
+  found_ = false;
+  if (distance_.distance() == Distance::kApart) return true;
+  if (distance_.distance() ==
+      Distance::kTouching) {  // by rounding: the direction so far, at the deepest place of a
+    overlap_.of_core_m = a.farthest(-overlap_.normal).at_m;
+    found_ = true;
+    return true;
   }
-  return true;
+  const NearestPair pair = distance_.pair();
+  const Vec3 normal = pair.apart_m.normalized();
+  const float depth_m = depth_along(a, b, normal);
+  if (depth_m < -margin_m) {
+    overlap_.normal = normal;
+    return true;
+  }
+  found_ = true;
+  overlap_.of_core_m = pair.of_a_m - shift_m_;
+  overlap_.settled = !raised_ || depth_m > overlap_.depth_m - kBetter_m;
+  if (depth_m > overlap_.depth_m - kBetter_m) return true;
+  overlap_.normal = normal;
+  overlap_.depth_m = depth_m;
+  return overlap_.settled || ++descents_ == kMaxDescents;
 }
 
 void add_contacts(const Convex& a, const Convex& b, const Overlap& overlap, float margin_m,
@@ -151,46 +167,69 @@ void add_contacts(const Convex& a, const Convex& b, const Overlap& overlap, floa
   add_single(overlap, a.radius_m, out);
 }
 
-void collide_convex(const Convex& a, const Convex& b, float margin_m, Manifold& out) noexcept {
-  const Vec3 from_b = a.centre_m - b.centre_m;
-  Overlap best;
-  best.depth_m = std::numeric_limits<float>::infinity();
-  const auto may_touch = [&](const Vec3& axis) {
-    const Vec3 normal = axis.dot(from_b) < 0.0F ? Vec3(-axis) : axis;
-    const float depth_m = depth_along(a, b, normal);
-    if (depth_m < best.depth_m - kBetter_m) {
-      best.depth_m = depth_m;
-      best.normal = normal;
-    }
-    return depth_m >= -margin_m;
-  };
-  for (const Convex* each : {&b, &a}) {
-    if (each->form == CollisionForm::kBall) continue;
-    for (int axis = 0; axis < 3; ++axis)
-      if (!may_touch(each->rotation.col(axis))) return;
+void ConvexCollision::begin() noexcept {
+  axis_ = 0;
+  restarts_ = -1;
+  best_ = {};
+  best_.depth_m = std::numeric_limits<float>::infinity();
+}
+
+bool ConvexCollision::may_touch(const Convex& a, const Convex& b, const Vec3& axis, float margin_m) noexcept {
+  if (a.work != nullptr) a.work->charge(1);
+  const Vec3 normal = axis.dot(a.centre_m - b.centre_m) < 0.0F ? Vec3(-axis) : axis;
+  const float depth_m = depth_along(a, b, normal);
+  if (depth_m < best_.depth_m - kBetter_m) {
+    best_.depth_m = depth_m;
+    best_.normal = normal;
   }
-  if (from_b.squaredNorm() > 0.0F && !may_touch(from_b.normalized())) return;
+  return depth_m >= -margin_m;
+}
+
+// First the axes of the boxes about them; then the way from b to a; then what lies across both.
+bool ConvexCollision::step(const Convex& a, const Convex& b, float margin_m, Manifold& out) noexcept {
+  constexpr int kBoxAxes = 6;
+  constexpr int kCrosses = 9;
+  if (restarts_ >= 0) return descend(a, b, margin_m, out);
+  const int axis = axis_++;
+  if (axis < kBoxAxes) {
+    const Convex& each = axis < 3 ? b : a;
+    return each.form != CollisionForm::kBall && !may_touch(a, b, each.rotation.col(axis % 3), margin_m);
+  }
+  if (axis == kBoxAxes) {
+    const Vec3 from_b = a.centre_m - b.centre_m;
+    return from_b.squaredNorm() > 0.0F && !may_touch(a, b, from_b.normalized(), margin_m);
+  }
   // Bodies that hold each other overlap by less. Then no face of the boxes about them is near: two edges may be.
-  constexpr float kDeep_m = 3.0e-4F;
-  for (int i = 0; i < 9 && best.depth_m > kDeep_m; ++i) {
+  if (const int i = axis - kBoxAxes - 1; i < kCrosses && best_.depth_m > kDeep_m) {
     const Vec3 cross = a.rotation.col(i / 3).cross(b.rotation.col(i % 3));
     constexpr float kLeastSine = 0.05F;
-    if (cross.squaredNorm() > kLeastSine * kLeastSine && !may_touch(cross.normalized())) return;
+    return cross.squaredNorm() > kLeastSine * kLeastSine && !may_touch(a, b, cross.normalized(), margin_m);
   }
-  if (!std::isfinite(best.depth_m)) return;
-  Overlap overlap = best;
-  if (!least_overlap(a, b, margin_m, overlap)) return;
-  // A descent can end at a direction that is the best of its neighbours only. Begin again from between it and others.
-  for (int i = 0; i < 6 && overlap.depth_m > kDeep_m; ++i) {
-    const Vec3 axis = i < 3 ? a.rotation.col(i) : b.rotation.col(i - 3);
-    const Vec3 aside = axis.dot(from_b) < 0.0F ? Vec3(-axis) : axis;
-    Overlap other;
-    other.normal = (overlap.normal + aside).normalized();
-    other.depth_m = depth_along(a, b, other.normal);
-    if (!least_overlap(a, b, margin_m, other)) return;
-    if (other.depth_m < overlap.depth_m - kBetter_m) overlap = other;
+  if (!std::isfinite(best_.depth_m)) return true;
+  restarts_ = 0;
+  search_.begin(best_);
+  return false;
+}
+
+// A descent can end at a direction that is the best of its neighbours only. Begin again from between it and others.
+bool ConvexCollision::descend(const Convex& a, const Convex& b, float margin_m, Manifold& out) noexcept {
+  if (!search_.step(a, b, margin_m)) return false;
+  if (!search_.found()) return true;
+  const Overlap& found = search_.overlap();
+  if (restarts_ == 0 || found.depth_m < best_.depth_m - kBetter_m) best_ = found;
+  constexpr int kMaxRestarts = 6;
+  if (restarts_ == kMaxRestarts || best_.depth_m <= kDeep_m) {
+    add_contacts(a, b, best_, margin_m, out);
+    return true;
   }
-  add_contacts(a, b, overlap, margin_m, out);
+  const Vec3 axis = restarts_ < 3 ? a.rotation.col(restarts_) : b.rotation.col(restarts_ - 3);
+  ++restarts_;
+  const Vec3 aside = axis.dot(a.centre_m - b.centre_m) < 0.0F ? Vec3(-axis) : axis;
+  Overlap other;
+  other.normal = (best_.normal + aside).normalized();
+  other.depth_m = depth_along(a, b, other.normal);
+  search_.begin(other);
+  return false;
 }
 
 }  // namespace thimble::control

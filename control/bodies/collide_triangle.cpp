@@ -33,15 +33,21 @@ constexpr auto shallower = [](const auto& x, const auto& y) { return x.depth_m <
 
 }  // namespace
 
-TriangleCollision::TriangleCollision(const Convex& a, const MeshView& mesh, const Vec3& free_m,
-                                     float margin_m, Manifold& out)
-    : a_(a),
-      mesh_(mesh),
-      margin_m_(margin_m),
-      out_(out),
-      free_m_(free_m),
-      centre_m_(a.rotation.transpose() * (a.centre_m - a.position_m)),
-      inner_m_(a.centre_m) {
+void TriangleCollision::begin(const Convex& a, const MeshView& mesh, const Vec3& free_m, float margin_m,
+                              Manifold& out) {
+  a_ = &a;
+  mesh_ = &mesh;
+  margin_m_ = margin_m;
+  out_ = &out;
+  free_m_ = free_m;
+  centre_m_ = a.rotation.transpose() * (a.centre_m - a.position_m);
+  inner_m_ = a.centre_m;
+  ball_m_ = 0.0F;
+  level_ = passed_over_ = tried_ = triangles_ = searches_ = 0;
+  deferred_count_ = 0;
+  met_all_ = true;
+  lost_ = searches_one_ = false;
+  normals_ = Vec3::Zero();
   if (a.corners.empty()) return;
   float radius2 = 0.0F;
   Vec3 sum = Vec3::Zero();
@@ -62,12 +68,12 @@ bool TriangleCollision::at_bound() const {
 bool TriangleCollision::place(std::uint32_t triangle, Face& face) const {
   face.triangle = triangle;
   for (std::uint32_t i = 0; i < 3; ++i) {
-    face.p[i] = vertex(mesh_, triangle, i);
-    face.of[i] = a_.rotation.transpose() * (face.p[i] - a_.position_m);
+    face.p[i] = vertex(*mesh_, triangle, i);
+    face.of[i] = a_->rotation.transpose() * (face.p[i] - a_->position_m);
   }
   face.lo = face.of[0].cwiseMin(face.of[1]).cwiseMin(face.of[2]);
   face.hi = face.of[0].cwiseMax(face.of[1]).cwiseMax(face.of[2]);
-  const Vec3 half = a_.half_m.array() + margin_m_;
+  const Vec3 half = a_->half_m.array() + margin_m_;
   if (((face.lo - centre_m_).array() > half.array()).any() ||
       ((centre_m_ - face.hi).array() > half.array()).any())
     return false;
@@ -76,7 +82,7 @@ bool TriangleCollision::place(std::uint32_t triangle, Face& face) const {
   if (!(length > 0.0F)) return false;
   face.normal = area / length;
   face.side = 1.0F;
-  if (two_sided(mesh_, triangle) && face.normal.dot(free_m_ - face.p[0]) < 0.0F) {
+  if (two_sided(*mesh_, triangle) && face.normal.dot(free_m_ - face.p[0]) < 0.0F) {
     face.normal = -face.normal;
     face.side = -1.0F;
   }
@@ -85,8 +91,8 @@ bool TriangleCollision::place(std::uint32_t triangle, Face& face) const {
 
 // Whether the only corner of the triangle that can touch is the place of a contact that is found already.
 bool TriangleCollision::is_known(const Face& face) const {
-  for (std::size_t i = 0; i < out_.count; ++i) {
-    const ContactPoint& found = out_.points[i];
+  for (std::size_t i = 0; i < out_->count; ++i) {
+    const ContactPoint& found = out_->points[i];
     const Vec3 place = found.point_m + (0.5F * found.depth_m) * found.normal;
     for (const Vec3& corner : face.p) {
       const Vec3 from = corner - place;
@@ -100,8 +106,8 @@ bool TriangleCollision::is_known(const Face& face) const {
 
 // Whether the triangle lies in the plane of contacts that are found already.
 bool TriangleCollision::is_level(const Face& face) const {
-  for (std::size_t i = 0; i < out_.count; ++i) {
-    const ContactPoint& found = out_.points[i];
+  for (std::size_t i = 0; i < out_->count; ++i) {
+    const ContactPoint& found = out_->points[i];
     if (found.normal.dot(face.normal) > kSameLine &&
         std::abs(face.normal.dot(face.p[0] - found.point_m) - 0.5F * found.depth_m) < kLevel_m)
       return true;
@@ -110,7 +116,7 @@ bool TriangleCollision::is_level(const Face& face) const {
 }
 
 void TriangleCollision::offer(const Face& face, const Vec3& normal, Overlap& best) const {
-  const float depth_m = height_of(face.p, normal) - normal.dot(a_.farthest(-normal).at_m) + a_.radius_m;
+  const float depth_m = height_of(face.p, normal) - normal.dot(a_->farthest(-normal).at_m) + a_->radius_m;
   if (depth_m >= best.depth_m - kSooner_m) return;
   best.depth_m = depth_m;
   best.normal = normal;
@@ -120,29 +126,29 @@ void TriangleCollision::offer(const Face& face, const Vec3& normal, Overlap& bes
 void TriangleCollision::offer_neighbours(const Face& face, Overlap& best) const {
   const auto side = static_cast<std::int8_t>(face.side > 0.0F ? 1 : -1);
   for (std::uint32_t edge = 0; edge < 3; ++edge) {
-    const Step beyond = across(mesh_, face.triangle, side, edge);
-    if (beyond.triangle == face.triangle || concave(mesh_, face.triangle, side, beyond)) continue;
-    const Vec3 area = static_cast<float>(beyond.side) * area_normal(mesh_, beyond.triangle);
+    const Step beyond = across(*mesh_, face.triangle, side, edge);
+    if (beyond.triangle == face.triangle || concave(*mesh_, face.triangle, side, beyond)) continue;
+    const Vec3 area = static_cast<float>(beyond.side) * area_normal(*mesh_, beyond.triangle);
     const float length = area.norm();
     if (length > 0.0F) offer(face, area / length, best);
   }
   // A direction between the faces leads to the nearest of them, which one along a face does not.
   for (std::uint32_t corner = 0; corner < 3; ++corner) {
     const Vec3 mean =
-        face.side * to_vec(mesh_.vertices[vertex_index(mesh_, face.triangle, corner)].pseudonormal());
+        face.side * to_vec(mesh_->vertices[vertex_index(*mesh_, face.triangle, corner)].pseudonormal());
     if (mean.squaredNorm() > 0.0F) offer(face, mean.normalized(), best);
   }
 }
 
 bool TriangleCollision::rises_round_corner(std::uint32_t triangle, std::uint32_t corner,
                                            const Vec3& normal) const {
-  const Vec3 p = vertex(mesh_, triangle, corner);
+  const Vec3 p = vertex(*mesh_, triangle, corner);
   Corner at{triangle, corner, 1};
   for (int n = 0; n < kMaxFan; ++n) {
-    const Vec3 arm = vertex(mesh_, at.triangle, next(at.corner)) - p;
-    const Vec3 other = vertex(mesh_, at.triangle, previous(at.corner)) - p;
+    const Vec3 arm = vertex(*mesh_, at.triangle, next(at.corner)) - p;
+    const Vec3 other = vertex(*mesh_, at.triangle, previous(at.corner)) - p;
     if (normal.dot(arm) > kRise * arm.norm() || normal.dot(other) > kRise * other.norm()) return true;
-    at = next_in_fan(mesh_, at);
+    at = next_in_fan(*mesh_, at);
     if (at.triangle == triangle && at.side > 0) return false;
   }
   return false;
@@ -153,7 +159,7 @@ bool TriangleCollision::rises(std::uint32_t triangle, const Vec3& normal) const 
   std::array<Vec3, 3> p;
   std::array<float, 3> height;
   for (std::uint32_t i = 0; i < 3; ++i) {
-    p[i] = vertex(mesh_, triangle, i);
+    p[i] = vertex(*mesh_, triangle, i);
     height[i] = normal.dot(p[i]);
   }
   const auto top =
@@ -165,10 +171,10 @@ bool TriangleCollision::rises(std::uint32_t triangle, const Vec3& normal) const 
     const Vec3 along = p[to] - p[from];
     const float length = along.norm();
     if (std::abs(height[to] - height[from]) > kRise * length) continue;  // it falls off
-    const Step beyond = across(mesh_, triangle, 1, edge);
+    const Step beyond = across(*mesh_, triangle, 1, edge);
     level = true;
     if (beyond.triangle == triangle) continue;
-    const Vec3 arm = vertex(mesh_, beyond.triangle, previous(beyond.edge)) - p[from];
+    const Vec3 arm = vertex(*mesh_, beyond.triangle, previous(beyond.edge)) - p[from];
     const Vec3 off = arm - (arm.dot(along) / (length * length)) * along;
     if (normal.dot(off) > kRise * off.norm()) return true;
   }
@@ -178,8 +184,8 @@ bool TriangleCollision::rises(std::uint32_t triangle, const Vec3& normal) const 
 // Keeps a triangle for the search: of more than kMaxDeferred the deepest ones. Of a hull most of what comes here is beside
 // it: the first direction is from the triangle to its middle, along which that is seen at once.
 void TriangleCollision::defer(const Face& face, Overlap overlap) {
-  if (a_.nearest == nullptr) {
-    const Vec3 aside = a_.centre_m - nearest_on_triangle(face.p, a_.centre_m);
+  if (a_->nearest == nullptr) {
+    const Vec3 aside = a_->centre_m - nearest_on_triangle(face.p, a_->centre_m);
     if (aside.dot(face.normal) > 0.0F) offer(face, aside.normalized(), overlap);
     if (overlap.depth_m < -margin_m_) return;
   }
@@ -195,57 +201,72 @@ void TriangleCollision::defer(const Face& face, Overlap overlap) {
 }
 
 // False when they are apart, or no direction is found.
-bool TriangleCollision::search(const Face& face, Overlap& overlap) {
+bool TriangleCollision::push_out_line(const Face& face, Overlap& overlap) const {
   const TriangleCorners corners = corners_of(face.p);
-  const Convex b = convex_triangle(corners);
-  if (a_.form != CollisionForm::kCapsule) {
-    if (!least_overlap(a_, b, margin_m_, overlap)) return false;
-    lost_ = lost_ || !overlap.settled;
-    return overlap.settled;
-  }
   NearestPair pair;
-  const Distance distance = nearest_points(a_, b, Vec3::Zero(), face.normal, margin_m_, pair);
+  const Distance distance =
+      nearest_points(*a_, convex_triangle(corners), Vec3::Zero(), face.normal, margin_m_, pair);
   if (distance == Distance::kApart) return false;
   if (distance == Distance::kNearest && pair.apart_m.dot(face.normal) > 0.0F) {
     push_out(pair.of_a_m, pair.apart_m, overlap);
     return overlap.depth_m >= -margin_m_;
   }
   // The line of the capsule goes through the triangle.
-  overlap.of_core_m = a_.farthest(-face.normal).at_m;
+  overlap.of_core_m = a_->farthest(-face.normal).at_m;
   overlap.normal = face.normal;
-  overlap.depth_m = face.normal.dot(face.p[0] - overlap.of_core_m) + a_.radius_m;
+  overlap.depth_m = face.normal.dot(face.p[0] - overlap.of_core_m) + a_->radius_m;
   return true;
 }
 
-// The deepest one first. A direction that is found bounds the overlap of the others as well.
-void TriangleCollision::finish() {
-  for (int n = 0; deferred_count_ > 0; ++n) {
-    Deferred& at = *std::max_element(
-        deferred_.begin(), deferred_.begin() + static_cast<std::ptrdiff_t>(deferred_count_), shallower);
-    if (at.depth_m < -margin_m_) return;
-    if (n == kMaxSearches) {
-      lost_ = true;
-      return;
-    }
-    Face face;
-    Overlap overlap;
-    overlap.normal = at.normal;
-    overlap.depth_m = at.depth_m;
-    const bool placed = place(at.triangle, face);
-    at = deferred_[--deferred_count_];
-    if (!placed || is_known(face)) continue;
-    if (search(face, overlap)) add(face, overlap, false);
-    const float lowest_m = overlap.normal.dot(a_.farthest(-overlap.normal).at_m) - a_.radius_m;
-    for (std::size_t i = 0; i < deferred_count_; ++i) {
-      Deferred& other = deferred_[i];
-      for (std::uint32_t corner = 0; corner < 3; ++corner)
-        face.p[corner] = vertex(mesh_, other.triangle, corner);
-      const float depth_m = height_of(face.p, overlap.normal) - lowest_m;
-      if (depth_m >= other.depth_m - kSooner_m) continue;
-      other.depth_m = depth_m;
-      other.normal = overlap.normal;
+// One step of the search of the triangle `searched_`. True: it has ended, and what it found bounds the overlap of the others as well.
+bool TriangleCollision::search() {
+  if (a_->form == CollisionForm::kCapsule) {
+    if (push_out_line(searched_, searched_overlap_)) add(searched_, searched_overlap_, false);
+  } else {
+    const TriangleCorners corners = corners_of(searched_.p);
+    if (!search_.step(*a_, convex_triangle(corners), margin_m_)) return false;
+    searched_overlap_ = search_.overlap();
+    if (search_.found()) {
+      lost_ = lost_ || !searched_overlap_.settled;
+      if (searched_overlap_.settled) add(searched_, searched_overlap_, false);
     }
   }
+  const Vec3& normal = searched_overlap_.normal;
+  const float lowest_m = normal.dot(a_->farthest(-normal).at_m) - a_->radius_m;
+  std::array<Vec3, 3> p;
+  for (std::size_t i = 0; i < deferred_count_; ++i) {
+    Deferred& other = deferred_[i];
+    for (std::uint32_t corner = 0; corner < 3; ++corner) p[corner] = vertex(*mesh_, other.triangle, corner);
+    const float depth_m = height_of(p, normal) - lowest_m;
+    if (depth_m >= other.depth_m - kSooner_m) continue;
+    other.depth_m = depth_m;
+    other.normal = normal;
+  }
+  return true;
+}
+
+// The deepest one first.
+bool TriangleCollision::finish() {
+  if (searches_one_) {
+    searches_one_ = !search();
+    return false;
+  }
+  if (deferred_count_ == 0) return true;
+  Deferred& at = *std::max_element(
+      deferred_.begin(), deferred_.begin() + static_cast<std::ptrdiff_t>(deferred_count_), shallower);
+  if (at.depth_m < -margin_m_) return true;
+  if (searches_++ == kMaxSearches) {
+    lost_ = true;
+    return true;
+  }
+  searched_overlap_ = {};
+  searched_overlap_.normal = at.normal;
+  searched_overlap_.depth_m = at.depth_m;
+  const bool placed = place(at.triangle, searched_);
+  at = deferred_[--deferred_count_];
+  searches_one_ = placed && !is_known(searched_);
+  search_.begin(searched_overlap_);
+  return false;
 }
 
 // Whether only one corner of the triangle can touch along the normal.
@@ -272,15 +293,17 @@ bool TriangleCollision::add(const Face& face, Overlap& overlap, bool corner) {
     return true;
   }
   ++triangles_;
+  constexpr std::uint32_t kAddWork = 6;
+  if (a_->work != nullptr) a_->work->charge(kAddWork);
 
   // One point where the other corners are out of reach.
   if (corner && is_alone(face, overlap.normal, overlap.depth_m)) {
-    out_.add_distinct(
+    out_->add_distinct(
         {overlap.of_core_m + (0.5F * overlap.depth_m) * overlap.normal, overlap.normal, overlap.depth_m});
     return true;
   }
   const TriangleCorners corners = corners_of(face.p);
-  add_contacts(a_, convex_triangle(corners), overlap, margin_m_, out_);
+  add_contacts(*a_, convex_triangle(corners), overlap, margin_m_, *out_);
   return true;
 }
 
@@ -289,7 +312,7 @@ void TriangleCollision::push_out(const Vec3& of_core_m, const Vec3& apart_m, Ove
   const float length = apart_m.norm();
   overlap.of_core_m = of_core_m;
   overlap.normal = apart_m / length;
-  overlap.depth_m = a_.radius_m - length;
+  overlap.depth_m = a_->radius_m - length;
 }
 
 // A ball or capsule: what is nearest to its core. Where the core goes through the triangle's plane, the face pushes it out.
@@ -299,7 +322,7 @@ void TriangleCollision::collide_round(const Face& face, float depth_m, const Vec
   overlap.normal = face.normal;
   overlap.depth_m = depth_m;
   if (!is_over(face, lowest_m)) {
-    if (a_.form == CollisionForm::kCapsule) {
+    if (a_->form == CollisionForm::kCapsule) {
       const Verdict verdict = at_corner(face, overlap);
       if (verdict == Verdict::kLeast) add(face, overlap, false);
       if (verdict == Verdict::kOpen) defer(face, overlap);
@@ -316,13 +339,13 @@ void TriangleCollision::collide_round(const Face& face, float depth_m, const Vec
 void TriangleCollision::collide_flat(const Face& face, const Guess& guess, const Vec3& lowest_m) {
   Overlap overlap;
   overlap.depth_m = guess.depth_m;
-  overlap.normal = guess.axis < 0 ? face.normal : Vec3(guess.sign * a_.rotation.col(guess.axis));
+  overlap.normal = guess.axis < 0 ? face.normal : Vec3(guess.sign * a_->rotation.col(guess.axis));
   constexpr float kDeep_m = 3.0e-4F;
   const bool deep = guess.depth_m > kDeep_m;
   bool least = !deep && is_least(face, guess, lowest_m, overlap);
-  if (least && (add(face, overlap, guess.axis >= 0) || a_.form != CollisionForm::kBox)) return;
+  if (least && (add(face, overlap, guess.axis >= 0) || a_->form != CollisionForm::kBox)) return;
   // On ground that is fine or far below, most of what the solid's box holds is settled by this.
-  if (a_.form != CollisionForm::kBox) {
+  if (a_->form != CollisionForm::kBox) {
     const Verdict verdict = at_corner(face, overlap);
     if (verdict == Verdict::kApart) return;
     if (verdict == Verdict::kLeast) {
@@ -334,9 +357,9 @@ void TriangleCollision::collide_flat(const Face& face, const Guess& guess, const
     offer_neighbours(face, overlap);
     if (overlap.depth_m < -margin_m_) return;
     least = overlap.depth_m == guess.depth_m && is_least(face, guess, lowest_m, overlap);
-    if (least && (add(face, overlap, guess.axis >= 0) || a_.form != CollisionForm::kBox)) return;
+    if (least && (add(face, overlap, guess.axis >= 0) || a_->form != CollisionForm::kBox)) return;
   }
-  if (a_.form == CollisionForm::kBox) {
+  if (a_->form == CollisionForm::kBox) {
     // The mesh goes on beyond that direction: an edge of the box may lie across an edge of the mesh.
     Verdict verdict = along_edges(face, overlap);
     if (verdict == Verdict::kOpen && !least) verdict = at_corner(face, overlap);
@@ -347,20 +370,24 @@ void TriangleCollision::collide_flat(const Face& face, const Guess& guess, const
 }
 
 void TriangleCollision::collide(std::uint32_t triangle) {
+  constexpr std::uint32_t kPlaceWork = 2;
+  constexpr std::uint32_t kMeetWork = 5;
+  if (a_->work != nullptr) a_->work->charge(kPlaceWork);
   Face face;
   if (!place(triangle, face)) return;
+  if (a_->work != nullptr) a_->work->charge(kMeetWork);
   // Of a hull each farthest point costs a product per corner: first the ball about it.
-  if (a_.form == CollisionForm::kMesh && face.normal.dot(face.p[0] - a_.centre_m) + ball_m_ < -margin_m_)
+  if (a_->form == CollisionForm::kMesh && face.normal.dot(face.p[0] - a_->centre_m) + ball_m_ < -margin_m_)
     return;
-  const Vec3 lowest_m = a_.farthest(-face.normal).at_m;
-  const float depth_m = face.normal.dot(face.p[0] - lowest_m) + a_.radius_m;
+  const Vec3 lowest_m = a_->farthest(-face.normal).at_m;
+  const float depth_m = face.normal.dot(face.p[0] - lowest_m) + a_->radius_m;
   if (depth_m < -margin_m_) return;
   // Of a point, what is within its reach is not behind the face.
-  const float above_m = a_.form == CollisionForm::kBall ? a_.half_m.x() : a_.radius_m;
+  const float above_m = a_->form == CollisionForm::kBall ? a_->half_m.x() : a_->radius_m;
   if (depth_m > margin_m_ && face.normal.dot(inner_m_ - face.p[0]) < 0.0F &&
-      face.normal.dot(a_.farthest(face.normal).at_m - face.p[0]) + above_m < -margin_m_)
+      face.normal.dot(a_->farthest(face.normal).at_m - face.p[0]) + above_m < -margin_m_)
     return;  // behind the face
-  const bool round = a_.form == CollisionForm::kBall || a_.form == CollisionForm::kCapsule;
+  const bool round = a_->form == CollisionForm::kBall || a_->form == CollisionForm::kCapsule;
   const Guess guess = round ? Guess{.depth_m = depth_m} : along_axes(face, depth_m);
   if (guess.depth_m < -margin_m_ || is_known(face)) return;
   if (level_ >= kMaxLevel && is_level(face)) {

@@ -23,12 +23,11 @@ namespace thimble::control {
 
 class TriangleCollision {
  public:
-  // free_m: a place on the free side of sheets.
-  TriangleCollision(const Convex& a, const MeshView& mesh, const Vec3& free_m, float margin_m, Manifold& out);
-
+  // free_m: a place on the free side of sheets. a, mesh and out are kept until the end.
+  void begin(const Convex& a, const MeshView& mesh, const Vec3& free_m, float margin_m, Manifold& out);
   void collide(std::uint32_t triangle);
-  // After the last triangle.
-  void finish();
+  // After the last triangle, in steps. False: it goes on.
+  [[nodiscard]] bool finish();
   [[nodiscard]] bool at_bound() const;
   [[nodiscard]] bool passed_over() const { return !met_all_; }
   [[nodiscard]] float ball_m() const { return ball_m_; }
@@ -90,7 +89,8 @@ class TriangleCollision {
   [[nodiscard]] bool is_under_face(const Vec3& p, int axis, float sign) const;
   void push_out(const Vec3& of_core_m, const Vec3& apart_m, Overlap& overlap) const;
   void defer(const Face& face, Overlap overlap);
-  bool search(const Face& face, Overlap& overlap);
+  [[nodiscard]] bool push_out_line(const Face& face, Overlap& overlap) const;
+  [[nodiscard]] bool search();
   // False: the mesh goes on in that direction.
   bool add(const Face& face, Overlap& overlap, bool corner);
   [[nodiscard]] bool is_alone(const Face& face, const Vec3& normal, float depth_m) const;
@@ -100,10 +100,10 @@ class TriangleCollision {
   [[nodiscard]] bool rises_round_corner(std::uint32_t triangle, std::uint32_t corner,
                                         const Vec3& normal) const;
 
-  const Convex& a_;
-  const MeshView& mesh_;
-  float margin_m_;
-  Manifold& out_;
+  const Convex* a_ = nullptr;
+  const MeshView* mesh_ = nullptr;
+  float margin_m_ = 0.0F;
+  Manifold* out_ = nullptr;
   Vec3 free_m_;
   Vec3 centre_m_;        // of the box about the solid, in its frame
   Vec3 inner_m_;         // a point of the solid, in the frame of the mesh
@@ -112,11 +112,16 @@ class TriangleCollision {
   int passed_over_ = 0;
   int tried_ = 0;
   int triangles_ = 0;
+  int searches_ = 0;
   std::array<Deferred, kMaxDeferred> deferred_;  // the first deferred_count_ ones are written
   std::size_t deferred_count_ = 0;
   bool met_all_ = true;
   bool lost_ = false;
   Vec3 normals_ = Vec3::Zero();
+  bool searches_one_ = false;  // search_ is at searched_
+  Face searched_;
+  Overlap searched_overlap_;
+  OverlapSearch search_;
 };
 
 }  // namespace thimble::control

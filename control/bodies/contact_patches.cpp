@@ -20,6 +20,8 @@ constexpr auto is_less_deep = [](const ContactPoint* a, const ContactPoint* b) {
   return a->depth_m < b->depth_m;
 };
 
+constexpr std::uint32_t kLookWork = 3;  // at all patches
+
 using Candidates = std::array<const ContactPoint*, kMaxManifold>;
 
 // Moves the candidate with the highest score to place `to`.
@@ -101,6 +103,7 @@ std::size_t ContactPatches::make_room(Chosen& chosen, std::size_t count, float d
     const bool own =
         most == nullptr || count > most->count || (count == most->count && deepest_m <= most->deepest_m);
     ++effort.counters.contact_bound;
+    effort.work.charge(kLookWork);
     if (!own) {
       drop_point(*most);
       continue;
@@ -115,6 +118,7 @@ std::size_t ContactPatches::make_room(Chosen& chosen, std::size_t count, float d
 Patch* ContactPatches::place_for(float deepest_m, Effort& effort) noexcept {
   if (patch_count_ < patches_.size()) return &patches_[patch_count_++];
   ++effort.counters.contact_bound;
+  effort.work.charge(kLookWork);
   Patch* least = nullptr;
   for (Patch& patch : patches()) {
     if (patch.count != 0 && (least == nullptr || patch.deepest_m < least->deepest_m)) least = &patch;
@@ -142,6 +146,7 @@ void ContactPatches::add(const Patch& pair, const Manifold& manifold, Effort& ef
       taken[j] = true;
       of_patch[count++] = &manifold.points[j];
     }
+    effort.work.charge(2U + 2U * static_cast<std::uint32_t>(count));
     count = reduce(of_patch, count);
     Chosen chosen{};
     std::copy_n(of_patch.begin(), count, chosen.begin());

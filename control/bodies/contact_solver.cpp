@@ -25,23 +25,14 @@ constexpr float kRest_m = 2.0e-5F;
 constexpr float kTurnsPerTick = 0.25F;
 constexpr float kDampingRatio = 10.0F;
 constexpr float kMaxPush_m_s = 1.0F;  // of the velocity that removes penetration
-// Contact points are collected at this gap and below; the gap grows by the distance that the bodies approach
-// in one tick.
-constexpr float kMargin_m = 1.0e-4F;
-// A contact point of the previous tick within this distance is the same one.
-constexpr float kSamePlace_m = 2.0e-3F;
-constexpr float kSameDirection = 0.9F;  // cosine
 // A patch slides when it has moved by this and is at its limit. At 1 % above the limit that takes 6 ms; a resting
 // stack moves less in the ticks in which its impulses converge.
 constexpr float kSlipped_m = 2.0e-6F;
 constexpr float kAtLimit = 1.0F - 1.0e-3F;
-
-bool collides(const PlacedObject& object) { return object.row->collision != nullptr; }
-
-bool boxes_overlap(const PlacedObject& a, const PlacedObject& b, float margin) {
-  return ((a.lo_m.array() - margin) <= b.hi_m.array()).all() &&
-         ((b.lo_m.array() - margin) <= a.hi_m.array()).all();
-}
+// What a patch takes, besides its points (control/work.h).
+constexpr std::uint32_t kPrepareWork = 9;
+constexpr std::uint32_t kStickingWork = 3;
+constexpr std::uint32_t kSlidingWork = 8;
 
 ContactSolver::Softness softness(float period_s) {
   constexpr float kAngle = 2.0F * std::numbers::pi_v<float> * kTurnsPerTick;  // in a tick
@@ -78,9 +69,11 @@ Vec3 sliding_impulse(Patch& patch, const Vec3& sticking_N_s, float limit_N_s) {
 
 }  // namespace
 
+ContactSolver::ContactSolver() noexcept = default;
+
 void ContactSolver::reset() noexcept {
   found_.clear();
-  stored_count_ = 0;
+  stored_count_ = stored_point_count_ = 0;
 }
 
 float ContactSolver::friction_limit_N_s(const Patch& patch) noexcept {
@@ -123,54 +116,6 @@ float ContactSolver::solve_normals(std::span<SolverBody> bodies, Patch& patch,
     most = std::max(most, std::abs(change) / p.row.mass);
   }
   return most;
-}
-
-// Takes over the impulses of the same patch in the previous tick.
-void ContactSolver::recall(std::span<const SolverBody> bodies, Patch& patch) noexcept {
-  const StoredPatch* best = nullptr;
-  float alike = kSameDirection;
-  for (std::size_t i = 0; i < stored_count_; ++i) {
-    const StoredPatch& stored = stored_[i];
-    if (stored.object_a != patch.object_a || stored.object_b != patch.object_b) continue;
-    if (const float cosine = stored.normal.dot(patch.normal); cosine > alike) {
-      alike = cosine;
-      best = &stored;
-    }
-  }
-  if (best == nullptr) return;
-  patch.sliding = best->sliding;
-  // The third ones are for a radius of 1 m until prepare_friction.
-  patch.slip_m = {best->slip_m.dot(patch.across[0]), best->slip_m.dot(patch.across[1]), best->twist_rad};
-  patch.impulse_N_s = {best->along_N_s.dot(patch.across[0]), best->along_N_s.dot(patch.across[1]),
-                       best->moment_N_m_s};
-  std::array<bool, kMaxPatchPoints> taken{};
-  std::array<PatchPoint*, kMaxPatchPoints> fresh{};
-  std::size_t fresh_count = 0;
-  for (std::size_t i = 0; i < patch.count; ++i) {
-    PatchPoint& p = found_.point(patch, i);
-    if (p.row.mass <= 0.0F) continue;
-    const Vec3 place_m = p.point_m - bodies[patch.a].centre_m;
-    float nearest = kSamePlace_m * kSamePlace_m;
-    std::size_t same = best->count;
-    for (std::size_t j = 0; j < best->count; ++j) {
-      const float distance = (best->place_m[j] - place_m).squaredNorm();
-      if (!taken[j] && distance < nearest) {
-        nearest = distance;
-        same = j;
-      }
-    }
-    if (same == best->count) {
-      fresh[fresh_count++] = &p;
-      continue;
-    }
-    taken[same] = true;
-    p.impulse_N_s = best->normal_N_s[same];
-  }
-  // What the points that are gone have borne, the new ones bear: the limit of the friction stays.
-  float gone_N_s = 0.0F;
-  for (std::size_t j = 0; j < best->count; ++j) gone_N_s += taken[j] ? 0.0F : best->normal_N_s[j];
-  for (std::size_t i = 0; i < fresh_count; ++i)
-    fresh[i]->impulse_N_s = gone_N_s / static_cast<float>(fresh_count);
 }
 
 // The centre of pressure and the mean distance from it, by the impulses of the previous tick, or else with all points
@@ -251,34 +196,6 @@ void ContactSolver::warm_start(std::span<SolverBody> bodies, Patch& patch) noexc
   apply_friction_impulse(bodies, patch, patch.impulse_N_s);
 }
 
-void ContactSolver::collect_pair(const World& world, std::span<const SolverBody> bodies, Patch& pair,
-                                 float period_s, Effort& effort) noexcept {
-  const PlacedObject& first = world.objects[pair.object_a];
-  const PlacedObject& second = world.objects[pair.object_b];
-  const SolverBody& a = bodies[pair.a];
-  const Vec3 relative =
-      pair.b == kNoBody ? a.velocity_m_s : Vec3(a.velocity_m_s - bodies[pair.b].velocity_m_s);
-  const float margin = kMargin_m + period_s * relative.norm();
-  if (!boxes_overlap(first, second, margin)) return;
-  Manifold manifold;
-  collide(first, second, margin, manifold);
-  effort.counters.contact_bound += manifold.left_out;
-  // Without the points that will not close in this tick.
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < manifold.count; ++i) {
-    const ContactPoint& point = manifold.points[i];
-    Vec3 velocity = velocity_at(a, point.point_m);
-    if (pair.b != kNoBody) velocity -= velocity_at(bodies[pair.b], point.point_m);
-    if (velocity.dot(point.normal) * period_s + std::max(-point.depth_m, 0.0F) <= kMargin_m)
-      manifold.points[kept++] = point;
-  }
-  manifold.count = kept;
-  if (kept == 0) return;
-  pair.static_friction = std::sqrt(first.material.static_friction * second.material.static_friction);
-  pair.dynamic_friction = std::sqrt(first.material.dynamic_friction * second.material.dynamic_friction);
-  found_.add(pair, manifold, effort);
-}
-
 // A grip is a patch without points and without directions along the surface. For the warm start its second object is the
 // finger.
 void ContactSolver::collect_grips(std::span<const SolverBody> bodies, std::span<const Grip> grips,
@@ -298,31 +215,6 @@ void ContactSolver::collect_grips(std::span<const SolverBody> bodies, std::span<
     patch.static_friction = grip.static_friction;
     patch.dynamic_friction = grip.dynamic_friction;
     found_.add(patch);
-  }
-}
-
-void ContactSolver::collect_contacts(const World& world, std::span<const SolverBody> bodies, float period_s,
-                                     Effort& effort) noexcept {
-  Patch pair;
-  pair.normal = pair.across[0] = pair.across[1] = pair.centre_m = pair.slip_m = pair.impulse_N_s =
-      Vec3::Zero();
-  pair.mass.setZero();
-  for (std::size_t a = 0; a < bodies.size(); ++a) {
-    pair.object_a = bodies[a].object;
-    if (!collides(world.objects[pair.object_a])) continue;
-    pair.a = static_cast<std::uint8_t>(a);
-    pair.b = kNoBody;
-    for (std::size_t object = 0; object < world.count; ++object) {
-      if (world.objects[object].body != kNoBody || !collides(world.objects[object])) continue;
-      pair.object_b = static_cast<std::uint8_t>(object);
-      collect_pair(world, bodies, pair, period_s, effort);
-    }
-    for (std::size_t b = a + 1; b < bodies.size(); ++b) {
-      pair.object_b = bodies[b].object;
-      if (!collides(world.objects[pair.object_b])) continue;
-      pair.b = static_cast<std::uint8_t>(b);
-      collect_pair(world, bodies, pair, period_s, effort);
-    }
   }
 }
 
@@ -349,82 +241,113 @@ void ContactSolver::decide_sliding() noexcept {
   }
 }
 
-// An impact ends in its tick: nothing of it is stored.
-void ContactSolver::store_impulses(std::span<const SolverBody> bodies) noexcept {
-  stored_count_ = 0;
-  for (const Patch& patch : found_.patches()) {
-    StoredPatch& stored = stored_[stored_count_++];
-    stored.object_a = patch.object_a;
-    stored.object_b = patch.object_b;
-    stored.count = patch.count;
-    stored.sliding = patch.sliding;
-    stored.normal = patch.normal;
-    stored.slip_m = patch.slip_m[0] * patch.across[0] + patch.slip_m[1] * patch.across[1];
-    stored.twist_rad = patch.radius_m > 0.0F ? patch.slip_m[2] / patch.radius_m : 0.0F;
-    bool bounces = false;
-    for (std::size_t i = 0; i < patch.count; ++i) {
-      const PatchPoint& p = found_.point(patch, i);
-      bounces = bounces || p.bounces;
-      stored.place_m[i] = p.point_m - bodies[patch.a].centre_m;
-      stored.normal_N_s[i] = p.bounces ? 0.0F : p.impulse_N_s;
+// False: it goes on with the next patch.
+bool ContactSolver::iterate(std::span<SolverBody> bodies, const Softness& softness, int most,
+                            Work& work) noexcept {
+  const std::span<Patch> patches = found_.patches();
+  while (iteration_ < most) {
+    while (at_ < patches.size()) {
+      Patch& patch = patches[at_++];
+      change_m_s_ = std::max(change_m_s_, solve_friction(bodies, patch, softness));
+      change_m_s_ = std::max(change_m_s_, solve_normals(bodies, patch, softness));
+      work.charge((patch.sliding ? kSlidingWork : kStickingWork) + patch.count);
+      if (work.left() == 0) return false;
     }
-    stored.along_N_s = Vec3::Zero();
-    stored.moment_N_m_s = 0.0F;
-    if (bounces) continue;
-    stored.along_N_s = patch.impulse_N_s[0] * patch.across[0] + patch.impulse_N_s[1] * patch.across[1];
-    stored.moment_N_m_s = patch.radius_m * patch.impulse_N_s[2];
+    at_ = 0;
+    ++iteration_;
+    if (change_m_s_ < kConverged_m_s) break;
+    change_m_s_ = 0.0F;
   }
+  iteration_ = 0;
+  change_m_s_ = 0.0F;
+  return true;
 }
 
-void ContactSolver::iterate(std::span<SolverBody> bodies, const Softness& softness, int most) noexcept {
-  float change_m_s = kConverged_m_s;
-  for (int iteration = 0; iteration < most && change_m_s >= kConverged_m_s; ++iteration) {
-    change_m_s = 0.0F;
-    for (Patch& patch : found_.patches()) {
-      change_m_s = std::max(change_m_s, solve_friction(bodies, patch, softness));
-      change_m_s = std::max(change_m_s, solve_normals(bodies, patch, softness));
-    }
-  }
-}
-
-// With rigid contacts: what pushed penetration out adds no velocity.
-void ContactSolver::relax(std::span<SolverBody> bodies) noexcept {
-  iterate(bodies, Softness{}, kRelaxIterations);
-}
-
-void ContactSolver::solve(const World& world, std::span<SolverBody> bodies, std::span<const Grip> grips,
-                          float period_s, Effort& effort) noexcept {
+void ContactSolver::begin(std::span<const SolverBody> bodies, std::span<const Grip> grips,
+                          float period_s) noexcept {
   found_.clear();
   bounces_ = false;
   collect_grips(bodies, grips, period_s);
-  collect_contacts(world, bodies, period_s, effort);
-  for (Patch& patch : found_.patches()) {
+  search_.begin();
+  stage_ = Stage::kPrepare;
+  at_ = 0;
+  iteration_ = bounce_rounds_ = 0;
+  change_m_s_ = 0.0F;
+}
+
+bool ContactSolver::prepare_all(std::span<SolverBody> bodies, float period_s, Work& work) noexcept {
+  const std::span<Patch> patches = found_.patches();
+  while (at_ < patches.size()) {
+    Patch& patch = patches[at_++];
     prepare(bodies, patch, period_s);
     recall(bodies, patch);
     prepare_friction(bodies, patch);
+    work.charge(kPrepareWork + 3U * patch.count);
+    if (work.left() == 0) return false;
   }
-  std::array<Motion, kMaxBodies> motions;
-  for (std::size_t i = 0; bounces_ && i < bodies.size(); ++i)
-    motions[i] = {bodies[i].velocity_m_s, bodies[i].spin_rad_s};
-  for (Patch& patch : found_.patches()) warm_start(bodies, patch);
-  if (found_.patches().empty()) {
-    stored_count_ = 0;
-    return;
+  at_ = 0;
+  return true;
+}
+
+bool ContactSolver::warm_start_all(std::span<SolverBody> bodies, Work& work) noexcept {
+  const std::span<Patch> patches = found_.patches();
+  while (at_ < patches.size()) {
+    Patch& patch = patches[at_++];
+    warm_start(bodies, patch);
+    work.charge(2U + patch.count);
+    if (work.left() == 0) return false;
   }
-  iterate(bodies, softness(period_s), kSolverIterations);
+  at_ = 0;
+  return true;
+}
+
+// After the soft iterations the bodies' motion in this tick is known.
+void ContactSolver::end_soft(std::span<SolverBody> bodies, float period_s, Work& work) noexcept {
   for (SolverBody& body : bodies) {
     body.correction_m = period_s * body.velocity_m_s;
     body.correction_rad = period_s * body.spin_rad_s;
   }
   add_slip(bodies, period_s);
-  relax(bodies);
-  if (bounces_) bounce_less(bodies, std::span(motions).first(bodies.size()));
+  work.charge(static_cast<std::uint32_t>(bodies.size() / 4 + found_.patches().size()));
+}
+
+void ContactSolver::end_relax(std::span<SolverBody> bodies, float period_s, Work& work) noexcept {
   for (SolverBody& body : bodies) {
     body.correction_m -= period_s * body.velocity_m_s;
     body.correction_rad -= period_s * body.spin_rad_s;
   }
   decide_sliding();
   store_impulses(bodies);
+  work.charge(static_cast<std::uint32_t>(bodies.size() / 4 + 2 * found_.patches().size()));
+}
+
+bool ContactSolver::solve(std::span<SolverBody> bodies, float period_s, Work& work) noexcept {
+  for (;;) {
+    switch (stage_) {
+      case Stage::kPrepare:
+        if (!prepare_all(bodies, period_s, work)) return false;
+        stage_ = Stage::kWarmStart;
+        break;
+      case Stage::kWarmStart:
+        if (!warm_start_all(bodies, work)) return false;
+        if (found_.patches().empty()) {
+          keep_of_sleepers(bodies);
+          return true;
+        }
+        stage_ = Stage::kSoft;
+        break;
+      case Stage::kSoft:
+        if (!iterate(bodies, softness(period_s), kSolverIterations, work)) return false;
+        end_soft(bodies, period_s, work);
+        stage_ = Stage::kRelax;
+        break;
+      case Stage::kRelax:  // with rigid contacts: what pushed penetration out adds no velocity
+        if (!iterate(bodies, Softness{}, kRelaxIterations, work)) return false;
+        if (bounces_ && bounce_less(bodies, work)) break;
+        end_relax(bodies, period_s, work);
+        return true;
+    }
+  }
 }
 
 }  // namespace thimble::control

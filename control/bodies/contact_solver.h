@@ -19,7 +19,9 @@
 // does not slide. Each coefficient is the geometric mean of the two materials'.
 //
 // Bounds: kMaxBodyContacts points in kMaxBodyPatches patches (control/bodies/contact_patches.h), kSolverIterations and
-// kRelaxIterations iterations, fewer where the impulses have converged; kMaxObjects * kMaxBodies pairs.
+// kRelaxIterations iterations, fewer where the impulses have converged, and kMaxBounceRounds times the latter; kMaxObjects * kMaxBodies
+// pairs. All of it charges the tick's work, and can end between any two patches when that is spent: at most 40 000 units for
+// kMaxBodyPatches patches that slide and bounce. The next call goes on there, with the velocities as they are.
 #pragma once
 
 #include <array>
@@ -28,6 +30,7 @@
 #include <span>
 
 #include "control/bodies/contact_patches.h"
+#include "control/bodies/contact_search.h"
 #include "control/bodies/solver_body.h"
 #include "control/contact/world.h"
 #include "control/effort.h"
@@ -54,6 +57,8 @@ inline constexpr float kGripRadius_m = 3.3e-3F;
 
 class ContactSolver {
  public:
+  [[gnu::cold]] ContactSolver() noexcept;
+
   // A contact as a spring and damper that are solved with the velocities. As it is initialised: rigid.
   struct Softness {
     float bias_per_s = 0.0F;  // velocity for a metre of penetration
@@ -64,15 +69,27 @@ class ContactSolver {
   // Forgets the contacts of the last tick.
   void reset() noexcept;
 
-  // Collects the contacts of `bodies`, changes their velocities and writes their position corrections.
-  void solve(const World& world, std::span<SolverBody> bodies, std::span<const Grip> grips, float period_s,
-             Effort& effort) noexcept;
+  // One step of the bodies: begin(), then find() until it returns true, then solve() until it returns true. They return false when the work
+  // is spent. Between the calls nothing of the world moves.
+  void begin(std::span<const SolverBody> bodies, std::span<const Grip> grips, float period_s) noexcept;
+  // Collects the contacts.
+  [[nodiscard]] bool find(const World& world, std::span<const SolverBody> bodies, float period_s,
+                          Effort& effort) noexcept {
+    return search_.go_on(world, bodies, period_s, found_, effort);
+  }
+  // Changes the velocities of `bodies` and writes their position corrections.
+  [[nodiscard]] bool solve(std::span<SolverBody> bodies, float period_s, Work& work) noexcept;
+
+  // Which bodies touch which one in the contacts of the last step: bit k of touch[i] is body k.
+  void touching(std::span<std::uint16_t> touch) noexcept;
 
  private:
   // A patch for the warm start of the next tick. Places are relative to the centre of body a.
   struct StoredPatch {
     std::uint8_t object_a = 0;
     std::uint8_t object_b = 0;
+    std::uint8_t a = 0;
+    std::uint8_t first = 0;  // of stored_points_
     std::uint8_t count = 0;
     bool sliding = false;
     Vec3 normal;
@@ -80,40 +97,48 @@ class ContactSolver {
     float moment_N_m_s = 0.0F;
     Vec3 slip_m;
     float twist_rad = 0.0F;
-    std::array<Vec3, kMaxPatchPoints> place_m;
-    std::array<float, kMaxPatchPoints> normal_N_s{};
+  };
+  struct StoredPoint {
+    Vec3 place_m;
+    float normal_N_s = 0.0F;
   };
 
-  struct Motion {
-    Vec3 velocity_m_s = Vec3::Zero();
-    Vec3 spin_rad_s = Vec3::Zero();
-  };
-
-  void collect_contacts(const World& world, std::span<const SolverBody> bodies, float period_s,
-                        Effort& effort) noexcept;
   void collect_grips(std::span<const SolverBody> bodies, std::span<const Grip> grips,
                      float period_s) noexcept;
-  void collect_pair(const World& world, std::span<const SolverBody> bodies, Patch& pair, float period_s,
-                    Effort& effort) noexcept;
   void prepare(std::span<const SolverBody> bodies, Patch& patch, float period_s) noexcept;
   void prepare_friction(std::span<const SolverBody> bodies, Patch& patch) noexcept;
   void recall(std::span<const SolverBody> bodies, Patch& patch) noexcept;
   void warm_start(std::span<SolverBody> bodies, Patch& patch) noexcept;
   float solve_friction(std::span<SolverBody> bodies, Patch& patch, const Softness& softness) noexcept;
   float solve_normals(std::span<SolverBody> bodies, Patch& patch, const Softness& softness) noexcept;
-  void iterate(std::span<SolverBody> bodies, const Softness& softness, int most) noexcept;
-  void relax(std::span<SolverBody> bodies) noexcept;
-  [[gnu::cold]] void bounce_less(std::span<SolverBody> bodies, std::span<const Motion> motions) noexcept;
-  [[gnu::cold]] float work_twice_J(std::span<SolverBody> bodies, std::span<const Motion> motions) noexcept;
+  [[nodiscard]] bool iterate(std::span<SolverBody> bodies, const Softness& softness, int most,
+                             Work& work) noexcept;
+  [[nodiscard]] bool prepare_all(std::span<SolverBody> bodies, float period_s, Work& work) noexcept;
+  [[nodiscard]] bool warm_start_all(std::span<SolverBody> bodies, Work& work) noexcept;
+  void end_soft(std::span<SolverBody> bodies, float period_s, Work& work) noexcept;
+  void end_relax(std::span<SolverBody> bodies, float period_s, Work& work) noexcept;
+  [[gnu::cold]] bool bounce_less(std::span<SolverBody> bodies, Work& work) noexcept;
+  [[gnu::cold]] float work_twice_J(std::span<SolverBody> bodies) noexcept;
   float friction_limit_N_s(const Patch& patch) noexcept;
   void add_slip(std::span<const SolverBody> bodies, float period_s) noexcept;
   void decide_sliding() noexcept;
+  void keep_of_sleepers(std::span<const SolverBody> bodies) noexcept;
   void store_impulses(std::span<const SolverBody> bodies) noexcept;
 
+  enum class Stage : std::uint8_t { kPrepare, kWarmStart, kSoft, kRelax };
+
+  ContactSearch search_;
   ContactPatches found_;
   std::array<StoredPatch, kMaxBodyPatches> stored_;
   std::size_t stored_count_ = 0;
-  bool bounces_ = false;  // a point of this tick
+  std::array<StoredPoint, kMaxBodyContacts> stored_points_;
+  std::size_t stored_point_count_ = 0;
+  bool bounces_ = false;  // a point of this step
+  int bounce_rounds_ = 0;
+  Stage stage_ = Stage::kPrepare;
+  std::size_t at_ = 0;  // the next patch of the stage
+  int iteration_ = 0;
+  float change_m_s_ = 0.0F;  // the largest of the iteration
 };
 
 }  // namespace thimble::control

@@ -8,6 +8,8 @@
 namespace thimble::control {
 namespace {
 
+constexpr std::size_t kCornersPerUnit = 8;  // of work
+
 // Apex and base of a cone (control/solids/cone.cpp).
 float apex_m(const ShapeData& shape) { return 1.5F * shape.half_height_m; }
 float base_m(const ShapeData& shape) { return -0.5F * shape.half_height_m; }
@@ -122,6 +124,7 @@ void outline_of_cone(const Convex& of, const Vec3& local, Outline& out) {
 }  // namespace
 
 FarPoint Convex::farthest(const Vec3& direction) const noexcept {
+  if (work != nullptr) work->charge(1 + static_cast<std::uint32_t>(corners.size() / kCornersPerUnit));
   if (form == CollisionForm::kBall) return {position_m};
   const Vec3 local = placed ? Vec3(rotation.transpose() * direction) : direction;
   FarPoint far{Vec3::Zero()};
@@ -162,6 +165,8 @@ FarPoint Convex::farthest(const Vec3& direction) const noexcept {
 
 void Convex::outline(const Vec3& direction, float depth_m, Outline& out) const noexcept {
   out.count = 0;
+  // Of a hull: two passes over the corners, and the order of those that are found.
+  if (work != nullptr) work->charge(3 + static_cast<std::uint32_t>(2 * corners.size() / kCornersPerUnit));
   const Vec3 local = rotation.transpose() * direction;
   switch (form) {
     case CollisionForm::kHalfSpace:

@@ -11,6 +11,7 @@
 #include "control/bodies/collide.h"
 #include "control/bodies/outline.h"
 #include "control/contact/world.h"
+#include "control/work.h"
 #include "kinematics/vector.h"
 #include "thimble_scene_schema/scene_generated.h"
 
@@ -35,6 +36,7 @@ struct Convex {
   bool placed = true;            // false: rotation and position are none
   Vec3 centre_m = Vec3::Zero();  // of a box with the axes of `rotation` about it
   Vec3 half_m = Vec3::Zero();
+  Work* work = nullptr;  // what farthest() and outline() take; null: counted by the caller
 
   [[nodiscard]] FarPoint farthest(const Vec3& direction) const noexcept;  // of the core
   // The face, edge or corner of the core that is farthest in the direction of the unit vector: what lies within `depth_m`
@@ -68,6 +70,32 @@ enum class Distance : std::uint8_t {
 [[nodiscard]] Distance nearest_points(const Convex& a, const Convex& b, const Vec3& shift_m,
                                       const Vec3& towards_a, float margin_m, NearestPair& out) noexcept;
 
+// The same in steps.
+class DistanceSearch {
+ public:
+  void begin(const Vec3& towards_a) noexcept;
+  // One farthest point of each. False: it goes on; the arguments are the same ones in each step.
+  [[nodiscard]] bool step(const Convex& a, const Convex& b, const Vec3& shift_m, float margin_m) noexcept;
+  [[nodiscard]] Distance distance() const noexcept { return distance_; }
+  [[nodiscard]] NearestPair pair() const noexcept;
+
+ private:
+  // Corners of the simplex in the difference a - b.
+  struct Corner {
+    Vec3 at;
+    Vec3 of_a;
+    Vec3 of_b;
+  };
+
+  std::array<Corner, 4> corners_;  // the first nearest_count_ ones span the simplex
+  std::array<float, 4> weights_{};
+  std::size_t count_ = 0;
+  Vec3 apart_m_;
+  float length2_ = 0.0F;
+  int steps_ = 0;
+  Distance distance_ = Distance::kTouching;
+};
+
 [[nodiscard]] Vec3 nearest_on_triangle(const std::array<Vec3, 3>& corners, const Vec3& p) noexcept;
 
 // The direction along which two convex solids overlap least.
@@ -81,17 +109,47 @@ struct Overlap {
 // How deep a reaches into b along a unit vector that points from b to a.
 [[nodiscard]] float depth_along(const Convex& a, const Convex& b, const Vec3& normal) noexcept;
 
-// Descends from the first estimate in `overlap`, whose depth_m and normal are set. False when a and b are apart by more than
-// margin_m, or no normal is found.
-[[nodiscard]] bool least_overlap(const Convex& a, const Convex& b, float margin_m, Overlap& overlap) noexcept;
+// Descends from a first estimate, whose depth_m and normal are set.
+class OverlapSearch {
+ public:
+  void begin(const Overlap& first) noexcept;
+  // False: it goes on; the arguments are the same ones in each step.
+  [[nodiscard]] bool step(const Convex& a, const Convex& b, float margin_m) noexcept;
+  // False when a and b are apart by more than margin_m, or no normal is found.
+  [[nodiscard]] bool found() const noexcept { return found_; }
+  [[nodiscard]] const Overlap& overlap() const noexcept { return overlap_; }
+
+ private:
+  void begin_descent(const Convex& a, const Convex& b) noexcept;
+
+  Overlap overlap_;
+  DistanceSearch distance_;
+  Vec3 shift_m_;
+  bool raised_ = false;
+  int descents_ = 0;
+  bool descends_ = false;
+  bool found_ = false;
+};
 
 // The contact points of two convex solids whose least overlap is known.
 void add_contacts(const Convex& a, const Convex& b, const Overlap& overlap, float margin_m,
                   Manifold& out) noexcept;
 
-void collide_convex(const Convex& a, const Convex& b, float margin_m, Manifold& out) noexcept;
+// Two convex solids, in steps.
+class ConvexCollision {
+ public:
+  void begin() noexcept;
+  // False: it goes on; the arguments are the same ones in each step.
+  [[nodiscard]] bool step(const Convex& a, const Convex& b, float margin_m, Manifold& out) noexcept;
 
-// A convex solid and the triangles of a mesh; `a` and the points are in the mesh's frame.
-void collide_with_triangles(const Convex& a, const MeshView& mesh, float margin_m, Manifold& out) noexcept;
+ private:
+  [[nodiscard]] bool may_touch(const Convex& a, const Convex& b, const Vec3& axis, float margin_m) noexcept;
+  [[nodiscard]] bool descend(const Convex& a, const Convex& b, float margin_m, Manifold& out) noexcept;
+
+  int axis_ = 0;       // the next one that may lie between them
+  int restarts_ = -1;  // of the search; below 0: it has not begun
+  Overlap best_;
+  OverlapSearch search_;
+};
 
 }  // namespace thimble::control

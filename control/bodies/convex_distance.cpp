@@ -13,13 +13,7 @@ namespace {
 
 constexpr int kMaxDistanceSteps = 24;
 
-// Corners of the simplex in the difference a - b.
-struct SimplexCorner {
-  Vec3 at;
-  Vec3 of_a;
-  Vec3 of_b;
-};
-using Corners = std::array<SimplexCorner, 4>;
+using Corners = std::array<Vec3, 4>;  // of the simplex in the difference a - b
 
 // The point of a simplex that is nearest to the origin: the corners that span its feature, and their weights.
 struct Nearest {
@@ -33,14 +27,14 @@ struct Nearest {
   }
   [[nodiscard]] Vec3 point(const Corners& of) const {
     Vec3 p = Vec3::Zero();
-    for (std::size_t i = 0; i < count; ++i) p += weight[i] * of[corner[i]].at;
+    for (std::size_t i = 0; i < count; ++i) p += weight[i] * of[corner[i]];
     return p;
   }
 };
 
 Nearest nearest_on_line(const Corners& of) {
-  const Vec3& a = of[0].at;
-  const Vec3& b = of[1].at;
+  const Vec3& a = of[0];
+  const Vec3& b = of[1];
   const Vec3 ab = b - a;
   const float length2 = ab.squaredNorm();
   const float t = -a.dot(ab);
@@ -57,9 +51,9 @@ Nearest nearest_on_line(const Corners& of) {
 }
 
 Nearest nearest_on_face(const Corners& of, std::uint8_t ia, std::uint8_t ib, std::uint8_t ic) {
-  const Vec3& a = of[ia].at;
-  const Vec3& b = of[ib].at;
-  const Vec3& c = of[ic].at;
+  const Vec3& a = of[ia];
+  const Vec3& b = of[ib];
+  const Vec3& c = of[ic];
   const Vec3 ab = b - a;
   const Vec3 ac = c - a;
   const float d1 = -ab.dot(a);
@@ -105,12 +99,12 @@ bool nearest_on_tetrahedron(const Corners& of, Nearest& out) {
       {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}}};
   float best = std::numeric_limits<float>::infinity();
   for (const auto& face : kFaces) {
-    const Vec3& a = of[face[0]].at;
-    const Vec3 ab = of[face[1]].at - a;
-    const Vec3 ac = of[face[2]].at - a;
+    const Vec3& a = of[face[0]];
+    const Vec3 ab = of[face[1]] - a;
+    const Vec3 ac = of[face[2]] - a;
     const Vec3 normal = ab.cross(ac);
     const float origin = -normal.dot(a);
-    const float other = normal.dot(of[face[3]].at - a);
+    const float other = normal.dot(of[face[3]] - a);
     // On the side of the fourth corner. Of a flat tetrahedron rounding decides on which side that is.
     constexpr float kFlat2 = 1.0e-10F;
     const float flat2 = kFlat2 * normal.squaredNorm() * std::max(ab.squaredNorm(), ac.squaredNorm());
@@ -142,66 +136,89 @@ bool nearest_on_simplex(const Corners& of, std::size_t count, Nearest& out) {
   }
 }
 
-// Moves the corners of `nearest` to the front, and lets it refer to them there.
-void keep_only(Nearest& nearest, Corners& corners) {
-  const Corners before = corners;
-  for (std::size_t i = 0; i < nearest.count; ++i) {
-    if (nearest.corner[i] != i) corners[i] = before[nearest.corner[i]];
-    nearest.corner[i] = static_cast<std::uint8_t>(i);
-  }
-}
-
 }  // namespace
 
 Vec3 nearest_on_triangle(const std::array<Vec3, 3>& corners, const Vec3& p) noexcept {
   Corners from_p;
-  for (std::size_t i = 0; i < 3; ++i) from_p[i].at = corners[i] - p;
+  for (std::size_t i = 0; i < 3; ++i) from_p[i] = corners[i] - p;
   return p + nearest_on_face(from_p, 0, 1, 2).point(from_p);
+}
+
+void DistanceSearch::begin(const Vec3& towards_a) noexcept {
+  count_ = 0;
+  apart_m_ = towards_a;
+  length2_ = std::numeric_limits<float>::infinity();
+  steps_ = 0;
+}
+
+bool DistanceSearch::step(const Convex& a, const Convex& b, const Vec3& shift_m, float margin_m) noexcept {
+  if (a.work != nullptr) a.work->charge(static_cast<std::uint32_t>(1 + 2 * count_));
+  const float far_m = a.radius_m + b.radius_m + margin_m;
+  distance_ = Distance::kNearest;
+  Corner& found = corners_[count_];
+  found.of_a = a.farthest(-apart_m_).at_m + shift_m;
+  found.of_b = b.farthest(apart_m_).at_m;
+  found.at = found.of_a - found.of_b;
+  // Without the shift: both farthest points are known along the direction.
+  const float gap = apart_m_.dot(found.at - shift_m);
+  if (gap > 0.0F && gap * gap > far_m * far_m * apart_m_.squaredNorm()) {
+    distance_ = Distance::kApart;
+    return true;
+  }
+  // The origin is behind the plane through `found`, so no point of the difference is nearer than that plane.
+  constexpr float kPart = 1.0e-5F;
+  if (count_ > 0 && apart_m_.dot(apart_m_ - found.at) <= kPart * length2_) return true;
+  for (std::size_t i = 0; i < count_; ++i)
+    if (corners_[i].at == found.at) return true;  // known, by rounding
+  Corners at;
+  for (std::size_t i = 0; i <= count_; ++i) at[i] = corners_[i].at;
+  Nearest next;
+  if (!nearest_on_simplex(at, count_ + 1, next)) {
+    distance_ = Distance::kTouching;
+    return true;
+  }
+  const Vec3 point = next.point(at);
+  const float now2 = point.squaredNorm();
+  if (!(now2 < length2_)) {  // rounding: no progress
+    if (count_ == 0) distance_ = Distance::kTouching;
+    return true;
+  }
+  // The corners of its feature, to the front: their indices rise, except in the face of a tetrahedron.
+  const std::array<Corner, 4> before = corners_;
+  count_ = next.count;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (next.corner[i] != i) corners_[i] = before[next.corner[i]];
+    weights_[i] = next.weight[i];
+  }
+  apart_m_ = point;
+  const bool slow = now2 > (1.0F - kPart) * length2_;
+  length2_ = now2;
+  if (slow) return true;
+  constexpr float kTouching_m = 1.0e-7F;
+  if (length2_ < kTouching_m * kTouching_m) {
+    distance_ = Distance::kTouching;
+    return true;
+  }
+  return ++steps_ == kMaxDistanceSteps;
+}
+
+NearestPair DistanceSearch::pair() const noexcept {
+  NearestPair out{Vec3::Zero(), Vec3::Zero(), apart_m_};
+  for (std::size_t i = 0; i < count_; ++i) {
+    out.of_a_m += weights_[i] * corners_[i].of_a;
+    out.of_b_m += weights_[i] * corners_[i].of_b;
+  }
+  return out;
 }
 
 Distance nearest_points(const Convex& a, const Convex& b, const Vec3& shift_m, const Vec3& towards_a,
                         float margin_m, NearestPair& out) noexcept {
-  const float far_m = a.radius_m + b.radius_m + margin_m;
-  Corners corners;  // the first nearest.count ones span the simplex
-  Nearest nearest;
-  Vec3 apart = towards_a;
-  float length2 = std::numeric_limits<float>::infinity();
-  for (int step = 0; step < kMaxDistanceSteps; ++step) {
-    const std::size_t count = nearest.count;
-    SimplexCorner& found = corners[count];
-    found.of_a = a.farthest(-apart).at_m + shift_m;
-    found.of_b = b.farthest(apart).at_m;
-    found.at = found.of_a - found.of_b;
-    // Without the shift: both farthest points are known along `apart`.
-    const float gap = apart.dot(found.at - shift_m);
-    if (gap > 0.0F && gap * gap > far_m * far_m * apart.squaredNorm()) return Distance::kApart;
-    // The origin is behind the plane through `found`, so no point of the difference is nearer than that plane.
-    constexpr float kPart = 1.0e-5F;
-    if (count > 0 && apart.dot(apart - found.at) <= kPart * length2) break;
-    bool known = false;  // by rounding
-    for (std::size_t i = 0; i < count; ++i) known = known || corners[i].at == found.at;
-    if (known) break;
-    Nearest next;
-    if (!nearest_on_simplex(corners, count + 1, next)) return Distance::kTouching;
-    const Vec3 point = next.point(corners);
-    const float now2 = point.squaredNorm();
-    if (!(now2 < length2)) break;  // rounding: no progress
-    keep_only(next, corners);
-    nearest = next;
-    apart = point;
-    const bool slow = now2 > (1.0F - kPart) * length2;
-    length2 = now2;
-    if (slow) break;
-    constexpr float kTouching_m = 1.0e-7F;
-    if (length2 < kTouching_m * kTouching_m) return Distance::kTouching;
+  DistanceSearch search;
+  search.begin(towards_a);
+  while (!search.step(a, b, shift_m, margin_m)) {
   }
-  out.of_a_m = out.of_b_m = Vec3::Zero();
-  for (std::size_t i = 0; i < nearest.count; ++i) {
-    out.of_a_m += nearest.weight[i] * corners[i].of_a;
-    out.of_b_m += nearest.weight[i] * corners[i].of_b;
-  }
-  out.apart_m = apart;
-  return nearest.count > 0 ? Distance::kNearest : Distance::kTouching;
+  out = search.pair();
+  return search.distance();
 }
 
 }  // namespace thimble::control

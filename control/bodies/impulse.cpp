@@ -73,8 +73,8 @@ void Bodies::apply_impulse(std::size_t body, const Vec3& point_m, const Vec3& im
 void Bodies::press(const World& world, std::size_t body, const Pin& pin) noexcept {
   const std::uint8_t other = pin.object == kNoBody ? kNoBody : world.objects[pin.object].body;
   const auto index = static_cast<std::uint8_t>(body);
-  float approach_m_s = pin.direction.dot(velocity_at(index, pin.point_m));
-  if (other != kNoBody) approach_m_s -= pin.direction.dot(velocity_at(other, pin.point_m));
+  float approach_m_s = pin.direction.dot(speed_at(index, pin.point_m));
+  if (other != kNoBody) approach_m_s -= pin.direction.dot(speed_at(other, pin.point_m));
   const float mass_kg = mass_at(index, pin.point_m, pin.direction);
   // Where it is not the approach that squeezes the god object.
   if (approach_m_s <= 0.0F || mass_kg <= 0.0F) return stop(body);

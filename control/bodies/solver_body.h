@@ -28,7 +28,10 @@ struct SolverBody {
   // The impulse of this tick's forces in the directions that the body cannot move in.
   Vec3 constrained_N_s = Vec3::Zero();
   Vec3 gained_m_s = Vec3::Zero();  // of velocity_m_s: by the forces of this tick
+  Vec3 begin_m_s = Vec3::Zero();   // velocity_m_s and spin_rad_s before the contacts
+  Vec3 begin_rad_s = Vec3::Zero();
   float restitution = 0.0F;
+  bool asleep = false;  // takes no part
   // Output: changes of the pose that remove residual penetration, without adding velocity.
   Vec3 correction_m = Vec3::Zero();
   Vec3 correction_rad = Vec3::Zero();

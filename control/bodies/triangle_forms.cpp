@@ -23,16 +23,16 @@ bool TriangleCollision::is_over(const Face& face, const Vec3& p) const {
 // Whether the solid is flat where it is farthest against one of its axes (sign 1) or along it (-1), and a point of its frame
 // is above or below that face.
 bool TriangleCollision::is_under_face(const Vec3& p, int axis, float sign) const {
-  switch (a_.form) {
+  switch (a_->form) {
     case CollisionForm::kBox: {
-      const Vec3 beyond = p.cwiseAbs() - a_.shape->vector;
+      const Vec3 beyond = p.cwiseAbs() - a_->shape->vector;
       return beyond[(axis + 1) % 3] <= 0.0F && beyond[(axis + 2) % 3] <= 0.0F;
     }
     case CollisionForm::kCone:
       if (sign < 0.0F) return false;
       [[fallthrough]];
     case CollisionForm::kCylinder:
-      return axis == 2 && p.head<2>().squaredNorm() <= a_.shape->radius_m * a_.shape->radius_m;
+      return axis == 2 && p.head<2>().squaredNorm() <= a_->shape->radius_m * a_->shape->radius_m;
     case CollisionForm::kHalfSpace:
     case CollisionForm::kBall:
     case CollisionForm::kCapsule:
@@ -49,12 +49,12 @@ TriangleCollision::Guess TriangleCollision::along_axes(const Face& face, float d
   Guess guess;
   guess.depth_m = depth_m;
   for (int axis = 0; axis < 3; ++axis) {
-    const float along = a_.rotation.col(axis).dot(face.normal);
+    const float along = a_->rotation.col(axis).dot(face.normal);
     if (std::abs(along) <= kForwards) continue;
     const float sign = std::copysign(1.0F, along);
     if (std::abs(along) > kSameLine) guess.level = axis;
     const float reach = along > 0.0F ? face.hi[axis] - centre_m_[axis] : centre_m_[axis] - face.lo[axis];
-    const float depth = reach + a_.half_m[axis];
+    const float depth = reach + a_->half_m[axis];
     if (depth >= guess.depth_m - kSooner_m) continue;
     guess.depth_m = depth;
     guess.axis = axis;
@@ -70,7 +70,7 @@ bool TriangleCollision::is_least(const Face& face, const Guess& guess, const Vec
     overlap.of_core_m = lowest_m;
     if (is_over(face, lowest_m)) return true;
     if (guess.level < 0) return false;
-    const float sign = std::copysign(1.0F, a_.rotation.col(guess.level).dot(face.normal));
+    const float sign = std::copysign(1.0F, a_->rotation.col(guess.level).dot(face.normal));
     for (std::size_t i = 0; i < 3; ++i) {
       if (!is_under_face(face.of[i], guess.level, sign)) continue;
       overlap.of_core_m = face.p[i] - overlap.depth_m * overlap.normal;
@@ -89,8 +89,8 @@ bool TriangleCollision::is_least(const Face& face, const Guess& guess, const Vec
 // face's normal separates, overlaps (Gottschalk 1996). kLeast: two edges cross, no neighbouring direction has less overlap,
 // and the mesh does not go on in that direction.
 TriangleCollision::Verdict TriangleCollision::along_edges(const Face& face, Overlap& overlap) const {
-  const Vec3& half = a_.shape->vector;
-  const Vec3 normal = a_.rotation.transpose() * face.normal;
+  const Vec3& half = a_->shape->vector;
+  const Vec3 normal = a_->rotation.transpose() * face.normal;
   // A crossing far deeper than other directions is one of an edge beyond them.
   constexpr float kRoom_m = 3.0e-4F;
   Overlap crossed;
@@ -125,12 +125,12 @@ TriangleCollision::Verdict TriangleCollision::along_edges(const Face& face, Over
       const bool least = part >= 0.0F && part <= 1.0F && std::abs(p[axis]) <= half[axis];
       Overlap& into = least ? crossed : overlap;
       if (depth_m >= into.depth_m - kSooner_m) continue;
-      const Vec3 along = a_.rotation * (across / length);
+      const Vec3 along = a_->rotation * (across / length);
       if (least && rises(face.triangle, along)) continue;
       found = found || least;
       into.normal = along;
       into.depth_m = depth_m;
-      into.of_core_m = a_.rotation * p + a_.position_m;
+      into.of_core_m = a_->rotation * p + a_->position_m;
     }
   }
   if (!found) return Verdict::kOpen;
@@ -141,23 +141,23 @@ TriangleCollision::Verdict TriangleCollision::along_edges(const Face& face, Over
 // The corner of the triangle that is deepest in the solid, or nearest to it, along the solid's normal there. kLeast: the other
 // corners are below it, so no neighbouring direction has less overlap.
 TriangleCollision::Verdict TriangleCollision::at_corner(const Face& face, Overlap& overlap) const {
-  if (a_.nearest == nullptr) return Verdict::kOpen;
-  NearestPlace place = a_.nearest(*a_.shape, face.of[0]);
+  if (a_->nearest == nullptr) return Verdict::kOpen;
+  NearestPlace place = a_->nearest(*a_->shape, face.of[0]);
   std::size_t at = 0;
   for (std::size_t i = 1; i < 3; ++i) {
-    const NearestPlace other = a_.nearest(*a_.shape, face.of[i]);
+    const NearestPlace other = a_->nearest(*a_->shape, face.of[i]);
     if (other.outside_m >= place.outside_m) continue;
     place = other;
     at = i;
   }
-  const Vec3 normal = a_.rotation * -place.normal;
+  const Vec3 normal = a_->rotation * -place.normal;
   const float above_m = height_of(face.p, normal) - normal.dot(face.p[at]);
   const float depth_m = above_m - place.outside_m;
   if (depth_m < -margin_m_) return Verdict::kApart;
   if (depth_m >= overlap.depth_m - kSooner_m) return Verdict::kOpen;
   overlap.depth_m = depth_m;
   overlap.normal = normal;
-  overlap.of_core_m = face.p[at] + (a_.radius_m - depth_m) * normal;
+  overlap.of_core_m = face.p[at] + (a_->radius_m - depth_m) * normal;
   return above_m > 0.0F ? Verdict::kOpen : Verdict::kLeast;
 }
 

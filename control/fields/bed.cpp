@@ -50,7 +50,7 @@ void Fields::press(const World& world, float period_s, Bodies& bodies) const noe
 void Fields::press_body(const Placed& placed, const scene::Tissue& tissue, const PlacedObject& plane,
                         const PlacedObject& body, float period_s, Bodies& bodies) noexcept {
   Manifold manifold;
-  collide(body, plane, 0.0F, manifold);
+  collide_with_plane(body, plane, manifold);
   const float points = bearing_points(body.row->collision->form);
   const float stiffness_N_m = tissue.relaxed_stiffness_n_per_m();
   const float creep_N_s_m =

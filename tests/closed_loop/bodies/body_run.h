@@ -74,6 +74,7 @@ class BodyRun {
   [[nodiscard]] double period_s() const { return period_s_; }
   [[nodiscard]] double time_s() const { return time_s_; }
   [[nodiscard]] const control::Renderer& renderer() const { return renderer_; }
+  void bound_work(std::uint32_t units) { renderer_.bound_work(units); }
 
  private:
   SceneImage image_;

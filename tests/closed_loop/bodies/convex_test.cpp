@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "control/bodies/collide.h"
+#include "control/bodies/pair_collision.h"
 #include "control/contact/world.h"
 #include "tests/closed_loop/bodies/body_run.h"
 #include "tests/support/figure.h"
@@ -140,7 +140,11 @@ TEST(Convex, TheDepthOfEveryPairIsTheLeastOverlap) {
     world.objects[0].position_m = a.position.cast<float>();
     control::Manifold manifold;
     constexpr float kMargin_m = 2e-4F;
-    control::collide(world.objects[0], world.objects[1], kMargin_m, manifold);
+    control::PairCollision collision;
+    control::Work unbounded;
+    collision.begin(world.objects[0], world.objects[1]);
+    while (!collision.step(world.objects[0], world.objects[1], kMargin_m, unbounded, manifold)) {
+    }
     if (manifold.count == 0) {
       ADD_FAILURE() << i << ": " << a.solid.shape << b.solid.shape << " depth " << depth;
       continue;

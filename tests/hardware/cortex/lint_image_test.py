@@ -153,7 +153,7 @@ extern "C" void start() { for (;;) fill(); }
         self.passes(self.LARGE, limits)
         twice = limits + "[context interrupt]\nroots = fill()\nentry_bytes = 104\nmost_bytes = 10400\n"
         self.passes(self.LARGE, twice)
-        self.refuses(["the contexts' worst paths take 30", "bytes of stack, of 24576"], self.LARGE,
+        self.refuses(["the contexts' worst paths take 30", "bytes of stack, of 21504"], self.LARGE,
                      limits=twice + "[context upon]\nroots = fill()\nentry_bytes = 104\nmost_bytes = 10400\n")
 
     def test_array_of_variable_size(self):
@@ -211,7 +211,7 @@ extern "C" void start() { for (;;) library(); }
                 self.assertIn(refusal, run.stderr)
 
     def test_over_the_budget(self):  # the linker refuses it first, unless told not to
-        self.refuses(["data: 2000", "bytes, of 163840"],
+        self.refuses(["data: 2000", "bytes, of 172032"],
                      BEGIN + "volatile char large[200000];\nextern \"C\" void start() { for (;;) out = large[in]; }",
                      "-fno-exceptions", "-Wl,--noinhibit-exec")
 

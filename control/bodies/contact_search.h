@@ -1,0 +1,51 @@
+// The search for the contacts of bodies: with fixed objects and with each other, pair by pair. It can end anywhere, when the
+// tick's work is spent, and goes on there in the next tick: the bodies must not move before it is done.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "control/bodies/contact_patches.h"
+#include "control/bodies/pair_collision.h"
+#include "control/bodies/solver_body.h"
+#include "control/contact/world.h"
+#include "control/effort.h"
+
+namespace thimble::control {
+
+// Contact points are collected at this gap and below; the gap grows by the distance that the bodies approach in one tick.
+inline constexpr float kContactMargin_m = 1.0e-4F;
+
+inline bool boxes_overlap(const PlacedObject& a, const PlacedObject& b, float margin_m) {
+  return ((a.lo_m.array() - margin_m) <= b.hi_m.array()).all() &&
+         ((b.lo_m.array() - margin_m) <= a.hi_m.array()).all();
+}
+
+class ContactSearch {
+ public:
+  void begin() noexcept;
+  // True: `found` has the contacts of all pairs. The arguments but the effort are the same ones up to then.
+  [[nodiscard]] bool go_on(const World& world, std::span<const SolverBody> bodies, float period_s,
+                           ContactPatches& found, Effort& effort) noexcept;
+
+ private:
+  [[nodiscard]] bool begin_next(const World& world, std::span<const SolverBody> bodies, float period_s,
+                                Work& work) noexcept;
+  [[nodiscard]] bool begin_pair(const World& world, std::span<const SolverBody> bodies,
+                                float period_s) noexcept;
+  void end_pair(const World& world, std::span<const SolverBody> bodies, float period_s, ContactPatches& found,
+                Effort& effort) noexcept;
+
+  std::size_t a_ = 0;
+  std::size_t partner_ = 0;  // a fixed object, or a body beyond those
+  enum class At : std::uint8_t { kNext, kIn, kEnd };
+  At at_ = At::kNext;  // a pair
+  std::uint8_t b_ = kNoBody;
+  std::uint8_t object_b_ = 0;
+  float margin_m_ = 0.0F;
+  PairCollision collision_;
+  Manifold manifold_;
+};
+
+}  // namespace thimble::control

@@ -1,0 +1,115 @@
+// Bodies that sleep: they cost nothing, and nobody feels it (control/bodies/sleep.cpp).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "tests/closed_loop/bodies/body_run.h"
+#include "tests/support/figure.h"
+
+namespace thimble::test {
+namespace {
+
+constexpr double kBoxMass_kg = .1;
+
+std::string sleeper(const std::string& name, const Vector3d& at_m, const std::string& motion = "free",
+                    const Vector3d& velocity_m_s = Vector3d::Zero()) {
+  return R"({"name": ")" + name +
+         R"(", "shape": {"box": {"size_m": [0.03, 0.03, 0.03]}}, "pose": {"position_m": )" + list(at_m) +
+         R"(}, "material": {"stiffness_N_m": 1000, "static_friction": 0.5, "dynamic_friction": 0.4}, "body": {"motion": ")" +
+         motion + R"(", "mass_kg": )" + std::to_string(kBoxMass_kg) + R"(, "velocity_m_s": )" +
+         list(velocity_m_s) + "}}";
+}
+
+const std::string kLevelFloor =
+    R"({"name": "floor", "shape": {"plane": {"normal": [0, 0, 1]}}, "material": {"stiffness_N_m": 1000, "static_friction": 0.5, "dynamic_friction": 0.4}})";
+
+std::string stacks() {
+  std::string text = std::string(kGravity) + R"("objects": [)" + kLevelFloor;
+  for (int row = 0; row < 4; ++row)
+    for (int i = 0; i < 4; ++i)
+      text += ", " + sleeper(std::to_string(4 * row + i), {.05 * i, 0, .015 + .03 * row});
+  return text + "]";
+}
+
+std::uint32_t work(const BodyRun& run) { return control::Work::kNoBound - run.renderer().work().left(); }
+
+TEST(Sleep, StacksThatStandCostNothing) {
+  BodyRun run(stacks());
+  run.run(1);
+  std::array<Vector3d, 16> at;
+  for (std::size_t i = 0; i < at.size(); ++i) at[i] = run.position_m(i);
+  std::uint32_t most = 0;
+  for (int tick = 0; tick < 4000; ++tick) {
+    run.tick();
+    most = std::max(most, work(run));
+  }
+  figure("16 boxes that stand: work of a tick, units", most, "0");
+  EXPECT_EQ(most, 0U);
+  for (std::size_t i = 0; i < at.size(); ++i) EXPECT_EQ(run.position_m(i), at[i]);
+}
+
+TEST(Sleep, ATouchActsInItsTick) {
+  BodyRun run(R"("objects": [)" + sleeper("box", Vector3d::Zero(), "translate") + "]", {{-.05, 0, 0}});
+  run.run(1);
+  ASSERT_EQ(work(run), 0U);
+  Vector3d tip(-.0151, 0, 0);
+  run.tick({tip});
+  for (int tick = 0; tick < 200 && run.force_N(0).isZero(0); ++tick) run.tick({tip += Vector3d(1e-6, 0, 0)});
+  const Vector3d momentum = kBoxMass_kg * run.velocity_m_s(0);
+  const Vector3d pushed = -run.force_N(0) * run.period_s();
+  figure("the first push, uN s", 1e6 * pushed.x(), "> 0");
+  figure("momentum in that tick, off by, uN s", 1e6 * (momentum - pushed).norm(), "0, 1e-3 of it");
+  EXPECT_GT(pushed.x(), 0);
+  EXPECT_LT((momentum - pushed).norm(), 1e-3 * pushed.norm());
+}
+
+TEST(Sleep, AStackThatIsTouchedWakesAsAWhole) {
+  BodyRun run(stacks(), {{-.05, 0, .105}});
+  run.run(1);
+  ASSERT_EQ(work(run), 0U);
+  // The top box of the first stack is pushed off; those beside it sleep on.
+  for (int tick = 0; tick < 4000; ++tick) run.tick({Vector3d(-.05 + .02 * tick / 4000. + .02, 0, .105)});
+  EXPECT_GT(run.position_m(12).x(), .003);
+  for (const std::size_t i : {1U, 2U, 3U}) EXPECT_TRUE(run.velocity_m_s(i).isZero(0));
+}
+
+TEST(Sleep, ABodyThatComesWakesWhatItMeets) {
+  // One box flies at two that touch each other and have slept long.
+  BodyRun run(R"("objects": [)" + sleeper("a", Vector3d::Zero(), "translate") + ", " +
+              sleeper("b", {.03, 0, 0}, "translate") + ", " +
+              sleeper("c", {-.4, 0, 0}, "translate", {.2, 0, 0}) + "]");
+  run.run(1);
+  ASSERT_TRUE(run.velocity_m_s(0).isZero(0));
+  run.run(2);
+  const double sum = run.velocity_m_s(0).x() + run.velocity_m_s(1).x() + run.velocity_m_s(2).x();
+  figure("momentum after the impact, of that before", sum / .2, "1, 1e-6");
+  EXPECT_NEAR(sum / .2, 1, 1e-6);
+  EXPECT_GT(run.velocity_m_s(1).x(), .05);
+}
+
+// With 4000 ticks a second they have settled in two seconds.
+TEST(Sleep, AStackOfSixteenStandsFor20Seconds) {
+  std::string text = std::string(kGravity) + R"("objects": [)" + kLevelFloor;
+  for (int i = 0; i < 16; ++i) text += ", " + sleeper(std::to_string(i), {0, 0, .015 + .03 * i});
+  BodyRun run(text + "]");
+  run.run(2);
+  std::array<Vector3d, 16> at;
+  for (std::size_t i = 0; i < at.size(); ++i) at[i] = run.position_m(i);
+  run.run(18);
+  double moved_m = 0;
+  for (std::size_t i = 0; i < at.size(); ++i) moved_m = std::max(moved_m, (run.position_m(i) - at[i]).norm());
+  figure("a stack of 16 equal boxes moves in 18 s, um", 1e6 * moved_m, "<= 5");
+  EXPECT_LE(1e6 * moved_m, 5);
+  EXPECT_NEAR(run.position_m(15).z(), .465, 2e-4);
+}
+
+TEST(Sleep, WhatDriftsSlowlyDoesNot) {
+  BodyRun run(R"("objects": [)" + sleeper("box", Vector3d::Zero(), "free", {2e-4, 0, 0}) + "]");
+  run.run(5);
+  EXPECT_NEAR(run.velocity_m_s(0).x(), 2e-4, 1e-9);
+}
+
+}  // namespace
+}  // namespace thimble::test
