@@ -220,6 +220,30 @@ void move_rest_towards(const World& world, const Nearby& nearby, Finger& finger,
   if (rest.count == 0) rest = before;
 }
 
+// The places of the god object with and without friction, and its contacts there. False: nothing pushes.
+bool find_contact(const World& world, const Nearby& nearby, Finger& finger, const Vec3& tip_m, bool bodies,
+                  Effort& effort) {
+  GodObject& god = finger.god;
+  GodObject& rest = finger.rest;
+  // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
+  if (god.count == 0) fly_towards(world, nearby, god, tip_m, effort);
+  if (god.count == 0) {
+    rest = god;
+  } else {
+    move_rest_towards(world, nearby, finger, tip_m, bodies, effort);
+  }
+  if (effort.work.was_spent() && rest.count != 0 && !is_pushed(world, rest, tip_m)) {
+    finger.click.release();
+    return false;
+  }
+  if (rest.count != 0) return true;
+  if (god.count != 0) god = rest;
+  finger.friction.reset();
+  let_go(finger, tip_m);
+  finger.click.release();
+  return false;
+}
+
 }  // namespace
 
 void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
@@ -246,7 +270,7 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
 void Renderer::bound_work(std::uint32_t units) noexcept {
   static_assert(kMaxArms <= 2);  // so that all shares are whole
   work_ = units - units % 4;
-  least_left_ = work_;
+  left_ = least_left_ = work_;
   most_over_ = 0;
   const std::uint32_t all = bodies_.empty() ? work_ : work_ / 2;
   for (std::size_t i = 0; i < kMaxArms; ++i) {
@@ -311,6 +335,7 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
     most_over_ = std::max(most_over_, effort_.work.over());
     if (effort_.work.was_spent()) count_put_off();
   }
+  left_ = left;
   if (left < least_left_) least_left_ = left;
 }
 
@@ -335,26 +360,8 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   if (!finger.started) begin(world_, finger, x, effort);
   const Nearby nearby(world_, Reach(god.position_m, rest.position_m, x, world_.margin_m), finger.inside,
                       triangles);
-
-  // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
-  if (god.count == 0) fly_towards(world_, nearby, god, x, effort);
-  // The place of the god object without friction, and its contact constraints there.
-  if (god.count == 0) {
-    rest = god;
-  } else {
-    move_rest_towards(world_, nearby, finger, x, !bodies_.empty(), effort);
-  }
-  if (effort.work.was_spent() && rest.count != 0 && !is_pushed(world_, rest, x)) {
-    finger.click.release();
+  if (!find_contact(world_, nearby, finger, x, !bodies_.empty(), effort)) {
     touch = {Vec3::Zero(), god.position_m, static_cast<std::uint8_t>(rest.count)};
-    return;
-  }
-  if (rest.count == 0) {
-    if (god.count != 0) god = rest;
-    finger.friction.reset();
-    let_go(finger, x);
-    finger.click.release();
-    touch = {Vec3::Zero(), god.position_m, 0};
     return;
   }
   Constraints held = constraints(world_, rest, x);

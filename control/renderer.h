@@ -48,8 +48,8 @@ class Renderer {
   // Without a call there is no bound.
   void bound_work(std::uint32_t units) noexcept;
 
-  // What is left of the last tick's work, and by how much it was exceeded.
-  [[nodiscard]] const Work& work() const noexcept { return effort_.work; }
+  // The units that the last tick has done: where there are bodies, at most kMostBodyStepWork more than it may.
+  [[nodiscard]] std::uint32_t tick_work() const noexcept { return work_ - left_ + effort_.work.over(); }
   // Whether the bodies' clock stood in the last tick, because their step takes more work than a tick has (control/bodies/bodies.h).
   [[nodiscard]] bool bodies_wait() const noexcept { return bodies_.wait(); }
 
@@ -102,8 +102,9 @@ class Renderer {
   Effort effort_;
   std::uint32_t work_ = Work::kNoBound;
   std::array<Work, kMaxArms> arm_work_{};      // of each, by the number of arms
+  std::uint32_t left_ = Work::kNoBound;        // of the last tick
   std::uint32_t least_left_ = Work::kNoBound;  // of a tick, since bind()
-  std::uint32_t most_over_ = 0;  // of bodies (Work::over())
+  std::uint32_t most_over_ = 0;                // of bodies (Work::over())
   bool put_off_ = false;                       // in this tick
   bool lists_ = true;
 };

@@ -45,6 +45,11 @@ class BodyWork : public ::testing::Test {
   Compositions compositions_;
 };
 
+std::uint32_t beyond(const BodyRun& run, std::uint32_t units) {
+  const std::uint32_t done = run.renderer().tick_work();
+  return done > units ? done - units : 0U;
+}
+
 // Without fingers nothing but the bodies' own clock tells how much work a tick may do.
 TEST_F(BodyWork, WithAnyWorkTheBodiesGoTheSameWayOnlySlower) {
   Random random(31);
@@ -68,7 +73,7 @@ TEST_F(BodyWork, WithAnyWorkTheBodiesGoTheSameWayOnlySlower) {
         do {
           ASSERT_LT(++ticks, 3000000);
           run.tick();
-          over = std::max(over, run.renderer().work().over());
+          over = std::max(over, beyond(run, units));
         } while (run.renderer().bodies_wait());
         ASSERT_EQ(states(run), way.at(static_cast<std::size_t>(step)))
             << "composition " << i << ", " << units << " units, step " << step;
@@ -98,13 +103,11 @@ TEST_F(BodyWork, AsMuchAsIsNeededChangesNothing) {
       free.tick(tips(tick));
       way.push_back(states(free));
       for (std::size_t finger = 0; finger < 2; ++finger) append(way.back(), free.force_N(finger));
-      most = std::max(most, control::Work::kNoBound - free.renderer().work().left());
+      most = std::max(most, free.renderer().tick_work());
     }
     figure("composition " + std::to_string(i) + ": most work in a tick, units", most, "");
-    // Half of it is the fingers', shared by two.
-    most = most - (control::Work::kNoBound - control::Work::kNoBound / 2);
     BodyRun run(composition.members, start);
-    run.bound_work(4 * most);
+    run.bound_work(8 * most);  // a finger may do less than a quarter of it
     for (int tick = 0; tick < ticks; ++tick) {
       run.tick(tips(tick));
       Bytes now = states(run);
@@ -131,7 +134,7 @@ TEST_F(BodyWork, NoGodObjectFallsWithLittleWork) {
       const int ticks = kUnderSanitizers ? 100 : 2000;
       for (int tick = 0; tick < ticks; ++tick) {
         run.tick({composition.tip_m(0, tick / 4000.0), composition.tip_m(1, tick / 4000.0)});
-        over = std::max(over, run.renderer().work().over());
+        over = std::max(over, beyond(run, units));
         waited += run.renderer().bodies_wait() ? 1 : 0;
         for (std::size_t finger = 0; finger < 2; ++finger) {
           const std::uint64_t inside = run.renderer().inside(finger);

@@ -33,7 +33,7 @@ std::string stacks() {
   return text + "]";
 }
 
-std::uint32_t work(const BodyRun& run) { return control::Work::kNoBound - run.renderer().work().left(); }
+std::uint32_t work(const BodyRun& run) { return run.renderer().tick_work(); }
 
 TEST(Sleep, StacksThatStandCostNothing) {
   BodyRun run(stacks());
