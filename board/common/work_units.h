@@ -1,12 +1,13 @@
-// What rendering may do in a tick (Config::work_units) on a Cortex-M7 at 480 MHz or a Cortex-R5F at 500 MHz: at 100 cycles a unit half of
-// the period. The other half is for what a unit costs more than that, for the rest of the tick, and for the background (docs/time.md).
+// What rendering may do in a tick (Config::work_units) on a Cortex-M7 at 480 MHz or a Cortex-R5F at 500 MHz: a quarter of the period at
+// 100 cycles a unit. The rest is for what a unit of bodies costs more than that (up to 290 instructions in the tests cortex.bound), for
+// the rest of the tick, and for the background (docs/time.md).
 #pragma once
 
 #include <cstdint>
 
 namespace thimble::board {
 
-inline constexpr float kUnits_s = 2.4e6F;
+inline constexpr float kUnits_s = 1.2e6F;
 
 [[nodiscard]] constexpr std::uint32_t work_units(float period_s) noexcept {
   return static_cast<std::uint32_t>(kUnits_s * period_s + 0.5F);

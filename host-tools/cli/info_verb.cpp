@@ -30,6 +30,15 @@ Json limits_json() {
   return json;
 }
 
+void say_limits() {
+  say("limits     {} objects, {} triangles, {} bytes a scene; {:g} N/m, {:g} Ns/m, friction {:g}\n",
+      control::kMaxObjects, control::kMaxTriangles, control::kMaxImageBytes, control::kMaxStiffness_N_m,
+      control::kMaxDamping_N_s_m, control::kMaxFriction);
+  for (const LimitRow& row : scene_limits()) {
+    say("  {:<24} {:>10}  {}\n", row.key, row.value.dump(), row.of);
+  }
+}
+
 }  // namespace
 
 void info(const Common& common, const Remote& remote) {
@@ -108,12 +117,7 @@ void info(const Common& common, const Remote& remote) {
     say("orders     {} forces taken from a host, {} old, {} wrong; {} times none in time\n", orders.taken,
         orders.old, orders.wrong, orders.expired);
   }
-  say("limits     {} objects, {} triangles, {} bytes a scene; {:g} N/m, {:g} Ns/m, friction {:g}\n",
-      control::kMaxObjects, control::kMaxTriangles, control::kMaxImageBytes, control::kMaxStiffness_N_m,
-      control::kMaxDamping_N_s_m, control::kMaxFriction);
-  for (const LimitRow& row : scene_limits()) {
-    say("  {:<24} {:>10}  {}\n", row.key, row.value.dump(), row.of);
-  }
+  say_limits();
 }
 
 }  // namespace thimble::host
