@@ -340,8 +340,8 @@ void TriangleCollision::collide_flat(const Face& face, const Guess& guess, const
   Overlap overlap;
   overlap.depth_m = guess.depth_m;
   overlap.normal = guess.axis < 0 ? face.normal : Vec3(guess.sign * a_->rotation.col(guess.axis));
-  constexpr float kDeep_m = 3.0e-4F;
-  const bool deep = guess.depth_m > kDeep_m;
+  constexpr float kDeepFlat_m = 3.0e-4F;
+  const bool deep = guess.depth_m > kDeepFlat_m;
   bool least = !deep && is_least(face, guess, lowest_m, overlap);
   if (least && (add(face, overlap, guess.axis >= 0) || a_->form != CollisionForm::kBox)) return;
   // On ground that is fine or far below, most of what the solid's box holds is settled by this.

@@ -21,9 +21,9 @@ Convex part(const PlacedObject& object, std::size_t i, const Mat3& rotation, con
             Work* work) {
   Convex convex = is_mesh(object) ? convex_hull(object.shape.mesh.piece(i), rotation, position_m)
                                   : convex_solid(object, rotation, position_m);
-  constexpr std::size_t kCornersPerUnit = 8;
+  constexpr std::size_t kPartCornersPerUnit = 8;
   convex.work = work;
-  work->charge(2 + static_cast<std::uint32_t>(convex.corners.size() / kCornersPerUnit));
+  work->charge(2 + static_cast<std::uint32_t>(convex.corners.size() / kPartCornersPerUnit));
   return convex;
 }
 

@@ -150,7 +150,7 @@ class ExitCodes(Rig):
         self.fails(6, "no-answer", "info", "--device", silent.uri, "--timeout", "0.5")
 
     def test_7_version_mismatch(self):
-        for protocol, older in ((1, "the device is older"), (3, "this thimble is older")):
+        for protocol, older in ((2, "the device is older"), (4, "this thimble is older")):
             other = FakeDevice(protocol=protocol)
             self.addCleanup(other.close)
             error = self.fails(7, "version-mismatch", "info", "--device", other.uri)
@@ -169,7 +169,7 @@ class ExitCodes(Rig):
             answer = bytes.fromhex((first[4:16] + next(answers)[2:]).decode())[:10]
         self.assertEqual(answer[:3], bytes.fromhex("62F1A0"))
         protocol, image, frame_bytes, node, arms = struct.unpack("<HHBBB", answer[3:])
-        self.assertEqual((protocol, image, frame_bytes, node, arms), (2, 1, 64, 1, 1))
+        self.assertEqual((protocol, image, frame_bytes, node, arms), (3, 1, 64, 1, 1))
 
     def test_8_verification(self):
         sim = self.sim("--tcp", 0)
