@@ -36,7 +36,7 @@ bool take_contact(GodObject& god, std::uint8_t object, Contact& contact, Vec3& n
 [[gnu::noinline]] Vec3 onto_surface(const PlacedObject& object, Feature& feature, const Vec3& local,
                                     Work& of_tick) {
   Work work(kInPlaceWork);
-  const Vec3 to = object.ops->slide(object.shape, feature, {work, local, local, true}).to;
+  Vec3 to = object.ops->slide(object.shape, feature, {work, local, local, true}).to;
   of_tick.charge(kInPlaceWork - work.left());
   return to;
 }
