@@ -169,16 +169,36 @@ bool shares_object(const GodObject& a, const GodObject& b) {
   }
 }
 
-// Moves the place without friction. That of a sphere on a mesh continues from the previous tick, unless that would be
-// farther from the tip than the stiction point: from there the way can be many faces long.
+bool on_one_object(const GodObject& god, std::uint8_t object) {
+  return std::all_of(god.contacts.begin(), god.contacts.begin() + god.count,
+                     [object](const Contact& contact) { return contact.object == object; });
+}
+
+// Whether the stiction point surely stays where it is: several planes of one material hold at least what one would.
+bool surely_sticks(const World& world, const Finger& finger, const Vec3& tip_m) {
+  const GodObject& rest = finger.rest;
+  const std::uint8_t object = finger.god.contacts[0].object;
+  const float limit = world.objects[object].material.static_friction;
+  return on_one_object(rest, object) && !finger.friction.sliding() &&
+         (finger.god.position_m - rest.position_m).squaredNorm() <=
+             limit * limit * (rest.position_m - tip_m).squaredNorm();
+}
+
+// Moves the place without friction. On a mesh it continues from the previous tick, unless that would be farther from the tip than the
+// stiction point: from there the way can be many faces long. Where a point may slip, it begins at the stiction point, so that there is a way
+// from there.
 void move_rest(const World& world, const Nearby& nearby, Finger& finger, const Vec3& tip_m, bool bodies,
                Effort& effort) {
   const GodObject& god = finger.god;
   GodObject& rest = finger.rest;
-  if (world.tip_radius_m > 0.0F && !world.any_shaded && !bodies && shares_object(rest, god) &&
-      world.objects[god.contacts[0].object].ops->walks) {
+  const PlacedObject& object = world.objects[god.contacts[0].object];
+  const bool point = world.tip_radius_m <= 0.0F;
+  if (!world.any_shaded && !bodies && shares_object(rest, god) && object.ops->walks &&
+      (!point || object.plain)) {
     move(world, nearby, rest, tip_m, false, effort);
-    if (shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m)) return;
+    if (shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m) &&
+        (!point || surely_sticks(world, finger, tip_m)))
+      return;
   }
   rest = god;
   move(world, nearby, rest, tip_m, false, effort);
@@ -315,9 +335,9 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
       update_inside(world_, finger, tips[i].position_m, effort_);
       finger.look_inside_first = false;  // what is nearby is the first again
     }
-    if (!touch_one_plain_surface<PointWay>(world_, finger, tips[i], period_s, nullptr, effort_.work,
+    TriangleCache* const triangles = lists_ ? &triangles_[i] : nullptr;
+    if (!touch_one_plain_surface<PointWay>(world_, finger, tips[i], period_s, triangles, effort_.work,
                                            touches[i])) {
-      TriangleCache* const triangles = lists_ ? &triangles_[i] : nullptr;
       if (world_.tip_radius_m == 0.0F ||
           !roll_on_one_plain_surface(world_, finger, tips[i], period_s, triangles, effort_.work, touches[i]))
         touch(finger, tips[i], period_s, triangles, effort_, touches[i]);

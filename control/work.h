@@ -68,6 +68,8 @@ class Work {
   [[nodiscard]] bool is_spent() const noexcept { return spent_; }
   [[nodiscard]] bool was_spent() const noexcept { return spent_ || ran_out_; }
   [[nodiscard]] std::uint32_t left() const noexcept { return left_ + reserve_; }
+  // Of these, what can be spent before open_reserve().
+  [[nodiscard]] std::uint32_t at_hand() const noexcept { return left_; }
 
  private:
   std::uint32_t left_ = kNoBound;

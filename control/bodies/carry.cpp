@@ -150,7 +150,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
     side[0].kind = kSideOnly;
     const Vec3 to = now.to_local(god.position_m);
     Hit hit;
-    if (!now.ops->sweep(now.shape, from, to, {side.data(), beside ? 1U : 0U}, hit, effort.work)) {
+    if (!now.ops->sweep(now.shape, {effort.work, from, to, {side.data(), beside ? 1U : 0U}}, hit)) {
       ++effort.counters.sweep_bound;
       return false;
     }
@@ -176,7 +176,8 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
     const Vec3 to = now.to_local(god.position_m);
     Hit hit;
     side[0].kind = kSideOnly;
-    if (!now.ops->sweep(now.shape, from, to, {side.data(), touched || beside ? 1U : 0U}, hit, effort.work) ||
+    if (!now.ops->sweep(now.shape, {effort.work, from, to, {side.data(), touched || beside ? 1U : 0U}},
+                        hit) ||
         hit.t <= 1.0F)
       return false;
     local = onto_surface(now, contact.feature, to, effort.work);

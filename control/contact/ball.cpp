@@ -50,8 +50,9 @@ class Sweeps {
       for (const Contact& contact : on)
         if (contact.object == index) features[count++] = contact.feature;
       Hit hit;
-      if (!object.ops->sweep(object.shape, object.to_local(from), object.to_local(to),
-                             {features.data(), count}, hit, work_) ||
+      if (!object.ops->sweep(object.shape,
+                             {work_, object.to_local(from), object.to_local(to), {features.data(), count}},
+                             hit) ||
           (hit.t <= 1.0F && (1.0F - hit.t) * length_m >= behind_m))
         return false;
     }

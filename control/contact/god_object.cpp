@@ -52,13 +52,18 @@ void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god
     for (const Contact& contact : leaving) {
       if (contact.object == index) features[count++] = contact.feature;
     }
-    if (god.has_beside && god.beside.object == index) {
-      features[count] = god.beside.feature;
+    if (const Feature* const beside = beside_on(god, index)) {
+      features[count] = *beside;
       features[count++].kind = kSideOnly;
     }
     Hit hit{.t = flight.hit.t, .feature = {}};
-    if (!object.ops->sweep(object.shape, object.to_local(from), object.to_local(to), {features.data(), count},
-                           hit, work)) {
+    if (!object.ops->sweep(object.shape,
+                           {work,
+                            object.to_local(from),
+                            object.to_local(to),
+                            {features.data(), count},
+                            nearby.point_triangles()},
+                           hit)) {
       flight.known = false;
     }
     if (hit.t < flight.hit.t) {
@@ -206,8 +211,9 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
   const Contact start{contact.object, {.index = feature.index, .side = feature.side}};
   effort.work.at(contact.object);
   const Vec3 from = object.to_local(god.position_m);
-  const Slide slide =
-      object.ops->slide(object.shape, feature, {effort.work, from, object.to_local(target), hold, !alone});
+  const Slide slide = object.ops->slide(
+      object.shape, feature,
+      {effort.work, from, object.to_local(target), hold, !alone, false, nullptr, nearby.point_triangles()});
   if (alone && slide.swept) {
     god.position_m = object.to_world(slide.to);
   } else {

@@ -40,6 +40,11 @@ struct GodObject {
   std::array<Vec3, kMaxContacts> normals;
 };
 
+// The other part of this object that the god object may lie on; null: none.
+[[nodiscard]] inline const Feature* beside_on(const GodObject& god, std::uint8_t object) noexcept {
+  return god.has_beside && god.beside.object == object ? &god.beside.feature : nullptr;
+}
+
 // From the god object to the place where the tip touches the surface of a contact: the radius of the tip, against the
 // normal.
 [[nodiscard]] inline Vec3 to_place(const World& world, const GodObject& god, std::size_t contact) noexcept {

@@ -14,7 +14,8 @@ Nearby::Nearby(const World& world, const Reach& reach, SolidSet without, Triangl
                                            [without](std::uint8_t i) { return (without & only(i)) != 0; });
     count_ = static_cast<std::size_t>(end - list_.begin());
   }
-  if (world.tip_radius_m > 0.0F) triangles_ = triangles;
+  triangles_ = triangles;
+  point_ = world.tip_radius_m <= 0.0F;
   if (count_ > 1)
     keep(world, reach.tip_m, reach.radius_m());
   else

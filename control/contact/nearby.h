@@ -51,7 +51,9 @@ class Nearby {
   explicit Nearby(std::uint8_t object) noexcept : list_{object}, count_(1) {}
   [[nodiscard]] std::span<const std::uint8_t> objects() const { return {list_.data(), count_}; }
   [[nodiscard]] bool several() const { return count_ > 1; }
-  [[nodiscard]] TriangleCache* triangles() const { return one_mesh_ ? triangles_ : nullptr; }
+  // The lists of triangles for the one mesh: of a tip with a radius, or else of a point.
+  [[nodiscard]] TriangleCache* triangles() const { return one_mesh_ && !point_ ? triangles_ : nullptr; }
+  [[nodiscard]] TriangleCache* point_triangles() const { return one_mesh_ && point_ ? triangles_ : nullptr; }
 
  private:
   void keep(const World& world, const Vec3& place_m, float distance_m) noexcept;
@@ -60,6 +62,7 @@ class Nearby {
   std::size_t count_ = 0;
   TriangleCache* triangles_ = nullptr;
   bool one_mesh_ = false;
+  bool point_ = true;
 };
 
 }  // namespace thimble::control

@@ -20,8 +20,9 @@ void view(const scene::Object& object, ShapeData& shape) {
   shape.vector = to_vec(object.shape_as_Box()->half_size_m());
 }
 
-bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
-           Hit& hit, Work& /*work*/) {
+bool sweep(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
+  const Vec3& from = query.from;
+  const Vec3& to = query.to;
   // The entry test uses the box reduced by the surface tolerance, the landing point the box itself. So a
   // landing point is never close to counting as inside.
   const Vec3 core = shape.vector.array() - kSurfaceTolerance_m;

@@ -42,8 +42,9 @@ float enter(const ShapeData& shape, float radius, const Vec3& from, const Vec3& 
   return t;
 }
 
-bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
-           Hit& hit, Work& /*work*/) {
+bool sweep(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
+  const Vec3& from = query.from;
+  const Vec3& to = query.to;
   const float core = shape.radius_m - kSurfaceTolerance_m;
   if (from_axis(shape, from).squaredNorm() < core * core) return true;  // inside: free to leave
   const Vec3 d = to - from;

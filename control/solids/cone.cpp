@@ -83,8 +83,9 @@ float enter_side(const ShapeData& shape, float inset_m, const Vec3& from, const 
   return q + t * q_step >= 0.0F ? start + t : 2.0F;  // below 0: the cone's image above the apex
 }
 
-bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
-           Hit& hit, Work& /*work*/) {
+bool sweep(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
+  const Vec3& from = query.from;
+  const Vec3& to = query.to;
   // As in the cylinder: entered is the solid less the tolerance, landed on is the solid itself.
   const float floor = base_m(shape) + kSurfaceTolerance_m;
   const auto in_core = [&](const Vec3& p) {

@@ -28,8 +28,9 @@ void view(const scene::Object& object, ShapeData& shape) {
 
 float radial2(const Vec3& p) { return p.x() * p.x() + p.y() * p.y(); }
 
-bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
-           Hit& hit, Work& /*work*/) {
+bool sweep(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
+  const Vec3& from = query.from;
+  const Vec3& to = query.to;
   // As in the box: the entry test uses the solid reduced by the tolerance, the landing point the solid
   // itself.
   const float core = shape.radius_m - kSurfaceTolerance_m;

@@ -11,8 +11,7 @@
 
 namespace thimble::control {
 
-[[nodiscard]] bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to,
-                              std::span<const Feature> leaving, Hit& hit, Work& work);
+[[nodiscard]] bool sweep_mesh(const ShapeData& shape, const SweepQuery& query, Hit& hit);
 
 [[nodiscard]] Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const SlideQuery& query);
 

@@ -9,6 +9,7 @@
 
 #include "control/solids/mesh.h"
 #include "control/solids/mesh_topology.h"
+#include "control/solids/near_triangles.h"
 
 namespace thimble::control {
 
@@ -17,6 +18,8 @@ using namespace topology;  // NOLINT(google-build-using-namespace): this file is
 namespace {
 
 constexpr int kMaxSlideFaces = 128;  // faces and edges walked over in one slide
+// A face far smaller than the surface tolerance is treated as one point.
+constexpr float kPoint_m4 = 1.0e-30F;
 
 // Whether the target is on the free side of the surface, for the feature with the point nearest to the
 // target. False where the work is spent.
@@ -59,8 +62,6 @@ struct Plane {
     return inwards(edge).dot(p - corner[edge]);
   }
   [[nodiscard]] Vec3 project(const Vec3& p) const {
-    // A face far smaller than the surface tolerance is treated as one point.
-    constexpr float kPoint_m4 = 1.0e-30F;
     const float normal2 = normal.squaredNorm();
     return normal2 > kPoint_m4 ? Vec3(p - (normal.dot(p - corner[0]) / normal2) * normal) : corner[0];
   }
@@ -206,18 +207,58 @@ bool edge_pierced(const MeshView& mesh, const Feature& f) {
   return pierced(mesh, f.index) || pierced(mesh, across(mesh, f.index, f.side, f.corner).triangle);
 }
 
+// Whether a piece on which the mesh may cross itself is known to cross nothing. Parts that touch count as several solids: no.
+bool is_free(const ShapeData& shape, const Foot& from, const Foot& to, const SlideQuery& query) {
+  if (!query.sweeps || shape.mesh.seams) return false;
+  std::array<Feature, 3> leaving{from.feature, to.feature};
+  std::size_t count = 2;
+  if (query.beside != nullptr) {
+    leaving[count] = *query.beside;
+    leaving[count++].kind = kSideOnly;
+  }
+  Hit hit;
+  return sweep_mesh(shape, {query.work, from.at, to.at, {leaving.data(), count}, query.triangles}, hit) &&
+         hit.t > 1.0F;
+}
+
 }  // namespace
+
+void keep(const ShapeData& shape, std::uint32_t triangle, KeptFace& face) {
+  const Plane plane(shape.mesh, triangle);
+  const float normal2 = plane.normal.squaredNorm();
+  if (normal2 <= kPoint_m4) return;
+  face = {&shape,       triangle, plane.corner, {plane.inwards(0), plane.inwards(1), plane.inwards(2)},
+          plane.normal, normal2};
+}
+
+// Whether the slide stays on the kept face.
+bool stays(const ShapeData& shape, const KeptFace& face, const Feature& feature, const SlideQuery& query) {
+  return face.triangle == feature.index && feature.kind == kFace && face.shape == &shape &&
+         face.inwards[0].dot(query.target - face.corner[0]) >= 0.0F &&
+         face.inwards[1].dot(query.target - face.corner[1]) >= 0.0F &&
+         face.inwards[2].dot(query.target - face.corner[2]) >= 0.0F && query.work.spend(kFaceWork);
+}
+
+// A slide that stays on it: the same bits as without it.
+Slide slide_on_kept(const KeptFace& face, const Feature& feature, const SlideQuery& query) {
+  const float height = face.normal.dot(query.target - face.corner[0]);
+  const bool free = !query.hold && (height >= 0.0F) == (feature.side > 0);
+  return {query.target - (height / face.normal2) * face.normal, free ? SlideEnd::kFree : SlideEnd::kHeld};
+}
 
 // The path of a god object: straight over each face towards the projection of the target, on over the edges
 // that it crosses, and along an edge when the target is beyond it for both faces (Zilles and Salisbury 1995,
 // with the real faces instead of infinite planes).
 Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const SlideQuery& query) {
+  if (query.triangles != nullptr && stays(shape, query.triangles->face(), feature, query))
+    return slide_on_kept(query.triangles->face(), feature, query);
   const MeshView& mesh = shape.mesh;
   Foot foot{feature, query.from};
   bool moved = false;
   bool over_edge = false;  // the path has just crossed foot.feature, an edge
   SlideEnd end = SlideEnd::kBound;
   bool swept = true;
+  Foot before = foot;
   for (int pieces = 0; pieces < kMaxSlideFaces && query.work.spend(kFaceWork); ++pieces) {
     // The next piece: over a face, or along an edge.
     Feature next_feature = foot.feature;
@@ -246,10 +287,7 @@ Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const SlideQuery& 
     }
     swept =
         !pierced(mesh, next_feature.index) && !(lead == Lead::kAlongEdge && edge_pierced(mesh, next_feature));
-    if (!swept && moved) {  // a piece on a pierced face is a slide of its own
-      feature = foot.feature;
-      return {foot.at, SlideEnd::kMoved};
-    }
+    before = foot;
     if (lead == Lead::kOverFace) {
       if (!walk_face(mesh, next_feature.index, next_feature.side, beyond.edge, query.target, foot)) {
         over_edge = false;  // the next face leads back to the edge: continue along the edge
@@ -258,6 +296,11 @@ Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const SlideQuery& 
       }
     } else {
       foot = walk_edge(mesh, next_feature, query.target);
+    }
+    if (!swept) swept = is_free(shape, before, foot, query);
+    if (!swept && moved) {  // then this piece is a slide of its own
+      feature = before.feature;
+      return {before.at, SlideEnd::kMoved};
     }
     moved = true;
     over_edge = lead == Lead::kOverFace && foot.feature.kind == kEdge;
@@ -273,6 +316,9 @@ Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const SlideQuery& 
   feature = foot.feature;
   if (end == SlideEnd::kHeld && !query.hold && target_is_free(mesh, feature, query.target, query.work))
     end = SlideEnd::kFree;
+  if (query.triangles != nullptr && end == SlideEnd::kHeld && feature.kind == kFace &&
+      !pierced(mesh, feature.index))
+    keep(shape, feature.index, query.triangles->face());
   return {foot.at, end, swept};
 }
 

@@ -8,6 +8,7 @@
 #include "control/scene/mesh_leaf.h"
 #include "control/solids/mesh.h"
 #include "control/solids/mesh_topology.h"
+#include "control/solids/near_triangles.h"
 
 namespace thimble::control {
 
@@ -24,12 +25,42 @@ struct Segment {
   Vec3 to;
   int x, y, z;  // z: the axis along which the segment is longest (Woop, Benthin and Wald 2013)
   float shear_x, shear_y;
-  std::array<std::uint32_t, 3> lo, hi;  // its box in the mesh's grid
-  Vec3 middle, half;                    // the same box, and the segment's half vector, in grid steps
+  // Of it as far as it is free, from `from` on:
+  Vec3 lo_m, hi_m;                      // its box, with a margin
+  std::array<std::uint32_t, 3> lo, hi;  // the same in the mesh's grid
+  Vec3 middle, half;                    // its middle and half vector, in grid steps
   bool misses;                          // the mesh's grid altogether
 };
 
-Segment prepare(const MeshView& mesh, const Vec3& from, const Vec3& lift, const Vec3& to) {
+// Rounding of the grid, two steps, and the surface tolerance; twice, and across the corner of a box.
+float margin_m(const MeshView& mesh) {
+  constexpr float kCorner = 1.75F;
+  return 2.0F * kCorner * (2.0F * mesh.grid_step_m + 2.0F * kSurfaceTolerance_m) + kDiscRounding_m;
+}
+
+// Forgets what is behind the nearest hit.
+void shorten(const MeshView& mesh, Segment& s, float t) {
+  // Two grid steps for rounding, and the surface tolerance.
+  const float margin = 2.0F + 2.0F * kSurfaceTolerance_m * mesh.grid_scale;
+  constexpr float kGridEnd = 65535.0F;
+  const Vec3 to = s.from + std::min(t, 1.0F) * (s.to - s.from);
+  const Vec3 a = (s.from - mesh.grid_origin_m) * mesh.grid_scale;
+  const Vec3 b = (to - mesh.grid_origin_m) * mesh.grid_scale;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float lo = std::min(a[axis], b[axis]) - margin;
+    const float hi = std::max(a[axis], b[axis]) + margin;
+    if (!(hi >= 0.0F && lo <= kGridEnd)) s.misses = true;
+    s.lo[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(lo, 0.0F, kGridEnd));
+    s.hi[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(hi, 0.0F, kGridEnd));
+  }
+  s.middle = 0.5F * (a + b);
+  s.half = 0.5F * (b - a);
+  const Vec3 margin_m = Vec3::Constant(2.0F * margin * mesh.grid_step_m);
+  s.lo_m = s.from.cwiseMin(to) - margin_m;
+  s.hi_m = s.from.cwiseMax(to) + margin_m;
+}
+
+Segment prepare(const MeshView& mesh, const Vec3& from, const Vec3& lift, const Vec3& to, float t) {
   Segment s{};
   s.from = from;
   s.lift = lift;
@@ -41,20 +72,7 @@ Segment prepare(const MeshView& mesh, const Vec3& from, const Vec3& lift, const 
   const float length = d[s.z];
   s.shear_x = length != 0.0F ? d[s.x] / length : 0.0F;
   s.shear_y = length != 0.0F ? d[s.y] / length : 0.0F;
-  // Two grid steps for rounding, and the surface tolerance.
-  const float margin = 2.0F + 2.0F * kSurfaceTolerance_m * mesh.grid_scale;
-  constexpr float kGridEnd = 65535.0F;
-  const Vec3 a = (from - mesh.grid_origin_m) * mesh.grid_scale;
-  const Vec3 b = (to - mesh.grid_origin_m) * mesh.grid_scale;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float lo = std::min(a[axis], b[axis]) - margin;
-    const float hi = std::max(a[axis], b[axis]) + margin;
-    if (!(hi >= 0.0F && lo <= kGridEnd)) s.misses = true;
-    s.lo[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(lo, 0.0F, kGridEnd));
-    s.hi[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(hi, 0.0F, kGridEnd));
-  }
-  s.middle = 0.5F * (a + b);
-  s.half = 0.5F * (b - a);
+  shorten(mesh, s, t);
   return s;
 }
 
@@ -78,6 +96,14 @@ bool overlaps(const Segment& s, const GridPoint& lo, const GridPoint& hi) {
              extent.z() * d.x() + extent.x() * d.z() &&
          std::abs(s.half.x() * centre.y() - s.half.y() * centre.x()) <=
              extent.x() * d.y() + extent.y() * d.x();
+}
+
+// Of the children of a node, by their middles along the longest axis of the segment.
+bool first_is_nearer(const Segment& s, const scene::BvhNode& node) {
+  const auto axis = static_cast<std::uint16_t>(s.z);
+  const int first = (*node.lo_a())[axis] + (*node.hi_a())[axis];
+  const int second = (*node.lo_b())[axis] + (*node.hi_b())[axis];
+  return s.half[s.z] >= 0.0F ? first <= second : first >= second;
 }
 
 // Whether a segment along d from a corner of the triangle stays above or below the face, rather than beside it.
@@ -197,11 +223,27 @@ bool passes_outside(const MeshView& mesh, std::uint32_t triangle, std::int8_t si
   return near > 1;
 }
 
+// Whether the boxes of the triangle and the segment touch.
+bool is_near(const Segment& s, const std::array<Vec3, 3>& corner) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const float a = corner[0][axis];
+    const float b = corner[1][axis];
+    const float c = corner[2][axis];
+    if ((a > s.hi_m[axis] && b > s.hi_m[axis] && c > s.hi_m[axis]) ||
+        (a < s.lo_m[axis] && b < s.lo_m[axis] && c < s.lo_m[axis]))
+      return false;
+  }
+  return true;
+}
+
 void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s,
                   std::span<const Feature> leaving, Hit& hit) {
-  const Vec3 a = vertex(mesh, triangle, 0) - s.from;
-  const Vec3 b = vertex(mesh, triangle, 1) - s.from;
-  const Vec3 c = vertex(mesh, triangle, 2) - s.from;
+  const std::array<Vec3, 3> at = {vertex(mesh, triangle, 0), vertex(mesh, triangle, 1),
+                                  vertex(mesh, triangle, 2)};
+  if (!is_near(s, at)) return;
+  const Vec3 a = at[0] - s.from;
+  const Vec3 b = at[1] - s.from;
+  const Vec3 c = at[2] - s.from;
 
   // Sheared so that the segment runs along z. Both faces at an edge get the same edge function, so no line
   // passes between them. The test is slightly widened, because the side test below rounds differently.
@@ -224,6 +266,7 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   // object begins so in a corner with a part that crosses two faces at a flat concave edge.
   const bool beside = !all_up && !all_down;
   if (beside && (leaving.empty() || !pierced(mesh, triangle) || two_sided(mesh, triangle))) return;
+  if (incident(mesh, triangle, leaving, s.to - s.from)) return;
 
   const Vec3 normal = area_normal(mesh, triangle);
   const Vec3 corner = vertex(mesh, triangle, 0);
@@ -254,7 +297,7 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   } else if (on_surface && !sheet) {
     crosses = height_to < -band;
   }
-  if (!crosses || height_to >= height_from || incident(mesh, triangle, leaving, s.to - s.from)) return;
+  if (!crosses || height_to >= height_from) return;
   // Past the edge of a sheet, a widened test could meet the next face from behind.
   const bool misses = std::min({u, v, w}) < 0.0F && std::max({u, v, w}) > 0.0F;
   const bool widened = !sheet || (leaves_sheet && (on_surface || std::abs(height_to) <= band));
@@ -267,18 +310,35 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
 
   float t = std::clamp(height_from / (height_from - height_to), 0.0F, 1.0F);
   if (!reaches(Face{{a, b, c}, normal}, s.to - s.from, height_from, height_to, on_surface ? band : 0.0F, t) ||
-      t >= hit.t)
+      t > hit.t || (t == hit.t && triangle >= hit.feature.index))  // in whichever order they come
     return;
   hit = {t, {triangle, kFace, 0, side}};
 }
 
 }  // namespace
 
-bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> leaving,
-                Hit& hit, Work& work) {
+bool sweep_mesh(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
   const MeshView& mesh = shape.mesh;
+  const std::span<const Feature> leaving = query.leaving;
+  Work& work = query.work;
   const Vec3 lift = leaving.empty() ? Vec3(Vec3::Zero()) : lift_off_sheet(mesh, leaving);
-  const Segment s = prepare(mesh, from + lift, lift, to);
+  if (query.triangles != nullptr) {
+    const Vec3 middle = 0.5F * (query.from + query.to);
+    const float reach_m = 0.5F * (query.to - query.from).norm() + margin_m(mesh);
+    if (const NearTriangles* const near = query.triangles->near(shape, work, middle, 0.0F, reach_m)) {
+      if (!work.spend(kNodeWork * static_cast<std::uint32_t>(near->list().size()) / 4)) return false;
+      const auto meets = [&](const NearTriangle& one) { return one.within(middle, reach_m, reach_m); };
+      auto one = std::find_if(near->list().begin(), near->list().end(), meets);
+      if (one == near->list().end()) return true;
+      const Segment s = prepare(mesh, query.from + lift, lift, query.to, hit.t);
+      for (; one != near->list().end(); one = std::find_if(one + 1, near->list().end(), meets)) {
+        if (!work.spend(kTriangleWork)) return false;
+        hit_triangle(mesh, one->triangle, s, leaving, hit);
+      }
+      return true;
+    }
+  }
+  Segment s = prepare(mesh, query.from + lift, lift, query.to, hit.t);
   if (s.misses) return true;
   std::array<std::uint32_t, kMaxBvhDepth + 1> stack;
   std::size_t depth = 0;
@@ -287,18 +347,20 @@ bool sweep_mesh(const ShapeData& shape, const Vec3& from, const Vec3& to, std::s
     const scene::BvhNode& node = mesh.nodes[at];
     std::array<std::uint32_t, 2> inner;
     std::size_t count = 0;
-    for (std::uint16_t c = 0; c < 2; ++c) {
-      if (!(c == 0 ? overlaps(s, *node.lo_a(), *node.hi_a()) : overlaps(s, *node.lo_b(), *node.hi_b())))
+    for (const bool second : first_is_nearer(s, node) ? std::array{false, true} : std::array{true, false}) {
+      if (!(second ? overlaps(s, *node.lo_b(), *node.hi_b()) : overlaps(s, *node.lo_a(), *node.hi_a())))
         continue;
-      const std::uint32_t child = (*node.child())[c];
+      const std::uint32_t child = (*node.child())[second ? 1 : 0];
       if (!is_leaf(child)) {
         inner[count++] = child;
         continue;
       }
       const std::uint32_t first = first_triangle(child);
       if (!work.spend(kTriangleWork * triangle_count(child))) return false;
+      const float before = hit.t;
       for (std::uint32_t i = first; i < first + triangle_count(child); ++i)
         hit_triangle(mesh, i, s, leaving, hit);
+      if (hit.t < before) shorten(mesh, s, hit.t);
     }
     if (count == 0) {
       if (depth == 0) return true;

@@ -78,6 +78,7 @@ NearTriangles* TriangleCache::near(const ShapeData& shape, Work& work, const Vec
   constexpr float kMore = 1.5F;
   constexpr float kLess = 0.6F;
   constexpr float kRecovery = 1.05F;
+  constexpr std::uint32_t kShare = 4;  // a list takes no more than a quarter of the work that is left
   if (lists_[last_].hold(shape, centre_m, radius_m, reach_m)) return &lists_[last_];
   if (lists_[1 - last_].hold(shape, centre_m, radius_m, reach_m)) {
     last_ = 1 - last_;
@@ -88,7 +89,10 @@ NearTriangles* TriangleCache::near(const ShapeData& shape, Work& work, const Vec
   last_ = 1 - last_;
   NearTriangles& list = lists_[last_];
   const float listed_m = std::max(reach_m, std::min(listed_m_, most_m_));
-  if (!list.fill(shape, work, centre_m, radius_m, listed_m)) {
+  const std::uint32_t share = work.at_hand() / kShare;
+  Work some(share);
+  const bool filled = list.fill(shape, some, centre_m, radius_m, listed_m);
+  if (!work.spend(share - some.left()) || !filled) {
     most_m_ = kLess * listed_m;
     return nullptr;
   }

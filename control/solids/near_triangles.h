@@ -86,11 +86,22 @@ class NearTriangles {
   std::array<std::uint8_t, kMax> before_;
 };
 
+// The face that a point slides on, with what each slide over it needs.
+struct KeptFace {
+  const ShapeData* shape = nullptr;  // null: none
+  std::uint32_t triangle = 0;
+  std::array<Vec3, 3> corner;   // m
+  std::array<Vec3, 3> inwards;  // square to each edge, in the face: normal x edge
+  Vec3 normal;                  // twice the area times the unit normal
+  float normal2 = 0.0F;         // its square
+};
+
 // Of one fingertip: two lists, as the place without friction and the stiction point are apart.
 class TriangleCache {
  public:
   void clear() {
     for (NearTriangles& list : lists_) list.clear();
+    face_.shape = nullptr;
     last_ = 0;
     listed_m_ = kFirst_m;
     most_m_ = kMost_m;
@@ -98,6 +109,7 @@ class TriangleCache {
   // Null when they are too many, or the work is spent.
   [[nodiscard]] NearTriangles* near(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                                     float reach_m);
+  [[nodiscard]] KeptFace& face() { return face_; }
   // Whether a ball at the centre, or within reach_m of it, is known to touch nothing.
   [[nodiscard]] bool is_clear(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                               float reach_m);
@@ -107,6 +119,7 @@ class TriangleCache {
   static constexpr float kMost_m = 1.0e-2F;
 
   std::array<NearTriangles, 2> lists_;
+  KeptFace face_;
   std::size_t last_ = 0;       // used
   float listed_m_ = kFirst_m;  // the reach of the next list
   float most_m_ = kMost_m;     // no list beyond this: the last one was too long

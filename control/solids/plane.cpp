@@ -21,8 +21,9 @@ void view(const scene::Object& object, ShapeData& shape) {
   shape.radius_m = object.shape_as_Plane()->offset_m();
 }
 
-bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
-           Hit& hit, Work& /*work*/) {
+bool sweep(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
+  const Vec3& from = query.from;
+  const Vec3& to = query.to;
   const float a = shape.vector.dot(from) - shape.radius_m;
   const float b = shape.vector.dot(to) - shape.radius_m;
   if (a >= -kSurfaceTolerance_m && b < -kSurfaceTolerance_m) {

@@ -183,12 +183,26 @@ struct Slide {
   Vec3 via;  // only when bent
 };
 
+// A flight, straight from `from` to `to`.
+struct SweepQuery {
+  Work& work;
+  const Vec3& from;
+  const Vec3& to;
+  std::span<const Feature> leaving;    // of this shape, that `from` is on: they do not stop the flight
+  TriangleCache* triangles = nullptr;  // of the finger
+};
+
 struct SlideQuery {
   Work& work;
-  Vec3 from;
-  Vec3 target;
+  const Vec3& from;
+  const Vec3& target;
   bool hold = false;       // stay on the surface, whichever side the target is on
   bool one_piece = false;  // stop after each straight piece, so that it can be swept against other objects
+  // Whether each piece on which the shape may cross itself is swept, `beside` being another part of it that `from` is on (null: none).
+  // Where the way is not free, the slide ends before that piece, or is not `swept`.
+  bool sweeps = false;
+  const Feature* beside = nullptr;
+  TriangleCache* triangles = nullptr;  // of the finger
 };
 
 // Whether a point is in a solid.
@@ -214,11 +228,9 @@ struct SolidOps {
   ImageVerdict (*check)(const scene::Object& object, std::size_t& triangles_in_scene, Pauses& pauses);
   // Reads the shape from a checked image.
   void (*view)(const scene::Object& object, ShapeData& shape);
-  // Finds the first entry into the solid along from -> to before hit.t, and writes it to `hit`. `leaving` are
-  // the features of this shape that `from` is on: they do not stop the flight. False when a bound was hit and
-  // the answer is not known.
-  bool (*sweep)(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> leaving,
-                Hit& hit, Work& work);
+  // Finds the first entry into the solid along from -> to before hit.t, and writes it to `hit`. False when a bound was hit
+  // and the answer is not known.
+  bool (*sweep)(const ShapeData& shape, const SweepQuery& query, Hit& hit);
   // Slides `from`, which is on `feature`, over the surface towards the point nearest to `target`; `feature`
   // follows.
   Slide (*slide)(const ShapeData& shape, Feature& feature, const SlideQuery& query);

@@ -18,8 +18,9 @@ void view(const scene::Object& object, ShapeData& shape) {
   shape.radius_m = object.shape_as_Sphere()->radius_m();
 }
 
-bool sweep(const ShapeData& shape, const Vec3& from, const Vec3& to, std::span<const Feature> /*leaving*/,
-           Hit& hit, Work& /*work*/) {
+bool sweep(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
+  const Vec3& from = query.from;
+  const Vec3& to = query.to;
   const float core = shape.radius_m - kSurfaceTolerance_m;
   const float from2 = from.squaredNorm();
   if (from2 < core * core) return true;  // from is inside: free to leave

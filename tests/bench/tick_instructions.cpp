@@ -5,7 +5,8 @@
 //   icosphere-327680, or a file of assimp-testmodels; the path is that of tests/support/peer_path.h. Or a
 //   NAME.scene.json with NAME.stroke.csv or stroke.csv in its folder, repeated. BODY@RADIUS is a body under a tip of
 //   that radius in mm, whose path is one radius farther out: icosphere-20480@1.9. BODY+plane is a mesh over a plane half a metre below
-//   it. Also rough: a rough ball of 20 480 triangles
+//   it; BODY+shaded a mesh with force shading; BODY+far a path 8 mm farther out, in free space; BODY+arms two tips on the same
+//   path. Also rough: a rough ball of 20 480 triangles
 #include <valgrind/callgrind.h>
 
 #include <array>
@@ -68,6 +69,7 @@ void move_out(std::vector<Vector3d>& path, const host::TriangleSoup& soup, doubl
 int run(const std::string& what, int ticks) {
   const std::string body = what.substr(0, what.find_first_of("@+"));
   const bool over_plane = what.ends_with("+plane");
+  const bool two_arms = what.ends_with("+arms");
   const double radius_m =
       what.find('@') == std::string::npos ? 0.0 : 1e-3 * std::stod(what.substr(body.size() + 1));
   const PeerPathOptions options = {.ticks = ticks, .noise_m = 2e-6, .seed = 1, .lifts = true};
@@ -84,7 +86,9 @@ int run(const std::string& what, int ticks) {
     const host::TriangleSoup soup = level             ? icosphere(*level, 0.05)
                                     : body == "rough" ? rough_ball()
                                                       : test_model(body, 0.1);
-    MeshBody mesh = make_body(body, soup, {}, options);
+    host::MeshOptions mesh_options;
+    if (what.ends_with("+shaded")) mesh_options.crease_deg = 50.0;
+    MeshBody mesh = make_body(body, soup, mesh_options, options);
     image =
         radius_m > 0.0 ? SceneBuilder()
                              .mesh(soup, kPeerMaterial, {.crease_deg = {}, .tip_radius_m = radius_m})
@@ -96,16 +100,20 @@ int run(const std::string& what, int ticks) {
     path = std::move(mesh.path);
     if (radius_m > 0.0) move_out(path, soup, radius_m);
   }
+  if (what.ends_with("+far"))
+    for (Vector3d& p : path) p += 0.008 * p.normalized();
   control::Renderer renderer;
   renderer.bind(image->view());
+  const std::size_t arms = two_arms ? 2 : 1;
   float sum_N = 0.0F;
   CALLGRIND_START_INSTRUMENTATION;
   for (const Vector3d& p : path) {
-    control::Tip tip;
-    tip.position_m = p.cast<float>();
-    control::Touch touch;
-    renderer.tick(std::span(&tip, 1), 1.0F / static_cast<float>(kRate_Hz), std::span(&touch, 1));
-    sum_N += touch.force_N.norm();
+    std::array<control::Tip, 2> tips;
+    tips.fill({.position_m = p.cast<float>(), .velocity_m_s = Vec3::Zero()});
+    std::array<control::Touch, 2> touches;
+    renderer.tick(std::span(tips).first(arms), 1.0F / static_cast<float>(kRate_Hz),
+                  std::span(touches).first(arms));
+    sum_N += touches[0].force_N.norm();
   }
   CALLGRIND_STOP_INSTRUMENTATION;
   std::printf("%s: %zu ticks, mean force %.3f N\n", body.c_str(), path.size(),
