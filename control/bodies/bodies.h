@@ -11,7 +11,7 @@
 // impulse at the god object ends the approach of the two, so that nothing else of their momentum changes. SI units, world frame. Nothing here allocates or fails.
 //
 // A step of the bodies takes one tick where the tick's work suffices (control/work.h), and else as many as it needs
-// (control/bodies/body_step.cpp): the contacts are searched for, then the velocities are solved, then the bodies move, and each of
+// (control/bodies/body_step.cpp): what tissue pushes is found, the contacts are searched for, then the velocities are solved, then the bodies move, and each of
 // these goes on in the next tick where the work of this one ended. Until then the bodies' clock stands: they keep their poses and velocities, and forces
 // on them have no effect. Only the forces of the tick in which the search ends act, for one period, so no impulse is made up; and what feels a
 // body's velocity feels the one with which it moves in the ticks that go by (velocity_at()). A tick does at least one step of what is to do, so it takes at

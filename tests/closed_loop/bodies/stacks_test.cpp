@@ -146,7 +146,9 @@ TEST_F(Stacks, ASwarmKeepsItsMomentumAndGainsNoEnergy) {
       blocks_.clear();
       std::string text = R"("objects": [)";
       for (int i = 0; i < 16; ++i) {
-        const Vector3d at_m(.07 * (i % 3 - 1), .07 * (i / 3 % 3 - 1), .07 * (i / 9 - 1));
+        const int row = i / 3;
+        const int layer = i / 9;
+        const Vector3d at_m(.07 * (i % 3 - 1), .07 * (row % 3 - 1), .07 * (layer - 1));
         const Vector3d speed_m_s = -2 * at_m + random.in_box(Vector3d::Constant(.2));
         text += (i > 0 ? ", " : "") +
                 block(random, at_m, random.in_box(Vector3d::Constant(180)),
