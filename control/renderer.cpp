@@ -350,8 +350,8 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
   if (!bodies_.empty()) {
     if (count == 0) left = work_ / 2;
     effort_.work = Work(work_ / 2 + left);
-    if (fields_.count() != 0) fields_.press(world_, period_s, bodies_);
-    bodies_.step(world_, std::span(fingers_).first(count), period_s, effort_);
+    const bool pressed = fields_.count() == 0 || fields_.press(world_, period_s, bodies_, effort_.work);
+    bodies_.step(world_, std::span(fingers_).first(count), period_s, pressed, effort_);
     left = effort_.work.left();
     most_over_ = std::max(most_over_, effort_.work.over());
     if (effort_.work.was_spent()) count_put_off();

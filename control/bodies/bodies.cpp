@@ -68,7 +68,8 @@ Bodies::Bodies() noexcept = default;
 void Bodies::apply_materials(const SceneView& scene) noexcept {
   std::size_t body = 0;
   wake(asleep_);
-  if (stage_ == Stage::kSearch) stage_ = Stage::kBegin;  // it was at the shapes of the old image
+  if (stage_ == Stage::kPress || stage_ == Stage::kSearch)
+    begin_anew();  // it was at the shapes of the old image
   for (const scene::Object* object : *scene.scene()->objects()) {
     if (object->body() == nullptr || is_volume(object->shape_type()) || body == count_) continue;
     models_[body++].control = control_element_params(*object->body());
@@ -78,7 +79,7 @@ void Bodies::apply_materials(const SceneView& scene) noexcept {
 void Bodies::bind(const SceneView& scene, World& world) noexcept {
   count_ = 0;
   grip_count_ = 0;
-  stage_ = Stage::kBegin;
+  begin_anew();
   ticks_ = 0;
   pace_ = 1.0F;
   pushed_ = asleep_ = 0;

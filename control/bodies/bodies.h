@@ -11,7 +11,7 @@
 // impulse at the god object ends the approach of the two, so that nothing else of their momentum changes. SI units, world frame. Nothing here allocates or fails.
 //
 // A step of the bodies takes one tick where the tick's work suffices (control/work.h), and else as many as it needs
-// (control/bodies/body_step.cpp): the contacts are searched for, then the velocities are solved, then the bodies move, and each of
+// (control/bodies/body_step.cpp): what tissue pushes is found, the contacts are searched for, then the velocities are solved, then the bodies move, and each of
 // these goes on in the next tick where the work of this one ended. Until then the bodies' clock stands: they keep their poses and velocities, and forces
 // on them have no effect. Only the forces of the tick in which the search ends act, for one period, so no impulse is made up; and what feels a
 // body's velocity feels the one with which it moves in the ticks that go by (velocity_at()). A tick does at least one step of what is to do, so it takes at
@@ -103,12 +103,22 @@ class Bodies {
     return pace_ * speed_at(body, point_m);
   }
 
+  // The same in the time of the bodies.
+  [[nodiscard]] Vec3 speed_at(std::uint8_t body, const Vec3& point_m) const noexcept {
+    const Centre& centre = centres_[body];
+    return centre.velocity_m_s + states_[body].spin_rad_s.cross(point_m - centre.position_m);
+  }
+
   // A force on a body at a point of the world, for the next step().
   void push(std::uint8_t body, const Vec3& point_m, const Vec3& force_N) noexcept {
-    Load& load = loads_[body];
-    load.force_N += force_N;
-    load.torque_N_m += (point_m - centres_[body].position_m).cross(force_N);
+    add(loads_[body], body, point_m, force_N);
     pushed_ |= of_body(body);
+  }
+
+  // A force on a body that depends on nothing but the bodies: for the whole step that begins next, or waits to begin (step()).
+  void press_on(std::uint8_t body, const Vec3& point_m, const Vec3& force_N) noexcept {
+    add(pressing_[body], body, point_m, force_N);
+    pressed_ |= of_body(body);
   }
 
   // A fingertip on a body, for the next step. It resists the spin of free bodies only: round a dial the hand turns with it.
@@ -121,8 +131,9 @@ class Bodies {
   [[nodiscard]] float mass_at(std::uint8_t body, const Vec3& point_m, const Vec3& direction) const noexcept;
 
   // One period: moves the bodies, writes their new poses to the world, and carries the fingers' god objects along; or as much of that as
-  // the work suffices for.
-  void step(World& world, std::span<Finger> fingers, float period_s, Effort& effort) noexcept;
+  // the work suffices for. A step begins when all of press_on() is known.
+  void step(World& world, std::span<Finger> fingers, float period_s, bool all_pressed,
+            Effort& effort) noexcept;
 
  private:
   struct Load {
@@ -142,10 +153,12 @@ class Bodies {
     float effort;
   };
 
-  [[nodiscard]] Vec3 speed_at(std::uint8_t body, const Vec3& point_m) const noexcept {
-    const Centre& centre = centres_[body];
-    return centre.velocity_m_s + states_[body].spin_rad_s.cross(point_m - centre.position_m);
+  void add(Load& load, std::uint8_t body, const Vec3& point_m, const Vec3& force_N) const noexcept {
+    load.force_N += force_N;
+    load.torque_N_m += (point_m - centres_[body].position_m).cross(force_N);
   }
+  [[nodiscard]] bool begin(const World& world, float period_s, Work& work) noexcept;
+  void begin_anew() noexcept;
   void accelerate(std::size_t body, const Load& load, float period_s) noexcept;
   void accelerate_all(float period_s) noexcept;
   [[nodiscard]] Load searched_load(std::size_t body, float period_s) const noexcept;
@@ -181,10 +194,12 @@ class Bodies {
   ContactSolver solver_;
 
   // Of the step that is going on.
-  enum class Stage : std::uint8_t { kBegin, kSearch, kSolve, kMove };
+  enum class Stage : std::uint8_t { kBegin, kPress, kSearch, kSolve, kMove };
   Stage stage_ = Stage::kBegin;
   std::uint32_t ticks_ = 0;                      // that it has taken
   float pace_ = 1.0F;                            // one over the ticks that a step takes
+  std::array<Load, kMaxBodies> pressing_;        // press_on()
+  BodySet pressed_ = 0;                          // by that
   std::array<Load, kMaxBodies> searched_loads_;  // with which its search began
   std::array<SolverBody, kMaxBodies> solver_bodies_;
   std::array<Vec3, kMaxBodies> accelerated_momentum_;  // Free: angular

@@ -51,25 +51,52 @@ Bodies::Load Bodies::searched_load(std::size_t body, float period_s) const noexc
   return {then.force_N + part * force, then.torque_N_m + part * torque};
 }
 
-void Bodies::step(World& world, std::span<Finger> fingers, float period_s, Effort& effort) noexcept {
-  if (stage_ == Stage::kBegin) {
-    BodySet touched = pushed_;
-    for (std::size_t i = 0; i < grip_count_; ++i) touched |= of_body(grips_[i].body);
-    wake(touched);
-    if (asleep_ == (1U << count_) - 1U) return;
-    searched_loads_ = loads_;
-    accelerate_all(period_s);
-    effort.work.charge(kAccelerateWork * static_cast<std::uint32_t>(count_));
-    wake_touched(world, period_s, effort.work);
-    solver_.begin(std::span(solver_bodies_).first(count_), std::span(grips_).first(grip_count_), period_s);
-    stage_ = Stage::kSearch;
+void Bodies::begin_anew() noexcept {
+  stage_ = Stage::kBegin;
+  pressing_ = {};
+  pressed_ = 0;
+}
+
+// False: all bodies sleep.
+bool Bodies::begin(const World& world, float period_s, Work& work) noexcept {
+  BodySet touched = pushed_;
+  for (std::size_t i = 0; i < grip_count_; ++i) touched |= of_body(grips_[i].body);
+  wake(touched);
+  if (asleep_ == (1U << count_) - 1U) return false;
+  searched_loads_ = loads_;
+  accelerate_all(period_s);
+  work.charge(kAccelerateWork * static_cast<std::uint32_t>(count_));
+  wake_touched(world, period_s, work);
+  solver_.begin(std::span(solver_bodies_).first(count_), std::span(grips_).first(grip_count_), period_s);
+  stage_ = Stage::kSearch;
+  return true;
+}
+
+void Bodies::step(World& world, std::span<Finger> fingers, float period_s, bool all_pressed,
+                  Effort& effort) noexcept {
+  bool done = false;
+  if (!all_pressed) {
+    stage_ = Stage::kPress;
+    ++ticks_;
+  } else {
+    for (std::size_t i = 0; pressed_ != 0 && i < count_; ++i) {
+      loads_[i].force_N += pressing_[i].force_N;
+      loads_[i].torque_N_m += pressing_[i].torque_N_m;
+    }
+    pushed_ |= pressed_;
+    if (stage_ <= Stage::kPress && !begin(world, period_s, effort.work)) {
+      begin_anew();
+      ticks_ = 0;
+      pace_ = 1.0F;
+      return;
+    }
+    ++ticks_;
+    done = go_on(world, fingers, period_s, effort);
   }
-  ++ticks_;
-  const bool done = go_on(world, fingers, period_s, effort);
   pace_ = done ? 1.0F / static_cast<float>(ticks_) : std::min(pace_, 1.0F / static_cast<float>(ticks_ + 1));
   if (done) {
     let_sleep(period_s);
-    stage_ = Stage::kBegin;
+    begin_anew();
     ticks_ = 0;
   }
   for (std::size_t i = 0; i < count_; ++i) loads_[i] = {};

@@ -79,9 +79,6 @@ struct CollisionOps {
 // Four unit vectors across the z axis, the one that points most along `down` first.
 [[nodiscard]] std::array<Vec3, 4> rim_directions(const Vec3& down) noexcept;
 
-// All points of a that are in a half-space.
-void collide_with_plane(const PlacedObject& a, const PlacedObject& plane, Manifold& out) noexcept;
-
 // Parts of PairCollision. False: there is no closed form for the two, of which none is a mesh.
 [[nodiscard]] bool collide_in_closed_form(const PlacedObject& a, const PlacedObject& b, float margin_m,
                                           Manifold& out) noexcept;

@@ -13,12 +13,11 @@ constexpr int kSolverIterations = 10;
 constexpr int kRelaxIterations = 4;
 // The iterations end when no impulse changes the velocity of its contact by more than this.
 constexpr float kConverged_m_s = 1.0e-6F;
+// The same for springs, as a length: about the rounding of a coordinate of 1 m.
+constexpr float kRounding_m = 1.0e-7F;
 // A contact that closes more slowly than this does not bounce. Gravity alone gives 10 mm/s in one tick at 1
 // kHz.
 constexpr float kBounce_m_s = 0.02F;
-// Penetration that pushes nothing: the rounding of a coordinate (1e-6 at 10 m). To remove it would cost momentum by
-// rounding in each tick.
-constexpr float kSlop_m = 1.0e-6F;
 // Bodies of which neither can move along the normal touch below this gap.
 constexpr float kRest_m = 2.0e-5F;
 // The spring and damper of a contact (Catto 2024): a quarter of the tick rate, overdamped.
@@ -39,7 +38,8 @@ ContactSolver::Softness softness(float period_s) {
   constexpr float kA1 = 2.0F * kDampingRatio + kAngle;
   constexpr float kA2 = kAngle * kA1;
   constexpr float kA3 = 1.0F / (1.0F + kA2);
-  return {kAngle / (kA1 * period_s), kA2 * kA3, kA3};
+  const float bias_per_s = kAngle / (kA1 * period_s);
+  return {bias_per_s, kA2 * kA3, kA3, bias_per_s * kRounding_m};
 }
 
 float least_mass(const Patch& patch) { return patch.mass.diagonal().minCoeff(); }
@@ -90,30 +90,36 @@ float ContactSolver::solve_friction(std::span<SolverBody> bodies, Patch& patch,
   Vec3 impulse = patch.impulse_N_s - patch.mass * speed;
   if (impulse.squaredNorm() > limit * limit) impulse = sliding_impulse(patch, impulse, limit);
   const Vec3 change = impulse - patch.impulse_N_s;
+  const float mass = least_mass(patch);
+  const float change_m_s = mass > 0.0F ? change.cwiseAbs().maxCoeff() / mass : 0.0F;
+  if (is_rounding(change_m_s, softness)) return 0.0F;
   patch.impulse_N_s = impulse;
   apply_friction_impulse(bodies, patch, change);
-  const float mass = least_mass(patch);
-  return mass > 0.0F ? change.cwiseAbs().maxCoeff() / mass : 0.0F;
+  return change_m_s;
 }
 
+// Each iteration begins with another point: what is left of an iteration presses on the points that come first, and would tilt every body
+// of a stack the same way. A contact is soft as soon as it is closed: where it becomes so, a body at rest would chatter.
 float ContactSolver::solve_normals(std::span<SolverBody> bodies, Patch& patch,
                                    const Softness& softness) noexcept {
   float most = 0.0F;
+  std::size_t next = patch.count == 0 ? 0 : static_cast<std::size_t>(iteration_) % patch.count;
   for (std::size_t i = 0; i < patch.count; ++i) {
-    PatchPoint& p = found_.point(patch, i);
+    PatchPoint& p = found_.point(patch, next);
+    next = next + 1 == patch.count ? 0 : next + 1;
     if (p.row.mass <= 0.0F) continue;
-    const bool soft = p.depth_m > kSlop_m && !p.bounces;
-    const float push_m_s =
-        soft ? std::min(softness.bias_per_s * (p.depth_m - kSlop_m), kMaxPush_m_s) : p.target_m_s;
+    const bool soft = p.depth_m > 0.0F && !p.bounces;
+    const float push_m_s = soft ? std::min(softness.bias_per_s * p.depth_m, kMaxPush_m_s) : p.target_m_s;
     const float missing_m_s = push_m_s - separation_speed(bodies, patch, p.row);
     const float mass = soft ? softness.mass_scale * p.row.mass : p.row.mass;
     const float kept = soft ? 1.0F - softness.impulse_scale : 1.0F;
     const float impulse = std::max(kept * p.impulse_N_s + mass * missing_m_s, 0.0F);
     const float change = impulse - p.impulse_N_s;
-    if (change == 0.0F) continue;
+    const float change_m_s = std::abs(change) / p.row.mass;
+    if (change == 0.0F || is_rounding(change_m_s, softness)) continue;
     apply_normal_impulse(bodies, patch, p.row, change);
     p.impulse_N_s = impulse;
-    most = std::max(most, std::abs(change) / p.row.mass);
+    most = std::max(most, change_m_s);
   }
   return most;
 }
@@ -255,7 +261,7 @@ bool ContactSolver::iterate(std::span<SolverBody> bodies, const Softness& softne
     }
     at_ = 0;
     ++iteration_;
-    if (change_m_s_ < kConverged_m_s) break;
+    if (change_m_s_ < std::max(kConverged_m_s, softness.least_m_s)) break;
     change_m_s_ = 0.0F;
   }
   iteration_ = 0;

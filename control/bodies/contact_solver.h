@@ -64,6 +64,7 @@ class ContactSolver {
     float bias_per_s = 0.0F;  // velocity for a metre of penetration
     float mass_scale = 1.0F;
     float impulse_scale = 0.0F;
+    float least_m_s = 0.0F;  // less is rounding: is_rounding()
   };
 
   // Forgets the contacts of the last tick.
@@ -109,6 +110,11 @@ class ContactSolver {
   void prepare_friction(std::span<const SolverBody> bodies, Patch& patch) noexcept;
   void recall(std::span<const SolverBody> bodies, Patch& patch) noexcept;
   void warm_start(std::span<SolverBody> bodies, Patch& patch) noexcept;
+  // Where nothing but the rounding of coordinates presses on the springs, the first iteration changes nothing and is the last one. Else what
+  // it leaves out comes with the others.
+  [[nodiscard]] bool is_rounding(float change_m_s, const Softness& softness) const noexcept {
+    return iteration_ == 0 && change_m_s < softness.least_m_s;
+  }
   float solve_friction(std::span<SolverBody> bodies, Patch& patch, const Softness& softness) noexcept;
   float solve_normals(std::span<SolverBody> bodies, Patch& patch, const Softness& softness) noexcept;
   [[nodiscard]] bool iterate(std::span<SolverBody> bodies, const Softness& softness, int most,

@@ -67,7 +67,7 @@ bool PairCollision::step(const PlacedObject& a, const PlacedObject& b, float mar
       kind_ = Kind::kParts;
       return false;
     case Kind::kCorners:
-      return meet_corners(a, b, margin_m, out);
+      return meet_corners(a, b, margin_m, i_, j_, out);
     case Kind::kParts:
       return meet_parts(a, b, margin_m, out);
     case Kind::kTriangles:
@@ -80,18 +80,19 @@ bool PairCollision::step(const PlacedObject& a, const PlacedObject& b, float mar
   return true;
 }
 
-bool PairCollision::meet_corners(const PlacedObject& a, const PlacedObject& plane, float margin_m,
-                                 Manifold& out) noexcept {
+bool meet_corners(const PlacedObject& a, const PlacedObject& plane, float margin_m, std::size_t& piece,
+                  std::size_t& corner, Manifold& out) noexcept {
   constexpr std::size_t kAtOnce = 8;
   constexpr std::uint32_t kWork = 5;
-  if (i_ == parts(a)) return true;
   out.work->charge(kWork);
-  const std::span<const scene::Vec3> corners = a.shape.mesh.piece(i_);
-  const std::size_t end = std::min(j_ + kAtOnce, corners.size());
-  for (; j_ < end; ++j_) collide_point_with_plane(plane, a.to_world(to_vec(corners[j_])), margin_m, out);
-  if (j_ < corners.size()) return false;
-  j_ = 0;
-  return ++i_ == parts(a);
+  if (piece == parts(a)) return true;
+  const std::span<const scene::Vec3> corners = a.shape.mesh.piece(piece);
+  const std::size_t end = std::min(corner + kAtOnce, corners.size());
+  for (; corner < end; ++corner)
+    collide_point_with_plane(plane, a.to_world(to_vec(corners[corner])), margin_m, out);
+  if (corner < corners.size()) return false;
+  corner = 0;
+  return ++piece == parts(a);
 }
 
 bool PairCollision::meet_parts(const PlacedObject& a, const PlacedObject& b, float margin_m,
@@ -133,15 +134,16 @@ bool PairCollision::meet_triangles(const PlacedObject& a, const PlacedObject& b,
   return true;
 }
 
-void collide_with_plane(const PlacedObject& a, const PlacedObject& plane, Manifold& out) noexcept {
-  out.count = 0;
-  if (!is_mesh(a)) {
-    static_cast<void>(collide_in_closed_form(a, plane, 0.0F, out));
-    return;
+bool meet_plane(const PlacedObject& a, const PlacedObject& plane, std::size_t& piece, std::size_t& corner,
+                Manifold& out) noexcept {
+  if (is_mesh(a)) {
+    if (!meet_corners(a, plane, 0.0F, piece, corner, out)) return false;
+    piece = 0;
+    return true;
   }
-  for (std::size_t i = 0; i < parts(a); ++i)
-    for (const scene::Vec3& corner : a.shape.mesh.piece(i))
-      collide_point_with_plane(plane, a.to_world(to_vec(corner)), 0.0F, out);
+  out.work->charge(closed_form_work(a, plane));
+  static_cast<void>(collide_in_closed_form(a, plane, 0.0F, out));
+  return true;
 }
 
 }  // namespace thimble::control

@@ -18,6 +18,14 @@
 
 namespace thimble::control {
 
+// A step of the collision of a mesh that moves with a half-space: some corners of a piece. True: that was the last one.
+[[nodiscard]] bool meet_corners(const PlacedObject& a, const PlacedObject& plane, float margin_m,
+                                std::size_t& piece, std::size_t& corner, Manifold& out) noexcept;
+
+// The same for any object but a half-space. `piece` and `corner` are 0 at the beginning, and 0 again after the last step.
+[[nodiscard]] bool meet_plane(const PlacedObject& a, const PlacedObject& plane, std::size_t& piece,
+                              std::size_t& corner, Manifold& out) noexcept;
+
 class PairCollision {
  public:
   void begin(const PlacedObject& a, const PlacedObject& b) noexcept;
@@ -28,8 +36,6 @@ class PairCollision {
  private:
   enum class Kind : std::uint8_t { kClosedForm, kCorners, kParts, kTriangles, kTrianglesOfA };
 
-  [[nodiscard]] bool meet_corners(const PlacedObject& a, const PlacedObject& plane, float margin_m,
-                                  Manifold& out) noexcept;
   [[nodiscard]] bool meet_parts(const PlacedObject& a, const PlacedObject& b, float margin_m,
                                 Manifold& out) noexcept;
   [[nodiscard]] bool meet_triangles(const PlacedObject& a, const PlacedObject& b, float margin_m,

@@ -6,9 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "control/bodies/collide.h"
 #include "control/fields/volume.h"
 #include "control/scene/limits.h"
 #include "control/scene/scene_view.h"
+#include "control/work.h"
 
 namespace thimble::control {
 
@@ -40,8 +42,9 @@ class Fields {
   // is unchanged; otherwise it is the proxy of the first volume that pushes.
   void tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch) noexcept;
 
-  // Adds the forces of soft tissue on the bodies that lie on it or sink into it.
-  void press(const World& world, float period_s, Bodies& bodies) const noexcept;
+  // The forces of soft tissue on the bodies that lie on it or sink into it, for the step that the bodies do next. While they stand still
+  // (Bodies::wait) each call goes on where the work of the last one ended. True: all forces are known.
+  [[nodiscard]] bool press(const World& world, float period_s, Bodies& bodies, Work& work) noexcept;
 
   // Writes the state of every needle track and every tissue for each arm; returns how many there are.
   std::size_t show(TissueViews& views) const noexcept;
@@ -65,11 +68,24 @@ class Fields {
     std::array<ArmState, kMaxArms> arms;
   };
 
-  static void press_body(const Placed& placed, const scene::Tissue& tissue, const PlacedObject& plane,
-                         const PlacedObject& body, float period_s, Bodies& bodies) noexcept;
+  // How far press() is.
+  struct Press {
+    std::size_t volume = 0;
+    std::size_t object = 0;  // in the world
+    bool begun = false;
+    std::size_t piece = 0;
+    std::size_t corner = 0;
+    Manifold manifold;
+  };
+
+  [[nodiscard]] bool press_next(const Placed& placed, const PlacedObject& plane, const PlacedObject& body,
+                                float period_s, Bodies& bodies, Work& work) noexcept;
+  static void push_body(const Placed& placed, const Manifold& manifold, const PlacedObject& body,
+                        float period_s, Bodies& bodies) noexcept;
 
   std::array<Placed, kMaxVolumes> placed_;
   std::array<State, kMaxVolumes> state_;
+  Press press_;
   std::size_t count_ = 0;
 };
 

@@ -5,6 +5,7 @@ of solids that cross each other, under a fingertip that darts about in them, on 
   bound_test.py BOARD SCENES FIRST_SEED RECORDER PLUGIN
 """
 import json
+import math
 import pathlib
 import random
 import sys
@@ -31,10 +32,44 @@ def soup(path, dice, solids, size_m):
                 file.write(f"f {first + a} {first + b} {first + c}\n")
 
 
-def composition(folder, seed):
-    """A scene of one of three kinds, in turn: crossing meshes, bodies in a heap, everything."""
-    dice = random.Random(seed)
-    kind = ("meshes", "bodies", "everything")[seed % 3]
+def balls(path, dice, count, radius_m):
+    """Balls of 98 corners apart from each other, in one mesh: each is a convex piece of a body."""
+    rings, around = 9, 12
+    with open(path, "w") as file:
+        for ball in range(count):
+            middle = [3 * radius_m * (ball % 3), 3 * radius_m * (ball // 3 % 3), 3 * radius_m * (ball // 9)]
+            turn = dice.uniform(0, math.pi)
+            places = [(0, 0, 1)] + [(math.sin(math.pi * ring / rings) * math.cos(turn + 2 * math.pi * i / around),
+                                     math.sin(math.pi * ring / rings) * math.sin(turn + 2 * math.pi * i / around), math.cos(math.pi * ring / rings))
+                                    for ring in range(1, rings) for i in range(around)] + [(0, 0, -1)]
+            for place in places:
+                file.write("v {:.6f} {:.6f} {:.6f}\n".format(*(m + radius_m * p for m, p in zip(middle, place))))
+            first, last = 98 * ball + 1, 98 * ball + 98
+            at = lambda ring, i: first + 1 + around * ring + i % around
+            for i in range(around):
+                file.write(f"f {first} {at(0, i)} {at(0, i + 1)}\nf {last} {at(rings - 2, i + 1)} {at(rings - 2, i)}\n")
+                for ring in range(rings - 2):
+                    file.write(f"f {at(ring, i)} {at(ring + 1, i)} {at(ring + 1, i + 1)}\nf {at(ring, i)} {at(ring + 1, i + 1)} {at(ring, i + 1)}\n")
+
+
+def on_tissue(folder, dice):
+    """Bodies of many corners, sunk into pads of tissue that cross each other."""
+    objects = []
+    for n in range(4):
+        balls(folder / f"balls{n}.obj", dice, dice.randint(4, 10), 0.004)
+    for n in range(6):
+        objects.append({"name": f"pad {n}", "shape": {"tissue": {"size_m": [0.4, 0.4], "contact_radius_m": 0.01, "relaxed_stiffness_N_m": 40,
+                                                                 "recovery_s": 0.2}},
+                        "pose": {"position_m": [0, 0, dice.uniform(0, 0.03)], "rotation_deg": [dice.uniform(-10, 10), dice.uniform(-10, 10), 0]}, "material": "soft"})
+    for n in range(16):
+        objects.append({"name": f"solid {n}", "shape": {"mesh": {"file": f"balls{n % 4}.obj"}}, "material": dice.choice(("hard", "soft", "ice")),
+                        "pose": {"position_m": [0.05 * (n % 4) - 0.1, 0.05 * (n // 4) - 0.1, dice.uniform(-0.02, 0.02)],
+                                 "rotation_deg": [dice.uniform(-180, 180) for _ in range(3)]},
+                        "body": {"motion": "free", "mass_kg": dice.uniform(0.05, 0.3)}})
+    return objects
+
+
+def crossing(folder, dice, kind):
     objects = [{"name": "floor", "shape": {"plane": {"normal": [0, 0, 1], "offset_m": -0.05}}, "material": "hard"}]
     for n in range(dice.randint(3, 6)):
         soup(folder / f"soup{n}.obj", dice, dice.randint(5, 60), dice.choice((0.01, 0.02, 0.04)))
@@ -50,6 +85,14 @@ def composition(folder, seed):
         if kind == "bodies" or (kind == "everything" and n < 8):
             one["body"] = {"motion": dice.choice(("free", "free", "translate")), "mass_kg": dice.uniform(0.02, 0.3), "restitution": dice.uniform(0.0, 0.8)}
         objects.append(one)
+    return objects
+
+
+def composition(folder, seed):
+    """A scene of one of four kinds, in turn: crossing meshes, bodies in a heap, everything, bodies on tissue."""
+    dice = random.Random(seed)
+    kind = ("meshes", "bodies", "everything", "tissue")[seed % 4]
+    objects = on_tissue(folder, dice) if kind == "tissue" else crossing(folder, dice, kind)
     scene = {"thimble_scene": 1, "name": f"hostile {seed}", "gravity_m_s2": [0, 0, -9.81], "objects": objects,
              "materials": {"hard": {"stiffness_N_m": 2000, "damping_N_s_m": 2, "static_friction": 0.8, "dynamic_friction": 0.3},
                            "soft": {"stiffness_N_m": 300, "damping_N_s_m": 1, "static_friction": 0.4, "dynamic_friction": 0.4},
