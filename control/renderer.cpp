@@ -1,6 +1,7 @@
 #include "control/renderer.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "control/contact/passive.h"
@@ -263,6 +264,7 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
   bodies_.bind(scene, world_);
   bound_work(work_);
   effort_.counters = {};
+  body_work_ = 0;
   reset();
 }
 
@@ -329,10 +331,12 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
   }
   if (!bodies_.empty()) {
     if (count == 0) left = work_ / 2;
-    effort_.work = Work(work_ / 2 + left);
+    body_work_ = work_ / 2 + left;
+    effort_.work = Work(body_work_);
     if (fields_.count() != 0) fields_.press(world_, period_s, bodies_);
     bodies_.step(world_, std::span(fingers_).first(count), period_s, effort_);
     left = effort_.work.left();
+    body_work_ -= left;
     most_over_ = std::max(most_over_, effort_.work.over());
     if (effort_.work.was_spent()) count_put_off();
   }
@@ -351,6 +355,16 @@ RenderCounters Renderer::counters() const noexcept {
   all.most_work = work_ - least_left_ + most_over_;
   if (all.put_off_object < world_.count) all.put_off_object = world_.objects[all.put_off_object].in_image;
   return all;
+}
+
+Renderer::Load Renderer::load() const noexcept {
+  return {.finger_units = work_ - left_ - body_work_,
+          .body_units = body_work_ + effort_.work.over(),
+          .awake = static_cast<std::uint32_t>(bodies_.states().size()) -
+                   static_cast<std::uint32_t>(std::popcount(bodies_.asleep())),
+          .solids = world_.count,
+          .volumes = fields_.count(),
+          .shaded = world_.any_shaded};
 }
 
 void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCache* triangles, Effort& effort,
