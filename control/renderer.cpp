@@ -76,6 +76,10 @@ Vec3 slip_shaded(Finger& finger, ShadedSprings& springs, const Constraints& held
   return change_N - by_N;
 }
 
+// Where the way from the stiction point to the place without friction takes all the work of each tick, the place that is reached can be within
+// the friction for ever, while the tip goes on. After so many ticks the stiction point goes to it.
+constexpr std::uint8_t kMostStuck = 8;
+
 bool unlike_stiffness(const Constraints& held) {
   for (std::size_t i = 1; i < held.count; ++i)
     if (held.list[i].material.stiffness_N_m != held.list[0].material.stiffness_N_m) return true;
@@ -382,7 +386,9 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   Constraints held = constraints(world_, rest, x);
   const Vec3 facets_m = rest.position_m;
   const bool shaded = shade(world_, nearby, rest, x, held, effort);
-  if (!shares_object(rest, god)) god = rest;  // on another surface there is no stiction point yet
+  // On another surface there is no stiction point yet.
+  if (!shares_object(rest, god) || finger.stuck >= kMostStuck) god = rest;
+  const Vec3 before_m = god.position_m;
   ShadedSprings springs;
   if (world_.any_shaded) springs = shaded_springs(world_, finger, held, x, facets_m, shaded);
   const bool surfaced = any_surfaced(world_, held);
@@ -413,6 +419,8 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   } else {
     god = rest;
   }
+  const bool stuck = effort.work.was_spent() && finger.stuck < kMostStuck && god.position_m == before_m;
+  finger.stuck = stuck ? static_cast<std::uint8_t>(finger.stuck + 1) : std::uint8_t{0};
 
   if (!world_.one_potential) {
     const Spring spring = spring_of(finger, held, springs, {x, force, friction_N, surface, surfaced});
