@@ -1,6 +1,7 @@
 #include "control/renderer.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "control/contact/passive.h"
@@ -74,6 +75,10 @@ Vec3 slip_shaded(Finger& finger, ShadedSprings& springs, const Constraints& held
   springs.felt_N += change_N;
   return change_N - by_N;
 }
+
+// Where the way from the stiction point to the place without friction takes all the work of each tick, the place that is reached can be within
+// the friction for ever, while the tip goes on. After so many ticks the stiction point goes to it.
+constexpr std::uint8_t kMostStuck = 8;
 
 bool unlike_stiffness(const Constraints& held) {
   for (std::size_t i = 1; i < held.count; ++i)
@@ -283,6 +288,7 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
   bodies_.bind(scene, world_);
   bound_work(work_);
   effort_.counters = {};
+  body_work_ = 0;
   reset();
 }
 
@@ -349,10 +355,12 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
   }
   if (!bodies_.empty()) {
     if (count == 0) left = work_ / 2;
-    effort_.work = Work(work_ / 2 + left);
+    body_work_ = work_ / 2 + left;
+    effort_.work = Work(body_work_);
     const bool pressed = fields_.count() == 0 || fields_.press(world_, period_s, bodies_, effort_.work);
     bodies_.step(world_, std::span(fingers_).first(count), period_s, pressed, effort_);
     left = effort_.work.left();
+    body_work_ -= left;
     most_over_ = std::max(most_over_, effort_.work.over());
     if (effort_.work.was_spent()) count_put_off();
   }
@@ -373,6 +381,16 @@ RenderCounters Renderer::counters() const noexcept {
   return all;
 }
 
+Renderer::Load Renderer::load() const noexcept {
+  return {.finger_units = work_ - left_ - body_work_,
+          .body_units = body_work_ + effort_.work.over(),
+          .awake = static_cast<std::uint32_t>(bodies_.states().size()) -
+                   static_cast<std::uint32_t>(std::popcount(bodies_.asleep())),
+          .solids = world_.count,
+          .volumes = fields_.count(),
+          .shaded = world_.any_shaded};
+}
+
 void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCache* triangles, Effort& effort,
                      Touch& touch) noexcept {
   const Vec3& x = tip.position_m;
@@ -388,7 +406,9 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   Constraints held = constraints(world_, rest, x);
   const Vec3 facets_m = rest.position_m;
   const bool shaded = shade(world_, nearby, rest, x, held, effort);
-  if (!shares_object(rest, god)) god = rest;  // on another surface there is no stiction point yet
+  // On another surface there is no stiction point yet.
+  if (!shares_object(rest, god) || finger.stuck >= kMostStuck) god = rest;
+  const Vec3 before_m = god.position_m;
   ShadedSprings springs;
   if (world_.any_shaded) springs = shaded_springs(world_, finger, held, x, facets_m, shaded);
   const bool surfaced = any_surfaced(world_, held);
@@ -419,6 +439,8 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   } else {
     god = rest;
   }
+  const bool stuck = effort.work.was_spent() && finger.stuck < kMostStuck && god.position_m == before_m;
+  finger.stuck = stuck ? static_cast<std::uint8_t>(finger.stuck + 1) : std::uint8_t{0};
 
   if (!world_.one_potential) {
     const Spring spring = spring_of(finger, held, springs, {x, force, friction_N, surface, surfaced});

@@ -50,6 +50,14 @@ class Renderer {
 
   // The units that the last tick has done: where there are bodies, at most kMostBodyStepWork more than it may.
   [[nodiscard]] std::uint32_t tick_work() const noexcept { return work_ - left_ + effort_.work.over(); }
+  // What the last tick has done, for those who estimate what it takes on a board (board/sim/tick_cost.h).
+  struct Load {
+    std::uint32_t finger_units, body_units;  // tick_work()
+    std::uint32_t awake;                     // bodies
+    std::size_t solids, volumes;             // of the scene
+    bool shaded;                             // it has shaded meshes
+  };
+  [[nodiscard]] Load load() const noexcept;
   // Whether the bodies' clock stood in the last tick, because their step takes more work than a tick has (control/bodies/bodies.h).
   [[nodiscard]] bool bodies_wait() const noexcept { return bodies_.wait(); }
 
@@ -103,6 +111,7 @@ class Renderer {
   std::uint32_t work_ = Work::kNoBound;
   std::array<Work, kMaxArms> arm_work_{};      // of each, by the number of arms
   std::uint32_t left_ = Work::kNoBound;        // of the last tick
+  std::uint32_t body_work_ = 0;                // in it
   std::uint32_t least_left_ = Work::kNoBound;  // of a tick, since bind()
   std::uint32_t most_over_ = 0;                // of bodies (Work::over())
   bool put_off_ = false;                       // in this tick

@@ -10,6 +10,7 @@ namespace thimble::board {
 inline constexpr float kUnits_s = 1.2e6F;
 
 [[nodiscard]] constexpr std::uint32_t work_units(float period_s) noexcept {
+  // NOLINTNEXTLINE(bugprone-incorrect-roundings): small and above 0
   return static_cast<std::uint32_t>(kUnits_s * period_s + 0.5F);
 }
 

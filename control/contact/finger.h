@@ -37,7 +37,9 @@ struct Finger {
   Clearance clearance;
   SolidSet inside = 0;                // not felt: the tip began inside them, and has not left them
   std::uint8_t look_inside_from = 0;  // the object of the world that is looked at first
-  bool look_inside_first = false;     // the work of the last tick has not sufficed to look at all of them
+  std::uint8_t stuck =
+      0;  // ticks in turn whose work was spent, and in which the stiction point has not moved
+  bool look_inside_first = false;  // the work of the last tick has not sufficed to look at all of them
 };
 
 }  // namespace thimble::control

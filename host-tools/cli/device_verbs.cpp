@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "firmware/core/faults.h"
+#include "host-tools/cli/cost_json.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
@@ -56,6 +57,16 @@ double measured_rate_Hz(Device& device) {
   }
 }
 
+// Of a board that is not known here too: in units.
+CostReport cost_on(Device& device, std::span<const std::byte> image, double rate_Hz) {
+  if (!(rate_Hz > 0)) return {};
+  const std::string name = device.text(link::kDidBoardName);
+  const board::BoardCost* const known = board::find_board_cost(name);
+  const board::BoardCost other{.name = name, .core = {}, .clock_Hz = 0, .instructions = {}};
+  return cost_report(image, known != nullptr ? *known : other, rate_Hz, device.state().work_units,
+                     device.info().arms);
+}
+
 }  // namespace
 
 void list(const Common& common) {
@@ -85,13 +96,16 @@ void list(const Common& common) {
 void upload(const Common& common, const Remote& remote, const UploadChoice& choice) {
   const ImageFile file = load_image(choice.file);
   Device device = open_device(common, remote);
+  const double rate_Hz = measured_rate_Hz(device);
+  const CostReport cost = cost_on(device, file.image, rate_Hz);
+  if (!common.json && !cost.text.empty()) say("{}\n", cost.text);
   ProgressPrinter printer;
   std::function<void(const UploadProgress&)> progress;
   if (!common.json) progress = std::ref(printer);
   const UploadResult result = device.upload(file.image, {.crc = file.crc, .verify = choice.verify}, progress);
   const std::string scene = device.text(link::kDidSceneName);
-  const std::vector<std::string> warnings =
-      stiffness_warnings(file.image, device.text(link::kDidArmName), measured_rate_Hz(device));
+  std::vector<std::string> warnings = stiffness_warnings(file.image, device.text(link::kDidArmName), rate_Hz);
+  if (!cost.warning.empty()) warnings.push_back(cost.warning);
   if (common.json) {
     Json json = document("upload");
     json["scene"] = scene;
@@ -102,6 +116,7 @@ void upload(const Common& common, const Remote& remote, const UploadChoice& choi
     json["seconds"] = result.seconds;
     json["rate_bytes_s"] = result.bytes_per_s;
     json["verified"] = choice.verify;
+    if (!cost.text.empty()) json["cost"] = to_json(cost);
     json["warnings"] = warnings;
     print(json);
     return;

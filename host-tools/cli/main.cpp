@@ -16,6 +16,7 @@
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/discovery.h"
+#include "host-tools/lab/cost_report.h"
 
 namespace thimble::host {
 namespace {
@@ -186,8 +187,8 @@ void define_doctor_and_compile(CLI::App& app, Choices& c) {
   compile_verb
       ->add_option("--arm", c.compile.arm, "warn of what is too stiff for this arm: one of " + arm_names())
       ->capture_default_str();
-  compile_verb->add_option("--rate", c.compile.rate_Hz, "and for so many ticks a second")
-      ->capture_default_str();
+  compile_verb->add_option("--rate", c.compile.rate_Hz, "at so many ticks a second")->capture_default_str();
+  compile_verb->add_option("--board", c.compile.board, "tell the cost on this board: " + board_names());
 }
 
 void define_mesh(CLI::App& app, Choices& c) {
@@ -370,6 +371,8 @@ void complete(CLI::App& app, const std::vector<std::string>& words) {
     for (const DeviceEntry& device : discover()) candidates.push_back(device.name);
   } else if (before == "--arm") {
     for (const board::PlantVariant& variant : board::plant_variants()) candidates.emplace_back(variant.name);
+  } else if (before == "--board" && path == "compile") {
+    for (const board::BoardCost& board : board::board_costs()) candidates.emplace_back(board.name);
   } else {
     for (const CLI::App* sub : at->get_subcommands([](const CLI::App*) { return true; })) {
       candidates.push_back(sub->get_name());

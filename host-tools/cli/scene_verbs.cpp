@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "board/sim/plant.h"
+#include "host-tools/cli/cost_json.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/compiler/compile.h"
@@ -64,6 +65,10 @@ void compile(const Common& common, const CompileChoice& choice) {
   if (!(choice.rate_Hz >= 100 && choice.rate_Hz <= 20000))
     throw Error(ExitCode::kUsage, "bad-rate", "the rate is not within 100 Hz to 20 kHz",
                 "choose --rate between 100 and 20000");
+  const board::BoardCost* const board = board::find_board_cost(choice.board);
+  if (board == nullptr && !choice.board.empty())
+    throw Error(ExitCode::kUsage, "unknown-board", "there is no board named " + choice.board,
+                "choose --board from " + board_names());
   const CompiledScene compiled = compile_scene(choice.scene);
   keep_apart(compiled.report.files, output);
   write_image(output, compiled.image);
@@ -72,8 +77,12 @@ void compile(const Common& common, const CompileChoice& choice) {
   std::vector<std::string> warnings = report.warnings;
   std::ranges::copy(stiffness_warnings(compiled.image, choice.arm, choice.rate_Hz),
                     std::back_inserter(warnings));
+  CostReport cost;
+  if (board != nullptr) cost = cost_report(compiled.image, *board, choice.rate_Hz);
+  if (!cost.warning.empty()) warnings.push_back(cost.warning);
   if (common.json) {
     Json json = document("compile");
+    if (!cost.text.empty()) json["cost"] = to_json(cost);
     json["scene"] = report.name;
     json["image"] = output.string();
     json["bytes"] = compiled.image.size();
@@ -105,6 +114,7 @@ void compile(const Common& common, const CompileChoice& choice) {
       say("  {}: {}\n", object.name, object.shape);
     }
   }
+  if (!cost.text.empty()) say("{}\n", cost.text);
   for (const std::string& warning : warnings) say(stderr, "warning: {}\n", warning);
 }
 

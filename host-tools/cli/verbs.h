@@ -100,6 +100,7 @@ struct CompileChoice {
   bool report = false;    // every count of each mesh; JSON always has them
   double rate_Hz = 4000;  // of the loop and the arm that will render it, for the warnings
   std::string arm = "premium-1.5";
+  std::string board;  // of whose core the cost is told; empty: none is
 };
 void compile(const Common& common, const CompileChoice& choice);
 

@@ -2,7 +2,6 @@
 // haptic engines, together with Embree's segment query on the same mesh and path in the same run.
 // docs/bench.md has usage and results.
 #include <benchmark/benchmark.h>
-#include <embree3/rtcore.h>
 
 #include <algorithm>
 #include <array>
@@ -13,7 +12,7 @@
 
 #include "control/renderer.h"
 #include "tests/bench/bodies.h"
-#include "tests/support/embree_triangles.h"
+#include "tests/bench/embree_scene.h"
 #include "tests/support/ideal_run.h"
 
 namespace thimble::test {
@@ -111,40 +110,6 @@ void bench_renderer(benchmark::State& state, const std::string& name, const cont
   state.counters["ns_per_tick"] = best_ns;
   state.counters["worst_tick_us"] = row.worst_us;
 }
-
-// Embree's own way with the same triangles: one rtcIntersect1 from where the surface was last touched to the
-// tip.
-class EmbreeScene {
- public:
-  explicit EmbreeScene(const host::TriangleSoup& soup)
-      : device_(rtcNewDevice("threads=1")), scene_(rtcNewScene(device_)) {
-    add_triangles(device_, scene_, soup);
-    rtcCommitScene(scene_);
-  }
-  ~EmbreeScene() {
-    rtcReleaseScene(scene_);
-    rtcReleaseDevice(device_);
-  }
-  EmbreeScene(const EmbreeScene&) = delete;
-  EmbreeScene& operator=(const EmbreeScene&) = delete;
-
-  [[nodiscard]] bool segment(const Vec3& from, const Vec3& to) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    const Vec3 way = to - from;
-    RTCRayHit query;
-    query.ray = {from.x(), from.y(), from.z(), 0.0F,        way.x(), way.y(),
-                 way.z(),  0.0F,     1.0F,     0xFFFFFFFFU, 0,       0};
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_, &context, &query);
-    return query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
-  }
-
- private:
-  RTCDevice device_;
-  RTCScene scene_;
-};
 
 void bench_embree(benchmark::State& state, const MeshBody& body) {
   const EmbreeScene scene(body.soup);

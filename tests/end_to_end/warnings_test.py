@@ -1,9 +1,13 @@
-"""What is not an error and has to be told: solids that a tip begins inside of, and solids that an arm cannot hold still."""
+"""What is not an error and has to be told: solids that a tip begins inside of, solids that an arm cannot hold still, and what a scene costs."""
 
 import json
+import random
 import unittest
+from pathlib import Path
 
 from rig import Rig
+
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
 
 
 class TooStiff(Rig):
@@ -18,6 +22,66 @@ class TooStiff(Rig):
         self.assertEqual(self.ok_json("compile", scene, "--output", image, "--arm", "wooden")["warnings"], [])
         self.fails(2, "unknown-arm", "compile", scene, "--output", image, "--arm", "wodden")
         self.fails(2, "bad-rate", "compile", scene, "--output", image, "--rate", "50")
+
+
+class Cost(Rig):
+    def crossing_scene(self):
+        """Heaps of tetrahedra, all through each other."""
+        dice = random.Random(1)
+        lines = []
+        for solid in range(60):
+            middle = [dice.uniform(-0.02, 0.02) for _ in range(3)]
+            for signs in ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)):
+                lines.append("v {:.6f} {:.6f} {:.6f}".format(*(m + 0.02 * sign * dice.uniform(0.3, 1.0) for m, sign in zip(middle, signs))))
+            lines += ["f {} {} {}".format(*(4 * solid + 1 + corner for corner in face)) for face in ((0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2))]
+        (self.folder / "heap.obj").write_text("\n".join(lines) + "\n")
+        heaps = [{"name": f"heap {n}", "shape": {"mesh": {"file": "heap.obj"}}, "material": "hard",
+                  "pose": {"position_m": [0.005 * n - 0.04, 0, 0], "rotation_deg": [20 * n, 0, 0]}} for n in range(16)]
+        file = self.folder / "crossing.scene.json"
+        file.write_text(json.dumps({"thimble_scene": 1, "name": "crossing", "objects": heaps, "materials": {"hard": {"stiffness_N_m": 1000}}}))
+        return file
+
+    def test_compile_tells_what_a_scene_takes_of_a_board(self):
+        image = self.folder / "a.thim"
+        scene = self.plane_scene()
+        said = self.ok("compile", scene, "--output", image, "--board", "zynqmp")
+        self.assertRegex(said.out, r"cost at 4000 Hz on zynqmp: typical [\d ]+, worst [\d ]+ of 125 000 instructions; no tick puts anything off")
+        self.assertEqual(said.err, "")
+        self.assertNotIn("cost", self.ok_json("compile", scene, "--output", image))
+        for rate in (4000, 10000):
+            cost = self.ok_json("compile", scene, "--output", image, "--board", "mps2-an500", "--rate", rate)["cost"]
+            self.assertEqual((cost["board"], cost["rate_Hz"], cost["period_instructions"], cost["work_units"], cost["fits"]),
+                             ("mps2-an500", rate, 480e6 / rate, 1.2e6 / rate, True))
+            self.assertTrue(4000 < cost["typical_instructions"] < 10000 < cost["worst_instructions"] < 20000, cost)
+        self.fails(2, "unknown-board", "compile", scene, "--output", image, "--board", "zinc")
+
+    def test_what_does_not_fit_is_a_warning_with_a_rate_that_does(self):
+        image = self.folder / "a.thim"
+        scene = self.crossing_scene()
+        compiled = self.ok_json("compile", scene, "--output", image, "--board", "mps2-an500")
+        cost = compiled["cost"]
+        self.assertEqual(self.ok_json("compile", scene, "--output", image, "--board", "mps2-an500")["cost"], cost)
+        self.assertFalse(cost["fits"])
+        self.assertGreater(cost["put_off"], 0.1)
+        self.assertRegex(compiled["warnings"][-1], "heap [0-9]+: most ticks of a contact put something off at 4000 Hz on mps2-an500")
+        # Eight objects that push each other fit at a lower rate.
+        multy = SCENES / "multy3" / "multy3.scene.json"
+        cost = self.ok_json("compile", multy, "--output", image, "--board", "zynqmp", "--rate", "10000")["cost"]
+        self.assertFalse(cost["fits"])
+        fits_Hz = cost["fits_Hz"]
+        self.assertEqual(fits_Hz % 250, 0)
+        self.assertTrue(250 <= fits_Hz < 10000)
+        self.assertTrue(self.ok_json("compile", multy, "--output", image, "--board", "zynqmp", "--rate", fits_Hz)["cost"]["fits"])
+        self.assertIn(f"lower the rate to {fits_Hz:.0f} Hz, or simplify it",
+                      self.ok("compile", multy, "--output", image, "--board", "zynqmp", "--rate", "10000").err)
+
+    def test_upload_asks_the_device_for_its_board(self):
+        uri = self.sim("--tcp", 0, "--rate", "10000").tcp
+        cost = self.ok_json("upload", self.plane_scene(), "--device", uri)["cost"]
+        self.assertEqual((cost["board"], cost["work_units"], cost["fits"]), ("sim", 4000, True))
+        self.assertNotIn("typical_instructions", cost)
+        self.assertRegex(self.ok("upload", self.crossing_scene(), "--device", uri).out,
+                         r"cost at \d+ Hz on sim: typical [\d ]+, worst [\d ]+ of 4000 units")
 
 
 class Inside(Rig):

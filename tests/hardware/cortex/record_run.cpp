@@ -4,7 +4,9 @@
 //   record_run SCENE wander:SEED TICKS OUT.rec OUT.forces  a fingertip that darts about in the scene, with no arm's inertia:
 //                                                          for the worst that a tick can cost
 //
-// Plays it again at once, on this machine, and fails when a byte of a force differs. Exit codes: 0, 1 failed, 2 usage.
+// Plays it again at once, on this machine, and fails when a byte of a force differs. Writes OUT.cost: a row for each tick with the
+// instructions that board/sim/tick_cost.h estimates for each board that has a core of its own, and the terms, "-" before the arm is armed.
+// Exit codes: 0, 1 failed, 2 usage.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -18,6 +20,7 @@
 
 #include "board/sim/hand_path_file.h"
 #include "board/sim/sim_board.h"
+#include "board/sim/tick_cost.h"
 #include "host-tools/compiler/compile.h"
 #include "tests/hardware/cortex/replay.h"
 #include "tests/support/random.h"
@@ -125,6 +128,27 @@ std::vector<std::byte> bytes_of(const Run& run) {
 }
 
 std::vector<float> forces_N;
+const firmware::Controller* replayed = nullptr;
+std::ofstream cost_rows;
+
+void write_cost() {
+  const firmware::Telemetry& telemetry = replayed->telemetry();
+  if (telemetry.mode != firmware::Mode::kArmed) {
+    cost_rows << "-\n";
+    return;
+  }
+  std::size_t touching = 0, contacts = 0;
+  for (std::size_t arm = 0; arm < telemetry.arm_count; ++arm) {
+    touching += telemetry.arm[arm].contacts != 0 ? 1U : 0U;
+    contacts += telemetry.arm[arm].contacts;
+  }
+  const board::TickTerms terms =
+      board::terms_of(replayed->renderer().load(), telemetry.arm_count, touching, contacts);
+  for (const board::BoardCost& board : board::board_costs())
+    if (!board.core.empty()) cost_rows << std::lround(board.of(terms)) << ' ';
+  for (const double term : terms.of) cost_rows << ' ' << term;
+  cost_rows << '\n';
+}
 
 void write_file(const std::string& name, const void* data, std::size_t bytes) {
   std::ofstream file(name, std::ios::binary);
@@ -147,8 +171,11 @@ void record(const std::string& scene, const std::string& path, std::uint32_t tic
   if (!open_recording(bytes, recording)) throw std::logic_error("not what was written");
   board::MemoryStorage storage(run.image.size() + firmware::SceneStore::kHeaderBytes);
   const auto controller = std::make_unique<firmware::Controller>(config_of(recording), storage);
+  replayed = controller.get();
+  cost_rows.open(out + ".cost");
   const ReplayEnd end = replay(recording, *controller, [](std::span<const float> force) {
     forces_N.insert(forces_N.end(), force.begin(), force.end());
+    write_cost();
   });
   if (end != ReplayEnd::kDone)
     throw std::runtime_error("the replay ended early, " + std::to_string(static_cast<int>(end)));

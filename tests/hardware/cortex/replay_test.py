@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A recorded run on an emulated board: the forces are those of this machine, byte for byte, and the instructions a tick are those of
-ticks.baseline within a hundredth, in both directions.
+"""A recorded run on an emulated board: the forces are those of this machine, byte for byte, the instructions a tick are those of
+ticks.baseline within a hundredth, in both directions, and the estimates of board/sim/tick_cost.h are within what docs/time.md says.
 
   replay_test.py BOARD SCENE RECORDINGS PLUGIN [--update]
 
@@ -16,6 +16,8 @@ import replays
 BASELINE = replays.HERE / "ticks.baseline"
 BUDGET = 40_000  # instructions a tick: 10 kHz on a core of 480 MHz, half of the time spare
 TOLERANCE = 0.01
+MEAN_FACTOR = 1.3  # of the estimate, both ways
+WORST_FACTORS = (0.95, 2.0)  # of the estimate of the worst tick over the count
 
 
 def rows():
@@ -35,6 +37,17 @@ def write_rows(new):
             file.write("%-11s %-18s %-7s %6d %6d %6d\n" % (*key, *all_rows[key]))
 
 
+def check_estimates(board, recording, counts):
+    column = list(replays.QEMU).index(board)
+    both = [(count, row[column]) for count, row in zip(counts, replays.cost_rows(recording)) if row]
+    mean = sum(estimate for _, estimate in both) / sum(count for count, _ in both)
+    worst = replays.worst(max(estimate for _, estimate in both)) / max(count for count, _ in both)
+    print("[ figure ] %s %s: estimate over count: mean %.2f (%.2f to %.2f), worst tick %.2f (%.2f to %.2f)" % (
+        board, recording.stem, mean, 1 / MEAN_FACTOR, MEAN_FACTOR, worst, *WORST_FACTORS))
+    if not 1 / MEAN_FACTOR <= mean <= MEAN_FACTOR or not WORST_FACTORS[0] <= worst <= WORST_FACTORS[1]:
+        raise replays.Failed(f"{board} {recording.stem}: the estimates are off. If the tick has changed, run fit_cost and take its constants.")
+
+
 def seen(board, name, recordings, plugin):
     found = {}
     for run in ("stroke", "worst"):
@@ -46,6 +59,7 @@ def seen(board, name, recordings, plugin):
         if ours != theirs:
             at = next((i for i, (a, b) in enumerate(zip(ours, theirs)) if a != b), min(len(ours), len(theirs)))
             raise replays.Failed(f"{name}, {run}: the forces differ from byte {at} on ({len(ours)} and {len(theirs)} bytes)")
+        check_estimates(board, recording, counts)
         found[board, name, run] = [min(counts), round(sum(counts) / len(counts)), max(counts)]
         print("[ figure ] %s %s, %s: %d ticks alike byte for byte; instructions a tick: min %d, mean %d, max %d%s" % (
             board, name, run, len(counts), *found[board, name, run], "" if max(counts) <= BUDGET else " (over the budget of %d)" % BUDGET))

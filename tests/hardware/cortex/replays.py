@@ -46,6 +46,16 @@ def record(recorder, scene_file, path, ticks, out):
     return run.stdout.strip()
 
 
+def cost_rows(recording):
+    """What record_run wrote beside it: of each tick the estimate for each board of QEMU, then the terms; empty where the arm is not armed."""
+    return [[] if line.startswith("-") else [float(word) for word in line.split()] for line in open(f"{recording}.cost")]
+
+
+def worst(estimate):
+    """BoardCost::worst() of board/sim/tick_cost.cpp."""
+    return 5500 + 1.4 * estimate
+
+
 def address_of(elf, symbol):
     for line in subprocess.run(["arm-none-eabi-nm", elf], capture_output=True, text=True, check=True).stdout.splitlines():
         fields = line.split()

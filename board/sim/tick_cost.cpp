@@ -1,0 +1,50 @@
+#include "board/sim/tick_cost.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "board/common/work_units.h"
+#include "firmware/core/config.h"
+
+namespace thimble::board {
+namespace {
+
+// From tests/hardware/cortex/fit_cost.
+constexpr std::array<BoardCost, 4> kBoards = {{
+    {"mps2-an500", "Cortex-M7", 480.0e6, {5499, 4050, -2940, 3313, 2150, 102, 82, 1520, 67, 68}},
+    {"zynqmp", "Cortex-R5F", 500.0e6, {5853, 4350, -3119, 3565, 2257, 108, 100, 1415, 67, 63}},
+    {"linux", "", 0.0, {}},
+    {"sim", "", 0.0, {}},
+}};
+constexpr double kWorstFactor = 1.4;
+constexpr double kRecord = 5500.0;  // of a tick that publishes a record of telemetry
+
+}  // namespace
+
+TickTerms terms_of(const control::Renderer::Load& load, std::size_t arms, std::size_t touching,
+                   std::size_t contacts) noexcept {
+  const auto arm_count = static_cast<double>(arms);
+  return {{1.0, arm_count - 1.0, static_cast<double>(touching), static_cast<double>(contacts),
+           load.shaded ? static_cast<double>(touching) : 0.0, static_cast<double>(load.finger_units),
+           static_cast<double>(load.body_units), static_cast<double>(load.awake),
+           arm_count * static_cast<double>(load.solids), arm_count * static_cast<double>(load.volumes)}};
+}
+
+double BoardCost::of(const TickTerms& terms) const noexcept {
+  return std::inner_product(terms.of.begin(), terms.of.end(), instructions.begin(), 0.0);
+}
+
+double BoardCost::worst(double most) noexcept { return kRecord + kWorstFactor * most; }
+
+std::uint32_t BoardCost::work_units(double rate_Hz) const noexcept {
+  return core.empty() ? firmware::Config{}.work_units : board::work_units(static_cast<float>(1.0 / rate_Hz));
+}
+
+std::span<const BoardCost> board_costs() noexcept { return kBoards; }
+
+const BoardCost* find_board_cost(std::string_view name) noexcept {
+  const auto* const found = std::ranges::find(kBoards, name, &BoardCost::name);
+  return found == kBoards.end() ? nullptr : found;
+}
+
+}  // namespace thimble::board

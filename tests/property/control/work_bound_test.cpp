@@ -1,0 +1,202 @@
+// An adversary looks for a tick that exceeds its work: random scenes of solids, meshes that are closed, open or cross each other, and bodies, under
+// motions that no hand makes. The judge is the theorem of docs/time.md. cortex.bound.* count the instructions of such scenes.
+// THIMBLE_BOUND_SCENES sets the number of scenes, THIMBLE_BOUND_SEED the first seed.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+#include <string>
+
+#include "tests/closed_loop/bodies/compositions.h"
+#include "tests/support/adversary.h"
+#include "tests/support/figure.h"
+#include "tests/support/sanitizers.h"
+#include "tests/unit/firmware/bench.h"
+
+namespace thimble::test {
+namespace {
+
+constexpr double kDefaultScenes = kUnderSanitizers ? 20 : 200;
+constexpr std::size_t kTicks = 400;
+constexpr double kSize_m = 0.05;
+
+double bound_option(const char* name, double otherwise) {
+  const char* text = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before any thread
+  return text == nullptr ? otherwise : std::strtod(text, nullptr);
+}
+std::uint64_t scenes() {
+  return static_cast<std::uint64_t>(bound_option("THIMBLE_BOUND_SCENES", kDefaultScenes));
+}
+std::uint64_t first_seed() { return static_cast<std::uint64_t>(bound_option("THIMBLE_BOUND_SEED", 1)); }
+
+host::TriangleSoup some_mesh(Random& random) {
+  const double size_m = random.uniform(0.2, 1.0) * kSize_m;
+  switch (random.below(4)) {
+    case 0:
+      return icosphere(1 + static_cast<int>(random.below(4)), size_m);
+    case 1:
+      return sheet(2 * size_m, 2 + static_cast<int>(random.below(20)));
+    case 2:
+      return hostile_terrain(4 + static_cast<int>(random.below(12)), 0.1 * size_m, 0.05 * size_m,
+                             random.bits());
+    default: {  // closed parts through each other
+      host::TriangleSoup all;
+      for (std::uint64_t n = 3 + random.below(40); n > 0; --n) {
+        const host::TriangleSoup part =
+            box_mesh(size_m * (Vector3d::Constant(0.6) + random.in_box({0.4, 0.4, 0.4})), 1);
+        const auto first = static_cast<std::uint32_t>(all.vertices_m.size());
+        const Eigen::Quaterniond turn =
+            Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), random.direction());
+        const Vector3d at_m = 0.5 * size_m * random.direction();
+        for (const Vector3d& v : part.vertices_m) all.vertices_m.push_back(at_m + turn * v);
+        for (const auto& t : part.triangles)
+          all.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      }
+      return all;
+    }
+  }
+}
+
+SceneImage fixed_scene(Random& random) {
+  SceneBuilder builder;
+  const bool ball = random.below(3) == 0;
+  const double tip_radius_m = ball ? random.uniform(2e-4, 5e-3) : 0.0;
+  if (ball) builder.tip_radius(tip_radius_m);
+  for (std::uint64_t n = 1 + random.below(24); n > 0; --n) {
+    const Material material{.stiffness_N_m = static_cast<float>(random.uniform(200, 2000)),
+                            .static_friction = static_cast<float>(random.uniform(0, 1)),
+                            .dynamic_friction = 0.0F};
+    const Pose pose{0.6 * kSize_m * random.in_box(Vector3d::Ones()),
+                    Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), random.direction())};
+    host::MeshOptions options;
+    if (random.below(3) == 0) options.crease_deg = 40.0;
+    if (ball) options.tip_radius_m = tip_radius_m;
+    switch (random.below(5)) {
+      case 0:
+        builder.sphere(random.uniform(0.1, 1.0) * kSize_m, material, pose);
+        break;
+      case 1:
+        builder.box(kSize_m * (Vector3d::Ones() + random.in_box({0.8, 0.8, 0.8})), material, pose);
+        break;
+      default:
+        builder.mesh(some_mesh(random), material, options, pose);
+    }
+  }
+  return builder.image();
+}
+
+struct Found {
+  std::uint32_t over = 0;  // units beyond what a tick may do
+  std::uint64_t over_seed = 0;
+  std::uint64_t put_off = 0, ticks = 0;
+  std::uint64_t stopped = 0;  // while something was put off
+
+  void take(const control::Renderer& renderer, std::uint32_t units, std::uint64_t seed) {
+    ++ticks;
+    put_off += renderer.is_put_off() ? 1U : 0U;
+    const std::uint32_t done = renderer.tick_work();
+    if (done <= units + over) return;
+    over = done - units;
+    over_seed = seed;
+  }
+};
+
+void attack(const SceneImage& image, Random& random, std::uint64_t seed, Found& found) {
+  control::Renderer renderer;
+  renderer.bind(image.view());
+  const auto arms = 1 + static_cast<std::size_t>(random.below(2));
+  const auto units = static_cast<std::uint32_t>(arms * (firmware::kLeastWork + random.below(400)));
+  renderer.bound_work(units);
+  for (const Attack kind : kAttacks) {
+    std::array<std::vector<Vector3d>, control::kMaxArms> paths;
+    for (std::size_t arm = 0; arm < arms; ++arm)
+      paths.at(arm) = attack_path(kind, kSize_m, kTicks, random.bits());
+    std::array<control::Tip, control::kMaxArms> tips;
+    std::array<control::Touch, control::kMaxArms> touches;
+    for (std::size_t i = 0; i < kTicks; ++i) {
+      for (std::size_t arm = 0; arm < arms; ++arm) tips.at(arm).position_m = paths.at(arm)[i].cast<float>();
+      renderer.tick(std::span(tips).first(arms), 1.0F / 4000.0F, std::span(touches).first(arms));
+      found.take(renderer, units, seed);
+      for (const control::Touch& touch : touches) ASSERT_TRUE(touch.force_N.allFinite()) << "seed " << seed;
+    }
+  }
+  EXPECT_LE(renderer.counters().most_work, units + control::kMostBodyStepWork) << "seed " << seed;
+}
+
+// An e-stop and a stop act in the tick in which they come, whatever the tick before has put off.
+void stop_while_put_off(const SceneImage& image, Random& random, std::uint64_t seed, Found& found) {
+  firmware::Config config;
+  config.work_units = firmware::kLeastWork;
+  Bench bench(config, image.bytes().size() + firmware::SceneStore::kHeaderBytes + 64);
+  bench.let_jump();
+  ASSERT_EQ(bench.controller->load_scene(image.bytes()), firmware::StoreStatus::kOk);
+  bench.home();
+  bench.arm();
+  const std::vector<Vector3d> path = attack_path(Attack::kDart, 0.8 * kSize_m, kTicks, random.bits());
+  bench.move(path.front(), 100);
+  for (const Vector3d& tip_m : path) {
+    bench.place(tip_m);
+    bench.tick();
+    if (bench.mode() != Mode::kArmed) return;  // the motion was a fault
+    if (!bench.controller->renderer().is_put_off()) continue;
+    ++found.stopped;
+    if (random.below(2) == 0) {
+      bench.inputs.e_stop = true;
+    } else {
+      EXPECT_EQ(bench.controller->request(Command::kStop), 0);
+    }
+    bench.tick();
+    EXPECT_EQ(bench.outputs.mode, Mode::kDamping) << "seed " << seed;
+    return;
+  }
+}
+
+TEST(WorkBound, NoSceneAndNoMotionExceedsIt) {
+  Compositions compositions;
+  Found found;
+  for (std::uint64_t seed = first_seed(); seed < first_seed() + scenes(); ++seed) {
+    Random random(seed);
+    const SceneImage image = seed % 4 == 0
+                                 ? scene_of(compositions.compose(random, 2 + random.below(5), true).members)
+                                 : fixed_scene(random);
+    attack(image, random, seed, found);
+    stop_while_put_off(image, random, seed, found);
+    if (HasFailure()) break;
+  }
+  figure("units beyond the work of a tick, seed " + std::to_string(found.over_seed), found.over,
+         std::to_string(control::kMostBodyStepWork));
+  const double share = static_cast<double>(found.put_off) / static_cast<double>(found.ticks);
+  figure("part of the ticks that put something off", share, "> 0.1");
+  figure("stops while something was put off", static_cast<double>(found.stopped), "a third of the scenes");
+  EXPECT_LE(found.over, control::kMostBodyStepWork);
+  EXPECT_GT(share, 0.1);
+  EXPECT_GE(3 * found.stopped, scenes());
+}
+
+// The way over the faces from the stiction point to the place without friction can take all the work of a tick, under a deep press in every
+// tick. The god object comes all the same.
+TEST(WorkBound, UnderADeepPressTheGodObjectComes) {
+  const SceneImage image =
+      SceneBuilder().mesh(icosphere(5, kSize_m), {.static_friction = 0.6F, .dynamic_friction = 0.4F}).image();
+  for (const std::uint32_t units : {firmware::kLeastWork, 300U}) {
+    control::Renderer renderer;
+    renderer.bind(image.view());
+    renderer.bound_work(units);
+    control::Tip tip;
+    control::Touch touch;
+    int in_turn = 0, longest = 0;
+    for (const Vector3d& tip_m : attack_path(Attack::kPress, kSize_m, 8000, 1)) {
+      tip.position_m = tip_m.cast<float>();
+      renderer.tick(std::span(&tip, 1), 1.0F / 4000.0F, std::span(&touch, 1));
+      in_turn = renderer.is_put_off() ? in_turn + 1 : 0;
+      longest = std::max(longest, in_turn);
+    }
+    figure("ticks in turn that put something off, " + std::to_string(units) + " units", longest,
+           "a tenth of a second: 400");
+    EXPECT_LE(longest, 400);
+  }
+}
+
+}  // namespace
+}  // namespace thimble::test
