@@ -50,10 +50,11 @@ struct PointWay {
   Slide slide;
 
   [[gnu::always_inline]] PointWay(const World& /*world*/, const PlacedObject& object, Feature& feature,
-                                  const Vec3& from_m, const Vec3& to_m, bool hold, const Feature* beside,
+                                  const Vec3& from_m, const Vec3& to_m, bool hold, const GodObject& god,
                                   TriangleCache* triangles, Work& work)
-      : slide(object.ops->slide(object.shape, feature,
-                                {work, from_m, to_m, hold, false, true, beside, triangles})) {}
+      : slide(object.ops->slide(
+            object.shape, feature,
+            {work, from_m, to_m, hold, false, true, beside_on(god, god.contacts[0].object), triangles})) {}
   [[nodiscard]] bool is_held(const Feature& feature) const {
     return slide.end == SlideEnd::kHeld && slide.swept && feature.kind == 0;
   }
@@ -71,7 +72,7 @@ struct BallWay {
 
   // Out of line on every board: one rule of tests/hardware/cortex/firmware.limits is about it.
   [[gnu::noinline]] BallWay(const World& world, const PlacedObject& object, Feature& feature,
-                            const Vec3& from_m, const Vec3& to_m, bool hold, const Feature* /*beside*/,
+                            const Vec3& from_m, const Vec3& to_m, bool hold, const GodObject& /*god*/,
                             TriangleCache* triangles, Work& work)
       : ball{work, from_m, to_m, world.tip_radius_m, hold, feature, {}, triangles},
         rolls(object.ops->roll(object.shape, ball)) {
@@ -108,14 +109,13 @@ template <typename Way>
   const Vec3 x = object.to_local(tip.position_m);
   const Vec3 stuck = object.to_local(god.position_m);
   const Material& m = object.material;
-  const Feature* const beside = beside_on(god, contact.object);
   // On a mesh, rest continues from its place in the previous tick: the path from the stiction point can be
   // many faces long.
   const bool walks = object.ops->walks;
   Feature feature = walks ? finger.rest.contacts[0].feature : contact.feature;
   std::optional<Way> rest(std::in_place, world, object, feature,
-                          walks ? object.to_local(finger.rest.position_m) : stuck, x, false,
-                          beside_on(finger.rest, contact.object), triangles, work);
+                          walks ? object.to_local(finger.rest.position_m) : stuck, x, false, finger.rest,
+                          triangles, work);
   if (!rest->is_held(feature)) return false;
   Vec3 at = stuck;
   if (m.static_friction > 0.0F) {
@@ -127,7 +127,7 @@ template <typename Way>
       // It may slip: then rest is the end of a slide that starts at the stiction point.
       if (walks) {
         feature = contact.feature;
-        rest.emplace(world, object, feature, stuck, x, false, beside, triangles, work);
+        rest.emplace(world, object, feature, stuck, x, false, god, triangles, work);
         if (!rest->is_held(feature)) return false;
       }
       Friction friction = finger.friction;
@@ -135,7 +135,7 @@ template <typename Way>
           friction.tick(friction_limits(m, (rest->to_m() - x).norm()), stuck - rest->to_m(), period_s);
       if (slip.slips) {
         Feature slipped_feature = contact.feature;
-        const Way slipped(world, object, slipped_feature, stuck, rest->to_m() + slip.offset_m, true, beside,
+        const Way slipped(world, object, slipped_feature, stuck, rest->to_m() + slip.offset_m, true, god,
                           triangles, work);
         if (!slipped.is_held(slipped_feature) || !loosens(slipped.to_m(), stuck, rest->to_m(), x))
           return false;

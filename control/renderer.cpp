@@ -4,8 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "control/contact/find_contact.h"
 #include "control/contact/passive.h"
-#include "control/contact/planes.h"
 #include "control/contact/reaction.h"
 #include "control/contact/shading.h"
 #include "control/plain_surface.h"
@@ -118,39 +118,11 @@ void begin(const World& world, Finger& finger, const Vec3& tip_m, Effort& effort
   finger.inside = solids_around(world, ~SolidSet{0}, tip_m, effort);
 }
 
-// Nothing holds the god object any more. One that flies for longer than a tick, round an edge, has not come to the tip yet: the
-// account of its contact goes on.
-void let_go(Finger& finger, const Vec3& tip_m) {
-  if (finger.rest.position_m == tip_m) {
-    finger.account.close();
-    finger.shaded.end();
-  } else {
-    finger.account.tick(kNoBody, tip_m, (finger.rest.position_m - tip_m).norm(), 0.0F, Vec3::Zero(),
-                        finger.shaded.took_part(), 0.0F);
-  }
-  finger.potential.end();
-}
-
 bool any_surfaced(const World& world, const Constraints& held) {
   for (std::size_t i = 0; i < held.count; ++i) {
     if (world.objects[held.list[i].object].surfaced) return true;
   }
   return false;
-}
-
-bool shares_object(const GodObject& a, const GodObject& b) {
-  for (std::size_t i = 0; i < a.count; ++i) {
-    for (std::size_t j = 0; j < b.count; ++j) {
-      if (a.contacts[i].object == b.contacts[j].object) return true;
-    }
-  }
-  return false;
-}
-
-// Whether its contacts keep the god object from the tip. Where the work is spent it stays behind, and must not draw the tip back to a
-// surface that it has left.
-[[gnu::noinline]] bool is_pushed(const World& world, const GodObject& god, const Vec3& tip_m) {
-  return project(planes_at(world, god), tip_m - god.position_m).count != 0;
 }
 
 // A solid is felt again when neither the tip nor the god object is in it. While another solid holds the god object, it can
@@ -172,101 +144,6 @@ bool shares_object(const GodObject& a, const GodObject& b) {
     }
     if (still == 0) finger.inside &= ~only(object);
   }
-}
-
-bool on_one_object(const GodObject& god, std::uint8_t object) {
-  return std::all_of(god.contacts.begin(), god.contacts.begin() + god.count,
-                     [object](const Contact& contact) { return contact.object == object; });
-}
-
-// Whether the stiction point surely stays where it is: several planes of one material hold at least what one would.
-bool surely_sticks(const World& world, const Finger& finger, const Vec3& tip_m) {
-  const GodObject& rest = finger.rest;
-  const std::uint8_t object = finger.god.contacts[0].object;
-  const float limit = world.objects[object].material.static_friction;
-  return on_one_object(rest, object) && !finger.friction.sliding() &&
-         (finger.god.position_m - rest.position_m).squaredNorm() <=
-             limit * limit * (rest.position_m - tip_m).squaredNorm();
-}
-
-// Moves the place without friction. On a mesh it continues from the previous tick, unless that would be farther from the tip than the
-// stiction point: from there the way can be many faces long. Where a point may slip, it begins at the stiction point, so that there is a way
-// from there.
-void move_rest(const World& world, const Nearby& nearby, Finger& finger, const Vec3& tip_m, bool bodies,
-               Effort& effort) {
-  const GodObject& god = finger.god;
-  GodObject& rest = finger.rest;
-  const PlacedObject& object = world.objects[god.contacts[0].object];
-  const bool point = world.tip_radius_m <= 0.0F;
-  if (!world.any_shaded && !bodies && shares_object(rest, god) && object.ops->walks &&
-      (!point || object.plain)) {
-    move(world, nearby, rest, tip_m, false, effort);
-    if (shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m) &&
-        (!point || surely_sticks(world, finger, tip_m)))
-      return;
-  }
-  rest = god;
-  move(world, nearby, rest, tip_m, false, effort);
-}
-
-// Where the work is spent before the first step of the way is proven free, a shorter way often takes less of it.
-constexpr float kShorter = 0.125F;
-constexpr std::uint32_t kReserve = 4;  // a quarter of the work is for it
-
-Vec3 shorter(const GodObject& from, const Vec3& tip_m) {
-  const Vec3& middle_m = from.is_ball ? from.centre_m : from.position_m;
-  return middle_m + kShorter * (tip_m - middle_m);
-}
-
-void fly_towards(const World& world, const Nearby& nearby, GodObject& god, const Vec3& tip_m,
-                 Effort& effort) {
-  const GodObject before = god;
-  fly(world, nearby, god, tip_m, effort);
-  if (!effort.work.is_spent() || god.count != 0 || god.position_m != before.position_m) return;
-  effort.work.open_reserve();
-  god = before;
-  fly(world, nearby, god, shorter(before, tip_m), effort);
-}
-
-// The same for the place without friction. Until it is proven free it keeps its contacts.
-void move_rest_towards(const World& world, const Nearby& nearby, Finger& finger, const Vec3& tip_m,
-                       bool bodies, Effort& effort) {
-  const GodObject& god = finger.god;
-  GodObject& rest = finger.rest;
-  const bool nearer = shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m);
-  const GodObject before = nearer ? rest : god;
-  move_rest(world, nearby, finger, tip_m, bodies, effort);
-  if (!effort.work.is_spent()) return;
-  if (rest.position_m == before.position_m) {
-    effort.work.open_reserve();
-    rest = before;
-    move(world, nearby, rest, shorter(before, tip_m), false, effort);
-  }
-  if (rest.count == 0) rest = before;
-}
-
-// The places of the god object with and without friction, and its contacts there. False: nothing pushes.
-bool find_contact(const World& world, const Nearby& nearby, Finger& finger, const Vec3& tip_m, bool bodies,
-                  Effort& effort) {
-  GodObject& god = finger.god;
-  GodObject& rest = finger.rest;
-  // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
-  if (god.count == 0) fly_towards(world, nearby, god, tip_m, effort);
-  if (god.count == 0) {
-    rest = god;
-  } else {
-    move_rest_towards(world, nearby, finger, tip_m, bodies, effort);
-  }
-  if (effort.work.was_spent() && rest.count != 0 && !is_pushed(world, rest, tip_m)) {
-    finger.click.release();
-    return false;
-  }
-  if (rest.count != 0) return true;
-  if (god.count != 0) god = rest;
-  finger.friction.reset();
-  let_go(finger, tip_m);
-  finger.click.release();
-  return false;
 }
 
 }  // namespace
