@@ -51,12 +51,12 @@ void move_rest(const World& world, const Nearby& nearby, Finger& finger, const V
   const GodObject& god = finger.god;
   GodObject& rest = finger.rest;
   const PlacedObject& object = world.objects[god.contacts[0].object];
-  const bool point = world.tip_radius_m <= 0.0F;
+  const bool is_point = world.tip_radius_m <= 0.0F;
   if (!world.any_shaded && !bodies && shares_object(rest, god) && object.ops->walks &&
-      (!point || object.plain)) {
+      (!is_point || object.plain)) {
     move(world, nearby, rest, tip_m, false, effort);
     if (shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m) &&
-        (!point || surely_sticks(world, finger, tip_m)))
+        (!is_point || surely_sticks(world, finger, tip_m)))
       return;
   }
   rest = god;
@@ -86,8 +86,8 @@ void move_rest_towards(const World& world, const Nearby& nearby, Finger& finger,
                        bool bodies, Effort& effort) {
   const GodObject& god = finger.god;
   GodObject& rest = finger.rest;
-  const bool nearer = shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m);
-  const GodObject before = nearer ? rest : god;
+  const bool from_rest = shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m);
+  const GodObject before = from_rest ? rest : god;
   move_rest(world, nearby, finger, tip_m, bodies, effort);
   if (!effort.work.is_spent()) return;
   if (rest.position_m == before.position_m) {
