@@ -125,7 +125,7 @@ extern "C" void run_board() {
   firmware::Config config;
   config.period_s = 1.0F / static_cast<float>(kRate_Hz);
   config.arm_count = kArms;
-  config.work_units = work_units(config.period_s);
+  config.work_units = work_units(config.period_s, kArms);
   for (firmware::ArmConfig& arm : config.arm) arm.model = kArmModel;
   config.node_id = kNode;
   config.block_bytes = kBlockBytes;

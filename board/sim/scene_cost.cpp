@@ -250,7 +250,7 @@ std::optional<double> highest_fitting_rate_Hz(std::span<const std::byte> image, 
   for (int not_fits = static_cast<int>(std::ceil(below_Hz / kRateStep_Hz)); not_fits - fits > 1;) {
     const int middle = fits + (not_fits - fits) / 2;
     const double rate_Hz = kRateStep_Hz * middle;
-    (scene.cost(board, rate_Hz, board.work_units(rate_Hz), arms).fits() ? fits : not_fits) = middle;
+    (scene.cost(board, rate_Hz, board.work_units(rate_Hz, arms), arms).fits() ? fits : not_fits) = middle;
   }
   return fits == 0 ? std::nullopt : std::optional(kRateStep_Hz * fits);
 }

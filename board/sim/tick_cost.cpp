@@ -36,8 +36,10 @@ double BoardCost::of(const TickTerms& terms) const noexcept {
 
 double BoardCost::worst(double most) noexcept { return kRecord + kWorstFactor * most; }
 
-std::uint32_t BoardCost::work_units(double rate_Hz) const noexcept {
-  return core.empty() ? firmware::Config{}.work_units : board::work_units(static_cast<float>(1.0 / rate_Hz));
+std::uint32_t BoardCost::work_units(double rate_Hz, std::size_t arms) const noexcept {
+  return core.empty()
+             ? firmware::Config{}.work_units
+             : board::work_units(static_cast<float>(1.0 / rate_Hz), static_cast<std::uint32_t>(arms));
 }
 
 std::span<const BoardCost> board_costs() noexcept { return kBoards; }

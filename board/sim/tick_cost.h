@@ -34,7 +34,8 @@ struct BoardCost {
   [[nodiscard]] double of(const TickTerms& terms) const noexcept;
   // The most of some ticks, from the most of their estimates: it has to hold also for the ticks in which a unit takes more than on average.
   [[nodiscard]] static double worst(double most) noexcept;
-  [[nodiscard]] std::uint32_t work_units(double rate_Hz) const noexcept;  // Config::work_units
+  [[nodiscard]] std::uint32_t work_units(double rate_Hz,
+                                         std::size_t arms = 1) const noexcept;  // Config::work_units
 };
 [[nodiscard]] std::span<const BoardCost> board_costs() noexcept;
 [[nodiscard]] const BoardCost* find_board_cost(std::string_view name) noexcept;  // null: there is none

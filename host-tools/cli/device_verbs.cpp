@@ -98,15 +98,16 @@ void upload(const Common& common, const Remote& remote, const UploadChoice& choi
   Device device = open_device(common, remote);
   const double rate_Hz = measured_rate_Hz(device);
   const CostReport cost = cost_on(device, file.image, rate_Hz);
-  if (!common.json && !cost.text.empty()) say("{}\n", cost.text);
+  if (!common.json && !cost.text.empty()) say(stderr, "{}\n", cost.text);
+  if (!common.json && !cost.warning.empty()) say(stderr, "warning: {}\n", cost.warning);
   ProgressPrinter printer;
   std::function<void(const UploadProgress&)> progress;
   if (!common.json) progress = std::ref(printer);
   const UploadResult result = device.upload(file.image, {.crc = file.crc, .verify = choice.verify}, progress);
   const std::string scene = device.text(link::kDidSceneName);
   std::vector<std::string> warnings = stiffness_warnings(file.image, device.text(link::kDidArmName), rate_Hz);
-  if (!cost.warning.empty()) warnings.push_back(cost.warning);
   if (common.json) {
+    if (!cost.warning.empty()) warnings.push_back(cost.warning);
     Json json = document("upload");
     json["scene"] = scene;
     json["bytes"] = result.bytes;

@@ -54,7 +54,7 @@ std::string warning_of(std::span<const std::byte> image, const board::SceneCost&
 
 CostReport cost_report(std::span<const std::byte> image, const board::BoardCost& board, double rate_Hz,
                        std::uint32_t work_units, std::size_t arms) {
-  const std::uint32_t units = work_units == 0 ? board.work_units(rate_Hz) : work_units;
+  const std::uint32_t units = work_units == 0 ? board.work_units(rate_Hz, arms) : work_units;
   const std::optional<board::SceneCost> found = board::scene_cost(image, board, rate_Hz, units, arms);
   if (!found) return {};
   const board::SceneCost& cost = *found;

@@ -47,6 +47,12 @@ TEST(SceneCost, FewerUnitsPutMoreOffAndTheFittingRateIsTheHighest) {
   EXPECT_FALSE(fits(*fits_Hz + board::kRateStep_Hz));
 }
 
+TEST(SceneCost, AtEachRateTheUnitsAreEnoughForEachArm) {
+  for (const double rate_Hz : {1000.0, 4000.0, 12000.0, 12500.0, 20000.0})
+    for (const std::size_t arms : {1U, 2U})
+      EXPECT_GE(m7().work_units(rate_Hz, arms), firmware::kLeastWork * arms) << rate_Hz;
+}
+
 TEST(SceneCost, ATouchIsFoundWhereverTheObjectIsInReach) {
   for (const double x_m : {-0.12, 0.0, 0.12}) {
     const SceneImage image = SceneBuilder().sphere(0.02, {}, {.position_m = {x_m, 0.0, -0.05}}).image();
