@@ -17,7 +17,7 @@ namespace thimble::test {
 firmware::Config config_of(const Recording& recording) noexcept {
   firmware::Config config;
   config.period_s = recording.header.period_s;
-  config.work_units = board::work_units(config.period_s);
+  config.work_units = board::work_units(config.period_s, recording.header.arms);
   config.arm_count = static_cast<std::uint8_t>(recording.header.arms);
   for (std::size_t arm = 0; arm < recording.header.arms; ++arm) {
     config.arm[arm].model = recording.header.model.data();
