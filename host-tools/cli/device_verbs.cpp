@@ -98,7 +98,6 @@ void upload(const Common& common, const Remote& remote, const UploadChoice& choi
   Device device = open_device(common, remote);
   const double rate_Hz = measured_rate_Hz(device);
   const CostReport cost = cost_on(device, file.image, rate_Hz);
-  if (!common.json && !cost.text.empty()) say(stderr, "{}\n", cost.text);
   if (!common.json && !cost.warning.empty()) say(stderr, "warning: {}\n", cost.warning);
   ProgressPrinter printer;
   std::function<void(const UploadProgress&)> progress;
@@ -126,6 +125,7 @@ void upload(const Common& common, const Remote& remote, const UploadChoice& choi
       result.bytes_per_s / 1e3,
       result.resumed_from == 0 ? "" : fmt::format(", resumed at {}", result.resumed_from),
       choice.verify ? ", verified" : "");
+  if (!cost.text.empty()) say("{}\n", cost.text);
   for (const std::string& warning : warnings) say(stderr, "warning: {}\n", warning);
 }
 

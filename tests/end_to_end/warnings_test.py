@@ -80,7 +80,7 @@ class Cost(Rig):
         cost = self.ok_json("upload", self.plane_scene(), "--device", uri)["cost"]
         self.assertEqual((cost["board"], cost["work_units"], cost["fits"]), ("sim", 4000, True))
         self.assertNotIn("typical_instructions", cost)
-        self.assertRegex(self.ok("upload", self.crossing_scene(), "--device", uri).err,
+        self.assertRegex(self.ok("upload", self.crossing_scene(), "--device", uri).out,
                          r"cost at \d+ Hz on sim: typical [\d ]+, worst [\d ]+ of 4000 units")
 
 
