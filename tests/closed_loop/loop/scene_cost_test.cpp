@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "firmware/core/config.h"
 #include "host-tools/compiler/compile.h"
 #include "tests/support/scene.h"
 
