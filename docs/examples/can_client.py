@@ -18,6 +18,7 @@ import can
 import canmatrix.formats
 
 NODE = 1
+PROTOCOL = 3  # docs/link.md, the first lines: frames and services may differ in another
 GRANT = 0x1D000000 | NODE
 EXTENDED = socket.CAN_EFF_FLAG
 
@@ -112,8 +113,8 @@ def main(interface, scene, dbc, seconds=2.0):
     matrix = canmatrix.formats.loadp_flat(dbc)
     services = Services(interface)
     version = struct.unpack("<H", services.ask("22 F1A0")[3:5])[0]
-    if version != 2:
-        sys.exit(f"the controller speaks protocol {version}, this client 2: update the older one")
+    if version != PROTOCOL:
+        sys.exit(f"the controller speaks protocol {version}, this client {PROTOCOL}: update the older one")
     services.upload(scene)
     services.ask("10 03")
     services.ask("31 01 02 03")  # home

@@ -9,8 +9,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <fstream>
 #include <functional>
 #include <iomanip>
+#include <iterator>
 #include <limits>
 #include <set>
 #include <sstream>
@@ -358,6 +360,13 @@ std::string documented() {
       out << "| " << row.number << " | " << row.name << " | " << row.description << " |\n";
   });
   return out.str();
+}
+
+// The example runs only in the emulated machine of vm.example_client; this finds an old number within a second.
+TEST(Messages, TheExampleSpeaksThisProtocol) {
+  std::ifstream file(std::string(THIMBLE_SOURCE_DIR) + "/docs/examples/can_client.py");
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_THAT(text, testing::HasSubstr("\nPROTOCOL = " + std::to_string(kProtocolVersion) + " "));
 }
 
 TEST(Messages, DocsAreGenerated) { test::expect_generated("docs/link.md", "messages.def", documented()); }
