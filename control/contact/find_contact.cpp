@@ -28,11 +28,6 @@ void let_go(Finger& finger, const Vec3& tip_m) {
   return project(planes_at(world, god), tip_m - god.position_m).count != 0;
 }
 
-bool on_one_object(const GodObject& god, std::uint8_t object) {
-  return std::all_of(god.contacts.begin(), god.contacts.begin() + god.count,
-                     [object](const Contact& contact) { return contact.object == object; });
-}
-
 // Whether the stiction point surely stays where it is: several planes of one material hold at least what one would.
 bool surely_sticks(const World& world, const Finger& finger, const Vec3& tip_m) {
   const GodObject& rest = finger.rest;

@@ -45,6 +45,13 @@ struct GodObject {
   return god.has_beside && god.beside.object == object ? &god.beside.feature : nullptr;
 }
 
+// Whether nothing but this object holds it.
+[[nodiscard]] inline bool on_one_object(const GodObject& god, std::uint8_t object) noexcept {
+  for (std::size_t i = 0; i < god.count; ++i)
+    if (god.contacts[i].object != object) return false;
+  return true;
+}
+
 // From the god object to the place where the tip touches the surface of a contact: the radius of the tip, against the
 // normal.
 [[nodiscard]] inline Vec3 to_place(const World& world, const GodObject& god, std::size_t contact) noexcept {

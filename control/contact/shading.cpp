@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "control/solids/near_triangles.h"
+
 namespace thimble::control {
 namespace {
 
@@ -10,16 +12,48 @@ constexpr int kRounds = 3;
 
 // The interpolated normal at the god object, when exactly one solid holds it, if by several facets, and that one is
 // shaded.
-bool shaded_normal(const World& world, const GodObject& god, Vec3& normal) {
+bool shaded_normal(const World& world, const Nearby& nearby, const GodObject& god, Vec3& normal) {
   if (god.count == 0) return false;
-  const PlacedObject& object = world.objects[god.contacts[0].object];
-  for (std::size_t i = 1; i < god.count; ++i)
-    if (god.contacts[i].object != god.contacts[0].object) return false;
-  if (!object.shaded) return false;
+  const std::uint8_t index = god.contacts[0].object;
+  const PlacedObject& object = world.objects[index];
+  if (!object.shaded || !on_one_object(god, index)) return false;
+  const Feature& feature = god.contacts[0].feature;
   const Vec3 at = object.to_local(god.position_m + to_place(world, god, 0));
-  if (!object.ops->shaded_normal(object.shape, god.contacts[0].feature, at, normal)) return false;
+  KeptFace own;
+  KeptFace* face = &own;
+  if (TriangleCache* const kept = nearby.point_triangles())
+    face = &kept->face(object.shape, feature.index);
+  else
+    keep_face(object.shape, feature.index, own);
+  if (!shaded_normal_on(*face, object.shape.mesh, feature.side, at, normal)) return false;
   normal = object.turn(normal);
   return true;
+}
+
+// The rounds of shade(), as far as they stay on the face where they begin, and nothing else is near. Returns how many. `normal`: at the
+// place that they come to.
+int shade_on_face(const World& world, const Nearby& nearby, GodObject& god, const Vec3& tip, Vec3& normal,
+                  Work& work) {
+  TriangleCache* const kept = nearby.point_triangles();
+  const Feature& feature = god.contacts[0].feature;
+  if (kept == nullptr || nearby.several() || world.any_seams || god.count != 1 || feature.kind != 0) return 0;
+  const PlacedObject& object = world.objects[god.contacts[0].object];
+  KeptFace& face = kept->face(object.shape, feature.index);
+  const auto find_normal = [&] {
+    const bool found =
+        shaded_normal_on(face, object.shape.mesh, feature.side, object.to_local(god.position_m), normal);
+    normal = object.turn(normal);
+    return found;
+  };
+  int rounds = 0;
+  bool found = find_normal();
+  for (; found && rounds < kRounds; found = find_normal()) {
+    const Vec3 on_plane = object.to_local(tip - normal * (tip - god.position_m).dot(normal));
+    if (!stays_on(face, on_plane) || !work.spend(kMoveWork + kFaceWork)) break;
+    god.position_m = object.to_world(project(face, on_plane));
+    ++rounds;
+  }
+  return found ? rounds : 0;
 }
 
 }  // namespace
@@ -28,14 +62,20 @@ bool shade(const World& world, const Nearby& nearby, GodObject& rest, const Vec3
            Effort& effort) noexcept {
   if (!world.objects[rest.contacts[0].object].shaded) return false;
   Vec3 normal;
-  GodObject smooth = rest;
-  for (int round = 0; round < kRounds; ++round) {
-    if (!shaded_normal(world, smooth, normal)) return false;
-    const Vec3 on_plane = tip - normal * (tip - smooth.position_m).dot(normal);
-    move(world, nearby, smooth, on_plane, true, effort);
+  const Vec3 facets_m = rest.position_m;
+  const int on_face = shade_on_face(world, nearby, rest, tip, normal, effort.work);
+  if (on_face < kRounds) {
+    GodObject smooth = rest;
+    for (int round = on_face; round <= kRounds; ++round) {
+      if (!shaded_normal(world, nearby, smooth, normal)) {
+        rest.position_m = facets_m;
+        return false;
+      }
+      if (round < kRounds)
+        move(world, nearby, smooth, tip - normal * (tip - smooth.position_m).dot(normal), true, effort);
+    }
+    rest = smooth;
   }
-  if (!shaded_normal(world, smooth, normal)) return false;
-  rest = smooth;
   const std::uint8_t object = rest.contacts[0].object;
   held.count = 1;
   held.list[0] = {object,

@@ -8,7 +8,6 @@
 
 #include "control/bodies/collide.h"
 #include "control/scene/check.h"
-#include "control/scene/octahedral.h"
 #include "control/solids/mesh_topology.h"
 
 namespace thimble::control {
@@ -98,24 +97,6 @@ int normals(const ShapeData& shape, const Feature& f, const Vec3& /*point*/, std
   return 2;
 }
 
-bool shaded_normal(const ShapeData& shape, const Feature& f, const Vec3& point, Vec3& normal) {
-  const MeshView& mesh = shape.mesh;
-  if (mesh.corner_normals == nullptr) return false;
-  const Vec3 a = vertex(mesh, f.index, 0);
-  const Vec3 b = vertex(mesh, f.index, 1);
-  const Vec3 c = vertex(mesh, f.index, 2);
-  const Vec3 n = (b - a).cross(c - a);
-  const float wb = std::max((point - a).cross(c - a).dot(n), 0.0F);
-  const float wc = std::max((b - a).cross(point - a).dot(n), 0.0F);
-  const float wa = std::max((b - point).cross(c - point).dot(n), 0.0F);
-  const std::uint32_t* corner = mesh.corner_normals + std::size_t{3} * f.index;
-  const Vec3 mean = wa * decode_octahedral(corner[0]) + wb * decode_octahedral(corner[1]) +
-                    wc * decode_octahedral(corner[2]);
-  if (!(mean.squaredNorm() > 0.0F)) return false;
-  normal = static_cast<float>(f.side) * mean.normalized();
-  return true;
-}
-
 Vec3 reach(const ShapeData& shape) {
   constexpr float kGridSteps = 65536.0F;
   const Vec3 lo = shape.mesh.grid_origin_m;
@@ -135,7 +116,6 @@ const SolidOps kMeshSolid{.check = check,
                           .contains = mesh_contains,
                           .normals = normals,
                           .reach = reach,
-                          .shaded_normal = shaded_normal,
                           .chart = chart_on_mesh,
                           .blend = blend_on_mesh,
                           .walks = true};

@@ -71,6 +71,15 @@ std::span<const std::uint8_t> NearTriangles::before(const MeshView& mesh, std::u
   return {before_.data(), before_count_};
 }
 
+float NearTriangles::away_m(const Vec3& place_m) const {
+  float least_m = reach_m_ - (place_m - centre_m_).norm();
+  for (const NearTriangle& one : list()) {
+    const Vec3 from = place_m - one.middle_m;
+    least_m = std::min(least_m, std::max(std::abs(one.normal.dot(from)), from.norm() - one.radius_m));
+  }
+  return std::max(least_m - kDiscRounding_m, 0.0F);
+}
+
 NearTriangles* TriangleCache::near(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                                    float reach_m) {
   constexpr std::size_t kFew = 10;
@@ -103,6 +112,12 @@ NearTriangles* TriangleCache::near(const ShapeData& shape, Work& work, const Vec
     listed_m_ = std::min(kMore * listed_m, kMost_m);
   }
   return &list;
+}
+
+float TriangleCache::away_m(const ShapeData& shape, const Vec3& place_m) const {
+  for (const NearTriangles& list : lists_)
+    if (list.hold(shape, place_m, 0.0F, 0.0F)) return list.away_m(place_m);
+  return 0.0F;
 }
 
 bool TriangleCache::is_clear(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,

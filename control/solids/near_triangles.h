@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 
+#include "control/solids/kept_face.h"
 #include "control/solids/mesh_topology.h"
 #include "control/solids/solid.h"
 #include "kinematics/vector.h"
@@ -63,6 +64,8 @@ class NearTriangles {
     shape_ = nullptr;
     count_ = 0;
   }
+  // How far a place in it is at least from all triangles that a point can land on.
+  [[nodiscard]] float away_m(const Vec3& place_m) const;
   // False, and empty, when there is no room, or the work is spent.
   bool fill(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m, float reach_m);
 
@@ -86,22 +89,12 @@ class NearTriangles {
   std::array<std::uint8_t, kMax> before_;
 };
 
-// The face that a point slides on, with what each slide over it needs.
-struct KeptFace {
-  const ShapeData* shape = nullptr;  // null: none
-  std::uint32_t triangle = 0;
-  std::array<Vec3, 3> corner;   // m
-  std::array<Vec3, 3> inwards;  // square to each edge, in the face: normal x edge
-  Vec3 normal;                  // twice the area times the unit normal
-  float normal2 = 0.0F;         // its square
-};
-
 // Of one fingertip: two lists, as the place without friction and the stiction point are apart.
 class TriangleCache {
  public:
   void clear() {
     for (NearTriangles& list : lists_) list.clear();
-    face_.shape = nullptr;
+    for (KeptFace& face : faces_) face.shape = nullptr;
     last_ = 0;
     listed_m_ = kFirst_m;
     most_m_ = kMost_m;
@@ -109,17 +102,26 @@ class TriangleCache {
   // Null when they are too many, or the work is spent.
   [[nodiscard]] NearTriangles* near(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                                     float reach_m);
-  [[nodiscard]] KeptFace& face() { return face_; }
+  // A face of the mesh. It stays valid until the next one is asked for.
+  [[nodiscard]] KeptFace& face(const ShapeData& shape, std::uint32_t triangle) {
+    KeptFace& kept = faces_[triangle % kFaces];
+    if (kept.triangle != triangle || kept.shape != &shape) keep_face(shape, triangle, kept);
+    return kept;
+  }
+  // How far a place is at least from the mesh, as far as the lists tell; 0: not known.
+  [[nodiscard]] float away_m(const ShapeData& shape, const Vec3& place_m) const;
   // Whether a ball at the centre, or within reach_m of it, is known to touch nothing.
   [[nodiscard]] bool is_clear(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                               float reach_m);
 
  private:
+  // The stiction point, the place without friction and the shaded place can be on a face each.
+  static constexpr std::size_t kFaces = 8;
   static constexpr float kFirst_m = 5.0e-4F;
   static constexpr float kMost_m = 1.0e-2F;
 
   std::array<NearTriangles, 2> lists_;
-  KeptFace face_;
+  std::array<KeptFace, kFaces> faces_;
   std::size_t last_ = 0;       // used
   float listed_m_ = kFirst_m;  // the reach of the next list
   float most_m_ = kMost_m;     // no list beyond this: the last one was too long

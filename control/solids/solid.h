@@ -256,10 +256,6 @@ struct SolidOps {
   int (*normals)(const ShapeData& shape, const Feature& feature, const Vec3& point, std::span<Vec3, 3> out);
   // Half extents of a box about the object's origin that holds the solid.
   Vec3 (*reach)(const ShapeData& shape);
-  // The interpolated normal of force shading at a point on `feature`; false where the shape is as it looks.
-  // Null: never shaded.
-  bool (*shaded_normal)(const ShapeData& shape, const Feature& feature, const Vec3& point,
-                        Vec3& normal) = nullptr;
   // The chart of a place, where the texture is not blended. Null: that of the plane square to the normal.
   Chart (*chart)(const ShapeData& shape, const SurfacePoint& place) = nullptr;
   // The weights of the axes in a texture that is blended; false where it is not. Null: nowhere.
