@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "control/contact/find_contact.h"
+#include "control/contact/free_flight.h"
 #include "control/contact/passive.h"
 #include "control/contact/reaction.h"
 #include "control/contact/shading.h"
@@ -218,8 +219,9 @@ void Renderer::tick(std::span<const Tip> tips, float period_s, std::span<Touch> 
       update_inside(world_, finger, tips[i].position_m, effort_);
       finger.look_inside_first = false;  // what is nearby is the first again
     }
-    TriangleCache* const triangles = lists_ ? &triangles_[i] : nullptr;
-    if (!touch_one_plain_surface<PointWay>(world_, finger, tips[i], period_s, triangles, effort_.work,
+    TriangleCache* const triangles = keeps_ ? &triangles_[i] : nullptr;
+    if (!fly_in_the_open(finger, tips[i].position_m, touches[i]) &&
+        !touch_one_plain_surface<PointWay>(world_, finger, tips[i], period_s, triangles, effort_.work,
                                            touches[i])) {
       if (world_.tip_radius_m == 0.0F ||
           !roll_on_one_plain_surface(world_, finger, tips[i], period_s, triangles, effort_.work, touches[i]))
@@ -274,9 +276,11 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   GodObject& god = finger.god;
   GodObject& rest = finger.rest;
   if (!finger.started) begin(world_, finger, x, effort);
+  finger.open.free_m = 0.0F;
   const Nearby nearby(world_, Reach(god.position_m, rest.position_m, x, world_.margin_m), finger.inside,
                       triangles);
   if (!find_contact(world_, nearby, finger, x, !bodies_.empty(), effort)) {
+    if (keeps_) find_the_open(world_, triangles, finger, x, effort.work);
     touch = {Vec3::Zero(), god.position_m, static_cast<std::uint8_t>(rest.count)};
     return;
   }

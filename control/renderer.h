@@ -65,8 +65,9 @@ class Renderer {
   // plain surface.
   void use_general_path_only() noexcept;
 
-  // For the test of TriangleCache: no lists of triangles are used.
-  void use_no_lists() noexcept { lists_ = false; }
+  // For the tests of what is kept from tick to tick and changes no bit: no triangles (TriangleCache), and no free space
+  // (contact/free_flight.h).
+  void keep_nothing() noexcept { keeps_ = false; }
 
   [[nodiscard]] RenderCounters counters() const noexcept;
   [[nodiscard]] bool is_put_off() const noexcept { return put_off_; }  // something, in the last tick
@@ -115,7 +116,7 @@ class Renderer {
   std::uint32_t least_left_ = Work::kNoBound;  // of a tick, since bind()
   std::uint32_t most_over_ = 0;                // of bodies (Work::over())
   bool put_off_ = false;                       // in this tick
-  bool lists_ = true;
+  bool keeps_ = true;
 };
 
 }  // namespace thimble::control

@@ -35,6 +35,7 @@ struct Finger {
   ShadedForce shaded;
   Anchor anchor;
   Clearance clearance;
+  Clearance open;                     // of all objects, while the god object is free (contact/free_flight.h)
   SolidSet inside = 0;                // not felt: the tip began inside them, and has not left them
   std::uint8_t look_inside_from = 0;  // the object of the world that is looked at first
   std::uint8_t stuck =

@@ -10,6 +10,7 @@
 
 #include "control/renderer.h"
 #include "tests/support/figure.h"
+#include "tests/support/heap.h"
 #include "tests/support/meshes.h"
 #include "tests/support/random.h"
 #include "tests/support/sanitizers.h"
@@ -279,6 +280,64 @@ TEST(RendererPaths, TheFastPathMeetsWhatIsInItsWay) {
   }
   EXPECT_LT(least_N, -1) << "the box pushes back";
   EXPECT_GT(most_N, 1) << "the wall pushes back";
+}
+
+// Several unlike solids at once, plain, textured by nothing but shaded or not, some of which touch.
+SceneImage random_heap(Random& random, const Vector3d& centre_m) {
+  SceneBuilder builder;
+  const std::vector<Kind> all = kinds();
+  const std::uint64_t solids = 1 + random.below(4);
+  for (std::uint64_t i = 0; i < solids; ++i) {
+    const Pose pose{centre_m + random.in_box(Vector3d::Constant(i == 0 ? 0.002 : 0.015)),
+                    random_turn(random)};
+    const Material material = random_material(random, true);
+    constexpr std::uint64_t kPoints = 9;  // the kinds after them have a tip with a radius
+    switch (const std::uint64_t kind = random.below(kPoints + 2)) {
+      case kPoints:
+        builder.mesh(icosphere(3 + static_cast<int>(random.below(3)), 0.008), material, {.crease_deg = 50.0},
+                     pose);
+        break;
+      case kPoints + 1:
+        builder.mesh(torus(0.01, 0.005, 40, 24), material, {.crease_deg = 50.0}, pose);
+        break;
+      default:
+        all[kind].add(builder, material, pose);
+    }
+  }
+  return builder.image();
+}
+
+// The faces and the lists of triangles, and the free space round a tip, are copies of what is in the scene.
+TEST(RendererPaths, WhatIsKeptFromTickToTickChangesNoBit) {
+  Random random(7);
+  constexpr int kScenes = kUnderSanitizers ? 12 : 120;
+  constexpr int kTicks = 4000;
+  int touching = 0, apart = 0, differ = 0;
+  for (int scene = 0; scene < kScenes; ++scene) {
+    const Vector3d centre_m = random.in_box(Vector3d::Constant(0.004));
+    const SceneImage image = random_heap(random, centre_m);
+    control::Renderer keeps;
+    keeps.bind(image.view());
+    control::Renderer forgets = keeps;
+    forgets.keep_nothing();
+    Hand hand(random, centre_m);
+    control::Touch felt;
+    for (int i = 0; i < kTicks; ++i) {
+      const control::Tip& tip = hand.step(felt);
+      felt = tick(keeps, tip);
+      const control::Touch other = tick(forgets, tip);
+      ++(felt.contacts != 0 ? touching : apart);
+      if (felt.force_N != other.force_N || felt.god_object_m != other.god_object_m ||
+          felt.contacts != other.contacts)
+        ++differ;
+    }
+  }
+  figure("kept from tick to tick: ticks in contact", touching, "");
+  figure("kept from tick to tick: ticks in free space", apart, "");
+  figure("kept from tick to tick: ticks that differ without", differ, "0");
+  EXPECT_GT(touching, kScenes * kTicks / 4);
+  EXPECT_GT(apart, kScenes * kTicks / 20);
+  EXPECT_EQ(differ, 0);
 }
 
 }  // namespace

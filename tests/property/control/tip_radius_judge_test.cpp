@@ -324,7 +324,7 @@ TEST(TipRadius, ListsOfTrianglesChangeNothing) {
       const SceneImage image = SceneBuilder().mesh(mesh, material, pose).tip_radius(radius_m).image();
       IdealRun with(image);
       IdealRun without(image);
-      without.renderer().use_no_lists();
+      without.renderer().keep_nothing();
       Vector3d tip;
       do {
         tip = oracle.bounds().center() +
