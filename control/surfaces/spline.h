@@ -39,14 +39,19 @@ inline SplineWindow spline_window(float cells, std::uint32_t count, Beyond beyon
                                          : std::clamp(cells, -2.0F, size + 1.0F);
   if (!(at >= -2.0F && at <= size + 1.0F)) at = 0.0F;  // NaN cannot be converted to an index
   const float cell = std::floor(at);
-  const auto first = static_cast<std::int32_t>(cell) - 1;
-  const auto last = static_cast<std::int32_t>(count) - 1;
+  const auto first = static_cast<std::int32_t>(cell) - 1;  // -3 to count
+  const auto size_cells = static_cast<std::int32_t>(count);
   SplineWindow window;
-  for (std::size_t i = 0; i < kSplineWindow; ++i) {
-    const std::int32_t index = first + static_cast<std::int32_t>(i);
-    window.index[i] =
-        static_cast<std::uint32_t>(beyond == Beyond::kPeriodic ? (index + 4 * (last + 1)) % (last + 1)
-                                                               : std::clamp<std::int32_t>(index, 0, last));
+  if (beyond == Beyond::kPeriodic) {
+    std::int32_t index = (first + 3 * size_cells) % size_cells;
+    for (std::uint32_t& kept : window.index) {
+      kept = static_cast<std::uint32_t>(index);
+      if (++index == size_cells) index = 0;
+    }
+  } else {
+    for (std::size_t i = 0; i < kSplineWindow; ++i)
+      window.index[i] = static_cast<std::uint32_t>(
+          std::clamp<std::int32_t>(first + static_cast<std::int32_t>(i), 0, size_cells - 1));
   }
   const float t = at - cell;
   const float s = 1.0F - t;
