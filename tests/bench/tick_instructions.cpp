@@ -1,18 +1,13 @@
 // Instructions per tick of the whole renderer, counted by callgrind: `tests/bench/instructions` runs this
 // program under it. Only the ticks are instrumented, so everything before them runs fast.
 //
-//   tick_instructions BODY TICKS     BODY: sphere, box, icosphere-80, icosphere-1280, icosphere-20480,
-//   icosphere-327680, or a file of assimp-testmodels; the path is that of tests/support/peer_path.h. Or a
-//   NAME.scene.json with NAME.stroke.csv or stroke.csv in its folder, repeated. BODY@RADIUS is a body under a tip of
-//   that radius in mm, whose path is one radius farther out: icosphere-20480@1.9. BODY+plane is a mesh over a plane half a metre below
-//   it; BODY+shaded a mesh with force shading; BODY+far a path 8 mm farther out, in free space; BODY+arms two tips on the same
-//   path. Also rough: a rough ball of 20 480 triangles
+//   tick_instructions BODY TICKS     BODY: of tests/bench/bodies.h, or a NAME.scene.json with NAME.stroke.csv or stroke.csv in its folder,
+//                                    repeated
 #include <valgrind/callgrind.h>
 
 #include <array>
 #include <cstdio>
 #include <cstdlib>
-#include <optional>
 #include <span>
 #include <string>
 
@@ -20,20 +15,9 @@
 #include "tests/bench/bodies.h"
 #include "tests/bench/scene_path.h"
 #include "tests/support/ideal_run.h"
-#include "tests/support/random.h"
 
 namespace thimble::test {
 namespace {
-
-std::optional<int> subdivisions(const std::string& body) {
-  int result = 1;
-  for (const char* name : {"icosphere-80", "icosphere-320", "icosphere-1280", "icosphere-5120",
-                           "icosphere-20480", "icosphere-81920", "icosphere-327680"}) {
-    if (body == name) return result;
-    ++result;
-  }
-  return {};
-}
 
 int run_scene(const std::string& file, int ticks) {
   const ScenePath scene = scene_path(file);
@@ -49,75 +33,23 @@ int run_scene(const std::string& file, int ticks) {
   return 0;
 }
 
-// A ball of the size of icosphere-20480, whose vertices are displaced by up to a tenth of an edge.
-host::TriangleSoup rough_ball() {
-  host::TriangleSoup soup = icosphere(5, 0.05);
-  Random random(1);
-  for (Vector3d& vertex : soup.vertices_m) vertex += 2e-4 * random.in_box(Vector3d::Ones());
-  return soup;
-}
-
-// Outwards by one radius, from places near the surface.
-void move_out(std::vector<Vector3d>& path, const host::TriangleSoup& soup, double radius_m) {
-  const MeshOracle oracle(soup);
-  for (Vector3d& p : path) {
-    const Vector3d normal = oracle.normal(oracle.nearest(p).triangle);
-    p += radius_m * normal;
-  }
-}
-
-int run(const std::string& what, int ticks) {
-  const std::string body = what.substr(0, what.find_first_of("@+"));
-  const bool over_plane = what.ends_with("+plane");
-  const bool two_arms = what.ends_with("+arms");
-  const double radius_m =
-      what.find('@') == std::string::npos ? 0.0 : 1e-3 * std::stod(what.substr(body.size() + 1));
-  const PeerPathOptions options = {.ticks = ticks, .noise_m = 2e-6, .seed = 1, .lifts = true};
-  std::optional<SceneImage> image;
-  std::vector<Vector3d> path;
-  if (body == "sphere") {
-    image = SceneBuilder().sphere(0.05, kPeerMaterial).image();
-    path = peer_path_on_sphere(0.05, options);
-  } else if (body == "box") {
-    image = SceneBuilder().box({0.1, 0.1, 0.1}, kPeerMaterial).image();
-    path = peer_path(MeshOracle(box_mesh({0.1, 0.1, 0.1}, 1)), options);
-  } else {
-    const std::optional<int> level = subdivisions(body);
-    const host::TriangleSoup soup = level             ? icosphere(*level, 0.05)
-                                    : body == "rough" ? rough_ball()
-                                                      : test_model(body, 0.1);
-    host::MeshOptions mesh_options;
-    if (what.ends_with("+shaded")) mesh_options.crease_deg = 50.0;
-    MeshBody mesh = make_body(body, soup, mesh_options, options);
-    image =
-        radius_m > 0.0 ? SceneBuilder()
-                             .mesh(soup, kPeerMaterial, {.crease_deg = {}, .tip_radius_m = radius_m})
-                             .tip_radius(radius_m)
-                             .image()
-        : over_plane
-            ? SceneBuilder().mesh(soup, kPeerMaterial).plane(Vector3d::UnitZ(), -0.5, kPeerMaterial).image()
-            : std::move(mesh.image);
-    path = std::move(mesh.path);
-    if (radius_m > 0.0) move_out(path, soup, radius_m);
-  }
-  if (what.ends_with("+far"))
-    for (Vector3d& p : path) p += 0.008 * p.normalized();
+int run(const std::string& name, int ticks) {
+  const BenchBody body = bench_body(name, {.ticks = ticks, .noise_m = 2e-6, .seed = 1, .lifts = true});
   control::Renderer renderer;
-  renderer.bind(image->view());
-  const std::size_t arms = two_arms ? 2 : 1;
+  renderer.bind(body.image->view());
   float sum_N = 0.0F;
   CALLGRIND_START_INSTRUMENTATION;
-  for (const Vector3d& p : path) {
-    std::array<control::Tip, 2> tips;
+  for (const Vector3d& p : body.path) {
+    std::array<control::Tip, control::kMaxArms> tips;
     tips.fill({.position_m = p.cast<float>(), .velocity_m_s = Vec3::Zero()});
-    std::array<control::Touch, 2> touches;
-    renderer.tick(std::span(tips).first(arms), 1.0F / static_cast<float>(kRate_Hz),
-                  std::span(touches).first(arms));
+    std::array<control::Touch, control::kMaxArms> touches;
+    renderer.tick(std::span(tips).first(body.arms), 1.0F / static_cast<float>(kRate_Hz),
+                  std::span(touches).first(body.arms));
     sum_N += touches[0].force_N.norm();
   }
   CALLGRIND_STOP_INSTRUMENTATION;
-  std::printf("%s: %zu ticks, mean force %.3f N\n", body.c_str(), path.size(),
-              static_cast<double>(sum_N) / static_cast<double>(path.size()));
+  std::printf("%s: %zu ticks, mean force %.3f N\n", name.c_str(), body.path.size(),
+              static_cast<double>(sum_N) / static_cast<double>(body.path.size()));
   return 0;
 }
 
