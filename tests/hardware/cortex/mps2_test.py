@@ -18,7 +18,7 @@ import unittest
 BIN = pathlib.Path(os.environ["THIMBLE_BIN"])
 PEER = os.environ["THIMBLE_PEER"]
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent.parent
-ELF = ROOT / "build/mps2-an500/bin/thimble-mps2-an500.elf"
+IMAGES = {4000: "thimble-mps2-an500", 20000: "thimble-mps2-an500-20kHz"}  # by ticks a second
 MEMORY_BYTES = 16 << 20  # the PSRAM: the slots' copies at its beginning, the register block in its last page
 CHIPS = 8
 
@@ -28,14 +28,15 @@ def figure(text):
 
 
 class Board:
-    """QEMU with the image, the EEPROMs of `folder`, and the arm beside it."""
+    """QEMU with the image of a rate, the EEPROMs of `folder`, and the arm beside it. An instruction takes 2^shift ns."""
 
-    def __init__(self, folder, chips=CHIPS):
+    def __init__(self, folder, chips=CHIPS, rate_Hz=4000, shift=2):
         self.folder = folder
+        self.elf = ROOT / f"build/mps2-an500/bin/{IMAGES[rate_Hz]}.elf"
         memory = folder / "memory"
         with open(memory, "wb") as file:
             file.truncate(MEMORY_BYTES)
-        self.peer = subprocess.Popen([PEER, memory], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.peer = subprocess.Popen([PEER, memory, str(rate_Hz)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         assert self.peer.stdout.readline().strip() == "arm"
         eeproms = []
         for i in range(chips):
@@ -47,8 +48,8 @@ class Board:
         self.gdb = folder / "gdb"
         self.qemu = subprocess.Popen(
             ["qemu-system-arm", "-M", "mps2-an500,memory-backend=psram", "-object",
-             f"memory-backend-file,id=psram,mem-path={memory},size={MEMORY_BYTES},share=on", "-kernel", ELF, *eeproms,
-             "-icount", "shift=2,sleep=off", "-display", "none", "-monitor", "none", "-nodefaults", "-chardev", "pty,id=uart",
+             f"memory-backend-file,id=psram,mem-path={memory},size={MEMORY_BYTES},share=on", "-kernel", self.elf, *eeproms,
+             "-icount", f"shift={shift},sleep=off", "-display", "none", "-monitor", "none", "-nodefaults", "-chardev", "pty,id=uart",
              "-serial", "chardev:uart", "-chardev", f"socket,id=gdb,path={self.gdb},server=on,wait=off", "-gdb", "chardev:gdb"],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         for line in self.qemu.stdout:
@@ -88,9 +89,8 @@ class Board:
         lines = self.thimble("monitor", "--count", count, "--json").stdout.splitlines()
         return [frame["z_N"] for frame in map(json.loads, lines) if frame["message"] == "Force"][-1]
 
-    @staticmethod
-    def address(symbol):
-        symbols = subprocess.run(["arm-none-eabi-nm", "-C", ELF], capture_output=True, text=True, check=True).stdout
+    def address(self, symbol):
+        symbols = subprocess.run(["arm-none-eabi-nm", "-C", self.elf], capture_output=True, text=True, check=True).stdout
         return int(re.search(r"^([0-9a-f]+) \w " + re.escape(symbol) + r"(?:\(.*)?$", symbols, re.M)[1], 16)
 
     def gdb_session(self, *commands):
@@ -126,6 +126,8 @@ UNDEFINED = bytes.fromhex("00de")  # udf #0
 
 
 class Mps2(unittest.TestCase):
+    OPTIONS = {}  # of each Board
+
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
@@ -133,7 +135,7 @@ class Mps2(unittest.TestCase):
         self.board = None
 
     def start(self, **options):
-        board = Board(self.folder, **options)
+        board = Board(self.folder, **self.OPTIONS, **options)
         self.addCleanup(lambda: board.qemu.poll() is None and board.stop())
         return board
 
