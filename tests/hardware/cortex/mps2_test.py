@@ -135,7 +135,7 @@ class Mps2(unittest.TestCase):
         self.board = None
 
     def start(self, **options):
-        board = Board(self.folder, **self.OPTIONS, **options)
+        board = Board(self.folder, **{**self.OPTIONS, **options})
         self.addCleanup(lambda: board.qemu.poll() is None and board.stop())
         return board
 
@@ -293,6 +293,55 @@ class Mps2(unittest.TestCase):
         board.patch("thimble::firmware::Controller::poll", UNDEFINED)
         self.wait_for_restart(board, "crash")
         self.assertFalse(board.enabled())
+
+
+class Mps2At20kHz(Mps2):
+    """500 million instructions a second: a core with 500 MHz and one instruction a cycle."""
+    OPTIONS = {"rate_Hz": 20000, "shift": 1}
+
+    def start(self, **options):
+        board = super().start(**options)
+        board.json("param", "set", "telemetry_decimation", 200)  # 100 records a second, as at 4 kHz
+        return board
+
+    def test_scenes(self):
+        board = self.armed()
+        for scene, press in (("asteroid", (0, 0, -0.036)), ("blocks", (0, 0.03, -0.024))):
+            board.json("disarm")
+            board.json("upload", ROOT / f"scenes/{scene}/{scene}.scene.json")
+            board.hand(0, 0, 0.03)
+            board.json("arm")
+            before = board.json("info")["state"]
+            board.hand(*press)
+            board.force_z(500)  # until it rests
+            self.assertGreater(board.force_z(), 1)
+            state = board.json("info")["state"]
+            overruns, ticks = (state[name] - before[name] for name in ("overruns", "tick"))
+            figure(f"{scene}: {overruns} of {ticks} ticks took longer than a period, the longest {state['worst_tick_s'] * 1e6:.0f} us")
+            self.assertEqual((state["mode"], round(state["tick_rate_Hz"])), ("armed", 20000))
+            self.assertLess(overruns, 0.02 * ticks)
+
+    def test_a_scene_that_is_too_much_is_a_fault(self):
+        """At half the instructions a second no tick of eight bodies ends in time."""
+        board = self.start(shift=2)
+        board.json("upload", ROOT / "scenes/multy3/multy3.scene.json")
+        board.json("home")
+        board.hand(0, 0, 0.03)
+        board.json("param", "set", "link_timeout", 10)
+        board.thimble("arm")
+        end = time.monotonic() + 30
+        while board.json("info")["state"]["mode"] != "faulted" and time.monotonic() < end:
+            pass
+        self.assertFalse(board.enabled())
+        self.assertEqual(board.json("fault", "list")["faults"][0]["name"], "tick_lost")
+        self.assertEqual(board.json("info")["reset_reason"], "power_on")
+        overruns = board.json("info")["state"]["overruns"]
+        figure(f"{overruns} ticks took longer than a period until the fault")
+        self.assertLess(overruns, 4000)  # 0.2 s: the stop path would act after 1 s
+        board.json("fault", "clear")
+        board.json("upload", ROOT / "scenes/walls/walls.scene.json")
+        board.json("arm")
+        self.assertTrue(board.enabled())
 
 
 if __name__ == "__main__":
