@@ -38,9 +38,9 @@ def scenes():
     return found
 
 
-def record(recorder, scene_file, path, ticks, out):
+def record(recorder, scene_file, path, ticks, out, rate_Hz=4000):
     """out.rec, out.forces. Fails when this machine does not replay its own run byte for byte."""
-    run = subprocess.run([recorder, scene_file, str(path), str(ticks), f"{out}.rec", f"{out}.forces"], capture_output=True, text=True)
+    run = subprocess.run([recorder, scene_file, str(path), str(ticks), str(rate_Hz), f"{out}.rec", f"{out}.forces"], capture_output=True, text=True)
     if run.returncode != 0:
         raise Failed(run.stderr.strip())
     return run.stdout.strip()
