@@ -130,6 +130,7 @@ std::vector<std::byte> bytes_of(const Run& run) {
 
 std::vector<float> forces_N;
 const firmware::Controller* replayed = nullptr;
+float replayed_period_s = 0;
 std::ofstream cost_rows;
 
 void write_cost() {
@@ -143,8 +144,8 @@ void write_cost() {
     touching += telemetry.arm[arm].contacts != 0 ? 1U : 0U;
     contacts += telemetry.arm[arm].contacts;
   }
-  const board::TickTerms terms =
-      board::terms_of(replayed->renderer().load(), telemetry.arm_count, touching, contacts);
+  const board::TickTerms terms = board::terms_of(replayed->renderer().load(), replayed_period_s,
+                                                 telemetry.arm_count, touching, contacts);
   for (const board::BoardCost& board : board::board_costs())
     if (!board.core.empty()) cost_rows << std::lround(board.of(terms)) << ' ';
   for (const double term : terms.of) cost_rows << ' ' << term;
@@ -174,6 +175,7 @@ void record(const std::string& scene, const std::string& path, std::uint32_t tic
   board::MemoryStorage storage(run.image.size() + firmware::SceneStore::kHeaderBytes);
   const auto controller = std::make_unique<firmware::Controller>(config_of(recording), storage);
   replayed = controller.get();
+  replayed_period_s = run.header.period_s;
   cost_rows.open(out + ".cost");
   const ReplayEnd end = replay(recording, *controller, [](std::span<const float> force) {
     forces_N.insert(forces_N.end(), force.begin(), force.end());

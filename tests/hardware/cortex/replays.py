@@ -11,6 +11,8 @@ SCENES = HERE.parent.parent.parent / "scenes"
 BUILD = HERE.parent.parent.parent / "build"
 TICKS = 42_000  # of each scene; 24 scenes are a million ticks
 WORST_TICKS = 20_000
+# Scenes that are also replayed at the highest rate, and how long: until the hand has touched.
+FAST, FAST_HZ, FAST_TICKS = ("asteroid", "blocks", "buttons", "textures"), 20_000, 50_000
 
 # How QEMU starts the image build/BOARD/bin/replay-BOARD.elf, with the recording where board/BOARD/CMakeLists.txt says.
 QEMU = {
