@@ -209,7 +209,7 @@ TEST(FaultsFelt, EveryFaultInContactAtFastRates) {
 TEST(FaultsFelt, PairsOfFaultsAtRandom) {
   const auto setting = [](const char* name, int otherwise) {
     const char* text = std::getenv(name);
-    return text != nullptr ? std::atoi(text) : otherwise;
+    return text != nullptr ? static_cast<int>(std::strtol(text, nullptr, 10)) : otherwise;
   };
   Random random(static_cast<std::uint64_t>(setting("THIMBLE_FAULT_SEED", 1)));
   std::vector<Trial> where = situations();

@@ -183,8 +183,8 @@ TEST(Velocity, IsItsDefinitionBitForBit) {
   const auto below = [&](unsigned most) { return static_cast<int>(random() % most); };
   for (const float rate_Hz : {100.0F, 1000.0F, 4000.0F, 10000.0F, 20000.0F, 25000.0F}) {
     const float period_s = 1.0F / rate_Hz;
-    const int longest = std::clamp(static_cast<int>(VelocityEstimator::kMaxWindow_s / period_s + 0.5F), 1,
-                                   VelocityEstimator::kMaxWindow);
+    const int longest = std::clamp(static_cast<int>(std::lround(VelocityEstimator::kMaxWindow_s / period_s)),
+                                   1, VelocityEstimator::kMaxWindow);
     for (int run = 0; run < 30; ++run) {
       VelocityEstimator estimator(period_s);
       const auto begin = static_cast<std::int32_t>(random());
