@@ -16,9 +16,21 @@ VelocityEstimator::VelocityEstimator(float period_s) noexcept : rate_Hz_(1.0F / 
                                                        : static_cast<int>(readings);
 }
 
-void VelocityEstimator::reset(std::int32_t counts) noexcept { history_.fill(counts); }
+void VelocityEstimator::reset(std::int32_t counts) noexcept {
+  history_.fill(counts);
+  const auto last = static_cast<std::uint32_t>(window_);
+  sum_ = (last + 1) * static_cast<std::uint32_t>(counts);
+  moment_ = last * (last + 1) / 2 * static_cast<std::uint32_t>(counts);
+}
+
+std::int32_t VelocityEstimator::before(int ticks) const noexcept {
+  return history_[static_cast<std::size_t>(head_ < ticks ? head_ - ticks + kRing : head_ - ticks)];
+}
 
 void VelocityEstimator::add(std::int32_t counts) noexcept {
+  const auto oldest = static_cast<std::uint32_t>(before(window_));
+  moment_ += sum_ - static_cast<std::uint32_t>(window_ + 1) * oldest;  // all others are a tick older
+  sum_ += static_cast<std::uint32_t>(counts) - oldest;
   head_ = head_ + 1 == kRing ? 0 : head_ + 1;
   history_[static_cast<std::size_t>(head_)] = counts;
 }
@@ -35,30 +47,31 @@ float VelocityEstimator::update(std::int32_t counts, std::uint64_t periods) noex
   }
   add(counts);
 
-  // x[i]: the reading i ticks ago relative to the newest one; the difference is exact in a float.
-  std::array<float, kRing> x;
-  float sum = 0.0F, moment = 0.0F;  // sums of x[i] and i x[i]
-  for (int i = 0; i <= window_; ++i) {
-    const int at = head_ - i < 0 ? head_ - i + kRing : head_ - i;
-    const float difference = static_cast<float>(history_[static_cast<std::size_t>(at)] - counts);
-    x[static_cast<std::size_t>(i)] = difference;
-    sum += difference;
-    moment += static_cast<float>(i) * difference;
-  }
+  // Readings relative to the newest one, x(i) that of i ticks ago: exact in a float, and so are the sums of x(i) and of i x(i).
+  const auto x = [&](int i) { return static_cast<float>(before(i) - counts); };
+  const auto newest = static_cast<std::uint32_t>(counts), last = static_cast<std::uint32_t>(window_);
+  auto sum = static_cast<float>(static_cast<std::int32_t>(sum_ - (last + 1) * newest));
+  auto moment = static_cast<float>(static_cast<std::int32_t>(moment_ - last * (last + 1) / 2 * newest));
 
-  // The longest window whose least-squares line x(i) = intercept - slope i stays within the band.
+  // The longest window whose least-squares line x(i) = intercept - slope i stays within the band. What was off the line of a longer window
+  // is looked at first, for most often it is off this one too.
+  int off = 0;
   for (int n = window_;; --n) {
     const float count = static_cast<float>(n + 1), middle = 0.5F * static_cast<float>(n);
     const float slope = (middle * sum - moment) / (count * (count * count - 1.0F) / 12.0F);
     const float intercept = sum / count + slope * middle;
-    bool fits = true;
+    const auto is_off = [&](int i) {
+      const float by = x(i) - (intercept - slope * static_cast<float>(i));
+      return by > kBand || by < -kBand;
+    };
+    bool fits = off > n || !is_off(off);
     for (int i = 0; i <= n && fits; ++i) {
-      const float off = x[static_cast<std::size_t>(i)] - (intercept - slope * static_cast<float>(i));
-      fits = off <= kBand && off >= -kBand;
+      fits = !is_off(i);
+      if (!fits) off = i;
     }
     if (fits || n == 1) return slope * rate_Hz_;
-    sum -= x[static_cast<std::size_t>(n)];
-    moment -= static_cast<float>(n) * x[static_cast<std::size_t>(n)];
+    sum -= x(n);
+    moment -= static_cast<float>(n) * x(n);
   }
 }
 

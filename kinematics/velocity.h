@@ -4,7 +4,8 @@
 // calls update() once per joint and tick; the tip velocity is the Jacobian times the joint speeds.
 //
 // The window is at most kMaxWindow_s, so the lag is at most half of it; tests/unit/kinematics measures lag
-// and noise. No heap; at most kMaxWindow^2 short steps per call, kMaxWindow in the common case.
+// and noise. No heap; at most kMaxWindow^2 short steps per call, kMaxWindow in the common case. Exact while the counts change by less than
+// four million in a window.
 #pragma once
 
 #include <array>
@@ -28,10 +29,13 @@ class VelocityEstimator {
 
  private:
   void add(std::int32_t counts) noexcept;
+  [[nodiscard]] std::int32_t before(int ticks) const noexcept;  // the reading; 0: the newest
 
   std::array<std::int32_t, kMaxWindow + 1> history_{};  // ring; newest at head_
   int head_ = 0;
   int window_;
+  // Of the window's readings, and of each times its age in ticks: modulo 2^32.
+  std::uint32_t sum_ = 0, moment_ = 0;
   float rate_Hz_;
 };
 

@@ -6,7 +6,8 @@
 
 namespace thimble::board {
 
-inline constexpr std::uint32_t kRate_Hz = 4000;
+inline constexpr std::uint32_t kRate_Hz =
+    THIMBLE_RATE_HZ;  // of the tick, 1000 to 20000: a setting of the build
 inline constexpr std::uint8_t kArms = 1;
 inline constexpr const char* kArmModel = "premium-1.5";
 inline constexpr std::uint8_t kNode = 1;

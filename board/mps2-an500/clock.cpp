@@ -18,7 +18,7 @@ std::uint32_t timer() noexcept { return ~at<TimerRegisters>(kDualTimer).value; }
 }  // namespace
 
 void start(std::uint32_t rate_Hz) noexcept {
-  period = kClock_Hz / rate_Hz;
+  period = (kClock_Hz + rate_Hz / 2) / rate_Hz;
   at<TimerRegisters>(kDualTimer).load = 0xFFFFFFFF;
   at<TimerRegisters>(kDualTimer).control = kTimerOn;
   at<std::uint8_t>(kSysTickPriority) = 0;  // highest priority

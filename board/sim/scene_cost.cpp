@@ -186,8 +186,9 @@ class Walker {
     }
     const std::uint32_t units = renderer_->tick_work();
     const double instructions =
-        board_.core.empty() ? 0.0
-                            : board_.of(terms_of(renderer_->load(), touches.size(), touching, contacts));
+        board_.core.empty()
+            ? 0.0
+            : board_.of(terms_of(renderer_->load(), period_s_, touches.size(), touching, contacts));
     for (Sum* sum : {&all_, touching != 0 ? &touching_ : nullptr}) {
       if (sum == nullptr) continue;
       ++sum->ticks;

@@ -64,7 +64,7 @@ struct SimBoardOptions {
   Sensors sensors{};                                                 // of each arm
   double plant_step_s =
       kPlantStep_s;         // longer: hours of play are worth more than the last percent of the plant
-  bool time_ticks = false;  // fill Inputs::last_tick_us from the machine's clock (telemetry only)
+  bool time_ticks = false;  // fill Inputs::last_tick_us from the machine's clock
 };
 
 class InjectRoutine;

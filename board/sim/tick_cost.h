@@ -16,14 +16,14 @@ namespace thimble::board {
 
 // Each has a number of instructions.
 struct TickTerms {
-  static constexpr std::size_t kCount = 10;
+  static constexpr std::size_t kCount = 11;
   // One; arms but the first; arms that touch; contacts; arms that touch in a scene with shaded meshes; units of fingertips; units of bodies;
-  // bodies awake; solids and volumes, each times the arms.
+  // bodies awake; solids, volumes, and readings in the window of a velocity estimate, each times the arms.
   std::array<double, kCount> of{};
 };
 // touching, contacts: sums over the arms.
-[[nodiscard]] TickTerms terms_of(const control::Renderer::Load& load, std::size_t arms, std::size_t touching,
-                                 std::size_t contacts) noexcept;
+[[nodiscard]] TickTerms terms_of(const control::Renderer::Load& load, float period_s, std::size_t arms,
+                                 std::size_t touching, std::size_t contacts) noexcept;
 
 struct BoardCost {
   std::string_view name;  // as the board calls itself: Config::board

@@ -95,7 +95,7 @@ struct Inputs {
   // Periods since the loop started, lost ones included: it rises by 1 a tick, by more after an overrun.
   std::uint64_t tick = 0;
   std::uint64_t time_us = 0;  // the board's monotonic clock at the start of this tick
-  float last_tick_us = 0;     // how long the tick before took, for telemetry
+  float last_tick_us = 0;     // how long the tick before took; 0: not known
   float late_us = 0;          // how long after its time this tick began, for telemetry
   bool e_stop = false;        // true: pressed, or its wire open
   bool dead_man = false;      // true: held (a board without one says true)

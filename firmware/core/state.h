@@ -64,6 +64,7 @@ struct State {
   std::uint64_t tick = 0;  // Inputs::tick
   std::uint64_t lost = 0;  // periods between the last tick and this one
   bool first_tick = true;
+  float overload_s = 0;    // time of ticks that took longer than a period, less what came in time since
   float heat_shown_s = 0;  // since the background was last told the motors' heat
 
   Mode mode = Mode::kDisarmed;

@@ -1,11 +1,14 @@
-// ns per tick of every demonstration: each scene of scenes/ along its stroke, all arms in one tick. Prints
-// the table of docs/bench.md.
+// Prints tables of docs/bench.md.
+//
+//   scene_bench                ns per tick of every demonstration: each scene of scenes/ along its stroke, all arms in one tick
+//   scene_bench --board CORE   which of them runs at which rate on a core, or on all (scene_rates.h)
+//
+// Exit codes: 0, 2 usage.
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,6 +16,7 @@
 
 #include "control/renderer.h"
 #include "tests/bench/scene_path.h"
+#include "tests/bench/scene_rates.h"
 #include "tests/support/ideal_run.h"
 
 namespace thimble::test {
@@ -55,26 +59,27 @@ void bench(const std::filesystem::path& file, const std::string& name) {
               100.0 * static_cast<double>(touching) / static_cast<double>(ticks));
 }
 
-void bench_all(const std::filesystem::path& scenes) {
-  constexpr std::string_view kEnding = ".scene.json";
-  std::map<std::string, std::filesystem::path> files;  // by FOLDER, or FOLDER/NAME
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(scenes)) {
-    std::string name = entry.path().filename().string();
-    if (!name.ends_with(kEnding)) continue;
-    name.resize(name.size() - kEnding.size());
-    const std::string folder = entry.path().parent_path().filename().string();
-    if (name != folder) name.insert(0, folder + '/');
-    files.emplace(name, entry.path());
-  }
+void bench_all() {
   std::printf("| scene | objects | image, bytes | arms | ns a tick | worst tick, us | in contact |\n");
   std::printf("|---|---|---|---|---|---|---|\n");
-  for (const auto& [name, file] : files) bench(file, name);
+  for (const auto& [name, file] : demonstrations()) bench(file, name);
 }
 
 }  // namespace
 }  // namespace thimble::test
 
-int main() {
-  thimble::test::bench_all(std::filesystem::path(THIMBLE_SOURCE_DIR) / "scenes");
+int main(int argc, char** argv) {
+  const std::span<char*> words(argv, static_cast<std::size_t>(argc));
+  if (words.size() == 1) {
+    thimble::test::bench_all();
+    return 0;
+  }
+  const bool of_board = words.size() == 3 && std::string_view(words[1]) == "--board";
+  const std::string table = of_board ? thimble::test::scene_rates(words[2]) : "";
+  if (table.empty()) {
+    std::fprintf(stderr, "scene_bench [--board all | %s]\n", thimble::test::core_names().c_str());
+    return 2;
+  }
+  std::puts(table.c_str());
   return 0;
 }

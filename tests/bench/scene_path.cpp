@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 
 #include "board/sim/hand_path.h"
 #include "board/sim/hand_path_file.h"
@@ -37,6 +38,21 @@ ScenePath scene_path(const std::filesystem::path& file) {
     scene.tips.push_back(tips);
   }
   return scene;
+}
+
+std::map<std::string, std::filesystem::path> demonstrations() {
+  constexpr std::string_view kEnding = ".scene.json";
+  std::map<std::string, std::filesystem::path> files;
+  const std::filesystem::path scenes = std::filesystem::path(THIMBLE_SOURCE_DIR) / "scenes";
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(scenes)) {
+    std::string name = entry.path().filename().string();
+    if (!name.ends_with(kEnding)) continue;
+    name.resize(name.size() - kEnding.size());
+    const std::string folder = entry.path().parent_path().filename().string();
+    if (name != folder) name.insert(0, folder + '/');
+    files.emplace(name, entry.path());
+  }
+  return files;
 }
 
 }  // namespace thimble::test

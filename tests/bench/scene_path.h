@@ -3,6 +3,8 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "control/renderer_types.h"
@@ -19,5 +21,8 @@ struct ScenePath {
 
 // `file`: NAME.scene.json with NAME.stroke.csv or stroke.csv beside it.
 [[nodiscard]] ScenePath scene_path(const std::filesystem::path& file);
+
+// The files of scenes/ by FOLDER, or FOLDER/NAME.
+[[nodiscard]] std::map<std::string, std::filesystem::path> demonstrations();
 
 }  // namespace thimble::test

@@ -190,12 +190,26 @@ TEST(FaultsFelt, EveryFaultInEverySituation) {
   expect_generated("docs/safety.md", "faults", table(worst));
 }
 
+// The highest rates of the boards: no limit is another one there.
+TEST(FaultsFelt, EveryFaultInContactAtFastRates) {
+  for (const double rate_Hz : {10'000.0, 20'000.0}) {
+    Trial trial;
+    trial.rate_Hz = rate_Hz;
+    trial.watch_s = .7;
+    trial.sensors = {.current = true, .supply = true, .index = true};
+    trial.normal = {.5, .3, 1};
+    const References both = references(trial);
+    Worst unused;
+    for (const auto& [kind, expected] : cases()) expect_within(trial, both, kind, 1, expected, unused);
+  }
+}
+
 // Two faults, the second up to 0.2 s after the first, whatever the hand does meanwhile: no more than both limits together, from the
 // instant of the first. THIMBLE_FAULT_PAIRS: how many; THIMBLE_FAULT_SEED.
 TEST(FaultsFelt, PairsOfFaultsAtRandom) {
   const auto setting = [](const char* name, int otherwise) {
     const char* text = std::getenv(name);
-    return text != nullptr ? std::atoi(text) : otherwise;
+    return text != nullptr ? static_cast<int>(std::strtol(text, nullptr, 10)) : otherwise;
   };
   Random random(static_cast<std::uint64_t>(setting("THIMBLE_FAULT_SEED", 1)));
   std::vector<Trial> where = situations();

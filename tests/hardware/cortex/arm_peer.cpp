@@ -1,5 +1,6 @@
-// arm_peer MEMORY [QTEST]: what an emulated board needs around it. The simulated arm in the register block, which is the last page of the
-// file MEMORY (the machine's RAM); and where QEMU's test socket QTEST is given, the second node on its bus, as SLCAN on TCP.
+// arm_peer MEMORY RATE [QTEST]: what an emulated board with RATE ticks a second needs around it. The simulated arm in the register block,
+// which is the last page of the file MEMORY (the machine's RAM); and where QEMU's test socket QTEST is given, the second node on its bus,
+// as SLCAN on TCP.
 //
 // Prints "arm" once the block is there. Takes commands, one a line, and answers each with one line:
 //   bus                 QEMU runs: joins the bus; its address
@@ -34,16 +35,17 @@ namespace thimble::tests {
 namespace {
 
 constexpr std::size_t kPage = 4096;
-constexpr double kRate_Hz = 4000;  // board/zynqmp/board.h
 constexpr std::uint64_t kWait_us = 500;
 // QEMU's bus has no bit rate, and its model of the receive FIFO ends QEMU when a frame comes while 63 wait and one is half read out. So
-// this end keeps to the bit rate, in the board's time: 1 Mbit/s carries two frames of 8 bytes a tick.
-constexpr std::uint64_t kFramesPerTick = 2, kMostAtOnce = 16;
+// this end keeps to the bit rate, in the board's time: 1 Mbit/s carries 8000 frames of 8 bytes a second.
+constexpr double kFrames_s = 8000, kMostAtOnce = 16;
 
 class Peer {
  public:
-  Peer(const std::filesystem::path& memory, std::string qtest)
-      : plant_(memory, std::filesystem::file_size(memory) - kPage, kRate_Hz), qtest_name_(std::move(qtest)) {}
+  Peer(const std::filesystem::path& memory, double rate_Hz, std::string qtest)
+      : frames_per_tick_(kFrames_s / rate_Hz),
+        plant_(memory, std::filesystem::file_size(memory) - kPage, rate_Hz),
+        qtest_name_(std::move(qtest)) {}
 
   // Until the input ends.
   void run() {
@@ -62,9 +64,10 @@ class Peer {
  private:
   void send() {
     const std::uint64_t steps = plant_.state().steps;
-    may_send_ = std::min(may_send_ + kFramesPerTick * (steps - steps_seen_), kMostAtOnce);
+    may_send_ =
+        std::min(may_send_ + frames_per_tick_ * static_cast<double>(steps - steps_seen_), kMostAtOnce);
     steps_seen_ = steps;
-    for (; may_send_ > 0; --may_send_) {
+    for (; may_send_ >= 1; --may_send_) {
       const std::optional<firmware::link::CanFrame> frame = ports_.receive();
       if (!frame) return;
       can_->send(*frame);
@@ -131,12 +134,14 @@ class Peer {
     return "ok";
   }
 
+  double frames_per_tick_;
   FabricPlant plant_;
   std::string qtest_name_;
   std::optional<Qtest> qtest_;
   std::optional<QtestCan> can_;
   board::LinkPorts ports_;
-  std::uint64_t may_send_ = 0, steps_seen_ = 0;
+  double may_send_ = 0;
+  std::uint64_t steps_seen_ = 0;
   std::string input_;
 };
 
@@ -144,12 +149,12 @@ class Peer {
 }  // namespace thimble::tests
 
 int main(int argc, char** argv) {
-  if (argc < 2 || argc > 3) {
-    std::cerr << "arm_peer MEMORY [QTEST]\n";
+  if (argc < 3 || argc > 4) {
+    std::cerr << "arm_peer MEMORY RATE [QTEST]\n";
     return 2;
   }
   try {
-    thimble::tests::Peer peer(argv[1], argc == 3 ? argv[2] : "");
+    thimble::tests::Peer peer(argv[1], std::stod(argv[2]), argc == 4 ? argv[3] : "");
     std::cout << "arm" << std::endl;
     peer.run();
     return 0;

@@ -18,7 +18,7 @@ import unittest
 BIN = pathlib.Path(os.environ["THIMBLE_BIN"])
 PEER = os.environ["THIMBLE_PEER"]
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent.parent
-ELF = ROOT / "build/mps2-an500/bin/thimble-mps2-an500.elf"
+IMAGES = {4000: "thimble-mps2-an500", 20000: "thimble-mps2-an500-20kHz"}  # by ticks a second
 MEMORY_BYTES = 16 << 20  # the PSRAM: the slots' copies at its beginning, the register block in its last page
 CHIPS = 8
 
@@ -28,14 +28,15 @@ def figure(text):
 
 
 class Board:
-    """QEMU with the image, the EEPROMs of `folder`, and the arm beside it."""
+    """QEMU with the image of a rate, the EEPROMs of `folder`, and the arm beside it. An instruction takes 2^shift ns."""
 
-    def __init__(self, folder, chips=CHIPS):
+    def __init__(self, folder, chips=CHIPS, rate_Hz=4000, shift=2):
         self.folder = folder
+        self.elf = ROOT / f"build/mps2-an500/bin/{IMAGES[rate_Hz]}.elf"
         memory = folder / "memory"
         with open(memory, "wb") as file:
             file.truncate(MEMORY_BYTES)
-        self.peer = subprocess.Popen([PEER, memory], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.peer = subprocess.Popen([PEER, memory, str(rate_Hz)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         assert self.peer.stdout.readline().strip() == "arm"
         eeproms = []
         for i in range(chips):
@@ -47,8 +48,8 @@ class Board:
         self.gdb = folder / "gdb"
         self.qemu = subprocess.Popen(
             ["qemu-system-arm", "-M", "mps2-an500,memory-backend=psram", "-object",
-             f"memory-backend-file,id=psram,mem-path={memory},size={MEMORY_BYTES},share=on", "-kernel", ELF, *eeproms,
-             "-icount", "shift=2,sleep=off", "-display", "none", "-monitor", "none", "-nodefaults", "-chardev", "pty,id=uart",
+             f"memory-backend-file,id=psram,mem-path={memory},size={MEMORY_BYTES},share=on", "-kernel", self.elf, *eeproms,
+             "-icount", f"shift={shift},sleep=off", "-display", "none", "-monitor", "none", "-nodefaults", "-chardev", "pty,id=uart",
              "-serial", "chardev:uart", "-chardev", f"socket,id=gdb,path={self.gdb},server=on,wait=off", "-gdb", "chardev:gdb"],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         for line in self.qemu.stdout:
@@ -88,9 +89,8 @@ class Board:
         lines = self.thimble("monitor", "--count", count, "--json").stdout.splitlines()
         return [frame["z_N"] for frame in map(json.loads, lines) if frame["message"] == "Force"][-1]
 
-    @staticmethod
-    def address(symbol):
-        symbols = subprocess.run(["arm-none-eabi-nm", "-C", ELF], capture_output=True, text=True, check=True).stdout
+    def address(self, symbol):
+        symbols = subprocess.run(["arm-none-eabi-nm", "-C", self.elf], capture_output=True, text=True, check=True).stdout
         return int(re.search(r"^([0-9a-f]+) \w " + re.escape(symbol) + r"(?:\(.*)?$", symbols, re.M)[1], 16)
 
     def gdb_session(self, *commands):
@@ -126,6 +126,8 @@ UNDEFINED = bytes.fromhex("00de")  # udf #0
 
 
 class Mps2(unittest.TestCase):
+    OPTIONS = {}  # of each Board
+
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
@@ -133,7 +135,7 @@ class Mps2(unittest.TestCase):
         self.board = None
 
     def start(self, **options):
-        board = Board(self.folder, **options)
+        board = Board(self.folder, **{**self.OPTIONS, **options})
         self.addCleanup(lambda: board.qemu.poll() is None and board.stop())
         return board
 
@@ -291,6 +293,56 @@ class Mps2(unittest.TestCase):
         board.patch("thimble::firmware::Controller::poll", UNDEFINED)
         self.wait_for_restart(board, "crash")
         self.assertFalse(board.enabled())
+
+
+class Mps2At20kHz(Mps2):
+    """500 million instructions a second: a core with 500 MHz and one instruction a cycle."""
+    OPTIONS = {"rate_Hz": 20000, "shift": 1}
+
+    def start(self, **options):
+        board = super().start(**options)
+        board.json("param", "set", "telemetry_decimation", 200)  # 100 records a second, as at 4 kHz
+        return board
+
+    def test_scenes(self):
+        board = self.armed("asteroid")
+        for scene, press in (("asteroid", (0, 0, -0.036)), ("blocks", (0, 0.03, -0.024))):
+            if scene == "blocks":
+                board.json("disarm")
+                board.json("upload", ROOT / "scenes/blocks/blocks.scene.json")
+                board.hand(0, 0, 0)
+                board.json("arm")
+            before = board.json("info")["state"]
+            board.hand(*press)
+            board.force_z(200)  # until it rests
+            self.assertGreater(board.force_z(), 1)
+            state = board.json("info")["state"]
+            overruns, ticks = (state[name] - before[name] for name in ("overruns", "tick"))
+            figure(f"{scene}: {overruns} of {ticks} ticks took longer than a period, the longest {state['worst_tick_s'] * 1e6:.0f} us")
+            self.assertEqual((state["mode"], round(state["tick_rate_Hz"])), ("armed", 20000))
+            self.assertLess(overruns, 0.02 * ticks)
+
+    def test_a_scene_that_is_too_much_is_a_fault(self):
+        """At half the instructions a second no tick of eight bodies ends in time."""
+        board = self.start(shift=2)
+        board.json("upload", ROOT / "scenes/multy3/multy3.scene.json")
+        board.json("home")
+        board.hand(0, 0, 0.03)
+        board.json("param", "set", "link_timeout", 10)
+        board.thimble("arm")
+        end = time.monotonic() + 30
+        while board.json("info")["state"]["mode"] != "faulted" and time.monotonic() < end:
+            pass
+        self.assertFalse(board.enabled())
+        self.assertEqual(board.json("fault", "list")["faults"][0]["name"], "tick_lost")
+        self.assertEqual(board.json("info")["reset_reason"], "power_on")
+        overruns = board.json("info")["state"]["overruns"]
+        figure(f"{overruns} ticks took longer than a period until the fault")
+        self.assertLess(overruns, 4000)  # 0.2 s: the stop path would act after 1 s
+        board.json("fault", "clear")
+        board.json("upload", ROOT / "scenes/walls/walls.scene.json")
+        board.json("arm")
+        self.assertTrue(board.enabled())
 
 
 if __name__ == "__main__":

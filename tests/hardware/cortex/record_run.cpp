@@ -1,8 +1,8 @@
 // Records a run of the simulated arm for replay on the boards, and what it felt.
 //
-//   record_run SCENE PATH.csv TICKS OUT.rec OUT.forces     under the hand of a path, over and over
-//   record_run SCENE wander:SEED TICKS OUT.rec OUT.forces  a fingertip that darts about in the scene, with no arm's inertia:
-//                                                          for the worst that a tick can cost
+//   record_run SCENE PATH.csv TICKS RATE OUT.rec OUT.forces     under the hand of a path, over and over; RATE ticks a second
+//   record_run SCENE wander:SEED TICKS RATE OUT.rec OUT.forces  a fingertip that darts about in the scene, with no arm's inertia:
+//                                                               for the worst that a tick can cost
 //
 // Plays it again at once, on this machine, and fails when a byte of a force differs. Writes OUT.cost: a row for each tick with the
 // instructions that board/sim/tick_cost.h estimates for each board that has a core of its own, and the terms, "-" before the arm is armed.
@@ -28,10 +28,10 @@
 namespace thimble::test {
 namespace {
 
-constexpr double kRate_Hz = 4000.0;
 constexpr const char* kModel = "premium-1.5";
 
 struct Run {
+  double rate_Hz = 0;
   RecordingHeader header{};
   std::vector<std::byte> image;
   std::vector<std::uint32_t> counts;
@@ -40,7 +40,7 @@ struct Run {
 void describe_arms(Run& run, std::size_t arms) {
   run.header.magic = kRecordingMagic;
   run.header.arms = static_cast<std::uint32_t>(arms);
-  run.header.period_s = static_cast<float>(1.0 / kRate_Hz);
+  run.header.period_s = static_cast<float>(1.0 / run.rate_Hz);
   run.header.image_bytes = static_cast<std::uint32_t>(run.image.size());
   std::string_view(kModel).copy(run.header.model.data(), run.header.model.size() - 1);
 }
@@ -69,7 +69,7 @@ void through_the_arm(Run& run, const std::string& path_file, std::uint32_t ticks
   const std::size_t arms = own[1].empty() ? 1 : 2;
   describe_arms(run, arms);
   board::SimBoard board(
-      {.variant = kModel, .rate_Hz = kRate_Hz, .arm_count = static_cast<std::uint8_t>(arms)});
+      {.variant = kModel, .rate_Hz = run.rate_Hz, .arm_count = static_cast<std::uint8_t>(arms)});
   for (std::size_t arm = 0; arm < arms; ++arm) {
     board.follow(arm, board::HandPath(own[arm]), true);
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -94,7 +94,7 @@ void through_the_arm(Run& run, const std::string& path_file, std::uint32_t ticks
 
 // Faster than any hand for some ticks, slow for others, within 60 mm of home; encoder counts to the nearest.
 void wander(Run& run, std::uint64_t seed, std::uint32_t ticks) {
-  constexpr double kReach_m = 0.06, kFast_m = 5.0e-4, kSlow_m = 2.0e-5;
+  constexpr double kReach_m = 0.06, kFast_m_s = 2.0, kSlow_m_s = 0.08;
   constexpr std::uint32_t kRest = 8;  // ticks in the home pose: homing, arming
   describe_arms(run, 1);
   run.header.home_before = 1;
@@ -105,8 +105,9 @@ void wander(Run& run, std::uint64_t seed, std::uint32_t ticks) {
   Eigen::Vector3d tip = Eigen::Vector3d::Zero(), goal = tip;
   for (; run.header.ticks < ticks; ++run.header.ticks) {
     if (run.header.ticks > kRest) {
-      if ((goal - tip).norm() < kFast_m || random.below(200) == 0) goal = kReach_m * random.direction();
-      tip += (random.below(3) == 0 ? kSlow_m : kFast_m) * (goal - tip).normalized();
+      if ((goal - tip).norm() < kFast_m_s / run.rate_Hz || random.below(200) == 0)
+        goal = kReach_m * random.direction();
+      tip += (random.below(3) == 0 ? kSlow_m_s : kFast_m_s) / run.rate_Hz * (goal - tip).normalized();
     }
     Eigen::Vector3d joints;
     if (!arm.inverse(tip, joints)) throw std::logic_error("out of reach");
@@ -129,6 +130,7 @@ std::vector<std::byte> bytes_of(const Run& run) {
 
 std::vector<float> forces_N;
 const firmware::Controller* replayed = nullptr;
+float replayed_period_s = 0;
 std::ofstream cost_rows;
 
 void write_cost() {
@@ -142,8 +144,8 @@ void write_cost() {
     touching += telemetry.arm[arm].contacts != 0 ? 1U : 0U;
     contacts += telemetry.arm[arm].contacts;
   }
-  const board::TickTerms terms =
-      board::terms_of(replayed->renderer().load(), telemetry.arm_count, touching, contacts);
+  const board::TickTerms terms = board::terms_of(replayed->renderer().load(), replayed_period_s,
+                                                 telemetry.arm_count, touching, contacts);
   for (const board::BoardCost& board : board::board_costs())
     if (!board.core.empty()) cost_rows << std::lround(board.of(terms)) << ' ';
   for (const double term : terms.of) cost_rows << ' ' << term;
@@ -156,9 +158,10 @@ void write_file(const std::string& name, const void* data, std::size_t bytes) {
   if (!file.flush()) throw std::runtime_error("cannot write " + name);
 }
 
-void record(const std::string& scene, const std::string& path, std::uint32_t ticks, const std::string& out,
-            const std::string& forces_out) {
+void record(const std::string& scene, const std::string& path, std::uint32_t ticks, double rate_Hz,
+            const std::string& out, const std::string& forces_out) {
   Run run;
+  run.rate_Hz = rate_Hz;
   run.image = host::compile_scene(scene).image;
   constexpr std::string_view kWander = "wander:";
   if (path.starts_with(kWander)) {
@@ -172,6 +175,7 @@ void record(const std::string& scene, const std::string& path, std::uint32_t tic
   board::MemoryStorage storage(run.image.size() + firmware::SceneStore::kHeaderBytes);
   const auto controller = std::make_unique<firmware::Controller>(config_of(recording), storage);
   replayed = controller.get();
+  replayed_period_s = run.header.period_s;
   cost_rows.open(out + ".cost");
   const ReplayEnd end = replay(recording, *controller, [](std::span<const float> force) {
     forces_N.insert(forces_N.end(), force.begin(), force.end());
@@ -189,13 +193,13 @@ void record(const std::string& scene, const std::string& path, std::uint32_t tic
 }  // namespace thimble::test
 
 int main(int argc, char** argv) {
-  if (argc != 6) {
-    std::fprintf(stderr, "usage: record_run SCENE PATH.csv|wander:SEED TICKS OUT.rec OUT.forces\n");
+  if (argc != 7) {
+    std::fprintf(stderr, "usage: record_run SCENE PATH.csv|wander:SEED TICKS RATE OUT.rec OUT.forces\n");
     return 2;
   }
   try {
     thimble::test::record(argv[1], argv[2], static_cast<std::uint32_t>(std::strtoul(argv[3], nullptr, 10)),
-                          argv[4], argv[5]);
+                          std::strtod(argv[4], nullptr), argv[5], argv[6]);
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "record_run: %s\n", error.what());

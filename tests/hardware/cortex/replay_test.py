@@ -3,6 +3,7 @@
 ticks.baseline within a hundredth, in both directions, and the estimates of board/sim/tick_cost.h are within what docs/time.md says.
 
   replay_test.py BOARD SCENE RECORDINGS PLUGIN [--update]
+  replay_test.py BOARD --fast RECORDER PLUGIN               some scenes at 20 kHz, without a baseline
 
 --update writes the rows seen into ticks.baseline instead of comparing them.
 """
@@ -48,22 +49,32 @@ def check_estimates(board, recording, counts):
         raise replays.Failed(f"{board} {recording.stem}: the estimates are off. If the tick has changed, run fit_cost and take its constants.")
 
 
-def seen(board, name, recordings, plugin):
-    found = {}
-    for run in ("stroke", "worst"):
-        recording = recordings / f"{name}.{run}.rec"
-        with tempfile.TemporaryDirectory() as folder:
-            folder = pathlib.Path(folder)
-            counts = replays.replay(board, recording, plugin, folder)
-            ours, theirs = recording.with_suffix(".forces").read_bytes(), (folder / "forces.bin").read_bytes()
-        if ours != theirs:
-            at = next((i for i, (a, b) in enumerate(zip(ours, theirs)) if a != b), min(len(ours), len(theirs)))
-            raise replays.Failed(f"{name}, {run}: the forces differ from byte {at} on ({len(ours)} and {len(theirs)} bytes)")
-        check_estimates(board, recording, counts)
-        found[board, name, run] = [min(counts), round(sum(counts) / len(counts)), max(counts)]
-        print("[ figure ] %s %s, %s: %d ticks alike byte for byte; instructions a tick: min %d, mean %d, max %d%s" % (
-            board, name, run, len(counts), *found[board, name, run], "" if max(counts) <= BUDGET else " (over the budget of %d)" % BUDGET))
+def checked(board, recording, plugin):
+    """Its instructions a tick: least, mean, most."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        counts = replays.replay(board, recording, plugin, folder)
+        ours, theirs = recording.with_suffix(".forces").read_bytes(), (folder / "forces.bin").read_bytes()
+    if ours != theirs:
+        at = next((i for i, (a, b) in enumerate(zip(ours, theirs)) if a != b), min(len(ours), len(theirs)))
+        raise replays.Failed(f"{recording.stem}: the forces differ from byte {at} on ({len(ours)} and {len(theirs)} bytes)")
+    check_estimates(board, recording, counts)
+    found = [min(counts), round(sum(counts) / len(counts)), max(counts)]
+    print("[ figure ] %s %s: %d ticks alike byte for byte; instructions a tick: min %d, mean %d, max %d%s" % (
+        board, recording.stem, len(counts), *found, "" if max(counts) <= BUDGET else " (over the budget of %d)" % BUDGET))
     return found
+
+
+def seen(board, name, recordings, plugin):
+    return {(board, name, run): checked(board, recordings / f"{name}.{run}.rec", plugin) for run in ("stroke", "worst")}
+
+
+def fast(board, recorder, plugin):
+    for name in replays.FAST:
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder) / f"{name}.{replays.FAST_HZ}"
+            replays.record(recorder, *replays.scenes()[name], replays.FAST_TICKS, out, replays.FAST_HZ)
+            checked(board, pathlib.Path(f"{out}.rec"), plugin)
 
 
 def compare(found):
@@ -81,6 +92,8 @@ def compare(found):
 def main():
     board, name, recordings, plugin = sys.argv[1:5]
     try:
+        if name == "--fast":
+            return fast(board, recordings, plugin)
         found = seen(board, name, pathlib.Path(recordings), plugin)
         if "--update" in sys.argv:
             write_rows(found)

@@ -325,6 +325,56 @@ TEST_P(EachFault, TripsStaysTrippedAndClears) {
 INSTANTIATE_TEST_SUITE_P(Faults, EachFault, testing::ValuesIn(kFaultTable),
                          [](const auto& row) { return std::string(row.param.name); });
 
+constexpr float kRates_Hz[] = {1000, 4000, 10000, 20000};
+
+std::unique_ptr<Bench> armed_at(float rate_Hz) {
+  firmware::Config config;
+  config.period_s = 1.0F / rate_Hz;
+  auto bench = std::make_unique<Bench>(config);
+  bench->start();
+  bench->ticks(static_cast<int>(0.3F * rate_Hz));
+  EXPECT_EQ(bench->mode(), Mode::kArmed);
+  return bench;
+}
+
+// After how long the fault comes, while one tick in `in_time` ends in time and the others take a fifth longer than a period; 0: not in 2 s.
+float overloaded_s(float rate_Hz, int in_time) {
+  const auto bench = armed_at(rate_Hz);
+  for (int i = 1; static_cast<float>(i) < 2 * rate_Hz; ++i) {
+    bench->inputs.last_tick_us = (i % in_time == 0 ? 0.5F : 1.2F) * 1e6F / rate_Hz;
+    bench->tick();
+    if (bench->controller->fault() == Fault::kNone) continue;
+    EXPECT_EQ(bench->controller->fault(), Fault::tick_lost);
+    EXPECT_EQ(bench->mode(), Mode::kDamping);
+    return static_cast<float>(i) / rate_Hz;
+  }
+  EXPECT_GT(bench->shown().overruns, rate_Hz);
+  return 0;
+}
+
+TEST(TickLost, TicksThatTakeLongerThanAPeriodAreAFaultAtEveryRate) {
+  for (const float rate_Hz : kRates_Hz) {
+    EXPECT_NEAR(overloaded_s(rate_Hz, 100'000), 0.1F, 2 / rate_Hz) << rate_Hz;
+    EXPECT_NEAR(overloaded_s(rate_Hz, 10), 0.2F, 0.02F) << rate_Hz;
+    EXPECT_EQ(overloaded_s(rate_Hz, 4), 0.0F) << rate_Hz;
+  }
+}
+
+TEST(TickLost, AsManyInARowAsTheParameterSaysAreCountedOnly) {
+  for (const float rate_Hz : kRates_Hz) {
+    const auto bench = armed_at(rate_Hz);
+    for (int i = 0; i < 10; ++i) {
+      bench->inputs.tick += 4;
+      bench->tick();
+      ASSERT_EQ(bench->mode(), Mode::kArmed) << rate_Hz;
+    }
+    EXPECT_EQ(bench->shown().lost_ticks, 40U);
+    bench->inputs.tick += 5;
+    bench->tick();
+    EXPECT_EQ(bench->controller->fault(), Fault::tick_lost) << rate_Hz;
+  }
+}
+
 TEST(FaultTable, HasUniqueRowsAndAnInjectorForEach) {
   std::set<int> ids;
   std::set<int> codes;

@@ -33,7 +33,7 @@ class Board:
         stub = self.folder / "stub"
         (kernel or assemble_stub)(stub)
         qtest = self.folder / "qtest"
-        self.peer = subprocess.Popen([BIN / "arm_peer", memory, qtest], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        self.peer = subprocess.Popen([BIN / "arm_peer", memory, "4000", qtest], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                      text=True, bufsize=1)
         self.qemu = None
         self.expect_line("arm")
