@@ -19,7 +19,7 @@
 //
 // Bodies that touch each other and lie still sleep together (control/bodies/sleep.cpp): they keep their poses, and cost nothing until a
 // fingertip or tissue pushes one of them, an awake body comes near, or the scene gets other materials. They wake before the step of that
-// tick, so a hand feels no difference. Sliders, dials and buttons do not sleep, nor what touches them.
+// tick, so a hand feels no difference.
 #pragma once
 
 #include <array>

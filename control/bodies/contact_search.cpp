@@ -8,9 +8,21 @@ namespace {
 
 bool collides(const PlacedObject& object) { return object.row->collision != nullptr; }
 
+// Whether the box about an object is wholly outside of a half-space. False: the other one is none.
+bool is_clear_of(const PlacedObject& object, const PlacedObject& other, float margin_m) {
+  if (other.row->collision->form != CollisionForm::kHalfSpace) return false;
+  const Vec3 normal = other.turn(other.shape.vector);
+  const Vec3 deepest(normal.x() > 0.0F ? object.lo_m.x() : object.hi_m.x(),
+                     normal.y() > 0.0F ? object.lo_m.y() : object.hi_m.y(),
+                     normal.z() > 0.0F ? object.lo_m.z() : object.hi_m.z());
+  return normal.dot(deepest - other.position_m) - other.shape.radius_m > margin_m;
+}
+
 }  // namespace
 
-void ContactSearch::begin() noexcept {
+void ContactSearch::begin(std::span<const SolverBody> bodies, float period_s) noexcept {
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    moves_m_[i] = bodies[i].asleep ? 0.0F : period_s * bodies[i].velocity_m_s.norm();
   a_ = partner_ = 0;
   at_ = At::kNext;
 }
@@ -43,29 +55,27 @@ bool ContactSearch::go_on(const World& world, std::span<const SolverBody> bodies
 // The next pair whose boxes overlap. False: there is none, or the work is spent.
 bool ContactSearch::begin_next(const World& world, std::span<const SolverBody> bodies, float period_s,
                                Work& work) noexcept {
-  constexpr std::size_t kSkippedPerUnit = 16;
+  constexpr std::size_t kSkippedPerUnit = 5;
+  const std::size_t partners = world.count + bodies.size();
   for (; a_ < bodies.size(); ++a_, partner_ = 0) {
     if (bodies[a_].asleep || !collides(world.objects[bodies[a_].object])) continue;
-    if (partner_ == 0) work.charge(1 + static_cast<std::uint32_t>(world.count / kSkippedPerUnit));
-    for (; partner_ < world.count + bodies.size(); ++partner_) {
+    if (partner_ == 0) {
+      if (work.left() == 0) return false;
+      work.charge(1 + static_cast<std::uint32_t>(partners / kSkippedPerUnit));
+    }
+    for (; partner_ < partners; ++partner_) {
       b_ = kNoBody;
       if (partner_ < world.count) {
         object_b_ = static_cast<std::uint8_t>(partner_);
         if (world.objects[partner_].body != kNoBody) continue;
       } else {
+        partner_ = std::max(partner_, world.count + a_ + 1);  // each pair of bodies once
+        if (partner_ == partners) break;
         b_ = static_cast<std::uint8_t>(partner_ - world.count);
-        if (b_ <= a_ || bodies[b_].asleep) continue;
+        if (bodies[b_].asleep) continue;
         object_b_ = bodies[b_].object;
       }
-      if (!collides(world.objects[object_b_])) continue;
-      if (begin_pair(world, bodies, period_s)) {
-        return true;
-      }
-      work.charge(1);
-      if (work.left() == 0) {
-        ++partner_;
-        return false;
-      }
+      if (collides(world.objects[object_b_]) && begin_pair(world, bodies, period_s)) return true;
     }
   }
   return false;
@@ -75,10 +85,12 @@ bool ContactSearch::begin_pair(const World& world, std::span<const SolverBody> b
                                float period_s) noexcept {
   const PlacedObject& first = world.objects[bodies[a_].object];
   const PlacedObject& second = world.objects[object_b_];
-  const Vec3& velocity = bodies[a_].velocity_m_s;
-  const Vec3 relative = b_ == kNoBody ? velocity : Vec3(velocity - bodies[b_].velocity_m_s);
-  margin_m_ = kContactMargin_m + period_s * relative.norm();
-  if (!boxes_overlap(first, second, margin_m_)) return false;
+  margin_m_ = kContactMargin_m + moves_m_[a_];
+  if (b_ != kNoBody) {
+    if (!boxes_overlap(first, second, margin_m_ + moves_m_[b_])) return false;
+    margin_m_ = kContactMargin_m + period_s * (bodies[a_].velocity_m_s - bodies[b_].velocity_m_s).norm();
+  }
+  if (!boxes_overlap(first, second, margin_m_) || is_clear_of(first, second, margin_m_)) return false;
   manifold_.count = 0;
   manifold_.left_out = 0;
   collision_.begin(first, second);

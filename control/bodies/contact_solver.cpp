@@ -274,7 +274,7 @@ void ContactSolver::begin(std::span<const SolverBody> bodies, std::span<const Gr
   found_.clear();
   bounces_ = false;
   collect_grips(bodies, grips, period_s);
-  search_.begin();
+  search_.begin(bodies, period_s);
   stage_ = Stage::kPrepare;
   at_ = 0;
   iteration_ = bounce_rounds_ = 0;

@@ -8,6 +8,8 @@ namespace {
 // A body whose surface moves more slowly than this, for as long as this, lies still: what the contacts of a stack have left of their
 // iterations is a hundredth of it.
 constexpr float kStill_m_s = 1.0e-4F;
+// A slider, dial or button can be damped as much as its spring is weak, and comes to rest on springs, friction or stops of its own.
+constexpr float kStillControl_m_s = 1.0e-6F;
 constexpr float kStill_s = 0.25F;
 constexpr std::uint32_t kBoxesPerUnit = 2;  // of work
 
@@ -15,9 +17,10 @@ constexpr std::uint32_t kBoxesPerUnit = 2;  // of work
 
 bool Bodies::is_still(std::size_t body) const noexcept {
   const BodyModel& model = models_[body];
-  if (model.motion == scene::Motion::Slide || model.motion == scene::Motion::Turn) return false;
+  if ((pushed_ & of_body(body)) != 0) return false;
   const float spin_m_s = model.reach_m * states_[body].spin_rad_s.norm();
-  return (pushed_ & of_body(body)) == 0 && centres_[body].velocity_m_s.norm() + spin_m_s < kStill_m_s;
+  const float most_m_s = states_[body].controlled ? kStillControl_m_s : kStill_m_s;
+  return centres_[body].velocity_m_s.norm() + spin_m_s < most_m_s;
 }
 
 void Bodies::wake(BodySet bodies) noexcept {
