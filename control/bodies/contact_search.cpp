@@ -10,12 +10,12 @@ bool collides(const PlacedObject& object) { return object.row->collision != null
 
 // Whether the box about an object is wholly outside of a half-space. False: the other one is none.
 bool is_clear_of(const PlacedObject& object, const PlacedObject& other, float margin_m) {
-  if (other.row->collision->form != CollisionForm::kHalfSpace) return false;
-  const Vec3 normal = other.turn(other.shape.vector);
+  if (!other.half_space) return false;
+  const Vec3& normal = other.normal;
   const Vec3 deepest(normal.x() > 0.0F ? object.lo_m.x() : object.hi_m.x(),
                      normal.y() > 0.0F ? object.lo_m.y() : object.hi_m.y(),
                      normal.z() > 0.0F ? object.lo_m.z() : object.hi_m.z());
-  return normal.dot(deepest - other.position_m) - other.shape.radius_m > margin_m;
+  return normal.dot(deepest) - other.offset_m > margin_m;
 }
 
 }  // namespace
