@@ -67,7 +67,8 @@ bool Bodies::begin(const World& world, float period_s, Work& work) noexcept {
   accelerate_all(period_s);
   work.charge(kAccelerateWork * static_cast<std::uint32_t>(count_));
   wake_touched(world, period_s, work);
-  solver_.begin(std::span(solver_bodies_).first(count_), std::span(grips_).first(grip_count_), period_s);
+  solver_.begin(world, std::span(solver_bodies_).first(count_), std::span(grips_).first(grip_count_),
+                period_s);
   stage_ = Stage::kSearch;
   return true;
 }

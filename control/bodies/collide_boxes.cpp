@@ -11,8 +11,7 @@ namespace {
 // The part of the polygon where sign * its coordinate on the axis is at most limit.
 void clip_along(Outline& polygon, Eigen::Index axis, float sign, float limit) {
   bool beyond = false;
-  for (std::size_t i = 0; i < polygon.count; ++i)
-    beyond = beyond || sign * polygon.corner[i][axis] > limit;
+  for (std::size_t i = 0; i < polygon.count; ++i) beyond = beyond || sign * polygon.corner[i][axis] > limit;
   if (beyond) polygon = clip(polygon, sign * Vec3::Unit(axis), limit);
 }
 

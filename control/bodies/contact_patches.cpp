@@ -128,14 +128,7 @@ Patch* ContactPatches::place_for(float deepest_m, Effort& effort) noexcept {
   return least;
 }
 
-Patch* ContactPatches::add(const Patch& patch) noexcept {
-  if (patch_count_ == patches_.size()) return nullptr;
-  Patch& added = patches_[patch_count_++];
-  added = patch;
-  return &added;
-}
-
-void ContactPatches::add(const Patch& pair, const Manifold& manifold, Effort& effort) noexcept {
+void ContactPatches::add(const PatchPair& pair, const Manifold& manifold, Effort& effort) noexcept {
   std::array<bool, kMaxManifold> taken{};
   for (std::size_t i = 0; i < manifold.count; ++i) {
     if (taken[i]) continue;
@@ -155,8 +148,11 @@ void ContactPatches::add(const Patch& pair, const Manifold& manifold, Effort& ef
             ->depth_m;
     Patch* patch = place_for(deepest_m, effort);
     if (patch == nullptr) continue;
-    *patch = pair;
+    static_cast<PatchPair&>(*patch) = pair;
     patch->count = 0;
+    patch->sliding = false;
+    patch->held_N_s = patch->drag_per_kg = 0.0F;
+    patch->impulse_N_s = patch->slip_m = Vec3::Zero();
     patch->deepest_m = deepest_m;
     patch->normal = chosen[0]->normal;
     count = make_room(chosen, count, deepest_m, effort);

@@ -27,7 +27,7 @@ inline bool boxes_overlap(const PlacedObject& a, const PlacedObject& b, float ma
 
 class ContactSearch {
  public:
-  void begin(std::span<const SolverBody> bodies, float period_s) noexcept;
+  void begin(const World& world, std::span<const SolverBody> bodies, float period_s) noexcept;
   // True: `found` has the contacts of all pairs. The arguments but the effort are the same ones up to then.
   [[nodiscard]] bool go_on(const World& world, std::span<const SolverBody> bodies, float period_s,
                            ContactPatches& found, Effort& effort) noexcept;
@@ -35,14 +35,19 @@ class ContactSearch {
  private:
   [[nodiscard]] bool begin_next(const World& world, std::span<const SolverBody> bodies, float period_s,
                                 Work& work) noexcept;
+  void find_near(const World& world, std::span<const SolverBody> bodies) noexcept;
   [[nodiscard]] bool begin_pair(const World& world, std::span<const SolverBody> bodies,
                                 float period_s) noexcept;
   void end_pair(const World& world, std::span<const SolverBody> bodies, float period_s, ContactPatches& found,
                 Effort& effort) noexcept;
 
   std::array<float, kMaxBodies> moves_m_{};  // in a period, at most
+  std::uint64_t fixed_ = 0;                  // objects
+  static_assert(kMaxObjects <= 64 && kMaxBodies <= 16);
   std::size_t a_ = 0;
-  std::size_t partner_ = 0;  // a fixed object, or a body beyond those
+  bool looked_ = false;  // at what is near a: of that, what is left
+  std::uint64_t near_fixed_ = 0;
+  std::uint16_t near_bodies_ = 0;  // beyond a
   enum class At : std::uint8_t { kNext, kIn, kEnd };
   At at_ = At::kNext;  // a pair
   std::uint8_t b_ = kNoBody;

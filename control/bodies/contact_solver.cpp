@@ -24,10 +24,6 @@ constexpr float kRest_m = 2.0e-5F;
 constexpr float kTurnsPerTick = 0.25F;
 constexpr float kDampingRatio = 10.0F;
 constexpr float kMaxPush_m_s = 1.0F;  // of the velocity that removes penetration
-// A patch slides when it has moved by this and is at its limit. At 1 % above the limit that takes 6 ms; a resting
-// stack moves less in the ticks in which its impulses converge.
-constexpr float kSlipped_m = 2.0e-6F;
-constexpr float kAtLimit = 1.0F - 1.0e-3F;
 // What a patch takes, besides its points (control/work.h).
 constexpr std::uint32_t kPrepareWork = 9;
 constexpr std::uint32_t kStickingWork = 3;
@@ -73,7 +69,8 @@ ContactSolver::ContactSolver() noexcept = default;
 
 void ContactSolver::reset() noexcept {
   found_.clear();
-  stored_count_ = stored_point_count_ = 0;
+  grips_.clear();
+  stored_count_ = stored_point_count_ = recalled_ = 0;
 }
 
 float ContactSolver::friction_limit_N_s(const Patch& patch) noexcept {
@@ -127,20 +124,19 @@ float ContactSolver::solve_normals(std::span<SolverBody> bodies, Patch& patch,
 // The centre of pressure and the mean distance from it, by the impulses of the previous tick, or else with all points
 // alike; the effective mass there.
 void ContactSolver::prepare_friction(std::span<const SolverBody> bodies, Patch& patch) noexcept {
-  if (patch.count != 0) {
-    float sum = 0.0F;
-    for (std::size_t i = 0; i < patch.count; ++i) sum += found_.point(patch, i).impulse_N_s;
-    const auto weight = [&](std::size_t i) {
-      return sum > 0.0F ? found_.point(patch, i).impulse_N_s / sum : 1.0F / static_cast<float>(patch.count);
-    };
-    patch.centre_m = Vec3::Zero();
-    for (std::size_t i = 0; i < patch.count; ++i)
-      patch.centre_m += weight(i) * found_.point(patch, i).point_m;
-    patch.radius_m = 0.0F;
-    if (patch.count > 1) {
-      for (std::size_t i = 0; i < patch.count; ++i)
-        patch.radius_m += weight(i) * (found_.point(patch, i).point_m - patch.centre_m).norm();
-    }
+  float sum = 0.0F;
+  for (std::size_t i = 0; i < patch.count; ++i) sum += found_.point(patch, i).impulse_N_s;
+  const float share = sum > 0.0F ? 1.0F / sum : 1.0F / static_cast<float>(patch.count);
+  const auto weight = [&](const PatchPoint& p) { return sum > 0.0F ? p.impulse_N_s * share : share; };
+  patch.centre_m = Vec3::Zero();
+  for (std::size_t i = 0; i < patch.count; ++i) {
+    const PatchPoint& p = found_.point(patch, i);
+    patch.centre_m += weight(p) * p.point_m;
+  }
+  patch.radius_m = 0.0F;
+  for (std::size_t i = 0; patch.count > 1 && i < patch.count; ++i) {
+    const PatchPoint& p = found_.point(patch, i);
+    patch.radius_m += weight(p) * (p.point_m - patch.centre_m).norm();
   }
   patch.impulse_N_s[2] *= patch.radius_m > 0.0F ? 1.0F / patch.radius_m : 0.0F;
   patch.slip_m[2] *= patch.radius_m;
@@ -165,14 +161,15 @@ void ContactSolver::prepare_friction(std::span<const SolverBody> bodies, Patch& 
 void ContactSolver::prepare(std::span<const SolverBody> bodies, Patch& patch, float period_s) noexcept {
   const float restitution =
       std::max(bodies[patch.a].restitution, patch.b == kNoBody ? 0.0F : bodies[patch.b].restitution);
-  if (patch.count == 0) return;  // a grip
   patch.across[0] = patch.normal.unitOrthogonal();
   patch.across[1] = patch.normal.cross(patch.across[0]);
   bool moves = false;
   bool touches = false;
+  const NormalRow* before = nullptr;
   for (std::size_t i = 0; i < patch.count; ++i) {
     PatchPoint& p = found_.point(patch, i);
-    p.row = normal_row(bodies, patch, p.point_m, p.row.normal);
+    set_row(bodies, patch, p.point_m, before, p.row);
+    before = &p.row;
     touches = touches || p.depth_m >= -kRest_m;
     if (p.row.mass <= 0.0F) continue;
     moves = true;
@@ -202,36 +199,16 @@ void ContactSolver::warm_start(std::span<SolverBody> bodies, Patch& patch) noexc
   apply_friction_impulse(bodies, patch, patch.impulse_N_s);
 }
 
-// A grip is a patch without points and without directions along the surface. For the warm start its second object is the
-// finger.
-void ContactSolver::collect_grips(std::span<const SolverBody> bodies, std::span<const Grip> grips,
-                                  float period_s) noexcept {
-  Patch patch;
-  patch.b = kNoBody;
-  patch.across[0] = patch.across[1] = patch.slip_m = patch.impulse_N_s = Vec3::Zero();
-  patch.mass.setZero();
-  patch.radius_m = kGripRadius_m;
-  for (const Grip& grip : grips) {
-    patch.a = grip.body;
-    patch.object_a = bodies[grip.body].object;
-    patch.object_b = static_cast<std::uint8_t>(kMaxObjects + grip.finger);
-    patch.normal = grip.normal;
-    patch.centre_m = grip.point_m;
-    patch.held_N_s = period_s * grip.normal_N;
-    patch.static_friction = grip.static_friction;
-    patch.dynamic_friction = grip.dynamic_friction;
-    found_.add(patch);
-  }
-}
-
 // After the soft iterations: the velocities are those that the bodies move with.
 void ContactSolver::add_slip(std::span<const SolverBody> bodies, float period_s) noexcept {
+  grips_.add_twist(bodies, period_s);
   for (Patch& patch : found_.patches()) {
     if (!patch.sliding) patch.slip_m += period_s * slip_speed(bodies, patch);
   }
 }
 
 void ContactSolver::decide_sliding() noexcept {
+  grips_.decide_sliding();
   for (Patch& patch : found_.patches()) {
     const float limit = friction_limit_N_s(patch);
     const float at_limit = kAtLimit * limit;
@@ -252,6 +229,10 @@ bool ContactSolver::iterate(std::span<SolverBody> bodies, const Softness& softne
                             Work& work) noexcept {
   const std::span<Patch> patches = found_.patches();
   while (iteration_ < most) {
+    if (at_ == 0 && grips_.count() != 0) {
+      change_m_s_ = grips_.solve(bodies, softness.bias_per_s, iteration_ == 0 ? softness.least_m_s : 0.0F);
+      work.charge(static_cast<std::uint32_t>(grips_.count()));
+    }
     while (at_ < patches.size()) {
       Patch& patch = patches[at_++];
       change_m_s_ = std::max(change_m_s_, solve_friction(bodies, patch, softness));
@@ -269,12 +250,12 @@ bool ContactSolver::iterate(std::span<SolverBody> bodies, const Softness& softne
   return true;
 }
 
-void ContactSolver::begin(std::span<const SolverBody> bodies, std::span<const Grip> grips,
+void ContactSolver::begin(const World& world, std::span<const SolverBody> bodies, std::span<const Grip> grips,
                           float period_s) noexcept {
   found_.clear();
   bounces_ = false;
-  collect_grips(bodies, grips, period_s);
-  search_.begin(bodies, period_s);
+  grips_.begin(bodies, grips, period_s);
+  search_.begin(world, bodies, period_s);
   stage_ = Stage::kPrepare;
   at_ = 0;
   iteration_ = bounce_rounds_ = 0;
@@ -283,6 +264,10 @@ void ContactSolver::begin(std::span<const SolverBody> bodies, std::span<const Gr
 
 bool ContactSolver::prepare_all(std::span<SolverBody> bodies, float period_s, Work& work) noexcept {
   const std::span<Patch> patches = found_.patches();
+  if (at_ == 0 && grips_.count() != 0) {
+    grips_.prepare(bodies);
+    work.charge(static_cast<std::uint32_t>(grips_.count()));
+  }
   while (at_ < patches.size()) {
     Patch& patch = patches[at_++];
     prepare(bodies, patch, period_s);
@@ -297,6 +282,7 @@ bool ContactSolver::prepare_all(std::span<SolverBody> bodies, float period_s, Wo
 
 bool ContactSolver::warm_start_all(std::span<SolverBody> bodies, Work& work) noexcept {
   const std::span<Patch> patches = found_.patches();
+  if (at_ == 0) grips_.warm_start(bodies);
   while (at_ < patches.size()) {
     Patch& patch = patches[at_++];
     warm_start(bodies, patch);
@@ -336,7 +322,8 @@ bool ContactSolver::solve(std::span<SolverBody> bodies, float period_s, Work& wo
         break;
       case Stage::kWarmStart:
         if (!warm_start_all(bodies, work)) return false;
-        if (found_.patches().empty()) {
+        if (found_.patches().empty() && grips_.count() == 0) {
+          grips_.store();
           keep_of_sleepers(bodies);
           return true;
         }

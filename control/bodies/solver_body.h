@@ -37,24 +37,23 @@ struct SolverBody {
   Vec3 correction_rad = Vec3::Zero();
 };
 
-inline NormalRow normal_row(std::span<const SolverBody> bodies, const Patch& patch, const Vec3& point_m,
-                            const Vec3& normal) {
-  NormalRow r;
-  r.normal = normal;
+// r.normal is set. `like`: a row of the patch, or null.
+inline void set_row(std::span<const SolverBody> bodies, const Patch& patch, const Vec3& point_m,
+                    const NormalRow* like, NormalRow& r) {
+  const bool alike = like != nullptr && like->normal == r.normal;
   const SolverBody& a = bodies[patch.a];
-  r.arm_a = (point_m - a.centre_m).cross(normal);
-  r.linear_a = a.inverse_mass * normal;
+  r.arm_a = (point_m - a.centre_m).cross(r.normal);
+  r.linear_a = alike ? like->linear_a : Vec3(a.inverse_mass * r.normal);
   r.angular_a = a.inverse_inertia * r.arm_a;
-  float response = normal.dot(r.linear_a) + r.arm_a.dot(r.angular_a);
+  float response = r.normal.dot(r.linear_a) + r.arm_a.dot(r.angular_a);
   if (patch.b != kNoBody) {
     const SolverBody& b = bodies[patch.b];
-    r.arm_b = (point_m - b.centre_m).cross(normal);
-    r.linear_b = b.inverse_mass * normal;
+    r.arm_b = (point_m - b.centre_m).cross(r.normal);
+    r.linear_b = alike ? like->linear_b : Vec3(b.inverse_mass * r.normal);
     r.angular_b = b.inverse_inertia * r.arm_b;
-    response += normal.dot(r.linear_b) + r.arm_b.dot(r.angular_b);
+    response += r.normal.dot(r.linear_b) + r.arm_b.dot(r.angular_b);
   }
   r.mass = response > kNoResponse ? 1.0F / response : 0.0F;
-  return r;
 }
 
 inline float separation_speed(std::span<const SolverBody> bodies, const Patch& patch, const NormalRow& r) {
