@@ -62,6 +62,7 @@ struct BodyModel {
   float mass_kg = 1.0F;
   Vec3 centre_m = Vec3::Zero();       // of mass, in the object's frame
   Vec3 inertia_kg_m2 = Vec3::Ones();  // principal moments, about the centre of mass
+  bool even = true;                   // these are equal
   Eigen::Quaternionf principal_axes = Eigen::Quaternionf::Identity();  // in the object's frame
   ControlElementParams control;                                        // Slide, Turn
   float control_inertia = 1.0F;                                        // kg or kg m2
