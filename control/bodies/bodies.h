@@ -17,7 +17,7 @@
 // body's velocity feels the one with which it moves in the ticks that go by (velocity_at()). A tick does at least one step of what is to do, so it takes at
 // most kMostBodyStepWork more than it may, and all is done in the end with any work but none.
 //
-// Bodies that touch each other and lie still sleep together (control/bodies/sleep.cpp): they keep their poses, and cost nothing until a
+// Bodies that are near each other and lie still sleep together (control/bodies/sleep.cpp): they keep their poses, and cost nothing until a
 // fingertip or tissue pushes one of them, an awake body comes near, or the scene gets other materials. They wake before the step of that
 // tick, so a hand feels no difference.
 #pragma once
@@ -171,7 +171,7 @@ class Bodies {
   void apply_contacts(std::size_t body, float period_s) noexcept;
   void wake(BodySet bodies) noexcept;
   void wake_touched(const World& world, float period_s, Work& work) noexcept;
-  void let_sleep(float period_s) noexcept;
+  void let_sleep(const World& world, float period_s) noexcept;
   [[nodiscard]] bool is_still(std::size_t body) const noexcept;
   void limit_speed(std::size_t body, float period_s) noexcept;
   void advance(std::size_t body, float period_s) noexcept;

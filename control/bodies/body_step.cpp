@@ -53,7 +53,7 @@ Bodies::Load Bodies::searched_load(std::size_t body, float period_s) const noexc
 
 void Bodies::begin_anew() noexcept {
   stage_ = Stage::kBegin;
-  pressing_ = {};
+  if (pressed_ != 0) pressing_ = {};
   pressed_ = 0;
 }
 
@@ -63,7 +63,7 @@ bool Bodies::begin(const World& world, float period_s, Work& work) noexcept {
   for (std::size_t i = 0; i < grip_count_; ++i) touched |= of_body(grips_[i].body);
   wake(touched);
   if (asleep_ == (1U << count_) - 1U) return false;
-  searched_loads_ = loads_;
+  std::copy_n(loads_.begin(), count_, searched_loads_.begin());
   accelerate_all(period_s);
   work.charge(kAccelerateWork * static_cast<std::uint32_t>(count_));
   wake_touched(world, period_s, work);
@@ -96,7 +96,7 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s, bool 
   }
   pace_ = done ? 1.0F / static_cast<float>(ticks_) : std::min(pace_, 1.0F / static_cast<float>(ticks_ + 1));
   if (done) {
-    let_sleep(period_s);
+    let_sleep(world, period_s);
     begin_anew();
     ticks_ = 0;
   }
@@ -157,15 +157,19 @@ bool Bodies::move_body(std::size_t body, World& world, std::span<Finger> fingers
   advance(body, period_s);
   place(body, world.objects[index]);
   std::array<CarriedPart, kMaxArms> parts_before;
+  const auto meets = [&](const Finger& finger) {
+    return finger.started && (finger.inside & only(index)) == 0;
+  };
   std::size_t carried = 0;
   for (; carried < fingers.size(); ++carried) {
     Finger& finger = fingers[carried];
-    parts_before[carried] = {finger.god, finger.rest, finger.anchor};
-    const bool meets = finger.started && (finger.inside & only(index)) == 0;
-    if (meets && !carry(world, index, before, finger, pins_[body], effort)) break;
+    if (!meets(finger)) continue;
+    if (carried + 1 < fingers.size()) parts_before[carried] = {finger.god, finger.rest, finger.anchor};
+    if (!carry(world, index, before, finger, pins_[body], effort)) break;
   }
   if (carried == fingers.size()) return true;
   for (std::size_t i = 0; i < carried; ++i) {
+    if (!meets(fingers[i])) continue;
     fingers[i].god = parts_before[i].god;
     fingers[i].rest = parts_before[i].rest;
     fingers[i].anchor = parts_before[i].anchor;

@@ -67,15 +67,6 @@ void ContactSolver::recall(std::span<const SolverBody> bodies, Patch& patch) noe
     fresh[i]->impulse_N_s = gone_N_s / static_cast<float>(fresh_count);
 }
 
-void ContactSolver::touching(std::span<std::uint16_t> touch) noexcept {
-  for (std::uint16_t& each : touch) each = 0;
-  for (const Patch& patch : found_.patches()) {
-    if (patch.b == kNoBody) continue;
-    touch[patch.a] |= static_cast<std::uint16_t>(1U << patch.b);
-    touch[patch.b] |= static_cast<std::uint16_t>(1U << patch.a);
-  }
-}
-
 // Of what is stored, only the patches of those bodies: they go on when the bodies wake.
 void ContactSolver::keep_of_sleepers(std::span<const SolverBody> bodies) noexcept {
   std::size_t kept = 0;

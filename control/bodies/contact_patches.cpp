@@ -42,7 +42,7 @@ void choose(Candidates& from, std::size_t count, std::size_t to, Score score) {
 // The deepest point, of level ones the outermost, so that rounding does not choose it; the one farthest from it, the one that spans the largest triangle with both, and the one
 // that lies farthest outside this triangle. A point that is less deep counts as nearer: on rough ground an open point
 // farther out would take the place of one that bears, and the body would rock on the points that are left.
-std::size_t reduce(Candidates& points, std::size_t count) {
+[[gnu::cold]] std::size_t reduce(Candidates& points, std::size_t count) {
   if (count <= kMaxPatchPoints) return count;
   const auto end = points.begin() + static_cast<std::ptrdiff_t>(count);
   const float deepest_m = (*std::max_element(points.begin(), end, is_less_deep))->depth_m;

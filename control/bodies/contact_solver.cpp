@@ -174,8 +174,9 @@ void ContactSolver::prepare(std::span<const SolverBody> bodies, Patch& patch, fl
     if (p.row.mass <= 0.0F) continue;
     moves = true;
     p.target_m_s = -std::max(-p.depth_m, 0.0F) / period_s;
+    if (restitution <= 0.0F) continue;
     const float approach = separation_speed(bodies, patch, p.row);
-    if (approach < -kBounce_m_s && approach < p.target_m_s && restitution > 0.0F) {
+    if (approach < -kBounce_m_s && approach < p.target_m_s) {
       // It bounces with the speed with which the tick began: that of the whole tick's fall would add m g T v to the energy of each bounce.
       float gained_m_s = p.row.normal.dot(bodies[patch.a].gained_m_s);
       if (patch.b != kNoBody) gained_m_s -= p.row.normal.dot(bodies[patch.b].gained_m_s);

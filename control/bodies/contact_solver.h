@@ -73,9 +73,6 @@ class ContactSolver {
   // Changes the velocities of `bodies` and writes their position corrections.
   [[nodiscard]] bool solve(std::span<SolverBody> bodies, float period_s, Work& work) noexcept;
 
-  // Which bodies touch which one in the contacts of the last step: bit k of touch[i] is body k.
-  void touching(std::span<std::uint16_t> touch) noexcept;
-
  private:
   // A patch for the warm start of the next tick. Places are relative to the centre of body a.
   struct StoredPatch {

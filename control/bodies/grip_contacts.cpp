@@ -86,7 +86,7 @@ void GripContacts::decide_sliding() noexcept {
 }
 
 void GripContacts::store() noexcept {
-  stored_ = rows_;
+  std::copy_n(rows_.begin(), count_, stored_.begin());
   stored_count_ = count_;
 }
 
