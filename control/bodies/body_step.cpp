@@ -1,5 +1,6 @@
 // One step of the bodies, over as many ticks as it takes (control/bodies/bodies.h).
 #include <algorithm>
+#include <optional>
 
 #include "control/bodies/bodies.h"
 #include "thimble_scene_schema/scene_generated.h"
@@ -156,23 +157,20 @@ bool Bodies::move_body(std::size_t body, World& world, std::span<Finger> fingers
   limit_speed(body, period_s);
   advance(body, period_s);
   place(body, world.objects[index]);
-  std::array<CarriedPart, kMaxArms> parts_before;
-  const auto meets = [&](const Finger& finger) {
-    return finger.started && (finger.inside & only(index)) == 0;
-  };
+  std::array<std::optional<CarriedPart>, kMaxArms> parts_before;
   std::size_t carried = 0;
   for (; carried < fingers.size(); ++carried) {
     Finger& finger = fingers[carried];
-    if (!meets(finger)) continue;
+    if (!finger.started || (finger.inside & only(index)) != 0) continue;
     if (carried + 1 < fingers.size()) parts_before[carried] = {finger.god, finger.rest, finger.anchor};
     if (!carry(world, index, before, finger, pins_[body], effort)) break;
   }
   if (carried == fingers.size()) return true;
   for (std::size_t i = 0; i < carried; ++i) {
-    if (!meets(fingers[i])) continue;
-    fingers[i].god = parts_before[i].god;
-    fingers[i].rest = parts_before[i].rest;
-    fingers[i].anchor = parts_before[i].anchor;
+    if (!parts_before[i]) continue;
+    fingers[i].god = parts_before[i]->god;
+    fingers[i].rest = parts_before[i]->rest;
+    fingers[i].anchor = parts_before[i]->anchor;
   }
   world.objects[index] = before;
   if (effort.work.is_spent() && may_wait) {

@@ -19,9 +19,10 @@ float ContactSolver::work_twice_J(std::span<SolverBody> bodies) noexcept {
   float work_J = grips_.work_twice_J(bodies);
   for (const Patch& patch : found_.patches()) {
     work_J += patch.impulse_N_s.dot(slip_speed(bodies, patch));
+    const PairMotion motion(bodies, patch);
     for (std::size_t i = 0; i < patch.count; ++i) {
       const PatchPoint& p = found_.point(patch, i);
-      work_J += p.impulse_N_s * (separation_speed(bodies, patch, p.row) - kRounding * std::abs(p.target_m_s));
+      work_J += p.impulse_N_s * (motion.separation_speed(p.row) - kRounding * std::abs(p.target_m_s));
     }
   }
   for (SolverBody& body : bodies) {

@@ -76,7 +76,9 @@ void choose(Candidates& from, std::size_t count, std::size_t to, Score score) {
 void ContactPatches::clear() noexcept {
   patch_count_ = 0;
   used_ = 0;
+  if (in_order_) return;
   for (std::size_t i = 0; i < free_.size(); ++i) free_[i] = static_cast<std::uint8_t>(i);
+  in_order_ = true;
 }
 
 // Takes the least deep point from a patch.
@@ -85,6 +87,7 @@ void ContactPatches::drop_point(Patch& patch) noexcept {
   for (std::size_t i = 1; i < patch.count; ++i) {
     if (point(patch, i).depth_m < point(patch, least).depth_m) least = i;
   }
+  in_order_ = false;
   free_[--used_] = patch.points[least];
   patch.points[least] = patch.points[--patch.count];
 }

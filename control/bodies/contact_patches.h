@@ -93,6 +93,7 @@ class ContactPatches {
   std::array<Patch, kMaxBodyPatches> patches_;
   std::array<PatchPoint, kMaxBodyContacts> points_;
   std::array<std::uint8_t, kMaxBodyContacts> free_{};  // indices of the points that no patch has
+  bool in_order_ = false;                              // these, before the first point of a step
   std::size_t patch_count_ = 0;
   std::size_t used_ = 0;
 };

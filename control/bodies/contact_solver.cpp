@@ -12,7 +12,7 @@ namespace {
 constexpr int kSolverIterations = 10;
 constexpr int kRelaxIterations = 4;
 // The iterations end when no impulse changes the velocity of its contact by more than this.
-constexpr float kConverged_m_s = 1.0e-6F;
+constexpr float kConverged_m_s = 1.0e-5F;
 // The same for springs, as a length: about the rounding of a coordinate of 1 m.
 constexpr float kRounding_m = 1.0e-7F;
 // A contact that closes more slowly than this does not bounce. Gravity alone gives 10 mm/s in one tick at 1
@@ -100,6 +100,7 @@ float ContactSolver::solve_friction(std::span<SolverBody> bodies, Patch& patch,
 float ContactSolver::solve_normals(std::span<SolverBody> bodies, Patch& patch,
                                    const Softness& softness) noexcept {
   float most = 0.0F;
+  PairMotion motion(bodies, patch);
   std::size_t next = patch.count == 0 ? 0 : static_cast<std::size_t>(iteration_) % patch.count;
   for (std::size_t i = 0; i < patch.count; ++i) {
     PatchPoint& p = found_.point(patch, next);
@@ -107,17 +108,18 @@ float ContactSolver::solve_normals(std::span<SolverBody> bodies, Patch& patch,
     if (p.row.mass <= 0.0F) continue;
     const bool soft = p.depth_m > 0.0F && !p.bounces;
     const float push_m_s = soft ? std::min(softness.bias_per_s * p.depth_m, kMaxPush_m_s) : p.target_m_s;
-    const float missing_m_s = push_m_s - separation_speed(bodies, patch, p.row);
+    const float missing_m_s = push_m_s - motion.separation_speed(p.row);
     const float mass = soft ? softness.mass_scale * p.row.mass : p.row.mass;
     const float kept = soft ? 1.0F - softness.impulse_scale : 1.0F;
     const float impulse = std::max(kept * p.impulse_N_s + mass * missing_m_s, 0.0F);
     const float change = impulse - p.impulse_N_s;
     const float change_m_s = std::abs(change) / p.row.mass;
     if (change == 0.0F || is_rounding(change_m_s, softness)) continue;
-    apply_normal_impulse(bodies, patch, p.row, change);
+    motion.add(p.row, change);
     p.impulse_N_s = impulse;
     most = std::max(most, change_m_s);
   }
+  if (most > 0.0F) motion.store(bodies, patch);
   return most;
 }
 
@@ -166,6 +168,7 @@ void ContactSolver::prepare(std::span<const SolverBody> bodies, Patch& patch, fl
   bool moves = false;
   bool touches = false;
   const NormalRow* before = nullptr;
+  const PairMotion motion(bodies, patch);
   for (std::size_t i = 0; i < patch.count; ++i) {
     PatchPoint& p = found_.point(patch, i);
     set_row(bodies, patch, p.point_m, before, p.row);
@@ -175,7 +178,7 @@ void ContactSolver::prepare(std::span<const SolverBody> bodies, Patch& patch, fl
     moves = true;
     p.target_m_s = -std::max(-p.depth_m, 0.0F) / period_s;
     if (restitution <= 0.0F) continue;
-    const float approach = separation_speed(bodies, patch, p.row);
+    const float approach = motion.separation_speed(p.row);
     if (approach < -kBounce_m_s && approach < p.target_m_s) {
       // It bounces with the speed with which the tick began: that of the whole tick's fall would add m g T v to the energy of each bounce.
       float gained_m_s = p.row.normal.dot(bodies[patch.a].gained_m_s);
@@ -193,10 +196,12 @@ void ContactSolver::prepare(std::span<const SolverBody> bodies, Patch& patch, fl
 }
 
 void ContactSolver::warm_start(std::span<SolverBody> bodies, Patch& patch) noexcept {
+  PairMotion motion(bodies, patch);
   for (std::size_t i = 0; i < patch.count; ++i) {
     const PatchPoint& p = found_.point(patch, i);
-    apply_normal_impulse(bodies, patch, p.row, p.impulse_N_s);
+    motion.add(p.row, p.impulse_N_s);
   }
+  motion.store(bodies, patch);
   apply_friction_impulse(bodies, patch, patch.impulse_N_s);
 }
 

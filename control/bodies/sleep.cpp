@@ -6,7 +6,7 @@ namespace thimble::control {
 namespace {
 
 // A body whose surface moves more slowly than this, for as long as this, lies still: what the contacts of a stack have left of their
-// iterations is a hundredth of it.
+// iterations is a tenth of it.
 constexpr float kStill_m_s = 1.0e-4F;
 // A slider, dial or button can be damped as much as its spring is weak, and comes to rest on springs, friction or stops of its own.
 constexpr float kStillControl_m_s = 1.0e-6F;

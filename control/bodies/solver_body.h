@@ -56,24 +56,42 @@ inline void set_row(std::span<const SolverBody> bodies, const Patch& patch, cons
   r.mass = response > kNoResponse ? 1.0F / response : 0.0F;
 }
 
-inline float separation_speed(std::span<const SolverBody> bodies, const Patch& patch, const NormalRow& r) {
-  const SolverBody& a = bodies[patch.a];
-  const float of_a = r.normal.dot(a.velocity_m_s) + r.arm_a.dot(a.spin_rad_s);
-  if (patch.b == kNoBody) return of_a;
-  const SolverBody& b = bodies[patch.b];
-  return of_a - r.normal.dot(b.velocity_m_s) - r.arm_b.dot(b.spin_rad_s);
-}
+// The motion of the two bodies of a patch, while its normal impulses change it.
+class PairMotion {
+ public:
+  PairMotion(std::span<const SolverBody> bodies, const Patch& patch) : both_(patch.b != kNoBody) {
+    of_a_ = bodies[patch.a].velocity_m_s;
+    spin_of_a_ = bodies[patch.a].spin_rad_s;
+    if (!both_) return;
+    of_b_ = bodies[patch.b].velocity_m_s;
+    spin_of_b_ = bodies[patch.b].spin_rad_s;
+  }
+  void store(std::span<SolverBody> bodies, const Patch& patch) const {
+    bodies[patch.a].velocity_m_s = of_a_;
+    bodies[patch.a].spin_rad_s = spin_of_a_;
+    if (!both_) return;
+    bodies[patch.b].velocity_m_s = of_b_;
+    bodies[patch.b].spin_rad_s = spin_of_b_;
+  }
+  [[nodiscard]] float separation_speed(const NormalRow& r) const {
+    const float of_a = r.normal.dot(of_a_) + r.arm_a.dot(spin_of_a_);
+    return both_ ? of_a - r.normal.dot(of_b_) - r.arm_b.dot(spin_of_b_) : of_a;
+  }
+  void add(const NormalRow& r, float impulse) {
+    of_a_ += impulse * r.linear_a;
+    spin_of_a_ += impulse * r.angular_a;
+    if (!both_) return;
+    of_b_ -= impulse * r.linear_b;
+    spin_of_b_ -= impulse * r.angular_b;
+  }
 
-inline void apply_normal_impulse(std::span<SolverBody> bodies, const Patch& patch, const NormalRow& r,
-                                 float impulse) {
-  SolverBody& a = bodies[patch.a];
-  a.velocity_m_s += impulse * r.linear_a;
-  a.spin_rad_s += impulse * r.angular_a;
-  if (patch.b == kNoBody) return;
-  SolverBody& b = bodies[patch.b];
-  b.velocity_m_s -= impulse * r.linear_b;
-  b.spin_rad_s -= impulse * r.angular_b;
-}
+ private:
+  bool both_;
+  Vec3 of_a_;
+  Vec3 spin_of_a_;
+  Vec3 of_b_ = Vec3::Zero();
+  Vec3 spin_of_b_ = Vec3::Zero();
+};
 
 inline Vec3 velocity_at(const SolverBody& body, const Vec3& point_m) {
   return body.velocity_m_s + body.spin_rad_s.cross(point_m - body.centre_m);
