@@ -52,9 +52,16 @@ Vec3 to_momentum(const BodyModel& model, const Quaternionf& rotation, const Vec3
   return scale(model, rotation, model.inertia_kg_m2, spin);
 }
 
+// Alike along all axes. By its elements: a loop over so few becomes a call of memset.
+Mat3 all_axes(float x) {
+  Mat3 m;
+  m << x, 0.0F, 0.0F, 0.0F, x, 0.0F, 0.0F, 0.0F, x;
+  return m;
+}
+
 Mat3 inverse_inertia(const BodyModel& model, const Quaternionf& rotation) {
   const Vec3 inverse = model.inertia_kg_m2.cwiseInverse();
-  if (model.even) return inverse.x() * Mat3::Identity();
+  if (model.even) return all_axes(inverse.x());
   const Mat3 axes = (rotation * model.principal_axes).toRotationMatrix();
   return axes * inverse.asDiagonal() * axes.transpose();
 }
@@ -174,8 +181,9 @@ void Bodies::accelerate(std::size_t body, const Load& load, float period_s) noex
   const Vec3 outside = load.force_N + model.mass_kg * gravity_m_s2_;
   const Vec3 force = outside - model.spring_N_m * (centre.position_m - model.start_m);
   const float slowed = 1.0F / (1.0F + period_s * model.damping_N_s_m / model.mass_kg);
-  solver_body = {};
-  solver_body.object = model.object;
+  solver_body.inverse_mass = solver_body.inverse_inertia = all_axes(0.0F);
+  solver_body.spin_rad_s = solver_body.constrained_N_s = solver_body.gained_m_s = Vec3::Zero();
+  solver_body.correction_m = solver_body.correction_rad = Vec3::Zero();
   solver_body.centre_m = centre.position_m;
   solver_body.restitution = model.restitution;
   solver_body.velocity_m_s = slowed * (centre.velocity_m_s + (period_s / model.mass_kg) * force);
@@ -183,7 +191,7 @@ void Bodies::accelerate(std::size_t body, const Load& load, float period_s) noex
   const auto axis_squared = [&] { return Mat3(model.axis * model.axis.transpose()); };
   switch (model.motion) {
     case scene::Motion::Free: {
-      solver_body.inverse_mass = inverse_mass * Mat3::Identity();
+      solver_body.inverse_mass = all_axes(inverse_mass);
       solver_body.inverse_inertia = inverse_inertia(model, state.rotation);
       Vec3& momentum = accelerated_momentum_[body];
       momentum = angular_momentum_[body] + period_s * load.torque_N_m;
@@ -196,11 +204,11 @@ void Bodies::accelerate(std::size_t body, const Load& load, float period_s) noex
       break;
     }
     case scene::Motion::Translate:
-      solver_body.inverse_mass = inverse_mass * Mat3::Identity();
+      solver_body.inverse_mass = all_axes(inverse_mass);
       break;
     case scene::Motion::Plane: {
       const Mat3 along_axis = axis_squared();
-      solver_body.inverse_mass = inverse_mass * (Mat3::Identity() - along_axis);
+      solver_body.inverse_mass = all_axes(inverse_mass) - inverse_mass * along_axis;
       solver_body.constrained_N_s = period_s * (along_axis * outside);
       solver_body.velocity_m_s -= along_axis * solver_body.velocity_m_s;
       break;

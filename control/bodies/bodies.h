@@ -146,6 +146,11 @@ class Bodies {
     Vec3 velocity_m_s = Vec3::Zero();
   };
 
+  struct CarriedPart {  // of a finger: what carry() changes
+    GodObject god;
+    GodObject rest;
+    Anchor anchor;
+  };
   struct Before {  // of what a move changes, to take it back
     BodyState state;
     Centre centre;
@@ -210,6 +215,8 @@ class Bodies {
   BodySet asleep_ = 0;
   std::array<BodySet, kMaxBodies> islands_{};  // of those asleep: that sleep and wake together
   std::array<float, kMaxBodies> still_s_{};    // for how long
+
+  std::array<CarriedPart, kMaxArms> fingers_before_;  // the move of a body
 
   std::array<Pin, kMaxBodies> pins_;
   std::array<bool, kMaxBodies> pinned_{};

@@ -1,6 +1,5 @@
 // One step of the bodies, over as many ticks as it takes (control/bodies/bodies.h).
 #include <algorithm>
-#include <optional>
 
 #include "control/bodies/bodies.h"
 #include "thimble_scene_schema/scene_generated.h"
@@ -10,13 +9,6 @@ namespace {
 
 constexpr std::uint32_t kAccelerateWork = 4;  // a body
 constexpr std::uint32_t kMoveBodyWork = 12;
-
-// What carry() changes of a finger.
-struct CarriedPart {
-  GodObject god;
-  GodObject rest;
-  Anchor anchor;
-};
 
 }  // namespace
 
@@ -157,20 +149,21 @@ bool Bodies::move_body(std::size_t body, World& world, std::span<Finger> fingers
   limit_speed(body, period_s);
   advance(body, period_s);
   place(body, world.objects[index]);
-  std::array<std::optional<CarriedPart>, kMaxArms> parts_before;
+  std::array<bool, kMaxArms> kept{};
   std::size_t carried = 0;
   for (; carried < fingers.size(); ++carried) {
     Finger& finger = fingers[carried];
     if (!finger.started || (finger.inside & only(index)) != 0) continue;
-    if (carried + 1 < fingers.size()) parts_before[carried] = {finger.god, finger.rest, finger.anchor};
+    kept[carried] = carried + 1 < fingers.size();
+    if (kept[carried]) fingers_before_[carried] = {finger.god, finger.rest, finger.anchor};
     if (!carry(world, index, before, finger, pins_[body], effort)) break;
   }
   if (carried == fingers.size()) return true;
   for (std::size_t i = 0; i < carried; ++i) {
-    if (!parts_before[i]) continue;
-    fingers[i].god = parts_before[i]->god;
-    fingers[i].rest = parts_before[i]->rest;
-    fingers[i].anchor = parts_before[i]->anchor;
+    if (!kept[i]) continue;
+    fingers[i].god = fingers_before_[i].god;
+    fingers[i].rest = fingers_before_[i].rest;
+    fingers[i].anchor = fingers_before_[i].anchor;
   }
   world.objects[index] = before;
   if (effort.work.is_spent() && may_wait) {

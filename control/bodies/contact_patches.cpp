@@ -135,7 +135,7 @@ void ContactPatches::add(const PatchPair& pair, const Manifold& manifold, Effort
   std::array<bool, kMaxManifold> taken{};
   for (std::size_t i = 0; i < manifold.count; ++i) {
     if (taken[i]) continue;
-    Candidates of_patch{};
+    Candidates of_patch;
     std::size_t count = 0;
     for (std::size_t j = i; j < manifold.count; ++j) {
       if (taken[j] || manifold.points[i].normal.dot(manifold.points[j].normal) < kSameNormal) continue;
@@ -144,7 +144,7 @@ void ContactPatches::add(const PatchPair& pair, const Manifold& manifold, Effort
     }
     effort.work.charge(2U + 2U * static_cast<std::uint32_t>(count));
     count = reduce(of_patch, count);
-    Chosen chosen{};
+    Chosen chosen;
     std::copy_n(of_patch.begin(), count, chosen.begin());
     const float deepest_m =
         (*std::max_element(chosen.begin(), chosen.begin() + static_cast<std::ptrdiff_t>(count), is_less_deep))

@@ -142,9 +142,8 @@ void ContactSolver::prepare_friction(std::span<const SolverBody> bodies, Patch& 
   }
   patch.impulse_N_s[2] *= patch.radius_m > 0.0F ? 1.0F / patch.radius_m : 0.0F;
   patch.slip_m[2] *= patch.radius_m;
-  Mat3 response = Mat3::Zero();
-  add_response(bodies[patch.a], patch, response);
-  if (patch.b != kNoBody) add_response(bodies[patch.b], patch, response);
+  Mat3 response = response_of(bodies[patch.a], patch);
+  if (patch.b != kNoBody) response += response_of(bodies[patch.b], patch);
   const float trace = response.trace();
   if (trace <= kNoResponse) {
     patch.mass = Mat3::Zero();

@@ -121,16 +121,17 @@ inline void apply_friction_impulse(std::span<SolverBody> bodies, const Patch& pa
   b.spin_rad_s -= b.inverse_inertia * ((patch.centre_m - b.centre_m).cross(force) + moment);
 }
 
-// Adds how a body answers to unit impulses in the three directions of friction.
-inline void add_response(const SolverBody& body, const Patch& patch, Mat3& response) {
+// How a body answers to unit impulses in the three directions of friction.
+inline Mat3 response_of(const SolverBody& body, const Patch& patch) {
   const Vec3 arm = patch.centre_m - body.centre_m;
   Mat3 turning;
   turning << arm.cross(patch.across[0]), arm.cross(patch.across[1]), patch.radius_m * patch.normal;
-  response += turning.transpose() * (body.inverse_inertia * turning);
+  Mat3 response = turning.transpose() * (body.inverse_inertia * turning);
   for (int i = 0; i < 2; ++i) {
     const Vec3 linear = body.inverse_mass * patch.across[static_cast<std::size_t>(i)];
     for (int j = 0; j < 2; ++j) response(i, j) += linear.dot(patch.across[static_cast<std::size_t>(j)]);
   }
+  return response;
 }
 
 }  // namespace thimble::control
