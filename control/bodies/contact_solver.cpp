@@ -128,8 +128,10 @@ float ContactSolver::solve_normals(std::span<SolverBody> bodies, Patch& patch,
 void ContactSolver::prepare_friction(std::span<const SolverBody> bodies, Patch& patch) noexcept {
   float sum = 0.0F;
   for (std::size_t i = 0; i < patch.count; ++i) sum += found_.point(patch, i).impulse_N_s;
-  const float share = sum > 0.0F ? 1.0F / sum : 1.0F / static_cast<float>(patch.count);
-  const auto weight = [&](const PatchPoint& p) { return sum > 0.0F ? p.impulse_N_s * share : share; };
+  constexpr float kNothing_N_s = 1.0e-20F;  // one over it is still a number
+  const bool bears = sum > kNothing_N_s;
+  const float share = 1.0F / (bears ? sum : static_cast<float>(patch.count));
+  const auto weight = [&](const PatchPoint& p) { return bears ? p.impulse_N_s * share : share; };
   patch.centre_m = Vec3::Zero();
   for (std::size_t i = 0; i < patch.count; ++i) {
     const PatchPoint& p = found_.point(patch, i);
