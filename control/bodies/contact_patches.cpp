@@ -142,7 +142,7 @@ void ContactPatches::add(const PatchPair& pair, const Manifold& manifold, Effort
       taken[j] = true;
       of_patch[count++] = &manifold.points[j];
     }
-    effort.work.charge(2U + 2U * static_cast<std::uint32_t>(count));
+    effort.work.charge(2U + static_cast<std::uint32_t>(count));
     count = reduce(of_patch, count);
     Chosen chosen;
     std::copy_n(of_patch.begin(), count, chosen.begin());
