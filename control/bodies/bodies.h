@@ -59,10 +59,10 @@ static_assert(kMaxBodies <= 16);
 struct BodyModel {
   std::uint8_t object = 0;  // in the world
   scene::Motion motion{};
+  bool even = true;  // the principal moments are equal
   float mass_kg = 1.0F;
   Vec3 centre_m = Vec3::Zero();       // of mass, in the object's frame
   Vec3 inertia_kg_m2 = Vec3::Ones();  // principal moments, about the centre of mass
-  bool even = true;                   // these are equal
   Eigen::Quaternionf principal_axes = Eigen::Quaternionf::Identity();  // in the object's frame
   ControlElementParams control;                                        // Slide, Turn
   float control_inertia = 1.0F;                                        // kg or kg m2
@@ -216,7 +216,7 @@ class Bodies {
   std::array<BodySet, kMaxBodies> islands_{};  // of those asleep: that sleep and wake together
   std::array<float, kMaxBodies> still_s_{};    // for how long
 
-  std::array<CarriedPart, kMaxArms> fingers_before_;  // the move of a body
+  std::array<CarriedPart, kMaxArms - 1> fingers_before_;  // the move of a body: all but the last one
 
   std::array<Pin, kMaxBodies> pins_;
   std::array<bool, kMaxBodies> pinned_{};

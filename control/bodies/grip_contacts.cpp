@@ -31,7 +31,7 @@ void GripContacts::prepare(std::span<const SolverBody> bodies) noexcept {
     row.inertia_kg_m2 = 1.0F / response;
     float alike = kSameDirection;
     for (std::size_t i = 0; i < stored_count_; ++i) {
-      const Row& stored = stored_[i];
+      const Stored& stored = stored_[i];
       if (stored.object != row.object || stored.finger != row.finger) continue;
       const float cosine = stored.normal.dot(row.normal);
       if (cosine <= alike) continue;

@@ -49,30 +49,31 @@ class GripContacts {
   [[nodiscard]] float work_twice_J(std::span<const SolverBody> bodies) const noexcept;
 
  private:
-  struct Row {
-    std::uint8_t a = 0;
+  struct Stored {  // for the next step
     std::uint8_t object = 0;
     std::uint8_t finger = 0;
     bool sliding = false;
-    float static_most_N_m_s = 0.0F;
-    float dynamic_most_N_m_s = 0.0F;
-    float inertia_kg_m2 = 0.0F;  // effective; 0: the body cannot turn about the normal
     float moment_N_m_s = 0.0F;
     float twist_rad = 0.0F;  // while it sticks
     Vec3 normal = Vec3::Zero();
+  };
+  struct Row : Stored {
+    std::uint8_t a = 0;
+    float static_most_N_m_s = 0.0F;
+    float dynamic_most_N_m_s = 0.0F;
+    float inertia_kg_m2 = 0.0F;   // effective; 0: the body cannot turn about the normal
     Vec3 angular = Vec3::Zero();  // what a unit of the moment does to the spin
 
     [[nodiscard]] float most_N_m_s() const noexcept {
       return sliding ? dynamic_most_N_m_s : static_most_N_m_s;
     }
   };
-  using Rows = std::array<Row, kMaxArms * kMaxContacts>;
 
   [[nodiscard]] std::span<Row> rows() noexcept { return {rows_.data(), count_}; }
 
-  Rows rows_;
+  std::array<Row, kMaxArms * kMaxContacts> rows_;
   std::size_t count_ = 0;
-  Rows stored_;
+  std::array<Stored, kMaxArms * kMaxContacts> stored_;
   std::size_t stored_count_ = 0;
 };
 
