@@ -80,7 +80,6 @@ bool ContactSearch::begin_next(const World& world, std::span<const SolverBody> b
   for (; a_ < bodies.size(); ++a_, looked_ = false) {
     if (bodies[a_].asleep || !collides(world.objects[bodies[a_].object])) continue;
     if (!looked_) {
-      if (work.left() == 0) return false;
       looked_ = true;
       find_near(world, bodies);
       work.charge(1 + static_cast<std::uint32_t>((world.count + bodies.size() - a_) / kLooksPerUnit));
@@ -96,6 +95,11 @@ bool ContactSearch::begin_next(const World& world, std::span<const SolverBody> b
         near_bodies_ &= static_cast<std::uint16_t>(near_bodies_ - 1U);
       }
       if (begin_pair(world, bodies, period_s)) return true;
+    }
+    if (work.left() == 0) {
+      ++a_;
+      looked_ = false;
+      return false;
     }
   }
   return false;
