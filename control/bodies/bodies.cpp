@@ -22,6 +22,7 @@ BodyModel read(const scene::Object& object, std::uint8_t index) {
   model.mass_kg = body.mass_kg();
   model.restitution = body.restitution();
   model.inertia_kg_m2 = to_vec(*body.inertia_kg_m2());
+  model.even = (model.inertia_kg_m2.array() == model.inertia_kg_m2.x()).all();
   model.spring_N_m = body.spring_n_per_m();
   model.damping_N_s_m = body.damping_n_s_per_m();
   model.angular_damping_N_m_s = body.angular_damping_n_m_s();
@@ -36,8 +37,9 @@ BodyModel read(const scene::Object& object, std::uint8_t index) {
   return model;
 }
 
-// Scales along the principal axes of a body.
+// Scales along the principal axes of a body; an even one has no others.
 Vec3 scale(const BodyModel& model, const Quaternionf& rotation, const Vec3& by, const Vec3& v) {
+  if (model.even) return by.x() * v;
   const Quaternionf axes = rotation * model.principal_axes;
   return axes * by.cwiseProduct(axes.conjugate() * v).eval();
 }
@@ -48,6 +50,20 @@ Vec3 to_spin(const BodyModel& model, const Quaternionf& rotation, const Vec3& mo
 
 Vec3 to_momentum(const BodyModel& model, const Quaternionf& rotation, const Vec3& spin) {
   return scale(model, rotation, model.inertia_kg_m2, spin);
+}
+
+// Alike along all axes. By its elements: a loop over so few becomes a call of memset.
+Mat3 all_axes(float x) {
+  Mat3 m;
+  m << x, 0.0F, 0.0F, 0.0F, x, 0.0F, 0.0F, 0.0F, x;
+  return m;
+}
+
+Mat3 inverse_inertia(const BodyModel& model, const Quaternionf& rotation) {
+  const Vec3 inverse = model.inertia_kg_m2.cwiseInverse();
+  if (model.even) return all_axes(inverse.x());
+  const Mat3 axes = (rotation * model.principal_axes).toRotationMatrix();
+  return axes * inverse.asDiagonal() * axes.transpose();
 }
 
 Quaternionf turned(const Quaternionf& rotation, const Vec3& by) {
@@ -158,40 +174,45 @@ void Bodies::accelerate(std::size_t body, const Load& load, float period_s) noex
   const BodyModel& model = models_[body];
   const BodyState& state = states_[body];
   const Centre& centre = centres_[body];
-  const Vec3 outside = load.force_N + model.mass_kg * gravity_m_s2_;
-  const Vec3 force = outside - model.spring_N_m * (centre.position_m - model.start_m);
-  const float slowed = 1.0F / (1.0F + period_s * model.damping_N_s_m / model.mass_kg);
   SolverBody& solver_body = solver_bodies_[body];
-  solver_body = {};
   solver_body.object = model.object;
   solver_body.asleep = (asleep_ & of_body(body)) != 0;
   if (solver_body.asleep) return;
+  const Vec3 outside = load.force_N + model.mass_kg * gravity_m_s2_;
+  const Vec3 force = outside - model.spring_N_m * (centre.position_m - model.start_m);
+  const float slowed = 1.0F / (1.0F + period_s * model.damping_N_s_m / model.mass_kg);
+  solver_body.inverse_mass = solver_body.inverse_inertia = all_axes(0.0F);
+  solver_body.spin_rad_s = solver_body.constrained_N_s = solver_body.gained_m_s = Vec3::Zero();
+  solver_body.correction_m = solver_body.correction_rad = Vec3::Zero();
   solver_body.centre_m = centre.position_m;
   solver_body.restitution = model.restitution;
   solver_body.velocity_m_s = slowed * (centre.velocity_m_s + (period_s / model.mass_kg) * force);
-  const Mat3 along_axis = model.axis * model.axis.transpose();
+  const float inverse_mass = 1.0F / model.mass_kg;
+  const auto axis_squared = [&] { return Mat3(model.axis * model.axis.transpose()); };
   switch (model.motion) {
     case scene::Motion::Free: {
-      const Mat3 axes = (state.rotation * model.principal_axes).toRotationMatrix();
-      const Vec3 damped =
-          Vec3::Ones() + (period_s * model.angular_damping_N_m_s) * model.inertia_kg_m2.cwiseInverse();
-      solver_body.inverse_mass = Mat3::Identity() / model.mass_kg;
-      solver_body.inverse_inertia = axes * model.inertia_kg_m2.cwiseInverse().asDiagonal() * axes.transpose();
+      solver_body.inverse_mass = all_axes(inverse_mass);
+      solver_body.inverse_inertia = inverse_inertia(model, state.rotation);
       Vec3& momentum = accelerated_momentum_[body];
       momentum = angular_momentum_[body] + period_s * load.torque_N_m;
-      if (model.angular_damping_N_m_s > 0.0F)
+      if (model.angular_damping_N_m_s > 0.0F) {
+        const Vec3 damped =
+            Vec3::Ones() + (period_s * model.angular_damping_N_m_s) * model.inertia_kg_m2.cwiseInverse();
         momentum = scale(model, state.rotation, damped.cwiseInverse(), momentum);
-      solver_body.spin_rad_s = to_spin(model, state.rotation, momentum);
+      }
+      solver_body.spin_rad_s = solver_body.inverse_inertia * momentum;
       break;
     }
     case scene::Motion::Translate:
-      solver_body.inverse_mass = Mat3::Identity() / model.mass_kg;
+      solver_body.inverse_mass = all_axes(inverse_mass);
       break;
-    case scene::Motion::Plane:
-      solver_body.inverse_mass = (Mat3::Identity() - along_axis) / model.mass_kg;
+    case scene::Motion::Plane: {
+      const Mat3 along_axis = axis_squared();
+      solver_body.inverse_mass = all_axes(inverse_mass) - inverse_mass * along_axis;
       solver_body.constrained_N_s = period_s * (along_axis * outside);
       solver_body.velocity_m_s -= along_axis * solver_body.velocity_m_s;
       break;
+    }
     case scene::Motion::Slide:
     case scene::Motion::Turn: {
       const bool turns = model.motion == scene::Motion::Turn;
@@ -206,9 +227,9 @@ void Bodies::accelerate(std::size_t body, const Load& load, float period_s) noex
       if (turns) {
         solver_body.centre_m = model.pivot_m;
         solver_body.spin_rad_s = speed * model.axis;
-        solver_body.inverse_inertia = along_axis / model.control_inertia;
+        solver_body.inverse_inertia = axis_squared() / model.control_inertia;
       } else {
-        solver_body.inverse_mass = along_axis / model.control_inertia;
+        solver_body.inverse_mass = axis_squared() / model.control_inertia;
       }
       break;
     }
@@ -270,8 +291,12 @@ void Bodies::advance(std::size_t body, float period_s) noexcept {
   switch (model.motion) {
     case scene::Motion::Free: {
       // The spin at half the period: the angular momentum is constant, the spin is not.
-      const Quaternionf middle = turned(state.rotation, (0.5F * period_s) * state.spin_rad_s);
-      state.rotation = turned(state.rotation, period_s * to_spin(model, middle, angular_momentum_[body]));
+      Vec3 spin = state.spin_rad_s;
+      if (!model.even) {
+        const Vec3 grows = solver_bodies_[body].inverse_inertia * angular_momentum_[body].cross(spin);
+        spin += (0.5F * period_s) * grows;
+      }
+      state.rotation = turned(state.rotation, period_s * spin);
       state.spin_rad_s = to_spin(model, state.rotation, angular_momentum_[body]);
       centre.position_m += period_s * centre.velocity_m_s;
       limit_speed(body,

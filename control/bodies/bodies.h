@@ -17,9 +17,9 @@
 // body's velocity feels the one with which it moves in the ticks that go by (velocity_at()). A tick does at least one step of what is to do, so it takes at
 // most kMostBodyStepWork more than it may, and all is done in the end with any work but none.
 //
-// Bodies that touch each other and lie still sleep together (control/bodies/sleep.cpp): they keep their poses, and cost nothing until a
+// Bodies that are near each other and lie still sleep together (control/bodies/sleep.cpp): they keep their poses, and cost nothing until a
 // fingertip or tissue pushes one of them, an awake body comes near, or the scene gets other materials. They wake before the step of that
-// tick, so a hand feels no difference. Sliders, dials and buttons do not sleep, nor what touches them.
+// tick, so a hand feels no difference.
 #pragma once
 
 #include <array>
@@ -59,6 +59,7 @@ static_assert(kMaxBodies <= 16);
 struct BodyModel {
   std::uint8_t object = 0;  // in the world
   scene::Motion motion{};
+  bool even = true;  // the principal moments are equal
   float mass_kg = 1.0F;
   Vec3 centre_m = Vec3::Zero();       // of mass, in the object's frame
   Vec3 inertia_kg_m2 = Vec3::Ones();  // principal moments, about the centre of mass
@@ -145,6 +146,11 @@ class Bodies {
     Vec3 velocity_m_s = Vec3::Zero();
   };
 
+  struct CarriedPart {  // of a finger: what carry() changes
+    GodObject god;
+    GodObject rest;
+    Anchor anchor;
+  };
   struct Before {  // of what a move changes, to take it back
     BodyState state;
     Centre centre;
@@ -170,7 +176,7 @@ class Bodies {
   void apply_contacts(std::size_t body, float period_s) noexcept;
   void wake(BodySet bodies) noexcept;
   void wake_touched(const World& world, float period_s, Work& work) noexcept;
-  void let_sleep(float period_s) noexcept;
+  void let_sleep(const World& world, float period_s) noexcept;
   [[nodiscard]] bool is_still(std::size_t body) const noexcept;
   void limit_speed(std::size_t body, float period_s) noexcept;
   void advance(std::size_t body, float period_s) noexcept;
@@ -209,6 +215,8 @@ class Bodies {
   BodySet asleep_ = 0;
   std::array<BodySet, kMaxBodies> islands_{};  // of those asleep: that sleep and wake together
   std::array<float, kMaxBodies> still_s_{};    // for how long
+
+  std::array<CarriedPart, kMaxArms - 1> fingers_before_;  // the move of a body: all but the last one
 
   std::array<Pin, kMaxBodies> pins_;
   std::array<bool, kMaxBodies> pinned_{};

@@ -10,13 +10,6 @@ namespace {
 constexpr std::uint32_t kAccelerateWork = 4;  // a body
 constexpr std::uint32_t kMoveBodyWork = 12;
 
-// What carry() changes of a finger.
-struct CarriedPart {
-  GodObject god;
-  GodObject rest;
-  Anchor anchor;
-};
-
 }  // namespace
 
 void Bodies::accelerate_all(float period_s) noexcept {
@@ -53,7 +46,7 @@ Bodies::Load Bodies::searched_load(std::size_t body, float period_s) const noexc
 
 void Bodies::begin_anew() noexcept {
   stage_ = Stage::kBegin;
-  pressing_ = {};
+  if (pressed_ != 0) pressing_ = {};
   pressed_ = 0;
 }
 
@@ -63,11 +56,12 @@ bool Bodies::begin(const World& world, float period_s, Work& work) noexcept {
   for (std::size_t i = 0; i < grip_count_; ++i) touched |= of_body(grips_[i].body);
   wake(touched);
   if (asleep_ == (1U << count_) - 1U) return false;
-  searched_loads_ = loads_;
+  std::copy_n(loads_.begin(), count_, searched_loads_.begin());
   accelerate_all(period_s);
   work.charge(kAccelerateWork * static_cast<std::uint32_t>(count_));
   wake_touched(world, period_s, work);
-  solver_.begin(std::span(solver_bodies_).first(count_), std::span(grips_).first(grip_count_), period_s);
+  solver_.begin(world, std::span(solver_bodies_).first(count_), std::span(grips_).first(grip_count_),
+                period_s);
   stage_ = Stage::kSearch;
   return true;
 }
@@ -95,7 +89,7 @@ void Bodies::step(World& world, std::span<Finger> fingers, float period_s, bool 
   }
   pace_ = done ? 1.0F / static_cast<float>(ticks_) : std::min(pace_, 1.0F / static_cast<float>(ticks_ + 1));
   if (done) {
-    let_sleep(period_s);
+    let_sleep(world, period_s);
     begin_anew();
     ticks_ = 0;
   }
@@ -155,19 +149,21 @@ bool Bodies::move_body(std::size_t body, World& world, std::span<Finger> fingers
   limit_speed(body, period_s);
   advance(body, period_s);
   place(body, world.objects[index]);
-  std::array<CarriedPart, kMaxArms> parts_before;
+  std::array<bool, kMaxArms> kept{};
   std::size_t carried = 0;
   for (; carried < fingers.size(); ++carried) {
     Finger& finger = fingers[carried];
-    parts_before[carried] = {finger.god, finger.rest, finger.anchor};
-    const bool meets = finger.started && (finger.inside & only(index)) == 0;
-    if (meets && !carry(world, index, before, finger, pins_[body], effort)) break;
+    if (!finger.started || (finger.inside & only(index)) != 0) continue;
+    kept[carried] = carried + 1 < fingers.size();
+    if (kept[carried]) fingers_before_[carried] = {finger.god, finger.rest, finger.anchor};
+    if (!carry(world, index, before, finger, pins_[body], effort)) break;
   }
   if (carried == fingers.size()) return true;
   for (std::size_t i = 0; i < carried; ++i) {
-    fingers[i].god = parts_before[i].god;
-    fingers[i].rest = parts_before[i].rest;
-    fingers[i].anchor = parts_before[i].anchor;
+    if (!kept[i]) continue;
+    fingers[i].god = fingers_before_[i].god;
+    fingers[i].rest = fingers_before_[i].rest;
+    fingers[i].anchor = fingers_before_[i].anchor;
   }
   world.objects[index] = before;
   if (effort.work.is_spent() && may_wait) {

@@ -9,9 +9,22 @@ namespace {
 
 constexpr float kGap_m = 2.0F * kSurfaceTolerance_m;
 
-bool reaches(const PlacedObject& object, const Vec3& p) {
-  return (p.array() >= object.lo_m.array() - kGap_m).all() &&
-         (p.array() <= object.hi_m.array() + kGap_m).all();
+struct Box {
+  Vec3 lo_m;
+  Vec3 hi_m;
+};
+
+bool reaches(const Box& box, const Vec3& p) {
+  for (Eigen::Index i = 0; i < 3; ++i)
+    if (p[i] < box.lo_m[i] - kGap_m || p[i] > box.hi_m[i] + kGap_m) return false;
+  return true;
+}
+
+bool is_on(const GodObject& god, std::uint8_t object) {
+  if (god.has_beside && god.beside.object == object) return true;
+  for (std::size_t i = 0; i < god.count; ++i)
+    if (god.contacts[i].object == object) return true;
+  return false;
 }
 
 // The god object's contact with the object, and its plane, taken out of the list.
@@ -43,12 +56,9 @@ bool take_contact(GodObject& god, std::uint8_t object, Contact& contact, Vec3& n
 
 // The box about the old and the new pose holds the path of every point of the object, except for the curvature of its
 // rotation. That is less than the motion of the box, so the box grows by the motion.
-PlacedObject box_of_motion(const PlacedObject& before, const PlacedObject& now) {
+Box box_of_motion(const PlacedObject& before, const PlacedObject& now) {
   const Vec3 margin = (before.lo_m - now.lo_m).cwiseAbs().cwiseMax((before.hi_m - now.hi_m).cwiseAbs());
-  PlacedObject both = now;
-  both.lo_m = now.lo_m.cwiseMin(before.lo_m) - margin;
-  both.hi_m = now.hi_m.cwiseMax(before.hi_m) + margin;
-  return both;
+  return {now.lo_m.cwiseMin(before.lo_m) - margin, now.hi_m.cwiseMax(before.hi_m) + margin};
 }
 
 bool is_at(const Vec3& a, const Vec3& b, float within_m) {
@@ -84,7 +94,7 @@ bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& be
     const Anchor& anchor = finger.anchor;
     if (anchor.holds && anchor.object == moved && anchor.world_m == god.position_m) local = anchor.local_m;
   } else {
-    PlacedObject both = box_of_motion(before, now);
+    Box both = box_of_motion(before, now);
     both.lo_m.array() -= world.margin_m;
     both.hi_m.array() += world.margin_m;
     if (!reaches(both, god.position_m)) return true;
@@ -127,12 +137,12 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
            Effort& effort) noexcept {
   if (world.tip_radius_m > 0.0F) return carry_sphere(world, moved, before, finger, pin, effort);
   const PlacedObject& now = world.objects[moved];
+  if (!is_on(finger.god, moved) && !reaches(box_of_motion(before, now), finger.god.position_m)) return true;
   GodObject god = finger.god;
   Contact contact;
   Vec3 normal;  // of a ball
   const bool touched = take_contact(god, moved, contact, normal);
   const bool beside = god.has_beside && god.beside.object == moved;
-  if (!touched && !beside && !reaches(box_of_motion(before, now), god.position_m)) return true;
 
   // The place on the object where the god object rests, or where the object hits it.
   Vec3 from = before.to_local(god.position_m);

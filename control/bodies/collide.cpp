@@ -10,8 +10,8 @@ namespace thimble::control {
 
 void collide_point_with_plane(const PlacedObject& plane, const Vec3& point, float margin,
                               Manifold& out) noexcept {
-  const Vec3 normal = plane.turn(plane.shape.vector);
-  const float depth = plane.shape.radius_m - plane.shape.vector.dot(plane.to_local(point));
+  const Vec3& normal = plane.normal;
+  const float depth = plane.offset_m - normal.dot(point);
   if (depth >= -margin) out.add({point + 0.5F * depth * normal, normal, depth});
 }
 
@@ -64,10 +64,14 @@ void collide_capsule(const PlacedObject& a, const PlacedObject& b, float margin,
 
 void collide_points_with_plane(const PlacedObject& a, const PlacedObject& plane, float margin,
                                Manifold& out) {
-  const Vec3 down = a.turn_back(-plane.turn(plane.shape.vector));
+  const Vec3 down = a.turn_back(-plane.normal);
+  const float height_m = plane.normal.dot(a.position_m) - plane.offset_m;
   LowestPoints points;
   const std::size_t count = a.row->collision->lowest(a.shape, down, points);
-  for (std::size_t i = 0; i < count; ++i) collide_point_with_plane(plane, a.to_world(points[i]), margin, out);
+  for (std::size_t i = 0; i < count; ++i) {
+    const float depth = down.dot(points[i]) - height_m;
+    if (depth >= -margin) out.add({a.to_world(points[i]) + 0.5F * depth * plane.normal, plane.normal, depth});
+  }
 }
 
 // A cylinder or box seen along an axis that it shares with a cylinder: a circle or a rectangle, in its own

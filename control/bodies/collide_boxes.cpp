@@ -8,35 +8,41 @@
 namespace thimble::control {
 namespace {
 
+// The part of the polygon where sign * its coordinate on the axis is at most limit.
+void clip_along(Outline& polygon, Eigen::Index axis, float sign, float limit) {
+  bool beyond = false;
+  for (std::size_t i = 0; i < polygon.count; ++i) beyond = beyond || sign * polygon.corner[i][axis] > limit;
+  if (beyond) polygon = clip(polygon, sign * Vec3::Unit(axis), limit);
+}
+
 // The incident face of `other` (the one most opposed to `normal`), clipped to the sides of the face of `box`
-// on axis k.
-void clip_faces(const OrientedBox& box, Eigen::Index k, const Vec3& normal, const OrientedBox& other,
-                bool reversed, float margin, Manifold& out) {
-  const Vec3 along = other.axes.transpose() * normal;
+// on axis k, in the frame of the box. `axes`, `centre_m`: of the other one in that frame. sign: of the normal on axis k.
+void clip_faces(const OrientedBox& box, Eigen::Index k, float sign, const Mat3& axes, const Vec3& centre_m,
+                const Vec3& half_m, bool reversed, float margin, Manifold& out) {
   Eigen::Index face = 0;
-  along.cwiseAbs().maxCoeff(&face);
-  const Vec3 out_of_face = along[face] > 0.0F ? Vec3(-other.axes.col(face)) : Vec3(other.axes.col(face));
+  axes.row(k).cwiseAbs().maxCoeff(&face);
+  const float towards = sign * axes(k, face) > 0.0F ? -half_m[face] : half_m[face];
   const Eigen::Index u = (face + 1) % 3;
   const Eigen::Index v = (face + 2) % 3;
-  const Vec3 middle = other.centre_m + other.half_m[face] * out_of_face;
-  const Vec3 side_u = other.half_m[u] * other.axes.col(u);
-  const Vec3 side_v = other.half_m[v] * other.axes.col(v);
+  const Vec3 middle = centre_m + towards * axes.col(face);
+  const Vec3 side_u = half_m[u] * axes.col(u);
+  const Vec3 side_v = half_m[v] * axes.col(v);
   Outline polygon;
   polygon.add(middle + side_u + side_v);
   polygon.add(middle - side_u + side_v);
   polygon.add(middle - side_u - side_v);
   polygon.add(middle + side_u - side_v);
   for (const Eigen::Index side : {(k + 1) % 3, (k + 2) % 3}) {
-    const Vec3 axis = box.axes.col(side);
-    const float at = axis.dot(box.centre_m);
-    polygon = clip(polygon, axis, at + box.half_m[side]);
-    polygon = clip(polygon, -axis, box.half_m[side] - at);
+    clip_along(polygon, side, 1.0F, box.half_m[side]);
+    clip_along(polygon, side, -1.0F, box.half_m[side]);
   }
-  const float offset = normal.dot(box.centre_m) + box.half_m[k];
+  const Vec3 normal = sign * box.axes.col(k);
   for (std::size_t i = 0; i < polygon.count; ++i) {
-    const float depth = offset - normal.dot(polygon.corner[i]);
+    Vec3& corner = polygon.corner[i];
+    const float depth = box.half_m[k] - sign * corner[k];
     if (depth < -margin) continue;
-    out.add({polygon.corner[i] + 0.5F * depth * normal, reversed ? Vec3(-normal) : normal, depth});
+    corner[k] += 0.5F * depth * sign;
+    out.add({box.centre_m + box.axes * corner, reversed ? Vec3(-normal) : normal, depth});
   }
 }
 
@@ -55,20 +61,20 @@ Vec3 edge_middle(const OrientedBox& box, Eigen::Index along, const Vec3& directi
 
 void collide_boxes(const OrientedBox& a, const OrientedBox& b, float margin_m, Manifold& out) noexcept {
   const Vec3 from_b = a.centre_m - b.centre_m;
-  const auto extent = [](const OrientedBox& box, const Vec3& direction) {
-    return box.half_m.dot((box.axes.transpose() * direction).cwiseAbs());
-  };
-  const auto gap = [&](const Vec3& direction) {
-    return std::abs(from_b.dot(direction)) - extent(a, direction) - extent(b, direction);
-  };
+  // b in the frame of a: its axes, their lengths along those of a, and the place of a.
+  const Mat3 axes = a.axes.transpose() * b.axes;
+  const Mat3 along = axes.cwiseAbs();
+  const Vec3 in_a = a.axes.transpose() * from_b;
+  const Vec3 in_b = b.axes.transpose() * from_b;
+  const Vec3 faces_of_a = in_a.cwiseAbs() - a.half_m - along * b.half_m;
+  const Vec3 faces_of_b = in_b.cwiseAbs() - b.half_m - along.transpose() * a.half_m;
 
   // The face with the least penetration; a pair of edges only where its penetration is clearly less, so that
   // a resting face contact does not change to an edge contact.
   float face_gap = -std::numeric_limits<float>::infinity();
   Eigen::Index face = 0;
   for (Eigen::Index i = 0; i < 6; ++i) {
-    const Vec3 direction = i < 3 ? a.axes.col(i) : b.axes.col(i - 3);
-    const float g = gap(direction);
+    const float g = i < 3 ? faces_of_a[i] : faces_of_b[i - 3];
     if (g > margin_m) return;
     constexpr float kSooner_m = 1.0e-6F;  // of equal faces the first, independent of rounding
     if (g > face_gap + kSooner_m) {
@@ -76,53 +82,57 @@ void collide_boxes(const OrientedBox& a, const OrientedBox& b, float margin_m, M
       face = i;
     }
   }
-  float edge_gap = -std::numeric_limits<float>::infinity();
+  constexpr float kShare = 0.9F;
+  constexpr float kClearly_m = 1.0e-5F;
+  float edge_gap = std::max(kShare * face_gap, face_gap) + kClearly_m;
+  bool edges = false;
   Eigen::Index edge_a = 0;
   Eigen::Index edge_b = 0;
-  Vec3 edge_direction = Vec3::Zero();
   for (Eigen::Index i = 0; i < 3; ++i) {
+    const Eigen::Index i1 = (i + 1) % 3;
+    const Eigen::Index i2 = (i + 2) % 3;
     for (Eigen::Index j = 0; j < 3; ++j) {
-      const Vec3 cross = a.axes.col(i).cross(b.axes.col(j));
-      const float length = cross.norm();
+      const Eigen::Index j1 = (j + 1) % 3;
+      const Eigen::Index j2 = (j + 2) % 3;
+      // Along the cross product of the two axes, which is no longer than 1.
+      float g = std::abs(in_a[i2] * axes(i1, j) - in_a[i1] * axes(i2, j)) - a.half_m[i1] * along(i2, j) -
+                a.half_m[i2] * along(i1, j) - b.half_m[j1] * along(i, j2) - b.half_m[j2] * along(i, j1);
+      if (g <= std::min(edge_gap, 0.0F)) continue;
+      const float length = planar_length(axes(i1, j), axes(i2, j));
       constexpr float kLeastSine = 1.0e-2F;
       if (length < kLeastSine) continue;
-      const Vec3 direction = cross / length;
-      const float g = gap(direction);
+      g /= length;
       if (g > margin_m) return;
       if (g > edge_gap) {
         edge_gap = g;
         edge_a = i;
         edge_b = j;
-        edge_direction = direction;
+        edges = true;
       }
     }
   }
-  constexpr float kShare = 0.9F;
-  constexpr float kClearly_m = 1.0e-5F;
-  const bool edges = edge_gap > std::max(kShare * face_gap, face_gap) + kClearly_m;
   if (edges) {
-    const Vec3 normal = edge_direction.dot(from_b) < 0.0F ? Vec3(-edge_direction) : edge_direction;
+    const Vec3 direction = a.axes.col(edge_a).cross(b.axes.col(edge_b)).normalized();
+    const Vec3 normal = direction.dot(from_b) < 0.0F ? Vec3(-direction) : direction;
     const Vec3 p = edge_middle(a, edge_a, -normal);
     const Vec3 q = edge_middle(b, edge_b, normal);
     const Vec3 da = a.axes.col(edge_a);
     const Vec3 db = b.axes.col(edge_b);
     // Nearest points of two lines of unit direction.
-    const float along = da.dot(db);
-    const float scale = 1.0F / (1.0F - along * along);
+    const float cosine = da.dot(db);
+    const float scale = 1.0F / (1.0F - cosine * cosine);
     const Vec3 r = q - p;
-    const float s = std::clamp((r.dot(da) - along * r.dot(db)) * scale, -a.half_m[edge_a], a.half_m[edge_a]);
-    const float t = std::clamp((along * r.dot(da) - r.dot(db)) * scale, -b.half_m[edge_b], b.half_m[edge_b]);
+    const float s = std::clamp((r.dot(da) - cosine * r.dot(db)) * scale, -a.half_m[edge_a], a.half_m[edge_a]);
+    const float t = std::clamp((cosine * r.dot(da) - r.dot(db)) * scale, -b.half_m[edge_b], b.half_m[edge_b]);
     out.add({0.5F * (p + s * da + q + t * db), normal, -edge_gap});
     return;
   }
   if (face < 3) {
-    const Vec3 axis = a.axes.col(face);
-    const Vec3 out_of_a = axis.dot(from_b) > 0.0F ? Vec3(-axis) : axis;
-    clip_faces(a, face, out_of_a, b, true, margin_m, out);
+    const float sign = in_a[face] > 0.0F ? -1.0F : 1.0F;
+    clip_faces(a, face, sign, axes, -in_a, b.half_m, true, margin_m, out);
   } else {
-    const Vec3 axis = b.axes.col(face - 3);
-    const Vec3 out_of_b = axis.dot(from_b) < 0.0F ? Vec3(-axis) : axis;
-    clip_faces(b, face - 3, out_of_b, a, false, margin_m, out);
+    const float sign = in_b[face - 3] < 0.0F ? -1.0F : 1.0F;
+    clip_faces(b, face - 3, sign, axes.transpose(), in_b, a.half_m, false, margin_m, out);
   }
 }
 

@@ -9,7 +9,9 @@ namespace {
 
 // A contact point of the previous tick within this distance is the same one.
 constexpr float kSamePlace_m = 2.0e-3F;
-constexpr float kSameDirection = 0.9F;  // cosine
+// So near that no other one is nearer: place and normal.
+constexpr float kSurelySame_m = 1.0e-5F;
+constexpr float kUnchanged = 0.999F;
 
 }  // namespace
 
@@ -17,8 +19,10 @@ constexpr float kSameDirection = 0.9F;  // cosine
 void ContactSolver::recall(std::span<const SolverBody> bodies, Patch& patch) noexcept {
   const StoredPatch* best = nullptr;
   float alike = kSameDirection;
-  for (std::size_t i = 0; i < stored_count_; ++i) {
-    const StoredPatch& stored = stored_[i];
+  // Patches are mostly found in the same order.
+  for (std::size_t i = 0; i < stored_count_ && alike < kUnchanged; ++i) {
+    if (++recalled_ >= stored_count_) recalled_ = 0;
+    const StoredPatch& stored = stored_[recalled_];
     if (stored.object_a != patch.object_a || stored.object_b != patch.object_b) continue;
     if (const float cosine = stored.normal.dot(patch.normal); cosine > alike) {
       alike = cosine;
@@ -40,7 +44,8 @@ void ContactSolver::recall(std::span<const SolverBody> bodies, Patch& patch) noe
     const Vec3 place_m = p.point_m - bodies[patch.a].centre_m;
     float nearest = kSamePlace_m * kSamePlace_m;
     std::size_t same = best->count;
-    for (std::size_t j = 0; j < best->count; ++j) {
+    for (std::size_t k = 0; k < best->count && nearest > kSurelySame_m * kSurelySame_m; ++k) {
+      const std::size_t j = (i + k) % best->count;
       const float distance = (stored_points_[best->first + j].place_m - place_m).squaredNorm();
       if (!taken[j] && distance < nearest) {
         nearest = distance;
@@ -62,15 +67,6 @@ void ContactSolver::recall(std::span<const SolverBody> bodies, Patch& patch) noe
     fresh[i]->impulse_N_s = gone_N_s / static_cast<float>(fresh_count);
 }
 
-void ContactSolver::touching(std::span<std::uint16_t> touch) noexcept {
-  for (std::uint16_t& each : touch) each = 0;
-  for (const Patch& patch : found_.patches()) {
-    if (patch.b == kNoBody) continue;
-    touch[patch.a] |= static_cast<std::uint16_t>(1U << patch.b);
-    touch[patch.b] |= static_cast<std::uint16_t>(1U << patch.a);
-  }
-}
-
 // Of what is stored, only the patches of those bodies: they go on when the bodies wake.
 void ContactSolver::keep_of_sleepers(std::span<const SolverBody> bodies) noexcept {
   std::size_t kept = 0;
@@ -90,6 +86,7 @@ void ContactSolver::keep_of_sleepers(std::span<const SolverBody> bodies) noexcep
 
 // An impact ends in its tick: nothing of it is stored.
 void ContactSolver::store_impulses(std::span<const SolverBody> bodies) noexcept {
+  grips_.store();
   keep_of_sleepers(bodies);
   if (stored_count_ + found_.patches().size() > stored_.size() ||
       stored_point_count_ + found_.points() > stored_points_.size())

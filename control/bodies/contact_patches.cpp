@@ -42,7 +42,7 @@ void choose(Candidates& from, std::size_t count, std::size_t to, Score score) {
 // The deepest point, of level ones the outermost, so that rounding does not choose it; the one farthest from it, the one that spans the largest triangle with both, and the one
 // that lies farthest outside this triangle. A point that is less deep counts as nearer: on rough ground an open point
 // farther out would take the place of one that bears, and the body would rock on the points that are left.
-std::size_t reduce(Candidates& points, std::size_t count) {
+[[gnu::cold]] std::size_t reduce(Candidates& points, std::size_t count) {
   if (count <= kMaxPatchPoints) return count;
   const auto end = points.begin() + static_cast<std::ptrdiff_t>(count);
   const float deepest_m = (*std::max_element(points.begin(), end, is_less_deep))->depth_m;
@@ -76,7 +76,9 @@ std::size_t reduce(Candidates& points, std::size_t count) {
 void ContactPatches::clear() noexcept {
   patch_count_ = 0;
   used_ = 0;
+  if (in_order_) return;
   for (std::size_t i = 0; i < free_.size(); ++i) free_[i] = static_cast<std::uint8_t>(i);
+  in_order_ = true;
 }
 
 // Takes the least deep point from a patch.
@@ -85,6 +87,7 @@ void ContactPatches::drop_point(Patch& patch) noexcept {
   for (std::size_t i = 1; i < patch.count; ++i) {
     if (point(patch, i).depth_m < point(patch, least).depth_m) least = i;
   }
+  in_order_ = false;
   free_[--used_] = patch.points[least];
   patch.points[least] = patch.points[--patch.count];
 }
@@ -128,35 +131,31 @@ Patch* ContactPatches::place_for(float deepest_m, Effort& effort) noexcept {
   return least;
 }
 
-Patch* ContactPatches::add(const Patch& patch) noexcept {
-  if (patch_count_ == patches_.size()) return nullptr;
-  Patch& added = patches_[patch_count_++];
-  added = patch;
-  return &added;
-}
-
-void ContactPatches::add(const Patch& pair, const Manifold& manifold, Effort& effort) noexcept {
+void ContactPatches::add(const PatchPair& pair, const Manifold& manifold, Effort& effort) noexcept {
   std::array<bool, kMaxManifold> taken{};
   for (std::size_t i = 0; i < manifold.count; ++i) {
     if (taken[i]) continue;
-    Candidates of_patch{};
+    Candidates of_patch;
     std::size_t count = 0;
     for (std::size_t j = i; j < manifold.count; ++j) {
       if (taken[j] || manifold.points[i].normal.dot(manifold.points[j].normal) < kSameNormal) continue;
       taken[j] = true;
       of_patch[count++] = &manifold.points[j];
     }
-    effort.work.charge(2U + 2U * static_cast<std::uint32_t>(count));
+    effort.work.charge(2U + static_cast<std::uint32_t>(count));
     count = reduce(of_patch, count);
-    Chosen chosen{};
+    Chosen chosen;
     std::copy_n(of_patch.begin(), count, chosen.begin());
     const float deepest_m =
         (*std::max_element(chosen.begin(), chosen.begin() + static_cast<std::ptrdiff_t>(count), is_less_deep))
             ->depth_m;
     Patch* patch = place_for(deepest_m, effort);
     if (patch == nullptr) continue;
-    *patch = pair;
+    static_cast<PatchPair&>(*patch) = pair;
     patch->count = 0;
+    patch->sliding = false;
+    patch->held_N_s = patch->drag_per_kg = 0.0F;
+    patch->impulse_N_s = patch->slip_m = Vec3::Zero();
     patch->deepest_m = deepest_m;
     patch->normal = chosen[0]->normal;
     count = make_room(chosen, count, deepest_m, effort);

@@ -43,24 +43,26 @@ struct PatchPoint {
   NormalRow row;
 };
 
-// Friction has three directions: two along the surface and the turn about the normal, which is counted at
-// radius_m: its speed is radius_m times the relative spin, its impulse the moment over radius_m.
-struct Patch {
+struct PatchPair {
   std::uint8_t object_a = 0;
   std::uint8_t object_b = 0;
   std::uint8_t a = 0;  // indices of the bodies; kNoBody: a fixed object
   std::uint8_t b = 0;
+  float static_friction = 0.0F;
+  float dynamic_friction = 0.0F;
+};
+
+// Friction has three directions: two along the surface and the turn about the normal, which is counted at
+// radius_m: its speed is radius_m times the relative spin, its impulse the moment over radius_m.
+struct Patch : PatchPair {
   std::uint8_t count = 0;
   std::array<std::uint8_t, kMaxPatchPoints> points{};
   bool sliding = false;
   float deepest_m = 0.0F;
-  float static_friction = 0.0F;
-  float dynamic_friction = 0.0F;
-  float held_N_s =
-      0.0F;  // normal impulse that no point has: of a grip, and where neither body can move along the normal
+  float held_N_s = 0.0F;  // normal impulse that no point has, where neither body can move along the normal
   Vec3 normal;
-  std::array<Vec3, 2> across;  // zero in a grip
-  Vec3 centre_m;               // of pressure
+  std::array<Vec3, 2> across;
+  Vec3 centre_m;  // of pressure
   float radius_m = 0.0F;
   Mat3 mass;                 // effective mass of the three directions; zero where neither body can move
   float drag_per_kg = 0.0F;  // of a patch that slides: its slip is -drag * impulse
@@ -72,10 +74,8 @@ class ContactPatches {
  public:
   void clear() noexcept;
 
-  // Adds the contact points of a pair; `pair` has the objects, the bodies and the friction.
-  void add(const Patch& pair, const Manifold& manifold, Effort& effort) noexcept;
-  // A patch without points. Null when there are kMaxBodyPatches.
-  Patch* add(const Patch& patch) noexcept;
+  // Adds the contact points of a pair.
+  void add(const PatchPair& pair, const Manifold& manifold, Effort& effort) noexcept;
 
   [[nodiscard]] std::span<Patch> patches() noexcept { return {patches_.data(), patch_count_}; }
   [[nodiscard]] PatchPoint& point(const Patch& patch, std::size_t i) noexcept {
@@ -93,6 +93,7 @@ class ContactPatches {
   std::array<Patch, kMaxBodyPatches> patches_;
   std::array<PatchPoint, kMaxBodyContacts> points_;
   std::array<std::uint8_t, kMaxBodyContacts> free_{};  // indices of the points that no patch has
+  bool in_order_ = false;                              // these, before the first point of a step
   std::size_t patch_count_ = 0;
   std::size_t used_ = 0;
 };

@@ -1,6 +1,7 @@
 #include "control/bodies/contact_search.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace thimble::control {
@@ -8,10 +9,25 @@ namespace {
 
 bool collides(const PlacedObject& object) { return object.row->collision != nullptr; }
 
+// Whether the box about an object is wholly outside of a half-space.
+bool is_clear_of(const PlacedObject& object, const PlacedObject& half_space, float margin_m) {
+  const Vec3& normal = half_space.normal;
+  const Vec3 deepest(normal.x() > 0.0F ? object.lo_m.x() : object.hi_m.x(),
+                     normal.y() > 0.0F ? object.lo_m.y() : object.hi_m.y(),
+                     normal.z() > 0.0F ? object.lo_m.z() : object.hi_m.z());
+  return normal.dot(deepest) - half_space.offset_m > margin_m;
+}
+
 }  // namespace
 
-void ContactSearch::begin() noexcept {
-  a_ = partner_ = 0;
+void ContactSearch::begin(const World& world, std::span<const SolverBody> bodies, float period_s) noexcept {
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    moves_m_[i] = bodies[i].asleep ? 0.0F : period_s * bodies[i].velocity_m_s.norm();
+  fixed_ = 0;
+  for (std::size_t i = 0; i < world.count; ++i)
+    if (world.objects[i].body == kNoBody && collides(world.objects[i])) fixed_ |= std::uint64_t{1} << i;
+  a_ = 0;
+  looked_ = false;
   at_ = At::kNext;
 }
 
@@ -32,7 +48,6 @@ bool ContactSearch::go_on(const World& world, std::span<const SolverBody> bodies
         break;
       case At::kEnd:
         end_pair(world, bodies, period_s, found, effort);
-        ++partner_;
         at_ = At::kNext;
         break;
     }
@@ -40,32 +55,51 @@ bool ContactSearch::go_on(const World& world, std::span<const SolverBody> bodies
   }
 }
 
+void ContactSearch::find_near(const World& world, std::span<const SolverBody> bodies) noexcept {
+  const PlacedObject& object = world.objects[bodies[a_].object];
+  const float margin_m = kContactMargin_m + moves_m_[a_];
+  near_fixed_ = 0;
+  for (std::uint64_t left = fixed_; left != 0; left &= left - 1) {
+    const PlacedObject& other = world.objects[static_cast<std::size_t>(std::countr_zero(left))];
+    const bool apart =
+        other.half_space ? is_clear_of(object, other, margin_m) : !boxes_overlap(object, other, margin_m);
+    if (!apart) near_fixed_ |= left & (~left + 1);
+  }
+  near_bodies_ = 0;
+  for (std::size_t i = a_ + 1; i < bodies.size(); ++i) {
+    const PlacedObject& other = world.objects[bodies[i].object];
+    if (!bodies[i].asleep && boxes_overlap(object, other, margin_m + moves_m_[i]) && collides(other))
+      near_bodies_ |= static_cast<std::uint16_t>(1U << i);
+  }
+}
+
 // The next pair whose boxes overlap. False: there is none, or the work is spent.
 bool ContactSearch::begin_next(const World& world, std::span<const SolverBody> bodies, float period_s,
                                Work& work) noexcept {
-  constexpr std::size_t kSkippedPerUnit = 16;
-  for (; a_ < bodies.size(); ++a_, partner_ = 0) {
+  constexpr std::size_t kLooksPerUnit = 5;
+  for (; a_ < bodies.size(); ++a_, looked_ = false) {
     if (bodies[a_].asleep || !collides(world.objects[bodies[a_].object])) continue;
-    if (partner_ == 0) work.charge(1 + static_cast<std::uint32_t>(world.count / kSkippedPerUnit));
-    for (; partner_ < world.count + bodies.size(); ++partner_) {
-      b_ = kNoBody;
-      if (partner_ < world.count) {
-        object_b_ = static_cast<std::uint8_t>(partner_);
-        if (world.objects[partner_].body != kNoBody) continue;
+    if (!looked_) {
+      looked_ = true;
+      find_near(world, bodies);
+      work.charge(1 + static_cast<std::uint32_t>((world.count + bodies.size() - a_) / kLooksPerUnit));
+    }
+    while (near_fixed_ != 0 || near_bodies_ != 0) {
+      if (near_fixed_ != 0) {
+        b_ = kNoBody;
+        object_b_ = static_cast<std::uint8_t>(std::countr_zero(near_fixed_));
+        near_fixed_ &= near_fixed_ - 1;
       } else {
-        b_ = static_cast<std::uint8_t>(partner_ - world.count);
-        if (b_ <= a_ || bodies[b_].asleep) continue;
+        b_ = static_cast<std::uint8_t>(std::countr_zero(near_bodies_));
         object_b_ = bodies[b_].object;
+        near_bodies_ &= static_cast<std::uint16_t>(near_bodies_ - 1U);
       }
-      if (!collides(world.objects[object_b_])) continue;
-      if (begin_pair(world, bodies, period_s)) {
-        return true;
-      }
-      work.charge(1);
-      if (work.left() == 0) {
-        ++partner_;
-        return false;
-      }
+      if (begin_pair(world, bodies, period_s)) return true;
+    }
+    if (work.left() == 0) {
+      ++a_;
+      looked_ = false;
+      return false;
     }
   }
   return false;
@@ -75,10 +109,11 @@ bool ContactSearch::begin_pair(const World& world, std::span<const SolverBody> b
                                float period_s) noexcept {
   const PlacedObject& first = world.objects[bodies[a_].object];
   const PlacedObject& second = world.objects[object_b_];
-  const Vec3& velocity = bodies[a_].velocity_m_s;
-  const Vec3 relative = b_ == kNoBody ? velocity : Vec3(velocity - bodies[b_].velocity_m_s);
-  margin_m_ = kContactMargin_m + period_s * relative.norm();
-  if (!boxes_overlap(first, second, margin_m_)) return false;
+  margin_m_ = kContactMargin_m + moves_m_[a_];
+  if (b_ != kNoBody) {
+    margin_m_ = kContactMargin_m + period_s * (bodies[a_].velocity_m_s - bodies[b_].velocity_m_s).norm();
+    if (!boxes_overlap(first, second, margin_m_)) return false;
+  }
   manifold_.count = 0;
   manifold_.left_out = 0;
   collision_.begin(first, second);
@@ -94,17 +129,15 @@ void ContactSearch::end_pair(const World& world, std::span<const SolverBody> bod
     const ContactPoint& point = manifold_.points[i];
     Vec3 velocity = velocity_at(bodies[a_], point.point_m);
     if (b_ != kNoBody) velocity -= velocity_at(bodies[b_], point.point_m);
-    if (velocity.dot(point.normal) * period_s + std::max(-point.depth_m, 0.0F) <= kContactMargin_m)
-      manifold_.points[kept++] = point;
+    if (velocity.dot(point.normal) * period_s + std::max(-point.depth_m, 0.0F) > kContactMargin_m) continue;
+    if (kept != i) manifold_.points[kept] = point;
+    ++kept;
   }
   manifold_.count = kept;
   if (kept == 0) return;
   const Material& material_a = world.objects[bodies[a_].object].material;
   const Material& material_b = world.objects[object_b_].material;
-  Patch pair;
-  pair.normal = pair.across[0] = pair.across[1] = pair.centre_m = pair.slip_m = pair.impulse_N_s =
-      Vec3::Zero();
-  pair.mass.setZero();
+  PatchPair pair;
   pair.object_a = bodies[a_].object;
   pair.object_b = object_b_;
   pair.a = static_cast<std::uint8_t>(a_);

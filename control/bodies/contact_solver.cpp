@@ -12,7 +12,7 @@ namespace {
 constexpr int kSolverIterations = 10;
 constexpr int kRelaxIterations = 4;
 // The iterations end when no impulse changes the velocity of its contact by more than this.
-constexpr float kConverged_m_s = 1.0e-6F;
+constexpr float kConverged_m_s = 1.0e-5F;
 // The same for springs, as a length: about the rounding of a coordinate of 1 m.
 constexpr float kRounding_m = 1.0e-7F;
 // A contact that closes more slowly than this does not bounce. Gravity alone gives 10 mm/s in one tick at 1
@@ -24,10 +24,6 @@ constexpr float kRest_m = 2.0e-5F;
 constexpr float kTurnsPerTick = 0.25F;
 constexpr float kDampingRatio = 10.0F;
 constexpr float kMaxPush_m_s = 1.0F;  // of the velocity that removes penetration
-// A patch slides when it has moved by this and is at its limit. At 1 % above the limit that takes 6 ms; a resting
-// stack moves less in the ticks in which its impulses converge.
-constexpr float kSlipped_m = 2.0e-6F;
-constexpr float kAtLimit = 1.0F - 1.0e-3F;
 // What a patch takes, besides its points (control/work.h).
 constexpr std::uint32_t kPrepareWork = 9;
 constexpr std::uint32_t kStickingWork = 3;
@@ -73,7 +69,8 @@ ContactSolver::ContactSolver() noexcept = default;
 
 void ContactSolver::reset() noexcept {
   found_.clear();
-  stored_count_ = stored_point_count_ = 0;
+  grips_.clear();
+  stored_count_ = stored_point_count_ = recalled_ = 0;
 }
 
 float ContactSolver::friction_limit_N_s(const Patch& patch) noexcept {
@@ -103,6 +100,7 @@ float ContactSolver::solve_friction(std::span<SolverBody> bodies, Patch& patch,
 float ContactSolver::solve_normals(std::span<SolverBody> bodies, Patch& patch,
                                    const Softness& softness) noexcept {
   float most = 0.0F;
+  PairMotion motion(bodies, patch);
   std::size_t next = patch.count == 0 ? 0 : static_cast<std::size_t>(iteration_) % patch.count;
   for (std::size_t i = 0; i < patch.count; ++i) {
     PatchPoint& p = found_.point(patch, next);
@@ -110,43 +108,44 @@ float ContactSolver::solve_normals(std::span<SolverBody> bodies, Patch& patch,
     if (p.row.mass <= 0.0F) continue;
     const bool soft = p.depth_m > 0.0F && !p.bounces;
     const float push_m_s = soft ? std::min(softness.bias_per_s * p.depth_m, kMaxPush_m_s) : p.target_m_s;
-    const float missing_m_s = push_m_s - separation_speed(bodies, patch, p.row);
+    const float missing_m_s = push_m_s - motion.separation_speed(p.row);
     const float mass = soft ? softness.mass_scale * p.row.mass : p.row.mass;
     const float kept = soft ? 1.0F - softness.impulse_scale : 1.0F;
     const float impulse = std::max(kept * p.impulse_N_s + mass * missing_m_s, 0.0F);
     const float change = impulse - p.impulse_N_s;
     const float change_m_s = std::abs(change) / p.row.mass;
     if (change == 0.0F || is_rounding(change_m_s, softness)) continue;
-    apply_normal_impulse(bodies, patch, p.row, change);
+    motion.add(p.row, change);
     p.impulse_N_s = impulse;
     most = std::max(most, change_m_s);
   }
+  if (most > 0.0F) motion.store(bodies, patch);
   return most;
 }
 
 // The centre of pressure and the mean distance from it, by the impulses of the previous tick, or else with all points
 // alike; the effective mass there.
 void ContactSolver::prepare_friction(std::span<const SolverBody> bodies, Patch& patch) noexcept {
-  if (patch.count != 0) {
-    float sum = 0.0F;
-    for (std::size_t i = 0; i < patch.count; ++i) sum += found_.point(patch, i).impulse_N_s;
-    const auto weight = [&](std::size_t i) {
-      return sum > 0.0F ? found_.point(patch, i).impulse_N_s / sum : 1.0F / static_cast<float>(patch.count);
-    };
-    patch.centre_m = Vec3::Zero();
-    for (std::size_t i = 0; i < patch.count; ++i)
-      patch.centre_m += weight(i) * found_.point(patch, i).point_m;
-    patch.radius_m = 0.0F;
-    if (patch.count > 1) {
-      for (std::size_t i = 0; i < patch.count; ++i)
-        patch.radius_m += weight(i) * (found_.point(patch, i).point_m - patch.centre_m).norm();
-    }
+  float sum = 0.0F;
+  for (std::size_t i = 0; i < patch.count; ++i) sum += found_.point(patch, i).impulse_N_s;
+  constexpr float kNothing_N_s = 1.0e-20F;  // one over it is still a number
+  const bool bears = sum > kNothing_N_s;
+  const float share = 1.0F / (bears ? sum : static_cast<float>(patch.count));
+  const auto weight = [&](const PatchPoint& p) { return bears ? p.impulse_N_s * share : share; };
+  patch.centre_m = Vec3::Zero();
+  for (std::size_t i = 0; i < patch.count; ++i) {
+    const PatchPoint& p = found_.point(patch, i);
+    patch.centre_m += weight(p) * p.point_m;
+  }
+  patch.radius_m = 0.0F;
+  for (std::size_t i = 0; patch.count > 1 && i < patch.count; ++i) {
+    const PatchPoint& p = found_.point(patch, i);
+    patch.radius_m += weight(p) * (p.point_m - patch.centre_m).norm();
   }
   patch.impulse_N_s[2] *= patch.radius_m > 0.0F ? 1.0F / patch.radius_m : 0.0F;
   patch.slip_m[2] *= patch.radius_m;
-  Mat3 response = Mat3::Zero();
-  add_response(bodies[patch.a], patch, response);
-  if (patch.b != kNoBody) add_response(bodies[patch.b], patch, response);
+  Mat3 response = response_of(bodies[patch.a], patch);
+  if (patch.b != kNoBody) response += response_of(bodies[patch.b], patch);
   const float trace = response.trace();
   if (trace <= kNoResponse) {
     patch.mass = Mat3::Zero();
@@ -165,20 +164,23 @@ void ContactSolver::prepare_friction(std::span<const SolverBody> bodies, Patch& 
 void ContactSolver::prepare(std::span<const SolverBody> bodies, Patch& patch, float period_s) noexcept {
   const float restitution =
       std::max(bodies[patch.a].restitution, patch.b == kNoBody ? 0.0F : bodies[patch.b].restitution);
-  if (patch.count == 0) return;  // a grip
   patch.across[0] = patch.normal.unitOrthogonal();
   patch.across[1] = patch.normal.cross(patch.across[0]);
   bool moves = false;
   bool touches = false;
+  const NormalRow* before = nullptr;
+  const PairMotion motion(bodies, patch);
   for (std::size_t i = 0; i < patch.count; ++i) {
     PatchPoint& p = found_.point(patch, i);
-    p.row = normal_row(bodies, patch, p.point_m, p.row.normal);
+    set_row(bodies, patch, p.point_m, before, p.row);
+    before = &p.row;
     touches = touches || p.depth_m >= -kRest_m;
     if (p.row.mass <= 0.0F) continue;
     moves = true;
     p.target_m_s = -std::max(-p.depth_m, 0.0F) / period_s;
-    const float approach = separation_speed(bodies, patch, p.row);
-    if (approach < -kBounce_m_s && approach < p.target_m_s && restitution > 0.0F) {
+    if (restitution <= 0.0F) continue;
+    const float approach = motion.separation_speed(p.row);
+    if (approach < -kBounce_m_s && approach < p.target_m_s) {
       // It bounces with the speed with which the tick began: that of the whole tick's fall would add m g T v to the energy of each bounce.
       float gained_m_s = p.row.normal.dot(bodies[patch.a].gained_m_s);
       if (patch.b != kNoBody) gained_m_s -= p.row.normal.dot(bodies[patch.b].gained_m_s);
@@ -195,43 +197,25 @@ void ContactSolver::prepare(std::span<const SolverBody> bodies, Patch& patch, fl
 }
 
 void ContactSolver::warm_start(std::span<SolverBody> bodies, Patch& patch) noexcept {
+  PairMotion motion(bodies, patch);
   for (std::size_t i = 0; i < patch.count; ++i) {
     const PatchPoint& p = found_.point(patch, i);
-    apply_normal_impulse(bodies, patch, p.row, p.impulse_N_s);
+    motion.add(p.row, p.impulse_N_s);
   }
+  motion.store(bodies, patch);
   apply_friction_impulse(bodies, patch, patch.impulse_N_s);
-}
-
-// A grip is a patch without points and without directions along the surface. For the warm start its second object is the
-// finger.
-void ContactSolver::collect_grips(std::span<const SolverBody> bodies, std::span<const Grip> grips,
-                                  float period_s) noexcept {
-  Patch patch;
-  patch.b = kNoBody;
-  patch.across[0] = patch.across[1] = patch.slip_m = patch.impulse_N_s = Vec3::Zero();
-  patch.mass.setZero();
-  patch.radius_m = kGripRadius_m;
-  for (const Grip& grip : grips) {
-    patch.a = grip.body;
-    patch.object_a = bodies[grip.body].object;
-    patch.object_b = static_cast<std::uint8_t>(kMaxObjects + grip.finger);
-    patch.normal = grip.normal;
-    patch.centre_m = grip.point_m;
-    patch.held_N_s = period_s * grip.normal_N;
-    patch.static_friction = grip.static_friction;
-    patch.dynamic_friction = grip.dynamic_friction;
-    found_.add(patch);
-  }
 }
 
 // After the soft iterations: the velocities are those that the bodies move with.
 void ContactSolver::add_slip(std::span<const SolverBody> bodies, float period_s) noexcept {
+  grips_.add_twist(bodies, period_s);
   for (Patch& patch : found_.patches()) {
     if (!patch.sliding) patch.slip_m += period_s * slip_speed(bodies, patch);
   }
 }
 
 void ContactSolver::decide_sliding() noexcept {
+  grips_.decide_sliding();
   for (Patch& patch : found_.patches()) {
     const float limit = friction_limit_N_s(patch);
     const float at_limit = kAtLimit * limit;
@@ -252,6 +236,10 @@ bool ContactSolver::iterate(std::span<SolverBody> bodies, const Softness& softne
                             Work& work) noexcept {
   const std::span<Patch> patches = found_.patches();
   while (iteration_ < most) {
+    if (at_ == 0 && grips_.count() != 0) {
+      change_m_s_ = grips_.solve(bodies, softness.bias_per_s, iteration_ == 0 ? softness.least_m_s : 0.0F);
+      work.charge(static_cast<std::uint32_t>(grips_.count()));
+    }
     while (at_ < patches.size()) {
       Patch& patch = patches[at_++];
       change_m_s_ = std::max(change_m_s_, solve_friction(bodies, patch, softness));
@@ -269,12 +257,12 @@ bool ContactSolver::iterate(std::span<SolverBody> bodies, const Softness& softne
   return true;
 }
 
-void ContactSolver::begin(std::span<const SolverBody> bodies, std::span<const Grip> grips,
+void ContactSolver::begin(const World& world, std::span<const SolverBody> bodies, std::span<const Grip> grips,
                           float period_s) noexcept {
   found_.clear();
   bounces_ = false;
-  collect_grips(bodies, grips, period_s);
-  search_.begin();
+  grips_.begin(bodies, grips, period_s);
+  search_.begin(world, bodies, period_s);
   stage_ = Stage::kPrepare;
   at_ = 0;
   iteration_ = bounce_rounds_ = 0;
@@ -283,6 +271,10 @@ void ContactSolver::begin(std::span<const SolverBody> bodies, std::span<const Gr
 
 bool ContactSolver::prepare_all(std::span<SolverBody> bodies, float period_s, Work& work) noexcept {
   const std::span<Patch> patches = found_.patches();
+  if (at_ == 0 && grips_.count() != 0) {
+    grips_.prepare(bodies);
+    work.charge(static_cast<std::uint32_t>(grips_.count()));
+  }
   while (at_ < patches.size()) {
     Patch& patch = patches[at_++];
     prepare(bodies, patch, period_s);
@@ -297,6 +289,7 @@ bool ContactSolver::prepare_all(std::span<SolverBody> bodies, float period_s, Wo
 
 bool ContactSolver::warm_start_all(std::span<SolverBody> bodies, Work& work) noexcept {
   const std::span<Patch> patches = found_.patches();
+  if (at_ == 0) grips_.warm_start(bodies);
   while (at_ < patches.size()) {
     Patch& patch = patches[at_++];
     warm_start(bodies, patch);
@@ -336,7 +329,8 @@ bool ContactSolver::solve(std::span<SolverBody> bodies, float period_s, Work& wo
         break;
       case Stage::kWarmStart:
         if (!warm_start_all(bodies, work)) return false;
-        if (found_.patches().empty()) {
+        if (found_.patches().empty() && grips_.count() == 0) {
+          grips_.store();
           keep_of_sleepers(bodies);
           return true;
         }

@@ -31,8 +31,8 @@ Convex part(const PlacedObject& object, std::size_t i, const Mat3& rotation, con
 std::uint32_t closed_form_work(const PlacedObject& a, const PlacedObject& b) {
   constexpr std::uint32_t kBallWork = 2;
   constexpr std::uint32_t kCapsuleWork = 24;
-  constexpr std::uint32_t kBoxesWork = 30;
-  constexpr std::uint32_t kOthersWork = 10;
+  constexpr std::uint32_t kBoxesWork = 20;
+  constexpr std::uint32_t kOthersWork = 6;
   const CollisionForm of_a = form_of(a);
   const CollisionForm of_b = form_of(b);
   if (of_a == CollisionForm::kBall || of_b == CollisionForm::kBall) return kBallWork;

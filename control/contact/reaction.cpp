@@ -95,7 +95,7 @@ void push_back(const World& world, Bodies& bodies, std::uint8_t finger, const Co
     const Material& m = c.material;
     const Vec3 at = god_m + c.to_place_m;
     if (m.static_friction > 0.0F && c.lambda_m > 0.0F) {
-      bodies.grip({object.body, finger, at, c.normal, m.stiffness_N_m * c.lambda_m, m.static_friction,
+      bodies.grip({object.body, finger, c.normal, m.stiffness_N_m * c.lambda_m, m.static_friction,
                    m.dynamic_friction});
     }
     bodies.push(object.body, at, held.count == 1 ? Vec3(-force) : Vec3(-own[i] - share * rest));

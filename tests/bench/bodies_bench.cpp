@@ -22,41 +22,15 @@
 
 #include "control/renderer.h"
 #include "host-tools/compiler/compile.h"
+#include "tests/bench/box_layouts.h"
 #include "tests/support/scene.h"
 
 namespace thimble::test {
 namespace {
 
 constexpr float kPeriod_s = 1.0F / 4000.0F;
-constexpr float kSide_m = 0.03F;
-constexpr float kMass_kg = 0.1F;
-constexpr float kFriction = 0.5F;
 constexpr int kIterations = 10;
 constexpr int kSecondIterations = 4;  // of positions, or with rigid contacts
-
-struct Layout {
-  std::string name;
-  bool gravity = true;
-  std::vector<Eigen::Vector3f> at_m;
-};
-
-Layout towers(const std::string& name, int count, int high) {
-  Layout layout;
-  layout.name = name;
-  for (int i = 0; i < count; ++i)
-    layout.at_m.emplace_back(.05F * static_cast<float>(i / high), 0.0F,
-                             kSide_m * (.5F + static_cast<float>(i % high)));
-  return layout;
-}
-
-Layout afloat(int count) {
-  Layout layout;
-  layout.name = std::to_string(count) + " afloat";
-  layout.gravity = false;
-  for (int i = 0; i < count; ++i)
-    layout.at_m.emplace_back(.05F * static_cast<float>(i % 4), 0.0F, .1F + .05F * static_cast<float>(i / 4));
-  return layout;
-}
 
 class Peer {
  public:
@@ -68,19 +42,8 @@ class Peer {
 class Ours : public Peer {
  public:
   explicit Ours(const Layout& layout) {
-    const auto box = [](const std::string& name, const Eigen::Vector3f& p) {
-      return R"(, {"name": ")" + name +
-             R"(", "shape": {"box": {"size_m": [0.03, 0.03, 0.03]}}, "pose": {"position_m": [)" +
-             std::to_string(p.x()) + "," + std::to_string(p.y()) + "," + std::to_string(p.z()) +
-             R"(]}, "material": {"stiffness_N_m": 1000, "static_friction": 0.5, "dynamic_friction": 0.5}, "body": {"motion": "free", "mass_kg": 0.1}})";
-    };
-    std::string text = R"({"thimble_scene": 1, "name": "bench", )";
-    if (layout.gravity) text += R"("gravity_m_s2": [0, 0, -9.81], )";
-    text +=
-        R"("objects": [{"name": "floor", "shape": {"plane": {"normal": [0, 0, 1]}}, "material": {"stiffness_N_m": 1000, "static_friction": 0.5, "dynamic_friction": 0.5}})";
-    for (std::size_t i = 0; i < layout.at_m.size(); ++i) text += box(std::to_string(i), layout.at_m[i]);
-    image_ =
-        std::make_unique<SceneImage>(host::compile_scene_text(text + "]}", "bench.scene.json", ".").image);
+    image_ = std::make_unique<SceneImage>(
+        host::compile_scene_text(box_scene(layout), "bench.scene.json", ".").image);
     renderer_.bind(image_->view());
   }
   void step() override { renderer_.tick({}, kPeriod_s, {}); }
@@ -271,9 +234,7 @@ void run(int repetitions) {
       {"ODE, sleep", [](const Layout& l) { return std::make_unique<Ode>(l, true); }, kAsleep},
       {"Box2D, no sleep", [](const Layout& l) { return std::make_unique<Box2d>(l, false); }, kAwake},
       {"Box2D, sleep", [](const Layout& l) { return std::make_unique<Box2d>(l, true); }, kAsleep}};
-  const std::vector<Layout> layouts = {towers("3 at rest", 3, 3), towers("16 at rest", 16, 4), afloat(16),
-                                       towers("stack of 16", 16, 16)};
-  for (const Layout& layout : layouts) {
+  for (const Layout& layout : box_layouts()) {
     std::vector<double> least_us(rows.size(), std::numeric_limits<double>::infinity());
     std::vector<double> moved_m(rows.size(), 0);
     for (int repetition = 0; repetition < repetitions; ++repetition) {

@@ -2,7 +2,8 @@
 // program under it. Only the ticks are instrumented, so everything before them runs fast.
 //
 //   tick_instructions BODY TICKS     BODY: of tests/bench/bodies.h, or a NAME.scene.json with NAME.stroke.csv or stroke.csv in its folder,
-//                                    repeated
+//                                    repeated. Or a layout of bodies_bench, "3 at rest", awake: at most 1000 ticks,
+//                                    after 400
 #include <valgrind/callgrind.h>
 
 #include <array>
@@ -12,7 +13,9 @@
 #include <string>
 
 #include "control/renderer.h"
+#include "host-tools/compiler/compile.h"
 #include "tests/bench/bodies.h"
+#include "tests/bench/box_layouts.h"
 #include "tests/bench/scene_path.h"
 #include "tests/support/ideal_run.h"
 
@@ -29,6 +32,19 @@ int run_scene(const std::string& file, int ticks) {
     renderer.tick(std::span(scene.tips[static_cast<std::size_t>(i) % scene.tips.size()].data(), scene.arms),
                   1.0F / static_cast<float>(kRate_Hz), std::span(touches.data(), scene.arms));
   }
+  CALLGRIND_STOP_INSTRUMENTATION;
+  return 0;
+}
+
+int run_boxes(const Layout& layout, int ticks) {
+  constexpr int kSettles = 400;
+  constexpr float kPeriod_s = 1.0F / 4000.0F;
+  const SceneImage image(host::compile_scene_text(box_scene(layout), "bench.scene.json", ".").image);
+  control::Renderer renderer;
+  renderer.bind(image.view());
+  for (int i = 0; i < kSettles; ++i) renderer.tick({}, kPeriod_s, {});
+  CALLGRIND_START_INSTRUMENTATION;
+  for (int i = 0; i < ticks; ++i) renderer.tick({}, kPeriod_s, {});
   CALLGRIND_STOP_INSTRUMENTATION;
   return 0;
 }
@@ -62,6 +78,8 @@ int main(int argc, char** argv) {
     return 2;
   }
   const std::string body = argv[1];
+  for (const thimble::test::Layout& layout : thimble::test::box_layouts())
+    if (body == layout.name) return thimble::test::run_boxes(layout, std::stoi(argv[2]));
   if (body.ends_with(".json")) return thimble::test::run_scene(body, std::stoi(argv[2]));
   return thimble::test::run(body, std::stoi(argv[2]));
 }

@@ -5,7 +5,9 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <string>
+#include <vector>
 
 #include "tests/closed_loop/bodies/body_run.h"
 #include "tests/support/figure.h"
@@ -125,6 +127,77 @@ TEST(Impact, ABallOfRestitution1BouncesAsHighAgain) {
   }
   figure("ball of restitution 1, after 10 s: height of its bounce, mm", 1e3 * highest_m, "100, 1 %");
   EXPECT_NEAR(highest_m, .1, .001);
+}
+
+// Pucks on ice that knock each other about between boards until they rest.
+TEST(Impact, PucksStayBetweenTheBoardsAndGainNoEnergy) {
+  constexpr double kReach_m = .015;
+  const std::string ice =
+      R"("material": {"stiffness_N_m": 1000, "static_friction": 0.1, "dynamic_friction": 0.05})";
+  const auto board = [&](const std::string& normal, double offset_m) {
+    return R"({"name": ")" + normal + R"(", "shape": {"plane": {"normal": )" + normal + R"(, "offset_m": )" +
+           std::to_string(offset_m) + "}}, " + ice + "}";
+  };
+  Random random(1);
+  double rise = 0;
+  double beyond_m = 0;
+  for (int seed = 0; seed < (kUnderSanitizers ? 2 : 40); ++seed) {
+    std::string text = std::string(kGravity) + R"("objects": [)" + board("[0, 0, 1]", 0) + ", " +
+                       board("[1, 0, 0]", -.09) + ", " + board("[-1, 0, 0]", -.09) + ", " +
+                       board("[0, 1, 0]", -.06) + ", " + board("[0, -1, 0]", -.06);
+    const std::size_t count = 2 + random.below(4);
+    std::vector<double> mass_kg;
+    for (std::size_t i = 0; i < count; ++i) {
+      mass_kg.push_back(random.uniform(.05, .5));
+      const Vector3d velocity_m_s = random.in_box({.5, .5, 0});
+      text += R"(, {"name": "puck )" + std::to_string(i) +
+              R"(", "shape": {"cylinder": {"radius_m": 0.015, "height_m": 0.02}}, "pose": {"position_m": )" +
+              list({-.064 + .032 * static_cast<double>(i), random.uniform(-.04, .04), .01}) + "}, " + ice +
+              R"(, "body": {"motion": "plane", "restitution": 0.8, "mass_kg": )" +
+              std::to_string(mass_kg.back()) + R"(, "velocity_m_s": )" + list(velocity_m_s) + "}}";
+    }
+    BodyRun run(text + "]");
+    double before_J = std::numeric_limits<double>::infinity();
+    while (run.time_s() < 5) {
+      run.tick();
+      double energy_J = 0;
+      for (std::size_t i = 0; i < count; ++i) {
+        energy_J += .5 * mass_kg[i] * run.velocity_m_s(i).squaredNorm();
+        const Vector3d p = run.position_m(i);
+        ASSERT_TRUE(p.allFinite()) << seed << " at " << run.time_s();
+        beyond_m = std::max({beyond_m, std::abs(p.x()) + kReach_m - .09, std::abs(p.y()) + kReach_m - .06});
+      }
+      rise = std::max(rise, energy_J - before_J);
+      before_J = energy_J;
+    }
+  }
+  figure("pucks: beyond a board, um", 1e6 * beyond_m, "< 20");
+  figure("pucks: most that the energy rose in a tick, J", rise, "< 1e-8");
+  EXPECT_LT(beyond_m, 20e-6);
+  EXPECT_LT(rise, 1e-8);
+}
+
+// What a contact bears decays until it is hardly a number. Pressed on boards and left there, a puck keeps a place.
+TEST(Impact, APuckThatIsLeftAtABoardKeepsItsPlace) {
+  const std::string ice =
+      R"("material": {"stiffness_N_m": 1000, "static_friction": 0.02, "dynamic_friction": 0.01})";
+  Random random(1);
+  for (int trial = 0; trial < (kUnderSanitizers ? 2 : 50); ++trial) {
+    Vector3d tip(.04, random.uniform(-.005, .005), .01);
+    BodyRun run(
+        std::string(kGravity) + R"("objects": [{"name": "ice", "shape": {"plane": {"normal": [0, 0, 1]}}, )" +
+            ice + R"(}, {"name": "board", "shape": {"plane": {"normal": [1, 0, 0]}}, )" + ice +
+            R"(}, {"name": "puck", "shape": {"cylinder": {"radius_m": 0.015, "height_m": 0.02}}, "pose": {"position_m": [0.016, 0, 0.01]}, )" +
+            ice + R"(, "body": {"motion": "plane", "mass_kg": 0.05}}])",
+        {tip});
+    const Vector3d step(-random.uniform(1e-6, 1e-5), 0, 0);
+    const double to_m = random.uniform(.027, .0305);
+    while (tip.x() > to_m) run.tick({tip += step});
+    while (tip.x() < .04) run.tick({tip -= step});
+    run.run(.3);
+    const Vector3d p = run.position_m(0);
+    ASSERT_TRUE(p.allFinite() && p.x() > .015 - 20e-6) << "trial " << trial << ": " << p.transpose();
+  }
 }
 
 }  // namespace

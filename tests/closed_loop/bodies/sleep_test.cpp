@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 
 #include "tests/closed_loop/bodies/body_run.h"
@@ -113,6 +114,69 @@ TEST(Sleep, AStackOfSixteenStandsFor20Seconds) {
     EXPECT_LE(1e6 * moved_m, 5) << rate_Hz;
     EXPECT_LT(sunk_m, may_sink_m) << rate_Hz;
   }
+}
+
+std::string puck(const std::string& name, const Vector3d& at_m, const std::string& body) {
+  return R"({"name": ")" + name +
+         R"(", "shape": {"cylinder": {"radius_m": 0.015, "height_m": 0.02}}, "pose": {"position_m": )" +
+         list(at_m) + R"(}, "material": {"stiffness_N_m": 1000}, "body": {"mass_kg": 0.1, )" + body + "}}";
+}
+
+// Their boxes overlap, they do not touch, and one comes to rest after the other.
+TEST(Sleep, TwoThatLieSideBySideDoNotWakeEachOther) {
+  BodyRun run(R"("objects": [)" + puck("a", Vector3d::Zero(), R"("motion": "translate")") + ", " +
+              puck("b", {.0242, .0254, 0},
+                   R"("motion": "translate", "damping_N_s_m": 1, "velocity_m_s": [0.001, 0, 0])") +
+              "]");
+  run.run(2);
+  EXPECT_GT(run.position_m(1).x(), .02425);
+  EXPECT_EQ(work(run), 0U);
+}
+
+TEST(Sleep, ControlsThatRestDo) {
+  const auto button = [](const std::string& name, const Vector3d& at_m, const std::string& control) {
+    return puck(name, at_m, R"("motion": "slide", "axis": [0, 0, -1], "control": {)" + control + "}");
+  };
+  BodyRun run(
+      R"("objects": [)" +
+          button(
+              "at its stop", Vector3d::Zero(),
+              R"("damping_N_s_m": 0.5, "low_m": 0, "high_m": 0.004, "curve_m_N": [[0, 0.3], [0.004, 2]])") +
+          ", " +
+          button(
+              "on its spring", {.05, 0, 0},
+              R"("damping_N_s_m": 2, "stiffness_N_m": 300, "rest_m": 0.002, "low_m": 0, "high_m": 0.004)") +
+          ", " +
+          button("held by friction", {.1, 0, 0}, R"("friction_N": 0.5, "low_m": -0.01, "high_m": 0.01)") +
+          ", " +
+          puck(
+              "dial", {.15, 0, 0},
+              R"("motion": "turn", "axis": [0, 0, 1], "pivot_m": [0.15, 0, 0], "control": {"damping_N_m_s_rad": 0.001, "low_deg": -90, "high_deg": 90, "detents": {"pitch_deg": 30, "torque_N_m": 0.01}})") +
+          "]",
+      {{0, -.05, 0}});
+  run.run(2);
+  EXPECT_EQ(work(run), 0U);
+  EXPECT_NEAR(run.position_m(1).z(), -.002, 1e-8);
+  // A press on the first one acts in its tick, and it comes back.
+  Vector3d tip(0, 0, .0101);
+  run.tick({tip});
+  for (int tick = 0; tick < 2000; ++tick) run.tick({tip -= Vector3d(0, 0, 2e-6)});
+  EXPECT_LT(run.position_m(0).z(), -.001);
+  EXPECT_GT(run.force_N(0).z(), .3);
+  for (int tick = 0; tick < 4000; ++tick) run.tick({tip += Vector3d(0, 0, 2e-6)});
+  EXPECT_NEAR(run.position_m(0).z(), 0, 1e-9);
+}
+
+// A weak spring in a stiff damper: it goes on at 50 um/s.
+TEST(Sleep, AControlThatCreepsDoesNot) {
+  BodyRun run(
+      R"("objects": [)" +
+      puck(
+          "slow", Vector3d::Zero(),
+          R"("motion": "slide", "axis": [1, 0, 0], "control": {"stiffness_N_m": 1, "rest_m": 0.005, "damping_N_s_m": 100, "low_m": -0.01, "high_m": 0.01})") +
+      "]");
+  run.run(5);
+  EXPECT_NEAR(run.position_m(0).x(), .005 * (1 - std::exp(-5 / 100.)), 1e-7);
 }
 
 TEST(Sleep, WhatDriftsSlowlyDoesNot) {
