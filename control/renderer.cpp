@@ -273,14 +273,15 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   const Vec3& x = tip.position_m;
   GodObject& god = finger.god;
   GodObject& rest = finger.rest;
+  if (triangles == nullptr) finger.resting = {};
   if (!finger.started) begin(world_, finger, x, effort);
   const Nearby nearby(world_, Reach(god.position_m, rest.position_m, x, world_.margin_m), finger.inside,
-                      triangles);
+                      triangles, finger.resting);
   if (!find_contact(world_, nearby, finger, x, !bodies_.empty(), effort)) {
     touch = {Vec3::Zero(), god.position_m, static_cast<std::uint8_t>(rest.count)};
     return;
   }
-  Constraints held = constraints(world_, rest, x);
+  Constraints held = constraints(world_, rest, x, finger.resting);
   const Vec3 facets_m = rest.position_m;
   const bool shaded = shade(world_, nearby, rest, x, held, effort);
   // On another surface there is no stiction point yet.

@@ -25,7 +25,9 @@ void let_go(Finger& finger, const Vec3& tip_m) {
 // Whether its contacts keep the god object from the tip. Where the work is spent it stays behind, and must not draw the tip back to a
 // surface that it has left.
 [[gnu::noinline]] bool is_pushed(const World& world, const GodObject& god, const Vec3& tip_m) {
-  return project(planes_at(world, god), tip_m - god.position_m).count != 0;
+  Resting resting;
+  resting.planes_at(world, god);
+  return resting.project(tip_m - god.position_m).count != 0;
 }
 
 bool on_one_object(const GodObject& god, std::uint8_t object) {

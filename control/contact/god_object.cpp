@@ -76,23 +76,26 @@ void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god
 constexpr float kOnePlace_m = 2.0F * kSurfaceTolerance_m;  // places on a surface that are one
 
 // Updates a contact's feature for a point that should still be on its surface; false when it is not.
-bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3& point, Work& work) {
+bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3& point, Work& work,
+             Resting& resting) {
   const PlacedObject& object = world.objects[contact.object];
   const Vec3 target = object.to_local(point);
   Vec3 at = object.to_local(from);
   for (int piece = 0; piece < kMaxRefreshPieces; ++piece) {
-    const Slide slide = object.ops->slide(object.shape, contact.feature, {work, at, target, true});
-    at = slide.to;
+    const ShortSlide& slide = resting.slide(object, contact.feature, at, target, work);
+    contact.feature = slide.feature_there;
+    at = slide.to_m;
     if (slide.end != SlideEnd::kMoved) break;
   }
   return (at - target).squaredNorm() <= kOnePlace_m * kOnePlace_m;
 }
 
-void update_contacts(const World& world, GodObject& god, const Vec3& from, const Vec3& point, Work& work) {
+void update_contacts(const World& world, const Nearby& nearby, GodObject& god, const Vec3& from,
+                     const Vec3& point, Work& work) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < god.count; ++i) {
     Contact contact = god.contacts[i];
-    if (refresh(world, contact, from, point, work)) god.contacts[kept++] = contact;
+    if (refresh(world, contact, from, point, work, nearby.resting())) god.contacts[kept++] = contact;
   }
   god.count = kept;
 }
@@ -109,6 +112,13 @@ void add_contact(GodObject& god, const Contact& contact) {
     --god.count;
   }
   god.contacts[god.count++] = contact;
+}
+
+// Whether a move goes on from both in the same way.
+bool same(const GodObject& a, const GodObject& b) {
+  return a.position_m == b.position_m && a.count == b.count && a.has_beside == b.has_beside &&
+         (!a.has_beside || a.beside == b.beside) &&
+         std::equal(a.contacts.begin(), a.contacts.begin() + a.count, b.contacts.begin());
 }
 
 void remove_inactive(GodObject& god, const Planes& planes, const NearestInside& projection) {
@@ -142,7 +152,7 @@ Outcome fly_and_land(const World& world, const Nearby& nearby, std::span<const C
   }
   const Vec3 from = god.position_m;
   god.position_m = from + flight.hit.t * (to - from);
-  update_contacts(world, god, from, god.position_m, work);
+  update_contacts(world, nearby, god, from, god.position_m, work);
   add_contact(god, {flight.object, flight.hit.feature});
   landed = true;
   return Outcome::kContinue;
@@ -248,8 +258,8 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
 // Two or three contacts: all their planes together.
 Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
                         Left& left, Work& work) {
-  const Planes planes = planes_at(world, god);
-  const NearestInside projection = project(planes, target - god.position_m);
+  const Planes& planes = nearby.resting().planes_at(world, god);
+  const NearestInside& projection = nearby.resting().project(target - god.position_m);
   if (projection.count == 0 && projection.point_m != Vec3::Zero()) {  // no plane holds it back
     // The sweep ignores these faces only: other faces at their edges can still stop it.
     left.count = 0;
@@ -271,7 +281,7 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
   const Outcome outcome = fly_and_land(world, nearby, {leaving.data(), leaving_count}, god,
                                        from + projection.point_m, kSkipNone, landed, work);
   if (outcome == Outcome::kUnknown) return outcome;
-  if (!landed) update_contacts(world, god, from, god.position_m, work);
+  if (!landed) update_contacts(world, nearby, god, from, god.position_m, work);
   return Outcome::kContinue;
 }
 
@@ -317,6 +327,7 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
   Left left;
   float nearest2 = std::numeric_limits<float>::infinity();
   int idle_steps = 0;  // corner steps that brought it no nearer
+  GodObject corner;    // at the last of them
   const auto stops = [&] {
     return to_seam && on_seam(world, god.count > 0 ? std::span(god.contacts).first(god.count) : left.all());
   };
@@ -333,12 +344,13 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
       outcome = slide_on_one(world, nearby, god, target, hold, alone, left, effort);
     } else {
       // Between nearly parallel faces it can move back and forth by rounding: it ends after two steps without
-      // progress.
+      // progress, or where it comes back to the same corner and would go round for ever.
       const float distance2 = (god.position_m - target).squaredNorm();
       constexpr float kNearer = 1.0F - 1.0e-6F;
       idle_steps = distance2 < kNearer * nearest2 ? 0 : idle_steps + 1;
       nearest2 = std::min(nearest2, distance2);
-      if (idle_steps > 2) return true;
+      if (idle_steps > 2 || (idle_steps > 0 && left.count == 0 && same(god, corner))) return true;
+      if (left.count == 0) corner = god;
       outcome = slide_in_corner(world, nearby, god, target, left, effort.work);
     }
     if (outcome == Outcome::kSettled) return !stops();

@@ -20,9 +20,13 @@ namespace thimble::control {
 
 inline constexpr std::size_t kMaxContacts = 3;  // one for each powered degree of freedom
 
+class Resting;
+
 struct Contact {
   std::uint8_t object = 0;
   Feature feature;
+
+  bool operator==(const Contact&) const = default;
 };
 
 struct GodObject {
@@ -84,7 +88,8 @@ std::size_t contact_normals(const World& world, const GodObject& god,
                             std::span<Vec3, kMaxContacts> normals) noexcept;
 
 // The contact constraints: splits god - tip over the planes that hold the god object, sum of lambda n = god -
-// tip, lambda >= 0.
-[[nodiscard]] Constraints constraints(const World& world, const GodObject& god, const Vec3& tip) noexcept;
+// tip, lambda >= 0. resting: of the finger (contact/planes.h).
+[[nodiscard]] Constraints constraints(const World& world, const GodObject& god, const Vec3& tip,
+                                      Resting& resting) noexcept;
 
 }  // namespace thimble::control

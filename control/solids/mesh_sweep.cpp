@@ -30,6 +30,7 @@ struct Segment {
   std::array<std::uint32_t, 3> lo, hi;  // the same in the mesh's grid
   Vec3 middle, half;                    // its middle and half vector, in grid steps
   bool misses;                          // the mesh's grid altogether
+  bool is_short;                        // compared with most boxes
 };
 
 // Rounding of the grid, two steps, and the surface tolerance; twice, and across the corner of a box.
@@ -43,6 +44,7 @@ void shorten(const MeshView& mesh, Segment& s, float t) {
   // Two grid steps for rounding, and the surface tolerance.
   const float margin = 2.0F + 2.0F * kSurfaceTolerance_m * mesh.grid_scale;
   constexpr float kGridEnd = 65535.0F;
+  constexpr float kShort = 8.0F;
   const Vec3 to = s.from + std::min(t, 1.0F) * (s.to - s.from);
   const Vec3 a = (s.from - mesh.grid_origin_m) * mesh.grid_scale;
   const Vec3 b = (to - mesh.grid_origin_m) * mesh.grid_scale;
@@ -55,6 +57,7 @@ void shorten(const MeshView& mesh, Segment& s, float t) {
   }
   s.middle = 0.5F * (a + b);
   s.half = 0.5F * (b - a);
+  s.is_short = s.half.cwiseAbs().maxCoeff() <= kShort;
   const Vec3 margin_m = Vec3::Constant(2.0F * margin * mesh.grid_step_m);
   s.lo_m = s.from.cwiseMin(to) - margin_m;
   s.hi_m = s.from.cwiseMax(to) + margin_m;
@@ -81,6 +84,7 @@ bool overlaps(const Segment& s, const GridPoint& lo, const GridPoint& hi) {
     if (lo[axis] > s.hi[axis] || hi[axis] < s.lo[axis]) return false;
   }
   // Separating axes across the segment, for segments that are long compared with the boxes.
+  if (s.is_short) return true;
   Vec3 centre;
   Vec3 extent;
   for (std::uint16_t axis = 0; axis < 3; ++axis) {
@@ -236,6 +240,16 @@ bool is_near(const Segment& s, const std::array<Vec3, 3>& corner) {
   return true;
 }
 
+// Of heights over the plane of a triangle, on the side of its winding: false where no side of it can be crossed.
+bool can_cross(float from, float to, float band, bool sheet, bool leaves_sheet) {
+  const bool on_surface = std::abs(from) <= band;
+  if (!sheet) return to < from && (on_surface ? to < -band : from >= 0.0F && to <= 0.0F);
+  if (leaves_sheet && on_surface) return true;
+  const float before = std::abs(from);
+  const float after = from >= 0.0F ? to : -to;
+  return after < before && after <= (leaves_sheet ? band : 0.0F);
+}
+
 void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s,
                   std::span<const Feature> leaving, Hit& hit) {
   const std::array<Vec3, 3> at = {vertex(mesh, triangle, 0), vertex(mesh, triangle, 1),
@@ -244,6 +258,17 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   const Vec3 a = at[0] - s.from;
   const Vec3 b = at[1] - s.from;
   const Vec3 c = at[2] - s.from;
+
+  // Most triangles near a segment do not have its ends on both sides of them.
+  const Vec3 normal = (at[1] - at[0]).cross(at[2] - at[0]);
+  float height_from = normal.dot(s.from - at[0]);
+  float height_to = normal.dot(s.to - at[0]);
+  const float band =
+      kSurfaceTolerance_m * (std::abs(normal.x()) + std::abs(normal.y()) + std::abs(normal.z()));
+  const bool sheet = two_sided(mesh, triangle);
+  const bool leaves_sheet = sheet && !leaving.empty();
+  if (!sheet) height_from -= std::min(normal.dot(s.lift), 0.0F);  // off the sheet is not into the solid
+  if (!can_cross(height_from, height_to, band, sheet, leaves_sheet)) return;
 
   // Sheared so that the segment runs along z. Both faces at an edge get the same edge function, so no line
   // passes between them. The test is slightly widened, because the side test below rounds differently.
@@ -268,15 +293,6 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   if (beside && (leaving.empty() || !pierced(mesh, triangle) || two_sided(mesh, triangle))) return;
   if (incident(mesh, triangle, leaving, s.to - s.from)) return;
 
-  const Vec3 normal = area_normal(mesh, triangle);
-  const Vec3 corner = vertex(mesh, triangle, 0);
-  float height_from = normal.dot(s.from - corner);
-  float height_to = normal.dot(s.to - corner);
-  const float band =
-      kSurfaceTolerance_m * (std::abs(normal.x()) + std::abs(normal.y()) + std::abs(normal.z()));
-  const bool sheet = two_sided(mesh, triangle);
-  const bool leaves_sheet = sheet && !leaving.empty();
-  if (!sheet) height_from -= std::min(normal.dot(s.lift), 0.0F);  // off the sheet is not into the solid
   std::int8_t side = 1;
   if (leaves_sheet && std::abs(height_from) <= band) {
     side = known_side(mesh, triangle, leaving);
@@ -315,9 +331,13 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   hit = {t, {triangle, kFace, 0, side}};
 }
 
-}  // namespace
+bool is_known(const KnownFlight& flight, const ShapeData& shape, const SweepQuery& query) {
+  return flight.from == query.from && flight.to == query.to && flight.shape == &shape &&
+         flight.leaving_count == query.leaving.size() &&
+         std::equal(query.leaving.begin(), query.leaving.end(), flight.leaving.begin());
+}
 
-bool sweep_mesh(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
+bool sweep(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
   const MeshView& mesh = shape.mesh;
   const std::span<const Feature> leaving = query.leaving;
   Work& work = query.work;
@@ -374,6 +394,23 @@ bool sweep_mesh(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
     }
   }
   return false;
+}
+
+}  // namespace
+
+bool sweep_mesh(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
+  if (query.triangles == nullptr || hit.t <= 1.0F) return sweep(shape, query, hit);
+  KnownFlight& flight = query.triangles->flight();
+  if (is_known(flight, shape, query)) {
+    hit = flight.hit;
+    return query.work.spend(kTriangleWork);
+  }
+  if (!sweep(shape, query, hit)) return false;
+  if (query.leaving.size() <= flight.leaving.size()) {
+    flight = {&shape, query.from, query.to, {}, query.leaving.size(), hit};
+    std::copy(query.leaving.begin(), query.leaving.end(), flight.leaving.begin());
+  }
+  return true;
 }
 
 }  // namespace thimble::control

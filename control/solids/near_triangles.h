@@ -96,12 +96,23 @@ struct KeptFace {
   float normal2 = 0.0F;         // its square
 };
 
+// A flight past a mesh that was asked for, and what it met. Where a god object rests, each tick asks the same.
+struct KnownFlight {
+  const ShapeData* shape = nullptr;  // null: none
+  Vec3 from = Vec3::Zero();
+  Vec3 to = Vec3::Zero();
+  std::array<Feature, 3> leaving;
+  std::size_t leaving_count = 0;
+  Hit hit;
+};
+
 // Of one fingertip: two lists, as the place without friction and the stiction point are apart.
 class TriangleCache {
  public:
   void clear() {
     for (NearTriangles& list : lists_) list.clear();
     face_.shape = nullptr;
+    flight_.shape = nullptr;
     last_ = 0;
     listed_m_ = kFirst_m;
     most_m_ = kMost_m;
@@ -110,6 +121,7 @@ class TriangleCache {
   [[nodiscard]] NearTriangles* near(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                                     float reach_m);
   [[nodiscard]] KeptFace& face() { return face_; }
+  [[nodiscard]] KnownFlight& flight() { return flight_; }
   // Whether a ball at the centre, or within reach_m of it, is known to touch nothing.
   [[nodiscard]] bool is_clear(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                               float reach_m);
@@ -120,6 +132,7 @@ class TriangleCache {
 
   std::array<NearTriangles, 2> lists_;
   KeptFace face_;
+  KnownFlight flight_;
   std::size_t last_ = 0;       // used
   float listed_m_ = kFirst_m;  // the reach of the next list
   float most_m_ = kMost_m;     // no list beyond this: the last one was too long

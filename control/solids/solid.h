@@ -36,6 +36,8 @@ struct Feature {
   std::uint8_t kind = 0;    // mesh: 0 face, 1 edge, 2 vertex
   std::uint8_t corner = 0;  // mesh: which edge or vertex of triangle `index`
   std::int8_t side = 1;
+
+  bool operator==(const Feature&) const = default;
 };
 
 // The first place where a flight enters a solid.
