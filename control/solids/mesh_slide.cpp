@@ -252,6 +252,15 @@ Slide slide_on_kept(const KeptFace& face, const Feature& feature, const SlideQue
 Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const SlideQuery& query) {
   if (query.triangles != nullptr && stays(shape, query.triangles->face(), feature, query))
     return slide_on_kept(query.triangles->face(), feature, query);
+  if (query.triangles == nullptr && feature.kind == kFace && !query.sweeps) {
+    KeptFace face;
+    keep(shape, feature.index, face);
+    if (stays(shape, face, feature, query)) {
+      Slide slide = slide_on_kept(face, feature, query);
+      slide.swept = !pierced(shape.mesh, feature.index);
+      return slide;
+    }
+  }
   const MeshView& mesh = shape.mesh;
   Foot foot{feature, query.from};
   bool moved = false;

@@ -105,6 +105,61 @@ NearTriangles* TriangleCache::near(const ShapeData& shape, Work& work, const Vec
   return &list;
 }
 
+bool NearLeaves::fill(const ShapeData& shape, Work& work, const GridBox& box) {
+  shape_ = nullptr;
+  count_ = 0;
+  const auto meets = [&](const GridPoint& lo, const GridPoint& hi) {
+    for (std::uint16_t axis = 0; axis < 3; ++axis)
+      if (lo[axis] > box.hi[axis] || hi[axis] < box.lo[axis]) return false;
+    return true;
+  };
+  const auto take = [&](std::uint32_t leaf, const GridPoint& lo, const GridPoint& hi) {
+    if (count_ == kMax) return false;
+    list_[count_++] = {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}, leaf};
+    return true;
+  };
+  if (!for_each_leaf(shape.mesh, work, meets, take)) return false;
+  shape_ = &shape;
+  box_ = box;
+  return true;
+}
+
+const NearLeaves* TriangleCache::leaves(const ShapeData& shape, Work& work, const GridBox& box) {
+  constexpr std::size_t kFew = 8;
+  constexpr std::size_t kMany = 16;
+  constexpr std::uint32_t kMost_steps = 4096;
+  constexpr std::uint32_t kShare = 4;  // a list takes no more than a quarter of the work that is left
+  if (leaves_[last_leaves_].hold(shape, box)) return &leaves_[last_leaves_];
+  if (leaves_[1 - last_leaves_].hold(shape, box)) {
+    last_leaves_ = 1 - last_leaves_;
+    return &leaves_[last_leaves_];
+  }
+  std::uint32_t size = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) size = std::max(size, box.hi[axis] - box.lo[axis]);
+  if (size > kMost_steps) return nullptr;
+  GridBox more = box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    more.lo[axis] -= std::min(more.lo[axis], more_steps_);
+    more.hi[axis] += more_steps_;
+  }
+  last_leaves_ = 1 - last_leaves_;
+  NearLeaves& list = leaves_[last_leaves_];
+  const std::uint32_t share = work.at_hand() / kShare;
+  Work some(share);
+  const bool filled = list.fill(shape, some, more);
+  if (!work.spend(share - some.left()) || !filled) {
+    list.clear();
+    more_steps_ /= 2;
+    return nullptr;
+  }
+  if (list.list().size() > kMany) {
+    more_steps_ -= more_steps_ / 4;
+  } else if (list.list().size() < kFew) {
+    more_steps_ = std::min(more_steps_ + more_steps_ / 2 + 1, kMost_steps);
+  }
+  return &list;
+}
+
 bool TriangleCache::is_clear(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                              float reach_m) {
   const NearTriangles* const list = near(shape, work, centre_m, radius_m, reach_m + kDiscRounding_m);

@@ -86,6 +86,54 @@ class NearTriangles {
   std::array<std::uint8_t, kMax> before_;
 };
 
+// A box in steps of a mesh's grid; the ends belong to it.
+struct GridBox {
+  std::array<std::uint32_t, 3> lo, hi;
+
+  [[nodiscard]] bool holds(const GridBox& other) const {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (other.lo[axis] < lo[axis] || other.hi[axis] > hi[axis]) return false;
+    return true;
+  }
+};
+
+// The leaves of one mesh's tree that meet a box, for a point: a flight within the box needs no walk of the tree. They take a tenth of the
+// time of a list of triangles to find.
+class NearLeaves {
+ public:
+  static constexpr std::size_t kMax = 24;
+  struct Leaf {
+    std::array<std::uint16_t, 3> lo, hi;
+    std::uint32_t leaf;
+  };
+
+  [[nodiscard]] bool hold(const ShapeData& shape, const GridBox& box) const {
+    return shape_ == &shape && box_.holds(box);
+  }
+  void clear() {
+    shape_ = nullptr;
+    count_ = 0;
+  }
+  // False, and empty, when there is no room, or the work is spent.
+  bool fill(const ShapeData& shape, Work& work, const GridBox& box);
+  [[nodiscard]] std::span<const Leaf> list() const { return {list_.data(), count_}; }
+
+ private:
+  const ShapeData* shape_ = nullptr;  // null: empty
+  GridBox box_{};
+  std::size_t count_ = 0;
+  std::array<Leaf, kMax> list_;
+};
+
+// The plane of a triangle.
+struct TrianglePlane {
+  const ShapeData* shape = nullptr;  // null: none
+  std::uint32_t triangle = 0;
+  Vec3 corner;  // the first one, m
+  Vec3 normal;  // twice the area times the unit normal
+  bool two_sided = false;
+};
+
 // The face that a point slides on, with what each slide over it needs.
 struct KeptFace {
   const ShapeData* shape = nullptr;  // null: none
@@ -106,20 +154,36 @@ struct KnownFlight {
   Hit hit;
 };
 
-// Of one fingertip: two lists, as the place without friction and the stiction point are apart.
+[[nodiscard]] inline TrianglePlane plane_of(const ShapeData& shape, std::uint32_t triangle) {
+  return {&shape, triangle, topology::vertex(shape.mesh, triangle, 0),
+          topology::area_normal(shape.mesh, triangle), topology::two_sided(shape.mesh, triangle)};
+}
+
+// Of one fingertip: two lists, as the place without friction and the stiction point are apart. Those of leaves are for a point, those of
+// triangles for a tip with a radius.
 class TriangleCache {
  public:
   void clear() {
     for (NearTriangles& list : lists_) list.clear();
+    for (NearLeaves& list : leaves_) list.clear();
     face_.shape = nullptr;
     flight_.shape = nullptr;
-    last_ = 0;
+    for (TrianglePlane& plane : planes_) plane.shape = nullptr;
+    last_ = last_leaves_ = 0;
+    more_steps_ = kFirst_steps;
     listed_m_ = kFirst_m;
     most_m_ = kMost_m;
   }
   // Null when they are too many, or the work is spent.
   [[nodiscard]] NearTriangles* near(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                                     float reach_m);
+  // Null when they are too many, or the work is spent.
+  [[nodiscard]] const NearLeaves* leaves(const ShapeData& shape, Work& work, const GridBox& box);
+  [[nodiscard]] const TrianglePlane& plane(const ShapeData& shape, std::uint32_t triangle) {
+    TrianglePlane& plane = planes_[triangle % planes_.size()];
+    if (plane.triangle != triangle || plane.shape != &shape) plane = plane_of(shape, triangle);
+    return plane;
+  }
   [[nodiscard]] KeptFace& face() { return face_; }
   [[nodiscard]] KnownFlight& flight() { return flight_; }
   // Whether a ball at the centre, or within reach_m of it, is known to touch nothing.
@@ -129,8 +193,13 @@ class TriangleCache {
  private:
   static constexpr float kFirst_m = 5.0e-4F;
   static constexpr float kMost_m = 1.0e-2F;
+  static constexpr std::uint32_t kFirst_steps = 256;
 
   std::array<NearTriangles, 2> lists_;
+  std::array<NearLeaves, 2> leaves_;
+  std::size_t last_leaves_ = 0;              // used
+  std::uint32_t more_steps_ = kFirst_steps;  // by which the box of the next list is larger than it has to be
+  std::array<TrianglePlane, 32> planes_;     // that were looked at, for a point
   KeptFace face_;
   KnownFlight flight_;
   std::size_t last_ = 0;       // used
