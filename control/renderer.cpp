@@ -78,7 +78,7 @@ Vec3 slip_shaded(Finger& finger, ShadedSprings& springs, const Constraints& held
 
 // Where the way from the stiction point to the place without friction takes all the work of each tick, the place that is reached can be within
 // the friction for ever, while the tip goes on. After so many ticks the stiction point goes to it.
-constexpr std::uint8_t kMostStuck = 8;
+constexpr std::uint8_t kMostStuck = 2;
 
 bool unlike_stiffness(const Constraints& held) {
   for (std::size_t i = 1; i < held.count; ++i)
@@ -273,7 +273,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   const Vec3& x = tip.position_m;
   GodObject& god = finger.god;
   GodObject& rest = finger.rest;
-  if (triangles == nullptr) finger.resting = {};
+  if (triangles == nullptr) finger.resting.forget();
   if (!finger.started) begin(world_, finger, x, effort);
   const Nearby nearby(world_, Reach(god.position_m, rest.position_m, x, world_.margin_m), finger.inside,
                       triangles, finger.resting);
@@ -285,7 +285,9 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   const Vec3 facets_m = rest.position_m;
   const bool shaded = shade(world_, nearby, rest, x, held, effort);
   // On another surface there is no stiction point yet.
-  if (!shares_object(rest, god) || finger.stuck >= kMostStuck) god = rest;
+  if (!shares_object(rest, god) ||
+      (finger.stuck >= kMostStuck && !is_farther(rest.position_m, god.position_m, x)))
+    god = rest;
   const Vec3 before_m = god.position_m;
   ShadedSprings springs;
   if (world_.any_shaded) springs = shaded_springs(world_, finger, held, x, facets_m, shaded);

@@ -24,15 +24,16 @@ void let_go(Finger& finger, const Vec3& tip_m) {
 
 // Whether its contacts keep the god object from the tip. Where the work is spent it stays behind, and must not draw the tip back to a
 // surface that it has left.
-[[gnu::noinline]] bool is_pushed(const World& world, const GodObject& god, const Vec3& tip_m) {
-  Resting resting;
+[[gnu::noinline]] bool is_pushed(const World& world, Resting& resting, const GodObject& god,
+                                 const Vec3& tip_m) {
   resting.planes_at(world, god);
   return resting.project(tip_m - god.position_m).count != 0;
 }
 
 bool on_one_object(const GodObject& god, std::uint8_t object) {
-  return std::all_of(god.contacts.begin(), god.contacts.begin() + god.count,
-                     [object](const Contact& contact) { return contact.object == object; });
+  for (std::size_t i = 0; i < god.count; ++i)
+    if (god.contacts[i].object != object) return false;
+  return true;
 }
 
 // Whether the stiction point surely stays where it is: several planes of one material hold at least what one would.
@@ -47,7 +48,7 @@ bool surely_sticks(const World& world, const Finger& finger, const Vec3& tip_m) 
 
 // Moves the place without friction. On a mesh it continues from the previous tick, unless that would be farther from the tip than the
 // stiction point: from there the way can be many faces long. Where a point may slip, it begins at the stiction point, so that there is a way
-// from there.
+// from there; but not while that takes more than the work of a tick.
 void move_rest(const World& world, const Nearby& nearby, Finger& finger, const Vec3& tip_m, bool bodies,
                Effort& effort) {
   const GodObject& god = finger.god;
@@ -58,7 +59,7 @@ void move_rest(const World& world, const Nearby& nearby, Finger& finger, const V
       (!is_point || object.plain)) {
     move(world, nearby, rest, tip_m, false, effort);
     if (shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m) &&
-        (!is_point || surely_sticks(world, finger, tip_m)))
+        (!is_point || finger.stuck > 0 || surely_sticks(world, finger, tip_m)))
       return;
   }
   rest = god;
@@ -122,7 +123,7 @@ bool find_contact(const World& world, const Nearby& nearby, Finger& finger, cons
   } else {
     move_rest_towards(world, nearby, finger, tip_m, bodies, effort);
   }
-  if (effort.work.was_spent() && rest.count != 0 && !is_pushed(world, rest, tip_m)) {
+  if (effort.work.was_spent() && rest.count != 0 && !is_pushed(world, finger.resting, rest, tip_m)) {
     finger.click.release();
     return false;
   }

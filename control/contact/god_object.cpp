@@ -115,10 +115,9 @@ void add_contact(GodObject& god, const Contact& contact) {
 }
 
 // Whether a move goes on from both in the same way.
-bool same(const GodObject& a, const GodObject& b) {
+[[gnu::noinline]] bool same(const GodObject& a, const GodObject& b) {
   return a.position_m == b.position_m && a.count == b.count && a.has_beside == b.has_beside &&
-         (!a.has_beside || a.beside == b.beside) &&
-         std::equal(a.contacts.begin(), a.contacts.begin() + a.count, b.contacts.begin());
+         (!a.has_beside || a.beside == b.beside) && same_contacts(a, b.contacts);
 }
 
 void remove_inactive(GodObject& god, const Planes& planes, const NearestInside& projection) {
@@ -139,8 +138,9 @@ void remove_inactive(GodObject& god, const Planes& planes, const NearestInside& 
 enum class Outcome : std::uint8_t { kSettled, kContinue, kUnknown };
 
 // Flies to `to`; where the flight hits an object, it stops there with one more contact.
-Outcome fly_and_land(const World& world, const Nearby& nearby, std::span<const Contact> leaving,
-                     GodObject& god, const Vec3& to, int skip, bool& landed, Work& work) {
+[[gnu::noinline]] Outcome fly_and_land(const World& world, const Nearby& nearby,
+                                       std::span<const Contact> leaving, GodObject& god, const Vec3& to,
+                                       int skip, bool& landed, Work& work) {
   Flight flight;
   sweep_nearby(world, nearby, god, leaving, god.position_m, to, skip, flight, work);
   landed = false;
@@ -212,6 +212,42 @@ bool moves_away(const Vec3& target, const Vec3& to, const Vec3& from) {
   return Outcome::kSettled;
 }
 
+// A way over more faces of a mesh than there is work for: through the air instead, along the plane of the contact, then down to the target. Both
+// parts are swept against all objects, so this passes nothing either. False, and nothing has moved, where it would not come nearer.
+[[gnu::noinline]] bool fly_over(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+                                Work& work) {
+  const GodObject start = god;
+  const Contact& contact = start.contacts[0];
+  const PlacedObject& object = world.objects[contact.object];
+  std::array<Vec3, 3> normals;
+  object.ops->normals(object.shape, {contact.feature.index, 0, 0, contact.feature.side},
+                      object.to_local(god.position_m), normals);
+  const Vec3 normal = object.turn(normals[0]);
+  const Vec3 way = target - god.position_m;
+  const float height_m = normal.dot(way);
+  const Vec3 along = way - height_m * normal;
+  const float along_m = along.norm();
+  if (height_m > 0.0F || along_m <= 0.0F) return false;
+  // Round a body the way down is the better the more it comes from the side. A way close to the surface would meet many leaves of the tree.
+  constexpr float kRise = 0.25F;
+  const float way_m = std::max(along_m, -height_m);
+  const Vec3 over = god.position_m + (way_m / along_m) * along + kRise * way_m * normal;
+  // What is left is for a walk, should it fail.
+  const std::uint32_t share = work.at_hand() / 2;
+  Work some(share);
+  bool landed = false;
+  Outcome outcome = Outcome::kContinue;
+  for (int leg = 0; leg < 2 && outcome != Outcome::kUnknown && !landed; ++leg) {
+    if (leg == 1) god.count = 0;
+    outcome = fly_and_land(world, nearby, std::span(&contact, leg == 0 ? 1U : 0U), god,
+                           leg == 0 ? over : target, kSkipNone, landed, some);
+  }
+  const bool nearer =
+      outcome != Outcome::kUnknown && (god.position_m - target).squaredNorm() < way.squaredNorm();
+  if (!nearer) god = start;
+  return work.spend(share - some.left()) && nearer;
+}
+
 // One contact: slide over its surface.
 Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
                      bool alone, Left& left, Effort& effort) {
@@ -221,9 +257,17 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
   const Contact start{contact.object, {.index = feature.index, .side = feature.side}};
   effort.work.at(contact.object);
   const Vec3 from = object.to_local(god.position_m);
-  const Slide slide = object.ops->slide(
-      object.shape, feature,
-      {effort.work, from, object.to_local(target), hold, !alone, false, nullptr, nearby.point_triangles()});
+  SlideQuery query{effort.work, from,    object.to_local(target),  hold, !alone,
+                   false,       nullptr, nearby.point_triangles(), true};
+  Slide slide = object.ops->slide(object.shape, feature, query);
+  if (slide.end == SlideEnd::kFar) {
+    if (fly_over(world, nearby, god, target, effort.work)) {
+      left.count = 0;
+      return Outcome::kContinue;
+    }
+    query.not_far = false;
+    slide = object.ops->slide(object.shape, feature, query);
+  }
   if (alone && slide.swept) {
     god.position_m = object.to_world(slide.to);
   } else {
@@ -243,6 +287,7 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
       ++effort.counters.slide_bound;
       return Outcome::kSettled;
     case SlideEnd::kFree:
+    case SlideEnd::kFar:
       break;
   }
   if (left.count > 0 && (slide.to - from).squaredNorm() <= kOnePlace_m * kOnePlace_m) {
@@ -286,12 +331,14 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
 }
 
 // Whether one of them is on a part of a mesh that touches another part of the mesh: both are as several solids.
-bool on_seam(const World& world, std::span<const Contact> contacts) {
-  return std::any_of(contacts.begin(), contacts.end(), [&world](const Contact& contact) {
+[[gnu::noinline]] bool on_seam(const World& world, std::span<const Contact> contacts) {
+  for (const Contact& contact : contacts) {
     const MeshView& mesh = world.objects[contact.object].shape.mesh;
-    return mesh.seams &&
-           (mesh.flags[contact.feature.index] & static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0;
-  });
+    if (mesh.seams &&
+        (mesh.flags[contact.feature.index] & static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0)
+      return true;
+  }
+  return false;
 }
 
 // Makes the ball a point on the first surface below its centre, which is free. Its place under the ball lies on the planes of faces, and can

@@ -44,6 +44,14 @@ struct GodObject {
   std::array<Vec3, kMaxContacts> normals;
 };
 
+[[nodiscard]] inline bool same_contacts(const GodObject& god,
+                                        const std::array<Contact, kMaxContacts>& contacts) noexcept {
+#pragma GCC unroll 1
+  for (std::size_t i = 0; i < god.count; ++i)
+    if (god.contacts[i] != contacts[i]) return false;
+  return true;
+}
+
 // The other part of this object that the god object may lie on; null: none.
 [[nodiscard]] inline const Feature* beside_on(const GodObject& god, std::uint8_t object) noexcept {
   return god.has_beside && god.beside.object == object ? &god.beside.feature : nullptr;

@@ -4,8 +4,16 @@
 
 namespace thimble::control {
 
-ShortSlide& Resting::slide(const PlacedObject& object, const Feature& feature, const Vec3& from_m,
-                           const Vec3& target_m, Work& work) noexcept {
+Resting::Resting() noexcept = default;
+
+void Resting::forget() noexcept {
+  placed_ = projected_ = false;
+  for (ShortSlide& slide : slides_) slide.shape = nullptr;
+}
+
+[[gnu::noinline]] ShortSlide& Resting::slide(const PlacedObject& object, const Feature& feature,
+                                             const Vec3& from_m, const Vec3& target_m, Work& work) noexcept {
+#pragma GCC unroll 1
   for (ShortSlide& slide : slides_)
     if (slide.target_m == target_m && slide.shape == &object.shape && slide.feature == feature &&
         slide.from_m == from_m)
@@ -25,7 +33,7 @@ ShortSlide& Resting::slide(const PlacedObject& object, const Feature& feature, c
 
 bool Resting::is_at(const World& world, const GodObject& god) const noexcept {
   return placed_ && god.position_m == position_m_ && god.count == count_ && !world.any_bodies &&
-         !god.is_ball && std::equal(contacts_.begin(), contacts_.begin() + count_, god.contacts.begin());
+         !god.is_ball && same_contacts(god, contacts_);
 }
 
 void Resting::find_planes(const World& world, const GodObject& god) noexcept {

@@ -38,6 +38,15 @@ struct ShortSlide {
 // Of one fingertip: where its god object rests, each tick asks the same several times. The same question gets the same bits.
 class Resting {
  public:
+  // Out of line, as boards have little code memory. A copy remembers nothing.
+  Resting() noexcept;
+  Resting(const Resting& /*other*/) noexcept : Resting() {}
+  Resting& operator=(const Resting& /*other*/) noexcept {
+    forget();
+    return *this;
+  }
+  ~Resting() = default;
+  void forget() noexcept;
   // A short slide that stays on the surface. What it returns is good until the next call.
   ShortSlide& slide(const PlacedObject& object, const Feature& feature, const Vec3& from_m,
                     const Vec3& target_m, Work& work) noexcept;
@@ -50,7 +59,7 @@ class Resting {
   [[nodiscard]] bool is_at(const World& world, const GodObject& god) const noexcept;
   void find_planes(const World& world, const GodObject& god) noexcept;
 
-  std::array<ShortSlide, 4> slides_;
+  std::array<ShortSlide, 3> slides_;
   std::size_t next_ = 0;  // is replaced next
   Planes planes_;
   // Of which place they are, unless that is on an object that moves.

@@ -223,7 +223,7 @@ bool is_free(const ShapeData& shape, const Foot& from, const Foot& to, const Sli
 
 }  // namespace
 
-void keep(const ShapeData& shape, std::uint32_t triangle, KeptFace& face) {
+[[gnu::noinline]] void keep(const ShapeData& shape, std::uint32_t triangle, KeptFace& face) {
   const Plane plane(shape.mesh, triangle);
   const float normal2 = plane.normal.squaredNorm();
   if (normal2 <= kPoint_m4) return;
@@ -246,6 +246,23 @@ Slide slide_on_kept(const KeptFace& face, const Feature& feature, const SlideQue
   return {query.target - (height / face.normal2) * face.normal, free ? SlideEnd::kFree : SlideEnd::kHeld};
 }
 
+// Whether a slide over faces of the size of this one would take more than the work that is left.
+bool is_far(const MeshView& mesh, const Feature& feature, const SlideQuery& query) {
+  // A way as long as the edge of a face goes over up to three faces.
+  constexpr float kUnitsAnEdge = 3.0F * static_cast<float>(kFaceWork);
+  constexpr std::uint32_t kFlights = 64;  // what the way through the air takes
+  constexpr std::uint32_t kMuch = 4 * kFaceWork * kMaxSlideFaces;
+  if (query.work.at_hand() < kFlights || query.work.at_hand() > kMuch) return false;
+  const Vec3 way = query.target - query.from;
+  const Vec3 normal = area_normal(mesh, feature.index);
+  const float normal2 = normal.squaredNorm();
+  if (normal2 <= kPoint_m4) return false;
+  const float height = normal.dot(way);
+  const float along2 = way.squaredNorm() - height * height / normal2;
+  const float edges = static_cast<float>(query.work.at_hand()) / kUnitsAnEdge;
+  return along2 > edges * edges * std::sqrt(normal2);
+}
+
 // The path of a god object: straight over each face towards the projection of the target, on over the edges
 // that it crosses, and along an edge when the target is beyond it for both faces (Zilles and Salisbury 1995,
 // with the real faces instead of infinite planes).
@@ -262,6 +279,7 @@ Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const SlideQuery& 
     }
   }
   const MeshView& mesh = shape.mesh;
+  if (query.not_far && is_far(mesh, feature, query)) return {query.from, SlideEnd::kFar};
   Foot foot{feature, query.from};
   bool moved = false;
   bool over_edge = false;  // the path has just crossed foot.feature, an edge

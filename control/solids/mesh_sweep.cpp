@@ -334,14 +334,17 @@ struct Heights {
 }
 
 bool is_known(const KnownFlight& flight, const ShapeData& shape, const SweepQuery& query) {
-  return flight.from == query.from && flight.to == query.to && flight.shape == &shape &&
-         flight.leaving_count == query.leaving.size() &&
-         std::equal(query.leaving.begin(), query.leaving.end(), flight.leaving.begin());
+  if (flight.from != query.from || flight.to != query.to || flight.shape != &shape ||
+      flight.leaving_count != query.leaving.size())
+    return false;
+  for (std::size_t i = 0; i < flight.leaving_count; ++i)
+    if (flight.leaving[i] != query.leaving[i]) return false;
+  return true;
 }
 
 // False where the work is spent.
-bool meet_leaf(const ShapeData& shape, std::uint32_t leaf, const Segment& s, const SweepQuery& query,
-               Hit& hit) {
+[[gnu::noinline]] bool meet_leaf(const ShapeData& shape, std::uint32_t leaf, const Segment& s,
+                                 const SweepQuery& query, Hit& hit) {
   const std::uint32_t first = first_triangle(leaf);
   TrianglePlane own;
   if (!query.work.spend(kTriangleWork * triangle_count(leaf))) return false;
@@ -361,12 +364,12 @@ bool meet_leaves(const ShapeData& shape, const NearLeaves& near, const Segment& 
   constexpr std::size_t kLeavesAUnit = 4;
   if (!query.work.spend(kNodeWork * static_cast<std::uint32_t>(near.list().size() / kLeavesAUnit)))
     return false;
-  return std::all_of(near.list().begin(), near.list().end(), [&](const NearLeaves::Leaf& one) {
-    return !overlaps(s, one.lo, one.hi) || meet_leaf(shape, one.leaf, s, query, hit);
-  });
+  for (const NearLeaves::Leaf& one : near.list())
+    if (overlaps(s, one.lo, one.hi) && !meet_leaf(shape, one.leaf, s, query, hit)) return false;
+  return true;
 }
 
-bool sweep(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
+[[gnu::noinline]] bool sweep(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
   const MeshView& mesh = shape.mesh;
   Work& work = query.work;
   const Vec3 lift = query.leaving.empty() ? Vec3(Vec3::Zero()) : lift_off_sheet(mesh, query.leaving);

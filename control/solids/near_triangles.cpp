@@ -27,6 +27,12 @@ NearTriangle in_disc(const MeshView& mesh, std::uint32_t triangle) {
   return disc;
 }
 
+TrianglePlane plane_of(const ShapeData& shape, std::uint32_t triangle) {
+  using namespace topology;  // NOLINT(google-build-using-namespace)
+  return {&shape, triangle, vertex(shape.mesh, triangle, 0), area_normal(shape.mesh, triangle),
+          two_sided(shape.mesh, triangle)};
+}
+
 bool NearTriangles::fill(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                          float reach_m) {
   const MeshView& mesh = shape.mesh;
@@ -71,6 +77,13 @@ std::span<const std::uint8_t> NearTriangles::before(const MeshView& mesh, std::u
   return {before_.data(), before_count_};
 }
 
+TriangleCache::TriangleCache() noexcept = default;
+
+void TriangleCache::clear() noexcept {
+  of_.emplace<TrianglesOfPoint>();
+  face_.shape = nullptr;
+}
+
 NearTriangles* TriangleCache::near(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                                    float reach_m) {
   constexpr std::size_t kFew = 10;
@@ -79,28 +92,29 @@ NearTriangles* TriangleCache::near(const ShapeData& shape, Work& work, const Vec
   constexpr float kLess = 0.6F;
   constexpr float kRecovery = 1.05F;
   constexpr std::uint32_t kShare = 4;  // a list takes no more than a quarter of the work that is left
-  if (lists_[last_].hold(shape, centre_m, radius_m, reach_m)) return &lists_[last_];
-  if (lists_[1 - last_].hold(shape, centre_m, radius_m, reach_m)) {
-    last_ = 1 - last_;
-    return &lists_[last_];
+  auto& [lists, last, next_m, most_m] = of<TrianglesOfBall>();
+  if (lists[last].hold(shape, centre_m, radius_m, reach_m)) return &lists[last];
+  if (lists[1 - last].hold(shape, centre_m, radius_m, reach_m)) {
+    last = 1 - last;
+    return &lists[last];
   }
-  most_m_ = std::min(kRecovery * most_m_, kMost_m);
-  if (reach_m > most_m_) return nullptr;
-  last_ = 1 - last_;
-  NearTriangles& list = lists_[last_];
-  const float listed_m = std::max(reach_m, std::min(listed_m_, most_m_));
+  most_m = std::min(kRecovery * most_m, TrianglesOfBall::kMost_m);
+  if (reach_m > most_m) return nullptr;
+  last = 1 - last;
+  NearTriangles& list = lists[last];
+  const float listed_m = std::max(reach_m, std::min(next_m, most_m));
   const std::uint32_t share = work.at_hand() / kShare;
   Work some(share);
   const bool filled = list.fill(shape, some, centre_m, radius_m, listed_m);
   if (!work.spend(share - some.left()) || !filled) {
-    most_m_ = kLess * listed_m;
+    most_m = kLess * listed_m;
     return nullptr;
   }
-  if (listed_m < listed_m_) return &list;
+  if (listed_m < next_m) return &list;
   if (list.list().size() > kMany) {
-    listed_m_ = kLess * listed_m;
+    next_m = kLess * listed_m;
   } else if (list.list().size() < kFew) {
-    listed_m_ = std::min(kMore * listed_m, kMost_m);
+    next_m = std::min(kMore * listed_m, TrianglesOfBall::kMost_m);
   }
   return &list;
 }
@@ -129,33 +143,34 @@ const NearLeaves* TriangleCache::leaves(const ShapeData& shape, Work& work, cons
   constexpr std::size_t kMany = 16;
   constexpr std::uint32_t kMost_steps = 4096;
   constexpr std::uint32_t kShare = 4;  // a list takes no more than a quarter of the work that is left
-  if (leaves_[last_leaves_].hold(shape, box)) return &leaves_[last_leaves_];
-  if (leaves_[1 - last_leaves_].hold(shape, box)) {
-    last_leaves_ = 1 - last_leaves_;
-    return &leaves_[last_leaves_];
+  auto& [lists, last, more_steps, planes, flight] = of<TrianglesOfPoint>();
+  if (lists[last].hold(shape, box)) return &lists[last];
+  if (lists[1 - last].hold(shape, box)) {
+    last = 1 - last;
+    return &lists[last];
   }
   std::uint32_t size = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) size = std::max(size, box.hi[axis] - box.lo[axis]);
   if (size > kMost_steps) return nullptr;
   GridBox more = box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    more.lo[axis] -= std::min(more.lo[axis], more_steps_);
-    more.hi[axis] += more_steps_;
+    more.lo[axis] -= std::min(more.lo[axis], more_steps);
+    more.hi[axis] += more_steps;
   }
-  last_leaves_ = 1 - last_leaves_;
-  NearLeaves& list = leaves_[last_leaves_];
+  last = 1 - last;
+  NearLeaves& list = lists[last];
   const std::uint32_t share = work.at_hand() / kShare;
   Work some(share);
   const bool filled = list.fill(shape, some, more);
   if (!work.spend(share - some.left()) || !filled) {
     list.clear();
-    more_steps_ /= 2;
+    more_steps /= 2;
     return nullptr;
   }
   if (list.list().size() > kMany) {
-    more_steps_ -= more_steps_ / 4;
+    more_steps -= more_steps / 4;
   } else if (list.list().size() < kFew) {
-    more_steps_ = std::min(more_steps_ + more_steps_ / 2 + 1, kMost_steps);
+    more_steps = std::min(more_steps + more_steps / 2 + 1, kMost_steps);
   }
   return &list;
 }
@@ -165,9 +180,9 @@ bool TriangleCache::is_clear(const ShapeData& shape, Work& work, const Vec3& cen
   const NearTriangles* const list = near(shape, work, centre_m, radius_m, reach_m + kDiscRounding_m);
   if (list == nullptr) return false;
   const float distance_m = radius_m + reach_m + kDiscRounding_m;
-  return std::none_of(list->list().begin(), list->list().end(), [&](const NearTriangle& one) {
-    return one.within(centre_m, distance_m, kDiscRounding_m);
-  });
+  for (const NearTriangle& one : list->list())
+    if (one.within(centre_m, distance_m, kDiscRounding_m)) return false;
+  return true;
 }
 
 }  // namespace thimble::control

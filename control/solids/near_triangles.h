@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <variant>
 
 #include "control/solids/mesh_topology.h"
 #include "control/solids/solid.h"
@@ -154,57 +155,60 @@ struct KnownFlight {
   Hit hit;
 };
 
-[[nodiscard]] inline TrianglePlane plane_of(const ShapeData& shape, std::uint32_t triangle) {
-  return {&shape, triangle, topology::vertex(shape.mesh, triangle, 0),
-          topology::area_normal(shape.mesh, triangle), topology::two_sided(shape.mesh, triangle)};
-}
+[[nodiscard]] TrianglePlane plane_of(const ShapeData& shape, std::uint32_t triangle);
 
-// Of one fingertip: two lists, as the place without friction and the stiction point are apart. Those of leaves are for a point, those of
-// triangles for a tip with a radius.
+struct TrianglesOfPoint {
+  static constexpr std::uint32_t kFirst_steps = 256;
+
+  std::array<NearLeaves, 2> lists;
+  std::size_t last = 0;                     // used
+  std::uint32_t more_steps = kFirst_steps;  // by which the box of the next list is larger than it has to be
+  std::array<TrianglePlane, 16> planes;     // that were looked at
+  KnownFlight flight;
+};
+
+struct TrianglesOfBall {
+  static constexpr float kFirst_m = 5.0e-4F;
+  static constexpr float kMost_m = 1.0e-2F;
+
+  std::array<NearTriangles, 2> lists;
+  std::size_t last = 0;     // used
+  float next_m = kFirst_m;  // the reach of the next list
+  float most_m = kMost_m;   // no list beyond this: the last one was too long
+};
+
+// Of one fingertip: two lists, as the place without friction and the stiction point are apart. A tip is a point or has a radius, so what
+// each needs shares its memory.
 class TriangleCache {
  public:
-  void clear() {
-    for (NearTriangles& list : lists_) list.clear();
-    for (NearLeaves& list : leaves_) list.clear();
-    face_.shape = nullptr;
-    flight_.shape = nullptr;
-    for (TrianglePlane& plane : planes_) plane.shape = nullptr;
-    last_ = last_leaves_ = 0;
-    more_steps_ = kFirst_steps;
-    listed_m_ = kFirst_m;
-    most_m_ = kMost_m;
-  }
-  // Null when they are too many, or the work is spent.
+  TriangleCache() noexcept;
+  void clear() noexcept;
+  // For a tip with a radius. Null when they are too many, or the work is spent.
   [[nodiscard]] NearTriangles* near(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                                     float reach_m);
-  // Null when they are too many, or the work is spent.
-  [[nodiscard]] const NearLeaves* leaves(const ShapeData& shape, Work& work, const GridBox& box);
-  [[nodiscard]] const TrianglePlane& plane(const ShapeData& shape, std::uint32_t triangle) {
-    TrianglePlane& plane = planes_[triangle % planes_.size()];
-    if (plane.triangle != triangle || plane.shape != &shape) plane = plane_of(shape, triangle);
-    return plane;
-  }
-  [[nodiscard]] KeptFace& face() { return face_; }
-  [[nodiscard]] KnownFlight& flight() { return flight_; }
   // Whether a ball at the centre, or within reach_m of it, is known to touch nothing.
   [[nodiscard]] bool is_clear(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                               float reach_m);
+  // For a point. Null when they are too many, or the work is spent.
+  [[nodiscard]] const NearLeaves* leaves(const ShapeData& shape, Work& work, const GridBox& box);
+  [[nodiscard]] const TrianglePlane& plane(const ShapeData& shape, std::uint32_t triangle) {
+    std::array<TrianglePlane, 16>& planes = of<TrianglesOfPoint>().planes;
+    TrianglePlane& plane = planes[triangle % planes.size()];
+    if (plane.triangle != triangle || plane.shape != &shape) plane = plane_of(shape, triangle);
+    return plane;
+  }
+  [[nodiscard]] KnownFlight& flight() { return of<TrianglesOfPoint>().flight; }
+  [[nodiscard]] KeptFace& face() { return face_; }
 
  private:
-  static constexpr float kFirst_m = 5.0e-4F;
-  static constexpr float kMost_m = 1.0e-2F;
-  static constexpr std::uint32_t kFirst_steps = 256;
+  template <typename Of>
+  [[nodiscard]] Of& of() {
+    Of* const now = std::get_if<Of>(&of_);
+    return now != nullptr ? *now : of_.emplace<Of>();
+  }
 
-  std::array<NearTriangles, 2> lists_;
-  std::array<NearLeaves, 2> leaves_;
-  std::size_t last_leaves_ = 0;              // used
-  std::uint32_t more_steps_ = kFirst_steps;  // by which the box of the next list is larger than it has to be
-  std::array<TrianglePlane, 32> planes_;     // that were looked at, for a point
+  std::variant<TrianglesOfPoint, TrianglesOfBall> of_;
   KeptFace face_;
-  KnownFlight flight_;
-  std::size_t last_ = 0;       // used
-  float listed_m_ = kFirst_m;  // the reach of the next list
-  float most_m_ = kMost_m;     // no list beyond this: the last one was too long
 };
 
 }  // namespace thimble::control
