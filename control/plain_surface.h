@@ -52,9 +52,9 @@ struct PointWay {
   [[gnu::always_inline]] PointWay(const World& /*world*/, const PlacedObject& object, Feature& feature,
                                   const Vec3& from_m, const Vec3& to_m, bool hold, const GodObject& god,
                                   TriangleCache* triangles, Work& work)
-      : slide(object.ops->slide(
-            object.shape, feature,
-            {work, from_m, to_m, hold, false, true, beside_on(god, god.contacts[0].object), triangles})) {}
+      : slide(object.ops->slide(object.shape, feature,
+                                {work, from_m, to_m, hold, false, true,
+                                 beside_on(god, god.contacts[0].object), triangles, true})) {}
   [[nodiscard]] bool is_held(const Feature& feature) const {
     return slide.end == SlideEnd::kHeld && slide.swept && feature.kind == 0;
   }

@@ -79,7 +79,7 @@ Vec3 slip_shaded(Finger& finger, ShadedSprings& springs, const Constraints& held
 
 // Where the way from the stiction point to the place without friction takes all the work of each tick, the place that is reached can be within
 // the friction for ever, while the tip goes on. After so many ticks the stiction point goes to it.
-constexpr std::uint8_t kMostStuck = 8;
+constexpr std::uint8_t kMostStuck = 2;
 
 bool unlike_stiffness(const Constraints& held) {
   for (std::size_t i = 1; i < held.count; ++i)
@@ -275,20 +275,23 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   const Vec3& x = tip.position_m;
   GodObject& god = finger.god;
   GodObject& rest = finger.rest;
+  if (triangles == nullptr) finger.resting.forget();
   if (!finger.started) begin(world_, finger, x, effort);
   finger.open.free_m = 0.0F;
   const Nearby nearby(world_, Reach(god.position_m, rest.position_m, x, world_.margin_m), finger.inside,
-                      triangles);
+                      triangles, finger.resting);
   if (!find_contact(world_, nearby, finger, x, !bodies_.empty(), effort)) {
     if (keeps_) find_the_open(world_, triangles, finger, x, effort.work);
     touch = {Vec3::Zero(), god.position_m, static_cast<std::uint8_t>(rest.count)};
     return;
   }
-  Constraints held = constraints(world_, rest, x);
+  Constraints held = constraints(world_, rest, x, finger.resting);
   const Vec3 facets_m = rest.position_m;
   const bool shaded = shade(world_, nearby, rest, x, held, effort);
   // On another surface there is no stiction point yet.
-  if (!shares_object(rest, god) || finger.stuck >= kMostStuck) god = rest;
+  if (!shares_object(rest, god) ||
+      (finger.stuck >= kMostStuck && !is_farther(rest.position_m, god.position_m, x)))
+    god = rest;
   const Vec3 before_m = god.position_m;
   ShadedSprings springs;
   if (world_.any_shaded) springs = shaded_springs(world_, finger, held, x, facets_m, shaded);

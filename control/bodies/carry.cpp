@@ -111,7 +111,7 @@ bool carry_sphere(const World& world, std::uint8_t moved, const PlacedObject& be
   // Move it there, around all other objects.
   const Vec3 target = now.to_world(local);
   const Nearby others(world, Reach(god.position_m, god.position_m, target, world.margin_m),
-                      finger.inside | only(moved));
+                      finger.inside | only(moved), nullptr, finger.resting);
   move(world, others, god, target, false, effort);
   const bool arrived = is_at(god.position_m, target, kTouchGap_m);
   if (!arrived) {
@@ -172,7 +172,7 @@ bool carry(const World& world, std::uint8_t moved, const PlacedObject& before, F
   // Move the god object there, around all other objects.
   const Vec3 target = now.to_world(local);
   const Nearby others(world, Reach(god.position_m, god.position_m, target, world.margin_m),
-                      finger.inside | only(moved));
+                      finger.inside | only(moved), nullptr, finger.resting);
   if (others.objects().empty()) {
     god.count = 0;
     god.position_m = target;

@@ -24,8 +24,10 @@ void let_go(Finger& finger, const Vec3& tip_m) {
 
 // Whether its contacts keep the god object from the tip. Where the work is spent it stays behind, and must not draw the tip back to a
 // surface that it has left.
-[[gnu::noinline]] bool is_pushed(const World& world, const GodObject& god, const Vec3& tip_m) {
-  return project(planes_at(world, god), tip_m - god.position_m).count != 0;
+[[gnu::noinline]] bool is_pushed(const World& world, Resting& resting, const GodObject& god,
+                                 const Vec3& tip_m) {
+  resting.planes_at(world, god);
+  return resting.project(tip_m - god.position_m).count != 0;
 }
 
 // Whether the stiction point surely stays where it is: several planes of one material hold at least what one would.
@@ -40,7 +42,7 @@ bool surely_sticks(const World& world, const Finger& finger, const Vec3& tip_m) 
 
 // Moves the place without friction. On a mesh it continues from the previous tick, unless that would be farther from the tip than the
 // stiction point: from there the way can be many faces long. Where a point may slip, it begins at the stiction point, so that there is a way
-// from there.
+// from there; but not while that takes more than the work of a tick.
 void move_rest(const World& world, const Nearby& nearby, Finger& finger, const Vec3& tip_m, bool bodies,
                Effort& effort) {
   const GodObject& god = finger.god;
@@ -51,7 +53,7 @@ void move_rest(const World& world, const Nearby& nearby, Finger& finger, const V
       (!is_point || object.plain)) {
     move(world, nearby, rest, tip_m, false, effort);
     if (shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m) &&
-        (!is_point || surely_sticks(world, finger, tip_m)))
+        (!is_point || finger.stuck > 0 || surely_sticks(world, finger, tip_m)))
       return;
   }
   rest = god;
@@ -115,7 +117,7 @@ bool find_contact(const World& world, const Nearby& nearby, Finger& finger, cons
   } else {
     move_rest_towards(world, nearby, finger, tip_m, bodies, effort);
   }
-  if (effort.work.was_spent() && rest.count != 0 && !is_pushed(world, rest, tip_m)) {
+  if (effort.work.was_spent() && rest.count != 0 && !is_pushed(world, finger.resting, rest, tip_m)) {
     finger.click.release();
     return false;
   }

@@ -6,6 +6,7 @@
 #include "control/contact/friction.h"
 #include "control/contact/god_object.h"
 #include "control/contact/inside.h"
+#include "control/contact/planes.h"
 #include "control/contact/potential.h"
 #include "control/contact/shading.h"
 #include "control/surfaces/click.h"
@@ -28,6 +29,7 @@ struct Finger {
   bool started = false;
   GodObject god;   // with friction: the stiction point
   GodObject rest;  // where it would be without friction
+  Resting resting;
   Friction friction;
   ContactClick click;
   ContactPotential potential;

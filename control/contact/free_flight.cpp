@@ -9,7 +9,7 @@ namespace thimble::control {
 namespace {
 
 // How far a place is at least from an object; 0: not known.
-float away_m(const PlacedObject& object, const TriangleCache* triangles, const Vec3& place_m, Work& work) {
+float away_m(const PlacedObject& object, TriangleCache* triangles, const Vec3& place_m, Work& work) {
   const float from_box_m = (place_m - place_m.cwiseMax(object.lo_m).cwiseMin(object.hi_m)).norm();
   if (object.half_space) return object.normal.dot(place_m) - object.offset_m;
   if (object.ops->separate != nullptr)
@@ -21,7 +21,7 @@ float away_m(const PlacedObject& object, const TriangleCache* triangles, const V
 
 }  // namespace
 
-void find_the_open(const World& world, const TriangleCache* triangles, Finger& finger, const Vec3& tip_m,
+void find_the_open(const World& world, TriangleCache* triangles, Finger& finger, const Vec3& tip_m,
                    Work& work) noexcept {
   // Bodies come nearer in the next tick.
   if (world.any_bodies || world.tip_radius_m > 0.0F || finger.inside != 0 || finger.god.count != 0 ||

@@ -21,7 +21,7 @@ namespace thimble::control {
 }
 
 // After a tick that ended without contact: finds such a ball about the tip. triangles: of the finger, or null.
-void find_the_open(const World& world, const TriangleCache* triangles, Finger& finger, const Vec3& tip_m,
+void find_the_open(const World& world, TriangleCache* triangles, Finger& finger, const Vec3& tip_m,
                    Work& work) noexcept;
 
 }  // namespace thimble::control

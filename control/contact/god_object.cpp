@@ -76,23 +76,26 @@ void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god
 constexpr float kOnePlace_m = 2.0F * kSurfaceTolerance_m;  // places on a surface that are one
 
 // Updates a contact's feature for a point that should still be on its surface; false when it is not.
-bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3& point, Work& work) {
+bool refresh(const World& world, Contact& contact, const Vec3& from, const Vec3& point, Work& work,
+             Resting& resting) {
   const PlacedObject& object = world.objects[contact.object];
   const Vec3 target = object.to_local(point);
   Vec3 at = object.to_local(from);
   for (int piece = 0; piece < kMaxRefreshPieces; ++piece) {
-    const Slide slide = object.ops->slide(object.shape, contact.feature, {work, at, target, true});
-    at = slide.to;
+    const ShortSlide& slide = resting.slide(object, contact.feature, at, target, work);
+    contact.feature = slide.feature_there;
+    at = slide.to_m;
     if (slide.end != SlideEnd::kMoved) break;
   }
   return (at - target).squaredNorm() <= kOnePlace_m * kOnePlace_m;
 }
 
-void update_contacts(const World& world, GodObject& god, const Vec3& from, const Vec3& point, Work& work) {
+void update_contacts(const World& world, const Nearby& nearby, GodObject& god, const Vec3& from,
+                     const Vec3& point, Work& work) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < god.count; ++i) {
     Contact contact = god.contacts[i];
-    if (refresh(world, contact, from, point, work)) god.contacts[kept++] = contact;
+    if (refresh(world, contact, from, point, work, nearby.resting())) god.contacts[kept++] = contact;
   }
   god.count = kept;
 }
@@ -109,6 +112,12 @@ void add_contact(GodObject& god, const Contact& contact) {
     --god.count;
   }
   god.contacts[god.count++] = contact;
+}
+
+// Whether a move goes on from both in the same way.
+[[gnu::noinline]] bool same(const GodObject& a, const GodObject& b) {
+  return a.position_m == b.position_m && a.count == b.count && a.has_beside == b.has_beside &&
+         (!a.has_beside || a.beside == b.beside) && same_contacts(a, b.contacts);
 }
 
 void remove_inactive(GodObject& god, const Planes& planes, const NearestInside& projection) {
@@ -129,8 +138,9 @@ void remove_inactive(GodObject& god, const Planes& planes, const NearestInside& 
 enum class Outcome : std::uint8_t { kSettled, kContinue, kUnknown };
 
 // Flies to `to`; where the flight hits an object, it stops there with one more contact.
-Outcome fly_and_land(const World& world, const Nearby& nearby, std::span<const Contact> leaving,
-                     GodObject& god, const Vec3& to, int skip, bool& landed, Work& work) {
+[[gnu::noinline]] Outcome fly_and_land(const World& world, const Nearby& nearby,
+                                       std::span<const Contact> leaving, GodObject& god, const Vec3& to,
+                                       int skip, bool& landed, Work& work) {
   Flight flight;
   sweep_nearby(world, nearby, god, leaving, god.position_m, to, skip, flight, work);
   landed = false;
@@ -142,7 +152,7 @@ Outcome fly_and_land(const World& world, const Nearby& nearby, std::span<const C
   }
   const Vec3 from = god.position_m;
   god.position_m = from + flight.hit.t * (to - from);
-  update_contacts(world, god, from, god.position_m, work);
+  update_contacts(world, nearby, god, from, god.position_m, work);
   add_contact(god, {flight.object, flight.hit.feature});
   landed = true;
   return Outcome::kContinue;
@@ -202,6 +212,42 @@ bool moves_away(const Vec3& target, const Vec3& to, const Vec3& from) {
   return Outcome::kSettled;
 }
 
+// A way over more faces of a mesh than there is work for: through the air instead, along the plane of the contact, then down to the target. Both
+// parts are swept against all objects, so this passes nothing either. False, and nothing has moved, where it would not come nearer.
+[[gnu::noinline]] bool fly_over(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
+                                Work& work) {
+  const GodObject start = god;
+  const Contact& contact = start.contacts[0];
+  const PlacedObject& object = world.objects[contact.object];
+  std::array<Vec3, 3> normals;
+  object.ops->normals(object.shape, {contact.feature.index, 0, 0, contact.feature.side},
+                      object.to_local(god.position_m), normals);
+  const Vec3 normal = object.turn(normals[0]);
+  const Vec3 way = target - god.position_m;
+  const float height_m = normal.dot(way);
+  const Vec3 along = way - height_m * normal;
+  const float along_m = along.norm();
+  if (height_m > 0.0F || along_m <= 0.0F) return false;
+  // Round a body the way down is the better the more it comes from the side. A way close to the surface would meet many leaves of the tree.
+  constexpr float kRise = 0.25F;
+  const float way_m = std::max(along_m, -height_m);
+  const Vec3 over = god.position_m + (way_m / along_m) * along + kRise * way_m * normal;
+  // What is left is for a walk, should it fail.
+  const std::uint32_t share = work.at_hand() / 2;
+  Work some(share);
+  bool landed = false;
+  Outcome outcome = Outcome::kContinue;
+  for (int leg = 0; leg < 2 && outcome != Outcome::kUnknown && !landed; ++leg) {
+    if (leg == 1) god.count = 0;
+    outcome = fly_and_land(world, nearby, std::span(&contact, leg == 0 ? 1U : 0U), god,
+                           leg == 0 ? over : target, kSkipNone, landed, some);
+  }
+  const bool nearer =
+      outcome != Outcome::kUnknown && (god.position_m - target).squaredNorm() < way.squaredNorm();
+  if (!nearer) god = start;
+  return work.spend(share - some.left()) && nearer;
+}
+
 // One contact: slide over its surface.
 Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target, bool hold,
                      bool alone, Left& left, Effort& effort) {
@@ -211,9 +257,17 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
   const Contact start{contact.object, {.index = feature.index, .side = feature.side}};
   effort.work.at(contact.object);
   const Vec3 from = object.to_local(god.position_m);
-  const Slide slide = object.ops->slide(
-      object.shape, feature,
-      {effort.work, from, object.to_local(target), hold, !alone, false, nullptr, nearby.point_triangles()});
+  SlideQuery query{effort.work, from,    object.to_local(target),  hold, !alone,
+                   false,       nullptr, nearby.point_triangles(), true};
+  Slide slide = object.ops->slide(object.shape, feature, query);
+  if (slide.end == SlideEnd::kFar) {
+    if (fly_over(world, nearby, god, target, effort.work)) {
+      left.count = 0;
+      return Outcome::kContinue;
+    }
+    query.not_far = false;
+    slide = object.ops->slide(object.shape, feature, query);
+  }
   if (alone && slide.swept) {
     god.position_m = object.to_world(slide.to);
   } else {
@@ -233,6 +287,7 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
       ++effort.counters.slide_bound;
       return Outcome::kSettled;
     case SlideEnd::kFree:
+    case SlideEnd::kFar:
       break;
   }
   if (left.count > 0 && (slide.to - from).squaredNorm() <= kOnePlace_m * kOnePlace_m) {
@@ -248,8 +303,8 @@ Outcome slide_on_one(const World& world, const Nearby& nearby, GodObject& god, c
 // Two or three contacts: all their planes together.
 Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god, const Vec3& target,
                         Left& left, Work& work) {
-  const Planes planes = planes_at(world, god);
-  const NearestInside projection = project(planes, target - god.position_m);
+  const Planes& planes = nearby.resting().planes_at(world, god);
+  const NearestInside& projection = nearby.resting().project(target - god.position_m);
   if (projection.count == 0 && projection.point_m != Vec3::Zero()) {  // no plane holds it back
     // The sweep ignores these faces only: other faces at their edges can still stop it.
     left.count = 0;
@@ -271,17 +326,19 @@ Outcome slide_in_corner(const World& world, const Nearby& nearby, GodObject& god
   const Outcome outcome = fly_and_land(world, nearby, {leaving.data(), leaving_count}, god,
                                        from + projection.point_m, kSkipNone, landed, work);
   if (outcome == Outcome::kUnknown) return outcome;
-  if (!landed) update_contacts(world, god, from, god.position_m, work);
+  if (!landed) update_contacts(world, nearby, god, from, god.position_m, work);
   return Outcome::kContinue;
 }
 
 // Whether one of them is on a part of a mesh that touches another part of the mesh: both are as several solids.
-bool on_seam(const World& world, std::span<const Contact> contacts) {
-  return std::any_of(contacts.begin(), contacts.end(), [&world](const Contact& contact) {
+[[gnu::noinline]] bool on_seam(const World& world, std::span<const Contact> contacts) {
+  for (const Contact& contact : contacts) {
     const MeshView& mesh = world.objects[contact.object].shape.mesh;
-    return mesh.seams &&
-           (mesh.flags[contact.feature.index] & static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0;
-  });
+    if (mesh.seams &&
+        (mesh.flags[contact.feature.index] & static_cast<std::uint8_t>(scene::TriangleFlag::Seam)) != 0)
+      return true;
+  }
+  return false;
 }
 
 // Makes the ball a point on the first surface below its centre, which is free. Its place under the ball lies on the planes of faces, and can
@@ -317,6 +374,7 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
   Left left;
   float nearest2 = std::numeric_limits<float>::infinity();
   int idle_steps = 0;  // corner steps that brought it no nearer
+  GodObject corner;    // at the last of them
   const auto stops = [&] {
     return to_seam && on_seam(world, god.count > 0 ? std::span(god.contacts).first(god.count) : left.all());
   };
@@ -333,12 +391,13 @@ void fly_point(const World& world, const Nearby& nearby, GodObject& god, const V
       outcome = slide_on_one(world, nearby, god, target, hold, alone, left, effort);
     } else {
       // Between nearly parallel faces it can move back and forth by rounding: it ends after two steps without
-      // progress.
+      // progress, or where it comes back to the same corner and would go round for ever.
       const float distance2 = (god.position_m - target).squaredNorm();
       constexpr float kNearer = 1.0F - 1.0e-6F;
       idle_steps = distance2 < kNearer * nearest2 ? 0 : idle_steps + 1;
       nearest2 = std::min(nearest2, distance2);
-      if (idle_steps > 2) return true;
+      if (idle_steps > 2 || (idle_steps > 0 && left.count == 0 && same(god, corner))) return true;
+      if (left.count == 0) corner = god;
       outcome = slide_in_corner(world, nearby, god, target, left, effort.work);
     }
     if (outcome == Outcome::kSettled) return !stops();

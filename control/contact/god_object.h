@@ -20,9 +20,13 @@ namespace thimble::control {
 
 inline constexpr std::size_t kMaxContacts = 3;  // one for each powered degree of freedom
 
+class Resting;
+
 struct Contact {
   std::uint8_t object = 0;
   Feature feature;
+
+  bool operator==(const Contact&) const = default;
 };
 
 struct GodObject {
@@ -39,6 +43,14 @@ struct GodObject {
   Vec3 centre_m = Vec3::Zero();
   std::array<Vec3, kMaxContacts> normals;
 };
+
+[[nodiscard]] inline bool same_contacts(const GodObject& god,
+                                        const std::array<Contact, kMaxContacts>& contacts) noexcept {
+#pragma GCC unroll 1
+  for (std::size_t i = 0; i < god.count; ++i)
+    if (god.contacts[i] != contacts[i]) return false;
+  return true;
+}
 
 // The other part of this object that the god object may lie on; null: none.
 [[nodiscard]] inline const Feature* beside_on(const GodObject& god, std::uint8_t object) noexcept {
@@ -91,7 +103,8 @@ std::size_t contact_normals(const World& world, const GodObject& god,
                             std::span<Vec3, kMaxContacts> normals) noexcept;
 
 // The contact constraints: splits god - tip over the planes that hold the god object, sum of lambda n = god -
-// tip, lambda >= 0.
-[[nodiscard]] Constraints constraints(const World& world, const GodObject& god, const Vec3& tip) noexcept;
+// tip, lambda >= 0. resting: of the finger (contact/planes.h).
+[[nodiscard]] Constraints constraints(const World& world, const GodObject& god, const Vec3& tip,
+                                      Resting& resting) noexcept;
 
 }  // namespace thimble::control

@@ -6,7 +6,9 @@
 
 namespace thimble::control {
 
-Nearby::Nearby(const World& world, const Reach& reach, SolidSet without, TriangleCache* triangles) noexcept {
+Nearby::Nearby(const World& world, const Reach& reach, SolidSet without, TriangleCache* triangles,
+               Resting& resting) noexcept
+    : triangles_(triangles), resting_(&resting) {
   for (std::size_t i = 0; i < world.count; ++i)
     if (reach.meets(world.objects[i])) list_[count_++] = static_cast<std::uint8_t>(i);
   if (without != 0) {
@@ -14,7 +16,6 @@ Nearby::Nearby(const World& world, const Reach& reach, SolidSet without, Triangl
                                            [without](std::uint8_t i) { return (without & only(i)) != 0; });
     count_ = static_cast<std::size_t>(end - list_.begin());
   }
-  triangles_ = triangles;
   point_ = world.tip_radius_m <= 0.0F;
   if (count_ > 1)
     keep(world, reach.tip_m, reach.radius_m());

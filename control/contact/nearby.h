@@ -12,6 +12,8 @@
 
 namespace thimble::control {
 
+class Resting;  // control/contact/planes.h
+
 // A box around the tip that holds every move of the god object in one tick. Free moves bring it nearer to the
 // tip; moves towards a stiction point or a shaded plane stay within three times that distance. No solid beyond it is
 // near enough to touch the tip's sphere, or the ball that the god object becomes where there are several.
@@ -43,17 +45,19 @@ struct Reach {
 // The objects within reach, except for some. Where the boxes of several are, the distance of convex ones counts.
 class Nearby {
  public:
-  // triangles: of the finger, for the mesh among the objects if it is one only. Null: none.
-  Nearby(const World& world, const Reach& reach, SolidSet without,
-         TriangleCache* triangles = nullptr) noexcept;
+  // Of the finger. triangles: for the mesh among the objects if it is one only; null: none.
+  Nearby(const World& world, const Reach& reach, SolidSet without, TriangleCache* triangles,
+         Resting& resting) noexcept;
   // Those of them that a move can meet which stays within a distance of a place.
   [[nodiscard]] Nearby within(const World& world, const Vec3& place_m, float distance_m) const noexcept;
+  // For a ball.
   explicit Nearby(std::uint8_t object) noexcept : list_{object}, count_(1) {}
   [[nodiscard]] std::span<const std::uint8_t> objects() const { return {list_.data(), count_}; }
   [[nodiscard]] bool several() const { return count_ > 1; }
   // The lists of triangles for the one mesh: of a tip with a radius, or else of a point.
   [[nodiscard]] TriangleCache* triangles() const { return one_mesh_ && !point_ ? triangles_ : nullptr; }
   [[nodiscard]] TriangleCache* point_triangles() const { return one_mesh_ && point_ ? triangles_ : nullptr; }
+  [[nodiscard]] Resting& resting() const { return *resting_; }
 
  private:
   void keep(const World& world, const Vec3& place_m, float distance_m) noexcept;
@@ -61,6 +65,7 @@ class Nearby {
   std::array<std::uint8_t, kMaxObjects> list_;
   std::size_t count_ = 0;
   TriangleCache* triangles_ = nullptr;
+  Resting* resting_ = nullptr;
   bool one_mesh_ = false;
   bool point_ = true;
 };

@@ -4,57 +4,108 @@
 
 namespace thimble::control {
 
-Planes planes_at(const World& world, const GodObject& god) noexcept {
-  Planes planes;
-  if (god.is_ball) {
-    for (; planes.count < god.count; ++planes.count) {
-      planes.plane[planes.count] = {god.normals[planes.count], 0.0F};
-      planes.contact[planes.count] = planes.count;
-    }
-    return planes;
-  }
-  for (std::size_t i = 0; i < god.count; ++i) {
-    const PlacedObject& object = world.objects[god.contacts[i].object];
-    std::array<Vec3, 3> normals;
-    const Vec3 at = object.to_local(god.position_m);
-    const int count = object.ops->normals(object.shape, god.contacts[i].feature, at, normals);
-    Feature feature = god.contacts[i].feature;
-    Work work(kInPlaceWork);
-    const Vec3 out = object.ops->slide(object.shape, feature, {work, at, at, true}).to - at;
-    for (int n = 0; n < count && planes.count < kMaxPlanes; ++n) {
-      const Vec3& normal = normals[static_cast<std::size_t>(n)];
-      planes.plane[planes.count] = {object.turn(normal),
-                                    std::clamp(normal.dot(out), -kSurfaceTolerance_m, kSurfaceTolerance_m)};
-      planes.contact[planes.count++] = i;
-    }
-  }
-  return planes;
+Resting::Resting() noexcept = default;
+
+void Resting::forget() noexcept {
+  placed_ = projected_ = false;
+  for (ShortSlide& slide : slides_) slide.shape = nullptr;
 }
 
-NearestInside project(const Planes& planes, const Vec3& r) noexcept {
+[[gnu::noinline]] ShortSlide& Resting::slide(const PlacedObject& object, const Feature& feature,
+                                             const Vec3& from_m, const Vec3& target_m, Work& work) noexcept {
+#pragma GCC unroll 1
+  for (ShortSlide& slide : slides_)
+    if (slide.target_m == target_m && slide.shape == &object.shape && slide.feature == feature &&
+        slide.from_m == from_m)
+      return slide;
+  ShortSlide& slide = slides_[next_];
+  next_ = (next_ + 1) % slides_.size();
+  slide.feature = slide.feature_there = feature;
+  slide.from_m = from_m;
+  slide.target_m = target_m;
+  const Slide found = object.ops->slide(object.shape, slide.feature_there, {work, from_m, target_m, true});
+  slide.to_m = found.to;
+  slide.end = found.end;
+  slide.normal_count = 0;
+  slide.shape = work.is_spent() ? nullptr : &object.shape;
+  return slide;
+}
+
+bool Resting::is_at(const World& world, const GodObject& god) const noexcept {
+  return placed_ && god.position_m == position_m_ && god.count == count_ && !world.any_bodies &&
+         !god.is_ball && same_contacts(god, contacts_);
+}
+
+void Resting::find_planes(const World& world, const GodObject& god) noexcept {
+  planes_.count = 0;
+  placed_ = !god.is_ball;
+  if (god.is_ball) {
+    for (; planes_.count < god.count; ++planes_.count) {
+      planes_.plane[planes_.count] = {god.normals[planes_.count], 0.0F};
+      planes_.contact[planes_.count] = planes_.count;
+    }
+    return;
+  }
+  position_m_ = god.position_m;
+  contacts_ = god.contacts;
+  count_ = god.count;
+  for (std::size_t i = 0; i < god.count; ++i) {
+    const PlacedObject& object = world.objects[god.contacts[i].object];
+    const Vec3 at = object.to_local(god.position_m);
+    const Feature& feature = god.contacts[i].feature;
+    Work work(kInPlaceWork);
+    ShortSlide& there = slide(object, feature, at, at, work);
+    placed_ = placed_ && there.shape != nullptr;
+    if (there.normal_count == 0)
+      there.normal_count = object.ops->normals(object.shape, feature, at, there.normals);
+    const Vec3 out = there.to_m - at;
+    for (int n = 0; n < there.normal_count && planes_.count < kMaxPlanes; ++n) {
+      const Vec3& normal = there.normals[static_cast<std::size_t>(n)];
+      planes_.plane[planes_.count] = {object.turn(normal),
+                                      std::clamp(normal.dot(out), -kSurfaceTolerance_m, kSurfaceTolerance_m)};
+      planes_.contact[planes_.count++] = i;
+    }
+  }
+}
+
+const Planes& Resting::planes_at(const World& world, const GodObject& god) noexcept {
+  if (!is_at(world, god)) {
+    find_planes(world, god);
+    projected_ = false;
+  }
+  return planes_;
+}
+
+const NearestInside& Resting::project(const Vec3& r) noexcept {
+  if (projected_ && r == r_m_) return projection_;
+  projected_ = true;
+  r_m_ = r;
   Work work(kHoldWork);
-  NearestInside out = nearest_inside(std::span(planes.plane).first(planes.count), r, work);
-  if (out.found) return out;
-  out.count = 0;
-  out.point_m = Vec3::Zero();
-  return out;
+  projection_ = nearest_inside(std::span(planes_.plane).first(planes_.count), r, work);
+  if (!projection_.found) {
+    projection_.count = 0;
+    projection_.point_m = Vec3::Zero();
+  }
+  return projection_;
 }
 
 std::size_t contact_normals(const World& world, const GodObject& god,
                             std::span<Vec3, kMaxContacts> normals) noexcept {
-  const Planes planes = planes_at(world, god);
+  Resting resting;
+  const Planes& planes = resting.planes_at(world, god);
   const std::size_t count = std::min(planes.count, kMaxContacts);
   for (std::size_t i = 0; i < count; ++i) normals[i] = planes.plane[i].normal;
   return count;
 }
 
-Constraints constraints(const World& world, const GodObject& god, const Vec3& tip) noexcept {
+Constraints constraints(const World& world, const GodObject& god, const Vec3& tip,
+                        Resting& resting) noexcept {
   Constraints out;
   if (god.count == 0) return out;
   const Vec3 pull = god.position_m - tip;
   if (god.count > 1 || god.contacts[0].feature.kind != 0) {
-    const Planes planes = planes_at(world, god);
-    const NearestInside projection = project(planes, -pull);
+    const Planes& planes = resting.planes_at(world, god);
+    const NearestInside& projection = resting.project(tip - god.position_m);
     // When the planes do not balance the whole pull, they are not the constraints (a ridge, a saddle).
     constexpr float kHeld = 1.0e-3F;
     if (projection.point_m.squaredNorm() <= kHeld * kHeld * pull.squaredNorm()) {

@@ -49,7 +49,7 @@ int shade_on_face(const World& world, const Nearby& nearby, GodObject& god, cons
   bool found = find_normal();
   for (; found && rounds < kRounds; found = find_normal()) {
     const Vec3 on_plane = object.to_local(tip - normal * (tip - god.position_m).dot(normal));
-    if (!stays_on(face, on_plane) || !work.spend(kMoveWork + kFaceWork)) break;
+    if (!face.slides || !is_over(face, on_plane) || !work.spend(kMoveWork + kFaceWork)) break;
     god.position_m = object.to_world(project(face, on_plane));
     ++rounds;
   }

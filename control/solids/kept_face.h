@@ -44,10 +44,10 @@ void keep_face(const ShapeData& shape, std::uint32_t triangle, KeptFace& face);
   return p - (face.normal.dot(p - face.corner[0]) / face.normal2) * face.normal;
 }
 
-// Whether a slide over this face ends on it.
-[[nodiscard]] inline bool stays_on(const KeptFace& face, const Vec3& target) {
-  return face.slides && !face.is_point && height_over(face, 0, target) >= 0.0F &&
-         height_over(face, 1, target) >= 0.0F && height_over(face, 2, target) >= 0.0F;
+// Whether a point lies over the face or under it: a slide towards it ends on the face.
+[[nodiscard]] inline bool is_over(const KeptFace& face, const Vec3& p) {
+  return !face.is_point && height_over(face, 0, p) >= 0.0F && height_over(face, 1, p) >= 0.0F &&
+         height_over(face, 2, p) >= 0.0F;
 }
 
 void decode_corner_normals(const MeshView& mesh, KeptFace& face);

@@ -76,10 +76,10 @@ struct GridBall {
   }
 };
 
-// Visits the triangles of all leaves whose boxes meets(lo, hi) allows, at most kMaxSeparationNodes nodes of the tree. False
+// Visits all leaves whose boxes meets(lo, hi) allows as visit(leaf, lo, hi), at most kMaxSeparationNodes nodes of the tree. False
 // when these are too few, when the work is spent, or when a visit returns false.
 template <typename Meets, typename Visit>
-[[nodiscard]] bool for_each_near(const MeshView& mesh, Work& work, const Meets& meets, const Visit& visit) {
+[[nodiscard]] bool for_each_leaf(const MeshView& mesh, Work& work, const Meets& meets, const Visit& visit) {
   std::array<std::uint32_t, kMaxBvhDepth + 1> stack;
   std::size_t depth = 0;
   std::uint32_t at = 0;
@@ -96,10 +96,7 @@ template <typename Meets, typename Visit>
         inner[inner_count++] = child;
         continue;
       }
-      const std::uint32_t first = first_triangle(child);
-      if (!work.spend(kNearTriangleWork * triangle_count(child))) return false;
-      for (std::uint32_t i = first; i < first + triangle_count(child); ++i)
-        if (!visit(i)) return false;
+      if (!visit(child, lo, hi)) return false;
     }
     if (inner_count == 0) {
       if (depth == 0) return true;
@@ -113,6 +110,19 @@ template <typename Meets, typename Visit>
     }
   }
   return false;
+}
+
+// The same for the triangles of these leaves.
+template <typename Meets, typename Visit>
+[[nodiscard]] bool for_each_near(const MeshView& mesh, Work& work, const Meets& meets, const Visit& visit) {
+  return for_each_leaf(mesh, work, meets,
+                       [&](std::uint32_t leaf, const GridPoint& /*lo*/, const GridPoint& /*hi*/) {
+                         const std::uint32_t first = first_triangle(leaf);
+                         if (!work.spend(kNearTriangleWork * triangle_count(leaf))) return false;
+                         for (std::uint32_t i = first; i < first + triangle_count(leaf); ++i)
+                           if (!visit(i)) return false;
+                         return true;
+                       });
 }
 
 }  // namespace thimble::control

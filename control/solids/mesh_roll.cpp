@@ -81,9 +81,15 @@ bool all_near(const ShapeData& shape, const BallRoll& ball, float reach_m, bool 
                },
                [&](std::uint32_t one) { return passes(in_disc(mesh, one)); });
   }
-  if (!on_face) return std::all_of(near->list().begin(), near->list().end(), passes);
+  if (!on_face) {
+    for (const NearTriangle& one : near->list())
+      if (!passes(one)) return false;
+    return true;
+  }
   const auto before = near->before(mesh, ball.feature.index, ball.feature.side, normal);
-  return std::all_of(before.begin(), before.end(), [&](std::uint8_t i) { return passes(near->list()[i]); });
+  for (const std::uint8_t i : before)
+    if (!passes(near->list()[i])) return false;
+  return true;
 }
 
 }  // namespace

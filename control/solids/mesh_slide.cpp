@@ -217,12 +217,27 @@ bool is_free(const ShapeData& shape, const Foot& from, const Foot& to, const Sli
          hit.t > 1.0F;
 }
 
+// Whether a slide over faces of the size of this one would take more than the work that is left.
+bool is_far(const KeptFace& face, const SlideQuery& query) {
+  // A way as long as the edge of a face goes over up to three faces.
+  constexpr float kUnitsAnEdge = 3.0F * static_cast<float>(kFaceWork);
+  constexpr std::uint32_t kFlights = 64;  // what the way through the air takes
+  constexpr std::uint32_t kMuch = 4 * kFaceWork * kMaxSlideFaces;
+  if (query.work.at_hand() < kFlights || query.work.at_hand() > kMuch || face.is_point) return false;
+  const Vec3 way = query.target - query.from;
+  const float height = face.normal.dot(way);
+  const float along2 = way.squaredNorm() - height * height / face.normal2;
+  const float edges = static_cast<float>(query.work.at_hand()) / kUnitsAnEdge;
+  return along2 > edges * edges * std::sqrt(face.normal2);
+}
+
 // The path of a god object: straight over each face towards the projection of the target, on over the edges
 // that it crosses, and along an edge when the target is beyond it for both faces (Zilles and Salisbury 1995,
 // with the real faces instead of infinite planes).
-[[gnu::noinline]] Slide slide_over_faces(const ShapeData& shape, Feature& feature, const SlideQuery& query) {
-  Faces faces(shape, query.triangles);
+[[gnu::noinline]] Slide slide_over_faces(Faces& faces, const ShapeData& shape, Feature& feature,
+                                         const SlideQuery& query) {
   const MeshView& mesh = shape.mesh;
+  if (query.not_far && is_far(faces[feature.index], query)) return {query.from, SlideEnd::kFar};
   Foot foot{feature, query.from};
   bool moved = false;
   bool over_edge = false;  // the path has just crossed foot.feature, an edge
@@ -292,14 +307,15 @@ bool is_free(const ShapeData& shape, const Foot& from, const Foot& to, const Sli
 }  // namespace
 
 Slide slide_on_mesh(const ShapeData& shape, Feature& feature, const SlideQuery& query) {
-  if (feature.kind == kFace && query.triangles != nullptr) {
-    const KeptFace& face = query.triangles->face(shape, feature.index);
-    if (stays_on(face, query.target) && query.work.spend(kFaceWork)) {
+  Faces faces(shape, query.triangles);
+  if (feature.kind == kFace) {
+    const KeptFace& face = faces[feature.index];
+    if (is_over(face, query.target) && (face.slides || !query.sweeps) && query.work.spend(kFaceWork)) {
       const bool free = !query.hold && in_front(face, feature.side, query.target);
-      return {project(face, query.target), free ? SlideEnd::kFree : SlideEnd::kHeld};
+      return {project(face, query.target), free ? SlideEnd::kFree : SlideEnd::kHeld, face.slides};
     }
   }
-  return slide_over_faces(shape, feature, query);
+  return slide_over_faces(faces, shape, feature, query);
 }
 
 }  // namespace thimble::control

@@ -26,23 +26,19 @@ struct Segment {
   int x, y, z;  // z: the axis along which the segment is longest (Woop, Benthin and Wald 2013)
   float shear_x, shear_y;
   // Of it as far as it is free, from `from` on:
-  Vec3 lo_m, hi_m;                      // its box, with a margin
-  std::array<std::uint32_t, 3> lo, hi;  // the same in the mesh's grid
-  Vec3 middle, half;                    // its middle and half vector, in grid steps
-  bool misses;                          // the mesh's grid altogether
+  Vec3 lo_m, hi_m;    // its box, with a margin
+  GridBox box;        // the same in the mesh's grid
+  Vec3 middle, half;  // its middle and half vector, in grid steps
+  bool misses;        // the mesh's grid altogether
+  bool is_short;      // compared with most boxes
 };
-
-// Rounding of the grid, two steps, and the surface tolerance; twice, and across the corner of a box.
-float margin_m(const MeshView& mesh) {
-  constexpr float kCorner = 1.75F;
-  return 2.0F * kCorner * (2.0F * mesh.grid_step_m + 2.0F * kSurfaceTolerance_m) + kDiscRounding_m;
-}
 
 // Forgets what is behind the nearest hit.
 void shorten(const MeshView& mesh, Segment& s, float t) {
   // Two grid steps for rounding, and the surface tolerance.
   const float margin = 2.0F + 2.0F * kSurfaceTolerance_m * mesh.grid_scale;
   constexpr float kGridEnd = 65535.0F;
+  constexpr float kShort = 8.0F;
   const Vec3 to = s.from + std::min(t, 1.0F) * (s.to - s.from);
   const Vec3 a = (s.from - mesh.grid_origin_m) * mesh.grid_scale;
   const Vec3 b = (to - mesh.grid_origin_m) * mesh.grid_scale;
@@ -50,11 +46,12 @@ void shorten(const MeshView& mesh, Segment& s, float t) {
     const float lo = std::min(a[axis], b[axis]) - margin;
     const float hi = std::max(a[axis], b[axis]) + margin;
     if (!(hi >= 0.0F && lo <= kGridEnd)) s.misses = true;
-    s.lo[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(lo, 0.0F, kGridEnd));
-    s.hi[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(hi, 0.0F, kGridEnd));
+    s.box.lo[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(lo, 0.0F, kGridEnd));
+    s.box.hi[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(std::clamp(hi, 0.0F, kGridEnd));
   }
   s.middle = 0.5F * (a + b);
   s.half = 0.5F * (b - a);
+  s.is_short = s.half.cwiseAbs().maxCoeff() <= kShort;
   const Vec3 margin_m = Vec3::Constant(2.0F * margin * mesh.grid_step_m);
   s.lo_m = s.from.cwiseMin(to) - margin_m;
   s.hi_m = s.from.cwiseMax(to) + margin_m;
@@ -76,11 +73,13 @@ Segment prepare(const MeshView& mesh, const Vec3& from, const Vec3& lift, const 
   return s;
 }
 
-bool overlaps(const Segment& s, const GridPoint& lo, const GridPoint& hi) {
+template <typename Place>
+bool overlaps(const Segment& s, const Place& lo, const Place& hi) {
   for (std::uint16_t axis = 0; axis < 3; ++axis) {
-    if (lo[axis] > s.hi[axis] || hi[axis] < s.lo[axis]) return false;
+    if (lo[axis] > s.box.hi[axis] || hi[axis] < s.box.lo[axis]) return false;
   }
   // Separating axes across the segment, for segments that are long compared with the boxes.
+  if (s.is_short) return true;
   Vec3 centre;
   Vec3 extent;
   for (std::uint16_t axis = 0; axis < 3; ++axis) {
@@ -236,10 +235,38 @@ bool is_near(const Segment& s, const std::array<Vec3, 3>& corner) {
   return true;
 }
 
-void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s,
-                  std::span<const Feature> leaving, Hit& hit) {
-  const std::array<Vec3, 3> at = {vertex(mesh, triangle, 0), vertex(mesh, triangle, 1),
-                                  vertex(mesh, triangle, 2)};
+// The ends of a segment over the plane of a triangle, on the side of its winding, times the length of its normal.
+struct Heights {
+  float from, to;
+  float band;  // of what is on the surface
+
+  // False where the segment crosses no side of it.
+  [[gnu::always_inline]] bool find(const TrianglePlane& plane, const Segment& s, bool leaves) {
+    to = plane.normal.dot(s.to - plane.corner);
+    if (to > 0.0F && !plane.two_sided) return false;
+    from = plane.normal.dot(s.from - plane.corner);
+    band = kSurfaceTolerance_m *
+           (std::abs(plane.normal.x()) + std::abs(plane.normal.y()) + std::abs(plane.normal.z()));
+    if (!plane.two_sided) {
+      from -= std::min(plane.normal.dot(s.lift), 0.0F);  // off the sheet is not into the solid
+      return to < from && (std::abs(from) <= band ? to < -band : from >= 0.0F);
+    }
+    if (leaves && std::abs(from) <= band) return true;
+    const float after = from >= 0.0F ? to : -to;
+    return after < std::abs(from) && after <= (leaves ? band : 0.0F);
+  }
+};
+
+[[gnu::noinline]] void hit_triangle(const MeshView& mesh, const TrianglePlane& plane, const Heights& heights,
+                                    const Segment& s, std::span<const Feature> leaving, Hit& hit) {
+  const std::uint32_t triangle = plane.triangle;
+  const Vec3& normal = plane.normal;
+  const float band = heights.band;
+  float height_from = heights.from;
+  float height_to = heights.to;
+  const bool sheet = plane.two_sided;
+  const bool leaves_sheet = sheet && !leaving.empty();
+  const std::array<Vec3, 3> at = {plane.corner, vertex(mesh, triangle, 1), vertex(mesh, triangle, 2)};
   if (!is_near(s, at)) return;
   const Vec3 a = at[0] - s.from;
   const Vec3 b = at[1] - s.from;
@@ -265,18 +292,9 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   // A segment that begins on the plane of a face, beside the face, can come under it, and its line passes through it nowhere. The god
   // object begins so in a corner with a part that crosses two faces at a flat concave edge.
   const bool beside = !all_up && !all_down;
-  if (beside && (leaving.empty() || !pierced(mesh, triangle) || two_sided(mesh, triangle))) return;
+  if (beside && (leaving.empty() || !pierced(mesh, triangle) || sheet)) return;
   if (incident(mesh, triangle, leaving, s.to - s.from)) return;
 
-  const Vec3 normal = area_normal(mesh, triangle);
-  const Vec3 corner = vertex(mesh, triangle, 0);
-  float height_from = normal.dot(s.from - corner);
-  float height_to = normal.dot(s.to - corner);
-  const float band =
-      kSurfaceTolerance_m * (std::abs(normal.x()) + std::abs(normal.y()) + std::abs(normal.z()));
-  const bool sheet = two_sided(mesh, triangle);
-  const bool leaves_sheet = sheet && !leaving.empty();
-  if (!sheet) height_from -= std::min(normal.dot(s.lift), 0.0F);  // off the sheet is not into the solid
   std::int8_t side = 1;
   if (leaves_sheet && std::abs(height_from) <= band) {
     side = known_side(mesh, triangle, leaving);
@@ -315,31 +333,52 @@ void hit_triangle(const MeshView& mesh, std::uint32_t triangle, const Segment& s
   hit = {t, {triangle, kFace, 0, side}};
 }
 
-}  // namespace
+bool is_known(const KnownFlight& flight, const ShapeData& shape, const SweepQuery& query) {
+  if (flight.from != query.from || flight.to != query.to || flight.shape != &shape ||
+      flight.leaving_count != query.leaving.size())
+    return false;
+  for (std::size_t i = 0; i < flight.leaving_count; ++i)
+    if (flight.leaving[i] != query.leaving[i]) return false;
+  return true;
+}
 
-bool sweep_mesh(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
-  const MeshView& mesh = shape.mesh;
-  const std::span<const Feature> leaving = query.leaving;
-  Work& work = query.work;
-  const Vec3 lift = leaving.empty() ? Vec3(Vec3::Zero()) : lift_off_sheet(mesh, leaving);
-  if (query.triangles != nullptr) {
-    const Vec3 middle = 0.5F * (query.from + query.to);
-    const float reach_m = 0.5F * (query.to - query.from).norm() + margin_m(mesh);
-    if (const NearTriangles* const near = query.triangles->near(shape, work, middle, 0.0F, reach_m)) {
-      if (!work.spend(kNodeWork * static_cast<std::uint32_t>(near->list().size()) / 4)) return false;
-      const auto meets = [&](const NearTriangle& one) { return one.within(middle, reach_m, reach_m); };
-      auto one = std::find_if(near->list().begin(), near->list().end(), meets);
-      if (one == near->list().end()) return true;
-      const Segment s = prepare(mesh, query.from + lift, lift, query.to, hit.t);
-      for (; one != near->list().end(); one = std::find_if(one + 1, near->list().end(), meets)) {
-        if (!work.spend(kTriangleWork)) return false;
-        hit_triangle(mesh, one->triangle, s, leaving, hit);
-      }
-      return true;
-    }
+// False where the work is spent.
+[[gnu::noinline]] bool meet_leaf(const ShapeData& shape, std::uint32_t leaf, const Segment& s,
+                                 const SweepQuery& query, Hit& hit) {
+  const std::uint32_t first = first_triangle(leaf);
+  TrianglePlane own;
+  if (!query.work.spend(kTriangleWork * triangle_count(leaf))) return false;
+  for (std::uint32_t i = first; i < first + triangle_count(leaf); ++i) {
+    const TrianglePlane& plane = query.triangles != nullptr ? query.triangles->plane(shape, i) : own;
+    if (query.triangles == nullptr) own = plane_of(shape, i);
+    // Most triangles near a segment do not have its ends on both sides of them.
+    Heights heights;
+    if (heights.find(plane, s, !query.leaving.empty()))
+      hit_triangle(shape.mesh, plane, heights, s, query.leaving, hit);
   }
+  return true;
+}
+
+bool meet_leaves(const ShapeData& shape, const NearLeaves& near, const Segment& s, const SweepQuery& query,
+                 Hit& hit) {
+  constexpr std::size_t kLeavesAUnit = 4;
+  if (!query.work.spend(kNodeWork * static_cast<std::uint32_t>(near.list().size() / kLeavesAUnit)))
+    return false;
+  for (const NearLeaves::Leaf& one : near.list())
+    if (overlaps(s, one.lo, one.hi) && !meet_leaf(shape, one.leaf, s, query, hit)) return false;
+  return true;
+}
+
+[[gnu::noinline]] bool sweep(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
+  const MeshView& mesh = shape.mesh;
+  Work& work = query.work;
+  const Vec3 lift = query.leaving.empty() ? Vec3(Vec3::Zero()) : lift_off_sheet(mesh, query.leaving);
   Segment s = prepare(mesh, query.from + lift, lift, query.to, hit.t);
   if (s.misses) return true;
+  if (query.triangles != nullptr) {
+    if (const NearLeaves* const near = query.triangles->leaves(shape, work, s.box))
+      return meet_leaves(shape, *near, s, query, hit);
+  }
   std::array<std::uint32_t, kMaxBvhDepth + 1> stack;
   std::size_t depth = 0;
   std::uint32_t at = 0;
@@ -355,11 +394,8 @@ bool sweep_mesh(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
         inner[count++] = child;
         continue;
       }
-      const std::uint32_t first = first_triangle(child);
-      if (!work.spend(kTriangleWork * triangle_count(child))) return false;
       const float before = hit.t;
-      for (std::uint32_t i = first; i < first + triangle_count(child); ++i)
-        hit_triangle(mesh, i, s, leaving, hit);
+      if (!meet_leaf(shape, child, s, query, hit)) return false;
       if (hit.t < before) shorten(mesh, s, hit.t);
     }
     if (count == 0) {
@@ -374,6 +410,23 @@ bool sweep_mesh(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
     }
   }
   return false;
+}
+
+}  // namespace
+
+bool sweep_mesh(const ShapeData& shape, const SweepQuery& query, Hit& hit) {
+  if (query.triangles == nullptr || hit.t <= 1.0F) return sweep(shape, query, hit);
+  KnownFlight& flight = query.triangles->flight();
+  if (is_known(flight, shape, query)) {
+    hit = flight.hit;
+    return query.work.spend(kTriangleWork);
+  }
+  if (!sweep(shape, query, hit)) return false;
+  if (query.leaving.size() <= flight.leaving.size()) {
+    flight = {&shape, query.from, query.to, {}, query.leaving.size(), hit};
+    std::copy(query.leaving.begin(), query.leaving.end(), flight.leaving.begin());
+  }
+  return true;
 }
 
 }  // namespace thimble::control

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <variant>
 
 #include "control/solids/kept_face.h"
 #include "control/solids/mesh_topology.h"
@@ -64,8 +65,6 @@ class NearTriangles {
     shape_ = nullptr;
     count_ = 0;
   }
-  // How far a place in it is at least from all triangles that a point can land on.
-  [[nodiscard]] float away_m(const Vec3& place_m) const;
   // False, and empty, when there is no room, or the work is spent.
   bool fill(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m, float reach_m);
 
@@ -89,42 +88,128 @@ class NearTriangles {
   std::array<std::uint8_t, kMax> before_;
 };
 
-// Of one fingertip: two lists, as the place without friction and the stiction point are apart.
-class TriangleCache {
+// A box in steps of a mesh's grid; the ends belong to it.
+struct GridBox {
+  std::array<std::uint32_t, 3> lo, hi;
+
+  [[nodiscard]] bool holds(const GridBox& other) const {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (other.lo[axis] < lo[axis] || other.hi[axis] > hi[axis]) return false;
+    return true;
+  }
+};
+
+// The leaves of one mesh's tree that meet a box, for a point: a flight within the box needs no walk of the tree. They take a tenth of the
+// time of a list of triangles to find.
+class NearLeaves {
  public:
+  static constexpr std::size_t kMax = 24;
+  struct Leaf {
+    std::array<std::uint16_t, 3> lo, hi;
+    std::uint32_t leaf;
+  };
+
+  [[nodiscard]] bool hold(const ShapeData& shape, const GridBox& box) const {
+    return shape_ == &shape && box_.holds(box);
+  }
   void clear() {
-    for (NearTriangles& list : lists_) list.clear();
-    for (KeptFace& face : faces_) face.shape = nullptr;
-    last_ = 0;
-    listed_m_ = kFirst_m;
-    most_m_ = kMost_m;
+    shape_ = nullptr;
+    count_ = 0;
   }
-  // Null when they are too many, or the work is spent.
-  [[nodiscard]] NearTriangles* near(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
-                                    float reach_m);
-  // A face of the mesh. It stays valid until the next one is asked for.
-  [[nodiscard]] KeptFace& face(const ShapeData& shape, std::uint32_t triangle) {
-    KeptFace& kept = faces_[triangle % kFaces];
-    if (kept.triangle != triangle || kept.shape != &shape) keep_face(shape, triangle, kept);
-    return kept;
-  }
-  // How far a place is at least from the mesh, as far as the lists tell; 0: not known.
-  [[nodiscard]] float away_m(const ShapeData& shape, const Vec3& place_m) const;
-  // Whether a ball at the centre, or within reach_m of it, is known to touch nothing.
-  [[nodiscard]] bool is_clear(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
-                              float reach_m);
+  // False, and empty, when there is no room, or the work is spent.
+  bool fill(const ShapeData& shape, Work& work, const GridBox& box);
+  [[nodiscard]] std::span<const Leaf> list() const { return {list_.data(), count_}; }
+  // How far a place is at least from the mesh, in steps of its grid; 0: not known.
+  [[nodiscard]] float away(const ShapeData& shape, const Vec3& place) const;
 
  private:
-  // The stiction point, the place without friction and the shaded place can be on a face each.
-  static constexpr std::size_t kFaces = 8;
+  const ShapeData* shape_ = nullptr;  // null: empty
+  GridBox box_{};
+  std::size_t count_ = 0;
+  std::array<Leaf, kMax> list_;
+};
+
+// The plane of a triangle.
+struct TrianglePlane {
+  const ShapeData* shape = nullptr;  // null: none
+  std::uint32_t triangle = 0;
+  Vec3 corner;  // the first one, m
+  Vec3 normal;  // twice the area times the unit normal
+  bool two_sided = false;
+};
+
+// A flight past a mesh that was asked for, and what it met. Where a god object rests, each tick asks the same.
+struct KnownFlight {
+  const ShapeData* shape = nullptr;  // null: none
+  Vec3 from = Vec3::Zero();
+  Vec3 to = Vec3::Zero();
+  std::array<Feature, 3> leaving;
+  std::size_t leaving_count = 0;
+  Hit hit;
+};
+
+[[nodiscard]] TrianglePlane plane_of(const ShapeData& shape, std::uint32_t triangle);
+
+struct TrianglesOfPoint {
+  static constexpr std::uint32_t kFirst_steps = 256;
+
+  std::array<NearLeaves, 2> lists;
+  std::size_t last = 0;                     // used
+  std::uint32_t more_steps = kFirst_steps;  // by which the box of the next list is larger than it has to be
+  std::array<TrianglePlane, 16> planes;     // that were looked at
+  KnownFlight flight;
+};
+
+struct TrianglesOfBall {
   static constexpr float kFirst_m = 5.0e-4F;
   static constexpr float kMost_m = 1.0e-2F;
 
-  std::array<NearTriangles, 2> lists_;
-  std::array<KeptFace, kFaces> faces_;
-  std::size_t last_ = 0;       // used
-  float listed_m_ = kFirst_m;  // the reach of the next list
-  float most_m_ = kMost_m;     // no list beyond this: the last one was too long
+  std::array<NearTriangles, 2> lists;
+  std::size_t last = 0;     // used
+  float next_m = kFirst_m;  // the reach of the next list
+  float most_m = kMost_m;   // no list beyond this: the last one was too long
+};
+
+// Of one fingertip: two lists, as the place without friction and the stiction point are apart. A tip is a point or has a radius, so what
+// each needs shares its memory.
+class TriangleCache {
+ public:
+  TriangleCache() noexcept;
+  void clear() noexcept;
+  // For a tip with a radius. Null when they are too many, or the work is spent.
+  [[nodiscard]] NearTriangles* near(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
+                                    float reach_m);
+  // Whether a ball at the centre, or within reach_m of it, is known to touch nothing.
+  [[nodiscard]] bool is_clear(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
+                              float reach_m);
+  // For a point. Null when they are too many, or the work is spent.
+  [[nodiscard]] const NearLeaves* leaves(const ShapeData& shape, Work& work, const GridBox& box);
+  [[nodiscard]] const TrianglePlane& plane(const ShapeData& shape, std::uint32_t triangle) {
+    std::array<TrianglePlane, 16>& planes = of<TrianglesOfPoint>().planes;
+    TrianglePlane& plane = planes[triangle % planes.size()];
+    if (plane.triangle != triangle || plane.shape != &shape) plane = plane_of(shape, triangle);
+    return plane;
+  }
+  [[nodiscard]] KnownFlight& flight() { return of<TrianglesOfPoint>().flight; }
+  // How far a place is at least from the mesh, as far as the lists of a point tell; 0: not known.
+  [[nodiscard]] float away_m(const ShapeData& shape, const Vec3& place_m);
+  // A face of the mesh. It stays valid until the next one is asked for.
+  [[nodiscard]] KeptFace& face(const ShapeData& shape, std::uint32_t triangle) {
+    KeptFace& kept = faces_[triangle % faces_.size()];
+    if (kept.triangle != triangle || kept.shape != &shape) keep_face(shape, triangle, kept);
+    return kept;
+  }
+
+ private:
+  template <typename Of>
+  [[nodiscard]] Of& of() {
+    Of* const now = std::get_if<Of>(&of_);
+    return now != nullptr ? *now : of_.emplace<Of>();
+  }
+
+  std::variant<TrianglesOfPoint, TrianglesOfBall> of_;
+  std::array<KeptFace, 8>
+      faces_;  // the stiction point, the place without friction and the shaded place can be on one each
 };
 
 }  // namespace thimble::control

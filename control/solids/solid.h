@@ -36,6 +36,8 @@ struct Feature {
   std::uint8_t kind = 0;    // mesh: 0 face, 1 edge, 2 vertex
   std::uint8_t corner = 0;  // mesh: which edge or vertex of triangle `index`
   std::int8_t side = 1;
+
+  bool operator==(const Feature&) const = default;
 };
 
 // The first place where a flight enters a solid.
@@ -167,6 +169,7 @@ enum class SlideEnd : std::uint8_t {
   kFree,   // the straight line from `to` to the target does not enter this solid at `to`
   kMoved,  // one piece of the path: slide again
   kBound,  // kMaxSlideFaces was reached, or the work is spent: `to` is on the surface, nearer to the target than before
+  kFar,  // SlideQuery::not_far, and the way would take more than the work: the slide has not begun
 };
 
 // One piece of a slide, straight from `from` to `to` or in two straight parts over `via`, on the surface or
@@ -203,6 +206,7 @@ struct SlideQuery {
   bool sweeps = false;
   const Feature* beside = nullptr;
   TriangleCache* triangles = nullptr;  // of the finger
+  bool not_far = false;                // on a mesh: no slide that would surely be cut short
 };
 
 // Whether a point is in a solid.

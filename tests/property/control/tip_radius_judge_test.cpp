@@ -16,6 +16,7 @@
 #include "tests/support/ideal_run.h"
 #include "tests/support/meshes.h"
 #include "tests/support/oracle.h"
+#include "tests/support/peer_path.h"
 #include "tests/support/random.h"
 #include "tests/support/sanitizers.h"
 
@@ -353,6 +354,36 @@ TEST(TipRadius, ListsOfTrianglesChangeNothing) {
   figure("tip radius, lists of triangles: ticks that differ", static_cast<double>(differ), "0");
   EXPECT_GT(in_contact, 24L * ticks / 5);
   EXPECT_EQ(differ, 0);
+}
+
+// What is kept from tick to tick of the place where a point rests, where faces cross, and of flights from there, changes no bit either.
+TEST(Lists, ChangeNothingWhereMeshesCross) {
+  const int ticks = kUnderSanitizers ? 1000 : 8000;
+  for (const char* file : {"OBJ/spider.obj", "OFF/Wuson.off", "glTF2/draco/2CylinderEngine.gltf"}) {
+    const host::CompiledMesh mesh = host::compile_mesh(test_model(file, 0.1), {}, file);
+    const std::vector<Vector3d> path = peer_path(
+        MeshOracle(as_soup(mesh)), {.ticks = ticks, .noise_m = 2e-6, .seed = seed(), .lifts = true});
+    const SceneImage image =
+        SceneBuilder().mesh(mesh, {.static_friction = 0.6F, .dynamic_friction = 0.4F}).image();
+    IdealRun with(image);
+    IdealRun without(image);
+    without.renderer().use_no_lists();
+    with.restart(path.front());
+    without.restart(path.front());
+    long differ = 0;
+    long in_contact = 0;
+    for (const Vector3d& tip : path) {
+      const Felt& a = with.step(tip);
+      const Felt& b = without.step(tip);
+      if (a.contacts > 1) ++in_contact;
+      if (a.force_N != b.force_N || a.god_object_m != b.god_object_m || a.contacts != b.contacts) ++differ;
+    }
+    figure(std::string("lists, ") + file + ": ticks with several contacts", static_cast<double>(in_contact),
+           "");
+    figure(std::string("lists, ") + file + ": ticks that differ", static_cast<double>(differ), "0");
+    EXPECT_GT(in_contact, ticks / 10);
+    EXPECT_EQ(differ, 0);
+  }
 }
 
 }  // namespace

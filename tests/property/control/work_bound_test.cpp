@@ -176,6 +176,34 @@ TEST(WorkBound, NoSceneAndNoMotionExceedsIt) {
 
 // The way over the faces from the stiction point to the place without friction can take all the work of a tick, under a deep press in every
 // tick. The god object comes all the same.
+// The tip jumps through a body of many faces; the way over them would take the work of many ticks.
+TEST(WorkBound, AfterAJumpTheGodObjectComesOverTheBody) {
+  const SceneImage image =
+      SceneBuilder().mesh(icosphere(7, kSize_m), {.static_friction = 0.6F, .dynamic_friction = 0.4F}).image();
+  constexpr double kFlat_m = 3e-6;  // of a face below the ball
+  control::Renderer renderer;
+  renderer.bind(image.view());
+  renderer.bound_work(300);
+  control::Tip tip;
+  control::Touch touch;
+  int put_off = 0, in_contact = 0;
+  double deepest_m = 0.0;
+  for (const Vector3d& tip_m : attack_path(Attack::kTeleport, kSize_m, 8000, 1)) {
+    tip.position_m = tip_m.cast<float>();
+    renderer.tick(std::span(&tip, 1), 1.0F / 4000.0F, std::span(&touch, 1));
+    if (renderer.is_put_off()) ++put_off;
+    if (touch.contacts == 0) continue;
+    ++in_contact;
+    deepest_m = std::max(deepest_m, kSize_m - touch.god_object_m.cast<double>().norm());
+  }
+  figure("jumps through a fine ball: ticks in contact", in_contact, "> 4000");
+  figure("jumps through a fine ball: ticks that put something off, %", put_off / 80.0, "40");
+  figure("jumps through a fine ball: god object inside by, um", 1e6 * deepest_m, "3");
+  EXPECT_GT(in_contact, 4000);
+  EXPECT_LE(put_off, 3200);
+  EXPECT_LE(deepest_m, kFlat_m);
+}
+
 TEST(WorkBound, UnderADeepPressTheGodObjectComes) {
   const SceneImage image =
       SceneBuilder().mesh(icosphere(5, kSize_m), {.static_friction = 0.6F, .dynamic_friction = 0.4F}).image();
