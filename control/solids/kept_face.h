@@ -2,7 +2,6 @@
 // Copies of what is in the image: with or without them a tick gives the same bytes.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -50,20 +49,8 @@ void keep_face(const ShapeData& shape, std::uint32_t triangle, KeptFace& face);
          height_over(face, 2, p) >= 0.0F;
 }
 
-void decode_corner_normals(const MeshView& mesh, KeptFace& face);
-
 // The interpolated normal at a place on it, by the weights of its corners. False: the shape is as it looks.
-[[nodiscard]] inline bool shaded_normal_on(KeptFace& face, const MeshView& mesh, std::int8_t side,
-                                           const Vec3& place, Vec3& normal) {
-  if (!face.decoded) decode_corner_normals(mesh, face);
-  const auto& [a, b, c] = face.corner;
-  const float wb = std::max((place - a).cross(c - a).dot(face.normal), 0.0F);
-  const float wc = std::max((b - a).cross(place - a).dot(face.normal), 0.0F);
-  const float wa = std::max((b - place).cross(c - place).dot(face.normal), 0.0F);
-  const Vec3 mean = wa * face.smooth[0] + wb * face.smooth[1] + wc * face.smooth[2];
-  if (!(mean.squaredNorm() > 0.0F)) return false;
-  normal = static_cast<float>(side) * mean.normalized();
-  return true;
-}
+[[nodiscard]] bool shaded_normal_on(KeptFace& face, const MeshView& mesh, std::int8_t side, const Vec3& place,
+                                    Vec3& normal);
 
 }  // namespace thimble::control

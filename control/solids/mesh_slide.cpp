@@ -24,7 +24,8 @@ class Faces {
  public:
   Faces(const ShapeData& shape, TriangleCache* kept) : shape_(shape), kept_(kept) {}
   // It stays valid until the next one is asked for.
-  const KeptFace& operator[](std::uint32_t triangle) {
+  // Out of line: it is asked for in eight places, and the boards have little code memory.
+  [[gnu::noinline]] const KeptFace& operator[](std::uint32_t triangle) {
     if (kept_ != nullptr) return kept_->face(shape_, triangle);
     keep_face(shape_, triangle, own_);
     return own_;

@@ -79,10 +79,7 @@ std::span<const std::uint8_t> NearTriangles::before(const MeshView& mesh, std::u
 
 TriangleCache::TriangleCache() noexcept = default;
 
-void TriangleCache::clear() noexcept {
-  of_.emplace<TrianglesOfPoint>();
-  for (KeptFace& face : faces_) face.shape = nullptr;
-}
+void TriangleCache::clear() noexcept { of_.emplace<TrianglesOfPoint>(); }
 
 NearTriangles* TriangleCache::near(const ShapeData& shape, Work& work, const Vec3& centre_m, float radius_m,
                                    float reach_m) {
@@ -143,7 +140,7 @@ const NearLeaves* TriangleCache::leaves(const ShapeData& shape, Work& work, cons
   constexpr std::size_t kMany = 16;
   constexpr std::uint32_t kMost_steps = 4096;
   constexpr std::uint32_t kShare = 4;  // a list takes no more than a quarter of the work that is left
-  auto& [lists, last, more_steps, planes, flight] = of<TrianglesOfPoint>();
+  auto& [lists, last, more_steps, planes, faces, flight] = of<TrianglesOfPoint>();
   if (lists[last].hold(shape, box)) return &lists[last];
   if (lists[1 - last].hold(shape, box)) {
     last = 1 - last;

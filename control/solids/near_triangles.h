@@ -157,6 +157,8 @@ struct TrianglesOfPoint {
   std::size_t last = 0;                     // used
   std::uint32_t more_steps = kFirst_steps;  // by which the box of the next list is larger than it has to be
   std::array<TrianglePlane, 16> planes;     // that were looked at
+  std::array<KeptFace, 4>
+      faces;  // the stiction point, the places without friction and with shading can be on one each
   KnownFlight flight;
 };
 
@@ -195,7 +197,8 @@ class TriangleCache {
   [[nodiscard]] float away_m(const ShapeData& shape, const Vec3& place_m);
   // A face of the mesh. It stays valid until the next one is asked for.
   [[nodiscard]] KeptFace& face(const ShapeData& shape, std::uint32_t triangle) {
-    KeptFace& kept = faces_[triangle % faces_.size()];
+    std::array<KeptFace, 4>& faces = of<TrianglesOfPoint>().faces;
+    KeptFace& kept = faces[triangle % faces.size()];
     if (kept.triangle != triangle || kept.shape != &shape) keep_face(shape, triangle, kept);
     return kept;
   }
@@ -208,8 +211,6 @@ class TriangleCache {
   }
 
   std::variant<TrianglesOfPoint, TrianglesOfBall> of_;
-  std::array<KeptFace, 8>
-      faces_;  // the stiction point, the place without friction and the shaded place can be on one each
 };
 
 }  // namespace thimble::control

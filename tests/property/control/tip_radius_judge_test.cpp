@@ -367,7 +367,7 @@ TEST(Lists, ChangeNothingWhereMeshesCross) {
         SceneBuilder().mesh(mesh, {.static_friction = 0.6F, .dynamic_friction = 0.4F}).image();
     IdealRun with(image);
     IdealRun without(image);
-    without.renderer().use_no_lists();
+    without.renderer().keep_nothing();
     with.restart(path.front());
     without.restart(path.front());
     long differ = 0;
