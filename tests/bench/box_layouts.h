@@ -28,7 +28,7 @@ inline Layout towers(const std::string& name, int count, int high) {
 
 inline Layout afloat(int count) {
   Layout layout;
-  layout.name = std::to_string(count) + " afloat";
+  layout.name = std::to_string(count) + "-afloat";
   layout.gravity = false;
   for (int i = 0; i < count; ++i)
     layout.at_m.emplace_back(.05F * static_cast<float>(i % 4), 0.0F, .1F + .05F * static_cast<float>(i / 4));
@@ -36,7 +36,7 @@ inline Layout afloat(int count) {
 }
 
 inline std::vector<Layout> box_layouts() {
-  return {towers("3 at rest", 3, 3), towers("16 at rest", 16, 4), afloat(16), towers("stack of 16", 16, 16)};
+  return {towers("3-at-rest", 3, 3), towers("16-at-rest", 16, 4), afloat(16), towers("stack-of-16", 16, 16)};
 }
 
 inline std::string box_scene(const Layout& layout) {
