@@ -26,59 +26,53 @@ double ns_since(Clock::time_point start) {
   return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
 }
 
-std::vector<control::Tip> tips_along(const std::vector<Vector3d>& path) {
-  std::vector<control::Tip> tips(path.size());
-  for (std::size_t i = 0; i < path.size(); ++i) {
-    tips[i].position_m = path[i].cast<float>();
-    if (i > 0) tips[i].velocity_m_s = ((path[i] - path[i - 1]) * kRate_Hz).cast<float>();
-  }
-  return tips;
-}
-
-// The renderer along the path of a body.
+// The renderer along the path of a body, with as many tips as it has arms.
 class RendererPass {
  public:
   explicit RendererPass(const BenchBody& body)
-      : body_(body), tips_(tips_along(body.path)), touches_(tips_.size()) {}
-
-  // each(i): called after each tick.
-  template <typename Each>
-  void run(const Each& each) {
-    control::Renderer renderer;
-    renderer.bind(body_.image->view());
+      : body_(body), tips_(body.path.size() * body.arms), touches_(tips_.size()) {
     for (std::size_t i = 0; i < tips_.size(); ++i) {
-      std::array<control::Tip, control::kMaxArms> tips;
-      tips.fill(tips_[i]);
-      std::array<control::Touch, control::kMaxArms> touches;
-      renderer.tick(std::span(tips).first(body_.arms), 1.0F / static_cast<float>(kRate_Hz),
-                    std::span(touches).first(body_.arms));
-      touches_[i] = touches[0];
-      each(i);
+      const std::size_t tick = i / body.arms;
+      tips_[i].position_m = body.path[tick].cast<float>();
+      if (tick > 0)
+        tips_[i].velocity_m_s = ((body.path[tick] - body.path[tick - 1]) * kRate_Hz).cast<float>();
     }
   }
+
   [[nodiscard]] double ns() {
+    control::Renderer renderer;
+    renderer.bind(body_.image->view());
     const Clock::time_point start = Clock::now();
-    run([](std::size_t) {});
+    for (std::size_t i = 0; i < tips_.size(); i += body_.arms) tick(renderer, i);
     benchmark::DoNotOptimize(touches_.data());
-    return ns_since(start) / static_cast<double>(tips_.size());
+    return ns_since(start) / static_cast<double>(body_.path.size());
   }
   // The worst tick: each tick timed by itself, the least of several passes for each, and the most of those.
   [[nodiscard]] double worst_us() {
     constexpr int kPasses = 7;
     std::vector<double> least_ns(tips_.size(), 1e12);
     for (int pass = 0; pass < kPasses; ++pass) {
-      Clock::time_point start = Clock::now();
-      run([&](std::size_t i) {
+      control::Renderer renderer;
+      renderer.bind(body_.image->view());
+      for (std::size_t i = 0; i < tips_.size(); i += body_.arms) {
+        const Clock::time_point start = Clock::now();
+        tick(renderer, i);
         least_ns[i] = std::min(least_ns[i], ns_since(start));
-        start = Clock::now();
-      });
+      }
     }
-    return 1e-3 * *std::max_element(least_ns.begin(), least_ns.end());
+    double worst_ns = 0.0;
+    for (std::size_t i = 0; i < tips_.size(); i += body_.arms) worst_ns = std::max(worst_ns, least_ns[i]);
+    return 1e-3 * worst_ns;
   }
-  [[nodiscard]] const std::vector<control::Tip>& tips() const { return tips_; }
-  [[nodiscard]] const std::vector<control::Touch>& touches() const { return touches_; }
+  [[nodiscard]] const Vec3& tip_m(std::size_t tick) const { return tips_[tick * body_.arms].position_m; }
+  [[nodiscard]] const control::Touch& touch(std::size_t tick) const { return touches_[tick * body_.arms]; }
 
  private:
+  void tick(control::Renderer& renderer, std::size_t first) {
+    renderer.tick(std::span(&tips_[first], body_.arms), 1.0F / static_cast<float>(kRate_Hz),
+                  std::span(&touches_[first], body_.arms));
+  }
+
   const BenchBody& body_;
   std::vector<control::Tip> tips_;
   std::vector<control::Touch> touches_;
@@ -87,26 +81,25 @@ class RendererPass {
 // Embree on the same path: the segment a renderer would ask for, from just outside where the god object was to where the tip is.
 class EmbreePass {
  public:
-  EmbreePass(const host::TriangleSoup& soup, const RendererPass& renderer)
-      : scene_(soup), tips_(renderer.tips()), from_(tips_.size()) {
-    for (std::size_t i = 0; i < tips_.size(); ++i) {
-      const Vec3& last_m = renderer.touches()[i == 0 ? 0 : i - 1].god_object_m;
+  EmbreePass(const BenchBody& body, const RendererPass& renderer)
+      : scene_(body.soup), from_(body.path.size()), to_(body.path.size()) {
+    for (std::size_t i = 0; i < from_.size(); ++i) {
+      const Vec3& last_m = renderer.touch(i == 0 ? 0 : i - 1).god_object_m;
       from_[i] = last_m + 1e-5F * last_m.normalized();
+      to_[i] = renderer.tip_m(i);
     }
   }
   [[nodiscard]] double ns() const {
     std::size_t hits = 0;
     const Clock::time_point start = Clock::now();
-    for (std::size_t i = 0; i < tips_.size(); ++i)
-      hits += scene_.segment(from_[i], tips_[i].position_m) ? 1U : 0U;
+    for (std::size_t i = 0; i < from_.size(); ++i) hits += scene_.segment(from_[i], to_[i]) ? 1U : 0U;
     benchmark::DoNotOptimize(hits);
-    return ns_since(start) / static_cast<double>(tips_.size());
+    return ns_since(start) / static_cast<double>(from_.size());
   }
 
  private:
   EmbreeScene scene_;
-  const std::vector<control::Tip>& tips_;
-  std::vector<Vec3> from_;
+  std::vector<Vec3> from_, to_;
 };
 
 // The fastest of the passes, which take turns: so both see the machine in the same state.
@@ -115,7 +108,7 @@ void bench(benchmark::State& state, const std::string& name) {
   RendererPass renderer(body);
   double renderer_ns = renderer.ns();
   std::optional<EmbreePass> embree;
-  if (!body.soup.triangles.empty()) embree.emplace(body.soup, renderer);
+  if (!body.soup.triangles.empty()) embree.emplace(body, renderer);
   double embree_ns = embree ? embree->ns() : 0.0;
   for (auto _ : state) {
     const double ns = renderer.ns();
@@ -123,8 +116,8 @@ void bench(benchmark::State& state, const std::string& name) {
     if (embree) embree_ns = std::min(embree_ns, embree->ns());
     state.SetIterationTime(1e-9 * ns * static_cast<double>(body.path.size()));
   }
-  const auto touching = std::count_if(renderer.touches().begin(), renderer.touches().end(),
-                                      [](const control::Touch& touch) { return touch.contacts > 0; });
+  std::size_t touching = 0;
+  for (std::size_t i = 0; i < body.path.size(); ++i) touching += renderer.touch(i).contacts > 0 ? 1U : 0U;
   state.counters["triangles"] = static_cast<double>(body.soup.triangles.size());
   state.counters["bytes_per_triangle"] = body.bytes_per_triangle;
   state.counters["renderer_ns"] = renderer_ns;
