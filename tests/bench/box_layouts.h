@@ -20,9 +20,11 @@ struct Layout {
 inline Layout towers(const std::string& name, int count, int high) {
   Layout layout;
   layout.name = name;
-  for (int i = 0; i < count; ++i)
-    layout.at_m.emplace_back(.05F * static_cast<float>(i / high), 0.0F,
+  for (int i = 0; i < count; ++i) {
+    const int tower = i / high;
+    layout.at_m.emplace_back(.05F * static_cast<float>(tower), 0.0F,
                              kSide_m * (.5F + static_cast<float>(i % high)));
+  }
   return layout;
 }
 
@@ -30,8 +32,10 @@ inline Layout afloat(int count) {
   Layout layout;
   layout.name = std::to_string(count) + "-afloat";
   layout.gravity = false;
-  for (int i = 0; i < count; ++i)
-    layout.at_m.emplace_back(.05F * static_cast<float>(i % 4), 0.0F, .1F + .05F * static_cast<float>(i / 4));
+  for (int i = 0; i < count; ++i) {
+    const int row = i / 4;
+    layout.at_m.emplace_back(.05F * static_cast<float>(i % 4), 0.0F, .1F + .05F * static_cast<float>(row));
+  }
   return layout;
 }
 

@@ -358,7 +358,7 @@ TEST(TipRadius, ListsOfTrianglesChangeNothing) {
 
 // What is kept from tick to tick of the place where a point rests, where faces cross, and of flights from there, changes no bit either.
 TEST(Lists, ChangeNothingWhereMeshesCross) {
-  const int ticks = kUnderSanitizers ? 1000 : 8000;
+  constexpr int ticks = 8000;
   for (const char* file : {"OBJ/spider.obj", "OFF/Wuson.off", "glTF2/draco/2CylinderEngine.gltf"}) {
     const host::CompiledMesh mesh = host::compile_mesh(test_model(file, 0.1), {}, file);
     const std::vector<Vector3d> path = peer_path(
