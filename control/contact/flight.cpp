@@ -17,7 +17,6 @@ struct Flight {
 
 // Sweeps from -> to against all objects nearby. `leaving`: the contacts that `from` is on. skip: an object
 // that is known not to be hit.
-
 void sweep_nearby(const World& world, const Nearby& nearby, const GodObject& god,
                   std::span<const Contact> leaving, const Vec3& from, const Vec3& to, int skip,
                   Flight& flight, Work& work) {

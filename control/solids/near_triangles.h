@@ -99,8 +99,8 @@ struct GridBox {
   }
 };
 
-// The leaves of one mesh's tree that meet a box, for a point: a flight within the box needs no walk of the tree. They take a tenth of the
-// time of a list of triangles to find.
+// The leaves of one mesh's tree that meet a box, for a point: a flight within the box needs no walk of the tree. They are found without a
+// look at their triangles.
 class NearLeaves {
  public:
   static constexpr std::size_t kMax = 24;
@@ -157,8 +157,8 @@ struct TrianglesOfPoint {
   std::size_t last = 0;                     // used
   std::uint32_t more_steps = kFirst_steps;  // by which the box of the next list is larger than it has to be
   std::array<TrianglePlane, 16> planes;     // that were looked at
-  std::array<KeptFace, 4>
-      faces;  // the stiction point, the places without friction and with shading can be on one each
+  // The stiction point, the place without friction and the shaded place can be on one each.
+  std::array<KeptFace, 4> faces;
   KnownFlight flight;
 };
 
