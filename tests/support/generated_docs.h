@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -13,7 +14,7 @@ namespace thimble::test {
 // Compares what the page has between the marks with `meant`. With THIMBLE_WRITE_DOCS set it is written instead. `page`: below the
 // project's folder.
 inline void expect_generated(const std::string& page, const std::string& name, const std::string& meant) {
-  const std::string file = std::string(THIMBLE_SOURCE_DIR) + "/" + page;
+  const std::string file = (std::filesystem::path(THIMBLE_SOURCE_DIR) / page).string();
   const std::string begin = "<!-- " + name + " begin -->\n";
   const std::string end = "\n<!-- " + name + " end -->";
   std::ifstream in(file);

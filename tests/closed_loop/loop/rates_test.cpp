@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -187,11 +188,11 @@ struct Played {
   double mean_N = 0, most_N = 0, touching = 0;
 };
 Played play(const std::string& name, double rate_Hz) {
-  const std::string folder = std::string(THIMBLE_SOURCE_DIR) + "/scenes/" + name;
-  const std::vector<std::byte> image = host::compile_scene(folder + "/" + name + ".scene.json").image;
+  const std::filesystem::path folder = std::filesystem::path(THIMBLE_SOURCE_DIR) / "scenes" / name;
+  const std::vector<std::byte> image = host::compile_scene(folder / (name + ".scene.json")).image;
   Played played;
   double rows = 0;
-  const auto result = board::simulate(image, board::read_hand_path(folder + "/stroke.csv"),
+  const auto result = board::simulate(image, board::read_hand_path(folder / "stroke.csv"),
                                       {.rate_Hz = rate_Hz}, [&](const board::LogRow& row) {
                                         const double force_N = row.force_N.norm();
                                         played.mean_N += force_N;

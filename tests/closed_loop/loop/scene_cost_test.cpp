@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "firmware/core/config.h"
 #include "host-tools/compiler/compile.h"
 #include "tests/support/scene.h"
@@ -15,7 +17,7 @@ using board::SceneCost;
 const board::BoardCost& m7() { return *board::find_board_cost("mps2-an500"); }
 
 std::vector<std::byte> demonstration(const std::string& file) {
-  return host::compile_scene(std::string(THIMBLE_SOURCE_DIR) + "/scenes/" + file).image;
+  return host::compile_scene(std::filesystem::path(THIMBLE_SOURCE_DIR) / "scenes" / file).image;
 }
 
 TEST(SceneCost, IsTheSameEveryTimeAndMoreForTwoArms) {

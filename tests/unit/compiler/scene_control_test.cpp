@@ -99,7 +99,7 @@ TEST(SceneControlElement, WithoutAKeyItHasNone) {
     EXPECT_NEAR(control.high(), object->body()->motion() == scene::Motion::Slide ? 10.0F : 99.99F, 0.01F);
   }
   // Each key alone may be left out, but for those that the schema requires.
-  std::ifstream stream(std::string(THIMBLE_SOURCE_DIR) + "/host-tools/compiler/scene.schema.json");
+  std::ifstream stream(THIMBLE_SOURCE_DIR "/host-tools/compiler/scene.schema.json");
   const json definitions = json::parse(stream).at("$defs");
   for (const auto& [kind, place] :
        std::vector<std::pair<std::string, std::string>>{{"slide_control", "/objects/0/body/control"},

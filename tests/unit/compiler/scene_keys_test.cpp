@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -25,7 +26,7 @@ using host::SceneKey;
 using host::SceneKind;
 
 std::string source_text(const std::string& path) {
-  std::ifstream in(std::string(THIMBLE_SOURCE_DIR) + "/" + path);
+  std::ifstream in(std::filesystem::path(THIMBLE_SOURCE_DIR) / path);
   return {std::istreambuf_iterator<char>(in), {}};
 }
 

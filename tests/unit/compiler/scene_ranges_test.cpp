@@ -150,8 +150,8 @@ json scene_with(const json& object) {
 
 std::string refused_as(const json& scene, std::string* cause = nullptr) {
   const Refusal refusal = refusal_of([&] {
-    const host::CompiledScene compiled = host::compile_scene_text(
-        scene.dump(), "test.scene.json", std::string(THIMBLE_SOURCE_DIR) + "/scenes");
+    const host::CompiledScene compiled =
+        host::compile_scene_text(scene.dump(), "test.scene.json", THIMBLE_SOURCE_DIR "/scenes");
     control::SceneView view;
     EXPECT_STREQ(control::name(control::SceneView::check(compiled.image, view)),
                  control::name(control::ImageStatus::kOk))

@@ -251,7 +251,7 @@ TEST(SceneSurface, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
 }
 
 TEST(SceneSurface, EveryRequiredKeyIsRequired) {
-  std::ifstream file(std::string(THIMBLE_SOURCE_DIR) + "/host-tools/compiler/scene.schema.json");
+  std::ifstream file(THIMBLE_SOURCE_DIR "/host-tools/compiler/scene.schema.json");
   const json definitions = json::parse(file).at("$defs");
   // Taking a required key away is an error, taking an optional one away is not.
   const json whole = json::parse(kScene);

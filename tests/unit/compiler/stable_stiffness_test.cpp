@@ -23,7 +23,7 @@ using testing::IsEmpty;
 
 // Rows of numbers by arm, the least of both hands.
 std::map<std::string, std::vector<std::vector<double>>> tables_of_page() {
-  std::ifstream page(std::string(THIMBLE_SOURCE_DIR) + "/docs/stability.md");
+  std::ifstream page(THIMBLE_SOURCE_DIR "/docs/stability.md");
   std::map<std::string, std::vector<std::vector<double>>> tables;
   std::string arm;
   std::size_t row = 0;

@@ -91,8 +91,7 @@ const std::vector<Hazard> kHazards = {
 
 std::string text_of_tests() {
   std::string text;
-  for (const auto& entry :
-       std::filesystem::recursive_directory_iterator(std::string(THIMBLE_SOURCE_DIR) + "/tests")) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(THIMBLE_SOURCE_DIR "/tests")) {
     const std::string name = entry.path().filename().string();
     if (!name.ends_with("_test.cpp") && name != "CMakeLists.txt") continue;
     std::ifstream in(entry.path());

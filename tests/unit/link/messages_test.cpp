@@ -364,7 +364,7 @@ std::string documented() {
 
 // The example runs only in the emulated machine of vm.example_client; this finds an old number within a second.
 TEST(Messages, TheExampleSpeaksThisProtocol) {
-  std::ifstream file(std::string(THIMBLE_SOURCE_DIR) + "/docs/examples/can_client.py");
+  std::ifstream file(THIMBLE_SOURCE_DIR "/docs/examples/can_client.py");
   const std::string text((std::istreambuf_iterator<char>(file)), {});
   EXPECT_THAT(text, testing::HasSubstr("\nPROTOCOL = " + std::to_string(kProtocolVersion) + " "));
 }
