@@ -8,6 +8,7 @@
 #include "board/files/json_value.h"
 #include "board/files/text_file.h"
 #include "control/scene/limits.h"
+#include "firmware/core/config.h"
 #include "firmware/core/stop_timeout.h"
 
 namespace thimble::board {
@@ -138,8 +139,9 @@ LinkConfig read_link(const JsonValue& value) {
 
 BoardConfig read(const JsonValue& root) {
   BoardConfig config;
-  root.object("the configuration", {"thimble_board", "serial_number", "node", "rate_Hz", "links", "arms",
-                                    "e_stop", "dead_man", "store", "realtime", "heartbeat", "watchdog"});
+  root.object("the configuration",
+              {"thimble_board", "serial_number", "node", "rate_Hz", "work_units", "links", "arms", "e_stop",
+               "dead_man", "store", "realtime", "heartbeat", "watchdog"});
   (void)root.at("thimble_board").integer(1, 1);
   config.serial_number = root.at("serial_number").text(32);
   if (root.has("node")) config.node = static_cast<std::uint8_t>(root.at("node").integer(1, 127));
@@ -148,6 +150,12 @@ BoardConfig read(const JsonValue& root) {
     config.links.push_back(read_link(root.at("links").at(i)));
   for (std::size_t i = 0; i < root.at("arms").size(1, control::kMaxArms); ++i)
     config.arms.push_back(read_arm(root.at("arms").at(i)));
+  config.work_units = firmware::Config{}.work_units;
+  if (root.has("work_units")) {
+    const auto least = firmware::kLeastWork * static_cast<std::uint32_t>(config.arms.size());
+    config.work_units = static_cast<std::uint32_t>(
+        root.at("work_units").integer(static_cast<int>(least), static_cast<int>(kMostWorkUnits)));
+  }
   config.e_stop = read_contact(root.at("e_stop"));
   if (root.has("dead_man")) config.dead_man = read_contact(root.at("dead_man"));
   config.store = root.at("store").text();

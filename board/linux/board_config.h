@@ -60,6 +60,7 @@ struct BoardConfig {
   std::string serial_number;
   std::uint8_t node = 1;
   double rate_Hz = 0;
+  std::uint32_t work_units = 0;  // of firmware::Config
   std::vector<LinkConfig> links;
   std::vector<ArmWiring> arms;
   // Switch contacts: active means closed, for either wiring; an open wire reads as open.
@@ -73,6 +74,8 @@ struct BoardConfig {
   std::optional<std::filesystem::path> watchdog;
   int watchdog_timeout_s = 0;
 };
+
+inline constexpr std::uint32_t kMostWorkUnits = 1'000'000;  // in /work_units
 
 // what(): file, line, JSON pointer, value and what is allowed.
 class ConfigError : public std::runtime_error {

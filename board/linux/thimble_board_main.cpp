@@ -17,9 +17,11 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <iomanip>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <string>
 #include <system_error>
@@ -27,10 +29,12 @@
 #include <vector>
 
 #include "board/common/stop_path.h"
+#include "board/files/text_file.h"
 #include "board/linux/board_config.h"
 #include "board/linux/clock.h"
 #include "board/linux/devices.h"
 #include "board/linux/guardian.h"
+#include "board/linux/measure_work.h"
 #include "board/linux/named_devices.h"
 #include "board/linux/realtime.h"
 #include "board/linux/run_mark.h"
@@ -110,6 +114,7 @@ firmware::Config controller_config(const BoardConfig& board, const LinkPorts& po
   firmware::Config config;
   config.period_s = static_cast<float>(1.0 / board.rate_Hz);
   config.arm_count = static_cast<std::uint8_t>(board.arms.size());
+  config.work_units = board.work_units;
   config.node_id = board.node;
   config.bus_bits_per_s = ports.classic_bits_per_s();
   config.serial_number = board.serial_number.c_str();
@@ -337,16 +342,51 @@ int check(const BoardConfig& config) {
   return forbidden ? kPermission : kNotFound;
 }
 
+// Renders the scenes as the servo would, and proposes /work_units. Nothing is opened, and no motor moves.
+int measure(const BoardConfig& config, const std::vector<std::string>& files) {
+  for (const Missing& one : try_realtime(config.priority, config.cpu))
+    std::cerr << "thimble-board: measured without it: " << describe(one) << '\n';
+  std::cout << std::fixed << std::setprecision(1);
+  double unit_ns = 0;
+  for (const std::string& file : files) {
+    const std::string image = read_text(file);
+    const auto found = measure_work(std::as_bytes(std::span(image)), config.rate_Hz, config.work_units,
+                                    config.arms.size(), monotonic_ns);
+    if (!found) {
+      std::cerr << "thimble-board: " << file
+                << " is no scene image with an object; make one with `thimble compile`\n";
+      return kFailed;
+    }
+    std::cout << file << ": the longest tick takes " << found->worst_tick_ns * 1e-3 << " us, a unit "
+              << found->unit_ns << " ns, at most " << found->most_units << " units a tick\n";
+    if (found->most_units >= kTellingUnits) unit_ns = std::max(unit_ns, found->unit_ns);
+  }
+  if (unit_ns == 0) {
+    std::cerr << "thimble-board: no tick of these scenes has " << kTellingUnits
+              << " units, too few to measure one; add a scene that takes more, such as ring\n";
+    return kFailed;
+  }
+  std::cout << "the configuration has " << config.work_units << " units, which take "
+            << config.work_units * unit_ns * 1e-3 << " us of a period of " << 1e6 / config.rate_Hz << " us\n"
+            << "\"work_units\": " << proposed_work_units(unit_ns, config.rate_Hz, config.arms.size())
+            << " would be a quarter of the period\n";
+  return 0;
+}
+
 int main_of(int argc, char** argv) {
   std::string file = "/etc/thimble/board.json";
   bool only_check = false;
   std::string device;
+  std::vector<std::string> scenes;
   CLI::App app{"The controller of a Thimble haptic arm on an embedded Linux board", "thimble-board"};
   app.add_option("--config", file, "configuration of this board, see docs/board-linux.md")
       ->capture_default_str();
   app.add_flag("--check", only_check, "say which devices and privileges are missing, and end");
   app.add_option("--uses", device,
                  "end with 0 if the configuration names this device, with 3 if not (udev rule)");
+  app.add_option("--measure", scenes,
+                 "say what rendering these scene images takes here, propose work_units, and end")
+      ->type_name("IMAGE...");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -359,6 +399,7 @@ int main_of(int argc, char** argv) {
     const BoardConfig config = read_board_config(file);
     if (!device.empty()) return names_device(config, device) ? 0 : kNotFound;
     if (only_check) return check(config);
+    if (!scenes.empty()) return measure(config, scenes);
     run(config);
     return 0;
   } catch (const ConfigError& error) {
