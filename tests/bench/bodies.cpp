@@ -1,6 +1,7 @@
 #include "tests/bench/bodies.h"
 
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "host-tools/compiler/compile.h"
@@ -29,6 +30,54 @@ host::TriangleSoup rough_ball() {
   Random random(1);
   for (Vector3d& vertex : soup.vertices_m) vertex += 2e-4 * random.in_box(Vector3d::Ones());
   return soup;
+}
+
+// A closed body with bumps and hollows, of the triangles of icosphere-81920: as a scan of a figure has them.
+host::TriangleSoup lumpy_ball() {
+  host::TriangleSoup soup = icosphere(6, kRadius_m);
+  for (Vector3d& vertex : soup.vertices_m) {
+    const Vector3d u = vertex.normalized();
+    vertex *= 1.0 + 0.15 * std::sin(4.0 * u.x() + 1.0) * std::sin(5.0 * u.y()) * std::sin(3.0 * u.z() + 2.0) +
+              0.05 * std::sin(11.0 * u.x()) * std::sin(13.0 * u.y() + 1.0);
+  }
+  return soup;
+}
+
+// A tube along a trefoil knot, 16 384 triangles: closed, and far from convex.
+host::TriangleSoup knot() {
+  constexpr int kAlong = 512, kAround = 16;
+  const auto middle = [](double t) {
+    return Vector3d(std::sin(t) + 2.0 * std::sin(2.0 * t), std::cos(t) - 2.0 * std::cos(2.0 * t),
+                    -std::sin(3.0 * t));
+  };
+  constexpr double kScale = kRadius_m / 3.6, kTube = 0.6;  // 3 and the tube: the largest radius
+  host::TriangleSoup soup;
+  for (int i = 0; i < kAlong; ++i) {
+    const double t = 2.0 * std::numbers::pi * i / kAlong;
+    const Vector3d along = (middle(t + 1e-4) - middle(t - 1e-4)).normalized();
+    const Vector3d side = along.cross(Vector3d::UnitZ()).normalized();  // the knot is nowhere upright
+    const Vector3d up = side.cross(along);
+    for (int j = 0; j < kAround; ++j) {
+      const double a = 2.0 * std::numbers::pi * j / kAround;
+      soup.vertices_m.push_back(kScale * (middle(t) + kTube * (std::cos(a) * side + std::sin(a) * up)));
+    }
+  }
+  const auto vertex = [](int i, int j) {
+    return static_cast<std::uint32_t>(i % kAlong * kAround + j % kAround);
+  };
+  for (int i = 0; i < kAlong; ++i)
+    for (int j = 0; j < kAround; ++j) {
+      soup.triangles.push_back({vertex(i, j), vertex(i + 1, j + 1), vertex(i, j + 1)});
+      soup.triangles.push_back({vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1)});
+    }
+  return soup;
+}
+
+host::TriangleSoup soup_of(const std::string& body) {
+  if (body == "rough") return rough_ball();
+  if (body == "lumpy") return lumpy_ball();
+  if (body == "knot") return knot();
+  return body.find('/') != body.npos ? test_model(body, 0.1) : icosphere_of(body);
 }
 
 SceneImage textured(const host::TriangleSoup& soup) {
@@ -67,9 +116,7 @@ BenchBody bench_body(const std::string& name, const PeerPathOptions& path) {
     made.path = peer_path(MeshOracle(box_mesh({0.1, 0.1, 0.1}, 1)), path);
     return made;
   }
-  const host::TriangleSoup soup = body == "rough"               ? rough_ball()
-                                  : body.find('/') != body.npos ? test_model(body, 0.1)
-                                                                : icosphere_of(body);
+  const host::TriangleSoup soup = soup_of(body);
   host::MeshOptions options;
   if (variant == "+shaded") options.crease_deg = 50.0;
   if (tip_radius_m > 0.0) options = {.crease_deg = {}, .tip_radius_m = tip_radius_m};

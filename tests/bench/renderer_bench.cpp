@@ -170,6 +170,8 @@ int run(int argc, char** argv) {
                            "icosphere-20480+arms",
                            "icosphere-20480+shaded",
                            "icosphere-20480+textured",
+                           "knot",
+                           "lumpy",
                            "3DS/fels.3ds",
                            "OBJ/spider.obj",
                            "OFF/Wuson.off",
