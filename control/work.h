@@ -16,6 +16,7 @@ namespace thimble::control {
 inline constexpr std::uint32_t kNodeWork = 1;          // a node of a mesh's tree
 inline constexpr std::uint32_t kTriangleWork = 2;      // a triangle and a segment or ray
 inline constexpr std::uint32_t kNearTriangleWork = 3;  // a triangle and a ball
+inline constexpr std::uint32_t kListWork = 1;          // a triangle for a list of those near a ball
 inline constexpr std::uint32_t kFaceWork = 2;          // a face or an edge that a slide goes over
 inline constexpr std::uint32_t kFanWork = 1;           // a triangle round a vertex
 inline constexpr std::uint32_t kSolidWork = 2;  // a solid that a flight or a ball passes, a piece of a slide
@@ -45,6 +46,11 @@ class Work {
     }
     left_ -= units;
     return true;
+  }
+  // What is left is for nothing any more.
+  void exhaust() noexcept {
+    left_ = reserve_ = 0;
+    spent_ = true;
   }
   // For a step whose cost is known only when it is done: what it takes beyond what was left is counted.
   void charge(std::uint32_t units) noexcept {

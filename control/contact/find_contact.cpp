@@ -92,8 +92,45 @@ void move_rest_towards(const World& world, const Nearby& nearby, Finger& finger,
     rest = before;
     move(world, nearby, rest, shorter(before, tip_m), false, effort);
   }
-  if (rest.count == 0) rest = before;
+  // A ball that has left the surface goes on in the air.
+  const Vec3& from_m = before.is_ball ? before.centre_m : before.position_m;
+  const bool flies = rest.is_ball && rest.centre_m != from_m && !is_farther(rest.centre_m, from_m, tip_m);
+  if (rest.count == 0 && !flies) rest = before;
 }
+
+// A god object looks for what is near its way before it goes. Where that takes more than the work of a tick it would look at the same again in
+// each tick, and never go. So it goes a part of the way that gets shorter until the work suffices, and then longer again. A point that comes
+// nearer all the same needs no shorter way.
+struct Leash {
+  static constexpr float kLeast_m = 2.0e-5F;
+
+  Vec3 target_m;
+  Vec3 from_m;
+  float way_m = 0.0F;
+
+  Leash(const Finger& finger, const Vec3& tip_m, Work& work)
+      : target_m(tip_m), from_m(leader(finger).position_m) {
+    const Vec3 way = tip_m - from_m;
+    way_m = way.norm();
+    if (way_m > finger.leash_m) target_m = from_m + finger.leash_m / way_m * way;
+    if (finger.leash_m <= kLeast_m) work.open_reserve();  // nothing less is left to try
+  }
+  void fit(const World& world, Finger& finger, Work& work) const {
+    constexpr float kLess = 0.25F;
+    const bool is_short = way_m > finger.leash_m;
+    if (!work.was_spent()) {
+      finger.leash_m *= 2.0F;
+    } else if (world.tip_radius_m > 0.0F || leader(finger).position_m == from_m) {
+      finger.leash_m = std::max(kLess * std::min(finger.leash_m, way_m), kLeast_m);
+    }
+    if (is_short) work.exhaust();  // the rest of the way is put off
+  }
+
+ private:
+  static const GodObject& leader(const Finger& finger) {
+    return finger.god.count == 0 ? finger.god : finger.rest;
+  }
+};
 
 }  // namespace
 
@@ -110,13 +147,15 @@ bool find_contact(const World& world, const Nearby& nearby, Finger& finger, cons
                   Effort& effort) noexcept {
   GodObject& god = finger.god;
   GodObject& rest = finger.rest;
+  const Leash leash(finger, tip_m, effort.work);
   // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
-  if (god.count == 0) fly_towards(world, nearby, god, tip_m, effort);
+  if (god.count == 0) fly_towards(world, nearby, god, leash.target_m, effort);
   if (god.count == 0) {
     rest = god;
   } else {
-    move_rest_towards(world, nearby, finger, tip_m, bodies, effort);
+    move_rest_towards(world, nearby, finger, leash.target_m, bodies, effort);
   }
+  leash.fit(world, finger, effort.work);
   if (effort.work.was_spent() && rest.count != 0 && !is_pushed(world, finger.resting, rest, tip_m)) {
     finger.click.release();
     return false;

@@ -1,6 +1,8 @@
 // The state of one fingertip that the renderer keeps from tick to tick.
 #pragma once
 
+#include <limits>
+
 #include "control/contact/clearance.h"
 #include "control/contact/energy_account.h"
 #include "control/contact/friction.h"
@@ -42,6 +44,8 @@ struct Finger {
   std::uint8_t look_inside_from = 0;  // the object of the world that is looked at first
   std::uint8_t stuck =
       0;  // ticks in turn whose work was spent, and in which the stiction point has not moved
+  // The god object goes no farther towards the tip in a tick: less than the whole way where the work did not suffice for that.
+  float leash_m = std::numeric_limits<float>::infinity();
   bool look_inside_first = false;  // the work of the last tick has not sufficed to look at all of them
 };
 

@@ -112,13 +112,14 @@ template <typename Meets, typename Visit>
   return false;
 }
 
-// The same for the triangles of these leaves.
+// The same for the triangles of these leaves. triangle_work: what a visit costs.
 template <typename Meets, typename Visit>
-[[nodiscard]] bool for_each_near(const MeshView& mesh, Work& work, const Meets& meets, const Visit& visit) {
+[[nodiscard]] bool for_each_near(const MeshView& mesh, Work& work, const Meets& meets, const Visit& visit,
+                                 std::uint32_t triangle_work = kNearTriangleWork) {
   return for_each_leaf(mesh, work, meets,
                        [&](std::uint32_t leaf, const GridPoint& /*lo*/, const GridPoint& /*hi*/) {
                          const std::uint32_t first = first_triangle(leaf);
-                         if (!work.spend(kNearTriangleWork * triangle_count(leaf))) return false;
+                         if (!work.spend(triangle_work * triangle_count(leaf))) return false;
                          for (std::uint32_t i = first; i < first + triangle_count(leaf); ++i)
                            if (!visit(i)) return false;
                          return true;

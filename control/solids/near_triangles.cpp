@@ -54,7 +54,8 @@ bool NearTriangles::fill(const ShapeData& shape, Work& work, const Vec3& centre_
                                                        if (count_ == kMax) return false;
                                                        list_[count_++] = one;
                                                        return true;
-                                                     });
+                                                     },
+                                                     kListWork);
   if (!known) return false;
   shape_ = &shape;
   centre_m_ = centre_m;
@@ -88,7 +89,6 @@ NearTriangles* TriangleCache::near(const ShapeData& shape, Work& work, const Vec
   constexpr float kMore = 1.5F;
   constexpr float kLess = 0.6F;
   constexpr float kRecovery = 1.05F;
-  constexpr std::uint32_t kShare = 4;  // a list takes no more than a quarter of the work that is left
   auto& [lists, last, next_m, most_m] = of<TrianglesOfBall>();
   if (lists[last].hold(shape, centre_m, radius_m, reach_m)) return &lists[last];
   if (lists[1 - last].hold(shape, centre_m, radius_m, reach_m)) {
@@ -100,10 +100,12 @@ NearTriangles* TriangleCache::near(const ShapeData& shape, Work& work, const Vec
   last = 1 - last;
   NearTriangles& list = lists[last];
   const float listed_m = std::max(reach_m, std::min(next_m, most_m));
-  const std::uint32_t share = work.at_hand() / kShare;
+  // So much is for the list: with it further looks cost nearly nothing.
+  const std::uint32_t share = work.at_hand() - work.at_hand() / 4;
   Work some(share);
   const bool filled = list.fill(shape, some, centre_m, radius_m, listed_m);
   if (!work.spend(share - some.left()) || !filled) {
+    last = 1 - last;  // the other list may hold the next place
     most_m = kLess * listed_m;
     return nullptr;
   }
