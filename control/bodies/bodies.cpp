@@ -247,6 +247,12 @@ void Bodies::apply_contacts(std::size_t body, float period_s) noexcept {
   BodyState& state = states_[body];
   Centre& centre = centres_[body];
   const Vec3 spin_change = after.spin_rad_s - after.begin_rad_s;
+  // What friction holds does not give way to what lies on it either: the solver knows of no friction, and would push it on by a part of each
+  // correction.
+  const auto correct_control = [&](float by) {
+    if (!is_held_by_friction(model.control, controls_[body], efforts_[body], model.control_inertia, period_s))
+      controls_[body].q += by;
+  };
   switch (model.motion) {
     case scene::Motion::Free:
       state.spin_rad_s = after.spin_rad_s;
@@ -263,11 +269,11 @@ void Bodies::apply_contacts(std::size_t body, float period_s) noexcept {
     case scene::Motion::Slide:
       efforts_[body] +=
           model.axis.dot(after.velocity_m_s - after.begin_m_s) * model.control_inertia / period_s;
-      controls_[body].q += model.axis.dot(after.correction_m);
+      correct_control(model.axis.dot(after.correction_m));
       break;
     case scene::Motion::Turn:
       efforts_[body] += model.axis.dot(spin_change) * model.control_inertia / period_s;
-      controls_[body].q += model.axis.dot(after.correction_rad);
+      correct_control(model.axis.dot(after.correction_rad));
       break;
   }
 }

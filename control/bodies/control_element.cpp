@@ -92,6 +92,13 @@ ControlElementState start_control_element(const ControlElementParams& params, fl
   return state;
 }
 
+bool is_held_by_friction(const ControlElementParams& params, const ControlElementState& state, float effort,
+                         float inertia, float period_s) noexcept {
+  const float momentum =
+      inertia * state.speed + period_s * (effort + control_element_effort(params, state.q));
+  return params.friction > 0.0F && std::abs(momentum) <= period_s * params.friction;
+}
+
 // Semi-implicit Euler: first the speed, then the position with the new speed. It is symplectic, so potentials
 // neither gain nor lose energy over any number of ticks. It is stable for a total stiffness, with that of the
 // tips, below 4 inertia / period^2; kMaxControlRate_rad_s is far below that. Damping and friction act on the

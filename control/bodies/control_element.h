@@ -60,6 +60,10 @@ struct ControlElementState {
 [[nodiscard]] ControlElementState start_control_element(const ControlElementParams& params,
                                                         float speed = 0.0F) noexcept;
 
+// Whether friction holds it where it is in such a period.
+[[nodiscard]] bool is_held_by_friction(const ControlElementParams& params, const ControlElementState& state,
+                                       float effort, float inertia, float period_s) noexcept;
+
 // One period under the external `effort` (tips, gravity) at the beginning of the period. inertia > 0.
 void advance_control_element(const ControlElementParams& params, ControlElementState& state, float effort,
                              float inertia, float period_s) noexcept;

@@ -152,5 +152,30 @@ TEST(Slide, ABallRollsDownASlope) {
   }
 }
 
+// Its friction is far more than both weights.
+TEST(Slide, AControlThatFrictionHoldsDoesNotCreepUnderALoad) {
+  const auto box = [](const std::string& name, double height_m, const std::string& body) {
+    return R"({"name": ")" + name +
+           R"(", "shape": {"box": {"size_m": [0.03, 0.03, 0.02]}}, "pose": {"position_m": )" +
+           list({0, 0, height_m}) +
+           R"(}, "material": {"stiffness_N_m": 1000, "static_friction": 0.5, "dynamic_friction": 0.4}, "body": {)" +
+           body + "}}";
+  };
+  for (const bool turns : {false, true}) {
+    const std::string control =
+        turns
+            ? R"("motion": "turn", "axis": [0, 1, 0], "pivot_m": [0.1, 0, 0], "mass_kg": 0.5, "control": {"friction_N_m": 3, "low_deg": -20, "high_deg": 20})"
+            : R"("motion": "slide", "axis": [0, 0, 1], "mass_kg": 0.5, "control": {"friction_N": 30, "low_m": -0.02, "high_m": 0.02})";
+    BodyRun run(std::string(kGravity) + R"("objects": [)" + box("lift", 0, control) + ", " +
+                box("load", .02, R"("motion": "free", "mass_kg": 0.05)") + "]");
+    run.run(5);
+    const double sunk_m = -run.position_m(0).z();
+    figure(std::string(turns ? "lever" : "lift") + " that friction holds: sinks under a load in 5 s, um",
+           1e6 * sunk_m, "0");
+    EXPECT_EQ(sunk_m, 0);
+    EXPECT_NEAR(run.position_m(1).z(), .02, 5e-5) << "the load lies on it";
+  }
+}
+
 }  // namespace
 }  // namespace thimble::test
