@@ -133,11 +133,8 @@ void TriangleCollision::offer_neighbours(const Face& face, Overlap& best) const 
     if (length > 0.0F) offer(face, area / length, best);
   }
   // A direction between the faces leads to the nearest of them, which one along a face does not.
-  for (std::uint32_t corner = 0; corner < 3; ++corner) {
-    const Vec3 mean =
-        face.side * to_vec(mesh_->vertices[vertex_index(*mesh_, face.triangle, corner)].pseudonormal());
-    if (mean.squaredNorm() > 0.0F) offer(face, mean.normalized(), best);
-  }
+  for (std::uint32_t corner = 0; corner < 3; ++corner)
+    offer(face, face.side * pseudonormal(*mesh_, face.triangle, corner), best);
 }
 
 bool TriangleCollision::rises_round_corner(std::uint32_t triangle, std::uint32_t corner,

@@ -4,11 +4,12 @@
 #include "control/scene/blend.h"
 #include "control/scene/check.h"
 #include "control/scene/mesh_leaf.h"
+#include "control/scene/mesh_triangle.h"
 
 namespace thimble::control {
 namespace {
 
-constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+constexpr std::uint32_t after(std::uint32_t corner) { return corner == 2 ? 0 : corner + 1; }
 
 ImageVerdict check_triangles(const scene::Mesh& mesh, Pauses& pauses) {
   const std::uint32_t vertices = mesh.vertices()->size();
@@ -16,28 +17,27 @@ ImageVerdict check_triangles(const scene::Mesh& mesh, Pauses& pauses) {
   for (std::uint32_t i = 0; i < triangles; ++i) {
     pauses.step();
     const scene::Triangle& triangle = *mesh.triangles()->Get(i);
-    const auto& v = *triangle.vertex();
-    for (std::uint16_t corner = 0; corner < 3; ++corner) {
-      if (v[corner] >= vertices) return ImageStatus::kBadIndex;
+    for (std::uint32_t corner = 0; corner < 3; ++corner) {
+      if (vertex_of(triangle, corner) >= vertices ||
+          vertex_of(triangle, corner) == vertex_of(triangle, after(corner)))
+        return ImageStatus::kBadIndex;
     }
-    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) return ImageStatus::kBadIndex;
   }
   // A neighbour shares the edge, so a walk over the surface is continuous.
   for (std::uint32_t i = 0; i < triangles; ++i) {
     pauses.step();
     const scene::Triangle& triangle = *mesh.triangles()->Get(i);
-    for (std::uint16_t edge = 0; edge < 3; ++edge) {
-      const std::uint32_t neighbour = (*triangle.neighbour())[edge];
-      if (neighbour == kNone) continue;
-      const std::uint32_t there = neighbour & 3U;
-      if ((neighbour >> 2U) >= triangles || (neighbour >> 2U) == i || there == 3U)
-        return ImageStatus::kBadIndex;
-      const auto& other = *mesh.triangles()->Get(neighbour >> 2U)->vertex();
-      const std::uint32_t a = (*triangle.vertex())[edge];
-      const std::uint32_t b =
-          (*triangle.vertex())[edge == 2 ? std::uint16_t{0} : static_cast<std::uint16_t>(edge + 1)];
-      const std::uint32_t c = other[static_cast<std::uint16_t>(there)];
-      const std::uint32_t d = other[static_cast<std::uint16_t>(there == 2 ? 0 : there + 1)];
+    for (std::uint32_t edge = 0; edge < 3; ++edge) {
+      const std::uint32_t beyond = edge_beyond(triangle, edge);
+      if (beyond == kNoEdge) continue;
+      const std::uint32_t neighbour = beyond / 3;
+      const std::uint32_t there = beyond % 3;
+      if (neighbour >= triangles || neighbour == i) return ImageStatus::kBadIndex;
+      const scene::Triangle& other = *mesh.triangles()->Get(neighbour);
+      const std::uint32_t a = vertex_of(triangle, edge);
+      const std::uint32_t b = vertex_of(triangle, after(edge));
+      const std::uint32_t c = vertex_of(other, there);
+      const std::uint32_t d = vertex_of(other, after(there));
       if (!((a == c && b == d) || (a == d && b == c))) return ImageStatus::kBadIndex;
     }
   }
@@ -150,8 +150,7 @@ ImageVerdict check_mesh(const scene::Mesh& mesh, std::size_t& triangles_in_scene
   if (!in_range(mesh.grid_step_m(), kSmallestStep_m, kMaxCoordinate_m)) return ImageStatus::kBadNumber;
   for (const scene::Vertex* vertex : *mesh.vertices()) {
     pauses.step();
-    if (!is_coordinate(vertex->position_m()) || !is_coordinate(vertex->pseudonormal()))
-      return ImageStatus::kBadNumber;
+    if (!is_coordinate(vertex->position_m())) return ImageStatus::kBadNumber;
   }
   RETURN_IF_BAD(check_triangles(mesh, pauses));
   RETURN_IF_BAD(check_pieces(mesh));

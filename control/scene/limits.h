@@ -11,6 +11,7 @@ inline constexpr std::size_t kMaxArms = 2;
 inline constexpr std::size_t kMaxObjects = 64;
 inline constexpr std::size_t kMaxHeightSamples = 1U << 19U;  // of one height field: two triangles each
 inline constexpr std::size_t kMaxTriangles = (1U << 20U) + (1U << 14U);  // of all meshes of a scene
+inline constexpr std::size_t kMaxVertices = 1U << 20U;                   // of one mesh
 inline constexpr std::size_t kMaxBodies = 16;                            // objects that move
 inline constexpr std::size_t kMaxBodyContacts = 96;  // points where bodies touch something
 inline constexpr std::size_t kMaxPieces = 16;        // convex, of a mesh that moves

@@ -8,11 +8,24 @@
 
 #include "control/bodies/collide.h"
 #include "control/scene/check.h"
+#include "control/scene/octahedral.h"
 #include "control/solids/mesh_topology.h"
 
 namespace thimble::control {
 
 using namespace topology;  // NOLINT(google-build-using-namespace): this file is about nothing else
+
+Vec3 topology::pseudonormal(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner) {
+  return decode_octahedral(mesh.vertices[vertex_index(mesh, triangle, corner)].pseudonormal());
+}
+
+Corner topology::next_in_fan(const MeshView& mesh, const Corner& at) {
+  const Step step = across(mesh, at.triangle, at.side, fan_edge(at.corner, at.side));
+  const std::uint32_t v = vertex_index(mesh, at.triangle, at.corner);
+  const std::uint32_t corner =
+      vertex_index(mesh, step.triangle, step.edge) == v ? step.edge : next(step.edge);
+  return {step.triangle, corner, step.side};
+}
 
 MeshView view_mesh(const scene::Mesh& mesh) noexcept {
   MeshView view;
@@ -81,8 +94,7 @@ int vertex_normals(const MeshView& mesh, const Feature& f, std::span<Vec3, 3> ou
     if (at.triangle == f.index && at.side == f.side) break;
   }
   if (hollow) return static_cast<int>(count);
-  const Vec3 mean = to_vec(mesh.vertices[vertex_index(mesh, f.index, f.corner)].pseudonormal());
-  if (mean.squaredNorm() > 0.0F) out[0] = static_cast<float>(f.side) * mean.normalized();
+  out[0] = static_cast<float>(f.side) * pseudonormal(mesh, f.index, f.corner);
   return 1;
 }
 

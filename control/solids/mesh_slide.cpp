@@ -50,8 +50,7 @@ bool target_is_free(Faces& faces, const Feature& f, const Vec3& target, Work& wo
     return concave(mesh, f.index, f.side, beyond) ? here && there : here || there;
   }
   // Baerentzen and Aanaes 2005: at a vertex the angle-weighted pseudonormal tells the side.
-  const scene::Vertex& v = mesh.vertices[vertex_index(mesh, f.index, f.corner)];
-  const float height = to_vec(v.pseudonormal()).dot(target - to_vec(v.position_m()));
+  const float height = pseudonormal(mesh, f.index, f.corner).dot(target - vertex(mesh, f.index, f.corner));
   if (!two_sided(mesh, f.index)) return height > 0.0F;
   // At the rim of a sheet the faces around the vertex count with both sides: free when in front of any of
   // them.

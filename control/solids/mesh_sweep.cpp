@@ -161,8 +161,7 @@ Vec3 lift_off_sheet(const MeshView& mesh, std::span<const Feature> leaving) {
       const Step beyond = across(mesh, f.index, f.side, f.corner);
       normal += static_cast<float>(beyond.side) * area_normal(mesh, beyond.triangle).normalized();
     } else if (f.kind == kVertex) {
-      normal = static_cast<float>(f.side) *
-               to_vec(mesh.vertices[vertex_index(mesh, f.index, f.corner)].pseudonormal());
+      normal = static_cast<float>(f.side) * pseudonormal(mesh, f.index, f.corner);
     }
     out += normal.normalized();
   }

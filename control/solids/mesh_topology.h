@@ -6,12 +6,12 @@
 
 #include <cstdint>
 
+#include "control/scene/mesh_triangle.h"
 #include "control/solids/mesh_view.h"
 #include "control/solids/solid.h"
 
 namespace thimble::control::topology {
 
-inline constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 inline constexpr int kMaxFan = 512;  // faces round one vertex
 
 inline constexpr std::uint8_t kFace = 0;
@@ -22,12 +22,15 @@ constexpr std::uint32_t next(std::uint32_t corner) { return corner == 2 ? 0 : co
 constexpr std::uint32_t previous(std::uint32_t corner) { return corner == 0 ? 2 : corner - 1; }
 
 inline std::uint32_t vertex_index(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner) {
-  return (*mesh.triangles[triangle].vertex())[static_cast<std::uint16_t>(corner)];
+  return vertex_of(mesh.triangles[triangle], corner);
 }
 
 inline Vec3 vertex(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner) {
   return to_vec(mesh.vertices[vertex_index(mesh, triangle, corner)].position_m());
 }
+
+// A unit vector, on the side given by the winding.
+[[nodiscard]] Vec3 pseudonormal(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner);
 
 inline bool two_sided(const MeshView& mesh, std::uint32_t triangle) {
   return (mesh.flags[triangle] & static_cast<std::uint8_t>(scene::TriangleFlag::TwoSided)) != 0;
@@ -62,10 +65,10 @@ struct Step {
 };
 
 inline Step across(const MeshView& mesh, std::uint32_t triangle, std::int8_t side, std::uint32_t edge) {
-  const std::uint32_t neighbour = (*mesh.triangles[triangle].neighbour())[static_cast<std::uint16_t>(edge)];
-  if (neighbour == kNone) return {triangle, edge, static_cast<std::int8_t>(-side)};
-  const std::uint32_t other = neighbour >> 2U;
-  const std::uint32_t other_edge = neighbour & 3U;
+  const std::uint32_t beyond = edge_beyond(mesh.triangles[triangle], edge);
+  if (beyond == kNoEdge) return {triangle, edge, static_cast<std::int8_t>(-side)};
+  const std::uint32_t other = beyond / 3;
+  const std::uint32_t other_edge = beyond % 3;
   const bool same_direction = vertex_index(mesh, other, other_edge) == vertex_index(mesh, triangle, edge);
   return {other, other_edge, same_direction ? static_cast<std::int8_t>(-side) : side};
 }
@@ -81,13 +84,7 @@ struct Corner {
   std::int8_t side;
 };
 
-inline Corner next_in_fan(const MeshView& mesh, const Corner& at) {
-  const Step step = across(mesh, at.triangle, at.side, fan_edge(at.corner, at.side));
-  const std::uint32_t v = vertex_index(mesh, at.triangle, at.corner);
-  const std::uint32_t corner =
-      vertex_index(mesh, step.triangle, step.edge) == v ? step.edge : next(step.edge);
-  return {step.triangle, corner, step.side};
-}
+[[nodiscard]] Corner next_in_fan(const MeshView& mesh, const Corner& at);
 
 // Whether the corner between a face and the face beyond one of its edges opens towards their free side by
 // less than 180 degrees.

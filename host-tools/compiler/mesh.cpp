@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "control/scene/limits.h"
+#include "control/scene/mesh_triangle.h"
 #include "control/scene/octahedral.h"
 #include "host-tools/compiler/mesh_corners.h"
 #include "host-tools/compiler/mesh_cross.h"
@@ -14,6 +15,7 @@
 #include "host-tools/compiler/mesh_texture.h"
 #include "host-tools/compiler/mesh_tree.h"
 #include "host-tools/compiler/to_scene.h"
+#include "host-tools/error.h"
 
 namespace thimble::host {
 namespace {
@@ -209,14 +211,22 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
       if (vertex_of[fan] == kNoNeighbour) {
         vertex_of[fan] = static_cast<std::uint32_t>(mesh.vertices.size());
         mesh.vertices.emplace_back(to_scene(surface.at_m[surface.triangles[t][i]]),
-                                   to_scene(pseudonormals[fan]));
+                                   control::encode_octahedral(pseudonormals[fan].cast<float>()));
       }
       corners[i] = vertex_of[fan];
     }
-    const std::uint32_t* const neighbour = &adjacency.neighbour[std::size_t{3} * t];
-    const TriangleIndices across{neighbour[0], neighbour[1], neighbour[2]};
-    using Three = flatbuffers::span<const std::uint32_t, 3>;
-    mesh.triangles.emplace_back(Three(corners), Three(across));
+    TriangleIndices beyond{};
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const std::uint32_t neighbour = adjacency.neighbour[3 * t + i];
+      beyond[i] = neighbour == kNoNeighbour ? control::kNoEdge : 3 * (neighbour >> 2U) + (neighbour & 3U);
+    }
+    mesh.triangles.push_back(control::pack_triangle(corners, beyond));
+  }
+  if (mesh.vertices.size() > control::kMaxVertices) {
+    throw Error(ExitCode::kBadInput, "too-many-vertices",
+                name + ": " + std::to_string(mesh.vertices.size()) + " vertices, at most " +
+                    std::to_string(control::kMaxVertices) + " are allowed",
+                "join triangles that have corners in common, or simplify the mesh");
   }
 
   // Of a height field, the top hangs together, and each wall alone.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "control/scene/limits.h"
+#include "control/scene/mesh_triangle.h"
 #include "host-tools/compiler/convex_hull.h"
 
 namespace thimble::host {
@@ -181,8 +182,8 @@ MeshPieces convex_pieces(const CompiledMesh& mesh) {
   std::vector<Polygon> whole;
   for (const scene::Triangle& triangle : mesh.triangles) {
     Polygon corners;
-    for (const std::uint32_t v : *triangle.vertex()) {
-      const scene::Vec3& p = mesh.vertices[v].position_m();
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const scene::Vec3& p = mesh.vertices[control::vertex_of(triangle, i)].position_m();
       corners.push_back(Eigen::Vector3f(p.x(), p.y(), p.z()).cast<double>());
     }
     whole.push_back(std::move(corners));

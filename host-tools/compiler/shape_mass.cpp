@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "control/scene/mesh_triangle.h"
+
 namespace thimble::host {
 namespace {
 
@@ -35,8 +37,8 @@ Sums sum(const CompiledMesh& mesh, const Eigen::Vector3d& origin_m, double n, We
   Sums sums;
   for (const scene::Triangle& triangle : mesh.triangles) {
     Corners c;
-    for (std::uint16_t i = 0; i < 3; ++i)
-      c.at(i) = position(mesh.vertices[(*triangle.vertex())[i]]) - origin_m;
+    for (std::uint32_t i = 0; i < 3; ++i)
+      c.at(i) = position(mesh.vertices[control::vertex_of(triangle, i)]) - origin_m;
     const double weight = weight_of(c);
     const Eigen::Vector3d s = c[0] + c[1] + c[2];
     sums.weight += weight;

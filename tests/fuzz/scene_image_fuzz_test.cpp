@@ -17,6 +17,7 @@
 
 #include "control/renderer.h"
 #include "control/scene/limits.h"
+#include "control/scene/mesh_triangle.h"
 #include "control/scene/scene_view.h"
 #include "tests/fuzz/image.h"
 #include "tests/support/figure.h"
@@ -136,6 +137,13 @@ TEST(SceneImage, TruncatedAtEveryByte) {
   verdicts.report("truncated");
 }
 
+TEST(SceneImage, WithTheWiderTrianglesOfBeforeItIsRefused) {
+  SceneView view;
+  EXPECT_EQ(SceneView::check(
+                changed(shapes_image(), shapes_image().data() + 4, std::array{'T', 'H', 'I', 'M'}), view),
+            ImageStatus::kNotAScene);
+}
+
 TEST(SceneImage, Misaligned) {
   Bytes shifted(shapes_image().size() + 8);
   for (std::size_t shift = 1; shift < 8; ++shift) {
@@ -206,12 +214,9 @@ TEST(SceneImage, EachFieldOutOfItsRangeIsRefusedByName) {
     ImageStatus expected;
   };
   const auto vertex = [](const scene::Scene& s) -> const void* { return mesh(s).vertices()->Get(7); };
-  const auto pseudonormal = [](const scene::Scene& s) -> const void* {
-    return part(mesh(s).vertices()->Get(7), 12);
-  };
   const auto corner = [](const scene::Scene& s) -> const void* { return mesh(s).triangles()->Get(3); };
-  const auto neighbour = [](const scene::Scene& s) -> const void* {
-    return part(mesh(s).triangles()->Get(3), 12);
+  const auto triangle_with = [](std::uint32_t first, std::uint32_t beyond) {
+    return control::pack_triangle({first, 2, 3}, {beyond, control::kNoEdge, control::kNoEdge});
   };
   const auto child = [](const scene::Scene& s) -> const void* { return part(mesh(s).nodes()->Get(0), 24); };
   const auto last_child = [](const scene::Scene& s) -> const void* {
@@ -235,11 +240,12 @@ TEST(SceneImage, EachFieldOutOfItsRangeIsRefusedByName) {
       {"vertex not a number", shape_with(vertex, nan), ImageStatus::kBadNumber},
       {"vertex infinite", shape_with(vertex, infinite), ImageStatus::kBadNumber},
       {"vertex 11 m away", shape_with(vertex, 11.0F), ImageStatus::kBadNumber},
-      {"pseudonormal not a number", shape_with(pseudonormal, nan), ImageStatus::kBadNumber},
-      {"corner that does not exist", shape_with(corner, 0x00FFFFFFU), ImageStatus::kBadIndex},
-      {"corner -1", shape_with(corner, 0xFFFFFFFFU), ImageStatus::kBadIndex},
-      {"neighbour that does not exist", shape_with(neighbour, 0x00FFFFFFU), ImageStatus::kBadIndex},
-      {"neighbour's edge 3", shape_with(neighbour, 4U * 2U + 3U), ImageStatus::kBadIndex},
+      {"corner that does not exist", shape_with(corner, triangle_with(0xFFFFFU, 0)), ImageStatus::kBadIndex},
+      {"corner twice", shape_with(corner, triangle_with(2, 0)), ImageStatus::kBadIndex},
+      {"neighbour that does not exist", shape_with(corner, triangle_with(1, 0x3FFFFEU)),
+       ImageStatus::kBadIndex},
+      {"its own neighbour", shape_with(corner, triangle_with(1, 3 * 3 + 1)), ImageStatus::kBadIndex},
+      {"neighbour without this edge", shape_with(corner, triangle_with(1, 3 * 200)), ImageStatus::kBadIndex},
       {"root its own child", shape_with(child, 0U), ImageStatus::kBadTree},
       {"child that does not exist", shape_with(child, 0x00FFFFFFU), ImageStatus::kBadTree},
       {"leaf out of range", shape_with(child, 0x80000000U | (0x00FFFFFFU << 3U)), ImageStatus::kBadTree},
@@ -302,13 +308,20 @@ TEST(SceneImage, LiesInRangeAreLivedWith) {
       const auto some_float = [&] { return static_cast<float>(random.uniform(-0.05, 0.05)); };
       switch (first_kind + random.below(7 - first_kind)) {
         case 0:
-          write(part(m.triangles()->Get(triangle), 4 * random.below(3)),
-                static_cast<std::uint32_t>(random.below(m.vertices()->size())));
+        case 1: {
+          std::array<std::uint32_t, 3> vertices{};
+          std::array<std::uint32_t, 3> beyond{};
+          for (std::uint32_t i = 0; i < 3; ++i) {
+            vertices[i] = control::vertex_of(*m.triangles()->Get(triangle), i);
+            beyond[i] = control::edge_beyond(*m.triangles()->Get(triangle), i);
+          }
+          if (random.below(2) == 0)
+            vertices[random.below(3)] = static_cast<std::uint32_t>(random.below(m.vertices()->size()));
+          else
+            beyond[random.below(3)] = static_cast<std::uint32_t>(random.below(3 * m.triangles()->size()));
+          write(m.triangles()->Get(triangle), control::pack_triangle(vertices, beyond));
           break;
-        case 1:
-          write(part(m.triangles()->Get(triangle), 12 + 4 * random.below(3)),
-                static_cast<std::uint32_t>(4 * random.below(m.triangles()->size()) + random.below(3)));
-          break;
+        }
         case 2:
           write(part(m.nodes()->Get(node), 2 * random.below(12)), static_cast<std::uint16_t>(random.bits()));
           break;
@@ -325,7 +338,7 @@ TEST(SceneImage, LiesInRangeAreLivedWith) {
           write(part(m.vertices()->Get(vertex), 4 * random.below(3)), some_float());
           break;
         default:
-          write(part(m.vertices()->Get(vertex), 12 + 4 * random.below(3)), 20.0F * some_float());
+          write(part(m.vertices()->Get(vertex), 12), static_cast<std::uint32_t>(random.bits()));
       }
     }
     verdicts.judge(bytes, random);

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "control/scene/mesh_triangle.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::test {
@@ -132,8 +133,8 @@ host::TriangleSoup as_soup(const host::CompiledMesh& mesh) {
     soup.vertices_m.push_back(Eigen::Vector3f(p.x(), p.y(), p.z()).cast<double>());
   }
   for (const scene::Triangle& triangle : mesh.triangles) {
-    const auto* v = triangle.vertex();
-    soup.triangles.push_back({v->Get(0), v->Get(1), v->Get(2)});
+    soup.triangles.push_back({control::vertex_of(triangle, 0), control::vertex_of(triangle, 1),
+                              control::vertex_of(triangle, 2)});
   }
   return soup;
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "control/scene/mesh_triangle.h"
 #include "host-tools/compiler/mesh.h"
 #include "host-tools/compiler/triangle_distance.h"
 #include "tests/support/figure.h"
@@ -95,16 +96,16 @@ TEST(MeshRims, NothingElseIsTouched) {
       // Over an edge that it may roll over.
       const auto edge = static_cast<std::uint32_t>(random.below(3));
       if (mesh.rims[3 * t] == 255 || mesh.rims[3 * t + edge] != 0) continue;
-      const std::uint32_t beyond = mesh.triangles[t].neighbour()->Get(edge);
-      const std::uint32_t other = beyond / 4;
-      ASSERT_EQ(mesh.rims[3 * other + beyond % 4], 0) << test.name;
+      const std::uint32_t beyond = control::edge_beyond(mesh.triangles[t], edge);
+      const std::uint32_t other = beyond / 3;
+      ASSERT_EQ(mesh.rims[3 * other + beyond % 3], 0) << test.name;
       const double part = random.uniform(0.0, 1.0);
       Weights on_edge{};
       on_edge[edge] = 1.0 - part;
       on_edge[(edge + 1) % 3] = part;
       Weights there{};
-      there[beyond % 4] = part;
-      there[(beyond % 4 + 1) % 3] = 1.0 - part;
+      there[beyond % 3] = part;
+      there[(beyond % 3 + 1) % 3] = 1.0 - part;
       const Vector3d foot = rims.place(t, on_edge);
       ASSERT_LT((foot - rims.place(other, there)).norm(), 1e-9) << test.name;
       if (!rims.within(t, on_edge) || !rims.within(other, there)) continue;

@@ -14,6 +14,7 @@
 #include <numbers>
 
 #include "control/scene/limits.h"
+#include "control/scene/mesh_triangle.h"
 #include "control/scene/octahedral.h"
 #include "host-tools/compiler/mesh_cross.h"
 #include "host-tools/error.h"
@@ -141,7 +142,7 @@ TEST(CompileMesh, IcospheresFrom80To327680TrianglesFitIn64BytesEach) {
     double worst = 0;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       for (std::uint16_t c = 0; c < 3; ++c) {
-        const Vector3d radial = position(mesh, mesh.triangles[t].vertex()->Get(c)).normalized();
+        const Vector3d radial = position(mesh, control::vertex_of(mesh.triangles[t], c)).normalized();
         worst = std::max(worst, angle_deg(radial, decoded(mesh.corner_normals[3 * t + c])));
       }
     }
@@ -175,9 +176,10 @@ TEST(CompileMesh, NothingDependsOnTheFilesUnit) {
       bool same_topology = mesh.nodes.size() == metres.nodes.size();
       for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         for (std::uint16_t c = 0; c < 3; ++c) {
-          same_topology = same_topology &&
-                          mesh.triangles[t].vertex()->Get(c) == metres.triangles[t].vertex()->Get(c) &&
-                          mesh.triangles[t].neighbour()->Get(c) == metres.triangles[t].neighbour()->Get(c);
+          same_topology =
+              same_topology &&
+              control::vertex_of(mesh.triangles[t], c) == control::vertex_of(metres.triangles[t], c) &&
+              control::edge_beyond(mesh.triangles[t], c) == control::edge_beyond(metres.triangles[t], c);
         }
       }
       EXPECT_TRUE(same_topology) << units_per_m;
@@ -313,16 +315,15 @@ TEST(CompileMesh, CubesThatShareAnEdgeAreJoinedOnTheFreeSide) {
     std::size_t across = 0;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       for (std::uint16_t e = 0; e < 3; ++e) {
-        const Vector3d a = position(mesh, mesh.triangles[t].vertex()->Get(e));
-        const Vector3d b =
-            position(mesh, mesh.triangles[t].vertex()->Get(e == 2 ? 0 : static_cast<std::uint16_t>(e + 1)));
+        const Vector3d a = position(mesh, control::vertex_of(mesh.triangles[t], e));
+        const Vector3d b = position(mesh, control::vertex_of(mesh.triangles[t], (e + 1U) % 3U));
         if (Vector3d(a.x(), 0, a.z()).norm() < 1e-9 && Vector3d(b.x(), 0, b.z()).norm() < 1e-9) {
           EXPECT_NE(mesh.flags[t] & static_cast<unsigned>(TriangleFlag::Pierced), 0U);
-          const std::uint32_t other = mesh.triangles[t].neighbour()->Get(e) >> 2U;
+          const std::uint32_t other = control::edge_beyond(mesh.triangles[t], e) / 3;
           const auto centre = [&](std::uint32_t triangle) {
             Vector3d sum = Vector3d::Zero();
             for (std::uint16_t c = 0; c < 3; ++c)
-              sum += position(mesh, mesh.triangles[triangle].vertex()->Get(c)) / 3.0;
+              sum += position(mesh, control::vertex_of(mesh.triangles[triangle], c)) / 3.0;
             return sum;
           };
           // The next face on the free side belongs to the other cube: one is above z = 0, one below.
@@ -449,7 +450,7 @@ TriangleSoup soup_of(const CompiledMesh& mesh) {
   TriangleSoup soup;
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) soup.vertices_m.push_back(position(mesh, v));
   for (const auto& t : mesh.triangles)
-    soup.triangles.push_back({t.vertex()->Get(0), t.vertex()->Get(1), t.vertex()->Get(2)});
+    soup.triangles.push_back({control::vertex_of(t, 0), control::vertex_of(t, 1), control::vertex_of(t, 2)});
   return soup;
 }
 
@@ -508,7 +509,9 @@ TEST(CompileMesh, ASheetGoesOnWhereItsFileDrawsItFromBothSides) {
 TEST(CompileMesh, CreasesStaySharpAndTheRestIsSmooth) {
   const CompiledMesh cube = compile_mesh(box_mesh({0.05, 0.05, 0.05}, 4), creased(40), "cube");
   for (std::uint32_t t = 0; t < cube.triangles.size(); ++t) {
-    const auto corner = [&](std::uint16_t c) { return position(cube, cube.triangles[t].vertex()->Get(c)); };
+    const auto corner = [&](std::uint16_t c) {
+      return position(cube, control::vertex_of(cube.triangles[t], c));
+    };
     const Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
     for (std::uint32_t c = 0; c < 3; ++c) {
       EXPECT_LT(angle_deg(normal, decoded(cube.corner_normals[3 * t + c])), 0.005);
@@ -519,7 +522,7 @@ TEST(CompileMesh, CreasesStaySharpAndTheRestIsSmooth) {
   const CompiledMesh round = compile_mesh(box_mesh({0.05, 0.05, 0.05}, 1), creased(90), "cube");
   for (std::uint32_t t = 0; t < round.triangles.size(); ++t) {
     for (std::uint16_t c = 0; c < 3; ++c) {
-      const Vector3d p = position(round, round.triangles[t].vertex()->Get(c));
+      const Vector3d p = position(round, control::vertex_of(round.triangles[t], c));
       EXPECT_LT(angle_deg(p, decoded(round.corner_normals[3 * t + c])), 0.005);
     }
   }
@@ -531,11 +534,10 @@ TEST(CompileMesh, PseudonormalsTellInsideFromOutside) {
   // nearest point.
   const CompiledMesh mesh = compile_mesh(tetrahedron({0, 0, 0}, 0.05), {}, "tetrahedron");
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
-    const scene::Vec3& n = mesh.vertices[v].pseudonormal();
-    const Vector3d normal(static_cast<double>(n.x()), static_cast<double>(n.y()), static_cast<double>(n.z()));
+    const Vector3d normal = decoded(mesh.vertices[v].pseudonormal());
     EXPECT_GT(normal.dot(position(mesh, v) - Vector3d(0.01, 0.01, 0.01)), 0.0);
-    if (position(mesh, v).norm() < 1e-9) {  // three right angles: weighted alike
-      EXPECT_LT(angle_deg(normal, {-1, -1, -1}), 1e-4);
+    if (position(mesh, v).norm() < 1e-9) {                // three right angles: weighted alike
+      EXPECT_LT(angle_deg(normal, {-1, -1, -1}), 0.005);  // of octahedral.h
     }
   }
 }
@@ -572,8 +574,8 @@ TEST(CompileMesh, FlagsExactlyTheTrianglesThatCross) {
     ASSERT_EQ(unsound(mesh), "");
     std::vector<std::array<Vector3d, 3>> corners;
     for (const scene::Triangle& t : mesh.triangles) {
-      corners.push_back({position(mesh, t.vertex()->Get(0)), position(mesh, t.vertex()->Get(1)),
-                         position(mesh, t.vertex()->Get(2))});
+      corners.push_back({position(mesh, control::vertex_of(t, 0)), position(mesh, control::vertex_of(t, 1)),
+                         position(mesh, control::vertex_of(t, 2))});
     }
     for (std::size_t a = 0; a < corners.size(); ++a) {
       bool expected = false;
@@ -673,6 +675,15 @@ TEST(CompileMesh, RefusesWhatCannotBeTouched) {
   bad = soup;
   bad.triangles.assign(control::kMaxTriangles + 1, {0, 1, 2});
   EXPECT_EQ(refusal(bad), "too-many-triangles");
+  bad = {};
+  while (bad.vertices_m.size() <= control::kMaxVertices) {
+    const auto at = static_cast<std::uint32_t>(bad.vertices_m.size());
+    const Vector3d from = 1e-4 * Vector3d(at / 3 % 600, at / 1800, 0);
+    for (const Vector3d& arm : {Vector3d(0, 0, 0), Vector3d(5e-5, 0, 0), Vector3d(0, 5e-5, 0)})
+      bad.vertices_m.push_back(from + arm);
+    bad.triangles.push_back({at, at + 1, at + 2});
+  }
+  EXPECT_EQ(refusal(bad), "too-many-vertices");
 }
 
 TEST(CompileMesh, AnySoupGivesASoundMeshOrAnError) {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "control/scene/blend.h"
+#include "control/scene/mesh_triangle.h"
 #include "host-tools/compiler/mesh.h"
 #include "host-tools/error.h"
 #include "tests/support/figure.h"
@@ -65,7 +66,8 @@ TEST(MeshTexture, WeightsAreThoseOfTheMeanNormal) {
   double worst = 0;
   std::size_t on_one_axis = 0;
   for (std::size_t corner = 0; corner < mesh.texture_weights.size(); ++corner) {
-    const std::uint32_t v = mesh.triangles[corner / 3].vertex()->Get(static_cast<std::uint16_t>(corner % 3));
+    const std::uint32_t v =
+        control::vertex_of(mesh.triangles[corner / 3], static_cast<std::uint32_t>(corner % 3));
     const Vector3d square = at(mesh.vertices[v].position_m()).normalized().cwiseAbs2();
     const Vector3d share = (square.array() - 0.2).max(0.0).square();
     const std::uint32_t code = mesh.texture_weights[corner];

@@ -115,6 +115,7 @@ export interface SceneModel {
 
 // Objects that the loops over a mesh reuse.
 const kTriangle = new Triangle();
+const kVertexBits = 0xfffff;
 const kVertex = new Vertex();
 const kPosition = new Position();
 
@@ -247,7 +248,7 @@ function read_mesh(mesh: Mesh): MeshModel {
   const corners = new Uint32Array(mesh.trianglesLength() * 3);
   for (let i = 0; i * 3 < corners.length; ++i) {
     const triangle = required(mesh.triangles(i, kTriangle), 'triangle');
-    corners.set([triangle.vertex0(), triangle.vertex1(), triangle.vertex2()], i * 3);
+    corners.set([triangle.bits0() & kVertexBits, triangle.bits1() & kVertexBits, triangle.bits2() & kVertexBits], i * 3);
   }
   if (corners.some((vertex) => vertex * 3 >= positions.length)) throw new RangeError('vertex');
   const two_sided = flags !== null && flags.some((flag) => flag & TriangleFlag.TwoSided);
