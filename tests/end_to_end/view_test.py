@@ -82,7 +82,7 @@ class Viewer(Rig):
         self.assertEqual(scene["objects"][1]["material"],
                          {"stiffness": 1000, "damping": 2, "static_friction": 0.8, "dynamic_friction": 0.6})
         status, headers, image = http(view.port, "/scene.thim")
-        self.assertEqual((status, image[4:8]), (200, b"THIM"))
+        self.assertEqual((status, image[4:8]), (200, b"THI2"))
         self.assertEqual(headers["content-type"], "application/octet-stream")
 
         free = page.state(lambda s: s.get("mode") == "armed")
