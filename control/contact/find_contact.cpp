@@ -63,9 +63,10 @@ void move_rest(const World& world, const Nearby& nearby, Finger& finger, const V
 // Where the work is spent before the first step of the way is proven free, a shorter way often takes less of it.
 constexpr float kShorter = 0.125F;
 
+const Vec3& middle(const GodObject& god) { return god.is_ball ? god.centre_m : god.position_m; }
+
 Vec3 shorter(const GodObject& from, const Vec3& tip_m) {
-  const Vec3& middle_m = from.is_ball ? from.centre_m : from.position_m;
-  return middle_m + kShorter * (tip_m - middle_m);
+  return middle(from) + kShorter * (tip_m - middle(from));
 }
 
 void fly_towards(const World& world, const Nearby& nearby, GodObject& god, const Vec3& tip_m,
@@ -78,24 +79,29 @@ void fly_towards(const World& world, const Nearby& nearby, GodObject& god, const
   fly(world, nearby, god, shorter(before, tip_m), effort);
 }
 
-// The same for the place without friction. Until it is proven free it keeps its contacts.
-void move_rest_towards(const World& world, const Nearby& nearby, Finger& finger, const Vec3& tip_m,
-                       bool bodies, Effort& effort) {
+// The same for the place without friction, which moves towards `target_m`, on the way to the tip. Until it is proven free it keeps its contacts.
+void move_rest_towards(const World& world, const Nearby& nearby, Finger& finger, const Vec3& target_m,
+                       const Vec3& tip_m, bool bodies, Effort& effort) {
   const GodObject& god = finger.god;
   GodObject& rest = finger.rest;
   const bool from_rest = shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m);
   const GodObject before = from_rest ? rest : god;
-  move_rest(world, nearby, finger, tip_m, bodies, effort);
-  if (!effort.work.is_spent()) return;
-  if (rest.position_m == before.position_m) {
+  move_rest(world, nearby, finger, target_m, bodies, effort);
+  const bool is_short = target_m != tip_m;
+  if (!effort.work.is_spent() && !is_short) return;
+  if (effort.work.is_spent() && rest.position_m == before.position_m) {
     effort.work.open_reserve();
     rest = before;
-    move(world, nearby, rest, shorter(before, tip_m), false, effort);
+    move(world, nearby, rest, shorter(before, target_m), false, effort);
   }
-  // A ball that has left the surface goes on in the air.
-  const Vec3& from_m = before.is_ball ? before.centre_m : before.position_m;
-  const bool flies = rest.is_ball && rest.centre_m != from_m && !is_farther(rest.centre_m, from_m, tip_m);
-  if (rest.count == 0 && !flies) rest = before;
+  const Vec3& from_m = middle(before);
+  const Vec3& to_m = middle(rest);
+  if (world.tip_radius_m > 0.0F) {
+    // One that has left the surface goes on in the air.
+    if (rest.count == 0 && (to_m == from_m || is_farther(to_m, from_m, target_m))) rest = before;
+  } else if (rest.count == 0 || (is_short && is_farther(to_m, from_m, tip_m))) {
+    rest = before;
+  }
 }
 
 // A god object looks for what is near its way before it goes. Where that takes more than the work of a tick it would look at the same again in
@@ -108,19 +114,21 @@ struct Leash {
   Vec3 from_m;
   float way_m = 0.0F;
 
-  Leash(const Finger& finger, const Vec3& tip_m, Work& work)
+  // is_ball: it may move as one (contact/ball.h).
+  Leash(const Finger& finger, const Vec3& tip_m, bool is_ball, Work& work)
       : target_m(tip_m), from_m(leader(finger).position_m) {
+    if (!is_ball) return;
     const Vec3 way = tip_m - from_m;
     way_m = way.norm();
     if (way_m > finger.leash_m) target_m = from_m + finger.leash_m / way_m * way;
     if (finger.leash_m <= kLeast_m) work.open_reserve();  // nothing less is left to try
   }
-  void fit(const World& world, Finger& finger, Work& work) const {
+  void fit(Finger& finger, bool is_tip, Work& work) const {
     constexpr float kLess = 0.25F;
     const bool is_short = way_m > finger.leash_m;
     if (!work.was_spent()) {
       finger.leash_m *= 2.0F;
-    } else if (world.tip_radius_m > 0.0F || leader(finger).position_m == from_m) {
+    } else if (is_tip || leader(finger).position_m == from_m) {
       finger.leash_m = std::max(kLess * std::min(finger.leash_m, way_m), kLeast_m);
     }
     if (is_short) work.exhaust();  // the rest of the way is put off
@@ -147,15 +155,16 @@ bool find_contact(const World& world, const Nearby& nearby, Finger& finger, cons
                   Effort& effort) noexcept {
   GodObject& god = finger.god;
   GodObject& rest = finger.rest;
-  const Leash leash(finger, tip_m, effort.work);
+  const bool is_tip = world.tip_radius_m > 0.0F;
+  const Leash leash(finger, tip_m, is_tip || nearby.several(), effort.work);
   // A new contact: the stiction point is the place where the flight hit the surface (paper, section 3.6).
   if (god.count == 0) fly_towards(world, nearby, god, leash.target_m, effort);
   if (god.count == 0) {
     rest = god;
   } else {
-    move_rest_towards(world, nearby, finger, leash.target_m, bodies, effort);
+    move_rest_towards(world, nearby, finger, leash.target_m, tip_m, bodies, effort);
   }
-  leash.fit(world, finger, effort.work);
+  leash.fit(finger, is_tip, effort.work);
   if (effort.work.was_spent() && rest.count != 0 && !is_pushed(world, finger.resting, rest, tip_m)) {
     finger.click.release();
     return false;
