@@ -165,6 +165,40 @@ std::vector<std::uint32_t> shading_normals(const Surface& surface, const Adjacen
   return at_corner;
 }
 
+// The triangles with their references. One vertex a fan, in the order of first use.
+void add_triangles(const Surface& surface, const Adjacency& adjacency,
+                   const std::vector<Vector3d>& face_normals, const std::string& name, CompiledMesh& mesh) {
+  const std::size_t count = surface.triangles.size();
+  DisjointSets fans = join_corners(adjacency, [](std::uint32_t, std::uint32_t) { return true; });
+  const std::vector<Vector3d> pseudonormals = mean_normals(surface, face_normals, fans);
+  std::vector<std::uint32_t> vertex_of(3 * count, kNoNeighbour);
+  mesh.triangles.reserve(count);
+  for (std::uint32_t t = 0; t < count; ++t) {
+    TriangleIndices corners{};
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const std::uint32_t fan = fans.find(3 * t + i);
+      if (vertex_of[fan] == kNoNeighbour) {
+        vertex_of[fan] = static_cast<std::uint32_t>(mesh.vertices.size());
+        mesh.vertices.emplace_back(to_scene(surface.at_m[surface.triangles[t][i]]),
+                                   control::encode_octahedral(pseudonormals[fan].cast<float>()));
+      }
+      corners[i] = vertex_of[fan];
+    }
+    TriangleIndices beyond{};
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const std::uint32_t neighbour = adjacency.neighbour[3 * t + i];
+      beyond[i] = neighbour == kNoNeighbour ? control::kNoEdge : 3 * (neighbour >> 2U) + (neighbour & 3U);
+    }
+    mesh.triangles.push_back(control::pack_triangle(corners, beyond));
+  }
+  if (mesh.vertices.size() > control::kMaxVertices) {
+    throw Error(ExitCode::kBadInput, "too-many-vertices",
+                name + ": " + std::to_string(mesh.vertices.size()) + " vertices, at most " +
+                    std::to_string(control::kMaxVertices) + " are allowed",
+                "join triangles that have corners in common, or simplify the mesh");
+  }
+}
+
 }  // namespace
 
 CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, const std::string& name) {
@@ -199,36 +233,7 @@ CompiledMesh compile_mesh(const TriangleSoup& soup, const MeshOptions& options, 
   }
   if (options.tip_radius_m > 0.0)
     mesh.rims = tip_rims({surface, tree, adjacency, mesh.flags, face_normals}, options.tip_radius_m);
-  // One vertex a fan, in the order of first use.
-  DisjointSets fans = join_corners(adjacency, [](std::uint32_t, std::uint32_t) { return true; });
-  const std::vector<Vector3d> pseudonormals = mean_normals(surface, face_normals, fans);
-  std::vector<std::uint32_t> vertex_of(3 * count, kNoNeighbour);
-  mesh.triangles.reserve(count);
-  for (std::uint32_t t = 0; t < count; ++t) {
-    TriangleIndices corners{};
-    for (std::uint32_t i = 0; i < 3; ++i) {
-      const std::uint32_t fan = fans.find(3 * t + i);
-      if (vertex_of[fan] == kNoNeighbour) {
-        vertex_of[fan] = static_cast<std::uint32_t>(mesh.vertices.size());
-        mesh.vertices.emplace_back(to_scene(surface.at_m[surface.triangles[t][i]]),
-                                   control::encode_octahedral(pseudonormals[fan].cast<float>()));
-      }
-      corners[i] = vertex_of[fan];
-    }
-    TriangleIndices beyond{};
-    for (std::uint32_t i = 0; i < 3; ++i) {
-      const std::uint32_t neighbour = adjacency.neighbour[3 * t + i];
-      beyond[i] = neighbour == kNoNeighbour ? control::kNoEdge : 3 * (neighbour >> 2U) + (neighbour & 3U);
-    }
-    mesh.triangles.push_back(control::pack_triangle(corners, beyond));
-  }
-  if (mesh.vertices.size() > control::kMaxVertices) {
-    throw Error(ExitCode::kBadInput, "too-many-vertices",
-                name + ": " + std::to_string(mesh.vertices.size()) + " vertices, at most " +
-                    std::to_string(control::kMaxVertices) + " are allowed",
-                "join triangles that have corners in common, or simplify the mesh");
-  }
-
+  add_triangles(surface, adjacency, face_normals, name, mesh);
   // Of a height field, the top hangs together, and each wall alone.
   const auto may_join = [&](std::uint32_t a, std::uint32_t b) {
     return !options.height_field || (face_normals[a].z() > 0.0 && face_normals[b].z() > 0.0);
