@@ -34,13 +34,12 @@ struct ShadedSprings {
 
 // facets_m: where the god object would be without shading. Shading that has given the hand much energy is faded out, as far
 // as the account holds its force back: the facets themselves give none.
-ShadedSprings shaded_springs(const World& world, Finger& finger, const Constraints& held, const Vec3& tip_m,
+ShadedSprings shaded_springs(const World& world, Finger& finger, const Constraints& held,
+                             const FrictionLimits& limits, Vec3 springs_N, const Vec3& tip_m,
                              const Vec3& facets_m, bool shaded) {
-  const FrictionLimits limits = friction_limits(held);
   const bool sticks = limits.static_m > 0.0F;
   const float mean_N_m =
       limits.stiffness_N_m > 0.0F ? limits.stiffness_N_m : held.list[0].material.stiffness_N_m;
-  Vec3 springs_N = spring_force(held);
   if (sticks) springs_N += limits.stiffness_N_m * (finger.god.position_m - finger.rest.position_m);
   const PlacedObject* frame = account_frame(world, finger.rest, held);
   if (frame == nullptr) {
@@ -285,23 +284,31 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
     touch = {Vec3::Zero(), god.position_m, static_cast<std::uint8_t>(rest.count)};
     return;
   }
-  Constraints held = constraints(world_, rest, x, finger.resting);
+  Constraints held;
   const Vec3 facets_m = rest.position_m;
   const bool shaded = shade(world_, nearby, rest, x, held, effort);
+  if (!shaded) find_constraints(world_, rest, x, finger.resting, held);
   // On another surface there is no stiction point yet.
   if (!shares_object(rest, god) ||
       (finger.stuck >= kMostStuck && !is_farther(rest.position_m, god.position_m, x)))
     god = rest;
   const Vec3 before_m = god.position_m;
-  ShadedSprings springs;
-  if (world_.any_shaded) springs = shaded_springs(world_, finger, held, x, facets_m, shaded);
   const bool surfaced = any_surfaced(world_, held);
+  FrictionLimits limits;
+  Vec3 force = Vec3::Zero();
+  ShadedSprings springs;
+  if (world_.any_shaded) {
+    limits = friction_limits(held);
+    force = spring_force(held);
+    springs = shaded_springs(world_, finger, held, limits, force, x, facets_m, shaded);
+  }
+  const Vec3 plain_N = force;
   const bool effects = springs.frame != nullptr && (surfaced || finger.shaded.has_effect());
-  const Vec3 plain_N = effects ? spring_force(held) : Vec3(Vec3::Zero());
   const SurfaceTouch surface = surfaced ? apply_surfaces(world_, rest, x, held) : SurfaceTouch{};
-
-  const FrictionLimits limits = friction_limits(held);
-  Vec3 force = spring_force(held) + surface.along_N;
+  if (surfaced || !world_.any_shaded) {
+    limits = friction_limits(held);
+    force = spring_force(held) + surface.along_N;
+  }
   if (effects) force += finger.shaded.effect(*springs.frame, force - plain_N);
   force += springs.late_N;
   Vec3 friction_N = Vec3::Zero();

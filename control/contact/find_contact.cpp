@@ -84,11 +84,12 @@ void move_rest_towards(const World& world, const Nearby& nearby, Finger& finger,
                        const Vec3& tip_m, bool bodies, Effort& effort) {
   const GodObject& god = finger.god;
   GodObject& rest = finger.rest;
-  const bool from_rest = shares_object(rest, god) && !is_farther(rest.position_m, god.position_m, tip_m);
-  const GodObject before = from_rest ? rest : god;
+  const GodObject last = rest;
   move_rest(world, nearby, finger, target_m, bodies, effort);
   const bool is_short = target_m != tip_m;
   if (!effort.work.is_spent() && !is_short) return;
+  const bool from_last = shares_object(last, god) && !is_farther(last.position_m, god.position_m, tip_m);
+  const GodObject& before = from_last ? last : god;
   if (effort.work.is_spent() && rest.position_m == before.position_m) {
     effort.work.open_reserve();
     rest = before;

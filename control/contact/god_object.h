@@ -103,8 +103,8 @@ std::size_t contact_normals(const World& world, const GodObject& god,
                             std::span<Vec3, kMaxContacts> normals) noexcept;
 
 // The contact constraints: splits god - tip over the planes that hold the god object, sum of lambda n = god -
-// tip, lambda >= 0. resting: of the finger (contact/planes.h).
-[[nodiscard]] Constraints constraints(const World& world, const GodObject& god, const Vec3& tip,
-                                      Resting& resting) noexcept;
+// tip, lambda >= 0. resting: of the finger (contact/planes.h). Replaces what `held` was.
+void find_constraints(const World& world, const GodObject& god, const Vec3& tip, Resting& resting,
+                      Constraints& held) noexcept;
 
 }  // namespace thimble::control

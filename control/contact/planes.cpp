@@ -98,10 +98,10 @@ std::size_t contact_normals(const World& world, const GodObject& god,
   return count;
 }
 
-Constraints constraints(const World& world, const GodObject& god, const Vec3& tip,
-                        Resting& resting) noexcept {
-  Constraints out;
-  if (god.count == 0) return out;
+void find_constraints(const World& world, const GodObject& god, const Vec3& tip, Resting& resting,
+                      Constraints& held) noexcept {
+  held.count = 0;
+  if (god.count == 0) return;
   const Vec3 pull = god.position_m - tip;
   if (god.count > 1 || god.contacts[0].feature.kind != 0) {
     const Planes& planes = resting.planes_at(world, god);
@@ -112,25 +112,24 @@ Constraints constraints(const World& world, const GodObject& god, const Vec3& ti
       for (std::size_t i = 0; i < projection.count; ++i) {
         const std::size_t contact = planes.contact[projection.holding[i]];
         const std::uint8_t object = god.contacts[contact].object;
-        out.list[i] = {object,
-                       planes.plane[projection.holding[i]].normal,
-                       projection.lambda_m[static_cast<Eigen::Index>(i)],
-                       world.objects[object].material,
-                       static_cast<std::uint8_t>(contact),
-                       to_place(world, god, contact)};
+        held.list[i] = {object,
+                        planes.plane[projection.holding[i]].normal,
+                        projection.lambda_m[static_cast<Eigen::Index>(i)],
+                        world.objects[object].material,
+                        static_cast<std::uint8_t>(contact),
+                        to_place(world, god, contact)};
       }
-      out.count = projection.count;
-      if (out.count > 0) return out;
+      held.count = projection.count;
+      if (held.count > 0) return;
     }
   }
   // One surface: it pushes along the line to the tip, which is its normal when the god object is at rest.
   const float depth = pull.norm();
-  out.count = 1;
+  held.count = 1;
   const std::uint8_t object = god.contacts[0].object;
-  out.list[0] = {object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()),
-                 depth,  world.objects[object].material,
-                 0,      to_place(world, god, 0)};
-  return out;
+  held.list[0] = {object, depth > 0.0F ? Vec3(pull / depth) : Vec3(Vec3::Zero()),
+                  depth,  world.objects[object].material,
+                  0,      to_place(world, god, 0)};
 }
 
 }  // namespace thimble::control

@@ -15,6 +15,7 @@ constexpr float kHeldSpeed_m_s = 0.015F;
 Vec3 damping_force(const World& world, const Bodies& bodies, const Constraint& c, const Vec3& god_m,
                    const Vec3& velocity) {
   const Material& m = c.material;
+  if (!(m.damping_N_s_m > 0.0F)) return Vec3::Zero();
   const float speed =
       relative_velocity(world.objects[c.object], bodies, god_m + c.to_place_m, velocity).dot(c.normal);
   return damping_force_N(m.stiffness_N_m * c.lambda_m, m.damping_N_s_m, speed) * c.normal;

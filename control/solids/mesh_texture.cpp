@@ -16,10 +16,18 @@ using namespace topology;  // NOLINT(google-build-using-namespace): this file is
 
 namespace {
 
+using Slope = Eigen::Vector2f;
+
 // What each corner counts at a place on the triangle; their sum is 1.
 struct Shares {
   std::array<float, 3> share{};
-  std::array<Vec3, 3> slope{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};  // gradient, in the triangle's plane
+  // Their gradients, by the barycentric coordinates of corners 1 and 2, and the gradients of these, 1/m.
+  std::array<Slope, 3> slope{Slope::Zero(), Slope::Zero(), Slope::Zero()};
+  std::array<Vec3, 2> coordinate_slope{Vec3::Zero(), Vec3::Zero()};
+
+  [[nodiscard]] Vec3 in_space(const Slope& by) const {
+    return by[0] * coordinate_slope[0] + by[1] * coordinate_slope[1];
+  }
 };
 
 // With the barycentric coordinates b, and t the foot of the perpendicular to edge k (opposite corner k, from corner i
@@ -38,24 +46,25 @@ Shares corner_shares(const std::array<Vec3, 3>& corner, const Vec3& at) {
     out.share[0] = 1.0F;
     return out;
   }
-  std::array<float, 3> b;
-  std::array<Vec3, 3> db;
-  for (std::uint32_t k = 0; k < 3; ++k) {
-    db[k] = normal.cross(edge[k]) / area2;
-    b[k] = std::max(db[k].dot(at - corner[next(k)]), 0.0F);
-  }
+  const float per_area2 = 1.0F / area2;
+  out.coordinate_slope = {per_area2 * normal.cross(edge[1]), per_area2 * normal.cross(edge[2])};
+  const std::array<Slope, 3> db{Slope(-1.0F, -1.0F), Slope(1.0F, 0.0F), Slope(0.0F, 1.0F)};
+  const Vec3 from = at - corner[0];
+  std::array<float, 3> b{0.0F, out.coordinate_slope[0].dot(from), out.coordinate_slope[1].dot(from)};
+  b[0] = 1.0F - b[1] - b[2];
+  for (float& coordinate : b) coordinate = std::max(coordinate, 0.0F);
   float sum = 0.0F;
-  Vec3 sum_slope = Vec3::Zero();
+  Slope sum_slope = Slope::Zero();
   for (std::uint32_t k = 0; k < 3; ++k) {
     const std::uint32_t i = next(k);
     const std::uint32_t j = previous(k);
     const float both = b[i] * b[j];
     const float count = both * both;
-    const Vec3 count_slope = 2.0F * both * (b[j] * db[i] + b[i] * db[j]);
-    const Vec3 along = edge[k] / edge[k].squaredNorm();
-    const float t = std::clamp(along.dot(at - corner[i]), 0.0F, 1.0F);
+    const Slope count_slope = 2.0F * both * (b[j] * db[i] + b[i] * db[j]);
+    const float foot = -edge[k].dot(edge[j]) / edge[k].squaredNorm();  // t at corner k
+    const float t = std::clamp(b[j] + foot * b[k], 0.0F, 1.0F);
     const float s = t * t * (3.0F - 2.0F * t);
-    const Vec3 counted_slope = count * 6.0F * t * (1.0F - t) * along;
+    const Slope counted_slope = count * 6.0F * t * (1.0F - t) * (db[j] + foot * db[k]);
     out.share[i] += count * (1.0F - s);
     out.share[j] += count * s;
     out.slope[i] += (1.0F - s) * count_slope - counted_slope;
@@ -69,9 +78,10 @@ Shares corner_shares(const std::array<Vec3, 3>& corner, const Vec3& at) {
     out.share[static_cast<std::size_t>(std::max_element(b.begin(), b.end()) - b.begin())] = 1.0F;
     return out;
   }
+  const float per_sum = 1.0F / sum;
   for (std::uint32_t k = 0; k < 3; ++k) {
-    out.share[k] /= sum;
-    out.slope[k] = (out.slope[k] - out.share[k] * sum_slope) / sum;
+    out.share[k] *= per_sum;
+    out.slope[k] = per_sum * (out.slope[k] - out.share[k] * sum_slope);
   }
   return out;
 }
@@ -101,12 +111,14 @@ bool blend_on_mesh(const ShapeData& shape, const SurfacePoint& place, Blend& ble
   if (code[1] == code[0] && code[2] == code[0]) return true;
   const Shares shares = corner_shares(mesh, place);
   blend.weight.setZero();
+  std::array<Slope, 3> slope{Slope::Zero(), Slope::Zero(), Slope::Zero()};
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3 weight = axis_weights(code[k]);
     blend.weight += shares.share[k] * weight;
-    for (int axis = 0; axis < 3; ++axis)
-      blend.slope[static_cast<std::size_t>(axis)] += weight[axis] * shares.slope[k];
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      slope[axis] += weight[static_cast<Eigen::Index>(axis)] * shares.slope[k];
   }
+  for (std::size_t axis = 0; axis < 3; ++axis) blend.slope[axis] = shares.in_space(slope[axis]);
   return true;
 }
 
@@ -124,6 +136,9 @@ Chart chart_on_mesh(const ShapeData& shape, const SurfacePoint& place) {
   Chart chart;
   chart.in_space = true;
   chart.strength = 0.0F;
+  Slope u_slope = Slope::Zero();
+  Slope v_slope = Slope::Zero();
+  Slope strength_slope = Slope::Zero();
   for (std::uint32_t k = 0; k < 3; ++k) {
     const scene::TexturePoint& corner = mesh.texture_points[corners[k]];
     const Vec3 du = to_vec(corner.du());
@@ -133,11 +148,16 @@ Chart chart_on_mesh(const ShapeData& shape, const SurfacePoint& place) {
     const float v_m = corner.v_m() - first.v_m() + dv.dot(from_corner);
     chart.u_m += shares.share[k] * u_m;
     chart.v_m += shares.share[k] * v_m;
-    chart.du += shares.share[k] * du + u_m * shares.slope[k];
-    chart.dv += shares.share[k] * dv + v_m * shares.slope[k];
+    chart.du += shares.share[k] * du;
+    chart.dv += shares.share[k] * dv;
     chart.strength += shares.share[k] * corner.strength();
-    chart.strength_slope += corner.strength() * shares.slope[k];
+    u_slope += u_m * shares.slope[k];
+    v_slope += v_m * shares.slope[k];
+    strength_slope += corner.strength() * shares.slope[k];
   }
+  chart.du += shares.in_space(u_slope);
+  chart.dv += shares.in_space(v_slope);
+  chart.strength_slope = shares.in_space(strength_slope);
   chart.u_m += first.u_m();
   chart.v_m += first.v_m();
   return chart;
