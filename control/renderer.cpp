@@ -118,6 +118,14 @@ void begin(const World& world, Finger& finger, const Vec3& tip_m, Effort& effort
   finger.inside = solids_around(world, ~SolidSet{0}, tip_m, effort);
 }
 
+Vec3 click_force(const World& world, const Bodies& bodies, Finger& finger, const Constraints& held,
+                 const Tip& tip, const Vec3& damping, float period_s) {
+  const PlacedObject& met = world.objects[held.list[0].object];
+  const Vec3 place_m = finger.god.position_m + held.list[0].to_place_m;
+  const Vec3 velocity = relative_velocity(met, bodies, place_m, tip.velocity_m_s);
+  return finger.click.tick(world, held, {tip.position_m, velocity}, damping, period_s);
+}
+
 bool any_surfaced(const World& world, const Constraints& held) {
   for (std::size_t i = 0; i < held.count; ++i) {
     if (world.objects[held.list[i].object].surfaced) return true;
@@ -341,10 +349,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   force +=
       damping + damping_along(world_, bodies_, finger, held, tip.velocity_m_s, friction_N, limits, period_s);
   if (surfaced && held.count > 0) {
-    const PlacedObject& met = world_.objects[held.list[0].object];
-    const Vec3 velocity =
-        relative_velocity(met, bodies_, god.position_m + held.list[0].to_place_m, tip.velocity_m_s);
-    force += finger.click.tick(world_, held, {x, velocity}, damping, period_s);
+    force += click_force(world_, bodies_, finger, held, tip, damping, period_s);
   } else {
     finger.click.release();
   }
