@@ -80,6 +80,11 @@ Vec3 slip_shaded(Finger& finger, ShadedSprings& springs, const Constraints& held
 // the friction for ever, while the tip goes on. After so many ticks the stiction point goes to it.
 constexpr std::uint8_t kMostStuck = 2;
 
+void count_stuck(Finger& finger, const Work& work, const Vec3& before_m) {
+  const bool stuck = work.was_spent() && finger.stuck < kMostStuck && finger.god.position_m == before_m;
+  finger.stuck = stuck ? static_cast<std::uint8_t>(finger.stuck + 1) : std::uint8_t{0};
+}
+
 bool unlike_stiffness(const Constraints& held) {
   for (std::size_t i = 1; i < held.count; ++i)
     if (held.list[i].material.stiffness_N_m != held.list[0].material.stiffness_N_m) return true;
@@ -116,14 +121,6 @@ void begin(const World& world, Finger& finger, const Vec3& tip_m, Effort& effort
   finger.god.position_m = tip_m;
   finger.rest = finger.god;
   finger.inside = solids_around(world, ~SolidSet{0}, tip_m, effort);
-}
-
-Vec3 click_force(const World& world, const Bodies& bodies, Finger& finger, const Constraints& held,
-                 const Tip& tip, const Vec3& damping, float period_s) {
-  const PlacedObject& met = world.objects[held.list[0].object];
-  const Vec3 place_m = finger.god.position_m + held.list[0].to_place_m;
-  const Vec3 velocity = relative_velocity(met, bodies, place_m, tip.velocity_m_s);
-  return finger.click.tick(world, held, {tip.position_m, velocity}, damping, period_s);
 }
 
 bool any_surfaced(const World& world, const Constraints& held) {
@@ -326,8 +323,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
       const Vec3 stuck_m = god.position_m;
       const bool one = shaded || rest.count == 1;
       move(world_, nearby, god, (one ? rest.position_m : x) + slip.offset_m, one, effort);
-      // A shaded rest position is not the point nearest to the tip; the energy account below covers what such
-      // a slip could give.
+      // A shaded rest position is not the nearest; the energy account covers what such a slip could give.
       const Vec3& nearest_to_m = shaded ? rest.position_m : x;
       if (god.count == 0 || !loosens(god.position_m, stuck_m, rest.position_m, nearest_to_m)) god = rest;
       if (springs.frame != nullptr)
@@ -338,9 +334,7 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   } else {
     god = rest;
   }
-  const bool stuck = effort.work.was_spent() && finger.stuck < kMostStuck && god.position_m == before_m;
-  finger.stuck = stuck ? static_cast<std::uint8_t>(finger.stuck + 1) : std::uint8_t{0};
-
+  count_stuck(finger, effort.work, before_m);
   if (!world_.one_potential) {
     const Spring spring = spring_of(finger, held, springs, {x, force, friction_N, surface, surfaced});
     force *= passive_scale(world_, finger, held, x, spring, !shaded && surface.potential);
@@ -349,7 +343,10 @@ void Renderer::touch(Finger& finger, const Tip& tip, float period_s, TriangleCac
   force +=
       damping + damping_along(world_, bodies_, finger, held, tip.velocity_m_s, friction_N, limits, period_s);
   if (surfaced && held.count > 0) {
-    force += click_force(world_, bodies_, finger, held, tip, damping, period_s);
+    const PlacedObject& met = world_.objects[held.list[0].object];
+    const Vec3 velocity =
+        relative_velocity(met, bodies_, god.position_m + held.list[0].to_place_m, tip.velocity_m_s);
+    force += finger.click.tick(world_, held, {x, velocity}, damping, period_s);
   } else {
     finger.click.release();
   }
