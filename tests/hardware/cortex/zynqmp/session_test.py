@@ -35,7 +35,7 @@ class Session(ZynqmpRig):
         self.ok("param", "set", "lost_ticks", "1", "--device", board.uri)  # one lost period is a fault
         self.touch(board)
         before = self.ok_json("info", "--device", board.uri)["state"]["tick"]
-        uploaded = self.ok_json("upload", self.ball_scene(14), "--device", board.uri, timeout=100)
+        uploaded = self.ok_json("upload", self.ball_scene(16), "--device", board.uri, timeout=100)
         self.assertGreater(uploaded["bytes"], 30000)
         info = self.ok_json("info", "--device", board.uri)
         self.assertEqual((info["scene"], info["state"]["mode"], info["state"]["fault"]), ("ball", "armed", 0))
