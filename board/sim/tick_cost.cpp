@@ -18,8 +18,8 @@ constexpr std::array<BoardCost, 4> kBoards = {{
     {"linux", "", 0.0, {}},
     {"sim", "", 0.0, {}},
 }};
-constexpr double kWorstFactor = 1.4;
-constexpr double kRecord = 5500.0;  // of a tick that publishes a record of telemetry
+constexpr double kWorstFactor = 1.5;
+constexpr double kRecord = 6500.0;  // of a tick that publishes a record of telemetry
 
 }  // namespace
 

@@ -678,7 +678,8 @@ TEST(CompileMesh, RefusesWhatCannotBeTouched) {
   bad = {};
   while (bad.vertices_m.size() <= control::kMaxVertices) {
     const auto at = static_cast<std::uint32_t>(bad.vertices_m.size());
-    const Vector3d from = 1e-4 * Vector3d(at / 3 % 600, at / 1800, 0);
+    const std::uint32_t column = at / 3 % 600, row = at / 1800;
+    const Vector3d from = 1e-4 * Vector3d(column, row, 0);
     for (const Vector3d& arm : {Vector3d(0, 0, 0), Vector3d(5e-5, 0, 0), Vector3d(0, 5e-5, 0)})
       bad.vertices_m.push_back(from + arm);
     bad.triangles.push_back({at, at + 1, at + 2});
