@@ -205,7 +205,7 @@ class Hosts(Rig):
 
     def test_one_upload_at_a_time(self):
         slow = self.proxy(self.device.port, LinkFaults(delay_s=0.002), 3)
-        first = self.start("upload", self.image(self.ball_scene(60, name="first")), "--device", slow.uri)
+        first = self.start("upload", self.image(self.ball_scene(80, name="first")), "--device", slow.uri)
         for line in first.stderr:
             if int(line.split()[0]) >= 10:
                 break
