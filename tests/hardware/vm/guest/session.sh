@@ -35,7 +35,7 @@ session canfd:vcan0
 end_record
 requests='18DA01F[2-9A-D]##' answers='18DAF[2-9A-D]01##'  # of hosts that claimed an address
 figure "$(grep -c "$requests" /tmp/fd.log) FD frames of requests, $(grep -c "$answers" /tmp/fd.log) of answers"
-[ "$(grep -c "$requests" /tmp/fd.log)" -gt 250 ] || die 'the upload had no FD frames'
+[ "$(grep -c "$requests" /tmp/fd.log)" -gt 200 ] || die 'the upload had no FD frames'
 [ "$(grep -c "$answers" /tmp/fd.log)" -gt 20 ] || die 'the answers were no FD frames'
 [ "$(grep -o "$requests" /tmp/fd.log | sort -u | wc -l)" -gt 5 ] || die 'the commands had the same address'
 
