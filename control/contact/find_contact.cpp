@@ -126,6 +126,7 @@ struct Leash {
   }
   void fit(Finger& finger, bool is_tip, Work& work) const {
     constexpr float kLess = 0.25F;
+    if (way_m == 0.0F) return;
     const bool is_short = way_m > finger.leash_m;
     if (!work.was_spent()) {
       finger.leash_m *= 2.0F;
