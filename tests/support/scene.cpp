@@ -133,8 +133,8 @@ host::TriangleSoup as_soup(const host::CompiledMesh& mesh) {
     soup.vertices_m.push_back(Eigen::Vector3f(p.x(), p.y(), p.z()).cast<double>());
   }
   for (const scene::Triangle& triangle : mesh.triangles) {
-    soup.triangles.push_back({control::vertex_of(triangle, 0), control::vertex_of(triangle, 1),
-                              control::vertex_of(triangle, 2)});
+    soup.triangles.push_back(
+        {control::vertex_of(triangle, 0), control::vertex_of(triangle, 1), control::vertex_of(triangle, 2)});
   }
   return soup;
 }
