@@ -10,7 +10,7 @@ command -v npm >/dev/null || packages_to_build+=(nodejs npm)
 packages_to_check=(
   binutils chromium clang clang-format clang-tidy cpio device-tree-compiler g++-aarch64-linux-gnu g++-arm-linux-gnueabihf gcc-12
   gcc-arm-none-eabi git libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make python3-can python3-canmatrix python3-matplotlib qemu-system-arm qemu-system-x86 qemu-user strace
-  systemd tshark valgrind xz-utils
+  systemd tshark valgrind verilator xz-utils yosys z3
 )
 
 install_packages() {

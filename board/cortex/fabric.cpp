@@ -24,6 +24,11 @@ bool Fabric::present() const noexcept {
   return registers_->id == kFabricId && registers_->version == kFabricVersion;
 }
 
+void Fabric::start_watchdog(std::uint32_t timeout_us) const noexcept {
+  registers_->watchdog_us = timeout_us;
+  off();
+}
+
 void Fabric::latch(firmware::Inputs& inputs) const noexcept {
   registers_->latch = 1;
   std::atomic_thread_fence(std::memory_order_seq_cst);

@@ -47,9 +47,11 @@ inline constexpr std::uint32_t kArmLineDrivesGood = 1U << 1U;
 class Fabric {
  public:
   Fabric(std::uintptr_t base, std::uint8_t arms) noexcept;
-  void start_watchdog(std::uint32_t timeout_us) const noexcept { registers_->watchdog_us = timeout_us; }
 
   [[nodiscard]] bool present() const noexcept;
+  // Last before the first tick: the watchdog has expired since the constructor if the start took longer, and its trip, which
+  // reads as a drive fault, ends with the commit without enables that this does.
+  void start_watchdog(std::uint32_t timeout_us) const noexcept;
   void latch(firmware::Inputs& inputs)
       const noexcept;  // fills all except time and tick; samples belong to inputs.tick
   void commit(const firmware::Outputs& outputs) const noexcept;

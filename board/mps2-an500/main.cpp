@@ -132,10 +132,10 @@ extern "C" void run_board() {
   config.board = "mps2-an500";
   config.reset_reason = take_restart_reason();
   const StopPath stop = saved_stop_path(storage, kRate_Hz);
-  logic.start_watchdog(stop.timeout_us);
   config.lacks = !logic.present() ? "no_fabric" : !storage.present() ? "no_eeprom" : stop.lacks;
   static firmware::Controller the_controller(config, storage);
   controller = &the_controller;
+  logic.start_watchdog(stop.timeout_us);
   clock::start(kRate_Hz);
   start_watchdog(stop.timeout_us);
   run();

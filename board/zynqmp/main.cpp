@@ -164,13 +164,13 @@ extern "C" void run_board() {
   config.board = "zynqmp";
   config.reset_reason = reason.name;
   const StopPath stop = saved_stop_path(storage, kRate_Hz);
-  logic.start_watchdog(stop.timeout_us);
   config.lacks = !logic.present() ? "no_fabric" : !nor.present() ? "no_flash" : stop.lacks;
   config.pause = run_due_tick;
   static firmware::Controller the_controller(config, storage);
   controller = &the_controller;
   static Can the_can(at<CanRegisters>(kCan0), *kCanTiming, kCanBitrate, kNode);
   can = &the_can;
+  logic.start_watchdog(stop.timeout_us);
   clock::start_ticks(kRate_Hz);
   start_watchdog(kLsbusClock_Hz, kWatchdog_ms);
   run();
