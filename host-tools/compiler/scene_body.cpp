@@ -25,7 +25,7 @@ bool is_guided(scene::Motion motion) {  // along or about an axis, as a control 
 
 // A key that does not apply to the body's motion is an error.
 void refuse_senseless_keys(const ScenePart& part, scene::Motion motion) {
-  const std::string word(scene_key(part.kind(), "motion").words.at(static_cast<std::size_t>(motion)));
+  const std::string word(key_of(part.kind(), "motion").words.at(static_cast<std::size_t>(motion)));
   const auto only = [&](std::string_view key, bool sensible) {
     if (part.has(key) && !sensible) {
       part.at(key).fail("senseless-key", "has no meaning, for motion is \"" + word + "\"", "leave it out");

@@ -1,27 +1,24 @@
-// The table of the scene file's keys, a row a key: its name, what its value may be (scene_key_values.h) and a
+// The table of the scene file's keys, a row a key: its name, what its value may be (host-tools/keys/key_values.h) and a
 // text for people. The keys of the primitive shapes are in scene_shape.cpp.
 #include "host-tools/compiler/scene_keys.h"
 
-#include <algorithm>
-#include <stdexcept>
-#include <utility>
-
 #include "control/scene/limits.h"
-#include "host-tools/compiler/scene_key_values.h"
 #include "host-tools/compiler/scene_shape.h"
+#include "host-tools/keys/key_values.h"
+#include "host-tools/keys/schema.h"
 
 namespace thimble::host {
 namespace keys {
 namespace {
 
-using Kinds = std::vector<SceneKind>;
+using Kinds = KeyTable;
 
 constexpr double kMaxTurn_deg = 5729.0;      // just below control::kMaxTurn_rad
 constexpr double kMinPitch_deg = 0.0057296;  // just above control::kMinDetentPitch
 constexpr double kMaxSource = 1.0e6;
 constexpr std::size_t kMaxInclusions = 64;
 
-SceneKind& add(Kinds& kinds, std::string_view name, const char* what, std::string_view for_people = {}) {
+FileKind& add(Kinds& kinds, std::string_view name, const char* what, std::string_view for_people = {}) {
   kinds.push_back({name, what, for_people});
   return kinds.back();
 }
@@ -53,7 +50,7 @@ void add_scene(Kinds& kinds) {
                 "A material, or the name of one of the scene's materials.")
       .optional("body", part("body"));
 
-  SceneKind& shape = add(kinds, "shape", "a shape", "Exactly one shape.");
+  FileKind& shape = add(kinds, "shape", "a shape", "Exactly one shape.");
   for (const std::string_view word : shape_words()) shape.alternative(word, part(word));
 }
 
@@ -268,7 +265,7 @@ void add_slide_control(Kinds& kinds) {
       .optional("low_m", number(from(-kMaxCoordinate, 0, "m")).by_default(-kMaxCoordinate))
       .optional("high_m", number(from(0, kMaxCoordinate, "m")).by_default(kMaxCoordinate))
       .optional("detents", part("slide_detents"))
-      .optional("curve_m_N", curve(kCoordinate), kCurve)
+      .optional("curve_m_N", curve(kCoordinate, kMaxCurvePoints, written(kMaxControlEffort)), kCurve)
       .optional("switch", part("slide_switch"));
 
   add(kinds, "slide_detents", "detents", kDetents)
@@ -293,7 +290,7 @@ void add_turn_control(Kinds& kinds) {
       .optional("low_deg", number(from(-kMaxTurn_deg, 0, "degrees")).by_default(-kMaxTurn_deg))
       .optional("high_deg", number(from(0, kMaxTurn_deg, "degrees")).by_default(kMaxTurn_deg))
       .optional("detents", part("turn_detents"))
-      .optional("curve_deg_N_m", curve(turn), kCurve)
+      .optional("curve_deg_N_m", curve(turn, kMaxCurvePoints, written(kMaxControlEffort)), kCurve)
       .optional("switch", part("turn_switch"));
 
   add(kinds, "turn_detents", "detents", kDetents)
@@ -324,57 +321,17 @@ Kinds table() {
 }  // namespace
 }  // namespace keys
 
-KeyValue KeyValue::by_default(double number) const {
-  KeyValue value = *this;
-  value.default_numbers = {number};
-  return value;
-}
-
-KeyValue KeyValue::by_default(double x, double y, double z) const {
-  KeyValue value = *this;
-  value.default_numbers = {x, y, z};
-  return value;
-}
-
-KeyValue KeyValue::by_default(std::string_view word) const {
-  KeyValue value = *this;
-  value.default_word = word;
-  return value;
-}
-
-SceneKind& SceneKind::required(std::string_view key, KeyValue value, std::string_view for_people) {
-  keys.push_back({std::move(value), key, true, for_people});
-  key_names.push_back(key);
-  return *this;
-}
-
-SceneKind& SceneKind::optional(std::string_view key, KeyValue value, std::string_view for_people) {
-  keys.push_back({std::move(value), key, false, for_people});
-  key_names.push_back(key);
-  return *this;
-}
-
-SceneKind& SceneKind::alternative(std::string_view key, KeyValue value, std::string_view for_people) {
-  exactly_one = true;
-  return optional(key, std::move(value), for_people);
-}
-
-const std::vector<SceneKind>& scene_kinds() {
-  static const std::vector<SceneKind> kKinds = keys::table();
+const KeyTable& scene_kinds() {
+  static const KeyTable kKinds = keys::table();
   return kKinds;
 }
 
-const SceneKind& scene_kind(std::string_view name) {
-  const auto found = std::ranges::find(scene_kinds(), name, &SceneKind::name);
-  if (found == scene_kinds().end()) throw std::logic_error("no such kind: " + std::string(name));
-  return *found;
-}
+const FileKind& scene_kind(std::string_view name) { return kind_of(scene_kinds(), name); }
 
-const SceneKey& scene_key(const SceneKind& kind, std::string_view name) {
-  const auto found = std::ranges::find(kind.keys, name, &SceneKey::name);
-  if (found == kind.keys.end())
-    throw std::logic_error(std::string(kind.name) + " has no key " + std::string(name));
-  return *found;
+std::string scene_schema() {
+  return schema_text("Thimble scene, version 1",
+                     "Generated from host-tools/compiler/scene_keys.cpp; compiler_test compares.", "scene",
+                     scene_kinds());
 }
 
 }  // namespace thimble::host

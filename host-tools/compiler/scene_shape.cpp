@@ -3,8 +3,8 @@
 #include <array>
 
 #include "control/scene/shape_table.h"
-#include "host-tools/compiler/scene_key_values.h"
 #include "host-tools/compiler/to_scene.h"
+#include "host-tools/keys/key_values.h"
 
 namespace thimble::host {
 namespace {
@@ -88,12 +88,11 @@ SceneShape read_as(const Value& value) {
 }
 
 // Returns the kind of the shape's keys.
-SceneKind& add_primitive(std::vector<SceneShapeRow>& rows, scene::Shape kind,
-                         SceneShape (*read)(const Value&), std::string_view word, const char* what,
-                         std::string_view text = {}) {
+FileKind& add_primitive(std::vector<SceneShapeRow>& rows, scene::Shape kind, SceneShape (*read)(const Value&),
+                        std::string_view word, const char* what, std::string_view text = {}) {
   const bool may_move = control::shape_row(kind).mobility == control::Mobility::kMovable;
   rows.push_back({word, kind, may_move, read});
-  return rows.back().keys.emplace(SceneKind{word, what, text});
+  return rows.back().keys.emplace(FileKind{word, what, text});
 }
 
 std::vector<SceneShapeRow> shape_rows() {

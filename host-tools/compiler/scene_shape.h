@@ -43,7 +43,7 @@ struct SceneShapeRow {
   scene::Shape kind;      // in the image
   bool may_move;          // as a body
   SceneShape (*read)(const Value& value);
-  std::optional<SceneKind> keys = {};  // of a primitive shape; scene_keys.cpp has those of the others
+  std::optional<FileKind> keys = {};  // of a primitive shape; scene_keys.cpp has those of the others
 };
 
 [[nodiscard]] std::span<const SceneShapeRow> scene_shapes();

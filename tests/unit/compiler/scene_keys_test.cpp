@@ -21,9 +21,9 @@
 namespace thimble::test {
 namespace {
 
+using host::FileKey;
+using host::FileKind;
 using host::KeyType;
-using host::SceneKey;
-using host::SceneKind;
 
 std::string source_text(const std::string& path) {
   std::ifstream in(std::filesystem::path(THIMBLE_SOURCE_DIR) / path);
@@ -41,9 +41,9 @@ TEST(SceneKeys, TheSchemaFileIsTheTable) {
 
 TEST(SceneKeys, EveryPartIsAKindAndEveryKindIsUsed) {
   std::set<std::string_view> used{"scene"};
-  for (const SceneKind& kind : host::scene_kinds()) {
+  for (const FileKind& kind : host::scene_kinds()) {
     std::set<std::string_view> names;
-    for (const SceneKey& key : kind.keys) {
+    for (const FileKey& key : kind.keys) {
       EXPECT_TRUE(names.insert(key.name).second) << kind.name << " has " << key.name << " twice";
       const bool parts = key.type == KeyType::kPart || key.type == KeyType::kList ||
                          key.type == KeyType::kNamedParts || key.type == KeyType::kPartOrName;
@@ -98,7 +98,7 @@ bool says(const std::string& row, double value) {
 }
 
 // A row with the key that gives both ends of its range, or names the kind of number that the page defines once ("a length").
-bool row_says_range(const std::string& row, const SceneKey& key) {
+bool row_says_range(const std::string& row, const FileKey& key) {
   const bool length = key.range.least == 1e-5 && key.range.most == 10.0;
   if (length && (row.find("length") != std::string::npos || row.find("lengths") != std::string::npos))
     return true;
@@ -106,7 +106,7 @@ bool row_says_range(const std::string& row, const SceneKey& key) {
   return end(key.range.least) && end(key.range.most);
 }
 
-bool row_says_default(const std::string& row, const SceneKey& key) {
+bool row_says_default(const std::string& row, const FileKey& key) {
   const std::string last =
       row.substr(row.rfind(" | ") == std::string::npos ? 0 : row.rfind(" | ", row.size() - 3));
   if (key.required)
@@ -120,8 +120,8 @@ TEST(SceneKeys, TheDocumentationHasEveryKeyWithItsRangeAndDefault) {
   const auto rows = rows_by_key();
   const std::string page = source_text("docs/scene-format.md");
   std::size_t keys = 0;
-  for (const SceneKind& kind : host::scene_kinds()) {
-    for (const SceneKey& key : kind.keys) {
+  for (const FileKind& kind : host::scene_kinds()) {
+    for (const FileKey& key : kind.keys) {
       const std::string place = std::string(kind.name) + "/" + std::string(key.name);
       const std::string name(key.name);
       ASSERT_NE(page.find("`" + name + "`"), std::string::npos) << place << " is not in docs/scene-format.md";

@@ -21,8 +21,8 @@
 namespace thimble::test {
 namespace {
 
+using host::FileKey;
 using host::KeyType;
-using host::SceneKey;
 using nlohmann::json;
 
 // A scene of one object, and where in the object a part of the kind is.
@@ -162,7 +162,7 @@ std::string refused_as(const json& scene, std::string* cause = nullptr) {
 }
 
 // All numbers of the key's value are this one; of rows, the first: the others are in the middle of the range.
-json value_of(const SceneKey& key, double number) {
+json value_of(const FileKey& key, double number) {
   if (key.type == KeyType::kPair) return {number, number};
   if (key.type == KeyType::kVector) return {number, number, number};
   if (key.type == KeyType::kRows || key.type == KeyType::kRowsOrFile) {
@@ -188,7 +188,7 @@ std::string accepted_as(const std::string& place) {
   return found == never_alone().end() ? "nothing refused" : found->second;
 }
 
-bool ranged(const SceneKey& key) {
+bool ranged(const FileKey& key) {
   return key.type == KeyType::kNumber || key.type == KeyType::kPair || key.type == KeyType::kVector ||
          key.type == KeyType::kRows || key.type == KeyType::kRowsOrFile;
 }
@@ -221,7 +221,7 @@ TEST(SceneRanges, BothEndsAreAcceptedAndNothingBeyond) {
   for (const Sample& sample : samples()) {
     const json whole = json::parse(sample.object);
     ASSERT_EQ(refused_as(scene_with(whole)), "nothing refused") << sample.kind << ": " << sample.object;
-    for (const SceneKey& key : host::scene_kind(sample.kind).keys) {
+    for (const FileKey& key : host::scene_kind(sample.kind).keys) {
       if (!ranged(key)) continue;
       const std::string name = sample.kind + "/" + std::string(key.name);
       const auto with = [&](double number, const std::string& end) {
@@ -255,8 +255,8 @@ TEST(SceneRanges, BothEndsAreAcceptedAndNothingBeyond) {
     }
   }
   // Every key of the table with a range.
-  for (const host::SceneKind& kind : host::scene_kinds())
-    for (const SceneKey& key : kind.keys)
+  for (const host::FileKind& kind : host::scene_kinds())
+    for (const FileKey& key : kind.keys)
       if (ranged(key) && kind.name != "scene") {
         EXPECT_TRUE(tried.contains(std::string(kind.name) + "/" + std::string(key.name)))
             << kind.name << "/" << key.name;

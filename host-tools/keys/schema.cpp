@@ -1,10 +1,8 @@
-// scene.schema.json from the table of scene_keys.h.
+#include "host-tools/keys/schema.h"
+
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
-
-#include "control/scene/limits.h"
-#include "host-tools/compiler/scene_keys.h"
 
 namespace thimble::host {
 namespace {
@@ -36,26 +34,40 @@ Json text_schema(const Range& length) {
       {"type", "string"}, {"minLength", json_number(length.least)}, {"maxLength", json_number(length.most)}};
 }
 
-Json ref(std::string_view kind) { return {{"$ref", "#/$defs/" + std::string(kind)}}; }
+Json kind_ref(std::string_view kind) { return {{"$ref", "#/$defs/" + std::string(kind)}}; }
+
+Json quantity_schema(const Range& range) {
+  return {{"type", "object"},
+          {"required", Json::array({"value"})},
+          {"additionalProperties", false},
+          {"properties",
+           {{"value", number_schema(range)},
+            {"spread", {{"type", "number"}, {"minimum", 0}}},
+            {"by", text_schema({1, 200})}}}};
+}
 
 Json rows_schema(const Range& range) { return array_schema(array_schema(number_schema(range), 2, 0), 2, 0); }
 
-Json curve_schema(const Range& at) {
-  const auto effort = static_cast<double>(control::kMaxControlEffort);
-  const Json point = {{"type", "array"},
-                      {"prefixItems", {number_schema(at), number_schema({-effort, effort})}},
-                      {"minItems", 2},
-                      {"maxItems", 2}};
-  return array_schema(point, 1, static_cast<double>(control::kMaxCurvePoints));
+Json curve_schema(const KeyValue& curve) {
+  const Json point = {
+      {"type", "array"},
+      {"prefixItems", {number_schema(curve.range), number_schema({-curve.most_effort, curve.most_effort})}},
+      {"minItems", 2},
+      {"maxItems", 2}};
+  return array_schema(point, curve.count.least, curve.count.most);
 }
 
-Json type_schema(const SceneKey& key) {
+Json type_schema(const FileKey& key) {
   constexpr Range kPath{1, 4096};
   switch (key.type) {
     case KeyType::kVersion:
       return {{"const", 1}};
     case KeyType::kNumber:
       return number_schema(key.range);
+    case KeyType::kNumbers:
+      return array_schema(number_schema(key.range), key.count.least, key.count.most);
+    case KeyType::kQuantity:
+      return {{"oneOf", Json::array({number_schema(key.range), quantity_schema(key.range)})}};
     case KeyType::kPair:
       return array_schema(number_schema(key.range), 2, 2);
     case KeyType::kVector:
@@ -68,28 +80,29 @@ Json type_schema(const SceneKey& key) {
     case KeyType::kFlag:
       return {{"type", "boolean"}};
     case KeyType::kPart: {
-      if (key.words.size() == 1) return ref(key.words.front());
+      if (key.words.size() == 1) return kind_ref(key.words.front());
       Json parts = Json::array();
-      for (const std::string_view kind : key.words) parts.push_back(ref(kind));
+      for (const std::string_view kind : key.words) parts.push_back(kind_ref(kind));
       return {{"oneOf", parts}};
     }
     case KeyType::kList:
-      return array_schema(ref(key.words.front()), key.range.least, key.range.most);
+      return array_schema(kind_ref(key.words.front()), key.range.least, key.range.most);
     case KeyType::kNamedParts:
-      return {{"type", "object"}, {"additionalProperties", ref(key.words.front())}};
+      return {{"type", "object"}, {"additionalProperties", kind_ref(key.words.front())}};
     case KeyType::kPartOrName:
-      return {{"oneOf", Json::array({Json{{"type", "string"}, {"minLength", 1}}, ref(key.words.front())})}};
+      return {
+          {"oneOf", Json::array({Json{{"type", "string"}, {"minLength", 1}}, kind_ref(key.words.front())})}};
     case KeyType::kRows:
       return rows_schema(key.range);
     case KeyType::kRowsOrFile:
       return {{"oneOf", Json::array({rows_schema(key.range), text_schema(kPath)})}};
     case KeyType::kCurve:
-      return curve_schema(key.range);
+      return curve_schema(key);
   }
   return {};
 }
 
-Json key_schema(const SceneKey& key) {
+Json key_schema(const FileKey& key) {
   Json schema = type_schema(key);
   std::string text(key.text);
   if (*key.range.unit != '\0') text += (text.empty() ? "In " : " In ") + std::string(key.range.unit) + ".";
@@ -105,11 +118,11 @@ Json key_schema(const SceneKey& key) {
   return schema;
 }
 
-Json kind_schema(const SceneKind& kind) {
+Json kind_schema(const FileKind& kind) {
   Json schema = {{"type", "object"}};
   if (!kind.text.empty()) schema["description"] = kind.text;
   Json required = Json::array();
-  for (const SceneKey& key : kind.keys)
+  for (const FileKey& key : kind.keys)
     if (key.required) required.push_back(key.name);
   if (!required.empty()) schema["required"] = required;
   if (kind.exactly_one) {
@@ -118,7 +131,7 @@ Json kind_schema(const SceneKind& kind) {
   }
   schema["additionalProperties"] = false;
   schema["properties"] = Json::object();
-  for (const SceneKey& key : kind.keys) schema["properties"][std::string(key.name)] = key_schema(key);
+  for (const FileKey& key : kind.keys) schema["properties"][std::string(key.name)] = key_schema(key);
   return schema;
 }
 
@@ -150,13 +163,13 @@ void print(const Json& tree, std::size_t indent, std::size_t used, std::string& 
 
 }  // namespace
 
-std::string scene_schema() {
-  Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-                 {"title", "Thimble scene, version 1"},
-                 {"$comment", "Generated from host-tools/compiler/scene_keys.cpp; compiler_test compares."}};
-  schema.update(ref("scene"));
+std::string schema_text(const std::string& title, const std::string& comment, const std::string& root,
+                        const KeyTable& table) {
+  Json schema = {
+      {"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", title}, {"$comment", comment}};
+  schema.update(kind_ref(root));
   schema["$defs"] = Json::object();
-  for (const SceneKind& kind : scene_kinds()) schema["$defs"][std::string(kind.name)] = kind_schema(kind);
+  for (const FileKind& kind : table) schema["$defs"][std::string(kind.name)] = kind_schema(kind);
   std::string text;
   print(schema, 0, 0, text);
   return text + "\n";

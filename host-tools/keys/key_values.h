@@ -1,4 +1,4 @@
-// The values of the rows of the table of keys (scene_keys.cpp, scene_shape.cpp), as in
+// The values of the rows of a table of keys, as in
 //   .required("height_m", number(above(0, 10, "m")), "Metres per unit of the values.")
 //   .optional("friction_N", number(from(0, 100, "N")).by_default(0))
 #pragma once
@@ -8,7 +8,7 @@
 #include <initializer_list>
 #include <string_view>
 
-#include "host-tools/compiler/scene_keys.h"
+#include "host-tools/keys/keys.h"
 
 namespace thimble::host::keys {
 
@@ -45,7 +45,18 @@ template <typename Least, typename Most>
 [[nodiscard]] inline KeyValue flag() { return {KeyType::kFlag}; }
 [[nodiscard]] inline KeyValue rows(const Range& range) { return {KeyType::kRows, range}; }
 [[nodiscard]] inline KeyValue rows_or_file(const Range& range) { return {KeyType::kRowsOrFile, range}; }
-[[nodiscard]] inline KeyValue curve(const Range& at) { return {KeyType::kCurve, at}; }
+[[nodiscard]] inline KeyValue quantity(const Range& range) { return {KeyType::kQuantity, range}; }
+[[nodiscard]] inline KeyValue numbers(const Range& range, std::size_t least, std::size_t most) {
+  KeyValue value{KeyType::kNumbers, range};
+  value.count = from(least, most);
+  return value;
+}
+[[nodiscard]] inline KeyValue curve(const Range& at, std::size_t most_points, double most_effort) {
+  KeyValue value{KeyType::kCurve, at};
+  value.count = from(1, most_points);
+  value.most_effort = most_effort;
+  return value;
+}
 
 // Of the kind, or of one of the kinds.
 [[nodiscard]] inline KeyValue part(std::string_view kind) { return {KeyType::kPart, {}, {kind}}; }
