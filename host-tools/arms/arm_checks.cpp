@@ -1,0 +1,165 @@
+#include "host-tools/arms/arm_checks.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "kinematics/mechanism.h"
+
+namespace thimble::host {
+namespace {
+
+// What the tip can do is judged to a thousandth of its best direction.
+constexpr double kNoDirection = 1e-3;
+constexpr double kMostCondition = 20;
+constexpr double kCoarse_m = 2e-4;
+
+[[noreturn]] void refuse(const std::string& file, const char* slug, const std::string& cause,
+                         const char* remedy) {
+  throw Error(ExitCode::kBadInput, slug, file + ": " + cause, remedy);
+}
+
+void check_limits(const ArmFile& arm, const std::string& file) {
+  const auto inside = [](double value, const Quantity& lower, const Quantity& upper) {
+    return value >= lower.value && value <= upper.value;
+  };
+  for (const ArmAxis& axis : arm.axes) {
+    if (!(axis.lower.value < axis.upper.value))
+      refuse(file, "empty-range", "axis " + axis.name + " has its lower limit above the upper one",
+             "exchange them");
+    if (!inside(axis.home.value, axis.lower, axis.upper))
+      refuse(file, "home-beyond-limits", "axis " + axis.name + " is at home beyond its limits",
+             "give a home between them");
+  }
+  for (std::size_t i = 0; i < arm.limit_sums.size(); ++i) {
+    const ArmLimitSum& sum = arm.limit_sums[i];
+    double home = 0;
+    for (std::size_t j = 0; j < arm.axes.size(); ++j) home += sum.weights[j] * arm.axes[j].home.value;
+    if (!inside(home, sum.lower_rad, sum.upper_rad))
+      refuse(file, "home-beyond-limits", fmt::format("home is beyond limit_sums/{}", i),
+             "give a home between its limits");
+  }
+}
+
+void check_electronics(const ArmFile& arm, const std::string& file) {
+  std::set<int> encoders, drives;
+  for (const ArmAxis& axis : arm.axes) {
+    if (!encoders.insert(axis.encoder.port).second)
+      refuse(file, "repeated-port", fmt::format("two encoders are on port {}", axis.encoder.port),
+             "give each encoder a port of its own");
+    if (axis.drive && !drives.insert(axis.drive->port).second)
+      refuse(file, "repeated-port", fmt::format("two drives are on port {}", axis.drive->port),
+             "give each drive a port of its own");
+    const double counts_per_rad = 1.0 / std::abs(axis.per_count());
+    const double counts = counts_per_rad * (axis.upper.value - axis.lower.value);
+    if (counts >= std::exp2(axis.encoder.counter_bits - 1))
+      refuse(file, "counter-wraps",
+             fmt::format(
+                 "axis {} counts {:.0f} between its limits, and half of its counter of {} bits is {:.0f}",
+                 axis.name, counts, axis.encoder.counter_bits, std::exp2(axis.encoder.counter_bits - 1)),
+             "use a wider counter, or fewer counts");
+    const double rate_Hz = counts_per_rad * arm.max_joint_speed_rad_s;
+    if (!axis.is_prismatic && axis.encoder.max_rate_Hz > 0 && rate_Hz > axis.encoder.max_rate_Hz)
+      refuse(
+          file, "encoder-rate",
+          fmt::format("axis {} counts {:.0f} a second at max_joint_speed_rad_s, its encoder's input {:.0f}",
+                      axis.name, rate_Hz, axis.encoder.max_rate_Hz),
+          "lower max_joint_speed_rad_s, or use a faster input");
+  }
+  if (drives.empty())
+    refuse(file, "no-drive", "no axis has a drive, so there is no force", "add the drives of the motors");
+}
+
+// The least and the greatest force over directions that can be felt, with every motor at its peak at most.
+void find_peak_forces(const ArmFile& arm, const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& directions,
+                      ArmFigures& figures) {
+  constexpr int kSteps = 64;
+  figures.least_peak_force_N = HUGE_VAL;
+  const auto look = [&](const Eigen::Vector3d& direction) {
+    const Eigen::VectorXd torque = jacobian.transpose() * direction;
+    double force_N = HUGE_VAL;
+    for (std::size_t j = 0; j < arm.axes.size(); ++j) {
+      const double needed = std::abs(torque[static_cast<Eigen::Index>(j)]);
+      if (arm.axes[j].drive && needed > 0) force_N = std::min(force_N, arm.axes[j].peak_torque() / needed);
+    }
+    figures.least_peak_force_N = std::min(figures.least_peak_force_N, force_N);
+    figures.most_peak_force_N = std::max(figures.most_peak_force_N, force_N);
+  };
+  for (int i = 0; i < kSteps; ++i) {
+    for (int j = 0; j <= (figures.force_dof == 3 ? kSteps / 2 : 0); ++j) {
+      const double lon = 2 * M_PI * i / kSteps,
+                   lat = figures.force_dof == 3 ? M_PI * j / (kSteps / 2) - M_PI / 2 : 0;
+      const Eigen::Vector3d along(std::cos(lon) * std::cos(lat), std::sin(lon) * std::cos(lat),
+                                  std::sin(lat));
+      const Eigen::VectorXd parts = along.head(figures.force_dof);
+      if (parts.norm() > 0.1) look((directions.leftCols(figures.force_dof) * parts).normalized());
+    }
+  }
+}
+
+int rank(const Eigen::VectorXd& singular_values) {
+  return static_cast<int>((singular_values.array() > kNoDirection * singular_values[0]).count());
+}
+
+ArmFigures figures_of(const ArmFile& arm, const std::string& file) {
+  const kinematics::Mechanism<double> mechanism(arm.geometry);
+  kinematics::MechanismPose<double> pose = mechanism.home_pose();
+  if (!mechanism.closes_at_home() || !pose.jacobian.allFinite())
+    refuse(file, "does-not-close",
+           "the links do not meet with all axes at home, or so near to a singularity that no force is safe",
+           "check the lengths, the coupling and the angles of home");
+  ArmFigures figures;
+  figures.home_tip_m = arm.geometry.rotation.cast<double>() * (pose.plate_m + pose.chain.tip_m);
+  Eigen::MatrixXd driven = pose.force_jacobian;
+  for (int j = 0; j < mechanism.axes(); ++j)
+    if (!arm.geometry.driven[static_cast<std::size_t>(j)]) driven.col(j).setZero();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> felt(driven, Eigen::ComputeThinU);
+  if (!(felt.singularValues()[0] > 0))
+    refuse(file, "no-force", "no motor moves the point where the force acts",
+           "check which axes have drives, and force_at");
+  figures.force_dof = rank(felt.singularValues());
+  for (int i = 0; i < figures.force_dof; ++i) figures.singular_values.push_back(felt.singularValues()[i]);
+  // Metres and radians: what turns the tip by one radian is taken for what moves it by 0.1 m.
+  Eigen::MatrixXd twist = pose.jacobian;
+  twist.bottomRows(3) *= 0.1;
+  figures.pose_dof = rank(Eigen::JacobiSVD<Eigen::MatrixXd>(twist).singularValues());
+  find_peak_forces(arm, driven, felt.matrixU(), figures);
+  for (std::size_t j = 0; j < arm.axes.size(); ++j) {
+    const auto column = static_cast<Eigen::Index>(j);
+    const double lever = driven.col(column).norm();
+    figures.axes.push_back({std::abs(arm.axes[j].per_count()) * pose.jacobian.col(column).head<3>().norm(),
+                            lever > 0 ? arm.axes[j].peak_torque() / lever : 0.0});
+  }
+  return figures;
+}
+
+}  // namespace
+
+ArmFigures check_arm(const ArmFile& arm, const std::string& file) {
+  check_limits(arm, file);
+  check_electronics(arm, file);
+  ArmFigures figures = figures_of(arm, file);
+  const double condition = figures.singular_values.front() / figures.singular_values.back();
+  if (condition > kMostCondition)
+    refuse(file, "singular-home",
+           fmt::format(
+               "at home the tip moves {:.0f} times as far in one direction as in another, {:.0f} is allowed",
+               condition, kMostCondition),
+           "put home in the middle of the workspace");
+  if (figures.least_peak_force_N < 0.5 * arm.max_force_N)
+    figures.warnings.push_back(fmt::format(
+        "at home the motors give {:.2f} N in the weakest direction, less than half of max_force_N, {:.2f} N",
+        figures.least_peak_force_N, arm.max_force_N));
+  for (std::size_t j = 0; j < arm.axes.size(); ++j)
+    if (arm.axes[j].drive && figures.axes[j].count_m > kCoarse_m)
+      figures.warnings.push_back(
+          fmt::format("one count of axis {} is {:.2f} mm at the tip: walls will feel rough", arm.axes[j].name,
+                      1e3 * figures.axes[j].count_m));
+  return figures;
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,229 @@
+// Arm files: those that come with Thimble are read and can work, their figures are the published ones, the two that are compiled in are the
+// same arms, and what a file has wrong is named.
+#include "host-tools/arms/arm_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "host-tools/arms/arm_checks.h"
+#include "kinematics/arm.h"
+#include "kinematics/mechanism.h"
+
+namespace thimble::test {
+namespace {
+
+using Json = nlohmann::json;
+using host::ArmFile;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+fs::path arms_folder() { return fs::path(THIMBLE_SOURCE_DIR) / "arms"; }
+
+std::string text_of(const std::string& name) {
+  std::ifstream in(arms_folder() / (name + ".arm.json"));
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+ArmFile arm_of(const std::string& name) { return host::read_arm_file(text_of(name), name); }
+host::ArmFigures figures_of(const std::string& name) { return host::check_arm(arm_of(name), name); }
+
+TEST(ArmFiles, EveryOneCanWork) {
+  int files = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(arms_folder())) {
+    const std::string file = entry.path().filename().string();
+    if (!file.ends_with(".arm.json")) continue;
+    const std::string name = file.substr(0, file.size() - std::string(".arm.json").size());
+    ++files;
+    EXPECT_EQ(arm_of(name).name, name);
+    const host::ArmFigures figures = figures_of(name);
+    EXPECT_THAT(figures.warnings, testing::IsEmpty()) << name;
+  }
+  EXPECT_GE(files, 7);
+}
+
+struct Dof {
+  const char* name;
+  int force, pose;
+};
+class ArmFileDof : public testing::TestWithParam<Dof> {};
+TEST_P(ArmFileDof, ForcesAndPositionsAreThoseOfTheMachine) {
+  const host::ArmFigures figures = figures_of(GetParam().name);
+  EXPECT_EQ(figures.force_dof, GetParam().force);
+  EXPECT_EQ(figures.pose_dof, GetParam().pose);
+}
+INSTANTIATE_TEST_SUITE_P(All, ArmFileDof,
+                         testing::Values(Dof{"premium-1.5", 3, 3}, Dof{"wooden", 3, 3}, Dof{"touch", 3, 6},
+                                         Dof{"falcon", 3, 3}, Dof{"pantograph", 2, 2}, Dof{"paddle", 1, 1},
+                                         Dof{"chain-7", 3, 6}),
+                         [](const auto& one) {
+                           std::string name(one.param.name);
+                           std::erase_if(name, [](char c) { return c == '-' || c == '.'; });
+                           return name;
+                         });
+
+// Published: 30 um nominal resolution and 8.5 N of the Premium; the first with 16-bit counters of 4096 counts.
+TEST(ArmFiles, ThePremiumHasItsPublishedFigures) {
+  const host::ArmFigures figures = figures_of("premium-1.5");
+  EXPECT_NEAR(figures.axes[0].count_m, 25e-6, 2e-6);
+  EXPECT_NEAR(figures.axes[1].count_m, 30e-6, 2e-6);
+  EXPECT_NEAR(figures.least_peak_force_N, 6.7, 0.5);
+}
+
+// Published poses of the gimbal, in the frame of the URDF: q = 0, and q = (0.3, 0.5, 0.4, 0, 0, 0).
+TEST(ArmFiles, TheTouchIsWhereItsUrdfHasIt) {
+  const ArmFile touch = arm_of("touch");
+  kinematics::Geometry geometry = touch.geometry;
+  geometry.rotation.setIdentity();
+  geometry.home.setZero();
+  const kinematics::Mechanism<double> arm(geometry);
+  kinematics::MechanismPose<double> pose = arm.home_pose();
+  const Eigen::Vector3d home_m(0, 0.08514, 0.03105), moved_m(-0.05000, 0.16164, 0.10146);
+  // The world's origin is where the tip is at home, and the gimbal is not there.
+  const Eigen::Vector3d origin_m = home_m - pose.force_point_m;
+  kinematics::AxisVector<double> axes = kinematics::AxisVector<double>::Zero(6);
+  axes.head<3>() << 0.3, 0.5, 0.4;
+  ASSERT_TRUE(arm.at(axes, pose));
+  EXPECT_LT((pose.force_point_m + origin_m - moved_m).norm(), 2e-5);
+}
+
+TEST(ArmFiles, TheArmsThatAreCompiledInAreTheSame) {
+  for (const kinematics::ArmModel& model : kinematics::arm_models()) {
+    const ArmFile file = arm_of(std::string(model.name));
+    const auto& links = std::get<kinematics::TwoLinkGeometry>(file.geometry.platform);
+    EXPECT_EQ(links.base_height_m, model.base_height_m);
+    EXPECT_EQ(links.upper_link_m, model.upper_link_m);
+    EXPECT_EQ(links.forearm_m, model.forearm_m);
+    for (std::size_t j = 0; j < 3; ++j) {
+      const int joint = static_cast<int>(j);
+      const host::ArmAxis& axis = file.axes[j];
+      EXPECT_EQ(file.geometry.home[joint], model.home_rad.at(j)) << model.name << j;
+      EXPECT_FLOAT_EQ(static_cast<float>(axis.per_count()), model.rad_per_count(joint));
+      EXPECT_FLOAT_EQ(static_cast<float>(axis.per_ampere()), model.torque_per_ampere(joint));
+      EXPECT_FLOAT_EQ(static_cast<float>(axis.lower.value), model.joint.at(j).lower_rad);
+      EXPECT_FLOAT_EQ(static_cast<float>(axis.upper.value), model.joint.at(j).upper_rad);
+      EXPECT_EQ(static_cast<float>(axis.friction.coulomb_N_m.value), model.joint.at(j).coulomb_N_m);
+      EXPECT_EQ(axis.encoder.counter_bits, model.counter_width == kinematics::CounterWidth::k16 ? 16 : 32);
+      EXPECT_EQ(static_cast<float>(axis.motor->peak_current_A.value), model.motor.peak_current_A);
+      EXPECT_EQ(static_cast<float>(axis.motor->housing_time_constant_s.value),
+                model.motor.housing_time_constant_s);
+    }
+    ASSERT_TRUE(file.two_link_inertia);
+    EXPECT_EQ(static_cast<float>(file.two_link_inertia->m11), model.inertia.m11);
+    EXPECT_EQ(static_cast<float>(file.two_link_inertia->m23), model.inertia.m23);
+    EXPECT_EQ(static_cast<float>(file.two_link_inertia->g2), model.inertia.g2);
+    EXPECT_EQ(static_cast<float>(file.two_link_inertia->g3), model.inertia.g3);
+    EXPECT_EQ(static_cast<float>(file.max_force_N), model.max_force_N);
+
+    // And the general kinematics has their tip where the tick has it, over the workspace.
+    const kinematics::Arm<double> arm(model);
+    const kinematics::Mechanism<double> mechanism(file.geometry);
+    kinematics::MechanismPose<double> pose = mechanism.home_pose();
+    for (int i = 0; i < 1000; ++i) {
+      const Eigen::Vector3d q = Eigen::Vector3d::Random();
+      ASSERT_TRUE(mechanism.at(kinematics::AxisVector<double>(q), pose));
+      const auto posture = arm.at(q);
+      EXPECT_LT((pose.tip_m - posture.tip_m).norm(), 1e-7);  // the rotation of the file is in float
+      EXPECT_LT((pose.force_jacobian - posture.jacobian).norm(), 1e-7);
+    }
+  }
+}
+
+// A parallelogram is a serial chain with a coupling: the relative elbow is the difference of the two absolute angles.
+TEST(ArmFiles, AParallelogramIsAChainWithACoupling) {
+  const ArmFile premium = arm_of("premium-1.5");
+  const ArmFile chain =
+      host::read_arm_file(R"({"thimble_arm": 1, "name": "chain", "source": "the premium's",
+"rotation_deg": [0, 0, -90],
+"kinematics": {"serial": {"joints": [{"name": "yaw", "axis": [0, 0, 1]}, {"name": "upper", "axis": [0, -1, 0]},
+  {"name": "fore", "origin_m": [0.215, 0, 0], "axis": [0, -1, 0]}], "tip_m": [0, 0, -0.17]}},
+"coupling": {"joints_per_axis": [[1, 0, 0], [0, 1, 0], [0, -1, 1]]},)" +
+                              text_of("premium-1.5").substr(text_of("premium-1.5").find("\"motors\"")),
+                          "chain");
+  const kinematics::Mechanism<double> one(premium.geometry), other(chain.geometry);
+  kinematics::MechanismPose<double> pose = one.home_pose(), same = other.home_pose();
+  double worst = 0;
+  for (int i = 0; i < 100000; ++i) {
+    const kinematics::AxisVector<double> axes = 2 * Eigen::Vector3d::Random();
+    ASSERT_TRUE(one.at(axes, pose) && other.at(axes, same));
+    const Eigen::Vector3d force_N = Eigen::Vector3d::Random();
+    worst = std::max({worst, (pose.tip_m - same.tip_m).norm(),
+                      (one.torques(pose, force_N) - other.torques(same, force_N)).norm()});
+  }
+  EXPECT_LT(worst, 1e-6);
+}
+
+struct Wrong {
+  const char* arm;
+  const char* pointer;
+  Json value;  // null: the key is taken away
+  const char* slug;
+  const char* cause;
+};
+class WrongArm : public testing::TestWithParam<Wrong> {};
+
+TEST_P(WrongArm, IsNamed) {
+  const Wrong& wrong = GetParam();
+  Json arm = Json::parse(text_of(wrong.arm));
+  const Json::json_pointer pointer(wrong.pointer);
+  if (wrong.value.is_null()) {
+    Json& parent = arm.at(pointer.parent_pointer());
+    parent.is_array() ? parent.erase(std::stoul(pointer.back()))
+                      : static_cast<void>(parent.erase(pointer.back()));
+  } else {
+    arm[pointer] = wrong.value;
+  }
+  try {
+    static_cast<void>(host::check_arm(host::read_arm_file(arm.dump(1), "my.arm.json"), "my.arm.json"));
+    FAIL() << "was accepted: " << wrong.cause;
+  } catch (const host::Error& error) {
+    EXPECT_EQ(error.name, wrong.slug) << error.cause;
+    EXPECT_THAT(error.cause, HasSubstr(wrong.cause));
+    EXPECT_THAT(error.cause, HasSubstr("my.arm.json"));
+    EXPECT_EQ(error.code, host::ExitCode::kBadInput);
+    EXPECT_FALSE(error.remedy.empty());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, WrongArm,
+    testing::Values(
+        Wrong{"touch", "/thimble_arm", 2, "wrong-version", "is 2"},
+        Wrong{"touch", "/axes/0/colour", "red", "unknown-key", "colour"},
+        Wrong{"touch", "/axes/5", nullptr, "wrong-axes", "5 axes"},
+        Wrong{"touch", "/axes/0/encoder/sign", 0.5, "bad-value", "1 or -1"},
+        Wrong{"touch", "/axes/0/encoder/port", 1, "repeated-port", "port 1"},
+        Wrong{"touch", "/axes/1/drive/port", 0, "repeated-port", "port 0"},
+        Wrong{"touch", "/axes/0/encoder/port", 1.5, "bad-value", "whole"},
+        Wrong{"touch", "/axes/0/lower_deg", 60, "empty-range", "waist"},
+        Wrong{"touch", "/axes/1/home_deg", 95, "home-beyond-limits", "shoulder"},
+        Wrong{"touch", "/axes/0/lower_m", 0.1, "senseless-key", "prismatic"},
+        Wrong{"touch", "/axes/0/encoder/counter_bits", 12, "counter-wraps", "waist"},
+        Wrong{"touch", "/axes/0/encoder/max_rate_Hz", 10000, "encoder-rate", "waist"},
+        Wrong{"touch", "/axes/0/motor", "large", "bad-value", "\"motor\""},
+        Wrong{"touch", "/axes/0/motor", nullptr, "missing-key", "motor"},
+        Wrong{"touch", "/axes/3/motor", "motor", "senseless-key", "drive"},
+        Wrong{"touch", "/kinematics/serial/force_at", "knee", "bad-value", "\"pitch\""},
+        Wrong{"touch", "/kinematics/serial/joints/1/name", "waist", "repeated-name", "waist"},
+        Wrong{"touch", "/kinematics/serial/joints/0/axis", Json::array({0, 0, 0}), "bad-value", "axis"},
+        Wrong{"premium-1.5", "/axes/2/home_deg", 80, "home-beyond-limits", "limit_sums/0"},
+        Wrong{"premium-1.5", "/limit_sums/0/weights", Json::array({1, 2}), "bad-value", "each axis"},
+        Wrong{"premium-1.5", "/coupling", Json{{"joints_per_axis", {{1, 0, 0}, {0, 1, 1}, {0, 1, 1}}}},
+              "singular-coupling", "no inverse"},
+        Wrong{"premium-1.5", "/wrist", Json{{"joints", {{{"name", "roll"}}}}}, "senseless-key", "five_bar"},
+        Wrong{"premium-1.5", "/kinematics/delta", Json::object(), "bad-value", "exactly one"},
+        Wrong{"pantograph", "/kinematics/five_bar/outer_m", Json::array({0.02, 0.02}), "does-not-close",
+              "do not meet"},
+        Wrong{"pantograph", "/kinematics/five_bar/outer_m", Json::array({0.0719, 0.0719}), "singular-home",
+              "times as far"},
+        Wrong{"falcon", "/kinematics/delta/shin_m", 0.01, "does-not-close", "do not meet"},
+        Wrong{"paddle", "/axes/0/drive", nullptr, "senseless-key", "drive"},
+        Wrong{"paddle", "/kinematics/serial/tip_m", Json::array({0, 0.07, 0}), "no-force", "no motor moves"}),
+    [](const auto& one) { return "case_" + std::to_string(one.index); });
+
+}  // namespace
+}  // namespace thimble::test
