@@ -11,6 +11,7 @@
 #include "board/sim/plant.h"
 #include "firmware/core/faults.h"
 #include "firmware/params.h"
+#include "host-tools/arms/arm_folder.h"
 #include "host-tools/cli/compile_progress.h"
 #include "host-tools/cli/number_between.h"
 #include "host-tools/cli/output.h"
@@ -33,6 +34,7 @@ struct Choices {
   SimulateChoice simulate;
   CompileChoice compile;
   MeshChoice mesh;
+  ModelImportChoice model_import;
   ImportVolumeChoice import_volume;
   ImportDeviceLogChoice import_device_log;
   RecordChoice record;
@@ -208,6 +210,27 @@ void define_mesh(CLI::App& app, Choices& c) {
                       "do not resolve closed parts that cross to their outer surface");
 }
 
+void define_model(CLI::App& app, Choices& c) {
+  CLI::App* model = app.add_subcommand("model", "arm files: what an arm is, and what it can do");
+  model->require_subcommand(1);
+  const char* const kWhich = "name of an arm that comes with Thimble, or an arm file (docs/arm-format.md)";
+  verb(*model, c, "check", "say what is wrong with an arm file", [&c] { model_check(c.common, c.name); })
+      ->add_option("model", c.name, kWhich)
+      ->required();
+  verb(*model, c, "show", "what an arm can do", [&c] { model_show(c.common, c.name); })
+      ->add_option("model", c.name, kWhich)
+      ->required();
+  verb(*model, c, "list", "the arms that come with Thimble", [&c] { model_list(c.common); });
+  CLI::App* import = model->add_subcommand("import", "make an arm file from another one");
+  import->require_subcommand(1);
+  CLI::App* urdf =
+      verb(*import, c, "urdf", "from the joints of a URDF", [&c] { model_import(c.common, c.model_import); });
+  urdf->add_option("urdf", c.model_import.urdf, "the URDF")->required();
+  urdf->add_option("--tip", c.model_import.tip,
+                   "the link that carries the tip; default: the only one without a child");
+  urdf->add_option("--output,-o", c.model_import.output, "arm file to write: *.arm.json")->required();
+}
+
 void define_device(CLI::App& app, Choices& c) {
   CLI::App* upload_verb = remote_verb(app, c, "upload", "send a scene to a device and run it",
                                       [&c] { upload(c.common, c.remote, c.upload); });
@@ -341,6 +364,7 @@ void define(CLI::App& app, Choices& c) {
 
   define_doctor_and_compile(app, c);
   define_mesh(app, c);
+  define_model(app, c);
   define_device(app, c);
   define_param_and_fault(app, c);
   define_key(app, c);
@@ -379,6 +403,9 @@ void complete(CLI::App& app, const std::vector<std::string>& words) {
     }
     for (const CLI::Option* option : at->get_options()) {
       for (const std::string& name : option->get_lnames()) candidates.push_back("--" + name);
+    }
+    if (path == "model check" || path == "model show") {
+      for (const std::filesystem::path& file : arm_files()) candidates.push_back(file.stem().stem().string());
     }
     if (path == "param get" || path == "param set") {
       for (const firmware::ParamRow& row : firmware::kParamTable) candidates.emplace_back(row.name);

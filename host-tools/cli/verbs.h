@@ -113,6 +113,18 @@ struct MeshChoice {
 };
 void mesh(const Common& common, const MeshChoice& choice);
 
+// model: the name of an arm that comes with Thimble, or the path of an arm file.
+void model_check(const Common& common, const std::string& model);
+void model_show(const Common& common, const std::string& model);
+void model_list(const Common& common);
+
+struct ModelImportChoice {
+  std::filesystem::path urdf;
+  std::filesystem::path output;  // *.arm.json
+  std::string tip;               // a link; empty: the only leaf
+};
+void model_import(const Common& common, const ModelImportChoice& choice);
+
 struct ImportVolumeChoice {
   std::filesystem::path volume;
   std::string from;  // "x,y,z"

@@ -1,0 +1,159 @@
+// model: arm files are checked, shown, listed, and made from a URDF.
+#include <fmt/format.h>
+
+#include <numbers>
+
+#include "host-tools/arms/arm_checks.h"
+#include "host-tools/arms/arm_file.h"
+#include "host-tools/arms/arm_folder.h"
+#include "host-tools/arms/urdf_import.h"
+#include "host-tools/cli/output.h"
+#include "host-tools/cli/verbs.h"
+#include "host-tools/files/input_file.h"
+#include "host-tools/files/output_file.h"
+
+namespace thimble::host {
+namespace {
+
+struct CheckedArm {
+  ArmFile arm;
+  ArmFigures figures;
+};
+CheckedArm read_and_check(const std::filesystem::path& path) {
+  CheckedArm checked{read_arm_file(read_input(path), path.string()), {}};
+  checked.figures = check_arm(checked.arm, path.string());
+  return checked;
+}
+
+std::string summary(const CheckedArm& checked) {
+  const auto counted = [](std::size_t count, const char* one, const char* many) {
+    return fmt::format("{} {}", count, count == 1 ? one : many);
+  };
+  return fmt::format("{}, {}, {}, {}", checked.arm.family, counted(checked.arm.axes.size(), "axis", "axes"),
+                     counted(static_cast<std::size_t>(checked.figures.force_dof), "force", "forces"),
+                     counted(static_cast<std::size_t>(checked.figures.pose_dof), "position", "positions"));
+}
+
+Json to_json(const CheckedArm& checked) {
+  const ArmFigures& figures = checked.figures;
+  Json json{{"name", checked.arm.name},
+            {"family", checked.arm.family},
+            {"force_dof", figures.force_dof},
+            {"pose_dof", figures.pose_dof},
+            {"home_tip_m", {figures.home_tip_m.x(), figures.home_tip_m.y(), figures.home_tip_m.z()}},
+            {"singular_values_m", figures.singular_values},
+            {"least_peak_force_N", figures.least_peak_force_N},
+            {"most_peak_force_N", figures.most_peak_force_N},
+            {"max_force_N", checked.arm.max_force_N},
+            {"axes", Json::array()},
+            {"warnings", figures.warnings}};
+  for (std::size_t j = 0; j < checked.arm.axes.size(); ++j) {
+    const ArmAxis& axis = checked.arm.axes[j];
+    json["axes"].push_back({{"name", axis.name},
+                            {"driven", axis.drive.has_value()},
+                            {axis.is_prismatic ? "lower_m" : "lower_rad", axis.lower.value},
+                            {axis.is_prismatic ? "upper_m" : "upper_rad", axis.upper.value},
+                            {axis.is_prismatic ? "home_m" : "home_rad", axis.home.value},
+                            {"count_m", figures.axes[j].count_m},
+                            {"peak_force_N", figures.axes[j].peak_force_N}});
+  }
+  return json;
+}
+
+void warn(const ArmFigures& figures) {
+  for (const std::string& warning : figures.warnings) say(stderr, "warning: {}\n", warning);
+}
+
+}  // namespace
+
+void model_check(const Common& common, const std::string& model) {
+  const CheckedArm checked = read_and_check(arm_path(model));
+  if (common.json) {
+    Json json = document("model check");
+    json.update(to_json(checked));
+    print(json);
+    return;
+  }
+  say("{}: {}\n", checked.arm.name, summary(checked));
+  warn(checked.figures);
+}
+
+void model_show(const Common& common, const std::string& model) {
+  const CheckedArm checked = read_and_check(arm_path(model));
+  const ArmFile& arm = checked.arm;
+  const ArmFigures& figures = checked.figures;
+  if (common.json) {
+    Json json = document("model show");
+    json.update(to_json(checked));
+    json["description"] = arm.description;
+    json["source"] = arm.source;
+    print(json);
+    return;
+  }
+  say("{}: {}\n", arm.name, summary(checked));
+  if (!arm.description.empty()) say("  {}\n", arm.description);
+  say("  figures: {}\n", arm.source);
+  say("  at home the tip is at {:.1f}, {:.1f}, {:.1f} mm of the base; the motors give {:.2f} to {:.2f} N "
+      "there, allowed are {:.2f} N\n",
+      1e3 * figures.home_tip_m.x(), 1e3 * figures.home_tip_m.y(), 1e3 * figures.home_tip_m.z(),
+      figures.least_peak_force_N, figures.most_peak_force_N, arm.max_force_N);
+  say("  {:<12} {:>22} {:>10} {:>14} {:>12}\n", "axis", "range", "home", "count at tip", "peak force");
+  for (std::size_t j = 0; j < arm.axes.size(); ++j) {
+    const ArmAxis& axis = arm.axes[j];
+    const double scale = axis.is_prismatic ? 1e3 : 180.0 / std::numbers::pi;
+    const char* unit = axis.is_prismatic ? "mm" : "deg";
+    say("  {:<12} {:>22} {:>10} {:>14} {:>12}\n", axis.name,
+        fmt::format("{:.1f} to {:.1f} {}", scale * axis.lower.value, scale * axis.upper.value, unit),
+        fmt::format("{:.1f} {}", scale * axis.home.value, unit),
+        fmt::format("{:.1f} um", 1e6 * figures.axes[j].count_m),
+        axis.drive ? fmt::format("{:.2f} N", figures.axes[j].peak_force_N) : "no motor");
+  }
+  warn(figures);
+}
+
+void model_list(const Common& common) {
+  Json json = document("model list");
+  json["models"] = Json::array();
+  for (const std::filesystem::path& path : arm_files()) {
+    const CheckedArm checked = read_and_check(path);
+    if (common.json) {
+      json["models"].push_back({{"name", checked.arm.name},
+                                {"family", checked.arm.family},
+                                {"force_dof", checked.figures.force_dof},
+                                {"pose_dof", checked.figures.pose_dof},
+                                {"file", path.string()}});
+    } else {
+      say("{:<14} {}\n", checked.arm.name, summary(checked));
+    }
+  }
+  if (common.json) print(json);
+}
+
+void model_import(const Common& common, const ModelImportChoice& choice) {
+  keep_apart(choice.urdf, choice.output);
+  const std::string name = choice.output.filename().string();
+  if (!name.ends_with(kArmSuffix) || name == kArmSuffix)
+    throw Error(ExitCode::kUsage, "bad-output",
+                fmt::format("'{}' is not the name of an arm file", choice.output.string()),
+                "give a name that ends with .arm.json");
+  const std::string text = import_urdf(
+      read_input(choice.urdf), name.substr(0, name.size() - std::string(kArmSuffix).size()), choice.tip);
+  OutputFile output(choice.output);
+  output.stream() << text;
+  output.commit();
+  const ArmFile arm = read_arm_file(text, choice.output.string());
+  if (common.json) {
+    Json json = document("model import");
+    json["model"] = choice.output.string();
+    json["name"] = arm.name;
+    json["axes"] = arm.joints;
+    json["guesses"] = {"encoder", "drive", "motor", "limits"};
+    print(json);
+    return;
+  }
+  say("{}: {} axes. Encoders, drives, motors and limits are guesses: replace them, then `thimble model check "
+      "{}`\n",
+      choice.output.string(), arm.axes.size(), choice.output.string());
+}
+
+}  // namespace thimble::host

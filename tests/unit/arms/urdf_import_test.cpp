@@ -1,0 +1,121 @@
+// Arms from URDFs at random, against kdl_parser and KDL on the same text; and what is not an arm is refused by name.
+#include "host-tools/arms/urdf_import.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <kdl/chainfksolverpos_recursive.hpp>
+#include <kdl_parser/kdl_parser.hpp>
+#include <string>
+
+#include "host-tools/arms/arm_checks.h"
+#include "host-tools/arms/arm_file.h"
+#include "kinematics/mechanism.h"
+#include "tests/support/figure.h"
+#include "tests/support/random.h"
+
+namespace thimble::test {
+namespace {
+
+using Eigen::Vector3d;
+
+std::string three(const Vector3d& v) { return fmt::format("{:.6f} {:.6f} {:.6f}", v.x(), v.y(), v.z()); }
+
+// Joints one behind the other, some of them fixed, each with a link behind it; the last one is `end`.
+std::string some_urdf(Random& random, int movable) {
+  std::string text = "<robot name=\"some\"><link name=\"base\"/>";
+  std::string parent = "base";
+  for (int joint = 0, moving = 0; moving < movable || random.below(2) == 0; ++joint) {
+    const bool moves = moving < movable && random.below(3) != 0;
+    const bool prismatic = moves && random.below(4) == 0;
+    moving += moves ? 1 : 0;
+    const std::string link = fmt::format("link{}", joint);
+    text += fmt::format(
+        R"(<link name="{0}"><inertial><origin xyz="{1}"/><mass value="0.1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j{2}" type="{3}"><parent link="{4}"/><child link="{0}"/><origin xyz="{5}" rpy="{6}"/><axis xyz="{7}"/>
+<limit lower="-1" upper="2" effort="1" velocity="1"/></joint>)",
+        link, three(0.05 * random.in_box(Vector3d::Ones())), joint,
+        !moves      ? "fixed"
+        : prismatic ? "prismatic"
+                    : "revolute",
+        parent, three(0.1 * random.in_box(Vector3d::Ones())), three(3 * random.in_box(Vector3d::Ones())),
+        three(random.direction()));
+    parent = link;
+  }
+  return text +
+         fmt::format(
+             R"(<link name="end"/><joint name="last" type="fixed"><parent link="{}"/><child link="end"/>
+<origin xyz="0.01 0.02 0.03" rpy="0 0 0"/></joint></robot>)",
+             parent);
+}
+
+TEST(UrdfImport, TheTipIsWhereKdlHasIt) {
+  Random random(7);
+  double worst_m = 0;
+  for (int i = 0; i < 200; ++i) {
+    const int joints = 1 + static_cast<int>(random.below(7));
+    const std::string urdf = some_urdf(random, joints);
+    const host::ArmFile arm = host::read_arm_file(host::import_urdf(urdf, "some", ""), "some");
+    ASSERT_EQ(arm.axes.size(), static_cast<std::size_t>(joints));
+    EXPECT_FALSE(arm.bodies.empty());
+
+    KDL::Tree tree;
+    KDL::Chain chain;
+    ASSERT_TRUE(kdl_parser::treeFromString(urdf, tree) && tree.getChain("base", "end", chain));
+    ASSERT_EQ(chain.getNrOfJoints(), static_cast<unsigned>(joints));
+    const auto peer_m = [&chain, joints](const Eigen::VectorXd& q) -> Vector3d {
+      KDL::JntArray array(static_cast<unsigned>(joints));
+      array.data = q;
+      KDL::Frame frame;
+      EXPECT_GE(KDL::ChainFkSolverPos_recursive(chain).JntToCart(array, frame), 0);
+      return {frame.p.x(), frame.p.y(), frame.p.z()};
+    };
+    const kinematics::Mechanism<double> mechanism(arm.geometry);
+    kinematics::MechanismPose<double> pose = mechanism.home_pose();
+    const kinematics::AxisVector<double> axes = 1.5 * kinematics::AxisVector<double>::Random(joints);
+    ASSERT_TRUE(mechanism.at(axes, pose));
+    worst_m = std::max(worst_m, (pose.tip_m - (peer_m(axes) - peer_m(Eigen::VectorXd::Zero(joints)))).norm());
+  }
+  figure("tips of imported arms against KDL, m", worst_m, "1e-6: geometry in float");
+  EXPECT_LT(worst_m, 1e-6);
+}
+
+std::string with_joint(const std::string& joint) {
+  return R"(<robot name="r"><link name="a"/><link name="b"/><joint name="j" )" + joint +
+         R"(<parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint></robot>)";
+}
+
+TEST(UrdfImport, WhatIsNoArmIsRefusedByName) {
+  std::string eight = R"(<robot name="r"><link name="l0"/>)";
+  for (int j = 1; j <= 8; ++j)
+    eight += fmt::format(
+        R"(<link name="l{1}"/><joint name="j{1}" type="continuous"><parent link="l{0}"/><child link="l{1}"/></joint>)",
+        j - 1, j);
+  eight += "</robot>";
+  const std::string fork =
+      R"(<robot name="r"><link name="a"/><link name="b"/><link name="c"/><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>
+<joint name="k" type="continuous"><parent link="a"/><child link="c"/></joint></robot>)";
+  struct Case {
+    std::string urdf, tip, slug;
+  };
+  for (const Case& c :
+       {Case{"", "", "not-a-urdf"}, Case{"<robot", "", "not-a-urdf"}, Case{"{}", "", "not-a-urdf"},
+        Case{with_joint(R"(type="fixed">)"), "", "wrong-joints"}, Case{eight, "", "wrong-joints"},
+        Case{with_joint(R"(type="planar">)"), "", "joint-type"}, Case{fork, "", "ambiguous-tip"},
+        Case{fork, "d", "unknown-link"},
+        Case{with_joint(R"(type="continuous"><mimic joint="k"/>)"), "", "mimic-joint"}}) {
+    try {
+      static_cast<void>(host::import_urdf(c.urdf, "arm", c.tip));
+      ADD_FAILURE() << c.slug << " was accepted";
+    } catch (const host::Error& error) {
+      EXPECT_EQ(error.name, c.slug);
+      EXPECT_EQ(error.code, host::ExitCode::kBadInput);
+      EXPECT_FALSE(error.remedy.empty());
+    }
+  }
+  EXPECT_NO_THROW(static_cast<void>(host::import_urdf(fork, "arm", "c")));
+}
+
+}  // namespace
+}  // namespace thimble::test
