@@ -92,7 +92,7 @@ void find_peak_forces(const ArmFile& arm, const Eigen::MatrixXd& jacobian, const
   for (int i = 0; i < kSteps; ++i) {
     for (int j = 0; j <= (figures.force_dof == 3 ? kSteps / 2 : 0); ++j) {
       const double lon = 2 * M_PI * i / kSteps,
-                   lat = figures.force_dof == 3 ? M_PI * j / (kSteps / 2) - M_PI / 2 : 0;
+                   lat = figures.force_dof == 3 ? M_PI * (2.0 * j / kSteps - 0.5) : 0;
       const Eigen::Vector3d along(std::cos(lon) * std::cos(lat), std::sin(lon) * std::cos(lat),
                                   std::sin(lat));
       const Eigen::VectorXd parts = along.head(figures.force_dof);

@@ -185,14 +185,15 @@ ArmMotor motor_of(const Part& root, const Part& axis) {
 // Keys with _m for a prismatic joint, with _deg for a revolute one.
 void read_range(const Part& part, ArmAxis& axis) {
   const std::string unit = axis.is_prismatic ? "_m" : "_deg", other = axis.is_prismatic ? "_deg" : "_m";
-  for (const std::string key : {"lower", "upper", "home"})
-    if (part.has(key + other))
-      part.at(key + other)
-          .fail("senseless-key",
-                std::string("is for a ") + (axis.is_prismatic ? "revolute" : "prismatic") + " joint",
-                "write " + key + unit);
-  const auto read = [&](const std::string& key) {
-    const Quantity given = part.quantity(key + unit);
+  for (const std::string_view key : {"lower", "upper", "home"}) {
+    const std::string wrong = std::string(key).append(other);
+    if (part.has(wrong))
+      part.at(wrong).fail("senseless-key",
+                          axis.is_prismatic ? "is for a revolute joint" : "is for a prismatic joint",
+                          std::string("write ").append(key).append(unit));
+  }
+  const auto read = [&](std::string_view key) {
+    const Quantity given = part.quantity(std::string(key).append(unit));
     return axis.is_prismatic ? given : in_rad(given);
   };
   axis.lower = read("lower");

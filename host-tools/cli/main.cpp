@@ -9,14 +9,11 @@
 #include <vector>
 
 #include "board/sim/plant.h"
-#include "firmware/core/faults.h"
-#include "firmware/params.h"
-#include "host-tools/arms/arm_folder.h"
 #include "host-tools/cli/compile_progress.h"
+#include "host-tools/cli/completion.h"
 #include "host-tools/cli/number_between.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
-#include "host-tools/client/discovery.h"
 #include "host-tools/lab/cost_report.h"
 
 namespace thimble::host {
@@ -374,50 +371,6 @@ void define(CLI::App& app, Choices& c) {
   define_scan(app, c);
   define_can_tools(app, c);
   define_simulate(app, c);
-}
-
-// `thimble __complete WORD...`: prints the candidates for the last word, one per line. The words are those that follow
-// `thimble` on the command line.
-void complete(CLI::App& app, const std::vector<std::string>& words) {
-  const std::string last = words.empty() ? "" : words.back();
-  const CLI::App* at = &app;
-  std::string path;  // "param get"
-  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
-    const auto next = at->get_subcommands([&](const CLI::App* sub) { return sub->get_name() == words[i]; });
-    if (next.empty()) continue;
-    at = next.front();
-    path += (path.empty() ? "" : " ") + words[i];
-  }
-  const std::string before = words.size() < 2 ? "" : words[words.size() - 2];
-
-  std::vector<std::string> candidates;
-  if (before == "--device") {
-    for (const DeviceEntry& device : discover()) candidates.push_back(device.name);
-  } else if (before == "--arm") {
-    for (const board::PlantVariant& variant : board::plant_variants()) candidates.emplace_back(variant.name);
-  } else if (before == "--board" && path == "compile") {
-    for (const board::BoardCost& board : board::board_costs()) candidates.emplace_back(board.name);
-  } else {
-    for (const CLI::App* sub : at->get_subcommands([](const CLI::App*) { return true; })) {
-      candidates.push_back(sub->get_name());
-    }
-    for (const CLI::Option* option : at->get_options()) {
-      for (const std::string& name : option->get_lnames()) candidates.push_back("--" + name);
-    }
-    if (path == "model check" || path == "model show") {
-      for (const std::filesystem::path& file : arm_files()) candidates.push_back(file.stem().stem().string());
-    }
-    if (path == "param get" || path == "param set") {
-      for (const firmware::ParamRow& row : firmware::kParamTable) candidates.emplace_back(row.name);
-    }
-    if (path == "fault explain") {
-      for (const firmware::FaultRow& row : firmware::kFaultTable) candidates.emplace_back(row.name);
-    }
-  }
-  for (const std::string& candidate : candidates) {
-    if (candidate.starts_with(last) && (!last.empty() || !candidate.starts_with("--")))
-      std::cout << candidate << '\n';
-  }
 }
 
 // CLI11 would say that a verb is missing, without the word that is none.

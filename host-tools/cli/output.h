@@ -58,10 +58,10 @@ template <class Message>
 [[nodiscard]] Json to_json(const Message& message) {
   Json json = Json::object();
   firmware::link::visit_fields(message, [&json](auto row, const auto& value) {
-    using Value = std::remove_cvref_t<decltype(value)>;
-    if constexpr (firmware::link::kIsPart<Value>) {
+    using Field = std::remove_cvref_t<decltype(value)>;
+    if constexpr (firmware::link::kIsPart<Field>) {
       json[row.name] = to_json(value);
-    } else if constexpr (firmware::link::kIsArray<Value>) {
+    } else if constexpr (firmware::link::kIsArray<Field>) {
       json[row.name] = Json::array();
       for (const auto& one : value) json[row.name].push_back(number_json(row, one));
     } else {
