@@ -29,6 +29,7 @@ constexpr FaultName kFaultNames[] = {
     {"classic", 1, [](EmulatedDrive& drive, double value) { drive.inject.answer_classic = value != 0; }},
     {"reply_id", 0,
      [](EmulatedDrive& drive, double value) { drive.inject.reply_id = static_cast<std::uint32_t>(value); }},
+    {"watchdog_s", .015, [](EmulatedDrive& drive, double value) { drive.set_watchdog_s(value); }},
     {"watchdog_off", 1, [](EmulatedDrive& drive, double value) { drive.inject.watchdog_off = value != 0; }},
     {"frozen", 1, [](EmulatedDrive& drive, double value) { drive.inject.encoder_frozen = value != 0; }},
     {"jump_rad", kTurn_rad,

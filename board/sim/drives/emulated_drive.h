@@ -62,8 +62,9 @@ class EmulatedDrive {
 
   // As after a power cut: the position is what the encoder knows at power-on.
   virtual void reboot() = 0;
-  void power_cycle(std::uint64_t boot_us);    // reboot(), and neither hears nor answers before it has booted
-  virtual void fail(std::uint32_t code) = 0;  // a fault of its own
+  void power_cycle(std::uint64_t boot_us);  // reboot(), and neither hears nor answers before it has booted
+  virtual void set_watchdog_s(double time_s) = 0;  // of its configuration
+  virtual void fail(std::uint32_t code) = 0;       // a fault of its own
   [[nodiscard]] virtual bool powered() const = 0;
 
   [[nodiscard]] double torque_N_m() const { return torque_N_m_; }  // at the shaft

@@ -10,7 +10,7 @@ namespace {
 constexpr double kPositionTop = 12.5, kKpTop = 500, kKdTop = 5;
 constexpr double kMitCounts = 16384;
 constexpr double kMitCurrentLag_s = 160e-6, kMitVelocityLag_s = .4e-3, kReportLag_s = 237e-6;
-constexpr double kMiniCheetahTimeout_s = 1000 * 25e-6;
+constexpr double kMiniCheetahTimeout_s = 1000 * 25e-6, kDamiaoTimeout_s = .015;
 constexpr double kDamiaoStep_s = 50e-6;
 constexpr std::uint32_t kLost = 0xD;
 
@@ -37,14 +37,10 @@ EmulatedMit::EmulatedMit(Flavour flavour, std::uint16_t id, std::uint16_t reply_
       velocity_top_(velocity_rad_s),
       torque_top_(torque_N_m) {
   const auto bits = [](double value) { return std::bit_cast<std::uint32_t>(static_cast<float>(value)); };
-  registers = {{7, reply_id},
-               {8, id},
-               {9, 300},
-               {10, 1},
-               {21, bits(kPositionTop)},
-               {22, bits(velocity_rad_s)},
-               {23, bits(torque_N_m)},
-               {35, 4}};
+  registers = {
+      {7, reply_id},          {8, id}, {9, 0}, {10, 1}, {21, bits(kPositionTop)}, {22, bits(velocity_rad_s)},
+      {23, bits(torque_N_m)}, {35, 4}};
+  set_watchdog_s(flavour == Flavour::kDamiao ? kDamiaoTimeout_s : kMiniCheetahTimeout_s);
 }
 
 double EmulatedMit::encoder_step_rad() const { return kTurn_rad / kMitCounts; }
@@ -57,15 +53,16 @@ void EmulatedMit::reboot() {
   zero_rad_ = std::round(shaft.position_rad / kTurn_rad) * kTurn_rad;
 }
 
+void EmulatedMit::set_watchdog_s(double time_s) {
+  registers[9] = static_cast<std::uint32_t>(std::lround(time_s / kDamiaoStep_s));
+}
+
 void EmulatedMit::fail(std::uint32_t code) {
   enabled_ = false;
   error_ = code;
 }
 
-double EmulatedMit::timeout_s() const {
-  if (flavour_ == Flavour::kDamiao) return registers.at(9) * kDamiaoStep_s;
-  return kMiniCheetahTimeout_s;
-}
+double EmulatedMit::timeout_s() const { return registers.at(9) * kDamiaoStep_s; }
 
 void EmulatedMit::on_step() {
   smoothed_N_m_ += (reported_torque_N_m() - smoothed_N_m_) * (1 - std::exp(-25e-6 / kReportLag_s));

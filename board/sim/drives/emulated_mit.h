@@ -19,6 +19,7 @@ class EmulatedMit final : public EmulatedDrive {
               double torque_N_m);
 
   void reboot() override;
+  void set_watchdog_s(double time_s) override;
   void fail(std::uint32_t code) override;  // CubeMars: 1 to 6; Damiao: a nibble
   [[nodiscard]] bool powered() const override { return enabled_; }
   [[nodiscard]] std::uint32_t error() const { return error_; }
@@ -28,7 +29,7 @@ class EmulatedMit final : public EmulatedDrive {
 
   bool takes_fd = false;                            // Damiao: can_br is 5 Mbit/s
   bool old_reply = false;                           // mini-cheetah: six bytes
-  std::map<std::uint8_t, std::uint32_t> registers;  // Damiao
+  std::map<std::uint8_t, std::uint32_t> registers;  // Damiao; 9, the timeout, is the others' too
 
  private:
   struct Orders {

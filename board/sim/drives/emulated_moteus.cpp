@@ -117,6 +117,8 @@ void EmulatedMoteus::reboot() {
   zero_rad_ = std::round(shaft.position_rad / turn) * turn;
 }
 
+void EmulatedMoteus::set_watchdog_s(double time_s) { config["servo.default_timeout_s"] = time_s; }
+
 void EmulatedMoteus::fail(std::uint32_t code) {
   mode_ = 1;
   fault_ = code;

@@ -18,6 +18,7 @@ class EmulatedMoteus final : public EmulatedDrive {
   explicit EmulatedMoteus(std::uint8_t id);
 
   void reboot() override;
+  void set_watchdog_s(double time_s) override;
   void fail(std::uint32_t code) override;
   [[nodiscard]] bool powered() const override;
   [[nodiscard]] int mode() const { return mode_; }

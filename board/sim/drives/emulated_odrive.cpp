@@ -46,6 +46,8 @@ void EmulatedOdrive::disarm(std::uint32_t error) {
   state_ = kIdle;  // phases off: it coasts
 }
 
+void EmulatedOdrive::set_watchdog_s(double time_s) { config.watchdog_s = time_s; }
+
 void EmulatedOdrive::fail(std::uint32_t code) { disarm(code); }
 
 void EmulatedOdrive::set_state(std::uint32_t state) {

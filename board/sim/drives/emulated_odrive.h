@@ -15,6 +15,7 @@ class EmulatedOdrive final : public EmulatedDrive {
   EmulatedOdrive(std::uint8_t node, bool firmware06);
 
   void reboot() override;
+  void set_watchdog_s(double time_s) override;
   void fail(std::uint32_t code) override;
   [[nodiscard]] bool powered() const override { return state_ == kClosedLoop; }
   [[nodiscard]] std::uint32_t error() const { return error_; }

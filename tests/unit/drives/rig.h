@@ -16,15 +16,14 @@
 #include "board/sim/drives/emulated_mit.h"
 #include "board/sim/drives/emulated_moteus.h"
 #include "board/sim/drives/emulated_odrive.h"
+#include "tests/support/drive_configs.h"
 
 namespace thimble::test {
 
 using board::Descriptor;
 using board::drives::DriveBus;
-using board::drives::DriveConfig;
 using board::drives::DriveFault;
 using board::drives::DriveState;
-using board::drives::Kind;
 using board::drives::State;
 using board::emulated::EmulatedBus;
 using board::emulated::EmulatedDrive;
@@ -32,47 +31,11 @@ using board::emulated::EmulatedMit;
 using board::emulated::EmulatedMoteus;
 using board::emulated::EmulatedOdrive;
 
-constexpr float kPeriod_s = .001F;
-
 inline std::pair<Descriptor, Descriptor> socket_pair() {
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, static_cast<int*>(ends)) != 0)
     throw std::runtime_error("no socketpair");
   return {Descriptor(ends[0]), Descriptor(ends[1])};
-}
-
-constexpr Kind kKinds[] = {Kind::kMoteus,   Kind::kOdrive05, Kind::kOdrive06, Kind::kMiniCheetah,
-                           Kind::kCubeMars, Kind::kDamiao,   Kind::kDamiaoFd};
-inline std::string name_of_kind(Kind kind) {
-  static const char* const kNames[] = {"moteus",   "odrive05", "odrive06", "mini_cheetah",
-                                       "cubemars", "damiao",   "damiao_fd"};
-  return kNames[static_cast<std::size_t>(kind)];
-}
-
-// A configuration that the emulated drive of the kind agrees with.
-inline DriveConfig config_of(Kind kind, std::uint8_t id) {
-  static const board::drives::ConfigItem kEndpoints[] = {{"axis0.config.enable_watchdog", 100, true, 1},
-                                                         {"axis0.config.watchdog_timeout", 101, false, .015}};
-  DriveConfig config;
-  config.kind = kind;
-  config.id = id;
-  config.base_damping_N_m_s_rad = .005F;
-  config.least_reply_us = 50;  // of 60 that the emulated one takes; its bus takes none
-  if (is_mit(kind)) config.reply_id = static_cast<std::uint16_t>(id + 16);
-  if (kind == Kind::kMoteus) config.moteus_kd = .25F;
-  if (is_odrive(kind)) {
-    config.torque_constant_N_m_A = .04F;
-    config.reply_period_s = .001F;
-    config.torque_lag_s = .001F;
-  }
-  if (kind == Kind::kOdrive06) config.items = kEndpoints;
-  if (is_mit(kind)) config.ranges = board::drives::mit::ranges_of(12.5F, 30, 10);
-  if (kind == Kind::kMiniCheetah || kind == Kind::kCubeMars) {
-    config.watchdog_s = .025F;
-    config.watchdog_proven = true;
-  }
-  config.torque_lag_s = is_odrive(kind) ? .001F : .0005F;
-  return config;
 }
 
 inline std::unique_ptr<EmulatedDrive> emulated_of(const DriveConfig& config) {
