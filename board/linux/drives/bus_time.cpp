@@ -29,10 +29,11 @@ struct Words {
   const char* one;
   const char* several;
 };
-constexpr std::array<Words, 7> kWords = {{
+constexpr std::array<Words, 8> kWords = {{
     {Exchange::kMoteusAll, "moteus with telemetry", "moteus with telemetry"},
     {Exchange::kMoteusMotion, "moteus", "moteus"},
     {Exchange::kOdriveCyclic, "ODrive", "ODrives"},
+    {Exchange::kOdriveDamped, "damped ODrive", "damped ODrives"},
     {Exchange::kOdriveRequested, "requested ODrive", "requested ODrives"},
     {Exchange::kMiniCheetah, "mini-cheetah drive", "mini-cheetah drives"},
     {Exchange::kEightBytes, "classic MIT-mode drive", "classic MIT-mode drives"},
@@ -101,6 +102,7 @@ float exchange_time_us(Exchange exchange, Stuffing stuffing, const BusRate& rate
       return classic(8) + classic(0) + classic(8);
     case Exchange::kMiniCheetah:
       return classic(8) + classic(7);
+    case Exchange::kOdriveDamped:
     case Exchange::kEightBytes:
       return 2 * classic(8);
     case Exchange::kEightBytesFd:

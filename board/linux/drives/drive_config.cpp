@@ -55,6 +55,25 @@ std::string_view check_drive(const DriveConfig& config, float period_s) {
 
 }  // namespace
 
+Exchange exchange_of(const DriveConfig& config) noexcept {
+  switch (config.kind) {
+    case Kind::kMoteus:
+      return config.short_frames ? Exchange::kMoteusMotion : Exchange::kMoteusAll;
+    case Kind::kOdrive05:
+    case Kind::kOdrive06:
+      if (config.request_estimates) return Exchange::kOdriveRequested;
+      return config.base_damping_N_m_s_rad > 0 ? Exchange::kOdriveDamped : Exchange::kOdriveCyclic;
+    case Kind::kMiniCheetah:
+      return Exchange::kMiniCheetah;
+    case Kind::kCubeMars:
+    case Kind::kDamiao:
+      return Exchange::kEightBytes;
+    case Kind::kDamiaoFd:
+      return Exchange::kEightBytesFd;
+  }
+  return Exchange::kMoteusAll;
+}
+
 Capabilities capabilities_of(const DriveConfig& config) noexcept {
   switch (config.kind) {
     case Kind::kMoteus:

@@ -10,6 +10,7 @@
 #include <span>
 #include <string_view>
 
+#include "board/linux/drives/bus_time.h"
 #include "board/linux/drives/drive.h"
 #include "board/linux/drives/mit.h"
 
@@ -49,6 +50,9 @@ struct DriveConfig {
   bool watchdog_proven = false;  // mini-cheetah and CubeMars cannot tell: it was tried on this drive, by hand
   std::span<const ConfigItem> items{};  // besides those that its kind always has (kind_items())
 };
+
+// What the drive exchanges in a tick, for bus_load(): with DriveConfig::short_frames that of nine ticks out of ten.
+[[nodiscard]] Exchange exchange_of(const DriveConfig& config) noexcept;
 
 enum class AbsoluteKind : std::uint8_t { kNone, kRotorTurn, kOutputTurn, kOutput };
 

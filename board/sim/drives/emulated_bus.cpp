@@ -18,6 +18,7 @@ void EmulatedBus::run(std::uint64_t now_us) {
     CanFrame frame;
     if (!firmware::link::from_socketcan(raw, static_cast<std::size_t>(got), frame)) continue;
     ++heard_;
+    if (tap != nullptr) tap->push_back(frame);
     for (const auto& drive : drives_) drive->hear(frame, now_us);
   }
   std::vector<Outgoing> due;
@@ -37,6 +38,7 @@ void EmulatedBus::run(std::uint64_t now_us) {
 }
 
 void EmulatedBus::send(const CanFrame& frame) {
+  if (tap != nullptr) tap->push_back(frame);
   canfd_frame raw{};
   const std::size_t bytes = firmware::link::to_socketcan(frame, raw);
   send_raw(std::as_bytes(std::span(&raw, 1)).first(bytes));

@@ -32,6 +32,7 @@ class EmulatedBus {
   void send(const CanFrame& frame);
 
   bool swap_next_two = false;                                   // the next two replies change places
+  std::vector<CanFrame>* tap = nullptr;                         // every frame on the bus is added
   [[nodiscard]] std::uint64_t heard() const { return heard_; }  // frames
   [[nodiscard]] int descriptor() const { return socket_.get(); }
 

@@ -84,9 +84,13 @@ void EmulatedOdrive::on_step() {
   const bool silent = seconds(now_us() - fed_us_) > config.watchdog_s;
   const std::uint32_t watchdog = is06_ ? kWatchdog06 : kWatchdog05;
   if (config.watchdog && !inject.watchdog_off && silent && (error_ & watchdog) == 0) disarm(watchdog);
-  const auto due = [&](std::uint64_t& last, double period_s) {
-    if (period_s <= 0 || seconds(now_us() - last) < period_s * (1 + config.clock_drift)) return false;
-    last = now_us();
+  // On its own clock, which does not lose the parts of a step.
+  const auto due = [&](double& next_us, double period_s) {
+    const auto now = static_cast<double>(now_us());
+    const double period_us = period_s * 1e6 * (1 + config.clock_drift);
+    if (next_us == 0) next_us = now + period_us;
+    if (period_s <= 0 || now < next_us) return false;
+    next_us += period_us;
     return true;
   };
   if (due(heartbeat_us_, .1)) send_heartbeat();

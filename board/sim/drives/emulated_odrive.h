@@ -65,7 +65,7 @@ class EmulatedOdrive final : public EmulatedDrive {
   double integrator_gain_ = 0;
   double zero_rad_ = 0;
   std::uint64_t fed_us_ = 0;
-  std::uint64_t heartbeat_us_ = 0, estimates_us_ = 0, iq_us_ = 0, torques_us_ = 0;
+  double heartbeat_us_ = 0, estimates_us_ = 0, iq_us_ = 0, torques_us_ = 0;  // when each is due
 };
 
 }  // namespace thimble::board::emulated

@@ -42,6 +42,7 @@ void emulate(const Options& options, std::vector<NamedDrive> drives, std::vector
   }
   EmulatedBus bus(std::move(socket));
   std::vector<EmulatedDrive*> added;
+  added.reserve(drives.size());
   for (NamedDrive& one : drives) added.push_back(&bus.add(std::move(one.drive)));
   std::cout << "ready" << std::endl;
   const std::uint64_t start_us = steady_us();

@@ -13,6 +13,8 @@
 namespace thimble::test {
 namespace {
 
+using board::drives::Limiter;
+
 class EveryKind : public testing::TestWithParam<Kind> {};
 INSTANTIATE_TEST_SUITE_P(Drives, EveryKind, testing::ValuesIn(kKinds),
                          [](const auto& kind) { return name_of_kind(kind.param); });
@@ -96,6 +98,32 @@ TEST_P(EveryKind, AfterAFaultNothingIsEnabledButByCommand) {
   EXPECT_TRUE(rig.start());
 }
 
+// Turns that were counted and torques that differed belong to the life before.
+TEST(DriveClear, ForgetsWhatWasBefore) {
+  DriveRig rig(Kind::kDamiaoFd);
+  ASSERT_TRUE(rig.start());
+  rig.drive(0).shaft.inertia_kg_m2 = 1e6;
+  rig.drive(0).shaft.velocity_rad_s = 20;
+  rig.tick(700);
+  EXPECT_NEAR(rig.states[0].position_rad, 14, .1);
+  rig.drive(0).shaft.velocity_rad_s = 0;
+  rig.drive(0).inject.current_factor = .5;
+  rig.torque_N_m = {.5F, 0};
+  rig.tick(150);
+  EXPECT_EQ(rig.states[0].limiter, Limiter::kUnseen);
+  rig.drive(0).inject.mute = true;
+  rig.tick(700);
+  ASSERT_EQ(rig.states[0].state, State::kSilent);
+  rig.drive(0).inject = {};
+  rig.bus.clear();
+  ASSERT_TRUE(rig.until_all(State::kIdle)) << rig.text();
+  EXPECT_NEAR(rig.states[0].position_rad, 14 - 25, .1);
+  ASSERT_EQ(rig.bus.enable(), "");
+  rig.tick(2);
+  EXPECT_EQ(rig.states[0].state, State::kEnabled);
+  EXPECT_EQ(rig.states[0].limiter, Limiter::kNone);
+}
+
 // 300 ms of torque 0 and base damping, then off.
 TEST_P(EveryKind, AFaultOfOneBrakesTheOthers) {
   DriveRig rig(GetParam());
@@ -113,6 +141,36 @@ TEST_P(EveryKind, AFaultOfOneBrakesTheOthers) {
   rig.tick(300);
   EXPECT_FALSE(rig.drive(1).powered());
   EXPECT_EQ(rig.states[1].state, State::kIdle);
+}
+
+// The bus time that is computed is that of the frames of a tick. Heartbeats and currents, every 10 ms and less often, are not counted.
+TEST(BusTimeOfATick, IsThatOfItsFrames) {
+  std::vector<DriveConfig> configs;
+  for (const Kind kind : kKinds) configs.push_back(config_of(kind, 1));
+  configs.push_back(config_of(Kind::kMoteus, 1));
+  configs.back().short_frames = true;
+  configs.push_back(config_of(Kind::kOdrive05, 1));
+  configs.back().base_damping_N_m_s_rad = 0;
+  configs.push_back(config_of(Kind::kOdrive05, 1));
+  configs.back().request_estimates = true;
+  configs.back().reply_period_s = 0;
+  for (const DriveConfig& config : configs) {
+    DriveRig rig({config});
+    ASSERT_TRUE(rig.start()) << name_of_kind(config.kind);
+    std::vector<board::drives::CanFrame> frames;
+    rig.emulated.tap = &frames;
+    rig.tick(1000);
+    rig.emulated.tap = nullptr;
+    double time_us = 0;
+    for (const auto& frame : frames) {
+      const bool cyclic = frame.id == 0x21 || frame.id == 0x34 || frame.id == 0x3C;
+      if (!is_odrive(config.kind) || !cyclic)
+        time_us += static_cast<double>(board::drives::frame_time_us(frame.size, frame.fd, frame.extended));
+    }
+    // Telemetry every tenth tick adds a tenth of the difference to the short form.
+    const double expected = static_cast<double>(board::drives::exchange_time_us(exchange_of(config)));
+    EXPECT_NEAR(time_us / 1000, expected, config.short_frames ? 6 : 1) << name_of_kind(config.kind);
+  }
 }
 
 TEST_P(EveryKind, ACycleUsesNoHeap) {

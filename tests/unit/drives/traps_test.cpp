@@ -14,8 +14,6 @@
 namespace thimble::test {
 namespace {
 
-using board::drives::Limiter;
-
 std::vector<DriveConfig> two(Kind kind, const std::function<void(DriveConfig&)>& change) {
   std::vector<DriveConfig> configs = {config_of(kind, 1), config_of(kind, 2)};
   for (DriveConfig& config : configs) change(config);
