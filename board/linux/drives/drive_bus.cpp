@@ -208,7 +208,7 @@ void DriveBus::apply_bus_rules() noexcept {
   const auto has_failed = [](const Slot& slot) { return slot.life.fault() != DriveFault::kNone; };
   if (std::ranges::any_of(slots_, has_failed)) {
     for (Slot& slot : slots_) slot.life.brake();
-  } else if (!slots_.empty() && std::ranges::all_of(slots_, is_ready)) {
+  } else if (std::ranges::all_of(slots_, is_ready)) {
     for (Slot& slot : slots_) slot.life.run();
   }
 }

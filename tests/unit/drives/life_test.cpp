@@ -13,8 +13,6 @@
 namespace thimble::test {
 namespace {
 
-using board::drives::Limiter;
-
 class EveryKind : public testing::TestWithParam<Kind> {};
 INSTANTIATE_TEST_SUITE_P(Drives, EveryKind, testing::ValuesIn(kKinds),
                          [](const auto& kind) { return name_of_kind(kind.param); });
@@ -119,7 +117,7 @@ TEST(DriveClear, ForgetsWhatWasBefore) {
   ASSERT_TRUE(rig.until_all(State::kIdle)) << rig.text();
   EXPECT_NEAR(rig.states[0].position_rad, 14 - 25, .1);
   ASSERT_EQ(rig.bus.enable(), "");
-  rig.tick(2);
+  rig.tick(1);
   EXPECT_EQ(rig.states[0].state, State::kEnabled);
   EXPECT_EQ(rig.states[0].limiter, Limiter::kNone);
 }

@@ -24,6 +24,7 @@ using board::Descriptor;
 using board::drives::DriveBus;
 using board::drives::DriveFault;
 using board::drives::DriveState;
+using board::drives::Limiter;
 using board::drives::State;
 using board::emulated::EmulatedBus;
 using board::emulated::EmulatedDrive;

@@ -176,10 +176,13 @@ TEST(DriveTraps, AReplyOfTheTickBeforeIsNotTakenForFresh) {
       rig.drive(0).shaft.velocity_rad_s = 5;
       rig.tick();
       const double position = rig.states[0].position_rad;
+      const float velocity = rig.states[0].velocity_rad_s;
+      rig.drive(0).shaft.velocity_rad_s = 7;
       rig.drive(0).inject.more_delay_us = delay_us;
       rig.tick(2);
       EXPECT_FALSE(rig.states[0].fresh);
       EXPECT_EQ(rig.states[0].position_rad, position);
+      EXPECT_EQ(rig.states[0].velocity_rad_s, velocity);
       EXPECT_EQ(rig.states[0].late_replies, 1U);
       rig.tick(1);
       EXPECT_TRUE(rig.dropped(DriveFault::kSilent));
