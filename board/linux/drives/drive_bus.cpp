@@ -142,6 +142,11 @@ void DriveBus::take(const CanSocket::Received& received, When when) noexcept {
       news.rejected = true;
       return;
     case Reply::kMotion: {
+      if (!std::isfinite(owner->sample.position_rad) || !std::isfinite(owner->sample.velocity_rad_s)) {
+        owner->sample = before;
+        news.malformed = true;
+        return;
+      }
       const bool too_soon =
           received.stamp_us < begun_us_ + static_cast<std::uint64_t>(owner->config.least_reply_us);
       if ((when == When::kLate || too_soon) && !on_its_timer) {

@@ -169,8 +169,16 @@ Limiter limiter_of(std::uint32_t code) {
   }
 }
 
+// A reply may carry any float there, NaN too: 0 for what is no such number.
+template <class Integer>
+Integer whole(float value, float most) {
+  return value >= 0 && value <= most ? static_cast<Integer>(value) : Integer{0};
+}
+
 void take_fault(float value, Sample& sample) {
-  const auto code = static_cast<std::uint32_t>(std::max(value, 0.0F));
+  constexpr std::uint32_t kNoCode = 0xFFFF;  // a number that is none is a fault too
+  const auto whole_code = whole<std::uint32_t>(value, 0xFFFF);
+  const std::uint32_t code = value == 0 || whole_code != 0 ? whole_code : kNoCode;
   const bool limits = code >= kNotAFault && code <= kLastLimiter;
   sample.limiter = limits ? limiter_of(code) : Limiter::kNone;
   sample.drive_fault = limits ? 0 : code;
@@ -197,7 +205,7 @@ void take(std::uint32_t reg, float value, Sample& sample) {
       sample.motor_C = value;
       return;
     case kHomeState:
-      sample.home_state = static_cast<std::uint8_t>(std::max(value, 0.0F));
+      sample.home_state = whole<std::uint8_t>(value, 0xFF);
       return;
     case kVoltage:
       sample.supply_V = value;
@@ -209,7 +217,7 @@ void take(std::uint32_t reg, float value, Sample& sample) {
       take_fault(value, sample);
       return;
     case kMillisecondCounter:
-      sample.counter_ms = static_cast<std::uint16_t>(std::max(value, 0.0F));
+      sample.counter_ms = whole<std::uint16_t>(value, 0xFFFF);
       return;
     default:
       return;

@@ -22,14 +22,12 @@ void EmulatedBus::run(std::uint64_t now_us) {
     for (const auto& drive : drives_) drive->hear(frame, now_us);
   }
   std::vector<Outgoing> due;
-  for (const auto& drive : drives_) {
-    std::vector<Outgoing>& waiting = drive->outgoing();
-    const auto later = std::stable_partition(waiting.begin(), waiting.end(),
-                                             [now_us](const Outgoing& one) { return one.due_us <= now_us; });
-    due.insert(due.end(), waiting.begin(), later);
-    waiting.erase(waiting.begin(), later);
-  }
-  std::ranges::stable_sort(due, {}, &Outgoing::due_us);
+  for (const auto& drive : drives_)
+    std::erase_if(drive->outgoing(), [&](const Outgoing& one) {
+      if (one.due_us > now_us) return false;
+      due.insert(std::ranges::upper_bound(due, one.due_us, {}, &Outgoing::due_us), one);
+      return true;
+    });
   if (swap_next_two && due.size() >= 2) {
     std::swap(due[0], due[1]);
     swap_next_two = false;

@@ -82,6 +82,18 @@ TEST(MoteusFrames, ALimiterIsNoFault) {
   }
 }
 
+// As floats these registers can hold anything.
+TEST(MoteusFrames, AFaultThatIsNoNumberIsAFault) {
+  for (const char* code :
+       {"0000c07f", "0000807f", "000080bf", "00007f4b"}) {  // NaN, infinity, -1, 16 million
+    Sample sample;
+    (void)moteus::unpack(1, frame_of_hex(0x100, std::string("2d0f") + code + "5050", true), sample);
+    EXPECT_NE(sample.drive_fault, 0U) << code;
+    (void)moteus::unpack(1, frame_of_hex(0x100, std::string("2d0c") + code + "5050", true), sample);
+    EXPECT_EQ(sample.home_state, 0) << code;
+  }
+}
+
 TEST(MoteusFrames, TheMostNegativeIntegerIsNoValue) {
   Sample sample;
   EXPECT_EQ(moteus::unpack(1, frame_of_hex(0x100, "25010080 25021027 50505050", true), sample).reply,

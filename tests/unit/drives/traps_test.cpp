@@ -561,6 +561,19 @@ TEST(DriveTraps, AnOldReplyOfSixBytesIsRead) {
   EXPECT_NEAR(rig.states[1].supply_V, 24, .1);
 }
 
+TEST(DriveTraps, APositionThatIsNoNumberIsAWrongFrame) {
+  for (const Kind kind : {Kind::kMoteus, Kind::kOdrive05, Kind::kOdrive06}) {
+    DriveRig rig(kind);
+    ASSERT_TRUE(rig.start());
+    rig.tick();
+    const double position = rig.states[0].position_rad;
+    rig.drive(0).shaft.position_rad = std::nan("");
+    rig.tick(3);
+    EXPECT_TRUE(rig.dropped(DriveFault::kWrongFrame)) << name_of_kind(kind);
+    EXPECT_NEAR(rig.states[0].position_rad, position, 1e-3);
+  }
+}
+
 // The encoder. A frozen one looks like a joint at rest: the controller's encoder probe finds it, no reply does.
 TEST(DriveTraps, AFrozenEncoderIsNotSeenHereANoisyOneIsNoFaultAndAJumpIs) {
   DriveRig frozen(Kind::kMoteus);
