@@ -121,6 +121,7 @@ KindItems kind_items(const DriveConfig& config) noexcept {
 }
 
 std::string_view check_drives(std::span<const DriveConfig> drives, float period_s) noexcept {
+  if (drives.size() > kMostDrives) return "a bus has at most eight drives";
   for (std::size_t i = 0; i < drives.size(); ++i) {
     if (const std::string_view wrong = check_drive(drives[i], period_s); !wrong.empty()) return wrong;
     for (std::size_t j = 0; j < i; ++j)

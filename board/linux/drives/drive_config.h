@@ -24,6 +24,7 @@ struct ConfigItem {
   double value = 0;
 };
 inline constexpr std::size_t kMostItems = 16;
+inline constexpr std::size_t kMostDrives = 8;  // of a bus
 
 struct DriveConfig {
   Kind kind = Kind::kMoteus;

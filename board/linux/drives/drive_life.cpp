@@ -131,9 +131,9 @@ DriveLife::Wish DriveLife::wish() const noexcept {
   return Wish::kNothing;
 }
 
-// Where it says that it is on and should not be, it is told again.
+// Where it says that it is on and should not be, it is told again; a moteus whose watchdog ended the commands still brakes.
 DriveLife::Wish DriveLife::poll_or_off() const noexcept {
-  return stage_ == Stage::kOn ? Wish::kOff : Wish::kPoll;
+  return stage_ == Stage::kOn || stage_ == Stage::kTimedOut ? Wish::kOff : Wish::kPoll;
 }
 
 void DriveLife::enter(State state) noexcept {

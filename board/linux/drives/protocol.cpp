@@ -148,7 +148,10 @@ class Odrive final : public Protocol {
   }
   // Any frame feeds its watchdog, so it must not be one that leaves the last torque on.
   void send_unheard(Outbox& out) noexcept override { command({}, out); }
-  void clear_faults(Outbox& out) noexcept override { out.add(odrive::pack_clear_errors(config_.id, is06_)); }
+  void clear_faults(Outbox& out) noexcept override {
+    out.add(odrive::pack_axis_state(config_.id, odrive::AxisState::kIdle));
+    out.add(odrive::pack_clear_errors(config_.id, is06_));
+  }
 
  private:
   [[nodiscard]] CanFrame torque_frame(float torque_N_m) const noexcept {

@@ -24,7 +24,7 @@ class Outbox {
   [[nodiscard]] std::span<const CanFrame> frames() const { return {frames_.data(), count_}; }
 
  private:
-  static constexpr std::size_t kMost = 32;
+  static constexpr std::size_t kMost = 64;
   std::array<CanFrame, kMost> frames_{};
   std::size_t count_ = 0;
 };
@@ -63,6 +63,7 @@ class Protocol {
   // For a drive that does not answer: without torque where it still hears, and nothing that enables it where it has restarted. A drive
   // that brakes by itself on silence gets silence.
   virtual void send_unheard(Outbox& out) noexcept = 0;
+  // Switches it off too: whoever clears may not have seen that it is on.
   virtual void clear_faults(Outbox& out) noexcept = 0;
 
  protected:

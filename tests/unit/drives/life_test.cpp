@@ -122,6 +122,19 @@ TEST(DriveClear, ForgetsWhatWasBefore) {
   EXPECT_EQ(rig.states[0].limiter, Limiter::kNone);
 }
 
+// It was cleared before it was told to switch off.
+TEST_P(EveryKind, ADriveThatIsStillOnWhenItIsFoundIsSwitchedOff) {
+  DriveRig rig(GetParam());
+  ASSERT_TRUE(rig.start());
+  rig.drive(0).inject.drop_replies = 8;
+  rig.tick(6);
+  ASSERT_EQ(rig.states[0].state, State::kSilent);
+  EXPECT_TRUE(rig.drive(0).powered());
+  rig.bus.clear();
+  rig.tick(12);
+  EXPECT_FALSE(rig.drive(0).powered()) << rig.text();
+}
+
 // 300 ms of torque 0 and base damping, then off.
 TEST_P(EveryKind, AFaultOfOneBrakesTheOthers) {
   DriveRig rig(GetParam());
@@ -344,6 +357,9 @@ TEST(DriveConfigs, AreRefusedWithASentence) {
             "");
   EXPECT_EQ(wrong({config_of(Kind::kMoteus, 1), config_of(Kind::kMoteus, 1)}),
             "two drives of one bus have the same id or reply id");
+  std::vector<DriveConfig> nine;
+  for (std::uint8_t id = 1; id <= 9; ++id) nine.push_back(config_of(Kind::kMoteus, id));
+  EXPECT_EQ(wrong(nine), "a bus has at most eight drives");
   DriveConfig config = config_of(Kind::kMiniCheetah, 1);
   config.reply_id = 0;
   EXPECT_NE(wrong({config}), "");
