@@ -256,7 +256,7 @@ void DriveBus::disable() noexcept {
 
 void DriveBus::clear() noexcept {
   for (Slot& slot : slots_) {
-    if (slot.life.fault() == DriveFault::kNone) continue;
+    if (slot.life.state() != State::kSilent && slot.life.state() != State::kFault) continue;
     slot.life.clear();
     slot.sample = silent_sample(slot.config);
     slot.fault_code = 0;

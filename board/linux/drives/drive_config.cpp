@@ -45,6 +45,8 @@ std::string_view check_drive(const DriveConfig& config, float period_s) {
     return "the drive cannot be given such a watchdog";
   if (is_moteus(config.kind) && config.base_damping_N_m_s_rad > 0 && config.moteus_kd <= 0)
     return "damping in a moteus needs its servo.pid_position.kd";
+  if (is_moteus(config.kind) && config.moteus_timeout_mode != 12 && config.moteus_timeout_mode != 15)
+    return "a moteus must brake when the host is silent: servo.timeout_mode 12 or 15";
   if (config.kind == Kind::kOdrive06 &&
       (!has_item(config, "watchdog_timeout") || !has_item(config, "enable_watchdog")))
     return "an ODrive 0.6 needs the endpoints of watchdog_timeout and enable_watchdog, from the file of its "
@@ -108,6 +110,9 @@ KindItems kind_items(const DriveConfig& config) noexcept {
   if (is_moteus(config.kind)) {
     // Each command has its own watchdog; this one is for a frame without.
     add({"servo.default_timeout_s", 0, false, static_cast<double>(config.watchdog_s)});
+    add({"servo.timeout_mode", 0, false, static_cast<double>(config.moteus_timeout_mode)});
+    // An integrator would turn the damping into a spring.
+    add({"servo.pid_position.ki", 0, false, 0});
     if (config.moteus_kd > 0) add({"servo.pid_position.kd", 0, false, static_cast<double>(config.moteus_kd)});
   } else if (is_damiao(config.kind)) {
     damiao("TIMEOUT", mit::Register::kTimeout, true,

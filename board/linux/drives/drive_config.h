@@ -37,6 +37,8 @@ struct DriveConfig {
   float base_damping_N_m_s_rad =
       0;                // while the drives are enabled and when they are dropped; ODrive has no other
   float moteus_kd = 0;  // servo.pid_position.kd, N m per turn/s
+  int moteus_timeout_mode =
+      12;  // servo.timeout_mode: 12 damps with the damping last sent, 15 shorts the phases
   float torque_constant_N_m_A = 1;  // ODrive 0.5
   float current_limit_A = 10;       // ODrive
   float torque_lag_s = .001F;       // current loop and filters, from a command to the torque reported

@@ -96,13 +96,10 @@ struct EmulatedMoteus::Reply {
 
 EmulatedMoteus::EmulatedMoteus(std::uint8_t id)
     : EmulatedDrive(kMoteusCurrentLag_s, kMoteusVelocityLag_s),
-      config{{"servo.default_timeout_s", .1},
-             {"servo.timeout_mode", 12},
-             {"servo.pid_position.kp", 4},
-             {"servo.pid_position.kd", .25},
-             {"servo.max_current_A", 20},
-             {"servo.timeout_max_torque_Nm", 5},
-             {"motor_position.rotor_to_output_ratio", 1}},
+      config{{"servo.default_timeout_s", .1},    {"servo.timeout_mode", 12},
+             {"servo.pid_position.kp", 4},       {"servo.pid_position.kd", .25},
+             {"servo.pid_position.ki", 0},       {"servo.max_current_A", 20},
+             {"servo.timeout_max_torque_Nm", 5}, {"motor_position.rotor_to_output_ratio", 1}},
       id_(id) {}
 
 double EmulatedMoteus::encoder_step_rad() const { return kTurn_rad / kMoteusCounts; }

@@ -122,6 +122,17 @@ TEST(DriveClear, ForgetsWhatWasBefore) {
   EXPECT_EQ(rig.states[0].limiter, Limiter::kNone);
 }
 
+TEST(DriveClear, DoesNothingToADriveThatStillBrakes) {
+  DriveRig rig(Kind::kMoteus);
+  ASSERT_TRUE(rig.start());
+  rig.drive(0).inject.repeat_replies = 10;
+  rig.tick(5);
+  ASSERT_EQ(rig.states[0].state, State::kBraking) << rig.text();
+  rig.bus.clear();
+  EXPECT_EQ(rig.bus.end_cycle(rig.now_us)[0].fault, DriveFault::kTwoReplies);
+  EXPECT_EQ(rig.bus.end_cycle(rig.now_us)[0].supply_V, 24);
+}
+
 // It was cleared before it was told to switch off.
 TEST_P(EveryKind, ADriveThatIsStillOnWhenItIsFoundIsSwitchedOff) {
   DriveRig rig(GetParam());
@@ -368,6 +379,9 @@ TEST(DriveConfigs, AreRefusedWithASentence) {
   EXPECT_EQ(wrong({config}), "the drive's watchdog must be 10 to 20 ticks");
   config.watchdog_s = .1F;
   EXPECT_EQ(wrong({config}), "the drive's watchdog must be 10 to 20 ticks");
+  config = config_of(Kind::kMoteus, 1);
+  config.moteus_timeout_mode = 0;
+  EXPECT_EQ(wrong({config}), "a moteus must brake when the host is silent: servo.timeout_mode 12 or 15");
   config = config_of(Kind::kOdrive06, 63);
   EXPECT_NE(wrong({config}), "");
   config.id = 3;

@@ -306,6 +306,12 @@ TEST(DriveTraps, AWatchdogThatIsOffRefusesArming) {
   moteus.drive<EmulatedMoteus>(0).config["servo.default_timeout_s"] = .1;
   moteus.tick(400);
   EXPECT_STREQ(moteus.states[0].wrong_item, "servo.default_timeout_s");
+  for (const char* name : {"servo.timeout_mode", "servo.pid_position.ki"}) {
+    DriveRig limp(Kind::kMoteus);
+    limp.drive<EmulatedMoteus>(0).config[name] = 10;
+    limp.tick(400);
+    EXPECT_EQ(limp.states[0].wrong_item, std::string(name));
+  }
   DriveRig mit(two(Kind::kMiniCheetah, [](DriveConfig& config) { config.watchdog_proven = false; }));
   mit.tick(400);
   EXPECT_EQ(mit.states[0].fault, DriveFault::kWatchdogUnproven);
