@@ -160,7 +160,9 @@ TEST_P(EveryKind, AFaultOfOneBrakesTheOthers) {
   EXPECT_GT(speed, .5);
   rig.tick(100);  // (.005 + .001) N m s/rad on 1 g m2: e^-0.6 in 100 ms
   EXPECT_NEAR(rig.drive(1).shaft.velocity_rad_s, speed * std::exp(-.6), .04 * speed);
-  rig.tick(300);
+  rig.tick(150);
+  EXPECT_EQ(rig.states[1].state, State::kBraking);  // for 286 ms
+  rig.tick(40);
   EXPECT_FALSE(rig.drive(1).powered());
   EXPECT_EQ(rig.states[1].state, State::kIdle);
 }
