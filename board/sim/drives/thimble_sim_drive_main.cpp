@@ -1,0 +1,112 @@
+// thimble-sim-drive: emulated motor drives on a CAN interface (a vcan, or a real bus), one process a bus, in real time.
+//
+// Prints "ready" when it listens. Ends with SIGTERM or SIGINT. Exit codes: 0 ended by signal, 1 failed, 2 usage.
+#include <poll.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "board/linux/drives/open_can_bus.h"
+#include "board/sim/drives/drive_options.h"
+#include "board/sim/drives/emulated_bus.h"
+
+namespace thimble::board::emulated {
+namespace {
+
+volatile std::sig_atomic_t ending = 0;
+
+struct Options {
+  std::string interface;
+  int socket = -1;
+  std::vector<std::string> drives, faults;
+};
+
+std::uint64_t steady_us() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
+}
+
+void emulate(const Options& options, std::vector<NamedDrive> drives, std::vector<TimedFault> faults) {
+  Descriptor socket(options.socket);
+  if (options.socket < 0) {
+    const bool fd = std::ranges::any_of(drives, &NamedDrive::fd);
+    drives::OpenedBus opened = drives::open_can_bus(options.interface, {}, fd);
+    if (!opened.socket.is_open()) throw std::runtime_error(opened.trouble);
+    socket = std::move(opened.socket);
+  }
+  EmulatedBus bus(std::move(socket));
+  std::vector<EmulatedDrive*> added;
+  added.reserve(drives.size());
+  for (NamedDrive& one : drives) added.push_back(&bus.add(std::move(one.drive)));
+  std::cout << "ready" << std::endl;
+  const std::uint64_t start_us = steady_us();
+  while (ending == 0) {
+    const std::uint64_t now_us = steady_us();
+    bus.run(now_us);
+    const double time_s = static_cast<double>(now_us - start_us) * 1e-6;
+    std::erase_if(faults, [&](const TimedFault& fault) {
+      if (fault.time_s > time_s) return false;
+      fault.happens(*added[fault.drive]);
+      return true;
+    });
+    // Shorter than a drive's turnaround.
+    pollfd waited{bus.descriptor(), POLLIN, 0};
+    const timespec shortly{0, 30'000};
+    if (ppoll(&waited, 1, &shortly, nullptr) > 0 && (waited.revents & (POLLHUP | POLLNVAL)) != 0)
+      throw std::runtime_error("the other end of the socket is closed");
+  }
+}
+
+int main_of(int argc, char** argv) {
+  Options options;
+  CLI::App app{"Emulated motor drives on a CAN interface", "thimble-sim-drive"};
+  CLI::Option* interface =
+      app.add_option("interface", options.interface, "CAN interface, such as vcan0 (mtu 72 for FD)");
+  app.add_option("--socket", options.socket,
+                 "instead: this descriptor, an end of a socketpair that carries struct canfd_frame")
+      ->excludes(interface);
+  app.add_option("--drive", options.drives,
+                 "KIND:ID[:REPLY_ID], once a drive; kinds: moteus, odrive05, odrive06, mini-cheetah, "
+                 "cubemars, damiao, damiao-fd")
+      ->required();
+  app.add_option("--inject", options.faults,
+                 "TIME_S:DRIVE:FAULT[=VALUE], DRIVE counts from 0; faults: " + fault_names());
+  std::vector<NamedDrive> drives;
+  std::vector<TimedFault> faults;
+  try {
+    app.parse(argc, argv);
+    if (options.interface.empty() && options.socket < 0) throw CLI::RequiredError("interface");
+    for (const std::string& text : options.drives) drives.push_back(parse_drive(text));
+    for (const std::string& text : options.faults) {
+      faults.push_back(parse_fault(text));
+      if (faults.back().drive >= drives.size())
+        throw std::invalid_argument("'" + text + "' is of a drive that is not there");
+    }
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const std::invalid_argument& error) {
+    std::cerr << "thimble-sim-drive: " << error.what() << '\n';
+    return 2;
+  }
+  const auto end = [](int) { ending = 1; };
+  std::signal(SIGTERM, end);
+  std::signal(SIGINT, end);
+  try {
+    emulate(options, std::move(drives), std::move(faults));
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "thimble-sim-drive: " << error.what() << '\n';
+    return 1;
+  }
+}
+
+}  // namespace
+}  // namespace thimble::board::emulated
+
+int main(int argc, char** argv) { return thimble::board::emulated::main_of(argc, argv); }
