@@ -1,9 +1,10 @@
 #include "kinematics/arm_model.h"
 
+#include "kinematics/geometry.h"
+
 namespace thimble::kinematics {
 namespace {
 
-constexpr float kGravity_m_s2 = 9.81F;
 constexpr float kDegree = kPi / 180.0F;
 
 // PHANToM Premium 1.5: Cavusoglu, Feygin, Tendick 2002, Presence 11(6); limits, friction and transmission as

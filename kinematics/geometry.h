@@ -17,6 +17,7 @@
 namespace thimble::kinematics {
 
 inline constexpr int kMaxJoints = 7;
+inline constexpr float kGravity_m_s2 = 9.81F;
 
 // As many rows or columns as the arm has axes, no heap.
 template <typename S>
@@ -72,12 +73,16 @@ struct ChainGeometry {
   int force_joint = 0;
 };
 
-// A body whose weight the arm carries: on the link behind `joint` of the chain, centre of mass in the frame of that link.
-struct ChainBody {
-  int joint = 0;
+// A body whose weight the arm carries, by the link that it is fixed to; its centre of mass is in the frame of that link. The plate of a
+// delta does not turn; its thighs are alike, with x along them. A link of a five-bar has x along it, the outer ones from their elbow.
+enum class BodyLink : std::uint8_t { kChain, kPlate, kThighs, kInner, kOuter };
+struct Body {
+  BodyLink link = BodyLink::kChain;
+  int joint = 0;  // of the chain, or of the five-bar; the others need none
   float mass_kg = 0;
   Eigen::Vector3f centre_m = Eigen::Vector3f::Zero();
 };
+inline constexpr int kMaxBodies = 2 * kMaxJoints;
 
 struct Geometry {
   std::variant<std::monostate, TwoLinkGeometry, FiveBarGeometry, DeltaGeometry> platform;
@@ -89,6 +94,8 @@ struct Geometry {
   Eigen::Matrix<float, kMaxJoints, 1> joint_offset = Eigen::Matrix<float, kMaxJoints, 1>::Zero();
   Eigen::Matrix<float, kMaxJoints, 1> home = Eigen::Matrix<float, kMaxJoints, 1>::Zero();  // of the axes
   std::array<bool, kMaxJoints> driven{};  // axes with a motor
+  int body_count = 0;
+  std::array<Body, kMaxBodies> body{};
 };
 
 [[nodiscard]] constexpr int platform_joints(const Geometry& geometry) noexcept {

@@ -54,9 +54,23 @@ bool Mechanism<S>::plate_at(const AxisVector<S>& q, Vector3<S>& position_m,
 }
 
 template <typename S>
+AxisMatrix<S> Mechanism<S>::coupling() const noexcept {
+  return geometry_->joints_per_axis.topLeftCorner(axes_, axes_).template cast<S>();
+}
+
+template <typename S>
+AxisVector<S> Mechanism<S>::joints(const AxisVector<S>& axes) const noexcept {
+  return coupling() * axes + geometry_->joint_offset.head(axes_).template cast<S>();
+}
+
+template <typename S>
+AxisVector<S> Mechanism<S>::to_axes(const AxisVector<S>& joint_torques) const noexcept {
+  return coupling().transpose() * joint_torques;
+}
+
+template <typename S>
 bool Mechanism<S>::at(const AxisVector<S>& axes, MechanismPose<S>& pose) const noexcept {
-  const AxisMatrix<S> C = geometry_->joints_per_axis.topLeftCorner(axes_, axes_).template cast<S>();
-  const AxisVector<S> q = C * axes + geometry_->joint_offset.head(axes_).template cast<S>();
+  const AxisVector<S> q = joints(axes);
   Vector3<S> plate_m = pose.plate_m;
   Jacobian3<S> by_platform(3, platform_);
   if (!plate_at(q, plate_m, by_platform)) return false;
@@ -81,9 +95,11 @@ bool Mechanism<S>::at(const AxisVector<S>& axes, MechanismPose<S>& pose) const n
         velocity_by_joint<S>(chain, pose.chain, k, at_tip ? chain.count : chain.force_joint, force_m);
   }
   pose.plate_m = plate_m;
+  pose.plate_jacobian = by_platform;
   pose.tip_m = p_WB_ + R_WB_ * (plate_m + pose.chain.tip_m);
   pose.force_point_m = p_WB_ + R_WB_ * (plate_m + force_m);
   pose.rotation = R_WB_ * pose.chain.rotation;
+  const AxisMatrix<S> C = coupling();
   by_joint = (by_joint * C).eval();
   pose.jacobian.resize(6, axes_);
   pose.jacobian.template topRows<3>() = R_WB_ * by_joint.template topRows<3>();

@@ -30,7 +30,9 @@ struct MechanismPose {
   Vector3<S> force_point_m;     // where the force acts: the tip, or a gimbal
   Jacobian6<S> jacobian;        // twist of the tip, (velocity, angular velocity), by the speeds of the axes
   Jacobian3<S> force_jacobian;  // velocity of the force point by the speeds of the axes
-  Vector3<S> plate_m;           // base frame: where the forward map of a delta begins in the next tick
+  // In the base frame. A delta's forward map begins at plate_m in the next tick.
+  Vector3<S> plate_m;
+  Jacobian3<S> plate_jacobian;  // of the platform's joints
   ChainPose<S> chain;           // in the frame of the plate
 };
 
@@ -45,6 +47,9 @@ class Mechanism {
   // All axes at home; for a geometry that does not close there, only plate_m is of use.
   [[nodiscard]] MechanismPose<S> home_pose() const noexcept;
   [[nodiscard]] bool closes_at_home() const noexcept { return closes_at_home_; }
+  [[nodiscard]] AxisVector<S> joints(const AxisVector<S>& axes) const noexcept;            // q = C a + q0
+  [[nodiscard]] AxisVector<S> to_axes(const AxisVector<S>& joint_torques) const noexcept;  // C^T tau
+  [[nodiscard]] Vector3<S> up() const noexcept { return R_WB_.row(2); }  // the world's z, in the base frame
 
   // False: these angles do not close the mechanism, or it is so near to a singularity that forces would not be bounded; the pose is not to be
   // used then, but for plate_m, which is as it was. An angle that is not finite gives false or NaN.
@@ -57,6 +62,7 @@ class Mechanism {
                                                 const Eigen::Matrix<S, 6, 1>& wrench) const noexcept;
 
  private:
+  [[nodiscard]] AxisMatrix<S> coupling() const noexcept;
   [[nodiscard]] bool plate_at(const AxisVector<S>& q, Vector3<S>& position_m,
                               Jacobian3<S>& jacobian) const noexcept;
   void clear_undriven(AxisVector<S>& torques) const noexcept;

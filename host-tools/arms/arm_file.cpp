@@ -270,7 +270,7 @@ void read_axes(const Part& root, ArmFile& arm) {
   }
 }
 
-void read_sums_and_bodies(const Part& root, ArmFile& arm) {
+void read_limit_sums(const Part& root, ArmFile& arm) {
   for (std::size_t i = 0; root.has("limit_sums") && i < root.at("limit_sums").size(1, 4); ++i) {
     const Part part(root.at("limit_sums").at(i), "limit_sum");
     arm.limit_sums.push_back(
@@ -278,14 +278,43 @@ void read_sums_and_bodies(const Part& root, ArmFile& arm) {
     if (arm.limit_sums.back().weights.size() != arm.axes.size())
       part.at("weights").wrong("a number for each axis");
   }
-  std::vector<std::string_view> links(arm.joints.begin(), arm.joints.end());
-  if (arm.family == "five_bar") links.insert(links.end(), {"inner1", "inner2", "outer1", "outer2"});
-  if (arm.family == "delta") links.insert(links.end(), {"plate", "thighs"});
-  for (std::size_t i = 0; root.has("bodies") && i < root.at("bodies").size(1, 14); ++i) {
-    const Part part(root.at("bodies").at(i), "body");
-    arm.bodies.push_back({std::string(links.at(part.at("link").word(links))), part.quantity("mass_kg").value,
-                          part.vector("centre_m")});
+}
+
+// The words for the links of a family, and what they are. Those of a chain are behind its joints.
+std::vector<std::pair<std::string_view, kinematics::Body>> links_of(const ArmFile& arm) {
+  using kinematics::BodyLink;
+  std::vector<std::pair<std::string_view, kinematics::Body>> links;
+  const int platform = kinematics::platform_joints(arm.geometry);
+  for (int k = 0; k < arm.geometry.chain.count; ++k)
+    links.push_back({arm.joints[static_cast<std::size_t>(platform + k)], {BodyLink::kChain, k}});
+  if (arm.family == "five_bar")
+    links.insert(links.end(), {{"inner1", {BodyLink::kInner, 0}},
+                               {"inner2", {BodyLink::kInner, 1}},
+                               {"outer1", {BodyLink::kOuter, 0}},
+                               {"outer2", {BodyLink::kOuter, 1}}});
+  if (arm.family == "delta")
+    links.insert(links.end(), {{"plate", {BodyLink::kPlate}}, {"thighs", {BodyLink::kThighs}}});
+  return links;
+}
+
+void read_bodies(const Part& root, ArmFile& arm) {
+  if (!root.has("bodies")) return;
+  const Value bodies = root.at("bodies");
+  const auto links = links_of(arm);
+  if (links.empty())
+    bodies.fail("senseless-key", "is not for a two_link, whose weight is in its inertia",
+                "give g2 and g3 of its inertia");
+  std::vector<std::string_view> words;
+  for (const auto& link : links) words.push_back(link.first);
+  const std::size_t count = bodies.size(1, kinematics::kMaxBodies);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Part part(bodies.at(i), "body");
+    kinematics::Body& body = arm.geometry.body.at(i);
+    body = links.at(part.at("link").word(words)).second;
+    body.mass_kg = static_cast<float>(part.quantity("mass_kg").value);
+    body.centre_m = part.vector("centre_m").cast<float>();
   }
+  arm.geometry.body_count = static_cast<int>(count);
 }
 
 ArmFile read(const Value& value) {
@@ -302,7 +331,8 @@ ArmFile read(const Value& value) {
   read_kinematics(root, arm);
   read_coupling(root, arm);
   read_axes(root, arm);
-  read_sums_and_bodies(root, arm);
+  read_limit_sums(root, arm);
+  read_bodies(root, arm);
   const Part limits = root.part("limits", "limits");
   arm.max_force_N = limits.quantity("max_force_N").value;
   arm.max_joint_speed_rad_s = limits.quantity("max_joint_speed_rad_s").value;

@@ -60,12 +60,6 @@ struct ArmLimitSum {
   Quantity lower_rad, upper_rad;
 };
 
-struct ArmBody {
-  std::string link;
-  double mass_kg = 0;
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-};
-
 struct TwoLinkInertia {
   double m11, m11_cos_2q2, m11_cos_2q3, m22, m33, m23, g2, g3;
 };
@@ -77,7 +71,6 @@ struct ArmFile {
   std::vector<std::string> joints;  // their names, those of the platform first
   std::vector<ArmAxis> axes;
   std::vector<ArmLimitSum> limit_sums;
-  std::vector<ArmBody> bodies;
   std::optional<TwoLinkInertia> two_link_inertia;
   double max_force_N = 0, max_joint_speed_rad_s = 0, tip_stiffness_N_m = 0, supply_V = 0;
 };

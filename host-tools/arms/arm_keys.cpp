@@ -42,7 +42,7 @@ void add_arm(KeyTable& kinds) {
       .required("axes", list("axis", 1, kAxes),
                 "Encoders, and the motors of those that are driven: as many as joints, in their order.")
       .optional("limit_sums", list("limit_sum", 1, 4), "Limits of weighted sums of the axes.")
-      .optional("bodies", list("body", 1, 2 * kAxes), "What gravity compensation carries.")
+      .optional("bodies", list("body", 1, kinematics::kMaxBodies), "What gravity compensation carries.")
       .required("limits", part("limits"));
 
   add(kinds, "kinematics", "the kinematics", "Exactly one family.")

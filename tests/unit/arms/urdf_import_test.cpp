@@ -58,7 +58,7 @@ TEST(UrdfImport, TheTipIsWhereKdlHasIt) {
     const std::string urdf = some_urdf(random, joints);
     const host::ArmFile arm = host::read_arm_file(host::import_urdf(urdf, "some", ""), "some");
     ASSERT_EQ(arm.axes.size(), static_cast<std::size_t>(joints));
-    EXPECT_FALSE(arm.bodies.empty());
+    EXPECT_GT(arm.geometry.body_count, 0);
 
     KDL::Tree tree;
     KDL::Chain chain;
