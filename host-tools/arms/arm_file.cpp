@@ -313,6 +313,7 @@ void read_bodies(const Part& root, ArmFile& arm) {
     body = links.at(part.at("link").word(words)).second;
     body.mass_kg = static_cast<float>(part.quantity("mass_kg").value);
     body.centre_m = part.vector("centre_m").cast<float>();
+    arm.body_inertia_kg_m2.at(i) = part.vector("inertia_kg_m2");
   }
   arm.geometry.body_count = static_cast<int>(count);
 }

@@ -71,6 +71,7 @@ struct ArmFile {
   std::vector<std::string> joints;  // their names, those of the platform first
   std::vector<ArmAxis> axes;
   std::vector<ArmLimitSum> limit_sums;
+  std::array<Eigen::Vector3d, kinematics::kMaxBodies> body_inertia_kg_m2{};  // of geometry.body
   std::optional<TwoLinkInertia> two_link_inertia;
   double max_force_N = 0, max_joint_speed_rad_s = 0, tip_stiffness_N_m = 0, supply_V = 0;
 };

@@ -164,7 +164,9 @@ void add_axis(KeyTable& kinds) {
                 "Behind this joint; of a five_bar inner1, inner2, outer1, outer2, of a delta plate, thighs.")
       .required("mass_kg", positive("kg"))
       .optional("centre_m", vector(place()).by_default(0, 0, 0),
-                "In the link's frame; x is along the link of a five_bar and of a delta.");
+                "In the link's frame; x is along the link of a five_bar and of a delta.")
+      .optional("inertia_kg_m2", vector(from(0, 10, "kg m2")).by_default(0, 0, 0),
+                "About the centre of mass, along the axes of the link.");
 }
 
 KeyTable table() {
