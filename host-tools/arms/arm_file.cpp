@@ -284,6 +284,7 @@ void read_limit_sums(const Part& root, ArmFile& arm) {
 std::vector<std::pair<std::string_view, kinematics::Body>> links_of(const ArmFile& arm) {
   using kinematics::BodyLink;
   std::vector<std::pair<std::string_view, kinematics::Body>> links;
+  links.reserve(arm.joints.size() + 4);
   const int platform = kinematics::platform_joints(arm.geometry);
   for (int k = 0; k < arm.geometry.chain.count; ++k)
     links.push_back({arm.joints[static_cast<std::size_t>(platform + k)], {BodyLink::kChain, k}});
@@ -305,6 +306,7 @@ void read_bodies(const Part& root, ArmFile& arm) {
     bodies.fail("senseless-key", "is not for a two_link, whose weight is in its inertia",
                 "give g2 and g3 of its inertia");
   std::vector<std::string_view> words;
+  words.reserve(links.size());
   for (const auto& link : links) words.push_back(link.first);
   const std::size_t count = bodies.size(1, kinematics::kMaxBodies);
   for (std::size_t i = 0; i < count; ++i) {
