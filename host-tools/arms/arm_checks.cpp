@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <variant>
 
 #include "kinematics/mechanism.h"
 
@@ -29,14 +30,18 @@ void check_limits(const ArmFile& arm, const std::string& file) {
   };
   for (const ArmAxis& axis : arm.axes) {
     if (!(axis.lower.value < axis.upper.value))
-      refuse(file, "empty-range", "axis " + axis.name + " has its lower limit above the upper one",
-             "exchange them");
+      refuse(file, "empty-range", "axis " + axis.name + " has a lower limit that is not below the upper one",
+             "exchange them, or give it room to move");
     if (!inside(axis.home.value, axis.lower, axis.upper))
       refuse(file, "home-beyond-limits", "axis " + axis.name + " is at home beyond its limits",
              "give a home between them");
   }
   for (std::size_t i = 0; i < arm.limit_sums.size(); ++i) {
     const ArmLimitSum& sum = arm.limit_sums[i];
+    if (!(sum.lower_rad.value < sum.upper_rad.value))
+      refuse(file, "empty-range",
+             fmt::format("limit_sums/{} has a lower limit that is not below the upper one", i),
+             "exchange them, or give it room to move");
     double home = 0;
     for (std::size_t j = 0; j < arm.axes.size(); ++j) home += sum.weights[j] * arm.axes[j].home.value;
     if (!inside(home, sum.lower_rad, sum.upper_rad))
@@ -105,6 +110,22 @@ int rank(const Eigen::VectorXd& singular_values) {
   return static_cast<int>((singular_values.array() > kNoDirection * singular_values[0]).count());
 }
 
+// A delta's joints have two places for the plate, and home_axis_m says where to look: is the one that was found that of `branch`?
+void check_branch(const kinematics::Mechanism<double>& mechanism, const Eigen::Vector3d& plate_m,
+                  const std::string& file) {
+  const auto* delta = std::get_if<kinematics::DeltaGeometry>(&mechanism.geometry().platform);
+  if (delta == nullptr) return;
+  const Eigen::Vector3d q = mechanism.joints(mechanism.home()).head<3>();
+  Eigen::Vector3d of_branch = Eigen::Vector3d::Constant(HUGE_VAL);
+  static_cast<void>(kinematics::Delta<double>(*delta).inverse(plate_m, of_branch));
+  if (!((of_branch - q).array().cos() > 1 - 1e-9).all())
+    refuse(file, "wrong-branch",
+           fmt::format("with all axes at home the plate is at a height of {:.4f} m, where branch has other "
+                       "angles of the axes",
+                       plate_m.z()),
+           "correct home_axis_m, or else branch");
+}
+
 ArmFigures figures_of(const ArmFile& arm, const std::string& file) {
   const kinematics::Mechanism<double> mechanism(arm.geometry);
   kinematics::MechanismPose<double> pose = mechanism.home_pose();
@@ -112,6 +133,7 @@ ArmFigures figures_of(const ArmFile& arm, const std::string& file) {
     refuse(file, "does-not-close",
            "the links do not meet with all axes at home, or so near to a singularity that no force is safe",
            "check the lengths, the coupling and the angles of home");
+  check_branch(mechanism, pose.plate_m, file);
   ArmFigures figures;
   figures.home_tip_m = arm.geometry.rotation.cast<double>() * (pose.plate_m + pose.chain.tip_m);
   Eigen::MatrixXd driven = pose.force_jacobian;

@@ -27,7 +27,7 @@ struct ArmFigures {
 };
 
 // Throws Error (kBadInput) for an arm that cannot work: limits the wrong way round or home beyond them, two on one port, no drive, links that do
-// not meet at home, a singular home, an encoder that counts slower than the arm moves, a counter that wraps within the limits.
+// not meet at home or meet on another branch, a singular home, an encoder that counts slower than the arm moves, a counter that wraps within the limits.
 [[nodiscard]] ArmFigures check_arm(const ArmFile& arm, const std::string& file);
 
 }  // namespace thimble::host

@@ -157,6 +157,39 @@ TEST(ArmFiles, AParallelogramIsAChainWithACoupling) {
   EXPECT_LT(worst, 1e-6);
 }
 
+// An axis has the unit of the joint with its number, so a coupling may not change one unit for the other.
+TEST(ArmFiles, ACouplingAndASumOfLimitsHaveOneUnit) {
+  Json arm = Json::parse(text_of("paddle"));
+  Json turn = arm["axes"][0], slide = turn;
+  turn["name"] = "turn";
+  slide["encoder"]["port"] = slide["drive"]["port"] = 1;
+  slide.erase("lower_deg");
+  slide.erase("upper_deg");
+  slide["lower_m"] = -0.1;
+  slide["upper_m"] = 0.1;
+  arm["axes"] = {turn, slide};
+  arm["kinematics"]["serial"]["joints"].push_back({{"name", "slide"}, {"type", "prismatic"}});
+  const auto name_of_error = [](const Json& file) -> std::string {
+    try {
+      static_cast<void>(host::check_arm(host::read_arm_file(file.dump(), "my"), "my"));
+    } catch (const host::Error& error) {
+      return error.name;
+    }
+    return "none";
+  };
+  EXPECT_EQ(name_of_error(arm), "none");
+  Json coupled = arm;
+  coupled["coupling"]["joints_per_axis"] = {{-1, 0}, {0, 0.5}};
+  EXPECT_EQ(name_of_error(coupled), "none");
+  coupled["coupling"]["joints_per_axis"] = {{0, 1}, {1, 0}};
+  EXPECT_EQ(name_of_error(coupled), "mixed-units");
+  Json summed = arm;
+  summed["limit_sums"] = Json::array({{{"weights", {1, 0}}, {"lower_deg", -5}, {"upper_deg", 5}}});
+  EXPECT_EQ(name_of_error(summed), "none");
+  summed["limit_sums"][0]["weights"] = {1, 1};
+  EXPECT_EQ(name_of_error(summed), "mixed-units");
+}
+
 struct Wrong {
   const char* arm;
   const char* pointer;
@@ -224,6 +257,16 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"pantograph", "/kinematics/five_bar/outer_m", Json::array({0.0719, 0.0719}), "singular-home",
               "times as far"},
         Wrong{"falcon", "/kinematics/delta/shin_m", 0.01, "does-not-close", "do not meet"},
+        Wrong{"falcon", "/kinematics/delta/home_axis_m", 0, "wrong-branch", "branch"},
+        Wrong{"falcon", "/kinematics/delta/branch", "plus", "wrong-branch", "branch"},
+        Wrong{"falcon", "/motors", Json::array({1}), "bad-value", "/motors is [1]"},
+        Wrong{"falcon", "/motors", 5, "bad-value", "/motors is 5"},
+        Wrong{"falcon", "/motors/spare", Json{{"colour", "red"}}, "unknown-key", "/motors/spare/colour"},
+        Wrong{"falcon", "/$schema", 5, "bad-value", "$schema"},
+        Wrong{"falcon", "/axes/1/name", "first", "repeated-name", "/axes/1/name"},
+        Wrong{"falcon", "/axes/0/lower_deg", 100, "empty-range", "not below"},
+        Wrong{"premium-1.5", "/limit_sums/0/lower_deg", 65, "empty-range", "limit_sums/0"},
+        Wrong{"touch", "/axes/3/encoder/kind", "drive", "senseless-key", "/axes/3/encoder/kind"},
         Wrong{"paddle", "/axes/0/drive", nullptr, "senseless-key", "drive"},
         Wrong{"paddle", "/kinematics/serial/tip_m", Json::array({0, 0.07, 0}), "no-force", "no motor moves"}),
     [](const auto& one) { return "case_" + std::to_string(one.index); });
