@@ -126,6 +126,46 @@ void check_branch(const kinematics::Mechanism<double>& mechanism, const Eigen::V
            "correct home_axis_m, or else branch");
 }
 
+// Ranks of the driven Jacobian of the force point, and of that of the tip, with its angles.
+struct Ranks {
+  int force = 0, pose = 0;
+};
+Eigen::MatrixXd driven_of(const ArmFile& arm, const kinematics::MechanismPose<double>& pose) {
+  Eigen::MatrixXd driven = pose.force_jacobian;
+  for (Eigen::Index j = 0; j < driven.cols(); ++j)
+    if (!arm.geometry.driven[static_cast<std::size_t>(j)]) driven.col(j).setZero();
+  return driven;
+}
+Ranks ranks_of(const ArmFile& arm, const kinematics::MechanismPose<double>& pose) {
+  // Metres and radians: what turns the tip by one radian is taken for what moves it by 0.1 m.
+  Eigen::MatrixXd twist = pose.jacobian;
+  twist.bottomRows(3) *= 0.1;
+  return {rank(Eigen::JacobiSVD<Eigen::MatrixXd>(driven_of(arm, pose)).singularValues()),
+          rank(Eigen::JacobiSVD<Eigen::MatrixXd>(twist).singularValues())};
+}
+
+// The greatest of home and of places around it, each axis moved by a tenth of its range and all at once: at home itself a direction may be lost.
+Ranks ranks_around_home(const ArmFile& arm, const kinematics::Mechanism<double>& mechanism) {
+  const kinematics::MechanismPose<double> home = mechanism.home_pose();
+  Ranks most = ranks_of(arm, home);
+  for (int moved = 0; moved <= mechanism.axes(); ++moved) {
+    for (const double way : {-0.1, 0.1}) {
+      kinematics::AxisVector<double> axes = mechanism.home();
+      for (int j = 0; j < mechanism.axes(); ++j) {
+        const ArmAxis& axis = arm.axes[static_cast<std::size_t>(j)];
+        if (moved == j || moved == mechanism.axes())
+          axes[j] = std::clamp(axes[j] + way * (axis.upper.value - axis.lower.value), axis.lower.value,
+                               axis.upper.value);
+      }
+      kinematics::MechanismPose<double> pose = home;
+      if (!mechanism.at(axes, pose)) continue;
+      const Ranks here = ranks_of(arm, pose);
+      most = {std::max(most.force, here.force), std::max(most.pose, here.pose)};
+    }
+  }
+  return most;
+}
+
 ArmFigures figures_of(const ArmFile& arm, const std::string& file) {
   const kinematics::Mechanism<double> mechanism(arm.geometry);
   kinematics::MechanismPose<double> pose = mechanism.home_pose();
@@ -136,19 +176,20 @@ ArmFigures figures_of(const ArmFile& arm, const std::string& file) {
   check_branch(mechanism, pose.plate_m, file);
   ArmFigures figures;
   figures.home_tip_m = arm.geometry.rotation.cast<double>() * (pose.plate_m + pose.chain.tip_m);
-  Eigen::MatrixXd driven = pose.force_jacobian;
-  for (int j = 0; j < mechanism.axes(); ++j)
-    if (!arm.geometry.driven[static_cast<std::size_t>(j)]) driven.col(j).setZero();
+  const Eigen::MatrixXd driven = driven_of(arm, pose);
   const Eigen::JacobiSVD<Eigen::MatrixXd> felt(driven, Eigen::ComputeThinU);
   if (!(felt.singularValues()[0] > 0))
     refuse(file, "no-force", "no motor moves the point where the force acts",
            "check which axes have drives, and force_at");
   figures.force_dof = rank(felt.singularValues());
+  const Ranks around = ranks_around_home(arm, mechanism);
+  if (figures.force_dof < around.force)
+    refuse(file, "singular-home",
+           fmt::format("at home a force is felt in {} directions, near it in {}", figures.force_dof,
+                       around.force),
+           "put home in the middle of the workspace");
+  figures.pose_dof = around.pose;
   for (int i = 0; i < figures.force_dof; ++i) figures.singular_values.push_back(felt.singularValues()[i]);
-  // Metres and radians: what turns the tip by one radian is taken for what moves it by 0.1 m.
-  Eigen::MatrixXd twist = pose.jacobian;
-  twist.bottomRows(3) *= 0.1;
-  figures.pose_dof = rank(Eigen::JacobiSVD<Eigen::MatrixXd>(twist).singularValues());
   find_peak_forces(arm, driven, felt.matrixU(), figures);
   for (std::size_t j = 0; j < arm.axes.size(); ++j) {
     const auto column = static_cast<Eigen::Index>(j);

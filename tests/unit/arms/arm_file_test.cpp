@@ -190,6 +190,32 @@ TEST(ArmFiles, ACouplingAndASumOfLimitsHaveOneUnit) {
   EXPECT_EQ(name_of_error(summed), "mixed-units");
 }
 
+// In line at home, where one force is lost altogether: that is a singular home, and not an arm with fewer forces.
+TEST(ArmFiles, ALostDirectionAtHomeIsSingular) {
+  Json arm = Json::parse(text_of("premium-1.5"));
+  arm.erase("limit_sums");
+  arm["axes"][1]["home_deg"] = 60;
+  for (const double bend_deg : {0.0, 0.01, 0.5, 20.0}) {
+    arm["axes"][2]["home_deg"] = 150 - bend_deg;
+    const ArmFile file = host::read_arm_file(arm.dump(), "my");
+    if (bend_deg > 10) {
+      EXPECT_EQ(host::check_arm(file, "my").force_dof, 3);
+      continue;
+    }
+    try {
+      static_cast<void>(host::check_arm(file, "my"));
+      ADD_FAILURE() << bend_deg;
+    } catch (const host::Error& error) {
+      EXPECT_EQ(error.name, "singular-home");
+    }
+  }
+  // A wrist with its first and last axis in line tells three angles nevertheless.
+  Json touch = Json::parse(text_of("touch"));
+  touch["kinematics"]["serial"]["joints"][4].erase("rotation_deg");
+  touch["axes"][4]["home_deg"] = 0;
+  EXPECT_EQ(host::check_arm(host::read_arm_file(touch.dump(), "my"), "my").pose_dof, 6);
+}
+
 struct Wrong {
   const char* arm;
   const char* pointer;
