@@ -39,6 +39,10 @@ Eigen::Matrix3f rotation(const Part& part) {
       .cast<float>();
 }
 
+// Words for the links of a five-bar and a delta, beside the names of the joints of a wrist.
+constexpr std::array<std::string_view, 6> kPlatformLinks{"inner1", "inner2", "outer1",
+                                                         "outer2", "plate",  "thighs"};
+
 void read_chain(const Part& part, ArmFile& arm) {
   kinematics::ChainGeometry& chain = arm.geometry.chain;
   const Value joints = part.at("joints");
@@ -51,6 +55,9 @@ void read_chain(const Part& part, ArmFile& arm) {
     if (std::ranges::find(arm.joints, name) != arm.joints.end())
       joint.at("name").fail("repeated-name", "is \"" + name + "\", as a joint before",
                             "give each joint a name of its own");
+    if (before > 0 && std::ranges::find(kPlatformLinks, name) != kPlatformLinks.end())
+      joint.at("name").fail("repeated-name", "is \"" + name + "\", as a link of the platform",
+                            "give the joint another name");
     arm.joints.push_back(name);
     chain.joint.at(k) = {
         joint.word("type") == 1 ? kinematics::JointKind::kPrismatic : kinematics::JointKind::kRevolute,

@@ -285,6 +285,8 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"falcon", "/kinematics/delta/shin_m", 0.01, "does-not-close", "do not meet"},
         Wrong{"falcon", "/kinematics/delta/home_axis_m", 0, "wrong-branch", "branch"},
         Wrong{"falcon", "/kinematics/delta/branch", "plus", "wrong-branch", "branch"},
+        Wrong{"falcon", "/wrist", Json{{"joints", {{{"name", "plate"}}}}}, "repeated-name",
+              "/wrist/joints/0/name"},
         Wrong{"falcon", "/motors", Json::array({1}), "bad-value", "/motors is [1]"},
         Wrong{"falcon", "/motors", 5, "bad-value", "/motors is 5"},
         Wrong{"falcon", "/motors/spare", Json{{"colour", "red"}}, "unknown-key", "/motors/spare/colour"},
