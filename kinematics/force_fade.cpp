@@ -77,8 +77,8 @@ ForceFade::Faded ForceFade::of(const Jacobian3<float>& jacobian, const Vector3f&
   Faded result{force_N, false};
   for (int i = 0; i < dof_; ++i) {
     const float value = now.value[i];
-    const float part = value < least_ ? value / least_ : value > most_ ? most_ / value : 1.0F;
-    if (part == 1.0F) continue;
+    if (value >= least_ && value <= most_) continue;
+    const float part = value > most_ ? most_ / value : value / least_;  // NaN for NaN
     const Vector3f along = now.along.col(i);
     result.force_N -= (1.0F - part) * force_N.dot(along) * along;
     result.faded = true;

@@ -21,7 +21,7 @@ class ForceFade {
   // home: the Jacobian of the force point by the axes at home; the columns of axes without a motor are 0.
   explicit ForceFade(const Jacobian3<float>& home) noexcept;
 
-  // The force that is safe to render with this Jacobian, and whether that is less than all of it. Bounded; cannot fail, NaN gives NaN.
+  // The force that is safe to render with this Jacobian, and whether that is less than all of it. Bounded; a Jacobian or a force with NaN gives NaN.
   struct Faded {
     Eigen::Vector3f force_N;
     bool faded;

@@ -50,9 +50,8 @@ struct DeltaGeometry {
   float shin_end_m, knee_end_m;  // d, e
   float base_u_m, base_v_m;      // r, s
   std::array<float, 3> leg_angle_rad;
-  bool minus;  // the branch of the inverse, and the side of the knees on which the plate is
-  float
-      home_axis_m;  // height of the plate with all joints at home, from which the forward map begins to look
+  bool minus;         // the branch of the inverse; the forward map stays on that on which it begins
+  float home_axis_m;  // height of the plate with all axes at home, at which the forward map begins to look
 };
 
 enum class JointKind : std::uint8_t { kRevolute, kPrismatic };

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <variant>
 
 #include "kinematics/mechanism.h"
 
@@ -29,14 +30,18 @@ void check_limits(const ArmFile& arm, const std::string& file) {
   };
   for (const ArmAxis& axis : arm.axes) {
     if (!(axis.lower.value < axis.upper.value))
-      refuse(file, "empty-range", "axis " + axis.name + " has its lower limit above the upper one",
-             "exchange them");
+      refuse(file, "empty-range", "axis " + axis.name + " has a lower limit that is not below the upper one",
+             "exchange them, or give it room to move");
     if (!inside(axis.home.value, axis.lower, axis.upper))
       refuse(file, "home-beyond-limits", "axis " + axis.name + " is at home beyond its limits",
              "give a home between them");
   }
   for (std::size_t i = 0; i < arm.limit_sums.size(); ++i) {
     const ArmLimitSum& sum = arm.limit_sums[i];
+    if (!(sum.lower_rad.value < sum.upper_rad.value))
+      refuse(file, "empty-range",
+             fmt::format("limit_sums/{} has a lower limit that is not below the upper one", i),
+             "exchange them, or give it room to move");
     double home = 0;
     for (std::size_t j = 0; j < arm.axes.size(); ++j) home += sum.weights[j] * arm.axes[j].home.value;
     if (!inside(home, sum.lower_rad, sum.upper_rad))
@@ -105,6 +110,62 @@ int rank(const Eigen::VectorXd& singular_values) {
   return static_cast<int>((singular_values.array() > kNoDirection * singular_values[0]).count());
 }
 
+// A delta's joints have two places for the plate, and home_axis_m says where to look: is the one that was found that of `branch`?
+void check_branch(const kinematics::Mechanism<double>& mechanism, const Eigen::Vector3d& plate_m,
+                  const std::string& file) {
+  const auto* delta = std::get_if<kinematics::DeltaGeometry>(&mechanism.geometry().platform);
+  if (delta == nullptr) return;
+  const Eigen::Vector3d q = mechanism.joints(mechanism.home()).head<3>();
+  Eigen::Vector3d of_branch = Eigen::Vector3d::Constant(HUGE_VAL);
+  static_cast<void>(kinematics::Delta<double>(*delta).inverse(plate_m, of_branch));
+  if (!((of_branch - q).array().cos() > 1 - 1e-9).all())
+    refuse(file, "wrong-branch",
+           fmt::format("with all axes at home the plate is at a height of {:.4f} m, where branch has other "
+                       "angles of the axes",
+                       plate_m.z()),
+           "correct home_axis_m, or else branch");
+}
+
+// Ranks of the driven Jacobian of the force point, and of that of the tip, with its angles.
+struct Ranks {
+  int force = 0, pose = 0;
+};
+Eigen::MatrixXd driven_of(const ArmFile& arm, const kinematics::MechanismPose<double>& pose) {
+  Eigen::MatrixXd driven = pose.force_jacobian;
+  for (Eigen::Index j = 0; j < driven.cols(); ++j)
+    if (!arm.geometry.driven[static_cast<std::size_t>(j)]) driven.col(j).setZero();
+  return driven;
+}
+Ranks ranks_of(const ArmFile& arm, const kinematics::MechanismPose<double>& pose) {
+  // Metres and radians: what turns the tip by one radian is taken for what moves it by 0.1 m.
+  Eigen::MatrixXd twist = pose.jacobian;
+  twist.bottomRows(3) *= 0.1;
+  return {rank(Eigen::JacobiSVD<Eigen::MatrixXd>(driven_of(arm, pose)).singularValues()),
+          rank(Eigen::JacobiSVD<Eigen::MatrixXd>(twist).singularValues())};
+}
+
+// The greatest of home and of places around it, each axis moved by a tenth of its range and all at once: at home itself a direction may be lost.
+Ranks ranks_around_home(const ArmFile& arm, const kinematics::Mechanism<double>& mechanism) {
+  const kinematics::MechanismPose<double> home = mechanism.home_pose();
+  Ranks most = ranks_of(arm, home);
+  for (int moved = 0; moved <= mechanism.axes(); ++moved) {
+    for (const double way : {-0.1, 0.1}) {
+      kinematics::AxisVector<double> axes = mechanism.home();
+      for (int j = 0; j < mechanism.axes(); ++j) {
+        const ArmAxis& axis = arm.axes[static_cast<std::size_t>(j)];
+        if (moved == j || moved == mechanism.axes())
+          axes[j] = std::clamp(axes[j] + way * (axis.upper.value - axis.lower.value), axis.lower.value,
+                               axis.upper.value);
+      }
+      kinematics::MechanismPose<double> pose = home;
+      if (!mechanism.at(axes, pose)) continue;
+      const Ranks here = ranks_of(arm, pose);
+      most = {std::max(most.force, here.force), std::max(most.pose, here.pose)};
+    }
+  }
+  return most;
+}
+
 ArmFigures figures_of(const ArmFile& arm, const std::string& file) {
   const kinematics::Mechanism<double> mechanism(arm.geometry);
   kinematics::MechanismPose<double> pose = mechanism.home_pose();
@@ -112,21 +173,23 @@ ArmFigures figures_of(const ArmFile& arm, const std::string& file) {
     refuse(file, "does-not-close",
            "the links do not meet with all axes at home, or so near to a singularity that no force is safe",
            "check the lengths, the coupling and the angles of home");
+  check_branch(mechanism, pose.plate_m, file);
   ArmFigures figures;
   figures.home_tip_m = arm.geometry.rotation.cast<double>() * (pose.plate_m + pose.chain.tip_m);
-  Eigen::MatrixXd driven = pose.force_jacobian;
-  for (int j = 0; j < mechanism.axes(); ++j)
-    if (!arm.geometry.driven[static_cast<std::size_t>(j)]) driven.col(j).setZero();
+  const Eigen::MatrixXd driven = driven_of(arm, pose);
   const Eigen::JacobiSVD<Eigen::MatrixXd> felt(driven, Eigen::ComputeThinU);
   if (!(felt.singularValues()[0] > 0))
     refuse(file, "no-force", "no motor moves the point where the force acts",
            "check which axes have drives, and force_at");
   figures.force_dof = rank(felt.singularValues());
+  const Ranks around = ranks_around_home(arm, mechanism);
+  if (figures.force_dof < around.force)
+    refuse(file, "singular-home",
+           fmt::format("at home a force is felt in {} directions, near it in {}", figures.force_dof,
+                       around.force),
+           "put home in the middle of the workspace");
+  figures.pose_dof = around.pose;
   for (int i = 0; i < figures.force_dof; ++i) figures.singular_values.push_back(felt.singularValues()[i]);
-  // Metres and radians: what turns the tip by one radian is taken for what moves it by 0.1 m.
-  Eigen::MatrixXd twist = pose.jacobian;
-  twist.bottomRows(3) *= 0.1;
-  figures.pose_dof = rank(Eigen::JacobiSVD<Eigen::MatrixXd>(twist).singularValues());
   find_peak_forces(arm, driven, felt.matrixU(), figures);
   for (std::size_t j = 0; j < arm.axes.size(); ++j) {
     const auto column = static_cast<Eigen::Index>(j);

@@ -16,8 +16,8 @@ struct AxisFigures {
 
 // All at home, in the frame that the arm has without a mounting.
 struct ArmFigures {
-  int force_dof = 0;                                     // directions in which a force can be felt
-  int pose_dof = 0;                                      // of the tip, that the encoders tell
+  int force_dof = 0;  // directions in which a force can be felt
+  int pose_dof = 0;   // of the tip, that the encoders tell; at home or near it
   Eigen::Vector3d home_tip_m = Eigen::Vector3d::Zero();  // from the base
   std::vector<double>
       singular_values;  // of the Jacobian of the force point by the driven axes, m; descending, force_dof of them
@@ -27,7 +27,7 @@ struct ArmFigures {
 };
 
 // Throws Error (kBadInput) for an arm that cannot work: limits the wrong way round or home beyond them, two on one port, no drive, links that do
-// not meet at home, a singular home, an encoder that counts slower than the arm moves, a counter that wraps within the limits.
+// not meet at home or meet on another branch, a singular home, an encoder that counts slower than the arm moves, a counter that wraps within the limits.
 [[nodiscard]] ArmFigures check_arm(const ArmFile& arm, const std::string& file);
 
 }  // namespace thimble::host

@@ -4,7 +4,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <numbers>
+#include <utility>
 
 #include "board/files/json_document.h"
 #include "host-tools/arms/arm_keys.h"
@@ -36,6 +39,10 @@ Eigen::Matrix3f rotation(const Part& part) {
       .cast<float>();
 }
 
+// Words for the links of a five-bar and a delta, beside the names of the joints of a wrist.
+constexpr std::array<std::string_view, 6> kPlatformLinks{"inner1", "inner2", "outer1",
+                                                         "outer2", "plate",  "thighs"};
+
 void read_chain(const Part& part, ArmFile& arm) {
   kinematics::ChainGeometry& chain = arm.geometry.chain;
   const Value joints = part.at("joints");
@@ -48,6 +55,9 @@ void read_chain(const Part& part, ArmFile& arm) {
     if (std::ranges::find(arm.joints, name) != arm.joints.end())
       joint.at("name").fail("repeated-name", "is \"" + name + "\", as a joint before",
                             "give each joint a name of its own");
+    if (before > 0 && std::ranges::find(kPlatformLinks, name) != kPlatformLinks.end())
+      joint.at("name").fail("repeated-name", "is \"" + name + "\", as a link of the platform",
+                            "give the joint another name");
     arm.joints.push_back(name);
     chain.joint.at(k) = {
         joint.word("type") == 1 ? kinematics::JointKind::kPrismatic : kinematics::JointKind::kRevolute,
@@ -170,16 +180,26 @@ ArmMotor read_motor(const Part& part) {
           part.quantity("max_winding_C")};
 }
 
-ArmMotor motor_of(const Part& root, const Part& axis) {
+using Motors = std::map<std::string, ArmMotor, std::less<>>;
+
+// All of them, so that one that no axis has is checked, too.
+Motors read_motors(const Part& root) {
+  Motors motors;
+  if (!root.has("motors")) return motors;
+  const Value given = root.at("motors");
+  if (!given.raw().is_object()) given.wrong("an object of motors by name");
+  for (auto motor = given.raw().begin(); motor != given.raw().end(); ++motor)
+    motors.emplace(motor.key(), read_motor(Part(given.at(std::string_view(motor.key())), "motor")));
+  return motors;
+}
+
+ArmMotor motor_of(const Motors& motors, const Part& axis) {
   const Value given = axis.at("motor");
   if (!given.raw().is_string()) return read_motor(Part(given, "motor"));
+  if (motors.empty()) given.wrong("a motor, because the file has no \"motors\" with names");
   std::vector<std::string_view> names;
-  if (root.has("motors"))
-    for (auto motor = root.at("motors").raw().begin(); motor != root.at("motors").raw().end(); ++motor)
-      names.push_back(motor.key());
-  const std::string name(names.empty() ? std::string() : std::string(names.at(given.word(names))));
-  if (names.empty()) given.wrong("a motor, or the name of one of \"motors\", and the file has none");
-  return read_motor(Part(root.at("motors").at(name), "motor"));
+  for (const auto& motor : motors) names.push_back(motor.first);
+  return motors.find(names.at(given.word(names)))->second;
 }
 
 // Keys with _m for a prismatic joint, with _deg for a revolute one.
@@ -201,7 +221,7 @@ void read_range(const Part& part, ArmAxis& axis) {
   axis.home = read("home");
 }
 
-ArmAxis read_axis(const Part& root, const Part& part, bool is_prismatic) {
+ArmAxis read_axis(const Motors& motors, const Part& part, bool is_prismatic) {
   ArmAxis axis;
   axis.name = part.text("name");
   axis.is_prismatic = is_prismatic;
@@ -209,11 +229,14 @@ ArmAxis read_axis(const Part& root, const Part& part, bool is_prismatic) {
   axis.encoder = read_encoder(part.part("encoder", "encoder"));
   if (part.has("drive")) {
     axis.drive = read_drive(part.part("drive", "drive"));
-    axis.motor = motor_of(root, part);
+    axis.motor = motor_of(motors, part);
   } else if (part.has("motor")) {
     part.at("motor").fail("senseless-key", "has a meaning with a drive only",
                           "add the drive, or leave it out");
   }
+  if (axis.encoder.kind == "drive" && !axis.drive)
+    part.at("encoder").at("kind").fail("senseless-key", "is \"drive\", and the axis has none",
+                                       "add the drive, or say what the encoder is");
   if (part.has("friction")) {
     const Part friction = part.part("friction", "friction");
     axis.friction = {friction.quantity("coulomb_N_m"), friction.quantity("viscous_N_m_s_rad"),
@@ -222,6 +245,12 @@ ArmAxis read_axis(const Part& root, const Part& part, bool is_prismatic) {
   if (part.has("stiffness_N_m_rad")) axis.stiffness_N_m_rad = part.quantity("stiffness_N_m_rad");
   if (part.has("first_resonance_Hz")) axis.first_resonance_Hz = part.quantity("first_resonance_Hz");
   return axis;
+}
+
+bool is_prismatic(const ArmFile& arm, std::size_t joint) {
+  const auto platform = static_cast<std::size_t>(kinematics::platform_joints(arm.geometry));
+  return joint >= platform &&
+         arm.geometry.chain.joint.at(joint - platform).kind == kinematics::JointKind::kPrismatic;
 }
 
 void read_coupling(const Part& root, ArmFile& arm) {
@@ -235,8 +264,13 @@ void read_coupling(const Part& root, ArmFile& arm) {
     const Value row = rows.at(static_cast<std::size_t>(i));
     const std::vector<double> values = row.numbers(range, arm.joints.size());
     if (values.size() != arm.joints.size()) row.wrong("a number for each axis");
-    for (Eigen::Index j = 0; j < n; ++j)
-      arm.geometry.joints_per_axis(i, j) = static_cast<float>(values.at(static_cast<std::size_t>(j)));
+    for (std::size_t j = 0; j < values.size(); ++j) {
+      if (values[j] != 0 && is_prismatic(arm, static_cast<std::size_t>(i)) != is_prismatic(arm, j))
+        row.at(j).fail("mixed-units",
+                       "couples a revolute joint with the axis of a prismatic one, or the reverse",
+                       "give the axes in the order of the joints that they move");
+      arm.geometry.joints_per_axis(i, static_cast<Eigen::Index>(j)) = static_cast<float>(values[j]);
+    }
   }
   const Eigen::MatrixXd matrix = arm.geometry.joints_per_axis.topLeftCorner(n, n).cast<double>();
   if (std::abs(matrix.determinant()) < 1e-6)
@@ -245,11 +279,8 @@ void read_coupling(const Part& root, ArmFile& arm) {
   const std::vector<double> offset = part.numbers("offset_deg");
   if (offset.size() != arm.joints.size()) part.at("offset_deg").wrong("a number for each joint");
   for (std::size_t i = 0; i < offset.size(); ++i) {
-    const auto joint = static_cast<std::ptrdiff_t>(i) - kinematics::platform_joints(arm.geometry);
-    const bool prismatic = joint >= 0 && arm.geometry.chain.joint.at(static_cast<std::size_t>(joint)).kind ==
-                                             kinematics::JointKind::kPrismatic;
     arm.geometry.joint_offset[static_cast<Eigen::Index>(i)] =
-        static_cast<float>(prismatic ? offset[i] : kDegree * offset[i]);
+        static_cast<float>(is_prismatic(arm, i) ? offset[i] : kDegree * offset[i]);
   }
 }
 
@@ -260,11 +291,14 @@ void read_axes(const Part& root, ArmFile& arm) {
               "has " + std::to_string(axes.raw().size()) + " axes, and the kinematics has " +
                   std::to_string(arm.joints.size()) + " joints",
               "give one axis for each joint, those that are only sensed too");
-  const auto platform = static_cast<std::size_t>(kinematics::platform_joints(arm.geometry));
+  const Motors motors = read_motors(root);
   for (std::size_t i = 0; i < arm.joints.size(); ++i) {
-    const bool prismatic =
-        i >= platform && arm.geometry.chain.joint.at(i - platform).kind == kinematics::JointKind::kPrismatic;
-    arm.axes.push_back(read_axis(root, Part(axes.at(i), "axis"), prismatic));
+    const Part part(axes.at(i), "axis");
+    ArmAxis axis = read_axis(motors, part, is_prismatic(arm, i));
+    if (std::ranges::find(arm.axes, axis.name, &ArmAxis::name) != arm.axes.end())
+      part.at("name").fail("repeated-name", "is \"" + axis.name + "\", as an axis before",
+                           "give each axis a name of its own");
+    arm.axes.push_back(std::move(axis));
     arm.geometry.home[static_cast<Eigen::Index>(i)] = static_cast<float>(arm.axes.back().home.value);
     arm.geometry.driven.at(i) = arm.axes.back().drive.has_value();
   }
@@ -277,6 +311,10 @@ void read_limit_sums(const Part& root, ArmFile& arm) {
         {part.numbers("weights"), in_rad(part.quantity("lower_deg")), in_rad(part.quantity("upper_deg"))});
     if (arm.limit_sums.back().weights.size() != arm.axes.size())
       part.at("weights").wrong("a number for each axis");
+    for (std::size_t j = 0; j < arm.axes.size(); ++j)
+      if (arm.axes[j].is_prismatic && arm.limit_sums.back().weights[j] != 0)
+        part.at("weights").at(j).fail("mixed-units", "is of a prismatic axis, and the sum is in degrees",
+                                      "write 0");
   }
 }
 
@@ -327,6 +365,7 @@ ArmFile read(const Value& value) {
         .fail("wrong-version", "is " + root.at("thimble_arm").raw().dump() + ", this program reads version 1",
               "use the version of thimble that the file was written for");
   ArmFile arm;
+  if (root.has("$schema")) static_cast<void>(root.text("$schema"));
   arm.name = root.text("name");
   if (root.has("description")) arm.description = root.text("description");
   arm.source = root.text("source");

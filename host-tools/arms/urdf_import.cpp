@@ -11,6 +11,8 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "host-tools/error.h"
@@ -49,6 +51,40 @@ Vector3d rpy_deg(const Eigen::Matrix3d& R) {
   const double roll = upright ? std::atan2(R(2, 1), R(2, 2)) : std::atan2(-R(1, 2), R(1, 1));
   const double yaw = upright ? std::atan2(R(1, 0), R(0, 0)) : 0.0;
   return kPerRad_deg * Vector3d(roll, pitch, yaw);
+}
+
+// The parser takes stack for each level of nesting, without a bound. A URDF has about five.
+bool is_nested_deeply(const std::string& xml) {
+  constexpr int kMost = 1000;
+  int depth = 0;
+  for (std::size_t at = xml.find('<'); at != std::string::npos; at = xml.find('<', at + 1)) {
+    const std::string_view rest = std::string_view(xml).substr(at);
+    if (rest.starts_with("<!--")) {
+      at = std::min(xml.find("-->", at), xml.size() - 1);
+    } else if (rest.starts_with("</")) {
+      --depth;
+    } else if (const std::size_t end = xml.find('>', at); !rest.starts_with("<?") &&
+                                                          !rest.starts_with("<!") &&
+                                                          (end == std::string::npos || xml[end - 1] != '/')) {
+      if (++depth > kMost) return true;
+    }
+  }
+  return false;
+}
+
+// The parser accepts joints that go round in a circle, and two that carry one link.
+void check_tree(const urdf::ModelInterface& model) {
+  for (const auto& [name, joint] : model.joints_)
+    if (model.getLink(joint->child_link_name)->parent_joint != joint)
+      refuse("not-a-tree",
+             "link '" + joint->child_link_name + "' is carried by joint '" + name + "' and by another one",
+             "an arm file has chains without loops only; write it by hand");
+  std::vector<const urdf::Link*> reached{model.getRoot().get()};
+  for (std::size_t i = 0; i < reached.size(); ++i)
+    for (const urdf::LinkSharedPtr& child : reached[i]->child_links) reached.push_back(child.get());
+  if (reached.size() != model.links_.size())
+    refuse("not-a-tree", "the URDF has joints that go round in a circle",
+           "let each link be carried by another one, up to the root");
 }
 
 std::vector<urdf::JointConstSharedPtr> joints_to(const urdf::ModelInterface& model,
@@ -124,22 +160,21 @@ struct Chain {
   Isometry3d behind =
       Isometry3d::Identity();  // from the frame of the last movable joint to that of the next link
 
-  void add(const urdf::Joint& joint, const urdf::Link& link) {
+  // next: the joint behind the link on the way to the tip, if there is one.
+  void add(const urdf::Joint& joint, const urdf::Link& link, const urdf::Joint* next) {
     if (joint.mimic)
       refuse("mimic-joint", "joint '" + joint.name + "' mimics '" + joint.mimic->joint_name + "'",
              "an arm file has couplings; write it by hand");
     behind = behind * of(joint.parent_to_joint_origin_transform);
     if (joint.type != urdf::Joint::FIXED) add_movable(joint);
-    if (!link.inertial || joints.empty()) return;
-    mass_kg.back() += link.inertial->mass;
-    moment_kg_m.back() += link.inertial->mass * (behind * of(link.inertial->origin).translation());
+    if (!joints.empty()) add_mass(link, next);
   }
 
-  // One for each movable link, with what is fixed to it.
+  // One for each movable link, with all that is fixed to it.
   [[nodiscard]] Json bodies() const {
     Json all = Json::array();
     for (std::size_t i = 0; i < joints.size(); ++i)
-      if (mass_kg[i] > 0)
+      if (tidy(mass_kg[i]) != 0)
         all.push_back({{"link", joints[i]["name"]},
                        {"mass_kg", tidy(mass_kg[i])},
                        {"centre_m", numbers(moment_kg_m[i] / mass_kg[i])}});
@@ -147,6 +182,24 @@ struct Chain {
   }
 
  private:
+  // Of a link and of what is fixed to it beside the way to the tip: a camera, the housing of a motor.
+  void add_mass(const urdf::Link& first, const urdf::Joint* next) {
+    std::vector<std::pair<const urdf::Link*, Isometry3d>> links{{&first, behind}};
+    while (!links.empty()) {
+      const auto [link, place] = links.back();
+      links.pop_back();
+      if (link->inertial) {
+        mass_kg.back() += link->inertial->mass;
+        moment_kg_m.back() += link->inertial->mass * (place * of(link->inertial->origin).translation());
+      }
+      for (std::size_t i = 0; i < link->child_joints.size(); ++i) {
+        const urdf::Joint& joint = *link->child_joints[i];
+        if (joint.type == urdf::Joint::FIXED && &joint != next)
+          links.emplace_back(link->child_links[i].get(), place * of(joint.parent_to_joint_origin_transform));
+      }
+    }
+  }
+
   void add_movable(const urdf::Joint& joint) {
     const bool prismatic = joint.type == urdf::Joint::PRISMATIC;
     if (!prismatic && joint.type != urdf::Joint::REVOLUTE && joint.type != urdf::Joint::CONTINUOUS)
@@ -170,12 +223,15 @@ struct Chain {
 
 std::string import_urdf(const std::string& urdf, const std::string& name, const std::string& tip) {
   console_bridge::noOutputHandler();  // the error says what is wrong
-  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(urdf);
+  const urdf::ModelInterfaceSharedPtr model = is_nested_deeply(urdf) ? nullptr : urdf::parseURDF(urdf);
   if (!model)
     refuse("not-a-urdf", "the file is not a URDF", "expand a xacro file first; `check_urdf` says more");
+  check_tree(*model);
   Chain chain;
-  for (const urdf::JointConstSharedPtr& joint : joints_to(*model, tip))
-    chain.add(*joint, *model->getLink(joint->child_link_name));
+  const std::vector<urdf::JointConstSharedPtr> way = joints_to(*model, tip);
+  for (std::size_t i = 0; i < way.size(); ++i)
+    chain.add(*way[i], *model->getLink(way[i]->child_link_name),
+              i + 1 < way.size() ? way[i + 1].get() : nullptr);
   if (chain.joints.empty() || chain.joints.size() > kinematics::kMaxJoints)
     refuse("wrong-joints",
            fmt::format("{} joints move between the root and the tip, an arm has 1 to {}", chain.joints.size(),
@@ -193,7 +249,11 @@ std::string import_urdf(const std::string& urdf, const std::string& name, const 
                    {"max_joint_speed_rad_s", guess(20)},
                    {"tip_stiffness_N_m", guess(2000)},
                    {"supply_V", guess(24)}};
-  return arm.dump(2) + "\n";
+  try {
+    return arm.dump(2) + "\n";
+  } catch (const Json::type_error&) {
+    refuse("not-utf-8", "a name in the URDF is not in UTF-8", "save the file in UTF-8");
+  }
 }
 
 }  // namespace thimble::host

@@ -138,10 +138,10 @@ void model_import(const Common& common, const ModelImportChoice& choice) {
                 "give a name that ends with .arm.json");
   const std::string text = import_urdf(
       read_input(choice.urdf), name.substr(0, name.size() - std::string(kArmSuffix).size()), choice.tip);
+  const ArmFile arm = read_arm_file(text, choice.urdf.string() + " as an arm file");
   OutputFile output(choice.output);
   output.stream() << text;
   output.commit();
-  const ArmFile arm = read_arm_file(text, choice.output.string());
   if (common.json) {
     Json json = document("model import");
     json["model"] = choice.output.string();

@@ -68,6 +68,9 @@ class Model(Rig):
         broken.write_text(URDF[:100])
         before = made.read_bytes()
         self.fails(10, "not-a-urdf", "model", "import", "urdf", broken, "--output", made)
+        broken.write_text(URDF.replace('"shoulder"', '"a_shoulder_with_a_name_beyond_31_bytes"'))
+        error = self.fails(10, "bad-value", "model", "import", "urdf", broken, "--output", made)
+        self.assertIn("broken.urdf as an arm file", error["cause"])
         self.assertEqual(made.read_bytes(), before)
 
 

@@ -1,6 +1,7 @@
 #include "board/sim/drives/drive_options.h"
 
 #include <charconv>
+#include <cmath>
 #include <stdexcept>
 #include <vector>
 
@@ -15,20 +16,24 @@ struct FaultName {
   const char* name;
   double value;  // without one in the text
   void (*happens)(EmulatedDrive&, double);
+  double least = -1e9;  // of the value
 };
 constexpr FaultName kFaultNames[] = {
     {"drop", 1,
-     [](EmulatedDrive& drive, double value) { drive.inject.drop_replies = static_cast<unsigned>(value); }},
+     [](EmulatedDrive& drive, double value) { drive.inject.drop_replies = static_cast<unsigned>(value); }, 0},
     {"repeat", 1,
-     [](EmulatedDrive& drive, double value) { drive.inject.repeat_replies = static_cast<unsigned>(value); }},
+     [](EmulatedDrive& drive, double value) { drive.inject.repeat_replies = static_cast<unsigned>(value); },
+     0},
     {"mute", 1, [](EmulatedDrive& drive, double value) { drive.inject.mute = value != 0; }},
     {"delay_us", 1000,
      [](EmulatedDrive& drive, double value) {
        drive.inject.more_delay_us = static_cast<std::uint64_t>(value);
-     }},
+     },
+     0},
     {"classic", 1, [](EmulatedDrive& drive, double value) { drive.inject.answer_classic = value != 0; }},
     {"reply_id", 0,
-     [](EmulatedDrive& drive, double value) { drive.inject.reply_id = static_cast<std::uint32_t>(value); }},
+     [](EmulatedDrive& drive, double value) { drive.inject.reply_id = static_cast<std::uint32_t>(value); },
+     0},
     {"watchdog_s", .015, [](EmulatedDrive& drive, double value) { drive.set_watchdog_s(value); }},
     {"watchdog_off", 1, [](EmulatedDrive& drive, double value) { drive.inject.watchdog_off = value != 0; }},
     {"frozen", 1, [](EmulatedDrive& drive, double value) { drive.inject.encoder_frozen = value != 0; }},
@@ -40,8 +45,8 @@ constexpr FaultName kFaultNames[] = {
     {"most_torque_N_m", .1, [](EmulatedDrive& drive, double value) { drive.inject.most_torque_N_m = value; }},
     {"clock_stands", 1, [](EmulatedDrive& drive, double value) { drive.inject.clock_stands = value != 0; }},
     {"reboot_us", 500'000,
-     [](EmulatedDrive& drive, double value) { drive.power_cycle(static_cast<std::uint64_t>(value)); }},
-    {"fail", 1, [](EmulatedDrive& drive, double value) { drive.fail(static_cast<std::uint32_t>(value)); }},
+     [](EmulatedDrive& drive, double value) { drive.power_cycle(static_cast<std::uint64_t>(value)); }, 0},
+    {"fail", 1, [](EmulatedDrive& drive, double value) { drive.fail(static_cast<std::uint32_t>(value)); }, 0},
     {"hand_N_m", 0, [](EmulatedDrive& drive, double value) { drive.shaft.hand_N_m = value; }},
 };
 
@@ -65,6 +70,13 @@ double number_of(const std::string& text, double lo, double hi) {
   return value;
 }
 
+template <typename Whole>
+Whole whole_of(const std::string& text, double hi) {
+  const double value = number_of(text, 0, hi);
+  if (value != std::trunc(value)) throw std::invalid_argument("'" + text + "' is not a whole number");
+  return static_cast<Whole>(value);
+}
+
 }  // namespace
 
 NamedDrive parse_drive(const std::string& text) {
@@ -72,12 +84,12 @@ NamedDrive parse_drive(const std::string& text) {
   if (parts.size() < 2 || parts.size() > 3)
     throw std::invalid_argument("'" + text + "' is not KIND:ID[:REPLY_ID]");
   const std::string& kind = parts[0];
-  const auto id = static_cast<std::uint8_t>(number_of(parts[1], 0, 127));
+  const bool odrive = kind == "odrive05" || kind == "odrive06";  // its identifiers have 6 bits for it
+  const auto id = whole_of<std::uint8_t>(parts[1], odrive ? 63 : 127);
   const auto reply_id =
-      static_cast<std::uint16_t>(parts.size() > 2 ? number_of(parts[2], 0, 0x7FF) : id + 16);
+      parts.size() > 2 ? whole_of<std::uint16_t>(parts[2], 0x7FF) : static_cast<std::uint16_t>(id + 16);
   if (kind == "moteus") return {std::make_unique<EmulatedMoteus>(id), true};
-  if (kind == "odrive05" || kind == "odrive06")
-    return {std::make_unique<EmulatedOdrive>(id, kind == "odrive06"), false};
+  if (odrive) return {std::make_unique<EmulatedOdrive>(id, kind == "odrive06"), false};
   const auto mit = [&](EmulatedMit::Flavour flavour, double velocity_rad_s, double torque_N_m) {
     return std::make_unique<EmulatedMit>(flavour, id, reply_id, velocity_rad_s, torque_N_m);
   };
@@ -99,8 +111,8 @@ TimedFault parse_fault(const std::string& text) {
   for (const FaultName& one : kFaultNames) {
     if (name != one.name) continue;
     const double value =
-        equals == std::string::npos ? one.value : number_of(parts[2].substr(equals + 1), -1e9, 1e9);
-    return {number_of(parts[0], 0, 1e6), static_cast<std::size_t>(number_of(parts[1], 0, 31)),
+        equals == std::string::npos ? one.value : number_of(parts[2].substr(equals + 1), one.least, 1e9);
+    return {number_of(parts[0], 0, 1e6), whole_of<std::size_t>(parts[1], 31),
             [happens = one.happens, value](EmulatedDrive& drive) { happens(drive, value); }};
   }
   throw std::invalid_argument("no fault '" + name + "'; there are: " + fault_names());

@@ -5,6 +5,7 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <limits>
 
 #include "tests/property/mechanism/some_arms.h"
 #include "tests/support/figure.h"
@@ -61,6 +62,25 @@ TEST(ForceFade, IsThatOfTheSingularValues) {
   test::figure("cases that fade", faded, "> 5000");
   EXPECT_LT(worst, 1e-3);
   EXPECT_GT(faded, 5000);
+}
+
+// A force that no Jacobian vouches for is not rendered, and of an arm with fewer forces that comes to a singularity none is lost to the others.
+TEST(ForceFade, NanGivesNanAndFewerForcesFade) {
+  Random random(13);
+  for (int axes = 1; axes <= 3; ++axes) {
+    const Jacobian3<float> home = in_float(some_jacobian(random, {0.2, 0.15, 0.1}, axes));
+    const ForceFade fade(home);
+    Jacobian3<float> jacobian = home;
+    jacobian(2, axes - 1) = std::numeric_limits<float>::quiet_NaN();
+    const ForceFade::Faded nothing = fade.of(jacobian, {1, 2, 3});
+    EXPECT_TRUE(nothing.faded && nothing.force_N.hasNaN()) << axes;
+    EXPECT_TRUE(fade.of(home, {1, std::numeric_limits<float>::quiet_NaN(), 3}).force_N.hasNaN());
+    // All directions at a hundredth of what they were at home: a fifth of the least one's limit, or more.
+    const ForceFade::Faded less = fade.of(0.01F * home, {1, 2, 3});
+    const float part = (0.01F * home.transpose() * less.force_N).norm() /
+                       (0.01F * home.transpose() * Eigen::Vector3f(1, 2, 3)).norm();
+    EXPECT_TRUE(less.faded && part >= 0.19F && part < 0.45F) << part;
+  }
 }
 
 // Along a way through a singularity the force does not jump.

@@ -157,6 +157,65 @@ TEST(ArmFiles, AParallelogramIsAChainWithACoupling) {
   EXPECT_LT(worst, 1e-6);
 }
 
+// An axis has the unit of the joint with its number, so a coupling may not change one unit for the other.
+TEST(ArmFiles, ACouplingAndASumOfLimitsHaveOneUnit) {
+  Json arm = Json::parse(text_of("paddle"));
+  Json turn = arm["axes"][0], slide = turn;
+  turn["name"] = "turn";
+  slide["encoder"]["port"] = slide["drive"]["port"] = 1;
+  slide.erase("lower_deg");
+  slide.erase("upper_deg");
+  slide["lower_m"] = -0.1;
+  slide["upper_m"] = 0.1;
+  arm["axes"] = {turn, slide};
+  arm["kinematics"]["serial"]["joints"].push_back({{"name", "slide"}, {"type", "prismatic"}});
+  const auto name_of_error = [](const Json& file) -> std::string {
+    try {
+      static_cast<void>(host::check_arm(host::read_arm_file(file.dump(), "my"), "my"));
+    } catch (const host::Error& error) {
+      return error.name;
+    }
+    return "none";
+  };
+  EXPECT_EQ(name_of_error(arm), "none");
+  Json coupled = arm;
+  coupled["coupling"]["joints_per_axis"] = {{-1, 0}, {0, 0.5}};
+  EXPECT_EQ(name_of_error(coupled), "none");
+  coupled["coupling"]["joints_per_axis"] = {{0, 1}, {1, 0}};
+  EXPECT_EQ(name_of_error(coupled), "mixed-units");
+  Json summed = arm;
+  summed["limit_sums"] = Json::array({{{"weights", {1, 0}}, {"lower_deg", -5}, {"upper_deg", 5}}});
+  EXPECT_EQ(name_of_error(summed), "none");
+  summed["limit_sums"][0]["weights"] = {1, 1};
+  EXPECT_EQ(name_of_error(summed), "mixed-units");
+}
+
+// In line at home, where one force is lost altogether: that is a singular home, and not an arm with fewer forces.
+TEST(ArmFiles, ALostDirectionAtHomeIsSingular) {
+  Json arm = Json::parse(text_of("premium-1.5"));
+  arm.erase("limit_sums");
+  arm["axes"][1]["home_deg"] = 60;
+  for (const double bend_deg : {0.0, 0.01, 0.5, 20.0}) {
+    arm["axes"][2]["home_deg"] = 150 - bend_deg;
+    const ArmFile file = host::read_arm_file(arm.dump(), "my");
+    if (bend_deg > 10) {
+      EXPECT_EQ(host::check_arm(file, "my").force_dof, 3);
+      continue;
+    }
+    try {
+      static_cast<void>(host::check_arm(file, "my"));
+      ADD_FAILURE() << bend_deg;
+    } catch (const host::Error& error) {
+      EXPECT_EQ(error.name, "singular-home");
+    }
+  }
+  // A wrist with its first and last axis in line tells three angles nevertheless.
+  Json touch = Json::parse(text_of("touch"));
+  touch["kinematics"]["serial"]["joints"][4].erase("rotation_deg");
+  touch["axes"][4]["home_deg"] = 0;
+  EXPECT_EQ(host::check_arm(host::read_arm_file(touch.dump(), "my"), "my").pose_dof, 6);
+}
+
 struct Wrong {
   const char* arm;
   const char* pointer;
@@ -224,6 +283,18 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"pantograph", "/kinematics/five_bar/outer_m", Json::array({0.0719, 0.0719}), "singular-home",
               "times as far"},
         Wrong{"falcon", "/kinematics/delta/shin_m", 0.01, "does-not-close", "do not meet"},
+        Wrong{"falcon", "/kinematics/delta/home_axis_m", 0, "wrong-branch", "branch"},
+        Wrong{"falcon", "/kinematics/delta/branch", "plus", "wrong-branch", "branch"},
+        Wrong{"falcon", "/wrist", Json{{"joints", {{{"name", "plate"}}}}}, "repeated-name",
+              "/wrist/joints/0/name"},
+        Wrong{"falcon", "/motors", Json::array({1}), "bad-value", "/motors is [1]"},
+        Wrong{"falcon", "/motors", 5, "bad-value", "/motors is 5"},
+        Wrong{"falcon", "/motors/spare", Json{{"colour", "red"}}, "unknown-key", "/motors/spare/colour"},
+        Wrong{"falcon", "/$schema", 5, "bad-value", "$schema"},
+        Wrong{"falcon", "/axes/1/name", "first", "repeated-name", "/axes/1/name"},
+        Wrong{"falcon", "/axes/0/lower_deg", 100, "empty-range", "not below"},
+        Wrong{"premium-1.5", "/limit_sums/0/lower_deg", 65, "empty-range", "limit_sums/0"},
+        Wrong{"touch", "/axes/3/encoder/kind", "drive", "senseless-key", "/axes/3/encoder/kind"},
         Wrong{"paddle", "/axes/0/drive", nullptr, "senseless-key", "drive"},
         Wrong{"paddle", "/kinematics/serial/tip_m", Json::array({0, 0.07, 0}), "no-force", "no motor moves"}),
     [](const auto& one) { return "case_" + std::to_string(one.index); });

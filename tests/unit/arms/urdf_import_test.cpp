@@ -86,6 +86,42 @@ std::string with_joint(const std::string& joint) {
          R"(<parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint></robot>)";
 }
 
+// The tests' judge of the mass: a camera beside the way to the tip, with a lens that is fixed to it and a shutter that moves.
+TEST(UrdfImport, WhatIsFixedToALinkIsCarriedWithIt) {
+  const auto link = [](const std::string& name, const std::string& mass_kg) {
+    return "<link name=\"" + name + R"("><inertial><origin xyz="0 0 0.1"/><mass value=")" + mass_kg +
+           R"("/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>)";
+  };
+  const auto joint_at = [](const std::string& type, const std::string& parent, const std::string& child) {
+    return "<joint name=\"" + child + "\" type=\"" + type + "\"><parent link=\"" + parent +
+           "\"/><child link=\"" + child + R"("/><origin xyz="1 0 0" rpy="0 1.5707963267949 0"/></joint>)";
+  };
+  const std::string urdf = "<robot name=\"r\">" + link("base", "7") + link("arm", "1") + link("camera", "2") +
+                           link("lens", "4") + link("shutter", "8") + link("tip", "16") +
+                           joint_at("continuous", "base", "arm") + joint_at("fixed", "arm", "camera") +
+                           joint_at("fixed", "camera", "lens") + joint_at("continuous", "camera", "shutter") +
+                           joint_at("fixed", "arm", "tip") + "</robot>";
+  const host::ArmFile arm = host::read_arm_file(host::import_urdf(urdf, "arm", "tip"), "arm");
+  ASSERT_EQ(arm.geometry.body_count, 1);
+  const kinematics::Body& body = arm.geometry.body[0];
+  EXPECT_FLOAT_EQ(body.mass_kg, 23);
+  // The camera and the tip have z along the arm's x, the lens is 1 m below the camera and has z along the arm's -z.
+  const Eigen::Vector3f moment_kg_m =
+      1 * Eigen::Vector3f(0, 0, 0.1F) + 18 * Eigen::Vector3f(1.1F, 0, 0) + 4 * Eigen::Vector3f(1, 0, -1.1F);
+  EXPECT_LT((body.centre_m - moment_kg_m / 23).norm(), 1e-6F);
+}
+
+std::string joint(const std::string& parent, const std::string& child) {
+  return "<link name=\"" + parent + "\"/><joint name=\"" + parent + child +
+         "\" type=\"continuous\"><parent link=\"" + parent + "\"/><child link=\"" + child + "\"/></joint>";
+}
+
+std::string repeated(const std::string& word) {
+  std::string text;
+  for (int i = 0; i < 200000; ++i) text += word;
+  return text;
+}
+
 TEST(UrdfImport, WhatIsNoArmIsRefusedByName) {
   std::string eight = R"(<robot name="r"><link name="l0"/>)";
   for (int j = 1; j <= 8; ++j)
@@ -104,7 +140,16 @@ TEST(UrdfImport, WhatIsNoArmIsRefusedByName) {
         Case{with_joint(R"(type="fixed">)"), "", "wrong-joints"}, Case{eight, "", "wrong-joints"},
         Case{with_joint(R"(type="planar">)"), "", "joint-type"}, Case{fork, "", "ambiguous-tip"},
         Case{fork, "d", "unknown-link"},
-        Case{with_joint(R"(type="continuous"><mimic joint="k"/>)"), "", "mimic-joint"}}) {
+        Case{with_joint(R"(type="continuous"><mimic joint="k"/>)"), "", "mimic-joint"},
+        Case{with_joint(R"(type="continuous">)").insert(16, joint("c", "d") + joint("d", "c")), "c",
+             "not-a-tree"},
+        Case{with_joint(R"(type="continuous">)")
+                 .insert(
+                     16,
+                     R"(<joint name="second" type="continuous"><parent link="a"/><child link="b"/></joint>)"),
+             "", "not-a-tree"},
+        Case{with_joint(R"(type="continuous">)").replace(13, 1, "\xF6"), "", "not-utf-8"},
+        Case{repeated("<a>") + repeated("</a>"), "", "not-a-urdf"}}) {
     try {
       static_cast<void>(host::import_urdf(c.urdf, "arm", c.tip));
       ADD_FAILURE() << c.slug << " was accepted";
