@@ -1,6 +1,7 @@
 // model: arm files are checked, shown, listed, and made from a URDF.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <numbers>
 
 #include "host-tools/arms/arm_checks.h"
@@ -60,6 +61,9 @@ Json to_json(const CheckedArm& checked) {
   return json;
 }
 
+// In mm, without the sign of a nought.
+double tenths_of_mm(double metres) { return std::round(1e4 * metres) / 10.0 + 0.0; }
+
 void warn(const ArmFigures& figures) {
   for (const std::string& warning : figures.warnings) say(stderr, "warning: {}\n", warning);
 }
@@ -95,8 +99,9 @@ void model_show(const Common& common, const std::string& model) {
   say("  figures: {}\n", arm.source);
   say("  at home the tip is at {:.1f}, {:.1f}, {:.1f} mm of the base; the motors give {:.2f} to {:.2f} N "
       "there, allowed are {:.2f} N\n",
-      1e3 * figures.home_tip_m.x(), 1e3 * figures.home_tip_m.y(), 1e3 * figures.home_tip_m.z(),
-      figures.least_peak_force_N, figures.most_peak_force_N, arm.max_force_N);
+      tenths_of_mm(figures.home_tip_m.x()), tenths_of_mm(figures.home_tip_m.y()),
+      tenths_of_mm(figures.home_tip_m.z()), figures.least_peak_force_N, figures.most_peak_force_N,
+      arm.max_force_N);
   say("  {:<12} {:>22} {:>10} {:>14} {:>12}\n", "axis", "range", "home", "count at tip", "peak force");
   for (std::size_t j = 0; j < arm.axes.size(); ++j) {
     const ArmAxis& axis = arm.axes[j];

@@ -21,9 +21,9 @@ std::string source_of(const char* path) {
 
 TEST(ArmKeys, TheSchemaFileIsTheTable) {
   const std::string wanted = host::arm_schema();
-  if (source_of("host-tools/arms/arm.schema.json") == wanted) return;
+  if (source_of("arms/arm.schema.json") == wanted) return;
   std::ofstream("arm.schema.json") << wanted;
-  ADD_FAILURE() << "host-tools/arms/arm.schema.json is not what arm_keys.cpp says: copy arm.schema.json from "
+  ADD_FAILURE() << "arms/arm.schema.json is not what arm_keys.cpp says: copy arm.schema.json from "
                    "the folder in which "
                    "this test ran over it";
 }
