@@ -1,12 +1,17 @@
-# Generates reader and writer of scene images from control/scene/scene.fbs.
+# Generates readers and writers of the images: scenes (control/scene/scene.fbs) and arms (firmware/arm/arm.fbs).
 find_program(FLATC flatc REQUIRED)
-set(SCENE_SCHEMA_DIR ${CMAKE_BINARY_DIR}/generated/thimble_scene_schema)
-add_custom_command(
-  OUTPUT ${SCENE_SCHEMA_DIR}/scene_generated.h
-  COMMAND ${FLATC} --cpp --scoped-enums --cpp-std c++17 -o ${SCENE_SCHEMA_DIR} ${PROJECT_SOURCE_DIR}/control/scene/scene.fbs
-  DEPENDS ${PROJECT_SOURCE_DIR}/control/scene/scene.fbs
-  VERBATIM)
-add_custom_target(thimble_scene_schema_header DEPENDS ${SCENE_SCHEMA_DIR}/scene_generated.h)
+set(headers "")
+foreach(schema control/scene/scene firmware/arm/arm)
+  get_filename_component(name ${schema} NAME)
+  set(folder ${CMAKE_BINARY_DIR}/generated/thimble_${name}_schema)
+  add_custom_command(
+    OUTPUT ${folder}/${name}_generated.h
+    COMMAND ${FLATC} --cpp --scoped-enums --cpp-std c++17 -o ${folder} ${PROJECT_SOURCE_DIR}/${schema}.fbs
+    DEPENDS ${PROJECT_SOURCE_DIR}/${schema}.fbs
+    VERBATIM)
+  list(APPEND headers ${folder}/${name}_generated.h)
+endforeach()
+add_custom_target(thimble_scene_schema_header DEPENDS ${headers})
 add_library(thimble_scene_schema INTERFACE)
 target_include_directories(thimble_scene_schema SYSTEM INTERFACE ${CMAKE_BINARY_DIR}/generated)
 add_dependencies(thimble_scene_schema thimble_scene_schema_header)

@@ -35,7 +35,8 @@ bool firmware_dependency_allowed(const std::string& file, const std::string& inc
   if (tick_side(file) &&
       starts_with_any(included, {"firmware/services/", "firmware/store/", "firmware/controller."}))
     return false;
-  return starts_with_any(included, {"kinematics/", "control/", "firmware/", "thimble_scene_schema/"});
+  return starts_with_any(
+      included, {"kinematics/", "control/", "firmware/", "thimble_scene_schema/", "thimble_arm_schema/"});
 }
 
 // May a file of the project (path from the top) include "included"?
@@ -53,7 +54,9 @@ bool dependency_allowed(const std::string& file, const std::string& included) {
   if (starts_with(file, "board/"))
     return starts_with_any(included, {"kinematics/", "control/", "firmware/", "board/"});
   // To judge an arm file, its arm is moved.
-  if (starts_with(file, "host-tools/arms/") && starts_with(included, "kinematics/")) return true;
+  if (starts_with(file, "host-tools/arms/") &&
+      starts_with_any(included, {"kinematics/", "thimble_arm_schema/"}))
+    return true;
   // host-tools: the scene's schema, check and limits, the protocol, the tables of faults, conditions and parameters, the
   // simulated board, and what boards under Linux know of the machine as well.
   return starts_with_any(included, {"host-tools/", kSchema, "control/scene/", "firmware/link/",
