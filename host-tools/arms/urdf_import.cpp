@@ -219,11 +219,23 @@ struct Chain {
   }
 };
 
+// A model whose links hold each other would never be freed where joints go in a circle.
+urdf::ModelInterfaceSharedPtr model_of(const std::string& urdf) {
+  const urdf::ModelInterfaceSharedPtr parsed = urdf::parseURDF(urdf);
+  if (!parsed) return nullptr;
+  return {parsed.get(), [parsed](urdf::ModelInterface* model) {
+            for (const auto& [name, link] : model->links_) {
+              link->child_links.clear();
+              link->child_joints.clear();
+            }
+          }};
+}
+
 }  // namespace
 
 std::string import_urdf(const std::string& urdf, const std::string& name, const std::string& tip) {
   console_bridge::noOutputHandler();  // the error says what is wrong
-  const urdf::ModelInterfaceSharedPtr model = is_nested_deeply(urdf) ? nullptr : urdf::parseURDF(urdf);
+  const urdf::ModelInterfaceSharedPtr model = is_nested_deeply(urdf) ? nullptr : model_of(urdf);
   if (!model)
     refuse("not-a-urdf", "the file is not a URDF", "expand a xacro file first; `check_urdf` says more");
   check_tree(*model);
