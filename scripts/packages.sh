@@ -1,7 +1,7 @@
 # Sourced by ./demo and ./check: installs missing Debian packages.
 
 packages_to_build=(
-  assimp-testmodels cmake flatbuffers-compiler g++ gnuplot-nox libassimp-dev libbearssl-dev libbenchmark-dev libboost-dev libbox2d-dev libbullet-dev libcli11-dev libeigen3-dev libembree-dev libkdl-parser-dev
+  assimp-testmodels cmake flatbuffers-compiler g++ gnuplot-nox libassimp-dev libbearssl-dev libbenchmark-dev libboost-dev libbox2d-dev libbullet-dev libcli11-dev libeigen3-dev libembree-dev
   libflatbuffers-dev libfmt-dev libgmock-dev libgpiod-dev libgtest-dev libmnl-dev libmujoco-dev libode-dev liborocos-kdl-dev libpng-dev libqhull-dev librapidcheck-dev liburdfdom-dev mricron-data ninja-build
   nlohmann-json3-dev pkgconf pybind11-dev python3-dev python3-numpy zlib1g-dev
 )
