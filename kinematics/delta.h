@@ -4,9 +4,9 @@
 //   (u, v) = R(-angle_i) (x, y) - (r, s),  w = z;      knee: (a cos q, 0, a sin q) from the axis of the thigh
 //   g_i = (rho - (d + e))^2 + (v + f)^2 - b^2 = 0,   rho = |(u + c - a cos q, w - a sin q)|
 //
-// The shins' joints are at a distance d and e from the ends of the plate and the thigh, so the plate's place for one knee is a torus, not a
-// sphere: with the Falcon's lengths the formula for spheres is 0.7 to 0.9 mm wrong 30 mm from the axis. Source: Stamper 1997, as
-// libnifalcon has it, rewritten. The forward map has no closed form: Newton on g from the last place.
+// The shins' joints are at a distance d and e from the ends of the plate and the thigh, so the plate's place for one knee is a torus, and the
+// formula for spheres is wrong off the axis. Source: Stamper 1997, as libnifalcon has it, rewritten. The forward map has no closed form: Newton
+// on g from the last place.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,8 @@
 
 namespace thimble::kinematics {
 
-// Newton's steps from the place of the tick before: 3 suffice from 1 mm away, 5 from anywhere in a ball of 50 mm.
+// Newton's steps: enough from home to anywhere in a ball of 40 mm round it (Delta.TheForwardMapFindsThePlaceOfTheInverse), so from the place of
+// the tick before.
 inline constexpr int kDeltaSteps = 6;
 
 template <typename S>

@@ -126,10 +126,17 @@ void compare(Random& random, Worst& worst) {
   most(worst.force_jacobian, (pose.force_jacobian.template cast<double>() - velocity).cwiseAbs().maxCoeff());
   const Vector3d force_N = 5 * random.direction();
   const AxisVector<S> torques = arm.torques(pose, force_N.cast<S>());
-  for (int i = 0; i < n; ++i)
-    most(worst.torque_N_m,
-         std::abs(static_cast<double>(torques[i]) -
-                  (geometry.driven.at(static_cast<std::size_t>(i)) ? velocity.col(i).dot(force_N) : 0.0)));
+  Eigen::Matrix<double, 6, 1> wrench;
+  wrench << force_N, random.in_box(Vector3d::Ones());
+  const AxisVector<S> of_wrench = arm.torques_of_wrench(pose, wrench.cast<S>());
+  for (int i = 0; i < n; ++i) {
+    const bool driven = geometry.driven.at(static_cast<std::size_t>(i));
+    const auto error = [&](S torque, double wanted) {
+      return std::abs(static_cast<double>(torque) - (driven ? wanted : 0.0));
+    };
+    most(worst.torque_N_m, error(torques[i], velocity.col(i).dot(force_N)));
+    most(worst.torque_N_m, error(of_wrench[i], twist.col(i).dot(wrench)));
+  }
 }
 
 template <typename S>

@@ -66,12 +66,13 @@ INSTANTIATE_TEST_SUITE_P(All, ArmFileDof,
                            return name;
                          });
 
-// Published: 30 um nominal resolution and 8.5 N of the Premium; the first with 16-bit counters of 4096 counts.
+// Published: a nominal resolution of 30 um. The weakest direction is where the upper link's motor alone has to hold the force.
 TEST(ArmFiles, ThePremiumHasItsPublishedFigures) {
   const host::ArmFigures figures = figures_of("premium-1.5");
   EXPECT_NEAR(figures.axes[0].count_m, 25e-6, 2e-6);
   EXPECT_NEAR(figures.axes[1].count_m, 30e-6, 2e-6);
-  EXPECT_NEAR(figures.least_peak_force_N, 6.7, 0.5);
+  const double motor_N_m = 0.0234 * 5.51, turns = 11.2, link_m = 0.215;
+  EXPECT_NEAR(figures.least_peak_force_N, motor_N_m * turns / link_m, 1e-3);
 }
 
 // Published poses of the gimbal, in the frame of the URDF: q = 0, and q = (0.3, 0.5, 0.4, 0, 0, 0).
