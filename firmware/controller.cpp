@@ -33,7 +33,7 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
       audit_(storage, core_, persistent_),
       telemetry_(core_, params_, config.node_id),
       status_(core_, params_, store_, telemetry_, config.node_id),
-      recording_(core_.observers().recorder, config_.arm_count, config.node_id),
+      recording_(core_.observers().recorder, config_.arm_count, core_.setup().axes, config.node_id),
       picture_(core_, config.node_id),
       orders_(core_, params_, config.node_id, config_.arm_count),
       services_({config_, params_, core_, store_, running_, param_store_, keys_, persistent_, audit_,

@@ -1,7 +1,7 @@
 // Elastic deflection of the tip relative to the encoders, which are at the motors: cables and links deflect
 // under load. The firmware uses it to correct the tip position of a guarded move. Source: the structural
-// stiffness of the arm model (tip against locked motors, at q = 0), distributed over the joints as one spring
-// each. Units: N m/rad, N m, m. Cannot fail.
+// stiffness of the arm (tip against locked motors; of a two-link arm at q = 0, of others at home), distributed over the axes as one spring
+// each, or the stiffness of an axis where it is known. Units: N m/rad, N m, m. Cannot fail.
 #pragma once
 
 #include "kinematics/arm.h"
@@ -9,17 +9,27 @@
 namespace thimble::kinematics {
 
 template <typename S>
-[[nodiscard]] Vector3<S> joint_stiffness(const Arm<S>& arm) noexcept {
-  const Matrix3<S> J = arm.at(Vector3<S>::Zero()).jacobian;
-  return S(arm.model().structural_stiffness_N_m) * J.colwise().squaredNorm().transpose();
+[[nodiscard]] PerAxis<S> joint_stiffness(const Arm<S>& arm) noexcept {
+  Posture<S> posture = arm.home_posture();
+  if (arm.is_two_link()) arm.move_to(PerAxis<S>::Zero(), posture);
+  PerAxis<S> stiffness = PerAxis<S>::Zero();
+  for (int j = 0; j < arm.axes(); ++j) {
+    const S known = S(arm.data().axis[static_cast<std::size_t>(j)].stiffness_N_m_rad);
+    stiffness[j] =
+        known > 0 ? known : S(arm.data().tip_stiffness_N_m) * posture.jacobian.col(j).squaredNorm();
+  }
+  return stiffness;
 }
 
-// p_tip - p_encoders at rest under the joint torques that the cables transmit (including the weight of the
+// p_tip - p_encoders at rest under the torques that the cables transmit (including the weight of the
 // links, without the friction of the motors). World frame.
 template <typename S>
-[[nodiscard]] Vector3<S> tip_stretch(const Posture<S>& posture, const Vector3<S>& stiffness_N_m_rad,
-                                     const Vector3<S>& torque_N_m) noexcept {
-  return -(posture.jacobian * torque_N_m.cwiseQuotient(stiffness_N_m_rad));
+[[nodiscard]] Vector3<S> tip_stretch(const Posture<S>& posture, const PerAxis<S>& stiffness_N_m_rad,
+                                     const PerAxis<S>& torque_N_m, int axes) noexcept {
+  PerAxis<S> stretch = PerAxis<S>::Zero();
+  for (int j = 0; j < axes; ++j)
+    if (stiffness_N_m_rad[j] > 0) stretch[j] = torque_N_m[j] / stiffness_N_m_rad[j];
+  return -velocity(posture.jacobian, stretch, axes);
 }
 
 }  // namespace thimble::kinematics

@@ -1,4 +1,4 @@
-// The incremental encoder of one joint: converts a raw counter of 16 or 32 bits to a joint angle. The
+// The incremental encoder of one joint: converts a raw counter of 8 to 32 bits to a joint angle. The
 // firmware calls update() for every joint in every tick, and home() when the joint angle is known.
 //
 // A counter change above what the joint can move since the last reading is implausible: the reading is
@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "kinematics/arm_model.h"
+#include "kinematics/arm_data.h"
 
 namespace thimble::kinematics {
 
@@ -21,10 +21,9 @@ class JointEncoder {
 
   // period_s: time between two readings. Together with the maximum joint speed it gives the maximum counts
   // per tick (at least 2, so that one count of jitter in either direction is not a fault).
-  JointEncoder(const ArmModel& model, int joint, float period_s) noexcept
-      : rad_per_count_(model.rad_per_count(joint)), width_(model.counter_width) {
-    const float counts =
-        model.max_joint_speed_rad_s * period_s / (rad_per_count_ < 0 ? -rad_per_count_ : rad_per_count_);
+  JointEncoder(const AxisData& axis, float max_speed_rad_s, float period_s) noexcept
+      : rad_per_count_(axis.rad_per_count()), unused_bits_(32U - axis.counter_bits) {
+    const float counts = max_speed_rad_s * period_s / (rad_per_count_ < 0 ? -rad_per_count_ : rad_per_count_);
     max_counts_per_tick_ = counts < 2.0F ? 2 : static_cast<std::int32_t>(counts) + 1;
   }
 
@@ -45,10 +44,8 @@ class JointEncoder {
 
   // periods: since the reading before, at least 1.
   [[nodiscard]] EncoderStatus update(std::uint32_t raw, std::uint64_t periods = 1) noexcept {
-    const std::uint32_t difference = raw - last_raw_;
-    const std::int32_t delta = width_ == CounterWidth::k16
-                                   ? static_cast<std::int16_t>(static_cast<std::uint16_t>(difference))
-                                   : static_cast<std::int32_t>(difference);
+    // Of as many bits as the counter has, with its sign.
+    const std::int32_t delta = static_cast<std::int32_t>((raw - last_raw_) << unused_bits_) >> unused_bits_;
     constexpr std::uint64_t kMaxPeriods = 64;  // more are lost only where a fault has come before
     const std::int64_t most =
         max_counts_per_tick_ * static_cast<std::int64_t>(std::min(periods, kMaxPeriods));
@@ -73,7 +70,7 @@ class JointEncoder {
   std::uint32_t last_raw_ = 0;
   std::int32_t counts_ = 0;
   std::int32_t max_counts_per_tick_ = 2;
-  CounterWidth width_ = CounterWidth::k32;
+  std::uint32_t unused_bits_ = 0;
 };
 
 }  // namespace thimble::kinematics

@@ -1,7 +1,6 @@
 #include "kinematics/force_fade.h"
 
-#include <algorithm>
-#include <cmath>
+#include "kinematics/directions.h"
 
 namespace thimble::kinematics {
 namespace {
@@ -9,53 +8,7 @@ namespace {
 using Eigen::Matrix3f;
 using Eigen::Vector3f;
 
-constexpr int kSweeps = 5;         // of Jacobi's method: quadratic, and three rows need 3 or 4 in float
 constexpr float kNoForce = 1e-3F;  // of the greatest singular value
-
-struct Directions {
-  Vector3f value;  // singular values, descending
-  Matrix3f along;  // columns, where the force point moves
-};
-
-// Turns the rows p and q of a, and the columns of `along`, so that the rows are square to each other.
-void rotate(Jacobian3<float>& a, Matrix3f& along, int p, int q) noexcept {
-  const float dot = a.row(p).dot(a.row(q));
-  if (dot == 0.0F) return;
-  const float theta = (a.row(q).squaredNorm() - a.row(p).squaredNorm()) / (2.0F * dot);
-  const float t = (theta >= 0 ? 1.0F : -1.0F) / (std::abs(theta) + std::sqrt(theta * theta + 1.0F));
-  const float c = 1.0F / std::sqrt(t * t + 1.0F), s = t * c;
-  for (int j = 0; j < a.cols(); ++j) {
-    const float ap = a(p, j), aq = a(q, j);
-    a(p, j) = c * ap - s * aq;
-    a(q, j) = s * ap + c * aq;
-  }
-  for (int i = 0; i < 3; ++i) {
-    const float vp = along(i, p), vq = along(i, q);
-    along(i, p) = c * vp - s * vq;
-    along(i, q) = s * vp + c * vq;
-  }
-}
-
-// By one-sided Jacobi rotations: small values keep their digits, which the square of the matrix would lose.
-Directions directions_of(const Jacobian3<float>& jacobian) noexcept {
-  Jacobian3<float> a = jacobian;
-  Directions found{Vector3f::Zero(), Matrix3f::Identity()};
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    rotate(a, found.along, 0, 1);
-    rotate(a, found.along, 0, 2);
-    rotate(a, found.along, 1, 2);
-  }
-  for (int i = 0; i < 3; ++i) found.value[i] = a.row(i).norm();
-  const auto order = [&found](int i, int j) {
-    if (found.value[i] >= found.value[j]) return;
-    std::swap(found.value[i], found.value[j]);
-    found.along.col(i).swap(found.along.col(j));
-  };
-  order(0, 1);
-  order(0, 2);
-  order(1, 2);
-  return found;
-}
 
 }  // namespace
 

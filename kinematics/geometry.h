@@ -19,6 +19,9 @@ namespace thimble::kinematics {
 inline constexpr int kMaxJoints = 7;
 inline constexpr float kGravity_m_s2 = 9.81F;
 
+// One number an axis; what is beyond the axes of an arm is 0. Of fixed size, so that the tick copies no counts.
+template <typename S>
+using PerAxis = Eigen::Matrix<S, kMaxJoints, 1>;
 // As many rows or columns as the arm has axes, no heap.
 template <typename S>
 using AxisVector = Eigen::Matrix<S, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;

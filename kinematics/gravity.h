@@ -11,9 +11,18 @@ template <typename S>
 [[nodiscard]] AxisVector<S> gravity_torques(const Mechanism<S>& arm, const AxisVector<S>& axes,
                                             const MechanismPose<S>& pose) noexcept;
 
+// Twice the kinetic energy of the bodies, as if the mass of each was at its centre, J; for speeds per metre of the tip it is their mass there.
+template <typename S>
+[[nodiscard]] S moving_mass(const Mechanism<S>& arm, const AxisVector<S>& axes, const MechanismPose<S>& pose,
+                            const AxisVector<S>& axis_speeds) noexcept;
+
 extern template AxisVector<float> gravity_torques(const Mechanism<float>&, const AxisVector<float>&,
                                                   const MechanismPose<float>&) noexcept;
 extern template AxisVector<double> gravity_torques(const Mechanism<double>&, const AxisVector<double>&,
                                                    const MechanismPose<double>&) noexcept;
+extern template float moving_mass(const Mechanism<float>&, const AxisVector<float>&,
+                                  const MechanismPose<float>&, const AxisVector<float>&) noexcept;
+extern template double moving_mass(const Mechanism<double>&, const AxisVector<double>&,
+                                   const MechanismPose<double>&, const AxisVector<double>&) noexcept;
 
 }  // namespace thimble::kinematics

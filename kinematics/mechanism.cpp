@@ -64,6 +64,11 @@ AxisVector<S> Mechanism<S>::joints(const AxisVector<S>& axes) const noexcept {
 }
 
 template <typename S>
+AxisVector<S> Mechanism<S>::joint_speeds(const AxisVector<S>& axis_speeds) const noexcept {
+  return coupling() * axis_speeds;
+}
+
+template <typename S>
 AxisVector<S> Mechanism<S>::to_axes(const AxisVector<S>& joint_torques) const noexcept {
   return coupling().transpose() * joint_torques;
 }

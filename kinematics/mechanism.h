@@ -14,7 +14,7 @@
 
 #include <Eigen/Core>
 
-#include "kinematics/arm.h"
+#include "kinematics/base_pose.h"
 #include "kinematics/chain.h"
 #include "kinematics/delta.h"
 #include "kinematics/five_bar.h"
@@ -47,8 +47,9 @@ class Mechanism {
   // All axes at home; for a geometry that does not close there, only plate_m is of use.
   [[nodiscard]] MechanismPose<S> home_pose() const noexcept;
   [[nodiscard]] bool closes_at_home() const noexcept { return closes_at_home_; }
-  [[nodiscard]] AxisVector<S> joints(const AxisVector<S>& axes) const noexcept;            // q = C a + q0
-  [[nodiscard]] AxisVector<S> to_axes(const AxisVector<S>& joint_torques) const noexcept;  // C^T tau
+  [[nodiscard]] AxisVector<S> joints(const AxisVector<S>& axes) const noexcept;               // q = C a + q0
+  [[nodiscard]] AxisVector<S> joint_speeds(const AxisVector<S>& axis_speeds) const noexcept;  // C a
+  [[nodiscard]] AxisVector<S> to_axes(const AxisVector<S>& joint_torques) const noexcept;     // C^T tau
   [[nodiscard]] Vector3<S> up() const noexcept { return R_WB_.row(2); }  // the world's z, in the base frame
 
   // False: these angles do not close the mechanism, or it is so near to a singularity that forces would not be bounded; the pose is not to be

@@ -38,7 +38,7 @@ void Fabric::latch(firmware::Inputs& inputs) const noexcept {
   for (std::uint8_t i = 0; i < arms_; ++i) {
     const volatile FabricRegisters::Arm& arm = registers_->arm[i];
     firmware::ArmInputs& input = inputs.arm[i];
-    for (std::size_t joint = 0; joint < firmware::kJoints; ++joint) input.counts[joint] = arm.count[joint];
+    for (std::size_t joint = 0; joint < kFabricJoints; ++joint) input.counts[joint] = arm.count[joint];
     input.sample_tick = inputs.tick;
     const std::uint32_t arm_lines = arm.lines;
     input.index = (arm_lines & kArmLineIndex) != 0;
@@ -50,7 +50,7 @@ void Fabric::commit(const firmware::Outputs& outputs) const noexcept {
   for (std::uint8_t i = 0; i < arms_; ++i) {
     volatile FabricRegisters::Arm& arm = registers_->arm[i];
     const firmware::ArmOutputs& output = outputs.arm[i];
-    for (std::size_t joint = 0; joint < firmware::kJoints; ++joint)
+    for (std::size_t joint = 0; joint < kFabricJoints; ++joint)
       arm.current_uA[joint] = to_microamperes(output.current_A[joint]);
     arm.enable = output.enable ? 1 : 0;
   }
@@ -61,7 +61,7 @@ void Fabric::commit(const firmware::Outputs& outputs) const noexcept {
 void Fabric::off() const noexcept {
   for (std::uint8_t i = 0; i < arms_; ++i) {
     volatile FabricRegisters::Arm& arm = registers_->arm[i];
-    for (std::size_t joint = 0; joint < firmware::kJoints; ++joint) arm.current_uA[joint] = 0;
+    for (std::size_t joint = 0; joint < kFabricJoints; ++joint) arm.current_uA[joint] = 0;
     arm.enable = 0;
   }
   std::atomic_thread_fence(std::memory_order_seq_cst);

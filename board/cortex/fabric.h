@@ -17,6 +17,8 @@
 namespace thimble::board {
 
 // 32-bit registers, little-endian. R: the board reads; W: the board writes.
+inline constexpr std::size_t kFabricJoints = 3;  // of an arm
+
 struct FabricRegisters {
   std::uint32_t id;       // R  kFabricId: the logic is loaded
   std::uint32_t version;  // R  kFabricVersion
@@ -29,10 +31,10 @@ struct FabricRegisters {
   std::uint32_t watchdog_us;
   std::uint32_t reserved[2];
   struct Arm {
-    std::uint32_t count[3];      // R  encoder counters
-    std::uint32_t lines;         // R  kArmLine bits
-    std::int32_t current_uA[3];  // W  motor currents, microamperes
-    std::uint32_t enable;        // W  1: the amplifiers may drive
+    std::uint32_t count[kFabricJoints];      // R  encoder counters
+    std::uint32_t lines;                     // R  kArmLine bits
+    std::int32_t current_uA[kFabricJoints];  // W  motor currents, microamperes
+    std::uint32_t enable;                    // W  1: the amplifiers may drive
   } arm[firmware::kMaxArms];
 };
 static_assert(sizeof(FabricRegisters) == 32 + 32 * firmware::kMaxArms);

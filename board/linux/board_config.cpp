@@ -10,6 +10,7 @@
 #include "control/scene/limits.h"
 #include "firmware/core/config.h"
 #include "firmware/core/stop_timeout.h"
+#include "kinematics/built_in_arms.h"
 
 namespace thimble::board {
 namespace {
@@ -103,12 +104,11 @@ ArmWiring read_arm(const JsonValue& value) {
   ArmWiring arm;
   value.object("an arm",
                {"model", "home_m", "turn_deg", "encoders", "dac", "enable", "drive_fault", "index"});
-  const std::string model = value.at("model").text();
-  arm.model = kinematics::find_arm_model(model);
-  if (arm.model == nullptr) {
+  arm.model = value.at("model").text();
+  if (!kinematics::built_in_arm(arm.model, arm.arm)) {
     std::string all;
-    for (const kinematics::ArmModel& known : kinematics::arm_models())
-      all += (all.empty() ? "\"" : ", \"") + std::string(known.name) + "\"";
+    for (const std::string_view known : kinematics::built_in_arms())
+      all.append(all.empty() ? "\"" : ", \"").append(known).append("\"");
     value.at("model").wrong("one of " + all);
   }
   arm.base = read_base(value);

@@ -15,7 +15,8 @@
 #include "board/common/ad5754.h"
 #include "board/linux/counter_encoder.h"
 #include "board/linux/gpio.h"
-#include "kinematics/arm.h"
+#include "kinematics/arm_data.h"
+#include "kinematics/base_pose.h"
 
 namespace thimble::board {
 
@@ -34,7 +35,8 @@ struct DacConfig {
 };
 
 struct ArmWiring {
-  const kinematics::ArmModel* model = nullptr;
+  std::string model;  // its name
+  kinematics::ArmData arm;
   kinematics::BasePose base;
   EncoderConfig encoders;
   DacConfig dac;

@@ -28,14 +28,14 @@ void write_setting(const fs::path& file, const std::string& value) {
 }
 
 // The count's folder; configures the count for an encoder.
-fs::path set_up(const CounterPlace& joint, kinematics::CounterWidth width) {
+fs::path set_up(const CounterPlace& joint, unsigned counter_bits) {
   fs::path count = find_counter(joint.device) / ("count" + std::to_string(joint.count));
   if (!fs::exists(count / "count"))
     throw std::system_error(ENOENT, std::generic_category(), (count / "count").string());
   if (fs::exists(count / "function") && first_line(count / "function") != kFunction)
     write_setting(count / "function", kFunction);
   if (fs::exists(count / "ceiling")) {
-    const std::string wanted = width == kinematics::CounterWidth::k16 ? "65535" : "4294967295";
+    const std::string wanted = std::to_string(UINT32_MAX >> (32U - counter_bits));
     if (first_line(count / "ceiling") != wanted) write_setting(count / "ceiling", wanted);
   }
   if (fs::exists(count / "enable") && first_line(count / "enable") != "1")
@@ -52,9 +52,9 @@ fs::path find_counter(const std::string& device) {
   throw std::system_error(ENOENT, std::generic_category(), "counter \"" + device + "\"");
 }
 
-CounterPoll::CounterPoll(const std::array<CounterPlace, 3>& joints, kinematics::CounterWidth width) {
+CounterPoll::CounterPoll(const std::array<CounterPlace, 3>& joints, unsigned counter_bits) {
   for (std::size_t j = 0; j < joints.size(); ++j)
-    files_[j] = open_file(set_up(joints[j], width) / "count", O_RDONLY);
+    files_[j] = open_file(set_up(joints[j], counter_bits) / "count", O_RDONLY);
 }
 
 std::optional<EncoderSample> CounterPoll::read(std::uint64_t now_ns) noexcept {
@@ -71,12 +71,12 @@ std::optional<EncoderSample> CounterPoll::read(std::uint64_t now_ns) noexcept {
   return sample;
 }
 
-CounterEvents::CounterEvents(const std::array<CounterPlace, 3>& joints, kinematics::CounterWidth width,
+CounterEvents::CounterEvents(const std::array<CounterPlace, 3>& joints, unsigned counter_bits,
                              counter_event_type event) {
   fs::path device;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     device = fs::path("/dev") / find_counter(joints[j].device).filename();
-    (void)set_up(joints[j], width);
+    (void)set_up(joints[j], counter_bits);
     count_of_[j] = joints[j].count;
   }
   device_ = open_file(device, O_RDONLY | O_NONBLOCK);

@@ -16,7 +16,6 @@
 
 #include "board/linux/encoder_reader.h"
 #include "board/linux/open_file.h"
-#include "kinematics/arm_model.h"
 
 namespace thimble::board {
 
@@ -33,7 +32,7 @@ struct CounterPlace {
 class CounterPoll final : public EncoderReader {
  public:
   // Throws std::system_error with the missing item, and for a wrong setting with a remedy.
-  CounterPoll(const std::array<CounterPlace, 3>& joints, kinematics::CounterWidth width);
+  CounterPoll(const std::array<CounterPlace, 3>& joints, unsigned counter_bits);
   [[nodiscard]] std::optional<EncoderSample> read(std::uint64_t now_ns) noexcept override;
 
  private:
@@ -43,8 +42,7 @@ class CounterPoll final : public EncoderReader {
 class CounterEvents final : public EncoderReader {
  public:
   // All joints on one device. Throws as CounterPoll does.
-  CounterEvents(const std::array<CounterPlace, 3>& joints, kinematics::CounterWidth width,
-                counter_event_type event);
+  CounterEvents(const std::array<CounterPlace, 3>& joints, unsigned counter_bits, counter_event_type event);
   [[nodiscard]] std::optional<EncoderSample> read(std::uint64_t now_ns) noexcept override;
 
  private:

@@ -39,9 +39,10 @@ std::unique_ptr<EncoderReader> open_encoders(const ArmWiring& wiring) {
   const EncoderConfig& encoders = wiring.encoders;
   switch (encoders.kind) {
     case EncoderConfig::Kind::kCounterPoll:
-      return std::make_unique<CounterPoll>(encoders.counter, wiring.model->counter_width);
+      return std::make_unique<CounterPoll>(encoders.counter, wiring.arm.axis[0].counter_bits);
     case EncoderConfig::Kind::kCounterEvents:
-      return std::make_unique<CounterEvents>(encoders.counter, wiring.model->counter_width, encoders.event);
+      return std::make_unique<CounterEvents>(encoders.counter, wiring.arm.axis[0].counter_bits,
+                                             encoders.event);
     case EncoderConfig::Kind::kGpio:
       return std::make_unique<GpioEncoder>(encoders.lines);
   }
@@ -120,7 +121,7 @@ void Devices::read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t per
     if (sample) {
       // A latch within the last period belongs to this tick, an older one to an earlier tick.
       const std::uint64_t age_ns = sample->time_ns < now_ns ? now_ns - sample->time_ns : 0;
-      arm.last.counts = sample->counts;
+      std::ranges::copy(sample->counts, arm.last.counts.begin());
       arm.last.sample_tick = in.tick - std::min(in.tick, age_ns / period_ns);
     }
     in.arm[i].counts = arm.last.counts;
@@ -161,7 +162,8 @@ void Devices::write(const firmware::Outputs& out) noexcept {
     firmware::ArmOutputs wanted = out.arm[i];
     wanted.enable = wanted.enable && !beat_.cut();
     bool works = arm.dac && arm.enable && pulsed;
-    if (arm.dac && !arm.dac->write(wanted.enable ? wanted.current_A : std::array<float, 3>{})) works = false;
+    if (!wanted.enable) wanted.current_A = {};
+    if (arm.dac && !arm.dac->write(std::span(wanted.current_A).first<3>())) works = false;
     const bool enable = wanted.enable && works;
     if (arm.enable && enable != arm.enabled) {
       if (arm.enable->set(enable)) {

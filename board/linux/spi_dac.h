@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "board/common/ad5754.h"
@@ -22,8 +23,8 @@ class SpiDac {
   SpiDac(SpiDac&&) = delete;
 
   // False: the transfer failed; the converter keeps its voltages.
-  [[nodiscard]] bool write(const std::array<float, 3>& current_A) noexcept;
-  [[nodiscard]] bool zero() noexcept { return write({}); }
+  [[nodiscard]] bool write(std::span<const float, 3> current_A) noexcept;
+  [[nodiscard]] bool zero() noexcept { return write(std::array<float, 3>{}); }
 
  private:
   static constexpr std::size_t kFrames = 4;  // three voltages and the load

@@ -123,7 +123,7 @@ firmware::Config controller_config(const BoardConfig& board, const LinkPorts& po
   config.utc_s = wall_clock_s();
   config.lacks = lacks.c_str();
   for (std::size_t i = 0; i < board.arms.size(); ++i) {
-    config.arm[i].model = board.arms[i].model->name.data();
+    config.arm[i].model = board.arms[i].model.c_str();
     config.arm[i].base = board.arms[i].base;
     config.arm[i].has_index = board.arms[i].index.has_value();
   }

@@ -10,7 +10,7 @@ bool channel_a(std::uint32_t count) { return count % 4 == 1 || count % 4 == 2; }
 bool channel_b(std::uint32_t count) { return count % 4 >= 2; }
 
 std::uint32_t wrapped(const Plant& plant, std::uint32_t count) {
-  return plant.parameters().model->counter_width == kinematics::CounterWidth::k16 ? count & 0xFFFFU : count;
+  return plant.parameters().model.axis[0].counter_bits == 16 ? count & 0xFFFFU : count;
 }
 
 }  // namespace
@@ -78,16 +78,17 @@ void BrokenArm::sense(const Plant& plant, const Sensors& sensors, double time_s,
     if (sensors.current) evidence.current_A[j] = static_cast<float>(plant.motors()[j].current_A);
     if (sensors.temperature) evidence.motor_C[j] = static_cast<float>(plant.motors()[j].winding_C);
   }
-  if (sensors.supply) evidence.supply_V = static_cast<float>(supply_) * plant.parameters().model->supply_V;
+  if (sensors.supply) evidence.supply_V = static_cast<float>(supply_) * plant.parameters().model.supply_V;
   in.drive_fault = drive_fault_;
   in.index = false;
   if (!sensors.index || index_missing_) return;
-  const kinematics::ArmModel& model = *plant.parameters().model;
+  const kinematics::ArmData& model = plant.parameters().model;
   in.index = true;
   for (int j = 0; j < 3; ++j) {
-    const double off = plant.rotors_rad()[j] -
-                       static_cast<double>(model.home_rad[static_cast<std::size_t>(j)]) - index_at_rad_;
-    in.index = in.index && std::abs(off) <= 2 * static_cast<double>(std::abs(model.rad_per_count(j)));
+    const double off = plant.rotors_rad()[j] - static_cast<double>(model.geometry.home[j]) - index_at_rad_;
+    in.index = in.index &&
+               std::abs(off) <=
+                   2 * static_cast<double>(std::abs(model.axis[static_cast<std::size_t>(j)].rad_per_count()));
   }
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinematics/built_in_arms.h"
 #include "kinematics/dynamics.h"
 
 namespace thimble::board {
@@ -56,18 +57,18 @@ const PlantVariant* find_plant_variant(std::string_view name) noexcept {
 
 PlantParameters PlantParameters::from(const PlantVariant& variant) {
   PlantParameters p;
-  p.model = kinematics::find_arm_model(variant.arm_model);
-  const kinematics::Arm<double> arm(*p.model);
-  const kinematics::Posture<double> posture = arm.at(Vector3d::Zero());
-  const Matrix3d M = kinematics::mass_matrix(p.model->inertia, posture);
+  p.model = kinematics::built_in_arm(variant.arm);
+  const kinematics::TwoLinkArm<double> arm(p.model);
+  const kinematics::TwoLinkPosture<double> posture = arm.at(Vector3d::Zero());
+  const Matrix3d M = kinematics::mass_matrix(p.model.inertia, posture);
   for (int j = 0; j < 3; ++j) {
-    const kinematics::JointModel& joint = p.model->joint[static_cast<std::size_t>(j)];
+    const kinematics::AxisData& joint = p.model.axis[static_cast<std::size_t>(j)];
     if (variant.friction) {
       p.viscous_N_m_s_rad[j] = static_cast<double>(joint.viscous_N_m_s_rad);
       p.coulomb_N_m[j] = static_cast<double>(joint.coulomb_N_m);
     }
     p.cable_stiffness_N_m_rad[j] =
-        static_cast<double>(p.model->structural_stiffness_N_m) * posture.jacobian.col(j).squaredNorm();
+        static_cast<double>(p.model.tip_stiffness_N_m) * posture.jacobian.col(j).squaredNorm();
     p.cable_damping_N_m_s_rad[j] = 2 * kStructuralDamping * std::sqrt(p.cable_stiffness_N_m_rad[j] * M(j, j));
   }
   return p;
@@ -99,11 +100,11 @@ void Motor::step_heat(const MotorModel& model, double ambient_C, double h) noexc
 }
 
 Plant::Plant(const PlantParameters& parameters, const Hand& hand)
-    : parameters_(parameters), arm_(*parameters.model, parameters.base), hand_(hand) {
+    : parameters_(parameters), arm_(parameters.model, parameters.base), hand_(hand) {
   std::uint64_t random = parameters.seed;
   for (std::size_t j = 0; j < 3; ++j) {
     rotor_inertia_[static_cast<Eigen::Index>(j)] =
-        static_cast<double>(parameters.model->reflected_rotor_inertia(static_cast<int>(j)));
+        static_cast<double>(parameters.model.axis[j].reflected_rotor_inertia());
     motors_[j].winding_C = motors_[j].housing_C = parameters.ambient_C;
     counter_offset_[j] =
         static_cast<double>(split_mix(random) >> 11U) * 0x1p-53 * 0x1p32;  // anywhere in the register
@@ -113,8 +114,11 @@ Plant::Plant(const PlantParameters& parameters, const Hand& hand)
 }
 
 void Plant::command_current(const Vector3d& current_A, bool enable) noexcept {
-  const auto peak = static_cast<double>(parameters_.model->motor.peak_current_A);
-  command_A_ = current_A.cwiseMax(-peak).cwiseMin(peak);
+  for (int j = 0; j < 3; ++j) {
+    const auto peak_A =
+        static_cast<double>(parameters_.model.axis[static_cast<std::size_t>(j)].motor.peak_current_A);
+    command_A_[j] = std::clamp(current_A[j], -peak_A, peak_A);
+  }
   enable_ = enable;
 }
 
@@ -136,11 +140,11 @@ void Plant::step(double seconds) noexcept {
 std::array<std::uint32_t, 3> Plant::encoder_counts() const noexcept {
   std::array<std::uint32_t, 3> counts{};
   for (std::size_t j = 0; j < 3; ++j) {
-    const auto per_count = static_cast<double>(parameters_.model->rad_per_count(static_cast<int>(j)));
+    const auto per_count = static_cast<double>(parameters_.model.axis[j].rad_per_count());
     const double count =
         std::floor(state_.phi[static_cast<Eigen::Index>(j)] / per_count + counter_offset_[j]);
     counts[j] = static_cast<std::uint32_t>(static_cast<std::int64_t>(count));
-    if (parameters_.model->counter_width == kinematics::CounterWidth::k16) counts[j] &= 0xFFFFU;
+    if (parameters_.model.axis[j].counter_bits == 16) counts[j] &= 0xFFFFU;
   }
   return counts;
 }
@@ -150,12 +154,12 @@ Vector3d Plant::tip_m() const noexcept { return arm_.at(state_.q).tip_m; }
 Vector3d Plant::tip_velocity_m_s() const noexcept { return arm_.at(state_.q).jacobian * state_.qd; }
 
 double Plant::energy_J() const noexcept {
-  const kinematics::Posture<double> p = arm_.at(state_.q);
-  const Matrix3d M = kinematics::mass_matrix(parameters_.model->inertia, p);
+  const kinematics::TwoLinkPosture<double> p = arm_.at(state_.q);
+  const Matrix3d M = kinematics::mass_matrix(parameters_.model.inertia, p);
   const Vector3d stretch = state_.phi - state_.q;
   return .5 * state_.qd.dot(M * state_.qd) + .5 * state_.phid.dot(rotor_inertia_.cwiseProduct(state_.phid)) +
          .5 * hand_.mass_kg * (p.jacobian * state_.qd).squaredNorm() +
-         kinematics::gravity_energy(parameters_.model->inertia, p) +
+         kinematics::gravity_energy(parameters_.model.inertia, p) +
          .5 * stretch.dot(parameters_.cable_stiffness_N_m_rad.cwiseProduct(stretch)) +
          .5 * hand_.stiffness_N_m * (hand_target_m_ - p.tip_m).squaredNorm();
 }
@@ -166,15 +170,15 @@ Vector3d Plant::cable_torque(const State& s) const noexcept {
 }
 
 Vector3d Plant::stop_torques(const State& s) const noexcept {
-  const kinematics::ArmModel& m = *parameters_.model;
+  const kinematics::ArmData& m = parameters_.model;
   Vector3d torque;
   for (int j = 0; j < 3; ++j) {
-    const kinematics::JointModel& joint = m.joint[static_cast<std::size_t>(j)];
-    torque[j] = stop_torque(s.q[j], s.qd[j], static_cast<double>(joint.lower_rad),
-                            static_cast<double>(joint.upper_rad));
+    const kinematics::AxisData& joint = m.axis[static_cast<std::size_t>(j)];
+    torque[j] =
+        stop_torque(s.q[j], s.qd[j], static_cast<double>(joint.lower), static_cast<double>(joint.upper));
   }
-  const double elbow = stop_torque(s.q[1] - s.q[2], s.qd[1] - s.qd[2], static_cast<double>(m.min_elbow_rad),
-                                   static_cast<double>(m.max_elbow_rad));
+  const double elbow = stop_torque(s.q[1] - s.q[2], s.qd[1] - s.qd[2], static_cast<double>(m.sum[0].lower),
+                                   static_cast<double>(m.sum[0].upper));
   torque[1] += elbow;
   torque[2] -= elbow;
   return torque;
@@ -182,8 +186,8 @@ Vector3d Plant::stop_torques(const State& s) const noexcept {
 
 // Flat: four calls a step are most of what a simulation takes, and the calls in them are short.
 [[gnu::flatten]] Plant::Rates Plant::rates(const State& s) noexcept {
-  const kinematics::InertiaModel& inertia = parameters_.model->inertia;
-  const kinematics::Posture<double> p = arm_.at(s.q);
+  const kinematics::InertiaModel& inertia = parameters_.model.inertia;
+  const kinematics::TwoLinkPosture<double> p = arm_.at(s.q);
   const Vector3d cable = cable_torque(s);
   const Vector3d finger_N = hand_.stiffness_N_m * (hand_target_m_ - p.tip_m) +
                             hand_.damping_N_s_m * (hand_target_velocity_m_s_ - p.jacobian * s.qd);
@@ -217,14 +221,14 @@ Vector3d Plant::stop_torques(const State& s) const noexcept {
 }
 
 void Plant::substep(double h) noexcept {
-  const MotorModel& motor_model = parameters_.model->motor;
-  const double supply = supply_ * static_cast<double>(parameters_.model->supply_V);
+  const double supply = supply_ * static_cast<double>(parameters_.model.supply_V);
   const Vector3d cable = cable_torque(state_);
   for (int j = 0; j < 3; ++j) {
     const auto at = static_cast<std::size_t>(j);
     Motor& motor = motors_[at];
-    const kinematics::JointModel& joint = parameters_.model->joint[at];
-    const double shaft_rad_s = state_.phid[j] * static_cast<double>(joint.sign * joint.motor_turns_per_turn);
+    const kinematics::AxisData& joint = parameters_.model.axis[at];
+    const MotorModel& motor_model = joint.motor;
+    const double shaft_rad_s = state_.phid[j] * static_cast<double>(joint.drive_sign * joint.drive_turns);
     if (enable_) {
       // Voltage of an ideal current controller: it compensates resistance and back-EMF and removes the error
       // within its time constant, or within the step if that is longer.
@@ -238,8 +242,7 @@ void Plant::substep(double h) noexcept {
       motor.current_A = 0;
     }
     motor.step_heat(motor_model, parameters_.ambient_C, h);
-    motor_torque_[j] =
-        torque_[j] * motor.current_A * static_cast<double>(parameters_.model->torque_per_ampere(j));
+    motor_torque_[j] = torque_[j] * motor.current_A * static_cast<double>(joint.torque_per_ampere());
     // Coulomb friction: a rotor at rest stays at rest until the torque exceeds the friction.
     const double drive = motor_torque_[j] - cable[j];
     const double direction = state_.phid[j] != 0 ? state_.phid[j] : drive;
@@ -272,7 +275,7 @@ void Plant::substep(double h) noexcept {
   }
   state_ = next;
   if (specimen_ != nullptr && specimen_->has_friction()) {
-    const kinematics::Posture<double> p = arm_.at(state_.q);
+    const kinematics::TwoLinkPosture<double> p = arm_.at(state_.q);
     specimen_->update(p.tip_m, p.jacobian * state_.qd, grip_);
   }
   hand_target_m_ += h * hand_target_velocity_m_s_;

@@ -23,8 +23,8 @@
 #include <utility>
 
 #include "board/sim/specimen.h"
-#include "kinematics/arm.h"
-#include "kinematics/arm_model.h"
+#include "kinematics/arm_data.h"
+#include "kinematics/two_link_arm.h"
 
 namespace thimble::board {
 
@@ -32,7 +32,7 @@ using Vector3d = Eigen::Vector3d;
 
 struct PlantVariant {
   std::string_view name;
-  std::string_view arm_model;  // the model that the firmware uses
+  std::string_view arm;  // of kinematics/built_in_arms.h, which the firmware uses
   bool friction;
 };
 [[nodiscard]] std::span<const PlantVariant> plant_variants() noexcept;
@@ -43,7 +43,7 @@ inline constexpr double kPlantStep_s = 25e-6;
 // Properties that may differ between two arms of one model. from() fills them from a variant; tests change
 // single values.
 struct PlantParameters {
-  const kinematics::ArmModel* model = nullptr;
+  kinematics::ArmData model;
   Vector3d viscous_N_m_s_rad = Vector3d::Zero();
   Vector3d coulomb_N_m = Vector3d::Zero();
   Vector3d cable_stiffness_N_m_rad =
@@ -138,7 +138,7 @@ class Plant {
   void substep(double h) noexcept;
 
   PlantParameters parameters_;
-  kinematics::Arm<double> arm_;
+  kinematics::TwoLinkArm<double> arm_;
   Hand hand_;
   State state_;
   std::array<Motor, 3> motors_{};

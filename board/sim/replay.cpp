@@ -10,6 +10,7 @@
 #include "board/sim/verdict_text.h"
 #include "firmware/link/services.h"
 #include "firmware/store/slot_header.h"
+#include "kinematics/built_in_arms.h"
 
 namespace thimble::board {
 namespace {
@@ -26,7 +27,8 @@ firmware::Config config_of(const RecordedRun& run) {
     throw std::invalid_argument("it has " + std::to_string(run.start.arms) + " arms, and the state of " +
                                 std::to_string(run.arms.size()));
   for (std::size_t i = 0; i < run.arms.size(); ++i) {
-    if (kinematics::find_arm_model(run.models[i].c_str()) == nullptr)
+    kinematics::ArmData known;
+    if (!kinematics::built_in_arm(run.models[i], known))
       throw std::invalid_argument("its arm '" + run.models[i] + "' is not known here");
     const link::RecordingArm& from = run.arms[i];
     firmware::ArmConfig& to = config.arm[i];

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "firmware/core/stop_timeout.h"
+#include "kinematics/workspace.h"
 
 namespace thimble::board {
 namespace {
@@ -143,7 +144,7 @@ SimBoard::SimBoard(const SimBoardOptions& options)
                      .from_m = home,
                      .at_m = home,
                      .velocity_m_s = Vector3d::Zero()});
-    config_.arm[i].model = parameters.model->name.data();
+    config_.arm[i].model = variant.arm.data();
     config_.arm[i].base = base;
     config_.arm[i].has_index = options_.sensors.index;
     config_.arm[i].has_line_loss = options_.sensors.line_loss;
@@ -298,12 +299,12 @@ void SimBoard::hold(std::size_t arm, const Vector3d& position_m, const Vector3d&
 
 Vector3d SimBoard::within_reach(std::size_t arm, const Vector3d& position_m) const {
   const PlantParameters& parameters = arms_[arm].plant.parameters();
-  const kinematics::Arm<double> model(*parameters.model, parameters.base);
+  const kinematics::TwoLinkArm<double> model(parameters.model, parameters.base);
   constexpr double kMargin_rad = .03;  // distance to the joint limits
   const auto reached = [&](const Vector3d& p) {
     Vector3d joints;
-    return model.inverse(p, joints) && kinematics::workspace_limit(*parameters.model, joints, kMargin_rad) ==
-                                           kinematics::WorkspaceLimit::kNone;
+    return model.inverse(p, joints) &&
+           kinematics::workspace_limit(parameters.model, joints, kMargin_rad) == 0;
   };
   if (reached(position_m)) return position_m;
   const Vector3d home = parameters.base.home_m.cast<double>();

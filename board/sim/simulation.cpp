@@ -12,6 +12,7 @@
 #include "board/sim/sim_board.h"
 #include "board/sim/verdict_text.h"
 #include "control/renderer.h"
+#include "kinematics/workspace.h"
 
 namespace thimble::board {
 namespace {
@@ -214,8 +215,8 @@ class Simulation {
 
   static bool reaches(const PlantParameters& parameters, const Vector3d& point_m) {
     Vector3d joints;
-    return kinematics::Arm<double>(*parameters.model, parameters.base).inverse(point_m, joints) &&
-           kinematics::workspace_limit(*parameters.model, joints) == kinematics::WorkspaceLimit::kNone;
+    return kinematics::TwoLinkArm<double>(parameters.model, parameters.base).inverse(point_m, joints) &&
+           kinematics::workspace_limit(parameters.model, joints) == 0;
   }
 
   static std::string out_of_reach(const PathPoint& point) {

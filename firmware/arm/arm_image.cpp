@@ -197,6 +197,9 @@ ArmStatus read_axes(const arm::Arm& from, ArmData& to) noexcept {
     if (!read_axis(*from.axes()->Get(i), to.axis[i], to.geometry.home[static_cast<int>(i)],
                    to.geometry.driven[i]))
       return ArmStatus::kBadNumber;
+    const int joint = static_cast<int>(i) - platform_joints(to.geometry);
+    to.axis[i].prismatic =
+        joint >= 0 && to.geometry.chain.joint[static_cast<std::size_t>(joint)].kind == JointKind::kPrismatic;
     any = any || to.geometry.driven[i];
   }
   return any ? ArmStatus::kOk : ArmStatus::kNoDrive;

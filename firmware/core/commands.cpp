@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinematics/workspace.h"
+
 namespace thimble::firmware {
 namespace {
 
@@ -47,7 +49,7 @@ Conditions Commands::request(Command command) noexcept {
 
 bool Commands::move_in_range(const MoveOrder& order) const noexcept {
   if (order.arm >= setup_.arm_count || !std::isfinite(order.target_m.squaredNorm())) return false;
-  const float max_N = std::min(params_.get(Param::max_force), setup_.arm[order.arm].model().max_force_N);
+  const float max_N = std::min(params_.get(Param::max_force), setup_.arm[order.arm].data().max_force_N);
   return order.speed_m_s >= link::kMinMoveSpeed_m_s && order.speed_m_s <= link::kMaxMoveSpeed_m_s &&
          order.force_limit_N >= link::kMinMoveForce_N && order.force_limit_N <= link::kMaxMoveForce_N &&
          order.force_limit_N + GuardedMove::kForceMargin_N <= max_N;
@@ -59,10 +61,9 @@ Conditions Commands::request_move(const MoveOrder& order) noexcept {
   unsigned refused = status_.unmet_for_move();
   // The target, with room to spare; the tick stops the move where the straight line leaves the workspace.
   const kinematics::Arm<float>& arm = setup_.arm[order.arm];
-  Vec3 joints;
+  Axes joints = Axes::Zero();
   if (!arm.inverse(order.target_m, joints) ||
-      kinematics::workspace_limit(arm.model(), joints, kWorkspaceMargin_rad) !=
-          kinematics::WorkspaceLimit::kNone)
+      kinematics::workspace_limit(arm.data(), joints, kWorkspaceMargin_rad) != 0)
     refused |= kOutsideWorkspace;
   if (refused != 0) return static_cast<Conditions>(refused);
   if (!sources_.move.post(order)) return kMoveUnderWay;

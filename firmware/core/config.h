@@ -11,7 +11,8 @@
 #include "control/scene/pauses.h"
 #include "firmware/core/modes.h"
 #include "firmware/link/services.h"
-#include "kinematics/arm.h"
+#include "kinematics/arm_data.h"
+#include "kinematics/base_pose.h"
 
 namespace thimble::firmware {
 
@@ -28,12 +29,13 @@ class BoardRoutine {
 };
 
 using control::kMaxArms;
-inline constexpr std::size_t kJoints = 3;
+inline constexpr std::size_t kJoints = kinematics::kMaxJoints;  // of an arm, at most
+using Axes = kinematics::PerAxis<float>;  // one number an axis, 0 beyond those of the arm
 // Of an arm: with less the god object may not get on over an ordinary mesh (no_tunnel.with_work_for_100).
 inline constexpr std::uint32_t kLeastWork = 100;
 
 struct ArmConfig {
-  const char* model = "premium-1.5";  // by its name in Config::arm_models
+  const char* model = "premium-1.5";  // by its name among Config::arms_known and those built in
   kinematics::BasePose base;          // default: the world's origin is at the tip's home position
   // True: homing ends at the tick in which ArmInputs::index is set. False: the user holds the arm in its home
   // pose and homing takes the next sample.
@@ -65,8 +67,8 @@ struct Config {
   // Called about every 20 us during long work of the background (checking an image). A board without a tick interrupt
   // runs the tick there. Null: not needed.
   control::Pause pause = nullptr;
-  // The arm models that `arm` may name; empty: those of kinematics/arm_model.h. They must outlive the controller.
-  std::span<const kinematics::ArmModel> arm_models{};
+  // Arms that `arm` may name, before those of kinematics/built_in_arms.h. They must outlive the controller.
+  std::span<const kinematics::ArmData> arms_known{};
   BoardRoutine* inject = nullptr;  // of a simulated board; must outlive the controller
   // Force sources in front of those of firmware/sources/sources.h: of a board, or of a test. They must outlive the controller.
   std::span<ForceSource* const> sources{};
@@ -75,18 +77,18 @@ struct Config {
 // What a board may measure of an arm besides its counts; what it does not measure stays as it is here.
 struct ArmEvidence {
   static constexpr float kNot = std::numeric_limits<float>::quiet_NaN();
+  static constexpr std::array<float, kJoints> kNone{kNot, kNot, kNot, kNot, kNot, kNot, kNot};
 
   bool line_loss = false;  // an encoder's receiver reports a broken wire, a short or no supply
-  std::array<float, kJoints> current_A{kNot, kNot, kNot};  // of the motors, as ArmOutputs::current_A
-  std::array<float, kJoints> motor_C{kNot, kNot, kNot};    // of the windings
-  float supply_V = kNot;                                   // of the motor drives
+  std::array<float, kJoints> current_A = kNone;  // of the motors, as ArmOutputs::current_A
+  std::array<float, kJoints> motor_C = kNone;    // of the windings
+  float supply_V = kNot;                         // of the motor drives
 };
 
 struct ArmInputs {
-  std::array<std::uint32_t, kJoints>
-      counts{};                   // counter registers as they are (16 or 32 bits wide, as the model says)
-  std::uint64_t sample_tick = 0;  // Inputs::tick in which they were latched
-  bool index = false;             // the arm stands at its index
+  std::array<std::uint32_t, kJoints> counts{};  // counter registers as they are (as wide as the arm says)
+  std::uint64_t sample_tick = 0;                // Inputs::tick in which they were latched
+  bool index = false;                           // the arm stands at its index
   bool drive_fault = false;
   ArmEvidence evidence;
 };

@@ -16,12 +16,12 @@ void home_arms(Parts& parts, const Inputs& inputs) noexcept {
     const kinematics::Arm<float>& geometry = parts.setup.arm[i];
     const ArmInputs& input = inputs.arm[i];
     if (arm.homed || arm.age_ticks != 0 || (parts.setup.has_index[i] && !input.index)) continue;
-    for (std::size_t j = 0; j < kJoints; ++j) {
+    for (std::size_t j = 0; j < arm.axes; ++j) {
       arm.encoder[j].home(input.counts[j], geometry.home()[static_cast<int>(j)]);
       arm.speed[j].reset(0);
     }
     arm.joint_rad = geometry.home();
-    arm.posture = geometry.at(arm.joint_rad);
+    arm.posture = geometry.home_posture();
     arm.tip_velocity_m_s.setZero();
     arm.in_workspace = true;
     arm.homed = true;

@@ -12,9 +12,11 @@ constexpr float kCurrentOff = 0.1F, kCurrentTime_s = 1e-3F;
 constexpr float kSupplyLow = 0.8F, kSupplyHigh = 1.2F, kSupplyTime_s = 5e-3F;  // of the arm's nominal supply
 constexpr float kIndex_rad = 0.01F;  // an index is narrower; 2 mm at the tip
 
-bool current_is_off(const ArmState& arm, const ArmEvidence& evidence, float peak_A) noexcept {
-  for (std::size_t j = 0; j < kJoints; ++j)
-    if (std::abs(evidence.current_A[j] - arm.current_A[static_cast<int>(j)]) > kCurrentOff * peak_A)
+bool current_is_off(const ArmState& arm, const ArmEvidence& evidence,
+                    const kinematics::ArmData& data) noexcept {
+  for (std::size_t j = 0; j < arm.axes; ++j)
+    if (std::abs(evidence.current_A[j] - arm.current_A[static_cast<int>(j)]) >
+        kCurrentOff * data.axis[j].motor.peak_current_A)
       return true;
   return false;
 }
@@ -23,7 +25,7 @@ bool current_is_off(const ArmState& arm, const ArmEvidence& evidence, float peak
 
 void check_evidence(Parts& parts, std::size_t index, const ArmInputs& input) noexcept {
   ArmState& arm = parts.state.arm[index];
-  const kinematics::ArmModel& model = parts.setup.arm[index].model();
+  const kinematics::ArmData& data = parts.setup.arm[index].data();
   const ArmEvidence& evidence = input.evidence;
   const float period_s = parts.setup.period_s;
   if (input.drive_fault) trip(parts, Fault::drive_fault);
@@ -32,10 +34,10 @@ void check_evidence(Parts& parts, std::size_t index, const ArmInputs& input) noe
     lose_home(arm);
   }
   // NaN, of a board that does not measure it, is never beyond a limit.
-  const bool current_off = current_is_off(arm, evidence, model.motor.peak_current_A);
+  const bool current_off = current_is_off(arm, evidence, data);
   if (arm.current_off.update(current_off, std::max(kCurrentTime_s, 3 * period_s), period_s))
     trip(parts, Fault::current_mismatch);
-  const float supply = evidence.supply_V / model.supply_V;
+  const float supply = evidence.supply_V / data.supply_V;
   const bool supply_off = motors_on(parts.state.mode) && (supply < kSupplyLow || supply > kSupplyHigh);
   if (arm.supply_off.update(supply_off, kSupplyTime_s, period_s)) trip(parts, Fault::supply);
 }
@@ -43,7 +45,10 @@ void check_evidence(Parts& parts, std::size_t index, const ArmInputs& input) noe
 void check_index(Parts& parts, std::size_t index, const ArmInputs& input) noexcept {
   ArmState& arm = parts.state.arm[index];
   if (!arm.homed || !input.index || !parts.setup.has_index[index]) return;
-  if ((arm.joint_rad - parts.setup.arm[index].home()).cwiseAbs().maxCoeff() <= kIndex_rad) return;
+  const Axes off = arm.joint_rad - parts.setup.arm[index].home();
+  float most = 0;
+  for (int j = 0; j < parts.setup.arm[index].axes(); ++j) most = std::max(most, std::abs(off[j]));
+  if (most <= kIndex_rad) return;
   trip(parts, Fault::index_mismatch);
   lose_home(arm);
 }

@@ -4,14 +4,16 @@
 
 #include "firmware/core/force_limits.h"
 #include "firmware/core/steps.h"
+#include "kinematics/directions.h"
 
 namespace thimble::firmware {
 namespace {
 
+constexpr float kLeastLever_m = 1e-3F;   // of a direction in which a force is told from torques
 constexpr float kLimitSlew_N_s = 50.0F;  // how fast a change of max_force takes effect
 
 float max_force_N(const Parts& parts, std::size_t arm) noexcept {
-  return std::min(parts.params.get(Param::max_force), parts.setup.arm[arm].model().max_force_N);
+  return std::min(parts.params.get(Param::max_force), parts.setup.arm[arm].data().max_force_N);
 }
 
 // One source's forces. False: one is not finite, which is a fault.
@@ -26,17 +28,40 @@ bool ask(Parts& parts, ForceSource& source, SourceForces& out) noexcept {
   return true;
 }
 
+// The force at the tip that asks the axes for these torques, or comes nearest to it.
+Vec3 force_of(const kinematics::Arm<float>& arm, const kinematics::Posture<float>& posture,
+              const Axes& torque_N_m) noexcept {
+  if (!arm.is_two_link())
+    return kinematics::directions_of(arm.driven_jacobian(posture)).force_of(torque_N_m, kLeastLever_m);
+  const kinematics::Matrix3<float> jacobian = posture.jacobian.leftCols<3>();
+  return jacobian.transpose().inverse() * torque_N_m.head<3>();
+}
+
+// What the arm can give of a force near a singularity.
+Vec3 faded(Parts& parts, std::size_t index, const Vec3& force_N) noexcept {
+  const kinematics::Arm<float>& geometry = parts.setup.arm[index];
+  if (geometry.is_two_link()) return force_N;
+  ArmState& arm = parts.state.arm[index];
+  const kinematics::ForceFade::Faded left =
+      parts.setup.fade[index].of(geometry.driven_jacobian(arm.posture), force_N);
+  if (left.faded) arm.limiters |= kLimitSingular;
+  return left.force_N;
+}
+
 // What a probe of the encoders leaves of the force: of the torques that it asks of the joints, so it has another direction, but is no
 // greater. wanted_N is before the account of the energy, which takes from the force while a hand follows the probe. What the limits of
 // the motors keep back proves nothing when it is taken away.
 Vec3 probed(Parts& parts, std::size_t index, const Vec3& wanted_N, const Vec3& force_N) noexcept {
   ArmState& arm = parts.state.arm[index];
-  const kinematics::Matrix3<float>& jacobian = arm.posture.jacobian;
-  Vec3 torque_N_m = jacobian.transpose() * force_N;
+  const kinematics::Arm<float>& geometry = parts.setup.arm[index];
+  const auto& jacobian = arm.posture.jacobian;
+  Axes torque_N_m = kinematics::torques(jacobian, force_N, geometry.axes());
   const bool probed_before = arm.probe.probes();
-  const Vec3 asked_N_m = probed_before ? Vec3(jacobian.transpose() * wanted_N) : torque_N_m;
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  const Axes asked_N_m =
+      probed_before ? kinematics::torques(jacobian, wanted_N, geometry.axes()) : torque_N_m;
+  for (std::size_t j = 0; j < arm.axes; ++j) {
     const int axis = static_cast<int>(j);
+    if (!geometry.is_driven(axis)) continue;
     const float sure_N_m =
         parts.setup.joint[index][j].against_hand.torque_N_m(jacobian.col(axis).squaredNorm());
     arm.probe.watch(
@@ -51,14 +76,14 @@ Vec3 probed(Parts& parts, std::size_t index, const Vec3& wanted_N, const Vec3& f
   }
   if (arm.probe.reversed()) trip(parts, Fault::motor_reversed);
   if (!arm.probe.probes()) return force_N;
-  for (std::size_t j = 0; j < kJoints; ++j) torque_N_m[static_cast<int>(j)] *= arm.probe.part(j);
+  for (std::size_t j = 0; j < arm.axes; ++j) torque_N_m[static_cast<int>(j)] *= arm.probe.part(j);
   if (!probed_before) ++parts.state.telemetry.probes;
   arm.limiters |= kLimitProbe;
   if (arm.probe.dead()) {
     trip(parts, Fault::encoder_frozen);
     arm.homed = false;
   }
-  const Vec3 left_N = jacobian.transpose().inverse() * torque_N_m;
+  const Vec3 left_N = force_of(geometry, arm.posture, torque_N_m);
   return finite(left_N) ? clamp_force(left_N, force_N.norm()).value
                         : Vec3::Zero();  // not in a singular posture
 }
@@ -130,7 +155,7 @@ void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
       limited = {part.value, limited.which || part.which};
     }
     arm.unprobed_N = limited.value;
-    limited.value = probed(parts, i, clamped.value, limited.value);
+    limited.value = faded(parts, i, probed(parts, i, clamped.value, limited.value));
     const Vec3 unramped_N = ramp < 1.0F ? clamp_force(wanted_N, max_N).value : clamped.value;
     arm.limits.add(unramped_N, limited.value, std::min(wanted / 2, max_N) * depth_m);
     arm.force_N = limited.value;
@@ -151,7 +176,7 @@ void brake(Parts& parts) noexcept {
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
     ArmState& arm = state.arm[i];
     const LimitedForce clamped = clamp_force(-damping_N_s_m * arm.tip_velocity_m_s, max_force_N(parts, i));
-    arm.force_N = clamped.value;
+    arm.force_N = faded(parts, i, clamped.value);
     if (clamped.which) arm.limiters |= kLimitClamp;
   }
 }

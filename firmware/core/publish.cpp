@@ -23,6 +23,7 @@ void show_arm(const Parts& parts, std::size_t index, const ArmInputs& input, Arm
   shown.joint_rad = arm.joint_rad;
   shown.current_A = arm.current_A;
   shown.counts = input.counts;
+  shown.axes = static_cast<std::uint8_t>(arm.axes);
   shown.limiters = arm.limiters;
   if (armed && parts.sources.scene.renderer().is_put_off()) shown.limiters |= kLimitWork;
 }
@@ -31,7 +32,7 @@ void show_arm(const Parts& parts, std::size_t index, const ArmInputs& input, Arm
 void show_windings(Parts& parts) noexcept {
   const float ambient_C = parts.params.get(Param::ambient);
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i)
-    for (std::size_t j = 0; j < kJoints; ++j)
+    for (std::size_t j = 0; j < parts.state.arm[i].axes; ++j)
       parts.state.telemetry.arm[i].winding_C[j] = parts.state.arm[i].heat[j].winding_C(ambient_C);
 }
 
@@ -101,8 +102,8 @@ link::Levels levels(const Inputs& inputs, std::size_t arms) noexcept {
 link::RecordingArm recorded(const ArmState& arm) noexcept {
   link::RecordingArm to;
   to.homed = arm.homed;
-  to.joints = kJoints;
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  to.joints = static_cast<std::uint8_t>(arm.axes);
+  for (std::size_t j = 0; j < arm.axes; ++j) {
     const MotorHeat::State heat = arm.heat[j].state();
     to.raw[j] = arm.encoder[j].raw();
     to.counts[j] = arm.encoder[j].counts();
@@ -141,8 +142,9 @@ void record_tick(Parts& parts, const Inputs& inputs, Command executed) noexcept 
   tick.arms = parts.setup.arm_count;
   std::array<float, 3 * kMaxArms> forces_N{};
   for (std::size_t i = 0; i < kMaxArms; ++i) {
-    tick.counts[i] = inputs.arm[i].counts;
-    tick.wide[i] = parts.setup.arm[i].model().counter_width == kinematics::CounterWidth::k32;
+    tick.counts[i] = std::span(inputs.arm[i].counts).first(state.arm[i].axes);
+    for (std::size_t j = 0; j < state.arm[i].axes; ++j)
+      tick.wide[i] = tick.wide[i] || parts.setup.arm[i].data().axis[j].counter_bits > 16;
     std::copy_n(state.arm[i].force_N.data(), 3, forces_N.begin() + static_cast<std::ptrdiff_t>(3 * i));
   }
   tick.forces = std::as_bytes(std::span(forces_N).first(std::size_t{3} * parts.setup.arm_count));

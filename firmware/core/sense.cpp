@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "firmware/core/steps.h"
+#include "kinematics/workspace.h"
 
 namespace thimble::firmware {
 namespace {
@@ -118,10 +119,9 @@ bool is_frozen(Parts& parts, std::size_t index, std::size_t joint, const FrozenP
 }
 
 // While armed: whether the arm can be where its counts say, and move as they say.
-void check_motion(Parts& parts, ArmState& arm, const kinematics::ArmModel& model) noexcept {
+void check_motion(Parts& parts, ArmState& arm, const kinematics::ArmData& data) noexcept {
   if (parts.state.mode != Mode::kArmed) return;
-  if (kinematics::workspace_limit(model, arm.joint_rad, -kBeyondStops_rad) !=
-      kinematics::WorkspaceLimit::kNone) {
+  if (kinematics::workspace_limit(data, arm.joint_rad, -kBeyondStops_rad) != 0) {
     trip(parts, Fault::joint_range);
     arm.homed = false;
   }
@@ -151,8 +151,8 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
   arm.sample_tick = input.sample_tick;
   const FrozenParams frozen{parts.params.get(Param::encoder_frozen),
                             parts.params.get(Param::encoder_frozen_time)};
-  Vec3 joint_speed;
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  Axes joint_speed = Axes::Zero();
+  for (std::size_t j = 0; j < arm.axes; ++j) {
     const int axis = static_cast<int>(j);
     kinematics::JointEncoder& encoder = arm.encoder[j];
     if (!arm.seen) {
@@ -172,23 +172,24 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
     }
   }
   arm.seen = true;
-  arm.posture = geometry.at(arm.joint_rad);
-  arm.tip_velocity_m_s = arm.posture.jacobian * joint_speed;
-  arm.in_workspace =
-      kinematics::workspace_limit(geometry.model(), arm.joint_rad) == kinematics::WorkspaceLimit::kNone;
+  geometry.move_to(arm.joint_rad, arm.posture);
+  arm.tip_velocity_m_s = kinematics::velocity(arm.posture.jacobian, joint_speed, geometry.axes());
+  arm.in_workspace = kinematics::workspace_limit(geometry.data(), arm.joint_rad) == 0;
   if (arm.homed && !(finite(arm.posture.tip_m) && finite(arm.tip_velocity_m_s))) {
     trip(parts, Fault::tip_not_finite);
     arm.homed = false;
   }
-  check_motion(parts, arm, geometry.model());
+  check_motion(parts, arm, geometry.data());
 }
 
 void heat_motors(Parts& parts, std::size_t index, const ArmEvidence& evidence, std::uint32_t lost) noexcept {
   ArmState& arm = parts.state.arm[index];
-  const kinematics::MotorModel& motor = parts.setup.arm[index].model().motor;
   const float ambient_C = parts.params.get(Param::ambient);
-  const float limit_C = std::min(parts.params.get(Param::winding_limit), motor.max_winding_C);
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  const float winding_limit_C = parts.params.get(Param::winding_limit);
+  for (std::size_t j = 0; j < arm.axes; ++j) {
+    if (!parts.setup.arm[index].is_driven(static_cast<int>(j))) continue;
+    const kinematics::MotorModel& motor = parts.setup.arm[index].data().axis[j].motor;
+    const float limit_C = std::min(winding_limit_C, motor.max_winding_C);
     arm.heat[j].add(motor, arm.current_A[static_cast<int>(j)], ambient_C,
                     parts.setup.period_s * static_cast<float>(lost + 1U));
     if (arm.heat[j].winding_C(ambient_C) > limit_C || evidence.motor_C[j] > limit_C)
@@ -202,7 +203,7 @@ void exchange_heat(Parts& parts, std::uint32_t lost) noexcept {
   MotorsHeat less;
   if (!parts.observers.recorder.running() && parts.heat.less.read(less))
     for (std::size_t i = 0; i < parts.setup.arm_count; ++i)
-      for (std::size_t j = 0; j < kJoints; ++j) state.arm[i].heat[j].take_off(less[i][j]);
+      for (std::size_t j = 0; j < state.arm[i].axes; ++j) state.arm[i].heat[j].take_off(less[i][j]);
   state.heat_shown_s += parts.setup.period_s * static_cast<float>(lost + 1U);
   if (state.heat_shown_s < HeatExchange::kInterval_s) return;
   state.heat_shown_s = 0;

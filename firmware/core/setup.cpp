@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <string_view>
 
 #include "firmware/core/encoder_probe.h"
 #include "firmware/core/stop_timeout.h"
+#include "kinematics/built_in_arms.h"
 
 namespace thimble::firmware {
 namespace {
@@ -14,20 +14,27 @@ namespace {
 constexpr float kMinPeriod_s = 40e-6F;
 constexpr float kMaxPeriod_s = 20e-3F;
 
-std::span<const kinematics::ArmModel> models(const Config& config) noexcept {
-  return config.arm_models.empty() ? kinematics::arm_models() : config.arm_models;
-}
-
-const kinematics::ArmModel* find_model(const Config& config, std::string_view name) noexcept {
-  for (const kinematics::ArmModel& model : models(config))
-    if (model.name == name) return &model;
+// Null: the Config brings no arm of that name.
+const kinematics::ArmData* brought(const Config& config, std::string_view name) noexcept {
+  for (const kinematics::ArmData& arm : config.arms_known)
+    if (kinematics::name_of(arm) == name) return &arm;
   return nullptr;
 }
 
-// Of a Config that cannot work some model: its arms are never used.
-kinematics::Arm<float> arm_of(const Config& config, std::size_t index) noexcept {
-  const kinematics::ArmModel* model = find_model(config, config.arm[index].model);
-  return kinematics::Arm<float>(model != nullptr ? *model : models(config).front(), config.arm[index].base);
+bool is_known(const Config& config, std::string_view name) noexcept {
+  const auto names = kinematics::built_in_arms();
+  return brought(config, name) != nullptr || std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// Of a Config that cannot work some arm: it is never used.
+kinematics::Arm<float> arm_of(const Config& config, std::size_t index,
+                              const kinematics::ArmData& built_in) noexcept {
+  const kinematics::ArmData* data = brought(config, config.arm[index].model);
+  return kinematics::Arm<float>(data != nullptr ? *data : built_in, config.arm[index].base);
+}
+
+kinematics::ForceFade fade_of(const kinematics::Arm<float>& arm) noexcept {
+  return kinematics::ForceFade(arm.driven_jacobian(arm.home_posture()));
 }
 
 bool works(const Config& config) noexcept {
@@ -36,18 +43,17 @@ bool works(const Config& config) noexcept {
   if (config.work_units < kLeastWork * config.arm_count) return false;
   if (config.node_id < 1 || config.node_id > 127) return false;
   return std::all_of(config.arm.begin(), config.arm.begin() + config.arm_count,
-                     [&](const ArmConfig& arm) { return find_model(config, arm.model) != nullptr; });
+                     [&](const ArmConfig& arm) { return is_known(config, arm.model); });
 }
 
-std::array<JointConstants, kJoints> constants_of(const kinematics::ArmModel& model) noexcept {
+std::array<JointConstants, kJoints> constants_of(const kinematics::ArmData& arm) noexcept {
   std::array<JointConstants, kJoints> joints;
   for (std::size_t j = 0; j < kJoints; ++j) {
-    const int axis = static_cast<int>(j);
-    const float coulomb_N_m = model.joint[j].coulomb_N_m;
-    const float count_rad = std::abs(model.rad_per_count(axis));
-    joints[j] = {std::abs(model.torque_per_ampere(axis)) * model.motor.peak_current_A, count_rad,
-                 SureChange(EncoderProbe::kCounts, coulomb_N_m, count_rad, EncoderProbe::kFirmHand_N_m),
-                 SureChange(kMoveCounts, coulomb_N_m, count_rad, model.structural_stiffness_N_m)};
+    const kinematics::AxisData& axis = arm.axis[j];
+    const float count_rad = std::abs(axis.rad_per_count());
+    joints[j] = {std::abs(axis.torque_per_ampere()) * axis.motor.peak_current_A, count_rad,
+                 SureChange(EncoderProbe::kCounts, axis.coulomb_N_m, count_rad, EncoderProbe::kFirmHand_N_m),
+                 SureChange(kMoveCounts, axis.coulomb_N_m, count_rad, arm.tip_stiffness_N_m)};
   }
   return joints;
 }
@@ -65,8 +71,11 @@ Setup::Setup(const Config& config) noexcept
       arm_count(works(config) ? config.arm_count : std::uint8_t{0}),
       most_stale_ticks(most_stale(period_s)),
       board_lacks(config.lacks != nullptr && *config.lacks != '\0'),
-      arm{arm_of(config, 0), arm_of(config, 1)},
-      joint{constants_of(arm[0].model()), constants_of(arm[1].model())},
+      built_in{kinematics::built_in_arm(config.arm[0].model), kinematics::built_in_arm(config.arm[1].model)},
+      arm{arm_of(config, 0, built_in[0]), arm_of(config, 1, built_in[1])},
+      axes{static_cast<std::size_t>(arm[0].axes()), static_cast<std::size_t>(arm[1].axes())},
+      fade{fade_of(arm[0]), fade_of(arm[1])},
+      joint{constants_of(arm[0].data()), constants_of(arm[1].data())},
       has_index{config.arm[0].has_index, config.arm[1].has_index},
       has_line_loss{config.arm[0].has_line_loss, config.arm[1].has_line_loss} {}
 

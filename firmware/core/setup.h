@@ -7,6 +7,7 @@
 #include "firmware/core/config.h"
 #include "firmware/core/encoder_place.h"
 #include "kinematics/arm.h"
+#include "kinematics/force_fade.h"
 
 namespace thimble::firmware {
 
@@ -21,13 +22,20 @@ struct JointConstants {
 
 struct Setup {
   explicit Setup(const Config& config) noexcept;
+  Setup(const Setup&) = delete;  // `arm` points into `built_in`
+  Setup& operator=(const Setup&) = delete;
+  ~Setup() = default;
 
   float period_s;
   std::uint32_t work_units;
   std::uint8_t arm_count;  // 0: the Config cannot work, and the controller stays faulted with bad_config
   std::uint32_t most_stale_ticks;  // one period more than that is at most 5 ms; at least 1
   bool board_lacks;                // Config::lacks is not empty
+  std::array<kinematics::ArmData, kMaxArms> built_in;  // of arms that the Config does not bring
   std::array<kinematics::Arm<float>, kMaxArms> arm;
+  std::array<std::size_t, kMaxArms> axes;  // of each arm
+  std::array<kinematics::ForceFade, kMaxArms>
+      fade;  // of arms that are not a two-link: that one is not near a singularity within its limits
   std::array<std::array<JointConstants, kJoints>, kMaxArms> joint;
   std::array<bool, kMaxArms> has_index;
   std::array<bool, kMaxArms> has_line_loss;

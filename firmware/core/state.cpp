@@ -2,15 +2,16 @@
 #include "firmware/core/state.h"
 
 #include "firmware/core/steps.h"
+#include "kinematics/workspace.h"
 
 namespace thimble::firmware {
 
-ArmState::ArmState(const kinematics::Arm<float>& arm, float period_s) noexcept : joint_rad(arm.home()) {
+ArmState::ArmState(const kinematics::Arm<float>& arm, float period_s) noexcept
+    : axes(static_cast<std::size_t>(arm.axes())), joint_rad(arm.home()), posture(arm.home_posture()) {
   for (std::size_t j = 0; j < kJoints; ++j) {
-    encoder[j] = kinematics::JointEncoder(arm.model(), static_cast<int>(j), period_s);
+    encoder[j] = kinematics::JointEncoder(arm.data().axis[j], arm.data().max_joint_speed_rad_s, period_s);
     speed[j] = kinematics::VelocityEstimator(period_s);
   }
-  posture = arm.at(joint_rad);
 }
 
 void happen(Parts& parts, Event event, StoppedBy by) noexcept {
@@ -48,7 +49,7 @@ void reset_to(Parts& parts, const RecordingStart& start) noexcept {
     ArmState& arm = state.arm[i];
     const kinematics::Arm<float>& geometry = parts.setup.arm[i];
     const link::RecordingArm& from = start.arms[i];
-    for (std::size_t j = 0; j < kJoints; ++j) {
+    for (std::size_t j = 0; j < arm.axes; ++j) {
       const auto axis = static_cast<int>(j);
       arm.encoder[j].resume(from.raw[j], from.counts[j], geometry.home()[axis]);
       arm.speed[j].reset(from.counts[j]);
@@ -62,9 +63,9 @@ void reset_to(Parts& parts, const RecordingStart& start) noexcept {
     arm.homed = from.homed;
     arm.sample_tick = state.tick;
     arm.age_ticks = 0;
-    arm.posture = geometry.at(arm.joint_rad);
-    arm.in_workspace =
-        kinematics::workspace_limit(geometry.model(), arm.joint_rad) == kinematics::WorkspaceLimit::kNone;
+    arm.posture = geometry.home_posture();
+    geometry.move_to(arm.joint_rad, arm.posture);
+    arm.in_workspace = kinematics::workspace_limit(geometry.data(), arm.joint_rad) == 0;
     arm.tip_velocity_m_s.setZero();
     arm.force_N.setZero();
     arm.torque_N_m.setZero();

@@ -41,7 +41,8 @@ struct ArmState {
   bool in_workspace = false;
   std::uint64_t sample_tick = 0;
   std::uint64_t age_ticks = 0;  // of the newest sample
-  Vec3 joint_rad = Vec3::Zero();
+  std::size_t axes = 0;
+  Axes joint_rad = Axes::Zero();
   kinematics::Posture<float> posture;
   Vec3 tip_velocity_m_s = Vec3::Zero();
   // Driven. Until drive() is called in a tick, these are the values of the tick before.
@@ -51,8 +52,8 @@ struct ArmState {
   float given = 1;  // the part of the torques that the motors' limits let through; during a probe, as before
   ForceAccount limits;   // what the limits have kept back
   float braked_m_s = 0;  // while the tip is braked: the speed that it should have at most
-  Vec3 torque_N_m = Vec3::Zero();
-  Vec3 current_A = Vec3::Zero();
+  Axes torque_N_m = Axes::Zero();
+  Axes current_A = Axes::Zero();
   std::uint8_t limiters = 0;  // Limiter bits of this tick
 };
 

@@ -93,7 +93,10 @@ inline void lose_home(ArmState& arm) noexcept { arm.homed = arm.seen = false; }
 }
 
 // Tests the squared norm, because the clamp computes it: it must not overflow.
-[[nodiscard]] inline bool finite(const Vec3& vector) noexcept { return std::isfinite(vector.squaredNorm()); }
+template <int kSize>
+[[nodiscard]] bool finite(const Eigen::Matrix<float, kSize, 1>& vector) noexcept {
+  return std::isfinite(vector.squaredNorm());
+}
 
 [[nodiscard]] inline SourceTick source_tick(const Parts& parts) noexcept {
   return {parts.setup, parts.params, parts.state.tick,

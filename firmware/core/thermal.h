@@ -15,7 +15,7 @@
 #include <algorithm>
 
 #include "firmware/core/motors_heat.h"
-#include "kinematics/arm_model.h"
+#include "kinematics/arm_data.h"
 
 namespace thimble::firmware {
 

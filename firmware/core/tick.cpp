@@ -41,7 +41,7 @@ Outputs Core::tick(const Inputs& inputs) noexcept {
 
 void Core::begin_with(const MotorsHeat& heat) noexcept {
   for (std::size_t i = 0; i < parts_.setup.arm_count; ++i)
-    for (std::size_t j = 0; j < kJoints; ++j)
+    for (std::size_t j = 0; j < parts_.state.arm[i].axes; ++j)
       parts_.state.arm[i].heat[j].resume(
           {.winding_K = heat[i][j].winding_K, .housing_K = heat[i][j].housing_K});
 }

@@ -33,7 +33,7 @@ void Recorder::tick(const Tick& tick) noexcept {
   entry.counted = true;
   bool fits = true;
   for (std::size_t i = 0; i < tick.arms; ++i) {
-    for (std::size_t j = 0; j < entry.counts[i].size(); ++j) {
+    for (std::size_t j = 0; j < tick.counts[i].size(); ++j) {
       const std::uint32_t count = tick.counts[i][j];
       const auto step = static_cast<std::int32_t>(count - last_counts_[i][j]);
       fits = fits && (!tick.wide[i] || step == static_cast<std::int16_t>(step));

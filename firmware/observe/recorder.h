@@ -29,7 +29,7 @@ using link::RecordingEnd;
 using link::RecordingPhase;
 
 struct RecordingEntry {
-  std::array<std::array<std::uint16_t, 3>, control::kMaxArms> counts{};
+  std::array<std::array<std::uint16_t, link::kMaxJoints>, control::kMaxArms> counts{};
   std::uint16_t tick = 0;  // low bits
   bool counted = false;    // with counts: all but the end's
   bool checked = false;
@@ -43,7 +43,7 @@ struct RecordingStart {
 
 class Recorder {
  public:
-  static constexpr std::uint32_t kEntries = 128;  // 32 ms at 4 kHz; 4 kB
+  static constexpr std::uint32_t kEntries = 128;  // 32 ms at 4 kHz; 6 kB
   static constexpr std::uint32_t kCheckTicks = 16;
 
   // What a tick brings besides counts.
@@ -90,7 +90,7 @@ class Recorder {
   // The tick's.
   bool running_ = false;
   RecordingEnd due_ = RecordingEnd::kNotYet;
-  std::array<std::array<std::uint32_t, 3>, control::kMaxArms> last_counts_{};
+  std::array<std::array<std::uint32_t, link::kMaxJoints>, control::kMaxArms> last_counts_{};
   std::uint32_t since_check_ = 0;
   link::RecordingCheck last_;
 

@@ -12,6 +12,7 @@
 #include "firmware/core/faults.h"
 #include "firmware/core/modes.h"
 #include "firmware/link/messages.h"
+#include "kinematics/geometry.h"
 #include "kinematics/vector.h"
 
 namespace thimble::firmware {
@@ -25,11 +26,13 @@ struct ArmTelemetry {
   Vec3 force_N = Vec3::Zero();  // what the arm is asked for, after all limits; on the hand
   Vec3 rendered_N =
       Vec3::Zero();  // what the force source asked for, before ramp and limits; 0 in a guarded move
-  Vec3 joint_rad = Vec3::Zero();
-  Vec3 current_A = Vec3::Zero();
-  std::array<std::uint32_t, 3> counts{};  // as the board gave them
-  std::array<float, 3> winding_C{};       // of the motors, by the thermal model; of the last record's tick
+  kinematics::PerAxis<float> joint_rad = kinematics::PerAxis<float>::Zero();
+  kinematics::PerAxis<float> current_A = kinematics::PerAxis<float>::Zero();
+  std::array<std::uint32_t, kinematics::kMaxJoints> counts{};  // as the board gave them
+  std::array<float, kinematics::kMaxJoints>
+      winding_C{};           // of the motors, by the thermal model; of the last record's tick
   std::uint64_t inside = 0;  // objects that the tip began inside of (control::Renderer::inside())
+  std::uint8_t axes = 3;     // of the arm
   std::uint8_t contacts = 0;
   std::uint8_t limiters = 0;  // Limiter bits
 };

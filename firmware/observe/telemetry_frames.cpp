@@ -11,9 +11,14 @@ namespace {
 
 constexpr std::uint64_t kRateWindow_us = 500'000;
 
-// The opt-in frames that an arm of three joints and no torque has.
+// The opt-in frames of an arm, in their order; those of more joints than a frame has come in parts.
 constexpr std::array kDetails = {link::kContentJointAngles, link::kContentMotorCurrents,
                                  link::kContentTemperatures};
+constexpr std::size_t kJointsAFrame = 3, kTemperaturesAFrame = 6;
+
+constexpr std::size_t joints_a_frame(unsigned content) noexcept {
+  return content == link::kContentTemperatures ? kTemperaturesAFrame : kJointsAFrame;
+}
 
 }  // namespace
 
@@ -54,7 +59,7 @@ bool TelemetryFrames::next_tip_frame(link::CanFrame& frame) noexcept {
 }
 
 bool TelemetryFrames::next_detail_frame(link::CanFrame& frame) noexcept {
-  for (; detail_arm_ < record_.arm_count; ++detail_arm_, detail_ = 0) {
+  for (; detail_arm_ < record_.arm_count; ++detail_arm_, detail_ = detail_part_ = 0) {
     if (detail_ == 0) {
       ++detail_;
       if (has_god_object(detail_arm_)) {
@@ -63,9 +68,15 @@ bool TelemetryFrames::next_detail_frame(link::CanFrame& frame) noexcept {
       }
     }
     while (detail_ <= kDetails.size()) {
-      const unsigned content = kDetails[detail_++ - 1U];
-      if ((content_ & content) == 0) continue;
+      const unsigned content = kDetails[detail_ - 1U];
+      const std::size_t first = detail_part_ * joints_a_frame(content);
+      if ((content_ & content) == 0 || first >= record_.arm[detail_arm_].axes) {
+        ++detail_;
+        detail_part_ = 0;
+        continue;
+      }
       frame = joints_frame(detail_arm_, content);
+      ++detail_part_;
       return true;
     }
   }
@@ -116,8 +127,11 @@ link::CanFrame TelemetryFrames::joints_frame(std::size_t arm, unsigned content) 
   const ArmTelemetry& shown = record_.arm[arm];
   const auto filled = [&](auto message, auto values, const auto& from) {
     message.arm = static_cast<std::uint8_t>(arm);
+    message.part = detail_part_;
     message.sequence = sequence_;
-    std::copy_n(from.data(), 3, (message.*values).begin());
+    auto& to = message.*values;
+    const std::size_t first = detail_part_ * joints_a_frame(content);
+    std::copy_n(from.data() + first, std::min(to.size(), std::size_t{kJoints} - first), to.begin());
     return link::to_frame(message, node_);
   };
   if (content == link::kContentJointAngles)
@@ -136,11 +150,11 @@ link::CanFrame TelemetryFrames::record_frame(std::size_t arm) const noexcept {
   std::copy_n((has_god_object(arm) ? shown.god_object_m : shown.tip_m).data(), 3,
               record.god_object_m.begin());
   if ((content_ & link::kContentJointAngles) != 0)
-    std::copy_n(shown.joint_rad.data(), 3, record.angle_rad.begin());
+    std::copy_n(shown.joint_rad.data(), kJoints, record.angle_rad.begin());
   if ((content_ & link::kContentMotorCurrents) != 0)
-    std::copy_n(shown.current_A.data(), 3, record.current_A.begin());
+    std::copy_n(shown.current_A.data(), kJoints, record.current_A.begin());
   if ((content_ & link::kContentTemperatures) != 0)
-    std::copy_n(shown.winding_C.data(), 3, record.winding_C.begin());
+    std::copy_n(shown.winding_C.data(), kJoints, record.winding_C.begin());
   link::CanFrame frame = link::to_frame(record, node_);
   const bool more =
       (content_ & (link::kContentJointAngles | link::kContentMotorCurrents | link::kContentTemperatures)) !=

@@ -52,6 +52,7 @@ class TelemetryFrames {
   std::uint8_t tip_frames_left_ = 0;             // of record_
   std::uint8_t detail_arm_ = control::kMaxArms;  // of record_: the arm whose turn it is
   std::uint8_t detail_ = 0;                      // how many details of that arm have been looked at
+  std::uint8_t detail_part_ = 0;                 // how many frames of this one have been sent
   bool fd_ = false;                              // record_ is sent as ArmRecords
   std::uint32_t content_ = 0;                    // of record_: TelemetryContent
   std::uint32_t dropped_ = 0;

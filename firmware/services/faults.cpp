@@ -42,7 +42,7 @@ void put_fault(link::ByteWriter& answer, std::uint8_t number) noexcept {
   frame.mode = tick.mode;
   frame.limiters = arm.limiters;
   frame.contacts = arm.contacts;
-  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+  for (std::size_t joint = 0; joint < link::kFrozenJoints; ++joint) {
     frame.counts[joint] = static_cast<std::int32_t>(arm.counts[joint]);
     frame.current_A[joint] = arm.current_A[static_cast<int>(joint)];
   }
@@ -55,16 +55,32 @@ void put_fault(link::ByteWriter& answer, std::uint8_t number) noexcept {
   return frame;
 }
 
+[[nodiscard]] link::FreezeJoints other_joints(const ArmTelemetry& arm) noexcept {
+  link::FreezeJoints joints;
+  for (std::size_t j = 0; j < joints.counts.size(); ++j) {
+    const std::size_t joint = link::kFrozenJoints + j;
+    joints.counts[j] = static_cast<std::int32_t>(arm.counts[joint]);
+    joints.current_A[j] = arm.current_A[static_cast<int>(joint)];
+  }
+  return joints;
+}
+
+struct FrozenTick {
+  link::FreezeFrame frame;
+  link::FreezeJoints others;
+  bool has_others = false;
+};
+
 // Freeze frame `index`, 0 the oldest: those of all arms, tick by tick; when they are more than the link shows, the newest.
-[[nodiscard]] bool freeze_frame(const ServiceParts& parts, std::size_t index,
-                                link::FreezeFrame& frame) noexcept {
+[[nodiscard]] bool freeze_frame(const ServiceParts& parts, std::size_t index, FrozenTick& frozen) noexcept {
   const std::size_t arms = parts.config.arm_count;
   const std::size_t frames = parts.core.observers().freeze.count() * arms;
   if (index >= std::min(frames, link::kMaxFreezeFrames)) return false;
   if (frames > link::kMaxFreezeFrames) index += frames - link::kMaxFreezeFrames;
   Telemetry tick;
   if (!parts.core.observers().freeze.tick(index / arms, tick)) return false;
-  frame = to_record(tick, index % arms);
+  const ArmTelemetry& arm = tick.arm[index % arms];
+  frozen = {to_record(tick, index % arms), other_joints(arm), arm.axes > link::kFrozenJoints};
   return true;
 }
 
@@ -100,14 +116,19 @@ void put_fault(link::ByteWriter& answer, std::uint8_t number) noexcept {
     call.answer.put(fault.status);
     // Only the fault that is latched has its ticks kept.
     const std::size_t most = (fault.status & link::kFaultActive) != 0 ? link::kMaxFreezeFrames : 0;
-    link::FreezeFrame frame;
-    for (std::size_t i = 0; i < most && freeze_frame(parts, i, frame); ++i) {
+    FrozenTick frozen;
+    for (std::size_t i = 0; i < most && freeze_frame(parts, i, frozen); ++i) {
       const auto frame_number = static_cast<std::uint8_t>(i + 1);
       if (which != kAllFreezeFrames && which != frame_number) continue;
       call.answer.put(frame_number);
-      call.answer.put(1);  // data identifiers in it
+      const bool others =
+          frozen.has_others && which != kAllFreezeFrames;  // all of them do not fit in an answer
+      call.answer.put(others ? 2 : 1);                     // data identifiers in it
       call.answer.put_u16(link::FreezeFrame::kId);
-      call.answer.put_record(frame);
+      call.answer.put_record(frozen.frame);
+      if (!others) continue;
+      call.answer.put_u16(link::FreezeJoints::kId);
+      call.answer.put_record(frozen.others);
     }
     return Nrc::kOk;
   }

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "kinematics/compliance.h"
-#include "kinematics/dynamics.h"
+#include "kinematics/directions.h"
 
 namespace thimble::firmware {
 namespace {
@@ -13,6 +13,7 @@ namespace {
 constexpr float kShortest_m = 1e-4F;  // a line shorter than this has no direction: only hold
 constexpr float kCreep_m_s = 1e-3F;   // lowest speed, or the last of sqrt(2 a s) would take for ever
 constexpr float kArrived_m = 1e-6F;
+constexpr float kLeastLever_m = 1e-3F;  // of a direction in which the tip can be moved
 // On a surface that leans by 45 degrees neither the force along the line nor that across it reaches the limit, though together they are the
 // most that is commanded. The set point then waits for a tip that does not come: after this time the force counts as reached.
 constexpr float kWaits_s = 0.2F;
@@ -23,23 +24,29 @@ MoveSample mean(const MoveSample& a, const MoveSample& b) noexcept {
   return {0.5F * (a.tip_m + b.tip_m), 0.5F * (a.force_N + b.force_N)};
 }
 
-// Joint friction as a force along the line, by power over speed. per_m: joint angle per metre along the line.
-float friction_along(const kinematics::ArmModel& model, const Vec3& per_m, float speed_m_s) noexcept {
-  float friction_N = 0;
-  for (int j = 0; j < 3; ++j) {
-    const kinematics::JointModel& joint = model.joint[static_cast<std::size_t>(j)];
-    friction_N += joint.coulomb_N_m * std::abs(per_m[j]) +
-                  joint.viscous_N_m_s_rad * per_m[j] * per_m[j] * std::abs(speed_m_s);
+// Speeds of the axes for 1 m/s of the tip along the line. 0 in a singular posture: no estimate.
+Axes speeds_along(const kinematics::Arm<float>& arm, const kinematics::Posture<float>& posture,
+                  const Vec3& direction) noexcept {
+  Axes per_m = Axes::Zero();
+  if (arm.is_two_link()) {
+    const kinematics::Matrix3<float> jacobian = posture.jacobian.leftCols<3>();
+    per_m.head<3>() = jacobian.inverse() * direction;
+  } else {
+    per_m = kinematics::directions_of(arm.driven_jacobian(posture)).speeds_for(direction, kLeastLever_m);
   }
-  return friction_N;
+  if (!std::isfinite(per_m.squaredNorm())) per_m.setZero();
+  return per_m;
 }
 
-// The apparent mass along the line, kg.
-float mass_along(const kinematics::ArmModel& model, const kinematics::Posture<float>& posture,
-                 const Vec3& per_m) noexcept {
-  float mass_kg = per_m.dot(kinematics::mass_matrix(model.inertia, posture) * per_m);
-  for (int j = 0; j < 3; ++j) mass_kg += model.reflected_rotor_inertia(j) * per_m[j] * per_m[j];
-  return mass_kg;
+// Joint friction as a force along the line, by power over speed. per_m: joint angle per metre along the line.
+float friction_along(const kinematics::Arm<float>& arm, const Axes& per_m, float speed_m_s) noexcept {
+  float friction_N = 0;
+  for (int j = 0; j < arm.axes(); ++j) {
+    const kinematics::AxisData& axis = arm.data().axis[static_cast<std::size_t>(j)];
+    friction_N += axis.coulomb_N_m * std::abs(per_m[j]) +
+                  axis.viscous_N_m_s_rad * per_m[j] * per_m[j] * std::abs(speed_m_s);
+  }
+  return friction_N;
 }
 
 }  // namespace
@@ -146,21 +153,21 @@ void GuardedMove::judge(const Vec3& tip_m, float speed_m_s, float friction_N) no
   state_ = State::kNone;
 }
 
-LimitedForce GuardedMove::tick(const kinematics::Arm<float>& arm, const kinematics::Posture<float>& posture,
-                               const Vec3& tip_velocity_m_s, const Vec3& last_force_N,
-                               float period_s) noexcept {
+LimitedForce GuardedMove::tick(const kinematics::Arm<float>& arm, const Axes& joint_rad,
+                               const kinematics::Posture<float>& posture, const Vec3& tip_velocity_m_s,
+                               const Vec3& last_force_N, float period_s) noexcept {
   const float lead_m =
       (posture.tip_m - start_m_).dot(direction_) + (order_.force_limit_N + kForceMargin_N) / kStiffness_N_m;
   advance(period_s, lead_m);
-  Vec3 per_m = posture.jacobian.inverse() * direction_;
-  if (!std::isfinite(per_m.squaredNorm())) per_m.setZero();  // a singular posture: no estimate
-  const float friction_N = friction_along(arm.model(), per_m, speed_m_s_);
-  const float inertia_N = mass_along(arm.model(), posture, per_m) * acceleration_m_s2_;
+  const Axes per_m = speeds_along(arm, posture, direction_);
+  const float friction_N = friction_along(arm, per_m, speed_m_s_);
+  const float inertia_N = arm.mass_along(joint_rad, posture, per_m) * acceleration_m_s2_;
   const float sign = speed_m_s_ > 0 ? 1.0F : speed_m_s_ < 0 ? -1.0F : 0.0F;
   const Vec3 contact_N = last_force_N - (sign * friction_N + inertia_N) * direction_;
-  const Vec3 torque_N_m =
-      posture.jacobian.transpose() * contact_N + kinematics::gravity_torques(arm.model().inertia, posture);
-  const Vec3 tip_m = posture.tip_m + kinematics::tip_stretch(posture, joint_stiffness_N_m_rad_, torque_N_m);
+  const Axes torque_N_m =
+      kinematics::torques(posture.jacobian, contact_N, arm.axes()) + arm.gravity_torques(joint_rad, posture);
+  const Vec3 tip_m =
+      posture.tip_m + kinematics::tip_stretch(posture, joint_stiffness_N_m_rad_, torque_N_m, arm.axes());
   const MoveSample sample{tip_m, contact_N.dot(direction_)};
   if (state_ == State::kGoing) {
     results_->friction_N = friction_N;

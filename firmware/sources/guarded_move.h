@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <span>
 
+#include "firmware/core/config.h"
 #include "firmware/core/force_limits.h"
 #include "firmware/link/messages.h"
 #include "firmware/link/services.h"
@@ -100,7 +101,7 @@ class GuardedMove {
   void start(const MoveOrder& order, const kinematics::Arm<float>& arm, const Vec3& tip_m,
              MoveResults& results) noexcept;
   // The force to exert in this tick. last_force_N: what was exerted in the last one, after all limits.
-  [[nodiscard]] LimitedForce tick(const kinematics::Arm<float>& arm,
+  [[nodiscard]] LimitedForce tick(const kinematics::Arm<float>& arm, const Axes& joint_rad,
                                   const kinematics::Posture<float>& posture, const Vec3& tip_velocity_m_s,
                                   const Vec3& last_force_N, float period_s) noexcept;
   void stop() noexcept;  // the move ends
@@ -115,7 +116,7 @@ class GuardedMove {
   End end_ = End::kNotYet;
   Vec3 start_m_ = Vec3::Zero();
   Vec3 direction_ = Vec3::Zero();
-  Vec3 joint_stiffness_N_m_rad_ = Vec3::Ones();
+  Axes joint_stiffness_N_m_rad_ = Axes::Zero();
   float length_m_ = 0;
   float way_m_ = 0;      // of the set point from the start
   float speed_m_s_ = 0;  // of the set point; negative on the way back

@@ -29,8 +29,8 @@ void GuardedMoveSource::begin(const SourceTick& tick) noexcept {
 void GuardedMoveSource::forces(const SourceTick& tick, SourceForces& out) noexcept {
   const std::size_t index = move_.arm();
   const ArmState& arm = tick.arms[index];
-  const LimitedForce force =
-      move_.tick(tick.setup.arm[index], arm.posture, arm.tip_velocity_m_s, arm.force_N, tick.setup.period_s);
+  const LimitedForce force = move_.tick(tick.setup.arm[index], arm.joint_rad, arm.posture,
+                                        arm.tip_velocity_m_s, arm.force_N, tick.setup.period_s);
   out.arms[index] = {force.value, move_.set_point_m(), 0};
   if (force.which) out.clamped |= static_cast<std::uint8_t>(1U << index);
   out.let_go = !move_.active() || !arm.in_workspace;

@@ -8,7 +8,9 @@ namespace {
 
 // Little-endian words between number and CRC: time, flags with crashes and starts, three times scene and parameters, heat (two bytes each).
 constexpr std::size_t kHeatAt = 36;
-static_assert(kHeatAt + 2 * 2 * kJoints * kMaxArms == kRecordCrcAt);
+// Three places an arm. The motors of an arm with more share the last one, which has the hottest of them: stored heat is never less than it is.
+constexpr std::size_t kPlaces = 3;
+static_assert(kHeatAt + 2 * 2 * kPlaces * kMaxArms == kRecordCrcAt);
 constexpr std::uint32_t kMotorsOn = 1, kOnTrial = 2;
 constexpr float kPerKelvin = 64;  // of a stored temperature: up to 1023 K
 constexpr float kMostHeat = 65535;
@@ -41,9 +43,15 @@ RecordBytes encode(const JournalRecord& record) noexcept {
   put_in_use(bytes, 28, record.proven);
   std::size_t at = kHeatAt;
   for (const auto& arm : record.heat) {
-    for (const Heat& motor : arm) {
-      put_word(bytes, at, stored(motor.winding_K), 2);
-      put_word(bytes, at + 2, stored(motor.housing_K), 2);
+    std::array<Heat, kPlaces> places{};
+    for (std::size_t j = 0; j < arm.size(); ++j) {
+      Heat& place = places[std::min(j, kPlaces - 1)];
+      place.winding_K = std::max(place.winding_K, arm[j].winding_K);
+      place.housing_K = std::max(place.housing_K, arm[j].housing_K);
+    }
+    for (const Heat& place : places) {
+      put_word(bytes, at, stored(place.winding_K), 2);
+      put_word(bytes, at + 2, stored(place.housing_K), 2);
       at += 4;
     }
   }
@@ -63,10 +71,11 @@ JournalRecord decode(std::span<const std::byte> bytes) noexcept {
   record.proven = in_use_at(bytes, 28);
   std::size_t at = kHeatAt;
   for (auto& arm : record.heat) {
-    for (Heat& motor : arm) {
-      motor = {kelvin_at(bytes, at), kelvin_at(bytes, at + 2)};
-      at += 4;
+    for (std::size_t j = 0; j < arm.size(); ++j) {
+      const std::size_t place = at + 4 * std::min(j, kPlaces - 1);
+      arm[j] = {kelvin_at(bytes, place), kelvin_at(bytes, place + 2)};
     }
+    at += 4 * kPlaces;
   }
   return record;
 }

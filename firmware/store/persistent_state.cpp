@@ -80,17 +80,21 @@ void PersistentState::resume_heat(const Params& params, std::uint32_t utc_s) noe
   if (record_.motors_on) {
     if (before_utc_s_ != 0) before_utc_s_ += kRefresh_s + static_cast<std::uint32_t>(kUnrecorded_s);
     for (std::size_t i = 0; i < setup.arm_count; ++i) {
-      const kinematics::MotorModel& motor = setup.arm[i].model().motor;
-      const float limit_C = std::min(params.get(Param::winding_limit), motor.max_winding_C);
-      for (Heat& heat : at_start_[i])
-        heat = heated(motor, heat, params.get(Param::ambient), limit_C, kUnrecorded_s);
+      for (std::size_t j = 0; j < setup.axes[i]; ++j) {
+        if (!setup.arm[i].is_driven(static_cast<int>(j))) continue;
+        const kinematics::MotorModel& motor = setup.arm[i].data().axis[j].motor;
+        const float limit_C = std::min(params.get(Param::winding_limit), motor.max_winding_C);
+        at_start_[i][j] = heated(motor, at_start_[i][j], params.get(Param::ambient), limit_C, kUnrecorded_s);
+      }
     }
   }
   if (utc_s >= kEarliest_s) {
     start_utc_s_ = utc_s;
     for (std::size_t i = 0; i < setup.arm_count; ++i)
-      for (Heat& heat : at_start_[i])
-        heat = cooled(setup.arm[i].model().motor, heat, static_cast<float>(off_s()));
+      for (std::size_t j = 0; j < setup.axes[i]; ++j)
+        if (setup.arm[i].is_driven(static_cast<int>(j)))
+          at_start_[i][j] =
+              cooled(setup.arm[i].data().axis[j].motor, at_start_[i][j], static_cast<float>(off_s()));
     heat_start_utc_s_ = std::max(utc_s, heat_start_utc_s_);
   }
   heat_ = at_start_;
@@ -142,8 +146,9 @@ void PersistentState::tell_time(std::uint32_t utc_s, link::Micros now) noexcept 
   if (const std::uint32_t off = off_s(); off != 0) {
     MotorsHeat less{};
     for (std::size_t i = 0; i < core_.setup().arm_count; ++i) {
-      const kinematics::MotorModel& motor = core_.setup().arm[i].model().motor;
-      for (std::size_t j = 0; j < kJoints; ++j) {
+      for (std::size_t j = 0; j < core_.setup().axes[i]; ++j) {
+        if (!core_.setup().arm[i].is_driven(static_cast<int>(j))) continue;
+        const kinematics::MotorModel& motor = core_.setup().arm[i].data().axis[j].motor;
         const Heat& before = at_start_[i][j];
         const Heat after = cooled(motor, before, static_cast<float>(off));
         less[i][j] = cooled(motor, {before.winding_K - after.winding_K, before.housing_K - after.housing_K},

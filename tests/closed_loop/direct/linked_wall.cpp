@@ -71,9 +71,9 @@ class Run {
 
   LinkedWallResult operator()() {
     // At rest the wall, the arm's structure and the hand are three springs in a row.
-    const kinematics::ArmModel& model = *board_.plant(0).parameters().model;
+    const kinematics::ArmData& model = board_.plant(0).parameters().model;
     const double target_m = kFloor_m - wall_.press_N / static_cast<double>(wall_.stiffness_N_m) -
-                            wall_.press_N / static_cast<double>(model.structural_stiffness_N_m) -
+                            wall_.press_N / static_cast<double>(model.tip_stiffness_N_m) -
                             wall_.press_N / wall_.hand.stiffness_N_m;
     const double travel_s = -target_m / wall_.approach_m_s;
     board_.follow(
@@ -208,11 +208,12 @@ bool dies_down(const LinkedWall& wall) {
 
 double moved_mass_kg(const std::string& arm, const board::Hand& hand) {
   const board::PlantParameters parameters = board::PlantParameters::from(*board::find_plant_variant(arm));
-  const kinematics::Arm<double> model(*parameters.model, parameters.base);
-  const kinematics::Posture<double> posture = model.at(model.home());
-  Eigen::Matrix3d inertia = kinematics::mass_matrix(parameters.model->inertia, posture);
+  const kinematics::TwoLinkArm<double> model(parameters.model, parameters.base);
+  const kinematics::TwoLinkPosture<double> posture = model.at(model.home());
+  Eigen::Matrix3d inertia = kinematics::mass_matrix(parameters.model.inertia, posture);
   for (int j = 0; j < 3; ++j)
-    inertia(j, j) += static_cast<double>(parameters.model->reflected_rotor_inertia(j));
+    inertia(j, j) +=
+        static_cast<double>(parameters.model.axis[static_cast<std::size_t>(j)].reflected_rotor_inertia());
   const Eigen::Matrix3d mobility = posture.jacobian * inertia.inverse() * posture.jacobian.transpose();
   return hand.mass_kg + 1 / mobility(2, 2);
 }

@@ -54,7 +54,7 @@ TEST(LinkedWall, IsStableAsFarAsTheClosedFormSays) {
   const std::string arm = "premium-1.5-frictionless";
   const board::Hand hand{.05, 100, 1};
   const board::PlantParameters parameters = board::PlantParameters::from(*board::find_plant_variant(arm));
-  const auto structure_N_m = static_cast<double>(parameters.model->structural_stiffness_N_m);
+  const auto structure_N_m = static_cast<double>(parameters.model.tip_stiffness_N_m);
   for (const Loop& loop : {Loop{true, 4000, .001}, {true, 4000, .002}, {true, 4000, .005}, {false, 100, 0}}) {
     if (kUnderSanitizers && loop.on_host && loop.link_s != .002) continue;
     const double bound_N_m = hand.damping_N_s_m / (loop.period_s() / 2 + loop.delay_s());

@@ -152,7 +152,7 @@ class Session {
         // Its index is where its cradle is.
         board::Plant& plant = board_.plant(arm);
         if (shown().mode == Mode::kHoming && (plant.tip_m() - home_m_[arm]).norm() < .005)
-          plant.place(kinematics::Arm<double>(*plant.parameters().model).home());
+          plant.place(kinematics::TwoLinkArm<double>(plant.parameters().model).home());
         hands_[arm].restart(home_m_[arm]);
       } else if (!board_.hand_follows(arm)) {
         hands_[arm].tick(board_, arm, home_m_[arm], random_);

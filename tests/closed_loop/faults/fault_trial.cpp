@@ -29,7 +29,7 @@ constexpr double kLinkPeriod_s = 1e-3, kSignOfLife_s = .02;
 constexpr double kNamed_s = .01;  // after which a fault has its name, though the drives' watchdog was faster
 constexpr double kGone_s = .05;   // a killed process, until it starts again
 
-double press_N(const Trial& trial, const kinematics::ArmModel& model) {
+double press_N(const Trial& trial, const kinematics::ArmData& model) {
   constexpr double kMaxForce_N = 8;  // default of the parameter
   return trial.force_N > 0 ? trial.force_N
                            : .8 * std::min(static_cast<double>(model.max_force_N), kMaxForce_N);
@@ -119,8 +119,8 @@ class Run {
   [[nodiscard]] std::uint32_t probes() { return board_.controller().telemetry().probes; }
   [[nodiscard]] std::array<double, 3> share_N() {
     const board::PlantParameters& parameters = board_.plant(0).parameters();
-    const kinematics::Posture<double> posture =
-        kinematics::Arm<double>(*parameters.model, parameters.base).at(board_.plant(0).joints_rad());
+    const kinematics::TwoLinkPosture<double> posture =
+        kinematics::TwoLinkArm<double>(parameters.model, parameters.base).at(board_.plant(0).joints_rad());
     const Vector3d force_N = board_.controller().telemetry().arm[0].force_N.cast<double>();
     std::array<double, 3> share_N{};
     for (int j = 0; j < 3; ++j)
@@ -152,10 +152,10 @@ class Run {
 
   // How far below home the hand wants to be when it presses.
   [[nodiscard]] double depth_m() {
-    const kinematics::ArmModel& model = *board_.plant(0).parameters().model;
-    return -kWall_m + press_N(trial_, model) * (1 / static_cast<double>(trial_.stiffness_N_m) +
-                                                1 / static_cast<double>(model.structural_stiffness_N_m) +
-                                                1 / trial_.holds.stiffness_N_m);
+    const kinematics::ArmData& model = board_.plant(0).parameters().model;
+    return -kWall_m + press_N(trial_, model) *
+                          (1 / static_cast<double>(trial_.stiffness_N_m) +
+                           1 / static_cast<double>(model.tip_stiffness_N_m) + 1 / trial_.holds.stiffness_N_m);
   }
   [[nodiscard]] double move_s() { return trial_.doing == Doing::kContact ? depth_m() / kApproach_m_s : 0; }
 

@@ -62,7 +62,7 @@ struct Sample {
   Eigen::Vector3d tip_m, velocity_m_s, on_hand_N;
   bool driven = false, armed = false;
   firmware::Fault fault = firmware::Fault::kNone;
-  std::array<std::uint32_t, 3> counts{};  // of the encoders, as the board gave them
+  std::array<std::uint32_t, firmware::kJoints> counts{};  // of the encoders, as the board gave them
 };
 // What a sound arm does with this hand, and one without power. It depends on everything but the faults.
 struct References {

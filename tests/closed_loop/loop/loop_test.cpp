@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "board/sim/sim_board.h"
+#include "kinematics/built_in_arms.h"
 #include "tests/closed_loop/loop/press.h"
 #include "tests/support/figure.h"
 #include "tests/support/scene.h"
@@ -80,9 +81,11 @@ TEST(Loop, AFreeMoveIsFeltBelowATenthOfANewton) {
 
 TEST(Loop, AWallHoldsAPressAtEightyPercentOfPeak) {
   // Upwards at home the Premium gives 6.72 N at most.
-  const kinematics::ArmModel& model = *kinematics::find_arm_model("premium-1.5");
+  const kinematics::ArmData model = kinematics::built_in_arm("premium-1.5");
+  const kinematics::AxisData& axis = model.axis[1];
   const double peak_N =
-      static_cast<double>(model.torque_per_ampere(1) * model.motor.peak_current_A / model.upper_link_m);
+      static_cast<double>(axis.torque_per_ampere() * axis.motor.peak_current_A /
+                          std::get<kinematics::TwoLinkGeometry>(model.geometry.platform).upper_link_m);
   for (const char* variant : {"premium-1.5", "premium-1.5-frictionless"}) {
     for (const board::Hand& hand : {board::Hand{}, board::Hand{.01, 150, 1}}) {
       const PressResult r =

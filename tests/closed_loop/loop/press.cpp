@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "board/sim/simulation.h"
+#include "kinematics/built_in_arms.h"
 #include "tests/support/scene.h"
 
 namespace thimble::test {
@@ -17,10 +18,9 @@ PressResult press(const Press& press) {
   scene.plane({0, 0, 1}, kFloor_m,
               {.stiffness_N_m = press.stiffness_N_m, .damping_N_s_m = press.damping_N_s_m});
   // At rest the wall, the arm's structure and the hand are three springs in a row.
-  const kinematics::ArmModel& model =
-      *kinematics::find_arm_model(board::find_plant_variant(press.arm)->arm_model);
+  const kinematics::ArmData model = kinematics::built_in_arm(board::find_plant_variant(press.arm)->arm);
   const double target_m = kFloor_m - press.force_N / static_cast<double>(press.stiffness_N_m) -
-                          press.force_N / static_cast<double>(model.structural_stiffness_N_m) -
+                          press.force_N / static_cast<double>(model.tip_stiffness_N_m) -
                           press.force_N / press.hand.stiffness_N_m;
   const double travel_s = -target_m / press.approach_m_s;
   const std::vector<board::PathPoint> path{

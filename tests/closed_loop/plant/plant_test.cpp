@@ -12,7 +12,9 @@
 #include <vector>
 
 #include "board/sim/hand_path.h"
+#include "kinematics/built_in_arms.h"
 #include "kinematics/dynamics.h"
+#include "kinematics/workspace.h"
 
 namespace thimble::board {
 namespace {
@@ -28,7 +30,7 @@ PlantParameters variant(const char* name) {
 TEST(Plant, VariantsByName) {
   for (const char* name : {"premium-1.5", "premium-1.5-frictionless", "wooden"}) {
     const PlantParameters p = variant(name);
-    ASSERT_NE(p.model, nullptr);
+    ASSERT_EQ(kinematics::name_of(p.model), find_plant_variant(name)->arm);
     const Plant plant(p);
     EXPECT_LT(plant.tip_m().norm(), 1e-7) << "home is the origin";
   }
@@ -46,13 +48,12 @@ TEST(Plant, AFreeFrictionlessArmKeepsItsEnergy) {
   plant.place({.1, .1, .02}, {2.0, .5, -.2});
   const double start = plant.energy_J();
   const double kinetic =
-      start -
-      kinematics::gravity_energy(p.model->inertia, kinematics::Arm<double>(*p.model).at(plant.joints_rad()));
+      start - kinematics::gravity_energy(p.model.inertia,
+                                         kinematics::TwoLinkArm<double>(p.model).at(plant.joints_rad()));
   double worst = 0;
   for (int k = 0; k < 800; ++k) {
     plant.step(kTick_s);
-    ASSERT_EQ(kinematics::workspace_limit(*p.model, plant.joints_rad()), kinematics::WorkspaceLimit::kNone)
-        << "hit a stop";
+    ASSERT_EQ(kinematics::workspace_limit(p.model, plant.joints_rad()), 0) << "hit a stop";
     worst = std::max(worst, std::abs(plant.energy_J() - start));
   }
   std::printf("energy drift in 0.2 s: %.3g of %.3g J\n", worst, kinetic);
@@ -79,13 +80,15 @@ TEST(Plant, ForceOnTheHandIsNewtonsThirdLaw) {
   // A hand that only holds (no mass): what the arm exerts on it is the motors' force, at rest.
   PlantParameters p = variant("premium-1.5-frictionless");
   Plant plant(p, {0, 2000, 20});
-  const kinematics::Arm<double> arm(*p.model);
-  const kinematics::Posture<double> posture = arm.at(arm.home());
+  const kinematics::TwoLinkArm<double> arm(p.model);
+  const kinematics::TwoLinkPosture<double> posture = arm.at(arm.home());
   const Vector3d wanted(1.0, -.5, .7);
   Vector3d current;
   const Vector3d torque =
-      posture.jacobian.transpose() * wanted + kinematics::gravity_torques(p.model->inertia, posture);
-  for (int j = 0; j < 3; ++j) current[j] = torque[j] / static_cast<double>(p.model->torque_per_ampere(j));
+      posture.jacobian.transpose() * wanted + kinematics::gravity_torques(p.model.inertia, posture);
+  for (int j = 0; j < 3; ++j)
+    current[j] =
+        torque[j] / static_cast<double>(p.model.axis[static_cast<std::size_t>(j)].torque_per_ampere());
   plant.command_current(current, true);
   plant.step(1.0);
   std::printf("force on the hand: %.4f %.4f %.4f N\n", plant.hand_force_N().x(), plant.hand_force_N().y(),
@@ -95,7 +98,7 @@ TEST(Plant, ForceOnTheHandIsNewtonsThirdLaw) {
 }
 
 TEST(Motor, VoltageStepIsTheClosedForm) {
-  const kinematics::MotorModel& m = kinematics::find_arm_model("premium-1.5")->motor;
+  const kinematics::MotorModel m = kinematics::built_in_arm("premium-1.5").axis[0].motor;
   const double R = static_cast<double>(m.resistance_ohm), L = static_cast<double>(m.inductance_H);
   Motor motor;
   const double h = 25e-6;
@@ -111,7 +114,7 @@ TEST(Motor, VoltageStepIsTheClosedForm) {
 }
 
 TEST(Motor, BackEmfLimitsTheSpeed) {
-  const kinematics::MotorModel& m = kinematics::find_arm_model("premium-1.5")->motor;
+  const kinematics::MotorModel m = kinematics::built_in_arm("premium-1.5").axis[0].motor;
   Motor motor;
   const double no_load_rad_s = 12.0 / static_cast<double>(m.torque_constant_N_m_A);
   for (int k = 0; k < 200; ++k) motor.step_winding(m, 12.0, no_load_rad_s, 25e-6);
@@ -123,7 +126,7 @@ TEST(Motor, BackEmfLimitsTheSpeed) {
 //   d/dt (T_w, T_h) = A (T_w, T_h) + b,
 // and its matrix exponential is the closed form.
 TEST(Motor, HeatIsTheClosedForm) {
-  const kinematics::MotorModel& m = kinematics::find_arm_model("premium-1.5")->motor;
+  const kinematics::MotorModel m = kinematics::built_in_arm("premium-1.5").axis[0].motor;
   const double current = 1.24, ambient = 25, alpha = .00393;
   const double R = static_cast<double>(m.resistance_ohm), r1 = static_cast<double>(m.winding_to_housing_K_W),
                r2 = static_cast<double>(m.housing_to_ambient_K_W);
@@ -164,8 +167,8 @@ TEST(Plant, SupplyLimitsTheCurrentOfARunningMotor) {
   plant.place({0, 0, 0}, {speed, 0, 0});
   plant.command_current({5, 0, 0}, true);
   plant.step(5e-4);
-  const kinematics::MotorModel& m = p.model->motor;
-  const double limit = (static_cast<double>(p.model->supply_V) -
+  const kinematics::MotorModel& m = p.model.axis[0].motor;
+  const double limit = (static_cast<double>(p.model.supply_V) -
                         static_cast<double>(m.torque_constant_N_m_A) * 13.3 * plant.joint_speeds_rad_s()[0]) /
                        static_cast<double>(m.resistance_ohm);
   std::printf("asked 5 A at %.0f rad/s: %.3f A, supply allows %.3f A\n", speed, plant.motors()[0].current_A,
@@ -193,12 +196,14 @@ TEST(Plant, CoulombFrictionHoldsAndLetsGo) {
   const double coulomb = p.coulomb_N_m[0];
   for (const double part : {.5, .98}) {
     Plant plant(p);
-    plant.command_current({part * coulomb / static_cast<double>(p.model->torque_per_ampere(0)), 0, 0}, true);
+    plant.command_current({part * coulomb / static_cast<double>(p.model.axis[0].torque_per_ampere()), 0, 0},
+                          true);
     plant.step(1.0);
     EXPECT_EQ(plant.rotors_rad()[0], 0.0) << "crept under " << part << " of its friction";
   }
   Plant plant(p);
-  plant.command_current({1.02 * coulomb / static_cast<double>(p.model->torque_per_ampere(0)), 0, 0}, true);
+  plant.command_current({1.02 * coulomb / static_cast<double>(p.model.axis[0].torque_per_ampere()), 0, 0},
+                        true);
   plant.step(1.0);
   std::printf("joint 1 under 1.02 of its friction: %.3g rad in 1 s\n", plant.rotors_rad()[0]);
   EXPECT_GT(plant.rotors_rad()[0], .01);
@@ -211,15 +216,15 @@ TEST(Plant, CoulombFrictionBrakesLinearly) {
   p.coulomb_N_m[0] = .01;
   Plant plant(p);
   plant.place({0, 0, 0}, {1, 0, 0});
-  const kinematics::Arm<double> arm(*p.model);
+  const kinematics::TwoLinkArm<double> arm(p.model);
   // Gravity is carried, so that joints 2 and 3 stay; the inertia then stays too.
-  const Vector3d gravity = kinematics::gravity_torques(p.model->inertia, arm.at(Vector3d::Zero()));
-  plant.command_current({0, gravity[1] / static_cast<double>(p.model->torque_per_ampere(1)),
-                         gravity[2] / static_cast<double>(p.model->torque_per_ampere(2))},
+  const Vector3d gravity = kinematics::gravity_torques(p.model.inertia, arm.at(Vector3d::Zero()));
+  plant.command_current({0, gravity[1] / static_cast<double>(p.model.axis[1].torque_per_ampere()),
+                         gravity[2] / static_cast<double>(p.model.axis[2].torque_per_ampere())},
                         true);
   plant.step(.05);
-  const double inertia = kinematics::mass_matrix(p.model->inertia, arm.at(Vector3d::Zero()))(0, 0) +
-                         static_cast<double>(p.model->reflected_rotor_inertia(0));
+  const double inertia = kinematics::mass_matrix(p.model.inertia, arm.at(Vector3d::Zero()))(0, 0) +
+                         static_cast<double>(p.model.axis[0].reflected_rotor_inertia());
   const double expected = 1 - .01 * .05 / inertia;
   std::printf("joint 1 after 50 ms of friction: %.5f rad/s, expected %.5f\n", plant.joint_speeds_rad_s()[0],
               expected);
@@ -230,8 +235,8 @@ TEST(Plant, CoulombFrictionBrakesLinearly) {
 TEST(Plant, StructuralResonance) {
   PlantParameters p = variant("premium-1.5");
   p.coulomb_N_m.setConstant(100);  // locked
-  const kinematics::Arm<double> arm(*p.model);
-  const Eigen::Matrix3d M = kinematics::mass_matrix(p.model->inertia, arm.at(Vector3d::Zero()));
+  const kinematics::TwoLinkArm<double> arm(p.model);
+  const Eigen::Matrix3d M = kinematics::mass_matrix(p.model.inertia, arm.at(Vector3d::Zero()));
   const char* axis[] = {"sideways", "up", "out"};
   for (int j = 0; j < 3; ++j) {
     Plant plant(p);
@@ -281,7 +286,7 @@ TEST(Plant, EncodersQuantiseAndSeedsDiffer) {
   const double moved[] = {.1, -.2, .3};
   for (std::size_t j = 0; j < 3; ++j) {
     const auto counts = static_cast<std::int16_t>(static_cast<std::uint16_t>(there[j] - home[j]));
-    EXPECT_NEAR(counts, moved[j] / static_cast<double>(p.model->rad_per_count(static_cast<int>(j))), 1.0);
+    EXPECT_NEAR(counts, moved[j] / static_cast<double>(p.model.axis[j].rad_per_count()), 1.0);
   }
   p.seed = 2;
   EXPECT_NE(Plant(p).encoder_counts(), home);
@@ -293,9 +298,9 @@ TEST(Plant, StopsHoldAFallingArm) {
   plant.push({0, 0, -3});
   plant.step(3.0);
   const double over = .1;  // the rubber gives
-  const auto& m = *plant.parameters().model;
-  EXPECT_LT(plant.joints_rad()[2] - plant.joints_rad()[1], static_cast<double>(-m.min_elbow_rad) + over);
-  EXPECT_GT(plant.joints_rad()[1], static_cast<double>(m.joint[1].lower_rad) - over);
+  const kinematics::ArmData& m = plant.parameters().model;
+  EXPECT_LT(plant.joints_rad()[2] - plant.joints_rad()[1], static_cast<double>(-m.sum[0].lower) + over);
+  EXPECT_GT(plant.joints_rad()[1], static_cast<double>(m.axis[1].lower) - over);
   EXPECT_LT(plant.joint_speeds_rad_s().norm(), 1e-2);
 }
 

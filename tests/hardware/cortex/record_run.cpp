@@ -22,6 +22,7 @@
 #include "board/sim/sim_board.h"
 #include "board/sim/tick_cost.h"
 #include "host-tools/compiler/compile.h"
+#include "kinematics/built_in_arms.h"
 #include "tests/hardware/cortex/replay.h"
 #include "tests/support/random.h"
 
@@ -99,8 +100,8 @@ void wander(Run& run, std::uint64_t seed, std::uint32_t ticks) {
   describe_arms(run, 1);
   run.header.home_before = 1;
   run.header.arm_before = 4;
-  const kinematics::ArmModel& model = *kinematics::find_arm_model(kModel);
-  const kinematics::Arm<double> arm(model, {});
+  const kinematics::ArmData model = kinematics::built_in_arm(kModel);
+  const kinematics::TwoLinkArm<double> arm(model, {});
   Random random(seed);
   Eigen::Vector3d tip = Eigen::Vector3d::Zero(), goal = tip;
   for (; run.header.ticks < ticks; ++run.header.ticks) {
@@ -112,8 +113,8 @@ void wander(Run& run, std::uint64_t seed, std::uint32_t ticks) {
     Eigen::Vector3d joints;
     if (!arm.inverse(tip, joints)) throw std::logic_error("out of reach");
     for (int joint = 0; joint < 3; ++joint) {
-      const double count =
-          (joints[joint] - arm.home()[joint]) / static_cast<double>(model.rad_per_count(joint));
+      const double count = (joints[joint] - arm.home()[joint]) /
+                           static_cast<double>(model.axis[static_cast<std::size_t>(joint)].rad_per_count());
       run.counts.push_back(static_cast<std::uint32_t>(std::llround(count)));
     }
   }

@@ -7,8 +7,10 @@
 #include <cstdio>
 #include <random>
 
-#include "kinematics/arm.h"
+#include "kinematics/built_in_arms.h"
 #include "kinematics/dynamics.h"
+#include "kinematics/two_link_arm.h"
+#include "kinematics/workspace.h"
 
 namespace thimble::kinematics {
 namespace {
@@ -18,8 +20,9 @@ using Eigen::Vector3d;
 
 class Sweep : public testing::TestWithParam<const char*> {
  protected:
-  const ArmModel& model_ = *find_arm_model(GetParam());
-  const Arm<double> arm_{model_};
+  const ArmData model_ = built_in_arm(GetParam());
+  const TwoLinkGeometry& links_ = std::get<TwoLinkGeometry>(model_.geometry.platform);
+  const TwoLinkArm<double> arm_{model_};
   std::mt19937_64 random_{20261120};
 
   double uniform(double low, double high) {
@@ -29,10 +32,10 @@ class Sweep : public testing::TestWithParam<const char*> {
     for (;;) {
       Vector3d q;
       for (int j = 0; j < 3; ++j) {
-        const JointModel& joint = model_.joint[static_cast<std::size_t>(j)];
-        q[j] = uniform(static_cast<double>(joint.lower_rad), static_cast<double>(joint.upper_rad));
+        const AxisData& axis = model_.axis[static_cast<std::size_t>(j)];
+        q[j] = uniform(static_cast<double>(axis.lower), static_cast<double>(axis.upper));
       }
-      if (workspace_limit(model_, q) == WorkspaceLimit::kNone) return q;
+      if (workspace_limit(model_, q) == 0) return q;
     }
   }
   Vector3d speeds() { return {uniform(-5, 5), uniform(-5, 5), uniform(-5, 5)}; }
@@ -42,7 +45,7 @@ TEST_P(Sweep, JacobianIsTheDerivativeOfTheTip) {
   double worst = 0;
   for (int k = 0; k < 20000; ++k) {
     const Vector3d q = joints();
-    const Posture<double> p = arm_.at(q);
+    const TwoLinkPosture<double> p = arm_.at(q);
     const double h = 1e-5;
     for (int j = 0; j < 3; ++j) {
       const Vector3d step = h * Vector3d::Unit(j);
@@ -67,12 +70,12 @@ TEST_P(Sweep, AccelerationBiasIsTheJacobiansDerivative) {
 }
 
 TEST_P(Sweep, FloatAgreesWithDouble) {
-  const Arm<float> tick(model_);
+  const TwoLinkArm<float> tick(model_);
   double position = 0, jacobian = 0;
   for (int k = 0; k < 20000; ++k) {
     const Eigen::Vector3f q = joints().cast<float>();
-    const Posture<double> exact = arm_.at(q.cast<double>());
-    const Posture<float> p = tick.at(q);
+    const TwoLinkPosture<double> exact = arm_.at(q.cast<double>());
+    const TwoLinkPosture<float> p = tick.at(q);
     position = std::max(position, (p.tip_m.cast<double>() - exact.tip_m).norm());
     jacobian = std::max(jacobian, (p.jacobian.cast<double>() - exact.jacobian).cwiseAbs().maxCoeff());
   }
@@ -85,9 +88,9 @@ TEST_P(Sweep, InverseThenForward) {
   double worst = 0, joint_error = 0;
   for (int k = 0; k < 20000; ++k) {
     const Vector3d q = joints();
-    const Posture<double> p = arm_.at(q);
-    const double reach = static_cast<double>(model_.upper_link_m) * p.q2.cos +
-                         static_cast<double>(model_.forearm_m) * p.q3.sin;
+    const TwoLinkPosture<double> p = arm_.at(q);
+    const double reach = static_cast<double>(links_.upper_link_m) * p.q2.cos +
+                         static_cast<double>(links_.forearm_m) * p.q3.sin;
     if (reach < .01) continue;  // behind its own axis: another joint 1 reaches the same point
     Vector3d back;
     ASSERT_TRUE(arm_.inverse(p.tip_m, back)) << q.transpose();
@@ -111,7 +114,7 @@ TEST_P(Sweep, OutOfReachIsRefused) {
 TEST_P(Sweep, VirtualWorkOfForceAndTorque) {
   double worst = 0;
   for (int k = 0; k < 1000; ++k) {
-    const Posture<double> p = arm_.at(joints());
+    const TwoLinkPosture<double> p = arm_.at(joints());
     const Vector3d force = speeds(), qd = speeds();
     worst = std::max(worst, std::abs((p.jacobian.transpose() * force).dot(qd) - force.dot(p.jacobian * qd)));
   }
@@ -134,7 +137,7 @@ TEST_P(Sweep, MdotMinusTwoCIsSkew) {
   double difference = 0, power = 0;
   for (int k = 0; k < 5000; ++k) {
     const Vector3d q = joints(), qd = speeds();
-    const Posture<double> p = arm_.at(q);
+    const TwoLinkPosture<double> p = arm_.at(q);
     const Matrix3d C = coriolis_matrix(model_.inertia, p, qd);
     // Richardson: fourth order in h.
     const auto slope = [&](double h) -> Matrix3d {
@@ -201,15 +204,17 @@ TEST_P(Sweep, GravityIsTheGradientOfTheHeightEnergy) {
 TEST_P(Sweep, AFreeArmKeepsItsEnergy) {
   // Runge-Kutta 4 on  M qdd + C qd + G = 0,  rotors included; 0.3 s at 20 us.
   const auto energy = [&](const Vector3d& q, const Vector3d& qd) {
-    const Posture<double> p = arm_.at(q);
+    const TwoLinkPosture<double> p = arm_.at(q);
     Matrix3d M = mass_matrix(model_.inertia, p);
-    for (int j = 0; j < 3; ++j) M(j, j) += static_cast<double>(model_.reflected_rotor_inertia(j));
+    for (int j = 0; j < 3; ++j)
+      M(j, j) += static_cast<double>(model_.axis[static_cast<std::size_t>(j)].reflected_rotor_inertia());
     return .5 * qd.dot(M * qd) + gravity_energy(model_.inertia, p);
   };
   const auto acceleration = [&](const Vector3d& q, const Vector3d& qd) -> Vector3d {
-    const Posture<double> p = arm_.at(q);
+    const TwoLinkPosture<double> p = arm_.at(q);
     Matrix3d M = mass_matrix(model_.inertia, p);
-    for (int j = 0; j < 3; ++j) M(j, j) += static_cast<double>(model_.reflected_rotor_inertia(j));
+    for (int j = 0; j < 3; ++j)
+      M(j, j) += static_cast<double>(model_.axis[static_cast<std::size_t>(j)].reflected_rotor_inertia());
     return M.inverse() * (-coriolis_matrix(model_.inertia, p, qd) * qd - gravity_torques(model_.inertia, p));
   };
   double worst = 0;

@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <limits>
 
+#include "kinematics/built_in_arms.h"
+#include "kinematics/two_link_arm.h"
+#include "kinematics/workspace.h"
 #include "tests/property/mechanism/some_arms.h"
 #include "tests/support/figure.h"
 
@@ -109,7 +112,8 @@ TEST(ForceFade, IsContinuous) {
 
 // The two-link arm inside its limits is nowhere near: nothing is taken from it.
 TEST(ForceFade, LeavesThePremiumAlone) {
-  const Arm<float> arm(*find_arm_model("premium-1.5"));
+  const ArmData premium = built_in_arm("premium-1.5");
+  const TwoLinkArm<float> arm(premium);
   const ForceFade fade(arm.at(arm.home()).jacobian);
   Random random(12);
   int inside = 0, taken = 0;
@@ -117,7 +121,7 @@ TEST(ForceFade, LeavesThePremiumAlone) {
     const Eigen::Vector3f q(static_cast<float>(random.uniform(-1.5, 1.5)),
                             static_cast<float>(random.uniform(-2, 2)),
                             static_cast<float>(random.uniform(-0.5, 3.7)));
-    if (workspace_limit(arm.model(), q) != WorkspaceLimit::kNone) continue;
+    if (workspace_limit(premium, q) != 0) continue;
     ++inside;
     if (fade.of(arm.at(q).jacobian, {1, 2, 3}).faded) ++taken;
   }

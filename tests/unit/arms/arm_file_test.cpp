@@ -11,9 +11,12 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "firmware/arm/arm_image.h"
 #include "host-tools/arms/arm_checks.h"
-#include "kinematics/arm.h"
+#include "host-tools/arms/arm_writer.h"
+#include "kinematics/built_in_arms.h"
 #include "kinematics/mechanism.h"
+#include "kinematics/two_link_arm.h"
 
 namespace thimble::test {
 namespace {
@@ -92,42 +95,58 @@ TEST(ArmFiles, TheTouchIsWhereItsUrdfHasIt) {
   EXPECT_LT((pose.force_point_m + origin_m - moved_m).norm(), 2e-5);
 }
 
-TEST(ArmFiles, TheArmsThatAreCompiledInAreTheSame) {
-  for (const kinematics::ArmModel& model : kinematics::arm_models()) {
-    const ArmFile file = arm_of(std::string(model.name));
-    const auto& links = std::get<kinematics::TwoLinkGeometry>(file.geometry.platform);
-    EXPECT_EQ(links.base_height_m, model.base_height_m);
-    EXPECT_EQ(links.upper_link_m, model.upper_link_m);
-    EXPECT_EQ(links.forearm_m, model.forearm_m);
+// To the bit in all that a force depends on, so a recording has the same forces with either.
+TEST(ArmFiles, TheArmsThatAreBuiltInAreTheSame) {
+  for (const std::string_view name : kinematics::built_in_arms()) {
+    const ArmFile file = arm_of(std::string(name));
+    const kinematics::ArmData arm = kinematics::built_in_arm(name);
+    std::vector<std::byte> image = host::arm_image(file);
+    kinematics::ArmData read;
+    ASSERT_EQ(firmware::read_arm_image(image, read), firmware::ArmStatus::kOk);
+    const auto& links = std::get<kinematics::TwoLinkGeometry>(arm.geometry.platform);
+    const auto& links_read = std::get<kinematics::TwoLinkGeometry>(read.geometry.platform);
+    EXPECT_EQ(links_read.base_height_m, links.base_height_m);
+    EXPECT_EQ(links_read.upper_link_m, links.upper_link_m);
+    EXPECT_EQ(links_read.forearm_m, links.forearm_m);
+    EXPECT_EQ(read.geometry.rotation, arm.geometry.rotation);
+    EXPECT_EQ(read.geometry.home, arm.geometry.home);
+    EXPECT_EQ(read.geometry.driven, arm.geometry.driven);
+    EXPECT_TRUE(kinematics::is_two_link(read.geometry));
     for (std::size_t j = 0; j < 3; ++j) {
-      const int joint = static_cast<int>(j);
-      const host::ArmAxis& axis = file.axes[j];
-      EXPECT_EQ(file.geometry.home[joint], model.home_rad.at(j)) << model.name << j;
-      EXPECT_FLOAT_EQ(static_cast<float>(axis.per_count()), model.rad_per_count(joint));
-      EXPECT_FLOAT_EQ(static_cast<float>(axis.per_ampere()), model.torque_per_ampere(joint));
-      EXPECT_FLOAT_EQ(static_cast<float>(axis.lower.value), model.joint.at(j).lower_rad);
-      EXPECT_FLOAT_EQ(static_cast<float>(axis.upper.value), model.joint.at(j).upper_rad);
-      EXPECT_EQ(static_cast<float>(axis.friction.coulomb_N_m.value), model.joint.at(j).coulomb_N_m);
-      EXPECT_EQ(axis.encoder.counter_bits, model.counter_width == kinematics::CounterWidth::k16 ? 16 : 32);
-      EXPECT_EQ(static_cast<float>(axis.motor->peak_current_A.value), model.motor.peak_current_A);
-      EXPECT_EQ(static_cast<float>(axis.motor->housing_time_constant_s.value),
-                model.motor.housing_time_constant_s);
+      const kinematics::AxisData &given = arm.axis[j], &axis = read.axis[j];
+      EXPECT_EQ(axis.name, given.name);
+      EXPECT_EQ(axis.rad_per_count(), given.rad_per_count()) << name << j;
+      EXPECT_EQ(axis.torque_per_ampere(), given.torque_per_ampere());
+      EXPECT_EQ(axis.reflected_rotor_inertia(), given.reflected_rotor_inertia());
+      EXPECT_FLOAT_EQ(axis.lower, given.lower);
+      EXPECT_FLOAT_EQ(axis.upper, given.upper);
+      EXPECT_EQ(axis.coulomb_N_m, given.coulomb_N_m);
+      EXPECT_EQ(axis.viscous_N_m_s_rad, given.viscous_N_m_s_rad);
+      EXPECT_EQ(axis.counter_bits, given.counter_bits);
+      EXPECT_EQ(axis.motor.peak_current_A, given.motor.peak_current_A);
+      EXPECT_EQ(axis.motor.housing_time_constant_s, given.motor.housing_time_constant_s);
     }
-    ASSERT_TRUE(file.two_link_inertia);
-    EXPECT_EQ(static_cast<float>(file.two_link_inertia->m11), model.inertia.m11);
-    EXPECT_EQ(static_cast<float>(file.two_link_inertia->m23), model.inertia.m23);
-    EXPECT_EQ(static_cast<float>(file.two_link_inertia->g2), model.inertia.g2);
-    EXPECT_EQ(static_cast<float>(file.two_link_inertia->g3), model.inertia.g3);
-    EXPECT_EQ(static_cast<float>(file.max_force_N), model.max_force_N);
+    ASSERT_EQ(read.sum_count, 1);
+    EXPECT_EQ(read.sum[0].weight, arm.sum[0].weight);
+    EXPECT_FLOAT_EQ(read.sum[0].lower, arm.sum[0].lower);
+    EXPECT_FLOAT_EQ(read.sum[0].upper, arm.sum[0].upper);
+    ASSERT_TRUE(read.has_inertia);
+    EXPECT_EQ(read.inertia.m11, arm.inertia.m11);
+    EXPECT_EQ(read.inertia.m23, arm.inertia.m23);
+    EXPECT_EQ(read.inertia.g2, arm.inertia.g2);
+    EXPECT_EQ(read.inertia.g3, arm.inertia.g3);
+    EXPECT_EQ(read.max_force_N, arm.max_force_N);
+    EXPECT_EQ(read.tip_stiffness_N_m, arm.tip_stiffness_N_m);
+    EXPECT_EQ(read.supply_V, arm.supply_V);
 
     // And the general kinematics has their tip where the tick has it, over the workspace.
-    const kinematics::Arm<double> arm(model);
+    const kinematics::TwoLinkArm<double> closed(arm);
     const kinematics::Mechanism<double> mechanism(file.geometry);
     kinematics::MechanismPose<double> pose = mechanism.home_pose();
     for (int i = 0; i < 1000; ++i) {
       const Eigen::Vector3d q = Eigen::Vector3d::Random();
       ASSERT_TRUE(mechanism.at(kinematics::AxisVector<double>(q), pose));
-      const auto posture = arm.at(q);
+      const auto posture = closed.at(q);
       EXPECT_LT((pose.tip_m - posture.tip_m).norm(), 1e-7);  // the rotation of the file is in float
       EXPECT_LT((pose.force_jacobian - posture.jacobian).norm(), 1e-7);
     }

@@ -52,7 +52,7 @@ TEST(BoardConfig, TheExampleOfTheDocs) {
   EXPECT_EQ(config.rate_Hz, 1000.0);
   EXPECT_EQ(config.node, 1);
   ASSERT_EQ(config.arms.size(), 1U);
-  EXPECT_EQ(config.arms[0].model->name, "premium-1.5");
+  EXPECT_EQ(config.arms[0].model, "premium-1.5");
   EXPECT_EQ(config.arms[0].encoders.kind, EncoderConfig::Kind::kCounterPoll);
   EXPECT_EQ(config.arms[0].encoders.counter[2].device, "48304180.counter");
   ASSERT_EQ(config.links.size(), 2U);

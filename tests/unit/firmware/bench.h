@@ -14,7 +14,8 @@
 #include <vector>
 
 #include "firmware/controller.h"
-#include "kinematics/arm.h"
+#include "kinematics/built_in_arms.h"
+#include "kinematics/two_link_arm.h"
 
 namespace thimble::test {
 
@@ -84,11 +85,10 @@ class Bench {
         controller(std::make_unique<Controller>(bench_config, storage)) {
     inputs.dead_man = true;
     for (std::size_t i = 0; i < firmware::kMaxArms; ++i) {
-      const auto models = config.arm_models.empty() ? kinematics::arm_models() : config.arm_models;
-      const kinematics::ArmModel* model = &models.front();
-      for (const kinematics::ArmModel& known : models)
-        if (known.name == config.arm[i].model) model = &known;
-      arms.emplace_back(*model, config.arm[i].base);
+      data[i] = kinematics::built_in_arm(config.arm[i].model);
+      for (const kinematics::ArmData& known : config.arms_known)
+        if (kinematics::name_of(known) == config.arm[i].model) data[i] = known;
+      arms.emplace_back(data[i], config.arm[i].base);
       joints.push_back(arms.back().home());
     }
   }
@@ -107,10 +107,10 @@ class Bench {
                                                             static_cast<double>(config.period_s) * 1e6);
     for (std::size_t i = 0; i < arms.size(); ++i) {
       if (sampling) inputs.arm[i].sample_tick = inputs.tick;
-      for (std::size_t j = 0; j < firmware::kJoints; ++j) {
+      for (std::size_t j = 0; j < 3; ++j) {
         const int axis = static_cast<int>(j);
-        const double count = (joints[i][axis] - arms[i].home()[axis]) /
-                             static_cast<double>(arms[i].model().rad_per_count(axis));
+        const double count =
+            (joints[i][axis] - arms[i].home()[axis]) / static_cast<double>(data[i].axis[j].rad_per_count());
         constexpr std::array<std::int64_t, 4> kTremble = {0, 1, 2, 1};
         const std::int64_t tremble = frozen ? 0 : kTremble[inputs.tick / 100 % 4];
         inputs.arm[i].counts[j] =
@@ -179,7 +179,8 @@ class Bench {
   firmware::Config config;
   TestStorage storage;
   std::unique_ptr<Controller> controller;
-  std::vector<kinematics::Arm<double>> arms;
+  std::array<kinematics::ArmData, firmware::kMaxArms> data;
+  std::vector<kinematics::TwoLinkArm<double>> arms;
   std::vector<Eigen::Vector3d> joints;
   Inputs inputs;
   Outputs outputs;

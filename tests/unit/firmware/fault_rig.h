@@ -7,7 +7,7 @@
 
 #include "firmware/core/config.h"
 #include "firmware/sources/force_source.h"
-#include "kinematics/arm_model.h"
+#include "kinematics/built_in_arms.h"
 #include "kinematics/vector.h"
 
 namespace thimble::test {
@@ -26,15 +26,34 @@ class ScriptedSource final : public firmware::ForceSource {
 };
 
 // The model of "premium-1.5" in fault_config(): a copy of the library's.
-inline std::array<kinematics::ArmModel, 1> spoilable_models = {kinematics::arm_models().front()};
-inline kinematics::ArmModel& spoilable_model() noexcept { return spoilable_models.front(); }
-inline void restore_model() noexcept { spoilable_model() = kinematics::arm_models().front(); }
+inline std::array<kinematics::ArmData, 1> spoilable_models = {kinematics::built_in_arm("premium-1.5")};
+inline kinematics::ArmData& spoilable_model() noexcept { return spoilable_models.front(); }
+inline void restore_model() noexcept { spoilable_model() = kinematics::built_in_arm("premium-1.5"); }
+
+// A five-bar whose outer links are almost in line at home.
+inline std::array<kinematics::ArmData, 1> five_bars = [] {
+  kinematics::ArmData arm = kinematics::built_in_arm("premium-1.5");
+  arm.name = {"five-bar"};
+  arm.geometry.platform = kinematics::FiveBarGeometry{
+      .base_distance_m = .1F, .inner_m = {.06F, .06F}, .outer_m = {.08F, .08F}, .up = true};
+  constexpr float kOpen_rad = 1.0664F;
+  arm.geometry.home.head<3>() << kinematics::kPi - kOpen_rad, kOpen_rad, 0;
+  arm.geometry.driven[2] = false;
+  for (kinematics::AxisData& axis : arm.axis) {
+    axis.lower = -4;
+    axis.upper = 4;
+  }
+  arm.sum_count = 0;
+  arm.has_inertia = false;
+  arm.max_joint_speed_rad_s = 4000;
+  return std::array{arm};
+}();
 
 inline firmware::Config fault_config() {
   static ScriptedSource source;
   static const std::array<firmware::ForceSource*, 1> sources = {&source};
   firmware::Config config;
-  config.arm_models = spoilable_models;
+  config.arms_known = spoilable_models;
   config.sources = sources;
   return config;
 }

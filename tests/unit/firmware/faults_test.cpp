@@ -44,6 +44,19 @@ std::unique_ptr<Bench> pressing() {
   return bench;
 }
 
+std::unique_ptr<Bench> five_bar_at_its_reach() {
+  firmware::Config config = fault_config();
+  config.arms_known = five_bars;
+  config.arm[0].model = "five-bar";
+  auto bench = std::make_unique<Bench>(config);
+  scripted_force_N = {0, 0.2F, 0};
+  bench->start();
+  bench->ticks(1000);
+  EXPECT_EQ(bench->mode(), Mode::kArmed);
+  EXPECT_TRUE(any_current(bench->outputs));
+  return bench;
+}
+
 // A scene, and motors that were never on.
 std::unique_ptr<Bench> rested() {
   auto bench = std::make_unique<Bench>(fault_config());
@@ -64,7 +77,8 @@ void move_when_probed(Bench& bench, double with_torque, bool comes_back = true) 
       const Eigen::Vector3d torque_N_m =
           bench.arms[0].at(bench.joints[0]).jacobian.transpose() * scripted_force_N.cast<double>();
       for (int j = 0; j < 3; ++j) {
-        const double count_rad = std::abs(static_cast<double>(bench.arms[0].model().rad_per_count(j)));
+        const double count_rad =
+            std::abs(static_cast<double>(bench.data[0].axis[static_cast<std::size_t>(j)].rad_per_count()));
         moved_rad[j] = std::copysign(5 * count_rad, with_torque * torque_N_m[j]);
       }
       bench.joints[0] += moved_rad;
@@ -97,12 +111,11 @@ const std::map<Fault, Injector>& injectors() {
         },
         1300, [](Bench& b) { b.frozen = false; }}},
       {Fault::tip_not_finite,
-       {pressing,
-        [](Bench&) {
-          // The home position is in the joint angle.
-          spoilable_model().upper_link_m = kNan;
+       {five_bar_at_its_reach,
+        [](Bench& b) {
+          b.joints[0] += Eigen::Vector3d(.1, -.1, 0);  // there its outer links do not meet
         },
-        1, [](Bench&) { restore_model(); }}},
+        1, [](Bench& b) { b.joints[0] = b.arms[0].home(); }}},
       {Fault::force_not_finite,
        {pressing,
         [](Bench&) {
@@ -113,7 +126,7 @@ const std::map<Fault, Injector>& injectors() {
        {pressing, [](Bench&) { spoilable_model().inertia.g2 = kNan; }, 1, [](Bench&) { restore_model(); }}},
       {Fault::tick_lost, {pressing, [](Bench& b) { b.inputs.tick += 5; }, 1, [](Bench&) {}}},
       {Fault::motor_hot,
-       {pressing, [](Bench&) { spoilable_model().motor.max_winding_C = 20; }, 1,
+       {pressing, [](Bench&) { spoilable_model().axis[0].motor.max_winding_C = 20; }, 1,
         [](Bench&) { restore_model(); }}},
       {Fault::host_lost,
        {[] {

@@ -498,8 +498,8 @@ TEST(HostForcesProperty, NeverBeyondClampSlewRampOrTheLifeOfAnOrder) {
     bench.home();
     bench.arm();
     Host host(bench);
-    const float bound_N = std::min(max_N, bench.arms[0].model().max_force_N);
-    const float peak_A = bench.arms[0].model().motor.peak_current_A;
+    const float bound_N = std::min(max_N, bench.data[0].max_force_N);
+    const float peak_A = bench.data[0].axis[0].motor.peak_current_A;
     Eigen::Vector3d tip = Eigen::Vector3d::Zero();
     Vec3 last_N = Vec3::Zero();
     bool last_scaled = false;

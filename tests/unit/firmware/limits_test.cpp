@@ -8,6 +8,7 @@
 #include <random>
 
 #include "firmware/core/force_limits.h"
+#include "kinematics/built_in_arms.h"
 #include "tests/unit/firmware/bench.h"
 
 namespace thimble::test {
@@ -221,8 +222,8 @@ TEST(Limits, ForceNeverExceedsClampSlewOrRamp) {
     bench.load(100.0F + 9000.0F * unit(random), -0.0002F, 20.0F * unit(random));
     bench.home();
     bench.arm();
-    const float bound_N = std::min(max_N, bench.arms[0].model().max_force_N);
-    const float peak_A = bench.arms[0].model().motor.peak_current_A;
+    const float bound_N = std::min(max_N, bench.data[0].max_force_N);
+    const float peak_A = bench.data[0].axis[0].motor.peak_current_A;
     Eigen::Vector3d tip = Eigen::Vector3d::Zero();
     Vec3 last_N = bench.shown().arm[0].force_N;
     float last_scale = 1.0F;
@@ -299,7 +300,7 @@ TEST(Limits, ForceRampsUpOver200ms) {
 // Heat of a held press against the closed form of the two nodes, and derating that keeps the current's
 // direction.
 TEST(Thermal, FollowsTheTwoNodes) {
-  const kinematics::MotorModel& motor = kinematics::find_arm_model("premium-1.5")->motor;
+  const kinematics::MotorModel motor = kinematics::built_in_arm("premium-1.5").axis[0].motor;
   firmware::MotorHeat heat;
   const float current_A = 0.8F, ambient_C = 25.0F, period_s = 1.0F / 4000;
   double winding = 0, housing = 0;  // the same equations in double, at a fifth of the step
@@ -325,8 +326,8 @@ TEST(Thermal, IsNotBelowTheMotorHoweverLongTheLoopStands) {
   constexpr double kDrivesOff_s = 5e-3;
   Random random(1);
   double below_K = 0;
-  for (const kinematics::ArmModel& arm : kinematics::arm_models()) {
-    const kinematics::MotorModel& motor = arm.motor;
+  for (const std::string_view name : kinematics::built_in_arms()) {
+    const kinematics::MotorModel motor = kinematics::built_in_arm(name).axis[0].motor;
     const auto to_housing_K_W = static_cast<double>(motor.winding_to_housing_K_W),
                to_ambient_K_W = static_cast<double>(motor.housing_to_ambient_K_W);
     const double c_w = static_cast<double>(motor.winding_time_constant_s) / to_housing_K_W;
@@ -370,7 +371,7 @@ TEST(Thermal, DeratingKeepsDirectionAndTheLimit) {
   bench.arm();
   bench.move({0.01, 0, -0.0018}, 200);
   bench.ticks(1000);
-  const Vec3 first_A = bench.shown().arm[0].current_A;
+  const Vec3 first_A = bench.shown().arm[0].current_A.head<3>();
   float hottest_C = 0, coolest_derated_N = 100;
   bool derated = false;
   for (int i = 0; i < 4000 * 120; ++i) {
@@ -383,7 +384,7 @@ TEST(Thermal, DeratingKeepsDirectionAndTheLimit) {
       coolest_derated_N = std::min(coolest_derated_N, arm.force_N.norm());
     }
   }
-  const Vec3 last_A = bench.shown().arm[0].current_A;
+  const Vec3 last_A = bench.shown().arm[0].current_A.head<3>();
   const float turn = first_A.normalized().cross(last_A.normalized()).norm();
   std::printf("120 s at %.2f A: hottest %.1f C of 60, force fell to %.2f N, currents turned by %.2g rad\n",
               static_cast<double>(first_A.cwiseAbs().maxCoeff()), static_cast<double>(hottest_C),

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "firmware/core/thermal.h"
+#include "kinematics/built_in_arms.h"
 #include "tests/unit/firmware/audit_entries.h"
 #include "tests/unit/firmware/bench.h"
 
@@ -35,7 +36,7 @@ firmware::Config slow() {
 class TrueMotors {
  public:
   void run(Bench& bench, double seconds) {
-    const auto& motor = bench.arms[0].model().motor;
+    const auto& motor = bench.data[0].axis[0].motor;
     const auto period_s = static_cast<double>(bench.config.period_s);
     for (int i = 0; i < static_cast<int>(seconds / period_s); ++i) {
       bench.tick();
@@ -207,7 +208,7 @@ TEST(TimeOff, CoolsByWhatTheBoardsClockKnows) {
     const auto bench = hot_and_off(motors, kMorning);
     const float before = model_C(*bench);
     motors.run(*bench, 0.2);
-    motors.rest(bench->arms[0].model().motor, off.off_s);
+    motors.rest(bench->data[0].axis[0].motor, off.off_s);
     bench->restart("power_on", off.known ? kMorning + 130 + off.off_s : 0);
     const float after = model_C(*bench);
     const double truth = std::max({motors.winding_C(0), motors.winding_C(1), motors.winding_C(2)});
@@ -261,7 +262,7 @@ TEST(TimeOff, AHostTellsIt) {
     motors.run(*bench, 1);
     const float before = model_C(*bench);
     bench->restart("power_on");
-    motors.rest(bench->arms[0].model().motor, 8 * 3600);
+    motors.rest(bench->data[0].axis[0].motor, 8 * 3600);
     motors.run(*bench, up_s);
     const float unknown = shown_C(*bench);
     bench->controller->tell_time(kMorning + 8 * 3600 + static_cast<std::uint32_t>(up_s),
@@ -283,7 +284,7 @@ TEST(TimeOff, AHostsClockCoolsOnlyWhatWasBefore) {
   bench->controller->tell_time(kMorning, bench->inputs.time_us);
   motors.run(*bench, 1);
   bench->restart("power_on");
-  motors.rest(bench->arms[0].model().motor, 8 * 3600);
+  motors.rest(bench->data[0].axis[0].motor, 8 * 3600);
   press(*bench);
   motors.run(*bench, 40);
   bench->controller->tell_time(kMorning + 8 * 3600 + 41, bench->inputs.time_us);
@@ -341,7 +342,7 @@ TEST(TimeOff, IsToldByAService) {
 }
 
 TEST(Cooling, IsThatOfTheExactSolutionOrSlower) {
-  const auto& motor = kinematics::find_arm_model("premium-1.5")->motor;
+  const kinematics::MotorModel motor = kinematics::built_in_arm("premium-1.5").axis[0].motor;
   for (const float seconds : {0.0F, 1.0F, 12.0F, 100.0F, 1000.0F, 43200.0F, 1e9F}) {
     double winding = 70, housing = 40;
     const double h = 0.001;

@@ -4,27 +4,30 @@
 
 #include <cstdio>
 
+#include "kinematics/built_in_arms.h"
+
 namespace thimble::kinematics {
 namespace {
 
 constexpr float kTick_s = 1.0F / 4000.0F;
 
-ArmModel premium(CounterWidth width, float sign = 1.0F) {
-  ArmModel m = *find_arm_model("premium-1.5");
-  m.counter_width = width;
-  for (JointModel& j : m.joint) j.sign = sign;
-  return m;
+JointEncoder premium(std::size_t joint, std::uint8_t bits, float sign = 1.0F) {
+  const ArmData arm = built_in_arm("premium-1.5");
+  AxisData axis = arm.axis[joint];
+  axis.counter_bits = bits;
+  axis.encoder_sign = sign;
+  return JointEncoder(axis, arm.max_joint_speed_rad_s, kTick_s);
 }
 
-class Wrap : public testing::TestWithParam<CounterWidth> {};
+class Wrap : public testing::TestWithParam<int> {};  // bits of the counter
 
 TEST_P(Wrap, BothWaysThroughZeroAndHalf) {
-  const bool narrow = GetParam() == CounterWidth::k16;
-  const std::uint32_t mask = narrow ? 0xFFFFU : 0xFFFFFFFFU;
+  const auto bits = static_cast<std::uint8_t>(GetParam());
+  const std::uint32_t mask = UINT32_MAX >> (32U - bits);
   for (const std::uint32_t start :
        {std::uint32_t{0}, std::uint32_t{3}, mask, mask / 2, mask / 2 + 1, mask - 5}) {
     for (const int step : {1, -1, 17, -17}) {
-      JointEncoder encoder(premium(GetParam()), 0, kTick_s);
+      JointEncoder encoder = premium(0, bits);
       encoder.home(start, 0.5F);
       std::uint32_t raw = start;
       // Far enough that a 16-bit counter wraps more than once.
@@ -38,11 +41,10 @@ TEST_P(Wrap, BothWaysThroughZeroAndHalf) {
     }
   }
 }
-INSTANTIATE_TEST_SUITE_P(Widths, Wrap, testing::Values(CounterWidth::k16, CounterWidth::k32));
+INSTANTIATE_TEST_SUITE_P(Widths, Wrap, testing::Values(8, 12, 16, 24, 32));
 
 TEST(JointEncoder, SignTransmissionAndHome) {
-  const ArmModel m = premium(CounterWidth::k32, -1.0F);
-  JointEncoder encoder(m, 0, kTick_s);
+  JointEncoder encoder = premium(0, 32, -1.0F);
   encoder.home(1000, 0.25F);
   EXPECT_FLOAT_EQ(encoder.angle_rad(), 0.25F);
   std::uint32_t raw = 1000;
@@ -52,15 +54,15 @@ TEST(JointEncoder, SignTransmissionAndHome) {
 }
 
 TEST(JointEncoder, AJumpIsRefusedAndTheAngleStays) {
-  for (const CounterWidth width : {CounterWidth::k16, CounterWidth::k32}) {
-    const ArmModel m = premium(width);
-    JointEncoder encoder(m, 1, kTick_s);
+  const float top_rad_s = built_in_arm("premium-1.5").max_joint_speed_rad_s;
+  for (const int bits : {16, 32}) {
+    JointEncoder encoder = premium(1, static_cast<std::uint8_t>(bits));
     encoder.home(100, 0.0F);
     const std::int32_t most = encoder.max_counts_per_tick();
     std::printf("most counts a tick at 4 kHz: %d\n", most);
     // The joint's top speed and no more than one count beyond.
-    EXPECT_GE(static_cast<float>(most), m.max_joint_speed_rad_s * kTick_s / encoder.rad_per_count());
-    EXPECT_LE(static_cast<float>(most - 1), m.max_joint_speed_rad_s * kTick_s / encoder.rad_per_count());
+    EXPECT_GE(static_cast<float>(most), top_rad_s * kTick_s / encoder.rad_per_count());
+    EXPECT_LE(static_cast<float>(most - 1), top_rad_s * kTick_s / encoder.rad_per_count());
     EXPECT_EQ(encoder.update(static_cast<std::uint32_t>(100 + most)), EncoderStatus::kOk);
     const float angle = encoder.angle_rad();
     EXPECT_EQ(encoder.update(static_cast<std::uint32_t>(100 + 2 * most + 1)), EncoderStatus::kJump);

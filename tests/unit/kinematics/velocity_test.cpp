@@ -12,7 +12,7 @@
 #include <random>
 #include <vector>
 
-#include "kinematics/arm_model.h"
+#include "kinematics/built_in_arms.h"
 
 namespace thimble::kinematics {
 namespace {
@@ -72,16 +72,18 @@ std::function<double(std::int32_t)> window_15_ms() {
 }
 
 TEST(Velocity, LagAndNoiseOnThePremium) {
-  const ArmModel& m = *find_arm_model("premium-1.5");
-  const double lever_m[] = {static_cast<double>(m.upper_link_m), static_cast<double>(m.upper_link_m),
-                            static_cast<double>(m.forearm_m)};
+  const ArmData m = built_in_arm("premium-1.5");
+  const TwoLinkGeometry& links = std::get<TwoLinkGeometry>(m.geometry.platform);
+  const double lever_m[] = {static_cast<double>(links.upper_link_m), static_cast<double>(links.upper_link_m),
+                            static_cast<double>(links.forearm_m)};
   std::array<double, 3> square{};
   std::array<int, 3> motions{};
   std::printf("motion            joint | adaptive: lag ms, noise mm/s | 15 ms window: lag ms, noise mm/s\n");
   for (const auto& [frequency_Hz, amplitude_m] :
        {std::pair{0.5, .05}, {1.0, .03}, {2.0, .005}, {2.0, .02}, {5.0, .005}, {5.0, .02}, {8.0, .005}}) {
     for (int j = 0; j < 3; ++j) {
-      const double metres_per_count = static_cast<double>(m.rad_per_count(j)) * lever_m[j];
+      const double metres_per_count =
+          static_cast<double>(m.axis[static_cast<std::size_t>(j)].rad_per_count()) * lever_m[j];
       const Motion motion = sine(frequency_Hz, amplitude_m);
       const Quality ours = measure(motion, metres_per_count, adaptive());
       const Quality plain = measure(motion, metres_per_count, window_15_ms());
@@ -103,8 +105,10 @@ TEST(Velocity, LagAndNoiseOnThePremium) {
 // Constant speed is the quantiser's worst case: its error repeats instead of averaging out.
 void expect_little_noise(double rate_Hz) {
   const double period_s = 1 / rate_Hz;
-  const ArmModel& m = *find_arm_model("premium-1.5");
-  const double metres_per_count = static_cast<double>(m.rad_per_count(1) * m.upper_link_m);  // the coarsest
+  const ArmData m = built_in_arm("premium-1.5");
+  const TwoLinkGeometry& links = std::get<TwoLinkGeometry>(m.geometry.platform);
+  const double metres_per_count =
+      static_cast<double>(m.axis[1].rad_per_count() * links.upper_link_m);  // the coarsest
   double sum = 0, worst = 0, worst_speed = 0;
   int speeds = 0;
   for (double v = 5e-4; v < .5; v *= 1.03, ++speeds) {

@@ -1,11 +1,33 @@
-#include "kinematics/arm_model.h"
+#include "kinematics/built_in_arms.h"
 
-#include "kinematics/geometry.h"
+#include <algorithm>
+#include <cstddef>
 
 namespace thimble::kinematics {
 namespace {
 
+constexpr std::array<std::string_view, 2> kBuiltInNames{"premium-1.5", "wooden"};
 constexpr float kDegree = kPi / 180.0F;
+
+struct Joint {
+  float motor_turns_per_turn;     // transmission
+  float encoder_counts_per_turn;  // of the motor
+  float lower_rad, upper_rad;
+  float viscous_N_m_s_rad, coulomb_N_m;
+};
+
+// A two-link arm with encoders and three equal motors at the motors' shafts.
+struct BuiltIn {
+  std::string_view name;
+  std::uint8_t counter_bits;
+  TwoLinkGeometry links;
+  std::array<Joint, 3> joint;
+  std::array<float, 3> home_rad;
+  float min_elbow_rad, max_elbow_rad;  // bounds of q2 - q3
+  float max_joint_speed_rad_s, max_force_N, supply_V, structural_stiffness_N_m;
+  MotorModel motor;
+  InertiaModel inertia;
+};
 
 // PHANToM Premium 1.5: Cavusoglu, Feygin, Tendick 2002, Presence 11(6); limits, friction and transmission as
 // identified by mahilab. Bodies of the five-bar linkage: a is the forearm link, c the parallel link, be and
@@ -36,10 +58,9 @@ constexpr InertiaModel inertia() {
   };
 }
 
-constexpr JointModel joint(float turns, float lower_deg, float upper_deg) {
+constexpr Joint joint(float turns, float lower_deg, float upper_deg) {
   return {.motor_turns_per_turn = turns,
           .encoder_counts_per_turn = 4096.0F,
-          .sign = 1.0F,
           .lower_rad = lower_deg * kDegree,
           .upper_rad = upper_deg * kDegree,
           .viscous_N_m_s_rad = 5.0e-4F,
@@ -74,10 +95,9 @@ constexpr InertiaModel inertia() {
   };
 }
 
-constexpr JointModel joint(float body_mm, float lower_deg, float upper_deg) {
+constexpr Joint joint(float body_mm, float lower_deg, float upper_deg) {
   return {.motor_turns_per_turn = body_mm / 10.0F,  // divided by the diameter of the capstan, 10 mm
           .encoder_counts_per_turn = 2000.0F,
-          .sign = 1.0F,
           .lower_rad = lower_deg * kDegree,
           .upper_rad = upper_deg * kDegree,
           .viscous_N_m_s_rad = 1.0e-3F,
@@ -85,13 +105,11 @@ constexpr JointModel joint(float body_mm, float lower_deg, float upper_deg) {
 }
 }  // namespace wooden
 
-constexpr std::array<ArmModel, 2> kArms{
-    ArmModel{
+constexpr std::array<BuiltIn, 2> kArms{
+    BuiltIn{
         .name = "premium-1.5",
-        .counter_width = CounterWidth::k16,
-        .base_height_m = 0.0F,
-        .upper_link_m = premium::kL1,
-        .forearm_m = premium::kL2,
+        .counter_bits = 16,
+        .links = {.base_height_m = 0.0F, .upper_link_m = premium::kL1, .forearm_m = premium::kL2},
         .joint = {premium::joint(13.3F, -90, 90), premium::joint(11.2F, -124, 119),
                   premium::joint(11.2F, -29, 214)},
         .home_rad = {0, 0, 0},
@@ -116,12 +134,10 @@ constexpr std::array<ArmModel, 2> kArms{
                   .max_winding_C = 100.0F},
         .inertia = premium::inertia(),
     },
-    ArmModel{
+    BuiltIn{
         .name = "wooden",
-        .counter_width = CounterWidth::k32,
-        .base_height_m = wooden::kL0,
-        .upper_link_m = wooden::kL1,
-        .forearm_m = wooden::kL2,
+        .counter_bits = 32,
+        .links = {.base_height_m = wooden::kL0, .upper_link_m = wooden::kL1, .forearm_m = wooden::kL2},
         .joint = {wooden::joint(160, -60, 60), wooden::joint(120, -30, 130), wooden::joint(120, -30, 110)},
         // The tip is then at the published origin (.22, 0, .08) m; c2 = (l2/l1) c3 puts it at the height of
         // the shoulder.
@@ -146,15 +162,58 @@ constexpr std::array<ArmModel, 2> kArms{
         .inertia = wooden::inertia(),
     }};
 
+ArmData made(const BuiltIn& arm) noexcept {
+  ArmData data;
+  std::copy(arm.name.begin(), arm.name.end(), data.name.begin());
+  data.geometry.platform = arm.links;
+  data.geometry.rotation << 0, 1, 0,  // it points to the user, -y of the world, and its y is the user's right
+      -1, 0, 0,                       //
+      0, 0, 1;
+  constexpr std::array<std::string_view, 3> kNames{"yaw", "upper", "fore"};
+  for (std::size_t j = 0; j < arm.joint.size(); ++j) {
+    const Joint& joint = arm.joint[j];
+    AxisData& axis = data.axis[j];
+    std::copy(kNames[j].begin(), kNames[j].end(), axis.name.begin());
+    axis.lower = joint.lower_rad;
+    axis.upper = joint.upper_rad;
+    axis.encoder_port = axis.drive_port = static_cast<std::uint8_t>(j);
+    axis.counter_bits = arm.counter_bits;
+    axis.counts_per_turn = joint.encoder_counts_per_turn;
+    axis.encoder_turns = axis.drive_turns = joint.motor_turns_per_turn;
+    axis.motor = arm.motor;
+    axis.coulomb_N_m = joint.coulomb_N_m;
+    axis.viscous_N_m_s_rad = joint.viscous_N_m_s_rad;
+    data.geometry.driven[j] = true;
+    data.geometry.home[static_cast<int>(j)] = arm.home_rad[j];
+  }
+  data.sum_count = 1;
+  data.sum[0] = {.weight = {0, 1, -1}, .lower = arm.min_elbow_rad, .upper = arm.max_elbow_rad};
+  data.has_inertia = true;
+  data.inertia = arm.inertia;
+  data.max_force_N = arm.max_force_N;
+  data.max_joint_speed_rad_s = arm.max_joint_speed_rad_s;
+  data.tip_stiffness_N_m = arm.structural_stiffness_N_m;
+  data.supply_V = arm.supply_V;
+  return data;
+}
+
 }  // namespace
 
-std::span<const ArmModel> arm_models() noexcept { return kArms; }
+std::span<const std::string_view> built_in_arms() noexcept { return kBuiltInNames; }
 
-const ArmModel* find_arm_model(std::string_view name) noexcept {
-  for (const ArmModel& model : kArms) {
-    if (model.name == name) return &model;
+bool built_in_arm(std::string_view name, ArmData& arm) noexcept {
+  for (const BuiltIn& known : kArms) {
+    if (known.name != name) continue;
+    arm = made(known);
+    return true;
   }
-  return nullptr;
+  return false;
+}
+
+ArmData built_in_arm(std::string_view name) noexcept {
+  ArmData arm = made(kArms[0]);
+  static_cast<void>(built_in_arm(name, arm));
+  return arm;
 }
 
 }  // namespace thimble::kinematics
