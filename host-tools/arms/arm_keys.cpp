@@ -86,7 +86,7 @@ void add_families(KeyTable& kinds) {
       .required("forearm_m", length())
       .optional("inertia", part("two_link_inertia"));
   FileKind& inertia = add(kinds, "two_link_inertia", "the inertia of a two-link arm",
-                          "Coefficients of M(q) and G(q), see kinematics/arm_model.h; without rotors.");
+                          "Coefficients of M(q) and G(q), see kinematics/arm_data.h; without rotors.");
   const Range kg_m2 = from(-1, 1, "kg m2"), N_m = from(-100, 100, "N m");
   for (const std::string_view key : {"m11", "m11_cos_2q2", "m11_cos_2q3", "m22", "m33", "m23"})
     inertia.required(key, quantity(kg_m2));
