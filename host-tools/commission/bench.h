@@ -77,7 +77,9 @@ struct AxisProgram {
   EndsAt ends;
 };
 
-// The board holds the axes on a straight way between two places, each with a spring and a damper, and records.
+// The board holds the axes on a straight way between two places, each with a spring and a damper, and records. The speed rises over the first part of
+// move_s, kServoRamp, is constant, and falls over the last part.
+inline constexpr double kServoRamp = .25;
 struct ServoProgram {
   PerAxis<double> from{}, to{};  // rad or m
   double move_s = 0, stay_s = 0;

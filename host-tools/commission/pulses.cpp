@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "host-tools/commission/estimate.h"
+
 namespace thimble::host {
 namespace {
 
@@ -45,13 +47,6 @@ double fitted_square(const std::vector<Edge>& edges, double from_s, double speed
     sum_sx += square * x;
   }
   return (n * sum_sx - sum_s * sum_x) / (n * sum_ss - sum_s * sum_s);
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::ranges::sort(values);
-  const std::size_t n = values.size();
-  return n % 2 == 1 ? values[n / 2] : .5 * (values[n / 2 - 1] + values[n / 2]);
 }
 
 // So much that the pulse ends after most of its time at the largest speed; by friction and peak alone where the inertia is not known.

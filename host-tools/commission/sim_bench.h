@@ -28,7 +28,7 @@ struct SimBenchOptions {
       1;  // of the true figures, 1: friction 15 %, inertia 5 %, torque constant 3 %, resistance 5 %, stiffness 10 %; 0: as the file
   bool measures_current = true, measures_voltage = true;
   bool has_mark = true;
-  double drive_delay_s = 0;  // of a command, beside the tick
+  double drive_delay_s = 0;  // of a command, in whole ticks
   // What the builder says to a correction; without it: no, and what he repairs.
   bool accepts_corrections = false;
 };

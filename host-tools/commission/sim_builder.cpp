@@ -52,8 +52,8 @@ void SimBench::bring(const JointVector& place, std::optional<std::size_t> loose)
 
 // Lowers the arm until it lies still.
 void SimBench::settle() {
-  constexpr int kMost_ms = 12000, kStill_ms = 500;
-  constexpr double kStill = 1e-3;
+  constexpr int kMost_ms = 40000, kStill_ms = 500;
+  constexpr double kStill = 1e-5;
   const JointVector zero = JointVector::Zero(plant_->axes());
   plant_->set_grip(plant_->joints_rad(), zero, zero, .02 * grip_d_);
   int still = 0;
@@ -65,6 +65,7 @@ void SimBench::settle() {
 }
 
 Answer SimBench::ask(const Prompt& prompt) {
+  if (prompt.kind != Prompt::Kind::kLetGo) command({}, false);
   switch (prompt.kind) {
     case Prompt::Kind::kPlace: {
       JointVector place(plant_->axes());
@@ -78,6 +79,7 @@ Answer SimBench::ask(const Prompt& prompt) {
       settle();
       break;
     case Prompt::Kind::kHang:
+      plant_->release_grip();
       plant_->set_hand({prompt.mass_kg, 0, 0});
       plant_->push({0, 0, -prompt.mass_kg * static_cast<double>(kinematics::kGravity_m_s2)});
       break;
@@ -212,6 +214,7 @@ Recording SimBench::run(const AxisProgram& program) {
     return std::nullopt;
   };
   std::int64_t last = start.at(program.axis);
+  const auto late = static_cast<std::size_t>(std::lround(options_.drive_delay_s / tick_s));
   const auto coast = static_cast<std::size_t>(std::lround(program.coast_s / tick_s));
   bool over = false;
   for (std::size_t k = 0; k < program.current_A.size() + coast; ++k) {
@@ -221,7 +224,11 @@ Recording SimBench::run(const AxisProgram& program) {
       recording.driven_ticks = recording.ticks.size();
     }
     if (!over) asked.at(program.axis) = program.current_A[k];
-    command(asked, true);
+    PerAxis<double> arriving{};
+    arriving.at(program.axis) = k < late || recording.ticks.size() < late ? 0
+                                : late == 0                               ? asked.at(program.axis)
+                                            : recording.ticks[k - late].asked_A.at(program.axis);
+    command(arriving, true);
     advance(tick_s, true);
     record(recording, asked, static_cast<double>(k + 1) * tick_s);
     const std::int64_t now = recording.ticks.back().counts.at(program.axis);

@@ -38,6 +38,20 @@ class Speeds {
   PerAxis<double> last_{};
 };
 
+// ServoProgram's way: parts of the whole, of the time `at`.
+struct Way {
+  double part, speed;
+};
+Way way_at(double at) {
+  constexpr double kTop = 1 / (1 - kServoRamp);
+  if (at < kServoRamp) return {.5 * kTop / kServoRamp * at * at, kTop / kServoRamp * at};
+  if (at > 1 - kServoRamp) {
+    const double rest = 1 - at;
+    return {1 - .5 * kTop / kServoRamp * rest * rest, kTop / kServoRamp * rest};
+  }
+  return {.5 * kTop * kServoRamp + kTop * (at - kServoRamp), kTop};
+}
+
 }  // namespace
 
 Recording SimBench::servo(const ServoProgram& program) {
@@ -47,16 +61,16 @@ Recording SimBench::servo(const ServoProgram& program) {
   Speeds speeds(tick_s);
   const double all_s = program.move_s + program.stay_s;
   for (double t = 0; t < all_s; t += tick_s) {
-    const double part = program.move_s > 0 ? std::min(1.0, t / program.move_s) : 1.0;
+    const Way along = way_at(program.move_s > 0 ? std::min(1.0, t / program.move_s) : 1.0);
     const PerAxis<double> angle = believed();
     speeds.add(angle, axes());
     PerAxis<double> asked{};
     for (std::size_t j = 0; j < axes(); ++j) {
       if (!given_.axes[j].drive) continue;
       const double way = program.to.at(j) - program.from.at(j);
-      const double speed = part < 1 ? way / program.move_s : 0;
+      const double speed = program.move_s > 0 ? along.speed * way / program.move_s : 0;
       const double torque =
-          program.stiffness_N_m_rad.at(j) * (program.from.at(j) + part * way - angle.at(j)) +
+          program.stiffness_N_m_rad.at(j) * (program.from.at(j) + along.part * way - angle.at(j)) +
           program.damping_N_m_s_rad.at(j) * (speed - speeds.speed.at(j));
       const double most = program.most_torque_N_m.at(j);
       asked.at(j) = std::clamp(torque, -most, most) / given_.axes[j].per_ampere();

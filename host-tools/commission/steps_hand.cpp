@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "host-tools/commission/estimate.h"
 #include "host-tools/commission/turns.h"
 
 namespace thimble::host {
@@ -30,12 +31,6 @@ struct Passes {
   std::vector<double> forward, backward;  // counts
 };
 
-double mean_of(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
-
 double range_of(const std::vector<double>& values) {
   const auto [low, high] = std::ranges::minmax(values);
   return high - low;
@@ -52,12 +47,12 @@ void judge_mark(const StepContext& context, std::size_t j, const Passes& passes,
     result.findings.push_back(found);
     return;
   }
-  const double ways = std::abs(mean_of(passes.forward) - mean_of(passes.backward));
+  const double ways = std::abs(mean(passes.forward) - mean(passes.backward));
   if (ways > kBothWays * encoder.counts_per_turn.value)
     result.findings.push_back(
         finding(arm, ArmFault::kIndexOff, j, fmt::format("{:.0f} counts between the two directions", ways)));
   const double at = context.known.at_zero.at(j) +
-                    .5 * (mean_of(passes.forward) + mean_of(passes.backward)) * arm.axis(j).per_count();
+                    .5 * (mean(passes.forward) + mean(passes.backward)) * arm.axis(j).per_count();
   const double turn = (arm.axis(j).is_prismatic ? 1.0 : 2 * std::numbers::pi) / encoder.turns_per_turn.value;
   const double off = (at - arm.axis(j).home.value) / turn;
   if (std::abs(off) > kElsewhere)

@@ -149,7 +149,8 @@ void judge_own(const Expectation& arm, const Turn& turn, std::size_t j, std::vec
                     " was turned in different directions in its two trials: repeat the step.");
     findings.push_back(finding(arm, ArmFault::kEncoderSign, j, "the two trials do not agree"));
   }
-  if (own.return_error() > kReturnCounts)
+  // Where the encoder has more counts than the file says, the hand's error has more, too.
+  if (own.return_error() > kReturnCounts * std::max(1.0, own.way() / expected_way(arm, j)))
     findings.push_back(finding(arm, ArmFault::kSlip, j,
                                fmt::format("the same stop was {:.0f} counts apart", own.return_error())));
   judge_way(arm, turn, j, findings);
