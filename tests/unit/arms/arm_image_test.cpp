@@ -12,6 +12,7 @@
 #include <iterator>
 #include <string>
 
+#include "host-tools/arms/arm_data.h"
 #include "host-tools/arms/arm_file.h"
 #include "host-tools/arms/arm_writer.h"
 #include "kinematics/gravity.h"
@@ -74,6 +75,36 @@ TEST_P(ArmImage, ABoardReadsWhatTheFileSays) {
       EXPECT_EQ(read.drive_turns, static_cast<float>(axis.drive->turns_per_turn.value));
       EXPECT_EQ(read.motor.peak_current_A, static_cast<float>(axis.motor->peak_current_A.value));
     }
+  }
+  const ArmData direct = host::arm_data(file);
+  EXPECT_EQ(direct.name, arm.name);
+  EXPECT_EQ(direct.sum_count, arm.sum_count);
+  EXPECT_EQ(direct.sum[0].weight, arm.sum[0].weight);
+  EXPECT_EQ(direct.sum[0].upper, arm.sum[0].upper);
+  EXPECT_EQ(direct.has_inertia, arm.has_inertia);
+  EXPECT_EQ(direct.inertia.m23, arm.inertia.m23);
+  EXPECT_EQ(direct.inertia.g3, arm.inertia.g3);
+  EXPECT_EQ(direct.tip_stiffness_N_m, arm.tip_stiffness_N_m);
+  EXPECT_EQ(direct.supply_V, arm.supply_V);
+  for (std::size_t i = 0; i < file.axes.size(); ++i) {
+    const kinematics::AxisData &one = direct.axis.at(i), &other = arm.axis.at(i);
+    EXPECT_EQ(one.name, other.name);
+    EXPECT_EQ(one.lower, other.lower);
+    EXPECT_EQ(one.encoder_kind, other.encoder_kind);
+    EXPECT_EQ(one.encoder_port, other.encoder_port);
+    EXPECT_EQ(one.counter_bits, other.counter_bits);
+    EXPECT_EQ(one.encoder_turns, other.encoder_turns);
+    EXPECT_EQ(one.encoder_sign, other.encoder_sign);
+    EXPECT_EQ(one.drive_kind, other.drive_kind);
+    EXPECT_EQ(one.drive_port, other.drive_port);
+    EXPECT_EQ(one.drive_sign, other.drive_sign);
+    EXPECT_EQ(one.drive_turns, other.drive_turns);
+    EXPECT_EQ(one.delay_s, other.delay_s);
+    EXPECT_EQ(one.motor.max_winding_C, other.motor.max_winding_C);
+    EXPECT_EQ(one.motor.rotor_inertia_kg_m2, other.motor.rotor_inertia_kg_m2);
+    EXPECT_EQ(one.viscous_N_m_s_rad, other.viscous_N_m_s_rad);
+    EXPECT_EQ(one.stiction_ratio, other.stiction_ratio);
+    EXPECT_EQ(one.stiffness_N_m_rad, other.stiffness_N_m_rad);
   }
   // The same tip, Jacobian and weight, to the last bit, over the workspace.
   const kinematics::Mechanism<float> one(file.geometry), other(arm.geometry);

@@ -1,0 +1,105 @@
+// A bench with a simulated arm and a simulated builder, for `thimble commission --simulate` and for tests. What is true of the arm may differ from its
+// file by faults and by a spread of its figures. The builder does what the prompts say. Every motion is watched: the largest force and speed that
+// the motors gave the tip.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "board/sim/any_plant.h"
+#include "host-tools/commission/bench.h"
+#include "host-tools/commission/faults.h"
+
+namespace thimble::host {
+
+inline constexpr double kSimMotionStep_s = 1e-4;  // of the plant, in a motion of the motors
+
+struct SimFault {
+  ArmFault fault{};
+  std::size_t axis = 0;
+  std::size_t other = 0;  // of an exchange
+  double factor = 1;      // true by given: counts, ratio, torque, inertia; turns of the index
+};
+
+struct SimBenchOptions {
+  std::uint64_t seed = 1;
+  double spread =
+      1;  // of the true figures, 1: friction 15 %, inertia 5 %, torque constant 3 %, resistance 5 %, stiffness 10 %; 0: as the file
+  bool measures_current = true, measures_voltage = true;
+  bool has_mark = true;
+  double drive_delay_s = 0;  // of a command, in whole ticks
+  // What the builder says to a correction; without it: no, and what he repairs.
+  bool accepts_corrections = false;
+};
+
+class SimBench : public Bench {
+ public:
+  SimBench(const ArmFile& arm, std::vector<SimFault> faults, const SimBenchOptions& options);
+
+  [[nodiscard]] BenchFacts facts() override;
+  void use(const ArmFile& arm) override;
+  void locate(const PerAxis<double>& at_zero) override { at_zero_ = at_zero; }
+  [[nodiscard]] PerAxis<AxisReading> read() override;
+  [[nodiscard]] Answer ask(const Prompt& prompt) override;
+  [[nodiscard]] LineTrial try_line(Line line, const Prompt& prompt) override;
+  [[nodiscard]] Recording watch(const Prompt& prompt, bool powered) override;
+  [[nodiscard]] Recording wait(double seconds, bool powered) override;
+  [[nodiscard]] Recording run(const AxisProgram& program) override;
+  [[nodiscard]] Recording servo(const ServoProgram& program) override;
+  [[nodiscard]] Recording feel(const TipProgram& program, const Prompt& prompt) override;
+
+  // Repairs the fault; the arm stays where it is.
+  void mend(std::size_t fault);
+  [[nodiscard]] const std::vector<SimFault>& faults() const { return faults_; }
+
+  [[nodiscard]] const board::AnyPlant& plant() const { return *plant_; }
+  [[nodiscard]] const board::AnyPlantParameters& truth() const { return truth_; }
+  // The largest so far that the motors gave: while they had power, without the hand's own motion.
+  [[nodiscard]] double most_tip_force_N() const { return most_force_N_; }
+  [[nodiscard]] double most_tip_speed_m_s() const { return most_speed_m_s_; }
+  [[nodiscard]] double most_torque_share() const { return most_share_; }
+
+ private:
+  [[nodiscard]] std::size_t axes() const { return given_.axes.size(); }
+  [[nodiscard]] double uniform(double low, double high);
+  void build();
+  void add_fault(const SimFault& fault);
+  [[nodiscard]] std::int64_t counts_of(std::size_t encoder) const;  // of the encoder at a joint
+  [[nodiscard]] PerAxis<std::int64_t> counts() const;               // of the axes of the file
+  void slip(std::size_t joint, double speed);
+  void find_marks(Recording& recording, const board::JointVector& before);
+  void command(const PerAxis<double>& current_A, bool enable);
+  void set_torques();
+  void advance(double seconds, bool judge_speed);
+  void judge(bool speed);
+  void record(Recording& recording, const PerAxis<double>& asked_A, double time_s);
+  [[nodiscard]] PerAxis<double> believed() const;  // angles by the file and the counts
+  // The hands: all axes to a place, and hold them there, but for one.
+  void bring(const board::JointVector& place, std::optional<std::size_t> loose);
+  void settle();
+  void grip(const board::JointVector& target, std::optional<std::size_t> loose, double share);
+  void turn(const Prompt& prompt, bool powered, Recording& recording);
+  void go(std::size_t axis, double to, double speed, bool powered, Recording& recording);
+  void swing(const Prompt& prompt, bool powered, Recording& recording);
+  [[nodiscard]] Eigen::Vector3d hand_way(const Prompt& prompt, double time_s) const;
+
+  ArmFile original_, given_;
+  std::vector<SimFault> faults_;
+  SimBenchOptions options_;
+  std::uint64_t random_;
+  board::AnyPlantParameters clean_, truth_;
+  std::unique_ptr<board::AnyPlant> plant_;
+  std::vector<int> encoder_port_,
+      drive_port_;  // where the encoder and the motor of each joint are plugged in
+  PerAxis<std::size_t> encoder_of_{}, motor_of_{};  // the joint behind each axis of the file
+  PerAxis<double> slipped_{}, slipping_{}, last_speed_{}, mark_turns_{}, at_zero_{};
+  PerAxis<bool> dead_channel_{}, dead_encoder_{}, dead_phase_{}, open_{};
+  PerAxis<double> noise_{};
+  PerAxis<std::uint64_t> illegal_{};
+  bool lines_ignored_ = false, powered_ = false;
+  board::JointVector grip_k_, grip_d_, held_;
+  double most_force_N_ = 0, most_speed_m_s_ = 0, most_share_ = 0;
+};
+
+}  // namespace thimble::host

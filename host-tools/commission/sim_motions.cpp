@@ -1,0 +1,146 @@
+// The simulated board's closed loops: a servo of the axes, and forces at the tip.
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "host-tools/commission/expectation.h"
+#include "host-tools/commission/sim_bench.h"
+#include "kinematics/mechanism.h"
+
+namespace thimble::host {
+namespace {
+
+using board::JointVector;
+
+constexpr double kFilter_s = 2e-3;  // of the speed of an axis
+
+Eigen::Index row(std::size_t j) { return static_cast<Eigen::Index>(j); }
+
+// Speed from counts: differences through a low pass, as short as the counts allow.
+class Speeds {
+ public:
+  explicit Speeds(double tick_s) : tick_s_(tick_s) {}
+  void add(const PerAxis<double>& angles, std::size_t axes) {
+    for (std::size_t j = 0; j < axes; ++j) {
+      if (begun_) {
+        const double now = (angles.at(j) - last_.at(j)) / tick_s_;
+        speed.at(j) += tick_s_ / (kFilter_s + tick_s_) * (now - speed.at(j));
+      }
+      last_.at(j) = angles.at(j);
+    }
+    begun_ = true;
+  }
+  PerAxis<double> speed{};
+
+ private:
+  double tick_s_;
+  bool begun_ = false;
+  PerAxis<double> last_{};
+};
+
+// ServoProgram's way: parts of the whole, of the time `at`.
+struct Way {
+  double part, speed;
+};
+Way way_at(double at) {
+  constexpr double kTop = 1 / (1 - kServoRamp);
+  if (at < kServoRamp) return {.5 * kTop / kServoRamp * at * at, kTop / kServoRamp * at};
+  if (at > 1 - kServoRamp) {
+    const double rest = 1 - at;
+    return {1 - .5 * kTop / kServoRamp * rest * rest, kTop / kServoRamp * rest};
+  }
+  return {.5 * kTop * kServoRamp + kTop * (at - kServoRamp), kTop};
+}
+
+}  // namespace
+
+Recording SimBench::servo(const ServoProgram& program) {
+  Recording recording;
+  plant_->set_max_step(kSimMotionStep_s);
+  const double tick_s = facts().tick_s;
+  Speeds speeds(tick_s);
+  const double all_s = program.move_s + program.stay_s;
+  for (double t = 0; t < all_s; t += tick_s) {
+    const Way along = way_at(program.move_s > 0 ? std::min(1.0, t / program.move_s) : 1.0);
+    const PerAxis<double> angle = believed();
+    speeds.add(angle, axes());
+    PerAxis<double> asked{};
+    for (std::size_t j = 0; j < axes(); ++j) {
+      if (!given_.axes[j].drive) continue;
+      const double way = program.to.at(j) - program.from.at(j);
+      const double speed = program.move_s > 0 ? along.speed * way / program.move_s : 0;
+      const double torque =
+          program.stiffness_N_m_rad.at(j) * (program.from.at(j) + along.part * way - angle.at(j)) +
+          program.damping_N_m_s_rad.at(j) * (speed - speeds.speed.at(j));
+      const double most = program.most_torque_N_m.at(j);
+      asked.at(j) = std::clamp(torque, -most, most) / given_.axes[j].per_ampere();
+    }
+    command(asked, true);
+    advance(tick_s, false);
+    record(recording, asked, t);
+  }
+  // It goes on holding until the next program.
+  recording.driven_ticks = recording.ticks.size();
+  return recording;
+}
+
+// Where the builder's hand is at the tip: about in a slow circle, or along the direction and back.
+Eigen::Vector3d SimBench::hand_way(const Prompt& prompt, double time_s) const {
+  constexpr double kWay_m = .02, kPeriod_s = 3;
+  const double turn = 2 * 3.14159265358979 * time_s / kPeriod_s;
+  if (prompt.kind == Prompt::Kind::kPush) return kWay_m * .5 * (1 - std::cos(turn)) * prompt.direction;
+  return {kWay_m * std::sin(turn), kWay_m * .7 * std::sin(.8 * turn), kWay_m * .5 * std::sin(1.3 * turn)};
+}
+
+Recording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
+  Recording recording;
+  plant_->set_max_step(kSimMotionStep_s);
+  const double tick_s = facts().tick_s;
+  const kinematics::Mechanism<double> mechanism(given_.geometry);
+  kinematics::MechanismPose<double> pose = mechanism.home_pose();
+  const auto axis_vector = [&](const PerAxis<double>& values) {
+    JointVector v(row(axes()));
+    for (std::size_t j = 0; j < axes(); ++j) v[row(j)] = values.at(j);
+    return v;
+  };
+  Speeds speeds(tick_s);
+  constexpr double kHandled_s = 3;
+  Eigen::Vector3d begin_m = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d hand_begin_m = plant_->tip_m();
+  plant_->release_grip();
+  plant_->set_hand({.05, 800, 8});
+  for (double t = 0; t < kHandled_s; t += tick_s) {
+    const Eigen::Vector3d now = hand_way(prompt, t), next = hand_way(prompt, t + tick_s);
+    plant_->set_hand_target(hand_begin_m + now, (next - now) / tick_s);
+    const PerAxis<double> angle = believed();
+    speeds.add(angle, axes());
+    PerAxis<double> asked{};
+    if (mechanism.at(axis_vector(angle), pose)) {
+      if (t == 0) begin_m = pose.force_point_m;
+      const Eigen::Vector3d velocity = pose.force_jacobian * axis_vector(speeds.speed);
+      Eigen::Vector3d force_N = -program.damping_N_s_m * velocity;
+      if (program.kind == TipProgram::Kind::kSpring)
+        force_N += program.stiffness_N_m * (begin_m - pose.force_point_m);
+      if (program.kind == TipProgram::Kind::kWall)
+        force_N = {0, 0, std::max(0.0, program.stiffness_N_m * (program.wall_z_m - pose.force_point_m.z()))};
+      if (force_N.norm() > program.most_force_N) force_N *= program.most_force_N / force_N.norm();
+      const JointVector torque = mechanism.torques(pose, force_N);
+      for (std::size_t j = 0; j < axes(); ++j)
+        if (given_.axes[j].drive) asked.at(j) = torque[row(j)] / given_.axes[j].per_ampere();
+      if (program.most_speed_m_s > 0 && velocity.norm() > program.most_speed_m_s) {
+        recording.ending = Ending::kSpeed;
+        break;
+      }
+    }
+    command(asked, true);
+    advance(tick_s, false);
+    record(recording, asked, t);
+  }
+  recording.driven_ticks = recording.ticks.size();
+  command({}, false);
+  plant_->set_hand(board::kNoHand);
+  bring(plant_->joints_rad(), std::nullopt);
+  return recording;
+}
+
+}  // namespace thimble::host

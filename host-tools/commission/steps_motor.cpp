@@ -1,0 +1,302 @@
+// Steps 4 to 6: the first current, the first motion, the first closed loop.
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "host-tools/commission/pulses.h"
+
+namespace thimble::host {
+namespace {
+
+constexpr double kCurrentPart = .1, kCurrentFloor_A = .02;
+constexpr double kResistancePart = .25;
+constexpr double kTorqueConstantPart = .12;
+constexpr double kNoEmf = .2;  // of the expected one: another joint turns that motor, or none
+
+// Voltage by the speed of the motor while the builder turns the joint.
+double torque_constant(StepContext& context, std::size_t axis) {
+  const Expectation& arm = context.arm;
+  const Recording seen = context.bench.watch(
+      prompt(Prompt::Kind::kSwing, axis,
+             fmt::format("Turn {} to and fro by hand, as fast as you like. Its drive is on, without torque.",
+                         quoted(arm, axis))),
+      true);
+  constexpr std::size_t kHalf = 10;  // ticks of 1 ms, to either side
+  double product = 0, square = 0;
+  const double turns = arm.axis(axis).per_ampere() / arm.axis(axis).motor->torque_constant_N_m_A.value;
+  for (std::size_t k = kHalf; k + kHalf < seen.ticks.size(); ++k) {
+    const double voltage = seen.ticks[k].voltage_V.at(axis);
+    if (std::isnan(voltage)) return 0;
+    const auto counts =
+        static_cast<double>(seen.ticks[k + kHalf].counts.at(axis) - seen.ticks[k - kHalf].counts.at(axis));
+    const double seconds = seen.ticks[k + kHalf].time_s - seen.ticks[k - kHalf].time_s;
+    const double speed = counts * arm.axis(axis).per_count() * turns / seconds;
+    product += voltage * speed;
+    square += speed * speed;
+  }
+  return square > 0 ? product / square : 0;
+}
+
+void judge_torque_constant(StepContext& context, std::size_t j, StepResult& result) {
+  const double given = context.arm.axis(j).motor->torque_constant_N_m_A.value;
+  const double seen = std::abs(torque_constant(context, j));
+  if (seen < kNoEmf * given) {
+    result.notes.push_back(
+        quoted(context.arm, j) +
+        ": no voltage was seen while it was turned: the drive does not measure it, or step 5 tells.");
+    context.known.torque_constant_N_m_A.at(j) = 0;
+    return;
+  }
+  context.known.torque_constant_N_m_A.at(j) = seen;
+  result.measures.push_back({"torque_constant_N_m_A", static_cast<int>(j), given, seen, .01 * seen, 0, .03});
+  if (std::abs(seen / given - 1) <= kTorqueConstantPart) return;
+  Finding found =
+      finding(context.arm, ArmFault::kWeakMotor, j,
+              fmt::format("{:.4f} V s/rad when it is turned, {:.4f} N m/A in the file: {:.2f} times", seen,
+                          given, seen / given),
+              seen / given);
+  found.corrections = {{fmt::format("/axes/{}/motor/torque_constant_N_m_A", j), seen}};
+  result.findings.push_back(found);
+}
+
+void judge_current(StepContext& context, std::size_t j, StepResult& result) {
+  const Expectation& arm = context.arm;
+  const double asked_A = .8 * gentle_current_A(arm, j);
+  std::vector<double> ohms;
+  double worst_A = 0, least_part = 1;
+  for (const double sign : {1.0, -1.0}) {
+    if (place(context, j, arm.balanced(j)) == Answer::kStop) {
+      result.stopped = true;
+      return;
+    }
+    const PulseSeen seen = pulse(context, j, j, sign * asked_A, .5 * kPulse_s);
+    if (std::isnan(seen.current_A)) {
+      result.notes.push_back(quoted(arm, j) +
+                             ": this drive does not measure its current; step 5 tells whether it flows.");
+      return;
+    }
+    worst_A = std::max(worst_A, std::abs(seen.current_A - sign * asked_A));
+    least_part = std::min(least_part, std::abs(seen.current_A) / asked_A);
+    if (!std::isnan(seen.voltage_V)) ohms.push_back(seen.voltage_V / seen.current_A);
+  }
+  if (least_part < .1 && worst_A > .5 * asked_A) {
+    result.findings.push_back(
+        finding(arm, ArmFault::kOpenWinding, j, fmt::format("{:.2f} A were asked for", asked_A)));
+    return;
+  }
+  if (worst_A > kCurrentPart * asked_A + kCurrentFloor_A)
+    result.findings.push_back(finding(arm, ArmFault::kCurrentLoop, j,
+                                      fmt::format("{:.2f} A asked for, off by {:.2f} A", asked_A, worst_A)));
+  if (ohms.size() < 2) return;
+  const double given = arm.axis(j).motor->resistance_ohm.value, mean = .5 * (ohms[0] + ohms[1]);
+  result.measures.push_back(
+      {"resistance_ohm", static_cast<int>(j), given, mean, .5 * std::abs(ohms[0] - ohms[1]), 0, .1});
+  // A voltage of 20 mV is not told apart.
+  if (std::abs(mean / given - 1) <= kResistancePart + .02 / (asked_A * given)) return;
+  Finding found = finding(arm, ArmFault::kWrongResistance, j,
+                          fmt::format("{:.2f} ohm, {:.2f} in the file", mean, given), mean / given);
+  found.corrections = {{fmt::format("/axes/{}/motor/resistance_ohm", j), mean}};
+  result.findings.push_back(found);
+}
+
+// The drive of `axis` does not move it: lets one joint after the other go.
+int joint_of_drive(StepContext& context, std::size_t axis) {
+  const Expectation& arm = context.arm;
+  const double current_A = gentle_current_A(arm, axis);
+  for (std::size_t k = 0; k < arm.axes(); ++k) {
+    if (k == axis || !arm.driven(k)) continue;
+    for (const double sign : {1.0, -1.0}) {
+      if (place(context, k, arm.balanced(k)) == Answer::kStop) return -1;
+      if (pulse(context, axis, k, sign * current_A, kPulse_s).moved) return static_cast<int>(k);
+    }
+  }
+  return -1;
+}
+
+void no_motion(StepContext& context, std::size_t j, StepResult& result) {
+  const Expectation& arm = context.arm;
+  const int other = joint_of_drive(context, j);
+  if (other >= 0) {
+    const auto k = static_cast<std::size_t>(other);
+    for (const Finding& before : result.findings)
+      if (before.fault == ArmFault::kMotorsSwapped && before.axis == other &&
+          before.other == static_cast<int>(j))
+        return;
+    Finding found = finding(arm, ArmFault::kMotorsSwapped, j,
+                            fmt::format("the drive of {} moves {}", quoted(arm, j), quoted(arm, k)));
+    found.other = other;
+    found.corrections = {
+        {fmt::format("/axes/{}/drive/port", j), static_cast<double>(arm.axis(k).drive->port)},
+        {fmt::format("/axes/{}/drive/port", k), static_cast<double>(arm.axis(j).drive->port)}};
+    result.findings.push_back(found);
+    return;
+  }
+  const double torque = gentle_current_A(arm, j) * std::abs(arm.axis(j).per_ampere());
+  Finding found = finding(arm, ArmFault::kNoMotion, j,
+                          fmt::format("{:.3f} N m, {:.3f} N m of friction in the file", torque,
+                                      arm.axis(j).friction.coulomb_N_m.value));
+  found.twins = {ArmFault::kOpenWinding, ArmFault::kDeadPhase, ArmFault::kWeakMotor};
+  result.findings.push_back(found);
+}
+
+// At two places or more, in both directions, less than half of what it does at most others.
+bool has_dead_phase(const PulseSeries& series) {
+  std::vector<double> strength;
+  strength.reserve(series.places());
+  for (std::size_t k = 0; k < series.places(); ++k) {
+    const PulseSeen &up = series.up[k], &down = series.down[k];
+    const auto size = [](const PulseSeen& seen) {
+      return seen.clean ? std::abs(seen.acceleration / seen.asked_A) : 0.0;
+    };
+    const double most = std::max(size(up), size(down));
+    if (most > 0 || (!up.moved && !down.moved)) strength.push_back(most);
+  }
+  if (strength.size() < 4) return false;
+  std::ranges::sort(strength);
+  return strength[1] < .5 * strength[strength.size() - 2];
+}
+
+// Torque by inertia is off: the motor or the inertia, unless the torque constant is known.
+void judge_strength(StepContext& context, std::size_t j, double ratio, StepResult& result) {
+  constexpr double kLeast = .78, kMost = 1.28;
+  if (ratio >= kLeast && ratio <= kMost) return;
+  const Expectation& arm = context.arm;
+  const double known = context.known.torque_constant_N_m_A.at(j);
+  const std::string figures =
+      fmt::format("{:.2f} times the acceleration that the file's motor and inertia give", ratio);
+  if (known > 0) {
+    Finding found = finding(arm, ArmFault::kWrongInertia, j,
+                            figures + "; its torque constant is as the file says", 1 / ratio);
+    result.findings.push_back(found);
+    return;
+  }
+  Finding found = finding(arm, ratio < 1 ? ArmFault::kWeakMotor : ArmFault::kWrongInertia, j, figures, ratio);
+  found.twins = {ArmFault::kWeakMotor, ArmFault::kWrongInertia};
+  found.text +=
+      " A motor with less torque and a heavier joint look the same where no voltage is measured; a weight at "
+      "the "
+      "tip (step 8) tells them apart where gravity turns this joint.";
+  result.findings.push_back(found);
+}
+
+void judge_series(StepContext& context, std::size_t j, const PulseSeries& series, StepResult& result) {
+  const Expectation& arm = context.arm;
+  const double up = answer_of(series.up), down = answer_of(series.down);
+  const double per_ampere = arm.axis(j).per_ampere();
+  const double strength = .5 * (up + down);
+  if (strength * per_ampere < 0) {
+    Finding found = finding(arm, ArmFault::kMotorSign, j, "both pulses moved it the other way");
+    found.corrections = {{fmt::format("/axes/{}/drive/sign", j), -arm.axis(j).drive->sign}};
+    result.findings.push_back(found);
+    return;
+  }
+  if (has_dead_phase(series)) {
+    result.findings.push_back(
+        finding(arm, ArmFault::kDeadPhase, j,
+                fmt::format("it moved at {} of {} places", series.moving(), series.places())));
+    return;
+  }
+  if (std::abs(up - down) > .3 * std::abs(strength))
+    result.findings.push_back(finding(arm, ArmFault::kUneven, j, fmt::format("{:.2f} to 1", up / down)));
+  Measure measure;
+  measure.name = "inertia_kg_m2";
+  measure.axis = static_cast<int>(j);
+  const double constant = context.known.torque_constant_N_m_A.at(j);
+  const double scale = constant > 0 ? constant / arm.axis(j).motor->torque_constant_N_m_A.value : 1;
+  measure.value = scale * per_ampere / strength;
+  measure.spread = std::abs(up - down) / std::abs(strength) * measure.value / 2;
+  measure.promise = .1;
+  if (arm.knows_inertia()) {
+    const auto row = static_cast<Eigen::Index>(j);
+    measure.given = arm.mass(arm.balanced(j))(row, row);
+    judge_strength(context, j, strength * measure.given / per_ampere, result);
+  }
+  result.measures.push_back(measure);
+}
+
+// As measured, or as asked for where the drive does not measure it.
+double flowing_A(const BenchTick& tick, std::size_t axis) {
+  return std::isnan(tick.current_A.at(axis)) ? tick.asked_A.at(axis) : tick.current_A.at(axis);
+}
+
+}  // namespace
+
+StepResult prove_currents(StepContext& context) {
+  StepResult result;
+  for (std::size_t j = 0; j < context.arm.axes() && !result.stopped; ++j) {
+    if (!context.arm.driven(j)) continue;
+    const std::size_t before = result.findings.size();
+    judge_current(context, j, result);
+    if (result.findings.size() == before && !result.stopped) judge_torque_constant(context, j, result);
+  }
+  result.passed = result.findings.empty() && !result.stopped;
+  return result;
+}
+
+StepResult prove_motors(StepContext& context) {
+  StepResult result;
+  for (std::size_t j = 0; j < context.arm.axes(); ++j) {
+    if (!context.arm.driven(j)) continue;
+    const PulseSeries series = pulse_series(context, j);
+    if (series.places() == 0) {
+      result.stopped = true;
+      return result;
+    }
+    if (series.moving() == 0) {
+      no_motion(context, j, result);
+    } else {
+      judge_series(context, j, series, result);
+    }
+  }
+  result.passed = result.findings.empty();
+  return result;
+}
+
+StepResult prove_damping(StepContext& context) {
+  StepResult result;
+  const Expectation& arm = context.arm;
+  const BenchFacts facts = context.bench.facts();
+  TipProgram program;
+  program.kind = TipProgram::Kind::kDamping;
+  // 1 N s/m, or a hundredth of m/T where that is less.
+  const board::ByJoint J = arm.jacobian(arm.home());
+  double mass_kg = .05;
+  if (arm.knows_inertia()) {
+    const Eigen::Matrix3d mobility = J * arm.mass(arm.home()).inverse() * J.transpose();
+    mass_kg = 1 / mobility.diagonal().maxCoeff();
+  }
+  program.damping_N_s_m = std::min(1.0, .01 * mass_kg / facts.tick_s);
+  program.most_force_N = .5 * kTipForce_N;
+  program.most_speed_m_s = .9 * kTipSpeed_m_s;
+  if (place(context, 0, arm.balanced(0)) == Answer::kStop) return {.stopped = true};
+  const Recording seen = context.bench.feel(
+      program, prompt(Prompt::Kind::kMoveAbout, 0,
+                      "Hold the tip and move it slowly about, by 2 cm; it feels like oil."));
+  // The torques times the way, over each 100 ms.
+  const auto window = static_cast<std::size_t>(std::lround(.1 / facts.tick_s));
+  double worst_J = 0, all_J = 0;
+  for (std::size_t from = 1; from + window <= seen.ticks.size(); from += window) {
+    double work_J = 0;
+    for (std::size_t k = from; k < from + window; ++k)
+      for (std::size_t j = 0; j < arm.axes(); ++j)
+        if (arm.driven(j))
+          work_J += flowing_A(seen.ticks[k], j) * arm.axis(j).per_ampere() * arm.axis(j).per_count() *
+                    static_cast<double>(seen.ticks[k].counts.at(j) - seen.ticks[k - 1].counts.at(j));
+    worst_J = std::max(worst_J, work_J);
+    all_J += work_J;
+  }
+  if (seen.ending == Ending::kSpeed || worst_J > 5e-5 || all_J >= 0) {
+    Finding found;
+    found.fault = ArmFault::kFeedsEnergy;
+    found.text = fmt::format("{} ({:.2g} mJ in 100 ms{}). {}.", text_of(found.fault).what, 1e3 * worst_J,
+                             seen.ending == Ending::kSpeed ? ", and the tip became too fast" : "",
+                             text_of(found.fault).remedy);
+    result.findings.push_back(found);
+  }
+  result.passed = result.findings.empty();
+  return result;
+}
+
+}  // namespace thimble::host

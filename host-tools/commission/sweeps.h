@@ -1,0 +1,16 @@
+// Slow motions there and back with the board's servo: what torque it takes.
+#pragma once
+
+#include "host-tools/commission/estimate.h"
+#include "host-tools/commission/steps.h"
+
+namespace thimble::host {
+
+// All driven axes together, by `way` to each side of a place.
+[[nodiscard]] PerAxis<Sweep> sweep_all(StepContext& context, const board::JointVector& at, double way,
+                                       double speed);
+// One axis, the others held by the servo.
+[[nodiscard]] Sweep sweep_one(StepContext& context, std::size_t axis, const board::JointVector& at,
+                              double way, double speed);
+
+}  // namespace thimble::host

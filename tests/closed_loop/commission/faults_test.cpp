@@ -1,0 +1,192 @@
+// Simulated arms with faults: each is named by a step that can see it, and no motor ever gives the tip more than 1 N or 0.1 m/s before step 7. Good arms
+// pass. THIMBLE_COMMISSION_ARMS=200 build/release/bin/commission_test is the whole; without it a part of it runs.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "host-tools/commission/sim_bench.h"
+#include "host-tools/commission/steps.h"
+#include "tests/support/figure.h"
+#include "tests/support/random.h"
+
+namespace thimble::host {
+namespace {
+
+using enum ArmFault;
+using test::Random;
+
+ArmFile arm_named(const std::string& name) {
+  std::ifstream in(std::filesystem::path(THIMBLE_SOURCE_DIR) / "arms" / (name + ".arm.json"));
+  return read_arm_file({std::istreambuf_iterator<char>(in), {}}, name);
+}
+
+const std::array kArms{"premium-1.5", "wooden", "paddle"};
+
+std::size_t arms_to_try(std::size_t short_form) {
+  const char* given = std::getenv("THIMBLE_COMMISSION_ARMS");
+  return given == nullptr ? short_form : static_cast<std::size_t>(std::strtoul(given, nullptr, 10));
+}
+
+std::string text(const SimFault& fault, const ArmFile& arm) {
+  std::string all(text_of(fault.fault).name);
+  all += " at " + arm.axes[fault.axis].name;
+  if (fault.other != fault.axis) all += " and " + arm.axes[fault.other].name;
+  return all + " x " + std::to_string(fault.factor);
+}
+
+// Whether the finding names the fault: itself, or as one that looks the same.
+bool names(const Finding& found, const SimFault& fault) {
+  const auto is_axis = [&](int axis) {
+    return axis == static_cast<int>(fault.axis) || axis == static_cast<int>(fault.other);
+  };
+  if (found.fault != kLineIgnored && !is_axis(found.axis) && !is_axis(found.other)) return false;
+  return found.fault == fault.fault || std::ranges::find(found.twins, fault.fault) != found.twins.end();
+}
+
+struct Outcome {
+  std::vector<std::string> wrong;  // findings that name nothing that is there, and faults that nobody named
+  std::vector<std::pair<ArmFault, int>> named;  // with the step
+  double force_N = 0, speed_m_s = 0;            // before step 7
+};
+
+// Steps 0 to `last`; what is found is repaired, and the step repeated.
+Outcome commission(const ArmFile& arm, const std::vector<SimFault>& faults, const SimBenchOptions& options,
+                   int last) {
+  SimBench bench(arm, faults, options);
+  const Expectation expected(arm);
+  Known known;
+  StepContext context{bench, expected, known};
+  Outcome outcome;
+  for (const Step& step : steps()) {
+    if (step.number > last) break;
+    if (step.number == 7) {
+      outcome.force_N = bench.most_tip_force_N();
+      outcome.speed_m_s = bench.most_tip_speed_m_s();
+    }
+    for (int repeats = 0; repeats < 5; ++repeats) {
+      const StepResult result = step.run(context);
+      if (result.passed) break;
+      bool repaired = false;
+      for (const Finding& found : result.findings) {
+        const auto there =
+            std::ranges::find_if(bench.faults(), [&](const SimFault& fault) { return names(found, fault); });
+        if (there == bench.faults().end()) {
+          if (!repaired) outcome.wrong.push_back("step " + std::to_string(step.number) + ": " + found.text);
+          continue;
+        }
+        outcome.named.emplace_back(there->fault, step.number);
+        bench.mend(static_cast<std::size_t>(there - bench.faults().begin()));
+        repaired = true;
+      }
+      if (!repaired) break;
+      if (repeats == 4) outcome.wrong.push_back("step " + std::to_string(step.number) + " does not end");
+    }
+    if (!outcome.wrong.empty()) break;
+  }
+  for (const SimFault& fault : bench.faults()) outcome.wrong.push_back("not named: " + text(fault, arm));
+  if (outcome.force_N == 0) outcome.force_N = bench.most_tip_force_N();  // it did not come to step 7
+  if (outcome.speed_m_s == 0) outcome.speed_m_s = bench.most_tip_speed_m_s();
+  return outcome;
+}
+
+SimFault some_fault(Random& random, const ArmFile& arm) {
+  constexpr std::array kFaults{kEncoderSign,   kMotorSign,   kEncodersSwapped, kMotorsSwapped,
+                               kJointsSwapped, kWrongCounts, kWrongRatio,      kDeadChannel,
+                               kDeadEncoder,   kSlip,        kIndexOff,        kOpenWinding,
+                               kDeadPhase,     kWeakMotor,   kWrongInertia,    kNoise};
+  const auto pick = [&](auto... values) {
+    const std::array all{values...};
+    return all.at(random.below(all.size()));
+  };
+  SimFault fault;
+  fault.axis = random.below(arm.axes.size());
+  fault.other = fault.axis;
+  do {
+    fault.fault = kFaults.at(random.below(kFaults.size()));
+  } while (arm.axes.size() < 2 && (fault.fault == kEncodersSwapped || fault.fault == kMotorsSwapped ||
+                                   fault.fault == kJointsSwapped));
+  if (fault.fault == kEncodersSwapped || fault.fault == kMotorsSwapped || fault.fault == kJointsSwapped)
+    fault.other = (fault.axis + 1 + random.below(arm.axes.size() - 1)) % arm.axes.size();
+  if (fault.fault == kWrongCounts) fault.factor = pick(.25, .5, 2.0, 4.0);
+  if (fault.fault == kWrongRatio) fault.factor = pick(.75, .8, .88, 1.12, 1.2, 1.3, 1.5);
+  if (fault.fault == kSlip) fault.factor = random.uniform(1, 3);
+  if (fault.fault == kIndexOff) fault.factor = pick(-1.0, 1.0);
+  if (fault.fault == kWeakMotor) fault.factor = pick(.5, .577, .6);
+  if (fault.fault == kWrongInertia) fault.factor = random.uniform(1.5, 2.5);
+  return fault;
+}
+
+TEST(Commission, GoodArmsPass) {
+  const std::size_t count = std::getenv("THIMBLE_COMMISSION_ARMS") == nullptr ? 3 : arms_to_try(0) / 4;
+  double force_N = 0, speed_m_s = 0;
+  std::size_t passed = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const ArmFile arm = arm_named(kArms.at(i % kArms.size()));
+    const Outcome outcome = commission(arm, {}, {.seed = i + 1, .measures_voltage = i % 3 != 0}, 8);
+    for (const std::string& wrong : outcome.wrong) ADD_FAILURE() << arm.name << " " << i << ": " << wrong;
+    passed += outcome.wrong.empty();
+    force_N = std::max(force_N, outcome.force_N);
+    speed_m_s = std::max(speed_m_s, outcome.speed_m_s);
+  }
+  test::figure("good arms that passed steps 0 to 8", static_cast<double>(passed), "all");
+  test::figure("largest force of the motors at the tip, N", force_N, "1");
+  test::figure("largest speed, m/s", speed_m_s, "0.1");
+  EXPECT_LT(force_N, 1);
+  EXPECT_LT(speed_m_s, .1);
+}
+
+// Two faults of one axis that no step before 8 can tell apart, or of which one hides the other's figures.
+bool is_told_apart(const SimFault& one, const SimFault& other) {
+  if (one.axis != other.axis && one.axis != other.other && one.other != other.axis) return true;
+  const auto of = [](const SimFault& fault, std::initializer_list<ArmFault> kinds) {
+    return std::ranges::find(kinds, fault.fault) != kinds.end();
+  };
+  const auto both = [&](std::initializer_list<ArmFault> kinds) { return of(one, kinds) && of(other, kinds); };
+  return !both({kWrongCounts, kWrongRatio}) && !both({kWeakMotor, kWrongInertia}) &&
+         one.fault != other.fault && !both({kEncodersSwapped, kJointsSwapped}) &&
+         !both({kMotorsSwapped, kJointsSwapped}) && !both({kDeadEncoder, kDeadChannel});
+}
+
+TEST(Commission, FaultyArmsAreNamed) {
+  Random random(1);
+  const std::size_t count = arms_to_try(10);
+  double force_N = 0, speed_m_s = 0;
+  std::size_t named = 0, faults_in_all = 0, two = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const ArmFile arm = arm_named(kArms.at(random.below(kArms.size())));
+    std::vector<SimFault> faults{some_fault(random, arm)};
+    if (random.below(2) == 0) {
+      SimFault second = some_fault(random, arm);
+      while (!is_told_apart(faults[0], second)) second = some_fault(random, arm);
+      faults.push_back(second);
+      ++two;
+    }
+    const Outcome outcome =
+        commission(arm, faults, {.seed = i + 1, .measures_voltage = random.below(3) != 0}, 8);
+    faults_in_all += faults.size();
+    named += outcome.named.size();
+    std::string all;
+    for (const SimFault& fault : faults) all += text(fault, arm) + "; ";
+    for (const std::string& wrong : outcome.wrong)
+      ADD_FAILURE() << arm.name << " " << i << " with " << all << ": " << wrong;
+    if (outcome.force_N > 1 || outcome.speed_m_s > .1)
+      ADD_FAILURE() << arm.name << " " << i << " with " << all << ": " << outcome.force_N << " N, "
+                    << outcome.speed_m_s << " m/s";
+    force_N = std::max(force_N, outcome.force_N);
+    speed_m_s = std::max(speed_m_s, outcome.speed_m_s);
+  }
+  test::figure("arms with one or two faults", static_cast<double>(count),
+               "of them with two: " + std::to_string(two));
+  test::figure("faults named by a step", static_cast<double>(named), "of " + std::to_string(faults_in_all));
+  test::figure("largest force of the motors at the tip, N", force_N, "1");
+  test::figure("largest speed, m/s", speed_m_s, "0.1");
+  EXPECT_EQ(named, faults_in_all);
+}
+
+}  // namespace
+}  // namespace thimble::host
