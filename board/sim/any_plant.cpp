@@ -91,7 +91,7 @@ AnyPlant::AnyPlant(const AnyPlantParameters& parameters, const Hand& hand)
   place(home);
   closed_ = dynamics_.at(home, JointVector::Zero(n), frames_, last_);
   home_tip_m_ = last_.tip.at_m;
-  hand_target_m_ = tip_m();
+  hand_target_m_ = force_point_m();
 }
 
 void AnyPlant::command_current(const JointVector& current_A, bool enable) noexcept {
@@ -164,6 +164,11 @@ ArmTerms AnyPlant::terms_at(const JointVector& q, const JointVector& qd) const n
 Vector3d AnyPlant::tip_m() const noexcept {
   const ArmTerms terms = terms_at(state_.q, JointVector::Zero(axes()));
   return home_m_ + rotation_ * (terms.tip.at_m - home_tip_m_);
+}
+
+Vector3d AnyPlant::force_point_m() const noexcept {
+  const ArmTerms terms = terms_at(state_.q, JointVector::Zero(axes()));
+  return home_m_ + rotation_ * (terms.force_point.at_m - home_tip_m_);
 }
 
 Vector3d AnyPlant::tip_velocity_m_s() const noexcept {

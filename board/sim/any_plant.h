@@ -65,7 +65,7 @@ struct AnyPlantParameters {
 
 class AnyPlant {
  public:
-  // Starts at rest with the tip and the hand's target at home. Precondition: the links meet there.
+  // Starts at rest with the tip at home and the hand's target where the force acts. Precondition: the links meet there.
   explicit AnyPlant(const AnyPlantParameters& parameters, const Hand& hand = kNoHand);
 
   // Commands stay in effect until the next ones.
@@ -99,6 +99,7 @@ class AnyPlant {
   [[nodiscard]] std::array<std::uint32_t, kinematics::kMaxJoints> encoder_counts()
       const noexcept;  // raw registers, with their widths
   [[nodiscard]] Vector3d tip_m() const noexcept;
+  [[nodiscard]] Vector3d force_point_m() const noexcept;  // where hand and specimen are
   [[nodiscard]] Vector3d tip_velocity_m_s() const noexcept;
   [[nodiscard]] ByJoint force_jacobian() const noexcept;  // of the force point, world frame
   [[nodiscard]] Vector3d hand_force_N() const noexcept { return hand_force_N_; }

@@ -9,17 +9,17 @@ namespace {
 bool channel_a(std::uint32_t count) { return count % 4 == 1 || count % 4 == 2; }
 bool channel_b(std::uint32_t count) { return count % 4 >= 2; }
 
-std::uint32_t wrapped(const Plant& plant, std::uint32_t count) {
-  return plant.parameters().model.axis[0].counter_bits == 16 ? count & 0xFFFFU : count;
+std::uint32_t wrapped(const kinematics::AxisData& axis, std::uint32_t count) {
+  return count & UINT32_MAX >> (32U - axis.counter_bits);
 }
 
 }  // namespace
 
-void BrokenArm::set_joint(const PlannedFault& fault, bool broken, const Plant& plant, std::size_t joint) {
+void BrokenArm::set_joint(const PlannedFault& fault, bool broken, const SimArm& arm, std::size_t joint) {
   using enum Injection;
   Joint& j = joints_[joint];
-  const double now_s = plant.time_s();
-  const std::uint32_t now = counts(j, plant.encoder_counts()[joint], now_s);
+  const double now_s = arm.time_s();
+  const std::uint32_t now = counts(j, arm.encoder_counts()[joint], now_s);
   if (fault.kind == kEncoderDead || fault.kind == kEncoderCable) {
     j.register_now = broken ? std::optional(now) : std::nullopt;
     j.line = broken && fault.kind == kEncoderCable;
@@ -43,7 +43,7 @@ void BrokenArm::set_joint(const PlannedFault& fault, bool broken, const Plant& p
   }
 }
 
-void BrokenArm::set(const PlannedFault& fault, bool broken, const Plant& plant) {
+void BrokenArm::set(const PlannedFault& fault, bool broken, const SimArm& arm) {
   using enum Injection;
   if (fault.kind == kSamplesStale) stale_ = broken;
   if (fault.kind == kIndexMissing) index_missing_ = broken;
@@ -51,8 +51,8 @@ void BrokenArm::set(const PlannedFault& fault, bool broken, const Plant& plant) 
   if (fault.kind == kConverterStuck) converter_stuck_ = broken;
   if (fault.kind == kSupply) supply_ = broken ? fault.value : 1;
   if (fault.kind == kDriveFault) drive_fault_ = broken;
-  for (std::size_t j = 0; j < 3; ++j)
-    if (!fault.joint || *fault.joint == j) set_joint(fault, broken, plant, j);
+  for (std::size_t j = 0; j < arm.axes(); ++j)
+    if (!fault.joint || *fault.joint == j) set_joint(fault, broken, arm, j);
 }
 
 std::uint32_t BrokenArm::counts(const Joint& joint, std::uint32_t sound, double time_s) const {
@@ -68,41 +68,41 @@ std::uint32_t BrokenArm::counts(const Joint& joint, std::uint32_t sound, double 
   return base + static_cast<std::uint32_t>(forward ? edge : -edge);
 }
 
-void BrokenArm::sense(const Plant& plant, const Sensors& sensors, double time_s, firmware::ArmInputs& in) {
-  const std::array<std::uint32_t, 3> sound = plant.encoder_counts();
+void BrokenArm::sense(const SimArm& arm, const Sensors& sensors, double time_s, firmware::ArmInputs& in) {
+  const auto sound = arm.encoder_counts();
   firmware::ArmEvidence& evidence = in.evidence;
   evidence = {};
-  for (std::size_t j = 0; j < 3; ++j) {
-    if (!stale_) in.counts[j] = wrapped(plant, counts(joints_[j], sound[j], time_s));
+  for (std::size_t j = 0; j < arm.axes(); ++j) {
+    if (!stale_) in.counts[j] = wrapped(arm.data().axis[j], counts(joints_[j], sound[j], time_s));
     if (sensors.line_loss) evidence.line_loss = evidence.line_loss || joints_[j].line;
-    if (sensors.current) evidence.current_A[j] = static_cast<float>(plant.motors()[j].current_A);
-    if (sensors.temperature) evidence.motor_C[j] = static_cast<float>(plant.motors()[j].winding_C);
+    if (sensors.current) evidence.current_A[j] = static_cast<float>(arm.motor(j).current_A);
+    if (sensors.temperature) evidence.motor_C[j] = static_cast<float>(arm.motor(j).winding_C);
   }
-  if (sensors.supply) evidence.supply_V = static_cast<float>(supply_) * plant.parameters().model.supply_V;
+  if (sensors.supply) evidence.supply_V = static_cast<float>(supply_) * arm.data().supply_V;
   in.drive_fault = drive_fault_;
   in.index = false;
   if (!sensors.index || index_missing_) return;
-  const kinematics::ArmData& model = plant.parameters().model;
   in.index = true;
-  for (int j = 0; j < 3; ++j) {
-    const double off = plant.rotors_rad()[j] - static_cast<double>(model.geometry.home[j]) - index_at_rad_;
-    in.index = in.index &&
-               std::abs(off) <=
-                   2 * static_cast<double>(std::abs(model.axis[static_cast<std::size_t>(j)].rad_per_count()));
+  const SimArm::PerAxis rotors_rad = arm.rotors_rad();
+  for (std::size_t j = 0; j < arm.axes(); ++j) {
+    const auto axis = static_cast<Eigen::Index>(j);
+    const double off = rotors_rad[axis] - static_cast<double>(arm.data().geometry.home[axis]) - index_at_rad_;
+    const float count_rad = std::abs(arm.data().axis[j].rad_per_count());
+    in.index = in.index && std::abs(off) <= 2 * static_cast<double>(count_rad);
   }
 }
 
-bool BrokenArm::drive(const firmware::ArmOutputs& out, Plant& plant) {
-  Vector3d current_A, torque;
-  for (std::size_t j = 0; j < 3; ++j) {
+bool BrokenArm::drive(const firmware::ArmOutputs& out, SimArm& arm) {
+  SimArm::PerAxis current_A = SimArm::PerAxis::Zero(), torque = SimArm::PerAxis::Ones();
+  for (std::size_t j = 0; j < arm.axes(); ++j) {
     const auto axis = static_cast<Eigen::Index>(j);
     if (!converter_stuck_) commanded_A_[axis] = static_cast<double>(out.current_A[j]);
     current_A[axis] = joints_[j].stuck_A.value_or(commanded_A_[axis]);
     torque[axis] = joints_[j].reversed ? -joints_[j].torque : joints_[j].torque;
   }
-  plant.set_drives(supply_, torque);
+  arm.set_drives(supply_, torque);
   const bool on = out.enable && !drive_fault_;
-  plant.command_current(current_A, on);
+  arm.command_current(current_A, on);
   return on;
 }
 

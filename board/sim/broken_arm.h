@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "board/sim/injection.h"
-#include "board/sim/plant.h"
+#include "board/sim/sim_arm.h"
 #include "firmware/core/config.h"
 
 namespace thimble::board {
@@ -25,14 +25,14 @@ struct Sensors {
 class BrokenArm {
  public:
   // Breaks or mends; `plant` as it is now.
-  void set(const PlannedFault& fault, bool broken, const Plant& plant);
+  void set(const PlannedFault& fault, bool broken, const SimArm& plant);
 
   // What the controller gets of the plant, except for the tick of the sample.
-  void sense(const Plant& plant, const Sensors& sensors, double time_s, firmware::ArmInputs& in);
+  void sense(const SimArm& plant, const Sensors& sensors, double time_s, firmware::ArmInputs& in);
   [[nodiscard]] bool stale() const noexcept { return stale_; }  // the counters are not read
   // What the drives do of the controller's command; whether they are on. A drive that is not enabled has no power, whatever else is
   // broken.
-  bool drive(const firmware::ArmOutputs& out, Plant& plant);
+  bool drive(const firmware::ArmOutputs& out, SimArm& plant);
 
  private:
   struct Joint {
@@ -46,13 +46,13 @@ class BrokenArm {
     std::optional<double> stuck_A;
   };
   [[nodiscard]] std::uint32_t counts(const Joint& joint, std::uint32_t sound, double time_s) const;
-  void set_joint(const PlannedFault& fault, bool broken, const Plant& plant, std::size_t joint);
+  void set_joint(const PlannedFault& fault, bool broken, const SimArm& plant, std::size_t joint);
 
-  std::array<Joint, 3> joints_;
+  std::array<Joint, firmware::kJoints> joints_;
   bool stale_ = false, index_missing_ = false, drive_fault_ = false, converter_stuck_ = false;
   double index_at_rad_ = 0;
   double supply_ = 1;
-  Vector3d commanded_A_ = Vector3d::Zero();
+  SimArm::PerAxis commanded_A_ = SimArm::PerAxis::Zero();
 };
 
 }  // namespace thimble::board

@@ -69,7 +69,8 @@ std::uint64_t LiveBoard::dropped() const { return ports_->dropped(); }
 
 std::unique_ptr<SimBoard> LiveBoard::start(const char* reset_reason) {
   SimBoardOptions board_options;
-  board_options.variant = options_.arm;
+  board_options.arm = options_.arm_data;
+  if (!board_options.arm) board_options.variant = options_.arm;
   board_options.rate_Hz = options_.rate_Hz;
   board_options.seed = options_.seed;
   board_options.storage = file_ ? static_cast<firmware::Storage*>(file_.get()) : memory_.get();

@@ -56,14 +56,18 @@ const PlantVariant* find_plant_variant(std::string_view name) noexcept {
 }
 
 PlantParameters PlantParameters::from(const PlantVariant& variant) {
+  return from(kinematics::built_in_arm(variant.arm), variant.friction);
+}
+
+PlantParameters PlantParameters::from(const kinematics::ArmData& data, bool friction) {
   PlantParameters p;
-  p.model = kinematics::built_in_arm(variant.arm);
+  p.model = data;
   const kinematics::TwoLinkArm<double> arm(p.model);
   const kinematics::TwoLinkPosture<double> posture = arm.at(Vector3d::Zero());
   const Matrix3d M = kinematics::mass_matrix(p.model.inertia, posture);
   for (int j = 0; j < 3; ++j) {
     const kinematics::AxisData& joint = p.model.axis[static_cast<std::size_t>(j)];
-    if (variant.friction) {
+    if (friction) {
       p.viscous_N_m_s_rad[j] = static_cast<double>(joint.viscous_N_m_s_rad);
       p.coulomb_N_m[j] = static_cast<double>(joint.coulomb_N_m);
     }

@@ -56,6 +56,8 @@ struct PlantParameters {
   std::uint64_t seed = 1;  // determines the encoder counters at power-on, including the fraction of a count
 
   [[nodiscard]] static PlantParameters from(const PlantVariant& variant);
+  // arm: kinematics::is_two_link(), with its inertia.
+  [[nodiscard]] static PlantParameters from(const kinematics::ArmData& arm, bool friction = true);
 };
 
 // One motor with its amplifier. The winding current is exact for constant voltage and speed.

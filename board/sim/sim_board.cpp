@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "firmware/core/stop_timeout.h"
+#include "kinematics/built_in_arms.h"
 #include "kinematics/workspace.h"
 
 namespace thimble::board {
@@ -30,6 +31,25 @@ const PlantVariant& variant_of(const SimBoardOptions& options) {
     throw std::invalid_argument("the number of arms is not 1 or 2");
   }
   return *variant;
+}
+
+// The plant of one arm: in closed form for a two-link arm of which nothing else is known.
+SimArm sim_arm(const kinematics::ArmData& data, const SimBoardOptions& options,
+               const kinematics::BasePose& base, std::uint64_t seed) {
+  const auto begin = [&](auto parameters) {
+    parameters.base = base;
+    parameters.seed = seed;
+    parameters.max_step_s = options.plant_step_s;
+    return parameters;
+  };
+  if (!options.truth && kinematics::is_two_link(data.geometry) && data.has_inertia) {
+    const bool friction = options.arm || variant_of(options).friction;
+    return {data, Plant(begin(PlantParameters::from(data, friction)), options.hand)};
+  }
+  if (!kinematics::Mechanism<float>(data.geometry).closes_at_home())
+    throw std::invalid_argument("the links of the arm do not meet at home");
+  return {data,
+          AnyPlant(begin(options.truth ? *options.truth : AnyPlantParameters::from(data)), options.hand)};
 }
 
 }  // namespace
@@ -115,6 +135,8 @@ class InjectRoutine final : public firmware::BoardRoutine {
 SimBoard::SimBoard(const SimBoardOptions& options)
     : options_(options), no_hand_(options.hand.mass_kg <= 0 && options.hand.stiffness_N_m <= 0) {
   const PlantVariant& variant = variant_of(options_);
+  const kinematics::ArmData data = options_.arm ? *options_.arm : kinematics::built_in_arm(variant.arm);
+  if (options_.arm) config_.arms_known = std::span(&*options_.arm, 1);
   config_.period_s = static_cast<float>(1.0 / options_.rate_Hz);
   config_.arm_count = options_.arm_count;
   config_.node_id = options_.node_id;
@@ -130,11 +152,7 @@ SimBoard::SimBoard(const SimBoardOptions& options)
     } else if (options_.arm_count == 2) {
       base.home_m.x() = i == 0 ? -kTwoArmsApart_m / 2 : kTwoArmsApart_m / 2;
     }
-    PlantParameters parameters = PlantParameters::from(variant);
-    parameters.base = base;
-    parameters.seed = options_.seed + i;
-    parameters.max_step_s = options_.plant_step_s;
-    Plant plant(parameters, options_.hand);
+    SimArm plant = sim_arm(data, options_, base, options_.seed + i);
     if (i == 0) plant.set_specimen(options_.specimen);
     const Vector3d home = plant.tip_m();
     arms_.push_back({.plant = plant,
@@ -144,7 +162,7 @@ SimBoard::SimBoard(const SimBoardOptions& options)
                      .from_m = home,
                      .at_m = home,
                      .velocity_m_s = Vector3d::Zero()});
-    config_.arm[i].model = variant.arm.data();
+    config_.arm[i].model = options_.arm ? options_.arm->name.data() : variant.arm.data();
     config_.arm[i].base = base;
     config_.arm[i].has_index = options_.sensors.index;
     config_.arm[i].has_line_loss = options_.sensors.line_loss;
@@ -199,9 +217,7 @@ void SimBoard::run_plants(double seconds) {
     drive.enable = drive.enable && watched;
     arm.driven = arm.broken.drive(drive, arm.plant);
     if (arm.state == HandState::kCradle) continue;
-    const Vector3d joints_rad = arm.plant.joints_rad();
-    arm.plant.step(seconds);
-    if (no_hand_ && !arm.driven) arm.plant.place(joints_rad);
+    arm.plant.step(seconds, no_hand_ && !arm.driven);
   }
 }
 
@@ -297,17 +313,18 @@ void SimBoard::hold(std::size_t arm, const Vector3d& position_m, const Vector3d&
   a.plant.set_hand_target(position_m, velocity_m_s);
 }
 
+bool SimBoard::reaches(std::size_t arm, const Vector3d& position_m, double margin_rad) const {
+  const kinematics::ArmData& data = arms_[arm].plant.data();
+  const kinematics::Arm<double> model(data, config_.arm[arm].base);
+  kinematics::PerAxis<double> axes = kinematics::PerAxis<double>::Zero();
+  return model.inverse(position_m, axes) && kinematics::workspace_limit(data, axes, margin_rad) == 0;
+}
+
 Vector3d SimBoard::within_reach(std::size_t arm, const Vector3d& position_m) const {
-  const PlantParameters& parameters = arms_[arm].plant.parameters();
-  const kinematics::TwoLinkArm<double> model(parameters.model, parameters.base);
   constexpr double kMargin_rad = .03;  // distance to the joint limits
-  const auto reached = [&](const Vector3d& p) {
-    Vector3d joints;
-    return model.inverse(p, joints) &&
-           kinematics::workspace_limit(parameters.model, joints, kMargin_rad) == 0;
-  };
+  const auto reached = [&](const Vector3d& p) { return reaches(arm, p, kMargin_rad); };
   if (reached(position_m)) return position_m;
-  const Vector3d home = parameters.base.home_m.cast<double>();
+  const Vector3d home = config_.arm[arm].base.home_m.cast<double>();
   constexpr double kBeyond_m =
       2;  // beyond the reach of every arm; the bisection ends below a hundredth of a millimetre
   const Vector3d all = position_m - home;

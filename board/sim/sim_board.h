@@ -23,7 +23,7 @@
 #include "board/sim/broken_arm.h"
 #include "board/sim/hand_path.h"
 #include "board/sim/injection.h"
-#include "board/sim/plant.h"
+#include "board/sim/sim_arm.h"
 #include "firmware/controller.h"
 
 namespace thimble::board {
@@ -47,6 +47,9 @@ class MemoryStorage final : public firmware::Storage {
 
 struct SimBoardOptions {
   std::string variant = "premium-1.5";
+  // Another arm in place of the variant's, as the controller knows it; and how it truly is, if that differs (not of a two-link arm).
+  std::optional<kinematics::ArmData> arm{};
+  std::optional<AnyPlantParameters> truth{};
   double rate_Hz = 4000.0;  // 100 to 20000
   std::uint8_t arm_count = 1;
   // Unset: a single arm has its home at the origin, two arms .1 m to the left and right of it.
@@ -72,7 +75,7 @@ class TearableStorage;
 
 class SimBoard {
  public:
-  // Throws std::invalid_argument for an unknown variant, a rate out of range or a bad arm count.
+  // Throws std::invalid_argument for an unknown variant or an arm whose links do not meet, a rate out of range or a bad arm count.
   explicit SimBoard(const SimBoardOptions& options = {});
   SimBoard(const SimBoard&) = delete;
   SimBoard& operator=(const SimBoard&) = delete;
@@ -98,6 +101,8 @@ class SimBoard {
   // The controller begins again from its store, as after a crash of its process; the arms and the hands go on.
   void restart(const char* reason);
 
+  // Whether the tip can be there, this far from every limit.
+  [[nodiscard]] bool reaches(std::size_t arm, const Vector3d& position_m, double margin_rad = 0) const;
   // The position itself, or the point where the line from the arm's home to it leaves the workspace.
   [[nodiscard]] Vector3d within_reach(std::size_t arm, const Vector3d& position_m) const;
 
@@ -105,7 +110,8 @@ class SimBoard {
   void set_dead_man(bool held) noexcept { dead_man_ = held; }
 
   [[nodiscard]] firmware::Controller& controller() noexcept { return *controller_; }
-  [[nodiscard]] Plant& plant(std::size_t arm) noexcept { return arms_[arm].plant; }
+  [[nodiscard]] SimArm& arm(std::size_t arm) noexcept { return arms_[arm].plant; }
+  [[nodiscard]] Plant& plant(std::size_t arm) { return arms_[arm].plant.two_link(); }
   [[nodiscard]] const Vector3d& sampled_tip_m(std::size_t arm) const noexcept {
     return arms_[arm].sampled_tip_m;
   }
@@ -117,7 +123,7 @@ class SimBoard {
  private:
   enum class HandState : std::uint8_t { kCradle, kHold, kApproach, kWait, kFollow };
   struct Arm {
-    Plant plant;
+    SimArm plant;
     BrokenArm broken;
     bool driven = false;
     Vector3d sampled_tip_m;  // true position of the fingertip when the last tick sampled the encoders

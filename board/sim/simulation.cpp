@@ -12,7 +12,6 @@
 #include "board/sim/sim_board.h"
 #include "board/sim/verdict_text.h"
 #include "control/renderer.h"
-#include "kinematics/workspace.h"
 
 namespace thimble::board {
 namespace {
@@ -141,7 +140,9 @@ class Simulation {
   }
 
   SimulationResult through_the_arm(const control::SceneView& scene) {
-    SimBoardOptions board_options{.variant = options_.arm, .rate_Hz = options_.rate_Hz};
+    SimBoardOptions board_options{.rate_Hz = options_.rate_Hz};
+    board_options.arm = options_.arm_data;
+    if (!board_options.arm) board_options.variant = options_.arm;
     board_options.arm_count = static_cast<std::uint8_t>(paths_.size());
     board_options.hand = options_.hand;
     board_options.seed = options_.seed;
@@ -150,7 +151,7 @@ class Simulation {
     SimBoard board(board_options);
     firmware::Controller& controller = board.controller();
     for (const PathPoint& point : points_) {
-      if (!reaches(board.plant(static_cast<std::size_t>(point.arm)).parameters(), point.position_m))
+      if (!board.reaches(static_cast<std::size_t>(point.arm), point.position_m))
         return failure(SimulationStatus::kOutOfReach, out_of_reach(point));
     }
     for (std::size_t i = 0; i < paths_.size(); ++i) board.follow(i, paths_[i]);
@@ -213,12 +214,6 @@ class Simulation {
     return start_s_ + static_cast<double>(tick) / options_.rate_Hz;
   }
 
-  static bool reaches(const PlantParameters& parameters, const Vector3d& point_m) {
-    Vector3d joints;
-    return kinematics::TwoLinkArm<double>(parameters.model, parameters.base).inverse(point_m, joints) &&
-           kinematics::workspace_limit(parameters.model, joints) == 0;
-  }
-
   static std::string out_of_reach(const PathPoint& point) {
     std::ostringstream text;
     text << "the path's point at " << point.time_s << " s, (" << point.position_m.x() << ", "
@@ -259,7 +254,7 @@ SimulationResult simulate(std::span<const std::byte> image, const std::vector<Pa
   if (!(options.rate_Hz >= 100 && options.rate_Hz <= 20000)) {
     return failure(SimulationStatus::kBadRate, "the rate is not within 100 Hz to 20 kHz");
   }
-  if (find_plant_variant(options.arm) == nullptr) {
+  if (!options.arm_data && find_plant_variant(options.arm) == nullptr) {
     return failure(SimulationStatus::kUnknownArm, "there is no simulated arm named " + options.arm);
   }
   std::vector<HandPath> paths;

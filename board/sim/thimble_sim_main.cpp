@@ -6,17 +6,38 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstring>
 #include <iostream>
 #include <map>
+#include <optional>
+#include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "board/files/text_file.h"
 #include "board/sim/live_board.h"
+#include "firmware/arm/arm_image.h"
 
 namespace thimble::board {
 namespace {
 
 volatile std::sig_atomic_t stopping = 0;
+
+// Nothing: `name` does not end with .tarm.
+std::optional<kinematics::ArmData> arm_of_image(const std::string& name) {
+  if (!name.ends_with(".tarm")) return std::nullopt;
+  const std::string bytes = read_text(name);
+  std::vector<std::uint64_t> aligned((bytes.size() + 7) / 8);
+  if (!bytes.empty()) std::memcpy(aligned.data(), bytes.data(), bytes.size());
+  kinematics::ArmData arm;
+  const firmware::ArmStatus status =
+      firmware::read_arm_image(std::as_bytes(std::span(aligned)).first(bytes.size()), arm);
+  if (status != firmware::ArmStatus::kOk)
+    throw std::runtime_error(name + " is no arm image: " + firmware::name(status) +
+                             "; make it anew with `thimble model compile`");
+  return arm;
+}
 
 void run(const LiveOptions& options) {
   LiveBoard live(options);
@@ -34,7 +55,9 @@ int main_of(int argc, char** argv) {
   std::string arms;
   for (const PlantVariant& variant : plant_variants())
     arms += (arms.empty() ? "" : ", ") + std::string(variant.name);
-  app.add_option("--arm", options.arm, "one of: " + arms)->capture_default_str();
+  app.add_option("--arm", options.arm,
+                 "one of: " + arms + "; or an arm image (`thimble model compile`): *.tarm")
+      ->capture_default_str();
   app.add_option("--rate", options.rate_Hz, "ticks per second")
       ->check(CLI::Range(100.0, 20000.0))
       ->capture_default_str();
@@ -76,6 +99,12 @@ int main_of(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   for (const std::string& sense : senses) options.sensors.*sensors.at(sense) = true;
+  try {
+    options.arm_data = arm_of_image(options.arm);
+  } catch (const std::exception& error) {
+    std::cerr << "thimble-sim: " << error.what() << '\n';
+    return 1;
+  }
   if (options.name.empty()) options.name = "sim-" + std::to_string(getpid());
   const auto stop = [](int) { stopping = 1; };
   std::signal(SIGTERM, stop);

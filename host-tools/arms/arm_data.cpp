@@ -48,6 +48,7 @@ kinematics::MotorModel motor_data(const ArmMotor& m) {
 kinematics::AxisData axis_data(const ArmAxis& from) {
   kinematics::AxisData axis;
   set_name(axis.name, from.name);
+  axis.prismatic = from.is_prismatic;
   axis.lower = as_float(from.lower);
   axis.upper = as_float(from.upper);
   axis.encoder_kind = kind_named(from.encoder.kind, kEncoderKinds);

@@ -31,6 +31,7 @@ struct Choices {
   SimulateChoice simulate;
   CompileChoice compile;
   MeshChoice mesh;
+  ModelCompileChoice model_compile;
   ModelImportChoice model_import;
   ImportVolumeChoice import_volume;
   ImportDeviceLogChoice import_device_log;
@@ -100,7 +101,10 @@ void define_scan(CLI::App& app, Choices& c) {
       ->add_option("--specimen", c.scan.specimen,
                    "the specimen that the simulated arm touches (JSON), see docs/scan.md")
       ->needs(simulated);
-  scan_verb->add_option("--arm", c.scan.arm, "with --simulate: one of " + arm_names())->capture_default_str();
+  scan_verb
+      ->add_option("--arm", c.scan.arm,
+                   "with --simulate: " + arm_names() + ", an arm of `thimble model list`, or an arm file")
+      ->capture_default_str();
   scan_verb->add_option("--seed", c.scan.seed, "with --simulate: seed of the simulated arm")
       ->capture_default_str();
 }
@@ -154,7 +158,9 @@ void define_view(CLI::App& app, Choices& c) {
   CLI::Option* scene = view_verb->add_option("--scene", c.view.scene,
                                              "start a simulated device with this scene file (*.json)");
   scene->excludes(view_verb->get_option("--device"));
-  view_verb->add_option("--arm", c.view.arm, "with --scene: one of " + arm_names())
+  view_verb
+      ->add_option("--arm", c.view.arm,
+                   "with --scene: " + arm_names() + ", an arm of `thimble model list`, or an arm file")
       ->capture_default_str()
       ->needs(scene);
   view_verb->add_option("--arms", c.view.arms, "with --scene: number of arms")
@@ -217,6 +223,10 @@ void define_model(CLI::App& app, Choices& c) {
   verb(*model, c, "show", "what an arm can do", [&c] { model_show(c.common, c.name); })
       ->add_option("model", c.name, kWhich)
       ->required();
+  CLI::App* compiled = verb(*model, c, "compile", "make the image that boards and thimble-sim read",
+                            [&c] { model_compile(c.common, c.model_compile); });
+  compiled->add_option("model", c.model_compile.model, kWhich)->required();
+  compiled->add_option("--output,-o", c.model_compile.output, "image to write: *.tarm")->required();
   verb(*model, c, "list", "the arms that come with Thimble", [&c] { model_list(c.common); });
   CLI::App* import = model->add_subcommand("import", "make an arm file from another one");
   import->require_subcommand(1);
@@ -347,7 +357,9 @@ void define_simulate(CLI::App& app, Choices& c) {
   simulate_verb->add_flag("--ideal", c.simulate.ideal,
                           "the tip follows the path exactly; the force is computed and does not act");
   simulate_verb->add_option("--rate", c.simulate.rate_Hz, "ticks a second")->capture_default_str();
-  simulate_verb->add_option("--arm", c.simulate.arm, "one of: " + arm_names())->capture_default_str();
+  simulate_verb
+      ->add_option("--arm", c.simulate.arm, arm_names() + ", an arm of `thimble model list`, or an arm file")
+      ->capture_default_str();
   simulate_verb->add_option("--seed", c.simulate.seed, "seed of the simulated arm")->capture_default_str();
 }
 

@@ -7,6 +7,7 @@
 #include "host-tools/arms/arm_checks.h"
 #include "host-tools/arms/arm_file.h"
 #include "host-tools/arms/arm_folder.h"
+#include "host-tools/arms/arm_writer.h"
 #include "host-tools/arms/urdf_import.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
@@ -114,6 +115,26 @@ void model_show(const Common& common, const std::string& model) {
         axis.drive ? fmt::format("{:.2f} N", figures.axes[j].peak_force_N) : "no motor");
   }
   warn(figures);
+}
+
+void model_compile(const Common& common, const ModelCompileChoice& choice) {
+  const std::filesystem::path path = arm_path(choice.model);
+  keep_apart(path, choice.output);
+  const CheckedArm checked = read_and_check(path);
+  const std::vector<std::byte> image = arm_image(checked.arm);
+  OutputFile output(choice.output);
+  for (const std::byte byte : image) output.stream().put(static_cast<char>(byte));
+  output.commit();
+  if (common.json) {
+    Json json = document("model compile");
+    json["name"] = checked.arm.name;
+    json["image"] = choice.output.string();
+    json["bytes"] = image.size();
+    print(json);
+    return;
+  }
+  say("{}: {}, {} bytes\n", choice.output.string(), checked.arm.name, image.size());
+  warn(checked.figures);
 }
 
 void model_list(const Common& common) {

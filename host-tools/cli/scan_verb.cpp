@@ -10,6 +10,7 @@
 #include "board/sim/sim_probe.h"
 #include "board/sim/specimen_file.h"
 #include "firmware/core/faults.h"
+#include "host-tools/cli/arm_choice.h"
 #include "host-tools/cli/arm_watch.h"
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/open_remote.h"
@@ -128,7 +129,8 @@ class SimulatedProbe final : public Probe {
   explicit SimulatedProbe(const ScanChoice& choice) {
     try {
       board::SimBoardOptions options;
-      options.variant = choice.arm;
+      options.arm = other_arm(choice.arm);
+      if (!options.arm) options.variant = choice.arm;
       options.seed = choice.seed;
       options.specimen = std::make_shared<const board::Specimen>(board::read_specimen(choice.specimen));
       probe_ = std::make_unique<board::SimProbe>(options, free_space().image);

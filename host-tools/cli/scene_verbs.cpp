@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "board/sim/plant.h"
+#include "host-tools/cli/arm_choice.h"
 #include "host-tools/cli/cost_json.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
@@ -127,6 +128,7 @@ void simulate(const Common& common, const SimulateChoice& choice) {
   options.ideal = choice.ideal;
   options.rate_Hz = choice.rate_Hz;
   options.arm = choice.arm;
+  options.arm_data = other_arm(choice.arm);
   options.seed = choice.seed;
 
   OutputFile log(choice.log);

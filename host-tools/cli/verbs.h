@@ -115,6 +115,12 @@ void mesh(const Common& common, const MeshChoice& choice);
 
 // model: the name of an arm that comes with Thimble, or the path of an arm file.
 void model_check(const Common& common, const std::string& model);
+
+struct ModelCompileChoice {
+  std::string model;
+  std::filesystem::path output;
+};
+void model_compile(const Common& common, const ModelCompileChoice& choice);
 void model_show(const Common& common, const std::string& model);
 void model_list(const Common& common);
 

@@ -3,6 +3,7 @@
 
 #include <cstdio>
 
+#include "host-tools/cli/arm_choice.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
@@ -16,6 +17,7 @@ void view(const Common& common, const Remote& remote, const ViewChoice& choice) 
   options.device_options = options_of(remote);
   options.scene = choice.scene;
   options.arm = choice.arm;
+  if (!choice.scene.empty()) options.arm_data = other_arm(choice.arm);
   options.arms = static_cast<std::uint8_t>(choice.arms);
   options.scenes = choice.scenes;
   options.listen = choice.listen;

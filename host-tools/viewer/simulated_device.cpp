@@ -36,7 +36,7 @@ SimulatedDevice::SimulatedDevice(const board::LiveOptions& options) : live_(with
   uri_ = live_.uris().front();
   arms_ = live_.board().options().arm_count;
   for (std::size_t arm = 0; arm < arms_; ++arm) {
-    const board::Vector3d tip_m = live_.board().plant(arm).tip_m();
+    const board::Vector3d tip_m = live_.board().arm(arm).tip_m();
     hands_[arm].at_m = hands_[arm].home_m = {tip_m.x(), tip_m.y(), tip_m.z()};
   }
   thread_ = std::thread([this] {

@@ -31,6 +31,7 @@ namespace {
 std::unique_ptr<SimulatedDevice> start_simulated(const ViewOptions& options) {
   board::LiveOptions live;
   live.arm = options.arm;
+  live.arm_data = options.arm_data;
   live.arm_count = options.arms;
   live.name = "view-" + std::to_string(getpid());
   try {

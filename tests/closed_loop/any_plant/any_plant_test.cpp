@@ -16,6 +16,7 @@
 
 #include "host-tools/arms/arm_data.h"
 #include "host-tools/arms/arm_file.h"
+#include "kinematics/built_in_arms.h"
 #include "tests/support/figure.h"
 #include "tests/support/random.h"
 
@@ -212,7 +213,7 @@ TEST(AnyPlant, IsAsMuJoCoHasAChainWithElasticTransmissions) {
       axis.damping_N_m_s_rad = .003;
       axis.rotor_kg_m2 = 1.5e-4;
       axis.turns = 10;
-      axis.motor = kinematics::find_arm_model("premium-1.5")->motor;
+      axis.motor = kinematics::built_in_arm("premium-1.5").axis[0].motor;
       p.axis.push_back(axis);
       std::array<char, 1000> buffer{};
       const auto at = [](const Eigen::Vector3f& v, int i) { return static_cast<double>(v[i]); };
