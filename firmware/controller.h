@@ -112,7 +112,7 @@ class Controller {
   [[nodiscard]] const SceneStore& store() const noexcept { return store_; }
 
   // The ticks up to the fault, 0 the oldest, until it is cleared. False: there is no such tick.
-  [[nodiscard]] bool freeze_tick(std::size_t index, Telemetry& tick) const noexcept {
+  [[nodiscard]] bool freeze_tick(std::size_t index, FrozenTick& tick) const noexcept {
     return core_.observers().freeze.tick(index, tick);
   }
 

@@ -1,17 +1,13 @@
 #include "kinematics/arm.h"
 
-#include <cmath>
 #include <limits>
 
-#include "kinematics/directions.h"
 #include "kinematics/dynamics.h"
-#include "kinematics/force_fade.h"
 #include "kinematics/gravity.h"
+#include "kinematics/workspace.h"
 
 namespace thimble::kinematics {
 namespace {
-
-constexpr int kInverseSteps = 60;
 
 // Of the coefficients of a two-link platform, for a base that stands in any way: the potential energy is up . (c1 R, s1 R, Z) with
 // R = g2 cos q2 + g3 sin q3 and Z = g2 sin q2 - g3 cos q3. up: upwards, in the base frame.
@@ -32,33 +28,65 @@ TwoLinkAngles<S> angles_of(const AxisVector<S>& joints) noexcept {
 }  // namespace
 
 template <typename S>
-void Arm<S>::move_mechanism(const PerAxis<S>& axes, Posture<S>& posture) const noexcept {
-  if (!mechanism_.at(axes.head(axes_), posture.pose)) {
-    posture.tip_m.setConstant(std::numeric_limits<S>::quiet_NaN());
-    return;
+Arm<S>::Arm(const ArmData& data, const BasePose& base) noexcept
+    : data_(&data), two_link_(data, base), mechanism_(data.geometry, base), axes_(axes_of(data.geometry)) {
+  is_two_link_ = kinematics::is_two_link(data.geometry);
+  is_level_ = mechanism_.up() == Vector3<S>::UnitZ();
+  Posture<S> posture = home_posture();
+  if (is_two_link_) move_to(PerAxis<S>::Zero(), posture);  // where the published stiffness is
+  for (int j = 0; j < axes_; ++j) {
+    const S known = S(data.axis[static_cast<std::size_t>(j)].stiffness_N_m_rad);
+    const S of_tip = S(data.tip_stiffness_N_m) * posture.jacobian.col(j).squaredNorm();
+    stiffness_N_m_rad_[j] = known > 0 ? known : of_tip;
   }
-  posture.tip_m = posture.pose.force_point_m;
-  posture.jacobian.leftCols(axes_) = posture.pose.force_jacobian;
 }
 
 template <typename S>
-PerAxis<S> Arm<S>::gravity_torques(const PerAxis<S>& axes, const Posture<S>& posture) const noexcept {
+Posture<S> Arm<S>::home_posture() const noexcept {
+  Posture<S> posture;
+  if (!is_two_link_) posture.plate_m = mechanism_.home_pose().plate_m;
+  move_to(home(), posture);
+  return posture;
+}
+
+template <typename S>
+int Arm<S>::limit(const PerAxis<S>& axes, S margin) const noexcept {
+  return workspace_limit(*data_, axes, margin);
+}
+
+template <typename S>
+Jacobian3<S> Arm<S>::driven_jacobian(const Posture<S>& posture) const noexcept {
+  Jacobian3<S> driven = posture.jacobian.leftCols(axes_);
+  for (int j = 0; j < axes_; ++j)
+    if (!is_driven(j)) driven.col(j).setZero();
+  return driven;
+}
+
+template <typename S>
+void Arm<S>::move_mechanism(const PerAxis<S>& axes, Posture<S>& posture) const noexcept {
+  MechanismPose<S> pose;
+  pose.plate_m = posture.plate_m;
+  if (!mechanism_.at(axes.head(axes_), pose)) {
+    posture.tip_m.setConstant(std::numeric_limits<S>::quiet_NaN());
+    return;
+  }
+  posture.tip_m = pose.force_point_m;
+  posture.jacobian.leftCols(axes_) = pose.force_jacobian;
+  posture.plate_m = pose.plate_m;
+  posture.weight_N_m.head(axes_) = kinematics::gravity_torques<S>(mechanism_, axes.head(axes_), pose);
+  if (!data_->has_inertia) return;
+  AxisVector<S> by_joint = AxisVector<S>::Zero(axes_);
+  by_joint.template head<3>() =
+      tilted_weight<S>(data_->inertia, mechanism_.up(), angles_of<S>(mechanism_.joints(axes.head(axes_))));
+  posture.weight_N_m.head(axes_) += mechanism_.to_axes(by_joint);
+}
+
+template <typename S>
+PerAxis<S> Arm<S>::gravity_torques(const Posture<S>& posture) const noexcept {
+  if (!is_two_link_) return posture.weight_N_m;
   PerAxis<S> torque = PerAxis<S>::Zero();
-  if (is_two_link_ && is_level_) {
-    torque.template head<3>() = kinematics::gravity_torques<S>(data_->inertia, posture);
-    return torque;
-  }
-  if (is_two_link_) {
-    torque.template head<3>() = tilted_weight<S>(data_->inertia, mechanism_.up(), posture);
-    return torque;
-  }
-  torque.head(axes_) = kinematics::gravity_torques<S>(mechanism_, axes.head(axes_), posture.pose);
-  if (data_->has_inertia) {
-    AxisVector<S> by_joint = AxisVector<S>::Zero(axes_);
-    by_joint.template head<3>() =
-        tilted_weight<S>(data_->inertia, mechanism_.up(), angles_of<S>(mechanism_.joints(axes.head(axes_))));
-    torque.head(axes_) += mechanism_.to_axes(by_joint);
-  }
+  torque.template head<3>() = is_level_ ? kinematics::gravity_torques<S>(data_->inertia, posture)
+                                        : tilted_weight<S>(data_->inertia, mechanism_.up(), posture);
   return torque;
 }
 
@@ -70,7 +98,10 @@ S Arm<S>::mass_along(const PerAxis<S>& axes, const Posture<S>& posture,
     const Vector3<S> by_joint = per_m.template head<3>();
     mass = by_joint.dot(mass_matrix<S>(data_->inertia, posture) * by_joint);
   } else {
-    mass = moving_mass<S>(mechanism_, axes.head(axes_), posture.pose, per_m.head(axes_));
+    MechanismPose<S> pose;
+    pose.plate_m = posture.plate_m;
+    if (mechanism_.at(axes.head(axes_), pose))
+      mass = moving_mass<S>(mechanism_, axes.head(axes_), pose, per_m.head(axes_));
     if (data_->has_inertia) {
       const TwoLinkAngles<S> angles = angles_of<S>(mechanism_.joints(axes.head(axes_)));
       const Vector3<S> by_joint = mechanism_.joint_speeds(per_m.head(axes_)).template head<3>();
@@ -81,41 +112,6 @@ S Arm<S>::mass_along(const PerAxis<S>& axes, const Posture<S>& posture,
     if (is_driven(j))
       mass += S(data_->axis[static_cast<std::size_t>(j)].reflected_rotor_inertia()) * per_m[j] * per_m[j];
   return mass;
-}
-
-template <typename S>
-bool Arm<S>::inverse(const Vector3<S>& tip_m, PerAxis<S>& axes) const noexcept {
-  if (is_two_link_) {
-    Vector3<S> joints;
-    if (!two_link_.inverse(tip_m, joints)) return false;
-    axes.template head<3>() = joints;
-    return true;
-  }
-  constexpr S kNear_m = S(1e-5), kMostStep_m = S(0.02);
-  const Jacobian3<S> at_home = home_posture().jacobian.leftCols(axes_);
-  const Directions home_ways = directions_of(at_home.template cast<float>());
-  const float least = ForceFade::kLost * home_ways.value[0];
-  Matrix3<S> ways = Matrix3<S>::Zero();
-  for (int i = 0; i < 3 && home_ways.value[i] > 1e-3F * home_ways.value[0]; ++i)
-    ways += (home_ways.along.col(i) * home_ways.along.col(i).transpose()).template cast<S>();
-  PerAxis<S> found = home();
-  Posture<S> posture = home_posture();
-  for (int step = 0; step < kInverseSteps; ++step) {
-    Vector3<S> left_m = ways * (tip_m - posture.tip_m);
-    const S distance_m = std::sqrt(left_m.squaredNorm());
-    if (!(distance_m < S(1e3))) return false;  // NaN: the links do not meet there
-    if (distance_m < kNear_m) {
-      axes = found;
-      return true;
-    }
-    if (distance_m > kMostStep_m) left_m *= kMostStep_m / distance_m;
-    const Jacobian3<S> now = posture.jacobian.leftCols(axes_);
-    found += directions_of(now.template cast<float>())
-                 .speeds_for(left_m.template cast<float>(), least)
-                 .template cast<S>();
-    move_to(found, posture);
-  }
-  return false;
 }
 
 template class Arm<float>;

@@ -22,7 +22,9 @@ template <typename S>
 struct Posture : TwoLinkAngles<S> {       // the angles are those of a two-link arm only
   Vector3<S> tip_m = Vector3<S>::Zero();  // where the force acts, world frame
   Eigen::Matrix<S, 3, kMaxJoints> jacobian = Eigen::Matrix<S, 3, kMaxJoints>::Zero();  // d tip_m / d axes
-  MechanismPose<S> pose;  // of an arm that is not a two-link: with the orientation of its last link
+  // Of an arm that is not a two-link: the torques that hold its weight, and where its plate is, from which a delta's forward map goes on.
+  PerAxis<S> weight_N_m = PerAxis<S>::Zero();
+  Vector3<S> plate_m = Vector3<S>::Zero();
 };
 
 // The sums begin with the last axis, as Eigen's sum of three does.
@@ -44,11 +46,7 @@ template <typename S>
 template <typename S>
 class Arm {
  public:
-  explicit Arm(const ArmData& data, const BasePose& base = {}) noexcept
-      : data_(&data), two_link_(data, base), mechanism_(data.geometry, base), axes_(axes_of(data.geometry)) {
-    is_two_link_ = kinematics::is_two_link(data.geometry);
-    is_level_ = mechanism_.up() == Vector3<S>::UnitZ();
-  }
+  explicit Arm(const ArmData& data, const BasePose& base = {}) noexcept;
 
   [[nodiscard]] const ArmData& data() const noexcept { return *data_; }
   [[nodiscard]] int axes() const noexcept { return axes_; }
@@ -59,15 +57,11 @@ class Arm {
   [[nodiscard]] PerAxis<S> home() const noexcept { return data_->geometry.home.template cast<S>(); }
 
   // All axes at home.
-  [[nodiscard]] Posture<S> home_posture() const noexcept {
-    Posture<S> posture;
-    if (!is_two_link_) posture.pose = mechanism_.home_pose();
-    move_to(home(), posture);
-    return posture;
-  }
+  [[nodiscard]] Posture<S> home_posture() const noexcept;
 
   // posture: of the tick before, or home_posture(): from there the links of a delta go on.
-  void move_to(const PerAxis<S>& axes, Posture<S>& posture) const noexcept {
+  // Not inline: several steps call it, and it is long.
+  [[gnu::noinline]] void move_to(const PerAxis<S>& axes, Posture<S>& posture) const noexcept {
     if (is_two_link_) {
       two_link_.at(axes, posture);
     } else {
@@ -75,20 +69,21 @@ class Arm {
     }
   }
 
-  // Torques that hold the weight of the arm, of all axes. posture: of these axes.
-  [[nodiscard]] PerAxis<S> gravity_torques(const PerAxis<S>& axes, const Posture<S>& posture) const noexcept;
+  // Of the cables and links, seen at the axes (compliance.h); N m/rad.
+  [[nodiscard]] const PerAxis<S>& stiffness_N_m_rad() const noexcept { return stiffness_N_m_rad_; }
+
+  // Torques that hold the weight of the arm, of all axes.
+  [[nodiscard]] PerAxis<S> gravity_torques(const Posture<S>& posture) const noexcept;
+
+  // workspace_limit() of this arm.
+  [[nodiscard]] int limit(const PerAxis<S>& axes, S margin = 0) const noexcept;
 
   // The mass that the tip shows while the axes move with it at these speeds for 1 m/s, kg; rotors included.
   [[nodiscard]] S mass_along(const PerAxis<S>& axes, const Posture<S>& posture,
                              const PerAxis<S>& per_m) const noexcept;
 
   // The Jacobian of the axes that have a motor; the columns of the others are 0.
-  [[nodiscard]] Jacobian3<S> driven_jacobian(const Posture<S>& posture) const noexcept {
-    Jacobian3<S> driven = posture.jacobian.leftCols(axes_);
-    for (int j = 0; j < axes_; ++j)
-      if (!is_driven(j)) driven.col(j).setZero();
-    return driven;
-  }
+  [[nodiscard]] Jacobian3<S> driven_jacobian(const Posture<S>& posture) const noexcept;
 
   // The axes for a position of the tip, as far as the arm can move there: a direction in which it cannot be moved at home is left out. False
   // (axes unchanged): out of reach. Limits are not checked. In closed form, or by at most kInverseSteps of Newton's method from home; not for the
@@ -103,6 +98,7 @@ class Arm {
   Mechanism<S> mechanism_;
   int axes_;
   bool is_two_link_, is_level_;
+  PerAxis<S> stiffness_N_m_rad_ = PerAxis<S>::Zero();
 };
 
 extern template class Arm<float>;

@@ -8,19 +8,6 @@
 
 namespace thimble::kinematics {
 
-template <typename S>
-[[nodiscard]] PerAxis<S> joint_stiffness(const Arm<S>& arm) noexcept {
-  Posture<S> posture = arm.home_posture();
-  if (arm.is_two_link()) arm.move_to(PerAxis<S>::Zero(), posture);
-  PerAxis<S> stiffness = PerAxis<S>::Zero();
-  for (int j = 0; j < arm.axes(); ++j) {
-    const S known = S(arm.data().axis[static_cast<std::size_t>(j)].stiffness_N_m_rad);
-    stiffness[j] =
-        known > 0 ? known : S(arm.data().tip_stiffness_N_m) * posture.jacobian.col(j).squaredNorm();
-  }
-  return stiffness;
-}
-
 // p_tip - p_encoders at rest under the torques that the cables transmit (including the weight of the
 // links, without the friction of the motors). World frame.
 template <typename S>

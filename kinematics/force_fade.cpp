@@ -1,5 +1,7 @@
 #include "kinematics/force_fade.h"
 
+#include <Eigen/LU>
+
 #include "kinematics/directions.h"
 
 namespace thimble::kinematics {

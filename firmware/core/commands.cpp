@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kinematics/workspace.h"
-
 namespace thimble::firmware {
 namespace {
 
@@ -62,8 +60,7 @@ Conditions Commands::request_move(const MoveOrder& order) noexcept {
   // The target, with room to spare; the tick stops the move where the straight line leaves the workspace.
   const kinematics::Arm<float>& arm = setup_.arm[order.arm];
   Axes joints = Axes::Zero();
-  if (!arm.inverse(order.target_m, joints) ||
-      kinematics::workspace_limit(arm.data(), joints, kWorkspaceMargin_rad) != 0)
+  if (!arm.inverse(order.target_m, joints) || arm.limit(joints, kWorkspaceMargin_rad) != 0)
     refused |= kOutsideWorkspace;
   if (refused != 0) return static_cast<Conditions>(refused);
   if (!sources_.move.post(order)) return kMoveUnderWay;

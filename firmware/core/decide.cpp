@@ -21,7 +21,7 @@ void home_arms(Parts& parts, const Inputs& inputs) noexcept {
       arm.speed[j].reset(0);
     }
     arm.joint_rad = geometry.home();
-    arm.posture = geometry.home_posture();
+    geometry.move_to(arm.joint_rad, arm.posture);
     arm.tip_velocity_m_s.setZero();
     arm.in_workspace = true;
     arm.homed = true;

@@ -14,7 +14,7 @@ bool drive_arm(const Parts& parts, const kinematics::Arm<float>& geometry, ArmSt
   const int axes = geometry.axes();
   arm.torque_N_m = kinematics::torques(arm.posture.jacobian, arm.force_N, axes);
   if (parts.params.on(Param::gravity_compensation))
-    arm.torque_N_m += parts.state.gravity_ramp * geometry.gravity_torques(arm.joint_rad, arm.posture);
+    arm.torque_N_m += parts.state.gravity_ramp * geometry.gravity_torques(arm.posture);
   for (int j = 0; j < axes; ++j)
     if (!geometry.is_driven(j)) arm.torque_N_m[j] = 0;
   if (!finite(arm.torque_N_m)) return false;

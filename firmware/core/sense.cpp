@@ -3,7 +3,6 @@
 #include <cstdint>
 
 #include "firmware/core/steps.h"
-#include "kinematics/workspace.h"
 
 namespace thimble::firmware {
 namespace {
@@ -119,9 +118,9 @@ bool is_frozen(Parts& parts, std::size_t index, std::size_t joint, const FrozenP
 }
 
 // While armed: whether the arm can be where its counts say, and move as they say.
-void check_motion(Parts& parts, ArmState& arm, const kinematics::ArmData& data) noexcept {
+void check_motion(Parts& parts, ArmState& arm, const kinematics::Arm<float>& geometry) noexcept {
   if (parts.state.mode != Mode::kArmed) return;
-  if (kinematics::workspace_limit(data, arm.joint_rad, -kBeyondStops_rad) != 0) {
+  if (geometry.limit(arm.joint_rad, -kBeyondStops_rad) != 0) {
     trip(parts, Fault::joint_range);
     arm.homed = false;
   }
@@ -174,12 +173,12 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
   arm.seen = true;
   geometry.move_to(arm.joint_rad, arm.posture);
   arm.tip_velocity_m_s = kinematics::velocity(arm.posture.jacobian, joint_speed, geometry.axes());
-  arm.in_workspace = kinematics::workspace_limit(geometry.data(), arm.joint_rad) == 0;
+  arm.in_workspace = geometry.limit(arm.joint_rad) == 0;
   if (arm.homed && !(finite(arm.posture.tip_m) && finite(arm.tip_velocity_m_s))) {
     trip(parts, Fault::tip_not_finite);
     arm.homed = false;
   }
-  check_motion(parts, arm, geometry.data());
+  check_motion(parts, arm, geometry);
 }
 
 void heat_motors(Parts& parts, std::size_t index, const ArmEvidence& evidence, std::uint32_t lost) noexcept {

@@ -2,7 +2,6 @@
 #include "firmware/core/state.h"
 
 #include "firmware/core/steps.h"
-#include "kinematics/workspace.h"
 
 namespace thimble::firmware {
 
@@ -63,9 +62,8 @@ void reset_to(Parts& parts, const RecordingStart& start) noexcept {
     arm.homed = from.homed;
     arm.sample_tick = state.tick;
     arm.age_ticks = 0;
-    arm.posture = geometry.home_posture();
     geometry.move_to(arm.joint_rad, arm.posture);
-    arm.in_workspace = kinematics::workspace_limit(geometry.data(), arm.joint_rad) == 0;
+    arm.in_workspace = geometry.limit(arm.joint_rad) == 0;
     arm.tip_velocity_m_s.setZero();
     arm.force_N.setZero();
     arm.torque_N_m.setZero();

@@ -34,8 +34,8 @@ void put_fault(link::ByteWriter& answer, std::uint8_t number) noexcept {
   answer.put(number);
 }
 
-[[nodiscard]] link::FreezeFrame to_record(const Telemetry& tick, std::size_t arm_number) noexcept {
-  const ArmTelemetry& arm = tick.arm[arm_number];
+[[nodiscard]] link::FreezeFrame to_record(const FrozenTick& tick, std::size_t arm_number) noexcept {
+  const FrozenArm& arm = tick.arm[arm_number];
   link::FreezeFrame frame;
   frame.tick = static_cast<std::uint32_t>(tick.tick);
   frame.arm = static_cast<std::uint8_t>(arm_number);
@@ -55,7 +55,7 @@ void put_fault(link::ByteWriter& answer, std::uint8_t number) noexcept {
   return frame;
 }
 
-[[nodiscard]] link::FreezeJoints other_joints(const ArmTelemetry& arm) noexcept {
+[[nodiscard]] link::FreezeJoints other_joints(const FrozenArm& arm) noexcept {
   link::FreezeJoints joints;
   for (std::size_t j = 0; j < joints.counts.size(); ++j) {
     const std::size_t joint = link::kFrozenJoints + j;
@@ -65,21 +65,22 @@ void put_fault(link::ByteWriter& answer, std::uint8_t number) noexcept {
   return joints;
 }
 
-struct FrozenTick {
+struct FrozenRecords {
   link::FreezeFrame frame;
   link::FreezeJoints others;
   bool has_others = false;
 };
 
 // Freeze frame `index`, 0 the oldest: those of all arms, tick by tick; when they are more than the link shows, the newest.
-[[nodiscard]] bool freeze_frame(const ServiceParts& parts, std::size_t index, FrozenTick& frozen) noexcept {
+[[nodiscard]] bool freeze_frame(const ServiceParts& parts, std::size_t index,
+                                FrozenRecords& frozen) noexcept {
   const std::size_t arms = parts.config.arm_count;
   const std::size_t frames = parts.core.observers().freeze.count() * arms;
   if (index >= std::min(frames, link::kMaxFreezeFrames)) return false;
   if (frames > link::kMaxFreezeFrames) index += frames - link::kMaxFreezeFrames;
-  Telemetry tick;
+  FrozenTick tick;
   if (!parts.core.observers().freeze.tick(index / arms, tick)) return false;
-  const ArmTelemetry& arm = tick.arm[index % arms];
+  const FrozenArm& arm = tick.arm[index % arms];
   frozen = {to_record(tick, index % arms), other_joints(arm), arm.axes > link::kFrozenJoints};
   return true;
 }
@@ -116,7 +117,7 @@ struct FrozenTick {
     call.answer.put(fault.status);
     // Only the fault that is latched has its ticks kept.
     const std::size_t most = (fault.status & link::kFaultActive) != 0 ? link::kMaxFreezeFrames : 0;
-    FrozenTick frozen;
+    FrozenRecords frozen;
     for (std::size_t i = 0; i < most && freeze_frame(parts, i, frozen); ++i) {
       const auto frame_number = static_cast<std::uint8_t>(i + 1);
       if (which != kAllFreezeFrames && which != frame_number) continue;

@@ -66,8 +66,7 @@ void SampleBuffer::add(const MoveSample& sample) noexcept {
   interval_ *= 2;
 }
 
-void GuardedMove::start(const MoveOrder& order, const kinematics::Arm<float>& arm, const Vec3& tip_m,
-                        MoveResults& results) noexcept {
+void GuardedMove::start(const MoveOrder& order, const Vec3& tip_m, MoveResults& results) noexcept {
   start_m_ = state_ == State::kHolding && order.arm == order_.arm ? set_point_m_ : tip_m;
   order_ = order;
   state_ = State::kGoing;
@@ -76,7 +75,6 @@ void GuardedMove::start(const MoveOrder& order, const kinematics::Arm<float>& ar
   length_m_ = norm(way_m);
   direction_ = length_m_ > kShortest_m ? Vec3(way_m / length_m_) : Vec3::Zero();
   if (!(length_m_ > kShortest_m)) length_m_ = 0;
-  joint_stiffness_N_m_rad_ = kinematics::joint_stiffness(arm);
   way_m_ = speed_m_s_ = waits_s_ = 0;
   set_point_m_ = start_m_;
   filtered_N_.setZero();
@@ -165,9 +163,9 @@ LimitedForce GuardedMove::tick(const kinematics::Arm<float>& arm, const Axes& jo
   const float sign = speed_m_s_ > 0 ? 1.0F : speed_m_s_ < 0 ? -1.0F : 0.0F;
   const Vec3 contact_N = last_force_N - (sign * friction_N + inertia_N) * direction_;
   const Axes torque_N_m =
-      kinematics::torques(posture.jacobian, contact_N, arm.axes()) + arm.gravity_torques(joint_rad, posture);
+      kinematics::torques(posture.jacobian, contact_N, arm.axes()) + arm.gravity_torques(posture);
   const Vec3 tip_m =
-      posture.tip_m + kinematics::tip_stretch(posture, joint_stiffness_N_m_rad_, torque_N_m, arm.axes());
+      posture.tip_m + kinematics::tip_stretch(posture, arm.stiffness_N_m_rad(), torque_N_m, arm.axes());
   const MoveSample sample{tip_m, contact_N.dot(direction_)};
   if (state_ == State::kGoing) {
     results_->friction_N = friction_N;

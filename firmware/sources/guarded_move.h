@@ -98,8 +98,7 @@ class GuardedMove {
   [[nodiscard]] const Vec3& set_point_m() const noexcept { return set_point_m_; }
 
   // order: its ranges are checked. tip_m: by the encoders. results: written while under_way() only.
-  void start(const MoveOrder& order, const kinematics::Arm<float>& arm, const Vec3& tip_m,
-             MoveResults& results) noexcept;
+  void start(const MoveOrder& order, const Vec3& tip_m, MoveResults& results) noexcept;
   // The force to exert in this tick. last_force_N: what was exerted in the last one, after all limits.
   [[nodiscard]] LimitedForce tick(const kinematics::Arm<float>& arm, const Axes& joint_rad,
                                   const kinematics::Posture<float>& posture, const Vec3& tip_velocity_m_s,
@@ -116,7 +115,6 @@ class GuardedMove {
   End end_ = End::kNotYet;
   Vec3 start_m_ = Vec3::Zero();
   Vec3 direction_ = Vec3::Zero();
-  Axes joint_stiffness_N_m_rad_ = Axes::Zero();
   float length_m_ = 0;
   float way_m_ = 0;      // of the set point from the start
   float speed_m_s_ = 0;  // of the set point; negative on the way back

@@ -22,7 +22,7 @@ void GuardedMoveSource::begin(const SourceTick& tick) noexcept {
   const MoveOrder* order = orders_.letter();
   if (order == nullptr) return;
   results_.recall();
-  move_.start(*order, tick.setup.arm[order->arm], tick.arms[order->arm].posture.tip_m, *results_.blank());
+  move_.start(*order, tick.arms[order->arm].posture.tip_m, *results_.blank());
   orders_.done();
 }
 

@@ -50,8 +50,8 @@ void tick(Run& run, board::SimBoard& board) {
   board.controller().keep_alive();
   board.tick();
   for (std::size_t arm = 0; arm < run.header.arms; ++arm) {
-    for (const std::uint32_t count : board.controller().telemetry().arm[arm].counts)
-      run.counts.push_back(count);
+    const auto& counts = board.controller().telemetry().arm[arm].counts;
+    run.counts.insert(run.counts.end(), counts.begin(), counts.begin() + 3);
   }
   ++run.header.ticks;
   if (board.controller().fault() != firmware::Fault::kNone)

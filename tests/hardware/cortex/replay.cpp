@@ -45,7 +45,7 @@ ReplayEnd replay(const Recording& recording, firmware::Controller& controller, F
       return ReplayEnd::kNotArmed;
     inputs.tick = tick;
     for (std::size_t arm = 0; arm < header.arms; ++arm) {
-      for (std::size_t joint = 0; joint < firmware::kJoints; ++joint)
+      for (std::size_t joint = 0; joint < 3; ++joint)
         inputs.arm[arm].counts[joint] = recording.count(tick, arm, joint);
       inputs.arm[arm].sample_tick = tick;
     }

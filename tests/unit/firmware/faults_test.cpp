@@ -285,7 +285,7 @@ TEST_P(EachFault, TripsStaysTrippedAndClears) {
   // The last ticks are kept, up to and with the one that tripped.
   const std::uint64_t trip_tick = bench->inputs.tick;
   bench->ticks(3);
-  Telemetry kept;
+  firmware::FrozenTick kept;
   std::size_t count = 0;
   std::uint64_t expected = 0;
   while (bench->controller->freeze_tick(count, kept)) {
