@@ -288,6 +288,8 @@ void run(const BoardConfig& config) {
         again = background.restart();
         break;
       }
+      if (const std::string news = devices.news(); !news.empty())
+        std::cerr << "thimble-board: " << news << std::endl;
       if (!liveness.alive(now_us())) continue;  // the watchdogs are not fed
       if (now_us() - fed_us < feed_us) continue;
       fed_us = now_us();
@@ -332,6 +334,7 @@ int check(const BoardConfig& config) {
   } else if (access(config.watchdog->c_str(), W_OK) != 0) {
     missing.push_back(no_watchdog(config, errno));
   }
+  for (const std::string& line : devices.report()) std::cout << line << '\n';
   for (const Missing& one : missing) std::cout << "missing: " << describe(one) << '\n';
   if (missing.empty()) {
     std::cout << "nothing is missing\n";
