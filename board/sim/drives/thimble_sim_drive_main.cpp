@@ -80,9 +80,11 @@ void emulate(const Options& options, std::vector<NamedDrive> drives, std::vector
       fault.happens(*added[fault.drive]);
       return true;
     });
-    // Shorter than a drive's turnaround.
+    // Until a frame comes or is due, and no longer than what a drive's timers may be late.
+    constexpr std::uint64_t kMostWait_us = 100;
+    const std::uint64_t due_us = std::max(bus.next_due_us(), now_us) - now_us;
     pollfd waited{bus.descriptor(), POLLIN, 0};
-    const timespec shortly{0, 30'000};
+    const timespec shortly{0, static_cast<long>(std::min(due_us, kMostWait_us)) * 1000};
     if (ppoll(&waited, 1, &shortly, nullptr) > 0 && (waited.revents & (POLLHUP | POLLNVAL)) != 0)
       throw std::runtime_error("the other end of the socket is closed");
   }
