@@ -46,7 +46,7 @@ void DriveSet::read_bus(Bus& bus, firmware::Inputs& in, std::uint64_t period_ns)
     const DriveState& state = bus.states[k];
     bus.joints[k]->fault.store(static_cast<std::uint8_t>(state.fault), std::memory_order_relaxed);
     firmware::ArmInputs& arm = in.arm[joint.arm];
-    take_evidence(joint, bus.configs[k], state, arm.evidence);
+    take_evidence(joint, bus.torque_N_m[k], state, arm.evidence);
     if (!joint.encoder) continue;
     if (!state.position_known || std::isnan(state.age_us)) {
       arm.sample_tick = 0;
@@ -62,13 +62,13 @@ void DriveSet::read_bus(Bus& bus, firmware::Inputs& in, std::uint64_t period_ns)
   }
 }
 
-// The current is that of the torque that was asked for: what the drive's own damping adds is taken off it.
-void DriveSet::take_evidence(const Joint& joint, const drives::DriveConfig& config, const DriveState& state,
+// The present command and what the drive gives more than was asked of it: a reply is a tick and a lag behind the command, which would look like
+// a wrong current whenever the force changes fast. The drive's own damping is in both torques that are compared.
+void DriveSet::take_evidence(const Joint& joint, float commanded_N_m, const DriveState& state,
                              firmware::ArmEvidence& evidence) const noexcept {
-  if (gain_ == 1 && state.state == State::kRunning)
+  if (gain_ == 1 && state.state == State::kRunning && !std::isnan(state.torque_N_m))
     evidence.current_A[joint.joint] =
-        joint.direction * (state.torque_N_m + config.base_damping_N_m_s_rad * state.velocity_rad_s) /
-        joint.torque_per_A;
+        joint.direction * (commanded_N_m + state.torque_difference_N_m) / joint.torque_per_A;
   evidence.motor_C[joint.joint] = state.motor_C;
   // Of several the one that is farther off.
   const float nominal_V = arms_[joint.arm].model->supply_V;

@@ -103,7 +103,7 @@ class DriveSet {
   void search(double rate_Hz, const DriveHost& host);
   void report_missing();
   void read_bus(Bus& bus, firmware::Inputs& in, std::uint64_t period_ns) noexcept;
-  void take_evidence(const Joint& joint, const drives::DriveConfig& config, const drives::DriveState& state,
+  void take_evidence(const Joint& joint, float commanded_N_m, const drives::DriveState& state,
                      firmware::ArmEvidence& evidence) const noexcept;
   void follow(bool wanted, bool faulted_mode) noexcept;
   void enable() noexcept;

@@ -242,6 +242,7 @@ DriveState DriveBus::state_of(const Slot& slot, std::uint64_t now_us) const noex
   state.position_rad = slot.life.position_rad();
   state.velocity_rad_s = sample.velocity_rad_s;
   state.torque_N_m = sample.torque_N_m;
+  state.torque_difference_N_m = slot.life.torque_difference_N_m();
   state.current_A = sample.current_A;
   state.supply_V = sample.supply_V;
   state.drive_C = sample.drive_C;

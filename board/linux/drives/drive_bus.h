@@ -28,6 +28,8 @@ struct DriveState {
   double position_rad = 0;  // without wraps; valid if position_known
   float velocity_rad_s = 0;
   float torque_N_m = kNoValue;
+  float torque_difference_N_m =
+      0;  // of the last torque reported from the one asked for, damping and lag included
   float current_A = kNoValue;
   float supply_V = kNoValue;
   float drive_C = kNoValue;

@@ -87,6 +87,7 @@ class DriveLife {
   }
   [[nodiscard]] double position_rad() const noexcept { return unwrap_.position_rad(); }
   [[nodiscard]] bool position_known() const noexcept { return position_known_; }
+  [[nodiscard]] float torque_difference_N_m() const noexcept { return witness_.difference_N_m(); }
   [[nodiscard]] bool limit_unseen() const noexcept { return witness_.limited(); }
   [[nodiscard]] std::uint32_t config_hash() const noexcept {
     return hash_;

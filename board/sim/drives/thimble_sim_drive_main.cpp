@@ -33,11 +33,18 @@ struct Options {
   int priority = 0;       // of SCHED_FIFO; 0: the usual scheduling
 };
 
+std::string arm_names() {
+  std::string names;
+  for (const PlantVariant& one : plant_variants()) names.append(names.empty() ? "" : ", ").append(one.name);
+  return names;
+}
+
 std::optional<DrivenArm> make_arm(const Options& options, const std::vector<EmulatedDrive*>& drives) {
   if (options.arm.empty()) return std::nullopt;
   constexpr std::size_t kMotors = 3;
   const PlantVariant* variant = find_plant_variant(options.arm);
-  if (variant == nullptr) throw std::runtime_error("no simulated arm is named '" + options.arm + "'");
+  if (variant == nullptr)
+    throw std::runtime_error("no simulated arm is named '" + options.arm + "'; there are: " + arm_names());
   if (drives.size() != kMotors) throw std::runtime_error("the arm has three motors: give three drives");
   return DrivenArm(*variant, HandPath(read_hand_path(options.hand)), drives);
 }
@@ -107,9 +114,8 @@ int main_of(int argc, char** argv) {
   CLI::Option* hand =
       app.add_option("--hand", options.hand, "path of the hand that holds the arm's tip, CSV");
   app.add_option("--arm", options.arm,
-                 "the simulated arm (premium-1.5, premium-1.5-frictionless, wooden) behind three drives; "
-                 "each time when they go off it "
-                 "prints what the tip did")
+                 "the simulated arm behind three drives, one of: " + arm_names() +
+                     "; each time when they go off it prints what the tip did")
       ->needs(hand);
   app.add_option("--priority", options.priority, "of SCHED_FIFO, 1 to 99")->check(CLI::Range(1, 99));
   std::vector<NamedDrive> drives;

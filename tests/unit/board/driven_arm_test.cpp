@@ -280,6 +280,28 @@ TEST(DrivenArm, AFaultOfOneBusDropsTheOthersAndTheConverter) {
   EXPECT_FALSE(rig.any_power());
 }
 
+// The measured current is compared by the controller with the present command: a late reply must not look like a wrong current, half a current must.
+TEST(DrivenArm, TheMeasuredCurrentHasNoLagAndShowsWhatIsMissing) {
+  DrivenRig rig(all_of(Kind::kMoteus));
+  for (EmulatedDrive* one : rig.emulated) one->shaft.inertia_kg_m2 = 1e6;
+  ASSERT_TRUE(rig.start());
+  float most_A = 0;
+  rig.control = [&most_A](DrivenRig& made) {  // before the next command is set
+    const float off_A = made.in.arm[0].evidence.current_A[0] - made.out.arm[0].current_A[0];
+    if (made.in.tick % 400 > 5) most_A = std::max(most_A, std::abs(off_A));
+    const auto step = static_cast<int>(made.in.tick % 40);
+    made.out.arm[0].current_A[0] = .1F * static_cast<float>(step < 20 ? step : 40 - step);  // 0.1 A a tick
+  };
+  rig.tick(380);
+  EXPECT_LT(most_A, .1F);
+  EXPECT_GT(most_A, 0);
+  rig.control = {};
+  rig.emulated[0]->inject.current_factor = .5;
+  rig.out.arm[0].current_A = {2, 0, 0};
+  rig.tick(20);
+  EXPECT_NEAR(rig.in.arm[0].evidence.current_A[0], 1, .05);
+}
+
 TEST(DrivenArm, TheOldestSampleOfAnArmIsItsSample) {
   DrivenRig rig(mixed(Kind::kMoteus, Kind::kMoteus));
   rig.tick(10);
@@ -291,6 +313,44 @@ TEST(DrivenArm, TheOldestSampleOfAnArmIsItsSample) {
   rig.emulated[2]->inject.drop_replies = 1;
   rig.tick(2);
   EXPECT_EQ(rig.in.arm[0].sample_tick + 1, rig.in.tick);
+}
+
+// The controller with the simulated arm behind drives of each kind: a hand presses the tip onto a floor for a second, and no fault comes.
+TEST(DrivenArm, TouchesAFloorWithEachKind) {
+  for (const Kind kind : kKinds) {
+    SCOPED_TRACE(name_of_kind(kind));
+    board::DriveWirings wirings = all_of(kind);
+    for (auto& one : wirings) {
+      one->config.base_damping_N_m_s_rad = is_odrive(kind) ? 0 : .0005F;
+      one->config.top_speed_rad_s = 500;
+    }
+    DrivenRig rig(std::move(wirings));
+    ASSERT_EQ(rig.missing(), "");
+    firmware::Config config;
+    config.period_s = 1e-3F;
+    Bench bench(config);
+    bench.load(1000, -.01F);
+    rig.attach_arm(board::HandPath({{0, {0, 0, 0}}, {.3, {0, 0, 0}}, {.6, {0, 0, -.025}}}));
+    rig.control = [&bench](DrivenRig& made) {
+      bench.controller->keep_alive();
+      made.out = bench.controller->tick(made.in);
+      bench.controller->poll(made.in.time_us);
+    };
+    rig.tick(1200);
+    ASSERT_EQ(bench.controller->request(Command::kHome), 0);
+    rig.tick(3);
+    ASSERT_EQ(bench.controller->request(Command::kArm), 0);
+    float most_N = 0;
+    for (int i = 0; i < 2500 && bench.mode() != Mode::kFaulted; ++i) {
+      rig.tick();
+      most_N = std::max(most_N, bench.force_N());
+    }
+    EXPECT_EQ(bench.mode(), Mode::kArmed)
+        << "fault " << static_cast<int>(bench.shown().fault) << ' ' << rig.set().news();
+    std::printf("%s: most %.2f N\n", name_of_kind(kind).c_str(), static_cast<double>(most_N));
+    EXPECT_GT(most_N, .3F);
+    EXPECT_LT(most_N, 6);
+  }
 }
 
 // What stands against arming is named at start.

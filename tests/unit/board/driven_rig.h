@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "board/linux/arm_devices.h"
+#include "board/sim/drives/driven_arm.h"
+#include "board/sim/hand_path.h"
 #include "kinematics/arm_model.h"
 #include "tests/support/no_heap_guard.h"
 #include "tests/unit/drives/rig.h"
@@ -118,7 +120,13 @@ class DrivenRig {
       now_us = std::min(now_us + 50, time_us);
       for (auto& [name, bus] : buses)
         if (!bus.stopped) bus.emulated->run(now_us);
+      if (arm) arm->advance(now_us, 0);
     }
+  }
+  // From now on the simulated arm is behind the drives, held by a hand.
+  void attach_arm(const board::HandPath& path) {
+    arm.emplace(*board::find_plant_variant("premium-1.5"), path,
+                std::vector(emulated.begin(), emulated.end()));
   }
   // The servo's tick: what is read is in `in`, what is written in `out`, which `control` may set in between.
   void tick(unsigned ticks = 1) {
@@ -187,6 +195,7 @@ class DrivenRig {
   firmware::Outputs out;
   std::function<void(DrivenRig&)> control;
   std::unique_ptr<ArmDevices> devices;
+  std::optional<board::emulated::DrivenArm> arm;
 
  private:
   DriveSet* drives_ = nullptr;

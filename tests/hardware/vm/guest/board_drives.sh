@@ -56,7 +56,9 @@ touching() {
   thimble upload walls.thim $device >/dev/null 2>&1
   wait_until 20 home
   thimble arm $device >/dev/null
-  wait_until 10 touches 100
+  (wait_until 10 touches 100) || die "no contact: $(thimble fault list $device; thimble monitor --count 2 $device; cat /tmp/board.err)"
+  thimble info $device --json >/tmp/info
+  [ "$(field mode /tmp/info)" = armed ] || die "not armed any more: $(thimble fault list $device; cat /tmp/board.err)"
   before=$(reports)
 }
 home() { thimble home $device; }
@@ -92,7 +94,7 @@ stopped() {
   stop_board
 }
 
-for kind in moteus odrive_0.5 damiao_fd; do
+for kind in ${KINDS-moteus odrive_0.5 damiao_fd}; do
   emulated=$(echo $kind | sed 's/odrive_0.5/odrive05/; s/_/-/')
   configure $kind
   step "$kind: nobody answers, then everybody"
