@@ -94,7 +94,8 @@ stopped() {
   stop_board
 }
 
-for kind in ${KINDS-moteus odrive_0.5 damiao_fd}; do
+# damiao_fd can be given too, but the codes of its 10 N m are too coarse for this arm: it vibrates on the floor until current_mismatch.
+for kind in ${KINDS-moteus odrive_0.5}; do
   emulated=$(echo $kind | sed 's/odrive_0.5/odrive05/; s/_/-/')
   configure $kind
   step "$kind: nobody answers, then everybody"
