@@ -1,12 +1,14 @@
 #include "board/linux/board_config.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string_view>
 
 #include "board/files/json_value.h"
 #include "board/files/text_file.h"
+#include "board/linux/read_drives.h"
 #include "control/scene/limits.h"
 #include "firmware/core/config.h"
 #include "firmware/core/stop_timeout.h"
@@ -48,7 +50,21 @@ GpioLine read_contact(const JsonValue& value) {
   return {value.at("line").text(), closed_low, closed_low ? GpioBias::kPullUp : GpioBias::kPullDown};
 }
 
-EncoderConfig read_encoders(const JsonValue& value) {
+// Whether a value of the joint stands here; null: its drive does it.
+bool is_given(const JsonValue& value, bool drive) {
+  if (!value.raw().is_null()) return true;
+  if (!drive)
+    value.fail("bad-value", "is null, and the joint has no drive in /drives", "describe it, or its drive");
+  return false;
+}
+
+// The counter of the first joint that has one.
+const std::string& first_counter(const EncoderConfig& encoders) {
+  return std::ranges::find_if(encoders.counter, [](const CounterPlace& one) { return !one.device.empty(); })
+      ->device;
+}
+
+EncoderConfig read_encoders(const JsonValue& value, const DriveWirings& drives) {
   EncoderConfig encoders;
   value.object("the encoders", {"read", "event", "joints"});
   encoders.kind =
@@ -62,9 +78,12 @@ EncoderConfig read_encoders(const JsonValue& value) {
                            "leave it out");
   }
   const JsonValue joints = value.at("joints");
-  (void)joints.size(3, 3);
-  for (std::size_t j = 0; j < 3; ++j) {
+  (void)joints.size(kArmJoints, kArmJoints);
+  bool any = false;
+  for (std::size_t j = 0; j < kArmJoints; ++j) {
     const JsonValue joint = joints.at(j);
+    if (!is_given(joint, drives[j].has_value())) continue;
+    any = true;
     if (encoders.kind == EncoderConfig::Kind::kGpio) {
       joint.object("an encoder at two lines", {"line_a", "line_b"});
       encoders.lines[j] = {joint.at("line_a").text(), joint.at("line_b").text()};
@@ -73,23 +92,31 @@ EncoderConfig read_encoders(const JsonValue& value) {
       encoders.counter[j] = {joint.at("counter").text(),
                              static_cast<unsigned>(joint.at("count").integer(0, 255))};
       if (encoders.kind == EncoderConfig::Kind::kCounterEvents &&
-          encoders.counter[j].device != encoders.counter[0].device)
-        joint.at("counter").fail("bad-value",
-                                 "differs from joint 0's: one event latches the counts of one counter only",
-                                 "give the same counter");
+          encoders.counter[j].device != first_counter(encoders))
+        joint.at("counter").fail(
+            "bad-value", "differs from the first joint's: one event latches the counts of one counter only",
+            "give the same counter");
     }
   }
+  if (!any)
+    joints.fail("senseless-key", "names no encoder: every joint has that of its drive",
+                "leave out the encoders");
   return encoders;
 }
 
-DacConfig read_dac(const JsonValue& value) {
+DacConfig read_dac(const JsonValue& value, const DriveWirings& drives) {
   DacConfig dac;
   value.object("the DAC", {"spi", "speed_Hz", "channels"});
   dac.device = value.at("spi").text();
   dac.speed_Hz = static_cast<std::uint32_t>(value.at("speed_Hz").integer(10'000, 30'000'000));
-  (void)value.at("channels").size(3, 3);
-  for (std::size_t i = 0; i < 3; ++i) {
+  (void)value.at("channels").size(kArmJoints, kArmJoints);
+  for (std::size_t i = 0; i < kArmJoints; ++i) {
     const JsonValue channel = value.at("channels").at(i);
+    const bool given = is_given(channel, drives[i].has_value());
+    if (given && drives[i])
+      channel.fail("bad-value", "is of a joint whose current its drive gives",
+                   "give null, or take the drive out of /drives");
+    if (!given) continue;
     channel.object("a channel of the DAC", {"volts_per_ampere", "offset_V"});
     dac.channels[i].volts_per_ampere = static_cast<float>(channel.at("volts_per_ampere").number({-100, 100}));
     if (dac.channels[i].volts_per_ampere == 0.0F)
@@ -102,8 +129,8 @@ DacConfig read_dac(const JsonValue& value) {
 
 ArmWiring read_arm(const JsonValue& value) {
   ArmWiring arm;
-  value.object("an arm",
-               {"model", "home_m", "turn_deg", "encoders", "dac", "enable", "drive_fault", "index"});
+  value.object("an arm", {"model", "home_m", "turn_deg", "encoders", "dac", "drives", "enable", "drive_fault",
+                          "index"});
   arm.model = value.at("model").text();
   if (!kinematics::built_in_arm(arm.model, arm.arm)) {
     std::string all;
@@ -112,9 +139,18 @@ ArmWiring read_arm(const JsonValue& value) {
     value.at("model").wrong("one of " + all);
   }
   arm.base = read_base(value);
-  arm.encoders = read_encoders(value.at("encoders"));
-  arm.dac = read_dac(value.at("dac"));
-  arm.enable = read_line(value.at("enable"));
+  if (value.has("drives")) arm.drives = read_drives(value.at("drives"), *arm.model);
+  const bool all_driven =
+      std::ranges::all_of(arm.drives, [](const auto& drive) { return drive.has_value(); });
+  if (value.has("encoders") || !all_driven) arm.encoders = read_encoders(value.at("encoders"), arm.drives);
+  if (all_driven) {
+    for (const char* key : {"dac", "enable"})
+      if (value.has(key))
+        value.at(key).fail("senseless-key", "is of amplifiers, and every joint has a drive", "leave it out");
+  } else {
+    arm.dac = read_dac(value.at("dac"), arm.drives);
+    arm.enable = read_line(value.at("enable"));
+  }
   if (value.has("drive_fault")) arm.drive_fault = read_line(value.at("drive_fault"));
   if (value.has("index")) arm.index = read_line(value.at("index"));
   return arm;
@@ -128,6 +164,18 @@ HeartbeatConfig read_heartbeat(const JsonValue& value) {
       value.at("timeout_ms").number({firmware::kShortestStop_us * 1e-3, firmware::kLongestStop_us * 1e-3});
   heartbeat.timeout_us = static_cast<std::uint32_t>(std::lround(timeout_ms * 1e3));
   return heartbeat;
+}
+
+// Frames of the link must not reach the drives: an ODrive's watchdog takes any frame with its id.
+void check_links(const JsonValue& links, const BoardConfig& config) {
+  for (std::size_t i = 0; i < config.links.size(); ++i)
+    for (const ArmWiring& arm : config.arms)
+      for (const auto& drive : arm.drives)
+        if (drive && config.links[i].kind == LinkConfig::Kind::kCan &&
+            config.links[i].device == drive->interface)
+          links.at(i).at("can").fail(
+              "bad-value", "is \"" + drive->interface + "\", the bus of drives, which must be theirs alone",
+              "use another interface for the link");
 }
 
 LinkConfig read_link(const JsonValue& value) {
@@ -150,6 +198,11 @@ BoardConfig read(const JsonValue& root) {
     config.links.push_back(read_link(root.at("links").at(i)));
   for (std::size_t i = 0; i < root.at("arms").size(1, control::kMaxArms); ++i)
     config.arms.push_back(read_arm(root.at("arms").at(i)));
+  std::vector<DriveWirings> drives;
+  drives.reserve(config.arms.size());
+  for (const ArmWiring& arm : config.arms) drives.push_back(arm.drives);
+  check_drive_buses(root.at("arms"), drives, config.rate_Hz);
+  check_links(root.at("links"), config);
   config.work_units = firmware::Config{}.work_units;
   if (root.has("work_units")) {
     const auto least = firmware::kLeastWork * static_cast<std::uint32_t>(config.arms.size());
@@ -174,6 +227,13 @@ BoardConfig read(const JsonValue& root) {
 }
 
 }  // namespace
+
+bool has_own_encoder(const ArmWiring& arm, std::size_t joint) noexcept {
+  return arm.encoders &&
+         !(arm.encoders->kind == EncoderConfig::Kind::kGpio ? arm.encoders->lines[joint][0]
+                                                            : arm.encoders->counter[joint].device)
+              .empty();
+}
 
 BoardConfig parse_board_config(const std::string& text, const std::string& file) {
   try {

@@ -14,6 +14,7 @@
 
 #include "board/common/ad5754.h"
 #include "board/linux/counter_encoder.h"
+#include "board/linux/drive_wiring.h"
 #include "board/linux/gpio.h"
 #include "kinematics/arm_data.h"
 #include "kinematics/base_pose.h"
@@ -23,27 +24,32 @@ namespace thimble::board {
 struct EncoderConfig {
   enum class Kind : std::uint8_t { kCounterPoll, kCounterEvents, kGpio };
   Kind kind = Kind::kCounterPoll;
-  std::array<CounterPlace, 3> counter;
+  std::array<CounterPlace, kArmJoints> counter;      // without a name: the joint's drive has its encoder
   counter_event_type event = COUNTER_EVENT_CAPTURE;  // for kCounterEvents: the event that latches the counts
-  std::array<std::array<std::string, 2>, 3> lines;   // for kGpio: A and B of each joint
+  std::array<std::array<std::string, 2>, kArmJoints>
+      lines;  // for kGpio: A and B of each joint, empty as above
 };
 
 struct DacConfig {
   std::string device;
   std::uint32_t speed_Hz = 0;
-  std::array<Ad5754::Channel, 3> channels;
+  std::array<Ad5754::Channel, kArmJoints> channels;  // of joints with a drive: not used
 };
 
 struct ArmWiring {
   std::string model;  // its name
   kinematics::ArmData arm;
   kinematics::BasePose base;
-  EncoderConfig encoders;
-  DacConfig dac;
-  GpioLine enable;
+  std::optional<EncoderConfig> encoders;  // none: every joint has a drive with its encoder
+  std::optional<DacConfig> dac;           // none: every joint has a drive
+  std::optional<GpioLine> enable;         // of the amplifiers; none without a DAC
+  DriveWirings drives;
   std::optional<GpioLine> drive_fault;
   std::optional<GpioLine> index;
 };
+
+// The joint's encoder is at a counter or at lines; otherwise its drive has it.
+[[nodiscard]] bool has_own_encoder(const ArmWiring& arm, std::size_t joint) noexcept;
 
 struct LinkConfig {
   enum class Kind : std::uint8_t { kCan, kTty };

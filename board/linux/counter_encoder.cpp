@@ -52,15 +52,16 @@ fs::path find_counter(const std::string& device) {
   throw std::system_error(ENOENT, std::generic_category(), "counter \"" + device + "\"");
 }
 
-CounterPoll::CounterPoll(const std::array<CounterPlace, 3>& joints, unsigned counter_bits) {
+CounterPoll::CounterPoll(const std::array<CounterPlace, kArmJoints>& joints, unsigned counter_bits) {
   for (std::size_t j = 0; j < joints.size(); ++j)
-    files_[j] = open_file(set_up(joints[j], counter_bits) / "count", O_RDONLY);
+    if (!joints[j].device.empty()) files_[j] = open_file(set_up(joints[j], counter_bits) / "count", O_RDONLY);
 }
 
 std::optional<EncoderSample> CounterPoll::read(std::uint64_t now_ns) noexcept {
   EncoderSample sample;
   sample.time_ns = now_ns;
   for (std::size_t j = 0; j < files_.size(); ++j) {
+    if (!files_[j].is_open()) continue;
     std::array<char, 24> text;
     const ssize_t size = pread(files_[j].get(), text.data(), text.size(), 0);
     std::uint64_t value = 0;
@@ -71,16 +72,20 @@ std::optional<EncoderSample> CounterPoll::read(std::uint64_t now_ns) noexcept {
   return sample;
 }
 
-CounterEvents::CounterEvents(const std::array<CounterPlace, 3>& joints, unsigned counter_bits,
+CounterEvents::CounterEvents(const std::array<CounterPlace, kArmJoints>& joints, unsigned counter_bits,
                              counter_event_type event) {
   fs::path device;
   for (std::size_t j = 0; j < joints.size(); ++j) {
+    count_of_[j] = -1;
+    if (joints[j].device.empty()) continue;
     device = fs::path("/dev") / find_counter(joints[j].device).filename();
     (void)set_up(joints[j], counter_bits);
-    count_of_[j] = joints[j].count;
+    count_of_[j] = static_cast<int>(joints[j].count);
+    all_ |= 1U << j;
   }
   device_ = open_file(device, O_RDONLY | O_NONBLOCK);
-  for (const unsigned count : count_of_) {
+  for (const int count : count_of_) {
+    if (count < 0) continue;
     counter_watch watch{};
     watch.component.type = COUNTER_COMPONENT_COUNT;
     watch.component.scope = COUNTER_SCOPE_COUNT;
@@ -94,20 +99,19 @@ CounterEvents::CounterEvents(const std::array<CounterPlace, 3>& joints, unsigned
 }
 
 std::optional<EncoderSample> CounterEvents::read(std::uint64_t) noexcept {
-  constexpr unsigned kAll = 0b111;
   std::optional<EncoderSample> newest;
   const ssize_t size = ::read(device_.get(), events_.data(), sizeof(events_));
   const std::size_t count = size > 0 ? static_cast<std::size_t>(size) / sizeof(counter_event) : 0;
   for (std::size_t i = 0; i < count; ++i) {
     const counter_event& event = events_[i];
-    const auto at = std::find(count_of_.begin(), count_of_.end(), event.watch.component.parent);
+    const auto at = std::find(count_of_.begin(), count_of_.end(), int{event.watch.component.parent});
     if (event.status != 0 || at == count_of_.end()) continue;
     const auto joint = static_cast<std::size_t>(at - count_of_.begin());
     if (event.timestamp != gathered_.time_ns) joints_gathered_ = 0;
     gathered_.time_ns = event.timestamp;
     gathered_.counts[joint] = static_cast<std::uint32_t>(event.value);
     joints_gathered_ |= 1U << joint;
-    if (joints_gathered_ == kAll) newest = gathered_;
+    if (joints_gathered_ == all_) newest = gathered_;
   }
   return newest;
 }

@@ -36,7 +36,7 @@ std::string remedy_for(int error) {
 }
 
 std::unique_ptr<EncoderReader> open_encoders(const ArmWiring& wiring) {
-  const EncoderConfig& encoders = wiring.encoders;
+  const EncoderConfig& encoders = *wiring.encoders;
   switch (encoders.kind) {
     case EncoderConfig::Kind::kCounterPoll:
       return std::make_unique<CounterPoll>(encoders.counter, wiring.arm.axis[0].counter_bits);
@@ -65,9 +65,24 @@ void attempt(std::vector<Missing>& missing, const char* name, Open open) {
 }  // namespace
 
 Devices::Devices(const BoardConfig& config, ServoBeat& beat)
-    : beat_(beat), e_stop_(settle_ticks(config)), dead_man_(settle_ticks(config)), arms_(config.arms.size()) {
+    : beat_(beat),
+      e_stop_(settle_ticks(config)),
+      dead_man_(settle_ticks(config)),
+      lines_(config.arms.size()) {
   // The outputs first: from then on they are in the safe state, even if other devices are missing.
-  for (std::size_t i = 0; i < arms_.size(); ++i) open_arm(config.arms[i], arms_[i]);
+  std::vector<ArmParts> parts;
+  parts.reserve(config.arms.size());
+  bool driven = false;
+  for (const ArmWiring& arm : config.arms) {
+    parts.push_back(open_arm(arm));
+    driven = driven || std::ranges::any_of(arm.drives, [](const auto& drive) { return drive.has_value(); });
+  }
+  std::unique_ptr<DriveSet> drives;
+  if (driven) {
+    drives = std::make_unique<DriveSet>(config.arms, config.rate_Hz, DriveHost::of_this_machine());
+    missing_.insert(missing_.end(), drives->missing().begin(), drives->missing().end());
+  }
+  arms_ = std::make_unique<ArmDevices>(std::move(parts), std::move(drives), beat);
   open_heartbeat(config);
   attempt(missing_, "no_inputs", [&] { open_inputs(config); });
   // Wait until the contacts are debounced; otherwise every start would begin with an e-stop.
@@ -79,15 +94,27 @@ Devices::Devices(const BoardConfig& config, ServoBeat& beat)
   }
 }
 
-void Devices::open_arm(const ArmWiring& wiring, Arm& arm) {
-  attempt(missing_, "no_enable_line", [&] { arm.enable = std::make_unique<GpioOutput>(wiring.enable); });
-  attempt(missing_, "no_dac", [&] {
-    arm.dac = std::make_unique<SpiDac>(wiring.dac.device, wiring.dac.speed_Hz, wiring.dac.channels);
-  });
-  attempt(missing_, "no_encoders", [&] { arm.encoders = open_encoders(wiring); });
+ArmParts Devices::open_arm(const ArmWiring& wiring) {
+  ArmParts arm;
+  arm.needs_encoders = wiring.encoders.has_value();
+  arm.needs_dac = wiring.dac.has_value();
+  if (wiring.enable)
+    attempt(missing_, "no_enable_line", [&] { arm.enable = std::make_unique<GpioOutput>(*wiring.enable); });
+  if (wiring.dac)
+    attempt(missing_, "no_dac", [&] {
+      arm.dac = std::make_unique<SpiDac>(wiring.dac->device, wiring.dac->speed_Hz, wiring.dac->channels);
+    });
+  if (wiring.encoders) attempt(missing_, "no_encoders", [&] { arm.encoders = open_encoders(wiring); });
+  return arm;
+}
+
+// The watchdogs of drives on CAN are a stop path of their own.
+bool Devices::needs_heartbeat(const BoardConfig& config) const {
+  return std::ranges::any_of(config.arms, [](const ArmWiring& arm) { return arm.dac.has_value(); });
 }
 
 void Devices::open_heartbeat(const BoardConfig& config) {
+  if (!config.heartbeat && !needs_heartbeat(config)) return;
   if (!config.heartbeat) {
     missing_.push_back({"no_heartbeat", "no heartbeat is configured",
                         "fit the one-shot of docs/board-linux.md and add \"heartbeat\" to the configuration",
@@ -107,27 +134,19 @@ void Devices::open_inputs(const BoardConfig& config) {
     return place;
   };
   if (config.dead_man) dead_man_line_ = add(*config.dead_man);
-  for (std::size_t i = 0; i < arms_.size(); ++i) {
-    if (config.arms[i].drive_fault) arms_[i].drive_fault = add(*config.arms[i].drive_fault);
-    if (config.arms[i].index) arms_[i].index = add(*config.arms[i].index);
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    if (config.arms[i].drive_fault) lines_[i].drive_fault = add(*config.arms[i].drive_fault);
+    if (config.arms[i].index) lines_[i].index = add(*config.arms[i].index);
   }
   inputs_ = std::make_unique<GpioInputs>(lines);
 }
 
 void Devices::read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t period_ns) noexcept {
-  for (std::size_t i = 0; i < arms_.size(); ++i) {
-    Arm& arm = arms_[i];
-    const auto sample = arm.encoders ? arm.encoders->read(now_ns) : std::nullopt;
-    if (sample) {
-      // A latch within the last period belongs to this tick, an older one to an earlier tick.
-      const std::uint64_t age_ns = sample->time_ns < now_ns ? now_ns - sample->time_ns : 0;
-      std::ranges::copy(sample->counts, arm.last.counts.begin());
-      arm.last.sample_tick = in.tick - std::min(in.tick, age_ns / period_ns);
-    }
-    in.arm[i].counts = arm.last.counts;
-    in.arm[i].sample_tick = arm.last.sample_tick;
-  }
   read_lines(in);
+  arms_->read(in, now_ns, period_ns);
+  for (std::size_t i = 0; i < lines_.size(); ++i)
+    if (lines_[i].drive_fault && (!lines_read_ || levels_[*lines_[i].drive_fault]))
+      in.arm[i].drive_fault = true;
 }
 
 // Without its lines the e-stop of the board reads as pressed.
@@ -141,59 +160,40 @@ void Devices::read_lines(firmware::Inputs& in) noexcept {
     for (const GpioEdge& edge : seen->edges) (edge.active ? rose_ : fell_)[edge.line] = true;
   in.e_stop = !e_stop_.update(read && levels_[kEStopLine], fell_[kEStopLine]);
   in.dead_man = dead_man_line_ ? dead_man_.update(levels_[*dead_man_line_], fell_[*dead_man_line_]) : read;
-  for (std::size_t i = 0; i < arms_.size(); ++i) {
-    const Arm& arm = arms_[i];
-    in.arm[i].drive_fault =
-        beat_.cut() || arm.write_failed || (arm.drive_fault && (!read || levels_[*arm.drive_fault]));
-    in.arm[i].index = arm.index && (levels_[*arm.index] || rose_[*arm.index]);
-  }
+  lines_read_ = read;
+  for (std::size_t i = 0; i < lines_.size(); ++i)
+    in.arm[i].index = lines_[i].index && (levels_[*lines_[i].index] || rose_[*lines_[i].index]);
 }
 
-// A drive whose current cannot be set is switched off; a drive that cannot be enabled gets zero current. The
-// heartbeat's pulse begins before the transfers to the converters and ends after them: every tick gives the
-// edge that triggers the one-shot, and a call that hangs gives no further one.
+// The heartbeat's pulse begins before the transfers to converters and drives and ends after them: every tick gives the edge that triggers the
+// one-shot, and a call that hangs gives no further one.
 void Devices::write(const firmware::Outputs& out) noexcept {
   const bool any = std::ranges::any_of(out.arm, [](const firmware::ArmOutputs& arm) { return arm.enable; });
-  if (any) beat_.driving(monotonic_ns());
+  const std::uint64_t now_ns = monotonic_ns();
+  if (any) beat_.driving(now_ns);
   const bool pulse = any && heartbeat_ && !beat_.cut();
   const bool pulsed = !pulse || heartbeat_->set(true);
-  for (std::size_t i = 0; i < arms_.size(); ++i) {
-    Arm& arm = arms_[i];
-    firmware::ArmOutputs wanted = out.arm[i];
-    wanted.enable = wanted.enable && !beat_.cut();
-    bool works = arm.dac && arm.enable && pulsed;
-    if (!wanted.enable) wanted.current_A = {};
-    if (arm.dac && !arm.dac->write(std::span(wanted.current_A).first<3>())) works = false;
-    const bool enable = wanted.enable && works;
-    if (arm.enable && enable != arm.enabled) {
-      if (arm.enable->set(enable)) {
-        arm.enabled = enable;
-      } else {
-        works = false;
-        if (arm.dac) (void)arm.dac->zero();
-      }
-    }
-    arm.write_failed = !works;
-  }
+  arms_->write(out, pulsed, now_ns);
   if (pulse) (void)heartbeat_->set(false);
   if (!any) {
     beat_.off();
   } else if (beat_.cut()) {  // by the guardian, during this call
-    for (Arm& arm : arms_)
-      if (arm.enable && arm.enable->set(false)) arm.enabled = false;
+    arms_->switch_off();
   }
 }
 
 void Devices::make_safe() noexcept {
   switch_off();
+  arms_->forget();
   beat_.off();
 }
 
-void Devices::switch_off() noexcept {
-  for (Arm& arm : arms_) {
-    if (arm.enable && arm.enable->set(false)) arm.enabled = false;
-    if (arm.dac) (void)arm.dac->zero();
-  }
+void Devices::switch_off() noexcept { arms_->switch_off(); }
+
+std::vector<std::string> Devices::report() const {
+  return arms_->drives() == nullptr ? std::vector<std::string>{} : arms_->drives()->report();
 }
+
+std::string Devices::news() { return arms_->drives() == nullptr ? std::string() : arms_->drives()->news(); }
 
 }  // namespace thimble::board

@@ -1,4 +1,4 @@
-// The devices of an embedded Linux board, by its configuration: encoders, converters, lines. A device that
+// The devices of an embedded Linux board, by its configuration: encoders, converters, drives on CAN, lines. A device that
 // cannot be opened is listed in missing(), and the others work: without its lines the e-stop reads as
 // pressed, without encoders there are no new samples, without a converter or an enable line the drive reports
 // a fault.
@@ -8,11 +8,12 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "board/common/safety_switch.h"
+#include "board/linux/arm_devices.h"
 #include "board/linux/board_config.h"
-#include "board/linux/encoder_reader.h"
 #include "board/linux/gpio.h"
 #include "board/linux/missing.h"
 #include "board/linux/servo_beat.h"
@@ -23,12 +24,18 @@ namespace thimble::board {
 
 class Devices final : public TickDevices {
  public:
-  // Sets all currents to zero and switches all drives off. Takes the debounce time of the contacts. Does not
+  // Sets all currents to zero and switches all drives off. Takes the debounce time of the contacts, and what the search for drives takes
+  // (drive_set.h). Does not
   // throw for missing devices.
   // beat: must outlive the devices. Drives that the guardian has switched off read as a fault of every drive
   // until the servo has switched them off itself.
   Devices(const BoardConfig& config, ServoBeat& beat);
   [[nodiscard]] const std::vector<Missing>& missing() const noexcept { return missing_; }
+
+  // The drives on CAN as they are found at start, for people; empty: there is none.
+  [[nodiscard]] std::vector<std::string> report() const;
+  // What a drive has said since the last call, for the log; empty: nothing. Any thread.
+  [[nodiscard]] std::string news();
 
   void read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t period_ns) noexcept override;
   void write(const firmware::Outputs& out) noexcept override;
@@ -37,19 +44,13 @@ class Devices final : public TickDevices {
   void switch_off() noexcept;
 
  private:
-  struct Arm {
-    std::unique_ptr<EncoderReader> encoders;
-    std::unique_ptr<SpiDac> dac;
-    std::unique_ptr<GpioOutput> enable;
-    std::optional<std::size_t> drive_fault;  // its index among the inputs
-    std::optional<std::size_t> index;
-    firmware::ArmInputs last;
-    bool enabled = false;
-    bool write_failed = false;
+  struct Lines {  // of an arm: their indices among the inputs
+    std::optional<std::size_t> drive_fault, index;
   };
   void open_heartbeat(const BoardConfig& config);
   void open_inputs(const BoardConfig& config);
-  void open_arm(const ArmWiring& wiring, Arm& arm);
+  [[nodiscard]] ArmParts open_arm(const ArmWiring& wiring);
+  [[nodiscard]] bool needs_heartbeat(const BoardConfig& config) const;
   void read_lines(firmware::Inputs& in) noexcept;
 
   ServoBeat& beat_;
@@ -59,8 +60,10 @@ class Devices final : public TickDevices {
   std::optional<std::size_t> dead_man_line_;
   SafetySwitch e_stop_;
   SafetySwitch dead_man_;
-  std::vector<Arm> arms_;
+  std::vector<Lines> lines_;  // one for each arm
+  std::unique_ptr<ArmDevices> arms_;
   // One entry per input.
+  bool lines_read_ = false;
   std::array<bool, GpioInputs::kMaxLines> levels_{};
   std::array<bool, GpioInputs::kMaxLines> rose_{};
   std::array<bool, GpioInputs::kMaxLines> fell_{};

@@ -6,11 +6,14 @@
 #include <cstdint>
 #include <optional>
 
+#include "board/linux/drive_wiring.h"
+
 namespace thimble::board {
 
 struct EncoderSample {
-  std::array<std::uint32_t, 3> counts{};  // raw counter registers
-  std::uint64_t time_ns = 0;              // CLOCK_MONOTONIC when they were latched
+  std::array<std::uint32_t, kArmJoints>
+      counts{};               // raw counter registers; of joints that it does not read: 0
+  std::uint64_t time_ns = 0;  // CLOCK_MONOTONIC when they were latched
 };
 
 class EncoderReader {

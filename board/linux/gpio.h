@@ -16,6 +16,8 @@
 #include <system_error>
 #include <vector>
 
+#include "board/linux/outputs.h"
+
 namespace thimble::board {
 
 class GpioError : public std::runtime_error {
@@ -73,14 +75,14 @@ class GpioInputs {
   std::array<GpioEdge, kMaxLines * kEdgesPerLine> edges_;
 };
 
-class GpioOutput {
+class GpioOutput final : public SwitchOutput {
  public:
   explicit GpioOutput(const GpioLine& line);  // not active
   GpioOutput(const GpioOutput&) = delete;
   GpioOutput& operator=(const GpioOutput&) = delete;
-  ~GpioOutput();  // sets it to not active and returns the line to the kernel
+  ~GpioOutput() override;  // sets it to not active and returns the line to the kernel
 
-  [[nodiscard]] bool set(bool active) noexcept;  // false: the chip is gone. Any thread.
+  [[nodiscard]] bool set(bool active) noexcept override;  // false: the chip is gone. Any thread.
 
  private:
   struct Impl;

@@ -6,17 +6,21 @@
 namespace thimble::board {
 namespace {
 
-std::vector<GpioLine> lines_of(const std::array<std::array<std::string, 2>, 3>& names) {
+std::vector<GpioLine> lines_of(const std::array<std::array<std::string, 2>, kArmJoints>& names) {
   std::vector<GpioLine> lines;
   for (const auto& joint : names)
-    for (const std::string& name : joint) lines.push_back({name, false, GpioBias::kAsIs});
+    for (const std::string& name : joint)
+      if (!name.empty()) lines.push_back({name, false, GpioBias::kAsIs});
   return lines;
 }
 
 }  // namespace
 
-GpioEncoder::GpioEncoder(const std::array<std::array<std::string, 2>, 3>& lines) : inputs_(lines_of(lines)) {
-  if (!start_again()) throw GpioError(lines[0][0], "its level cannot be read", EIO);
+GpioEncoder::GpioEncoder(const std::array<std::array<std::string, 2>, kArmJoints>& lines)
+    : inputs_(lines_of(lines)) {
+  for (std::size_t j = 0; j < lines.size(); ++j)
+    if (!lines[j][0].empty()) joint_of_[pairs_++] = j;
+  if (!start_again()) throw GpioError(lines[joint_of_[0]][0], "its level cannot be read", EIO);
 }
 
 std::optional<EncoderSample> GpioEncoder::read(std::uint64_t now_ns) noexcept {
@@ -39,14 +43,15 @@ bool GpioEncoder::follow() noexcept {
   const auto seen = inputs_.edges();
   if (!seen || seen->lost) return false;
   for (const GpioEdge& edge : seen->edges)
-    joints_[edge.line / 2U].edge(edge.line % 2 == 0 ? QuadratureLine::kA : QuadratureLine::kB, edge.active);
+    joints_[joint_of_[edge.line / 2U]].edge(edge.line % 2 == 0 ? QuadratureLine::kA : QuadratureLine::kB,
+                                            edge.active);
   return std::none_of(joints_.begin(), joints_.end(), [](const Quadrature& joint) { return joint.lost(); });
 }
 
 // Edges that arrive during this call appear as lost in the next follow(), which then starts again.
 bool GpioEncoder::start_again() noexcept {
   if (!inputs_.edges() || !inputs_.levels(levels_)) return false;
-  for (std::size_t j = 0; j < joints_.size(); ++j) joints_[j].reset(levels_[2 * j], levels_[2 * j + 1]);
+  for (std::size_t i = 0; i < pairs_; ++i) joints_[joint_of_[i]].reset(levels_[2 * i], levels_[2 * i + 1]);
   return true;
 }
 

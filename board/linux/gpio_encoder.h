@@ -17,19 +17,21 @@ namespace thimble::board {
 
 class GpioEncoder final : public EncoderReader {
  public:
-  // lines: A and B of each joint. Throws GpioError.
-  explicit GpioEncoder(const std::array<std::array<std::string, 2>, 3>& lines);
+  // lines: A and B of each joint; joints without names are not read. Throws GpioError.
+  explicit GpioEncoder(const std::array<std::array<std::string, 2>, kArmJoints>& lines);
   [[nodiscard]] std::optional<EncoderSample> read(std::uint64_t now_ns) noexcept override;
 
  private:
-  static constexpr std::size_t kLines = 6;
+  static constexpr std::size_t kLines = 2 * kArmJoints;
   static constexpr unsigned kBlindTicks = 128;  // after a lost edge; encoder_stale_ticks is at most 100
 
   [[nodiscard]] bool follow() noexcept;
   [[nodiscard]] bool start_again() noexcept;
 
   GpioInputs inputs_;
-  std::array<Quadrature, 3> joints_;
+  std::array<Quadrature, kArmJoints> joints_;
+  std::array<std::size_t, kArmJoints> joint_of_{};  // of each pair of lines
+  std::size_t pairs_ = 0;
   std::array<bool, kLines> levels_{};
   unsigned blind_ticks_ = 0;
 };

@@ -24,7 +24,8 @@ std::vector<std::string> named_lines(const BoardConfig& config) {
     add(arm.enable);
     add(arm.drive_fault);
     add(arm.index);
-    for (const auto& joint : arm.encoders.lines) names.insert(names.end(), joint.begin(), joint.end());
+    if (!arm.encoders) continue;
+    for (const auto& joint : arm.encoders->lines) names.insert(names.end(), joint.begin(), joint.end());
   }
   return names;
 }
@@ -35,9 +36,10 @@ std::vector<fs::path> named_files(const BoardConfig& config) {
   for (const LinkConfig& link : config.links)
     if (link.kind == LinkConfig::Kind::kTty) files.emplace_back(link.device);
   for (const ArmWiring& arm : config.arms) {
-    files.emplace_back(arm.dac.device);
-    for (const CounterPlace& joint : arm.encoders.counter) {
-      if (joint.device.empty()) continue;  // encoders at GPIO lines
+    if (arm.dac) files.emplace_back(arm.dac->device);
+    if (!arm.encoders) continue;
+    for (const CounterPlace& joint : arm.encoders->counter) {
+      if (joint.device.empty()) continue;  // at GPIO lines, or in its drive
       try {
         files.push_back("/dev" / find_counter(joint.device).filename());
       } catch (const std::system_error&) {  // its driver is not loaded

@@ -1,14 +1,19 @@
 #include "board/linux/realtime.h"
 
+#include <fcntl.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <string>
 #include <thread>
+#include <utility>
 
 namespace thimble::board {
 namespace {
@@ -66,6 +71,27 @@ std::vector<Missing> try_realtime(int priority, std::optional<int> cpu) {
   std::vector<Missing> missing;
   std::thread([&] { missing = become_realtime(priority, cpu); }).join();
   return missing;
+}
+
+KernelLatency::KernelLatency(const std::filesystem::path& root) {
+  std::ifstream file(root / "sys/kernel/realtime");
+  int value = 0;
+  preempt_rt_ = (file >> value) && value == 1;
+  report_.emplace_back(
+      preempt_rt_
+          ? "the kernel has PREEMPT_RT"
+          : "the kernel has no PREEMPT_RT: under load it wakes the servo late by milliseconds; install "
+            "linux-image-rt-*");
+  const std::filesystem::path device = root / "dev/cpu_dma_latency";
+  Descriptor opened(open(device.c_str(), O_WRONLY | O_CLOEXEC));
+  constexpr std::int32_t kNone_us = 0;
+  if (opened.is_open() && write(opened.get(), &kNone_us, sizeof(kNone_us)) == ssize_t{sizeof(kNone_us)}) {
+    latency_ = std::move(opened);
+    report_.emplace_back("cpu_dma_latency is held at 0 us");
+  } else {
+    report_.push_back(device.string() + ": " + std::strerror(errno) +
+                      ": the processors may sleep deeply, and wake the servo late; install the udev rule");
+  }
 }
 
 void prefault_stack() noexcept {

@@ -3,10 +3,13 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "board/linux/missing.h"
+#include "board/posix/descriptor.h"
 
 namespace thimble::board {
 
@@ -18,6 +21,23 @@ namespace thimble::board {
 [[nodiscard]] std::vector<Missing> become_realtime(int priority, std::optional<int> cpu);
 // Tries the same in a temporary thread and reports what is missing.
 [[nodiscard]] std::vector<Missing> try_realtime(int priority, std::optional<int> cpu);
+
+// What the kernel gives beyond that: asked for, reported, and no reason to refuse arming.
+class KernelLatency {
+ public:
+  // Holds cpu_dma_latency at 0 us as long as this lives: no processor sleeps deeper than it wakes at once. `root`: of a system's files, for
+  // tests.
+  explicit KernelLatency(const std::filesystem::path& root = "/");
+  // Sentences for people, one for each: what there is, or what is missing and what to do.
+  [[nodiscard]] const std::vector<std::string>& report() const noexcept { return report_; }
+  [[nodiscard]] bool preempt_rt() const noexcept { return preempt_rt_; }
+  [[nodiscard]] bool awake() const noexcept { return latency_.is_open(); }
+
+ private:
+  Descriptor latency_;
+  bool preempt_rt_ = false;
+  std::vector<std::string> report_;
+};
 
 // Touches the stack of the calling thread to the depth that a tick may use.
 void prefault_stack() noexcept;

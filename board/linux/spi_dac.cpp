@@ -5,7 +5,7 @@
 namespace thimble::board {
 
 SpiDac::SpiDac(const std::string& device, std::uint32_t speed_Hz,
-               const std::array<Ad5754::Channel, 3>& channels)
+               const std::array<Ad5754::Channel, kArmJoints>& channels)
     : device_(open_file(device, O_RDWR)), channels_(channels) {
   std::uint8_t mode = SPI_MODE_1, bits = 8;
   if (ioctl(device_.get(), SPI_IOC_WR_MODE, &mode) != 0 ||
@@ -23,7 +23,7 @@ SpiDac::SpiDac(const std::string& device, std::uint32_t speed_Hz,
     throw std::system_error(errno, std::generic_category(), device + ": write to the converter");
 }
 
-bool SpiDac::write(std::span<const float, 3> current_A) noexcept {
+bool SpiDac::write(const std::array<float, kArmJoints>& current_A) noexcept {
   for (std::size_t i = 0; i < channels_.size(); ++i)
     frames_[i] =
         Ad5754::voltage(static_cast<std::uint8_t>(i), Ad5754::word(channels_[i], current_A[i]).value);

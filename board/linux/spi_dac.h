@@ -8,30 +8,30 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 #include <string>
 
 #include "board/common/ad5754.h"
 #include "board/linux/open_file.h"
+#include "board/linux/outputs.h"
 
 namespace thimble::board {
 
-class SpiDac {
+class SpiDac final : public CurrentOutput {
  public:
   // The current is zero before, during and after construction.
-  SpiDac(const std::string& device, std::uint32_t speed_Hz, const std::array<Ad5754::Channel, 3>& channels);
+  SpiDac(const std::string& device, std::uint32_t speed_Hz,
+         const std::array<Ad5754::Channel, kArmJoints>& channels);
   SpiDac(SpiDac&&) = delete;
 
   // False: the transfer failed; the converter keeps its voltages.
-  [[nodiscard]] bool write(std::span<const float, 3> current_A) noexcept;
-  [[nodiscard]] bool zero() noexcept { return write(std::array<float, 3>{}); }
+  [[nodiscard]] bool write(const std::array<float, kArmJoints>& current_A) noexcept override;
 
  private:
-  static constexpr std::size_t kFrames = 4;  // three voltages and the load
+  static constexpr std::size_t kFrames = kArmJoints + 1;  // the voltages and the load
   [[nodiscard]] bool command(const Ad5754::Frame& frame) noexcept;
 
   Descriptor device_;
-  std::array<Ad5754::Channel, 3> channels_;
+  std::array<Ad5754::Channel, kArmJoints> channels_;
   std::array<Ad5754::Frame, kFrames> frames_{};
   std::array<spi_ioc_transfer, kFrames> transfers_{};
 };

@@ -22,15 +22,14 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <sstream>
 #include <string>
 #include <system_error>
 #include <thread>
 #include <vector>
 
-#include "board/common/stop_path.h"
 #include "board/files/text_file.h"
 #include "board/linux/board_config.h"
+#include "board/linux/check_board.h"
 #include "board/linux/clock.h"
 #include "board/linux/devices.h"
 #include "board/linux/guardian.h"
@@ -43,17 +42,12 @@
 #include "board/linux/slot_files.h"
 #include "board/linux/wall_clock.h"
 #include "board/linux/watchdog.h"
-#include "board/posix/can_port.h"
 #include "board/posix/link_ports.h"
-#include "board/posix/tty_port.h"
-#include "control/scene/limits.h"
-#include "firmware/core/stop_timeout.h"
-#include "firmware/store/slot_header.h"
 
 namespace thimble::board {
 namespace {
 
-constexpr int kFailed = 1, kUsage = 2, kNotFound = 3, kPermission = 5, kBadConfig = 10;
+constexpr int kFailed = 1, kUsage = 2, kNotFound = 3, kBadConfig = 10;
 constexpr std::uint64_t kWait_us =
     1000;  // longest wait of the background for the link, and so the longest delay of telemetry
 constexpr std::uint64_t kLook_ns = 20'000'000;  // interval of the checks of servo and background
@@ -61,11 +55,8 @@ constexpr std::uint64_t kFeed_us = 200'000;     // interval of feeding the watch
 // Longest time without progress for which the watchdogs are still fed. The background checks and saves a
 // scene in one cycle: 64 MB on a slow card.
 constexpr std::uint32_t kTickLimit_us = 100'000, kRoundLimit_us = 10'000'000;
-constexpr std::size_t kSceneSlotBytes = control::kMaxImageBytes + firmware::kSlotHeaderBytes;
 
 std::uint64_t now_us() { return monotonic_ns() / 1000; }
-
-std::string describe(const Missing& missing) { return missing.what + "; " + missing.remedy; }
 
 // The names without duplicates, separated by commas.
 std::string names(const std::vector<Missing>& missing) {
@@ -73,40 +64,6 @@ std::string names(const std::vector<Missing>& missing) {
   for (const Missing& one : missing)
     if (all.find(one.name) == std::string::npos) all += (all.empty() ? "" : ",") + one.name;
   return all;
-}
-
-void add(std::vector<Missing>& all, std::vector<Missing> more) {
-  for (Missing& one : more) all.push_back(std::move(one));
-}
-
-Missing no_watchdog(const BoardConfig& config, int error) {
-  if (!config.watchdog)
-    return {"no_watchdog", "no watchdog is configured",
-            "add \"watchdog\": { \"device\": \"/dev/watchdog\", \"timeout_s\": 2 } to the configuration",
-            error};
-  const char* remedy = error == EBUSY ? "end the program that feeds it (systemd: RuntimeWatchdogSec=off)"
-                                      : "load its driver, or install the udev rule and run as its group";
-  return {"no_watchdog", config.watchdog->string() + ": " + std::strerror(error), remedy, error};
-}
-
-// By the saved lost_ticks, which a host may change: without it the one-shot would end before the fault.
-std::optional<Missing> too_late(const BoardConfig& config, SlotFiles& store) {
-  const std::uint32_t lost_ticks = saved_lost_ticks(store);
-  const auto wanted_us =
-      firmware::stop_timeout_us(static_cast<std::uint32_t>(1e9 / config.rate_Hz), lost_ticks);
-  if (wanted_us && (!config.heartbeat || *wanted_us <= config.heartbeat->timeout_us)) return std::nullopt;
-  std::ostringstream what;
-  what << "lost_ticks " << lost_ticks << " at " << config.rate_Hz << " Hz asks the stop path for "
-       << 1e3 * (lost_ticks + 1) / config.rate_Hz << " ms, ";
-  if (wanted_us) {
-    what << "the heartbeat's one-shot ends after " << config.heartbeat->timeout_us * 1e-3 << " ms";
-    return Missing{"heartbeat_too_short", what.str(),
-                   "lower lost_ticks (thimble param set, param save) and restart, or fit a longer one-shot",
-                   EINVAL};
-  }
-  what << "allowed are " << firmware::kLongestStop_us / 1000 << " ms";
-  return Missing{firmware::kLacksShortStop, what.str(),
-                 "lower lost_ticks (thimble param set, param save) and restart", EINVAL};
 }
 
 firmware::Config controller_config(const BoardConfig& board, const LinkPorts& ports, const std::string& lacks,
@@ -128,16 +85,6 @@ firmware::Config controller_config(const BoardConfig& board, const LinkPorts& po
     config.arm[i].has_index = board.arms[i].index.has_value();
   }
   return config;
-}
-
-std::unique_ptr<Port> open_port(const LinkConfig& link, std::uint8_t node) {
-  switch (link.kind) {
-    case LinkConfig::Kind::kCan:
-      return std::make_unique<CanPort>(link.device, node);
-    case LinkConfig::Kind::kTty:
-      return std::make_unique<TtyPort>(link.device);
-  }
-  return nullptr;
 }
 
 // Runs the background of the controller in a thread, from construction to stop().
@@ -235,6 +182,8 @@ void run(const BoardConfig& config) {
   Guardian guardian([&devices] { devices.switch_off(); }, *beat, config.priority + 1);
   static std::optional<firmware::Controller> controller;  // static, so it exists before memory is locked
   std::vector<Missing> missing = devices.missing();
+  const KernelLatency latency;
+  for (const std::string& line : latency.report()) std::cerr << "thimble-board: " << line << '\n';
   if (const std::optional<Missing> memory = lock_memory()) missing.push_back(*memory);
   const std::vector<Missing> realtime = try_realtime(config.priority, config.cpu);
   add(missing, realtime);
@@ -288,6 +237,8 @@ void run(const BoardConfig& config) {
         again = background.restart();
         break;
       }
+      if (const std::string news = devices.news(); !news.empty())
+        std::cerr << "thimble-board: " << news << std::endl;
       if (!liveness.alive(now_us())) continue;  // the watchdogs are not fed
       if (now_us() - fed_us < feed_us) continue;
       fed_us = now_us();
@@ -299,47 +250,6 @@ void run(const BoardConfig& config) {
   }
   manager.tell("STOPPING=1");
   if (watchdog) (void)watchdog->disarm();
-}
-
-// Opens every device once, as the board would, and reports what is missing.
-int check(const BoardConfig& config) {
-  const ServoBeat::Shared beat = ServoBeat::make();
-  const Devices devices(config, *beat);
-  std::vector<Missing> missing = devices.missing();
-  if (const std::optional<Missing> memory = lock_memory()) missing.push_back(*memory);
-  add(missing, try_realtime(config.priority + 1, config.cpu));  // the guardian's, above the servo's
-  try {
-    SlotFiles store(config.store, kSceneSlotBytes);
-    if (const std::optional<Missing> late = too_late(config, store)) missing.push_back(*late);
-  } catch (const std::system_error& error) {
-    missing.push_back({"no_store", error.what(),
-                       "make the folder, for the board's user to write; end another thimble-board",
-                       error.code().value()});
-  }
-  for (const LinkConfig& link : config.links) {
-    try {
-      (void)open_port(link, config.node);
-    } catch (const std::system_error& error) {
-      missing.push_back(
-          {"no_link", error.what(), "or correct /links in the configuration", error.code().value()});
-    } catch (const std::runtime_error& error) {
-      missing.push_back({"no_link", error.what(), "or correct /links in the configuration", ENODEV});
-    }
-  }
-  // The watchdog is not opened, because that would start it.
-  if (!config.watchdog) {
-    missing.push_back(no_watchdog(config, ENOENT));
-  } else if (access(config.watchdog->c_str(), W_OK) != 0) {
-    missing.push_back(no_watchdog(config, errno));
-  }
-  for (const Missing& one : missing) std::cout << "missing: " << describe(one) << '\n';
-  if (missing.empty()) {
-    std::cout << "nothing is missing\n";
-    return 0;
-  }
-  const bool forbidden =
-      std::any_of(missing.begin(), missing.end(), [](const Missing& one) { return one.forbidden(); });
-  return forbidden ? kPermission : kNotFound;
 }
 
 // Renders the scenes as the servo would, and proposes /work_units. Nothing is opened, and no motor moves.
@@ -381,11 +291,13 @@ int main_of(int argc, char** argv) {
   CLI::App app{"The controller of a Thimble haptic arm on an embedded Linux board", "thimble-board"};
   app.add_option("--config", file, "configuration of this board, see docs/board-linux.md")
       ->capture_default_str();
-  app.add_flag("--check", only_check, "say which devices and privileges are missing, and end");
+  app.add_flag("--check", only_check,
+               "say which devices and privileges are missing, what a tick takes, and end");
   app.add_option("--uses", device,
                  "end with 0 if the configuration names this device, with 3 if not (udev rule)");
   app.add_option("--measure", scenes,
-                 "say what rendering these scene images takes here, propose work_units, and end")
+                 "say what rendering these scene images takes here, propose work_units, and end; with "
+                 "--check: count it in")
       ->type_name("IMAGE...");
   try {
     app.parse(argc, argv);
@@ -398,7 +310,7 @@ int main_of(int argc, char** argv) {
   try {
     const BoardConfig config = read_board_config(file);
     if (!device.empty()) return names_device(config, device) ? 0 : kNotFound;
-    if (only_check) return check(config);
+    if (only_check) return check_board(config, scenes);
     if (!scenes.empty()) return measure(config, scenes);
     run(config);
     return 0;

@@ -39,11 +39,17 @@ void DriveBus::begin_cycle(std::uint64_t now_us, std::span<const float> torque_N
     if (begun_us_ != 0 && slot.life.powered() &&
         static_cast<float>(now_us - begun_us_) > slot.config.watchdog_s * 1e6F)
       slot.life.fail(DriveFault::kHostGap);
+  // An ODrive's watchdog runs while it is off: after a pause it has expired, which is no fault of one that was off.
+  for (Slot& slot : slots_)
+    if (begun_us_ != 0 && is_odrive(slot.config.kind) &&
+        static_cast<float>(now_us - begun_us_) > slot.config.watchdog_s * 1e6F)
+      slot.life.start_again();
   begun_us_ = now_us;
   apply_bus_rules();
 
   outbox_.clear();
-  for (std::size_t i = 0; i < slots_.size(); ++i)
+  sort_by_load(torque_N_m);
+  for (const std::size_t i : std::span(order_).first(slots_.size()))
     add_frames(slots_[i], i < torque_N_m.size() ? torque_N_m[i] : 0,
                i < damping_N_m_s_rad.size() ? damping_N_m_s_rad[i] : 0);
   switch (socket_.send(outbox_.frames())) {
@@ -55,6 +61,18 @@ void DriveBus::begin_cycle(std::uint64_t now_us, std::span<const float> torque_N
     case CanSocket::Sent::kDown:
       fail_all(DriveFault::kBusOff);
       break;
+  }
+}
+
+void DriveBus::sort_by_load(std::span<const float> torque_N_m) noexcept {
+  const auto load = [&](std::size_t i) {
+    return i < torque_N_m.size() ? std::abs(finite_or_zero(torque_N_m[i])) / slots_[i].config.peak_torque_N_m
+                                 : 0.0F;
+  };
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    std::size_t at = i;
+    for (; at > 0 && load(order_[at - 1]) < load(i); --at) order_[at] = order_[at - 1];
+    order_[at] = i;
   }
 }
 
@@ -224,6 +242,7 @@ DriveState DriveBus::state_of(const Slot& slot, std::uint64_t now_us) const noex
   state.position_rad = slot.life.position_rad();
   state.velocity_rad_s = sample.velocity_rad_s;
   state.torque_N_m = sample.torque_N_m;
+  state.torque_difference_N_m = slot.life.torque_difference_N_m();
   state.current_A = sample.current_A;
   state.supply_V = sample.supply_V;
   state.drive_C = sample.drive_C;
@@ -252,6 +271,13 @@ std::string_view DriveBus::enable() noexcept {
 
 void DriveBus::disable() noexcept {
   for (Slot& slot : slots_) slot.life.brake();
+}
+
+void DriveBus::stop(bool cut) noexcept {
+  for (Slot& slot : slots_) {
+    if (cut && slot.life.powered()) slot.life.fail(DriveFault::kSwitchedOff);
+    slot.life.stop();
+  }
 }
 
 void DriveBus::clear() noexcept {

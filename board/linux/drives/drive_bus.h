@@ -4,7 +4,8 @@
 //   while (!bus.collect(now_us()) && in time) wait;           // or just the time of bus_time.h
 //   for (const DriveState& drive : bus.end_cycle(now_us())) ...
 //
-// One thread. From begin_cycle() on nothing allocates, waits or throws. Frames leave in the order of the drives: the most loaded joint first.
+// One thread. From begin_cycle() on nothing allocates, waits or throws. Frames leave in the order of the torques' shares of their peaks: the
+// most loaded joint first, of equal ones the first of the list.
 // There is no second way to ask a drive something: any frame feeds an ODrive's watchdog, so only what writes torques may send.
 // A fault of one drive drops all: torque 0 and base damping for 300 ms, then off. Nothing is enabled again but by enable(). Where an arm has
 // several buses, the owner calls disable() on the others.
@@ -27,6 +28,8 @@ struct DriveState {
   double position_rad = 0;  // without wraps; valid if position_known
   float velocity_rad_s = 0;
   float torque_N_m = kNoValue;
+  float torque_difference_N_m =
+      0;  // of the last torque reported from the one asked for, damping and lag included
   float current_A = kNoValue;
   float supply_V = kNoValue;
   float drive_C = kNoValue;
@@ -68,6 +71,8 @@ class DriveBus {
   // Empty: accepted, and when all drives have been at rest for 20 ticks they run together. Else what stands against it.
   [[nodiscard]] std::string_view enable() noexcept;
   void disable() noexcept;
+  // Off at once, from the next cycle on; `cut`: somebody else has switched them off, which is the fault switched_off of each that was on.
+  void stop(bool cut = false) noexcept;
   void clear() noexcept;
 
   [[nodiscard]] std::span<const Stranger> strangers() const noexcept {
@@ -94,6 +99,7 @@ class DriveBus {
   void read(std::uint64_t now_us, When when) noexcept;
   void take(const CanSocket::Received& received, When when) noexcept;
   void add_frames(Slot& slot, float torque_N_m, float damping_N_m_s_rad) noexcept;
+  void sort_by_load(std::span<const float> torque_N_m) noexcept;
   void note(const CanFrame& frame) noexcept;
   void fail_all(DriveFault fault) noexcept;
   void apply_bus_rules() noexcept;
@@ -103,6 +109,7 @@ class DriveBus {
   std::vector<Slot> slots_;
   std::vector<DriveState> states_;
   Outbox outbox_;
+  std::array<std::size_t, kMostDrives> order_{};  // in which the commands leave
   std::array<Stranger, kMostStrangers> strangers_{};
   std::size_t stranger_count_ = 0;
   std::uint64_t begun_us_ = 0;  // 0: never

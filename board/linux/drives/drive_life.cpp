@@ -51,7 +51,8 @@ float longest_step_rad(const DriveConfig& config, float period_s) {
 // The drive is not, or no longer, one that can brake.
 bool without_power(DriveFault fault) {
   return fault == DriveFault::kRebooted || fault == DriveFault::kWatchdogExpired ||
-         fault == DriveFault::kDriveReported || fault == DriveFault::kNotEnabled;
+         fault == DriveFault::kDriveReported || fault == DriveFault::kNotEnabled ||
+         fault == DriveFault::kSwitchedOff;
 }
 
 }  // namespace
@@ -115,7 +116,7 @@ DriveLife::Wish DriveLife::wish() const noexcept {
       if (clearing_) return Wish::kClear;
       return poll_or_off();
     case State::kIdle:
-      return poll_or_off();
+      return in_state_ < off_ticks_ ? Wish::kOff : poll_or_off();
     case State::kEnabled:
       return enabling_ ? Wish::kEnable : Wish::kStandBy;
     case State::kRunning:
@@ -139,7 +140,7 @@ DriveLife::Wish DriveLife::poll_or_off() const noexcept {
 void DriveLife::enter(State state) noexcept {
   state_ = state;
   in_state_ = 0;
-  missed_ = doubled_ = settled_ = counter_stands_ = 0;
+  missed_ = doubled_ = settled_ = counter_stands_ = off_ticks_ = 0;
 }
 
 void DriveLife::enable() noexcept {
@@ -157,6 +158,18 @@ void DriveLife::run() noexcept {
 
 void DriveLife::brake() noexcept {
   if (state_ == State::kEnabled || state_ == State::kRunning) enter(State::kBraking);
+}
+
+void DriveLife::stop() noexcept {
+  if (!powered()) return;
+  enter(fault_ == DriveFault::kNone ? State::kIdle : State::kFault);
+  off_ticks_ = kOffTicks;
+}
+
+void DriveLife::start_again() noexcept {
+  if (state_ != State::kIdle) return;
+  enter(State::kUnknown);
+  clearing_ = true;
 }
 
 void DriveLife::clear() noexcept {

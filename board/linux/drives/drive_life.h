@@ -74,6 +74,8 @@ class DriveLife {
   void enable() noexcept;                // in Idle
   void run() noexcept;                   // in Enabled, when ready()
   void brake() noexcept;                 // in Enabled and Running; others are off already
+  void stop() noexcept;                  // in Enabled, Running and Braking: off at once, without a fault Idle
+  void start_again() noexcept;           // in Idle: everything that is checked at power-on
   void clear() noexcept;                 // in Silent and Fault
   void fail(DriveFault fault) noexcept;  // the first one stays
 
@@ -85,6 +87,7 @@ class DriveLife {
   }
   [[nodiscard]] double position_rad() const noexcept { return unwrap_.position_rad(); }
   [[nodiscard]] bool position_known() const noexcept { return position_known_; }
+  [[nodiscard]] float torque_difference_N_m() const noexcept { return witness_.difference_N_m(); }
   [[nodiscard]] bool limit_unseen() const noexcept { return witness_.limited(); }
   [[nodiscard]] std::uint32_t config_hash() const noexcept {
     return hash_;
@@ -129,6 +132,7 @@ class DriveLife {
   std::size_t item_ = 0;
   unsigned asked_ticks_ = 0;
   unsigned step_ = 0;
+  unsigned off_ticks_ = 0;  // in Idle: how long the drive is told to switch off
   bool enabling_ = false;
   bool clearing_ = false;  // the drive's faults are being cleared, for kClearTicks
   bool proven_ = false;    // the watchdog

@@ -45,6 +45,34 @@ void take_heartbeat(bool firmware06, const CanFrame& frame, Sample& sample) {
   if (sample.stage == Stage::kOn) sample.position_valid = true;
 }
 
+// What only a host sends: another program of this machine may have, such as the board's guardian.
+bool is_command(Message message) {
+  switch (message) {
+    case Message::kEmergencyStop:
+    case Message::kRxSdo:
+    case Message::kAxisState:
+    case Message::kControllerModes:
+    case Message::kInputVelocity:
+    case Message::kInputTorque:
+    case Message::kLimits:
+    case Message::kReboot:
+    case Message::kClearErrors:
+    case Message::kVelocityGains:
+      return true;
+    case Message::kVersion:
+    case Message::kHeartbeat:
+    case Message::kError:
+    case Message::kTxSdo:
+    case Message::kEstimates:
+    case Message::kIq:
+    case Message::kTemperature:
+    case Message::kSupply:
+    case Message::kTorques:
+      return false;
+  }
+  return false;
+}
+
 }  // namespace
 
 CanFrame pack_request(std::uint8_t node, Message message) noexcept {
@@ -104,6 +132,7 @@ Unpacked unpack(std::uint8_t node, bool firmware06, float torque_constant_N_m_A,
   Unpacked out;
   if (frame.extended || frame.remote || frame.id >> 5U != node || frame.size == 0) return out;
   out.message = static_cast<Message>(frame.id & 0x1FU);
+  if (is_command(out.message)) return out;
   if (frame.size != 8) {
     out.reply = Reply::kMalformed;
     return out;

@@ -15,15 +15,21 @@ class TorqueWitness {
 
   void reset() noexcept { *this = TorqueWitness(allowed_N_m_, period_s_, gain_, 0); }
   // Each tick.
-  void asked(float torque_N_m) noexcept { expected_N_m_ += gain_ * (torque_N_m - expected_N_m_); }
+  void asked(float torque_N_m) noexcept {
+    before_N_m_ = expected_N_m_;
+    expected_N_m_ += gain_ * (torque_N_m - expected_N_m_);
+  }
   // With each torque reported; `ticks`: since the last one.
   void reported(float torque_N_m, unsigned ticks) noexcept {
+    difference_N_m_ = torque_N_m - before_N_m_;
     const bool differs =
         std::abs(torque_N_m - expected_N_m_) > kShare * std::abs(expected_N_m_) + allowed_N_m_;
     // From the first report that differs on.
     differs_s_ = differs && differed_ ? differs_s_ + static_cast<float>(ticks) * period_s_ : 0;
     differed_ = differs;
   }
+  // Of the last report, from what was asked for before its command: a reply shows the torque of then.
+  [[nodiscard]] float difference_N_m() const noexcept { return difference_N_m_; }
   [[nodiscard]] bool limited() const noexcept { return differs_s_ >= kShown_s; }
   [[nodiscard]] bool faulted() const noexcept { return differs_s_ >= kFault_s; }
 
@@ -40,6 +46,8 @@ class TorqueWitness {
   float period_s_;
   float gain_;
   float expected_N_m_ = 0;
+  float before_N_m_ = 0;
+  float difference_N_m_ = 0;
   float differs_s_ = 0;
   bool differed_ = false;
 };

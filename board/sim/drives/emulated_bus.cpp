@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "firmware/link/socketcan.h"
 
@@ -33,6 +34,13 @@ void EmulatedBus::run(std::uint64_t now_us) {
     swap_next_two = false;
   }
   for (const Outgoing& one : due) send(one.frame);
+}
+
+std::uint64_t EmulatedBus::next_due_us() const {
+  std::uint64_t due_us = std::numeric_limits<std::uint64_t>::max();
+  for (const auto& drive : drives_)
+    for (const Outgoing& one : drive->outgoing()) due_us = std::min(due_us, one.due_us);
+  return due_us;
 }
 
 void EmulatedBus::send(const CanFrame& frame) {

@@ -27,6 +27,9 @@ class EmulatedBus {
   // Moves the drives on to now_us, gives them what has come, and sends what is due. now_us does not go back.
   void run(std::uint64_t now_us);
 
+  // When the next frame is due; the largest number: none waits.
+  [[nodiscard]] std::uint64_t next_due_us() const;
+
   // Sends as it is: an error frame of the controller, a frame of a stranger.
   void send_raw(std::span<const std::byte> bytes);
   void send(const CanFrame& frame);

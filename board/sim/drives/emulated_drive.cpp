@@ -36,9 +36,11 @@ void EmulatedDrive::step() {
                      ? current_N_m_ + (wanted - current_N_m_) * (1 - std::exp(-kStep_s / current_lag_s_))
                      : 0;
   torque_N_m_ = current_N_m_ * inject.torque_factor;
-  const double force = torque_N_m_ + shaft.hand_N_m - shaft.friction_N_m_s_rad * shaft.velocity_rad_s;
-  shaft.velocity_rad_s += force / shaft.inertia_kg_m2 * kStep_s;
-  shaft.position_rad += shaft.velocity_rad_s * kStep_s;
+  if (shaft.moves) {
+    const double force = torque_N_m_ + shaft.hand_N_m - shaft.friction_N_m_s_rad * shaft.velocity_rad_s;
+    shaft.velocity_rad_s += force / shaft.inertia_kg_m2 * kStep_s;
+    shaft.position_rad += shaft.velocity_rad_s * kStep_s;
+  }
   const double seen = inject.encoder_frozen ? 0 : shaft.velocity_rad_s;
   velocity_rad_s_ += (seen - velocity_rad_s_) * (1 - std::exp(-kStep_s / velocity_lag_s_));
   on_step();

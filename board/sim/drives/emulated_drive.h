@@ -25,6 +25,7 @@ struct Shaft {
   double inertia_kg_m2 = 1e-3;
   double friction_N_m_s_rad = 1e-3;
   double hand_N_m = 0;  // from outside
+  bool moves = true;    // false: something else moves it (driven_arm.h)
 };
 
 // Faults. A count is of the next frames; the rest lasts until it is taken back.
@@ -66,6 +67,7 @@ class EmulatedDrive {
   virtual void set_watchdog_s(double time_s) = 0;  // of its configuration
   virtual void fail(std::uint32_t code) = 0;       // a fault of its own
   [[nodiscard]] virtual bool powered() const = 0;
+  [[nodiscard]] virtual bool follows() const = 0;  // gives the torque of its last command
 
   [[nodiscard]] double torque_N_m() const { return torque_N_m_; }  // at the shaft
 

@@ -73,6 +73,7 @@ void EmulatedMit::on_step() {
   if (flavour_ == Flavour::kDamiao) {
     fail(kLost);
   } else {
+    timed_out_ = true;
     orders_ = {};  // still enabled, and without a word
   }
 }
@@ -97,10 +98,12 @@ void EmulatedMit::on_frame(const CanFrame& frame) {
     answer(frame.fd);
     if (flavour_ != Flavour::kDamiao) take_magic(last);
     heard_us_ = now_us();
+    timed_out_ = false;
     return;
   }
   answer(frame.fd);
   heard_us_ = now_us();
+  timed_out_ = false;
   orders_ = {decode(bits, 48, 16, -kPositionTop, kPositionTop),
              decode(bits, 36, 12, -velocity_top_, velocity_top_), decode(bits, 24, 12, 0, kKpTop),
              decode(bits, 12, 12, 0, kKdTop), decode(bits, 0, 12, -torque_top_, torque_top_)};

@@ -22,6 +22,7 @@ class EmulatedMit final : public EmulatedDrive {
   void set_watchdog_s(double time_s) override;
   void fail(std::uint32_t code) override;  // CubeMars: 1 to 6; Damiao: a nibble
   [[nodiscard]] bool powered() const override { return enabled_; }
+  [[nodiscard]] bool follows() const override { return enabled_ && !timed_out_; }
   [[nodiscard]] std::uint32_t error() const { return error_; }
   [[nodiscard]] unsigned zeroed() const {
     return zeroed_;
@@ -50,6 +51,7 @@ class EmulatedMit final : public EmulatedDrive {
   std::uint16_t id_, reply_id_;
   double velocity_top_, torque_top_;
   bool enabled_ = false;
+  bool timed_out_ = false;  // goes on with the next frame
   std::uint32_t error_ = 0;
   Orders orders_;
   double smoothed_N_m_ = 0;

@@ -21,6 +21,7 @@ class EmulatedMoteus final : public EmulatedDrive {
   void set_watchdog_s(double time_s) override;
   void fail(std::uint32_t code) override;
   [[nodiscard]] bool powered() const override;
+  [[nodiscard]] bool follows() const override { return mode_ == 9 || mode_ == 10; }
   [[nodiscard]] int mode() const { return mode_; }
   [[nodiscard]] double kd_scale() const { return active_.kd_scale; }
 

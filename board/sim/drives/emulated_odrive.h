@@ -18,6 +18,7 @@ class EmulatedOdrive final : public EmulatedDrive {
   void set_watchdog_s(double time_s) override;
   void fail(std::uint32_t code) override;
   [[nodiscard]] bool powered() const override { return state_ == kClosedLoop; }
+  [[nodiscard]] bool follows() const override { return powered(); }
   [[nodiscard]] std::uint32_t error() const { return error_; }
 
   // As a person has configured it.

@@ -2,19 +2,23 @@
 //
 // Prints "ready" when it listens. Ends with SIGTERM or SIGINT. Exit codes: 0 ended by signal, 1 failed, 2 usage.
 #include <poll.h>
+#include <sched.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <iostream>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "board/linux/drives/open_can_bus.h"
 #include "board/sim/drives/drive_options.h"
+#include "board/sim/drives/driven_arm.h"
 #include "board/sim/drives/emulated_bus.h"
+#include "board/sim/hand_path_file.h"
 
 namespace thimble::board::emulated {
 namespace {
@@ -25,7 +29,25 @@ struct Options {
   std::string interface;
   int socket = -1;
   std::vector<std::string> drives, faults;
+  std::string arm, hand;  // the simulated arm behind the first drives; empty: none
+  int priority = 0;       // of SCHED_FIFO; 0: the usual scheduling
 };
+
+std::string arm_names() {
+  std::string names;
+  for (const PlantVariant& one : plant_variants()) names.append(names.empty() ? "" : ", ").append(one.name);
+  return names;
+}
+
+std::optional<DrivenArm> make_arm(const Options& options, const std::vector<EmulatedDrive*>& drives) {
+  if (options.arm.empty()) return std::nullopt;
+  constexpr std::size_t kMotors = 3;
+  const PlantVariant* variant = find_plant_variant(options.arm);
+  if (variant == nullptr)
+    throw std::runtime_error("no simulated arm is named '" + options.arm + "'; there are: " + arm_names());
+  if (drives.size() != kMotors) throw std::runtime_error("the arm has three motors: give three drives");
+  return DrivenArm(*variant, HandPath(read_hand_path(options.hand)), drives);
+}
 
 std::uint64_t steady_us() {
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
@@ -44,20 +66,32 @@ void emulate(const Options& options, std::vector<NamedDrive> drives, std::vector
   std::vector<EmulatedDrive*> added;
   added.reserve(drives.size());
   for (NamedDrive& one : drives) added.push_back(&bus.add(std::move(one.drive)));
+  std::optional<DrivenArm> arm = make_arm(options, added);
+  sched_param parameters{};
+  parameters.sched_priority = options.priority;
+  if (options.priority > 0 && sched_setscheduler(0, SCHED_FIFO, &parameters) != 0)
+    throw std::runtime_error("no priority " + std::to_string(options.priority) +
+                             " of SCHED_FIFO: run as root");
   std::cout << "ready" << std::endl;
   const std::uint64_t start_us = steady_us();
   while (ending == 0) {
     const std::uint64_t now_us = steady_us();
     bus.run(now_us);
+    if (arm) {
+      arm->advance(now_us, bus.heard());
+      if (const auto report = arm->take_report()) std::cout << *report << std::endl;
+    }
     const double time_s = static_cast<double>(now_us - start_us) * 1e-6;
     std::erase_if(faults, [&](const TimedFault& fault) {
       if (fault.time_s > time_s) return false;
       fault.happens(*added[fault.drive]);
       return true;
     });
-    // Shorter than a drive's turnaround.
+    // Until a frame comes or is due, and no longer than what a drive's timers may be late.
+    constexpr std::uint64_t kMostWait_us = 100;
+    const std::uint64_t due_us = std::max(bus.next_due_us(), now_us) - now_us;
     pollfd waited{bus.descriptor(), POLLIN, 0};
-    const timespec shortly{0, 30'000};
+    const timespec shortly{0, static_cast<long>(std::min(due_us, kMostWait_us)) * 1000};
     if (ppoll(&waited, 1, &shortly, nullptr) > 0 && (waited.revents & (POLLHUP | POLLNVAL)) != 0)
       throw std::runtime_error("the other end of the socket is closed");
   }
@@ -77,6 +111,13 @@ int main_of(int argc, char** argv) {
       ->required();
   app.add_option("--inject", options.faults,
                  "TIME_S:DRIVE:FAULT[=VALUE], DRIVE counts from 0; faults: " + fault_names());
+  CLI::Option* hand =
+      app.add_option("--hand", options.hand, "path of the hand that holds the arm's tip, CSV");
+  app.add_option("--arm", options.arm,
+                 "the simulated arm behind three drives, one of: " + arm_names() +
+                     "; each time when they go off it prints what the tip did")
+      ->needs(hand);
+  app.add_option("--priority", options.priority, "of SCHED_FIFO, 1 to 99")->check(CLI::Range(1, 99));
   std::vector<NamedDrive> drives;
   std::vector<TimedFault> faults;
   try {

@@ -53,8 +53,8 @@ TEST(BoardConfig, TheExampleOfTheDocs) {
   EXPECT_EQ(config.node, 1);
   ASSERT_EQ(config.arms.size(), 1U);
   EXPECT_EQ(config.arms[0].model, "premium-1.5");
-  EXPECT_EQ(config.arms[0].encoders.kind, EncoderConfig::Kind::kCounterPoll);
-  EXPECT_EQ(config.arms[0].encoders.counter[2].device, "48304180.counter");
+  EXPECT_EQ(config.arms[0].encoders->kind, EncoderConfig::Kind::kCounterPoll);
+  EXPECT_EQ(config.arms[0].encoders->counter[2].device, "48304180.counter");
   ASSERT_EQ(config.links.size(), 2U);
   EXPECT_EQ(config.links[0].device, "can0");
   EXPECT_EQ(config.links[1].device, "/dev/ttyGS0");
@@ -81,14 +81,14 @@ TEST(BoardConfig, OtherEncoders) {
   json& encoders = root["arms"][0]["encoders"];
   encoders = {{"read", "counter_events"}, {"event", "capture"}, {"joints", json::array()}};
   for (int j = 0; j < 3; ++j) encoders["joints"].push_back({{"counter", "counter0"}, {"count", j}});
-  EXPECT_EQ(parse(root).arms[0].encoders.kind, EncoderConfig::Kind::kCounterEvents);
+  EXPECT_EQ(parse(root).arms[0].encoders->kind, EncoderConfig::Kind::kCounterEvents);
   encoders["joints"][1]["counter"] = "counter1";
   EXPECT_THROW((void)parse(root), ConfigError);
   encoders = {{"read", "gpio"}, {"joints", json::array()}};
   for (const char* joint : {"1", "2", "3"})
     encoders["joints"].push_back(
         {{"line_a", std::string("A") + joint}, {"line_b", std::string("B") + joint}});
-  EXPECT_EQ(parse(root).arms[0].encoders.lines[2][1], "B3");
+  EXPECT_EQ(parse(root).arms[0].encoders->lines[2][1], "B3");
 }
 
 TEST(BoardConfig, ErrorsSayWhere) {

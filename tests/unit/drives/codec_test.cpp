@@ -179,7 +179,8 @@ TEST(OdriveFrames, OwnRequestAndCommandAreNoAnswers) {
   for (const CanFrame& own :
        {odrive::pack_request(3, odrive::Message::kEstimates), odrive::pack_clear_errors(3, false)})
     EXPECT_EQ(odrive::unpack(3, false, 1, own, sample).reply, Reply::kOther);
-  EXPECT_EQ(odrive::unpack(3, false, 1, odrive::pack_torque(3, 1), sample).reply, Reply::kMalformed);
+  EXPECT_EQ(odrive::unpack(3, false, 1, odrive::pack_torque(3, 1), sample).reply, Reply::kOther);
+  EXPECT_EQ(odrive::unpack(3, false, 1, frame_of_hex(0x069, "0000b0bf"), sample).reply, Reply::kMalformed);
   EXPECT_EQ(odrive::unpack(2, false, 1, frame_of_hex(0x069, "0000b0bf0000003f"), sample).reply,
             Reply::kOther);
   EXPECT_TRUE(std::isnan(sample.position_rad));

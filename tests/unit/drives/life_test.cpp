@@ -299,6 +299,7 @@ const std::vector<Injector>& injectors() {
          ASSERT_EQ(rig.bus.enable(), "");
        },
        2500},
+      {DriveFault::kSwitchedOff, Kind::kDamiao, true, [](DriveRig& rig) { rig.bus.stop(true); }},
       {DriveFault::kWrongFrame, Kind::kDamiaoFd, false,
        [](DriveRig& rig) { rig.drive(0).inject.answer_classic = true; }},
       {DriveFault::kRejected, Kind::kMoteus, true,

@@ -11,7 +11,8 @@
  *              read:  struct arm_outputs, the converter as it is now
  *
  * /sys/module/arm_hardware/parameters/spi_error: an errno; transfers then fail with it, and the converter keeps what
- * it has. .../one_shot: 1 while the one-shot runs.
+ * it has. .../one_shot: 1 while the one-shot runs. eqep=1: the counts are also there as three counters with one count each, with the names
+ * that the eQEP units of an AM335x have.
  */
 #include <linux/counter.h>
 #include <linux/fs.h>
@@ -47,6 +48,9 @@ module_param(spi_error, int, 0644);
 
 static int one_shot;
 module_param(one_shot, int, 0444);
+
+static bool eqep;
+module_param(eqep, bool, 0444);
 
 static DEFINE_SPINLOCK(lock);
 static struct arm_counts counts;	/* as the process wrote them */
@@ -309,6 +313,43 @@ static int __init start_counter(void)
 	return error;
 }
 
+static struct counter_device *units[JOINTS];
+
+static void stop_units(void)
+{
+	int i;
+
+	for (i = 0; i < JOINTS && units[i]; i++) {
+		counter_unregister(units[i]);
+		counter_put(units[i]);
+	}
+}
+
+static int __init start_units(void)
+{
+	static const char *const names[JOINTS] = { "48300180.counter", "48302180.counter", "48304180.counter" };
+	struct counter_device *unit;
+	int i, error;
+
+	for (i = 0; i < JOINTS && eqep; i++) {
+		unit = counter_alloc(0);
+		if (!unit)
+			return -ENOMEM;
+		unit->name = names[i];
+		unit->parent = &parent->dev;
+		unit->ops = &ops;
+		unit->counts = &joints[i];
+		unit->num_counts = 1;
+		error = counter_add(unit);
+		if (error) {
+			counter_put(unit);
+			return error;
+		}
+		units[i] = unit;
+	}
+	return 0;
+}
+
 static int __init start_spi(void)
 {
 	/* An id that spidev knows; the device behind it does not matter to it. */
@@ -345,6 +386,9 @@ static int __init arm_init(void)
 	error = start_counter();
 	if (error)
 		goto no_counter;
+	error = start_units();
+	if (error)
+		goto no_spi;
 	error = start_spi();
 	if (error)
 		goto no_spi;
@@ -364,6 +408,7 @@ no_process:
 no_heartbeat:
 	spi_unregister_controller(controller);
 no_spi:
+	stop_units();
 	counter_unregister(counter);
 	counter_put(counter);
 no_counter:
@@ -377,6 +422,7 @@ static void __exit arm_exit(void)
 	gpiochip_remove(&heartbeat);
 	hrtimer_cancel(&one_shot_timer);
 	spi_unregister_controller(controller);
+	stop_units();
 	counter_unregister(counter);
 	counter_put(counter);
 	platform_device_unregister(parent);

@@ -1,0 +1,17 @@
+// The key arms/N/drives of the board's configuration. Throws JsonError. docs/board-linux.md has the keys.
+#pragma once
+
+#include <span>
+
+#include "board/files/json_value.h"
+#include "board/linux/drive_wiring.h"
+#include "kinematics/arm_model.h"
+
+namespace thimble::board {
+
+// One value for each joint, null where it has no drive.
+[[nodiscard]] DriveWirings read_drives(const JsonValue& value, const kinematics::ArmData& arm);
+// What needs the whole configuration: the drives of one bus fit together at this rate. `arms`: the value of the key, for the place of an error.
+void check_drive_buses(const JsonValue& arms, std::span<const DriveWirings> wirings, double rate_Hz);
+
+}  // namespace thimble::board

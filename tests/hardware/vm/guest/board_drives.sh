@@ -1,0 +1,138 @@
+#!/bin/sh
+# thimble-board with an arm of drives on CAN: emulated drives on a virtual bus with the simulated arm behind them. Its life, and what the arm
+# does when the board is killed, stopped, or stopped with its guardian.
+. /usr/local/bin/lib.sh
+. /usr/local/bin/board_lib.sh
+
+load_devices
+make_lines
+mkdir /tmp/store
+for bus in vcan0 vcan1; do
+  ip link add dev $bus type vcan
+  ip link set $bus mtu 72 up
+done
+device='--device can:vcan0'
+
+# drive KIND ID: of the configuration, with what all kinds have.
+drive() {
+  echo "{ \"can\": \"vcan1\", \"kind\": \"$1\", \"id\": $2, \"peak_torque_N_m\": 1, \"top_speed_rad_s\": 500,"
+  case $1 in
+    moteus) echo '"watchdog_ms": 15, "damping_N_m_s_rad": 0.0005, "kd_N_m_s_turn": 0.25 }' ;;
+    odrive_0.5) echo '"watchdog_ms": 15, "current_limit_A": 20, "torque_constant_N_m_A": 0.04, "estimates_ms": 1 }' ;;
+    damiao_fd) echo "\"watchdog_ms\": 15, \"damping_N_m_s_rad\": 0.0005, \"reply_id\": $(($2 + 16)),"
+      echo '"ranges": { "position_rad": 12.5, "velocity_rad_s": 30, "torque_N_m": 10 } }' ;;
+  esac
+}
+configure() {
+  sed '/"encoders"/,/"enable"/d; /"drive_fault"/d; /"heartbeat"/d' board.json | sed "s/\"model\": .*/\"model\": \"premium-1.5\", \"drives\": [/" >/tmp/start
+  sed -n '1,/"drives"/p' /tmp/start >drives.json
+  for id in 1 2 3; do
+    drive "$1" $id
+    [ $id = 3 ] || echo ,
+  done >>drives.json
+  echo ']' >>drives.json
+  sed '1,/"drives"/d' /tmp/start >>drives.json
+}
+start_drives() {
+  rm -f /tmp/drives
+  thimble-sim-drive vcan1 --arm premium-1.5 --hand hand.csv --priority 90 --drive "$1:1" --drive "$1:2" --drive "$1:3" \
+    --inject 0:0:watchdog_s=.015 --inject 0:1:watchdog_s=.015 --inject 0:2:watchdog_s=.015 >/tmp/drives 2>&1 &
+  drives=$!
+  wait_until 20 grep -qx ready /tmp/drives
+}
+stop_drives() {
+  kill -TERM $drives
+  wait $drives || die "thimble-sim-drive ended with $?: $(cat /tmp/drives)"
+}
+reports() { grep -c off_after_ms /tmp/drives || true; }
+more_reports() { [ "$(reports)" -gt "$before" ]; }
+value() { tail -n 1 /tmp/drives | sed "s/.*\"$1\": \([0-9.]*\).*/\1/"; }
+at_most() { awk "BEGIN { exit !($1 <= $2) }"; }
+
+# In contact, so that the drives hold the hand off.
+touching() {
+  release_all
+  sleep 0.5  # the hand has gone back to the start
+  thimble upload walls.thim $device >/dev/null 2>&1
+  wait_until 20 home
+  thimble arm $device >/dev/null
+  (wait_until 10 touches 100) || die "no contact: $(thimble fault list $device; thimble monitor --count 2 $device; cat /tmp/board.err)"
+  thimble info $device --json >/tmp/info
+  [ "$(field mode /tmp/info)" = armed ] || die "not armed any more: $(thimble fault list $device; cat /tmp/board.err)"
+  before=$(reports)
+}
+home() { thimble home $device; }
+
+# went_off WHAT LIMIT_MS: within the limit after the last command; the tip travelled less than 1 mm until then, and is as slow as a hand after it.
+went_off() {
+  wait_until 5 more_reports
+  figure "$kind, $1: $(tail -n 1 /tmp/drives)"
+  at_most "$(value off_after_ms)" "$2" || die 'too late'
+  at_most "$(value travel_till_off_mm)" 1 || die 'the tip went too far until then'
+  at_most "$(value travel_mm)" 20 && at_most "$(value speed_m_s)" 0.5 || die 'the tip went too far or too fast'
+}
+
+killed() {
+  step "$kind: SIGKILL"
+  start_board drives.json
+  touching
+  kill -KILL $board
+  went_off SIGKILL 7  # the kernel closes the pipe when it has taken the memory down
+  wait_until 1 guardian_gone
+}
+stopped() {
+  step "$kind: SIGSTOP, and what is found when it goes on"
+  start_board drives.json
+  touching
+  kill -STOP $board
+  went_off SIGSTOP 7
+  kill -CONT $board
+  wait_until 5 fault_is 'drive_fault\|tick_lost'
+  sleep 1
+  [ "$(reports)" = $((before + 1)) ] || die 'the drives went on again'
+  wait_until 5 thimble fault clear $device
+  stop_board
+}
+
+# damiao_fd can be given too, but the codes of its 10 N m are too coarse for this arm: it vibrates on the floor until current_mismatch.
+for kind in ${KINDS-moteus odrive_0.5}; do
+  emulated=$(echo $kind | sed 's/odrive_0.5/odrive05/; s/_/-/')
+  configure $kind
+  step "$kind: nobody answers, then everybody"
+  board_check 3 "arm 0 joint 2 ($kind 2 on vcan1): does not answer; check its power" drives.json
+  start_drives $emulated
+  board_check 0 'nothing is missing' drives.json
+  grep -q "joint 3 ($kind 3 on vcan1): off, watchdog 15 ms" /tmp/check || die 'no word of the watchdog'
+
+  if [ $kind = moteus ] || [ "${EVERY_KIND-}" = 1 ]; then
+    killed
+    stopped
+  fi
+
+  step "$kind: the guardian stopped too, so that the drives' watchdogs act"
+  start_board drives.json
+  touching
+  kill -STOP "$(guardian)" $board
+  went_off 'SIGSTOP of both' 17
+  kill -CONT $board "$(guardian)"  # the board has seen its guardian stopped, and may have ended for that
+  sleep 0.5
+  kill -KILL $board 2>/dev/null || true
+  wait_until 2 guardian_gone
+  stop_drives
+done
+
+step 'a life, orderly, and a drive that falls silent'
+kind=moteus
+configure moteus
+start_drives moteus
+start_board drives.json
+touching
+thimble disarm $device >/dev/null
+went_off disarm 2.5
+touching
+kill -STOP $drives
+wait_until 2 fault_is 'encoder_stale\|drive_fault'
+kill -CONT $drives
+stop_board
+grep 'moteus . on vcan1): ' /tmp/board.err || die 'no word of the drive'
+stop_drives

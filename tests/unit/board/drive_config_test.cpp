@@ -1,0 +1,150 @@
+// The key arms/N/drives of the board's configuration: what is read, and what is refused, with place and cause.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "board/linux/board_config.h"
+#include "tests/support/drive_configs.h"
+
+namespace thimble::test {
+namespace {
+
+using board::BoardConfig;
+using nlohmann::json;
+
+// The JSON block of docs/board-linux.md below this heading.
+json block_of_docs(const std::string& heading) {
+  std::ifstream in(THIMBLE_SOURCE_DIR "/docs/board-linux.md");
+  const std::string page((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const std::size_t section = page.find("\n" + heading + "\n");
+  const std::size_t begin = page.find("```json\n", section);
+  const std::size_t end = page.find("```", begin + 8);
+  if (section == std::string::npos || end == std::string::npos)
+    throw std::logic_error("no example below " + heading);
+  return json::parse(page.substr(begin + 8, end - begin - 8));
+}
+
+// The example of the page with the mixed arm of its section on drives.
+json mixed_board() {
+  json root = block_of_docs("## Configuration");
+  const json drives = block_of_docs("### Drives");
+  for (const auto& [key, value] : drives.items()) root["arms"][0][key] = value;
+  return root;
+}
+
+BoardConfig parsed(const json& root) { return board::parse_board_config(root.dump(), "board.json"); }
+
+std::string refusal(const std::function<void(json& root, json& drive)>& change) {
+  json root = mixed_board();
+  change(root, root["arms"][0]["drives"][1]);
+  try {
+    (void)parsed(root);
+  } catch (const board::ConfigError& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+TEST(DriveKeys, TheExampleOfTheDocsMixesCounterAndDrives) {
+  const BoardConfig config = parsed(mixed_board());
+  const board::ArmWiring& arm = config.arms[0];
+  EXPECT_FALSE(arm.drives[0].has_value());
+  EXPECT_TRUE(board::has_own_encoder(arm, 0));
+  EXPECT_FALSE(board::has_own_encoder(arm, 1));
+  ASSERT_TRUE(arm.drives[1].has_value());
+  EXPECT_EQ(arm.drives[1]->interface, "can1");
+  EXPECT_EQ(arm.drives[1]->config.kind, Kind::kMoteus);
+  EXPECT_FLOAT_EQ(arm.drives[1]->config.watchdog_s, .015F);
+  EXPECT_FLOAT_EQ(arm.drives[1]->config.moteus_kd, .25F);
+  EXPECT_EQ(arm.drives[2]->direction, -1);
+  ASSERT_EQ(arm.drives[2]->items.size(), 1U);
+  EXPECT_EQ(arm.drives[2]->items[0].name, "motor_position.rotor_to_output_ratio");
+}
+
+TEST(DriveKeys, AnArmOfDrivesAloneHasNoEncodersNoDacAndNoEnableLine) {
+  json root = mixed_board();
+  json& arm = root["arms"][0];
+  arm["drives"][0] = arm["drives"][1];
+  arm["drives"][0]["id"] = 7;
+  for (const char* key : {"encoders", "dac", "enable"}) arm.erase(key);
+  const BoardConfig config = parsed(root);
+  EXPECT_FALSE(config.arms[0].encoders || config.arms[0].dac || config.arms[0].enable);
+  // Its own encoders beside drives are allowed.
+  arm["encoders"] = block_of_docs("## Configuration")["arms"][0]["encoders"];
+  EXPECT_TRUE(board::has_own_encoder(parsed(root).arms[0], 2));
+}
+
+TEST(DriveKeys, EveryKindHasItsKeys) {
+  for (const Kind kind : kKinds) {
+    json root = mixed_board();
+    json& drive = root["arms"][0]["drives"][1];
+    drive = {{"can", "can2"},     {"kind", board::name_of(kind)}, {"id", 1},
+             {"watchdog_ms", 15}, {"peak_torque_N_m", 1},         {"top_speed_rad_s", 100}};
+    if (is_odrive(kind)) drive["current_limit_A"] = 10;
+    if (kind == Kind::kOdrive05) drive["torque_constant_N_m_A"] = .04;
+    if (kind == Kind::kOdrive06)
+      drive["configuration"] = json::parse(
+          R"([{"name": "axis0.config.enable_watchdog", "number": 100, "integer": true, "value": 1},
+              {"name": "axis0.config.watchdog_timeout", "number": 101, "value": 0.015}])");
+    if (is_mit(kind)) {
+      drive["reply_id"] = 17;
+      drive["ranges"] = {{"position_rad", 12.5}, {"velocity_rad_s", 30}, {"torque_N_m", 10}};
+    }
+    if (kind == Kind::kMiniCheetah || kind == Kind::kCubeMars) {
+      drive["watchdog_ms"] = 25;
+      drive["watchdog_proven"] = true;
+    }
+    const BoardConfig config = parsed(root);
+    EXPECT_EQ(config.arms[0].drives[1]->config.kind, kind) << board::name_of(kind);
+    EXPECT_EQ(config.arms[0].drives[1]->config.request_estimates, is_odrive(kind));
+  }
+}
+
+TEST(DriveKeys, WhatIsRefusedHasItsPlaceAndCause) {
+  using testing::HasSubstr;
+  EXPECT_THAT(refusal([](json&, json& drive) { drive["kind"] = "vesc"; }),
+              HasSubstr("/arms/0/drives/1/kind is \"vesc\", allowed is one of \"moteus\", \"odrive_0.5\""));
+  EXPECT_THAT(refusal([](json&, json& drive) { drive["current_limit_A"] = 3; }),
+              HasSubstr("/arms/0/drives/1/current_limit_A is not a key of a drive of the kind \"moteus\""));
+  EXPECT_THAT(refusal([](json&, json& drive) { drive.erase("watchdog_ms"); }),
+              HasSubstr("/arms/0/drives/1 has no \"watchdog_ms\""));
+  EXPECT_THAT(
+      refusal([](json&, json& drive) { drive["watchdog_ms"] = 100; }),
+      HasSubstr("/arms/0/drives do not fit the bus can1: the drive's watchdog must be 10 to 20 ticks"));
+  EXPECT_THAT(
+      refusal([](json&, json& drive) { drive["id"] = 2; }),
+      HasSubstr(
+          "/arms/0/drives do not fit the bus can1: two drives of one bus have the same id or reply id"));
+  EXPECT_THAT(
+      refusal([](json&, json& drive) { drive["peak_torque_N_m"] = .1; }),
+      HasSubstr("/arms/0/drives/1/peak_torque_N_m is below the 0.128934 N m that the arm's motors give"));
+  EXPECT_THAT(refusal([](json&, json& drive) { drive["direction"] = 0; }),
+              HasSubstr("/arms/0/drives/1/direction is 0, allowed is 1 or -1"));
+  EXPECT_THAT(refusal([](json& root, json&) { root["arms"][0]["drives"][1] = nullptr; }),
+              HasSubstr("/arms/0/encoders/joints/1 is null, and the joint has no drive in /drives"));
+  EXPECT_THAT(refusal([](json& root, json&) { root["arms"][0].erase("drives"); }),
+              HasSubstr("/arms/0/encoders/joints/1 is null, and the joint has no drive in /drives"));
+  EXPECT_THAT(refusal([](json& root, json&) {
+                root["arms"][0]["dac"]["channels"][1] = {{"volts_per_ampere", 2}};
+              }),
+              HasSubstr("/arms/0/dac/channels/1 is of a joint whose current its drive gives"));
+  EXPECT_THAT(refusal([](json& root, json&) { root["arms"][0]["drives"] = json::array({nullptr}); }),
+              HasSubstr("/arms/0/drives is [null], allowed is an array of 3 values"));
+  EXPECT_THAT(refusal([](json& root, json&) { root["links"][0]["can"] = "can1"; }),
+              HasSubstr("/links/0/can is \"can1\", the bus of drives, which must be theirs alone"));
+  EXPECT_THAT(refusal([](json& root, json& drive) {
+                root["arms"][0]["drives"][0] = drive;
+                root["arms"][0]["drives"][0]["id"] = 9;
+              }),
+              HasSubstr("/arms/0/dac is of amplifiers, and every joint has a drive"));
+  EXPECT_THAT(refusal([](json& root, json&) {
+                root["arms"][0]["encoders"]["joints"] = json::array({nullptr, nullptr, nullptr});
+                root["arms"][0]["drives"][0] = root["arms"][0]["drives"][1];
+              }),
+              HasSubstr("/arms/0/encoders/joints names no encoder"));
+}
+
+}  // namespace
+}  // namespace thimble::test
