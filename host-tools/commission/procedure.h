@@ -1,0 +1,51 @@
+// The commissioning of one arm: its steps, what they found, and the arm file that comes of it. All of it is one JSON state, so that it can be interrupted:
+// save() after each step writes it whole or not at all, and a Commission made from it goes on.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "host-tools/commission/steps.h"
+
+namespace thimble::host {
+
+class Commission {
+ public:
+  // arm_text: the arm file as it is given. by: stands at every measured value, "commission 2026-12-01". Throws Error (kBadInput) for a file that
+  // read_arm_file() refuses.
+  Commission(std::string arm_text, std::string arm_name, std::string by);
+  // From what state() gave. Throws Error (kBadInput, "bad-state").
+  [[nodiscard]] static Commission from_state(const std::string& text);
+
+  // Does a step, again if it was done. A fault that was found may be in the file: the builder is asked, and a correction goes into the new file. Throws
+  // Error (kRefused, "step-order") for a step before those that it builds on, or in another session of the counters than step 2.
+  const StepResult& run(int number, Bench& bench);
+  [[nodiscard]] int next() const;  // the first step that has not passed; 11: none
+  [[nodiscard]] bool passed(int number) const;
+  [[nodiscard]] const std::map<int, StepResult>& results() const { return results_; }
+
+  [[nodiscard]] std::string state() const;
+  void save(const std::filesystem::path& file) const;
+
+  // The arm file with corrections and measured values; a value whose spread is above what its method promises is left as it was.
+  [[nodiscard]] std::string arm_file() const;
+  // Measured against given, step by step, for people.
+  [[nodiscard]] std::string report() const;
+
+ private:
+  void accept(const StepResult& result, Bench& bench);
+  void correct(const Correction& correction);
+  void reread();
+
+  std::string name_, by_;
+  nlohmann::ordered_json arm_;  // with corrections
+  std::unique_ptr<ArmFile> file_;
+  std::unique_ptr<Expectation> expectation_;
+  Known known_;
+  std::map<int, StepResult> results_;
+};
+
+}  // namespace thimble::host
