@@ -139,7 +139,7 @@ ArmWiring read_arm(const JsonValue& value) {
     value.at("model").wrong("one of " + all);
   }
   arm.base = read_base(value);
-  if (value.has("drives")) arm.drives = read_drives(value.at("drives"), *arm.model);
+  if (value.has("drives")) arm.drives = read_drives(value.at("drives"), arm.arm);
   const bool all_driven =
       std::ranges::all_of(arm.drives, [](const auto& drive) { return drive.has_value(); });
   if (value.has("encoders") || !all_driven) arm.encoders = read_encoders(value.at("encoders"), arm.drives);

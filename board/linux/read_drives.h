@@ -5,7 +5,7 @@
 
 #include "board/files/json_value.h"
 #include "board/linux/drive_wiring.h"
-#include "kinematics/arm_model.h"
+#include "kinematics/arm_data.h"
 
 namespace thimble::board {
 

@@ -13,7 +13,7 @@
 #include "board/linux/arm_devices.h"
 #include "board/sim/drives/driven_arm.h"
 #include "board/sim/hand_path.h"
-#include "kinematics/arm_model.h"
+#include "kinematics/built_in_arms.h"
 #include "tests/support/no_heap_guard.h"
 #include "tests/unit/drives/rig.h"
 

@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "board/linux/rate_budget.h"
-#include "kinematics/arm_model.h"
+#include "kinematics/built_in_arms.h"
 #include "tests/support/drive_configs.h"
 #include "tests/support/temporary_folder.h"
 
