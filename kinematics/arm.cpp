@@ -44,7 +44,7 @@ Arm<S>::Arm(const ArmData& data, const BasePose& base) noexcept
 template <typename S>
 Posture<S> Arm<S>::home_posture() const noexcept {
   Posture<S> posture;
-  if (!is_two_link_) posture.plate_m = mechanism_.home_pose().plate_m;
+  posture.plate_m = mechanism_.first_plate_m();
   move_to(home(), posture);
   return posture;
 }

@@ -24,9 +24,14 @@ Mechanism<S>::Mechanism(const Geometry& geometry, const BasePose& base) noexcept
 }
 
 template <typename S>
+Vector3<S> Mechanism<S>::first_plate_m() const noexcept {
+  return {S(0), S(0), S(delta_of(*geometry_).home_axis_m)};
+}
+
+template <typename S>
 MechanismPose<S> Mechanism<S>::home_pose() const noexcept {
   MechanismPose<S> pose;
-  pose.plate_m = {S(0), S(0), S(delta_of(*geometry_).home_axis_m)};
+  pose.plate_m = first_plate_m();
   static_cast<void>(at(home(), pose));
   return pose;
 }

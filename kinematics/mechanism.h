@@ -44,6 +44,8 @@ class Mechanism {
   [[nodiscard]] const Geometry& geometry() const noexcept { return *geometry_; }
   [[nodiscard]] int axes() const noexcept { return axes_; }
   [[nodiscard]] AxisVector<S> home() const noexcept { return geometry_->home.template cast<S>().head(axes_); }
+  // Where the forward map of a delta begins to look.
+  [[nodiscard]] Vector3<S> first_plate_m() const noexcept;
   // All axes at home; for a geometry that does not close there, only plate_m is of use.
   [[nodiscard]] MechanismPose<S> home_pose() const noexcept;
   [[nodiscard]] bool closes_at_home() const noexcept { return closes_at_home_; }

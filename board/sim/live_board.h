@@ -24,7 +24,7 @@ class LinkPorts;
 
 struct LiveOptions {
   std::string arm = "premium-1.5";
-  std::optional<kinematics::ArmData> arm_data;  // another arm in its place
+  std::optional<kinematics::ArmData> arm_data{};  // another arm in its place
   double rate_Hz = 4000;
   std::uint64_t seed = 1;
   std::uint8_t arm_count = 1;  // minimum; a path with a second arm makes it two

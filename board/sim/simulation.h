@@ -32,8 +32,8 @@ inline constexpr double kJump_m_s = 100.0;  // ten times as fast as a hand
 struct SimulationOptions {
   bool ideal = false;
   double rate_Hz = 4000.0;
-  std::string arm = "premium-1.5";              // a plant variant
-  std::optional<kinematics::ArmData> arm_data;  // another arm in its place
+  std::string arm = "premium-1.5";                // a plant variant
+  std::optional<kinematics::ArmData> arm_data{};  // another arm in its place
   std::uint64_t seed = 1;
   Hand hand{};
   Sensors sensors{};  // what the arm has besides encoders

@@ -15,9 +15,9 @@ namespace thimble::host {
 struct ViewOptions {
   std::string device;  // address or name; empty: the only one
   DeviceOptions device_options;
-  std::filesystem::path scene;                  // start a simulated device with it instead
-  std::string arm = "premium-1.5";              // of the simulated one
-  std::optional<kinematics::ArmData> arm_data;  // another arm in its place
+  std::filesystem::path scene;                    // start a simulated device with it instead
+  std::string arm = "premium-1.5";                // of the simulated one
+  std::optional<kinematics::ArmData> arm_data{};  // another arm in its place
   std::uint8_t arms = 1;
   std::filesystem::path scenes;  // a folder of scenes to pick from, besides those that are found
   std::string listen;            // an address; empty: loopback

@@ -84,7 +84,7 @@ TEST(DrivenArm, OneCommandADriveAndTickTheMostLoadedFirst) {
            {{0, 0, 0}, {1, 2, 3}},
            {{0, 0, 1}, {3, 1, 2}}}) {
     frames.clear();
-    rig.out.arm[0].current_A = current_A;
+    std::ranges::copy(current_A, rig.out.arm[0].current_A.begin());
     rig.tick();
     std::vector<std::uint32_t> ids;
     for (const auto& frame : frames)
