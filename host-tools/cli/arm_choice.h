@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "kinematics/arm_data.h"
+#include "host-tools/arms/arm_data.h"
 
 namespace thimble::host {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "host-tools/arms/arm_data.h"
 #include "host-tools/client/device.h"
-#include "kinematics/arm_data.h"
 
 namespace thimble::host {
 
