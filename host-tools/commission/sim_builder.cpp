@@ -14,7 +14,6 @@ constexpr double kHandTick_s = 1e-3, kHandStep_s = 5e-4;
 constexpr double kHandSpeed = 1.5;  // rad/s
 constexpr double kBeyond = .15;     // rad, how far the hand pulls into a stop
 constexpr double kTurnShare = .03;  // of the grip's stiffness, with which it turns an axis
-constexpr double kPushed_m = .02;
 
 Eigen::Index at(std::size_t j) { return static_cast<Eigen::Index>(j); }
 

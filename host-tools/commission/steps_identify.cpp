@@ -156,6 +156,7 @@ void identify_axis(StepContext& context, std::size_t axis, StepResult& result) {
   const std::vector<double> stiction = find_stiction(context, axis, at, friction.coulomb_N_m);
   if (!stiction.empty()) {
     std::vector<double> ratios;
+    ratios.reserve(stiction.size());
     for (const double torque : stiction) ratios.push_back(std::max(1.0, torque / friction.coulomb_N_m));
     add(result, "stiction_ratio", axis, std::max(1.0, own.friction.stiction_ratio.value), ratios, 0, .2);
   }
