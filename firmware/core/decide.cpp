@@ -33,7 +33,8 @@ void home_arms(Parts& parts, const Inputs& inputs) noexcept {
   }
 }
 
-void arm_with_source(Parts& parts) noexcept {
+// Out of line on every board: a rule of tests/hardware/cortex/firmware.limits is about it.
+[[gnu::noinline]] void arm_with_source(Parts& parts) noexcept {
   State& state = parts.state;
   happen(parts, Event::kArmCommand);
   state.force_ramp = state.gravity_ramp = 0;
