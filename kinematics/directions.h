@@ -8,6 +8,9 @@
 
 namespace thimble::kinematics {
 
+// A force or a motion is told in directions with at least this lever.
+inline constexpr float kLeastLever_m = 1e-3F;
+
 struct Directions {
   Eigen::Vector3f value;     // singular values, descending; m
   Eigen::Matrix3f along;     // columns: where the force point moves, orthonormal

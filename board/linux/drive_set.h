@@ -29,6 +29,7 @@
 #include "board/linux/drives/drive_bus.h"
 #include "board/linux/drives/open_can_bus.h"
 #include "board/linux/missing.h"
+#include "firmware/core/config.h"
 
 namespace thimble::board {
 

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "board/linux/drives/drive_config.h"
-#include "firmware/core/config.h"
 
 namespace thimble::board {
 

@@ -15,7 +15,7 @@ class InjectionError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Throws InjectionError.
-[[nodiscard]] std::vector<PlannedFault> read_injections(const std::filesystem::path& file);
+// Of arms with so many axes. Throws InjectionError.
+[[nodiscard]] std::vector<PlannedFault> read_injections(const std::filesystem::path& file, std::size_t axes);
 
 }  // namespace thimble::board

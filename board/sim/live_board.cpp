@@ -95,7 +95,8 @@ std::unique_ptr<SimBoard> LiveBoard::start(const char* reset_reason) {
     if (!own.empty()) board->follow(static_cast<std::size_t>(arm), HandPath(std::move(own)), options_.loop);
   }
   if (!options_.inject.empty())
-    for (const PlannedFault& fault : read_injections(options_.inject)) board->inject(fault);
+    for (const PlannedFault& fault : read_injections(options_.inject, board->arm(0).axes()))
+      board->inject(fault);
   // Run two ticks first, so an early request does not get the state from before the first encoder sample.
   board->step(2 / options_.rate_Hz);
   return board;

@@ -109,6 +109,8 @@ class TearableStorage final : public firmware::Storage {
   std::optional<double> left_;
 };
 
+constexpr std::uint8_t kAllJoints = 255;
+
 // Faults that a host injects.
 class InjectRoutine final : public firmware::BoardRoutine {
  public:
@@ -121,7 +123,10 @@ class InjectRoutine final : public firmware::BoardRoutine {
     PlannedFault fault{.kind = static_cast<Injection>(order.fault),
                        .arm = order.arm,
                        .value = static_cast<double>(order.value)};
-    if (order.joint < firmware::kJoints) fault.joint = order.joint;
+    if (order.joint != kAllJoints) {
+      if (order.joint >= board_.arm(order.arm).axes()) return false;
+      fault.joint = order.joint;
+    }
     fault.force_N = Eigen::Vector3f(order.force_x_N, order.force_y_N, order.force_z_N).cast<double>();
     if (order.for_s > 0) fault.for_s = static_cast<double>(order.for_s);
     board_.inject(fault);

@@ -9,7 +9,6 @@
 namespace thimble::firmware {
 namespace {
 
-constexpr float kLeastLever_m = 1e-3F;   // of a direction in which a force is told from torques
 constexpr float kLimitSlew_N_s = 50.0F;  // how fast a change of max_force takes effect
 
 float max_force_N(const Parts& parts, std::size_t arm) noexcept {
@@ -32,7 +31,8 @@ bool ask(Parts& parts, ForceSource& source, SourceForces& out) noexcept {
 Vec3 force_of(const kinematics::Arm<float>& arm, const kinematics::Posture<float>& posture,
               const Axes& torque_N_m) noexcept {
   if (!arm.is_two_link())
-    return kinematics::directions_of(arm.driven_jacobian(posture)).force_of(torque_N_m, kLeastLever_m);
+    return kinematics::directions_of(arm.driven_jacobian(posture))
+        .force_of(torque_N_m, kinematics::kLeastLever_m);
   const kinematics::Matrix3<float> jacobian = posture.jacobian.leftCols<3>();
   return jacobian.transpose().inverse() * torque_N_m.head<3>();
 }

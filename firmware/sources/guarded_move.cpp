@@ -13,7 +13,6 @@ namespace {
 constexpr float kShortest_m = 1e-4F;  // a line shorter than this has no direction: only hold
 constexpr float kCreep_m_s = 1e-3F;   // lowest speed, or the last of sqrt(2 a s) would take for ever
 constexpr float kArrived_m = 1e-6F;
-constexpr float kLeastLever_m = 1e-3F;  // of a direction in which the tip can be moved
 // On a surface that leans by 45 degrees neither the force along the line nor that across it reaches the limit, though together they are the
 // most that is commanded. The set point then waits for a tip that does not come: after this time the force counts as reached.
 constexpr float kWaits_s = 0.2F;
@@ -32,7 +31,8 @@ Axes speeds_along(const kinematics::Arm<float>& arm, const kinematics::Posture<f
     const kinematics::Matrix3<float> jacobian = posture.jacobian.leftCols<3>();
     per_m.head<3>() = jacobian.inverse() * direction;
   } else {
-    per_m = kinematics::directions_of(arm.driven_jacobian(posture)).speeds_for(direction, kLeastLever_m);
+    per_m = kinematics::directions_of(arm.driven_jacobian(posture))
+                .speeds_for(direction, kinematics::kLeastLever_m);
   }
   if (!std::isfinite(per_m.squaredNorm())) per_m.setZero();
   return per_m;

@@ -214,8 +214,7 @@ class Connection {
               const std::array<double, 3>& force_N, std::optional<double> for_s) {
     const board::InjectionRow* row = board::find_injection(name);
     if (row == nullptr) throw py::key_error("there is no fault '" + name + "' to inject");
-    if (arm > 255 || joint.value_or(0) >= firmware::kJoints)
-      throw py::value_error("no arm has such a number, or no joint");
+    if (arm > 255 || joint.value_or(0) > 254) throw py::value_error("no arm has such a number, or no joint");
     if (for_s && !(*for_s > 0)) throw py::value_error("a fault lasts for a time above 0, or for good");
     const link::InjectedFault fault{.fault = static_cast<std::uint8_t>(row->kind),
                                     .arm = static_cast<std::uint8_t>(arm),

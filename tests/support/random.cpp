@@ -28,7 +28,7 @@ std::uint64_t Random::bits() {
   return result;
 }
 
-std::uint64_t Random::below(std::uint64_t bound) { return bits() % bound; }
+std::size_t Random::below(std::size_t bound) { return static_cast<std::size_t>(bits() % bound); }
 
 double Random::uniform(double low, double high) {
   return low + (high - low) * static_cast<double>(bits() >> 11U) * 0x1.0p-53;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 
 namespace thimble::test {
@@ -12,10 +13,10 @@ class Random {
   explicit Random(std::uint64_t seed);
 
   [[nodiscard]] std::uint64_t bits();
-  [[nodiscard]] std::uint64_t below(std::uint64_t bound);  // 0 to bound - 1; bound > 0
-  [[nodiscard]] double uniform(double low, double high);   // low <= result < high
-  [[nodiscard]] double gaussian();                         // mean 0, variance 1
-  [[nodiscard]] Eigen::Vector3d direction();               // a unit vector, uniform on the sphere
+  [[nodiscard]] std::size_t below(std::size_t bound);     // 0 to bound - 1; bound > 0
+  [[nodiscard]] double uniform(double low, double high);  // low <= result < high
+  [[nodiscard]] double gaussian();                        // mean 0, variance 1
+  [[nodiscard]] Eigen::Vector3d direction();              // a unit vector, uniform on the sphere
   [[nodiscard]] Eigen::Vector3d in_box(const Eigen::Vector3d& half_size);
 
  private:

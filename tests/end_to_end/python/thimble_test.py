@@ -214,10 +214,11 @@ class Connect(Rig):
             with self.assertRaisesRegex(KeyError, "there is no fault 'encoder-mad'"):
                 device.inject("encoder-mad")
             with self.assertRaises(ValueError):
-                device.inject("encoder-dead", joint=3)
-            with self.assertRaises(thimble.Error) as caught:
-                device.inject("encoder-dead", arm=1)
-            self.assertEqual((caught.exception.name, caught.exception.exit_code), ("refused", 1))
+                device.inject("encoder-dead", joint=255)
+            for absent in {"joint": 3}, {"arm": 1}:
+                with self.assertRaises(thimble.Error) as caught:
+                    device.inject("encoder-dead", **absent)
+                self.assertEqual((caught.exception.name, caught.exception.exit_code), ("refused", 1))
 
     def test_no_device(self):
         with self.assertRaises(thimble.Error) as caught:
