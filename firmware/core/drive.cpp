@@ -8,16 +8,31 @@
 namespace thimble::firmware {
 namespace {
 
+// The torques of the axes for the force and the weight of the arm; 0 where there is no motor. False: one is not finite.
+bool find_torques(const Parts& parts, const kinematics::Arm<float>& geometry, ArmState& arm) noexcept {
+  const bool holds_weight = parts.params.on(Param::gravity_compensation);
+  const Axes weight_N_m = holds_weight ? geometry.gravity_torques(arm.posture) : Axes();
+  const float ramp = parts.state.gravity_ramp;
+  const Vec3 force_N = arm.force_N;
+  const int axes = geometry.axes();
+  float square = 0;
+  for (int j = 0; j < axes; ++j) {
+    float torque_N_m = 0;
+    if (geometry.is_driven(j)) {
+      torque_N_m = arm.posture.jacobian.col(j).dot(force_N);
+      if (holds_weight) torque_N_m += ramp * weight_N_m[j];
+    }
+    arm.torque_N_m[j] = torque_N_m;
+    square += torque_N_m * torque_N_m;
+  }
+  return std::isfinite(square);
+}
+
 // Force to torque to currents. False: one is not finite.
 bool drive_arm(const Parts& parts, const kinematics::Arm<float>& geometry, ArmState& arm) noexcept {
   const kinematics::ArmData& data = geometry.data();
   const int axes = geometry.axes();
-  arm.torque_N_m = kinematics::torques(arm.posture.jacobian, arm.force_N, axes);
-  if (parts.params.on(Param::gravity_compensation))
-    arm.torque_N_m += parts.state.gravity_ramp * geometry.gravity_torques(arm.posture);
-  for (int j = 0; j < axes; ++j)
-    if (!geometry.is_driven(j)) arm.torque_N_m[j] = 0;
-  if (!finite(arm.torque_N_m)) return false;
+  if (!find_torques(parts, geometry, arm)) return false;
   // A joint gets nothing of what a probe takes from another one.
   const bool probed = parts.state.mode == Mode::kArmed && arm.probe.probes();
   if (probed) {
@@ -26,29 +41,27 @@ bool drive_arm(const Parts& parts, const kinematics::Arm<float>& geometry, ArmSt
   }
   const float ambient_C = parts.params.get(Param::ambient);
   const float winding_limit_C = parts.params.get(Param::winding_limit);
-  Axes limit_A = Axes::Zero();
-  bool derated = false;
+  Axes limit_A;
   for (std::size_t j = 0; j < arm.axes; ++j) {
     if (!geometry.is_driven(static_cast<int>(j))) continue;
     const kinematics::MotorModel& motor = data.axis[j].motor;
     const float allowed = arm.heat[j].allowed(ambient_C, std::min(winding_limit_C, motor.max_winding_C));
     limit_A[static_cast<int>(j)] = allowed * motor.peak_current_A;
-    derated = derated || allowed < 1.0F;
   }
-  const kinematics::MotorCurrents currents = kinematics::motor_currents(data, arm.torque_N_m, limit_A);
-  if (!finite(currents.current_A)) return false;
-  arm.current_A = currents.current_A;
+  const int limiting = kinematics::motor_currents(data, axes, arm.torque_N_m, limit_A, arm.current_A);
+  float square = 0;
+  for (int j = 0; j < axes; ++j) square += arm.current_A[j] * arm.current_A[j];
+  if (!std::isfinite(square)) return false;
   if (!probed) arm.given = 1;
-  if (currents.limited_by == kinematics::kNoAxis) return true;
+  if (limiting == kinematics::kNoAxis) return true;
   // All torques were scaled alike, so the force was too.
-  const int limiting = currents.limited_by;
   const kinematics::AxisData& axis = data.axis[static_cast<std::size_t>(limiting)];
   const float wanted_A = arm.torque_N_m[limiting] / axis.torque_per_ampere();
-  const float scale = currents.current_A[limiting] / wanted_A;
+  const float scale = arm.current_A[limiting] / wanted_A;
   arm.force_N *= scale;
   arm.torque_N_m *= scale;
   if (!probed) arm.given = scale;
-  arm.limiters |= derated && limit_A[limiting] < axis.motor.peak_current_A ? kLimitThermal : kLimitCurrent;
+  arm.limiters |= limit_A[limiting] < axis.motor.peak_current_A ? kLimitThermal : kLimitCurrent;
   return true;
 }
 
@@ -64,8 +77,8 @@ void drive(Parts& parts, Outputs& outputs) noexcept {
   for (std::size_t i = 0; i < parts.setup.arm_count; ++i) {
     ArmState& arm = state.arm[i];
     if (motors_on(state.mode)) {
-      for (std::size_t j = 0; j < arm.axes; ++j)
-        outputs.arm[i].current_A[j] = arm.current_A[static_cast<int>(j)];
+      const std::size_t axes = arm.axes;
+      for (std::size_t j = 0; j < axes; ++j) outputs.arm[i].current_A[j] = arm.current_A[static_cast<int>(j)];
       outputs.arm[i].enable = true;
     } else {
       arm.force_N.setZero();
