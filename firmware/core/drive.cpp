@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "firmware/core/steps.h"
 #include "kinematics/arm.h"
@@ -9,12 +10,12 @@ namespace thimble::firmware {
 namespace {
 
 // The torques of the axes for the force and the weight of the arm; 0 where there is no motor. False: one is not finite.
-bool find_torques(const Parts& parts, const kinematics::Arm<float>& geometry, ArmState& arm) noexcept {
+bool find_torques(const Parts& parts, const kinematics::Arm<float>& geometry, ArmState& arm,
+                  auto axes) noexcept {
   const bool holds_weight = parts.params.on(Param::gravity_compensation);
   const Axes weight_N_m = holds_weight ? geometry.gravity_torques(arm.posture) : Axes();
   const float ramp = parts.state.gravity_ramp;
   const Vec3 force_N = arm.force_N;
-  const int axes = geometry.axes();
   float square = 0;
   for (int j = 0; j < axes; ++j) {
     float torque_N_m = 0;
@@ -28,11 +29,11 @@ bool find_torques(const Parts& parts, const kinematics::Arm<float>& geometry, Ar
   return std::isfinite(square);
 }
 
-// Force to torque to currents. False: one is not finite.
-bool drive_arm(const Parts& parts, const kinematics::Arm<float>& geometry, ArmState& arm) noexcept {
+// Force to torque to currents. False: one is not finite. axes: of the arm, a constant for the compiler where that is worth its code.
+bool drive_arm(const Parts& parts, const kinematics::Arm<float>& geometry, ArmState& arm,
+               auto axes) noexcept {
   const kinematics::ArmData& data = geometry.data();
-  const int axes = geometry.axes();
-  if (!find_torques(parts, geometry, arm)) return false;
+  if (!find_torques(parts, geometry, arm, axes)) return false;
   // A joint gets nothing of what a probe takes from another one.
   const bool probed = parts.state.mode == Mode::kArmed && arm.probe.probes();
   if (probed) {
@@ -42,11 +43,12 @@ bool drive_arm(const Parts& parts, const kinematics::Arm<float>& geometry, ArmSt
   const float ambient_C = parts.params.get(Param::ambient);
   const float winding_limit_C = parts.params.get(Param::winding_limit);
   Axes limit_A;
-  for (std::size_t j = 0; j < arm.axes; ++j) {
-    if (!geometry.is_driven(static_cast<int>(j))) continue;
-    const kinematics::MotorModel& motor = data.axis[j].motor;
-    const float allowed = arm.heat[j].allowed(ambient_C, std::min(winding_limit_C, motor.max_winding_C));
-    limit_A[static_cast<int>(j)] = allowed * motor.peak_current_A;
+  for (int j = 0; j < axes; ++j) {
+    if (!geometry.is_driven(j)) continue;
+    const auto at = static_cast<std::size_t>(j);
+    const kinematics::MotorModel& motor = data.axis[at].motor;
+    const float allowed = arm.heat[at].allowed(ambient_C, std::min(winding_limit_C, motor.max_winding_C));
+    limit_A[j] = allowed * motor.peak_current_A;
   }
   const int limiting = kinematics::motor_currents(data, axes, arm.torque_N_m, limit_A, arm.current_A);
   float square = 0;
@@ -70,7 +72,11 @@ bool drive_arm(const Parts& parts, const kinematics::Arm<float>& geometry, ArmSt
 void drive(Parts& parts, Outputs& outputs) noexcept {
   State& state = parts.state;
   for (std::size_t i = 0; i < parts.setup.arm_count && motors_on(state.mode); ++i) {
-    if (drive_arm(parts, parts.setup.arm[i], state.arm[i])) continue;
+    const kinematics::Arm<float>& geometry = parts.setup.arm[i];
+    const bool finite = geometry.axes() == 3 ? drive_arm(parts, geometry, state.arm[i],
+                                                         std::integral_constant<int, 3>{})  // most arms
+                                             : drive_arm(parts, geometry, state.arm[i], geometry.axes());
+    if (finite) continue;
     trip(parts, Fault::torque_not_finite);
     break;
   }
