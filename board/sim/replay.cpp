@@ -81,8 +81,9 @@ class Replay::Board {
       arm.sample_tick = inputs_.tick;
       arm.index = tick.levels.index[i];
       arm.drive_fault = tick.levels.drive_fault[i];
-      for (std::size_t j = 0; j < arm.counts.size(); ++j) {
-        const auto low = static_cast<std::uint16_t>(tick.counts[3 * i + j] - arm.counts[j]);
+      for (std::size_t j = 0; j < link::kClassicCounts; ++j) {
+        const auto low =
+            static_cast<std::uint16_t>(tick.counts[link::kClassicCounts * i + j] - arm.counts[j]);
         arm.counts[j] +=
             static_cast<std::uint32_t>(static_cast<std::int32_t>(static_cast<std::int16_t>(low)));
       }

@@ -32,7 +32,7 @@ struct RecordedRun {
 class Replay {
  public:
   struct Tick {
-    std::span<const std::uint16_t> counts;  // three an arm
+    std::span<const std::uint16_t> counts;  // kClassicCounts an arm
     firmware::link::Levels levels;
     firmware::link::RecordedCommand command = firmware::link::RecordedCommand::kNone;
   };
