@@ -136,9 +136,14 @@ const char* name_of(Kind kind) noexcept { return kKinds[static_cast<std::size_t>
 
 DriveWirings read_drives(const JsonValue& value, const kinematics::ArmData& arm) {
   DriveWirings drives;
-  (void)value.size(drives.size(), drives.size());
-  for (std::size_t j = 0; j < drives.size(); ++j)
-    if (!value.at(j).raw().is_null()) drives[j] = read_drive(value.at(j), arm.axis[j]);
+  const auto axes = static_cast<std::size_t>(axes_of(arm.geometry));
+  (void)value.size(axes, axes);
+  for (std::size_t j = 0; j < axes; ++j) {
+    if (value.at(j).raw().is_null()) continue;
+    if (!arm.geometry.driven[j])
+      value.at(j).fail("bad-value", "is a drive, and the arm has no motor at this joint", "give null");
+    drives[j] = read_drive(value.at(j), arm.axis[j]);
+  }
   return drives;
 }
 

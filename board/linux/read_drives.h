@@ -9,7 +9,7 @@
 
 namespace thimble::board {
 
-// One value for each joint, null where it has no drive.
+// One value for each of the arm's axes, null where it has no drive.
 [[nodiscard]] DriveWirings read_drives(const JsonValue& value, const kinematics::ArmData& arm);
 // What needs the whole configuration: the drives of one bus fit together at this rate. `arms`: the value of the key, for the place of an error.
 void check_drive_buses(const JsonValue& arms, std::span<const DriveWirings> wirings, double rate_Hz);
