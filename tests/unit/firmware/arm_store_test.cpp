@@ -143,6 +143,15 @@ TEST(ArmStore, IsUploadedByServicesAndUsedFromTheNextStartOn) {
     EXPECT_EQ(images.next_crc[0], crc32(image));
     EXPECT_EQ(tester.refused({0x31, 0x01, 0x02, 0x0E}), link::Nrc::kConditionsNotCorrect);
     EXPECT_EQ(tester.text(link::kDidRefusal), "no_download");
+    tester.run(1000);
+    const Bytes entries = tester.ask(join({0x31, 0x03, 0x02, 0x0A}, big_endian({0})));
+    bool told = false;
+    link::AuditRecord entry;
+    for (std::size_t at = 4; at + link::wire_size<link::AuditRecord>() <= entries.size();
+         at += link::wire_size<link::AuditRecord>())
+      told = told || (link::decode(std::span(entries).subspan(at), entry) &&
+                      entry.event == link::AuditEvent::kArmImage && entry.value == crc32(image));
+    EXPECT_TRUE(told);
   }
   bench.restart("host");
   Tester tester(bench);
