@@ -1,16 +1,20 @@
 // model: arm files are checked, shown, listed, and made from a URDF.
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cmath>
 #include <numbers>
+#include <thread>
 
 #include "host-tools/arms/arm_checks.h"
 #include "host-tools/arms/arm_file.h"
 #include "host-tools/arms/arm_folder.h"
 #include "host-tools/arms/arm_writer.h"
 #include "host-tools/arms/urdf_import.h"
+#include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
+#include "host-tools/client/device.h"
 #include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
 
@@ -134,6 +138,54 @@ void model_compile(const Common& common, const ModelCompileChoice& choice) {
     return;
   }
   say("{}: {}, {} bytes\n", choice.output.string(), checked.arm.name, image.size());
+  warn(checked.figures);
+}
+
+namespace {
+
+// After its restart, which takes a moment.
+Device reopened(const Common& common, const Remote& remote) {
+  constexpr auto kPatience = std::chrono::seconds(10), kPause = std::chrono::milliseconds(500);
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  for (;;) {
+    std::this_thread::sleep_for(kPause);
+    try {
+      return open_device(common, remote);
+    } catch (const Error&) {
+      if (std::chrono::steady_clock::now() > deadline) throw;
+    }
+  }
+}
+
+}  // namespace
+
+void model_upload(const Common& common, const Remote& remote, const ModelUploadChoice& choice) {
+  const CheckedArm checked = read_and_check(arm_path(choice.model));
+  const std::vector<std::byte> image = arm_image(checked.arm);
+  UploadResult result;
+  {
+    Device device = open_device(common, remote);
+    result = device.upload(image, {.arm = static_cast<std::uint8_t>(choice.arm)}, {});
+    device.restart();
+  }
+  Device device = reopened(common, remote);
+  const std::string arm = device.text(link::kDidArmName);
+  if (device.arm_images().crc.at(choice.arm) != result.crc) {
+    throw Error(ExitCode::kVerification, "verification-failed",
+                fmt::format("after its restart the device works with {}, not with {}", arm, checked.arm.name),
+                "read `thimble info`: it says what is stored, and whether it is damaged; then repeat the upload");
+  }
+  if (common.json) {
+    Json json = document("model upload");
+    json["name"] = checked.arm.name;
+    json["arm"] = arm;
+    json["number"] = choice.arm;
+    json["bytes"] = result.bytes;
+    json["crc"] = result.crc;
+    print(json);
+    return;
+  }
+  say("{}: {} bytes, CRC {:08x}, stored and in use\n", checked.arm.name, result.bytes, result.crc);
   warn(checked.figures);
 }
 
