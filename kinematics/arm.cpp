@@ -4,21 +4,9 @@
 
 #include "kinematics/dynamics.h"
 #include "kinematics/gravity.h"
-#include "kinematics/workspace.h"
 
 namespace thimble::kinematics {
 namespace {
-
-// Of the coefficients of a two-link platform, for a base that stands in any way: the potential energy is up . (c1 R, s1 R, Z) with
-// R = g2 cos q2 + g3 sin q3 and Z = g2 sin q2 - g3 cos q3. up: upwards, in the base frame.
-template <typename S>
-Vector3<S> tilted_weight(const InertiaModel& m, const Vector3<S>& up, const TwoLinkAngles<S>& p) noexcept {
-  const S g2 = S(m.g2), g3 = S(m.g3);
-  const S R = g2 * p.q2.cos + g3 * p.q3.sin;
-  const S out = p.q1.cos * up.x() + p.q1.sin * up.y();
-  return {(p.q1.cos * up.y() - p.q1.sin * up.x()) * R, g2 * (up.z() * p.q2.cos - out * p.q2.sin),
-          g3 * (up.z() * p.q3.sin + out * p.q3.cos)};
-}
 
 template <typename S>
 TwoLinkAngles<S> angles_of(const AxisVector<S>& joints) noexcept {
@@ -50,16 +38,23 @@ Posture<S> Arm<S>::home_posture() const noexcept {
 }
 
 template <typename S>
-int Arm<S>::limit(const PerAxis<S>& axes, S margin) const noexcept {
-  return workspace_limit(*data_, axes, margin);
-}
-
-template <typename S>
 Jacobian3<S> Arm<S>::driven_jacobian(const Posture<S>& posture) const noexcept {
   Jacobian3<S> driven = posture.jacobian.leftCols(axes_);
   for (int j = 0; j < axes_; ++j)
     if (!is_driven(j)) driven.col(j).setZero();
   return driven;
+}
+
+// Of the coefficients of a two-link platform, for a base that stands in any way: the potential energy is up . (c1 R, s1 R, Z) with
+// R = g2 cos q2 + g3 sin q3 and Z = g2 sin q2 - g3 cos q3. up: upwards, in the base frame.
+template <typename S>
+Vector3<S> Arm<S>::tilted_weight(const TwoLinkAngles<S>& p) const noexcept {
+  const Vector3<S>& up = mechanism_.up();
+  const S g2 = S(data_->inertia.g2), g3 = S(data_->inertia.g3);
+  const S R = g2 * p.q2.cos + g3 * p.q3.sin;
+  const S out = p.q1.cos * up.x() + p.q1.sin * up.y();
+  return {(p.q1.cos * up.y() - p.q1.sin * up.x()) * R, g2 * (up.z() * p.q2.cos - out * p.q2.sin),
+          g3 * (up.z() * p.q3.sin + out * p.q3.cos)};
 }
 
 template <typename S>
@@ -76,18 +71,8 @@ void Arm<S>::move_mechanism(const PerAxis<S>& axes, Posture<S>& posture) const n
   posture.weight_N_m.head(axes_) = kinematics::gravity_torques<S>(mechanism_, axes.head(axes_), pose);
   if (!data_->has_inertia) return;
   AxisVector<S> by_joint = AxisVector<S>::Zero(axes_);
-  by_joint.template head<3>() =
-      tilted_weight<S>(data_->inertia, mechanism_.up(), angles_of<S>(mechanism_.joints(axes.head(axes_))));
+  by_joint.template head<3>() = tilted_weight(angles_of<S>(mechanism_.joints(axes.head(axes_))));
   posture.weight_N_m.head(axes_) += mechanism_.to_axes(by_joint);
-}
-
-template <typename S>
-PerAxis<S> Arm<S>::gravity_torques(const Posture<S>& posture) const noexcept {
-  if (!is_two_link_) return posture.weight_N_m;
-  PerAxis<S> torque = PerAxis<S>::Zero();
-  torque.template head<3>() = is_level_ ? kinematics::gravity_torques<S>(data_->inertia, posture)
-                                        : tilted_weight<S>(data_->inertia, mechanism_.up(), posture);
-  return torque;
 }
 
 template <typename S>

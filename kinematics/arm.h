@@ -5,7 +5,7 @@
 //   Posture<float> posture = arm.home_posture();
 //   arm.move_to(axes, posture);                               // once per tick
 //   posture.tip_m;  velocity(posture.jacobian, speeds, arm.axes());
-//   torques(posture.jacobian, force_N, arm.axes());           // N m
+//   torques(posture.jacobian, force_N, arm.axes(), torque);   // N m
 //
 // The two-link arm has its own closed form (two_link_arm.h), every other one goes through Mechanism. Frames and units: base_pose.h, arm_data.h. Nothing
 // here fails: where the links do not meet, the tip is NaN.
@@ -31,16 +31,16 @@ struct Posture : TwoLinkAngles<S> {       // the angles are those of a two-link 
 template <typename S>
 [[nodiscard]] Vector3<S> velocity(const Eigen::Matrix<S, 3, kMaxJoints>& jacobian, const PerAxis<S>& speeds,
                                   int axes) noexcept {
+  if (axes == 3) return jacobian.template leftCols<3>() * speeds.template head<3>();
   Vector3<S> sum = jacobian.col(axes - 1) * speeds[axes - 1];
   for (int j = axes - 2; j >= 0; --j) sum = jacobian.col(j) * speeds[j] + sum;
   return sum;
 }
+// torque: of so many axes; the others stay.
 template <typename S>
-[[nodiscard]] PerAxis<S> torques(const Eigen::Matrix<S, 3, kMaxJoints>& jacobian, const Vector3<S>& force_N,
-                                 int axes) noexcept {
-  PerAxis<S> torque = PerAxis<S>::Zero();
+void torques(const Eigen::Matrix<S, 3, kMaxJoints>& jacobian, const Vector3<S>& force_N, int axes,
+             PerAxis<S>& torque) noexcept {
   for (int j = 0; j < axes; ++j) torque[j] = jacobian.col(j).dot(force_N);
-  return torque;
 }
 
 template <typename S>
@@ -60,14 +60,7 @@ class Arm {
   [[nodiscard]] Posture<S> home_posture() const noexcept;
 
   // posture: of the tick before, or home_posture(): from there the links of a delta go on.
-  // Not inline: several steps call it, and it is long.
-  [[gnu::noinline]] void move_to(const PerAxis<S>& axes, Posture<S>& posture) const noexcept {
-    if (is_two_link_) {
-      two_link_.at(axes, posture);
-    } else {
-      move_mechanism(axes, posture);
-    }
-  }
+  void move_to(const PerAxis<S>& axes, Posture<S>& posture) const noexcept;
 
   // Of the cables and links, seen at the axes (compliance.h); N m/rad.
   [[nodiscard]] const PerAxis<S>& stiffness_N_m_rad() const noexcept { return stiffness_N_m_rad_; }
@@ -92,6 +85,7 @@ class Arm {
 
  private:
   void move_mechanism(const PerAxis<S>& axes, Posture<S>& posture) const noexcept;
+  [[nodiscard]] Vector3<S> tilted_weight(const TwoLinkAngles<S>& angles) const noexcept;
 
   const ArmData* data_;
   TwoLinkArm<S> two_link_;

@@ -24,7 +24,8 @@ class JointEncoder {
   JointEncoder(const AxisData& axis, float max_speed_rad_s, float period_s) noexcept
       : rad_per_count_(axis.rad_per_count()), unused_bits_(32U - axis.counter_bits) {
     const float counts = max_speed_rad_s * period_s / (rad_per_count_ < 0 ? -rad_per_count_ : rad_per_count_);
-    max_counts_per_tick_ = counts < 2.0F ? 2 : static_cast<std::int32_t>(counts) + 1;
+    constexpr float kMost = 3.3e7F;  // kMaxPeriods times as many are an std::int32_t
+    max_counts_per_tick_ = counts < 2.0F ? 2 : static_cast<std::int32_t>(std::min(counts, kMost)) + 1;
   }
 
   // Sets the reference: the joint is at angle_rad while the counter reads raw. Discards the previous state.
@@ -43,12 +44,11 @@ class JointEncoder {
   }
 
   // periods: since the reading before, at least 1.
-  [[nodiscard]] EncoderStatus update(std::uint32_t raw, std::uint64_t periods = 1) noexcept {
+  [[nodiscard]] EncoderStatus update(std::uint32_t raw, std::uint32_t periods = 1) noexcept {
     // Of as many bits as the counter has, with its sign.
     const std::int32_t delta = static_cast<std::int32_t>((raw - last_raw_) << unused_bits_) >> unused_bits_;
-    constexpr std::uint64_t kMaxPeriods = 64;  // more are lost only where a fault has come before
-    const std::int64_t most =
-        max_counts_per_tick_ * static_cast<std::int64_t>(std::min(periods, kMaxPeriods));
+    const std::int32_t most =
+        max_counts_per_tick_ * static_cast<std::int32_t>(std::min(periods, kMaxPeriods));
     if (delta > most || delta < -most) return EncoderStatus::kJump;
     last_raw_ = raw;
     counts_ =
@@ -65,6 +65,8 @@ class JointEncoder {
   [[nodiscard]] std::int32_t max_counts_per_tick() const noexcept { return max_counts_per_tick_; }
 
  private:
+  static constexpr std::uint32_t kMaxPeriods = 64;  // more are lost only where a fault has come before
+
   float rad_per_count_ = 0.0F;
   float offset_rad_ = 0.0F;
   std::uint32_t last_raw_ = 0;

@@ -1,6 +1,7 @@
 #include "kinematics/velocity.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace thimble::kinematics {
 namespace {
@@ -35,13 +36,13 @@ void VelocityEstimator::add(std::int32_t counts) noexcept {
   history_[static_cast<std::size_t>(head_)] = counts;
 }
 
-float VelocityEstimator::update(std::int32_t counts, std::uint64_t periods) noexcept {
+float VelocityEstimator::update(std::int32_t counts, std::uint32_t periods) noexcept {
   constexpr float kBand = 1.0F;  // maximum deviation of a reading from the line, counts
   if (periods > 1) {
     const std::int32_t from = history_[static_cast<std::size_t>(head_)];
     const float per_period = static_cast<float>(counts - from) / static_cast<float>(periods);
     const float half = per_period < 0.0F ? -0.5F : 0.5F;
-    for (auto before = static_cast<int>(std::min<std::uint64_t>(periods - 1, kMaxWindow)); before > 0;
+    for (auto before = static_cast<int>(std::min<std::uint32_t>(periods - 1, kMaxWindow)); before > 0;
          --before)
       add(counts - static_cast<std::int32_t>(per_period * static_cast<float>(before) + half));
   }
@@ -60,13 +61,11 @@ float VelocityEstimator::update(std::int32_t counts, std::uint64_t periods) noex
     const float count = static_cast<float>(n + 1), middle = 0.5F * static_cast<float>(n);
     const float slope = (middle * sum - moment) / (count * (count * count - 1.0F) / 12.0F);
     const float intercept = sum / count + slope * middle;
-    const auto is_off = [&](int i) {
-      const float by = x(i) - (intercept - slope * static_cast<float>(i));
-      return by > kBand || by < -kBand;
-    };
-    bool fits = off > n || !is_off(off);
-    for (int i = 0; i <= n && fits; ++i) {
-      fits = !is_off(i);
+    const auto is_off = [&](int i, float ago) { return std::abs(x(i) - (intercept - slope * ago)) > kBand; };
+    bool fits = off > n || !is_off(off, static_cast<float>(off));
+    float ago = 0;
+    for (int i = 0; i <= n && fits; ++i, ++ago) {
+      fits = !is_off(i, ago);
       if (!fits) off = i;
     }
     if (fits || n == 1) return slope * rate_Hz_;

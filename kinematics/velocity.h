@@ -25,7 +25,7 @@ class VelocityEstimator {
 
   // Adds a reading; returns counts per second. periods: since the reading before, at least 1. Readings that are missing are put on the
   // line between the two.
-  [[nodiscard]] float update(std::int32_t counts, std::uint64_t periods = 1) noexcept;
+  [[nodiscard]] float update(std::int32_t counts, std::uint32_t periods = 1) noexcept;
 
  private:
   void add(std::int32_t counts) noexcept;

@@ -58,21 +58,21 @@ class EncoderProbe {
       const bool suspect = sight.holds && !sight.may_rest;
       j.still_s = std::clamp(j.still_s + (suspect ? period_s : -period_s), 0.0F, 2 * kStill_s);
     }
+    const bool probed_before = j.taken > 0.0F;
     j.taken = std::clamp(j.taken + (j.suspect() ? step : -step), 0.0F, 1.0F);
+    probed_ += static_cast<int>(j.taken > 0.0F) - static_cast<int>(probed_before);
     j.empty_s = j.taken < 1.0F ? 0.0F : j.empty_s + period_s;
   }
 
   // The part of the joint's torque that is left, 1 to 0.
   [[nodiscard]] float part(std::size_t joint) const noexcept { return 1.0F - joints_[joint].taken; }
-  [[nodiscard]] bool probes() const noexcept {
-    return std::ranges::any_of(joints_, [](const Joint& j) { return j.taken > 0.0F; });
-  }
+  [[nodiscard]] bool probes() const noexcept { return probed_ != 0; }
   [[nodiscard]] bool dead() const noexcept {
     return std::ranges::any_of(joints_,
                                [](const Joint& j) { return j.suspect() && j.holds && j.empty_s > kEmpty_s; });
   }
-  [[nodiscard]] bool reversed() const noexcept {
-    return std::ranges::any_of(joints_, [](const Joint& j) { return j.with_torque >= kReversed; });
+  [[nodiscard]] bool reversed(std::size_t joint) const noexcept {
+    return joints_[joint].with_torque >= kReversed;
   }
 
  private:
@@ -94,6 +94,7 @@ class EncoderProbe {
     }
   };
   std::array<Joint, kJoints> joints_;
+  int probed_ = 0;  // joints of which something is taken: most ticks ask for it more than once
 };
 
 }  // namespace thimble::firmware

@@ -55,26 +55,26 @@ Vec3 probed(Parts& parts, std::size_t index, const Vec3& wanted_N, const Vec3& f
   ArmState& arm = parts.state.arm[index];
   const kinematics::Arm<float>& geometry = parts.setup.arm[index];
   const auto& jacobian = arm.posture.jacobian;
-  Axes torque_N_m = kinematics::torques(jacobian, force_N, geometry.axes());
+  Axes torque_N_m;
   const bool probed_before = arm.probe.probes();
-  const Axes asked_N_m =
-      probed_before ? kinematics::torques(jacobian, wanted_N, geometry.axes()) : torque_N_m;
+  const bool may_rest = parts.setup.has_line_loss[index] || arm.source != nullptr;
   for (std::size_t j = 0; j < arm.axes; ++j) {
     const int axis = static_cast<int>(j);
+    torque_N_m[axis] = jacobian.col(axis).dot(force_N);
     if (!geometry.is_driven(axis)) continue;
     const float sure_N_m =
         parts.setup.joint[index][j].against_hand.torque_N_m(jacobian.col(axis).squaredNorm());
-    arm.probe.watch(
-        j,
-        {.counts = arm.encoder[j].counts(),
-         .pushes_up = torque_N_m[axis] * arm.encoder[j].rad_per_count() > 0.0F,
-         .holds =
-             arm.given * std::abs(arm.probe.part(j) < 1.0F ? asked_N_m[axis] : torque_N_m[axis]) > sure_N_m,
-         .changed = arm.suspect[j],
-         .may_rest = parts.setup.has_line_loss[index] || arm.source != nullptr},
-        parts.setup.period_s);
+    const float asked_N_m =
+        probed_before && arm.probe.part(j) < 1.0F ? jacobian.col(axis).dot(wanted_N) : torque_N_m[axis];
+    arm.probe.watch(j,
+                    {.counts = arm.encoder[j].counts(),
+                     .pushes_up = torque_N_m[axis] * arm.encoder[j].rad_per_count() > 0.0F,
+                     .holds = arm.given * std::abs(asked_N_m) > sure_N_m,
+                     .changed = arm.suspect[j],
+                     .may_rest = may_rest},
+                    parts.setup.period_s);
+    if (arm.probe.reversed(j)) trip(parts, Fault::motor_reversed);
   }
-  if (arm.probe.reversed()) trip(parts, Fault::motor_reversed);
   if (!arm.probe.probes()) return force_N;
   for (std::size_t j = 0; j < arm.axes; ++j) torque_N_m[static_cast<int>(j)] *= arm.probe.part(j);
   if (!probed_before) ++parts.state.telemetry.probes;

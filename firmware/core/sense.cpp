@@ -18,7 +18,8 @@ void begin_tick(Parts& parts, const Inputs& inputs) noexcept {
   state.lost = state.first_tick || inputs.tick <= state.tick ? 0 : inputs.tick - state.tick - 1;
   state.first_tick = false;
   state.tick = inputs.tick;
-  state.mode_time_s += parts.setup.period_s * static_cast<float>(state.lost + 1);
+  const auto periods = static_cast<std::uint32_t>(std::min<std::uint64_t>(state.lost, UINT32_MAX - 1)) + 1;
+  state.mode_time_s += parts.setup.period_s * static_cast<float>(periods);
   for (ArmState& arm : state.arm) arm.limiters = 0;
 }
 
@@ -120,7 +121,7 @@ bool is_frozen(Parts& parts, std::size_t index, std::size_t joint, const FrozenP
 // While armed: whether the arm can be where its counts say, and move as they say.
 void check_motion(Parts& parts, ArmState& arm, const kinematics::Arm<float>& geometry) noexcept {
   if (parts.state.mode != Mode::kArmed) return;
-  if (geometry.limit(arm.joint_rad, -kBeyondStops_rad) != 0) {
+  if (!arm.in_workspace && geometry.limit(arm.joint_rad, -kBeyondStops_rad) != 0) {
     trip(parts, Fault::joint_range);
     arm.homed = false;
   }
@@ -145,13 +146,15 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
     return;
   }
   if (arm.seen && input.sample_tick == arm.sample_tick) return;
-  const std::uint64_t periods =
-      arm.seen && input.sample_tick > arm.sample_tick ? input.sample_tick - arm.sample_tick : 1;
+  const std::uint64_t passed = input.sample_tick > arm.sample_tick ? input.sample_tick - arm.sample_tick : 1;
+  const auto periods = static_cast<std::uint32_t>(arm.seen ? std::min<std::uint64_t>(passed, UINT32_MAX) : 1);
   arm.sample_tick = input.sample_tick;
   const FrozenParams frozen{parts.params.get(Param::encoder_frozen),
                             parts.params.get(Param::encoder_frozen_time)};
-  Axes joint_speed = Axes::Zero();
-  for (std::size_t j = 0; j < arm.axes; ++j) {
+  Axes joint_speed;
+  const std::size_t axes = arm.axes;
+  const bool armed = parts.state.mode == Mode::kArmed;
+  for (std::size_t j = 0; j < axes; ++j) {
     const int axis = static_cast<int>(j);
     kinematics::JointEncoder& encoder = arm.encoder[j];
     if (!arm.seen) {
@@ -164,7 +167,7 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
     }
     arm.joint_rad[axis] = encoder.angle_rad();
     joint_speed[axis] = arm.speed[j].update(encoder.counts(), periods) * encoder.rad_per_count();
-    arm.suspect[j] = parts.state.mode == Mode::kArmed && is_frozen(parts, index, j, frozen);
+    arm.suspect[j] = armed && is_frozen(parts, index, j, frozen);
     if (arm.suspect[j] && arm.source != nullptr) {
       trip(parts, Fault::encoder_frozen);
       arm.homed = false;
@@ -185,31 +188,42 @@ void heat_motors(Parts& parts, std::size_t index, const ArmEvidence& evidence, s
   ArmState& arm = parts.state.arm[index];
   const float ambient_C = parts.params.get(Param::ambient);
   const float winding_limit_C = parts.params.get(Param::winding_limit);
-  for (std::size_t j = 0; j < arm.axes; ++j) {
-    if (!parts.setup.arm[index].is_driven(static_cast<int>(j))) continue;
-    const kinematics::MotorModel& motor = parts.setup.arm[index].data().axis[j].motor;
+  const float time_s = parts.setup.period_s * static_cast<float>(lost + 1U);
+  const kinematics::ArmData& data = parts.setup.arm[index].data();
+  const std::size_t axes = arm.axes;
+  for (std::size_t j = 0; j < axes; ++j) {
+    if (!data.geometry.driven[j]) continue;
+    const kinematics::MotorModel& motor = data.axis[j].motor;
     const float limit_C = std::min(winding_limit_C, motor.max_winding_C);
-    arm.heat[j].add(motor, arm.current_A[static_cast<int>(j)], ambient_C,
-                    parts.setup.period_s * static_cast<float>(lost + 1U));
+    arm.heat[j].add(motor, arm.current_A[static_cast<int>(j)], ambient_C, time_s);
     if (arm.heat[j].winding_C(ambient_C) > limit_C || evidence.motor_C[j] > limit_C)
       trip(parts, Fault::motor_hot);
   }
 }
 
-// What the background has learned of the time off waits while a recording runs: a replay has only what the recording began with.
+// What the background has learned of the time off.
+void cool_motors(Parts& parts) noexcept {
+  MotorsHeat less;
+  if (!parts.heat.less.read(less)) return;
+  for (std::size_t i = 0; i < parts.setup.arm_count; ++i)
+    for (std::size_t j = 0; j < parts.state.arm[i].axes; ++j) parts.state.arm[i].heat[j].take_off(less[i][j]);
+}
+
+void show_heat(Parts& parts) noexcept {
+  MotorsHeat now;
+  for (std::size_t i = 0; i < parts.setup.arm_count; ++i)
+    for (std::size_t j = 0; j < kJoints; ++j) now[i][j] = parts.state.arm[i].heat[j].heat();
+  parts.heat.now.write(now);
+}
+
+// The time off waits while a recording runs: a replay has only what the recording began with.
 void exchange_heat(Parts& parts, std::uint32_t lost) noexcept {
   State& state = parts.state;
-  MotorsHeat less;
-  if (!parts.observers.recorder.running() && parts.heat.less.read(less))
-    for (std::size_t i = 0; i < parts.setup.arm_count; ++i)
-      for (std::size_t j = 0; j < state.arm[i].axes; ++j) state.arm[i].heat[j].take_off(less[i][j]);
+  if (!parts.observers.recorder.running() && parts.heat.less.written()) cool_motors(parts);
   state.heat_shown_s += parts.setup.period_s * static_cast<float>(lost + 1U);
   if (state.heat_shown_s < HeatExchange::kInterval_s) return;
   state.heat_shown_s = 0;
-  MotorsHeat now;
-  for (std::size_t i = 0; i < parts.setup.arm_count; ++i)
-    for (std::size_t j = 0; j < kJoints; ++j) now[i][j] = state.arm[i].heat[j].heat();
-  parts.heat.now.write(now);
+  show_heat(parts);
 }
 
 }  // namespace

@@ -41,6 +41,7 @@ class Snapshot {
   }
 
   // --- reader
+  [[nodiscard]] bool written() const noexcept { return version_.load(std::memory_order_acquire) != seen_; }
   [[nodiscard]] bool read(T& value) noexcept {
     const std::uint32_t version = version_.load(std::memory_order_acquire);
     if (version == seen_ || version % 2 != 0) return false;

@@ -162,8 +162,9 @@ LimitedForce GuardedMove::tick(const kinematics::Arm<float>& arm, const Axes& jo
   const float inertia_N = arm.mass_along(joint_rad, posture, per_m) * acceleration_m_s2_;
   const float sign = speed_m_s_ > 0 ? 1.0F : speed_m_s_ < 0 ? -1.0F : 0.0F;
   const Vec3 contact_N = last_force_N - (sign * friction_N + inertia_N) * direction_;
-  const Axes torque_N_m =
-      kinematics::torques(posture.jacobian, contact_N, arm.axes()) + arm.gravity_torques(posture);
+  Axes torque_N_m = Axes::Zero();
+  kinematics::torques(posture.jacobian, contact_N, arm.axes(), torque_N_m);
+  torque_N_m += arm.gravity_torques(posture);
   const Vec3 tip_m =
       posture.tip_m + kinematics::tip_stretch(posture, arm.stiffness_N_m_rad(), torque_N_m, arm.axes());
   const MoveSample sample{tip_m, contact_N.dot(direction_)};

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "host-tools/error.h"
+#include "kinematics/arm_data.h"
 #include "kinematics/geometry.h"
 
 namespace thimble::host {
@@ -25,6 +26,7 @@ using Json = nlohmann::ordered_json;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
+constexpr std::size_t kMostRobotName = 1000;  // bytes
 constexpr double kPerRad_deg = 180.0 / std::numbers::pi;
 
 [[noreturn]] void refuse(const char* slug, const std::string& cause, const std::string& remedy) {
@@ -34,6 +36,10 @@ constexpr double kPerRad_deg = 180.0 / std::numbers::pi;
 // To a nanometre and a billionth of a degree, so that 0.1 + 0.2 is 0.3; adding 0 makes 0 of -0.
 double tidy(double value) { return std::round(value * 1e9) / 1e9 + 0.0; }
 Json numbers(const Vector3d& v) { return {tidy(v.x()), tidy(v.y()), tidy(v.z())}; }
+std::string shortened(const std::string& name) {
+  constexpr std::size_t kMost = 60;  // bytes
+  return name.size() <= kMost ? name : name.substr(0, kMost) + "...";
+}
 Json guess(double value) { return {{"value", value}, {"by", "guess"}}; }
 
 Isometry3d of(const urdf::Pose& pose) {
@@ -189,6 +195,10 @@ struct Chain {
       const auto [link, place] = links.back();
       links.pop_back();
       if (link->inertial) {
+        if (!(link->inertial->mass >= 0))
+          refuse("bad-mass",
+                 fmt::format("link '{}' has a mass of {} kg", shortened(link->name), link->inertial->mass),
+                 "give it a mass of 0 or more");
         mass_kg.back() += link->inertial->mass;
         moment_kg_m.back() += link->inertial->mass * (place * of(link->inertial->origin).translation());
       }
@@ -206,6 +216,11 @@ struct Chain {
       refuse("joint-type",
              "joint '" + joint.name + "' is neither revolute nor continuous, prismatic or fixed",
              "an arm has joints of one axis");
+    if (joint.name.empty() || joint.name.size() > kinematics::kMaxArmName)
+      refuse("bad-name",
+             fmt::format("joint '{}' has a name of {} bytes, an arm has names of 1 to {}",
+                         shortened(joint.name), joint.name.size(), kinematics::kMaxArmName),
+             "rename the joint in the URDF");
     Json entry{{"name", joint.name}};
     if (prismatic) entry["type"] = "prismatic";
     entry["origin_m"] = numbers(behind.translation());
@@ -217,6 +232,40 @@ struct Chain {
     moment_kg_m.emplace_back(Vector3d::Zero());
     behind.setIdentity();
   }
+};
+
+// Collects what the parser has against a URDF, which it says nowhere else.
+class ParserErrors : public console_bridge::OutputHandler {
+ public:
+  ParserErrors() {
+    console_bridge::noOutputHandler();
+    console_bridge::useOutputHandler(this);
+  }
+  ~ParserErrors() override { console_bridge::noOutputHandler(); }
+  ParserErrors(const ParserErrors&) = delete;
+  ParserErrors& operator=(const ParserErrors&) = delete;
+
+  void log(const std::string& text, console_bridge::LogLevel level, const char* /*file*/,
+           int /*line*/) override {
+    if (level < console_bridge::CONSOLE_BRIDGE_LOG_ERROR) return;
+    if (errors_.size() < kMost) errors_.push_back(text.substr(0, kMostBytes));
+  }
+  // The first one is the cause, the next one often says where.
+  [[nodiscard]] std::string first() const {
+    if (errors_.empty()) return "it has no robot";
+    return errors_.size() == 1 ? errors_[0] : errors_[0] + "; " + errors_[1];
+  }
+  // Why the mass of a link was left out: the parser goes on without it. Empty: none was.
+  [[nodiscard]] std::string about_a_mass() const {
+    for (std::size_t i = 0; i < errors_.size(); ++i)
+      if (errors_[i].starts_with("Could not parse inertial element"))
+        return (i == 0 ? "" : errors_[i - 1] + "; ") + errors_[i];
+    return {};
+  }
+
+ private:
+  static constexpr std::size_t kMost = 1000, kMostBytes = 200;
+  std::vector<std::string> errors_;
 };
 
 // A model whose links hold each other would never be freed where joints go in a circle.
@@ -234,10 +283,15 @@ urdf::ModelInterfaceSharedPtr model_of(const std::string& urdf) {
 }  // namespace
 
 std::string import_urdf(const std::string& urdf, const std::string& name, const std::string& tip) {
-  console_bridge::noOutputHandler();  // the error says what is wrong
-  const urdf::ModelInterfaceSharedPtr model = is_nested_deeply(urdf) ? nullptr : model_of(urdf);
-  if (!model)
-    refuse("not-a-urdf", "the file is not a URDF", "expand a xacro file first; `check_urdf` says more");
+  const ParserErrors errors;
+  const char* const remedy = "correct the file, or expand it first if it is a xacro file";
+  if (is_nested_deeply(urdf))
+    refuse("not-a-urdf", "the file is not a URDF: elements are nested too deeply", remedy);
+  const urdf::ModelInterfaceSharedPtr model = model_of(urdf);
+  if (!model) refuse("not-a-urdf", "the file is not a URDF: " + errors.first(), remedy);
+  if (const std::string mass = errors.about_a_mass(); !mass.empty())
+    refuse("bad-mass", "the mass of a link cannot be read: " + mass,
+           "correct mass, origin and inertia of the link, or remove its <inertial>: it then has no mass");
   check_tree(*model);
   Chain chain;
   const std::vector<urdf::JointConstSharedPtr> way = joints_to(*model, tip);
@@ -251,8 +305,9 @@ std::string import_urdf(const std::string& urdf, const std::string& name, const 
            "choose another tip with --tip");
   Json arm{{"thimble_arm", 1},
            {"name", name},
-           {"source", "The URDF of '" + model->getName() +
-                          "'. Encoders, drives, motors and limits of the arm are guesses."}};
+           {"source",
+            (model->getName().size() > kMostRobotName ? "A URDF" : "The URDF of '" + model->getName() + "'") +
+                ". Encoders, drives, motors and limits of the arm are guesses."}};
   arm["kinematics"]["serial"] = {{"joints", chain.joints}, {"tip_m", numbers(chain.behind.translation())}};
   arm["motors"]["unknown"] = some_motor();
   arm["axes"] = chain.axes;

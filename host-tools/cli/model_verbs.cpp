@@ -15,6 +15,7 @@
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/device.h"
+#include "host-tools/files/image_file.h"
 #include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
 
@@ -126,9 +127,7 @@ void model_compile(const Common& common, const ModelCompileChoice& choice) {
   keep_apart(path, choice.output);
   const CheckedArm checked = read_and_check(path);
   const std::vector<std::byte> image = arm_image(checked.arm);
-  OutputFile output(choice.output);
-  for (const std::byte byte : image) output.stream().put(static_cast<char>(byte));
-  output.commit();
+  write_image(choice.output, image);
   if (common.json) {
     Json json = document("model compile");
     json["name"] = checked.arm.name;

@@ -1,6 +1,6 @@
-// Scene images in files. `thimble compile` writes the image followed by kImageTrailer and the image's CRC-32
-// (little-endian). FlatBuffers readers ignore the trailer. An upload announces this CRC, so the device refuses an image that
-// changed on disk.
+// Scene images in files, and arm images by write_image(). `thimble compile` and `thimble model compile` write the image followed by kImageTrailer and
+// the image's CRC-32 (little-endian). FlatBuffers readers ignore the trailer. An upload announces this CRC, so the device refuses a
+// scene image that changed on disk; thimble-sim refuses such an arm image.
 #pragma once
 
 #include <cstddef>

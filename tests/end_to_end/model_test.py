@@ -1,10 +1,13 @@
-"""thimble model: arm files are checked, shown, listed, and made from a URDF."""
+"""thimble model: arm files are checked, shown, listed, compiled, made from a URDF, and simulated."""
 
+import csv
 import json
+import random
+import subprocess
 import unittest
 from pathlib import Path
 
-from rig import Rig
+from rig import BIN, Rig
 
 ARMS = Path(__file__).parents[2] / "arms"
 URDF = """<robot name="two"><link name="base"/><link name="a"/><link name="b"/>
@@ -69,9 +72,90 @@ class Model(Rig):
         before = made.read_bytes()
         self.fails(10, "not-a-urdf", "model", "import", "urdf", broken, "--output", made)
         broken.write_text(URDF.replace('"shoulder"', '"a_shoulder_with_a_name_beyond_31_bytes"'))
+        error = self.fails(10, "bad-name", "model", "import", "urdf", broken, "--output", made)
+        self.assertIn("a_shoulder_with_a_name_beyond_31_bytes", error["cause"])
+        broken.write_text(URDF.replace('xyz="0.2 0 0"', 'xyz="3 0 0"'))
         error = self.fails(10, "bad-value", "model", "import", "urdf", broken, "--output", made)
         self.assertIn("broken.urdf as an arm file", error["cause"])
         self.assertEqual(made.read_bytes(), before)
+
+    def own_arm(self, name, change):
+        arm = json.loads((ARMS / "touch.arm.json").read_text())
+        arm["name"] = name
+        change(arm)
+        file = self.folder / (name + ".arm.json")
+        file.write_text(json.dumps(arm))
+        return file
+
+    def test_a_simulated_arm_of_ones_own(self):
+        scene, path = self.plane_scene(stiffness=500), self.folder / "down.csv"
+        path.write_text("time_s,x_m,y_m,z_m\n0,0,0,0.01\n1,0,0,0.01\n1.5,0,0,-0.02\n2,0,0,-0.02\n")
+
+        def simulated(arm):
+            log = self.folder / "own.csv"
+            self.ok("simulate", scene, "--path", path, "--arm", arm, "--log", log)
+            with open(log) as rows:
+                return list(csv.DictReader(rows))
+
+        def limited_to(force_N):
+            return lambda arm: arm["limits"].update(max_force_N=force_N)
+
+        published = simulated("touch")
+        limit_N = self.ok_json("model", "show", "touch")["max_force_N"]
+        self.assertEqual(simulated(self.own_arm("same", limited_to(limit_N))), published)
+        for factor in 0.75, 0.25:
+            rows = simulated(self.own_arm("weak", limited_to(factor * limit_N)))
+            self.assertEqual(rows[0].keys(), published[0].keys())
+            self.assertEqual({row["arm"] for row in rows}, {"0"})
+            most_N = max(sum(float(row["force_%s_N" % axis]) ** 2 for axis in "xyz") ** 0.5 for row in rows)
+            self.assertAlmostEqual(most_N, factor * limit_N, delta=0.01)
+            self.assertNotEqual(rows, published)
+        for arm in "chain-7", "pantograph":  # seven axes and two: a row has the tip, whatever the axes
+            self.assertEqual(simulated(arm)[0].keys(), published[0].keys())
+        arguments = ("simulate", scene, "--path", path, "--log", self.folder / "never.csv", "--arm")
+        self.fails(2, "unknown-arm", *arguments, "no-such-arm")
+        error = self.fails(10, "bad-value", *arguments, self.own_arm("wrong", limited_to(-1)))
+        self.assertIn("/limits/max_force_N", error["cause"])
+        self.assertFalse((self.folder / "never.csv").exists())
+
+    def test_an_image_of_ones_own_arm(self):
+        limited = self.own_arm("mine", lambda arm: arm["limits"].update(max_force_N=1.5))
+        image = self.folder / "mine.tarm"
+        compiled = self.ok_json("model", "compile", limited, "-o", image)
+        self.assertEqual((compiled["name"], compiled["bytes"] + 8), ("mine", image.stat().st_size))
+        sim = self.sim("--tcp", 0, "--arm", image)
+        self.assertEqual(self.ok_json("info", "--device", sim.tcp)["arm"], "mine")
+        self.assertEqual(sim.stop(), 0)
+
+    def refused_image(self, bytes_):
+        file = self.folder / "damaged.tarm"
+        file.write_bytes(bytes_)
+        result = subprocess.run([BIN / "thimble-sim", "--arm", file, "--no-pty", "--tcp", "0"], capture_output=True, text=True,
+                                env=self.environment, timeout=20)
+        self.assertEqual((result.returncode, result.stdout), (1, ""), result.stderr)
+        self.assertIn("thimble-sim: bad-arm-image: %s: " % file, result.stderr)
+        self.assertIn("remedy: make it anew with `thimble model compile", result.stderr)
+        return result.stderr
+
+    def test_damaged_images(self):
+        image = self.folder / "sound.tarm"
+        self.ok("model", "compile", "touch", "-o", image)
+        sound = image.read_bytes()
+        chance = random.Random(1)
+        for i in range(200):  # a number with another bit is a number, too: only the CRC-32 tells
+            place, bit, size = chance.randrange(len(sound)), chance.randrange(8), chance.randrange(1, len(sound))
+            with self.subTest(i=i, place=place, bit=bit, size=size):
+                if i % 4 == 3:
+                    self.refused_image(sound[:size])
+                else:
+                    said = self.refused_image(sound[:place] + bytes([sound[place] ^ 1 << bit]) + sound[place + 1:])
+                    self.assertIn("damaged" if place < len(sound) - 8 or place >= len(sound) - 4 else "CRC1", said)
+        self.assertIn("empty", self.refused_image(b""))
+        self.assertIn("CRC1", self.refused_image(sound[:-8]))  # an image without the trailer
+        self.assertIn("CRC1", self.refused_image(b"\x7fELF" + 100 * b"foreign"))
+        self.assertIn("larger", self.refused_image(bytes(100000)))
+        scene = self.image(self.plane_scene())  # a sound trailer behind something else
+        self.assertIn("not_an_arm", self.refused_image(scene.read_bytes()))
 
 
 if __name__ == "__main__":

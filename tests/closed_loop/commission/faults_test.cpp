@@ -1,5 +1,6 @@
 // Simulated arms with faults: each is named by a step that can see it, and no motor ever gives the tip more than 1 N or 0.1 m/s before step 7. Good arms
-// pass. THIMBLE_COMMISSION_ARMS=200 build/release/bin/commission_test is the whole; without it a part of it runs.
+// pass. THIMBLE_COMMISSION_ARMS=200 build/release/bin/commission_test is the whole; without it each kind of fault comes once, on arms of which most
+// have one axis, because the time goes into the simulation of the arms.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <vector>
 
 #include "host-tools/commission/sim_bench.h"
 #include "host-tools/commission/steps.h"
@@ -27,9 +29,10 @@ ArmFile arm_named(const std::string& name) {
 
 const std::array kArms{"premium-1.5", "wooden", "paddle"};
 
-std::size_t arms_to_try(std::size_t short_form) {
+// Of the long form; 0: the short form.
+std::size_t arms_to_try() {
   const char* given = std::getenv("THIMBLE_COMMISSION_ARMS");
-  return given == nullptr ? short_form : static_cast<std::size_t>(std::strtoul(given, nullptr, 10));
+  return given == nullptr ? 0 : static_cast<std::size_t>(std::strtoul(given, nullptr, 10));
 }
 
 std::string text(const SimFault& fault, const ArmFile& arm) {
@@ -102,11 +105,12 @@ Outcome commission(const ArmFile& arm, const std::vector<SimFault>& faults, cons
   return outcome;
 }
 
+constexpr std::array kFaults{kEncoderSign,   kMotorSign,   kEncodersSwapped, kMotorsSwapped,
+                             kJointsSwapped, kWrongCounts, kWrongRatio,      kDeadChannel,
+                             kDeadEncoder,   kSlip,        kIndexOff,        kOpenWinding,
+                             kDeadPhase,     kWeakMotor,   kWrongInertia,    kNoise};
+
 SimFault some_fault(Random& random, const ArmFile& arm) {
-  constexpr std::array kFaults{kEncoderSign,   kMotorSign,   kEncodersSwapped, kMotorsSwapped,
-                               kJointsSwapped, kWrongCounts, kWrongRatio,      kDeadChannel,
-                               kDeadEncoder,   kSlip,        kIndexOff,        kOpenWinding,
-                               kDeadPhase,     kWeakMotor,   kWrongInertia,    kNoise};
   const auto pick = [&](auto... values) {
     const std::array all{values...};
     return all.at(random.below(all.size()));
@@ -130,10 +134,12 @@ SimFault some_fault(Random& random, const ArmFile& arm) {
 }
 
 TEST(Commission, GoodArmsPass) {
-  const std::size_t count = std::getenv("THIMBLE_COMMISSION_ARMS") == nullptr ? 3 : arms_to_try(0) / 4;
+  const std::size_t whole = arms_to_try();
+  // Short: wooden; the others go through all steps when the faults below are repaired.
+  const std::size_t first = whole == 0 ? 1 : 0, count = whole == 0 ? 2 : whole / 4;
   double force_N = 0, speed_m_s = 0;
   std::size_t passed = 0;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = first; i < count; ++i) {
     const ArmFile arm = arm_named(kArms.at(i % kArms.size()));
     const Outcome outcome = commission(arm, {}, {.seed = i + 1, .measures_voltage = i % 3 != 0}, 8);
     for (const std::string& wrong : outcome.wrong) ADD_FAILURE() << arm.name << " " << i << ": " << wrong;
@@ -160,22 +166,60 @@ bool is_told_apart(const SimFault& one, const SimFault& other) {
          !both({kMotorsSwapped, kJointsSwapped}) && !both({kDeadEncoder, kDeadChannel});
 }
 
+struct FaultyArm {
+  ArmFile arm;
+  std::vector<SimFault> faults;
+  bool measures_voltage = true;
+};
+
+// One or two faults.
+FaultyArm some_faulty_arm(Random& random) {
+  FaultyArm one{arm_named(kArms.at(random.below(kArms.size()))), {}};
+  one.faults.push_back(some_fault(random, one.arm));
+  if (random.below(2) == 0) {
+    SimFault second = some_fault(random, one.arm);
+    while (!is_told_apart(one.faults[0], second)) second = some_fault(random, one.arm);
+    one.faults.push_back(second);
+  }
+  one.measures_voltage = random.below(3) != 0;
+  return one;
+}
+
+// Every kind of fault once.
+std::vector<FaultyArm> short_form() {
+  const ArmFile premium = arm_named("premium-1.5"), wooden = arm_named("wooden"),
+                paddle = arm_named("paddle");
+  return {{premium, {{kEncodersSwapped, 0, 1}, {kSlip, 2, 2, 2}}},
+          {premium, {{kMotorsSwapped, 1, 2}, {kWrongInertia, 0, 0, 2}}},
+          {wooden, {{kJointsSwapped, 0, 2}, {kDeadPhase, 1, 1}}},
+          {paddle, {{kEncoderSign}, {kWrongCounts, 0, 0, 4}}},
+          {paddle, {{kMotorSign}, {kIndexOff, 0, 0, -1}}, false},
+          {paddle, {{kDeadChannel}, {kWeakMotor, 0, 0, .577}}},
+          {paddle, {{kDeadEncoder}, {kWrongRatio, 0, 0, 1.2}}, false},
+          {paddle, {{kOpenWinding}, {kNoise}}}};
+}
+
 TEST(Commission, FaultyArmsAreNamed) {
   Random random(1);
-  const std::size_t count = arms_to_try(10);
+  std::vector<FaultyArm> arms;
+  const std::size_t whole = arms_to_try();
+  for (std::size_t i = 0; i < whole; ++i) arms.push_back(some_faulty_arm(random));
+  if (whole == 0) {
+    arms = short_form();
+    for (const ArmFault kind : kFaults)
+      EXPECT_TRUE(std::ranges::any_of(arms,
+                                      [kind](const FaultyArm& one) {
+                                        return std::ranges::find(one.faults, kind, &SimFault::fault) !=
+                                               one.faults.end();
+                                      }))
+          << text_of(kind).name << " does not come";
+  }
   double force_N = 0, speed_m_s = 0;
   std::size_t named = 0, unknowable = 0, faults_in_all = 0, two = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const ArmFile arm = arm_named(kArms.at(random.below(kArms.size())));
-    std::vector<SimFault> faults{some_fault(random, arm)};
-    if (random.below(2) == 0) {
-      SimFault second = some_fault(random, arm);
-      while (!is_told_apart(faults[0], second)) second = some_fault(random, arm);
-      faults.push_back(second);
-      ++two;
-    }
-    const Outcome outcome =
-        commission(arm, faults, {.seed = i + 1, .measures_voltage = random.below(3) != 0}, 8);
+  for (std::size_t i = 0; i < arms.size(); ++i) {
+    const auto& [arm, faults, measures_voltage] = arms[i];
+    two += faults.size() == 2;
+    const Outcome outcome = commission(arm, faults, {.seed = i + 1, .measures_voltage = measures_voltage}, 8);
     faults_in_all += faults.size();
     named += outcome.named.size();
     unknowable += outcome.unknowable;
@@ -189,7 +233,7 @@ TEST(Commission, FaultyArmsAreNamed) {
     force_N = std::max(force_N, outcome.force_N);
     speed_m_s = std::max(speed_m_s, outcome.speed_m_s);
   }
-  test::figure("arms with one or two faults", static_cast<double>(count),
+  test::figure("arms with one or two faults", static_cast<double>(arms.size()),
                "of them with two: " + std::to_string(two));
   test::figure("faults named by a step", static_cast<double>(named), "of " + std::to_string(faults_in_all));
   test::figure("largest force of the motors at the tip, N", force_N, "1");

@@ -7,6 +7,7 @@
 
 #include <kdl/chainfksolverpos_recursive.hpp>
 #include <string>
+#include <vector>
 
 #include "host-tools/arms/arm_checks.h"
 #include "host-tools/arms/arm_file.h"
@@ -176,6 +177,63 @@ TEST(UrdfImport, WhatIsNoArmIsRefusedByName) {
     }
   }
   EXPECT_NO_THROW(static_cast<void>(host::import_urdf(fork, "arm", "c")));
+}
+
+// One joint, with what is given; a link behind it with a mass.
+struct Robot {
+  std::string joint = "j", axis = "0 0 1", origin = "0 0 0.1", lower = "-1", mass = "1", centre = "0 0 0.1",
+              ixx = "1", name = "r";
+  [[nodiscard]] std::string urdf() const {
+    return fmt::format(
+        R"(<robot name="{}"><link name="a"/><link name="fore"><inertial><origin xyz="{}"/><mass value="{}"/><inertia ixx="{}" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="{}" type="revolute"><parent link="a"/><child link="fore"/><origin xyz="{}"/><axis xyz="{}"/><limit lower="{}" upper="1" effort="1" velocity="1"/></joint></robot>)",
+        name, centre, mass, ixx, joint, origin, axis, lower);
+  }
+};
+
+TEST(UrdfImport, TheErrorSaysWhatIsWrongAndWhere) {
+  struct Case {
+    std::string urdf, slug, cause;
+  };
+  const std::string sound = Robot{}.urdf();
+  std::vector<Case> cases{
+      {"", "not-a-urdf", "empty"},
+      {"<sdf/>", "not-a-urdf", "'robot' element"},
+      {sound.substr(0, 200), "not-a-urdf", "Error parsing"},
+      {repeated("<a>") + repeated("</a>"), "not-a-urdf", "too deeply"},
+      {std::string(sound).replace(sound.find("parent link=\"a\""), 15, "parent link=\"z\""), "not-a-urdf",
+       "parent link [z] of joint [j] not found"},
+      {Robot{.joint = "shoulder", .axis = "0 0"}.urdf(), "not-a-urdf", "[shoulder]"},
+      {Robot{.joint = "shoulder", .axis = "0 0"}.urdf(), "not-a-urdf", "2 elements but 3 expected"},
+      {Robot{.joint = "shoulder", .origin = "nan 0 0"}.urdf(), "not-a-urdf", "shoulder"},
+      {Robot{.origin = "nan 0 0"}.urdf(), "not-a-urdf", "[nan]"},
+      {Robot{.lower = "inf"}.urdf(), "not-a-urdf", "lower value (inf)"},
+      {Robot{.centre = "0 nan 0"}.urdf(), "bad-mass", "[fore]"},
+      {Robot{.ixx = "nan"}.urdf(), "bad-mass", "ixx"},
+      {Robot{.mass = "-1"}.urdf(), "bad-mass", "link 'fore' has a mass of -1 kg"},
+      {Robot{.joint = std::string(32, 'n')}.urdf(), "bad-name", "32 bytes"},
+      {Robot{.joint = std::string(100000, 'n')}.urdf(), "bad-name", "nnn...' has a name of 100000 bytes"},
+      {Robot{.joint = ""}.urdf(), "bad-name", "0 bytes"}};
+  for (const char* mass : {"nan", "inf", "-inf", "1e400", "heavy", ""}) {
+    cases.push_back({Robot{.mass = mass}.urdf(), "bad-mass", fmt::format("mass [{}]", mass)});
+    cases.push_back({Robot{.mass = mass}.urdf(), "bad-mass", "[fore]"});
+  }
+  for (const Case& c : cases) {
+    try {
+      static_cast<void>(host::import_urdf(c.urdf, "arm", ""));
+      ADD_FAILURE() << c.slug << " was accepted: " << c.cause;
+    } catch (const host::Error& error) {
+      EXPECT_EQ(error.name, c.slug) << error.cause;
+      EXPECT_NE(error.cause.find(c.cause), std::string::npos) << error.cause << " lacks " << c.cause;
+      EXPECT_LT(error.cause.size(), 500U);
+      EXPECT_EQ(error.code, host::ExitCode::kBadInput);
+      EXPECT_FALSE(error.remedy.empty());
+    }
+  }
+  // After all these a sound one is imported, with the longest names that an arm has, and a robot's name that it has no place for.
+  const Robot longest{.joint = std::string(31, 'n'), .name = std::string(100000, 'r')};
+  EXPECT_EQ(host::read_arm_file(host::import_urdf(longest.urdf(), "arm", ""), "arm").axes[0].name,
+            std::string(31, 'n'));
 }
 
 }  // namespace

@@ -149,8 +149,8 @@ TEST(Velocity, LostReadingsDoNotRaiseIt) {
     VelocityEstimator estimator(static_cast<float>(kPeriod_s));
     std::int64_t tick = 0;
     for (int reading = 0; reading < 3000; ++reading) {
-      const std::uint64_t periods = random() % 4 == 0 ? 1 + random() % 5 : 1;
-      tick += static_cast<std::int64_t>(periods);
+      const auto periods = static_cast<std::uint32_t>(random() % 4 == 0 ? 1 + random() % 5 : 1);
+      tick += periods;
       const auto counts = static_cast<std::int32_t>(counts_per_tick * static_cast<double>(tick));
       const double speed = static_cast<double>(estimator.update(counts, periods)) * kPeriod_s;
       if (reading > 40) worst = std::max(worst, std::abs(speed - counts_per_tick) / counts_per_tick);
