@@ -35,7 +35,7 @@ volatile std::sig_atomic_t stopping = 0;
                            "\n  remedy: make it anew with `thimble model compile ARM --output " + name + '`');
 }
 
-// The image without the trailer that `thimble model compile` writes behind it (docs/arm-format.md). A flipped bit in a number gives another arm that no
+// The image without the trailer that `thimble model compile` writes behind it (docs/cli.md). A flipped bit in a number gives another arm that no
 // check of the numbers can tell, so a file without the trailer is refused.
 std::span<const std::byte> without_trailer(const std::string& name, std::span<const std::byte> bytes) {
   constexpr std::string_view kTrailer = "CRC1";

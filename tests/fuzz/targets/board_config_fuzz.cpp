@@ -8,7 +8,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const board::BoardConfig config =
         board::parse_board_config(std::string(fuzz::text_of({data, size})), "board.json");
     fuzz::demand(!config.arms.empty() && config.arms.size() <= 2, "there are one or two arms");
-    for (const board::ArmWiring& arm : config.arms) fuzz::demand(arm.model != nullptr, "an arm has a model");
+    for (const board::ArmWiring& arm : config.arms) fuzz::demand(!arm.model.empty(), "an arm has a model");
     fuzz::demand(config.node >= 1 && config.node <= 127, "the node is one of the link's");
     fuzz::demand(config.rate_Hz >= 50 && config.rate_Hz <= 25000, "the controller takes the period");
     fuzz::demand(config.settle_s >= 0 && config.settle_s <= 1, "a contact is read at some time");

@@ -131,9 +131,10 @@ class Run {
     for (std::size_t arm = 0; arm < bench_.outputs.arm.size(); ++arm) {
       const firmware::ArmOutputs& out = bench_.outputs.arm[arm];
       fuzz::demand(on || !out.enable, "the drives are off unless the motors are on");
-      for (const float current_A : out.current_A) {
+      for (std::size_t axis = 0; axis < out.current_A.size(); ++axis) {
+        const float current_A = out.current_A[axis];
         fuzz::demand(std::isfinite(current_A), "a current is finite");
-        fuzz::demand(std::abs(current_A) <= bench_.arms[arm].model().motor.peak_current_A * 1.0001F,
+        fuzz::demand(std::abs(current_A) <= bench_.data[arm].axis[axis].motor.peak_current_A * 1.0001F,
                      "a current is not above its peak");
         fuzz::demand(out.enable || current_A == 0.0F, "a drive that is off gets no current");
       }
