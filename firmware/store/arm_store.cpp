@@ -13,6 +13,13 @@ ArmStatus judge(std::span<const std::byte> image) noexcept {
   return read_arm_image(image, arm);
 }
 
+bool is_marked(std::span<const std::byte> slot) noexcept {
+  std::uint32_t magic = 0;
+  for (std::size_t i = 0; i < sizeof magic && i < slot.size(); ++i)
+    magic |= std::to_integer<std::uint32_t>(slot[i]) << (8 * i);
+  return magic == static_cast<std::uint32_t>(SlotMagic::kArm);
+}
+
 }  // namespace
 
 ArmStore::ArmStore(Storage& storage, control::Pause pause) noexcept : storage_(&storage) {
@@ -26,10 +33,11 @@ ArmStore::Stored ArmStore::open(std::size_t arm, control::Pause pause) const noe
   bool damaged = found.damaged;
   for (const auto& [slot, header] : std::span(found.slot).first(found.count)) {
     if (judge(image_in(slot, header.length)) == ArmStatus::kOk)
-      return {slot, header.sequence, header.crc, header.length, damaged};
+      return {slot, header.sequence, header.crc, header.length, damaged, other(arm, slot)};
     damaged = true;
   }
-  return {.damaged = damaged};
+  const unsigned first = first_slot(arm);
+  return {.damaged = damaged, .damaged_slot = is_marked(storage_->slot(first)) ? first : first + 1};
 }
 
 std::span<const std::byte> ArmStore::image(std::size_t arm) const noexcept {
@@ -37,9 +45,12 @@ std::span<const std::byte> ArmStore::image(std::size_t arm) const noexcept {
   return start.sequence == 0 ? std::span<const std::byte>() : image_in(start.slot, start.bytes);
 }
 
+// What is damaged stays until there is a sound one: if the upload is broken off, the next start must not take the older image or the built-in
+// arm for the right one.
 unsigned ArmStore::target() const noexcept {
   const Stored& now = stored_[arm_];
-  return now.sequence == 0 ? first_slot(arm_) : 2 * first_slot(arm_) + 1 - now.slot;
+  if (now.damaged) return other(arm_, now.damaged_slot);
+  return now.sequence == 0 ? first_slot(arm_) : other(arm_, now.slot);
 }
 
 StoreStatus ArmStore::begin(std::size_t arm, std::size_t length, std::uint32_t crc) noexcept {
@@ -96,9 +107,7 @@ StoreStatus ArmStore::commit() noexcept {
   abandon();
   if (!storage_->write(slot, 0, encode(SlotMagic::kArm, {next.sequence, next.bytes, next.crc})))
     return StoreStatus::kStorage;
-  // What is damaged in the other slot must not count as the newest, whatever its number.
-  if (now.sequence == 0 && now.damaged && !storage_->erase(2 * first_slot(arm_) + 1 - slot, kHeaderBytes))
-    return StoreStatus::kStorage;
+  if (now.damaged && !storage_->erase(now.damaged_slot, kHeaderBytes)) return StoreStatus::kStorage;
   now = next;
   return StoreStatus::kOk;
 }

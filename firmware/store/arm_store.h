@@ -25,10 +25,11 @@ class ArmStore {
   // Opens it: O(images).
   explicit ArmStore(Storage& storage, control::Pause pause = nullptr) noexcept;
 
-  // What the controller has started with. Empty: none is stored, or none that is sound.
+  // What the controller has started with; where it was damaged, an older one, until begin(). Empty: none is stored, or none that is sound.
   [[nodiscard]] std::span<const std::byte> image(std::size_t arm) const noexcept;
   [[nodiscard]] std::uint32_t image_crc(std::size_t arm) const noexcept { return at_start_[arm].crc; }
-  // At start the newest image was damaged: the arm must not be armed with another one before an image has been uploaded.
+  // At start the newest image was damaged: the arm must not be armed with another one before an image has been uploaded. It stays damaged over
+  // restarts and over uploads that are broken off at any byte.
   [[nodiscard]] bool damaged(std::size_t arm) const noexcept { return at_start_[arm].damaged; }
   // An image was committed since the start.
   [[nodiscard]] bool waits(std::size_t arm) const noexcept {
@@ -57,9 +58,13 @@ class ArmStore {
     std::uint32_t crc = 0;
     std::uint32_t bytes = 0;
     bool damaged = false;
+    unsigned damaged_slot = 0;
   };
   static constexpr unsigned first_slot(std::size_t arm) noexcept {
     return Storage::kFirstArmSlot + 2 * static_cast<unsigned>(arm);
+  }
+  static constexpr unsigned other(std::size_t arm, unsigned slot) noexcept {
+    return 2 * first_slot(arm) + 1 - slot;
   }
   [[nodiscard]] Stored open(std::size_t arm, control::Pause pause) const noexcept;
   [[nodiscard]] unsigned target() const noexcept;

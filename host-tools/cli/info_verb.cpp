@@ -13,10 +13,11 @@
 namespace thimble::host {
 namespace {
 
-// "built in", "stored, CRC 0123abcd; another one is used from the next start on".
+// "built in (no image is stored)", "stored, CRC 0123abcd; another one is used from the next start on".
 std::string arm_source(const link::ArmImages& images, std::size_t arm) {
   if (images.damaged[arm]) return "DAMAGED in the store: upload it again (`thimble model upload`)";
-  std::string text = images.crc[arm] == 0 ? "built in" : fmt::format("stored, CRC {:08x}", images.crc[arm]);
+  std::string text = images.crc[arm] == 0 ? "built in (no image is stored)"
+                                          : fmt::format("stored, CRC {:08x}", images.crc[arm]);
   if (images.next_crc[arm] != images.crc[arm]) text += "; another one is used from the next start on";
   return text;
 }

@@ -142,16 +142,21 @@ void model_compile(const Common& common, const ModelCompileChoice& choice) {
 
 namespace {
 
-// After its restart, which takes a moment.
-Device reopened(const Common& common, const Remote& remote) {
-  constexpr auto kPatience = std::chrono::seconds(10), kPause = std::chrono::milliseconds(500);
+// Its arms after its restart, which begins when the audit record has room (firmware/store/audit_log.h), and takes a moment. Returns what they
+// are at last, also where that is not `crc`.
+std::string restarted_arms(const Remote& remote, std::size_t arm, std::uint32_t crc, bool& has_it) {
+  constexpr auto kPatience = std::chrono::seconds(30);
+  constexpr auto kPause = std::chrono::milliseconds(300);
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
   for (;;) {
     std::this_thread::sleep_for(kPause);
+    const bool is_last = std::chrono::steady_clock::now() > deadline;
     try {
-      return open_device(common, remote);
+      Device device = open_remote(remote);
+      has_it = device.arm_images().crc.at(arm) == crc;
+      if (has_it || is_last) return device.text(link::kDidArmName);
     } catch (const Error&) {
-      if (std::chrono::steady_clock::now() > deadline) throw;
+      if (is_last) throw;
     }
   }
 }
@@ -164,23 +169,31 @@ void model_upload(const Common& common, const Remote& remote, const ModelUploadC
   UploadResult result;
   {
     Device device = open_device(common, remote);
+    if (choice.arm >= device.info().arms) {
+      throw Error(ExitCode::kUsage, "no-such-arm",
+                  fmt::format("--number {}: the device has {} arm(s), counted from 0", choice.arm,
+                              device.info().arms),
+                  "give the number of an arm that it has");
+    }
     result = device.upload(image, {.arm = static_cast<std::uint8_t>(choice.arm)}, {});
     device.restart();
   }
-  Device device = reopened(common, remote);
-  const std::string arm = device.text(link::kDidArmName);
-  if (device.arm_images().crc.at(choice.arm) != result.crc) {
-    throw Error(ExitCode::kVerification, "verification-failed",
-                fmt::format("after its restart the device works with {}, not with {}", arm, checked.arm.name),
-                "read `thimble info`: it says what is stored, and whether it is damaged; then repeat the upload");
+  bool has_it = false;
+  const std::string arms = restarted_arms(remote, choice.arm, result.crc, has_it);
+  if (!has_it) {
+    throw Error(
+        ExitCode::kVerification, "verification-failed",
+        fmt::format("after its restart the device works with {}, not with {}", arms, checked.arm.name),
+        "read `thimble info`: it says what is stored, and whether it is damaged; then repeat the upload");
   }
   if (common.json) {
     Json json = document("model upload");
     json["name"] = checked.arm.name;
-    json["arm"] = arm;
+    json["arm"] = arms;
     json["number"] = choice.arm;
     json["bytes"] = result.bytes;
     json["crc"] = result.crc;
+    json["warnings"] = checked.figures.warnings;
     print(json);
     return;
   }

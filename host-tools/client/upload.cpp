@@ -114,7 +114,7 @@ class Upload {
     if (exit.code == Nrc::kProgrammingFailure && services_.text(link::kDidRefusal) == "wrong_crc") {
       throw Error(ExitCode::kVerification, "wrong-crc",
                   "the bytes that the device received do not match the announced CRC (wrong_crc)",
-                  "compile the image again if it is a file, and repeat; the running scene is untouched");
+                  "compile the image again if it is a file, and repeat; what the device runs is untouched");
     }
     if (exit.code != Nrc::kOk) services_.refused("the image", exit.code);
     return true;

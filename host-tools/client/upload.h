@@ -31,9 +31,9 @@ struct UploadResult {
 };
 
 struct UploadOptions {
-  std::optional<std::uint32_t> crc;  // announced for the image; default: computed from it
-  bool verify = true;                // afterwards ask the device which image it runs, or has stored
-  std::optional<std::uint8_t> arm;   // the image is that of this arm; default: of a scene
+  std::optional<std::uint32_t> crc{};  // announced for the image; default: computed from it
+  bool verify = true;                  // afterwards ask the device which image it runs, or has stored
+  std::optional<std::uint8_t> arm{};   // the image is that of this arm; default: of a scene
 };
 
 // `progress` (may be empty) is called after every block; what it throws ends the upload and passes through.

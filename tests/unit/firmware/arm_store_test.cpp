@@ -72,7 +72,7 @@ TEST(ArmStore, KeepsTheNewestOfEachArmOverARestart) {
 
 TEST(ArmStore, SurvivesPowerLossAtEveryByte) {
   const auto first = paddle_image("first"), second = paddle_image("second"), third = paddle_image("third");
-  int cuts = 0, new_one = 0;
+  int cuts = 0, new_one = 0, disarmed = 0;
   for (const bool downwards : {false, true}) {
     for (const bool both_slots_full : {false, true}) {
       for (std::size_t budget = 0;; ++budget) {
@@ -92,6 +92,7 @@ TEST(ArmStore, SurvivesPowerLossAtEveryByte) {
         ASSERT_EQ(after.image_crc(1), status == StoreStatus::kOk ? crc32(third) : old_crc) << budget;
         ASSERT_EQ(crc32(after.image(1)), after.image_crc(1)) << budget;
         ++cuts;
+        disarmed += after.damaged(1) ? 1 : 0;
         new_one += after.image_crc(1) == old_crc ? 0 : 1;
         // And the store goes on working.
         ASSERT_EQ(upload(after, 1, second), StoreStatus::kOk) << budget;
@@ -101,7 +102,8 @@ TEST(ArmStore, SurvivesPowerLossAtEveryByte) {
       }
     }
   }
-  std::printf("%d cuts, %d times the new arm\n", cuts, new_one);
+  std::printf("%d cuts, %d times the new arm, %d times an upload is needed before arming\n", cuts, new_one,
+              disarmed);
   EXPECT_EQ(new_one, 4);  // only the complete uploads
 }
 
@@ -199,7 +201,14 @@ TEST(ArmStore, DamageIsAFaultAndKeepsTheArmFromArmingUntilTheNextUpload) {
       ASSERT_EQ(bench.controller->request(Command::kClear), 0U);
       bench.ticks(2);
       EXPECT_EQ(bench.controller->fault(), Fault::kNone);
-      EXPECT_NE(bench.controller->unmet() & firmware::kBoardLacks, 0U);
+      bench.load();
+      bench.home();
+      EXPECT_EQ(bench.controller->unmet(), firmware::kBoardLacks);
+      EXPECT_EQ(bench.controller->request(Command::kArm), firmware::kBoardLacks);
+      for (int i = 0; i < 100; ++i) {
+        bench.tick();
+        ASSERT_FALSE(any_enabled(bench.outputs) || any_current(bench.outputs));
+      }
 
       ArmStore store(bench.storage);
       ASSERT_EQ(upload(store, 0, paddle_image("again")), StoreStatus::kOk);
@@ -209,6 +218,60 @@ TEST(ArmStore, DamageIsAFaultAndKeepsTheArmFromArmingUntilTheNextUpload) {
       EXPECT_EQ(bench.controller->unmet() & firmware::kBoardLacks, 0U);
     }
   }
+}
+
+// What is damaged stays known until another image is complete: neither the older one nor the built-in arm takes its place.
+TEST(ArmStore, DamageOutlivesAnUploadThatIsBrokenOffAtAnyByte) {
+  const auto again = paddle_image("again");
+  int cuts = 0, new_one = 0;
+  for (const int images : {1, 2, 3}) {
+    for (const std::size_t at : {std::size_t{8}, kHeader + 20}) {
+      for (const bool downwards : {false, true}) {
+        for (std::size_t budget = 0;; ++budget) {
+          TestStorage storage;
+          storage.erase_downwards = downwards;
+          {
+            ArmStore store(storage);
+            for (int i = 0; i < images; ++i)
+              ASSERT_EQ(upload(store, 0, paddle_image(std::to_string(i))), StoreStatus::kOk);
+          }
+          storage.at(Storage::kFirstArmSlot + static_cast<unsigned>(images - 1) % 2, at) ^= std::byte{4};
+          ArmStore store(storage);
+          ASSERT_TRUE(store.damaged(0));
+          storage.power_left = budget;
+          const StoreStatus status = upload(store, 0, again);
+          storage.power_left = std::numeric_limits<std::size_t>::max();
+
+          const ArmStore after(storage);
+          const bool has_it = after.image_crc(0) == crc32(again);
+          ASSERT_TRUE(after.damaged(0) || has_it) << images << " images, byte " << at << ", cut " << budget;
+          ++cuts;
+          if (status != StoreStatus::kOk) continue;
+          ASSERT_TRUE(has_it && !after.damaged(0));
+          ++new_one;
+          break;
+        }
+      }
+    }
+  }
+  std::printf("%d cuts, %d complete\n", cuts, new_one);
+  EXPECT_EQ(new_one, 12);
+}
+
+// Not of this firmware, or made by a program that does not check: its CRC is right.
+TEST(ArmStore, ASoundImageOfNoArmIsDamage) {
+  TestStorage storage;
+  const auto image = paddle_image("a", false);
+  const auto header = firmware::encode(firmware::SlotMagic::kArm,
+                                       {1, static_cast<std::uint32_t>(image.size()), crc32(image)});
+  ASSERT_TRUE(storage.write(Storage::kFirstArmSlot + 3, kHeader, image));
+  ASSERT_TRUE(storage.write(Storage::kFirstArmSlot + 3, 0, header));
+  ArmStore store(storage);
+  EXPECT_FALSE(store.damaged(0));
+  EXPECT_TRUE(store.damaged(1));
+  EXPECT_TRUE(store.image(1).empty());
+  ASSERT_EQ(upload(store, 1, paddle_image("b")), StoreStatus::kOk);
+  EXPECT_FALSE(ArmStore(storage).damaged(1));
 }
 
 }  // namespace
