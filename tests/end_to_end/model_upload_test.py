@@ -169,9 +169,10 @@ class ModelUpload(Rig):
 
     def test_over_a_link_that_loses_frames(self):
         sim = self.stored_sim()
-        proxy = self.proxy(sim.port, LinkFaults(drop=0.01, repeat=0.01))
+        proxy = self.proxy(sim.port, LinkFaults(drop=0.05, repeat=0.02), seed=3)
         uploaded = self.upload(proxy.uri, "chain-7")
         figure("%(frames)d frames, %(dropped)d dropped, %(repeated)d repeated" % proxy.counts)
+        self.assertGreater(proxy.counts["dropped"], 0)
         self.assertEqual(self.images(sim.tcp)["crc"][0], uploaded["crc"])
         self.assertEqual(self.ok_json("info", "--device", sim.tcp)["arm"], "chain-7")
 
