@@ -22,6 +22,13 @@ std::string arm_source(const link::ArmImages& images, std::size_t arm) {
   return text;
 }
 
+void say_arms(const link::LinkInfo& info, const std::string& names, const link::ArmImages& images) {
+  say("arm        {}, {} arm(s), node {}, {}\n", names, info.arms, info.node,
+      info.frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");
+  for (std::size_t i = 0; i < info.arms && i < images.crc.size(); ++i)
+    say("arm {}      {}\n", i, arm_source(images, i));
+}
+
 // The bins that are not empty: " below_1us 39990, below_10us 10".
 std::string histogram(const link::Lateness& late) {
   std::string text;
@@ -96,10 +103,7 @@ void info(const Common& common, const Remote& remote) {
         set_aside);
   }
   say("serial     {}\n", serial);
-  say("arm        {}, {} arm(s), node {}, {}\n", arm, device.info().arms, device.info().node,
-      device.info().frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");
-  for (std::size_t i = 0; i < device.info().arms && i < images.crc.size(); ++i)
-    say("arm {}      {}\n", i, arm_source(images, i));
+  say_arms(device.info(), arm, images);
   say("mode       {}\n", mode_shown(state.mode, state.flags));
   say("commands   {}\n",
       state.commander == 0 ? "nobody" : fmt::format("host {:X} {}", state.commander, commander));
