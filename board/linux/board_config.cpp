@@ -72,7 +72,7 @@ const std::string& first_counter(const EncoderConfig& encoders) {
       ->device;
 }
 
-EncoderConfig read_encoders(const JsonValue& value, const ArmWiring& arm, std::size_t axes) {
+EncoderConfig read_encoders(const JsonValue& value, const ArmWiring& arm) {
   EncoderConfig encoders;
   value.object("the encoders", {"read", "event", "joints"});
   encoders.kind =
@@ -86,7 +86,7 @@ EncoderConfig read_encoders(const JsonValue& value, const ArmWiring& arm, std::s
                            "leave it out");
   }
   const JsonValue joints = value.at("joints");
-  (void)joints.size(axes, axes);
+  const std::size_t axes = one_for_each_axis(joints, arm.arm);
   bool any = false;
   for (std::size_t j = 0; j < axes; ++j) {
     const JsonValue joint = joints.at(j);
@@ -113,12 +113,12 @@ EncoderConfig read_encoders(const JsonValue& value, const ArmWiring& arm, std::s
   return encoders;
 }
 
-DacConfig read_dac(const JsonValue& value, const ArmWiring& arm, std::size_t axes) {
+DacConfig read_dac(const JsonValue& value, const ArmWiring& arm) {
   DacConfig dac;
   value.object("the DAC", {"spi", "speed_Hz", "channels"});
   dac.device = value.at("spi").text();
   dac.speed_Hz = static_cast<std::uint32_t>(value.at("speed_Hz").integer(10'000, 30'000'000));
-  (void)value.at("channels").size(axes, axes);
+  const std::size_t axes = one_for_each_axis(value.at("channels"), arm.arm);
   for (std::size_t j = 0; j < axes; ++j) {
     const JsonValue channel = value.at("channels").at(j);
     if (!is_given(channel, needs_channel(arm, j))) continue;
@@ -159,9 +159,9 @@ ArmWiring read_arm(const JsonValue& value, const std::optional<kinematics::ArmDa
     needs_encoders = needs_encoders || !arm.drives[j];
     needs_dac = needs_dac || needs_channel(arm, j);
   }
-  if (value.has("encoders") || needs_encoders) arm.encoders = read_encoders(value.at("encoders"), arm, axes);
+  if (value.has("encoders") || needs_encoders) arm.encoders = read_encoders(value.at("encoders"), arm);
   if (needs_dac) {
-    arm.dac = read_dac(value.at("dac"), arm, axes);
+    arm.dac = read_dac(value.at("dac"), arm);
     arm.enable = read_line(value.at("enable"));
   } else {
     for (const char* key : {"dac", "enable"})

@@ -134,10 +134,17 @@ DriveWiring read_drive(const JsonValue& value, const kinematics::AxisData& axis)
 
 const char* name_of(Kind kind) noexcept { return kKinds[static_cast<std::size_t>(kind)].data(); }
 
+std::size_t one_for_each_axis(const JsonValue& value, const kinematics::ArmData& arm) {
+  const auto axes = static_cast<std::size_t>(axes_of(arm.geometry));
+  if (!value.raw().is_array() || value.raw().size() != axes)
+    value.wrong("an array of " + std::to_string(axes) + " values, one for each axis of the arm \"" +
+                std::string(kinematics::name_of(arm)) + "\"");
+  return axes;
+}
+
 DriveWirings read_drives(const JsonValue& value, const kinematics::ArmData& arm) {
   DriveWirings drives;
-  const auto axes = static_cast<std::size_t>(axes_of(arm.geometry));
-  (void)value.size(axes, axes);
+  const std::size_t axes = one_for_each_axis(value, arm);
   for (std::size_t j = 0; j < axes; ++j) {
     if (value.at(j).raw().is_null()) continue;
     if (!arm.geometry.driven[j])

@@ -222,7 +222,8 @@ TEST(BoardConfig, JointsAreThoseOfTheArmInTheStore) {
     // The wiring of an arm of three joints is not this one's.
     Rewired other(geometry);
     other.root["arms"][0] = mixed_board()["arms"][0];
-    EXPECT_THAT(other.refusal(), HasSubstr("allowed is an array of " + std::to_string(axes) + " value"));
+    EXPECT_THAT(other.refusal(),
+                HasSubstr("allowed is an array of " + std::to_string(axes) + " values, one for each axis"));
   }
 }
 
