@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <memory>
+#include <new>
 
 #include "kinematics/mechanism.h"
 #include "thimble_arm_schema/arm_generated.h"
@@ -325,7 +325,7 @@ ArmStatus read_arm_image(std::span<const std::byte> bytes, kinematics::ArmData& 
   flatbuffers::Verifier verifier(data, bytes.size(), kDepth, kTables);
   if (bytes.size() < 2 * sizeof(std::uint32_t) || !thimble::arm::VerifyArmBuffer(verifier))
     return ArmStatus::kNotAnArm;
-  std::construct_at(&arm);  // in place: a second one on the stack would be 2.4 kB
+  new (&arm) kinematics::ArmData();  // in place: a second one on the stack would be 2.4 kB
   return read(*thimble::arm::GetArm(data), arm);
 }
 
