@@ -1,6 +1,8 @@
 #include "firmware/store/arm_store.h"
 
 #include <algorithm>
+#include <array>
+#include <type_traits>
 
 namespace thimble::firmware {
 
@@ -8,8 +10,20 @@ static_assert(Storage::kFirstArmSlot + 2 * control::kMaxArms == Storage::kSlots)
 
 namespace {
 
+#ifdef THIMBLE_NO_TEXTS
+// The stack of a bare-metal board has no room for the numbers of an arm. It has one controller, and one thread. read_arm_image() begins the
+// object's life.
+[[gnu::section(".slots")]] alignas(
+    kinematics::ArmData) std::array<std::byte, sizeof(kinematics::ArmData)> judged;
+static_assert(std::is_trivially_destructible_v<kinematics::ArmData>);
+#endif
+
 ArmStatus judge(std::span<const std::byte> image) noexcept {
+#ifdef THIMBLE_NO_TEXTS
+  auto& arm = *static_cast<kinematics::ArmData*>(static_cast<void*>(judged.data()));
+#else
   kinematics::ArmData arm;
+#endif
   return read_arm_image(image, arm);
 }
 
@@ -33,11 +47,16 @@ ArmStore::Stored ArmStore::open(std::size_t arm, control::Pause pause) const noe
   bool damaged = found.damaged;
   for (const auto& [slot, header] : std::span(found.slot).first(found.count)) {
     if (judge(image_in(slot, header.length)) == ArmStatus::kOk)
-      return {slot, header.sequence, header.crc, header.length, damaged, other(arm, slot)};
+      return {.sequence = header.sequence,
+              .crc = header.crc,
+              .bytes = static_cast<std::uint16_t>(header.length),  // at most kMaxArmImageBytes: it is judged
+              .slot = static_cast<std::uint8_t>(slot),
+              .damaged_slot = other(arm, slot),
+              .damaged = damaged};
     damaged = true;
   }
-  const unsigned first = first_slot(arm);
-  return {.damaged = damaged, .damaged_slot = is_marked(storage_->slot(first)) ? first : first + 1};
+  const std::uint8_t first = first_slot(arm);
+  return {.damaged_slot = is_marked(storage_->slot(first)) ? first : other(arm, first), .damaged = damaged};
 }
 
 std::span<const std::byte> ArmStore::image(std::size_t arm) const noexcept {
@@ -47,7 +66,7 @@ std::span<const std::byte> ArmStore::image(std::size_t arm) const noexcept {
 
 // What is damaged stays until there is a sound one: if the upload is broken off, the next start must not take the older image or the built-in
 // arm for the right one.
-unsigned ArmStore::target() const noexcept {
+std::uint8_t ArmStore::target() const noexcept {
   const Stored& now = stored_[arm_];
   if (now.damaged) return other(arm_, now.damaged_slot);
   return now.sequence == 0 ? first_slot(arm_) : other(arm_, now.slot);
@@ -99,11 +118,11 @@ StoreStatus ArmStore::verify() noexcept {
 StoreStatus ArmStore::commit() noexcept {
   if (!downloading_ || !verified_) return StoreStatus::kNoDownload;
   Stored& now = stored_[arm_];
-  const unsigned slot = target();
-  const Stored next = {.slot = slot,
-                       .sequence = next_sequence(now.sequence),
+  const std::uint8_t slot = target();
+  const Stored next = {.sequence = next_sequence(now.sequence),
                        .crc = expected_crc_,
-                       .bytes = static_cast<std::uint32_t>(length_)};
+                       .bytes = static_cast<std::uint16_t>(length_),
+                       .slot = slot};
   abandon();
   if (!storage_->write(slot, 0, encode(SlotMagic::kArm, {next.sequence, next.bytes, next.crc})))
     return StoreStatus::kStorage;

@@ -53,21 +53,22 @@ class ArmStore {
 
  private:
   struct Stored {
-    unsigned slot = 0;
     std::uint32_t sequence = 0;  // 0: none
     std::uint32_t crc = 0;
-    std::uint32_t bytes = 0;
+    std::uint16_t bytes = 0;
+    std::uint8_t slot = 0;
+    std::uint8_t damaged_slot = 0;
     bool damaged = false;
-    unsigned damaged_slot = 0;
   };
-  static constexpr unsigned first_slot(std::size_t arm) noexcept {
-    return Storage::kFirstArmSlot + 2 * static_cast<unsigned>(arm);
+  static_assert(kMaxArmImageBytes <= UINT16_MAX);
+  static constexpr std::uint8_t first_slot(std::size_t arm) noexcept {
+    return static_cast<std::uint8_t>(Storage::kFirstArmSlot + 2 * arm);
   }
-  static constexpr unsigned other(std::size_t arm, unsigned slot) noexcept {
-    return 2 * first_slot(arm) + 1 - slot;
+  static constexpr std::uint8_t other(std::size_t arm, unsigned slot) noexcept {
+    return static_cast<std::uint8_t>(2U * first_slot(arm) + 1U - slot);
   }
   [[nodiscard]] Stored open(std::size_t arm, control::Pause pause) const noexcept;
-  [[nodiscard]] unsigned target() const noexcept;
+  [[nodiscard]] std::uint8_t target() const noexcept;
   [[nodiscard]] std::span<const std::byte> image_in(unsigned slot, std::size_t bytes) const noexcept {
     return storage_->slot(slot).subspan(kHeaderBytes, bytes);
   }
