@@ -10,6 +10,20 @@
 namespace thimble::firmware {
 namespace {
 
+bool damaged(const Config& config, const ArmStore& arms) noexcept {
+  for (std::size_t i = 0; i < std::min<std::size_t>(config.arm_count, kMaxArms); ++i)
+    if (arms.damaged(i)) return true;
+  return false;
+}
+
+// Stored arms go before those that the board names; where one is damaged, none of them is known to be the right one.
+Config with_stored_arms(Config config, const ArmStore& arms) noexcept {
+  for (std::size_t i = 0; i < kMaxArms; ++i) config.arm[i].image = arms.image(i);
+  const bool lacks_nothing = config.lacks == nullptr || *config.lacks == '\0';
+  if (damaged(config, arms) && lacks_nothing) config.lacks = "sound_arm_image";
+  return config;
+}
+
 // A controller with more arms is faulted; its answers stay in bounds.
 Config with_possible_arms(Config config) noexcept {
   config.arm_count = std::min(config.arm_count, std::uint8_t{kMaxArms});
@@ -24,8 +38,9 @@ bool ended_badly(const Config& config) noexcept {
 }  // namespace
 
 Controller::Controller(const Config& config, Storage& storage) noexcept
-    : config_(with_possible_arms(config)),
-      core_(config, params_),
+    : arms_(storage, config.pause),
+      config_(with_possible_arms(with_stored_arms(config, arms_))),
+      core_(with_stored_arms(config, arms_), params_),
       store_(storage, config.pause),
       param_store_(storage),
       keys_(storage),
@@ -36,7 +51,7 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
       recording_(core_.observers().recorder, config_.arm_count, core_.setup().axes, config.node_id),
       picture_(core_, config.node_id),
       orders_(core_, params_, config.node_id, config_.arm_count),
-      services_({config_, params_, core_, store_, running_, param_store_, keys_, persistent_, audit_,
+      services_({config_, params_, core_, store_, running_, arms_, param_store_, keys_, persistent_, audit_,
                  telemetry_, status_, recording_, link_, orders_}),
       router_(services_, config.node_id) {
   param_store_.open();
@@ -53,7 +68,8 @@ Controller::Controller(const Config& config, Storage& storage) noexcept
   services_.authenticator.begin(persistent_.starts());
   audit_.start(config.reset_reason);
   if (aside.scene != 0 || aside.params != 0) core_.begin_with(Fault::set_aside);
-  if (store_.damaged() || param_store_.damaged()) core_.begin_with(Fault::store_corrupt);
+  if (store_.damaged() || param_store_.damaged() || damaged(config_, arms_))
+    core_.begin_with(Fault::store_corrupt);
   if (crashed) core_.begin_with(Fault::watchdog_reset);
   if (scene && aside.scene == 0) static_cast<void>(core_.sources().scene.post(running_, store_.sequence()));
 }

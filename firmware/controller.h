@@ -35,6 +35,7 @@
 #include "firmware/services/force_orders.h"
 #include "firmware/services/router.h"
 #include "firmware/services/services.h"
+#include "firmware/store/arm_store.h"
 #include "firmware/store/key_store.h"
 #include "firmware/store/param_store.h"
 #include "firmware/store/persistent_state.h"
@@ -120,6 +121,7 @@ class Controller {
   void fetch_records() noexcept;
   [[nodiscard]] PersistentState::InStore in_store() const noexcept;
 
+  ArmStore arms_;  // before config_, which names its images
   Config config_;
   Params params_;
   Core core_;

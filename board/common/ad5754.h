@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include "kinematics/limited.h"
@@ -21,6 +22,7 @@ namespace thimble::board {
 class Ad5754 {
  public:
   using Frame = std::array<std::uint8_t, 3>;
+  static constexpr std::size_t kOutputs = 4;
   static constexpr float kRange_V = 10.0F;  // set_range() selects -10 V to 10 V minus one step
 
   struct Channel {

@@ -15,6 +15,9 @@
 #include "kinematics/built_in_arms.h"
 
 namespace thimble::board {
+
+static_assert(kArmJoints == kinematics::kMaxJoints);
+
 namespace {
 
 constexpr double kMostMetres = 10.0;
@@ -50,12 +53,17 @@ GpioLine read_contact(const JsonValue& value) {
   return {value.at("line").text(), closed_low, closed_low ? GpioBias::kPullUp : GpioBias::kPullDown};
 }
 
-// Whether a value of the joint stands here; null: its drive does it.
-bool is_given(const JsonValue& value, bool drive) {
+// Whether a value of the joint stands here; null: its drive does it, or there is nothing to do.
+bool is_given(const JsonValue& value, bool needed) {
   if (!value.raw().is_null()) return true;
-  if (!drive)
+  if (needed)
     value.fail("bad-value", "is null, and the joint has no drive in /drives", "describe it, or its drive");
   return false;
+}
+
+// Whether the joint's current must come from the converter.
+bool needs_channel(const ArmWiring& arm, std::size_t joint) {
+  return arm.arm.geometry.driven[joint] && !arm.drives[joint];
 }
 
 // The counter of the first joint that has one.
@@ -64,7 +72,7 @@ const std::string& first_counter(const EncoderConfig& encoders) {
       ->device;
 }
 
-EncoderConfig read_encoders(const JsonValue& value, const DriveWirings& drives) {
+EncoderConfig read_encoders(const JsonValue& value, const ArmWiring& arm) {
   EncoderConfig encoders;
   value.object("the encoders", {"read", "event", "joints"});
   encoders.kind =
@@ -78,11 +86,11 @@ EncoderConfig read_encoders(const JsonValue& value, const DriveWirings& drives) 
                            "leave it out");
   }
   const JsonValue joints = value.at("joints");
-  (void)joints.size(kArmJoints, kArmJoints);
+  const std::size_t axes = one_for_each_axis(joints, arm.arm);
   bool any = false;
-  for (std::size_t j = 0; j < kArmJoints; ++j) {
+  for (std::size_t j = 0; j < axes; ++j) {
     const JsonValue joint = joints.at(j);
-    if (!is_given(joint, drives[j].has_value())) continue;
+    if (!is_given(joint, !arm.drives[j])) continue;
     any = true;
     if (encoders.kind == EncoderConfig::Kind::kGpio) {
       joint.object("an encoder at two lines", {"line_a", "line_b"});
@@ -90,7 +98,8 @@ EncoderConfig read_encoders(const JsonValue& value, const DriveWirings& drives) 
     } else {
       joint.object("an encoder at a counter", {"counter", "count"});
       encoders.counter[j] = {joint.at("counter").text(),
-                             static_cast<unsigned>(joint.at("count").integer(0, 255))};
+                             static_cast<unsigned>(joint.at("count").integer(0, 255)),
+                             arm.arm.axis[j].counter_bits};
       if (encoders.kind == EncoderConfig::Kind::kCounterEvents &&
           encoders.counter[j].device != first_counter(encoders))
         joint.at("counter").fail(
@@ -104,30 +113,33 @@ EncoderConfig read_encoders(const JsonValue& value, const DriveWirings& drives) 
   return encoders;
 }
 
-DacConfig read_dac(const JsonValue& value, const DriveWirings& drives) {
+DacConfig read_dac(const JsonValue& value, const ArmWiring& arm) {
   DacConfig dac;
   value.object("the DAC", {"spi", "speed_Hz", "channels"});
   dac.device = value.at("spi").text();
   dac.speed_Hz = static_cast<std::uint32_t>(value.at("speed_Hz").integer(10'000, 30'000'000));
-  (void)value.at("channels").size(kArmJoints, kArmJoints);
-  for (std::size_t i = 0; i < kArmJoints; ++i) {
-    const JsonValue channel = value.at("channels").at(i);
-    const bool given = is_given(channel, drives[i].has_value());
-    if (given && drives[i])
+  const std::size_t axes = one_for_each_axis(value.at("channels"), arm.arm);
+  for (std::size_t j = 0; j < axes; ++j) {
+    const JsonValue channel = value.at("channels").at(j);
+    if (!is_given(channel, needs_channel(arm, j))) continue;
+    if (arm.drives[j])
       channel.fail("bad-value", "is of a joint whose current its drive gives",
                    "give null, or take the drive out of /drives");
-    if (!given) continue;
+    if (!arm.arm.geometry.driven[j])
+      channel.fail("bad-value", "is of a joint that has no motor in the arm's model", "give null");
+    if (j >= dac.channels.size())
+      channel.fail("bad-value", "is of a joint beyond the converter's four outputs",
+                   "give the joint a drive");
     channel.object("a channel of the DAC", {"volts_per_ampere", "offset_V"});
-    dac.channels[i].volts_per_ampere = static_cast<float>(channel.at("volts_per_ampere").number({-100, 100}));
-    if (dac.channels[i].volts_per_ampere == 0.0F)
-      channel.at("volts_per_ampere").wrong("a number that is not 0");
-    if (channel.has("offset_V"))
-      dac.channels[i].offset_V = static_cast<float>(channel.at("offset_V").number({-1, 1}));
+    Ad5754::Channel& read = dac.channels[j].emplace();
+    read.volts_per_ampere = static_cast<float>(channel.at("volts_per_ampere").number({-100, 100}));
+    if (read.volts_per_ampere == 0.0F) channel.at("volts_per_ampere").wrong("a number that is not 0");
+    if (channel.has("offset_V")) read.offset_V = static_cast<float>(channel.at("offset_V").number({-1, 1}));
   }
   return dac;
 }
 
-ArmWiring read_arm(const JsonValue& value) {
+ArmWiring read_arm(const JsonValue& value, const std::optional<kinematics::ArmData>& stored) {
   ArmWiring arm;
   value.object("an arm", {"model", "home_m", "turn_deg", "encoders", "dac", "drives", "enable", "drive_fault",
                           "index"});
@@ -138,18 +150,23 @@ ArmWiring read_arm(const JsonValue& value) {
       all.append(all.empty() ? "\"" : ", \"").append(known).append("\"");
     value.at("model").wrong("one of " + all);
   }
+  if (stored) arm.arm = *stored;
   arm.base = read_base(value);
   if (value.has("drives")) arm.drives = read_drives(value.at("drives"), arm.arm);
-  const bool all_driven =
-      std::ranges::all_of(arm.drives, [](const auto& drive) { return drive.has_value(); });
-  if (value.has("encoders") || !all_driven) arm.encoders = read_encoders(value.at("encoders"), arm.drives);
-  if (all_driven) {
+  const auto axes = static_cast<std::size_t>(axes_of(arm.arm.geometry));
+  bool needs_encoders = false, needs_dac = false;
+  for (std::size_t j = 0; j < axes; ++j) {
+    needs_encoders = needs_encoders || !arm.drives[j];
+    needs_dac = needs_dac || needs_channel(arm, j);
+  }
+  if (value.has("encoders") || needs_encoders) arm.encoders = read_encoders(value.at("encoders"), arm);
+  if (needs_dac) {
+    arm.dac = read_dac(value.at("dac"), arm);
+    arm.enable = read_line(value.at("enable"));
+  } else {
     for (const char* key : {"dac", "enable"})
       if (value.has(key))
-        value.at(key).fail("senseless-key", "is of amplifiers, and every joint has a drive", "leave it out");
-  } else {
-    arm.dac = read_dac(value.at("dac"), arm.drives);
-    arm.enable = read_line(value.at("enable"));
+        value.at(key).fail("senseless-key", "is of amplifiers, and every motor has a drive", "leave it out");
   }
   if (value.has("drive_fault")) arm.drive_fault = read_line(value.at("drive_fault"));
   if (value.has("index")) arm.index = read_line(value.at("index"));
@@ -185,7 +202,7 @@ LinkConfig read_link(const JsonValue& value) {
   return {LinkConfig::Kind::kTty, value.at("slcan").text()};
 }
 
-BoardConfig read(const JsonValue& root) {
+BoardConfig read(const JsonValue& root, const StoredArmsOf& stored_arms) {
   BoardConfig config;
   root.object("the configuration",
               {"thimble_board", "serial_number", "node", "rate_Hz", "work_units", "links", "arms", "e_stop",
@@ -196,8 +213,10 @@ BoardConfig read(const JsonValue& root) {
   config.rate_Hz = root.at("rate_Hz").number({kSlowest_Hz, 20'000});
   for (std::size_t i = 0; i < root.at("links").size(1, 4); ++i)
     config.links.push_back(read_link(root.at("links").at(i)));
+  config.store = root.at("store").text();
+  const StoredArms stored = stored_arms ? stored_arms(config.store) : StoredArms{};
   for (std::size_t i = 0; i < root.at("arms").size(1, control::kMaxArms); ++i)
-    config.arms.push_back(read_arm(root.at("arms").at(i)));
+    config.arms.push_back(read_arm(root.at("arms").at(i), stored[i]));
   std::vector<DriveWirings> drives;
   drives.reserve(config.arms.size());
   for (const ArmWiring& arm : config.arms) drives.push_back(arm.drives);
@@ -211,7 +230,6 @@ BoardConfig read(const JsonValue& root) {
   }
   config.e_stop = read_contact(root.at("e_stop"));
   if (root.has("dead_man")) config.dead_man = read_contact(root.at("dead_man"));
-  config.store = root.at("store").text();
   const JsonValue realtime = root.at("realtime");
   realtime.object("realtime", {"priority", "cpu"});
   config.priority = realtime.at("priority").integer(1, 98);
@@ -235,18 +253,18 @@ bool has_own_encoder(const ArmWiring& arm, std::size_t joint) noexcept {
               .empty();
 }
 
-BoardConfig parse_board_config(const std::string& text, const std::string& file) {
+BoardConfig parse_board_config(const std::string& text, const std::string& file, const StoredArmsOf& stored) {
   try {
     const JsonDocument document(text, file, "the configuration");
-    return read(JsonValue(document));
+    return read(JsonValue(document), stored);
   } catch (const JsonError& error) {
     throw ConfigError(error.what());
   }
 }
 
-BoardConfig read_board_config(const std::filesystem::path& file) {
+BoardConfig read_board_config(const std::filesystem::path& file, const StoredArmsOf& stored) {
   try {
-    return parse_board_config(read_text(file), file.string());
+    return parse_board_config(read_text(file), file.string(), stored);
   } catch (const FileError& error) {
     throw ConfigError(error.what() +
                       std::string("; write it, beginning with examples/board.json of the package "

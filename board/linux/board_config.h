@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -16,6 +17,7 @@
 #include "board/linux/counter_encoder.h"
 #include "board/linux/drive_wiring.h"
 #include "board/linux/gpio.h"
+#include "firmware/core/config.h"
 #include "kinematics/arm_data.h"
 #include "kinematics/base_pose.h"
 
@@ -33,15 +35,16 @@ struct EncoderConfig {
 struct DacConfig {
   std::string device;
   std::uint32_t speed_Hz = 0;
-  std::array<Ad5754::Channel, kArmJoints> channels;  // of joints with a drive: not used
+  std::array<std::optional<Ad5754::Channel>, Ad5754::kOutputs>
+      channels;  // of the first joints; none: it has a drive, or no motor
 };
 
 struct ArmWiring {
-  std::string model;  // its name
-  kinematics::ArmData arm;
+  std::string model;        // the built-in arm that it is while the store has none
+  kinematics::ArmData arm;  // which it is
   kinematics::BasePose base;
   std::optional<EncoderConfig> encoders;  // none: every joint has a drive with its encoder
-  std::optional<DacConfig> dac;           // none: every joint has a drive
+  std::optional<DacConfig> dac;           // none: every motor has a drive
   std::optional<GpioLine> enable;         // of the amplifiers; none without a DAC
   DriveWirings drives;
   std::optional<GpioLine> drive_fault;
@@ -91,9 +94,15 @@ class ConfigError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Throws ConfigError, also for text that is not JSON.
-[[nodiscard]] BoardConfig parse_board_config(const std::string& text, const std::string& file);
+// The arms of the board's store, which come before the models that the configuration names.
+using StoredArms = std::array<std::optional<kinematics::ArmData>, firmware::kMaxArms>;
+using StoredArmsOf = std::function<StoredArms(const std::filesystem::path& store)>;
+
+// Throws ConfigError, also for text that is not JSON. stored: empty, or called once with the value of /store.
+[[nodiscard]] BoardConfig parse_board_config(const std::string& text, const std::string& file,
+                                             const StoredArmsOf& stored = {});
 // The same for a file; also throws ConfigError if the file cannot be read.
-[[nodiscard]] BoardConfig read_board_config(const std::filesystem::path& file);
+[[nodiscard]] BoardConfig read_board_config(const std::filesystem::path& file,
+                                            const StoredArmsOf& stored = {});
 
 }  // namespace thimble::board

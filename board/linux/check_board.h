@@ -11,12 +11,9 @@
 #include "board/linux/missing.h"
 #include "board/linux/slot_files.h"
 #include "board/posix/port.h"
-#include "control/scene/limits.h"
-#include "firmware/store/slot_header.h"
 
 namespace thimble::board {
 
-inline constexpr std::size_t kSceneSlotBytes = control::kMaxImageBytes + firmware::kSlotHeaderBytes;
 inline constexpr int kCheckMissing = 3, kCheckForbidden = 5;  // exit codes
 
 [[nodiscard]] inline std::string describe(const Missing& missing) {

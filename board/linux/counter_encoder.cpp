@@ -28,14 +28,14 @@ void write_setting(const fs::path& file, const std::string& value) {
 }
 
 // The count's folder; configures the count for an encoder.
-fs::path set_up(const CounterPlace& joint, unsigned counter_bits) {
+fs::path set_up(const CounterPlace& joint) {
   fs::path count = find_counter(joint.device) / ("count" + std::to_string(joint.count));
   if (!fs::exists(count / "count"))
     throw std::system_error(ENOENT, std::generic_category(), (count / "count").string());
   if (fs::exists(count / "function") && first_line(count / "function") != kFunction)
     write_setting(count / "function", kFunction);
   if (fs::exists(count / "ceiling")) {
-    const std::string wanted = std::to_string(UINT32_MAX >> (32U - counter_bits));
+    const std::string wanted = std::to_string(UINT32_MAX >> (32U - joint.bits));
     if (first_line(count / "ceiling") != wanted) write_setting(count / "ceiling", wanted);
   }
   if (fs::exists(count / "enable") && first_line(count / "enable") != "1")
@@ -52,9 +52,9 @@ fs::path find_counter(const std::string& device) {
   throw std::system_error(ENOENT, std::generic_category(), "counter \"" + device + "\"");
 }
 
-CounterPoll::CounterPoll(const std::array<CounterPlace, kArmJoints>& joints, unsigned counter_bits) {
+CounterPoll::CounterPoll(const std::array<CounterPlace, kArmJoints>& joints) {
   for (std::size_t j = 0; j < joints.size(); ++j)
-    if (!joints[j].device.empty()) files_[j] = open_file(set_up(joints[j], counter_bits) / "count", O_RDONLY);
+    if (!joints[j].device.empty()) files_[j] = open_file(set_up(joints[j]) / "count", O_RDONLY);
 }
 
 std::optional<EncoderSample> CounterPoll::read(std::uint64_t now_ns) noexcept {
@@ -72,14 +72,13 @@ std::optional<EncoderSample> CounterPoll::read(std::uint64_t now_ns) noexcept {
   return sample;
 }
 
-CounterEvents::CounterEvents(const std::array<CounterPlace, kArmJoints>& joints, unsigned counter_bits,
-                             counter_event_type event) {
+CounterEvents::CounterEvents(const std::array<CounterPlace, kArmJoints>& joints, counter_event_type event) {
   fs::path device;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     count_of_[j] = -1;
     if (joints[j].device.empty()) continue;
     device = fs::path("/dev") / find_counter(joints[j].device).filename();
-    (void)set_up(joints[j], counter_bits);
+    (void)set_up(joints[j]);
     count_of_[j] = static_cast<int>(joints[j].count);
     all_ |= 1U << j;
   }

@@ -24,6 +24,7 @@ namespace thimble::board {
 struct CounterPlace {
   std::string device;
   unsigned count = 0;
+  unsigned bits = 32;  // of the joint's counter in the arm's model
 };
 
 // The folder of a device in sysfs. Throws std::system_error.
@@ -32,7 +33,7 @@ struct CounterPlace {
 class CounterPoll final : public EncoderReader {
  public:
   // Throws std::system_error with the missing item, and for a wrong setting with a remedy.
-  CounterPoll(const std::array<CounterPlace, kArmJoints>& joints, unsigned counter_bits);
+  CounterPoll(const std::array<CounterPlace, kArmJoints>& joints);
   [[nodiscard]] std::optional<EncoderSample> read(std::uint64_t now_ns) noexcept override;
 
  private:
@@ -42,8 +43,7 @@ class CounterPoll final : public EncoderReader {
 class CounterEvents final : public EncoderReader {
  public:
   // All joints on one device. Throws as CounterPoll does.
-  CounterEvents(const std::array<CounterPlace, kArmJoints>& joints, unsigned counter_bits,
-                counter_event_type event);
+  CounterEvents(const std::array<CounterPlace, kArmJoints>& joints, counter_event_type event);
   [[nodiscard]] std::optional<EncoderSample> read(std::uint64_t now_ns) noexcept override;
 
  private:

@@ -39,10 +39,9 @@ std::unique_ptr<EncoderReader> open_encoders(const ArmWiring& wiring) {
   const EncoderConfig& encoders = *wiring.encoders;
   switch (encoders.kind) {
     case EncoderConfig::Kind::kCounterPoll:
-      return std::make_unique<CounterPoll>(encoders.counter, wiring.arm.axis[0].counter_bits);
+      return std::make_unique<CounterPoll>(encoders.counter);
     case EncoderConfig::Kind::kCounterEvents:
-      return std::make_unique<CounterEvents>(encoders.counter, wiring.arm.axis[0].counter_bits,
-                                             encoders.event);
+      return std::make_unique<CounterEvents>(encoders.counter, encoders.event);
     case EncoderConfig::Kind::kGpio:
       return std::make_unique<GpioEncoder>(encoders.lines);
   }

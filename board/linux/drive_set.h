@@ -81,7 +81,7 @@ class DriveSet {
     std::size_t arm = 0, joint = 0;
     float direction = 1;
     float torque_per_A = 0;              // of the motor
-    double counts_per_rad = 0;           // of the motor
+    double counts_per_rad = 0;           // of the motor, with the sign of the axis's counts
     std::uint32_t mask = 0;              // of the counter's width
     bool encoder = false;                // its counts are the joint's
     std::string text;                    // "arm 0 joint 2 (moteus 1 on can0)"

@@ -120,7 +120,11 @@ void DriveSet::sort_into_buses() {
       joint->joint = j;
       joint->direction = wiring->direction;
       joint->torque_per_A = axis.motor.torque_constant_N_m_A;
-      joint->counts_per_rad = static_cast<double>(axis.counts_per_turn) / (2 * std::numbers::pi);
+      // The drive's position is that of its shaft, as its torque; the axis's counts may have another sign and ratio.
+      joint->counts_per_rad = static_cast<double>(axis.encoder_sign * axis.drive_sign) *
+                              static_cast<double>(axis.counts_per_turn) *
+                              static_cast<double>(axis.encoder_turns) /
+                              (static_cast<double>(axis.drive_turns) * 2 * std::numbers::pi);
       joint->mask = UINT32_MAX >> (32U - axis.counter_bits);
       joint->encoder = !has_own_encoder(arms_[i], j);
       joint->text = place_of(i, j, *wiring);

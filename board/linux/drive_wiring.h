@@ -12,7 +12,8 @@
 
 namespace thimble::board {
 
-inline constexpr std::size_t kArmJoints = 3;  // that a configuration wires, of an arm
+inline constexpr std::size_t kArmJoints =
+    7;  // at most, that a configuration wires of an arm; kinematics::kMaxJoints
 
 struct DriveWiring {
   struct Item {  // of the drive's own configuration, read back at start

@@ -51,7 +51,7 @@ struct GpioEdge {
 
 class GpioInputs {
  public:
-  static constexpr std::size_t kMaxLines = 12;
+  static constexpr std::size_t kMaxLines = 14;
   static constexpr std::size_t kEdgesPerLine = 16;  // kernel buffer between two calls
   struct Edges {
     std::span<const GpioEdge> edges;  // the oldest first

@@ -47,7 +47,11 @@ RateBudget rate_budget(const BoardConfig& config, double read_us, std::optional<
   budget.measured = unit_ns.has_value();
   budget.rendering_us = unit_ns ? config.work_units * *unit_ns * 1e-3 : kRenderingShare * budget.period_us;
   for (const ArmWiring& arm : config.arms)
-    if (arm.dac) budget.spi_us += (kArmJoints + 1) * kFrameBits / arm.dac->speed_Hz * 1e6;
+    if (arm.dac) {
+      const auto outputs =
+          std::ranges::count_if(arm.dac->channels, [](const auto& one) { return one.has_value(); });
+      budget.spi_us += static_cast<double>(outputs + 1) * kFrameBits / arm.dac->speed_Hz * 1e6;
+    }
   const Load bus = most_loaded_bus(config);
   budget.bus = bus.interface;
   budget.bus_us = bus.time_us;

@@ -134,11 +134,23 @@ DriveWiring read_drive(const JsonValue& value, const kinematics::AxisData& axis)
 
 const char* name_of(Kind kind) noexcept { return kKinds[static_cast<std::size_t>(kind)].data(); }
 
+std::size_t one_for_each_axis(const JsonValue& value, const kinematics::ArmData& arm) {
+  const auto axes = static_cast<std::size_t>(axes_of(arm.geometry));
+  if (!value.raw().is_array() || value.raw().size() != axes)
+    value.wrong("an array of " + std::to_string(axes) + " values, one for each axis of the arm \"" +
+                std::string(kinematics::name_of(arm)) + "\"");
+  return axes;
+}
+
 DriveWirings read_drives(const JsonValue& value, const kinematics::ArmData& arm) {
   DriveWirings drives;
-  (void)value.size(drives.size(), drives.size());
-  for (std::size_t j = 0; j < drives.size(); ++j)
-    if (!value.at(j).raw().is_null()) drives[j] = read_drive(value.at(j), arm.axis[j]);
+  const std::size_t axes = one_for_each_axis(value, arm);
+  for (std::size_t j = 0; j < axes; ++j) {
+    if (value.at(j).raw().is_null()) continue;
+    if (!arm.geometry.driven[j])
+      value.at(j).fail("bad-value", "is a drive, and the arm has no motor at this joint", "give null");
+    drives[j] = read_drive(value.at(j), arm.axis[j]);
+  }
   return drives;
 }
 

@@ -41,7 +41,8 @@ SlotFiles::SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes)
   if (faccessat(folder_.get(), ".", W_OK, 0) != 0) fail_with(errno, path_);
   (void)unlinkat(folder_.get(), kNewFile, 0);  // left behind by a power failure
   constexpr std::array<const char*, kSlots> kFiles = {"scene0",   "scene1", "params0", "params1", "journal0",
-                                                      "journal1", "audit0", "audit1",  "key0",    "key1"};
+                                                      "journal1", "audit0", "audit1",  "key0",    "key1",
+                                                      "arm0a",    "arm0b",  "arm1a",   "arm1b"};
   try {
     for (unsigned i = 0; i < kSlots; ++i) {
       slots_[i].file = kFiles[i];
@@ -113,7 +114,8 @@ std::span<const std::byte> SlotFiles::slot(unsigned index) const noexcept {
 }
 
 // Changes only the memory: the file stays until the slot is complete again. A store never selects this file
-// as the newest one, because the other slot is newer. But a key that was replaced must not come back.
+// as the newest one, because the other slot is newer. But a key that was replaced must not come back, nor a damaged
+// image of an arm.
 bool SlotFiles::erase(unsigned index, std::size_t bytes) noexcept {
   if (!fits(index, 0, bytes)) return false;
   Slot& slot = slots_[index];

@@ -13,9 +13,13 @@
 #include <span>
 
 #include "board/posix/descriptor.h"
+#include "control/scene/limits.h"
+#include "firmware/store/slot_header.h"
 #include "firmware/store/storage.h"
 
 namespace thimble::board {
+
+inline constexpr std::size_t kSceneSlotBytes = control::kMaxImageBytes + firmware::kSlotHeaderBytes;
 
 class SlotFiles final : public firmware::Storage {
  public:

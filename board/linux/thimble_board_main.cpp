@@ -40,6 +40,7 @@
 #include "board/linux/service_manager.h"
 #include "board/linux/servo_loop.h"
 #include "board/linux/slot_files.h"
+#include "board/linux/stored_arms.h"
 #include "board/linux/wall_clock.h"
 #include "board/linux/watchdog.h"
 #include "board/posix/link_ports.h"
@@ -308,7 +309,7 @@ int main_of(int argc, char** argv) {
   sigprocmask(SIG_BLOCK, &signals, nullptr);
   signal(SIGPIPE, SIG_IGN);
   try {
-    const BoardConfig config = read_board_config(file);
+    const BoardConfig config = read_board_config(file, stored_arms);
     if (!device.empty()) return names_device(config, device) ? 0 : kNotFound;
     if (only_check) return check_board(config, scenes);
     if (!scenes.empty()) return measure(config, scenes);

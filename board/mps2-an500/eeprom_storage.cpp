@@ -13,12 +13,16 @@ constexpr std::size_t kBankBytes = eeprom::kMostChips * eeprom::kChipBytes;
 // Behind each scene: one slot of the key, of the audit record and of the journal.
 constexpr std::size_t kBehindScene = firmware::Storage::kKeySlotBytes + firmware::Storage::kAuditSlotBytes +
                                      firmware::Storage::kJournalSlotBytes;
+// In front of those, where there is more than one chip: one slot of each arm.
+constexpr std::size_t kArms = (firmware::Storage::kSlots - firmware::Storage::kFirstArmSlot) / 2;
+constexpr std::size_t kOfArms = kArms * firmware::Storage::kArmSlotBytes;
 
 }  // namespace
 
 EepromStorage::EepromStorage() noexcept {
   const std::size_t chips = eeprom::chips();
   if (chips == 0) return;
+  has_arms_ = chips > 1;
   share_bytes_ = (chips * eeprom::kChipBytes - 2 * kParamSlotBytes) / kSceneSlots;
   for (unsigned i = 0; i < kSlots; ++i) {
     const std::span<std::byte> all = copy(i);
@@ -28,6 +32,7 @@ EepromStorage::EepromStorage() noexcept {
       continue;
     }
     firmware::SlotHeader header;
+    if (all.size() < firmware::kSlotHeaderBytes) continue;
     if (!eeprom::read(address(i), all.first(firmware::kSlotHeaderBytes)) ||
         !decode(all, firmware::slot_magic(i), header))
       continue;
@@ -44,11 +49,14 @@ std::size_t EepromStorage::address(unsigned index) const noexcept {
   if (index < kFirstJournalSlot) return kSceneSlots * share_bytes_ + (index - kSceneSlots) * kParamSlotBytes;
   const std::size_t end = (index % 2 + 1) * share_bytes_;
   if (index < kFirstAuditSlot) return end - kJournalSlotBytes;
-  return index < kFirstKeySlot ? end - kJournalSlotBytes - kAuditSlotBytes : end - kBehindScene;
+  if (index < kFirstKeySlot) return end - kJournalSlotBytes - kAuditSlotBytes;
+  if (index < kFirstArmSlot || !has_arms_) return end - kBehindScene;
+  return end - kBehindScene - ((index - kFirstArmSlot) / 2 + 1) * kArmSlotBytes;
 }
 
 std::size_t EepromStorage::bytes(unsigned index) const noexcept {
-  return present() ? slot_bytes(index, share_bytes_ - kBehindScene) : 0;
+  if (!present() || (index >= kFirstArmSlot && !has_arms_)) return 0;
+  return slot_bytes(index, share_bytes_ - kBehindScene - (has_arms_ ? kOfArms : 0));
 }
 
 std::span<std::byte> EepromStorage::copy(unsigned index) const noexcept {

@@ -1,6 +1,6 @@
 // The slots in the EEPROMs, with a copy in RAM that the tick reads. The memory of all chips that answer at
-// start is divided between the two scenes: one chip holds scenes of 25 kB, eight hold scenes of 255 kB
-// (docs/board-mps2-an500.md lists the demonstrations).
+// start is divided between the two scenes: one chip holds scenes of 25 kB, eight hold scenes of 239 kB
+// (docs/board-mps2-an500.md lists the demonstrations). With one chip there is no room for arm images.
 #pragma once
 
 #include <array>
@@ -31,7 +31,8 @@ class EepromStorage final : public firmware::Storage {
   [[nodiscard]] std::size_t bytes(unsigned index) const noexcept;
 
   std::size_t share_bytes_ =
-      0;  // a scene, and behind it a slot of the key, of the audit record and of the journal
+      0;  // a scene, and behind it a slot of each arm, of the key, of the audit record and of the journal
+  bool has_arms_ = false;
 };
 
 }  // namespace thimble::board

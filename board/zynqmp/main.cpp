@@ -152,7 +152,8 @@ extern "C" void run_board() {
   print("\r\n");
   uart::feed();
   static Nor nor(run_due_tick);
-  static NorStorage storage(nor);
+  // In DDR what no tick uses.
+  [[gnu::section(".slots")]] static NorStorage storage(nor);
   firmware::Config config;
   config.period_s = 1.0F / static_cast<float>(kRate_Hz);
   config.arm_count = kArms;
@@ -168,7 +169,7 @@ extern "C" void run_board() {
   config.pause = run_due_tick;
   static firmware::Controller the_controller(config, storage);
   controller = &the_controller;
-  static Can the_can(at<CanRegisters>(kCan0), *kCanTiming, kCanBitrate, kNode);
+  [[gnu::section(".slots")]] static Can the_can(at<CanRegisters>(kCan0), *kCanTiming, kCanBitrate, kNode);
   can = &the_can;
   logic.start_watchdog(stop.timeout_us);
   clock::start_ticks(kRate_Hz);

@@ -12,7 +12,8 @@ using firmware::Storage;
 
 constexpr std::size_t kSmallSlotBytes = Nor::kSectorBytes;  // of all but the scenes
 static_assert(kSmallSlotBytes >= Storage::kParamSlotBytes && kSmallSlotBytes >= Storage::kJournalSlotBytes &&
-              kSmallSlotBytes >= Storage::kAuditSlotBytes && kSmallSlotBytes >= Storage::kKeySlotBytes);
+              kSmallSlotBytes >= Storage::kAuditSlotBytes && kSmallSlotBytes >= Storage::kKeySlotBytes &&
+              kSmallSlotBytes >= Storage::kArmSlotBytes);
 static_assert(kSceneSlotBytes % Nor::kSectorBytes == 0 && kStore % Nor::kSectorBytes == 0);
 
 [[gnu::section(".slots")]] alignas(

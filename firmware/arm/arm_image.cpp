@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <new>
 
 #include "kinematics/mechanism.h"
 #include "thimble_arm_schema/arm_generated.h"
@@ -281,8 +282,12 @@ ArmStatus read(const arm::Arm& from, ArmData& to) noexcept {
       !read_platform(from, to) || !is_positive(to.max_force_N) || !is_positive(to.max_joint_speed_rad_s) ||
       !is_positive(to.tip_stiffness_N_m) || !is_positive(to.supply_V))
     return ArmStatus::kBadNumber;
-  for (const auto step : {read_chain, read_coupling, read_axes, read_sums, read_bodies})
-    if (const ArmStatus status = step(from, to); status != ArmStatus::kOk) return status;
+  ArmStatus status = read_chain(from, to);
+  if (status == ArmStatus::kOk) status = read_coupling(from, to);
+  if (status == ArmStatus::kOk) status = read_axes(from, to);
+  if (status == ArmStatus::kOk) status = read_sums(from, to);
+  if (status == ArmStatus::kOk) status = read_bodies(from, to);
+  if (status != ArmStatus::kOk) return status;
   const Mechanism<float> mechanism(to.geometry);
   const MechanismPose<float> pose = mechanism.home_pose();
   return mechanism.closes_at_home() && pose.jacobian.allFinite() ? ArmStatus::kOk : ArmStatus::kDoesNotClose;
@@ -320,10 +325,8 @@ ArmStatus read_arm_image(std::span<const std::byte> bytes, kinematics::ArmData& 
   flatbuffers::Verifier verifier(data, bytes.size(), kDepth, kTables);
   if (bytes.size() < 2 * sizeof(std::uint32_t) || !thimble::arm::VerifyArmBuffer(verifier))
     return ArmStatus::kNotAnArm;
-  kinematics::ArmData read_data;
-  const ArmStatus status = read(*thimble::arm::GetArm(data), read_data);
-  if (status == ArmStatus::kOk) arm = read_data;
-  return status;
+  new (&arm) kinematics::ArmData();  // in place: a second one on the stack would be 2.4 kB
+  return read(*thimble::arm::GetArm(data), arm);
 }
 
 }  // namespace thimble::firmware

@@ -25,7 +25,7 @@ enum class ArmStatus : std::uint8_t {
 
 [[nodiscard]] const char* name(ArmStatus status) noexcept;  // "does_not_close"
 
-// Sets `arm` where the image is good; otherwise it is unchanged. O(bytes). Never reads outside `bytes`, whatever they contain. Judges what a tick
+// Sets `arm` where the image is good; otherwise its contents are of no use. O(bytes). Never reads outside `bytes`, whatever they contain. Judges what a tick
 // needs to be safe; whether the arm is a good one is check_arm()'s matter (host-tools/arms/arm_checks.h).
 [[nodiscard]] ArmStatus read_arm_image(std::span<const std::byte> bytes, kinematics::ArmData& arm) noexcept;
 

@@ -36,7 +36,9 @@ inline constexpr std::uint32_t kLeastWork = 100;
 
 struct ArmConfig {
   const char* model = "premium-1.5";  // by its name among Config::arms_known and those built in
-  kinematics::BasePose base;          // default: the world's origin is at the tip's home position
+  // The arm image of the store (firmware/store/arm_store.h), checked and 8-byte aligned; it goes before `model`. Empty: there is none.
+  std::span<const std::byte> image{};
+  kinematics::BasePose base;  // default: the world's origin is at the tip's home position
   // True: homing ends at the tick in which ArmInputs::index is set. False: the user holds the arm in its home
   // pose and homing takes the next sample.
   bool has_index = false;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "firmware/arm/arm_image.h"
 #include "firmware/core/encoder_probe.h"
 #include "firmware/core/stop_timeout.h"
 #include "kinematics/built_in_arms.h"
@@ -14,22 +15,34 @@ namespace {
 constexpr float kMinPeriod_s = 40e-6F;
 constexpr float kMaxPeriod_s = 20e-3F;
 
-// Null: the Config brings no arm of that name.
-const kinematics::ArmData* brought(const Config& config, std::string_view name) noexcept {
+// Null: Config::arms_known has no arm of that name.
+const kinematics::ArmData* brought(const Config& config, const ArmConfig& wanted) noexcept {
+  if (!wanted.image.empty()) return nullptr;
+  const std::string_view name = wanted.model;
   for (const kinematics::ArmData& arm : config.arms_known)
     if (kinematics::name_of(arm) == name) return &arm;
   return nullptr;
 }
 
-bool is_known(const Config& config, std::string_view name) noexcept {
+bool is_known(const Config& config, const ArmConfig& wanted) noexcept {
+  if (!wanted.image.empty()) return true;
+  const std::string_view name = wanted.model;
   const auto names = kinematics::built_in_arms();
-  return brought(config, name) != nullptr || std::find(names.begin(), names.end(), name) != names.end();
+  return brought(config, wanted) != nullptr || std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// Of an arm that is stored, or built in.
+kinematics::ArmData data_of(const ArmConfig& wanted) noexcept {
+  kinematics::ArmData data = kinematics::built_in_arm(wanted.model);
+  if (!wanted.image.empty())
+    static_cast<void>(read_arm_image(wanted.image, data));  // the store has checked it
+  return data;
 }
 
 // Of a Config that cannot work some arm: it is never used.
 kinematics::Arm<float> arm_of(const Config& config, std::size_t index,
                               const kinematics::ArmData& built_in) noexcept {
-  const kinematics::ArmData* data = brought(config, config.arm[index].model);
+  const kinematics::ArmData* data = brought(config, config.arm[index]);
   return kinematics::Arm<float>(data != nullptr ? *data : built_in, config.arm[index].base);
 }
 
@@ -43,7 +56,7 @@ bool works(const Config& config) noexcept {
   if (config.work_units < kLeastWork * config.arm_count) return false;
   if (config.node_id < 1 || config.node_id > 127) return false;
   return std::all_of(config.arm.begin(), config.arm.begin() + config.arm_count,
-                     [&](const ArmConfig& arm) { return is_known(config, arm.model); });
+                     [&](const ArmConfig& arm) { return is_known(config, arm); });
 }
 
 std::array<JointConstants, kJoints> constants_of(const kinematics::ArmData& arm) noexcept {
@@ -71,7 +84,7 @@ Setup::Setup(const Config& config) noexcept
       arm_count(works(config) ? config.arm_count : std::uint8_t{0}),
       most_stale_ticks(most_stale(period_s)),
       board_lacks(config.lacks != nullptr && *config.lacks != '\0'),
-      built_in{kinematics::built_in_arm(config.arm[0].model), kinematics::built_in_arm(config.arm[1].model)},
+      built_in{data_of(config.arm[0]), data_of(config.arm[1])},
       arm{arm_of(config, 0, built_in[0]), arm_of(config, 1, built_in[1])},
       axes{static_cast<std::size_t>(arm[0].axes()), static_cast<std::size_t>(arm[1].axes())},
       fade{fade_of(arm[0]), fade_of(arm[1])},

@@ -78,6 +78,10 @@ enum class Routine : std::uint16_t {
   kKey = 0x020B,
   // Start: takes the lease (docs/link.md), or keeps it for another 1.5 s. Stop: gives it back.
   kCommand = 0x020C,
+  // The image of an arm (firmware/store/arm_store.h), downloaded as a scene is, with the motors off. Prepare: arguments are the arm (1 byte) and
+  // those of kPrepareDownload; the same answer. Activate: it is the arm from the next start on.
+  kPrepareArm = 0x020D,
+  kActivateArm = 0x020E,
   // Breaks the hardware of a simulated board: arguments are an InjectedFault. No real board has it.
   kInject = 0x02F0,
 };

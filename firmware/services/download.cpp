@@ -8,9 +8,10 @@ namespace thimble::firmware {
 
 // --- The protocol
 
-void Download::prepare(const Host& host, std::uint32_t length, std::uint32_t has) noexcept {
+void Download::prepare(const Host& host, Of of, std::uint32_t length, std::uint32_t has) noexcept {
   owner_ = &host;
   state_ = State::kPrepared;
+  of_ = of;
   length_ = length;
   offset_ = has;
 }
@@ -75,7 +76,24 @@ Nrc prepare_download(Services& services, Call& call) noexcept {
   const StoreStatus status = parts.store.begin(length, u32_at(routine_arguments(call), 4));
   if (status != StoreStatus::kOk) return refuse(call.host, status);
   const auto has = static_cast<std::uint32_t>(parts.store.offset());
-  services.download.prepare(call.host, length, has);
+  services.download.prepare(call.host, Download::Of::kScene, length, has);
+  call.answer.put_u32(has);
+  return Nrc::kOk;
+}
+
+// 31 01 020D arm(1) length(4) crc32(4): the same of an arm's image.
+Nrc prepare_arm(Services& services, Call& call) noexcept {
+  ServiceParts& parts = services.parts;
+  call.host.refuse("");
+  if (!motors_off(parts.core)) return refuse(call.host, kWrongMode, "");
+  const std::uint8_t arm = routine_arguments(call)[0];
+  if (arm >= parts.config.arm_count) return Nrc::kRequestOutOfRange;
+  services.download.finish(false);  // whosever it was
+  const std::uint32_t length = u32_at(routine_arguments(call), 1);
+  const StoreStatus status = parts.arms.begin(arm, length, u32_at(routine_arguments(call), 5));
+  if (status != StoreStatus::kOk) return refuse(call.host, status);
+  const auto has = static_cast<std::uint32_t>(parts.arms.offset());
+  services.download.prepare(call.host, Download::Of::kArm, length, has);
   call.answer.put_u32(has);
   return Nrc::kOk;
 }
@@ -102,7 +120,10 @@ Nrc transfer_data(Services& services, Call& call) noexcept {
   if (allowed != Nrc::kOk) return allowed;
   call.answer.put(number);
   if (repeated) return Nrc::kOk;
-  const StoreStatus status = services.parts.store.write(services.download.offset(), std::as_bytes(data));
+  const std::uint32_t offset = services.download.offset();
+  const StoreStatus status = services.download.of_arm()
+                                 ? services.parts.arms.write(offset, std::as_bytes(data))
+                                 : services.parts.store.write(offset, std::as_bytes(data));
   if (status != StoreStatus::kOk) {
     services.download.finish(false);
     return refuse(call.host, status);
@@ -118,12 +139,19 @@ Nrc transfer_exit(Services& services, Call& call) noexcept {
   const Nrc allowed = services.download.check_exit(call.host, finished);
   if (allowed != Nrc::kOk || finished) return allowed;
   SceneStore& store = services.parts.store;
-  const StoreStatus status = store.verify();
+  ArmStore& arms = services.parts.arms;
+  const bool of_arm = services.download.of_arm();
+  const StoreStatus status = of_arm ? arms.verify() : store.verify();
   services.download.finish(status == StoreStatus::kOk);
   if (status == StoreStatus::kWrongCrc || status == StoreStatus::kRefused)
     services.parts.audit.add(link::AuditEvent::kUploadRefused, call.host, call.now_us);
   const Nrc result = refuse(call.host, status);
-  if (status == StoreStatus::kRefused) control::write_text(store.image_verdict(), call.host.refusal);
+  if (status != StoreStatus::kRefused) return result;
+  if (of_arm) {
+    call.host.refuse(name(arms.verdict()));
+  } else {
+    control::write_text(store.image_verdict(), call.host.refusal);
+  }
   return result;
 }
 
@@ -148,6 +176,25 @@ Nrc activate(Services& services, Call& call) noexcept {
   });
   if (result == Nrc::kOk) services.download.end(call.host);
   return result;
+}
+
+// 31 01 020E: the arm's image that was downloaded and checked last is its own from the next start on.
+Nrc activate_arm(Services& services, Call& call) noexcept {
+  ServiceParts& parts = services.parts;
+  if (services.download.belongs_to_another(call.host)) return busy(call.host, Busy::kOtherHostUploads);
+  call.host.refuse("");
+  if (!motors_off(parts.core)) return refuse(call.host, kWrongMode, "");
+  const StoreStatus status = parts.arms.commit();
+  if (status == StoreStatus::kNoDownload) {
+    call.host.refuse(name(status));
+    return Nrc::kConditionsNotCorrect;
+  }
+  const std::size_t arm = parts.arms.arm();
+  if (status == StoreStatus::kOk)
+    parts.audit.add(link::AuditEvent::kArmImage, call.host, call.now_us, parts.arms.stored_crc(arm),
+                    static_cast<std::uint16_t>(arm));
+  services.download.end(call.host);
+  return refuse(call.host, status);
 }
 
 }  // namespace thimble::firmware

@@ -1,5 +1,5 @@
-// The download of a scene image into the spare slot (services 34, 36, 37; routines 0205 prepare, 0204 activate). The running
-// scene is never touched before the activation.
+// The download of a scene image or an arm image into the spare slot (services 34, 36, 37; routines 0205 prepare, 0204 activate, and of an arm
+// 020D and 020E). The running scene is never touched before the activation, and the arm not before the next start.
 //
 // There is one download at a time. It belongs to the host that prepared it, until it is activated or fails, until that host's session
 // ends, or until another host, which has the lease then (lease.h), prepares one. The next block of the old owner is then refused (24,
@@ -14,12 +14,15 @@ namespace thimble::firmware {
 
 class Download {
  public:
+  enum class Of : std::uint8_t { kScene, kArm };
+
   explicit Download(std::uint16_t block_bytes) noexcept : block_bytes_(block_bytes) {}
 
   [[nodiscard]] bool belongs_to_another(const Host& host) const noexcept {
     return owner_ != nullptr && owner_ != &host;
   }
-  void prepare(const Host& host, std::uint32_t length, std::uint32_t has) noexcept;
+  void prepare(const Host& host, Of of, std::uint32_t length, std::uint32_t has) noexcept;
+  [[nodiscard]] bool of_arm() const noexcept { return of_ == Of::kArm; }
   // The host must prepare again; the download still belongs to it.
   void start_over(const Host& host) noexcept;
   // Ends the host's download, if it has one. The bytes that have arrived stay in the store; a host that prepares the same image goes on
@@ -50,6 +53,7 @@ class Download {
   std::uint16_t block_bytes_;    // the most that a block may hold
   const Host* owner_ = nullptr;  // null: nobody's
   State state_ = State::kNone;
+  Of of_ = Of::kScene;
   std::uint32_t length_ = 0;
   std::uint32_t offset_ = 0;  // bytes that the controller holds
   std::uint8_t last_block_ = 0;

@@ -36,6 +36,8 @@ namespace thimble::firmware {
 [[nodiscard]] Nrc home(Services& services, Call& call) noexcept;
 // download.cpp
 [[nodiscard]] Nrc prepare_download(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc prepare_arm(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc activate_arm(Services& services, Call& call) noexcept;
 [[nodiscard]] Nrc request_download(Services& services, Call& call) noexcept;
 [[nodiscard]] Nrc transfer_data(Services& services, Call& call) noexcept;
 [[nodiscard]] Nrc transfer_exit(Services& services, Call& call) noexcept;

@@ -82,6 +82,17 @@ void host_orders(const Services& services, ByteWriter& out) noexcept {
   out.put_record(services.parts.orders.counts());
 }
 
+void arm_images(const Services& services, ByteWriter& out) noexcept {
+  const ArmStore& arms = services.parts.arms;
+  link::ArmImages images;
+  for (std::size_t i = 0; i < services.parts.config.arm_count; ++i) {
+    images.crc[i] = arms.image_crc(i);
+    images.next_crc[i] = arms.stored_crc(i);
+    images.damaged[i] = arms.damaged(i);
+  }
+  out.put_record(images);
+}
+
 // --- Texts
 
 void serial_number(const Services& services, ByteWriter& out) noexcept {
@@ -104,9 +115,11 @@ void set_aside(const Services& services, ByteWriter& out) noexcept {
 }
 void arm_names(const Services& services, ByteWriter& out) noexcept {
   const Config& config = services.parts.config;
+  const Setup& setup = services.parts.core.setup();
   for (std::size_t i = 0; i < config.arm_count; ++i) {
     if (i != 0) out.put_text(",");
-    out.put_text(config.arm[i].model);
+    // Of a Config that cannot work it is the name that was asked for.
+    out.put_text(setup.arm_count == 0 ? config.arm[i].model : setup.arm[i].data().name.data());
   }
 }
 void scene_name(const Services& services, ByteWriter& out) noexcept {
@@ -145,13 +158,14 @@ struct DataRow {
   std::uint16_t id;
   void (*read)(const Services&, ByteWriter&) noexcept;
 };
-constexpr std::array<DataRow, 15> kData = {{
+constexpr std::array<DataRow, 16> kData = {{
     {link::LinkInfo::kId, link_info},
     {link::DeviceState::kId, device_state},
     {link::MoveState::kId, move},
     {link::RecordingState::kId, recording},
     {link::Lateness::kId, lateness},
     {link::HostOrders::kId, host_orders},
+    {link::ArmImages::kId, arm_images},
     {link::kDidSerialNumber, serial_number},
     {link::kDidFirmwareVersion, firmware_version},
     {link::kDidBoardName, board_name},

@@ -77,13 +77,15 @@ struct RoutineRow {
   std::size_t argument_bytes;
   Handler handle;
 };
-constexpr std::array<RoutineRow, 18> kRoutines = {{
+constexpr std::array<RoutineRow, 20> kRoutines = {{
     {Routine::kArm, kStart, Sessions::kNotDefault, Needs::kLeaseOfArm, 0, arm},
     {Routine::kDisarm, kStart, Sessions::kAll, Needs::kNothing, 0,
      disarm},  // never a question of the session
     {Routine::kHome, kStart, Sessions::kNotDefault, Needs::kLeaseOfArm, 0, home},
     {Routine::kActivate, kStart, Sessions::kNotDefault, Needs::kLease, 0, activate},
     {Routine::kPrepareDownload, kStart, Sessions::kProgramming, Needs::kLease, 8, prepare_download},
+    {Routine::kPrepareArm, kStart, Sessions::kProgramming, Needs::kLease, 9, prepare_arm},
+    {Routine::kActivateArm, kStart, Sessions::kNotDefault, Needs::kLease, 0, activate_arm},
     {Routine::kSaveParameters, kStart, Sessions::kNotDefault, Needs::kLease, 0, save_parameters},
     {Routine::kTellTime, kStart, Sessions::kNotDefault, Needs::kKey, 4, tell_time},
     {Routine::kKey, kStart, Sessions::kNotDefault, Needs::kLease, link::kKeyBytes, set_key},

@@ -20,6 +20,7 @@
 #include "firmware/services/jobs.h"
 #include "firmware/services/lease.h"
 #include "firmware/services/router.h"
+#include "firmware/store/arm_store.h"
 #include "firmware/store/key_store.h"
 #include "firmware/store/param_store.h"
 #include "firmware/store/persistent_state.h"
@@ -39,6 +40,7 @@ struct ServiceParts {
   Core& core;
   SceneStore& store;
   control::SceneView& running;  // the scene posted last
+  ArmStore& arms;
   ParamStore& param_store;
   KeyStore& keys;
   PersistentState& persistent;

@@ -32,6 +32,7 @@ unsigned kept_from(AuditEvent event) noexcept {
       return AuditLog::kKeptForRare;
     case AuditEvent::kStart:
     case AuditEvent::kRestart:
+    case AuditEvent::kArmImage:
     case AuditEvent::kKeySet:
     case AuditEvent::kKeyRemoved:
       return 0;

@@ -5,7 +5,7 @@
 // slot is erased early, with the motors off: a flash may need a second for it, in which the background would not hear a stop.
 //
 // Wear, and floods. There is room for kBurst entries, and for another one every kInterval_s. kKeptFromFrequent of them are kept from what a
-// host can do all the time (parameters, scenes, the time), and kKeptForRare for starts, restarts and keys alone. An event that repeats the
+// host can do all the time (parameters, scenes, the time), and kKeptForRare for starts, restarts, keys and arms' images alone. An event that repeats the
 // last entry, its value included, waits kInterval_s for more of its kind. What has no room waits, too: of the waiting events one that matters
 // most, the newest of those, gets an entry, which counts the others (`left_out`). So
 //

@@ -23,12 +23,14 @@ inline constexpr std::size_t kSlotHeaderBytes = 64;
 enum class SlotMagic : std::uint32_t {
   kScene = 0x53494854,
   kParams = 0x50494854,
-  kKey = 0x4B494854
-};  // "THIS", "THIP", "THIK"
+  kKey = 0x4B494854,
+  kArm = 0x41494854
+};  // "THIS", "THIP", "THIK", "THIA"
 // Of the slots that do not hold records.
 [[nodiscard]] constexpr SlotMagic slot_magic(unsigned index) noexcept {
   if (index < Storage::kSceneSlots) return SlotMagic::kScene;
-  return index < Storage::kFirstJournalSlot ? SlotMagic::kParams : SlotMagic::kKey;
+  if (index < Storage::kFirstJournalSlot) return SlotMagic::kParams;
+  return index < Storage::kFirstArmSlot ? SlotMagic::kKey : SlotMagic::kArm;
 }
 
 struct SlotHeader {

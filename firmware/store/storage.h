@@ -6,6 +6,8 @@
 //   slots 4, 5   the journal (firmware/store/journal.h): both have one size, at least kJournalSlotBytes
 //   slots 6, 7   the audit record (firmware/store/audit_log.h): both have one size, at least kAuditSlotBytes
 //   slots 8, 9   the access key: at least kKeySlotBytes each
+//   slots 10, 11 the image of arm 0, and 12, 13 of arm 1 (firmware/store/arm_store.h): at least kArmSlotBytes each, or none where the board
+//                has no room; then it works with its built-in arms only
 //
 // Slots 4 to 7 hold records (firmware/store/record_slots.h). They are written a record at a time, also while the arm is armed: a write of a
 // record takes a few milliseconds at most. The others begin with a header (slot_header.h), which is written last. A slot that a store of
@@ -23,18 +25,21 @@ class Storage {
   static constexpr unsigned kFirstJournalSlot = 4;
   static constexpr unsigned kFirstAuditSlot = 6;
   static constexpr unsigned kFirstKeySlot = 8;
-  static constexpr unsigned kSlots = 10;
+  static constexpr unsigned kFirstArmSlot = 10;
+  static constexpr unsigned kSlots = 14;
   static constexpr std::size_t kParamSlotBytes = 512;
   static constexpr std::size_t kJournalSlotBytes = 2048;
   static constexpr std::size_t kAuditSlotBytes = 4096;
   static constexpr std::size_t kKeySlotBytes = 256;
+  static constexpr std::size_t kArmSlotBytes = 8192;
 
   // The least size of a slot, where the board's scenes have this one.
   [[nodiscard]] static constexpr std::size_t slot_bytes(unsigned index, std::size_t scene_bytes) noexcept {
     if (index < kSceneSlots) return scene_bytes;
     if (index < kFirstJournalSlot) return kParamSlotBytes;
     if (index < kFirstAuditSlot) return kJournalSlotBytes;
-    return index < kFirstKeySlot ? kAuditSlotBytes : kKeySlotBytes;
+    if (index < kFirstKeySlot) return kAuditSlotBytes;
+    return index < kFirstArmSlot ? kKeySlotBytes : kArmSlotBytes;
   }
   [[nodiscard]] static constexpr bool holds_records(unsigned index) noexcept {
     return index >= kFirstJournalSlot && index < kFirstKeySlot;

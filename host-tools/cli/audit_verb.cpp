@@ -64,6 +64,8 @@ std::string about(const AuditRecord& entry) {
     case AuditEvent::kScene:
     case AuditEvent::kSaved:
       return fmt::format("CRC {:08x}", entry.value);
+    case AuditEvent::kArmImage:
+      return fmt::format("arm {}, CRC {:08x}", entry.detail, entry.value);
     case AuditEvent::kTimeTold:
       return utc_text(entry.value);
     case AuditEvent::kArmed:

@@ -13,6 +13,22 @@
 namespace thimble::host {
 namespace {
 
+// "built in (no image is stored)", "stored, CRC 0123abcd; another one is used from the next start on".
+std::string arm_source(const link::ArmImages& images, std::size_t arm) {
+  if (images.damaged[arm]) return "DAMAGED in the store: upload it again (`thimble model upload`)";
+  std::string text = images.crc[arm] == 0 ? "built in (no image is stored)"
+                                          : fmt::format("stored, CRC {:08x}", images.crc[arm]);
+  if (images.next_crc[arm] != images.crc[arm]) text += "; another one is used from the next start on";
+  return text;
+}
+
+void say_arms(const link::LinkInfo& info, const std::string& names, const link::ArmImages& images) {
+  say("arm        {}, {} arm(s), node {}, {}\n", names, info.arms, info.node,
+      info.frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");
+  for (std::size_t i = 0; i < info.arms && i < images.crc.size(); ++i)
+    say("arm {}      {}\n", i, arm_source(images, i));
+}
+
 // The bins that are not empty: " below_1us 39990, below_10us 10".
 std::string histogram(const link::Lateness& late) {
   std::string text;
@@ -52,6 +68,7 @@ void info(const Common& common, const Remote& remote) {
   const std::string version = device.text(link::kDidFirmwareVersion);
   const std::string serial = device.text(link::kDidSerialNumber);
   const std::string arm = device.text(link::kDidArmName);
+  const link::ArmImages images = device.arm_images();
   const std::string scene = device.text(link::kDidSceneName);
   const std::string commander = device.text(link::kDidCommander);
   const std::vector<Device::Inside> inside = device.inside();
@@ -63,6 +80,7 @@ void info(const Common& common, const Remote& remote) {
     json["set_aside"] = set_aside;
     json["serial"] = serial;
     json["arm"] = arm;
+    json["arm_images"] = host::to_json(images);
     json["scene"] = scene;
     json["commander"] = commander;
     json["link"] = host::to_json(device.info());
@@ -85,8 +103,7 @@ void info(const Common& common, const Remote& remote) {
         set_aside);
   }
   say("serial     {}\n", serial);
-  say("arm        {}, {} arm(s), node {}, {}\n", arm, device.info().arms, device.info().node,
-      device.info().frame_bytes == link::kFdDataBytes ? "CAN FD" : "classic CAN");
+  say_arms(device.info(), arm, images);
   say("mode       {}\n", mode_shown(state.mode, state.flags));
   say("commands   {}\n",
       state.commander == 0 ? "nobody" : fmt::format("host {:X} {}", state.commander, commander));

@@ -1,16 +1,20 @@
 // model: arm files are checked, shown, listed, and made from a URDF.
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cmath>
 #include <numbers>
+#include <thread>
 
 #include "host-tools/arms/arm_checks.h"
 #include "host-tools/arms/arm_file.h"
 #include "host-tools/arms/arm_folder.h"
 #include "host-tools/arms/arm_writer.h"
 #include "host-tools/arms/urdf_import.h"
+#include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
+#include "host-tools/client/device.h"
 #include "host-tools/files/image_file.h"
 #include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
@@ -133,6 +137,67 @@ void model_compile(const Common& common, const ModelCompileChoice& choice) {
     return;
   }
   say("{}: {}, {} bytes\n", choice.output.string(), checked.arm.name, image.size());
+  warn(checked.figures);
+}
+
+namespace {
+
+// Its arms after its restart, which begins when the audit record has room (firmware/store/audit_log.h), and takes a moment. Returns what they
+// are at last, also where that is not `crc`.
+std::string restarted_arms(const Remote& remote, std::size_t arm, std::uint32_t crc, bool& has_it) {
+  constexpr auto kPatience = std::chrono::seconds(30);
+  constexpr auto kPause = std::chrono::milliseconds(300);
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  for (;;) {
+    std::this_thread::sleep_for(kPause);
+    const bool is_last = std::chrono::steady_clock::now() > deadline;
+    try {
+      Device device = open_remote(remote);
+      has_it = device.arm_images().crc.at(arm) == crc;
+      if (has_it || is_last) return device.text(link::kDidArmName);
+    } catch (const Error&) {
+      if (is_last) throw;
+    }
+  }
+}
+
+}  // namespace
+
+void model_upload(const Common& common, const Remote& remote, const ModelUploadChoice& choice) {
+  const CheckedArm checked = read_and_check(arm_path(choice.model));
+  const std::vector<std::byte> image = arm_image(checked.arm);
+  UploadResult result;
+  {
+    Device device = open_device(common, remote);
+    if (choice.arm >= device.info().arms) {
+      throw Error(ExitCode::kUsage, "no-such-arm",
+                  fmt::format("--number {}: the device has {} arm(s), counted from 0", choice.arm,
+                              device.info().arms),
+                  "give the number of an arm that it has");
+    }
+    result = device.upload(image, {.arm = static_cast<std::uint8_t>(choice.arm)}, {});
+    device.restart();
+  }
+  bool has_it = false;
+  const std::string arms = restarted_arms(remote, choice.arm, result.crc, has_it);
+  if (!has_it) {
+    throw Error(
+        ExitCode::kVerification, "verification-failed",
+        fmt::format("after its restart the device works with {}, not with {}", arms, checked.arm.name),
+        "read `thimble info`: it says what is stored, and whether it is damaged; then repeat the upload");
+  }
+  if (common.json) {
+    Json json = document("model upload");
+    json["name"] = checked.arm.name;
+    json["arm"] = arms;
+    json["number"] = choice.arm;
+    json["bytes"] = result.bytes;
+    json["crc"] = result.crc;
+    json["warnings"] = checked.figures.warnings;
+    print(json);
+    return;
+  }
+  say("{}: {} bytes, CRC {:08x}, stored and in use\n", checked.arm.name, result.bytes, result.crc);
   warn(checked.figures);
 }
 

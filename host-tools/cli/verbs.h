@@ -120,6 +120,11 @@ struct ModelCompileChoice {
   std::string model;
   std::filesystem::path output;
 };
+struct ModelUploadChoice {
+  std::string model;
+  unsigned arm = 0;  // of the device
+};
+void model_upload(const Common& common, const Remote& remote, const ModelUploadChoice& choice);
 void model_compile(const Common& common, const ModelCompileChoice& choice);
 void model_show(const Common& common, const std::string& model);
 void model_list(const Common& common);

@@ -231,6 +231,10 @@ Mode disarm(std::unique_ptr<Transport> transport, DeviceOptions options, Micros 
   return disarm_by(services, wait_us);
 }
 
+link::ArmImages Device::arm_images() {
+  return services_.record<link::ArmImages>("reading which arms are stored");
+}
+
 void Device::restart() {
   services_.enter(Session::kExtended);
   services_.demand({byte_of(Service::kReset), static_cast<std::uint8_t>(link::Reset::kHard)}, "restarting");

@@ -90,6 +90,9 @@ class Device {
   void set_key(const link::Key& key);
   void remove_key();
 
+  // Which arm images are used and stored.
+  [[nodiscard]] link::ArmImages arm_images();
+
   // Disarms and restarts the controller. The answer comes before the restart.
   void restart();
 

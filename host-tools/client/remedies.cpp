@@ -23,6 +23,8 @@ std::string remedy_of(const std::string& reasons) {
     add("let it end, or disarm the device (`thimble disarm`), then repeat");
   if (reasons == "no_key") add("set a key (`thimble key set`)");
   if (reasons == "key_damaged") add("erase what is stored of the key by hand (docs/link.md)");
+  if (reasons.find("sound_arm_image") != std::string::npos)
+    add("upload the arm's image again (`thimble model upload`)");
   // Of the bus.
   if (reasons == "needs_can_fd_or_lower_rate")
     add("run the loop at a lower rate, or use a controller and a bus with CAN FD");

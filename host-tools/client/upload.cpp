@@ -53,7 +53,8 @@ class Upload {
   // Announces the image; the device says how many of its bytes it holds.
   bool prepare() {
     services_.enter(link::Session::kProgramming);
-    Bytes request = routine_request(Routine::kPrepareDownload);
+    Bytes request = routine_request(options_.arm ? Routine::kPrepareArm : Routine::kPrepareDownload);
+    if (options_.arm) request.push_back(*options_.arm);
     put_u32(request, length_);
     put_u32(request, result_.crc);
     const Answer prepared = services_.request(request);
@@ -113,13 +114,17 @@ class Upload {
     if (exit.code == Nrc::kProgrammingFailure && services_.text(link::kDidRefusal) == "wrong_crc") {
       throw Error(ExitCode::kVerification, "wrong-crc",
                   "the bytes that the device received do not match the announced CRC (wrong_crc)",
-                  "compile the image again if it is a file, and repeat; the running scene is untouched");
+                  "compile the image again if it is a file, and repeat; what the device runs is untouched");
     }
     if (exit.code != Nrc::kOk) services_.refused("the image", exit.code);
     return true;
   }
 
   void activate() {
+    if (options_.arm) {
+      activate_arm(*options_.arm);
+      return;
+    }
     const Answer activated = services_.request(routine_request(Routine::kActivate));
     if (activated.code == Nrc::kOk && !options_.verify) return;
     bool running = false;
@@ -133,6 +138,19 @@ class Upload {
     if (!running) {
       throw Error(ExitCode::kVerification, "verification-failed",
                   "the device runs another image than the one uploaded", "repeat the upload");
+    }
+  }
+
+  void activate_arm(std::uint8_t arm) {
+    const Answer activated = services_.request(routine_request(Routine::kActivateArm));
+    if (activated.code == Nrc::kOk && !options_.verify) return;
+    const auto images = services_.record<link::ArmImages>("reading which arms are stored");
+    const bool stored = images.next_crc.at(arm) == result_.crc;
+    // As in activate(): what is stored decides.
+    if (activated.code != Nrc::kOk && !stored) services_.refused("storing the arm", activated.code);
+    if (!stored) {
+      throw Error(ExitCode::kVerification, "verification-failed",
+                  "the device has stored another arm image than the one uploaded", "repeat the upload");
     }
   }
 

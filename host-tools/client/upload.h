@@ -1,4 +1,5 @@
-// Sends a scene image to a device and makes it the running scene: the function behind Device::upload(). An upload that was broken
+// Sends a scene image to a device and makes it the running scene, or an arm image, which is its arm after a restart: the function behind
+// Device::upload(). An upload that was broken
 // off continues where it stopped, also from another program.
 #pragma once
 
@@ -30,8 +31,9 @@ struct UploadResult {
 };
 
 struct UploadOptions {
-  std::optional<std::uint32_t> crc;  // announced for the image; default: computed from it
-  bool verify = true;                // afterwards ask the device which image it runs
+  std::optional<std::uint32_t> crc{};  // announced for the image; default: computed from it
+  bool verify = true;                  // afterwards ask the device which image it runs, or has stored
+  std::optional<std::uint8_t> arm{};   // the image is that of this arm; default: of a scene
 };
 
 // `progress` (may be empty) is called after every block; what it throws ends the upload and passes through.

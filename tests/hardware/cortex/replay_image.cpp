@@ -28,10 +28,11 @@ class SlotsInMemory final : public firmware::Storage {
 
 [[gnu::section(".slots")]] alignas(8) std::array<std::byte, std::size_t{3} << 20U> slots;
 [[gnu::section(".slots")]] std::array<std::array<std::byte, firmware::Storage::kJournalSlotBytes>,
-                                      firmware::Storage::kSlots - firmware::Storage::kSceneSlots>
-    small_slots;  // of all but the scenes
+                                      firmware::Storage::kFirstArmSlot - firmware::Storage::kSceneSlots>
+    small_slots;  // of all but the scenes and the arms, of which none is stored
 
 std::span<std::byte> SlotsInMemory::of(unsigned index) noexcept {
+  if (index >= kFirstArmSlot) return {};
   if (index >= kSceneSlots) return small_slots[index - kSceneSlots];
   return std::span(slots).subspan(index * kSceneBytes, kSceneBytes);
 }

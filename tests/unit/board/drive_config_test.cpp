@@ -138,12 +138,133 @@ TEST(DriveKeys, WhatIsRefusedHasItsPlaceAndCause) {
                 root["arms"][0]["drives"][0] = drive;
                 root["arms"][0]["drives"][0]["id"] = 9;
               }),
-              HasSubstr("/arms/0/dac is of amplifiers, and every joint has a drive"));
+              HasSubstr("/arms/0/dac is of amplifiers, and every motor has a drive"));
   EXPECT_THAT(refusal([](json& root, json&) {
                 root["arms"][0]["encoders"]["joints"] = json::array({nullptr, nullptr, nullptr});
                 root["arms"][0]["drives"][0] = root["arms"][0]["drives"][1];
               }),
               HasSubstr("/arms/0/encoders/joints names no encoder"));
+}
+
+// The example with its arm's wiring for the arm in the store.
+struct Rewired {
+  explicit Rewired(const kinematics::Geometry& geometry) : root(mixed_board()) {
+    arm = kinematics::built_in_arm("premium-1.5");
+    arm.geometry = geometry;
+    json& wiring = root["arms"][0];
+    moteus = wiring["drives"][1];
+    const json counter = wiring["encoders"]["joints"][0], channel = wiring["dac"]["channels"][0];
+    wiring["drives"] = wiring["encoders"]["joints"] = wiring["dac"]["channels"] = json::array();
+    for (std::size_t j = 0; j < static_cast<std::size_t>(axes_of(geometry)); ++j) {
+      arm.axis[j] = arm.axis[0];
+      arm.axis[j].counter_bits = static_cast<std::uint8_t>(20 + j);
+      wiring["drives"].push_back(nullptr);
+      wiring["encoders"]["joints"].push_back(counter);
+      wiring["dac"]["channels"].push_back(geometry.driven[j] ? channel : json());
+    }
+  }
+  void give_drive(std::size_t j) {
+    json& wiring = root["arms"][0];
+    wiring["drives"][j] = moteus;
+    wiring["drives"][j]["id"] = j + 1;
+    wiring["encoders"]["joints"][j] = wiring["dac"]["channels"][j] = nullptr;
+  }
+  [[nodiscard]] BoardConfig parsed() const {
+    return board::parse_board_config(root.dump(), "board.json", [this](const std::filesystem::path& store) {
+      EXPECT_EQ(store, root["store"].get<std::string>());
+      return board::StoredArms{arm, std::nullopt};
+    });
+  }
+  [[nodiscard]] std::string refusal() const {
+    try {
+      (void)parsed();
+    } catch (const board::ConfigError& error) {
+      return error.what();
+    }
+    return "nothing";
+  }
+
+  json root, moteus;
+  kinematics::ArmData arm;
+};
+
+kinematics::Geometry five_bar() {
+  kinematics::Geometry geometry;
+  geometry.platform = kinematics::FiveBarGeometry{.05F, {.1F, .1F}, {.12F, .12F}, true};
+  geometry.driven = {true, true};
+  return geometry;
+}
+kinematics::Geometry chain(int joints, int motors) {
+  kinematics::Geometry geometry;
+  geometry.chain.count = joints;
+  for (int j = 0; j < motors; ++j) geometry.driven[static_cast<std::size_t>(j)] = true;
+  return geometry;
+}
+
+TEST(BoardConfig, JointsAreThoseOfTheArmInTheStore) {
+  using testing::HasSubstr;
+  for (const auto& [geometry, axes, motors] : {std::tuple{five_bar(), 2U, 2U},
+                                               {chain(1, 1), 1U, 1U},
+                                               {chain(4, 4), 4U, 4U},
+                                               {chain(6, 3), 6U, 3U}}) {
+    const Rewired board(geometry);
+    const BoardConfig config = board.parsed();
+    const board::ArmWiring& arm = config.arms[0];
+    unsigned own = 0, channels = 0;
+    for (std::size_t j = 0; j < board::kArmJoints; ++j) {
+      if (!board::has_own_encoder(arm, j)) continue;
+      ++own;
+      EXPECT_EQ(arm.encoders->counter[j].bits, 20 + j);
+    }
+    for (const auto& channel : arm.dac->channels) channels += channel.has_value() ? 1U : 0U;
+    EXPECT_EQ(own, axes);
+    EXPECT_EQ(channels, motors);
+    // The wiring of an arm of three joints is not this one's.
+    Rewired other(geometry);
+    other.root["arms"][0] = mixed_board()["arms"][0];
+    EXPECT_THAT(other.refusal(),
+                HasSubstr("allowed is an array of " + std::to_string(axes) + " values, one for each axis"));
+  }
+}
+
+TEST(BoardConfig, AnArmOfDrivesAloneHasNoAmplifiers) {
+  using testing::HasSubstr;
+  Rewired board(five_bar());
+  board.give_drive(0);
+  board.give_drive(1);
+  EXPECT_THAT(board.refusal(), HasSubstr("/arms/0/encoders/joints names no encoder"));
+  board.root["arms"][0].erase("encoders");
+  EXPECT_THAT(board.refusal(), HasSubstr("/arms/0/dac is of amplifiers, and every motor has a drive"));
+  board.root["arms"][0].erase("dac");
+  board.root["arms"][0].erase("enable");
+  const BoardConfig config = board.parsed();
+  EXPECT_FALSE(config.arms[0].encoders || config.arms[0].dac || config.arms[0].enable);
+
+  // The wrist is sensed only: it has encoders, and no amplifier is needed.
+  Rewired wrist(chain(6, 3));
+  for (std::size_t j = 0; j < 3; ++j) wrist.give_drive(j);
+  wrist.root["arms"][0].erase("dac");
+  wrist.root["arms"][0].erase("enable");
+  const BoardConfig sensed = wrist.parsed();
+  EXPECT_TRUE(sensed.arms[0].encoders.has_value());
+  EXPECT_FALSE(sensed.arms[0].dac.has_value());
+  EXPECT_FALSE(board::has_own_encoder(sensed.arms[0], 2));
+  EXPECT_TRUE(board::has_own_encoder(sensed.arms[0], 3));
+  wrist.give_drive(5);
+  EXPECT_THAT(wrist.refusal(),
+              HasSubstr("/arms/0/drives/5 is a drive, and the arm has no motor at this joint"));
+}
+
+TEST(BoardConfig, ChannelsAreOfMotorsAndOfFourOutputs) {
+  using testing::HasSubstr;
+  EXPECT_THAT(Rewired(chain(5, 5)).refusal(),
+              HasSubstr("/arms/0/dac/channels/4 is of a joint beyond the converter's four outputs"));
+  Rewired sensed(chain(4, 3));
+  sensed.root["arms"][0]["dac"]["channels"][3] = {{"volts_per_ampere", 2}};
+  EXPECT_THAT(sensed.refusal(), HasSubstr("/arms/0/dac/channels/3 is of a joint that has no motor"));
+  Rewired bare(chain(4, 3));
+  bare.root["arms"][0]["dac"]["channels"][2] = nullptr;
+  EXPECT_THAT(bare.refusal(), HasSubstr("/arms/0/dac/channels/2 is null, and the joint has no drive"));
 }
 
 }  // namespace

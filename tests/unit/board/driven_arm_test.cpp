@@ -28,7 +28,7 @@ TEST(DrivenArm, AJointHasItsCountAndCurrentByCounterAndConverterOrByItsDrive) {
   DrivenRig rig(mixed(Kind::kMoteus, Kind::kDamiaoFd));
   ASSERT_EQ(rig.missing(), "");
   rig.encoders->counts = {4711, 0, 0};
-  for (std::size_t j = 1; j < kArmJoints; ++j) rig.emulated[j]->shaft.inertia_kg_m2 = 1e6;  // they stay
+  for (std::size_t j = 1; j < 3; ++j) rig.emulated[j]->shaft.inertia_kg_m2 = 1e6;  // they stay
   rig.out.arm[0].current_A = {1, 2, -1.5F};
   rig.tick(5);
   EXPECT_FALSE(rig.any_power());
@@ -71,6 +71,30 @@ TEST(DrivenArm, CountsAreTurnsOfTheDriveInTheModelsRegister) {
   EXPECT_NEAR(rig.in.arm[0].counts[1], expected, 2) << "a tick's motion is 13 counts";
 }
 
+// The drive's position is that of its shaft; what the axis counts has its own sign and ratio.
+TEST(DrivenArm, CountsHaveTheSignAndRatioOfTheAxis) {
+  struct Case {
+    float encoder_sign, encoder_turns, drive_sign, drive_turns;
+  };
+  for (const Case& c : {Case{1, 5, 1, 5}, {-1, 5, -1, 5}, {-1, 5, 1, 5}, {1, 5, -1, 5}, {1, 1, 1, 6}}) {
+    kinematics::AxisData axis;
+    DrivenRig rig(mixed(Kind::kMoteus, Kind::kMoteus), [&](DrivenRig& made) {
+      axis = made.wiring.arm.axis[1];
+      axis.encoder_sign = c.encoder_sign;
+      axis.encoder_turns = c.encoder_turns;
+      axis.drive_sign = c.drive_sign;
+      axis.drive_turns = c.drive_turns;
+      made.wiring.arm.axis[1] = axis;
+      made.emulated[1]->shaft.position_rad = .3;
+    });
+    rig.tick(3);
+    const auto counts = static_cast<std::int16_t>(rig.in.arm[0].counts[1]);
+    // What the core makes of the counts, and where the axis is when its motor is at 0.3 rad.
+    EXPECT_NEAR(static_cast<float>(counts) * axis.rad_per_count(),
+                .3F / (axis.drive_sign * axis.shaft_per_axis()), 2 * std::abs(axis.rad_per_count()));
+  }
+}
+
 TEST(DrivenArm, OneCommandADriveAndTickTheMostLoadedFirst) {
   DrivenRig rig(all_of(Kind::kMiniCheetah));
   ASSERT_EQ(rig.missing(), "");
@@ -78,11 +102,10 @@ TEST(DrivenArm, OneCommandADriveAndTickTheMostLoadedFirst) {
   std::vector<board::drives::CanFrame> frames;
   rig.buses.at("can0").emulated->tap = &frames;
   for (const auto& [current_A, order] :
-       std::vector<std::pair<std::array<float, kArmJoints>, std::vector<std::uint32_t>>>{
-           {{1, 2, -3}, {3, 2, 1}},
-           {{-2, 1, 0}, {1, 2, 3}},
-           {{0, 0, 0}, {1, 2, 3}},
-           {{0, 0, 1}, {3, 1, 2}}}) {
+       std::vector<std::pair<std::array<float, 3>, std::vector<std::uint32_t>>>{{{1, 2, -3}, {3, 2, 1}},
+                                                                                {{-2, 1, 0}, {1, 2, 3}},
+                                                                                {{0, 0, 0}, {1, 2, 3}},
+                                                                                {{0, 0, 1}, {3, 1, 2}}}) {
     frames.clear();
     std::ranges::copy(current_A, rig.out.arm[0].current_A.begin());
     rig.tick();

@@ -75,7 +75,7 @@ class DrivenRig {
     wiring.drives = std::move(drives);
     wiring.encoders.emplace();
     bool own = false;
-    for (std::size_t j = 0; j < kArmJoints; ++j) {
+    for (std::size_t j = 0; j < emulated.size(); ++j) {
       if (wiring.drives[j]) {
         const DriveWiring& drive = *wiring.drives[j];
         auto bus = buses.find(drive.interface);
@@ -184,7 +184,7 @@ class DrivenRig {
     bool stopped = false;  // its drives do not act
   };
   std::map<std::string, Bus> buses;
-  std::array<EmulatedDrive*, kArmJoints> emulated{};
+  std::array<EmulatedDrive*, 3> emulated{};  // of the premium's joints
   std::uint64_t period_us;
   std::uint64_t now_us = 1'000'000;
   ArmWiring wiring;

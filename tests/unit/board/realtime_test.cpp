@@ -48,6 +48,7 @@ TEST(RateBudget, AddsUpTheParts) {
   arm.model = "premium-1.5";
   arm.arm = kinematics::built_in_arm(arm.model);
   arm.dac = board::DacConfig{"/dev/spidev0.0", 1'000'000, {}};
+  for (std::size_t j = 0; j < 3; ++j) arm.dac->channels[j].emplace();
   config.arms.push_back(arm);
   board::RateBudget budget = board::rate_budget(config, 30, 50);
   EXPECT_DOUBLE_EQ(budget.rendering_us, 200);  // 4000 units of 50 ns
@@ -57,7 +58,7 @@ TEST(RateBudget, AddsUpTheParts) {
   EXPECT_EQ(budget.lines().size(), 5U);
   EXPECT_EQ(budget.lines().back(), "     326 us  33 %  in all");
 
-  for (std::size_t j = 0; j < board::kArmJoints; ++j)
+  for (std::size_t j = 0; j < 3; ++j)
     config.arms[0].drives[j] =
         board::DriveWiring{"can" + std::to_string(j / 2), config_of(Kind::kOdrive05, 1), {}, 1};
   budget = board::rate_budget(config, 30, std::nullopt);

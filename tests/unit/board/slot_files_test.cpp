@@ -17,6 +17,7 @@
 #include <string>
 #include <system_error>
 
+#include "board/linux/stored_arms.h"
 #include "firmware/store/audit_log.h"
 #include "firmware/store/journal.h"
 #include "firmware/store/key_store.h"
@@ -25,6 +26,7 @@
 #include "firmware/store/slot_header.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/firmware/bench.h"
+#include "tests/unit/firmware/paddle_image.h"
 
 namespace thimble::test {
 namespace {
@@ -74,6 +76,23 @@ TEST_F(SlotFilesTest, KeepsTheNewestOverRestarts) {
   }
   EXPECT_TRUE(fs::exists(folder_.path() / "scene0"));
   EXPECT_TRUE(fs::exists(folder_.path() / "scene1"));
+}
+
+TEST_F(SlotFilesTest, TheArmOfTheNextStartIsKnownToTheConfiguration) {
+  EXPECT_FALSE(board::stored_arms(folder_.path())[0].has_value());
+  EXPECT_FALSE(board::stored_arms(folder_.path() / "nowhere")[0].has_value());
+  for (const char* name : {"first", "second"}) {
+    {
+      SlotFiles files(folder_.path(), board::kSceneSlotBytes);
+      firmware::ArmStore arms(files);
+      ASSERT_EQ(test::upload(arms, 1, paddle_image(name)), StoreStatus::kOk);
+    }
+    const board::StoredArms arms = board::stored_arms(folder_.path());
+    EXPECT_FALSE(arms[0].has_value());
+    ASSERT_TRUE(arms[1].has_value());
+    EXPECT_EQ(kinematics::name_of(*arms[1]), name);
+    EXPECT_EQ(axes_of(arms[1]->geometry), 1);
+  }
 }
 
 TEST_F(SlotFilesTest, SlotsStayWhereTheyAre) {

@@ -73,6 +73,15 @@ const std::vector<Hazard> kHazards = {
      "`set_aside`: the fourth start is without them",
      "three crashes",
      {"CrashLoop.AfterThreeCrashesTheFourthStartIsWithoutTheScene"}},
+    {"the board works with another arm than the one on the table: its stored image is damaged",
+     "`store_corrupt`, and `board_lacks(sound_arm_image)` until an image has been uploaded; neither an older "
+     "image nor the built-in arm takes its place",
+     "not armed, wherever the image or its header is damaged, the mark of the slot excepted; power lost at "
+     "any "
+     "byte of an upload leaves the old arm, the new one, or a board that does not arm",
+     {"ArmStore.DamageIsAFaultAndKeepsTheArmFromArmingUntilTheNextUpload",
+      "ArmStore.SurvivesPowerLossAtEveryByte", "ArmStore.DamageOutlivesAnUploadThatIsBrokenOffAtAnyByte",
+      "e2e.model_upload"}},
     {"a damaged store",
      "`store_corrupt`: what is damaged is left out",
      "said at the start",

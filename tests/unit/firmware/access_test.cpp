@@ -87,7 +87,7 @@ TEST(Access, ADamagedKeyIsAKeyThatNobodyHas) {
     ASSERT_EQ(store.set(key_of(2)), StoreStatus::kOk);
     ASSERT_TRUE(!removed || store.remove() == StoreStatus::kOk);
     int damaged = 0;
-    for (unsigned slot = Storage::kFirstKeySlot; slot < Storage::kSlots; ++slot) {
+    for (unsigned slot = Storage::kFirstKeySlot; slot < Storage::kFirstArmSlot; ++slot) {
       for (std::size_t at = 0; at < 64 + link::kKeyBytes; ++at) {
         const std::byte before = storage.at(slot, at);
         storage.at(slot, at) ^= std::byte{0x40};

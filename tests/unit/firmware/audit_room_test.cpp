@@ -105,7 +105,7 @@ TEST(AuditRoom, RestartsGiveNoRoom) {
 }
 
 // The rare ones have room of their own, whatever floods the record: hosts that arm and disarm, faults, parameters.
-TEST(AuditRoom, KeysAndRestartsHaveEntriesInAFlood) {
+TEST(AuditRoom, KeysArmsAndRestartsHaveEntriesInAFlood) {
   TestStorage storage;
   AuditLog log(storage);
   log.open(1);
@@ -118,7 +118,8 @@ TEST(AuditRoom, KeysAndRestartsHaveEntriesInAFlood) {
     add(AuditEvent::kArmed, n);
     add(AuditEvent::kDisarmed, n);
   }
-  constexpr std::array kRare = {AuditEvent::kKeySet, AuditEvent::kKeyRemoved, AuditEvent::kRestart};
+  constexpr std::array kRare = {AuditEvent::kKeySet, AuditEvent::kKeyRemoved, AuditEvent::kRestart,
+                                AuditEvent::kArmImage};
   for (const AuditEvent kind : kRare) {
     add(kind, 1);
     add(AuditEvent::kParameter, 20);
