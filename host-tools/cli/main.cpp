@@ -228,8 +228,9 @@ void define_model(CLI::App& app, Choices& c) {
                             [&c] { model_compile(c.common, c.model_compile); });
   compiled->add_option("model", c.model_compile.model, kWhich)->required();
   compiled->add_option("--output,-o", c.model_compile.output, "image to write: *.tarm")->required();
-  CLI::App* uploaded = remote_verb(*model, c, "upload", "store an arm on a device, and restart it with that arm",
-                                   [&c] { model_upload(c.common, c.remote, c.model_upload); });
+  CLI::App* uploaded =
+      remote_verb(*model, c, "upload", "store an arm on a device, and restart it with that arm",
+                  [&c] { model_upload(c.common, c.remote, c.model_upload); });
   uploaded->add_option("model", c.model_upload.model, kWhich)->required();
   uploaded->add_option("--number", c.model_upload.arm, "which of the device's arms, from 0")
       ->check(number_between(0, 1))
