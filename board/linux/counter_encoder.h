@@ -33,7 +33,7 @@ struct CounterPlace {
 class CounterPoll final : public EncoderReader {
  public:
   // Throws std::system_error with the missing item, and for a wrong setting with a remedy.
-  CounterPoll(const std::array<CounterPlace, kArmJoints>& joints);
+  explicit CounterPoll(const std::array<CounterPlace, kArmJoints>& joints);
   [[nodiscard]] std::optional<EncoderSample> read(std::uint64_t now_ns) noexcept override;
 
  private:
