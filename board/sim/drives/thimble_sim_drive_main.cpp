@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "board/linux/drives/open_can_bus.h"
+#include "board/sim/arm_image_file.h"
 #include "board/sim/drives/drive_options.h"
 #include "board/sim/drives/driven_arm.h"
 #include "board/sim/drives/emulated_bus.h"
@@ -39,14 +40,25 @@ std::string arm_names() {
   return names;
 }
 
+SimArm sim_arm(const std::string& name) {
+  if (const std::optional<kinematics::ArmData> data = arm_of_image(name))
+    return {*data, AnyPlant(AnyPlantParameters::from(*data), Hand{})};
+  const PlantVariant* variant = find_plant_variant(name);
+  if (variant == nullptr)
+    throw std::runtime_error("no simulated arm is named '" + name + "'; there are: " + arm_names() +
+                             ", and images (`thimble model compile`): *.tarm");
+  const PlantParameters parameters = PlantParameters::from(*variant);
+  return {parameters.model, Plant(parameters, Hand{})};
+}
+
 std::optional<DrivenArm> make_arm(const Options& options, const std::vector<EmulatedDrive*>& drives) {
   if (options.arm.empty()) return std::nullopt;
-  constexpr std::size_t kMotors = 3;
-  const PlantVariant* variant = find_plant_variant(options.arm);
-  if (variant == nullptr)
-    throw std::runtime_error("no simulated arm is named '" + options.arm + "'; there are: " + arm_names());
-  if (drives.size() != kMotors) throw std::runtime_error("the arm has three motors: give three drives");
-  return DrivenArm(*variant, HandPath(read_hand_path(options.hand)), drives);
+  const SimArm arm = sim_arm(options.arm);
+  const std::size_t motors = DrivenArm::motors_of(arm.data());
+  if (drives.size() != motors)
+    throw std::runtime_error("the motors of the arm are " + std::to_string(motors) + ", the drives " +
+                             std::to_string(drives.size()) + ": give each motor its --drive");
+  return DrivenArm(arm, HandPath(read_hand_path(options.hand)), drives);
 }
 
 std::uint64_t steady_us() {
@@ -114,8 +126,9 @@ int main_of(int argc, char** argv) {
   CLI::Option* hand =
       app.add_option("--hand", options.hand, "path of the hand that holds the arm's tip, CSV");
   app.add_option("--arm", options.arm,
-                 "the simulated arm behind three drives, one of: " + arm_names() +
-                     "; each time when they go off it prints what the tip did")
+                 "the simulated arm behind the drives, one for each of its motors: one of " + arm_names() +
+                     ", or an arm image (`thimble model compile`): *.tarm; each time when they go off it "
+                     "prints what the tip did")
       ->needs(hand);
   app.add_option("--priority", options.priority, "of SCHED_FIFO, 1 to 99")->check(CLI::Range(1, 99));
   std::vector<NamedDrive> drives;
