@@ -99,7 +99,7 @@ ArmParts Devices::open_arm(const ArmWiring& wiring) {
   if (!wiring.needs_stored.empty()) {
     missing_.push_back({"no_stored_model", "the store does not have the arm \"" + wiring.needs_stored + "\"",
                         "upload it: thimble model upload", ENOENT});
-    arm.needs_encoders = arm.needs_dac = true;  // there are none: no sample, and no current
+    arm.needs_dac = false;  // there is nothing to switch, and no sample is ever new
     return arm;
   }
   arm.needs_encoders = wiring.encoders.has_value();

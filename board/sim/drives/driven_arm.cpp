@@ -12,6 +12,7 @@ namespace {
 constexpr std::uint64_t kArmStep_us = 100;  // of the arm's simulation, in substeps of its own
 constexpr std::uint64_t kWatched_us = 100'000;
 constexpr double kSomeTorque_N_m = 1e-4;
+constexpr double kAwaited_s = .5;  // longer than an ODrive is on for its position
 constexpr double kSmooth_s = .02;  // of what the hand feels
 
 }  // namespace
@@ -25,7 +26,8 @@ DrivenArm::DrivenArm(const SimArm& arm, const HandPath& path, std::vector<Emulat
       path_(path),
       drives_(std::move(drives)),
       last_rotors_rad_(arm_.rotors_rad()),
-      felt_at_m_(arm_.tip_m()) {
+      tip_now_m_(arm_.tip_m()),
+      felt_at_m_(tip_now_m_) {
   axes_.reserve(drives_.size());
   for (std::size_t j = 0; j < arm_.axes(); ++j)
     if (arm_.data().geometry.driven.at(j)) axes_.push_back(j);
@@ -43,6 +45,10 @@ void DrivenArm::advance(std::uint64_t now_us, std::uint64_t frames) {
 
 void DrivenArm::step(double seconds) {
   const kinematics::ArmData& data = arm_.data();
+  const bool on = std::ranges::all_of(drives_, [](const EmulatedDrive* one) { return one->follows(); });
+  if (!on) on_since_s_.reset();
+  if (on && !on_since_s_) on_since_s_ = arm_.time_s();
+  if (!since_s_ && on && arm_.time_s() - *on_since_s_ > kAwaited_s) since_s_ = arm_.time_s();
   SimArm::PerAxis current_A = SimArm::PerAxis::Zero();
   for (std::size_t k = 0; k < drives_.size(); ++k) {
     const double torque_N_m = drives_[k]->torque_N_m();
@@ -63,8 +69,9 @@ void DrivenArm::step(double seconds) {
     drives_[k]->shaft.position_rad = ratio * last_rotors_rad_[at];
     drives_[k]->shaft.velocity_rad_s = ratio * moved_rad[at] / seconds;
   }
+  tip_now_m_ = arm_.tip_m();
   felt_N_ += seconds / kSmooth_s * (arm_.hand_force_N() - felt_N_);
-  felt_at_m_ += seconds / kSmooth_s * (arm_.tip_m() - felt_at_m_);
+  felt_at_m_ += seconds / kSmooth_s * (tip_now_m_ - felt_at_m_);
 }
 
 void DrivenArm::watch(std::uint64_t now_us, std::uint64_t frames) {
@@ -73,12 +80,12 @@ void DrivenArm::watch(std::uint64_t now_us, std::uint64_t frames) {
   // Not the frame that switches one off.
   if (frames != frames_ && std::ranges::all_of(drives_, one_follows)) {
     command_us_ = now_us;
-    tip_m_ = arm_.tip_m();
+    tip_m_ = tip_now_m_;
     reported_N_ = felt_N_;
     reported_at_m_ = felt_at_m_;
   }
   frames_ = frames;
-  const double travel_m = (arm_.tip_m() - tip_m_).norm();
+  const double travel_m = (tip_now_m_ - tip_m_).norm();
   if (followed_ && !follows) {
     off_us_ = now_us;
     held_m_ = travel_m_ = travel_m;

@@ -1,5 +1,6 @@
 // The simulated arm behind emulated drives: their torques move it, and it moves their shafts. The hand holds the tip at the start of its path
-// until the first torque, follows the path from then on, and goes back to its start when the drives have gone off.
+// until the first torque, or until the drives have followed commands for half a second (an arm without weight has no torque until it is touched).
+// It follows the path from then on, and goes back to its start when the drives have gone off.
 //
 // Each time when the drives stop to follow commands, by a command, a fault or their watchdogs, it says what the hand felt until then and what the
 // tip did. Uses the heap.
@@ -39,8 +40,9 @@ class DrivenArm {
   std::vector<EmulatedDrive*> drives_;
   std::vector<std::size_t> axes_;  // of the drives
   SimArm::PerAxis last_rotors_rad_;
-  std::uint64_t now_us_ = 0;  // 0: not started
-  std::optional<double> since_s_;
+  std::uint64_t now_us_ = 0;                    // 0: not started
+  std::optional<double> since_s_, on_since_s_;  // of the arm's time: the path has begun; all drives follow
+  Vector3d tip_now_m_;
 
   bool followed_ = false;
   std::uint64_t frames_ = 0;

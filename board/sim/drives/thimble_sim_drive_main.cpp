@@ -30,8 +30,9 @@ struct Options {
   std::string interface;
   int socket = -1;
   std::vector<std::string> drives, faults;
-  std::string arm, hand;  // the simulated arm behind the first drives; empty: none
-  int priority = 0;       // of SCHED_FIFO; 0: the usual scheduling
+  std::string arm, hand;                // the simulated arm behind the first drives; empty: none
+  double step_us = kPlantStep_s * 1e6;  // of the arm, at most
+  int priority = 0;                     // of SCHED_FIFO; 0: the usual scheduling
 };
 
 std::string arm_names() {
@@ -40,20 +41,24 @@ std::string arm_names() {
   return names;
 }
 
-SimArm sim_arm(const std::string& name) {
-  if (const std::optional<kinematics::ArmData> data = arm_of_image(name))
-    return {*data, AnyPlant(AnyPlantParameters::from(*data), Hand{})};
+SimArm sim_arm(const std::string& name, double step_s) {
+  if (const std::optional<kinematics::ArmData> data = arm_of_image(name)) {
+    AnyPlantParameters parameters = AnyPlantParameters::from(*data);
+    parameters.max_step_s = step_s;
+    return {*data, AnyPlant(parameters, Hand{})};
+  }
   const PlantVariant* variant = find_plant_variant(name);
   if (variant == nullptr)
     throw std::runtime_error("no simulated arm is named '" + name + "'; there are: " + arm_names() +
                              ", and images (`thimble model compile`): *.tarm");
-  const PlantParameters parameters = PlantParameters::from(*variant);
+  PlantParameters parameters = PlantParameters::from(*variant);
+  parameters.max_step_s = step_s;
   return {parameters.model, Plant(parameters, Hand{})};
 }
 
 std::optional<DrivenArm> make_arm(const Options& options, const std::vector<EmulatedDrive*>& drives) {
   if (options.arm.empty()) return std::nullopt;
-  const SimArm arm = sim_arm(options.arm);
+  const SimArm arm = sim_arm(options.arm, options.step_us * 1e-6);
   const std::size_t motors = DrivenArm::motors_of(arm.data());
   if (drives.size() != motors)
     throw std::runtime_error("the motors of the arm are " + std::to_string(motors) + ", the drives " +
@@ -130,6 +135,10 @@ int main_of(int argc, char** argv) {
                      ", or an arm image (`thimble model compile`): *.tarm; each time when they go off it "
                      "prints what the tip did")
       ->needs(hand);
+  app.add_option("--step", options.step_us,
+                 "of the arm's simulation in us, at most; longer on a slow machine")
+      ->check(CLI::Range(1.0, 100.0))
+      ->capture_default_str();
   app.add_option("--priority", options.priority, "of SCHED_FIFO, 1 to 99")->check(CLI::Range(1, 99));
   std::vector<NamedDrive> drives;
   std::vector<TimedFault> faults;
