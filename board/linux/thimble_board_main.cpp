@@ -189,6 +189,22 @@ ArmImages arm_images(SlotFiles& store) {
   return images;
 }
 
+void tell_ready(const LinkPorts& ports, const std::vector<Missing>& missing, ServiceManager& manager,
+                bool restarted) {
+  for (const std::string& uri : ports.uris()) std::cout << uri << '\n';
+  std::cout << "ready" << std::endl;
+  if (restarted && manager.watchdog_us() != 0)  // as before tell_new_start()
+    manager.tell("WATCHDOG_USEC=" + std::to_string(manager.watchdog_us()));
+  manager.tell("READY=1\nSTATUS=" +
+               (missing.empty() ? "running" : "cannot arm: " + describe(missing.front())));
+}
+
+// The start looks for drives, and the manager's watchdog goes on meanwhile.
+void tell_new_start(ServiceManager& manager) {
+  manager.tell("WATCHDOG_USEC=" + std::to_string(kStart_us) +
+               "\nWATCHDOG=1\nSTATUS=starting with the arm that was uploaded");
+}
+
 // Order: make the devices safe, start the guardian, lock memory, and then create what is large or must not
 // exist in the guardian. restarted: the program has started itself anew. Returns whether it must again: the store has another arm, and the
 // devices were opened for the arm before.
@@ -235,12 +251,7 @@ bool run(const BoardConfig& config, bool restarted) {
     if (servo.start(*controller).size() != realtime.size())
       throw std::runtime_error("the servo thread did not get what it could have had: start again");
     Background background(*controller, ports, liveness);
-    for (const std::string& uri : ports.uris()) std::cout << uri << '\n';
-    std::cout << "ready" << std::endl;
-    if (restarted && manager.watchdog_us() != 0)
-      manager.tell("WATCHDOG_USEC=" + std::to_string(manager.watchdog_us()));
-    manager.tell("READY=1\nSTATUS=" +
-                 (missing.empty() ? "running" : "cannot arm: " + describe(missing.front())));
+    tell_ready(ports, missing, manager, restarted);
 
     const std::uint64_t feed_us =
         manager.watchdog_us() == 0 ? kFeed_us : std::min(kFeed_us, manager.watchdog_us() / 2);
@@ -267,9 +278,7 @@ bool run(const BoardConfig& config, bool restarted) {
     report(servo.stop());
     reset_reason = kByHost;
     if (again && arm_images(store) != arms) {
-      // The start looks for drives, and the manager's watchdog goes on.
-      manager.tell("WATCHDOG_USEC=" + std::to_string(kStart_us) +
-                   "\nWATCHDOG=1\nSTATUS=starting with the arm that was uploaded");
+      tell_new_start(manager);
       if (watchdog) (void)watchdog->disarm();
       return true;
     }
