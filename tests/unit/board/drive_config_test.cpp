@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "board/linux/board_config.h"
+#include "kinematics/built_in_arms.h"
 #include "tests/support/drive_configs.h"
 
 namespace thimble::test {

@@ -153,6 +153,18 @@ five_bar() {
 
 [ "${EVERY_KIND-}" = 1 ] || five_bar
 
+both_stopped() {
+  step "$kind: the guardian stopped too, so that the drives' watchdogs act"
+  start_board drives.json
+  touching
+  kill -STOP "$(guardian)" $board
+  went_off 'SIGSTOP of both' 17
+  kill -CONT $board "$(guardian)"  # the board has seen its guardian stopped, and may have ended for that
+  sleep 0.5
+  kill -KILL $board 2>/dev/null || true
+  wait_until 2 guardian_gone
+}
+
 # damiao_fd can be given too, but the codes of its 10 N m are too coarse for this arm: it vibrates on the floor until current_mismatch.
 premium_kinds=moteus
 [ "${EVERY_KIND-}" = 1 ] && premium_kinds='moteus odrive_0.5'
@@ -165,20 +177,9 @@ for kind in ${KINDS-$premium_kinds}; do
   board_check 0 'nothing is missing' drives.json
   grep -q "joint 3 ($kind 3 on vcan1): off, watchdog 15 ms" /tmp/check || die 'no word of the watchdog'
 
-  if [ $kind = moteus ] || [ "${EVERY_KIND-}" = 1 ]; then
-    killed
-    stopped
-  fi
-
-  step "$kind: the guardian stopped too, so that the drives' watchdogs act"
-  start_board drives.json
-  touching
-  kill -STOP "$(guardian)" $board
-  went_off 'SIGSTOP of both' 17
-  kill -CONT $board "$(guardian)"  # the board has seen its guardian stopped, and may have ended for that
-  sleep 0.5
-  kill -KILL $board 2>/dev/null || true
-  wait_until 2 guardian_gone
+  killed
+  stopped
+  [ "${EVERY_KIND-}" != 1 ] || both_stopped
   stop_drives
 done
 
