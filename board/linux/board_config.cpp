@@ -1,12 +1,11 @@
 #include "board/linux/board_config.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string_view>
 
 #include "board/files/json_value.h"
+#include "board/files/rotation.h"
 #include "board/files/text_file.h"
 #include "board/linux/read_drives.h"
 #include "control/scene/limits.h"
@@ -31,11 +30,13 @@ Eigen::Vector3f vector_of(const JsonValue& value, double most) {
 kinematics::BasePose read_base(const JsonValue& arm) {
   kinematics::BasePose base;
   if (arm.has("home_m")) base.home_m = vector_of(arm.at("home_m"), kMostMetres);
-  if (arm.has("turn_deg")) {  // only about z: gravity compensation is not valid for a tilted base
-    const auto turn_rad =
-        static_cast<float>(arm.at("turn_deg").number({-180, 180}) * std::numbers::pi / 180.0);
-    base.rotation = Eigen::AngleAxisf(turn_rad, Eigen::Vector3f::UnitZ()).toRotationMatrix();
-  }
+  if (arm.has("turn_deg") && arm.has("rotation_deg"))
+    arm.at("turn_deg")
+        .fail("senseless-key", "is the yaw of \"rotation_deg\", which is given too", "leave out one of them");
+  Eigen::Vector3d rpy_deg = Eigen::Vector3d::Zero();
+  if (arm.has("turn_deg")) rpy_deg.z() = arm.at("turn_deg").number({-180, 180});
+  if (arm.has("rotation_deg")) rpy_deg = arm.at("rotation_deg").vector({-360, 360, "degrees"});
+  base.rotation = rotation_of(rpy_deg).cast<float>();
   return base;
 }
 
@@ -139,19 +140,35 @@ DacConfig read_dac(const JsonValue& value, const ArmWiring& arm) {
   return dac;
 }
 
-ArmWiring read_arm(const JsonValue& value, const std::optional<kinematics::ArmData>& stored) {
-  ArmWiring arm;
-  value.object("an arm", {"model", "home_m", "turn_deg", "encoders", "dac", "drives", "enable", "drive_fault",
-                          "index"});
-  arm.model = value.at("model").text();
+// Which arm it is: `model`, one that is built in, in whose place comes what the store has; or `stored_model`, the one that the store must have.
+// Returns false where it has not.
+bool read_model(const JsonValue& value, const std::optional<kinematics::ArmData>& stored, ArmWiring& arm) {
+  if (value.has("stored_model") && value.has("model"))
+    value.at("model").fail("senseless-key", "is a built-in arm, and \"stored_model\" is given too",
+                           "leave out one of them");
+  if (value.has("stored_model")) {
+    const std::string wanted = value.at("stored_model").text(kinematics::kMaxArmName);
+    arm.model = kinematics::built_in_arms().front();  // the controller needs one; it refuses to arm
+    if (!stored || kinematics::name_of(*stored) != wanted) arm.needs_stored = wanted;
+  } else {
+    arm.model = value.at("model").text();
+  }
   if (!kinematics::built_in_arm(arm.model, arm.arm)) {
     std::string all;
     for (const std::string_view known : kinematics::built_in_arms())
       all.append(all.empty() ? "\"" : ", \"").append(known).append("\"");
-    value.at("model").wrong("one of " + all);
+    value.at("model").wrong("one of " + all + "; or name an arm of the store by \"stored_model\"");
   }
   if (stored) arm.arm = *stored;
+  return arm.needs_stored.empty();
+}
+
+ArmWiring read_arm(const JsonValue& value, const std::optional<kinematics::ArmData>& stored) {
+  ArmWiring arm;
+  value.object("an arm", {"model", "stored_model", "home_m", "turn_deg", "rotation_deg", "encoders", "dac",
+                          "drives", "enable", "drive_fault", "index"});
   arm.base = read_base(value);
+  if (!read_model(value, stored, arm)) return arm;
   if (value.has("drives")) arm.drives = read_drives(value.at("drives"), arm.arm);
   const auto axes = static_cast<std::size_t>(axes_of(arm.arm.geometry));
   bool needs_encoders = false, needs_dac = false;
@@ -258,7 +275,7 @@ BoardConfig parse_board_config(const std::string& text, const std::string& file,
     const JsonDocument document(text, file, "the configuration");
     return read(JsonValue(document), stored);
   } catch (const JsonError& error) {
-    throw ConfigError(error.what());
+    throw ConfigError(error.what(), error.remedy);
   }
 }
 
@@ -266,9 +283,9 @@ BoardConfig read_board_config(const std::filesystem::path& file, const StoredArm
   try {
     return parse_board_config(read_text(file), file.string(), stored);
   } catch (const FileError& error) {
-    throw ConfigError(error.what() +
-                      std::string("; write it, beginning with examples/board.json of the package "
-                                  "(docs/board-linux.md), or name another with --config"));
+    throw ConfigError(error.what(),
+                      "write it, beginning with examples/board.json of the package (docs/board-linux.md), or "
+                      "name another with --config");
   }
 }
 

@@ -11,6 +11,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "board/common/ad5754.h"
@@ -40,8 +41,9 @@ struct DacConfig {
 };
 
 struct ArmWiring {
-  std::string model;        // the built-in arm that it is while the store has none
-  kinematics::ArmData arm;  // which it is
+  std::string model;         // the built-in arm that it is while the store has none
+  kinematics::ArmData arm;   // which it is
+  std::string needs_stored;  // /stored_model, if the store does not have it: nothing of the arm is wired
   kinematics::BasePose base;
   std::optional<EncoderConfig> encoders;  // none: every joint has a drive with its encoder
   std::optional<DacConfig> dac;           // none: every motor has a drive
@@ -91,7 +93,9 @@ inline constexpr std::uint32_t kMostWorkUnits = 1'000'000;  // in /work_units
 // what(): file, line, JSON pointer, value and what is allowed.
 class ConfigError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  ConfigError(const std::string& cause, std::string what_to_do)
+      : std::runtime_error(cause), remedy(std::move(what_to_do)) {}
+  std::string remedy;  // what to do next
 };
 
 // The arms of the board's store, which come before the models that the configuration names.

@@ -1,6 +1,7 @@
 #include "board/linux/devices.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <string>
@@ -95,6 +96,12 @@ Devices::Devices(const BoardConfig& config, ServoBeat& beat)
 
 ArmParts Devices::open_arm(const ArmWiring& wiring) {
   ArmParts arm;
+  if (!wiring.needs_stored.empty()) {
+    missing_.push_back({"no_stored_model", "the store does not have the arm \"" + wiring.needs_stored + "\"",
+                        "upload it: thimble model upload", ENOENT});
+    arm.needs_dac = false;  // there is nothing to switch, and no sample is ever new
+    return arm;
+  }
   arm.needs_encoders = wiring.encoders.has_value();
   arm.needs_dac = wiring.dac.has_value();
   if (wiring.enable)

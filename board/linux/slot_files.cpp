@@ -40,9 +40,6 @@ SlotFiles::SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes)
   if (flock(folder_.get(), LOCK_EX | LOCK_NB) != 0) fail_with(errno, path_);
   if (faccessat(folder_.get(), ".", W_OK, 0) != 0) fail_with(errno, path_);
   (void)unlinkat(folder_.get(), kNewFile, 0);  // left behind by a power failure
-  constexpr std::array<const char*, kSlots> kFiles = {"scene0",   "scene1", "params0", "params1", "journal0",
-                                                      "journal1", "audit0", "audit1",  "key0",    "key1",
-                                                      "arm0a",    "arm0b",  "arm1a",   "arm1b"};
   try {
     for (unsigned i = 0; i < kSlots; ++i) {
       slots_[i].file = kFiles[i];

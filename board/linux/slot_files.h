@@ -23,6 +23,10 @@ inline constexpr std::size_t kSceneSlotBytes = control::kMaxImageBytes + firmwar
 
 class SlotFiles final : public firmware::Storage {
  public:
+  static constexpr std::array<const char*, kSlots> kFiles = {
+      "scene0", "scene1", "params0", "params1", "journal0", "journal1", "audit0",
+      "audit1", "key0",   "key1",    "arm0a",   "arm0b",    "arm1a",    "arm1b"};
+
   // folder: must exist and be writable; one board at a time. Throws std::system_error with the path, also if
   // another program uses the folder.
   SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes);

@@ -7,8 +7,8 @@
 
 namespace thimble::board {
 
-// The arms with which a controller with this store starts (firmware/store/arm_store.h). None of a folder that cannot be used: the board and
-// --check report that.
+// The arms with which a controller with this store starts (firmware/store/arm_store.h). Only reads, also while a board works with the folder. None
+// of a folder that cannot be read: the board and --check report that.
 [[nodiscard]] StoredArms stored_arms(const std::filesystem::path& store);
 
 }  // namespace thimble::board

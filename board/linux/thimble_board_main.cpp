@@ -11,6 +11,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
@@ -44,11 +45,15 @@
 #include "board/linux/wall_clock.h"
 #include "board/linux/watchdog.h"
 #include "board/posix/link_ports.h"
+#include "firmware/store/arm_store.h"
 
 namespace thimble::board {
 namespace {
 
 constexpr int kFailed = 1, kUsage = 2, kNotFound = 3, kBadConfig = 10;
+constexpr std::uint64_t kStart_us = 30'000'000;  // no start takes longer
+constexpr const char* kByHost = "host";          // a reset reason
+constexpr const char* kRestarted = "--restarted";
 constexpr std::uint64_t kWait_us =
     1000;  // longest wait of the background for the link, and so the longest delay of telemetry
 constexpr std::uint64_t kLook_ns = 20'000'000;  // interval of the checks of servo and background
@@ -175,9 +180,35 @@ const char* reason_of(RunMark::Before before, const std::optional<Watchdog>& wat
   return watchdog && watchdog->restarted_machine() ? "watchdog" : "";
 }
 
+using ArmImages = std::array<std::uint32_t, firmware::kMaxArms>;  // the CRC-32 of each arm's, 0: none
+
+ArmImages arm_images(SlotFiles& store) {
+  const firmware::ArmStore arms(store);
+  ArmImages images{};
+  for (std::size_t i = 0; i < images.size(); ++i) images[i] = arms.image_crc(i);
+  return images;
+}
+
+void tell_ready(const LinkPorts& ports, const std::vector<Missing>& missing, ServiceManager& manager,
+                bool restarted) {
+  for (const std::string& uri : ports.uris()) std::cout << uri << '\n';
+  std::cout << "ready" << std::endl;
+  if (restarted && manager.watchdog_us() != 0)  // as before tell_new_start()
+    manager.tell("WATCHDOG_USEC=" + std::to_string(manager.watchdog_us()));
+  manager.tell("READY=1\nSTATUS=" +
+               (missing.empty() ? "running" : "cannot arm: " + describe(missing.front())));
+}
+
+// The start looks for drives, and the manager's watchdog goes on meanwhile.
+void tell_new_start(ServiceManager& manager) {
+  manager.tell("WATCHDOG_USEC=" + std::to_string(kStart_us) +
+               "\nWATCHDOG=1\nSTATUS=starting with the arm that was uploaded");
+}
+
 // Order: make the devices safe, start the guardian, lock memory, and then create what is large or must not
-// exist in the guardian.
-void run(const BoardConfig& config) {
+// exist in the guardian. restarted: the program has started itself anew. Returns whether it must again: the store has another arm, and the
+// devices were opened for the arm before.
+bool run(const BoardConfig& config, bool restarted) {
   const ServoBeat::Shared beat = ServoBeat::make();
   Devices devices(config, *beat);
   Guardian guardian([&devices] { devices.switch_off(); }, *beat, config.priority + 1);
@@ -207,7 +238,8 @@ void run(const BoardConfig& config) {
   const sigset_t signals = ending_signals();
   const char* runtime_folder = std::getenv("RUNTIME_DIRECTORY");  // of systemd
   const RunMark mark(runtime_folder == nullptr ? "" : runtime_folder);
-  const char* reset_reason = reason_of(mark.before(), watchdog);
+  const char* reset_reason = restarted ? kByHost : reason_of(mark.before(), watchdog);
+  const ArmImages arms = arm_images(store);
   const std::vector<Missing> always = missing;
   std::string lacks;
   for (bool again = true; again;) {
@@ -219,10 +251,7 @@ void run(const BoardConfig& config) {
     if (servo.start(*controller).size() != realtime.size())
       throw std::runtime_error("the servo thread did not get what it could have had: start again");
     Background background(*controller, ports, liveness);
-    for (const std::string& uri : ports.uris()) std::cout << uri << '\n';
-    std::cout << "ready" << std::endl;
-    manager.tell("READY=1\nSTATUS=" +
-                 (missing.empty() ? "running" : "cannot arm: " + describe(missing.front())));
+    tell_ready(ports, missing, manager, restarted);
 
     const std::uint64_t feed_us =
         manager.watchdog_us() == 0 ? kFeed_us : std::min(kFeed_us, manager.watchdog_us() / 2);
@@ -247,10 +276,25 @@ void run(const BoardConfig& config) {
       manager.tell("WATCHDOG=1");
     }
     report(servo.stop());
-    reset_reason = "host";
+    reset_reason = kByHost;
+    if (again && arm_images(store) != arms) {
+      tell_new_start(manager);
+      if (watchdog) (void)watchdog->disarm();
+      return true;
+    }
   }
   manager.tell("STOPPING=1");
   if (watchdog) (void)watchdog->disarm();
+  return false;
+}
+
+// This program once more, from its beginning: the same arguments, and kRestarted. Returns when that failed.
+void start_anew(int argc, char** argv) {
+  std::vector<char*> arguments(argv, argv + argc);
+  std::string flag = kRestarted;
+  if (arguments.back() != flag) arguments.push_back(flag.data());
+  arguments.push_back(nullptr);
+  execv("/proc/self/exe", arguments.data());
 }
 
 // Renders the scenes as the servo would, and proposes /work_units. Nothing is opened, and no motor moves.
@@ -289,6 +333,7 @@ int main_of(int argc, char** argv) {
   bool only_check = false;
   std::string device;
   std::vector<std::string> scenes;
+  bool restarted = false;
   CLI::App app{"The controller of a Thimble haptic arm on an embedded Linux board", "thimble-board"};
   app.add_option("--config", file, "configuration of this board, see docs/board-linux.md")
       ->capture_default_str();
@@ -300,11 +345,13 @@ int main_of(int argc, char** argv) {
                  "say what rendering these scene images takes here, propose work_units, and end; with "
                  "--check: count it in")
       ->type_name("IMAGE...");
+  app.add_flag(kRestarted, restarted)->group("");  // of start_anew() alone
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUsage;
   }
+  if (restarted) pthread_setname_np(pthread_self(), "thimble-board");  // it would be "exe"
   const sigset_t signals = ending_signals();
   sigprocmask(SIG_BLOCK, &signals, nullptr);
   signal(SIGPIPE, SIG_IGN);
@@ -313,10 +360,11 @@ int main_of(int argc, char** argv) {
     if (!device.empty()) return names_device(config, device) ? 0 : kNotFound;
     if (only_check) return check_board(config, scenes);
     if (!scenes.empty()) return measure(config, scenes);
-    run(config);
-    return 0;
+    if (!run(config, restarted)) return 0;
+    start_anew(argc, argv);
+    throw std::system_error(errno, std::generic_category(), "the program cannot start itself anew");
   } catch (const ConfigError& error) {
-    std::cerr << "thimble-board: " << error.what() << '\n';
+    std::cerr << "thimble-board: " << error.what() << "\n  remedy: " << error.remedy << '\n';
     return kBadConfig;
   } catch (const std::exception& error) {
     std::cerr << "thimble-board: " << error.what() << '\n';

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "board/files/json_document.h"
+#include "board/files/rotation.h"
 #include "host-tools/arms/arm_keys.h"
 
 namespace thimble::host {
@@ -30,26 +31,8 @@ Quantity in_rad(Quantity degrees) {
   return degrees;
 }
 
-// Quarter turns have no rest: an arm that stands upright is level to the last bit.
-Eigen::Matrix3d turned(double degrees, int axis) {
-  const double quarters = degrees / 90, whole = std::round(quarters);
-  const bool exact = quarters == whole;
-  const int which = static_cast<int>(std::fmod(whole, 4) + 4) % 4;
-  constexpr std::array<double, 4> kCosine{1, 0, -1, 0};
-  const double c = exact ? kCosine.at(static_cast<std::size_t>(which)) : std::cos(degrees * kDegree);
-  const double s =
-      exact ? kCosine.at(static_cast<std::size_t>((which + 3) % 4)) : std::sin(degrees * kDegree);
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  const int a = (axis + 1) % 3, b = (axis + 2) % 3;
-  R(a, a) = R(b, b) = c;
-  R(a, b) = -s;
-  R(b, a) = s;
-  return R;
-}
-
 Eigen::Matrix3f rotation(const Part& part) {
-  const Eigen::Vector3d rpy_deg = part.vector("rotation_deg");
-  return (turned(rpy_deg.z(), 2) * turned(rpy_deg.y(), 1) * turned(rpy_deg.x(), 0)).cast<float>();
+  return board::rotation_of(part.vector("rotation_deg")).cast<float>();
 }
 
 // Words for the links of a five-bar and a delta, beside the names of the joints of a wrist.

@@ -155,8 +155,12 @@ std::string restarted_arms(const Remote& remote, std::size_t arm, std::uint32_t 
       Device device = open_remote(remote);
       has_it = device.arm_images().crc.at(arm) == crc;
       if (has_it || is_last) return device.text(link::kDidArmName);
-    } catch (const Error&) {
-      if (is_last) throw;
+    } catch (const Error& error) {
+      if (!is_last) continue;
+      throw Error(ExitCode::kVerification, "verification-failed",
+                  "the arm is stored, and the device does not answer after its restart: " + error.cause,
+                  "read what its program says: the configuration of a thimble-board may not fit the arm "
+                  "(`thimble-board --check` there; docs/board-linux.md)");
     }
   }
 }

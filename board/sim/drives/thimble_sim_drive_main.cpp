@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "board/linux/drives/open_can_bus.h"
+#include "board/sim/arm_image_file.h"
 #include "board/sim/drives/drive_options.h"
 #include "board/sim/drives/driven_arm.h"
 #include "board/sim/drives/emulated_bus.h"
@@ -29,8 +30,9 @@ struct Options {
   std::string interface;
   int socket = -1;
   std::vector<std::string> drives, faults;
-  std::string arm, hand;  // the simulated arm behind the first drives; empty: none
-  int priority = 0;       // of SCHED_FIFO; 0: the usual scheduling
+  std::string arm, hand;                // the simulated arm behind the first drives; empty: none
+  double step_us = kPlantStep_s * 1e6;  // of the arm, at most
+  int priority = 0;                     // of SCHED_FIFO; 0: the usual scheduling
 };
 
 std::string arm_names() {
@@ -39,14 +41,29 @@ std::string arm_names() {
   return names;
 }
 
+SimArm sim_arm(const std::string& name, double step_s) {
+  if (const std::optional<kinematics::ArmData> data = arm_of_image(name)) {
+    AnyPlantParameters parameters = AnyPlantParameters::from(*data);
+    parameters.max_step_s = step_s;
+    return {*data, AnyPlant(parameters, Hand{})};
+  }
+  const PlantVariant* variant = find_plant_variant(name);
+  if (variant == nullptr)
+    throw std::runtime_error("no simulated arm is named '" + name + "'; there are: " + arm_names() +
+                             ", and images (`thimble model compile`): *.tarm");
+  PlantParameters parameters = PlantParameters::from(*variant);
+  parameters.max_step_s = step_s;
+  return {parameters.model, Plant(parameters, Hand{})};
+}
+
 std::optional<DrivenArm> make_arm(const Options& options, const std::vector<EmulatedDrive*>& drives) {
   if (options.arm.empty()) return std::nullopt;
-  constexpr std::size_t kMotors = 3;
-  const PlantVariant* variant = find_plant_variant(options.arm);
-  if (variant == nullptr)
-    throw std::runtime_error("no simulated arm is named '" + options.arm + "'; there are: " + arm_names());
-  if (drives.size() != kMotors) throw std::runtime_error("the arm has three motors: give three drives");
-  return DrivenArm(*variant, HandPath(read_hand_path(options.hand)), drives);
+  const SimArm arm = sim_arm(options.arm, options.step_us * 1e-6);
+  const std::size_t motors = DrivenArm::motors_of(arm.data());
+  if (drives.size() != motors)
+    throw std::runtime_error("the motors of the arm are " + std::to_string(motors) + ", the drives " +
+                             std::to_string(drives.size()) + ": give each motor its --drive");
+  return DrivenArm(arm, HandPath(read_hand_path(options.hand)), drives);
 }
 
 std::uint64_t steady_us() {
@@ -114,9 +131,14 @@ int main_of(int argc, char** argv) {
   CLI::Option* hand =
       app.add_option("--hand", options.hand, "path of the hand that holds the arm's tip, CSV");
   app.add_option("--arm", options.arm,
-                 "the simulated arm behind three drives, one of: " + arm_names() +
-                     "; each time when they go off it prints what the tip did")
+                 "the simulated arm behind the drives, one for each of its motors: one of " + arm_names() +
+                     ", or an arm image (`thimble model compile`): *.tarm; each time when they go off it "
+                     "prints what the tip did")
       ->needs(hand);
+  app.add_option("--step", options.step_us,
+                 "of the arm's simulation in us, at most; longer on a slow machine")
+      ->check(CLI::Range(1.0, 100.0))
+      ->capture_default_str();
   app.add_option("--priority", options.priority, "of SCHED_FIFO, 1 to 99")->check(CLI::Range(1, 99));
   std::vector<NamedDrive> drives;
   std::vector<TimedFault> faults;

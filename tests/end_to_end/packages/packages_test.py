@@ -15,7 +15,8 @@ BUILD = Path(os.environ["THIMBLE_BUILD"])
 BOARD_FILES = {"usr/bin/thimble-board", "usr/lib/systemd/system/thimble-board.service", "usr/lib/sysusers.d/thimble-board.conf",
                "usr/lib/udev/rules.d/60-thimble-board.rules", "usr/share/doc/thimble-board/board-linux.md",
                "usr/share/doc/thimble-board/changelog.gz", "usr/share/doc/thimble-board/copyright",
-               "usr/share/doc/thimble-board/examples/board.json"}
+               "usr/share/doc/thimble-board/examples/board.json",
+               *(f"usr/share/doc/thimble-board/examples/five-bar/{name}" for name in ("board.json", "five-bar-odrive.arm.json", "wall.scene.json"))}
 
 
 def output(*command, **options):

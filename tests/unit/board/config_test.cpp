@@ -2,15 +2,22 @@
 // position.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
+#include <tuple>
+#include <utility>
 
 #include "board/common/stop_path.h"
 #include "board/linux/board_config.h"
 #include "firmware/core/stop_timeout.h"
+#include "kinematics/arm.h"
+#include "kinematics/built_in_arms.h"
 #include "tests/unit/firmware/bench.h"
 
 namespace thimble::test {
@@ -35,17 +42,18 @@ std::string example() {
 
 BoardConfig parse(const json& root) { return board::parse_board_config(root.dump(), "board.json"); }
 
-// What is said about the example after `change`.
-std::string complaint(const std::function<void(json&)>& change) {
+// What is said about the example after `change`, and what to do.
+ConfigError error_of(const std::function<void(json&)>& change) {
   json root = json::parse(example());
   change(root);
   try {
     (void)parse(root);
   } catch (const ConfigError& error) {
-    return error.what();
+    return error;
   }
-  return "nothing";
+  return {"nothing", "nothing"};
 }
+std::string complaint(const std::function<void(json&)>& change) { return error_of(change).what(); }
 
 TEST(BoardConfig, TheExampleOfTheDocs) {
   const BoardConfig config = board::parse_board_config(example(), "board.json");
@@ -111,6 +119,116 @@ TEST(BoardConfig, ErrorsSayWhere) {
     EXPECT_NE(std::string(error.what()).find("board.json:1: "), std::string::npos);
   }
   EXPECT_THROW((void)board::read_board_config("/nowhere/board.json"), ConfigError);
+}
+
+TEST(BoardConfig, ErrorsSayWhatToDo) {
+  EXPECT_EQ(error_of([](json& root) { root["rate_Hz"] = 399; }).remedy,
+            "give a number from 400.0 to 20000.0");
+  EXPECT_EQ(error_of([](json& root) { root["arms"][0].erase("dac"); }).remedy, "add \"dac\"");
+  EXPECT_EQ(error_of([](json& root) { root["arms"][0]["modle"] = "x"; }).remedy, "correct the key");
+  EXPECT_EQ(error_of([](json& root) { root["arms"][0]["dac"]["channels"][0] = nullptr; }).remedy,
+            "describe it, or its drive");
+  EXPECT_EQ(error_of([](json& root) {
+              root["arms"][0]["rotation_deg"] = {0, 0, 90};
+            }).remedy,
+            "leave out one of them");
+  EXPECT_EQ(error_of([](json& root) { root["arms"][0]["stored_model"] = "x"; }).remedy,
+            "leave out one of them");
+  try {
+    (void)board::read_board_config("/nowhere/board.json");
+    FAIL() << "there is no such file";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(error.remedy.find("examples/board.json"), std::string::npos);
+  }
+}
+
+// The arm of the example's board with its base so, and with a geometry of its own where one is given.
+struct Mounted {
+  explicit Mounted(json rotation_deg, const kinematics::ArmData* data = nullptr) {
+    json root = json::parse(example());
+    json& wiring = root["arms"][0];
+    wiring.erase("turn_deg");
+    wiring["home_m"] = {.1, .2, .3};
+    wiring["rotation_deg"] = std::move(rotation_deg);
+    if (data != nullptr) {
+      for (const char* key : {"dac", "encoders"}) {
+        json& list = wiring[key][std::string(key) == "dac" ? "channels" : "joints"];
+        list = json::array({list[0]});
+      }
+    }
+    config = board::parse_board_config(root.dump(), "board.json", [data](const auto&) {
+      board::StoredArms stored;
+      if (data != nullptr) stored[0] = *data;
+      return stored;
+    });
+  }
+  // At axes away from home by so many rad.
+  [[nodiscard]] kinematics::Posture<float> moved(const Eigen::Vector3f& by_rad) const {
+    const kinematics::Arm<float> arm = made();
+    kinematics::Posture<float> posture = arm.home_posture();
+    kinematics::PerAxis<float> axes = arm.home();
+    axes.head<3>() += by_rad;
+    arm.move_to(axes, posture);
+    return posture;
+  }
+  [[nodiscard]] kinematics::PerAxis<float> weight_N_m(const Eigen::Vector3f& by_rad) const {
+    return made().gravity_torques(moved(by_rad));
+  }
+  [[nodiscard]] kinematics::Arm<float> made() const {
+    return kinematics::Arm<float>(config.arms[0].arm, config.arms[0].base);
+  }
+  BoardConfig config;
+};
+
+// A rod on one hinge, about z of its base: where the base leans by roll and pitch, its centre of mass at the angle q is as high as
+// r (-sin pitch cos q + cos pitch sin roll sin q), whatever the yaw.
+TEST(BoardConfig, ATiltedBaseTiltsTheWeightOfARod) {
+  constexpr float kMass_kg = .3F, kRadius_m = .12F;
+  kinematics::ArmData rod = kinematics::built_in_arm("premium-1.5");
+  rod.has_inertia = false;
+  rod.geometry = {};
+  rod.geometry.chain.count = 1;
+  rod.geometry.driven[0] = true;
+  rod.geometry.body_count = 1;
+  rod.geometry.body[0] = {.mass_kg = kMass_kg, .centre_m = {kRadius_m, 0, 0}};
+  for (const auto& [roll, pitch, yaw] :
+       {std::tuple{0., 0., 70.}, {90., 0., 0.}, {30., -20., 0.}, {30., -20., 130.}, {-15., 50., -40.}}) {
+    const Mounted mounted({roll, pitch, yaw}, &rod);
+    for (const float q : {-1.1F, 0.F, .7F}) {
+      const double a = roll * std::numbers::pi / 180, b = pitch * std::numbers::pi / 180;
+      const auto angle = static_cast<double>(q);
+      const double expected_N_m =
+          static_cast<double>(kMass_kg * kinematics::kGravity_m_s2 * kRadius_m) *
+          (std::sin(b) * std::sin(angle) + std::cos(b) * std::sin(a) * std::cos(angle));
+      EXPECT_NEAR(static_cast<double>(mounted.weight_N_m({q, 0, 0})[0]), expected_N_m, 1e-6)
+          << roll << ' ' << pitch << ' ' << yaw << " at " << q;
+    }
+  }
+}
+
+// The arm that is built in: overhead its weight pulls the other way, and positions and forces are those of the world.
+TEST(BoardConfig, ATiltedBaseTurnsPositionsAndForces) {
+  const Eigen::Vector3f by_rad(.3F, -.2F, .25F), home_m(.1F, .2F, .3F);
+  const Mounted level({0, 0, 0}), overhead({180, 0, 0}), tilted({20, -35, 60});
+  EXPECT_TRUE(overhead.weight_N_m(by_rad).head<3>().isApprox(-level.weight_N_m(by_rad).head<3>(), 1e-5F));
+  EXPECT_GT(level.weight_N_m(by_rad).head<3>().norm(), .01F);
+  const auto turn = [](double degrees, const Eigen::Vector3d& axis) {
+    return Eigen::AngleAxisd(degrees * std::numbers::pi / 180, axis);
+  };
+  const Eigen::Matrix3f R = (turn(60, Eigen::Vector3d::UnitZ()) * turn(-35, Eigen::Vector3d::UnitY()) *
+                             turn(20, Eigen::Vector3d::UnitX()))
+                                .toRotationMatrix()
+                                .cast<float>();
+  const auto before = level.moved(by_rad), after = tilted.moved(by_rad);
+  EXPECT_TRUE(tilted.moved(Eigen::Vector3f::Zero()).tip_m.isApprox(home_m, 1e-5F));
+  EXPECT_LT((after.tip_m - home_m - R * (before.tip_m - home_m)).norm(), 1e-6F);
+  EXPECT_TRUE(after.jacobian.leftCols<3>().isApprox(R * before.jacobian.leftCols<3>(), 1e-5F));
+  // turn_deg is the yaw alone, and leaves the base level to the last bit.
+  json root = json::parse(example());
+  root["arms"][0]["turn_deg"] = 60;
+  const Eigen::Matrix3f yaw = parse(root).arms[0].base.rotation;
+  EXPECT_TRUE(yaw.isApprox(turn(60, Eigen::Vector3d::UnitZ()).toRotationMatrix().cast<float>(), 1e-6F));
+  EXPECT_EQ(yaw.row(2), Eigen::RowVector3f::UnitZ());
 }
 
 // The stop path acts within 5 ms, whatever the configuration says.

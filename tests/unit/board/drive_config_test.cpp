@@ -1,11 +1,14 @@
 // The key arms/N/drives of the board's configuration: what is read, and what is refused, with place and cause.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "board/linux/board_config.h"
+#include "kinematics/built_in_arms.h"
 #include "tests/support/drive_configs.h"
 
 namespace thimble::test {
@@ -225,6 +228,30 @@ TEST(BoardConfig, JointsAreThoseOfTheArmInTheStore) {
     EXPECT_THAT(other.refusal(),
                 HasSubstr("allowed is an array of " + std::to_string(axes) + " values, one for each axis"));
   }
+}
+
+// By stored_model the configuration of an arm can be written before the arm is uploaded: until then nothing is wired, and so nothing moves.
+TEST(BoardConfig, AnArmThatTheStoreMustHaveIsWiredWhenItHasIt) {
+  Rewired board(five_bar());
+  json& wiring = board.root["arms"][0];
+  wiring.erase("model");
+  wiring["stored_model"] = "bench arm";
+  const auto unwired = [](const BoardConfig& config) {
+    const board::ArmWiring& arm = config.arms[0];
+    return arm.needs_stored == "bench arm" && !arm.encoders && !arm.dac && !arm.enable && !arm.index &&
+           !arm.drives[0];
+  };
+  EXPECT_TRUE(unwired(parsed(board.root)));  // the store is empty
+  EXPECT_TRUE(unwired(board.parsed()));      // it has the arm of another name
+  EXPECT_EQ(parsed(board.root).arms[0].model, "premium-1.5");
+  std::ranges::copy(std::string_view("bench arm"), (board.arm.name = {}).begin());
+  const BoardConfig config = board.parsed();
+  EXPECT_EQ(config.arms[0].needs_stored, "");
+  EXPECT_TRUE(config.arms[0].encoders && config.arms[0].dac && config.arms[0].enable);
+  EXPECT_EQ(axes_of(config.arms[0].arm.geometry), 2);
+  // What is wired is checked then.
+  wiring["encoders"]["joints"].push_back(nullptr);
+  EXPECT_THAT(board.refusal(), testing::HasSubstr("one for each axis of the arm \"bench arm\""));
 }
 
 TEST(BoardConfig, AnArmOfDrivesAloneHasNoAmplifiers) {

@@ -126,7 +126,8 @@ class DrivenRig {
   }
   // From now on the simulated arm is behind the drives, held by a hand.
   void attach_arm(const board::HandPath& path) {
-    arm.emplace(*board::find_plant_variant("premium-1.5"), path,
+    const auto parameters = board::PlantParameters::from(*board::find_plant_variant("premium-1.5"));
+    arm.emplace(board::SimArm(parameters.model, board::Plant(parameters, board::Hand{})), path,
                 std::vector(emulated.begin(), emulated.end()));
   }
   // The servo's tick: what is read is in `in`, what is written in `out`, which `control` may set in between.

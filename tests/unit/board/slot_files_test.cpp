@@ -93,6 +93,9 @@ TEST_F(SlotFilesTest, TheArmOfTheNextStartIsKnownToTheConfiguration) {
     EXPECT_EQ(kinematics::name_of(*arms[1]), name);
     EXPECT_EQ(axes_of(arms[1]->geometry), 1);
   }
+  // Also while a board works with them, and has locked them: for --check and --uses.
+  const SlotFiles in_use(folder_.path(), kSlotBytes);
+  EXPECT_TRUE(board::stored_arms(folder_.path())[1].has_value());
 }
 
 TEST_F(SlotFilesTest, SlotsStayWhereTheyAre) {

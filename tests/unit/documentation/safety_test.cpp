@@ -82,6 +82,14 @@ const std::vector<Hazard> kHazards = {
      {"ArmStore.DamageIsAFaultAndKeepsTheArmFromArmingUntilTheNextUpload",
       "ArmStore.SurvivesPowerLossAtEveryByte", "ArmStore.DamageOutlivesAnUploadThatIsBrokenOffAtAnyByte",
       "e2e.model_upload"}},
+    {"the board drives an arm with the wiring of another one",
+     "`stored_model` names the arm that `thimble-board` is wired for: with another one nothing of it is "
+     "opened, and "
+     "`board_lacks(no_stored_model)` refuses to arm; after the upload of an arm the program starts anew, "
+     "with that "
+     "arm's signs and ratios",
+     "not armed",
+     {"BoardConfig.AnArmThatTheStoreMustHaveIsWiredWhenItHasIt", "vm.board_drives"}},
     {"a damaged store",
      "`store_corrupt`: what is damaged is left out",
      "said at the start",
