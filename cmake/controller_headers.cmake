@@ -7,7 +7,7 @@ if(THIMBLE_UNITY STREQUAL "host" OR NOT (THIMBLE_HOST OR THIMBLE_UNITY))
   add_library(thimble_controller_headers OBJECT ${CMAKE_BINARY_DIR}/generated/controller_headers.cpp)
   target_link_libraries(thimble_controller_headers PRIVATE thimble_core thimble_no_runtime thimble_scene_schema Eigen3::Eigen)
   target_precompile_headers(thimble_controller_headers PRIVATE <Eigen/Geometry> <algorithm> <array> <atomic> <cmath> <cstdint> <cstring>
-    <optional> <span> <string_view> <thimble_scene_schema/scene_generated.h>)
+    <optional> <span> <string_view> <thimble_scene_schema/scene_generated.h> <control/renderer.h> <kinematics/arm.h>)
 endif()
 
 function(thimble_controller_headers target)
