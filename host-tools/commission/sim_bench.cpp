@@ -174,7 +174,7 @@ BenchFacts SimBench::facts() {
           .watchdog_s = .02,
           .counts_illegal = true,
           .has_mark = options_.has_mark,
-          .session = "simulated"};
+          .session = options_.session};
 }
 
 void SimBench::use(const ArmFile& arm) {
@@ -287,7 +287,7 @@ void SimBench::judge(bool speed) {
   if (speed) most_speed_m_s_ = std::max(most_speed_m_s_, (J * plant_->joint_speeds_rad_s()).norm());
 }
 
-void SimBench::record(Recording& recording, const PerAxis<double>& asked_A, double time_s) {
+void SimBench::record(BenchRecording& recording, const PerAxis<double>& asked_A, double time_s) {
   BenchTick tick;
   tick.time_s = time_s;
   tick.asked_A = asked_A;

@@ -28,7 +28,8 @@ struct SimBenchOptions {
       1;  // of the true figures, 1: friction 15 %, inertia 5 %, torque constant 3 %, resistance 5 %, stiffness 10 %; 0: as the file
   bool measures_current = true, measures_voltage = true;
   bool has_mark = true;
-  double drive_delay_s = 0;  // of a command, in whole ticks
+  double drive_delay_s = 0;           // of a command, in whole ticks
+  std::string session = "simulated";  // of the counters
   // What the builder says to a correction; without it: no, and what he repairs.
   bool accepts_corrections = false;
 };
@@ -43,11 +44,11 @@ class SimBench : public Bench {
   [[nodiscard]] PerAxis<AxisReading> read() override;
   [[nodiscard]] Answer ask(const Prompt& prompt) override;
   [[nodiscard]] LineTrial try_line(Line line, const Prompt& prompt) override;
-  [[nodiscard]] Recording watch(const Prompt& prompt, bool powered) override;
-  [[nodiscard]] Recording wait(double seconds, bool powered) override;
-  [[nodiscard]] Recording run(const AxisProgram& program) override;
-  [[nodiscard]] Recording servo(const ServoProgram& program) override;
-  [[nodiscard]] Recording feel(const TipProgram& program, const Prompt& prompt) override;
+  [[nodiscard]] BenchRecording watch(const Prompt& prompt, bool powered) override;
+  [[nodiscard]] BenchRecording wait(double seconds, bool powered) override;
+  [[nodiscard]] BenchRecording run(const AxisProgram& program) override;
+  [[nodiscard]] BenchRecording servo(const ServoProgram& program) override;
+  [[nodiscard]] BenchRecording feel(const TipProgram& program, const Prompt& prompt) override;
 
   // Repairs the fault; the arm stays where it is.
   void mend(std::size_t fault);
@@ -68,20 +69,21 @@ class SimBench : public Bench {
   [[nodiscard]] std::int64_t counts_of(std::size_t encoder) const;  // of the encoder at a joint
   [[nodiscard]] PerAxis<std::int64_t> counts() const;               // of the axes of the file
   void slip(std::size_t joint, double speed);
-  void find_marks(Recording& recording, const board::JointVector& before);
+  void find_marks(BenchRecording& recording, const board::JointVector& before);
   void command(const PerAxis<double>& current_A, bool enable);
   void set_torques();
   void advance(double seconds, bool judge_speed);
   void judge(bool speed);
-  void record(Recording& recording, const PerAxis<double>& asked_A, double time_s);
+  void record(BenchRecording& recording, const PerAxis<double>& asked_A, double time_s);
   [[nodiscard]] PerAxis<double> believed() const;  // angles by the file and the counts
   // The hands: all axes to a place, and hold them there, but for one.
   void bring(const board::JointVector& place, std::optional<std::size_t> loose);
   void settle();
   void grip(const board::JointVector& target, std::optional<std::size_t> loose, double share);
-  void turn(const Prompt& prompt, bool powered, Recording& recording);
-  void go(std::size_t axis, double to, double speed, bool powered, Recording& recording);
-  void swing(const Prompt& prompt, bool powered, Recording& recording);
+  void turn(const Prompt& prompt, bool powered, BenchRecording& recording);
+  void go(std::size_t axis, double to, double speed, bool powered, BenchRecording& recording);
+  void swing(const Prompt& prompt, bool powered, BenchRecording& recording);
+  [[nodiscard]] BenchRecording press_wall(const TipProgram& program);
   [[nodiscard]] Eigen::Vector3d hand_way(const Prompt& prompt, double time_s) const;
 
   ArmFile original_, given_;

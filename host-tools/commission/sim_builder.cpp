@@ -107,8 +107,8 @@ LineTrial SimBench::try_line(Line line, const Prompt& /*prompt*/) {
   return {true, line == Line::kWatchdog ? known.watchdog_s * uniform(.8, .99) : known.tick_s * uniform(0, 1)};
 }
 
-Recording SimBench::wait(double seconds, bool powered) {
-  Recording recording;
+BenchRecording SimBench::wait(double seconds, bool powered) {
+  BenchRecording recording;
   command({}, powered);
   plant_->set_max_step(kHandStep_s);
   for (double t = 0; t < seconds; t += 5 * kHandTick_s) {
@@ -119,8 +119,8 @@ Recording SimBench::wait(double seconds, bool powered) {
   return recording;
 }
 
-Recording SimBench::watch(const Prompt& prompt, bool powered) {
-  Recording recording;
+BenchRecording SimBench::watch(const Prompt& prompt, bool powered) {
+  BenchRecording recording;
   command({}, false);
   plant_->set_max_step(kHandStep_s);
   if (prompt.kind == Prompt::Kind::kTurn) turn(prompt, powered, recording);
@@ -130,7 +130,7 @@ Recording SimBench::watch(const Prompt& prompt, bool powered) {
 }
 
 // To a place of the axis with the hand that turns it, the others held.
-void SimBench::go(std::size_t axis, double to, double speed, bool powered, Recording& recording) {
+void SimBench::go(std::size_t axis, double to, double speed, bool powered, BenchRecording& recording) {
   const double from = plant_->joints_rad()[at(axis)];
   const double seconds = std::abs(to - from) / speed + .25;
   JointVector target = held_;
@@ -146,7 +146,7 @@ void SimBench::go(std::size_t axis, double to, double speed, bool powered, Recor
   }
 }
 
-void SimBench::turn(const Prompt& prompt, bool powered, Recording& recording) {
+void SimBench::turn(const Prompt& prompt, bool powered, BenchRecording& recording) {
   const std::size_t axis = prompt.axis;
   const Expectation told(original_);
   JointVector place = told.home();
@@ -168,13 +168,13 @@ void SimBench::turn(const Prompt& prompt, bool powered, Recording& recording) {
   }
 }
 
-void SimBench::swing(const Prompt& prompt, bool powered, Recording& recording) {
+void SimBench::swing(const Prompt& prompt, bool powered, BenchRecording& recording) {
   const double middle = plant_->joints_rad()[at(prompt.axis)];
   for (const double by : {.15, -.15, .15, -.15}) go(prompt.axis, middle + by, kHandSpeed, powered, recording);
 }
 
 // The mark of a joint is at home, or whole turns of its encoder beside.
-void SimBench::find_marks(Recording& recording, const JointVector& before) {
+void SimBench::find_marks(BenchRecording& recording, const JointVector& before) {
   if (!options_.has_mark) return;
   for (std::size_t j = 0; j < axes(); ++j) {
     const std::size_t joint = encoder_of_.at(j);
@@ -189,8 +189,8 @@ void SimBench::find_marks(Recording& recording, const JointVector& before) {
   }
 }
 
-Recording SimBench::run(const AxisProgram& program) {
-  Recording recording;
+BenchRecording SimBench::run(const AxisProgram& program) {
+  BenchRecording recording;
   plant_->set_max_step(kSimMotionStep_s);
   const double tick_s = facts().tick_s;
   const PerAxis<std::int64_t> start = counts();

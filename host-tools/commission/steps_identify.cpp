@@ -84,7 +84,7 @@ std::vector<double> find_stiction(StepContext& context, std::size_t axis, const 
                                   static_cast<double>(ticks));
     // The transmission stretches before the motor moves on: two counts more than that.
     program.ends.counts.at(axis) = 8;
-    const Recording seen = context.bench.run(program);
+    const BenchRecording seen = context.bench.run(program);
     if (seen.ending != Ending::kCounts || seen.driven_ticks < 2) continue;
     // Back to the tick in which the last rest ended.
     const std::int64_t start = seen.ticks.front().counts.at(axis);
@@ -117,7 +117,7 @@ std::vector<Response> find_responses(StepContext& context, std::size_t axis, con
       program.current_A.push_back(torque.back() / per_ampere);
       torque.back() *= scale;
     }
-    const Recording seen = context.bench.run(program);
+    const BenchRecording seen = context.bench.run(program);
     for (const BenchTick& tick : seen.ticks)
       angle.push_back(static_cast<double>(tick.counts.at(axis) - seen.ticks.front().counts.at(axis)) *
                       arm.axis(axis).per_count());
