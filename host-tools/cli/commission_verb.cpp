@@ -319,6 +319,14 @@ void commission(const Common& common, const CommissionChoice& choice) {
   const std::string text = read_input(places.arm);
   const ArmFile arm = read_arm_file(text, places.arm.string());
   static_cast<void>(check_arm(arm, places.arm.string()));
+  if (arm.family == "five_bar" || arm.family == "delta")
+    throw Error(
+        ExitCode::kRefused, "not-simulated",
+        fmt::format(
+            "{}: the simulated builder cannot turn the axes of a {} one by one, because its links meet in a "
+            "part of their ranges only",
+            places.arm.string(), arm.family),
+        "commission a serial or two_link arm");
   Session(common, choice, places, text, arm).run();
 }
 

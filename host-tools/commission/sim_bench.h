@@ -13,7 +13,8 @@
 
 namespace thimble::host {
 
-inline constexpr double kSimMotionStep_s = 1e-4;  // of the plant, in a motion of the motors
+// Of the plant at most, in a motion of the motors and in one of the hands.
+inline constexpr double kSimMotionStep_s = 1e-4, kSimHandStep_s = 5e-4;
 
 struct SimFault {
   ArmFault fault{};
@@ -36,6 +37,7 @@ struct SimBenchOptions {
 
 class SimBench : public Bench {
  public:
+  // Precondition: no closed loop (five_bar, delta). Its links stop one another where they no longer meet, and the plant does not.
   SimBench(const ArmFile& arm, std::vector<SimFault> faults, const SimBenchOptions& options);
 
   [[nodiscard]] BenchFacts facts() override;
@@ -65,6 +67,7 @@ class SimBench : public Bench {
   [[nodiscard]] std::size_t axes() const { return given_.axes.size(); }
   [[nodiscard]] double uniform(double low, double high);
   void build();
+  [[nodiscard]] double fastest_rate() const;
   void add_fault(const SimFault& fault);
   [[nodiscard]] std::int64_t counts_of(std::size_t encoder) const;  // of the encoder at a joint
   [[nodiscard]] PerAxis<std::int64_t> counts() const;               // of the axes of the file
@@ -99,6 +102,7 @@ class SimBench : public Bench {
   PerAxis<bool> dead_channel_{}, dead_encoder_{}, dead_phase_{}, open_{};
   PerAxis<double> noise_{};
   PerAxis<std::uint64_t> illegal_{};
+  double hand_step_s_ = kSimHandStep_s, motion_step_s_ = kSimMotionStep_s;
   bool lines_ignored_ = false, powered_ = false;
   board::JointVector grip_k_, grip_d_, held_;
   double most_force_N_ = 0, most_speed_m_s_ = 0, most_share_ = 0;

@@ -10,7 +10,7 @@ namespace {
 
 using board::JointVector;
 
-constexpr double kHandTick_s = 1e-3, kHandStep_s = 5e-4;
+constexpr double kHandTick_s = 1e-3;
 constexpr double kHandSpeed = 1.5;  // rad/s
 constexpr double kBeyond = .15;     // rad, how far the hand pulls into a stop
 constexpr double kTurnShare = .03;  // of the grip's stiffness, with which it turns an axis
@@ -29,7 +29,7 @@ void SimBench::grip(const JointVector& target, std::optional<std::size_t> loose,
 }
 
 void SimBench::bring(const JointVector& place, std::optional<std::size_t> loose) {
-  plant_->set_max_step(kHandStep_s);
+  plant_->set_max_step(hand_step_s_);
   const JointVector from = plant_->joints_rad();
   const double far = (place - from).cwiseAbs().maxCoeff();
   const double seconds = std::max(.3, far / 2);
@@ -74,7 +74,7 @@ Answer SimBench::ask(const Prompt& prompt) {
       break;
     }
     case Prompt::Kind::kRest:
-      plant_->set_max_step(kHandStep_s);
+      plant_->set_max_step(hand_step_s_);
       settle();
       break;
     case Prompt::Kind::kHang:
@@ -110,7 +110,7 @@ LineTrial SimBench::try_line(Line line, const Prompt& /*prompt*/) {
 BenchRecording SimBench::wait(double seconds, bool powered) {
   BenchRecording recording;
   command({}, powered);
-  plant_->set_max_step(kHandStep_s);
+  plant_->set_max_step(hand_step_s_);
   for (double t = 0; t < seconds; t += 5 * kHandTick_s) {
     advance(5 * kHandTick_s, false);
     record(recording, {}, t);
@@ -122,7 +122,7 @@ BenchRecording SimBench::wait(double seconds, bool powered) {
 BenchRecording SimBench::watch(const Prompt& prompt, bool powered) {
   BenchRecording recording;
   command({}, false);
-  plant_->set_max_step(kHandStep_s);
+  plant_->set_max_step(hand_step_s_);
   if (prompt.kind == Prompt::Kind::kTurn) turn(prompt, powered, recording);
   if (prompt.kind == Prompt::Kind::kSwing) swing(prompt, powered, recording);
   command({}, false);
@@ -157,7 +157,7 @@ void SimBench::turn(const Prompt& prompt, bool powered, BenchRecording& recordin
   // The hand knows the joint and where the tip goes, not the signs of the file.
   double sign = prompt.sign;
   if (prompt.direction.norm() > 0) {
-    plant_->set_max_step(kHandStep_s);
+    plant_->set_max_step(hand_step_s_);
     sign = board::AnyPlant(truth_).force_jacobian().col(at(axis)).dot(prompt.direction) > 0 ? 1 : -1;
   }
   const double speed = kHandSpeed * std::min(1.0, (span.upper - span.lower) / 2);
@@ -191,7 +191,7 @@ void SimBench::find_marks(BenchRecording& recording, const JointVector& before) 
 
 BenchRecording SimBench::run(const AxisProgram& program) {
   BenchRecording recording;
-  plant_->set_max_step(kSimMotionStep_s);
+  plant_->set_max_step(motion_step_s_);
   const double tick_s = facts().tick_s;
   const PerAxis<std::int64_t> start = counts();
   const auto window = static_cast<std::size_t>(std::lround(.005 / tick_s));

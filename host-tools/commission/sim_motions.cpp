@@ -57,7 +57,7 @@ Way way_at(double at) {
 
 BenchRecording SimBench::servo(const ServoProgram& program) {
   BenchRecording recording;
-  plant_->set_max_step(kSimMotionStep_s);
+  plant_->set_max_step(motion_step_s_);
   const double tick_s = facts().tick_s;
   Speeds speeds(tick_s);
   const double all_s = program.move_s + program.stay_s;
@@ -96,7 +96,7 @@ Eigen::Vector3d SimBench::hand_way(const Prompt& prompt, double time_s) const {
 BenchRecording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
   if (program.kind == TipProgram::Kind::kWall) return press_wall(program);
   BenchRecording recording;
-  plant_->set_max_step(kSimMotionStep_s);
+  plant_->set_max_step(motion_step_s_);
   const double tick_s = facts().tick_s;
   const kinematics::Mechanism<double> mechanism(given_.geometry);
   kinematics::MechanismPose<double> pose = mechanism.home_pose();
@@ -149,6 +149,7 @@ BenchRecording SimBench::press_wall(const TipProgram& program) {
   BenchRecording recording;
   plant_->set_max_step(board::kPlantStep_s);
   const double tick_s = facts().tick_s;
+  const auto late = static_cast<std::size_t>(std::lround(options_.drive_delay_s / tick_s));
   const Expectation arm(given_);
   WallLoop loop(arm, program, tick_s);
   plant_->release_grip();
@@ -171,7 +172,10 @@ BenchRecording SimBench::press_wall(const TipProgram& program) {
     const JointVector current = loop.currents(at, counts());
     PerAxis<double> asked{};
     for (std::size_t j = 0; j < axes(); ++j) asked.at(j) = current[row(j)];
-    command(asked, true);
+    command(recording.ticks.size() < late ? PerAxis<double>{}
+            : late == 0                   ? asked
+                                          : recording.ticks[recording.ticks.size() - late].asked_A,
+            true);
     advance(tick_s, false);
     record(recording, asked, t);
     if (loop.tip_speed_m_s() > program.most_speed_m_s) {

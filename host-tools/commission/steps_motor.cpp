@@ -90,6 +90,14 @@ void judge_current(StepContext& context, std::size_t j, StepResult& result) {
     result.findings.push_back(finding(arm, ArmFault::kCurrentLoop, j,
                                       fmt::format("{:.2f} A asked for, off by {:.2f} A", asked_A, worst_A)));
   if (ohms.size() < 2) return;
+  // A joint that falls turns its motor: that voltage is no resistance.
+  if (std::min(ohms[0], ohms[1]) <= 0 || std::abs(ohms[0] - ohms[1]) > .5 * std::abs(ohms[0] + ohms[1])) {
+    result.findings.push_back(
+        finding(arm, ArmFault::kUneven, j,
+                fmt::format("{:.2f} and {:.2f} ohm by the two directions: it moves when it is let go",
+                            ohms[0], ohms[1])));
+    return;
+  }
   const double given = arm.axis(j).motor->resistance_ohm.value, mean = .5 * (ohms[0] + ohms[1]);
   result.measures.push_back(
       {"resistance_ohm", static_cast<int>(j), given, mean, .5 * std::abs(ohms[0] - ohms[1]), 0, .1});

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "host-tools/error.h"
+
 namespace thimble::host {
 namespace {
 
@@ -162,6 +164,9 @@ double CounterTurn::return_error() const { return std::max(spread_of(lows), spre
 
 Turn read_turn(const BenchRecording& recording, std::size_t own, std::size_t axes) {
   Turn turn;
+  if (recording.ticks.empty())
+    throw Error(ExitCode::kLinkLost, "nothing-recorded",
+                "the bench recorded nothing while the axis was turned", "do the step again");
   turn.illegal = recording.illegal;
   for (std::size_t j = 0; j < axes; ++j) {
     CounterTurn& counter = turn.counter.at(j);

@@ -24,6 +24,7 @@ struct Turn {
   PerAxis<double> low_place{}, high_place{};  // mean counts of all axes while its own is at a stop
 };
 
+// Throws Error (kLinkLost, "nothing-recorded") for a recording without ticks.
 [[nodiscard]] Turn read_turn(const BenchRecording& recording, std::size_t own, std::size_t axes);
 // signs: of the told direction by the file.
 [[nodiscard]] std::vector<ArmFinding> judge_turns(const Expectation& arm, const std::vector<Turn>& turns,

@@ -139,6 +139,7 @@ class Commission(Rig):
         error = self.fails(1, "not-on-boards", "commission", arm)
         self.assertIn("--simulate", error["remedy"])
         self.fails(2, "usage", "commission", "--simulate")
+        self.fails(1, "not-simulated", "commission", ARMS / "pantograph.arm.json", "--simulate", "--state", self.runtime / "none.json")
         self.fails(10, "cannot-read", "commission", "no-such-arm", "--simulate")
         error = self.fails(2, "unknown-fault", "commission", arm, "--simulate", "--fault", "rust@paddle")
         self.assertIn("motor-sign", error["remedy"])
