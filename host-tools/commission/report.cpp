@@ -39,9 +39,10 @@ void add_measures(std::string& text, const ArmFile& arm, const std::vector<Measu
     if (!std::isnan(measure.rate_Hz))
       fmt::format_to(std::back_inserter(name), " at {:.0f} Hz, B = {:.2g} N s/m", measure.rate_Hz,
                      measure.damping_N_s_m);
-    fmt::format_to(out, "| {} | {} | {} | {} | {:.2g} | {} | {} |\n",
+    fmt::format_to(out, "| {} | {} | {} | {} | {} | {} | {} |\n",
                    measure.axis < 0 ? "" : cell(arm.axes[static_cast<std::size_t>(measure.axis)].name), name,
-                   figure(measure.given), figure(measure.value), measure.spread,
+                   figure(measure.given), figure(measure.value),
+                   std::isnan(measure.spread) ? "one run" : fmt::format("{:.2g}", measure.spread),
                    measure.promise > 0 ? fmt::format("{:.3g} %", 100 * measure.promise) : "",
                    fate_of(measure));
   }

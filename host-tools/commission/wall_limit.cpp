@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kWall_m = .01;     // from home along the normal
-constexpr double kMostForce_N = 8;  // the firmware's clamp
+constexpr double kMostForce_N = 8;  // the firmware clamps to this, or to the limit of the arm
 constexpr double kSoftest_N_m = 100, kStiffest_N_m = 1e5, kFifth = 1.2;
 
 using Registers = std::array<std::uint32_t, kinematics::kMaxJoints>;
@@ -38,7 +38,7 @@ double wall_swing_m(const ArmFile& file, const board::AnyPlantParameters& parame
   wall.kind = TipProgram::Kind::kWall;
   wall.stiffness_N_m = stiffness_N_m;
   wall.damping_N_s_m = trial.damping_N_s_m;
-  wall.most_force_N = kMostForce_N;
+  wall.most_force_N = std::min(kMostForce_N, file.max_force_N);
   wall.wall_normal = wall_normal(arm);
   wall.wall_depth_m = kWall_m;
   WallLoop loop(arm, wall, 1 / trial.rate_Hz);
@@ -61,7 +61,8 @@ double wall_swing_m(const ArmFile& file, const board::AnyPlantParameters& parame
     plant.command_current(loop.currents(at, counts), true);
     plant.step(tick_s);
     if (t < travel_s + trial.hold_s / 2) continue;
-    const double height_m = plant.tip_m().dot(wall.wall_normal);
+    const double height_m =
+        trial.by_counts ? arm.tip_m(at).dot(wall.wall_normal) : plant.tip_m().dot(wall.wall_normal);
     low_m = std::min(low_m, height_m);
     high_m = std::max(high_m, height_m);
     if (!(high_m - low_m < .05)) return 1;  // it swings away
@@ -70,7 +71,7 @@ double wall_swing_m(const ArmFile& file, const board::AnyPlantParameters& parame
 }
 
 double largest_wall_N_m(const ArmFile& file, const board::AnyPlantParameters& plant, const WallTrial& trial) {
-  const double most_m = wall_tolerance_m(file);
+  const double most_m = (trial.by_counts ? 1.5 : 1) * wall_tolerance_m(file);
   double last = 0;
   for (double k = kSoftest_N_m; k <= kStiffest_N_m; k *= kFifth) {
     if (wall_swing_m(file, plant, k, trial) <= most_m) {

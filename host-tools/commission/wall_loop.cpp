@@ -8,7 +8,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSlew_N_s = 1e4;  // the firmware's limit of the rate
+constexpr float kSlew_N_s = 1e4F;        // force_slew of the firmware
+constexpr float kLimitSlew_N_s = 50.0F;  // and how fast its largest force changes
 
 }  // namespace
 
@@ -62,15 +63,32 @@ JointVector WallLoop::currents(const JointVector& at, const PerAxis<std::int64_t
     const double push_N = wall_.stiffness_N_m * depth_m;
     wanted_N = push_N + std::max(-wall_.damping_N_s_m * velocity.dot(wall_.wall_normal), -push_N);
   }
-  wanted_N = std::min(wanted_N, wall_.most_force_N);
-  const double step_N = kSlew_N_s * tick_s_;
-  force_N_ += std::clamp(wanted_N - force_N_, -step_N, step_N);
-  const JointVector torque = mechanism_.torques(pose_, force_N_ * wall_.wall_normal) + arm_.weight(at);
+  limit(wanted_N, std::max(0.0, depth_m));
+  const JointVector torque = mechanism_.torques(pose_, force_N_.cast<double>()) + arm_.weight(at);
   for (Eigen::Index j = 0; j < n; ++j) {
     const ArmAxis& axis = arm_.axis(static_cast<std::size_t>(j));
     if (axis.drive) current[j] = torque[j] / axis.per_ampere();
   }
   return current;
+}
+
+// As limit_forces() of firmware/core: clamped; rises no faster than the slew limit and falls at once; and gives no energy that the hand has not paid.
+void WallLoop::limit(double wanted_N, double depth_m) {
+  const auto tick_s = static_cast<float>(tick_s_);
+  const Eigen::Vector3f tip_m = pose_.force_point_m.cast<float>();
+  const Eigen::Vector3f push_N = (wanted_N * wall_.wall_normal).cast<float>();
+  const auto wanted = static_cast<float>(wanted_N), depth = static_cast<float>(depth_m);
+  const auto most = static_cast<float>(wall_.most_force_N);
+  if (!limits_begun_) account_.start(most, tip_m);
+  limits_begun_ = true;
+  const float max_N = account_.max_N(most, wanted, depth, kLimitSlew_N_s * tick_s, tick_s);
+  const Eigen::Vector3f clamped_N = firmware::clamp_force(push_N, max_N).value;
+  Eigen::Vector3f limited_N =
+      firmware::slew_force(clamped_N, firmware::remaining(force_N_, clamped_N), kSlew_N_s * tick_s).value;
+  if (const float paid = account_.paid(tip_m, tick_s); paid < 1.0F)
+    limited_N = firmware::clamp_force(limited_N, paid * std::min(wanted, max_N)).value;
+  account_.add(clamped_N, limited_N, std::min(wanted / 2, max_N) * depth);
+  force_N_ = limited_N;
 }
 
 }  // namespace thimble::host

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "firmware/core/force_limits.h"
 #include "host-tools/commission/bench.h"
 #include "host-tools/commission/expectation.h"
 #include "kinematics/mechanism.h"
@@ -26,6 +27,8 @@ class WallLoop {
   [[nodiscard]] double tip_speed_m_s() const { return tip_speed_m_s_; }
 
  private:
+  void limit(double wanted_N, double depth_m);
+
   const Expectation& arm_;
   kinematics::Mechanism<double> mechanism_;
   kinematics::MechanismPose<double> pose_;
@@ -33,8 +36,10 @@ class WallLoop {
   double tick_s_;
   std::vector<kinematics::VelocityEstimator> estimators_;
   PerAxis<std::int64_t> first_{};
-  double force_N_ = 0, home_m_ = 0, tip_speed_m_s_ = 0;
-  bool begun_ = false;
+  Eigen::Vector3f force_N_ = Eigen::Vector3f::Zero();
+  firmware::ForceAccount account_;
+  double home_m_ = 0, tip_speed_m_s_ = 0;
+  bool begun_ = false, limits_begun_ = false;
 };
 
 }  // namespace thimble::host

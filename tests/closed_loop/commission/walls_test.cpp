@@ -56,7 +56,8 @@ TEST(Walls, AreThoseThatAreComputedForTheArm) {
       const Measure& wall = at_once.result.measures[i];
       if (!whole && i != 1) continue;
       const double computed = largest_wall_N_m(
-          arm, plant, {.rate_Hz = wall.rate_Hz, .damping_N_s_m = wall.damping_N_s_m, .hold_s = 1.5});
+          arm, plant,
+          {.rate_Hz = wall.rate_Hz, .damping_N_s_m = wall.damping_N_s_m, .hold_s = 1.5, .by_counts = true});
       test::figure(std::string(name) + " with B = " + std::to_string(i) + " N s/m, N/m: pressed", wall.value,
                    "");
       test::figure("  computed", computed, "15 %");
