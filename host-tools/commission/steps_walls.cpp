@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host-tools/commission/estimate.h"
+#include "host-tools/commission/steps.h"
 #include "host-tools/commission/wall_loop.h"
 
 namespace thimble::host {

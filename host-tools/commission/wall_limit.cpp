@@ -44,7 +44,7 @@ double wall_swing_m(const ArmFile& file, const board::AnyPlantParameters& parame
   WallLoop loop(arm, wall, 1 / trial.rate_Hz);
   board::AnyPlant plant(parameters, trial.hand);
   const Registers zero = plant.encoder_counts();
-  const Vector3d start_m = plant.tip_m();
+  const Vector3d start_m = plant.force_point_m();
   // At rest the wall, the arm's structure and the hand are three springs in a row.
   const double way_m = kWall_m + trial.force_N / stiffness_N_m + trial.force_N / file.tip_stiffness_N_m +
                        trial.force_N / trial.hand.stiffness_N_m;
@@ -62,7 +62,7 @@ double wall_swing_m(const ArmFile& file, const board::AnyPlantParameters& parame
     plant.step(tick_s);
     if (t < travel_s + trial.hold_s / 2) continue;
     const double height_m =
-        trial.by_counts ? arm.tip_m(at).dot(wall.wall_normal) : plant.tip_m().dot(wall.wall_normal);
+        trial.by_counts ? arm.tip_m(at).dot(wall.wall_normal) : plant.force_point_m().dot(wall.wall_normal);
     low_m = std::min(low_m, height_m);
     high_m = std::max(high_m, height_m);
     if (!(high_m - low_m < .05)) return 1;  // it swings away
