@@ -354,6 +354,24 @@ void read_bodies(const Part& root, ArmFile& arm) {
   arm.geometry.body_count = static_cast<int>(count);
 }
 
+void read_limits(const Part& root, ArmFile& arm) {
+  const Part limits = root.part("limits", "limits");
+  arm.max_force_N = limits.quantity("max_force_N").value;
+  arm.max_joint_speed_rad_s = limits.quantity("max_joint_speed_rad_s").value;
+  arm.tip_stiffness_N_m = limits.quantity("tip_stiffness_N_m").value;
+  arm.supply_V = limits.quantity("supply_V").value;
+  if (!limits.has("largest_walls")) return;
+  constexpr std::size_t kMostWalls = 32;
+  const Value walls = limits.at("largest_walls");
+  const std::size_t count = walls.size(1, kMostWalls);
+  arm.largest_walls.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Part wall(walls.at(i), "largest_wall");
+    arm.largest_walls.push_back(
+        {wall.number("rate_Hz"), wall.number("damping_N_s_m"), wall.quantity("stiffness_N_m")});
+  }
+}
+
 ArmFile read(const Value& value) {
   const Part root(value, "arm");
   if (root.at("thimble_arm").raw() != 1)
@@ -371,11 +389,7 @@ ArmFile read(const Value& value) {
   read_axes(root, arm);
   read_limit_sums(root, arm);
   read_bodies(root, arm);
-  const Part limits = root.part("limits", "limits");
-  arm.max_force_N = limits.quantity("max_force_N").value;
-  arm.max_joint_speed_rad_s = limits.quantity("max_joint_speed_rad_s").value;
-  arm.tip_stiffness_N_m = limits.quantity("tip_stiffness_N_m").value;
-  arm.supply_V = limits.quantity("supply_V").value;
+  read_limits(root, arm);
   return arm;
 }
 

@@ -60,6 +60,11 @@ struct ArmLimitSum {
   Quantity lower_rad, upper_rad;
 };
 
+struct ArmWall {
+  double rate_Hz = 0, damping_N_s_m = 0;
+  Quantity stiffness_N_m;
+};
+
 struct TwoLinkInertia {
   double m11, m11_cos_2q2, m11_cos_2q3, m22, m33, m23, g2, g3;
 };
@@ -74,6 +79,7 @@ struct ArmFile {
   std::array<Eigen::Vector3d, kinematics::kMaxBodies> body_inertia_kg_m2{};  // of geometry.body
   std::optional<TwoLinkInertia> two_link_inertia;
   double max_force_N = 0, max_joint_speed_rad_s = 0, tip_stiffness_N_m = 0, supply_V = 0;
+  std::vector<ArmWall> largest_walls;
 };
 
 // `name` stands in messages. Throws Error (kBadInput) with file, line, JSON pointer, the value and what is allowed.

@@ -64,7 +64,14 @@ void add_arm(KeyTable& kinds) {
       .required("max_force_N", positive("N"), "At the tip, in any direction.")
       .required("max_joint_speed_rad_s", positive("rad/s"), "Above it an encoder's reading is rejected.")
       .required("tip_stiffness_N_m", positive("N/m"), "With locked motors.")
-      .required("supply_V", positive("V"), "Of the motor amplifiers.");
+      .required("supply_V", positive("V"), "Of the motor amplifiers.")
+      .optional("largest_walls", list("largest_wall", 1, 32),
+                "What the arm holds still, as `thimble commission` measured it, with its margin.");
+
+  add(kinds, "largest_wall", "a largest wall")
+      .required("rate_Hz", number(above(0, 1e6, "Hz")), "Ticks a second.")
+      .required("damping_N_s_m", number(from(0, 1e3, "N s/m")), "B of the wall.")
+      .required("stiffness_N_m", quantity(from(0, 1e5, "N/m")), "0: it holds no wall with this damping.");
 }
 
 void add_families(KeyTable& kinds) {

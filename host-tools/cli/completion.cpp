@@ -37,7 +37,7 @@ void complete(const CLI::App& app, const std::vector<std::string>& words) {
     for (const CLI::Option* option : at->get_options()) {
       for (const std::string& name : option->get_lnames()) candidates.push_back("--" + name);
     }
-    if (path == "model check" || path == "model show") {
+    if (path == "model check" || path == "model show" || path == "commission") {
       for (const std::filesystem::path& file : arm_files()) candidates.push_back(file.stem().stem().string());
     }
     if (path == "param get" || path == "param set") {

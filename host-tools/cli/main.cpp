@@ -13,6 +13,7 @@
 #include "host-tools/cli/completion.h"
 #include "host-tools/cli/number_between.h"
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/verb_options.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/lab/cost_report.h"
 
@@ -31,6 +32,7 @@ struct Choices {
   SimulateChoice simulate;
   CompileChoice compile;
   MeshChoice mesh;
+  CommissionChoice commission;
   ModelCompileChoice model_compile;
   ModelUploadChoice model_upload;
   ModelImportChoice model_import;
@@ -197,21 +199,13 @@ void define_doctor_and_compile(CLI::App& app, Choices& c) {
   compile_verb->add_option("--board", c.compile.board, "tell the cost on this board: " + board_names());
 }
 
-void define_mesh(CLI::App& app, Choices& c) {
-  CLI::App* mesh_verb =
-      verb(app, c, "mesh", "repair a mesh file and say what was done", [&c] { mesh(c.common, c.mesh); });
-  mesh_verb->add_option("file", c.mesh.file, "the mesh: OBJ, STL, PLY, OFF, glTF, .plg ...")->required();
-  mesh_verb->add_option("--output,-o", c.mesh.output, "mesh to write: *.obj, in metres")->required();
-  mesh_verb->add_option("--scale", c.mesh.scale_m, "metres per unit of the file")
-      ->check(number_between(1e-9, 1e9))
-      ->capture_default_str();
-  mesh_verb
-      ->add_option("--max-hole", c.mesh.max_hole_m,
-                   "in m: holes whose box has a diagonal up to this are closed; 0: none")
-      ->check(number_between(0.0, 100.0))
-      ->capture_default_str();
-  mesh_verb->add_flag("--keep-crossings", c.mesh.keep_crossings,
-                      "do not resolve closed parts that cross to their outer surface");
+void define_mesh_and_commission(CLI::App& app, Choices& c) {
+  add_mesh_options(
+      *verb(app, c, "mesh", "repair a mesh file and say what was done", [&c] { mesh(c.common, c.mesh); }),
+      c.mesh);
+  add_commission_options(*verb(app, c, "commission", "prove and measure an arm step by step",
+                               [&c] { commission(c.common, c.commission); }),
+                         c.commission);
 }
 
 void define_model(CLI::App& app, Choices& c) {
@@ -380,7 +374,7 @@ void define(CLI::App& app, Choices& c) {
               [&c] { info(c.common, c.remote); });
 
   define_doctor_and_compile(app, c);
-  define_mesh(app, c);
+  define_mesh_and_commission(app, c);
   define_model(app, c);
   define_device(app, c);
   define_param_and_fault(app, c);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "host-tools/client/key_file.h"
 
@@ -135,6 +136,19 @@ struct ModelImportChoice {
   std::string tip;               // a link; empty: the only leaf
 };
 void model_import(const Common& common, const ModelImportChoice& choice);
+
+struct CommissionChoice {
+  std::string model;
+  bool simulate = false;
+  std::vector<std::string> faults;  // planted_fault()
+  std::uint64_t seed = 1;           // of the simulated arm and builder
+  bool ask = false;                 // the prompts on standard input
+  bool accept_corrections = false;
+  std::filesystem::path state;  // empty: beside the arm file
+  std::optional<int> step;      // only this one
+  bool restart = false;
+};
+void commission(const Common& common, const CommissionChoice& choice);
 
 struct ImportVolumeChoice {
   std::filesystem::path volume;

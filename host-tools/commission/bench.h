@@ -54,7 +54,7 @@ struct Mark {
 
 enum class Ending : std::uint8_t { kTime, kCounts, kSpeed, kEnergy, kLine };
 
-struct Recording {
+struct BenchRecording {
   std::vector<BenchTick> ticks;
   std::vector<Mark> marks;
   PerAxis<std::uint64_t> illegal{};  // transitions in this time
@@ -86,14 +86,19 @@ struct ServoProgram {
   PerAxis<double> stiffness_N_m_rad{}, damping_N_m_s_rad{}, most_torque_N_m{};
 };
 
-// Forces at the tip while the builder moves it: -B v, and a spring to where it was, or a wall below z.
+// Forces at the tip while the builder moves it: -B v and a spring to where it was; or a wall wall_depth_m from there, which pushes along its normal
+// and damps with B, with the arm's weight held by the motors.
 struct TipProgram {
   enum class Kind : std::uint8_t { kDamping, kSpring, kWall };
   Kind kind = Kind::kDamping;
   double stiffness_N_m = 0, damping_N_s_m = 0, most_force_N = 0;
-  double most_speed_m_s = 0;  // it ends above that
-  double wall_z_m = 0;
+  double most_speed_m_s = 0;                               // it ends above that
+  Eigen::Vector3d wall_normal = Eigen::Vector3d::UnitZ();  // of length 1, world frame
+  double wall_depth_m = 0;
 };
+
+// What a hand presses a wall with, about.
+inline constexpr double kPress_N = 2;
 
 // What the builder is asked to do. `text` is for people and says all; the rest is for pictures and for programs that play the builder.
 struct Prompt {
@@ -109,7 +114,7 @@ struct Prompt {
     kPush,       // push the tip slowly along `direction` by 20 mm, and back
     kHang,       // hang `mass_kg` at the tip, or take it off
     kLetGo,      // hands off: the board holds the arm
-    kPressWall,  // press on the wall
+    kPressWall,  // push the tip along `direction` to the wall, press with kPress_N, and hold
     kRepair,     // a fault was found; `finding` says which
     kAcceptCorrection  // whether the corrections of a finding are to be written into the new file
   };
@@ -141,12 +146,12 @@ class Bench {
   [[nodiscard]] virtual Answer ask(const Prompt& prompt) = 0;
   [[nodiscard]] virtual LineTrial try_line(Line line, const Prompt& prompt) = 0;
   // Records, a thousand times a second, until the builder has done it.
-  [[nodiscard]] virtual Recording watch(const Prompt& prompt, bool powered) = 0;
+  [[nodiscard]] virtual BenchRecording watch(const Prompt& prompt, bool powered) = 0;
   // The same for a time in which nobody does anything.
-  [[nodiscard]] virtual Recording wait(double seconds, bool powered) = 0;
-  [[nodiscard]] virtual Recording run(const AxisProgram& program) = 0;
-  [[nodiscard]] virtual Recording servo(const ServoProgram& program) = 0;
-  [[nodiscard]] virtual Recording feel(const TipProgram& program, const Prompt& prompt) = 0;
+  [[nodiscard]] virtual BenchRecording wait(double seconds, bool powered) = 0;
+  [[nodiscard]] virtual BenchRecording run(const AxisProgram& program) = 0;
+  [[nodiscard]] virtual BenchRecording servo(const ServoProgram& program) = 0;
+  [[nodiscard]] virtual BenchRecording feel(const TipProgram& program, const Prompt& prompt) = 0;
 };
 
 }  // namespace thimble::host

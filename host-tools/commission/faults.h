@@ -54,7 +54,7 @@ struct Correction {
   double value = 0;
 };
 
-struct Finding {
+struct ArmFinding {
   ArmFault fault{};
   int axis = -1;                        // -1: of the whole arm
   int other = -1;                       // the second axis of an exchange

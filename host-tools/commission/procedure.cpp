@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <iterator>
+#include <stdexcept>
 
 #include "host-tools/commission/state.h"
 #include "host-tools/files/output_file.h"
@@ -36,6 +36,31 @@ void own_motor(Json& arm, const std::string& pointer) {
   if (motor.is_string()) motor = Json(arm.at("motors").at(motor.get<std::string>()));
 }
 
+int step_of(const std::string& number) {
+  const int step = std::stoi(number);
+  if (step < 0 || step >= static_cast<int>(steps().size())) throw std::out_of_range("step " + number);
+  return step;
+}
+
+constexpr const char* kWalls = "/limits/largest_walls";
+
+// With the margin, in place of those of the same rate.
+void write_walls(Json& arm, const std::vector<const Measure*>& measured, const std::string& by) {
+  if (measured.empty()) return;
+  Json walls = Json::array();
+  if (const Json::json_pointer place(kWalls); arm.contains(place))
+    for (const Json& wall : arm.at(place))
+      if (std::abs(wall.at("rate_Hz").get<double>() - measured.front()->rate_Hz) > .5) walls.push_back(wall);
+  for (const Measure* measure : measured)
+    walls.push_back({{"rate_Hz", measure->rate_Hz},
+                     {"damping_N_s_m", measure->damping_N_s_m},
+                     {"stiffness_N_m",
+                      {{"value", rounded(kWallMargin * measure->value)},
+                       {"spread", rounded(kWallMargin * measure->spread)},
+                       {"by", by}}}});
+  arm[Json::json_pointer(kWalls)] = walls;
+}
+
 // Prunes motors that no axis names any more.
 void drop_unused_motors(Json& arm) {
   if (!arm.contains("motors")) return;
@@ -57,9 +82,12 @@ void drop_unused_motors(Json& arm) {
 Commission::Commission(std::string arm_text, std::string arm_name, std::string by)
     : name_(std::move(arm_name)), by_(std::move(by)) {
   static_cast<void>(read_arm_file(arm_text, name_));  // its errors tell the line
-  arm_ = Json::parse(arm_text);
+  given_ = Json::parse(arm_text);
+  arm_ = given_;
   reread();
 }
+
+bool Commission::is_of(const std::string& arm_text) const { return given_ == Json::parse(arm_text); }
 
 void Commission::reread() {
   file_ = std::make_unique<ArmFile>(read_arm_file(arm_.dump(2), name_));
@@ -72,13 +100,20 @@ const StepResult& Commission::run(int number, Bench& bench) {
     throw Error(ExitCode::kRefused, "step-order",
                 fmt::format("step {} builds on step {}, which has not passed", number, next()),
                 fmt::format("do step {} first", next()));
-  if (step.needs_place && known_.session != bench.facts().session)
+  if (needs_place(number, bench))
     throw Error(ExitCode::kRefused, "step-order", "the counters have begun anew since step 2",
                 "do step 2 again");
   bench.use(*file_);
   if (step.needs_place) bench.locate(known_.at_zero);
   StepContext context{bench, *expectation_, known_};
-  StepResult result = step.run(context);
+  const Known before = known_;
+  StepResult result;
+  try {
+    result = step.run(context);
+  } catch (...) {
+    known_ = before;
+    throw;
+  }
   // What later steps found of another arm, or of this one before it was repaired, is void.
   if (!result.passed) results_.erase(results_.upper_bound(number), results_.end());
   StepResult& kept = results_[number] = std::move(result);
@@ -89,7 +124,7 @@ const StepResult& Commission::run(int number, Bench& bench) {
 void Commission::accept(const StepResult& result, Bench& bench) {
   bool corrected = false;
   for (std::size_t i = 0; i < result.findings.size(); ++i) {
-    const Finding& found = result.findings[i];
+    const ArmFinding& found = result.findings[i];
     if (found.corrections.empty()) continue;
     Prompt asked = prompt(Prompt::Kind::kAcceptCorrection, static_cast<std::size_t>(std::max(0, found.axis)),
                           found.text + " Is the arm right as it is, and the file wrong?");
@@ -97,6 +132,7 @@ void Commission::accept(const StepResult& result, Bench& bench) {
     if (bench.ask(asked) != Answer::kDone) continue;
     for (const Correction& correction : found.corrections) correct(correction);
     corrected = true;
+    corrections_.insert(corrections_.end(), found.corrections.begin(), found.corrections.end());
   }
   if (corrected) reread();
 }
@@ -116,54 +152,52 @@ bool Commission::passed(int number) const {
   return found != results_.end() && found->second.passed;
 }
 
+bool Commission::needs_place(int number, Bench& bench) const {
+  return steps()[static_cast<std::size_t>(number)].needs_place && known_.session != bench.facts().session;
+}
+
 int Commission::next() const {
   int number = 0;
   while (number < static_cast<int>(steps().size()) && passed(number)) ++number;
   return number;
 }
 
+std::string place_of(const Measure& measure) {
+  if (!(measure.value >= 0)) return {};
+  if (!(measure.spread <= measure.promise * std::abs(measure.value))) return {};
+  if (measure.axis < 0) return measure.name == "largest_wall_N_m" ? kWalls : "";
+  for (const ResultPlace& place : kResultPlaces)
+    if (measure.name == place.measure) return fmt::format("/axes/{}/{}", measure.axis, place.key);
+  return {};
+}
+
 std::string Commission::arm_file() const {
   Json arm = arm_;
+  std::vector<const Measure*> walls;
   for (const auto& [number, result] : results_) {
     for (const Measure& measure : result.measures) {
-      for (const ResultPlace& place : kResultPlaces) {
-        if (measure.name != place.measure || measure.axis < 0) continue;
-        if (!(measure.spread <= measure.promise * std::abs(measure.value)) || !(measure.value >= 0)) continue;
-        const std::string pointer = fmt::format("/axes/{}/{}", measure.axis, place.key);
-        own_motor(arm, pointer);
-        arm[Json::json_pointer(pointer)] = {
-            {"value", rounded(measure.value)}, {"spread", rounded(measure.spread)}, {"by", by_}};
+      const std::string pointer = place_of(measure);
+      if (pointer.empty()) continue;
+      if (pointer == kWalls) {
+        walls.push_back(&measure);
+        continue;
       }
+      own_motor(arm, pointer);
+      arm[Json::json_pointer(pointer)] = {
+          {"value", rounded(measure.value)}, {"spread", rounded(measure.spread)}, {"by", by_}};
     }
   }
+  write_walls(arm, walls, by_);
   drop_unused_motors(arm);
   return arm.dump(2) + "\n";
 }
 
-std::string Commission::report() const {
-  std::string text = fmt::format("Commissioning of {}\n", file_->name);
-  auto out = std::back_inserter(text);
-  for (const Step& step : steps()) {
-    const auto found = results_.find(step.number);
-    const char* word = found == results_.end() ? "not done" : found->second.passed ? "passed" : "FAILED";
-    fmt::format_to(out, "\n{:2}  {:<12} {}: {}\n", step.number, step.name, word, step.text);
-    if (found == results_.end()) continue;
-    for (const Finding& finding : found->second.findings) fmt::format_to(out, "      ! {}\n", finding.text);
-    for (const std::string& note : found->second.notes) fmt::format_to(out, "      {}\n", note);
-    for (const Measure& measure : found->second.measures) {
-      const std::string given =
-          std::isnan(measure.given) ? "not given" : fmt::format("{:.4g}", measure.given);
-      fmt::format_to(out, "      {:<8} {:<24} {:>10.4g} +- {:<8.2g} given {}\n",
-                     measure.axis < 0 ? "arm" : file_->axes[static_cast<std::size_t>(measure.axis)].name,
-                     measure.name, measure.value, measure.spread, given);
-    }
-  }
-  return text;
-}
-
 std::string Commission::state() const {
-  Json all{
-      {"thimble_commission", 1}, {"name", name_}, {"by", by_}, {"arm", arm_}, {"known", json_of(known_)}};
+  Json all{{"thimble_commission", 1}, {"name", name_}, {"by", by_},
+           {"given", given_},         {"arm", arm_},   {"known", json_of(known_)}};
+  Json corrections = Json::array();
+  for (const Correction& correction : corrections_) corrections.push_back(json_of(correction));
+  all["corrections"] = corrections;
   Json done = Json::object();
   for (const auto& [number, result] : results_) done[std::to_string(number)] = json_of(result);
   all["steps"] = done;
@@ -175,9 +209,13 @@ Commission Commission::from_state(const std::string& text) {
     const Json all = Json::parse(text);
     if (all.at("thimble_commission") != 1) throw std::invalid_argument("version of the state");
     Commission commission(all.at("arm").dump(2), all.at("name"), all.at("by"));
+    commission.given_ = all.at("given");
+    for (const Json& correction : all.at("corrections"))
+      commission.corrections_.push_back(correction_of(correction));
     commission.known_ = known_of(all.at("known"));
     for (const auto& [number, result] : all.at("steps").items())
-      commission.results_[std::stoi(number)] = result_of(result);
+      commission.results_[step_of(number)] = result_of(result);
+    commission.demand_axes();
     return commission;
   } catch (const std::logic_error& error) {
     throw Error(ExitCode::kBadInput, "bad-state",
@@ -187,6 +225,20 @@ Commission Commission::from_state(const std::string& text) {
     throw Error(ExitCode::kBadInput, "bad-state",
                 std::string("the saved commissioning cannot be read: ") + error.what(),
                 "begin the commissioning anew");
+  }
+}
+
+void Commission::demand_axes() const {
+  const auto demand = [this](int axis) {
+    if (axis < -1 || axis >= static_cast<int>(file_->axes.size()))
+      throw std::out_of_range("axis " + std::to_string(axis));
+  };
+  for (const auto& [number, result] : results_) {
+    for (const Measure& measure : result.measures) demand(measure.axis);
+    for (const ArmFinding& found : result.findings) {
+      demand(found.axis);
+      demand(found.other);
+    }
   }
 }
 

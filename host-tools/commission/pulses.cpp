@@ -21,8 +21,8 @@ constexpr std::size_t kLeastEdges = 3;
 struct Edge {
   double time_s, counts;
 };
-std::vector<Edge> edges_of(const Recording& recording, std::size_t axis, std::size_t from, std::size_t to,
-                           double start) {
+std::vector<Edge> edges_of(const BenchRecording& recording, std::size_t axis, std::size_t from,
+                           std::size_t to, double start) {
   std::vector<Edge> edges;
   double last = start;
   for (std::size_t k = from; k < to; ++k) {
@@ -92,7 +92,7 @@ PulseSeen pulse(StepContext& context, std::size_t drive, std::size_t loose, doub
   program.ends = gentle_ends(context.arm);
   demand_gentle(context.arm, program);
   const PerAxis<AxisReading> before = context.bench.read();
-  const Recording seen = context.bench.run(program);
+  const BenchRecording seen = context.bench.run(program);
   PulseSeen pulse;
   pulse.asked_A = current_A;
   if (seen.driven_ticks == 0 || seen.ticks.empty()) return pulse;

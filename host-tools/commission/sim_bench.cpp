@@ -1,5 +1,6 @@
 #include "host-tools/commission/sim_bench.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,6 +16,7 @@ using std::numbers::pi;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPolePairs = 7;   // of the motors, where one has a dead phase
+constexpr double kSafeStep = 1;    // by the fastest rate: Runge-Kutta 4 is stable to 2.7
 constexpr double kSlipPart = .02;  // of a turn of the encoder, at each reversal
 
 Eigen::Index index(std::size_t j) { return static_cast<Eigen::Index>(j); }
@@ -85,7 +87,41 @@ void SimBench::build() {
     grip_d_[index(j)] = 1.4 * std::sqrt(grip_k_[index(j)] * inertia);
     plant_->set_open(j, open_.at(j));
   }
+  const double longest_s = kSafeStep / fastest_rate();
+  hand_step_s_ = std::min(kSimHandStep_s, longest_s);
+  motion_step_s_ = std::min(kSimMotionStep_s, longest_s);
   use(given_);
+}
+
+// 1/s: of the springs and dampers at the links, hands and stops included, and of the rotors on their transmissions; the largest at home and at
+// the corners of the limits, because a mass matrix is nearest to singular in some of them.
+double SimBench::fastest_rate() const {
+  const Eigen::Index n = plant_->axes();
+  Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(n, n), damping = Eigen::MatrixXd::Zero(n, n);
+  double fastest = 1;
+  for (std::size_t j = 0; j < axes(); ++j) {
+    const board::AxisTruth& axis = truth_.axis[j];
+    stiffness(index(j), index(j)) = grip_k_[index(j)] + axis.stop_stiffness_N_m_rad + axis.stiffness_N_m_rad;
+    damping(index(j), index(j)) = grip_d_[index(j)] + axis.stop_damping_N_m_s_rad + axis.damping_N_m_s_rad;
+    if (axis.driven)
+      fastest = std::max({fastest, std::sqrt(axis.stiffness_N_m_rad / axis.rotor_kg_m2),
+                          (axis.damping_N_m_s_rad + axis.viscous_N_m_s_rad) / axis.rotor_kg_m2});
+  }
+  board::AnyPlant plant(truth_);
+  JointVector at = plant.joints_rad();
+  for (std::size_t corner = 0; corner <= std::size_t{1} << axes(); ++corner) {
+    const Eigen::MatrixXd M = plant.mass_matrix();
+    const auto largest = [&M](const Eigen::MatrixXd& of) {
+      return Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(of, M, Eigen::EigenvaluesOnly)
+          .eigenvalues()
+          .maxCoeff();
+    };
+    fastest = std::max({fastest, std::sqrt(largest(stiffness)), largest(damping)});
+    for (std::size_t j = 0; j < axes(); ++j)
+      at[index(j)] = ((corner >> j) & 1U) == 0 ? truth_.axis[j].lower : truth_.axis[j].upper;
+    plant.place(at);
+  }
+  return fastest;
 }
 
 void SimBench::add_fault(const SimFault& fault) {
@@ -174,7 +210,7 @@ BenchFacts SimBench::facts() {
           .watchdog_s = .02,
           .counts_illegal = true,
           .has_mark = options_.has_mark,
-          .session = "simulated"};
+          .session = options_.session};
 }
 
 void SimBench::use(const ArmFile& arm) {
@@ -287,7 +323,7 @@ void SimBench::judge(bool speed) {
   if (speed) most_speed_m_s_ = std::max(most_speed_m_s_, (J * plant_->joint_speeds_rad_s()).norm());
 }
 
-void SimBench::record(Recording& recording, const PerAxis<double>& asked_A, double time_s) {
+void SimBench::record(BenchRecording& recording, const PerAxis<double>& asked_A, double time_s) {
   BenchTick tick;
   tick.time_s = time_s;
   tick.asked_A = asked_A;

@@ -13,7 +13,8 @@
 
 namespace thimble::host {
 
-inline constexpr double kSimMotionStep_s = 1e-4;  // of the plant, in a motion of the motors
+// Of the plant at most, in a motion of the motors and in one of the hands.
+inline constexpr double kSimMotionStep_s = 1e-4, kSimHandStep_s = 5e-4;
 
 struct SimFault {
   ArmFault fault{};
@@ -28,13 +29,15 @@ struct SimBenchOptions {
       1;  // of the true figures, 1: friction 15 %, inertia 5 %, torque constant 3 %, resistance 5 %, stiffness 10 %; 0: as the file
   bool measures_current = true, measures_voltage = true;
   bool has_mark = true;
-  double drive_delay_s = 0;  // of a command, in whole ticks
+  double drive_delay_s = 0;           // of a command, in whole ticks
+  std::string session = "simulated";  // of the counters
   // What the builder says to a correction; without it: no, and what he repairs.
   bool accepts_corrections = false;
 };
 
 class SimBench : public Bench {
  public:
+  // Precondition: no closed loop (five_bar, delta). Its links stop one another where they no longer meet, and the plant does not.
   SimBench(const ArmFile& arm, std::vector<SimFault> faults, const SimBenchOptions& options);
 
   [[nodiscard]] BenchFacts facts() override;
@@ -43,11 +46,11 @@ class SimBench : public Bench {
   [[nodiscard]] PerAxis<AxisReading> read() override;
   [[nodiscard]] Answer ask(const Prompt& prompt) override;
   [[nodiscard]] LineTrial try_line(Line line, const Prompt& prompt) override;
-  [[nodiscard]] Recording watch(const Prompt& prompt, bool powered) override;
-  [[nodiscard]] Recording wait(double seconds, bool powered) override;
-  [[nodiscard]] Recording run(const AxisProgram& program) override;
-  [[nodiscard]] Recording servo(const ServoProgram& program) override;
-  [[nodiscard]] Recording feel(const TipProgram& program, const Prompt& prompt) override;
+  [[nodiscard]] BenchRecording watch(const Prompt& prompt, bool powered) override;
+  [[nodiscard]] BenchRecording wait(double seconds, bool powered) override;
+  [[nodiscard]] BenchRecording run(const AxisProgram& program) override;
+  [[nodiscard]] BenchRecording servo(const ServoProgram& program) override;
+  [[nodiscard]] BenchRecording feel(const TipProgram& program, const Prompt& prompt) override;
 
   // Repairs the fault; the arm stays where it is.
   void mend(std::size_t fault);
@@ -64,24 +67,26 @@ class SimBench : public Bench {
   [[nodiscard]] std::size_t axes() const { return given_.axes.size(); }
   [[nodiscard]] double uniform(double low, double high);
   void build();
+  [[nodiscard]] double fastest_rate() const;
   void add_fault(const SimFault& fault);
   [[nodiscard]] std::int64_t counts_of(std::size_t encoder) const;  // of the encoder at a joint
   [[nodiscard]] PerAxis<std::int64_t> counts() const;               // of the axes of the file
   void slip(std::size_t joint, double speed);
-  void find_marks(Recording& recording, const board::JointVector& before);
+  void find_marks(BenchRecording& recording, const board::JointVector& before);
   void command(const PerAxis<double>& current_A, bool enable);
   void set_torques();
   void advance(double seconds, bool judge_speed);
   void judge(bool speed);
-  void record(Recording& recording, const PerAxis<double>& asked_A, double time_s);
+  void record(BenchRecording& recording, const PerAxis<double>& asked_A, double time_s);
   [[nodiscard]] PerAxis<double> believed() const;  // angles by the file and the counts
   // The hands: all axes to a place, and hold them there, but for one.
   void bring(const board::JointVector& place, std::optional<std::size_t> loose);
   void settle();
   void grip(const board::JointVector& target, std::optional<std::size_t> loose, double share);
-  void turn(const Prompt& prompt, bool powered, Recording& recording);
-  void go(std::size_t axis, double to, double speed, bool powered, Recording& recording);
-  void swing(const Prompt& prompt, bool powered, Recording& recording);
+  void turn(const Prompt& prompt, bool powered, BenchRecording& recording);
+  void go(std::size_t axis, double to, double speed, bool powered, BenchRecording& recording);
+  void swing(const Prompt& prompt, bool powered, BenchRecording& recording);
+  [[nodiscard]] BenchRecording press_wall(const TipProgram& program);
   [[nodiscard]] Eigen::Vector3d hand_way(const Prompt& prompt, double time_s) const;
 
   ArmFile original_, given_;
@@ -97,6 +102,7 @@ class SimBench : public Bench {
   PerAxis<bool> dead_channel_{}, dead_encoder_{}, dead_phase_{}, open_{};
   PerAxis<double> noise_{};
   PerAxis<std::uint64_t> illegal_{};
+  double hand_step_s_ = kSimHandStep_s, motion_step_s_ = kSimMotionStep_s;
   bool lines_ignored_ = false, powered_ = false;
   board::JointVector grip_k_, grip_d_, held_;
   double most_force_N_ = 0, most_speed_m_s_ = 0, most_share_ = 0;

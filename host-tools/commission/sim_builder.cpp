@@ -10,7 +10,7 @@ namespace {
 
 using board::JointVector;
 
-constexpr double kHandTick_s = 1e-3, kHandStep_s = 5e-4;
+constexpr double kHandTick_s = 1e-3;
 constexpr double kHandSpeed = 1.5;  // rad/s
 constexpr double kBeyond = .15;     // rad, how far the hand pulls into a stop
 constexpr double kTurnShare = .03;  // of the grip's stiffness, with which it turns an axis
@@ -29,7 +29,7 @@ void SimBench::grip(const JointVector& target, std::optional<std::size_t> loose,
 }
 
 void SimBench::bring(const JointVector& place, std::optional<std::size_t> loose) {
-  plant_->set_max_step(kHandStep_s);
+  plant_->set_max_step(hand_step_s_);
   const JointVector from = plant_->joints_rad();
   const double far = (place - from).cwiseAbs().maxCoeff();
   const double seconds = std::max(.3, far / 2);
@@ -74,7 +74,7 @@ Answer SimBench::ask(const Prompt& prompt) {
       break;
     }
     case Prompt::Kind::kRest:
-      plant_->set_max_step(kHandStep_s);
+      plant_->set_max_step(hand_step_s_);
       settle();
       break;
     case Prompt::Kind::kHang:
@@ -107,10 +107,10 @@ LineTrial SimBench::try_line(Line line, const Prompt& /*prompt*/) {
   return {true, line == Line::kWatchdog ? known.watchdog_s * uniform(.8, .99) : known.tick_s * uniform(0, 1)};
 }
 
-Recording SimBench::wait(double seconds, bool powered) {
-  Recording recording;
+BenchRecording SimBench::wait(double seconds, bool powered) {
+  BenchRecording recording;
   command({}, powered);
-  plant_->set_max_step(kHandStep_s);
+  plant_->set_max_step(hand_step_s_);
   for (double t = 0; t < seconds; t += 5 * kHandTick_s) {
     advance(5 * kHandTick_s, false);
     record(recording, {}, t);
@@ -119,10 +119,10 @@ Recording SimBench::wait(double seconds, bool powered) {
   return recording;
 }
 
-Recording SimBench::watch(const Prompt& prompt, bool powered) {
-  Recording recording;
+BenchRecording SimBench::watch(const Prompt& prompt, bool powered) {
+  BenchRecording recording;
   command({}, false);
-  plant_->set_max_step(kHandStep_s);
+  plant_->set_max_step(hand_step_s_);
   if (prompt.kind == Prompt::Kind::kTurn) turn(prompt, powered, recording);
   if (prompt.kind == Prompt::Kind::kSwing) swing(prompt, powered, recording);
   command({}, false);
@@ -130,7 +130,7 @@ Recording SimBench::watch(const Prompt& prompt, bool powered) {
 }
 
 // To a place of the axis with the hand that turns it, the others held.
-void SimBench::go(std::size_t axis, double to, double speed, bool powered, Recording& recording) {
+void SimBench::go(std::size_t axis, double to, double speed, bool powered, BenchRecording& recording) {
   const double from = plant_->joints_rad()[at(axis)];
   const double seconds = std::abs(to - from) / speed + .25;
   JointVector target = held_;
@@ -146,7 +146,7 @@ void SimBench::go(std::size_t axis, double to, double speed, bool powered, Recor
   }
 }
 
-void SimBench::turn(const Prompt& prompt, bool powered, Recording& recording) {
+void SimBench::turn(const Prompt& prompt, bool powered, BenchRecording& recording) {
   const std::size_t axis = prompt.axis;
   const Expectation told(original_);
   JointVector place = told.home();
@@ -157,7 +157,7 @@ void SimBench::turn(const Prompt& prompt, bool powered, Recording& recording) {
   // The hand knows the joint and where the tip goes, not the signs of the file.
   double sign = prompt.sign;
   if (prompt.direction.norm() > 0) {
-    plant_->set_max_step(kHandStep_s);
+    plant_->set_max_step(hand_step_s_);
     sign = board::AnyPlant(truth_).force_jacobian().col(at(axis)).dot(prompt.direction) > 0 ? 1 : -1;
   }
   const double speed = kHandSpeed * std::min(1.0, (span.upper - span.lower) / 2);
@@ -168,13 +168,13 @@ void SimBench::turn(const Prompt& prompt, bool powered, Recording& recording) {
   }
 }
 
-void SimBench::swing(const Prompt& prompt, bool powered, Recording& recording) {
+void SimBench::swing(const Prompt& prompt, bool powered, BenchRecording& recording) {
   const double middle = plant_->joints_rad()[at(prompt.axis)];
   for (const double by : {.15, -.15, .15, -.15}) go(prompt.axis, middle + by, kHandSpeed, powered, recording);
 }
 
 // The mark of a joint is at home, or whole turns of its encoder beside.
-void SimBench::find_marks(Recording& recording, const JointVector& before) {
+void SimBench::find_marks(BenchRecording& recording, const JointVector& before) {
   if (!options_.has_mark) return;
   for (std::size_t j = 0; j < axes(); ++j) {
     const std::size_t joint = encoder_of_.at(j);
@@ -189,9 +189,9 @@ void SimBench::find_marks(Recording& recording, const JointVector& before) {
   }
 }
 
-Recording SimBench::run(const AxisProgram& program) {
-  Recording recording;
-  plant_->set_max_step(kSimMotionStep_s);
+BenchRecording SimBench::run(const AxisProgram& program) {
+  BenchRecording recording;
+  plant_->set_max_step(motion_step_s_);
   const double tick_s = facts().tick_s;
   const PerAxis<std::int64_t> start = counts();
   const auto window = static_cast<std::size_t>(std::lround(.005 / tick_s));

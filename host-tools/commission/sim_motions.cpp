@@ -5,6 +5,7 @@
 
 #include "host-tools/commission/expectation.h"
 #include "host-tools/commission/sim_bench.h"
+#include "host-tools/commission/wall_loop.h"
 #include "kinematics/mechanism.h"
 
 namespace thimble::host {
@@ -54,9 +55,9 @@ Way way_at(double at) {
 
 }  // namespace
 
-Recording SimBench::servo(const ServoProgram& program) {
-  Recording recording;
-  plant_->set_max_step(kSimMotionStep_s);
+BenchRecording SimBench::servo(const ServoProgram& program) {
+  BenchRecording recording;
+  plant_->set_max_step(motion_step_s_);
   const double tick_s = facts().tick_s;
   Speeds speeds(tick_s);
   const double all_s = program.move_s + program.stay_s;
@@ -92,9 +93,10 @@ Eigen::Vector3d SimBench::hand_way(const Prompt& prompt, double time_s) const {
   return {kWay_m * std::sin(turn), kWay_m * .7 * std::sin(.8 * turn), kWay_m * .5 * std::sin(1.3 * turn)};
 }
 
-Recording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
-  Recording recording;
-  plant_->set_max_step(kSimMotionStep_s);
+BenchRecording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
+  if (program.kind == TipProgram::Kind::kWall) return press_wall(program);
+  BenchRecording recording;
+  plant_->set_max_step(motion_step_s_);
   const double tick_s = facts().tick_s;
   const kinematics::Mechanism<double> mechanism(given_.geometry);
   kinematics::MechanismPose<double> pose = mechanism.home_pose();
@@ -121,8 +123,6 @@ Recording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
       Eigen::Vector3d force_N = -program.damping_N_s_m * velocity;
       if (program.kind == TipProgram::Kind::kSpring)
         force_N += program.stiffness_N_m * (begin_m - pose.force_point_m);
-      if (program.kind == TipProgram::Kind::kWall)
-        force_N = {0, 0, std::max(0.0, program.stiffness_N_m * (program.wall_z_m - pose.force_point_m.z()))};
       if (force_N.norm() > program.most_force_N) force_N *= program.most_force_N / force_N.norm();
       const JointVector torque = mechanism.torques(pose, force_N);
       for (std::size_t j = 0; j < axes(); ++j)
@@ -135,6 +135,53 @@ Recording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
     command(asked, true);
     advance(tick_s, false);
     record(recording, asked, t);
+  }
+  recording.driven_ticks = recording.ticks.size();
+  command({}, false);
+  plant_->set_hand(board::kNoHand);
+  bring(plant_->joints_rad(), std::nullopt);
+  return recording;
+}
+
+// A hand as in docs/stability.md meets the wall, presses it and holds.
+BenchRecording SimBench::press_wall(const TipProgram& program) {
+  constexpr double kApproach_m_s = .1, kHold_s = 1.5;
+  BenchRecording recording;
+  plant_->set_max_step(board::kPlantStep_s);
+  const double tick_s = facts().tick_s;
+  const auto late = static_cast<std::size_t>(std::lround(options_.drive_delay_s / tick_s));
+  const Expectation arm(given_);
+  WallLoop loop(arm, program, tick_s);
+  plant_->release_grip();
+  const board::Hand hand{};
+  plant_->set_hand(hand);
+  // At rest the wall, the arm's structure and the hand are three springs in a row.
+  const double way_m =
+      program.wall_depth_m +
+      kPress_N * (1 / program.stiffness_N_m + 1 / given_.tip_stiffness_N_m + 1 / hand.stiffness_N_m);
+  const double travel_s = way_m / kApproach_m_s;
+  const Eigen::Vector3d from_m = plant_->force_point_m();
+  for (double t = 0; t < travel_s + kHold_s; t += tick_s) {
+    const double part = std::min(1.0, t / travel_s);
+    plant_->set_hand_target(
+        from_m - part * way_m * program.wall_normal,
+        part < 1 ? Eigen::Vector3d(-kApproach_m_s * program.wall_normal) : Eigen::Vector3d::Zero());
+    const PerAxis<double> angle = believed();
+    JointVector at(row(axes()));
+    for (std::size_t j = 0; j < axes(); ++j) at[row(j)] = angle.at(j);
+    const JointVector current = loop.currents(at, counts());
+    PerAxis<double> asked{};
+    for (std::size_t j = 0; j < axes(); ++j) asked.at(j) = current[row(j)];
+    command(recording.ticks.size() < late ? PerAxis<double>{}
+            : late == 0                   ? asked
+                                          : recording.ticks[recording.ticks.size() - late].asked_A,
+            true);
+    advance(tick_s, false);
+    record(recording, asked, t);
+    if (loop.tip_speed_m_s() > program.most_speed_m_s) {
+      recording.ending = Ending::kSpeed;
+      break;
+    }
   }
   recording.driven_ticks = recording.ticks.size();
   command({}, false);

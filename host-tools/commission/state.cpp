@@ -12,11 +12,31 @@ double number_of(const StateJson& json) {
   return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
 }
 
-StateJson json_of_finding(const Finding& found) {
+ArmFinding finding_of(const StateJson& json) {
+  ArmFinding found;
+  found.fault = fault_named(json.at("fault").get<std::string>());
+  found.axis = json.at("axis");
+  found.other = json.at("other");
+  found.factor = number_of(json.at("factor"));
+  for (const StateJson& twin : json.at("twins")) found.twins.push_back(fault_named(twin.get<std::string>()));
+  for (const StateJson& correction : json.at("corrections"))
+    found.corrections.push_back(correction_of(correction));
+  found.text = json.at("text");
+  return found;
+}
+
+}  // namespace
+
+StateJson json_of(const Correction& correction) {
+  return {{"pointer", correction.pointer}, {"value", correction.value}};
+}
+
+Correction correction_of(const StateJson& json) { return {json.at("pointer"), json.at("value")}; }
+
+StateJson json_of(const ArmFinding& found) {
   StateJson twins = StateJson::array(), corrections = StateJson::array();
   for (const ArmFault twin : found.twins) twins.push_back(text_of(twin).name);
-  for (const Correction& correction : found.corrections)
-    corrections.push_back({{"pointer", correction.pointer}, {"value", correction.value}});
+  for (const Correction& correction : found.corrections) corrections.push_back(json_of(correction));
   return {{"fault", text_of(found.fault).name},
           {"axis", found.axis},
           {"other", found.other},
@@ -26,32 +46,17 @@ StateJson json_of_finding(const Finding& found) {
           {"text", found.text}};
 }
 
-Finding finding_of(const StateJson& json) {
-  Finding found;
-  found.fault = fault_named(json.at("fault").get<std::string>());
-  found.axis = json.at("axis");
-  found.other = json.at("other");
-  found.factor = number_of(json.at("factor"));
-  for (const StateJson& twin : json.at("twins")) found.twins.push_back(fault_named(twin.get<std::string>()));
-  for (const StateJson& correction : json.at("corrections"))
-    found.corrections.push_back({correction.at("pointer"), correction.at("value")});
-  found.text = json.at("text");
-  return found;
+StateJson json_of(const Measure& measure) {
+  return {
+      {"name", measure.name},       {"axis", measure.axis},       {"given", measure.given},
+      {"value", measure.value},     {"spread", measure.spread},   {"residual", measure.residual},
+      {"promise", measure.promise}, {"rate_Hz", measure.rate_Hz}, {"damping_N_s_m", measure.damping_N_s_m}};
 }
-
-}  // namespace
 
 StateJson json_of(const StepResult& result) {
   StateJson findings = StateJson::array(), measures = StateJson::array();
-  for (const Finding& found : result.findings) findings.push_back(json_of_finding(found));
-  for (const Measure& m : result.measures)
-    measures.push_back({{"name", m.name},
-                        {"axis", m.axis},
-                        {"given", m.given},
-                        {"value", m.value},
-                        {"spread", m.spread},
-                        {"residual", m.residual},
-                        {"promise", m.promise}});
+  for (const ArmFinding& found : result.findings) findings.push_back(json_of(found));
+  for (const Measure& m : result.measures) measures.push_back(json_of(m));
   return {{"passed", result.passed},
           {"stopped", result.stopped},
           {"findings", findings},
@@ -74,7 +79,8 @@ StepResult result_of(const StateJson& json) {
   for (const StateJson& m : json.at("measures"))
     result.measures.push_back({m.at("name"), m.at("axis"), number_of(m.at("given")), number_of(m.at("value")),
                                number_of(m.at("spread")), number_of(m.at("residual")),
-                               number_of(m.at("promise"))});
+                               number_of(m.at("promise")), number_of(m.at("rate_Hz")),
+                               number_of(m.at("damping_N_s_m"))});
   result.notes = json.at("notes").get<std::vector<std::string>>();
   return result;
 }

@@ -52,14 +52,21 @@ std::string towards(const Eigen::Vector3d& direction) {
   return text;
 }
 
-Finding finding(const Expectation& arm, ArmFault fault, std::size_t axis, const std::string& figures,
-                double factor) {
+std::string sentence(std::string_view text) {
+  std::string written(text);
+  if (!written.empty() && written.front() >= 'a' && written.front() <= 'z')
+    written.front() = static_cast<char>(written.front() - 'a' + 'A');
+  return written;
+}
+
+ArmFinding finding(const Expectation& arm, ArmFault fault, std::size_t axis, const std::string& figures,
+                   double factor) {
   const FaultText& text = text_of(fault);
-  Finding found;
+  ArmFinding found;
   found.fault = fault;
   found.axis = static_cast<int>(axis);
   found.factor = factor;
-  found.text = fmt::format("{}: {} ({}). {}.", quoted(arm, axis), text.what, figures, text.remedy);
+  found.text = fmt::format("{}: {} ({}). {}.", quoted(arm, axis), text.what, figures, sentence(text.remedy));
   return found;
 }
 

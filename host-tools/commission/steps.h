@@ -24,12 +24,15 @@ struct Measure {
   double residual = 0;  // what the model does not explain, of the whole
   double promise =
       0;  // the accuracy that the method has, relative; a value whose spread is above it is not written to the file
+  // Of a wall: ticks a second, and B.
+  double rate_Hz = std::numeric_limits<double>::quiet_NaN();
+  double damping_N_s_m = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct StepResult {
   bool passed = false;
   bool stopped = false;  // the builder gave up
-  std::vector<Finding> findings{};
+  std::vector<ArmFinding> findings{};
   std::vector<Measure> measures{};
   std::vector<std::string> notes{};
 };
@@ -57,6 +60,9 @@ struct Step {
 };
 [[nodiscard]] std::span<const Step> steps() noexcept;  // 0 to 10
 
+// Of the stiffest wall that step 10 found: what is written to the file.
+inline constexpr double kWallMargin = .5;
+
 StepResult prove_lines(StepContext& context);
 StepResult prove_quiet(StepContext& context);
 StepResult prove_encoders(StepContext& context);
@@ -71,10 +77,12 @@ StepResult find_walls(StepContext& context);
 
 // "'upper'"; "up and to the right"
 [[nodiscard]] std::string quoted(const Expectation& arm, std::size_t axis);
+// With a capital: "exchange the wires" as "Exchange the wires".
+[[nodiscard]] std::string sentence(std::string_view text);
 [[nodiscard]] std::string towards(const Eigen::Vector3d& direction);
 // The sentence of a finding: joint, what, figures, remedy.
-[[nodiscard]] Finding finding(const Expectation& arm, ArmFault fault, std::size_t axis,
-                              const std::string& figures, double factor = 1);
+[[nodiscard]] ArmFinding finding(const Expectation& arm, ArmFault fault, std::size_t axis,
+                                 const std::string& figures, double factor = 1);
 [[nodiscard]] Prompt prompt(Prompt::Kind kind, std::size_t axis, std::string text);
 // All axes to `place`, with `axis` let go.
 [[nodiscard]] Answer place(StepContext& context, std::size_t axis, const board::JointVector& at);

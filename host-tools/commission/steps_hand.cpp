@@ -42,7 +42,7 @@ void judge_mark(const StepContext& context, std::size_t j, const Passes& passes,
   const ArmEncoder& encoder = arm.axis(j).encoder;
   const double repeat = std::max(range_of(passes.forward), range_of(passes.backward));
   if (repeat > kRepeatCounts) {
-    Finding found =
+    ArmFinding found =
         finding(arm, ArmFault::kSlip, j, fmt::format("the home mark moved by {:.0f} counts", repeat));
     result.findings.push_back(found);
     return;
@@ -108,7 +108,7 @@ StepResult prove_marks(StepContext& context) {
     return result;
   }
   for (std::size_t j = 0; j < context.arm.axes(); ++j) {
-    const Recording recording = context.bench.watch(turn_prompt(context.arm, j, 3, false), false);
+    const BenchRecording recording = context.bench.watch(turn_prompt(context.arm, j, 3, false), false);
     Passes passes;
     for (const Mark& mark : recording.marks)
       if (mark.axis == j)

@@ -19,6 +19,8 @@ constexpr double kLowest_Hz = 12, kHighest_Hz = 350;
 constexpr int kFrequencies = 26;
 constexpr double kTone_s = .25;
 constexpr double kToneFriction = 12, kTonePeak = .15;  // amplitude by friction, and of the peak
+constexpr std::size_t kToneRuns = 2;                   // that the model explains
+constexpr int kMostToneRuns = 5;
 constexpr int kRamps = 6;
 constexpr double kRamp_s = 2;    // so slow that it is found where it begins to move
 constexpr int kTonesAPlace = 4;  // before the arm is put back
@@ -30,7 +32,7 @@ void add(StepResult& result, const char* name, std::size_t axis, double given, s
   measure.axis = static_cast<int>(axis);
   measure.given = given;
   measure.value = mean(values);
-  measure.spread = spread(values);
+  measure.spread = values.size() < 2 ? std::nan("") : spread(values);  // one run does not tell
   measure.residual = residual;
   measure.promise = promise;
   result.measures.push_back(measure);
@@ -84,7 +86,7 @@ std::vector<double> find_stiction(StepContext& context, std::size_t axis, const 
                                   static_cast<double>(ticks));
     // The transmission stretches before the motor moves on: two counts more than that.
     program.ends.counts.at(axis) = 8;
-    const Recording seen = context.bench.run(program);
+    const BenchRecording seen = context.bench.run(program);
     if (seen.ending != Ending::kCounts || seen.driven_ticks < 2) continue;
     // Back to the tick in which the last rest ended.
     const std::int64_t start = seen.ticks.front().counts.at(axis);
@@ -117,7 +119,7 @@ std::vector<Response> find_responses(StepContext& context, std::size_t axis, con
       program.current_A.push_back(torque.back() / per_ampere);
       torque.back() *= scale;
     }
-    const Recording seen = context.bench.run(program);
+    const BenchRecording seen = context.bench.run(program);
     for (const BenchTick& tick : seen.ticks)
       angle.push_back(static_cast<double>(tick.counts.at(axis) - seen.ticks.front().counts.at(axis)) *
                       arm.axis(axis).per_count());
@@ -163,7 +165,7 @@ void identify_axis(StepContext& context, std::size_t axis, StepResult& result) {
   const auto row = static_cast<Eigen::Index>(axis);
   const double inertia = std::max(arm.mass(at)(row, row), 1e-9);
   std::vector<double> totals, rotors, stiffness, locked, damping, delay;
-  for (int run = 0; run < 2; ++run) {
+  for (int run = 0; run < kMostToneRuns && locked.size() < kToneRuns; ++run) {
     const TwoMass mass = fit_two_mass(find_responses(context, axis, at, friction.coulomb_N_m), inertia,
                                       friction, context.bench.facts().tick_s);
     if (!mass.accepted) continue;

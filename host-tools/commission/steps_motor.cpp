@@ -18,7 +18,7 @@ constexpr double kNoEmf = .2;  // of the expected one: another joint turns that 
 // Voltage by the speed of the motor while the builder turns the joint.
 double torque_constant(StepContext& context, std::size_t axis) {
   const Expectation& arm = context.arm;
-  const Recording seen = context.bench.watch(
+  const BenchRecording seen = context.bench.watch(
       prompt(Prompt::Kind::kSwing, axis,
              fmt::format("Turn {} to and fro by hand, as fast as you like. Its drive is on, without torque.",
                          quoted(arm, axis))),
@@ -52,7 +52,7 @@ void judge_torque_constant(StepContext& context, std::size_t j, StepResult& resu
   context.known.torque_constant_N_m_A.at(j) = seen;
   result.measures.push_back({"torque_constant_N_m_A", static_cast<int>(j), given, seen, .01 * seen, 0, .03});
   if (std::abs(seen / given - 1) <= kTorqueConstantPart) return;
-  Finding found =
+  ArmFinding found =
       finding(context.arm, ArmFault::kWeakMotor, j,
               fmt::format("{:.4f} V s/rad when it is turned, {:.4f} N m/A in the file: {:.2f} times", seen,
                           given, seen / given),
@@ -90,13 +90,21 @@ void judge_current(StepContext& context, std::size_t j, StepResult& result) {
     result.findings.push_back(finding(arm, ArmFault::kCurrentLoop, j,
                                       fmt::format("{:.2f} A asked for, off by {:.2f} A", asked_A, worst_A)));
   if (ohms.size() < 2) return;
+  // A joint that falls turns its motor: that voltage is no resistance.
+  if (std::min(ohms[0], ohms[1]) <= 0 || std::abs(ohms[0] - ohms[1]) > .5 * std::abs(ohms[0] + ohms[1])) {
+    result.findings.push_back(
+        finding(arm, ArmFault::kUneven, j,
+                fmt::format("{:.2f} and {:.2f} ohm by the two directions: it moves when it is let go",
+                            ohms[0], ohms[1])));
+    return;
+  }
   const double given = arm.axis(j).motor->resistance_ohm.value, mean = .5 * (ohms[0] + ohms[1]);
   result.measures.push_back(
       {"resistance_ohm", static_cast<int>(j), given, mean, .5 * std::abs(ohms[0] - ohms[1]), 0, .1});
   // A voltage of 20 mV is not told apart.
   if (std::abs(mean / given - 1) <= kResistancePart + .02 / (asked_A * given)) return;
-  Finding found = finding(arm, ArmFault::kWrongResistance, j,
-                          fmt::format("{:.2f} ohm, {:.2f} in the file", mean, given), mean / given);
+  ArmFinding found = finding(arm, ArmFault::kWrongResistance, j,
+                             fmt::format("{:.2f} ohm, {:.2f} in the file", mean, given), mean / given);
   found.corrections = {{fmt::format("/axes/{}/motor/resistance_ohm", j), mean}};
   result.findings.push_back(found);
 }
@@ -120,12 +128,12 @@ void no_motion(StepContext& context, std::size_t j, StepResult& result) {
   const int other = joint_of_drive(context, j);
   if (other >= 0) {
     const auto k = static_cast<std::size_t>(other);
-    for (const Finding& before : result.findings)
+    for (const ArmFinding& before : result.findings)
       if (before.fault == ArmFault::kMotorsSwapped && before.axis == other &&
           before.other == static_cast<int>(j))
         return;
-    Finding found = finding(arm, ArmFault::kMotorsSwapped, j,
-                            fmt::format("the drive of {} moves {}", quoted(arm, j), quoted(arm, k)));
+    ArmFinding found = finding(arm, ArmFault::kMotorsSwapped, j,
+                               fmt::format("the drive of {} moves {}", quoted(arm, j), quoted(arm, k)));
     found.other = other;
     found.corrections = {
         {fmt::format("/axes/{}/drive/port", j), static_cast<double>(arm.axis(k).drive->port)},
@@ -134,9 +142,9 @@ void no_motion(StepContext& context, std::size_t j, StepResult& result) {
     return;
   }
   const double torque = gentle_current_A(arm, j) * std::abs(arm.axis(j).per_ampere());
-  Finding found = finding(arm, ArmFault::kNoMotion, j,
-                          fmt::format("{:.3f} N m, {:.3f} N m of friction in the file", torque,
-                                      arm.axis(j).friction.coulomb_N_m.value));
+  ArmFinding found = finding(arm, ArmFault::kNoMotion, j,
+                             fmt::format("{:.3f} N m, {:.3f} N m of friction in the file", torque,
+                                         arm.axis(j).friction.coulomb_N_m.value));
   found.twins = {ArmFault::kOpenWinding, ArmFault::kDeadPhase, ArmFault::kWeakMotor};
   result.findings.push_back(found);
 }
@@ -167,12 +175,13 @@ void judge_strength(StepContext& context, std::size_t j, double ratio, StepResul
   const std::string figures =
       fmt::format("{:.2f} times the acceleration that the file's motor and inertia give", ratio);
   if (known > 0) {
-    Finding found = finding(arm, ArmFault::kWrongInertia, j,
-                            figures + "; its torque constant is as the file says", 1 / ratio);
+    ArmFinding found = finding(arm, ArmFault::kWrongInertia, j,
+                               figures + "; its torque constant is as the file says", 1 / ratio);
     result.findings.push_back(found);
     return;
   }
-  Finding found = finding(arm, ratio < 1 ? ArmFault::kWeakMotor : ArmFault::kWrongInertia, j, figures, ratio);
+  ArmFinding found =
+      finding(arm, ratio < 1 ? ArmFault::kWeakMotor : ArmFault::kWrongInertia, j, figures, ratio);
   found.twins = {ArmFault::kWeakMotor, ArmFault::kWrongInertia};
   found.text +=
       " A motor with less torque and a heavier joint look the same where no voltage is measured; a weight at "
@@ -187,7 +196,7 @@ void judge_series(StepContext& context, std::size_t j, const PulseSeries& series
   const double per_ampere = arm.axis(j).per_ampere();
   const double strength = .5 * (up + down);
   if (strength * per_ampere < 0) {
-    Finding found = finding(arm, ArmFault::kMotorSign, j, "both pulses moved it the other way");
+    ArmFinding found = finding(arm, ArmFault::kMotorSign, j, "both pulses moved it the other way");
     found.corrections = {{fmt::format("/axes/{}/drive/sign", j), -arm.axis(j).drive->sign}};
     result.findings.push_back(found);
     return;
@@ -271,7 +280,7 @@ StepResult prove_damping(StepContext& context) {
   program.most_force_N = .5 * kTipForce_N;
   program.most_speed_m_s = .9 * kTipSpeed_m_s;
   if (place(context, 0, arm.balanced(0)) == Answer::kStop) return {.stopped = true};
-  const Recording seen = context.bench.feel(
+  const BenchRecording seen = context.bench.feel(
       program, prompt(Prompt::Kind::kMoveAbout, 0,
                       "Hold the tip and move it slowly about, by 2 cm; it feels like oil."));
   // The torques times the way, over each 100 ms.
@@ -288,11 +297,12 @@ StepResult prove_damping(StepContext& context) {
     all_J += work_J;
   }
   if (seen.ending == Ending::kSpeed || worst_J > 5e-5 || all_J >= 0) {
-    Finding found;
+    ArmFinding found;
     found.fault = ArmFault::kFeedsEnergy;
-    found.text = fmt::format("{} ({:.2g} mJ in 100 ms{}). {}.", text_of(found.fault).what, 1e3 * worst_J,
-                             seen.ending == Ending::kSpeed ? ", and the tip became too fast" : "",
-                             text_of(found.fault).remedy);
+    found.text =
+        fmt::format("{} ({:.2g} mJ in 100 ms{}). {}.", sentence(text_of(found.fault).what), 1e3 * worst_J,
+                    seen.ending == Ending::kSpeed ? ", and the tip became too fast" : "",
+                    sentence(text_of(found.fault).remedy));
     result.findings.push_back(found);
   }
   result.passed = result.findings.empty();

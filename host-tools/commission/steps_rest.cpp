@@ -12,7 +12,8 @@ namespace {
 constexpr double kRest_s = 5;
 constexpr std::int64_t kQuietCounts = 1, kQuietCountsPowered = 2;
 
-void judge_quiet(const StepContext& context, const Recording& recording, bool powered, StepResult& result) {
+void judge_quiet(const StepContext& context, const BenchRecording& recording, bool powered,
+                 StepResult& result) {
   const BenchFacts facts = context.bench.facts();
   for (std::size_t j = 0; j < context.arm.axes(); ++j) {
     std::int64_t low = 0, high = 0;
@@ -24,7 +25,7 @@ void judge_quiet(const StepContext& context, const Recording& recording, bool po
     const std::uint64_t illegal = facts.counts_illegal ? recording.illegal.at(j) : 0;
     if (high - low <= (powered ? kQuietCountsPowered : kQuietCounts) && illegal == 0) continue;
     const bool known = std::ranges::any_of(
-        result.findings, [j](const Finding& found) { return found.axis == static_cast<int>(j); });
+        result.findings, [j](const ArmFinding& found) { return found.axis == static_cast<int>(j); });
     if (known) continue;
     result.findings.push_back(finding(
         context.arm, ArmFault::kNoise, j,
@@ -57,13 +58,13 @@ StepResult prove_lines(StepContext& context) {
       result.notes.push_back(fmt::format("{}: drives off after {:.2g} ms", trial.name, 1e3 * seen.seconds));
       continue;
     }
-    Finding found;
+    ArmFinding found;
     found.fault = ArmFault::kLineIgnored;
     found.text = fmt::format("The {}: {} ({}). {}.", trial.name, text_of(found.fault).what,
                              seen.fell ? fmt::format("off after {:.2g} ms, {:.2g} ms are allowed",
                                                      1e3 * seen.seconds, 1e3 * most_s)
                                        : "they stayed on",
-                             text_of(found.fault).remedy);
+                             sentence(text_of(found.fault).remedy));
     result.findings.push_back(found);
   }
   result.passed = result.findings.empty();

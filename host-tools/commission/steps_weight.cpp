@@ -104,7 +104,7 @@ void judge_scale(StepContext& context, std::size_t j, const Weighing& bare, cons
   result.measures.push_back(
       {"torque_scale", static_cast<int>(j), 1, 1 / fit.scale, fit.residual, fit.residual, .05});
   if (std::abs(1 / fit.scale - 1) <= kScale) return;
-  Finding found =
+  ArmFinding found =
       finding(arm, ArmFault::kWeakMotor, j,
               fmt::format("a weight of {:.0f} g took {:.2f} times the torque", 1e3 * kMass_kg, fit.scale),
               1 / fit.scale);
@@ -132,7 +132,7 @@ void judge_weight(StepContext& context, const Weighing& bare, StepResult& result
     result.measures.push_back(
         {"weight_scale", static_cast<int>(j), 1, fit.scale, fit.residual, fit.residual, .05});
     if (std::abs(fit.scale - 1) > 2 * kWeight || fit.residual * std::abs(most) > kWeight * largest) {
-      Finding found = finding(
+      ArmFinding found = finding(
           arm, ArmFault::kWrongWeight, j,
           fmt::format("{:.2f} times, {:.0f} % unexplained", fit.scale, 100 * fit.residual), fit.scale);
       result.findings.push_back(found);
@@ -155,7 +155,7 @@ StepResult prove_directions(StepContext& context) {
         Prompt::Kind::kPush, 0,
         "Push the tip slowly " + towards(direction) + ", by 2 cm, and back. It feels like a soft spring.");
     asked.direction = direction;
-    const Recording seen = context.bench.feel(program, asked);
+    const BenchRecording seen = context.bench.feel(program, asked);
     Eigen::Vector3d farthest = Eigen::Vector3d::Zero();
     if (seen.ticks.empty()) continue;
     const Eigen::Vector3d begin_m = arm.tip_m(angles(context, seen.ticks.front().counts));
@@ -169,11 +169,11 @@ StepResult prove_directions(StepContext& context) {
                                      180 / std::numbers::pi;
     result.notes.push_back(fmt::format("pushed {}: off by {:.0f} degrees", towards(direction), angle_deg));
     if (angle_deg <= kPushAngle_deg) continue;
-    Finding found;
+    ArmFinding found;
     found.fault = ArmFault::kWrongDirection;
-    found.text =
-        fmt::format("Pushed {}: {} ({:.0f} degrees off, {:.0f} mm). {}.", towards(direction),
-                    text_of(found.fault).what, angle_deg, 1e3 * farthest.norm(), text_of(found.fault).remedy);
+    found.text = fmt::format("Pushed {}: {} ({:.0f} degrees off, {:.0f} mm). {}.", towards(direction),
+                             text_of(found.fault).what, angle_deg, 1e3 * farthest.norm(),
+                             sentence(text_of(found.fault).remedy));
     result.findings.push_back(found);
   }
   result.passed = result.findings.empty();

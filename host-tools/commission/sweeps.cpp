@@ -39,7 +39,7 @@ board::JointVector place_now(const StepContext& context) {
 }
 
 // Without what still accelerates the axis, as far as the file knows its inertia.
-double mean_torque(const Expectation& arm, const Recording& seen, std::size_t axis) {
+double mean_torque(const Expectation& arm, const BenchRecording& seen, std::size_t axis) {
   double sum = 0;
   const auto n = static_cast<double>(seen.ticks.size());
   const auto from = static_cast<std::size_t>(kFrom * n), to = static_cast<std::size_t>(kTo * n);
@@ -70,7 +70,7 @@ PerAxis<Sweep> sweep_all(StepContext& context, const board::JointVector& at, dou
   for (const double sign : {1.0, -1.0}) {
     ServoProgram program = servo_to(arm, at - sign * by, at + sign * by);
     program.move_s = 2 * way / speed / (1 - kServoRamp);
-    const Recording seen = context.bench.servo(program);
+    const BenchRecording seen = context.bench.servo(program);
     for (std::size_t j = 0; j < arm.axes(); ++j) {
       if (!arm.driven(j)) continue;
       sweeps.at(j).speed = speed;

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "host-tools/error.h"
+
 namespace thimble::host {
 namespace {
 
@@ -20,7 +22,7 @@ struct Extremes {
 };
 
 // Turning points of a counter, with a hysteresis of half its way.
-Extremes turning_points(const Recording& recording, std::size_t axis, double way) {
+Extremes turning_points(const BenchRecording& recording, std::size_t axis, double way) {
   Extremes found;
   const auto value = [&](std::size_t k) { return recording.ticks[k].counts.at(axis); };
   std::size_t high = 0, low = 0;
@@ -45,7 +47,7 @@ Extremes turning_points(const Recording& recording, std::size_t axis, double way
   return found;
 }
 
-PerAxis<double> mean_place(const Recording& recording, const std::vector<std::size_t>& ticks,
+PerAxis<double> mean_place(const BenchRecording& recording, const std::vector<std::size_t>& ticks,
                            std::size_t axes) {
   PerAxis<double> mean{};
   for (const std::size_t tick : ticks)
@@ -79,8 +81,8 @@ int counter_of(const Expectation& arm, const Turn& turn) {
   return seen;
 }
 
-Finding swapped(const Expectation& arm, std::size_t j, std::size_t k) {
-  Finding found =
+ArmFinding swapped(const Expectation& arm, std::size_t j, std::size_t k) {
+  ArmFinding found =
       finding(arm, ArmFault::kEncodersSwapped, j,
               fmt::format("the counter of {} moved when {} was turned", quoted(arm, k), quoted(arm, j)));
   found.other = static_cast<int>(k);
@@ -93,7 +95,7 @@ Finding swapped(const Expectation& arm, std::size_t j, std::size_t k) {
 }
 
 // None of the counters moved: the one that is nobody else's toggles, or is still.
-Finding dead(const Expectation& arm, const Turn& turn, std::size_t j, const std::vector<int>& seen) {
+ArmFinding dead(const Expectation& arm, const Turn& turn, std::size_t j, const std::vector<int>& seen) {
   for (std::size_t k = 0; k < arm.axes(); ++k) {
     if (std::ranges::find(seen, static_cast<int>(k)) != seen.end()) continue;
     const CounterTurn& counter = turn.counter.at(k);
@@ -105,7 +107,7 @@ Finding dead(const Expectation& arm, const Turn& turn, std::size_t j, const std:
   return finding(arm, ArmFault::kDeadEncoder, j, "no counts between the stops");
 }
 
-void judge_way(const Expectation& arm, const Turn& turn, std::size_t j, std::vector<Finding>& findings) {
+void judge_way(const Expectation& arm, const Turn& turn, std::size_t j, std::vector<ArmFinding>& findings) {
   const double factor = turn.counter.at(j).way() / expected_way(arm, j);
   if (std::abs(factor - 1) <= kSpanTolerance) return;
   const std::string figures = fmt::format("{:.0f} counts between the stops, {:.0f} expected: {:.3f} times",
@@ -113,7 +115,7 @@ void judge_way(const Expectation& arm, const Turn& turn, std::size_t j, std::vec
   const ArmEncoder& encoder = arm.axis(j).encoder;
   for (const double power : {.25, .5, 2.0, 4.0}) {
     if (std::abs(factor / power - 1) > kSpanTolerance) continue;
-    Finding found = finding(arm, ArmFault::kWrongCounts, j, figures, power);
+    ArmFinding found = finding(arm, ArmFault::kWrongCounts, j, figures, power);
     found.twins = {ArmFault::kWrongRatio};
     found.text += " A ratio that is off by the same factor looks the same; step 5 tells them apart.";
     found.corrections = {
@@ -125,7 +127,7 @@ void judge_way(const Expectation& arm, const Turn& turn, std::size_t j, std::vec
     findings.push_back(finding(arm, ArmFault::kStopElsewhere, j, figures, factor));
     return;
   }
-  Finding found = finding(arm, ArmFault::kWrongRatio, j, figures, factor);
+  ArmFinding found = finding(arm, ArmFault::kWrongRatio, j, figures, factor);
   found.twins = {ArmFault::kStopElsewhere, ArmFault::kWrongCounts};
   const double turns = encoder.turns_per_turn.value;
   found.corrections = {{fmt::format("/axes/{}/encoder/turns_per_turn", j), turns * factor}};
@@ -134,12 +136,12 @@ void judge_way(const Expectation& arm, const Turn& turn, std::size_t j, std::vec
   findings.push_back(found);
 }
 
-void judge_own(const Expectation& arm, const Turn& turn, std::size_t j, std::vector<Finding>& findings,
+void judge_own(const Expectation& arm, const Turn& turn, std::size_t j, std::vector<ArmFinding>& findings,
                std::vector<std::string>& notes) {
   const CounterTurn& own = turn.counter.at(j);
   const int expected = arm.axis(j).per_count() > 0 ? 1 : -1;
   if (own.first == -expected && turn.first_against == expected) {
-    Finding found = finding(
+    ArmFinding found = finding(
         arm, ArmFault::kEncoderSign, j,
         fmt::format("it counted {} when it was turned as asked, both times", own.first > 0 ? "up" : "down"));
     found.corrections = {{fmt::format("/axes/{}/encoder/sign", j), -arm.axis(j).encoder.sign}};
@@ -160,8 +162,11 @@ void judge_own(const Expectation& arm, const Turn& turn, std::size_t j, std::vec
 
 double CounterTurn::return_error() const { return std::max(spread_of(lows), spread_of(highs)); }
 
-Turn read_turn(const Recording& recording, std::size_t own, std::size_t axes) {
+Turn read_turn(const BenchRecording& recording, std::size_t own, std::size_t axes) {
   Turn turn;
+  if (recording.ticks.empty())
+    throw Error(ExitCode::kLinkLost, "nothing-recorded",
+                "the bench recorded nothing while the axis was turned", "do the step again");
   turn.illegal = recording.illegal;
   for (std::size_t j = 0; j < axes; ++j) {
     CounterTurn& counter = turn.counter.at(j);
@@ -194,9 +199,9 @@ Turn read_turn(const Recording& recording, std::size_t own, std::size_t axes) {
   return turn;
 }
 
-std::vector<Finding> judge_turns(const Expectation& arm, const std::vector<Turn>& turns,
-                                 std::vector<std::string>& notes) {
-  std::vector<Finding> findings;
+std::vector<ArmFinding> judge_turns(const Expectation& arm, const std::vector<Turn>& turns,
+                                    std::vector<std::string>& notes) {
+  std::vector<ArmFinding> findings;
   std::vector<int> seen;
   seen.reserve(turns.size());
   for (const Turn& turn : turns) seen.push_back(counter_of(arm, turn));

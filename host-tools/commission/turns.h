@@ -24,10 +24,11 @@ struct Turn {
   PerAxis<double> low_place{}, high_place{};  // mean counts of all axes while its own is at a stop
 };
 
-[[nodiscard]] Turn read_turn(const Recording& recording, std::size_t own, std::size_t axes);
+// Throws Error (kLinkLost, "nothing-recorded") for a recording without ticks.
+[[nodiscard]] Turn read_turn(const BenchRecording& recording, std::size_t own, std::size_t axes);
 // signs: of the told direction by the file.
-[[nodiscard]] std::vector<Finding> judge_turns(const Expectation& arm, const std::vector<Turn>& turns,
-                                               std::vector<std::string>& notes);
+[[nodiscard]] std::vector<ArmFinding> judge_turns(const Expectation& arm, const std::vector<Turn>& turns,
+                                                  std::vector<std::string>& notes);
 // Angle of each axis where its counter is 0, from the stops.
 [[nodiscard]] PerAxis<double> place_of_stops(const Expectation& arm, const std::vector<Turn>& turns);
 

@@ -260,7 +260,7 @@ class Manners(Rig):
             return self.ok("__complete", *words).out.split()
 
         self.assertEqual(set(candidates("")), {"list", "info", "doctor", "dbc", "decode", "compile", "upload", "arm", "disarm", "stop", "restart", "home", "monitor", "view", "param",
-                                               "fault", "key", "audit", "simulate", "mesh", "model", "import", "scan", "record", "replay", "plot"})
+                                               "fault", "key", "audit", "simulate", "mesh", "model", "commission", "import", "scan", "record", "replay", "plot"})
         self.assertEqual(candidates("up"), ["upload"])
         self.assertEqual(candidates("param", "g"), ["get"])
         self.assertEqual(candidates("param", "get", "max_f"), ["max_force"])

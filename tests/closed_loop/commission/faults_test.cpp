@@ -43,7 +43,7 @@ std::string text(const SimFault& fault, const ArmFile& arm) {
 }
 
 // Whether the finding names the fault: itself, or as one that looks the same.
-bool names(const Finding& found, const SimFault& fault) {
+bool names(const ArmFinding& found, const SimFault& fault) {
   const auto is_axis = [&](int axis) {
     return axis == static_cast<int>(fault.axis) || axis == static_cast<int>(fault.other);
   };
@@ -76,7 +76,7 @@ Outcome commission(const ArmFile& arm, const std::vector<SimFault>& faults, cons
       const StepResult result = step.run(context);
       if (result.passed) break;
       bool repaired = false;
-      for (const Finding& found : result.findings) {
+      for (const ArmFinding& found : result.findings) {
         const auto there =
             std::ranges::find_if(bench.faults(), [&](const SimFault& fault) { return names(found, fault); });
         if (there == bench.faults().end()) {

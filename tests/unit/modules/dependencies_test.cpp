@@ -57,8 +57,10 @@ bool dependency_allowed(const std::string& file, const std::string& included) {
   if (starts_with(file, "host-tools/arms/") &&
       starts_with_any(included, {"kinematics/", "thimble_arm_schema/"}))
     return true;
-  // To judge what an arm does, its arm is moved, too.
-  if (starts_with(file, "host-tools/commission/") && starts_with(included, "kinematics/")) return true;
+  // To judge what an arm does, its arm is moved, too, and walls push as the firmware's do.
+  if (starts_with(file, "host-tools/commission/") &&
+      starts_with_any(included, {"kinematics/", "firmware/core/force_limits."}))
+    return true;
   // host-tools: the scene's schema, check and limits, the protocol, the tables of faults, conditions and parameters, the
   // simulated board, and what boards under Linux know of the machine as well.
   return starts_with_any(included, {"host-tools/", kSchema, "control/scene/", "firmware/link/",

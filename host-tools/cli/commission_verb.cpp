@@ -1,0 +1,333 @@
+// commission: an arm is proved and measured step by step, until now on the simulated bench.
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <optional>
+#include <random>
+
+#include "host-tools/arms/arm_checks.h"
+#include "host-tools/arms/arm_folder.h"
+#include "host-tools/cli/interrupt.h"
+#include "host-tools/cli/output.h"
+#include "host-tools/cli/talking_bench.h"
+#include "host-tools/cli/verbs.h"
+#include "host-tools/commission/planted.h"
+#include "host-tools/commission/procedure.h"
+#include "host-tools/commission/state.h"
+#include "host-tools/files/input_file.h"
+#include "host-tools/files/output_file.h"
+
+namespace thimble::host {
+namespace {
+
+constexpr const char* kStateKey = "thimble_commission";
+
+struct Places {
+  std::filesystem::path arm, state, result, report;
+};
+
+// Beside the arm file. Of an arm that comes with Thimble: in the working folder, because its own is not the user's.
+Places places_of(const CommissionChoice& choice) {
+  Places places;
+  places.arm = arm_path(choice.model);
+  const bool comes_with_it = places.arm != std::filesystem::path(choice.model);
+  const std::filesystem::path folder = comes_with_it ? std::filesystem::path() : places.arm.parent_path();
+  std::string name = places.arm.filename().string();
+  if (name.ends_with(kArmSuffix)) name.resize(name.size() - std::string_view(kArmSuffix).size());
+  places.result = folder / fmt::format("{}.commissioned{}", name, kArmSuffix);
+  places.report = folder / fmt::format("{}.commission.md", name);
+  places.state = choice.state.empty() ? folder / fmt::format("{}.commission.json", name) : choice.state;
+  for (const std::filesystem::path* output : {&places.state, &places.result, &places.report})
+    keep_apart(places.arm, *output);
+  keep_apart(places.state, places.result);
+  keep_apart(places.state, places.report);
+  return places;
+}
+
+std::vector<SimFault> faults_of(const CommissionChoice& choice, const ArmFile& arm) {
+  std::vector<SimFault> faults;
+  faults.reserve(choice.faults.size());
+  for (const std::string& text : choice.faults) {
+    const SimFault fault = planted_fault(text, arm);
+    const bool twice = std::ranges::any_of(faults, [&](const SimFault& other) {
+      return other.fault == fault.fault && other.axis == fault.axis;
+    });
+    if (twice)
+      throw Error(ExitCode::kUsage, "bad-fault", fmt::format("--fault {}: it is planted already", text),
+                  "give each fault of an axis once");
+    faults.push_back(fault);
+  }
+  return faults;
+}
+
+bool is_there(const std::filesystem::path& file) {
+  std::error_code none;
+  return std::filesystem::exists(file, none);
+}
+
+// Goes on with the saved state, or begins anew.
+Commission open_commission(const Places& places, const std::string& arm_text, bool restart) {
+  if (is_there(places.state)) {
+    const std::string saved = read_input(places.state);
+    if (!restart) {
+      Commission commission = Commission::from_state(saved);
+      if (commission.is_of(arm_text)) return commission;
+      throw Error(ExitCode::kBadInput, "arm-changed",
+                  fmt::format("{} is not the arm file with which the commissioning in {} began",
+                              places.arm.string(), places.state.string()),
+                  "begin anew with --restart, or give another file with --state");
+    }
+    if (!saved.empty() && saved.find(kStateKey) == std::string::npos)
+      throw Error(
+          ExitCode::kBadInput, "bad-state",
+          fmt::format("{} is no saved commissioning, and would be overwritten", places.state.string()),
+          "give another file with --state");
+  }
+  const std::string by = fmt::format("simulated commission {:%Y-%m-%d}", fmt::gmtime(std::time(nullptr)));
+  return {arm_text, places.arm.string(), by};
+}
+
+std::string quantity(const Measure& measure, const ArmFile& arm) {
+  std::string text = measure.name;
+  if (measure.axis >= 0) text = arm.axes[static_cast<std::size_t>(measure.axis)].name + " " + text;
+  if (!std::isnan(measure.rate_Hz)) text += fmt::format(" (B = {:.2g} N s/m)", measure.damping_N_s_m);
+  return text;
+}
+
+// One run of the verb.
+class Session {
+ public:
+  Session(const Common& common, const CommissionChoice& choice, const Places& places,
+          const std::string& arm_text, const ArmFile& arm)
+      : common_(common),
+        choice_(choice),
+        places_(places),
+        commission_(open_commission(places, arm_text, choice.restart)),
+        sim_(arm, faults_of(choice, arm), options(choice)),
+        bench_(sim_, choice.ask, common.json) {
+    commission_.save(places_.state);  // a folder that cannot be written is found before the work
+  }
+
+  void run() {
+    heed_interrupts();
+    if (choice_.step) {
+      do_step(*choice_.step);
+    } else {
+      while (!is_over_ && commission_.next() <= last()) do_step(commission_.next());
+    }
+    heed_interrupts_no_more();
+    finish();
+  }
+
+ private:
+  static int last() { return static_cast<int>(steps().size()) - 1; }
+
+  static SimBenchOptions options(const CommissionChoice& choice) {
+    SimBenchOptions options;
+    options.seed = choice.seed;
+    options.accepts_corrections = choice.accept_corrections;
+    // The counters of the simulated arm begin anew with each program.
+    options.session = fmt::format("simulated {:08x}", std::random_device{}());
+    return options;
+  }
+
+  template <class... T>
+  void tell(fmt::format_string<T...> format, T&&... values) const {
+    if (!common_.json) say(stderr, format, std::forward<T>(values)...);
+  }
+
+  // With its repetitions after a correction or a repair; before it step 2, where the counters have begun anew.
+  void do_step(int number) {
+    if (number != 2 && commission_.passed(2) && commission_.next() >= number &&
+        commission_.needs_place(number, bench_)) {
+      tell("The counters have begun anew: step 2 comes again, then step {}.\n", number);
+      do_step(2);
+      if (is_over_ || !commission_.passed(2)) return;
+    }
+    constexpr int kMostRepeats = 6;
+    for (int repeats = 0; repeats < kMostRepeats; ++repeats) {
+      if (once(number) || is_over_) return;
+    }
+    is_over_ = true;
+  }
+
+  // Whether the step has passed.
+  bool once(int number) {
+    const Step& step = steps()[static_cast<std::size_t>(number)];
+    bench_.begin_step();
+    tell("step {} of {}, {}: {}\n", number, last(), step.name, step.text);
+    const std::size_t corrections = commission_.corrections().size();
+    try {
+      static_cast<void>(commission_.run(number, bench_));
+    } catch (const BuilderStops&) {
+      stop(number);
+    }
+    commission_.save(places_.state);
+    const StepResult& result = commission_.results().at(number);
+    for (const ArmFinding& found : result.findings)
+      tell("  ! {}: {}\n", text_of(found.fault).name, found.text);
+    for (const std::string& note : result.notes) tell("    {}\n", note);
+    if (bench_.stopped()) stop(number);
+    if (result.passed) {
+      tell("  passed\n");
+      return true;
+    }
+    failed_ = number;
+    if (commission_.corrections().size() > corrections) {
+      tell("  Corrected in the new file; the step comes again.\n");
+    } else if (!choice_.ask || result.findings.empty() || !repaired(result)) {
+      is_over_ = true;
+    }
+    return false;
+  }
+
+  // A person repairs what was found, and the simulated arm with it.
+  bool repaired(const StepResult& result) {
+    Prompt prompt;
+    prompt.kind = Prompt::Kind::kRepair;
+    prompt.text = "Repair it; then the step comes again.";
+    try {
+      if (bench_.ask(prompt) != Answer::kDone) return false;
+    } catch (const BuilderStops&) {
+      return false;
+    }
+    for (const ArmFinding& found : result.findings)
+      if (const std::optional<std::size_t> fault = fault_behind(sim_.faults(), found)) sim_.mend(*fault);
+    return true;
+  }
+
+  [[noreturn]] void stop(int number) const {
+    throw Error(
+        ExitCode::kRefused, "interrupted",
+        fmt::format("stopped in step {}; what passed before is in {}", number, places_.state.string()),
+        "give the same command again: it goes on with this step");
+  }
+
+  void finish() {
+    write(places_.report, commission_.report());
+    const bool complete = commission_.next() > last();
+    std::vector<std::string> warnings;
+    if (complete) {
+      const std::string text = commission_.arm_file();
+      try {
+        warnings = check_arm(read_arm_file(text, places_.result.string()), places_.result.string()).warnings;
+      } catch (const Error& error) {
+        throw Error(ExitCode::kVerification, "bad-result",
+                    "the arm file with the measured values cannot work, and was not written: " + error.cause,
+                    fmt::format("compare measured with given in {}", places_.report.string()));
+      }
+      write(places_.result, text);
+    }
+    common_.json ? print_json(complete, warnings) : print_text(complete, warnings);
+    fail_if_found();
+  }
+
+  static void write(const std::filesystem::path& file, const std::string& text) {
+    OutputFile output(file);
+    output.stream() << text;
+    output.commit();
+  }
+
+  // Of the steps of this run, and those before: what has not passed.
+  void fail_if_found() const {
+    if (failed_ < 0 || commission_.passed(failed_)) return;
+    std::fflush(stdout);
+    const StepResult& result = commission_.results().at(failed_);
+    std::string cause = fmt::format("step {} has not passed", failed_);
+    for (const ArmFinding& found : result.findings)
+      cause += fmt::format("; {}: {}", text_of(found.fault).name, found.text);
+    throw Error(
+        ExitCode::kVerification, "arm-fault", cause,
+        fmt::format("repair it, then give the command again: it goes on with step {}; where the arm is right "
+                    "and the file is wrong, give --accept-corrections; {}",
+                    failed_, places_.report.string()));
+  }
+
+  // Where a step has failed, the error says all.
+  void print_text(bool complete, const std::vector<std::string>& warnings) const {
+    if (failed_ >= 0 && !commission_.passed(failed_)) return;
+    const ArmFile& arm = commission_.arm();
+    if (!complete) {
+      say("{}: step {} passed; the next is {}\n", arm.name, *choice_.step, commission_.next());
+      return;
+    }
+    say("{}: all steps passed, {} corrections\n", arm.name, commission_.corrections().size());
+    say("  {:<36} {:>10} {:>10} {:>9}\n", "measured", "value", "given", "spread");
+    for (const auto& [number, result] : commission_.results())
+      for (const Measure& measure : result.measures)
+        if (!place_of(measure).empty())
+          say("  {:<36} {:>10.5g} {:>10} {:>9.2g}\n", quantity(measure, arm), measure.value,
+              std::isnan(measure.given) ? "" : fmt::format("{:.4g}", measure.given), measure.spread);
+    say("arm file: {}\nreport: {}\n", places_.result.string(), places_.report.string());
+    for (const std::string& warning : warnings) say(stderr, "warning: {}\n", warning);
+  }
+
+  void print_json(bool complete, const std::vector<std::string>& warnings) const {
+    Json json = document("commission");
+    json["name"] = commission_.arm().name;
+    json["simulated"] = true;
+    json["complete"] = complete;
+    json["next"] = complete ? Json() : Json(commission_.next());
+    json["state"] = places_.state.string();
+    json["report"] = places_.report.string();
+    json["arm"] = complete ? Json(places_.result.string()) : Json();
+    json["corrections"] = Json::array();
+    for (const Correction& correction : commission_.corrections())
+      json["corrections"].push_back(json_of(correction));
+    json["warnings"] = warnings;
+    json["steps"] = Json::array();
+    for (const auto& [number, result] : commission_.results()) {
+      Json step{{"number", number}, {"step", steps()[static_cast<std::size_t>(number)].name}};
+      step.update(json_of(result));
+      for (Json& measure : step["measures"]) name_axes(measure);
+      for (Json& found : step["findings"]) name_axes(found);
+      json["steps"].push_back(step);
+    }
+    print(json);
+  }
+
+  // Axes by their names; null: of the whole arm.
+  void name_axes(Json& entry) const {
+    for (const char* key : {"axis", "other"}) {
+      if (!entry.contains(key)) continue;
+      const int axis = entry[key];
+      entry[key] = axis < 0 ? Json() : Json(commission_.arm().axes[static_cast<std::size_t>(axis)].name);
+    }
+  }
+
+  const Common& common_;
+  const CommissionChoice& choice_;
+  const Places& places_;
+  Commission commission_;
+  SimBench sim_;
+  TalkingBench bench_;
+  bool is_over_ = false;
+  int failed_ = -1;  // the last step that did not pass in this run
+};
+
+}  // namespace
+
+void commission(const Common& common, const CommissionChoice& choice) {
+  if (!choice.simulate)
+    throw Error(ExitCode::kRefused, "not-on-boards",
+                "no board can be commissioned yet: its firmware has no service for it",
+                "give --simulate: the commissioning of a simulated arm, with faults of your choice");
+  const Places places = places_of(choice);
+  const std::string text = read_input(places.arm);
+  const ArmFile arm = read_arm_file(text, places.arm.string());
+  static_cast<void>(check_arm(arm, places.arm.string()));
+  if (arm.family == "five_bar" || arm.family == "delta")
+    throw Error(
+        ExitCode::kRefused, "not-simulated",
+        fmt::format(
+            "{}: the simulated builder cannot turn the axes of a {} one by one, because its links meet in a "
+            "part of their ranges only",
+            places.arm.string(), arm.family),
+        "commission a serial or two_link arm");
+  Session(common, choice, places, text, arm).run();
+}
+
+}  // namespace thimble::host

@@ -1,0 +1,46 @@
+#include "host-tools/cli/verb_options.h"
+
+#include "host-tools/cli/number_between.h"
+#include "host-tools/commission/steps.h"
+
+namespace thimble::host {
+
+void add_mesh_options(CLI::App& verb, MeshChoice& choice) {
+  verb.add_option("file", choice.file, "the mesh: OBJ, STL, PLY, OFF, glTF, .plg ...")->required();
+  verb.add_option("--output,-o", choice.output, "mesh to write: *.obj, in metres")->required();
+  verb.add_option("--scale", choice.scale_m, "metres per unit of the file")
+      ->check(number_between(1e-9, 1e9))
+      ->capture_default_str();
+  verb.add_option("--max-hole", choice.max_hole_m,
+                  "in m: holes whose box has a diagonal up to this are closed; 0: none")
+      ->check(number_between(0.0, 100.0))
+      ->capture_default_str();
+  verb.add_flag("--keep-crossings", choice.keep_crossings,
+                "do not resolve closed parts that cross to their outer surface");
+}
+
+void add_commission_options(CLI::App& verb, CommissionChoice& choice) {
+  verb.add_option("model", choice.model, "the arm file, or the name of an arm that comes with Thimble")
+      ->required();
+  verb.add_flag("--simulate", choice.simulate,
+                "on a simulated arm, with a simulated builder; no device (boards cannot do it yet)");
+  verb.add_option("--fault", choice.faults,
+                  "plant a fault in the simulated arm: NAME@AXIS[:FACTOR], NAME@AXIS,AXIS for an exchange; "
+                  "may be repeated; see docs/commissioning.md")
+      ->allow_extra_args(false);
+  verb.add_option("--seed", choice.seed, "of the simulated arm: which figures are off, and by how much")
+      ->capture_default_str();
+  CLI::Option* ask =
+      verb.add_flag("--ask", choice.ask, "you answer the prompts; the simulated hands then do it");
+  verb.add_flag("--accept-corrections", choice.accept_corrections,
+                "where the file may be wrong and not the arm, correct the new file")
+      ->excludes(ask);
+  verb.add_option("--state", choice.state,
+                  "where the progress is kept; default: NAME.commission.json beside the arm file");
+  verb.add_option("--step", choice.step, "do only this step, again if it was done")
+      ->check(CLI::Range(0, static_cast<int>(steps().size()) - 1));
+  verb.add_flag("--restart", choice.restart, "begin anew, whatever was done");
+  ask->excludes(verb.get_option("--json"));
+}
+
+}  // namespace thimble::host
