@@ -2,6 +2,9 @@
 // (docs/cli.md).
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <functional>
 #include <iostream>
 #include <string>
@@ -400,6 +403,16 @@ void refuse_unknown_verb(CLI::App& app, const std::vector<std::string>& words) {
   }
 }
 
+// What was printed is the result: where it could not be written, the command has failed. A reader that went away wanted no more.
+void demand_written() {
+  errno = 0;
+  const bool flushed = std::fflush(stdout) == 0;
+  if ((flushed && std::ferror(stdout) == 0) || errno == EPIPE) return;
+  throw Error(ExitCode::kRefused, "cannot-write",
+              std::string("cannot write to standard output: ") + std::strerror(errno != 0 ? errno : EIO),
+              "check where it goes, and the space left there");
+}
+
 int run(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   const bool json = std::ranges::find(arguments, "--json") != arguments.end();
@@ -418,6 +431,7 @@ int run(int argc, char** argv) {
     refuse_unknown_verb(app, arguments);
     help_compiler(json);
     app.parse(argc, argv);
+    demand_written();
     return 0;
   } catch (const CLI::Success& wish) {  // --help, --version
     return app.exit(wish);

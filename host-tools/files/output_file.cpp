@@ -58,7 +58,7 @@ void OutputFile::flush() {
 void OutputFile::commit() {
   errno = 0;
   stream_.close();
-  if (!stream_) fail(errno);
+  if (!stream_) fail(errno != 0 ? errno : ENOSPC);  // a write that ended early leaves none
   if (draft_ == place_) return;
   std::error_code failed;
   std::filesystem::rename(draft_, place_, failed);

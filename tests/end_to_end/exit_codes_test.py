@@ -383,6 +383,13 @@ class Manners(Rig):
             else:
                 self.assertEqual(text, b"")
 
+    def test_a_result_that_cannot_be_printed_is_an_error(self):
+        with open("/dev/full", "w") as full:
+            result = subprocess.run([BIN / "thimble", "model", "show", "premium-1.5", "--json"], stdout=full, stderr=subprocess.PIPE,
+                                    env=self.environment)
+        self.assertEqual(result.returncode, 1)
+        self.assertEqual(json.loads(result.stderr)["error"]["name"], "cannot-write")
+
     def test_compile_reports_the_mesh(self):
         scene = self.ball_scene(10)
         image = self.folder / "ball.thim"
