@@ -42,8 +42,16 @@ Places places_of(const CommissionChoice& choice) {
   places.state = choice.state.empty() ? folder / fmt::format("{}.commission.json", name) : choice.state;
   for (const std::filesystem::path* output : {&places.state, &places.result, &places.report})
     keep_apart(places.arm, *output);
-  keep_apart(places.state, places.result);
-  keep_apart(places.state, places.report);
+  // They may not be there yet.
+  const auto whole = [](const std::filesystem::path& file) {
+    std::error_code none;
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(file, none), none);
+  };
+  for (const std::filesystem::path* output : {&places.result, &places.report})
+    if (whole(*output) == whole(places.state))
+      throw Error(ExitCode::kUsage, "same-file",
+                  places.state.string() + " is written with the result, and cannot keep the progress",
+                  "give --state another name");
   return places;
 }
 
@@ -68,23 +76,32 @@ bool is_there(const std::filesystem::path& file) {
   return std::filesystem::exists(file, none);
 }
 
+Commission read_state(const std::filesystem::path& file, const std::string& saved) {
+  try {
+    return Commission::from_state(saved);
+  } catch (const Error& error) {
+    throw Error(error.code, error.name, file.string() + " " + error.cause,
+                "begin anew with --restart, or give another file with --state");
+  }
+}
+
 // Goes on with the saved state, or begins anew.
 Commission open_commission(const Places& places, const std::string& arm_text, bool restart) {
   if (is_there(places.state)) {
     const std::string saved = read_input(places.state);
+    const bool is_state = saved.empty() || saved.find(kStateKey) != std::string::npos;
+    if (!is_state)
+      throw Error(ExitCode::kBadInput, "bad-state",
+                  fmt::format("{} is no saved commissioning", places.state.string()),
+                  "give another file with --state");
     if (!restart) {
-      Commission commission = Commission::from_state(saved);
+      Commission commission = read_state(places.state, saved);
       if (commission.is_of(arm_text)) return commission;
       throw Error(ExitCode::kBadInput, "arm-changed",
                   fmt::format("{} is not the arm file with which the commissioning in {} began",
                               places.arm.string(), places.state.string()),
                   "begin anew with --restart, or give another file with --state");
     }
-    if (!saved.empty() && saved.find(kStateKey) == std::string::npos)
-      throw Error(
-          ExitCode::kBadInput, "bad-state",
-          fmt::format("{} is no saved commissioning, and would be overwritten", places.state.string()),
-          "give another file with --state");
   }
   const std::string by = fmt::format("simulated commission {:%Y-%m-%d}", fmt::gmtime(std::time(nullptr)));
   return {arm_text, places.arm.string(), by};
@@ -108,6 +125,7 @@ class Session {
         commission_(open_commission(places, arm_text, choice.restart)),
         sim_(arm, faults_of(choice, arm), options(choice)),
         bench_(sim_, choice.ask, common.json) {
+    go_on_with_the_same_arm();
     commission_.save(places_.state);  // a folder that cannot be written is found before the work
   }
 
@@ -132,6 +150,30 @@ class Session {
     // The counters of the simulated arm begin anew with each program.
     options.session = fmt::format("simulated {:08x}", std::random_device{}());
     return options;
+  }
+
+  // A fault that is gone was repaired. One that is new may be of a step that has passed, and would not be seen.
+  void go_on_with_the_same_arm() {
+    Json now{{"seed", choice_.seed}, {"faults", choice_.faults}};
+    const Json& before = commission_.bench();
+    if (before.is_object()) {
+      const Json seed = before.value("seed", Json()), faults = before.value("faults", Json::array());
+      if (seed != now.at("seed"))
+        throw Error(ExitCode::kRefused, "other-arm",
+                    fmt::format("the commissioning in {} is of the simulated arm with --seed {}",
+                                places_.state.string(), seed.dump()),
+                    "give that seed, or begin anew with --restart");
+      for (const Json& fault : now.at("faults")) {
+        if (choice_.step || std::ranges::find(faults, fault) != faults.end()) continue;
+        throw Error(
+            ExitCode::kRefused, "other-arm",
+            fmt::format("--fault {}: the arm of the commissioning in {} does not have it, and the step that "
+                        "sees it may have passed",
+                        fault.get<std::string>(), places_.state.string()),
+            "begin anew with --restart, or do one step again with --step");
+      }
+    }
+    commission_.tell_bench(now);
   }
 
   template <class... T>
@@ -220,6 +262,8 @@ class Session {
                     fmt::format("compare measured with given in {}", places_.report.string()));
       }
       write(places_.result, text);
+    } else if (is_there(places_.result)) {
+      warnings.push_back(fmt::format("{} is the result of an earlier run", places_.result.string()));
     }
     common_.json ? print_json(complete, warnings) : print_text(complete, warnings);
     fail_if_found();
@@ -248,6 +292,7 @@ class Session {
 
   // Where a step has failed, the error says all.
   void print_text(bool complete, const std::vector<std::string>& warnings) const {
+    for (const std::string& warning : warnings) say(stderr, "warning: {}\n", warning);
     if (failed_ >= 0 && !commission_.passed(failed_)) return;
     const ArmFile& arm = commission_.arm();
     if (!complete) {
@@ -262,7 +307,6 @@ class Session {
           say("  {:<36} {:>10.5g} {:>10} {:>9.2g}\n", quantity(measure, arm), measure.value,
               std::isnan(measure.given) ? "" : fmt::format("{:.4g}", measure.given), measure.spread);
     say("arm file: {}\nreport: {}\n", places_.result.string(), places_.report.string());
-    for (const std::string& warning : warnings) say(stderr, "warning: {}\n", warning);
   }
 
   void print_json(bool complete, const std::vector<std::string>& warnings) const {
@@ -327,6 +371,13 @@ void commission(const Common& common, const CommissionChoice& choice) {
             "part of their ranges only",
             places.arm.string(), arm.family),
         "commission a serial or two_link arm");
+  if (std::ranges::any_of(arm.axes, &ArmAxis::is_prismatic))
+    throw Error(
+        ExitCode::kRefused, "not-simulated",
+        fmt::format("{}: an axis that slides has not been commissioned yet, and its limits of current and "
+                    "speed are not proved",
+                    places.arm.string()),
+        "commission an arm whose axes turn");
   Session(common, choice, places, text, arm).run();
 }
 

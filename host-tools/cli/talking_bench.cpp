@@ -12,7 +12,10 @@
 namespace thimble::host {
 namespace {
 
-// One line of standard input; nothing: it has ended, or Ctrl-C. Byte by byte, because poll() does not see what a stream has buffered.
+constexpr std::size_t kLongestAnswer = 100;
+
+// One line of standard input; nothing: it has ended, or Ctrl-C, or the line is no answer of a person. Byte by byte, because poll() does not see
+// what a stream has buffered.
 std::optional<std::string> read_answer_line() {
   std::string line;
   for (;;) {
@@ -26,6 +29,7 @@ std::optional<std::string> read_answer_line() {
     if (got <= 0) return std::nullopt;
     if (letter == '\n') return line;
     line += letter;
+    if (line.size() > kLongestAnswer) return std::nullopt;
   }
 }
 

@@ -29,6 +29,7 @@ void add_commission_options(CLI::App& verb, CommissionChoice& choice) {
                   "may be repeated; see docs/commissioning.md")
       ->allow_extra_args(false);
   verb.add_option("--seed", choice.seed, "of the simulated arm: which figures are off, and by how much")
+      ->check(CLI::Range(0, 1'000'000'000))
       ->capture_default_str();
   CLI::Option* ask =
       verb.add_flag("--ask", choice.ask, "you answer the prompts; the simulated hands then do it");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "host-tools/arms/arm_checks.h"
 #include "host-tools/commission/state.h"
 #include "host-tools/files/output_file.h"
 
@@ -40,6 +41,11 @@ int step_of(const std::string& number) {
   const int step = std::stoi(number);
   if (step < 0 || step >= static_cast<int>(steps().size())) throw std::out_of_range("step " + number);
   return step;
+}
+
+[[noreturn]] void refuse_state(const std::string& why) {
+  throw Error(ExitCode::kBadInput, "bad-state", "is a damaged commissioning: " + why,
+              "begin the commissioning anew");
 }
 
 constexpr const char* kWalls = "/limits/largest_walls";
@@ -121,30 +127,39 @@ const StepResult& Commission::run(int number, Bench& bench) {
   return kept;
 }
 
-void Commission::accept(const StepResult& result, Bench& bench) {
-  bool corrected = false;
+void Commission::accept(StepResult& result, Bench& bench) {
   for (std::size_t i = 0; i < result.findings.size(); ++i) {
     const ArmFinding& found = result.findings[i];
     if (found.corrections.empty()) continue;
     Prompt asked = prompt(Prompt::Kind::kAcceptCorrection, static_cast<std::size_t>(std::max(0, found.axis)),
                           found.text + " Is the arm right as it is, and the file wrong?");
     asked.finding = i;
-    if (bench.ask(asked) != Answer::kDone) continue;
-    for (const Correction& correction : found.corrections) correct(correction);
-    corrected = true;
-    corrections_.insert(corrections_.end(), found.corrections.begin(), found.corrections.end());
+    if (bench.ask(asked) == Answer::kDone && correct(found, result.notes))
+      corrections_.insert(corrections_.end(), found.corrections.begin(), found.corrections.end());
   }
-  if (corrected) reread();
 }
 
-void Commission::correct(const Correction& correction) {
-  own_motor(arm_, correction.pointer);
-  Json& value = arm_[Json::json_pointer(correction.pointer)];
-  if (correction.value == std::trunc(correction.value) && std::abs(correction.value) < 1e9) {
-    value = static_cast<std::int64_t>(correction.value);
-  } else {
-    value = {{"value", rounded(correction.value)}, {"by", by_}};
+bool Commission::correct(const ArmFinding& found, std::vector<std::string>& notes) {
+  const Json before = arm_;
+  for (const Correction& correction : found.corrections) {
+    own_motor(arm_, correction.pointer);
+    Json& value = arm_[Json::json_pointer(correction.pointer)];
+    if (correction.value == std::trunc(correction.value) && std::abs(correction.value) < 1e9) {
+      value = static_cast<std::int64_t>(correction.value);
+    } else {
+      value = {{"value", rounded(correction.value)}, {"by", by_}};
+    }
   }
+  try {
+    static_cast<void>(check_arm(read_arm_file(arm_.dump(2), name_), name_));
+  } catch (const Error& error) {
+    notes.push_back(
+        fmt::format("Not corrected, because the file would be refused: {}; {}", error.cause, error.remedy));
+    arm_ = before;
+    return false;
+  }
+  reread();
+  return true;
 }
 
 bool Commission::passed(int number) const {
@@ -194,7 +209,8 @@ std::string Commission::arm_file() const {
 
 std::string Commission::state() const {
   Json all{{"thimble_commission", 1}, {"name", name_}, {"by", by_},
-           {"given", given_},         {"arm", arm_},   {"known", json_of(known_)}};
+           {"given", given_},         {"arm", arm_},   {"bench", bench_},
+           {"known", json_of(known_)}};
   Json corrections = Json::array();
   for (const Correction& correction : corrections_) corrections.push_back(json_of(correction));
   all["corrections"] = corrections;
@@ -210,6 +226,7 @@ Commission Commission::from_state(const std::string& text) {
     if (all.at("thimble_commission") != 1) throw std::invalid_argument("version of the state");
     Commission commission(all.at("arm").dump(2), all.at("name"), all.at("by"));
     commission.given_ = all.at("given");
+    commission.bench_ = all.at("bench");
     for (const Json& correction : all.at("corrections"))
       commission.corrections_.push_back(correction_of(correction));
     commission.known_ = known_of(all.at("known"));
@@ -218,13 +235,11 @@ Commission Commission::from_state(const std::string& text) {
     commission.demand_axes();
     return commission;
   } catch (const std::logic_error& error) {
-    throw Error(ExitCode::kBadInput, "bad-state",
-                std::string("the saved commissioning cannot be read: ") + error.what(),
-                "begin the commissioning anew");
+    refuse_state(error.what());
   } catch (const Json::exception& error) {
-    throw Error(ExitCode::kBadInput, "bad-state",
-                std::string("the saved commissioning cannot be read: ") + error.what(),
-                "begin the commissioning anew");
+    refuse_state(error.what());
+  } catch (const Error& error) {  // of the arm in it, which is not the user's file
+    refuse_state(error.cause);
   }
 }
 

@@ -37,6 +37,10 @@ class Commission {
   [[nodiscard]] const std::vector<Correction>& corrections() const { return corrections_; }  // so far
   [[nodiscard]] const ArmFile& arm() const { return *file_; }                                // with them
 
+  // What the caller knows of the bench, for the saved state: which arm it is. Null: nothing was told.
+  [[nodiscard]] const nlohmann::ordered_json& bench() const { return bench_; }
+  void tell_bench(nlohmann::ordered_json bench) { bench_ = std::move(bench); }
+
   [[nodiscard]] std::string state() const;
   void save(const std::filesystem::path& file) const;
 
@@ -46,13 +50,15 @@ class Commission {
   [[nodiscard]] std::string report() const;
 
  private:
-  void accept(const StepResult& result, Bench& bench);
-  void correct(const Correction& correction);
+  void accept(StepResult& result, Bench& bench);
+  // False: with the corrections the file would be refused; it is as before, and a note says why.
+  [[nodiscard]] bool correct(const ArmFinding& found, std::vector<std::string>& notes);
   void reread();
   void demand_axes() const;  // of the results: those of the arm
 
   std::string name_, by_;
   nlohmann::ordered_json given_, arm_;  // as it was given, and with corrections
+  nlohmann::ordered_json bench_;
   std::unique_ptr<ArmFile> file_;
   std::unique_ptr<Expectation> expectation_;
   Known known_;

@@ -23,7 +23,7 @@ std::string cell(const std::string& text) {
 }
 
 const char* fate_of(const Measure& measure) {
-  if (!place_of(measure).empty()) return "yes";
+  if (!place_of(measure).empty()) return std::isnan(measure.rate_Hz) ? "yes" : "half of it";
   return measure.promise > 0 && !(measure.spread <= measure.promise * std::abs(measure.value))
              ? "no: spread above the promise"
              : "";

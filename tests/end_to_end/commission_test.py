@@ -73,10 +73,17 @@ class Commission(Rig):
         self.assertIn("| paddle | coulomb_N_m | 0.004 | ", report.read_text())
         self.assertNotIn("FAILED", report.read_text())
 
+        # Another arm than the one that passed.
+        self.fails(1, "other-arm", "commission", arm, "--simulate", "--seed", 2)
+        self.fails(1, "other-arm", "commission", arm, "--simulate", "--fault", "motor-sign@paddle")
+
         again = self.ok_json("commission", arm, "--simulate", "--step", 6)
         self.assertTrue(again["complete"])
         self.assertEqual([step["number"] for step in again["steps"]], list(range(11)))
         self.assertEqual(self.ok_json("commission", arm, "--simulate")["steps"], again["steps"])  # nothing is left to do
+
+        document, _ = self.found("motor-sign", arm, "--step", 5, "--fault", "motor-sign@paddle")
+        self.assertEqual(document["warnings"], [f"{result} is the result of an earlier run"])
 
         edited = json.loads(given)
         edited["limits"]["max_force_N"] = 4
@@ -99,21 +106,28 @@ class Commission(Rig):
         self.ok("model", "check", document["arm"])
         self.assertIn("`/axes/0/drive/sign` is -1", Path(document["report"]).read_text())
 
+    def test_a_correction_that_the_file_cannot_take_is_not_made(self):
+        arm = self.arm("premium-1.5")  # with counters of 16 bits
+        document, step = self.found("wrong-counts", arm, "--accept-corrections", "--fault", "wrong-counts@yaw:2")
+        self.assertEqual((document["corrections"], step["number"]), ([], 2))
+        self.assertIn("half of its counter of 16 bits", step["notes"][-1])
+
     def ask(self, arm, answers, *arguments):
         return subprocess.run([BIN / "thimble", "commission", arm, "--simulate", "--ask", *arguments], input=answers, text=True,
                               capture_output=True, env=self.environment, timeout=60)
 
     def test_a_person_plays_the_builder(self):
         arm = self.arm()
-        stopped = self.ask(arm, "\n\n\nmaybe\n\nq\n")  # step 0 has three prompts, step 1 one
+        fault = "--fault", "encoder-sign@paddle"
+        stopped = self.ask(arm, "\n\n\nmaybe\n\nq\n", *fault)  # step 0 has three prompts, step 1 one
         self.assertEqual((stopped.returncode, stopped.stdout), (1, ""), stopped.stderr)
         self.assertIn("thimble: interrupted: stopped in step 2; ", stopped.stderr)
         self.assertIn("Press the e-stop.", stopped.stderr)
         self.assertEqual(stopped.stderr.count("[Enter: done, q: stop here]"), 6)
-        ended = self.ask(arm, "\n", "--fault", "encoder-sign@paddle")  # the input ends
-        self.assertIn("stopped in step 2; ", ended.stderr)
+        for answers in "\n", 200 * "x":  # the input ends; it is no person's
+            self.assertIn("stopped in step 2; ", self.ask(arm, answers, *fault).stderr)
         # Two prompts for step 2; it is no fault of the file; it is repaired; two prompts again.
-        repaired = self.ask(arm, "\n\nn\n\n\n\n", "--fault", "encoder-sign@paddle", "--step", "2")
+        repaired = self.ask(arm, "\n\nn\n\n\n\n", *fault, "--step", "2")
         self.assertEqual(repaired.returncode, 0, repaired.stderr)
         self.assertIn("Is the arm right as it is, and the file wrong?", repaired.stderr)
         self.assertIn("paddle: step 2 passed; the next is 3", repaired.stdout)
@@ -140,6 +154,14 @@ class Commission(Rig):
         self.assertIn("--simulate", error["remedy"])
         self.fails(2, "usage", "commission", "--simulate")
         self.fails(1, "not-simulated", "commission", ARMS / "pantograph.arm.json", "--simulate", "--state", self.runtime / "none.json")
+        rail = json.loads(arm.read_text())
+        rail["kinematics"]["serial"]["joints"][0] |= {"type": "prismatic", "axis": [1, 0, 0]}
+        for end, value in ("lower", -.05), ("upper", .05):
+            del rail["axes"][0][end + "_deg"]
+            rail["axes"][0][end + "_m"] = value
+        sliding = arm.with_name("rail.arm.json")
+        sliding.write_text(json.dumps(rail))
+        self.fails(1, "not-simulated", "commission", sliding, "--simulate")
         self.fails(10, "cannot-read", "commission", "no-such-arm", "--simulate")
         error = self.fails(2, "unknown-fault", "commission", arm, "--simulate", "--fault", "rust@paddle")
         self.assertIn("motor-sign", error["remedy"])
@@ -150,14 +172,18 @@ class Commission(Rig):
         self.fails(2, "bad-fault", "commission", arm, "--simulate", "--fault", "slip@paddle", "--fault", "slip@paddle:3")
         self.fails(2, "usage", "commission", arm, "--simulate", "--step", 11)
         self.fails(1, "step-order", "commission", arm, "--simulate", "--step", 5)
-        self.fails(2, "same-file", "commission", arm, "--simulate", "--state", arm)
+        for output in arm, arm.with_name("paddle.commission.md"), arm.with_name("paddle.commissioned.arm.json"):
+            self.fails(2, "same-file", "commission", arm, "--simulate", "--state", output)
+        self.fails(2, "usage", "commission", arm, "--simulate", "--seed", -1)
         self.fails(2, "usage", "commission", arm, "--simulate", "--ask", "--accept-corrections")
 
     def test_files_that_are_not_its_own(self):
         arm = self.arm()
         state = arm.with_name("paddle.commission.json")
         state.write_text('{"thimble_commission": 1, "name": "paddle"')
-        self.fails(10, "bad-state", "commission", arm, "--simulate")
+        error = self.fails(10, "bad-state", "commission", arm, "--simulate")
+        self.assertIn(str(state), error["cause"])
+        self.assertIn("--restart", error["remedy"])
         self.found("line-ignored", arm, "--fault", "line-ignored", "--restart")
         damaged = json.loads(state.read_text())
         damaged["steps"]["0"]["findings"][0]["axis"] = 7
