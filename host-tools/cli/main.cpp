@@ -2,9 +2,6 @@
 // (docs/cli.md).
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <functional>
 #include <iostream>
 #include <string>
@@ -401,16 +398,6 @@ void refuse_unknown_verb(CLI::App& app, const std::vector<std::string>& words) {
                   "see `thimble --help` and `thimble VERB --help`");
     at = named.front();
   }
-}
-
-// What was printed is the result: where it could not be written, the command has failed. A reader that went away wanted no more.
-void demand_written() {
-  errno = 0;
-  const bool flushed = std::fflush(stdout) == 0;
-  if ((flushed && std::ferror(stdout) == 0) || errno == EPIPE) return;
-  throw Error(ExitCode::kRefused, "cannot-write",
-              std::string("cannot write to standard output: ") + std::strerror(errno != 0 ? errno : EIO),
-              "check where it goes, and the space left there");
 }
 
 int run(int argc, char** argv) {

@@ -1,5 +1,8 @@
 #include "host-tools/cli/output.h"
 
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <iostream>
 
 #include "board/files/json_value.h"
@@ -24,6 +27,15 @@ void print(const Json& json) {
 }
 void print_line(const Json& json) {
   std::cout << json.dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;
+}
+
+void demand_written() {
+  errno = 0;
+  const bool flushed = std::fflush(stdout) == 0;
+  if ((flushed && std::ferror(stdout) == 0) || errno == EPIPE) return;
+  throw Error(ExitCode::kRefused, "cannot-write",
+              std::string("cannot write to standard output: ") + std::strerror(errno != 0 ? errno : EIO),
+              "check where it goes, and the space left there");
 }
 
 void report(const Error& error, bool json) {

@@ -32,6 +32,9 @@ void say(fmt::format_string<T...> format, T&&... values) {
 [[nodiscard]] Json document(std::string_view verb);
 void print(const Json& document);       // stdout, indented
 void print_line(const Json& document);  // stdout, one line, flushed: streams
+// What was printed is the result of the command: throws Error (kRefused, "cannot-write") where it could not be written. A reader that went away
+// wanted no more.
+void demand_written();
 
 // On stderr, as text or JSON.
 void report(const Error& error, bool json);
