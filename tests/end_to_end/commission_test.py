@@ -13,6 +13,8 @@ from pathlib import Path
 from rig import BIN, Rig
 
 ARMS = Path(__file__).parents[2] / "arms"
+UNDER_SANITIZERS = "THIMBLE_UNDER_SANITIZERS" in os.environ
+LONG = "all steps take a minute and more there; the long check has commission_test under the sanitizers"
 
 
 class Commission(Rig):
@@ -35,6 +37,7 @@ class Commission(Rig):
         self.assertEqual(step["findings"][0]["fault"], fault)
         return result.json, step
 
+    @unittest.skipIf(UNDER_SANITIZERS, LONG)
     def test_a_fault_is_named_repaired_and_the_result_is_an_arm(self):
         arm = self.arm()
         given = arm.read_bytes()
@@ -91,6 +94,7 @@ class Commission(Rig):
         self.fails(10, "arm-changed", "commission", arm, "--simulate")
         self.found("encoder-sign", arm, "--restart", "--fault", "encoder-sign@paddle")
 
+    @unittest.skipIf(UNDER_SANITIZERS, LONG)
     def test_corrections_go_into_the_new_file(self):
         arm = self.arm()
         state = self.runtime / "state.json"
