@@ -9,8 +9,6 @@
 namespace thimble::firmware {
 namespace {
 
-constexpr float kLimitSlew_N_s = 50.0F;  // how fast a change of max_force takes effect
-
 float max_force_N(const Parts& parts, std::size_t arm) noexcept {
   return std::min(parts.params.get(Param::max_force), parts.setup.arm[arm].data().max_force_N);
 }

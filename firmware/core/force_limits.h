@@ -15,6 +15,8 @@ namespace thimble::firmware {
 
 using LimitedForce = kinematics::Limited<Vec3, bool>;
 
+inline constexpr float kLimitSlew_N_s = 50.0F;  // how fast a change of max_force takes effect
+
 [[nodiscard]] inline LimitedForce clamp_force(const Vec3& force_N, float max_N) noexcept {
   const float norm = std::sqrt(force_N.squaredNorm());
   if (!(norm > max_N)) return {force_N, false};

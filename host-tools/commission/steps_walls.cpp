@@ -80,8 +80,7 @@ bool is_still(StepContext& context, double stiffness_N_m, double damping_N_s_m, 
   asked.direction = -wall.wall_normal;
   const BenchRecording seen = context.bench.feel(wall, asked);
   if (seen.ending == Ending::kSpeed) return false;
-  // A tip at rest between two counts of an axis shows one: half as much again as in truth.
-  return swing_m(context, seen, wall.wall_normal) <= 1.5 * wall_tolerance_m(arm);
+  return swing_m(context, seen, wall.wall_normal) <= counted_tolerance_m(arm);
 }
 
 // The largest still stiffness below the first that swings; 0: even the softest does.

@@ -71,7 +71,8 @@ double wall_swing_m(const ArmFile& file, const board::AnyPlantParameters& parame
 }
 
 double largest_wall_N_m(const ArmFile& file, const board::AnyPlantParameters& plant, const WallTrial& trial) {
-  const double most_m = (trial.by_counts ? 1.5 : 1) * wall_tolerance_m(file);
+  const Expectation arm(file);
+  const double most_m = trial.by_counts ? counted_tolerance_m(arm) : wall_tolerance_m(arm);
   double last = 0;
   for (double k = kSoftest_N_m; k <= kStiffest_N_m; k *= kFifth) {
     if (wall_swing_m(file, plant, k, trial) <= most_m) {

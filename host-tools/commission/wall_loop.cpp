@@ -8,8 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr float kSlew_N_s = 1e4F;        // force_slew of the firmware
-constexpr float kLimitSlew_N_s = 50.0F;  // and how fast its largest force changes
+constexpr float kSlew_N_s = 1e4F;  // force_slew of the firmware
 
 }  // namespace
 
@@ -81,7 +80,7 @@ void WallLoop::limit(double wanted_N, double depth_m) {
   const auto most = static_cast<float>(wall_.most_force_N);
   if (!limits_begun_) account_.start(most, tip_m);
   limits_begun_ = true;
-  const float max_N = account_.max_N(most, wanted, depth, kLimitSlew_N_s * tick_s, tick_s);
+  const float max_N = account_.max_N(most, wanted, depth, firmware::kLimitSlew_N_s * tick_s, tick_s);
   const Eigen::Vector3f clamped_N = firmware::clamp_force(push_N, max_N).value;
   Eigen::Vector3f limited_N =
       firmware::slew_force(clamped_N, firmware::remaining(force_N_, clamped_N), kSlew_N_s * tick_s).value;

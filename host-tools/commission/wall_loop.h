@@ -16,6 +16,10 @@ namespace thimble::host {
 [[nodiscard]] Eigen::Vector3d wall_normal(const Expectation& arm);
 // Two counts at the tip along the wall's normal: more is a swing.
 [[nodiscard]] double wall_tolerance_m(const Expectation& arm);
+// By the counts, where a tip at rest between two counts of an axis shows one.
+[[nodiscard]] inline double counted_tolerance_m(const Expectation& arm) {
+  return 1.5 * wall_tolerance_m(arm);
+}
 
 class WallLoop {
  public:
