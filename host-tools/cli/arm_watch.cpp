@@ -20,21 +20,24 @@ namespace {
 
 constexpr useconds_t kTryAgain_us = 50'000;
 
+// What the watched process says to the one that watches. If it says no more, it was killed: getppid() proves nothing, for the socket
+// ends before the kernel gives the process another parent.
+enum class Word : char { kDisarmed, kArmed, kArmedAndReports };
+
 // The other process: until the socket ends, then once more for the device.
 void watch(int end, const std::function<void()>& disarm) {
-  const pid_t parent = getppid();
-  const auto say = [parent](const std::string& text) {
-    if (getppid() != parent) fmt::print(stderr, "{}", text);  // else it reports itself
-  };
   setsid();  // what a terminal or a group of processes is sent ends this one's parent only
   for (const int one : {SIGINT, SIGTERM, SIGHUP}) std::signal(one, SIG_IGN);
   const int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
   dup2(nothing, STDIN_FILENO);
   dup2(nothing, STDOUT_FILENO);
-  char armed = 0;
-  while (recv(end, &armed, 1, 0) > 0) {
+  Word last = Word::kDisarmed;
+  while (recv(end, &last, 1, 0) > 0) {
   }
-  if (armed == 0) return;
+  if (last == Word::kDisarmed) return;
+  const auto say = [last](const std::string& text) {
+    if (last == Word::kArmed) fmt::print(stderr, "{}", text);
+  };
   std::string failure;
   for (const link::Micros give_up_us = now_us() + kArmWatch_us; now_us() < give_up_us; usleep(kTryAgain_us)) {
     try {
@@ -48,6 +51,8 @@ void watch(int end, const std::function<void()>& disarm) {
   say("thimble: not-disarmed: killed while the arm was armed: " + failure +
       "\n  remedy: `thimble stop`, or the e-stop button\n");
 }
+
+bool tell(int end, Word word) { return send(end, &word, sizeof word, MSG_NOSIGNAL) == sizeof word; }
 
 }  // namespace
 
@@ -75,14 +80,15 @@ ArmWatch::ArmWatch(const std::function<void()>& disarm) {
 }
 
 ArmWatch::~ArmWatch() {
+  if (armed_) tell(end_.get(), Word::kArmedAndReports);
   end_ = Descriptor(-1);
   while (waitpid(watcher_, nullptr, 0) < 0 && errno == EINTR) {
   }
 }
 
 void ArmWatch::armed(bool yes) {
-  const char byte = yes ? 1 : 0;
-  if (send(end_.get(), &byte, 1, MSG_NOSIGNAL) == 1 || !yes) return;
+  armed_ = yes;
+  if (tell(end_.get(), yes ? Word::kArmed : Word::kDisarmed) || !yes) return;
   throw Error(ExitCode::kRefused, "no-watch", "the process that disarms if this one is killed has ended",
               "repeat the command");
 }

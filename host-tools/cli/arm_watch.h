@@ -25,6 +25,7 @@ class ArmWatch {
  private:
   Descriptor end_{-1};
   pid_t watcher_ = -1;
+  bool armed_ = false;
 };
 
 inline constexpr firmware::link::Micros kArmWatch_us = 5'000'000;
