@@ -7,6 +7,9 @@ namespace thimble::firmware {
 namespace {
 
 constexpr float kWorkspaceMargin_rad = 0.05F;  // of a move's target
+constexpr float kMostDriven_s = 60, kMostCoast_s = 5, kMostTone_Hz = 1000;
+
+bool within(float value, float low, float high) noexcept { return value >= low && value <= high; }
 
 }  // namespace
 
@@ -66,6 +69,39 @@ Conditions Commands::request_move(const MoveOrder& order) noexcept {
   if (!sources_.move.post(order)) return kMoveUnderWay;
   channel_.post(Command::kMove);
   return 0;
+}
+
+bool Commands::axes_in_range(const link::AxisOrder& order) const noexcept {
+  if (order.arm >= setup_.arm_count || order.axis >= setup_.arm[order.arm].axes()) return false;
+  bool good = within(order.driven_s, 0, kMostDriven_s) && within(order.move_s, 0, kMostDriven_s) &&
+              within(order.coast_s, 0, kMostCoast_s) && within(order.frequency_Hz, 0, kMostTone_Hz) &&
+              std::isfinite(order.offset_N_m) && std::isfinite(order.slope_N_m_s) &&
+              std::isfinite(order.amplitude_N_m) && std::isfinite(order.most_energy_J);
+  for (std::size_t j = 0; j < link::kMaxJoints; ++j) {
+    good = good && std::isfinite(order.from_rad[j]) && std::isfinite(order.to_rad[j]) &&
+           std::isfinite(order.most_way_rad[j]) && std::isfinite(order.most_speed_rad_s[j]);
+    for (const float gain :
+         {order.stiffness_N_m_rad[j], order.damping_N_m_s_rad[j], order.most_torque_N_m[j]})
+      good = good && gain >= 0 && std::isfinite(gain);
+  }
+  return good;
+}
+
+Conditions Commands::request_axes(const link::AxisOrder& order) noexcept {
+  if (disarm_due()) return kWrongMode;
+  if (pending()) return kMoveUnderWay;
+  if (const Conditions refused = status_.unmet_for_move(); refused != 0) return refused;
+  if (!sources_.axes.post(order)) return kMoveUnderWay;
+  channel_.post(Command::kMove);
+  return 0;
+}
+
+bool Commands::place(const link::HomePlace& place) noexcept {
+  place_.recall();
+  if (place.arm >= setup_.arm_count) return false;
+  *place_.blank() = place;
+  place_.send();
+  return true;
 }
 
 }  // namespace thimble::firmware

@@ -11,6 +11,7 @@
 #include "firmware/core/modes.h"
 #include "firmware/core/setup.h"
 #include "firmware/core/status.h"
+#include "firmware/exchange/mailbox.h"
 #include "firmware/exchange/request.h"
 #include "firmware/exchange/word.h"
 #include "firmware/params.h"
@@ -80,6 +81,13 @@ class Commands {
   [[nodiscard]] bool move_in_range(const MoveOrder& order) const noexcept;
   // Posts it, or returns what refuses it. Its values are in range.
   [[nodiscard]] Conditions request_move(const MoveOrder& order) noexcept;
+  // The same of an order for the axes.
+  [[nodiscard]] bool axes_in_range(const link::AxisOrder& order) const noexcept;
+  [[nodiscard]] Conditions request_axes(const link::AxisOrder& order) noexcept;
+  // Where the host says that an arm is: of the homing that is requested next. The tick reads it only with that command, so it may be taken back
+  // while none is pending. place(): false: there is no such arm.
+  [[nodiscard]] bool place(const link::HomePlace& place) noexcept;
+  void forget_place() noexcept { place_.recall(); }
   // Posts without a check: for a replay, which knows that the command was executed.
   void replay(Command command) noexcept { channel_.post(command); }
   // Stops and disarms so far: whether one came after a request.
@@ -90,6 +98,9 @@ class Commands {
   // --- tick
   [[nodiscard]] std::optional<Command> take() noexcept { return channel_.take(); }
   void done() noexcept { channel_.done(); }
+  // Where the host says that an arm is, of Command::kHome; null: nowhere.
+  [[nodiscard]] const link::HomePlace* placed() const noexcept { return place_.letter(); }
+  void place_taken() noexcept { place_.done(); }
   [[nodiscard]] std::uint32_t stops() const noexcept { return stops_.get(); }  // requested so far
   [[nodiscard]] std::uint32_t disarms() const noexcept { return disarms_.get(); }
   [[nodiscard]] std::uint32_t alive() const noexcept { return alive_.get(); }  // signs of life so far
@@ -100,6 +111,7 @@ class Commands {
   const Status& status_;
   Sources& sources_;
   Request<Command> channel_;
+  Mailbox<link::HomePlace> place_;
   Counter stops_;  // apart from the channel: nothing may replace a stop, or a disarm
   Counter disarms_;
   Counter alive_;

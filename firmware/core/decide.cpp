@@ -33,6 +33,34 @@ void home_arms(Parts& parts, const Inputs& inputs) noexcept {
   }
 }
 
+// One arm is where a host says; the others know their homes already.
+void home_at(Parts& parts, const Inputs& inputs, const link::HomePlace& place) noexcept {
+  State& state = parts.state;
+  ArmState& arm = state.arm[place.arm];
+  const kinematics::Arm<float>& geometry = parts.setup.arm[place.arm];
+  constexpr std::uint32_t kPeriods = 64;  // it may have moved since the host read the registers
+  if (arm.age_ticks != 0) return;
+  parts.observers.recorder.end(RecordingEnd::kPlaced);
+  for (std::size_t j = 0; j < arm.axes; ++j) {
+    kinematics::JointEncoder& encoder = arm.encoder[j];
+    const auto axis = static_cast<int>(j);
+    encoder.resume(place.raw[j], place.counts[j], geometry.home()[axis]);
+    if (encoder.update(inputs.arm[place.arm].counts[j], kPeriods) != kinematics::EncoderStatus::kOk) {
+      lose_home(arm);
+      return;
+    }
+    arm.speed[j].reset(encoder.counts());
+    arm.joint_rad[axis] = encoder.angle_rad();
+  }
+  geometry.move_to(arm.joint_rad, arm.posture);
+  arm.tip_velocity_m_s.setZero();
+  arm.in_workspace = geometry.limit(arm.joint_rad) == 0;
+  arm.homed = true;
+  if (!all_homed(parts.setup, state)) return;
+  happen(parts, Event::kHomeCommand);
+  happen(parts, Event::kAllHomed);
+}
+
 // Out of line on every board: a rule of tests/hardware/cortex/firmware.limits is about it.
 [[gnu::noinline]] void arm_with_source(Parts& parts) noexcept {
   State& state = parts.state;
@@ -50,18 +78,37 @@ void home_arms(Parts& parts, const Inputs& inputs) noexcept {
   }
 }
 
-void start_move(Parts& parts, Conditions unmet) noexcept {
-  GuardedMoveSource& move = parts.sources.move;
-  const MoveOrder* order = move.ordered();
-  if (order == nullptr) return;
+// Orders of guests whose command is not carried out.
+void forget_orders(Sources& sources) noexcept {
+  if (sources.move.ordered() != nullptr) sources.move.forget_order();
+  if (sources.axes.ordered() != nullptr) sources.axes.forget_order();
+}
+
+// The guest whose order came with the command. The other one ends.
+void start_guest(Parts& parts, Conditions unmet) noexcept {
+  Sources& sources = parts.sources;
+  const link::AxisOrder* axes = sources.axes.ordered();
+  const MoveOrder* move = sources.move.ordered();
+  if (axes == nullptr && move == nullptr) return;
   if (unmet_for_move(parts, unmet) != 0) {
-    move.forget_order();
+    forget_orders(sources);
     return;
   }
-  parts.state.arm[order->arm].source = &move;
+  const bool leads_axes = axes != nullptr;
+  ArmState& arm = parts.state.arm[leads_axes ? axes->arm : move->arm];
+  const auto begin = [&](auto& guest, auto& other) noexcept {
+    if (arm.source != &guest) other.stop();
+    arm.source = &guest;
+    parts.observers.recorder.end(guest.needs().ends_recording);
+    guest.begin(source_tick(parts));
+  };
+  if (leads_axes) {
+    begin(sources.axes, sources.move);
+  } else {
+    begin(sources.move, sources.axes);
+  }
+  arm.led_N_m = leads_axes ? &sources.axes.torque_N_m() : nullptr;
   parts.state.guest = true;
-  parts.observers.recorder.end(move.needs().ends_recording);
-  move.begin(source_tick(parts));
 }
 
 void clear_fault(Parts& parts) noexcept {
@@ -71,13 +118,18 @@ void clear_fault(Parts& parts) noexcept {
   happen(parts, Event::kClearCommand);
 }
 
-void execute(Parts& parts, Command command, Conditions unmet) noexcept {
+void execute(Parts& parts, const Inputs& inputs, Command command, Conditions unmet) noexcept {
   State& state = parts.state;
   // An order whose command was replaced by another one.
-  if (command != Command::kMove && parts.sources.move.ordered() != nullptr) parts.sources.move.forget_order();
+  if (command != Command::kMove) forget_orders(parts.sources);
   if (!executes(command, state.mode, unmet)) return;
   switch (command) {
     case Command::kHome:
+      if (const link::HomePlace* place = parts.commands.placed()) {
+        home_at(parts, inputs, *place);
+        parts.commands.place_taken();
+        return;
+      }
       for (ArmState& arm : state.arm) arm.homed = false;
       happen(parts, Event::kHomeCommand);
       return;
@@ -91,7 +143,7 @@ void execute(Parts& parts, Command command, Conditions unmet) noexcept {
       clear_fault(parts);
       return;
     case Command::kMove:
-      start_move(parts, unmet);
+      start_guest(parts, unmet);
       return;
     case Command::kEndMove:
       if (!state.guest) return;
@@ -139,7 +191,7 @@ Command decide(Parts& parts, const Inputs& inputs, std::optional<Command> comman
   }
   if (command) {
     const Mode before = state.mode;
-    execute(parts, *command, unmet_conditions(parts, inputs));
+    execute(parts, inputs, *command, unmet_conditions(parts, inputs));
     if (state.mode != before) executed = *command;  // a command that changed nothing is not recorded
   }
   if (state.mode == Mode::kArmed && !inputs.dead_man) happen(parts, Event::kLetGo, StoppedBy::kDeadMan);

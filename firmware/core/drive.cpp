@@ -12,7 +12,7 @@ namespace {
 // The torques of the axes for the force and the weight of the arm; 0 where there is no motor. False: one is not finite.
 bool find_torques(const Parts& parts, const kinematics::Arm<float>& geometry, ArmState& arm,
                   auto axes) noexcept {
-  const bool holds_weight = parts.params.on(Param::gravity_compensation);
+  const bool holds_weight = arm.led_N_m == nullptr && parts.params.on(Param::gravity_compensation);
   const Axes weight_N_m = holds_weight ? geometry.gravity_torques(arm.posture) : Axes();
   const float ramp = parts.state.gravity_ramp;
   const Vec3 force_N = arm.force_N;
@@ -20,7 +20,7 @@ bool find_torques(const Parts& parts, const kinematics::Arm<float>& geometry, Ar
   for (int j = 0; j < axes; ++j) {
     float torque_N_m = 0;
     if (geometry.is_driven(j)) {
-      torque_N_m = arm.posture.jacobian.col(j).dot(force_N);
+      torque_N_m = arm.led_N_m != nullptr ? (*arm.led_N_m)[j] : arm.posture.jacobian.col(j).dot(force_N);
       if (holds_weight) torque_N_m += ramp * weight_N_m[j];
     }
     arm.torque_N_m[j] = torque_N_m;

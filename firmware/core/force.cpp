@@ -117,7 +117,9 @@ void end_guest(Parts& parts) noexcept {
   State& state = parts.state;
   if (!state.guest) return;
   parts.sources.move.stop();
+  parts.sources.axes.stop();
   for (std::size_t i = 0; i < state.arm.size(); ++i) {
+    state.arm[i].led_N_m = nullptr;
     if (std::exchange(state.arm[i].source, nullptr) != nullptr) parts.sources.scene.begin_at_tip(i);
   }
   state.guest = false;

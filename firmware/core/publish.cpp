@@ -168,6 +168,7 @@ void publish(Parts& parts, const Inputs& inputs, Command executed, std::optional
   observers.records.add(state.telemetry, record_due);
   if (record_due && (state.mode != Mode::kArmed || state.source->needs().scene)) take_picture(parts);
   parts.sources.move.publish();
+  parts.sources.axes.publish();
   parts.status.publish(state, unmet, unmet_for_move(parts, unmet));
   if (observers.recorder.running()) {
     record_tick(parts, inputs, executed);

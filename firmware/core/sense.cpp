@@ -101,7 +101,7 @@ Frozen frozen_limits(const Parts& parts, std::size_t index, std::size_t joint,
   const ArmState& arm = parts.state.arm[index];
   const JointConstants& constants = parts.setup.joint[index][joint];
   const Frozen held{params.part * constants.peak_N_m, params.time_s};
-  if (arm.source == nullptr) return held;
+  if (arm.source == nullptr || arm.led_N_m != nullptr) return held;
   const float part = std::min(params.part, row_of(Param::encoder_frozen).initial);
   const float time_s = std::min(params.time_s, row_of(Param::encoder_frozen_time).initial);
   const float change_N_m = part * constants.peak_N_m;
@@ -168,7 +168,9 @@ void read_arm(Parts& parts, std::size_t index, const ArmInputs& input, std::uint
     arm.joint_rad[axis] = encoder.angle_rad();
     joint_speed[axis] = arm.speed[j].update(encoder.counts(), periods) * encoder.rad_per_count();
     arm.suspect[j] = armed && is_frozen(parts, index, j, frozen);
-    if (arm.suspect[j] && arm.source != nullptr) {
+    // Torques of the axes that follow no place end by their time, and whether an axis moves is what they find out.
+    const bool proves = arm.led_N_m == nullptr ? arm.source != nullptr : parts.sources.axes.follows();
+    if (arm.suspect[j] && proves) {
       trip(parts, Fault::encoder_frozen);
       arm.homed = false;
     }

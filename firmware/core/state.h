@@ -46,8 +46,9 @@ struct ArmState {
   kinematics::Posture<float> posture;
   Vec3 tip_velocity_m_s = Vec3::Zero();
   // Driven. Until drive() is called in a tick, these are the values of the tick before.
-  ForceSource* source = nullptr;   // the guest that leads this arm; null: State::source gives its force
-  Vec3 force_N = Vec3::Zero();     // after all limits
+  ForceSource* source = nullptr;  // the guest that leads this arm; null: State::source gives its force
+  const Axes* led_N_m = nullptr;  // torques of the axes that a guest asks for; null: they follow from force_N
+  Vec3 force_N = Vec3::Zero();    // after all limits
   Vec3 unprobed_N = Vec3::Zero();  // before a probe of the encoders took some of it away
   float given = 1;  // the part of the torques that the motors' limits let through; during a probe, as before
   ForceAccount limits;   // what the limits have kept back

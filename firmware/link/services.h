@@ -82,6 +82,14 @@ enum class Routine : std::uint16_t {
   // those of kPrepareDownload; the same answer. Activate: it is the arm from the next start on.
   kPrepareArm = 0x020D,
   kActivateArm = 0x020E,
+  // Torques of the axes (firmware/sources/axis_drive.h). Start: arguments are an AxisOrder; also while the last one holds. Stop: the arm is let
+  // go. Results: AxisState.
+  kAxes = 0x020F,
+  // As kHome, but the host says where the arm is: arguments are a HomePlace. For an arm whose home is not proved, or has no index.
+  kHomeAt = 0x0210,
+  // Start: a recording of which the counts alone are wanted, for the commissioning of an arm: it goes on where they do not determine the forces.
+  // kRecording ends it and has its results.
+  kRecordCounts = 0x0211,
   // Breaks the hardware of a simulated board: arguments are an InjectedFault. No real board has it.
   kInject = 0x02F0,
 };

@@ -18,6 +18,7 @@ void Recorder::begin(const RecordingStart& start) noexcept {
   last_.mode = start.start.mode;
   last_.levels = start.start.levels;
   since_check_ = 0;
+  counts_only_ = counts_only_wanted_.get();
   due_ = RecordingEnd::kNotYet;
   running_ = true;
   if (end_request_.take()) end_request_.done();  // of the recording before

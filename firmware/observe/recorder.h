@@ -67,12 +67,17 @@ class Recorder {
   void begin(const RecordingStart& start) noexcept;
   // The recorded data do not determine this tick, so the tick before was the last of the recording.
   void end(RecordingEnd reason) noexcept {
+    if (counts_only_ && reason != RecordingEnd::kTickLost && reason != RecordingEnd::kCountsJumped &&
+        reason != RecordingEnd::kStopped)
+      return;
     if (running_ && due_ == RecordingEnd::kNotYet) due_ = reason;
   }
   void tick(const Tick& tick) noexcept;
 
   // --- background
   [[nodiscard]] bool next(RecordingEntry& entry) noexcept { return ring_.pop(entry); }
+  // Of the recording that is requested next: its counts alone are wanted, so it goes on where they do not determine the forces.
+  void request_counts_only(bool yes) noexcept { counts_only_wanted_.set(yes); }
   void request_end(RecordingEnd reason) noexcept { end_request_.post(reason); }
   [[nodiscard]] RecordingPhase phase() const noexcept { return phase_.get(); }
   [[nodiscard]] link::RecordingState state() const noexcept;
@@ -89,6 +94,7 @@ class Recorder {
 
   // The tick's.
   bool running_ = false;
+  bool counts_only_ = false;
   RecordingEnd due_ = RecordingEnd::kNotYet;
   std::array<std::array<std::uint32_t, link::kMaxJoints>, control::kMaxArms> last_counts_{};
   std::uint32_t since_check_ = 0;
@@ -97,6 +103,7 @@ class Recorder {
   Mailbox<RecordingStart> start_;  // taken back when the background has asked for the next recording
   Ring<RecordingEntry, kEntries> ring_;
   Request<RecordingEnd> end_request_;
+  Value<bool> counts_only_wanted_{false};
   // phase_ is set last: a reader of it sees the figures that belong to it.
   Signal<RecordingPhase> phase_{RecordingPhase::kNone};
   Value<RecordingEnd> end_{RecordingEnd::kNotYet};

@@ -74,7 +74,7 @@ link::StatusFlags StatusFrames::flags() const noexcept {
   flags.scene = flags.host_renders ? store_.image_bytes() != 0 : (unmet & kNoScene) == 0;
   flags.supervised = flags.host_renders || params_.on(Param::host_supervision);
   flags.uploading = store_.downloading();
-  flags.moves_itself = core_.sources().move.phase() != link::MovePhase::kNone;
+  flags.moves_itself = core_.sources().guest_leads();
   return flags;
 }
 

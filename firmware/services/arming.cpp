@@ -1,8 +1,17 @@
-// Routines 0201 (arm), 0202 (disarm), 0203 (home).
+// Routines 0201 (arm), 0202 (disarm), 0203 (home), 0210 (home where the host says).
 #include "firmware/services/handlers.h"
 #include "firmware/services/refusal.h"
 
 namespace thimble::firmware {
+namespace {
+
+[[nodiscard]] Nrc audited_home(Services& services, Call& call, auto&& begin) noexcept {
+  const Nrc result = services.jobs.run(call, services.command, begin);
+  if (result == Nrc::kOk) services.parts.audit.add(link::AuditEvent::kHoming, call.host, call.now_us);
+  return result;
+}
+
+}  // namespace
 
 // A live link is a condition for arming, so arming itself is no sign of life.
 Nrc arm(Services& services, Call& call) noexcept {
@@ -32,10 +41,23 @@ Nrc disarm(Services& services, Call& call) noexcept {
 
 // kOk: homing has begun; the mode tells when it is done.
 Nrc home(Services& services, Call& call) noexcept {
-  const Nrc result = services.jobs.run(
-      call, services.command, [&]() noexcept { return services.command.begin(call, Command::kHome); });
-  if (result == Nrc::kOk) services.parts.audit.add(link::AuditEvent::kHoming, call.host, call.now_us);
-  return result;
+  return audited_home(services, call, [&]() noexcept {
+    services.parts.core.commands().forget_place();
+    return services.command.begin(call, Command::kHome);
+  });
+}
+
+Nrc home_at(Services& services, Call& call) noexcept {
+  return audited_home(services, call, [&]() noexcept {
+    Commands& commands = services.parts.core.commands();
+    link::HomePlace place;
+    if (commands.pending()) return busy(call.host, Busy::kCommandPending);
+    if (!link::decode(routine_arguments(call), place)) return Nrc::kIncorrectLength;
+    if (!commands.place(place)) return Nrc::kRequestOutOfRange;
+    const Nrc begun = services.command.begin(call, Command::kHome);
+    if (begun != Nrc::kResponsePending) commands.forget_place();
+    return begun;
+  });
 }
 
 }  // namespace thimble::firmware

@@ -34,6 +34,7 @@ namespace thimble::firmware {
 [[nodiscard]] Nrc arm(Services& services, Call& call) noexcept;
 [[nodiscard]] Nrc disarm(Services& services, Call& call) noexcept;
 [[nodiscard]] Nrc home(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc home_at(Services& services, Call& call) noexcept;
 // download.cpp
 [[nodiscard]] Nrc prepare_download(Services& services, Call& call) noexcept;
 [[nodiscard]] Nrc prepare_arm(Services& services, Call& call) noexcept;
@@ -47,8 +48,11 @@ namespace thimble::firmware {
 [[nodiscard]] Nrc end_move(Services& services, Call& call) noexcept;
 [[nodiscard]] Nrc move_results(Services& services, Call& call) noexcept;
 [[nodiscard]] link::MoveState move_state(const Core& core) noexcept;
+[[nodiscard]] Nrc start_axes(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc axes_results(Services& services, Call& call) noexcept;
 // recording.cpp
 [[nodiscard]] Nrc start_recording(Services& services, Call& call) noexcept;
+[[nodiscard]] Nrc start_recording_counts(Services& services, Call& call) noexcept;
 [[nodiscard]] Nrc end_recording(Services& services, Call& call) noexcept;
 [[nodiscard]] Nrc recording_start(Services& services, Call& call) noexcept;
 

@@ -10,13 +10,23 @@ Nrc CommandJob::begin(Call& call, Command command) noexcept {
   return begun(call, command, core_.commands().request(command));
 }
 
-Nrc CommandJob::begin_move(Call& call, const MoveOrder& order) noexcept {
-  call.host.refuse("");
-  if (!core_.commands().move_in_range(order)) return Nrc::kRequestOutOfRange;
+Nrc CommandJob::begin_guest(Call& call, auto&& post) noexcept {
   if (yields(call, Command::kMove)) return refuse(call.host, kWrongMode, lacks_);
   if (core_.commands().pending() && !core_.commands().disarm_due())
     return busy(call.host, Busy::kCommandPending);
-  return begun(call, Command::kMove, core_.commands().request_move(order));
+  return begun(call, Command::kMove, post());
+}
+
+Nrc CommandJob::begin_move(Call& call, const MoveOrder& order) noexcept {
+  call.host.refuse("");
+  if (!core_.commands().move_in_range(order)) return Nrc::kRequestOutOfRange;
+  return begin_guest(call, [&]() noexcept { return core_.commands().request_move(order); });
+}
+
+Nrc CommandJob::begin_axes(Call& call, const link::AxisOrder& order) noexcept {
+  call.host.refuse("");
+  if (!core_.commands().axes_in_range(order)) return Nrc::kRequestOutOfRange;
+  return begin_guest(call, [&]() noexcept { return core_.commands().request_axes(order); });
 }
 
 // A stop or a disarm that came after the request goes before it, also where the request had to wait for another host's.
@@ -49,9 +59,9 @@ bool CommandJob::done() const noexcept {
     case Command::kHome:
       return mode == Mode::kHoming || mode == Mode::kReady;
     case Command::kMove:
-      return core_.sources().move.phase() != link::MovePhase::kNone;
+      return core_.sources().guest_leads();
     case Command::kEndMove:
-      return core_.sources().move.phase() == link::MovePhase::kNone;
+      return !core_.sources().guest_leads();
     case Command::kRecord:
       return core_.observers().recorder.phase() == RecordingPhase::kRunning;
     case Command::kNone:

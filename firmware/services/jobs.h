@@ -43,9 +43,12 @@ class CommandJob {
   // Posts the command, or refuses it with the unmet conditions.
   [[nodiscard]] Nrc begin(Call& call, Command command) noexcept;
   [[nodiscard]] Nrc begin_move(Call& call, const MoveOrder& order) noexcept;
+  [[nodiscard]] Nrc begin_axes(Call& call, const link::AxisOrder& order) noexcept;
   [[nodiscard]] Nrc poll(Call& call) noexcept;
 
  private:
+  // A command with an order, which post() hands over or refuses.
+  [[nodiscard]] Nrc begin_guest(Call& call, auto&& post) noexcept;
   [[nodiscard]] bool yields(const Call& call, Command command) const noexcept;
   [[nodiscard]] Nrc begun(Call& call, Command command, Conditions against) noexcept;
   [[nodiscard]] bool done() const noexcept;

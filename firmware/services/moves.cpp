@@ -1,4 +1,4 @@
-// Routine 0206: guarded moves (firmware/sources/guarded_move.h).
+// Routine 0206: guarded moves (firmware/sources/guarded_move.h); routine 020F: orders for the axes (firmware/sources/axis_drive.h).
 #include "firmware/services/handlers.h"
 #include "firmware/sources/guarded_move_link.h"
 
@@ -12,6 +12,21 @@ Nrc start_move(Services& services, Call& call) noexcept {
   if (result == Nrc::kOk)
     services.parts.audit.add(link::AuditEvent::kMove, call.host, call.now_us, 0, order.arm);
   return result;
+}
+
+Nrc start_axes(Services& services, Call& call) noexcept {
+  link::AxisOrder order;
+  if (!link::decode(routine_arguments(call), order)) return Nrc::kIncorrectLength;
+  const Nrc result = services.jobs.run(call, services.command,
+                                       [&]() noexcept { return services.command.begin_axes(call, order); });
+  if (result == Nrc::kOk)
+    services.parts.audit.add(link::AuditEvent::kMove, call.host, call.now_us, 1, order.arm);
+  return result;
+}
+
+Nrc axes_results(Services& services, Call& call) noexcept {
+  call.answer.put_record(services.parts.core.sources().axes.state());
+  return Nrc::kOk;
 }
 
 Nrc end_move(Services& services, Call& call) noexcept {

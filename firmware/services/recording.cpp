@@ -1,11 +1,13 @@
-// Routine 0208: recordings (firmware/observe/recorder.h).
+// Routines 0208 and 0211: recordings (firmware/observe/recorder.h).
 #include "firmware/link/bus_cost.h"
 #include "firmware/services/handlers.h"
 #include "firmware/services/refusal.h"
 
 namespace thimble::firmware {
 
-Nrc start_recording(Services& services, Call& call) noexcept {
+namespace {
+
+Nrc begin_recording(Services& services, Call& call, bool counts_only) noexcept {
   ServiceParts& parts = services.parts;
   return services.jobs.run(call, services.command, [&]() noexcept {
     if (parts.core.sources().scene.pending()) return busy(call.host, Busy::kSceneSwitching);
@@ -20,8 +22,19 @@ Nrc start_recording(Services& services, Call& call) noexcept {
     }
     parts.recording.discard();
     services.recording_scene_crc = parts.store.image_crc();
+    parts.core.observers().recorder.request_counts_only(counts_only);
     return services.command.begin(call, Command::kRecord);
   });
+}
+
+}  // namespace
+
+Nrc start_recording(Services& services, Call& call) noexcept {
+  return begin_recording(services, call, false);
+}
+
+Nrc start_recording_counts(Services& services, Call& call) noexcept {
+  return begin_recording(services, call, true);
 }
 
 Nrc end_recording(Services& services, Call& call) noexcept {

@@ -68,6 +68,8 @@ constexpr std::array<ServiceRow, 12> kServices = {{
 
 constexpr std::uint8_t kStart = 0x01, kStop = 0x02, kResults = 0x03;
 constexpr std::size_t kMoveOrder = link::wire_size<link::MoveOrder>();
+constexpr std::size_t kAxisOrder = link::wire_size<link::AxisOrder>(),
+                      kHomePlace = link::wire_size<link::HomePlace>();
 
 struct RoutineRow {
   Routine routine;
@@ -77,7 +79,7 @@ struct RoutineRow {
   std::size_t argument_bytes;
   Handler handle;
 };
-constexpr std::array<RoutineRow, 20> kRoutines = {{
+constexpr std::array<RoutineRow, 25> kRoutines = {{
     {Routine::kArm, kStart, Sessions::kNotDefault, Needs::kLeaseOfArm, 0, arm},
     {Routine::kDisarm, kStart, Sessions::kAll, Needs::kNothing, 0,
      disarm},  // never a question of the session
@@ -95,7 +97,12 @@ constexpr std::array<RoutineRow, 20> kRoutines = {{
     {Routine::kMove, kStart, Sessions::kNotDefault, Needs::kLeaseOfArm, kMoveOrder, start_move},
     {Routine::kMove, kStop, Sessions::kNotDefault, Needs::kNothing, 0, end_move},
     {Routine::kMove, kResults, Sessions::kNotDefault, Needs::kNothing, 0, move_results},
+    {Routine::kAxes, kStart, Sessions::kNotDefault, Needs::kLeaseOfArm, kAxisOrder, start_axes},
+    {Routine::kAxes, kStop, Sessions::kNotDefault, Needs::kNothing, 0, end_move},
+    {Routine::kAxes, kResults, Sessions::kNotDefault, Needs::kNothing, 0, axes_results},
+    {Routine::kHomeAt, kStart, Sessions::kNotDefault, Needs::kLeaseOfArm, kHomePlace, home_at},
     {Routine::kRecording, kStart, Sessions::kNotDefault, Needs::kLease, 0, start_recording},
+    {Routine::kRecordCounts, kStart, Sessions::kNotDefault, Needs::kLease, 0, start_recording_counts},
     {Routine::kRecording, kStop, Sessions::kNotDefault, Needs::kNothing, 0, end_recording},
     {Routine::kRecording, kResults, Sessions::kNotDefault, Needs::kNothing, 0, recording_start},
     {Routine::kAudit, kResults, Sessions::kAll, Needs::kNothing, 4, audit_results},

@@ -1,5 +1,5 @@
-// The table of force sources. When the arm is armed, the first row that is wanted() gives the forces of all arms; a guarded move is a
-// guest on top of it.
+// The table of force sources. When the arm is armed, the first row that is wanted() gives the forces of all arms; a guarded move and an
+// order for the axes are guests on top of it.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 
 #include "firmware/core/config.h"
 #include "firmware/params.h"
+#include "firmware/sources/axis_source.h"
 #include "firmware/sources/guarded_move_source.h"
 #include "firmware/sources/host_forces.h"
 #include "firmware/sources/scene_source.h"
@@ -24,6 +25,7 @@ class Sources {
   HostForces host;
   SceneSource scene;
   GuardedMoveSource move;
+  AxisSource axes;
 
   // The source that arming with these parameters gives. Called from both contexts.
   [[nodiscard]] ForceSource& wanted(const Params& params) const noexcept {
@@ -33,6 +35,10 @@ class Sources {
       if (source->wanted(params)) return *source;
     return *table_.back();
   }
+  // A guest leads an arm, as of the last tick. Of the background.
+  [[nodiscard]] bool guest_leads() const noexcept {
+    return move.phase() != link::MovePhase::kNone || axes.state().phase != link::AxisPhase::kNone;
+  }
   void start_all(const SourceTick& tick) noexcept {
     for (ForceSource* source : own_) source->start(tick);
     for (ForceSource* source : table_) source->start(tick);
@@ -40,7 +46,7 @@ class Sources {
 
  private:
   std::span<ForceSource* const> own_;
-  std::array<ForceSource*, 3> table_ = {&move, &host, &scene};
+  std::array<ForceSource*, 4> table_ = {&move, &axes, &host, &scene};
 };
 
 }  // namespace thimble::firmware

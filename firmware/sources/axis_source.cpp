@@ -1,0 +1,60 @@
+#include "firmware/sources/axis_source.h"
+
+#include <algorithm>
+
+#include "kinematics/directions.h"
+
+namespace thimble::firmware {
+
+AxisSource::AxisSource() noexcept
+    : ForceSource({.name = "axes",
+                   .host = true,
+                   .host_timeout_s = link::kMoveHostTimeout_s,
+                   .ends_recording = link::RecordingEnd::kGuardedMove}) {}
+
+bool AxisSource::post(const link::AxisOrder& order) noexcept {
+  link::AxisOrder* blank = orders_.blank();
+  if (blank == nullptr) return false;
+  *blank = order;
+  orders_.send();
+  return true;
+}
+
+link::AxisState AxisSource::state() const noexcept {
+  link::AxisState state;
+  state.phase = phase_.get();
+  state.end = end_.get();
+  state.driven_ticks = driven_ticks_.get();
+  return state;
+}
+
+void AxisSource::begin(const SourceTick& tick) noexcept {
+  const link::AxisOrder* order = orders_.letter();
+  if (order == nullptr) return;
+  drive_.start(*order, tick.arms[order->arm].joint_rad);
+  orders_.done();
+}
+
+// No axis pushes the tip with more than max_force. An axis that hardly moves it has the lever kLeastLever_m.
+void AxisSource::forces(const SourceTick& tick, SourceForces& out) noexcept {
+  const std::size_t index = drive_.arm();
+  const ArmState& arm = tick.arms[index];
+  const kinematics::Arm<float>& geometry = tick.setup.arm[index];
+  torque_N_m_ = drive_.tick(arm.joint_rad, geometry.axes(), tick.setup.period_s);
+  const float max_N = std::min(tick.params.get(Param::max_force), geometry.data().max_force_N);
+  for (int j = 0; j < geometry.axes(); ++j) {
+    const float most_N_m = max_N * std::max(arm.posture.jacobian.col(j).norm(), kinematics::kLeastLever_m);
+    if (torque_N_m_[j] > most_N_m) torque_N_m_[j] = most_N_m;
+    if (torque_N_m_[j] < -most_N_m) torque_N_m_[j] = -most_N_m;
+  }
+  out.arms[index] = {Vec3::Zero(), arm.posture.tip_m, 0};
+  out.let_go = !drive_.active();
+}
+
+void AxisSource::publish() noexcept {
+  end_.set(drive_.end());
+  driven_ticks_.set(drive_.driven_ticks());
+  phase_.set(drive_.phase());
+}
+
+}  // namespace thimble::firmware
