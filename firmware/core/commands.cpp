@@ -78,8 +78,8 @@ bool Commands::axes_in_range(const link::AxisOrder& order) const noexcept {
               std::isfinite(order.offset_N_m) && std::isfinite(order.slope_N_m_s) &&
               std::isfinite(order.amplitude_N_m) && std::isfinite(order.most_energy_J);
   for (std::size_t j = 0; j < link::kMaxJoints; ++j) {
-    good = good && std::isfinite(order.from_rad[j]) && std::isfinite(order.to_rad[j]) &&
-           std::isfinite(order.most_way_rad[j]) && std::isfinite(order.most_speed_rad_s[j]);
+    good = good && std::isfinite(order.to_rad[j]) && std::isfinite(order.most_way_rad[j]) &&
+           std::isfinite(order.most_speed_rad_s[j]);
     for (const float gain :
          {order.stiffness_N_m_rad[j], order.damping_N_m_s_rad[j], order.most_torque_N_m[j]})
       good = good && gain >= 0 && std::isfinite(gain);

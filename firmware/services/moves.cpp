@@ -14,13 +14,18 @@ Nrc start_move(Services& services, Call& call) noexcept {
   return result;
 }
 
-Nrc start_axes(Services& services, Call& call) noexcept {
+// Out of line, so that the order is on the stack no longer than this takes.
+[[gnu::noinline]] static Nrc begin_axes(Services& services, Call& call) noexcept {
   link::AxisOrder order;
   if (!link::decode(routine_arguments(call), order)) return Nrc::kIncorrectLength;
-  const Nrc result = services.jobs.run(call, services.command,
-                                       [&]() noexcept { return services.command.begin_axes(call, order); });
+  return services.command.begin_axes(call, order);
+}
+
+Nrc start_axes(Services& services, Call& call) noexcept {
+  const Nrc result =
+      services.jobs.run(call, services.command, [&]() noexcept { return begin_axes(services, call); });
   if (result == Nrc::kOk)
-    services.parts.audit.add(link::AuditEvent::kMove, call.host, call.now_us, 1, order.arm);
+    services.parts.audit.add(link::AuditEvent::kMove, call.host, call.now_us, 1, routine_arguments(call)[0]);
   return result;
 }
 

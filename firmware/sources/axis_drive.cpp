@@ -29,6 +29,9 @@ std::size_t at(int axis) noexcept { return static_cast<std::size_t>(axis); }
 }  // namespace
 
 void AxisDrive::start(const link::AxisOrder& order, const Axes& angle) noexcept {
+  from_ = angle;
+  if (phase_ == Phase::kHolding)
+    for (std::size_t j = 0; j < order_.to_rad.size(); ++j) from_[static_cast<int>(j)] = order_.to_rad[j];
   if (!active()) {
     last_ = angle;
     speed_.setZero();
@@ -78,7 +81,7 @@ void AxisDrive::command(const Axes& angle, int axes, float period_s) noexcept {
   const Way along = way_at(order_.move_s > 0 ? time_s_ / order_.move_s : 1.0F);
   const float per_s = order_.move_s > 0 ? 1 / order_.move_s : 0.0F;
   for (int j = 0; j < axes; ++j) {
-    const float from = order_.from_rad[at(j)], way = order_.to_rad[at(j)] - from;
+    const float from = from_[j], way = order_.to_rad[at(j)] - from;
     float torque_N_m = order_.stiffness_N_m_rad[at(j)] * (from + along.part * way - angle[j]) +
                        order_.damping_N_m_s_rad[at(j)] * (along.speed * per_s * way - speed_[j]);
     if (j == order_.axis && phase_ == Phase::kDriving)
@@ -92,7 +95,7 @@ void AxisDrive::command(const Axes& angle, int axes, float period_s) noexcept {
   if (turn_ > kTurn) turn_ -= kTurn;
 }
 
-const Axes& AxisDrive::tick(const Axes& angle, int axes, float period_s) noexcept {
+Axes& AxisDrive::tick(const Axes& angle, int axes, float period_s) noexcept {
   sense(angle, axes, period_s);
   if (phase_ == Phase::kDriving || phase_ == Phase::kHolding) {
     const End reason = driven_ticks_ == 0 ? End::kNotYet : limit(angle, axes, period_s);

@@ -5,6 +5,7 @@
 //
 //   torque of axis j   [ j == axis:  offset + slope t + amplitude cos(2 pi f t) ]
 //                      + K (from + s(t) (to - from) - angle) + B (s'(t) (to - from) - speed),   at most most_torque
+//   from               the place that the last order holds, else where the axis is
 //   s(t)               0 to 1 in move_s: the speed rises over the first quarter, is constant, and falls over the last one
 //   afterwards         hold: the place `to` until the next order. Else no torque for coast_s, then the arm is let go
 //
@@ -30,8 +31,8 @@ class AxisDrive {
   using End = link::AxisEnd;
 
   void start(const link::AxisOrder& order, const Axes& angle) noexcept;
-  // angle: of the axes in this tick. The torques of the axes.
-  const Axes& tick(const Axes& angle, int axes, float period_s) noexcept;
+  // angle: of the axes in this tick. The torques of the axes, which the caller may limit.
+  Axes& tick(const Axes& angle, int axes, float period_s) noexcept;
   void stop() noexcept;  // it ends
 
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
@@ -59,7 +60,7 @@ class AxisDrive {
   float time_s_ = 0;  // since it began
   float turn_ = 0;    // of the tone, rad
   float coast_s_ = 0, block_s_ = 0, energy_J_ = 0;
-  Axes begin_ = Axes::Zero(), block_ = Axes::Zero(), last_ = Axes::Zero();
+  Axes from_ = Axes::Zero(), begin_ = Axes::Zero(), block_ = Axes::Zero(), last_ = Axes::Zero();
   Axes speed_ = Axes::Zero();
   Axes torque_N_m_ = Axes::Zero();
 };

@@ -1,8 +1,7 @@
 #include "firmware/sources/axis_source.h"
 
 #include <algorithm>
-
-#include "kinematics/directions.h"
+#include <cmath>
 
 namespace thimble::firmware {
 
@@ -24,6 +23,7 @@ link::AxisState AxisSource::state() const noexcept {
   link::AxisState state;
   state.phase = phase_.get();
   state.end = end_.get();
+  state.begin_tick = begin_tick_.get();
   state.driven_ticks = driven_ticks_.get();
   return state;
 }
@@ -31,21 +31,23 @@ link::AxisState AxisSource::state() const noexcept {
 void AxisSource::begin(const SourceTick& tick) noexcept {
   const link::AxisOrder* order = orders_.letter();
   if (order == nullptr) return;
+  begin_tick_.set(static_cast<std::uint32_t>(tick.tick));
   drive_.start(*order, tick.arms[order->arm].joint_rad);
   orders_.done();
 }
 
-// No axis pushes the tip with more than max_force. An axis that hardly moves it has the lever kLeastLever_m.
+// No axis pushes the tip with more than max_force. An axis that hardly moves the tip has the lever kLeastLever_m.
 void AxisSource::forces(const SourceTick& tick, SourceForces& out) noexcept {
+  constexpr float kLeastLever_m = 0.02F;
   const std::size_t index = drive_.arm();
   const ArmState& arm = tick.arms[index];
   const kinematics::Arm<float>& geometry = tick.setup.arm[index];
-  torque_N_m_ = drive_.tick(arm.joint_rad, geometry.axes(), tick.setup.period_s);
+  Axes& torque_N_m = drive_.tick(arm.joint_rad, geometry.axes(), tick.setup.period_s);
   const float max_N = std::min(tick.params.get(Param::max_force), geometry.data().max_force_N);
   for (int j = 0; j < geometry.axes(); ++j) {
-    const float most_N_m = max_N * std::max(arm.posture.jacobian.col(j).norm(), kinematics::kLeastLever_m);
-    if (torque_N_m_[j] > most_N_m) torque_N_m_[j] = most_N_m;
-    if (torque_N_m_[j] < -most_N_m) torque_N_m_[j] = -most_N_m;
+    const float lever_m = std::sqrt(arm.posture.jacobian.col(j).squaredNorm());
+    const float most_N_m = max_N * std::max(lever_m, kLeastLever_m);
+    if (std::abs(torque_N_m[j]) > most_N_m) torque_N_m[j] = std::copysign(most_N_m, torque_N_m[j]);
   }
   out.arms[index] = {Vec3::Zero(), arm.posture.tip_m, 0};
   out.let_go = !drive_.active();

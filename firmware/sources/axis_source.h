@@ -33,15 +33,14 @@ class AxisSource final : public ForceSource {
 
   [[nodiscard]] bool under_way() const noexcept { return drive_.under_way(); }
   [[nodiscard]] bool follows() const noexcept { return drive_.follows(); }
-  [[nodiscard]] const Axes& torque_N_m() const noexcept { return torque_N_m_; }
+  [[nodiscard]] const Axes& torque_N_m() const noexcept { return drive_.torque_N_m(); }
 
  private:
   AxisDrive drive_;
-  Axes torque_N_m_ = Axes::Zero();
   Mailbox<link::AxisOrder> orders_;
   // phase_ is set last: who reads it sees what belongs to it.
   Value<link::AxisEnd> end_{link::AxisEnd::kNotYet};
-  Value<std::uint32_t> driven_ticks_{0};
+  Value<std::uint32_t> begin_tick_{0}, driven_ticks_{0};
   Signal<link::AxisPhase> phase_{link::AxisPhase::kNone};
 };
 
