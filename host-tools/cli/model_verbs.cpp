@@ -1,10 +1,8 @@
 // model: arm files are checked, shown, listed, and made from a URDF.
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 #include <numbers>
-#include <thread>
 
 #include "host-tools/arms/arm_checks.h"
 #include "host-tools/arms/arm_file.h"
@@ -14,6 +12,7 @@
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
+#include "host-tools/client/arm_upload.h"
 #include "host-tools/client/device.h"
 #include "host-tools/files/image_file.h"
 #include "host-tools/files/input_file.h"
@@ -140,56 +139,18 @@ void model_compile(const Common& common, const ModelCompileChoice& choice) {
   warn(checked.figures);
 }
 
-namespace {
-
-// Its arms after its restart, which begins when the audit record has room (firmware/store/audit_log.h), and takes a moment. Returns what they
-// are at last, also where that is not `crc`.
-std::string restarted_arms(const Remote& remote, std::size_t arm, std::uint32_t crc, bool& has_it) {
-  constexpr auto kPatience = std::chrono::seconds(30);
-  constexpr auto kPause = std::chrono::milliseconds(300);
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
-  for (;;) {
-    std::this_thread::sleep_for(kPause);
-    const bool is_last = std::chrono::steady_clock::now() > deadline;
-    try {
-      Device device = open_remote(remote);
-      has_it = device.arm_images().crc.at(arm) == crc;
-      if (has_it || is_last) return device.text(link::kDidArmName);
-    } catch (const Error& error) {
-      if (!is_last) continue;
-      throw Error(ExitCode::kVerification, "verification-failed",
-                  "the arm is stored, and the device does not answer after its restart: " + error.cause,
-                  "read what its program says: the configuration of a thimble-board may not fit the arm "
-                  "(`thimble-board --check` there; docs/board-linux.md)");
-    }
-  }
-}
-
-}  // namespace
-
 void model_upload(const Common& common, const Remote& remote, const ModelUploadChoice& choice) {
   const CheckedArm checked = read_and_check(arm_path(choice.model));
   const std::vector<std::byte> image = arm_image(checked.arm);
-  UploadResult result;
-  {
-    Device device = open_device(common, remote);
-    if (choice.arm >= device.info().arms) {
-      throw Error(ExitCode::kUsage, "no-such-arm",
-                  fmt::format("--number {}: the device has {} arm(s), counted from 0", choice.arm,
-                              device.info().arms),
-                  "give the number of an arm that it has");
-    }
-    result = device.upload(image, {.arm = static_cast<std::uint8_t>(choice.arm)}, {});
-    device.restart();
-  }
-  bool has_it = false;
-  const std::string arms = restarted_arms(remote, choice.arm, result.crc, has_it);
-  if (!has_it) {
+  Device device = open_device(common, remote);
+  if (choice.arm >= device.info().arms) {
     throw Error(
-        ExitCode::kVerification, "verification-failed",
-        fmt::format("after its restart the device works with {}, not with {}", arms, checked.arm.name),
-        "read `thimble info`: it says what is stored, and whether it is damaged; then repeat the upload");
+        ExitCode::kUsage, "no-such-arm",
+        fmt::format("--number {}: the device has {} arm(s), counted from 0", choice.arm, device.info().arms),
+        "give the number of an arm that it has");
   }
+  const auto [result, arms] = replace_arm([&] { return open_remote(remote); }, std::move(device),
+                                          static_cast<std::uint8_t>(choice.arm), checked.arm.name, image);
   if (common.json) {
     Json json = document("model upload");
     json["name"] = checked.arm.name;

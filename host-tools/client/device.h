@@ -103,11 +103,20 @@ class Device {
   [[nodiscard]] std::vector<link::MoveSample> move_samples();
   void end_move();
 
+  // An order for the axes of an arm (firmware/sources/axis_drive.h). The device must be armed, and allow_moves be 1. While it runs, the device
+  // needs a request every link::kMoveHostTimeout_s; without one it has the fault host_lost.
+  void start_axes(const link::AxisOrder& order);
+  [[nodiscard]] link::AxisState axis_state();
+
+  // Homes an arm where this program says that it is.
+  void home_at(const link::HomePlace& place);
+
   // Breaks the hardware of a simulated board. Error "not-simulated": it is a real one. "refused": no such fault or arm.
   void inject(const link::InjectedFault& fault);
 
   // A recording (firmware/observe/recorder.h); its frames come as telemetry(). How it began: a RecordingStart, and a RecordingArm for each arm.
-  void start_recording();
+  // counts_only: it goes on where the counts do not determine the forces (routine 0211).
+  void start_recording(bool counts_only = false);
   void end_recording();
   [[nodiscard]] link::RecordingState recording_state();
   [[nodiscard]] std::pair<link::RecordingStart, std::vector<link::RecordingArm>> recording_start();

@@ -84,11 +84,34 @@ void Device::end_move() {
   services_.demand(routine_request(Routine::kMove, kStop), "ending the move");
 }
 
+// --- Orders for the axes
+
+void Device::start_axes(const link::AxisOrder& order) {
+  services_.enter(Session::kExtended);
+  services_.demand(routine_request_with(Routine::kAxes, order), "the motion");
+}
+
+link::AxisState Device::axis_state() {
+  services_.enter(Session::kExtended);
+  const Bytes answer =
+      services_.demand(routine_request(Routine::kAxes, kResults), "reading the motion's state");
+  link::AxisState state;
+  if (!link::decode(std::span(answer).subspan(4), state))
+    services_.refused("reading the motion's state", Nrc::kIncorrectLength);
+  return state;
+}
+
+void Device::home_at(const link::HomePlace& place) {
+  services_.enter(Session::kExtended);
+  services_.demand(routine_request_with(Routine::kHomeAt, place), "homing");
+}
+
 // --- Recordings
 
-void Device::start_recording() {
+void Device::start_recording(bool counts_only) {
   services_.enter(Session::kExtended);
-  const ServiceClient::Answer answer = services_.request(routine_request(Routine::kRecording));
+  const ServiceClient::Answer answer =
+      services_.request(routine_request(counts_only ? Routine::kRecordCounts : Routine::kRecording));
   // A repeated request is refused because it is running.
   if (answer.code != Nrc::kOk && recording_state().phase != link::RecordingPhase::kRunning)
     services_.refused("starting the recording", answer.code);

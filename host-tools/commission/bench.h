@@ -6,8 +6,11 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -32,7 +35,9 @@ struct LineTrial {
   double seconds = 0;  // from the line to the enable
 };
 
-// NaN: the drive does not measure it.
+inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+
+// kNotMeasured: by the drive.
 struct AxisReading {
   std::int64_t counts = 0;
   std::uint64_t illegal = 0;
@@ -69,12 +74,19 @@ struct EndsAt {
   double energy_J = 0;         // asked torque times way
 };
 
-// Currents of one axis, a tick each, then zero torque while it coasts, then off.
+// The current of one axis, then zero torque while it coasts, then off: a constant, a ramp and a tone (a cosine, whose mean motion does not drift).
 struct AxisProgram {
   std::size_t axis = 0;
-  std::vector<double> current_A;
+  double seconds = 0;
+  double constant_A = 0, slope_A_s = 0, tone_A = 0, tone_Hz = 0;
   double coast_s = 0;
   EndsAt ends;
+  [[nodiscard]] double current_A(double time_s) const {
+    return constant_A + slope_A_s * time_s + tone_A * std::cos(2 * std::numbers::pi * tone_Hz * time_s);
+  }
+  [[nodiscard]] std::size_t ticks(double tick_s) const {
+    return static_cast<std::size_t>(std::lround(seconds / tick_s));
+  }
 };
 
 // The board holds the axes on a straight way between two places, each with a spring and a damper, and records. The speed rises over the first part of
@@ -125,7 +137,8 @@ struct Prompt {
   int times = 1;
   PerAxis<double> place{};
   double mass_kg = 0;
-  std::size_t finding = 0;  // index into StepResult::findings
+  double wall_N_m = 0, wall_m = 0;  // its stiffness and how far it is, for a program that plays the builder
+  std::size_t finding = 0;          // index into StepResult::findings
   std::string text;
 };
 enum class Answer : std::uint8_t { kDone, kNo, kStop };

@@ -173,9 +173,9 @@ EndsAt gentle_ends(const Expectation& arm) {
 
 void demand_gentle(const Expectation& arm, const AxisProgram& program) {
   const double most_A = gentle_current_A(arm, program.axis);
-  for (const double current_A : program.current_A)
-    if (!(std::abs(current_A) <= 1.0001 * most_A))
-      throw std::logic_error("a current that is not allowed before step 7");
+  const double asked_A =
+      std::abs(program.constant_A) + std::abs(program.slope_A_s * program.seconds) + std::abs(program.tone_A);
+  if (!(asked_A <= 1.0001 * most_A)) throw std::logic_error("a current that is not allowed before step 7");
   const EndsAt gentle = gentle_ends(arm);
   for (std::size_t j = 0; j < arm.axes(); ++j)
     if (!(program.ends.counts.at(j) > 0 && program.ends.counts.at(j) <= gentle.counts.at(j) &&

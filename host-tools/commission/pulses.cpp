@@ -87,7 +87,8 @@ PulseSeen pulse(StepContext& context, std::size_t drive, std::size_t loose, doub
   const BenchFacts facts = context.bench.facts();
   AxisProgram program;
   program.axis = drive;
-  program.current_A.assign(static_cast<std::size_t>(std::lround(seconds / facts.tick_s)), current_A);
+  program.seconds = seconds;
+  program.constant_A = current_A;
   program.coast_s = kCoast_s;
   program.ends = gentle_ends(context.arm);
   demand_gentle(context.arm, program);

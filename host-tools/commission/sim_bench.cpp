@@ -294,7 +294,7 @@ void SimBench::slip(std::size_t joint, double speed) {
 
 void SimBench::advance(double seconds, bool judge_speed) {
   set_torques();
-  plant_->step(seconds);
+  step_plant(seconds);
   for (std::size_t j = 0; j < axes(); ++j) slip(j, plant_->joint_speeds_rad_s()[index(j)]);
   judge(judge_speed);
 }

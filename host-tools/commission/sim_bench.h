@@ -63,6 +63,14 @@ class SimBench : public Bench {
   [[nodiscard]] double most_tip_speed_m_s() const { return most_speed_m_s_; }
   [[nodiscard]] double most_torque_share() const { return most_share_; }
 
+ protected:
+  // A bench of a board that is simulated, too, has the board's own time and commands.
+  virtual void step_plant(double seconds) { plant_->step(seconds); }
+  virtual void command(const PerAxis<double>& current_A, bool enable);
+  [[nodiscard]] PerAxis<std::int64_t> counts() const;  // of the axes of the file
+  // What the hands do that a prompt asks for, from its beginning to its end.
+  void hands(const Prompt& prompt);
+
  private:
   [[nodiscard]] std::size_t axes() const { return given_.axes.size(); }
   [[nodiscard]] double uniform(double low, double high);
@@ -70,10 +78,8 @@ class SimBench : public Bench {
   [[nodiscard]] double fastest_rate() const;
   void add_fault(const SimFault& fault);
   [[nodiscard]] std::int64_t counts_of(std::size_t encoder) const;  // of the encoder at a joint
-  [[nodiscard]] PerAxis<std::int64_t> counts() const;               // of the axes of the file
   void slip(std::size_t joint, double speed);
   void find_marks(BenchRecording& recording, const board::JointVector& before);
-  void command(const PerAxis<double>& current_A, bool enable);
   void set_torques();
   void advance(double seconds, bool judge_speed);
   void judge(bool speed);
@@ -88,6 +94,11 @@ class SimBench : public Bench {
   void swing(const Prompt& prompt, bool powered, BenchRecording& recording);
   [[nodiscard]] BenchRecording press_wall(const TipProgram& program);
   [[nodiscard]] Eigen::Vector3d hand_way(const Prompt& prompt, double time_s) const;
+  void hold_tip();
+  void move_tip(const Prompt& prompt, double time_s, double step_s);
+  void approach_wall(double stiffness_N_m, double depth_m, const Eigen::Vector3d& normal);
+  [[nodiscard]] bool press_on(double time_s);
+  void let_tip_go();
 
   ArmFile original_, given_;
   std::vector<SimFault> faults_;
@@ -105,6 +116,8 @@ class SimBench : public Bench {
   double hand_step_s_ = kSimHandStep_s, motion_step_s_ = kSimMotionStep_s;
   bool lines_ignored_ = false, powered_ = false;
   board::JointVector grip_k_, grip_d_, held_;
+  Eigen::Vector3d hand_from_m_ = Eigen::Vector3d::Zero(), press_way_m_ = Eigen::Vector3d::Zero();
+  double press_travel_s_ = 0;
   double most_force_N_ = 0, most_speed_m_s_ = 0, most_share_ = 0;
 };
 

@@ -216,13 +216,13 @@ BenchRecording SimBench::run(const AxisProgram& program) {
   const auto late = static_cast<std::size_t>(std::lround(options_.drive_delay_s / tick_s));
   const auto coast = static_cast<std::size_t>(std::lround(program.coast_s / tick_s));
   bool over = false;
-  for (std::size_t k = 0; k < program.current_A.size() + coast; ++k) {
+  for (std::size_t k = 0; k < program.ticks(tick_s) + coast; ++k) {
     PerAxis<double> asked{};
-    if (!over && k == program.current_A.size()) {
+    if (!over && k == program.ticks(tick_s)) {
       over = true;
       recording.driven_ticks = recording.ticks.size();
     }
-    if (!over) asked.at(program.axis) = program.current_A[k];
+    if (!over) asked.at(program.axis) = program.current_A(static_cast<double>(k) * tick_s);
     PerAxis<double> arriving{};
     arriving.at(program.axis) = k < late || recording.ticks.size() < late ? 0
                                 : late == 0                               ? asked.at(program.axis)

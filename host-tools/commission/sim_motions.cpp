@@ -14,6 +14,7 @@ namespace {
 using board::JointVector;
 
 constexpr double kFilter_s = 2e-3;  // of the speed of an axis
+constexpr double kHandled_s = 3, kHold_s = 1.5;
 
 Eigen::Index row(std::size_t j) { return static_cast<Eigen::Index>(j); }
 
@@ -106,14 +107,10 @@ BenchRecording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
     return v;
   };
   Speeds speeds(tick_s);
-  constexpr double kHandled_s = 3;
   Eigen::Vector3d begin_m = Eigen::Vector3d::Zero();
-  const Eigen::Vector3d hand_begin_m = plant_->tip_m();
-  plant_->release_grip();
-  plant_->set_hand({.05, 800, 8});
+  hold_tip();
   for (double t = 0; t < kHandled_s; t += tick_s) {
-    const Eigen::Vector3d now = hand_way(prompt, t), next = hand_way(prompt, t + tick_s);
-    plant_->set_hand_target(hand_begin_m + now, (next - now) / tick_s);
+    move_tip(prompt, t, tick_s);
     const PerAxis<double> angle = believed();
     speeds.add(angle, axes());
     PerAxis<double> asked{};
@@ -138,34 +135,58 @@ BenchRecording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
   }
   recording.driven_ticks = recording.ticks.size();
   command({}, false);
-  plant_->set_hand(board::kNoHand);
-  bring(plant_->joints_rad(), std::nullopt);
+  let_tip_go();
   return recording;
 }
 
+void SimBench::hold_tip() {
+  plant_->release_grip();
+  plant_->set_hand({.05, 800, 8});
+  hand_from_m_ = plant_->tip_m();
+}
+
+void SimBench::move_tip(const Prompt& prompt, double time_s, double step_s) {
+  const Eigen::Vector3d now = hand_way(prompt, time_s), next = hand_way(prompt, time_s + step_s);
+  plant_->set_hand_target(hand_from_m_ + now, (next - now) / step_s);
+}
+
+void SimBench::let_tip_go() {
+  plant_->set_hand(board::kNoHand);
+  bring(plant_->joints_rad(), std::nullopt);
+}
+
 // A hand as in docs/stability.md meets the wall, presses it and holds.
-BenchRecording SimBench::press_wall(const TipProgram& program) {
-  constexpr double kApproach_m_s = .1, kHold_s = 1.5;
-  BenchRecording recording;
+void SimBench::approach_wall(double stiffness_N_m, double depth_m, const Eigen::Vector3d& normal) {
+  constexpr double kApproach_m_s = .1;
   plant_->set_max_step(board::kPlantStep_s);
-  const double tick_s = facts().tick_s;
-  const auto late = static_cast<std::size_t>(std::lround(options_.drive_delay_s / tick_s));
-  const Expectation arm(given_);
-  WallLoop loop(arm, program, tick_s);
   plant_->release_grip();
   const board::Hand hand{};
   plant_->set_hand(hand);
   // At rest the wall, the arm's structure and the hand are three springs in a row.
   const double way_m =
-      program.wall_depth_m +
-      kPress_N * (1 / program.stiffness_N_m + 1 / given_.tip_stiffness_N_m + 1 / hand.stiffness_N_m);
-  const double travel_s = way_m / kApproach_m_s;
-  const Eigen::Vector3d from_m = plant_->force_point_m();
-  for (double t = 0; t < travel_s + kHold_s; t += tick_s) {
-    const double part = std::min(1.0, t / travel_s);
-    plant_->set_hand_target(
-        from_m - part * way_m * program.wall_normal,
-        part < 1 ? Eigen::Vector3d(-kApproach_m_s * program.wall_normal) : Eigen::Vector3d::Zero());
+      depth_m + kPress_N * (1 / stiffness_N_m + 1 / given_.tip_stiffness_N_m + 1 / hand.stiffness_N_m);
+  press_way_m_ = -way_m * normal;
+  press_travel_s_ = way_m / kApproach_m_s;
+  hand_from_m_ = plant_->force_point_m();
+}
+
+// Whether it still goes on.
+bool SimBench::press_on(double time_s) {
+  const double part = std::min(1.0, time_s / press_travel_s_);
+  plant_->set_hand_target(
+      hand_from_m_ + part * press_way_m_,
+      part < 1 ? Eigen::Vector3d(press_way_m_ / press_travel_s_) : Eigen::Vector3d::Zero());
+  return time_s < press_travel_s_ + kHold_s;
+}
+
+BenchRecording SimBench::press_wall(const TipProgram& program) {
+  BenchRecording recording;
+  const double tick_s = facts().tick_s;
+  const auto late = static_cast<std::size_t>(std::lround(options_.drive_delay_s / tick_s));
+  const Expectation arm(given_);
+  WallLoop loop(arm, program, tick_s);
+  approach_wall(program.stiffness_N_m, program.wall_depth_m, program.wall_normal);
+  for (double t = 0; press_on(t); t += tick_s) {
     const PerAxis<double> angle = believed();
     JointVector at(row(axes()));
     for (std::size_t j = 0; j < axes(); ++j) at[row(j)] = angle.at(j);
@@ -185,9 +206,47 @@ BenchRecording SimBench::press_wall(const TipProgram& program) {
   }
   recording.driven_ticks = recording.ticks.size();
   command({}, false);
-  plant_->set_hand(board::kNoHand);
-  bring(plant_->joints_rad(), std::nullopt);
+  let_tip_go();
   return recording;
+}
+
+void SimBench::hands(const Prompt& prompt) {
+  constexpr double kHandTick_s = 1e-3;
+  BenchRecording unseen;
+  plant_->set_max_step(hand_step_s_);
+  switch (prompt.kind) {
+    case Prompt::Kind::kTurn:
+      turn(prompt, false, unseen);
+      return;
+    case Prompt::Kind::kSwing:
+      swing(prompt, false, unseen);
+      return;
+    case Prompt::Kind::kMoveAbout:
+    case Prompt::Kind::kPush:
+      hold_tip();
+      for (double t = 0; t < kHandled_s; t += kHandTick_s) {
+        move_tip(prompt, t, kHandTick_s);
+        advance(kHandTick_s, false);
+      }
+      let_tip_go();
+      return;
+    case Prompt::Kind::kPressWall:
+      // A person presses by feel; these hands know how far the wall and its softness are.
+      approach_wall(prompt.wall_N_m, prompt.wall_m, -prompt.direction);
+      for (double t = 0; press_on(t); t += kHandTick_s) advance(kHandTick_s, false);
+      let_tip_go();
+      return;
+    case Prompt::Kind::kOpenEStop:
+    case Prompt::Kind::kReleaseDeadMan:
+    case Prompt::Kind::kStopHost:
+    case Prompt::Kind::kRest:
+    case Prompt::Kind::kPlace:
+    case Prompt::Kind::kHang:
+    case Prompt::Kind::kLetGo:
+    case Prompt::Kind::kRepair:
+    case Prompt::Kind::kAcceptCorrection:
+      return;
+  }
 }
 
 }  // namespace thimble::host

@@ -72,7 +72,7 @@ std::vector<FrictionFit> find_friction(StepContext& context, std::size_t axis) {
 std::vector<double> find_stiction(StepContext& context, std::size_t axis, const board::JointVector& at,
                                   double coulomb_N_m) {
   const Expectation& arm = context.arm;
-  const double tick_s = context.bench.facts().tick_s, scale = torque_scale(context, axis);
+  const double scale = torque_scale(context, axis);
   std::vector<double> torques;
   for (int run = 0; run < kRamps; ++run) {
     if (place(context, axis, at) == Answer::kStop) return torques;
@@ -80,10 +80,8 @@ std::vector<double> find_stiction(StepContext& context, std::size_t axis, const 
     program.axis = axis;
     const double most_A = std::min(2 * coulomb_N_m / scale / std::abs(arm.axis(axis).per_ampere()),
                                    .3 * arm.axis(axis).motor->peak_current_A.value);
-    const auto ticks = static_cast<std::size_t>(kRamp_s / tick_s);
-    for (std::size_t k = 0; k < ticks; ++k)
-      program.current_A.push_back((run % 2 == 0 ? most_A : -most_A) * static_cast<double>(k) /
-                                  static_cast<double>(ticks));
+    program.seconds = kRamp_s;
+    program.slope_A_s = (run % 2 == 0 ? most_A : -most_A) / kRamp_s;
     // The transmission stretches before the motor moves on: two counts more than that.
     program.ends.counts.at(axis) = 8;
     const BenchRecording seen = context.bench.run(program);
@@ -111,14 +109,12 @@ std::vector<Response> find_responses(StepContext& context, std::size_t axis, con
     if (i % kTonesAPlace == 0 && place(context, axis, at) == Answer::kStop) return responses;
     AxisProgram program;
     program.axis = axis;
-    const auto ticks = static_cast<std::size_t>(std::max(kTone_s, 4 / Hz) / tick_s);
+    program.seconds = std::max(kTone_s, 4 / Hz);
+    program.tone_A = amplitude / per_ampere;
+    program.tone_Hz = Hz;
     std::vector<double> torque, angle;
-    for (std::size_t k = 0; k < ticks; ++k) {
-      // Cosine: its mean motion does not drift.
-      torque.push_back(amplitude * std::cos(2 * std::numbers::pi * Hz * tick_s * static_cast<double>(k)));
-      program.current_A.push_back(torque.back() / per_ampere);
-      torque.back() *= scale;
-    }
+    for (std::size_t k = 0; k < program.ticks(tick_s); ++k)
+      torque.push_back(scale * per_ampere * program.current_A(tick_s * static_cast<double>(k)));
     const BenchRecording seen = context.bench.run(program);
     for (const BenchTick& tick : seen.ticks)
       angle.push_back(static_cast<double>(tick.counts.at(axis) - seen.ticks.front().counts.at(axis)) *

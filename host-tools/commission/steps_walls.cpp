@@ -78,6 +78,8 @@ bool is_still(StepContext& context, double stiffness_N_m, double damping_N_s_m, 
                   "and hold for 2 seconds. The walls become harder; let go when one trembles.",
                   towards(-wall.wall_normal)));
   asked.direction = -wall.wall_normal;
+  asked.wall_N_m = stiffness_N_m;
+  asked.wall_m = wall.wall_depth_m;
   const BenchRecording seen = context.bench.feel(wall, asked);
   if (seen.ending == Ending::kSpeed) return false;
   return swing_m(context, seen, wall.wall_normal) <= counted_tolerance_m(arm);

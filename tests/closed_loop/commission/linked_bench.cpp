@@ -1,0 +1,107 @@
+#include "tests/closed_loop/commission/linked_bench.h"
+
+#include <utility>
+
+namespace thimble::test {
+
+using host::Prompt;
+namespace link = firmware::link;
+
+// The host waits by the board's clock: in real time nothing would be left of its deadlines.
+class MemoryTransport final : public host::Transport {
+ public:
+  explicit MemoryTransport(LinkedBench& bench) : bench_(bench) {}
+  void send(const link::CanFrame& frame) override { bench_.controller_->on_frame(frame, bench_.now_us()); }
+  [[nodiscard]] std::optional<link::CanFrame> receive(link::Micros deadline_us) override {
+    const link::Micros now = host::now_us();
+    const link::Micros end_us = bench_.now_us() + (deadline_us > now ? deadline_us - now : 0);
+    while (bench_.to_host_.empty() && bench_.now_us() < end_us) {
+      if (bench_.in_round_ && deadline_us - now < kOfARound_us)
+        return std::nullopt;  // the hands' time goes on by itself
+      bench_.tick();
+    }
+    if (bench_.to_host_.empty()) return std::nullopt;
+    const link::CanFrame frame = bench_.to_host_.front();
+    bench_.to_host_.pop_front();
+    return frame;
+  }
+
+ private:
+  static constexpr link::Micros kOfARound_us = 20'000;
+  LinkedBench& bench_;
+};
+
+LinkedBench::LinkedBench(const host::ArmFile& arm, std::vector<host::SimFault> faults,
+                         const host::SimBenchOptions& options)
+    : SimBench(arm, std::move(faults), options),
+      given_axes_(arm.axes.size()),
+      storage_(std::size_t{1} << 16U) {
+  use(arm);
+  config_.period_s = static_cast<float>(kTick_s);
+  config_.board = "bench";
+  start();
+}
+
+void LinkedBench::start() {
+  controller_.reset();
+  to_host_.clear();
+  controller_ = std::make_unique<firmware::Controller>(config_, storage_);
+}
+
+host::Device LinkedBench::open() { return host::Device(std::make_unique<MemoryTransport>(*this)); }
+
+void LinkedBench::tick() {
+  ++ticks_;
+  firmware::Inputs in;
+  in.tick = ticks_;
+  in.time_us = now_us();
+  in.dead_man = dead_man_;
+  in.e_stop = e_stop_;
+  const host::PerAxis<std::int64_t> now = counts();
+  for (std::size_t j = 0; j < given_axes_; ++j) in.arm[0].counts[j] = static_cast<std::uint32_t>(now.at(j));
+  in.arm[0].sample_tick = ticks_;
+  const firmware::Outputs out = controller_->tick(in);
+  host::PerAxis<double> current_A{};
+  for (std::size_t j = 0; j < given_axes_; ++j)
+    current_A.at(j) = static_cast<double>(out.arm[0].current_A[j]);
+  SimBench::command(current_A, out.arm[0].enable);
+  SimBench::step_plant(kTick_s);
+  controller_->poll(now_us());
+  link::CanFrame frame;
+  while (controller_->next_frame(frame, now_us())) to_host_.push_back(frame);
+  if (controller_->take_reset()) start();
+}
+
+void LinkedBench::step_plant(double seconds) {
+  constexpr std::uint64_t kRoundTicks = 8;
+  for (owed_s_ += seconds; owed_s_ >= kTick_s / 2; owed_s_ -= kTick_s) {
+    tick();
+    if (!round_ || round_over_ || ticks_ % kRoundTicks != 0) continue;
+    in_round_ = true;
+    round_over_ = !round_();
+    in_round_ = false;
+  }
+}
+
+host::Answer LinkedBench::ask(const Prompt& prompt) { return SimBench::ask(prompt); }
+
+void LinkedBench::ask(const Prompt& prompt, const std::function<bool()>& round) {
+  round_ = round;
+  round_over_ = false;
+  const double handle_s = .2;
+  if (prompt.kind == Prompt::Kind::kOpenEStop) e_stop_ = true;
+  if (prompt.kind == Prompt::Kind::kReleaseDeadMan) dead_man_ = false;
+  if (prompt.kind == Prompt::Kind::kOpenEStop || prompt.kind == Prompt::Kind::kReleaseDeadMan) {
+    step_plant(handle_s);
+  } else if (prompt.kind == Prompt::Kind::kHang || prompt.kind == Prompt::Kind::kLetGo) {
+    static_cast<void>(SimBench::ask(prompt));
+    step_plant(handle_s);
+  } else {
+    hands(prompt);
+  }
+  e_stop_ = false;
+  dead_man_ = true;
+  round_ = nullptr;
+}
+
+}  // namespace thimble::test

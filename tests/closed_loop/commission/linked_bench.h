@@ -1,0 +1,52 @@
+// An arm with faults and its builder, as sim_bench.h has them, but the motors obey a whole controller, which a LinkBench commands over the link: frames
+// in memory. One thread: the board's time goes on while the host waits for a frame, and while the hands move.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+
+#include "board/sim/sim_board.h"
+#include "firmware/controller.h"
+#include "host-tools/client/device.h"
+#include "host-tools/commission/person.h"
+#include "host-tools/commission/sim_bench.h"
+
+namespace thimble::test {
+
+class LinkedBench final : public host::SimBench, public host::Person {
+ public:
+  LinkedBench(const host::ArmFile& arm, std::vector<host::SimFault> faults,
+              const host::SimBenchOptions& options);
+
+  [[nodiscard]] host::Device open();
+
+  // --- the person
+  [[nodiscard]] host::Answer ask(const host::Prompt& prompt) override;
+  void ask(const host::Prompt& prompt, const std::function<bool()>& round) override;
+
+  [[nodiscard]] double time_s() const { return static_cast<double>(ticks_) * kTick_s; }
+  [[nodiscard]] firmware::Controller& controller() { return *controller_; }
+
+ private:
+  friend class MemoryTransport;
+  static constexpr double kTick_s = 1.0 / 4000;
+
+  void step_plant(double seconds) override;
+  void command(const host::PerAxis<double>&, bool) override {}  // the controller does
+  void start();
+  void tick();
+  [[nodiscard]] firmware::link::Micros now_us() const { return ticks_ * 250; }
+
+  std::size_t given_axes_;
+  board::MemoryStorage storage_;
+  firmware::Config config_;
+  std::unique_ptr<firmware::Controller> controller_;
+  std::deque<firmware::link::CanFrame> to_host_;
+  std::function<bool()> round_;
+  bool in_round_ = false, round_over_ = false, e_stop_ = false, dead_man_ = true;
+  std::uint64_t ticks_ = 0;
+  double owed_s_ = 0;
+};
+
+}  // namespace thimble::test
