@@ -74,7 +74,9 @@ bool CommandJob::done() const noexcept {
 }
 
 Nrc EndRecordingJob::begin(RecordingEnd reason) noexcept {
-  if (core_.observers().recorder.phase() != RecordingPhase::kRunning) return Nrc::kOk;
+  const Recorder& recorder = core_.observers().recorder;
+  if (recorder.phase() != RecordingPhase::kRunning) return Nrc::kOk;
+  if (reason == RecordingEnd::kParameter && recorder.counts_only()) return Nrc::kOk;
   core_.observers().recorder.request_end(reason);
   return Nrc::kResponsePending;
 }

@@ -202,7 +202,10 @@ void LinkBench::wait_for_tick(std::uint64_t tick) {
 // --- The motors
 
 void LinkBench::pump(Micros until_us) {
-  device_->keep_alive();
+  if (now_us() - alive_us_ > kRound_us) {
+    alive_us_ = now_us();
+    device_->keep_alive();
+  }
   while (device_->telemetry(until_us)) {
   }
 }
@@ -264,7 +267,7 @@ Answer LinkBench::ask(const Prompt& prompt) {
   if (!armed_) return person_.ask(prompt);
   // The arm is held meanwhile.
   person_.ask(prompt, [&] {
-    pump(now_us() + kRound_us / 2);
+    pump(now_us());
     return true;
   });
   return Answer::kDone;
@@ -289,7 +292,7 @@ LineTrial LinkBench::try_line(Line line, const Prompt& prompt) {
     while (now_us() < until_us) static_cast<void>(device_->telemetry(until_us));
   } else {
     person_.ask(prompt, [&] {
-      pump(now_us() + kRound_us / 2);
+      pump(now_us());
       return off() == nullptr;
     });
     pump(now_us() + kRound_us);

@@ -74,6 +74,7 @@ class LinkBench : public Bench {
   [[nodiscard]] firmware::Axes angles(std::uint64_t tick) const;
   [[nodiscard]] JointVector believed() const;
   void take_motors();
+  [[nodiscard]] bool bring_to_middle(std::size_t axis);
   [[nodiscard]] bool still_armed(std::uint64_t since) const;
   void wait_for_tick(std::uint64_t tick);
   [[nodiscard]] BenchRecording damp(const TipProgram& program, const Prompt& prompt);
@@ -97,6 +98,7 @@ class LinkBench : public Bench {
   std::uint64_t law_tick_ = 0;         // that it is fed with next
   std::optional<link::Pose> pose_;
   double tick_s_ = 0, max_force_N_ = kTipForce_N;
+  link::Micros alive_us_ = 0;  // of the last sign of life
   bool counted_ = false, located_ = false, armed_ = false, holds_ = false;
   std::string session_;
 };

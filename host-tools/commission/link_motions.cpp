@@ -51,17 +51,26 @@ link::AxisOrder LinkBench::order(const EndsAt& ends) const {
 // Until the order has ended, or is holding, or the person is done.
 LinkBench::Motion LinkBench::drive(const link::AxisOrder& order, const Prompt* prompt) {
   device_->start_axes(order);
-  link::AxisState state;
+  link::AxisState state = device_->axis_state();
   const auto goes_on = [&] {
     return state.phase == link::AxisPhase::kDriving || state.phase == link::AxisPhase::kCoasting;
   };
+  Micros asked_us = now_us();
   const auto round = [&] {
-    pump(now_us() + kRound_us / 2);
+    pump(now_us());
+    if (now_us() - asked_us < kRound_us) return goes_on();
+    asked_us = now_us();
     state = device_->axis_state();
     return goes_on();
   };
-  if (round() && prompt != nullptr) person_.ask(*prompt, round);
-  while (prompt == nullptr && goes_on()) static_cast<void>(round());
+  if (prompt != nullptr) {
+    person_.ask(*prompt, round);
+  } else {
+    while (goes_on()) {
+      pump(now_us() + kRound_us);
+      state = device_->axis_state();
+    }
+  }
   const bool done = goes_on();  // by the person
   if (done) {
     device_->end_move();
@@ -157,13 +166,29 @@ bool LinkBench::still_armed(std::uint64_t since) const {
   });
 }
 
+// A turn is read from the middle on, where no stop is near.
+bool LinkBench::bring_to_middle(std::size_t axis) {
+  const Expectation arm(*given_);
+  const JointVector home = arm.home();
+  const Expectation::Span span = arm.span(axis, home);
+  Prompt prompt;
+  prompt.kind = Prompt::Kind::kPlace;
+  prompt.axis = axis;
+  for (std::size_t j = 0; j < axes(); ++j) prompt.place.at(j) = home[static_cast<Eigen::Index>(j)];
+  prompt.place.at(axis) = .5 * (span.lower + span.upper);
+  prompt.text = fmt::format("Bring all joints to the middle of their ranges, and hold them. Next comes '{}'.",
+                            given_->axes[axis].name);
+  return person_.ask(prompt) != Answer::kStop;
+}
+
 BenchRecording LinkBench::watch(const Prompt& prompt, bool powered) {
   let_go();
+  if (prompt.kind == Prompt::Kind::kTurn && !bring_to_middle(prompt.axis)) return {};
   begin_recording();
   if (powered) arm_motors();
   const std::uint64_t from = stream_->end();
   person_.ask(prompt, [&] {
-    pump(now_us() + kRound_us / 2);
+    pump(now_us());
     return !powered || still_armed(from);
   });
   if (powered && !still_armed(from)) check_fault();
@@ -268,7 +293,7 @@ BenchRecording LinkBench::spring(const TipProgram& program, const Prompt& prompt
   const std::uint64_t from = stream_->end();
   std::optional<std::array<double, 3>> begin_m;
   person_.ask(prompt, [&] {
-    const std::optional<TipReading> tip = device_->next_tip(now_us() + kRound_us, arm_);
+    const std::optional<TipReading> tip = device_->next_tip(now_us(), arm_);
     if (!tip) return true;
     if (!begin_m) begin_m = tip->position_m;
     Eigen::Vector3d force_N =
@@ -313,7 +338,7 @@ BenchRecording LinkBench::press(const TipProgram& program, const Prompt& prompt)
   take_motors();
   const std::uint64_t from = stream_->end();
   person_.ask(prompt, [&] {
-    pump(now_us() + kRound_us / 2);
+    pump(now_us());
     return still_armed(from);
   });
   BenchRecording recording = cut(from, stream_->end(), tick_s_);

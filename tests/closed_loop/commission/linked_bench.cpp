@@ -11,23 +11,20 @@ namespace link = firmware::link;
 class MemoryTransport final : public host::Transport {
  public:
   explicit MemoryTransport(LinkedBench& bench) : bench_(bench) {}
-  void send(const link::CanFrame& frame) override { bench_.controller_->on_frame(frame, bench_.now_us()); }
+  void send(const link::CanFrame& frame) override {
+    bench_.controller_->on_frame(frame, LinkedBench::now_us());
+  }
   [[nodiscard]] std::optional<link::CanFrame> receive(link::Micros deadline_us) override {
-    const link::Micros now = host::now_us();
-    const link::Micros end_us = bench_.now_us() + (deadline_us > now ? deadline_us - now : 0);
-    while (bench_.to_host_.empty() && bench_.now_us() < end_us) {
-      if (bench_.in_round_ && deadline_us - now < kOfARound_us)
-        return std::nullopt;  // the hands' time goes on by itself
+    while (bench_.to_host_.empty()) {
+      if (LinkedBench::now_us() >= deadline_us) return std::nullopt;
       bench_.tick();
     }
-    if (bench_.to_host_.empty()) return std::nullopt;
     const link::CanFrame frame = bench_.to_host_.front();
     bench_.to_host_.pop_front();
     return frame;
   }
 
  private:
-  static constexpr link::Micros kOfARound_us = 20'000;
   LinkedBench& bench_;
 };
 
@@ -40,7 +37,10 @@ LinkedBench::LinkedBench(const host::ArmFile& arm, std::vector<host::SimFault> f
   config_.period_s = static_cast<float>(kTick_s);
   config_.board = "bench";
   start();
+  host::use_clock(now_us);
 }
+
+LinkedBench::~LinkedBench() { host::use_clock(nullptr); }
 
 void LinkedBench::start() {
   controller_.reset();

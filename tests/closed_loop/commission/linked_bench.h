@@ -16,9 +16,11 @@ namespace thimble::test {
 
 class LinkedBench final : public host::SimBench, public host::Person {
  public:
+  // The host's clock is this one's until it is gone.
   LinkedBench(const host::ArmFile& arm, std::vector<host::SimFault> faults,
               const host::SimBenchOptions& options);
 
+  ~LinkedBench() override;
   [[nodiscard]] host::Device open();
 
   // --- the person
@@ -28,6 +30,8 @@ class LinkedBench final : public host::SimBench, public host::Person {
   [[nodiscard]] double time_s() const { return static_cast<double>(ticks_) * kTick_s; }
   [[nodiscard]] firmware::Controller& controller() { return *controller_; }
 
+  [[nodiscard]] static firmware::link::Micros now_us() { return ticks_ * 250; }
+
  private:
   friend class MemoryTransport;
   static constexpr double kTick_s = 1.0 / 4000;
@@ -36,7 +40,6 @@ class LinkedBench final : public host::SimBench, public host::Person {
   void command(const host::PerAxis<double>&, bool) override {}  // the controller does
   void start();
   void tick();
-  [[nodiscard]] firmware::link::Micros now_us() const { return ticks_ * 250; }
 
   std::size_t given_axes_;
   board::MemoryStorage storage_;
@@ -45,7 +48,7 @@ class LinkedBench final : public host::SimBench, public host::Person {
   std::deque<firmware::link::CanFrame> to_host_;
   std::function<bool()> round_;
   bool in_round_ = false, round_over_ = false, e_stop_ = false, dead_man_ = true;
-  std::uint64_t ticks_ = 0;
+  static inline std::uint64_t ticks_ = 0;
   double owed_s_ = 0;
 };
 
