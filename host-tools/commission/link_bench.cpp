@@ -12,6 +12,7 @@
 #include "host-tools/arms/arm_writer.h"
 #include "host-tools/client/arm_upload.h"
 #include "host-tools/commission/expectation.h"
+#include "host-tools/commission/sweeps.h"
 #include "host-tools/compiler/compile.h"
 
 namespace thimble::host {
@@ -54,7 +55,12 @@ void LinkBench::connect() {
   device_->set_listener([this](const link::CanFrame& frame) {
     if (stream_) stream_->take(frame);
     link::Pose pose;
-    if (link::from_frame(frame, device_->info().node, pose) && pose.arm == arm_) pose_ = pose;
+    link::Force force;
+    const std::uint8_t node = device_->info().node;
+    if (link::from_frame(frame, node, pose) && pose.arm == arm_) pose_ = pose;
+    if (link::from_frame(frame, node, force) && force.arm == arm_)
+      force_N_ = std::hypot(static_cast<double>(force.x_N), static_cast<double>(force.y_N),
+                            static_cast<double>(force.z_N));
   });
   const std::vector<link::AuditRecord> audit = device_->audit();
   session_ =
@@ -263,14 +269,21 @@ PerAxis<AxisReading> LinkBench::read() {
 }
 
 Answer LinkBench::ask(const Prompt& prompt) {
-  if (prompt.kind != Prompt::Kind::kLetGo) let_go();
-  if (!armed_) return person_.ask(prompt);
-  // The arm is held meanwhile.
-  person_.ask(prompt, [&] {
+  if (prompt.kind != Prompt::Kind::kLetGo && prompt.kind != Prompt::Kind::kHang) {
+    let_go();
+    return person_.ask(prompt);
+  }
+  // The board holds the arm before the hands let it go.
+  if (!holds_) {
+    begin_recording();
+    ServoProgram hold = servo_to(Expectation(*given_), believed(), believed());
+    hold.stay_s = .1;
+    static_cast<void>(servo(hold));
+  }
+  return person_.ask(prompt, [&] {
     pump(now_us());
     return true;
   });
-  return Answer::kDone;
 }
 
 LineTrial LinkBench::try_line(Line line, const Prompt& prompt) {
@@ -291,10 +304,10 @@ LineTrial LinkBench::try_line(Line line, const Prompt& prompt) {
     const Micros until_us = now_us() + static_cast<Micros>(kSilence_s * 1e6);
     while (now_us() < until_us) static_cast<void>(device_->telemetry(until_us));
   } else {
-    person_.ask(prompt, [&] {
+    static_cast<void>(person_.ask(prompt, [&] {
       pump(now_us());
       return off() == nullptr;
-    });
+    }));
     pump(now_us() + kRound_us);
   }
   LineTrial trial;

@@ -97,6 +97,7 @@ class LinkBench : public Bench {
   firmware::AxisDrive law_;            // as the device's, fed with the same counts
   std::uint64_t law_tick_ = 0;         // that it is fed with next
   std::optional<link::Pose> pose_;
+  double force_N_ = 0;  // at the tip, of the newest telemetry
   double tick_s_ = 0, max_force_N_ = kTipForce_N;
   link::Micros alive_us_ = 0;  // of the last sign of life
   bool counted_ = false, located_ = false, armed_ = false, holds_ = false;

@@ -13,6 +13,7 @@ namespace {
 using link::Micros;
 
 constexpr double kHandled_s = 55;  // the most that a person may take: an order ends after 60 s
+constexpr Micros kHeld_us = 1'300'000, kLeft_us = 200'000;
 constexpr double kWatch_s = 1e-3;  // between two ticks of what a person does
 
 float f(double value) { return static_cast<float>(value); }
@@ -64,7 +65,7 @@ LinkBench::Motion LinkBench::drive(const link::AxisOrder& order, const Prompt* p
     return goes_on();
   };
   if (prompt != nullptr) {
-    person_.ask(*prompt, round);
+    static_cast<void>(person_.ask(*prompt, round));
   } else {
     while (goes_on()) {
       pump(now_us() + kRound_us);
@@ -187,10 +188,10 @@ BenchRecording LinkBench::watch(const Prompt& prompt, bool powered) {
   begin_recording();
   if (powered) arm_motors();
   const std::uint64_t from = stream_->end();
-  person_.ask(prompt, [&] {
+  static_cast<void>(person_.ask(prompt, [&] {
     pump(now_us());
     return !powered || still_armed(from);
-  });
+  }));
   if (powered && !still_armed(from)) check_fault();
   BenchRecording recording = cut(from, stream_->end(), kWatch_s);
   let_go();
@@ -292,7 +293,7 @@ BenchRecording LinkBench::spring(const TipProgram& program, const Prompt& prompt
   armed_ = true;
   const std::uint64_t from = stream_->end();
   std::optional<std::array<double, 3>> begin_m;
-  person_.ask(prompt, [&] {
+  static_cast<void>(person_.ask(prompt, [&] {
     const std::optional<TipReading> tip = device_->next_tip(now_us(), arm_);
     if (!tip) return true;
     if (!begin_m) begin_m = tip->position_m;
@@ -302,7 +303,7 @@ BenchRecording LinkBench::spring(const TipProgram& program, const Prompt& prompt
     if (force_N.norm() > program.most_force_N) force_N *= program.most_force_N / force_N.norm();
     device_->order_force({force_N.x(), force_N.y(), force_N.z()}, arm_);
     return true;
-  });
+  }));
   const std::uint64_t to = stream_->end();
   device_->hand_back();
   armed_ = false;
@@ -337,11 +338,21 @@ BenchRecording LinkBench::press(const TipProgram& program, const Prompt& prompt)
   set("max_tip_speed", program.most_speed_m_s);
   take_motors();
   const std::uint64_t from = stream_->end();
-  person_.ask(prompt, [&] {
+  std::uint64_t to = from;
+  // It is over when the wall has been pressed for as long as step 10 looks at: afterwards the hand lets go. A tip that swings leaves the wall again
+  // and again.
+  Micros pressed_us = 0, since_us = 0;
+  static_cast<void>(person_.ask(prompt, [&] {
     pump(now_us());
-    return still_armed(from);
-  });
-  BenchRecording recording = cut(from, stream_->end(), tick_s_);
+    if (force_N_ > .5 * kPress_N) {
+      if (now_us() - pressed_us > kLeft_us) since_us = now_us();
+      pressed_us = now_us();
+    }
+    to = stream_->end();
+    const bool held = pressed_us != 0 && now_us() - pressed_us < kLeft_us && now_us() - since_us > kHeld_us;
+    return still_armed(from) && !held;
+  }));
+  BenchRecording recording = cut(from, to, tick_s_);
   if (device_->state().fault == static_cast<std::uint8_t>(firmware::Fault::tip_speed)) {
     recording.ending = Ending::kSpeed;
     armed_ = false;

@@ -18,7 +18,7 @@ class Person {
   [[nodiscard]] virtual Answer ask(const Prompt& prompt) = 0;
   // The same, and calls round() again and again meanwhile, with no more than 10 ms between two calls. round() takes what has come over the link and
   // does not wait for more. False: it is over, whatever the person does.
-  virtual void ask(const Prompt& prompt, const std::function<bool()>& round) = 0;
+  [[nodiscard]] virtual Answer ask(const Prompt& prompt, const std::function<bool()>& round) = 0;
 };
 
 }  // namespace thimble::host

@@ -70,6 +70,10 @@ class SimBench : public Bench {
   [[nodiscard]] PerAxis<std::int64_t> counts() const;  // of the axes of the file
   // What the hands do that a prompt asks for, from its beginning to its end.
   void hands(const Prompt& prompt);
+  void let_tip_go();
+  void take_fine_steps() { plant_->set_max_step(motion_step_s_); }  // as motors need
+  [[nodiscard]] virtual bool over() const { return false; }         // the hands stop pressing
+  void judge(bool speed);
 
  private:
   [[nodiscard]] std::size_t axes() const { return given_.axes.size(); }
@@ -82,7 +86,6 @@ class SimBench : public Bench {
   void find_marks(BenchRecording& recording, const board::JointVector& before);
   void set_torques();
   void advance(double seconds, bool judge_speed);
-  void judge(bool speed);
   void record(BenchRecording& recording, const PerAxis<double>& asked_A, double time_s);
   [[nodiscard]] PerAxis<double> believed() const;  // angles by the file and the counts
   // The hands: all axes to a place, and hold them there, but for one.
@@ -98,7 +101,6 @@ class SimBench : public Bench {
   void move_tip(const Prompt& prompt, double time_s, double step_s);
   void approach_wall(double stiffness_N_m, double depth_m, const Eigen::Vector3d& normal);
   [[nodiscard]] bool press_on(double time_s);
-  void let_tip_go();
 
   ArmFile original_, given_;
   std::vector<SimFault> faults_;

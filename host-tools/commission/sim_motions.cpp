@@ -233,8 +233,8 @@ void SimBench::hands(const Prompt& prompt) {
     case Prompt::Kind::kPressWall:
       // A person presses by feel; these hands know how far the wall and its softness are.
       approach_wall(prompt.wall_N_m, prompt.wall_m, -prompt.direction);
-      for (double t = 0; press_on(t); t += kHandTick_s) advance(kHandTick_s, false);
-      let_tip_go();
+      for (double t = 0; press_on(t) && !over(); t += kHandTick_s) advance(kHandTick_s, false);
+      if (!over()) let_tip_go();
       return;
     case Prompt::Kind::kOpenEStop:
     case Prompt::Kind::kReleaseDeadMan:

@@ -12,25 +12,6 @@ constexpr double kBring_s = 1;
 // The part of a motion that is used: about its middle, so that what the weight adds on the way up it takes on the way down.
 constexpr double kFrom = .3, kTo = .7;
 
-ServoProgram servo_to(const Expectation& arm, const board::JointVector& from, const board::JointVector& to) {
-  ServoProgram program;
-  const board::JointMatrix mass = arm.mass(arm.home());
-  const board::ByJoint J = arm.jacobian(arm.home());
-  constexpr double kTip_kg = .1;
-  const double omega = 2 * 3.14159265358979 * kServo_Hz;
-  for (std::size_t j = 0; j < arm.axes(); ++j) {
-    const auto row = static_cast<Eigen::Index>(j);
-    program.from.at(j) = from[row];
-    program.to.at(j) = to[row];
-    if (!arm.driven(j)) continue;
-    const double inertia = mass(row, row) + kTip_kg * J.col(row).squaredNorm();
-    program.stiffness_N_m_rad.at(j) = inertia * omega * omega;
-    program.damping_N_m_s_rad.at(j) = 2 * kServoDamping * inertia * omega;
-    program.most_torque_N_m.at(j) = kTorque * arm.axis(j).peak_torque();
-  }
-  return program;
-}
-
 board::JointVector place_now(const StepContext& context) {
   PerAxis<std::int64_t> counts{};
   const PerAxis<AxisReading> readings = context.bench.read();
@@ -58,6 +39,25 @@ double mean_torque(const Expectation& arm, const BenchRecording& seen, std::size
 }
 
 }  // namespace
+
+ServoProgram servo_to(const Expectation& arm, const board::JointVector& from, const board::JointVector& to) {
+  ServoProgram program;
+  const board::JointMatrix mass = arm.mass(arm.home());
+  const board::ByJoint J = arm.jacobian(arm.home());
+  constexpr double kTip_kg = .1;
+  const double omega = 2 * 3.14159265358979 * kServo_Hz;
+  for (std::size_t j = 0; j < arm.axes(); ++j) {
+    const auto row = static_cast<Eigen::Index>(j);
+    program.from.at(j) = from[row];
+    program.to.at(j) = to[row];
+    if (!arm.driven(j)) continue;
+    const double inertia = mass(row, row) + kTip_kg * J.col(row).squaredNorm();
+    program.stiffness_N_m_rad.at(j) = inertia * omega * omega;
+    program.damping_N_m_s_rad.at(j) = 2 * kServoDamping * inertia * omega;
+    program.most_torque_N_m.at(j) = kTorque * arm.axis(j).peak_torque();
+  }
+  return program;
+}
 
 PerAxis<Sweep> sweep_all(StepContext& context, const board::JointVector& at, double way, double speed) {
   const Expectation& arm = context.arm;

@@ -6,6 +6,10 @@
 
 namespace thimble::host {
 
+// The motion from one place to another, with gains for the arm at home; its times are the caller's. From a place to the same: the arm is held there.
+[[nodiscard]] ServoProgram servo_to(const Expectation& arm, const board::JointVector& from,
+                                    const board::JointVector& to);
+
 // All driven axes together, by `way` to each side of a place.
 [[nodiscard]] PerAxis<Sweep> sweep_all(StepContext& context, const board::JointVector& at, double way,
                                        double speed);

@@ -58,5 +58,17 @@ TEST(LinkCommission, APaddlePasses) {
   EXPECT_EQ(rig.go(), 11);
 }
 
+TEST(LinkCommission, APremiumPasses) {
+  Rig rig("premium-1.5");
+  EXPECT_EQ(rig.go(), 11);
+}
+
+TEST(LinkCommission, AMotorThatIsWiredBackwardsIsNamed) {
+  Rig rig("premium-1.5", {"motor-sign@upper"});
+  EXPECT_EQ(rig.go(), 5);
+  ASSERT_EQ(rig.commission.results().at(5).findings.size(), 1U);
+  EXPECT_EQ(rig.commission.results().at(5).findings[0].fault, host::ArmFault::kMotorSign);
+}
+
 }  // namespace
 }  // namespace thimble::test

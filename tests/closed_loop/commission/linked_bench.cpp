@@ -1,5 +1,6 @@
 #include "tests/closed_loop/commission/linked_bench.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace thimble::test {
@@ -65,7 +66,9 @@ void LinkedBench::tick() {
   for (std::size_t j = 0; j < given_axes_; ++j)
     current_A.at(j) = static_cast<double>(out.arm[0].current_A[j]);
   SimBench::command(current_A, out.arm[0].enable);
+  if (out.arm[0].enable && !round_) take_fine_steps();  // the hands have their own
   SimBench::step_plant(kTick_s);
+  judge(!round_ && std::ranges::any_of(current_A, [](double current) { return current != 0; }));
   controller_->poll(now_us());
   link::CanFrame frame;
   while (controller_->next_frame(frame, now_us())) to_host_.push_back(frame);
@@ -83,25 +86,32 @@ void LinkedBench::step_plant(double seconds) {
   }
 }
 
-host::Answer LinkedBench::ask(const Prompt& prompt) { return SimBench::ask(prompt); }
+host::Answer LinkedBench::ask(const Prompt& prompt) {
+  if (round_over_) let_tip_go();
+  round_over_ = false;
+  return SimBench::ask(prompt);
+}
 
-void LinkedBench::ask(const Prompt& prompt, const std::function<bool()>& round) {
+host::Answer LinkedBench::ask(const Prompt& prompt, const std::function<bool()>& round) {
+  constexpr double kTime_s = .2;
   round_ = round;
   round_over_ = false;
-  const double handle_s = .2;
-  if (prompt.kind == Prompt::Kind::kOpenEStop) e_stop_ = true;
-  if (prompt.kind == Prompt::Kind::kReleaseDeadMan) dead_man_ = false;
-  if (prompt.kind == Prompt::Kind::kOpenEStop || prompt.kind == Prompt::Kind::kReleaseDeadMan) {
-    step_plant(handle_s);
+  host::Answer answer = host::Answer::kDone;
+  e_stop_ = prompt.kind == Prompt::Kind::kOpenEStop;
+  dead_man_ = prompt.kind != Prompt::Kind::kReleaseDeadMan;
+  if (e_stop_ || !dead_man_) {
+    step_plant(kTime_s);
+    round_over_ = false;
   } else if (prompt.kind == Prompt::Kind::kHang || prompt.kind == Prompt::Kind::kLetGo) {
-    static_cast<void>(SimBench::ask(prompt));
-    step_plant(handle_s);
+    answer = SimBench::ask(prompt);
+    step_plant(kTime_s);
   } else {
     hands(prompt);
   }
   e_stop_ = false;
   dead_man_ = true;
   round_ = nullptr;
+  return answer;
 }
 
 }  // namespace thimble::test

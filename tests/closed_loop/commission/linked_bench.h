@@ -25,7 +25,7 @@ class LinkedBench final : public host::SimBench, public host::Person {
 
   // --- the person
   [[nodiscard]] host::Answer ask(const host::Prompt& prompt) override;
-  void ask(const host::Prompt& prompt, const std::function<bool()>& round) override;
+  [[nodiscard]] host::Answer ask(const host::Prompt& prompt, const std::function<bool()>& round) override;
 
   [[nodiscard]] double time_s() const { return static_cast<double>(ticks_) * kTick_s; }
   [[nodiscard]] firmware::Controller& controller() { return *controller_; }
@@ -36,6 +36,7 @@ class LinkedBench final : public host::SimBench, public host::Person {
   friend class MemoryTransport;
   static constexpr double kTick_s = 1.0 / 4000;
 
+  [[nodiscard]] bool over() const override { return round_over_; }
   void step_plant(double seconds) override;
   void command(const host::PerAxis<double>&, bool) override {}  // the controller does
   void start();
