@@ -98,7 +98,9 @@ void LinkBench::begin_step(int number) {
   constexpr int kFirstStrong = 7;
   const firmware::ParamRow& row = *firmware::find_param("max_force");
   before_.try_emplace("max_force", device_->read_param(row));
-  max_force_N_ = number < kFirstStrong ? kTipForce_N : before_.at("max_force");
+  is_strong_ = number >= kFirstStrong;
+  place_.reset();
+  max_force_N_ = is_strong_ ? before_.at("max_force") : kTipForce_N;
   set("max_force", max_force_N_);
 }
 
@@ -271,6 +273,7 @@ PerAxis<AxisReading> LinkBench::read() {
 Answer LinkBench::ask(const Prompt& prompt) {
   if (prompt.kind != Prompt::Kind::kLetGo && prompt.kind != Prompt::Kind::kHang) {
     let_go();
+    if (prompt.kind == Prompt::Kind::kPlace) place_ = prompt.place;
     return person_.ask(prompt);
   }
   // The board holds the arm before the hands let it go.

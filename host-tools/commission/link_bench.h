@@ -74,6 +74,7 @@ class LinkBench : public Bench {
   [[nodiscard]] firmware::Axes angles(std::uint64_t tick) const;
   [[nodiscard]] JointVector believed() const;
   void take_motors();
+  void bring_back();
   [[nodiscard]] bool bring_to_middle(std::size_t axis);
   [[nodiscard]] bool still_armed(std::uint64_t since) const;
   void wait_for_tick(std::uint64_t tick);
@@ -99,7 +100,9 @@ class LinkBench : public Bench {
   std::optional<link::Pose> pose_;
   double force_N_ = 0;  // at the tip, of the newest telemetry
   double tick_s_ = 0, max_force_N_ = kTipForce_N;
-  link::Micros alive_us_ = 0;  // of the last sign of life
+  link::Micros alive_us_ = 0;             // of the last sign of life
+  std::optional<PerAxis<double>> place_;  // where the person was last asked to bring the axes
+  bool is_strong_ = false;                // a step from 7 on
   bool counted_ = false, located_ = false, armed_ = false, holds_ = false;
   std::string session_;
 };

@@ -6,6 +6,7 @@
 
 #include "firmware/core/faults.h"
 #include "host-tools/commission/link_bench.h"
+#include "host-tools/commission/sweeps.h"
 
 namespace thimble::host {
 namespace {
@@ -213,8 +214,24 @@ BenchRecording LinkBench::wait(double seconds, bool powered) {
   return recording;
 }
 
+// Before a motion the motors are armed for a moment, in which a loose axis may fall. Once the servo is proved, it brings the axis back.
+void LinkBench::bring_back() {
+  if (!is_strong_ || !place_) {
+    take_motors();
+    return;
+  }
+  constexpr double kBring_s = .5;
+  JointVector to(static_cast<Eigen::Index>(axes()));
+  for (std::size_t j = 0; j < axes(); ++j) to[static_cast<Eigen::Index>(j)] = place_->at(j);
+  begin_recording();
+  ServoProgram bring = servo_to(Expectation(*given_), believed(), to);
+  bring.move_s = bring.stay_s = kBring_s;
+  static_cast<void>(servo(bring));
+}
+
 BenchRecording LinkBench::run(const AxisProgram& program) {
-  take_motors();
+  let_go();
+  bring_back();
   link::AxisOrder motion = order(program.ends);
   const ArmAxis& axis = given_->axes[program.axis];
   motion.axis = static_cast<std::uint8_t>(program.axis);
