@@ -1,4 +1,4 @@
-// commission: an arm is proved and measured step by step, until now on the simulated bench.
+// commission: an arm is proved and measured step by step.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
@@ -6,15 +6,14 @@
 #include <cmath>
 #include <ctime>
 #include <optional>
-#include <random>
 
 #include "host-tools/arms/arm_checks.h"
 #include "host-tools/arms/arm_folder.h"
+#include "host-tools/cli/commissioned_arm.h"
+#include "host-tools/cli/console_person.h"
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/output.h"
-#include "host-tools/cli/talking_bench.h"
 #include "host-tools/cli/verbs.h"
-#include "host-tools/commission/planted.h"
 #include "host-tools/commission/procedure.h"
 #include "host-tools/commission/state.h"
 #include "host-tools/files/input_file.h"
@@ -55,22 +54,6 @@ Places places_of(const CommissionChoice& choice) {
   return places;
 }
 
-std::vector<SimFault> faults_of(const CommissionChoice& choice, const ArmFile& arm) {
-  std::vector<SimFault> faults;
-  faults.reserve(choice.faults.size());
-  for (const std::string& text : choice.faults) {
-    const SimFault fault = planted_fault(text, arm);
-    const bool twice = std::ranges::any_of(faults, [&](const SimFault& other) {
-      return other.fault == fault.fault && other.axis == fault.axis;
-    });
-    if (twice)
-      throw Error(ExitCode::kUsage, "bad-fault", fmt::format("--fault {}: it is planted already", text),
-                  "give each fault of an axis once");
-    faults.push_back(fault);
-  }
-  return faults;
-}
-
 bool is_there(const std::filesystem::path& file) {
   std::error_code none;
   return std::filesystem::exists(file, none);
@@ -86,7 +69,7 @@ Commission read_state(const std::filesystem::path& file, const std::string& save
 }
 
 // Goes on with the saved state, or begins anew.
-Commission open_commission(const Places& places, const std::string& arm_text, bool restart) {
+Commission open_commission(const Places& places, const std::string& arm_text, bool restart, bool simulated) {
   if (is_there(places.state)) {
     const std::string saved = read_input(places.state);
     const bool is_state = saved.empty() || saved.find(kStateKey) != std::string::npos;
@@ -103,7 +86,8 @@ Commission open_commission(const Places& places, const std::string& arm_text, bo
                   "begin anew with --restart, or give another file with --state");
     }
   }
-  const std::string by = fmt::format("simulated commission {:%Y-%m-%d}", fmt::gmtime(std::time(nullptr)));
+  const std::string by =
+      fmt::format("{}commission {:%Y-%m-%d}", simulated ? "simulated " : "", fmt::gmtime(std::time(nullptr)));
   return {arm_text, places.arm.string(), by};
 }
 
@@ -117,15 +101,17 @@ std::string quantity(const Measure& measure, const ArmFile& arm) {
 // One run of the verb.
 class Session {
  public:
-  Session(const Common& common, const CommissionChoice& choice, const Places& places,
+  Session(const Common& common, const Remote& remote, const CommissionChoice& choice, const Places& places,
           const std::string& arm_text, const ArmFile& arm)
       : common_(common),
         choice_(choice),
         places_(places),
-        commission_(open_commission(places, arm_text, choice.restart)),
-        sim_(arm, faults_of(choice, arm), options(choice)),
-        bench_(sim_, choice.ask, common.json) {
-    go_on_with_the_same_arm();
+        state_name_(places.state.string()),
+        commission_(open_commission(places, arm_text, choice.restart, choice.simulate)),
+        arm_(commissioned_arm(common, remote, choice, arm, state_name_)),
+        bench_(arm_->bench()) {
+    if (commission_.bench().is_object()) arm_->demand_same(commission_.bench());
+    commission_.tell_bench(arm_->identity());
     commission_.save(places_.state);  // a folder that cannot be written is found before the work
   }
 
@@ -142,39 +128,6 @@ class Session {
 
  private:
   static int last() { return static_cast<int>(steps().size()) - 1; }
-
-  static SimBenchOptions options(const CommissionChoice& choice) {
-    SimBenchOptions options;
-    options.seed = choice.seed;
-    options.accepts_corrections = choice.accept_corrections;
-    // The counters of the simulated arm begin anew with each program.
-    options.session = fmt::format("simulated {:08x}", std::random_device{}());
-    return options;
-  }
-
-  // A fault that is gone was repaired. One that is new may be of a step that has passed, and would not be seen.
-  void go_on_with_the_same_arm() {
-    Json now{{"seed", choice_.seed}, {"faults", choice_.faults}};
-    const Json& before = commission_.bench();
-    if (before.is_object()) {
-      const Json seed = before.value("seed", Json()), faults = before.value("faults", Json::array());
-      if (seed != now.at("seed"))
-        throw Error(ExitCode::kRefused, "other-arm",
-                    fmt::format("the commissioning in {} is of the simulated arm with --seed {}",
-                                places_.state.string(), seed.dump()),
-                    "give that seed, or begin anew with --restart");
-      for (const Json& fault : now.at("faults")) {
-        if (choice_.step || std::ranges::find(faults, fault) != faults.end()) continue;
-        throw Error(
-            ExitCode::kRefused, "other-arm",
-            fmt::format("--fault {}: the arm of the commissioning in {} does not have it, and the step that "
-                        "sees it may have passed",
-                        fault.get<std::string>(), places_.state.string()),
-            "begin anew with --restart, or do one step again with --step");
-      }
-    }
-    commission_.tell_bench(now);
-  }
 
   template <class... T>
   void tell(fmt::format_string<T...> format, T&&... values) const {
@@ -199,7 +152,7 @@ class Session {
   // Whether the step has passed.
   bool once(int number) {
     const Step& step = steps()[static_cast<std::size_t>(number)];
-    bench_.begin_step();
+    arm_->begin_step(number);
     tell("step {} of {}, {}: {}\n", number, last(), step.name, step.text);
     const std::size_t corrections = commission_.corrections().size();
     try {
@@ -212,7 +165,7 @@ class Session {
     for (const ArmFinding& found : result.findings)
       tell("  ! {}: {}\n", text_of(found.fault).name, found.text);
     for (const std::string& note : result.notes) tell("    {}\n", note);
-    if (bench_.stopped()) stop(number);
+    if (arm_->stopped()) stop(number);
     if (result.passed) {
       tell("  passed\n");
       return true;
@@ -220,13 +173,13 @@ class Session {
     failed_ = number;
     if (commission_.corrections().size() > corrections) {
       tell("  Corrected in the new file; the step comes again.\n");
-    } else if (!choice_.ask || result.findings.empty() || !repaired(result)) {
+    } else if (!arm_->is_asked() || result.findings.empty() || !repaired(result)) {
       is_over_ = true;
     }
     return false;
   }
 
-  // A person repairs what was found, and the simulated arm with it.
+  // A person repairs what was found.
   bool repaired(const StepResult& result) {
     Prompt prompt;
     prompt.kind = Prompt::Kind::kRepair;
@@ -236,8 +189,7 @@ class Session {
     } catch (const BuilderStops&) {
       return false;
     }
-    for (const ArmFinding& found : result.findings)
-      if (const std::optional<std::size_t> fault = fault_behind(sim_.faults(), found)) sim_.mend(*fault);
+    arm_->repaired(result);
     return true;
   }
 
@@ -312,7 +264,7 @@ class Session {
   void print_json(bool complete, const std::vector<std::string>& warnings) const {
     Json json = document("commission");
     json["name"] = commission_.arm().name;
-    json["simulated"] = true;
+    json["simulated"] = choice_.simulate;
     json["complete"] = complete;
     json["next"] = complete ? Json() : Json(commission_.next());
     json["state"] = places_.state.string();
@@ -345,20 +297,17 @@ class Session {
   const Common& common_;
   const CommissionChoice& choice_;
   const Places& places_;
+  const std::string state_name_;
   Commission commission_;
-  SimBench sim_;
-  TalkingBench bench_;
+  std::unique_ptr<CommissionedArm> arm_;
+  Bench& bench_;
   bool is_over_ = false;
   int failed_ = -1;  // the last step that did not pass in this run
 };
 
 }  // namespace
 
-void commission(const Common& common, const CommissionChoice& choice) {
-  if (!choice.simulate)
-    throw Error(ExitCode::kRefused, "not-on-boards",
-                "no board can be commissioned yet: its firmware has no service for it",
-                "give --simulate: the commissioning of a simulated arm, with faults of your choice");
+void commission(const Common& common, const Remote& remote, const CommissionChoice& choice) {
   const Places places = places_of(choice);
   const std::string text = read_input(places.arm);
   const ArmFile arm = read_arm_file(text, places.arm.string());
@@ -378,7 +327,7 @@ void commission(const Common& common, const CommissionChoice& choice) {
                     "speed are not proved",
                     places.arm.string()),
         "commission an arm whose axes turn");
-  Session(common, choice, places, text, arm).run();
+  Session(common, remote, choice, places, text, arm).run();
 }
 
 }  // namespace thimble::host

@@ -203,8 +203,8 @@ void define_mesh_and_commission(CLI::App& app, Choices& c) {
   add_mesh_options(
       *verb(app, c, "mesh", "repair a mesh file and say what was done", [&c] { mesh(c.common, c.mesh); }),
       c.mesh);
-  add_commission_options(*verb(app, c, "commission", "prove and measure an arm step by step",
-                               [&c] { commission(c.common, c.commission); }),
+  add_commission_options(*remote_verb(app, c, "commission", "prove and measure an arm step by step",
+                                      [&c] { commission(c.common, c.remote, c.commission); }),
                          c.commission);
 }
 

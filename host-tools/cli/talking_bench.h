@@ -1,18 +1,14 @@
-// Between a commissioning and its bench: prints what the builder is asked to do and, if a person plays the builder, waits for the answer.
+// Between a commissioning and its simulated bench: prints what the builder is asked to do and, if a person plays the builder, waits for the answer.
 #pragma once
 
 #include <set>
 #include <string>
 
+#include "host-tools/cli/console_person.h"
 #include "host-tools/commission/sim_bench.h"
 
 namespace thimble::host {
 
-// Ctrl-C, "q" or the end of the input.
-struct BuilderStops {};
-
-// Every call throws BuilderStops once the program has been interrupted. Only the question about a correction does not: its answer is then no,
-// and stopped() says so.
 class TalkingBench : public Bench {
  public:
   // asks: the prompts are answered on standard input, and the simulated hands then do it. silent: nothing is printed.
@@ -39,7 +35,7 @@ class TalkingBench : public Bench {
 
   SimBench& bench_;
   bool asks_, silent_;
-  bool stopped_ = false;
+  ConsolePerson person_;
   std::set<std::string> told_;  // in this step
 };
 

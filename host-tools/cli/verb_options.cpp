@@ -22,20 +22,28 @@ void add_mesh_options(CLI::App& verb, MeshChoice& choice) {
 void add_commission_options(CLI::App& verb, CommissionChoice& choice) {
   verb.add_option("model", choice.model, "the arm file, or the name of an arm that comes with Thimble")
       ->required();
-  verb.add_flag("--simulate", choice.simulate,
-                "on a simulated arm, with a simulated builder; no device (boards cannot do it yet)");
+  CLI::Option* simulate =
+      verb.add_flag("--simulate", choice.simulate, "on a simulated arm, with a simulated builder; no device");
+  verb.add_option("--number", choice.arm, "number of the arm on the device, from 0")
+      ->check(CLI::Range(0U, 1U))
+      ->excludes(simulate);
+  for (const char* option : {"--device", "--node"}) verb.get_option(option)->excludes(simulate);
   verb.add_option("--fault", choice.faults,
                   "plant a fault in the simulated arm: NAME@AXIS[:FACTOR], NAME@AXIS,AXIS for an exchange; "
                   "may be repeated; see docs/commissioning.md")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->needs(simulate);
   verb.add_option("--seed", choice.seed, "of the simulated arm: which figures are off, and by how much")
       ->check(CLI::Range(0, 1'000'000'000))
+      ->needs(simulate)
       ->capture_default_str();
   CLI::Option* ask =
       verb.add_flag("--ask", choice.ask, "you answer the prompts; the simulated hands then do it");
+  ask->needs(simulate);
   verb.add_flag("--accept-corrections", choice.accept_corrections,
                 "where the file may be wrong and not the arm, correct the new file")
-      ->excludes(ask);
+      ->excludes(ask)
+      ->needs(simulate);
   verb.add_option("--state", choice.state,
                   "where the progress is kept; default: NAME.commission.json beside the arm file");
   verb.add_option("--step", choice.step, "do only this step, again if it was done")

@@ -140,6 +140,7 @@ void model_import(const Common& common, const ModelImportChoice& choice);
 struct CommissionChoice {
   std::string model;
   bool simulate = false;
+  unsigned arm = 0;                 // its number on the device
   std::vector<std::string> faults;  // planted_fault()
   std::uint64_t seed = 1;           // of the simulated arm and builder
   bool ask = false;                 // the prompts on standard input
@@ -148,7 +149,7 @@ struct CommissionChoice {
   std::optional<int> step;      // only this one
   bool restart = false;
 };
-void commission(const Common& common, const CommissionChoice& choice);
+void commission(const Common& common, const Remote& remote, const CommissionChoice& choice);
 
 struct ImportVolumeChoice {
   std::filesystem::path volume;

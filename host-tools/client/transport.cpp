@@ -20,11 +20,11 @@ using link::Micros;
 
 namespace {
 
-Clock other_clock = nullptr;
+MicrosClock other_clock = nullptr;
 
 }  // namespace
 
-void use_clock(Clock clock) { other_clock = clock; }
+void use_clock(MicrosClock clock) { other_clock = clock; }
 
 Micros now_us() {
   if (other_clock != nullptr) return other_clock();

@@ -23,8 +23,8 @@ namespace link = firmware::link;
 // Microseconds of the monotonic clock that every deadline here refers to.
 [[nodiscard]] link::Micros now_us();
 // Another clock, for tests whose device has simulated time. Null: the monotonic one.
-using Clock = link::Micros (*)();
-void use_clock(Clock clock);
+using MicrosClock = link::Micros (*)();
+void use_clock(MicrosClock clock);
 
 class Transport {
  public:

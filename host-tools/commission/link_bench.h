@@ -31,6 +31,8 @@ class LinkBench : public Bench {
   // Of the steps that follow: up to which force the device's own limit goes.
   void begin_step(int number);
 
+  [[nodiscard]] std::string device_name() { return device_->text(link::kDidSerialNumber); }
+
   [[nodiscard]] BenchFacts facts() override;
   void use(const ArmFile& arm) override;
   void locate(const PerAxis<double>& at_zero) override;

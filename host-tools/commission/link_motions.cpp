@@ -70,6 +70,7 @@ LinkBench::Motion LinkBench::drive(const link::AxisOrder& order, const Prompt* p
   } else {
     while (goes_on()) {
       pump(now_us() + kRound_us);
+      person_.check();
       state = device_->axis_state();
     }
   }
@@ -206,8 +207,10 @@ BenchRecording LinkBench::wait(double seconds, bool powered) {
   const std::uint64_t from = stream_->end();
   const auto ticks = static_cast<std::uint64_t>(std::lround(seconds / tick_s_));
   const Micros until_us = now_us() + static_cast<Micros>((seconds + 2) * 1e6);
-  while (stream_->end() < from + ticks && now_us() < until_us && !(powered && !still_armed(from)))
+  while (stream_->end() < from + ticks && now_us() < until_us && !(powered && !still_armed(from))) {
     pump(now_us() + kRound_us);
+    person_.check();
+  }
   if (powered && !still_armed(from)) check_fault();
   BenchRecording recording = cut(from, from + ticks, kWatch_s);
   let_go();

@@ -19,6 +19,8 @@ class Person {
   // The same, and calls round() again and again meanwhile, with no more than 10 ms between two calls. round() takes what has come over the link and
   // does not wait for more. False: it is over, whatever the person does.
   [[nodiscard]] virtual Answer ask(const Prompt& prompt, const std::function<bool()>& round) = 0;
+  // Throws what ends the commissioning, if the person wants that.
+  virtual void check() const {}
 };
 
 }  // namespace thimble::host
