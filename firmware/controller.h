@@ -84,6 +84,14 @@ class Controller {
   [[nodiscard]] link::MoveState move_state() const noexcept;
   // What the move that ran last measured; empty while one is under way.
   [[nodiscard]] const MoveResults* move_results() const noexcept { return core_.sources().move.results(); }
+  // The same of an order for the axes (firmware/sources/axis_drive.h).
+  [[nodiscard]] bool axes_in_range(const link::AxisOrder& order) const noexcept {
+    return core_.commands().axes_in_range(order);
+  }
+  [[nodiscard]] Conditions request_axes(const link::AxisOrder& order) noexcept {
+    return core_.commands().request_axes(order);
+  }
+  [[nodiscard]] link::AxisState axis_state() const noexcept { return core_.sources().axes.state(); }
   // A recording (firmware/observe/recorder.h); the link sends its ticks. A program that holds the controller may start one with
   // request(Command::kRecord); the start record then has no scene_crc, because the service fills that in.
   [[nodiscard]] link::RecordingState recording_state() const noexcept {

@@ -9,6 +9,7 @@ namespace {
 constexpr float kWorkspaceMargin_rad = 0.05F;  // of a move's target
 constexpr float kMostDriven_s = 60, kMostCoast_s = 5, kMostTone_Hz = 1000;
 
+bool is_amount(float value) noexcept { return value >= 0 && std::isfinite(value); }
 bool within(float value, float low, float high) noexcept { return value >= low && value <= high; }
 
 }  // namespace
@@ -76,13 +77,12 @@ bool Commands::axes_in_range(const link::AxisOrder& order) const noexcept {
   bool good = within(order.driven_s, 0, kMostDriven_s) && within(order.move_s, 0, kMostDriven_s) &&
               within(order.coast_s, 0, kMostCoast_s) && within(order.frequency_Hz, 0, kMostTone_Hz) &&
               std::isfinite(order.offset_N_m) && std::isfinite(order.slope_N_m_s) &&
-              std::isfinite(order.amplitude_N_m) && std::isfinite(order.most_energy_J);
+              std::isfinite(order.amplitude_N_m) && is_amount(order.most_energy_J);
   for (std::size_t j = 0; j < link::kMaxJoints; ++j) {
-    good = good && std::isfinite(order.to_rad[j]) && std::isfinite(order.most_way_rad[j]) &&
-           std::isfinite(order.most_speed_rad_s[j]);
-    for (const float gain :
-         {order.stiffness_N_m_rad[j], order.damping_N_m_s_rad[j], order.most_torque_N_m[j]})
-      good = good && gain >= 0 && std::isfinite(gain);
+    good = good && std::isfinite(order.to_rad[j]);
+    for (const float amount : {order.stiffness_N_m_rad[j], order.damping_N_m_s_rad[j],
+                               order.most_torque_N_m[j], order.most_way_rad[j], order.most_speed_rad_s[j]})
+      good = good && is_amount(amount);
   }
   return good;
 }

@@ -97,10 +97,13 @@ class Commands {
 
   // --- tick
   [[nodiscard]] std::optional<Command> take() noexcept { return channel_.take(); }
-  void done() noexcept { channel_.done(); }
+  // Also of a command that had no effect: no later one finds its place.
+  void done() noexcept {
+    if (place_.letter() != nullptr) place_.done();
+    channel_.done();
+  }
   // Where the host says that an arm is, of Command::kHome; null: nowhere.
   [[nodiscard]] const link::HomePlace* placed() const noexcept { return place_.letter(); }
-  void place_taken() noexcept { place_.done(); }
   [[nodiscard]] std::uint32_t stops() const noexcept { return stops_.get(); }  // requested so far
   [[nodiscard]] std::uint32_t disarms() const noexcept { return disarms_.get(); }
   [[nodiscard]] std::uint32_t alive() const noexcept { return alive_.get(); }  // signs of life so far

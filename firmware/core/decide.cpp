@@ -33,14 +33,17 @@ void home_arms(Parts& parts, const Inputs& inputs) noexcept {
   }
 }
 
-// One arm is where a host says; the others know their homes already.
+// One arm is where a host says; the others know their homes already. Where it cannot be there, nobody knows where it is.
 void home_at(Parts& parts, const Inputs& inputs, const link::HomePlace& place) noexcept {
   State& state = parts.state;
   ArmState& arm = state.arm[place.arm];
   const kinematics::Arm<float>& geometry = parts.setup.arm[place.arm];
   constexpr std::uint32_t kPeriods = 64;  // it may have moved since the host read the registers
-  if (arm.age_ticks != 0) return;
   parts.observers.recorder.end(RecordingEnd::kPlaced);
+  if (arm.age_ticks != 0) {
+    lose_home(arm);
+    return;
+  }
   for (std::size_t j = 0; j < arm.axes; ++j) {
     kinematics::JointEncoder& encoder = arm.encoder[j];
     const auto axis = static_cast<int>(j);
@@ -84,7 +87,7 @@ void forget_orders(Sources& sources) noexcept {
   if (sources.axes.ordered() != nullptr) sources.axes.forget_order();
 }
 
-// The guest whose order came with the command. The other one ends.
+// The guest whose order came with the command. One that leads another arm, or the other guest, ends.
 void start_guest(Parts& parts, Conditions unmet) noexcept {
   Sources& sources = parts.sources;
   const link::AxisOrder* axes = sources.axes.ordered();
@@ -96,16 +99,19 @@ void start_guest(Parts& parts, Conditions unmet) noexcept {
   }
   const bool leads_axes = axes != nullptr;
   ArmState& arm = parts.state.arm[leads_axes ? axes->arm : move->arm];
-  const auto begin = [&](auto& guest, auto& other) noexcept {
-    if (arm.source != &guest) other.stop();
+  const auto begin = [&](auto& guest) noexcept {
+    if (arm.source != &guest) {
+      if (arm.source == nullptr && parts.state.guest) parts.state.force_ramp = 0;  // of the arm it led
+      end_guest(parts);
+    }
     arm.source = &guest;
     parts.observers.recorder.end(guest.needs().ends_recording);
     guest.begin(source_tick(parts));
   };
   if (leads_axes) {
-    begin(sources.axes, sources.move);
+    begin(sources.axes);
   } else {
-    begin(sources.move, sources.axes);
+    begin(sources.move);
   }
   arm.led_N_m = leads_axes ? &sources.axes.torque_N_m() : nullptr;
   parts.state.guest = true;
@@ -127,7 +133,6 @@ void execute(Parts& parts, const Inputs& inputs, Command command, Conditions unm
     case Command::kHome:
       if (const link::HomePlace* place = parts.commands.placed()) {
         home_at(parts, inputs, *place);
-        parts.commands.place_taken();
         return;
       }
       for (ArmState& arm : state.arm) arm.homed = false;

@@ -43,14 +43,12 @@ void Recorder::tick(const Tick& tick) noexcept {
     }
   }
   if (!fits) end(RecordingEnd::kCountsJumped);
-  if (const std::optional<RecordingEnd> asked = end_request_.take()) {
-    end(*asked);
-    end_request_.done();
-  }
-  if (due_ != RecordingEnd::kNotYet) {
-    finish(due_);
-    return;
-  }
+  const std::optional<RecordingEnd> asked = end_request_.take();
+  if (asked) end(*asked);
+  const bool ends = due_ != RecordingEnd::kNotYet;
+  if (ends) finish(due_);
+  if (asked) end_request_.done();
+  if (ends) return;
   const bool happened =
       tick.command != link::RecordedCommand::kNone || last_.mode != tick.mode || last_.levels != tick.levels;
   last_.crc = link::crc32(tick.forces, last_.crc);

@@ -80,6 +80,8 @@ class Recorder {
   void request_counts_only(bool yes) noexcept { counts_only_wanted_.set(yes); }
   [[nodiscard]] bool counts_only() const noexcept { return counts_only_wanted_.get(); }
   void request_end(RecordingEnd reason) noexcept { end_request_.post(reason); }
+  // No tick has seen that request yet. Afterwards the recording has ended, or goes on for its counts alone.
+  [[nodiscard]] bool end_pending() const noexcept { return end_request_.pending(); }
   [[nodiscard]] RecordingPhase phase() const noexcept { return phase_.get(); }
   [[nodiscard]] link::RecordingState state() const noexcept;
   // How the recording began that runs or that ran last. Null: there is none, or a command is pending, which may begin the next one.

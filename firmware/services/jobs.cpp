@@ -57,7 +57,8 @@ bool CommandJob::done() const noexcept {
     case Command::kArm:
       return mode == Mode::kArmed;
     case Command::kHome:
-      return mode == Mode::kHoming || mode == Mode::kReady;
+      return mode == Mode::kHoming ||
+             (mode == Mode::kReady && (core_.status().unmet_of_tick() & kNotHomed) == 0);
     case Command::kMove:
       return core_.sources().guest_leads();
     case Command::kEndMove:
@@ -82,7 +83,9 @@ Nrc EndRecordingJob::begin(RecordingEnd reason) noexcept {
 }
 
 Nrc EndRecordingJob::poll(Call& /*call*/) noexcept {
-  return core_.observers().recorder.phase() == RecordingPhase::kRunning ? Nrc::kResponsePending : Nrc::kOk;
+  const Recorder& recorder = core_.observers().recorder;
+  const bool waits = recorder.phase() == RecordingPhase::kRunning && recorder.end_pending();
+  return waits ? Nrc::kResponsePending : Nrc::kOk;
 }
 
 Nrc SwitchSceneJob::poll(Call& /*call*/) noexcept {

@@ -57,9 +57,11 @@ class AxisDrive {
   End end_ = End::kNotYet;
   bool follows_ = false;
   std::uint32_t driven_ticks_ = 0;
-  float time_s_ = 0;  // since it began
-  float turn_ = 0;    // of the tone, rad
-  float coast_s_ = 0, block_s_ = 0, energy_J_ = 0;
+  std::uint32_t ticks_ =
+      0;            // since it began, or coasts: a sum of a minute's periods would be off by many of them
+  float part_ = 0;  // of its way, so far
+  float turn_ = 0;  // of the tone, rad
+  float block_s_ = 0, energy_J_ = 0;
   Axes from_ = Axes::Zero(), begin_ = Axes::Zero(), block_ = Axes::Zero(), last_ = Axes::Zero();
   Axes speed_ = Axes::Zero();
   Axes torque_N_m_ = Axes::Zero();

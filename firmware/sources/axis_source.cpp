@@ -47,7 +47,8 @@ void AxisSource::forces(const SourceTick& tick, SourceForces& out) noexcept {
   for (int j = 0; j < geometry.axes(); ++j) {
     const float lever_m = std::sqrt(arm.posture.jacobian.col(j).squaredNorm());
     const float most_N_m = max_N * std::max(lever_m, kLeastLever_m);
-    if (std::abs(torque_N_m[j]) > most_N_m) torque_N_m[j] = std::copysign(most_N_m, torque_N_m[j]);
+    if (std::isfinite(torque_N_m[j]) && std::abs(torque_N_m[j]) > most_N_m)
+      torque_N_m[j] = std::copysign(most_N_m, torque_N_m[j]);
   }
   out.arms[index] = {Vec3::Zero(), arm.posture.tip_m, 0};
   out.let_go = !drive_.active();

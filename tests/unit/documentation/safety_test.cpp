@@ -58,6 +58,12 @@ const std::vector<Hazard> kHazards = {
      "brakes within 0.1 s of whatever ends it; 0.5 s after the host's last sign",
      {"GuardedMove.StopsAtTheForceLimitAndGoesBack", "GuardedMove.EveryStopStopsIt",
       "GuardedMove.ItsEndInsideASolidOfTheSceneThrowsNothing"}},
+    {"an axis is driven for a commissioning",
+     "the order's limits of torque, way, speed and energy, `max_force` times the lever, sign of life every "
+     "0.5 s",
+     "ends in the tick of a stop or a limit; 0.5 s after the host's last sign",
+     {"AxisSource.EveryStopEndsItInItsTick", "AxisSource.NoAxisPushesMoreThanTheMaxForce",
+      "AxisDrive.AnyOrderIsLimitedAndEnds"}},
     {"the host vanishes, or a recorder is killed while armed",
      "`host_supervision`; a watcher disarms",
      "disarmed however it ends",

@@ -368,6 +368,25 @@ TEST(Audit, AGuardedMove) {
   expect_entry(audit_page(host, 0).back(), {AuditEvent::kMove, host.address()});
 }
 
+TEST(Audit, AnOrderForTheAxes) {
+  Bench bench;
+  ASSERT_EQ(bench.controller->write_param(firmware::find_param("allow_moves")->id, 1),
+            firmware::ParamStatus::kOk);
+  bench.load(1000.0F, -0.05F);
+  bench.home();
+  bench.arm();
+  Tester host(bench, false, 1);
+  ASSERT_TRUE(host.ok({0x10, 0x03}));
+  host.run(900);
+  link::AxisOrder order;
+  order.driven_s = 0.2F;
+  Bytes start = {0x31, 0x01, 0x02, 0x0F};
+  start.resize(4 + link::wire_size<link::AxisOrder>());
+  ASSERT_NE(link::encode(order, std::span(start).subspan(4)), 0U);
+  ASSERT_TRUE(host.ok(start));
+  expect_entry(audit_page(host, 0).back(), {AuditEvent::kMove, host.address(), "", 1});
+}
+
 // A tester that found no place is named by the address of testers.
 TEST(Audit, ADisarmByAHostWithoutAPlace) {
   Bench bench;

@@ -134,12 +134,15 @@ TEST(Lease, WhatIsACommandAndWhatIsNot) {
   Tester& looks = *hosts.host[1];
   ASSERT_TRUE(looks.ok({0x10, 0x02}));
   const Bytes move = join({0x31, 0x01, 0x02, 0x06}, Bytes(link::wire_size<link::MoveOrder>()));
+  const Bytes axes = join({0x31, 0x01, 0x02, 0x0F}, Bytes(link::wire_size<link::AxisOrder>()));
+  const Bytes place = join({0x31, 0x01, 0x02, 0x10}, Bytes(link::wire_size<link::HomePlace>()));
   const Bytes prepare = {0x31, 0x01, 0x02, 0x05, 0, 0, 0, 64, 0, 0, 0, 0};
   const Bytes download = {0x34, 0x00, 0x44, 0, 0, 0, 0, 0, 0, 0, 64};
   for (const Bytes& request :
-       {Bytes{0x31, 0x01, 0x02, 0x0C}, kArmIt, kHomeIt, kSaveAll, kClearAll, move, prepare, download,
-        Bytes{0x36, 0x01, 0xAA}, Bytes{0x37}, Bytes{0x11, 0x01}, Bytes{0x31, 0x01, 0x02, 0x04},
-        Bytes{0x31, 0x01, 0x02, 0x08}, write_request(firmware::Param::max_force, 8.5F),
+       {Bytes{0x31, 0x01, 0x02, 0x0C}, kArmIt, kHomeIt, kSaveAll, kClearAll, move, axes, place, prepare,
+        download, Bytes{0x36, 0x01, 0xAA}, Bytes{0x37}, Bytes{0x11, 0x01}, Bytes{0x31, 0x01, 0x02, 0x04},
+        Bytes{0x31, 0x01, 0x02, 0x08}, Bytes{0x31, 0x01, 0x02, 0x11},
+        write_request(firmware::Param::max_force, 8.5F),
         write_request(firmware::Param::max_tip_speed, 0.5F)}) {
     ASSERT_TRUE(commands.ok(kSaveAll));
     EXPECT_EQ(looks.refused(request), Nrc::kBusyRepeatRequest) << int{request[0]} << " " << int{request[1]};
@@ -148,9 +151,9 @@ TEST(Lease, WhatIsACommandAndWhatIsNot) {
   }
   EXPECT_EQ(hosts.bench.mode(), Mode::kReady);
   for (const Bytes& request :
-       {kDisarmIt, Bytes{0x31, 0x02, 0x02, 0x06}, Bytes{0x31, 0x02, 0x02, 0x08}, Bytes{0x19, 0x02, 0xFF},
-        Bytes{0x3E, 0x00}, write_request(firmware::Param::max_force, 4.0F),
-        Bytes{0x2E, 0x01, 0x70, 10, 0, 0, 0}}) {
+       {kDisarmIt, Bytes{0x31, 0x02, 0x02, 0x06}, Bytes{0x31, 0x02, 0x02, 0x0F},
+        Bytes{0x31, 0x02, 0x02, 0x08}, Bytes{0x19, 0x02, 0xFF}, Bytes{0x3E, 0x00},
+        write_request(firmware::Param::max_force, 4.0F), Bytes{0x2E, 0x01, 0x70, 10, 0, 0, 0}}) {
     ASSERT_TRUE(commands.ok(kSaveAll));
     EXPECT_TRUE(looks.ok(request)) << int{request[0]} << " " << int{request[1]};
     EXPECT_EQ(hosts.commander(looks), commands.address());

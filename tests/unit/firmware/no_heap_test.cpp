@@ -55,6 +55,42 @@ TEST(NoHeap, InTheTick) {
                        1 << static_cast<int>(Mode::kFaulted) | 1 << static_cast<int>(Mode::kReady));
 }
 
+// An order for the axes that follows a place and gives a tone, and the hold after it.
+TEST(NoHeap, WhereAHostDrivesTheAxes) {
+  Bench bench;
+  ASSERT_EQ(bench.controller->write_param(firmware::find_param("allow_moves")->id, 1),
+            firmware::ParamStatus::kOk);
+  bench.load(1000.0F, -0.01F);
+  bench.home();
+  bench.arm();
+  bench.ticks(900);
+  firmware::link::AxisOrder order;
+  order.hold = true;
+  order.driven_s = 0.2F;
+  order.move_s = 0.1F;
+  order.amplitude_N_m = 0.02F;
+  order.frequency_Hz = 100.0F;
+  order.most_energy_J = 1.0F;
+  order.stiffness_N_m_rad.fill(0.1F);
+  order.damping_N_m_s_rad.fill(0.01F);
+  order.most_torque_N_m.fill(0.1F);
+  order.most_way_rad.fill(1.0F);
+  order.most_speed_rad_s.fill(10.0F);
+  for (std::size_t j = 0; j < 3; ++j)
+    order.to_rad[j] = bench.shown().arm[0].joint_rad[static_cast<int>(j)] + 0.05F;
+  int currents = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const NoHeapGuard guard;
+    if (i == 0) {
+      ASSERT_EQ(bench.controller->request_axes(order), 0);
+    }
+    bench.tick();
+    if (any_current(bench.outputs)) ++currents;
+  }
+  EXPECT_EQ(currents, 2000);
+  EXPECT_EQ(bench.controller->axis_state().phase, firmware::link::AxisPhase::kHolding);
+}
+
 TEST(NoHeap, WhereTheHostRenders) {
   Bench bench;
   ASSERT_EQ(bench.controller->write_param(firmware::find_param("host_forces")->id, 1),
