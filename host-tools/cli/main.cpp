@@ -193,7 +193,9 @@ void define_doctor_and_compile(CLI::App& app, Choices& c) {
       ->required();
   compile_verb->add_flag("--report", c.compile.report, "print what was done to each mesh");
   compile_verb
-      ->add_option("--arm", c.compile.arm, "warn of what is too stiff for this arm: one of " + arm_names())
+      ->add_option("--model,--arm", c.compile.arm,
+                   "warn of what is too stiff for this arm, or out of its reach: " + arm_names() +
+                       ", an arm of `thimble model list`, an arm file or an arm image")
       ->capture_default_str();
   compile_verb->add_option("--rate", c.compile.rate_Hz, "at so many ticks a second")->capture_default_str();
   compile_verb->add_option("--board", c.compile.board, "tell the cost on this board: " + board_names());
@@ -244,6 +246,9 @@ void define_device(CLI::App& app, Choices& c) {
   CLI::App* upload_verb = remote_verb(app, c, "upload", "send a scene to a device and run it",
                                       [&c] { upload(c.common, c.remote, c.upload); });
   upload_verb->add_option("file", c.upload.file, "a scene file (*.json) or an image")->required();
+  upload_verb->add_option("--model", c.upload.model,
+                          "warn of what is too stiff for this arm, as --model of `compile`; default: the "
+                          "arms of the device");
   upload_verb->add_flag("!--no-verify", c.upload.verify, "do not check afterwards which image runs");
 
   remote_verb(app, c, "arm", "turn the forces on", [&c] { arm(c.common, c.remote); });

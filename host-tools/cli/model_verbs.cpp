@@ -18,6 +18,7 @@
 #include "host-tools/files/image_file.h"
 #include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
+#include "host-tools/lab/kept_arms.h"
 
 namespace thimble::host {
 namespace {
@@ -168,7 +169,8 @@ std::string restarted_arms(const Remote& remote, std::size_t arm, std::uint32_t 
 }  // namespace
 
 void model_upload(const Common& common, const Remote& remote, const ModelUploadChoice& choice) {
-  const CheckedArm checked = read_and_check(arm_path(choice.model));
+  const std::filesystem::path path = arm_path(choice.model);
+  const CheckedArm checked = read_and_check(path);
   const std::vector<std::byte> image = arm_image(checked.arm);
   UploadResult result;
   {
@@ -190,6 +192,12 @@ void model_upload(const Common& common, const Remote& remote, const ModelUploadC
         fmt::format("after its restart the device works with {}, not with {}", arms, checked.arm.name),
         "read `thimble info`: it says what is stored, and whether it is damaged; then repeat the upload");
   }
+  std::vector<std::string> warnings = checked.figures.warnings;
+  try {
+    keep_arm(read_input(path), result.crc);
+  } catch (const Error& error) {
+    warnings.push_back("`thimble upload` will not know which walls this arm holds: " + error.cause);
+  }
   if (common.json) {
     Json json = document("model upload");
     json["name"] = checked.arm.name;
@@ -197,12 +205,12 @@ void model_upload(const Common& common, const Remote& remote, const ModelUploadC
     json["number"] = choice.arm;
     json["bytes"] = result.bytes;
     json["crc"] = result.crc;
-    json["warnings"] = checked.figures.warnings;
+    json["warnings"] = warnings;
     print(json);
     return;
   }
   say("{}: {} bytes, CRC {:08x}, stored and in use\n", checked.arm.name, result.bytes, result.crc);
-  warn(checked.figures);
+  for (const std::string& warning : warnings) say(stderr, "warning: {}\n", warning);
 }
 
 void model_list(const Common& common) {
