@@ -35,6 +35,15 @@ std::optional<ArmFile> arm_with(const std::filesystem::path& file, std::uint32_t
   return std::nullopt;
 }
 
+// Kept, or one that comes with Thimble.
+std::optional<ArmFile> file_of(std::uint32_t crc) {
+  std::vector<std::filesystem::path> files = arm_files();
+  files.insert(files.begin(), kept_file(crc));
+  for (const std::filesystem::path& file : files)
+    if (std::optional<ArmFile> arm = arm_with(file, crc)) return arm;
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::filesystem::path kept_arms_folder() {
@@ -58,11 +67,20 @@ void keep_arm(const std::string& text, std::uint32_t crc) {
 
 ArmWalls walls_of_device(const std::string& name, std::uint32_t crc) {
   if (crc == 0) return known_walls(name);
-  std::vector<std::filesystem::path> files = arm_files();
-  files.insert(files.begin(), kept_file(crc));
-  for (const std::filesystem::path& file : files)
-    if (const std::optional<ArmFile> arm = arm_with(file, crc)) return walls_of(*arm, "its arm file");
-  return known_walls(name);
+  const std::optional<ArmFile> arm = file_of(crc);
+  return arm ? walls_of(*arm, "its arm file") : known_walls(name);
+}
+
+std::optional<kinematics::ArmData> data_of_device(const std::string& name, std::uint32_t crc) {
+  if (crc != 0) {
+    const std::optional<ArmFile> arm = file_of(crc);
+    return arm ? std::optional(arm_data(*arm)) : std::nullopt;
+  }
+  try {
+    return chosen_arm(name).data;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace thimble::host

@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
+#include "host-tools/arms/arm_data.h"
 #include "host-tools/compiler/stable_stiffness.h"
 
 namespace thimble::host {
@@ -19,5 +21,7 @@ void keep_arm(const std::string& text, std::uint32_t crc);
 // Of the arm of a device. crc: of its stored image; 0: it has none. By the file with such an image, kept or one that comes with Thimble; where
 // there is none, by the name.
 [[nodiscard]] ArmWalls walls_of_device(const std::string& name, std::uint32_t crc);
+// The same for its numbers; nothing: no such arm is known here. An arm without a stored image is taken to be what is known by its name.
+[[nodiscard]] std::optional<kinematics::ArmData> data_of_device(const std::string& name, std::uint32_t crc);
 
 }  // namespace thimble::host
