@@ -16,9 +16,7 @@
 #include <vector>
 
 #include "board/sim/injection.h"
-#include "board/sim/plant.h"
 #include "firmware/core/faults.h"
-#include "host-tools/arms/arm_pose.h"
 #include "host-tools/client/device.h"
 #include "host-tools/client/discovery.h"
 #include "host-tools/client/key_file.h"
@@ -29,6 +27,7 @@
 #include "host-tools/lab/arm_choice.h"
 #include "host-tools/lab/scene_columns.h"
 #include "host-tools/lab/simulation_run.h"
+#include "host-tools/python/arm_binding.h"
 
 namespace py = pybind11;
 
@@ -303,78 +302,9 @@ class SimulationRows {
   std::size_t count_ = 0;
 };
 
-// An arm by name, file or image.
-class PyArm {
- public:
-  explicit PyArm(const std::string& given) : given_(given), choice_(chosen_arm(given)), pose_(choice_.data) {}
-
-  [[nodiscard]] const ArmChoice& choice() const { return choice_; }
-  // For a simulation; a plant variant has its own plant.
-  [[nodiscard]] bool is_variant() const { return board::find_plant_variant(given_) != nullptr; }
-  [[nodiscard]] const std::string& given() const { return given_; }
-
-  [[nodiscard]] py::list axes() const {
-    py::list all;
-    for (std::size_t j = 0; j < pose_.axes(); ++j) {
-      const kinematics::AxisData& axis = choice_.data.axis.at(j);
-      py::dict one;
-      one["name"] = axis.name.data();
-      one["prismatic"] = axis.prismatic;
-      one["driven"] = choice_.data.geometry.driven.at(j);
-      one["lower"] = axis.lower;
-      one["upper"] = axis.upper;
-      one["home"] = choice_.data.geometry.home[static_cast<Eigen::Index>(j)];
-      one["per_count"] = axis.rad_per_count();
-      all.append(one);
-    }
-    return all;
-  }
-
-  [[nodiscard]] py::dict limits() const {
-    py::dict limits;
-    limits["max_force_N"] = choice_.data.max_force_N;
-    limits["max_joint_speed_rad_s"] = choice_.data.max_joint_speed_rad_s;
-    limits["tip_stiffness_N_m"] = choice_.data.tip_stiffness_N_m;
-    limits["supply_V"] = choice_.data.supply_V;
-    py::list walls;
-    for (const HeldWall& wall : choice_.walls.walls)
-      walls.append(py::make_tuple(wall.rate_Hz, wall.damping_N_s_m, wall.stiffness_N_m));
-    limits["largest_walls"] = walls;
-    return limits;
-  }
-
-  py::array_t<double> tip_m(const std::vector<double>& axes) {
-    move_to(axes);
-    return py::array_t<double>(3, pose_.tip_m().data());
-  }
-  py::array_t<double> jacobian(const std::vector<double>& axes) {
-    move_to(axes);
-    const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> by_rows(pose_.jacobian().topRows<3>());
-    return py::array_t<double>({by_rows.rows(), by_rows.cols()}, by_rows.data());
-  }
-  py::list links(const std::vector<double>& axes) {
-    move_to(axes);
-    py::list all;
-    for (const ArmPose::Line& line : pose_.links())
-      all.append(py::array_t<double>({line.size(), std::size_t{3}}, line.front().data()));
-    return all;
-  }
-
- private:
-  void move_to(const std::vector<double>& axes) {
-    if (axes.size() != pose_.axes())
-      throw py::value_error("the arm has " + std::to_string(pose_.axes()) + " axes");
-    if (!pose_.move_to(axes)) throw py::value_error("the links do not meet there, or the arm is singular");
-  }
-
-  std::string given_;
-  ArmChoice choice_;
-  ArmPose pose_;
-};
-
 py::array simulate(const std::filesystem::path& scene,
                    const std::variant<std::filesystem::path, py::array_t<double>>& path, double rate_Hz,
-                   const std::variant<const PyArm*, std::string>& arm, bool ideal, std::uint64_t seed) {
+                   const GivenArm& arm, bool ideal, std::uint64_t seed) {
   std::vector<board::PathPoint> points;
   const auto* const given = std::get_if<py::array_t<double>>(&path);
   if (given != nullptr) {
@@ -392,14 +322,7 @@ py::array simulate(const std::filesystem::path& scene,
   }
   board::SimulationOptions options;
   options.rate_Hz = rate_Hz;
-  if (const auto* const known = std::get_if<const PyArm*>(&arm)) {
-    if (*known == nullptr) throw py::value_error("None is no arm");
-    options.arm = (*known)->given();
-    if (!(*known)->is_variant()) options.arm_data = (*known)->choice().data;
-  } else {
-    options.arm = std::get<std::string>(arm);
-    options.arm_data = other_arm(options.arm);
-  }
+  choose_arm(arm, options);
   options.ideal = ideal;
   options.seed = seed;
   SceneColumns columns;
@@ -475,16 +398,8 @@ PYBIND11_MODULE(_thimble, m) {
     return py::bytes(reinterpret_cast<const char*>(image.data()), image.size());
   });
   m.def("simulate", &simulate);
-  py::class_<PyArm>(m, "Arm")
-      .def(py::init<const std::string&>())
-      .def_property_readonly("name", [](const PyArm& arm) { return arm.choice().name; })
-      .def_property_readonly("axes", &PyArm::axes)
-      .def_property_readonly("limits", &PyArm::limits)
-      .def("tip_m", &PyArm::tip_m)
-      .def("jacobian", &PyArm::jacobian)
-      .def("links", &PyArm::links);
+  bind_arm(m);
   m.def("now_s", [] { return static_cast<double>(now_us()) * 1e-6; });
-
   constexpr link::Micros kArm_us = 2'000'000, kDisarm_us = 5'000'000;
   py::class_<Connection>(m, "Connection")
       .def(py::init<std::string, unsigned, double, std::string>())

@@ -48,13 +48,13 @@ def simulate(scene, path, *, rate_Hz=4000.0, arm="premium-1.5", ideal=False, see
     proxy_m (the god object) and force_N; then the columns of the scene as in `thimble simulate --log`: bounds (sweep_bound ...), moving objects
     ("ball.position_m", "ball.rotation" as w, x, y, z, "ball.velocity_m_s", "ball.spin_rad_s"), control elements ("knob.q_rad", "knob.on") and
     tissues ("skin.depth_m" ...). path: a CSV file, or an array of rows time_s, x_m, y_m, z_m[, arm]. ideal: the tip follows the path
-    exactly, and the force does not act. arm: "premium-1.5", "premium-1.5-frictionless", "wooden", the path of an arm file or an arm image, or an
-    Arm. The same arguments give the same bytes."""
+    exactly, and the force does not act. arm: a simulated arm by its name, the path of an arm file or an arm image, or an Arm. The same arguments give the same bytes."""
     return _thimble.simulate(scene, path, rate_Hz, arm._arm if isinstance(arm, Arm) else os.fspath(arm), ideal, seed)
 
 
 class Arm:
-    """The numbers of an arm and its kinematics: Arm("arms/falcon.arm.json"), an arm image (*.tarm), "premium-1.5" or "wooden". World frame, with the tip at
+    """The numbers of an arm and its kinematics: Arm("arms/falcon.arm.json"), an arm image (*.tarm), or the name of a simulated arm
+    ("premium-1.5"). World frame, with the tip at
     the origin when all axes are at home and the base as without a mounting. Angles of axes in rad, of a prismatic axis in m."""
 
     def __init__(self, arm):
