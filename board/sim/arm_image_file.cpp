@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
-#include <stdexcept>
 #include <string_view>
 #include <vector>
 
@@ -18,8 +17,8 @@ namespace {
 
 // Why an arm image was refused, for people. The remedy is the same for all.
 [[noreturn]] void refuse_arm(const std::string& name, const std::string& cause) {
-  throw std::runtime_error("bad-arm-image: " + name + ": " + cause +
-                           "\n  remedy: make it anew with `thimble model compile ARM --output " + name + '`');
+  throw ArmImageError(name + ": " + cause,
+                      "make it anew with `thimble model compile ARM --output " + name + '`');
 }
 
 // The image without the trailer that `thimble model compile` writes behind it (docs/cli.md). A flipped bit in a number gives another arm that no

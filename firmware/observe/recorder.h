@@ -78,7 +78,6 @@ class Recorder {
   [[nodiscard]] bool next(RecordingEntry& entry) noexcept { return ring_.pop(entry); }
   // Of the recording that is requested next: its counts alone are wanted, so it goes on where they do not determine the forces.
   void request_counts_only(bool yes) noexcept { counts_only_wanted_.set(yes); }
-  [[nodiscard]] bool counts_only() const noexcept { return counts_only_wanted_.get(); }
   void request_end(RecordingEnd reason) noexcept { end_request_.post(reason); }
   // No tick has seen that request yet. Afterwards the recording has ended, or goes on for its counts alone.
   [[nodiscard]] bool end_pending() const noexcept { return end_request_.pending(); }

@@ -75,9 +75,7 @@ bool CommandJob::done() const noexcept {
 }
 
 Nrc EndRecordingJob::begin(RecordingEnd reason) noexcept {
-  const Recorder& recorder = core_.observers().recorder;
-  if (recorder.phase() != RecordingPhase::kRunning) return Nrc::kOk;
-  if (reason == RecordingEnd::kParameter && recorder.counts_only()) return Nrc::kOk;
+  if (core_.observers().recorder.phase() != RecordingPhase::kRunning) return Nrc::kOk;
   core_.observers().recorder.request_end(reason);
   return Nrc::kResponsePending;
 }

@@ -7,7 +7,11 @@
 #include <cstdio>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <span>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "firmware/core/faults.h"
 #include "host-tools/cli/cost_json.h"
@@ -19,6 +23,8 @@
 #include "host-tools/client/stop.h"
 #include "host-tools/compiler/stable_stiffness.h"
 #include "host-tools/files/image_file.h"
+#include "host-tools/lab/arm_choice.h"
+#include "host-tools/lab/kept_arms.h"
 
 namespace thimble::host {
 namespace {
@@ -67,6 +73,25 @@ CostReport cost_on(Device& device, std::span<const std::byte> image, double rate
                      device.info().arms);
 }
 
+// Of what the device's arms cannot hold still; `named`, if any, takes the place of what this machine knows of them.
+std::vector<std::string> wall_warnings(Device& device, const std::optional<ArmWalls>& named,
+                                       std::span<const std::byte> image, double rate_Hz) {
+  const std::string all = device.text(link::kDidArmName);
+  const std::vector<std::string> names = names_of_arms(all);
+  std::vector<ArmWalls> arms;
+  if (named) {
+    arms.push_back(*named);
+  } else {
+    const link::ArmImages images = device.arm_images();
+    for (std::size_t i = 0; i < names.size() && i < images.crc.size(); ++i)
+      arms.push_back(walls_of_device(names[i], images.crc.at(i)));
+  }
+  std::vector<std::string> warnings = stiffness_warnings(image, arms, rate_Hz);
+  if (named && std::ranges::find(names, named->arm) == names.end())
+    warnings.push_back("--model names " + named->arm + ", and the arm of the device is " + all);
+  return warnings;
+}
+
 }  // namespace
 
 void list(const Common& common) {
@@ -94,6 +119,8 @@ void list(const Common& common) {
 }
 
 void upload(const Common& common, const Remote& remote, const UploadChoice& choice) {
+  std::optional<ArmWalls> named;
+  if (!choice.model.empty()) named = chosen_arm(choice.model).walls;
   const ImageFile file = load_image(choice.file);
   Device device = open_device(common, remote);
   const double rate_Hz = measured_rate_Hz(device);
@@ -104,7 +131,7 @@ void upload(const Common& common, const Remote& remote, const UploadChoice& choi
   if (!common.json) progress = std::ref(printer);
   const UploadResult result = device.upload(file.image, {.crc = file.crc, .verify = choice.verify}, progress);
   const std::string scene = device.text(link::kDidSceneName);
-  std::vector<std::string> warnings = stiffness_warnings(file.image, device.text(link::kDidArmName), rate_Hz);
+  std::vector<std::string> warnings = wall_warnings(device, named, file.image, rate_Hz);
   if (common.json) {
     if (!cost.warning.empty()) warnings.push_back(cost.warning);
     Json json = document("upload");

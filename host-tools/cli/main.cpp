@@ -51,10 +51,8 @@ struct Choices {
 
 std::string arm_names() {
   std::string names;
-  for (const board::PlantVariant& variant : board::plant_variants()) {
-    names += (names.empty() ? "" : ", ") + std::string(variant.name);
-  }
-  return names;
+  for (const board::PlantVariant& variant : board::plant_variants()) names.append(variant.name).append(", ");
+  return names + "an arm of `thimble model list`, an arm file or an arm image";
 }
 
 // Adds a verb with the options that all verbs have.
@@ -104,10 +102,7 @@ void define_scan(CLI::App& app, Choices& c) {
       ->add_option("--specimen", c.scan.specimen,
                    "the specimen that the simulated arm touches (JSON), see docs/scan.md")
       ->needs(simulated);
-  scan_verb
-      ->add_option("--arm", c.scan.arm,
-                   "with --simulate: " + arm_names() + ", an arm of `thimble model list`, or an arm file")
-      ->capture_default_str();
+  scan_verb->add_option("--arm", c.scan.arm, "with --simulate: " + arm_names())->capture_default_str();
   scan_verb->add_option("--seed", c.scan.seed, "with --simulate: seed of the simulated arm")
       ->capture_default_str();
 }
@@ -161,9 +156,7 @@ void define_view(CLI::App& app, Choices& c) {
   CLI::Option* scene = view_verb->add_option("--scene", c.view.scene,
                                              "start a simulated device with this scene file (*.json)");
   scene->excludes(view_verb->get_option("--device"));
-  view_verb
-      ->add_option("--arm", c.view.arm,
-                   "with --scene: " + arm_names() + ", an arm of `thimble model list`, or an arm file")
+  view_verb->add_option("--arm", c.view.arm, "with --scene: " + arm_names())
       ->capture_default_str()
       ->needs(scene);
   view_verb->add_option("--arms", c.view.arms, "with --scene: number of arms")
@@ -193,7 +186,8 @@ void define_doctor_and_compile(CLI::App& app, Choices& c) {
       ->required();
   compile_verb->add_flag("--report", c.compile.report, "print what was done to each mesh");
   compile_verb
-      ->add_option("--arm", c.compile.arm, "warn of what is too stiff for this arm: one of " + arm_names())
+      ->add_option("--model,--arm", c.compile.arm,
+                   "warn of what is too stiff for this arm, or out of its reach: " + arm_names())
       ->capture_default_str();
   compile_verb->add_option("--rate", c.compile.rate_Hz, "at so many ticks a second")->capture_default_str();
   compile_verb->add_option("--board", c.compile.board, "tell the cost on this board: " + board_names());
@@ -244,6 +238,9 @@ void define_device(CLI::App& app, Choices& c) {
   CLI::App* upload_verb = remote_verb(app, c, "upload", "send a scene to a device and run it",
                                       [&c] { upload(c.common, c.remote, c.upload); });
   upload_verb->add_option("file", c.upload.file, "a scene file (*.json) or an image")->required();
+  upload_verb->add_option("--model", c.upload.model,
+                          "warn of what is too stiff for this arm, as --model of `compile`; default: the "
+                          "arms of the device");
   upload_verb->add_flag("!--no-verify", c.upload.verify, "do not check afterwards which image runs");
 
   remote_verb(app, c, "arm", "turn the forces on", [&c] { arm(c.common, c.remote); });
@@ -359,9 +356,7 @@ void define_simulate(CLI::App& app, Choices& c) {
   simulate_verb->add_flag("--ideal", c.simulate.ideal,
                           "the tip follows the path exactly; the force is computed and does not act");
   simulate_verb->add_option("--rate", c.simulate.rate_Hz, "ticks a second")->capture_default_str();
-  simulate_verb
-      ->add_option("--arm", c.simulate.arm, arm_names() + ", an arm of `thimble model list`, or an arm file")
-      ->capture_default_str();
+  simulate_verb->add_option("--arm", c.simulate.arm, arm_names())->capture_default_str();
   simulate_verb->add_option("--seed", c.simulate.seed, "seed of the simulated arm")->capture_default_str();
 }
 

@@ -17,6 +17,7 @@
 #include "host-tools/files/image_file.h"
 #include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
+#include "host-tools/lab/kept_arms.h"
 
 namespace thimble::host {
 namespace {
@@ -140,7 +141,8 @@ void model_compile(const Common& common, const ModelCompileChoice& choice) {
 }
 
 void model_upload(const Common& common, const Remote& remote, const ModelUploadChoice& choice) {
-  const CheckedArm checked = read_and_check(arm_path(choice.model));
+  const std::filesystem::path path = arm_path(choice.model);
+  const CheckedArm checked = read_and_check(path);
   const std::vector<std::byte> image = arm_image(checked.arm);
   Device device = open_device(common, remote);
   if (choice.arm >= device.info().arms) {
@@ -151,6 +153,12 @@ void model_upload(const Common& common, const Remote& remote, const ModelUploadC
   }
   const auto [result, arms] = replace_arm([&] { return open_remote(remote); }, std::move(device),
                                           static_cast<std::uint8_t>(choice.arm), checked.arm.name, image);
+  std::vector<std::string> warnings = checked.figures.warnings;
+  try {
+    keep_arm(read_input(path), result.crc);
+  } catch (const Error& error) {
+    warnings.push_back("`thimble upload` will not know which walls this arm holds: " + error.cause);
+  }
   if (common.json) {
     Json json = document("model upload");
     json["name"] = checked.arm.name;
@@ -158,12 +166,12 @@ void model_upload(const Common& common, const Remote& remote, const ModelUploadC
     json["number"] = choice.arm;
     json["bytes"] = result.bytes;
     json["crc"] = result.crc;
-    json["warnings"] = checked.figures.warnings;
+    json["warnings"] = warnings;
     print(json);
     return;
   }
   say("{}: {} bytes, CRC {:08x}, stored and in use\n", checked.arm.name, result.bytes, result.crc);
-  warn(checked.figures);
+  for (const std::string& warning : warnings) say(stderr, "warning: {}\n", warning);
 }
 
 void model_list(const Common& common) {

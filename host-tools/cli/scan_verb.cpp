@@ -10,7 +10,6 @@
 #include "board/sim/sim_probe.h"
 #include "board/sim/specimen_file.h"
 #include "firmware/core/faults.h"
-#include "host-tools/cli/arm_choice.h"
 #include "host-tools/cli/arm_watch.h"
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/open_remote.h"
@@ -20,6 +19,7 @@
 #include "host-tools/client/discovery.h"
 #include "host-tools/compiler/compile.h"
 #include "host-tools/files/output_file.h"
+#include "host-tools/lab/arm_choice.h"
 #include "host-tools/lab/scan.h"
 #include "host-tools/lab/scan_scene.h"
 

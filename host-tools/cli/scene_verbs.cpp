@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <iterator>
+#include <span>
 
-#include "board/sim/plant.h"
-#include "host-tools/cli/arm_choice.h"
 #include "host-tools/cli/cost_json.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
@@ -14,6 +13,8 @@
 #include "host-tools/error.h"
 #include "host-tools/files/image_file.h"
 #include "host-tools/files/output_file.h"
+#include "host-tools/lab/arm_choice.h"
+#include "host-tools/lab/reach_warnings.h"
 #include "host-tools/lab/run_log.h"
 #include "host-tools/lab/simulation_run.h"
 
@@ -60,9 +61,7 @@ Json to_json(const MeshReport& mesh) {
 void compile(const Common& common, const CompileChoice& choice) {
   const std::filesystem::path& output = choice.output;
   keep_apart(choice.scene, output);
-  if (board::find_plant_variant(choice.arm) == nullptr)
-    throw Error(ExitCode::kUsage, "unknown-arm", "there is no arm named " + choice.arm,
-                "`thimble compile --help` names the arms");
+  const ArmChoice arm = chosen_arm(choice.arm);
   if (!(choice.rate_Hz >= 100 && choice.rate_Hz <= 20000))
     throw Error(ExitCode::kUsage, "bad-rate", "the rate is not within 100 Hz to 20 kHz",
                 "choose --rate between 100 and 20000");
@@ -76,8 +75,10 @@ void compile(const Common& common, const CompileChoice& choice) {
 
   const SceneReport& report = compiled.report;
   std::vector<std::string> warnings = report.warnings;
-  std::ranges::copy(stiffness_warnings(compiled.image, choice.arm, choice.rate_Hz),
-                    std::back_inserter(warnings));
+  for (const std::vector<std::string>& more :
+       {stiffness_warnings(compiled.image, std::span(&arm.walls, 1), choice.rate_Hz),
+        reach_warnings(compiled.image, arm, report.tip_radius_m)})
+    std::ranges::copy(more, std::back_inserter(warnings));
   CostReport cost;
   if (board != nullptr) cost = cost_report(compiled.image, *board, choice.rate_Hz);
   if (!cost.warning.empty()) warnings.push_back(cost.warning);

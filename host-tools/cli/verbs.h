@@ -35,6 +35,7 @@ void doctor(const Common& common, const DoctorChoice& choice);
 
 struct UploadChoice {
   std::filesystem::path file;
+  std::string model;  // whose walls are warned of; empty: what is known of the device's arms
   bool verify = true;
 };
 void upload(const Common& common, const Remote& remote, const UploadChoice& choice);
@@ -98,10 +99,10 @@ void decode(const Common& common, const std::filesystem::path& log);  // "-": st
 struct CompileChoice {
   std::filesystem::path scene;
   std::filesystem::path output;
-  bool report = false;    // every count of each mesh; JSON always has them
-  double rate_Hz = 4000;  // of the loop and the arm that will render it, for the warnings
-  std::string arm = "premium-1.5";
-  std::string board;  // of whose core the cost is told; empty: none is
+  bool report = false;              // every count of each mesh; JSON always has them
+  double rate_Hz = 4000;            // of the loop and the arm that will render it, for the warnings
+  std::string arm = "premium-1.5";  // chosen_arm()
+  std::string board;                // of whose core the cost is told; empty: none is
 };
 void compile(const Common& common, const CompileChoice& choice);
 

@@ -3,10 +3,10 @@
 
 #include <cstdio>
 
-#include "host-tools/cli/arm_choice.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
+#include "host-tools/lab/arm_choice.h"
 #include "host-tools/viewer/view.h"
 
 namespace thimble::host {

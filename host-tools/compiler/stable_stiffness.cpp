@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
+#include <map>
 
 #include "board/files/json_value.h"
-#include "control/scene/scene_view.h"
+#include "host-tools/compiler/checked_scene.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::host {
@@ -20,20 +19,20 @@ constexpr std::array<StableStiffness, 2> kTables = {{
      {{{3100, 9500, 16000}, {3100, 11000, 19000}, {2600, 11000, 19000}, {0, 2200, 19000}}}},
 }};
 
-// The place of a value among rising ones: between `below` and the next, by `part`; outside of them, at an end.
-struct Place {
-  std::size_t below;
-  double part;
-};
-
-template <std::size_t kCount>
-Place place_of(const std::array<double, kCount>& values, double value) {
-  std::size_t below = 0;
-  while (below + 2 < kCount && value > values[below + 1]) ++below;
-  return {below, std::clamp((value - values[below]) / (values[below + 1] - values[below]), 0.0, 1.0)};
-}
-
 double between(double a, double b, double part) { return a + part * (b - a); }
+
+struct Point {
+  double at, value;
+};
+// points: with rising `at`, at least one. Linear between them, outside of them as at the end.
+double interpolated(std::span<const Point> points, double at) {
+  if (at <= points.front().at) return points.front().value;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const Point &a = points[i - 1], &b = points[i];
+    if (at <= b.at) return between(a.value, b.value, (at - a.at) / (b.at - a.at));
+  }
+  return points.back().value;
+}
 
 // With two digits, as in the table.
 double two_digits(double value) {
@@ -67,84 +66,107 @@ std::vector<Wall> walls_of(const scene::Object& object) {
   return walls;
 }
 
-std::vector<std::string_view> split(std::string_view names) {
-  std::vector<std::string_view> all;
-  while (!names.empty()) {
-    const std::size_t end = std::min(names.find(','), names.size());
-    if (const std::string_view name = names.substr(0, end); std::ranges::find(all, name) == all.end())
-      all.push_back(name);
-    names.remove_prefix(std::min(end + 1, names.size()));
-  }
-  return all;
-}
-
 std::string text_of(double value) {
   std::string text = board::number(value);
   if (text.ends_with(".0")) text.resize(text.size() - 2);
   return text;
 }
 
-// Of a damping above those of the tables nothing is known, but that it takes stiffness away.
-void warn_of_damping(const scene::Object& object, std::string_view arm, double rate_Hz,
-                     std::vector<std::string>& warnings) {
-  double most_N_s_m = 0.0;
+// Of a damping above those that are known nothing is known, but that it takes stiffness away.
+std::string warning_of_damping(const scene::Object& object, const ArmWalls& arm, double rate_Hz) {
+  double most_N_s_m = 0.0, known_N_s_m = 0.0;
   for (const Wall& wall : walls_of(object)) most_N_s_m = std::max(most_N_s_m, wall.damping_N_s_m);
-  if (most_N_s_m <= kStableDampings_N_s_m.back() || !stable_stiffness_N_m(arm, rate_Hz, most_N_s_m)) return;
-  warnings.push_back(object.name()->str() + ": a damping of " + text_of(most_N_s_m) +
-                     " N s/m can oscillate; " + std::string(arm) + " is known to hold up to " +
-                     text_of(kStableDampings_N_s_m.back()) + " N s/m (docs/stability.md)");
+  for (const HeldWall& wall : arm.walls) known_N_s_m = std::max(known_N_s_m, wall.damping_N_s_m);
+  if (arm.walls.empty() || most_N_s_m <= known_N_s_m || !(rate_Hz > 0.0)) return {};
+  return object.name()->str() + ": a damping of " + text_of(most_N_s_m) + " N s/m can oscillate; " + arm.arm +
+         " is known to hold up to " + text_of(known_N_s_m) + " N s/m (" + arm.source + ")";
 }
 
-void warn(const scene::Object& object, std::string_view arm, double rate_Hz,
-          std::vector<std::string>& warnings) {
+// Empty: the arm holds it, or nothing is known.
+std::string warning_of(const scene::Object& object, const ArmWalls& arm, double rate_Hz) {
   Wall worst{};
   double worst_most_N_m = 0.0;
   double excess = 1.0;
   for (const Wall& wall : walls_of(object)) {
-    const std::optional<double> most_N_m = stable_stiffness_N_m(arm, rate_Hz, wall.damping_N_s_m);
+    const std::optional<double> most_N_m = stable_stiffness_N_m(arm.walls, rate_Hz, wall.damping_N_s_m);
     if (!most_N_m || wall.stiffness_N_m <= *most_N_m * excess) continue;
     worst = wall;
     worst_most_N_m = *most_N_m;
     excess = *most_N_m > 0.0 ? wall.stiffness_N_m / *most_N_m : 1.0e9;
   }
-  if (worst.stiffness_N_m == 0.0) return warn_of_damping(object, arm, rate_Hz, warnings);
-  warnings.push_back(object.name()->str() + ": " + text_of(worst.stiffness_N_m) + " N/m with a damping of " +
-                     text_of(worst.damping_N_s_m) + " N s/m can oscillate; " + std::string(arm) + " at " +
-                     text_of(std::round(rate_Hz)) + " Hz holds up to " + text_of(two_digits(worst_most_N_m)) +
-                     " N/m (docs/stability.md)");
+  if (worst.stiffness_N_m == 0.0) return warning_of_damping(object, arm, rate_Hz);
+  return object.name()->str() + ": " + text_of(worst.stiffness_N_m) + " N/m with a damping of " +
+         text_of(worst.damping_N_s_m) + " N s/m can oscillate; " + arm.arm + " at " +
+         text_of(std::round(rate_Hz)) + " Hz holds up to " + text_of(two_digits(worst_most_N_m)) + " N/m (" +
+         arm.source + ")";
 }
 
 }  // namespace
 
 std::span<const StableStiffness> stable_stiffness() { return kTables; }
 
-std::optional<double> stable_stiffness_N_m(std::string_view arm, double rate_Hz, double damping_N_s_m) {
+ArmWalls known_walls(std::string_view arm) {
+  ArmWalls known{.arm = std::string(arm), .walls = {}};
   const auto* const table = std::ranges::find(kTables, arm, &StableStiffness::arm);
-  if (table == kTables.end() || !(rate_Hz > 0.0)) return std::nullopt;
-  const Place damping = place_of(kStableDampings_N_s_m, damping_N_s_m);
-  const Place rate = place_of(kStableRates_Hz, rate_Hz);
-  const auto at = [&](std::size_t column) {
-    return between(table->most_N_m[damping.below][column], table->most_N_m[damping.below + 1][column],
-                   damping.part);
-  };
-  return std::min(rate_Hz / kStableRates_Hz.front(), 1.0) *
-         between(at(rate.below), at(rate.below + 1), rate.part);
+  if (table == kTables.end()) return known;
+  known.walls.reserve(kStableDampings_N_s_m.size() * kStableRates_Hz.size());
+  for (std::size_t row = 0; row < kStableDampings_N_s_m.size(); ++row)
+    for (std::size_t column = 0; column < kStableRates_Hz.size(); ++column)
+      known.walls.push_back(
+          {kStableRates_Hz[column], kStableDampings_N_s_m[row], table->most_N_m[row][column]});
+  return known;
+}
+
+std::optional<double> stable_stiffness_N_m(std::span<const HeldWall> walls, double rate_Hz,
+                                           double damping_N_s_m) {
+  if (walls.empty() || !(rate_Hz > 0.0)) return std::nullopt;
+  std::map<double, std::vector<Point>> dampings;  // by the rate
+  for (const HeldWall& wall : walls)
+    dampings[wall.rate_Hz].push_back({wall.damping_N_s_m, wall.stiffness_N_m});
+  std::vector<Point> rates;
+  rates.reserve(dampings.size());
+  for (auto& [rate, points] : dampings) {
+    std::ranges::sort(points, {}, &Point::at);
+    rates.push_back({rate, interpolated(points, damping_N_s_m)});
+  }
+  return std::min(rate_Hz / rates.front().at, 1.0) * interpolated(rates, rate_Hz);
+}
+
+std::optional<double> stable_stiffness_N_m(std::string_view arm, double rate_Hz, double damping_N_s_m) {
+  return stable_stiffness_N_m(known_walls(arm).walls, rate_Hz, damping_N_s_m);
+}
+
+std::vector<std::string> names_of_arms(std::string_view arms) {
+  std::vector<std::string> all;
+  while (!arms.empty()) {
+    const std::size_t end = std::min(arms.find(','), arms.size());
+    all.emplace_back(arms.substr(0, end));
+    arms.remove_prefix(std::min(end + 1, arms.size()));
+  }
+  return all;
+}
+
+std::vector<std::string> stiffness_warnings(std::span<const std::byte> image, std::span<const ArmWalls> arms,
+                                            double rate_Hz) {
+  const CheckedScene checked(image);
+  std::vector<std::string> warnings;
+  if (checked.scene() == nullptr) return warnings;
+  for (const scene::Object* object : *checked.scene()->objects()) {
+    if (object->shape_type() == scene::Shape::PotentialField) continue;
+    for (const ArmWalls& arm : arms) {
+      const std::string warning = warning_of(*object, arm, rate_Hz);
+      if (!warning.empty() && std::ranges::find(warnings, warning) == warnings.end())
+        warnings.push_back(warning);
+    }
+  }
+  return warnings;
 }
 
 std::vector<std::string> stiffness_warnings(std::span<const std::byte> image, std::string_view arms,
                                             double rate_Hz) {
-  std::vector<std::uint64_t> aligned((image.size() + 7) / 8);
-  if (!image.empty()) std::memcpy(aligned.data(), image.data(), image.size());
-  control::SceneView view;
-  std::vector<std::string> warnings;
-  if (control::SceneView::check(std::as_bytes(std::span(aligned)).first(image.size()), view) !=
-      control::ImageStatus::kOk)
-    return warnings;
-  for (const scene::Object* object : *view.scene()->objects()) {
-    if (object->shape_type() == scene::Shape::PotentialField) continue;
-    for (const std::string_view arm : split(arms)) warn(*object, arm, rate_Hz, warnings);
-  }
-  return warnings;
+  std::vector<ArmWalls> known;
+  for (const std::string& arm : names_of_arms(arms)) known.push_back(known_walls(arm));
+  return stiffness_warnings(image, known, rate_Hz);
 }
 
 }  // namespace thimble::host

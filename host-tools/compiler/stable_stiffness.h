@@ -21,15 +21,37 @@ struct StableStiffness {
 };
 [[nodiscard]] std::span<const StableStiffness> stable_stiffness();
 
-// Linear between the dampings and the rates of the table. Below its rates in proportion to the rate; above them, and above
-// its dampings, as at its end. None for an arm without a table, or a rate of 0.
+// A wall that an arm holds still.
+struct HeldWall {
+  double rate_Hz, damping_N_s_m, stiffness_N_m;
+};
+
+// What is known of an arm; without walls: nothing.
+struct ArmWalls {
+  std::string arm;
+  std::vector<HeldWall> walls;
+  std::string source = "docs/stability.md";  // as warnings have it
+};
+
+// Of the tables.
+[[nodiscard]] ArmWalls known_walls(std::string_view arm);
+
+// Linear between the dampings of a rate, and between the rates. Below the rates in proportion to the rate; above them, and outside of
+// the dampings, as at the end. None without walls, or for a rate of 0.
+[[nodiscard]] std::optional<double> stable_stiffness_N_m(std::span<const HeldWall> walls, double rate_Hz,
+                                                         double damping_N_s_m);
 [[nodiscard]] std::optional<double> stable_stiffness_N_m(std::string_view arm, double rate_Hz,
                                                          double damping_N_s_m);
 
-// A warning for each object of a scene image that is stiffer, or damped more than the tables know, with the figures; also for its
-// stiffness map. arms: names with commas between them, as a device has them. Potential fields have no stiffness of their own. No
-// warning for an image that is not valid.
+// A warning for each object of a scene image that is stiffer, or damped more than is known, with the figures; also for its
+// stiffness map. Each one once. Potential fields have no stiffness of their own. No warning for an image that is not valid.
+[[nodiscard]] std::vector<std::string> stiffness_warnings(std::span<const std::byte> image,
+                                                          std::span<const ArmWalls> arms, double rate_Hz);
+// By the tables. arms: names with commas between them, as a device has them.
 [[nodiscard]] std::vector<std::string> stiffness_warnings(std::span<const std::byte> image,
                                                           std::string_view arms, double rate_Hz);
+
+// "premium-1.5,wooden" by its commas.
+[[nodiscard]] std::vector<std::string> names_of_arms(std::string_view arms);
 
 }  // namespace thimble::host

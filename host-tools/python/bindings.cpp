@@ -24,8 +24,10 @@
 #include "host-tools/compiler/compile_help.h"
 #include "host-tools/error.h"
 #include "host-tools/files/image_file.h"
+#include "host-tools/lab/arm_choice.h"
 #include "host-tools/lab/scene_columns.h"
 #include "host-tools/lab/simulation_run.h"
+#include "host-tools/python/arm_binding.h"
 
 namespace py = pybind11;
 
@@ -302,7 +304,7 @@ class SimulationRows {
 
 py::array simulate(const std::filesystem::path& scene,
                    const std::variant<std::filesystem::path, py::array_t<double>>& path, double rate_Hz,
-                   const std::string& arm, bool ideal, std::uint64_t seed) {
+                   const GivenArm& arm, bool ideal, std::uint64_t seed) {
   std::vector<board::PathPoint> points;
   const auto* const given = std::get_if<py::array_t<double>>(&path);
   if (given != nullptr) {
@@ -320,7 +322,7 @@ py::array simulate(const std::filesystem::path& scene,
   }
   board::SimulationOptions options;
   options.rate_Hz = rate_Hz;
-  options.arm = arm;
+  choose_arm(arm, options);
   options.ideal = ideal;
   options.seed = seed;
   SceneColumns columns;
@@ -396,8 +398,8 @@ PYBIND11_MODULE(_thimble, m) {
     return py::bytes(reinterpret_cast<const char*>(image.data()), image.size());
   });
   m.def("simulate", &simulate);
+  bind_arm(m);
   m.def("now_s", [] { return static_cast<double>(now_us()) * 1e-6; });
-
   constexpr link::Micros kArm_us = 2'000'000, kDisarm_us = 5'000'000;
   py::class_<Connection>(m, "Connection")
       .def(py::init<std::string, unsigned, double, std::string>())

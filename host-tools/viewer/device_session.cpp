@@ -10,6 +10,7 @@
 
 #include "firmware/core/faults.h"
 #include "host-tools/client/discovery.h"
+#include "host-tools/lab/kept_arms.h"
 
 namespace thimble::host {
 namespace {
@@ -130,7 +131,7 @@ void DeviceSession::connect() {
   device_ = std::make_unique<Device>(simulated_ != nullptr ? simulated_->connect() : open_transport(address_),
                                      options_.options);
   arms_ = device_->info().arms;
-  live_ = LiveState(device_->info().node, arms_);
+  learn_arms();
   heard_us_ = now_us();
   shown_crc_.reset();
   send_hello();
@@ -138,6 +139,28 @@ void DeviceSession::connect() {
   live_.take_state(device_state_);
   device_->set_listener([this](const link::CanFrame& frame) { hear(frame); });
   look_at_device();
+}
+
+// What is to be drawn of them. A simulated device tells the angles of its joints; what a real one tells is a parameter of its user.
+void DeviceSession::learn_arms() {
+  const std::vector<std::string> names = names_of_arms(device_->text(link::kDidArmName));
+  const link::ArmImages images = device_->arm_images();
+  std::array<std::size_t, 2> axes{};
+  for (std::size_t arm = 0; arm < drawings_.size(); ++arm) {
+    drawings_.at(arm).reset();
+    if (arm >= arms_ || arm >= names.size()) continue;
+    const std::optional<kinematics::ArmData> data =
+        options_.arm_data ? options_.arm_data : data_of_device(names[arm], images.crc.at(arm));
+    if (!data) continue;
+    drawings_.at(arm) = std::make_unique<ArmDrawing>(*data);
+    axes.at(arm) = drawings_.at(arm)->axes();
+  }
+  live_ = LiveState(device_->info().node, arms_, axes);
+  const firmware::ParamRow* const content = firmware::find_param(std::string_view("telemetry_content"));
+  if (simulated_ == nullptr || content == nullptr) return;
+  const auto told = static_cast<std::uint32_t>(device_->read_param(*content));
+  if ((told & link::kContentJointAngles) == 0)
+    device_->write_param(*content, told | static_cast<std::uint32_t>(link::kContentJointAngles));
 }
 
 void DeviceSession::send_hello() {
@@ -302,6 +325,12 @@ void DeviceSession::send_state(Micros now) {
                                             0.0, since_s * static_cast<double>(device_state_.tick_rate_Hz)));
   }
   json.update(live_.json(now));
+  for (std::size_t arm = 0; arm < json["arms"].size() && arm < drawings_.size(); ++arm) {
+    const std::optional<LiveState::Joints>& joints = live_.joints(arm);
+    if (json["arms"][arm].is_null() || !joints || !drawings_.at(arm)) continue;
+    if (Json lines = drawings_.at(arm)->lines(joints->axes, joints->tip_m); !lines.is_null())
+      json["arms"][arm]["links_m"] = std::move(lines);
+  }
   if (simulated_ != nullptr) {
     for (std::size_t arm = 0; arm < json["arms"].size() && arm < simulated_->arms(); ++arm) {
       if (json["arms"][arm].is_null()) continue;

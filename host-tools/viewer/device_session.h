@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "host-tools/client/device.h"
+#include "host-tools/viewer/arm_drawing.h"
 #include "host-tools/viewer/live_state.h"
 #include "host-tools/viewer/protocol.h"
 #include "host-tools/viewer/scene_book.h"
@@ -40,6 +41,7 @@ struct SessionOptions {
   std::string device;  // address or name; empty: the only one. Not used with a simulated device
   DeviceOptions options;
   std::string version;
+  std::optional<kinematics::ArmData> arm_data{};  // of the simulated device, if it is not built in
 };
 
 class DeviceSession {
@@ -66,6 +68,7 @@ class DeviceSession {
   void serve(const std::atomic<bool>& stopping);
   void wait_for_device(const std::atomic<bool>& stopping);
   void send_hello();
+  void learn_arms();
   void hear(const link::CanFrame& frame);
   void tend_stop();
   void send_state(link::Micros now);
@@ -100,6 +103,7 @@ class DeviceSession {
   std::string address_;
   std::uint8_t arms_ = 1;
   LiveState live_;
+  std::array<std::unique_ptr<ArmDrawing>, 2> drawings_;  // of the arms whose numbers are known
   link::Micros begun_us_;
   link::Micros heard_us_ = 0;
   link::Micros state_due_us_ = 0;

@@ -50,6 +50,8 @@ bool LiveState::take(const link::CanFrame& frame, link::Micros now_us) {
         take_force(message);
       } else if constexpr (std::is_same_v<Message, link::GodObject>) {
         take_god(message);
+      } else if constexpr (std::is_same_v<Message, link::JointAngles>) {
+        take_angles(message);
       } else if constexpr (std::is_same_v<Message, link::ContactPlane>) {
         take_plane(message, now_us);
       } else if constexpr (std::is_same_v<Message, link::Inside>) {
@@ -102,6 +104,11 @@ void LiveState::take_pose(const link::Pose& pose, link::Micros now_us) {
       arm.velocity_m_s[i] += kNew * (speed - arm.velocity_m_s[i]);
     }
     arm.moves = true;
+  }
+  if (!arm.pose || pose.sequence != arm.pose->sequence) {
+    if (!arm.has_joints) arm.joints.reset();
+    arm.has_joints = false;
+    arm.angles.clear();
   }
   arm.pose = pose;
   arm.pose_us = now_us;
@@ -163,12 +170,27 @@ void LiveState::take_plane(const link::ContactPlane& plane, link::Micros now_us)
   }
 }
 
+// They come in order; without the ones before, the rest is of no use.
+void LiveState::take_angles(const link::JointAngles& angles) {
+  if (angles.arm >= arms_ || angles.arm >= arm_.size()) return;
+  Arm& arm = arm_.at(angles.arm);
+  const std::size_t axes = axes_.at(angles.arm);
+  if (!arm.pose || arm.pose->sequence != angles.sequence || arm.angles.size() >= axes) return;
+  if (arm.angles.size() != angles.part * angles.angle_rad.size()) return;
+  for (const float angle : angles.angle_rad) arm.angles.push_back(static_cast<double>(angle));
+  if (arm.angles.size() < axes) return;
+  arm.angles.resize(axes);
+  arm.joints = Joints{arm.angles, tip_of(*arm.pose)};
+  arm.has_joints = true;
+}
+
 bool LiveState::complete() const {
   for (std::size_t i = 0; i < arms_ && i < arm_.size(); ++i) {
     const Arm& arm = arm_.at(i);
     if (!arm.pose || !arm.force || arm.pose->sequence != sequence_ || arm.force->sequence != sequence_)
       return false;
     if (arm.force->contacts != 0 && (!arm.god || arm.god->sequence != sequence_)) return false;
+    if (arm.joints && !arm.has_joints) return false;  // as in the record before
   }
   return true;
 }

@@ -20,9 +20,12 @@ namespace link = firmware::link;
 class LiveState {
  public:
   LiveState() = default;
-  LiveState(std::uint8_t node, std::size_t arms) : node_(node), arms_(arms) {}
+  // axes: of each arm whose joint angles are of use; 0: of none.
+  LiveState(std::uint8_t node, std::size_t arms, const std::array<std::size_t, 2>& axes = {})
+      : node_(node), arms_(arms), axes_(axes) {}
 
-  // True when the frame completes a record: tip, force and, where there is one, god object of every arm. Frames may be missing.
+  // True when the frame completes a record: tip, force and, where there are some, god object and joint angles of every arm. Frames may
+  // be missing.
   bool take(const link::CanFrame& frame, link::Micros now_us);
 
   void take_state(
@@ -42,6 +45,13 @@ class LiveState {
   // contact began, from the telemetry's records; below zero, the hand has put it in.
   [[nodiscard]] Json json(link::Micros now_us) const;
 
+  // Where an arm's axes were, and its tip, in one record: the newest one of which all angles came.
+  struct Joints {
+    std::vector<double> axes;
+    std::array<double, 3> tip_m{};
+  };
+  [[nodiscard]] const std::optional<Joints>& joints(std::size_t arm) const { return arm_.at(arm).joints; }
+
  private:
   using Vector = std::array<double, 3>;
   struct Arm {
@@ -58,6 +68,9 @@ class LiveState {
     link::Micros planes_us = 0;
     std::map<std::uint8_t, link::Micros> inside_us;   // by object: when it was told last
     std::optional<std::pair<Vector, Vector>> worked;  // tip and force of the record before
+    std::vector<double> angles;                       // of the pose's record, as far as they have come
+    std::optional<Joints> joints;                     // empty: the record before told no angles
+    bool has_joints = false;                          // of the pose's record
   };
   struct Body {
     link::BodyPosition position;
@@ -68,11 +81,13 @@ class LiveState {
   void take_force(const link::Force& force);
   void take_god(const link::GodObject& god);
   void take_plane(const link::ContactPlane& plane, link::Micros now_us);
+  void take_angles(const link::JointAngles& angles);
   [[nodiscard]] bool complete() const;
   [[nodiscard]] Json arm_json(const Arm& arm, link::Micros now_us) const;
 
   std::uint8_t node_ = 1;
   std::size_t arms_ = 1;
+  std::array<std::size_t, 2> axes_{};
   double period_s_ = 0.01;
   std::uint8_t sequence_ = 0;
   bool shown_ = true;  // the newest record has been reported

@@ -119,8 +119,8 @@ void view(const ViewOptions& options,
                         }});
   const std::unique_ptr<SimulatedDevice> simulated = first ? start_simulated(options) : nullptr;
   const std::string device = simulated ? simulated->uri() : choose_device(options.device);
-  DeviceSession session({options.device, options.device_options, options.version}, book, simulated.get(),
-                        std::move(first), server);
+  DeviceSession session({options.device, options.device_options, options.version, options.arm_data}, book,
+                        simulated.get(), std::move(first), server);
   session_of_pages = &session;
   SessionThread thread(session, server);
   thread.wait_until_connected();

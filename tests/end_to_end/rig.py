@@ -169,7 +169,8 @@ class Rig(unittest.TestCase):
     def setUp(self):
         self.runtime = Path(tempfile.mkdtemp(prefix="thimble-run-"))
         self.addCleanup(shutil.rmtree, self.runtime, ignore_errors=True)
-        self.environment = dict(os.environ, XDG_RUNTIME_DIR=str(self.runtime), XDG_CACHE_HOME=str(self.runtime / "cache"))
+        self.environment = dict(os.environ, XDG_RUNTIME_DIR=str(self.runtime), XDG_CACHE_HOME=str(self.runtime / "cache"),
+                                XDG_DATA_HOME=str(self.runtime / "data"))
         self.names = 0
 
     def next_name(self):
@@ -220,12 +221,12 @@ class Rig(unittest.TestCase):
         self.assertTrue(error["error"]["cause"] and error["error"]["remedy"])
         return error["error"]
 
-    def plane_scene(self, name="floor", stiffness=800, offset_m=0.0):
+    def plane_scene(self, name="floor", stiffness=800, offset_m=0.0, damping=1):
         file = self.folder / (name + ".scene.json")
         file.write_text(json.dumps({
             "thimble_scene": 1, "name": name,
             "objects": [{"name": "floor", "shape": {"plane": {"normal": [0, 0, 1], "offset_m": offset_m}},
-                         "material": {"stiffness_N_m": stiffness, "damping_N_s_m": 1, "static_friction": 0.5,
+                         "material": {"stiffness_N_m": stiffness, "damping_N_s_m": damping, "static_friction": 0.5,
                                       "dynamic_friction": 0.3}}]}))
         return file
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from rig import Rig
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
+ARMS = SCENES.parent / "arms"
 
 
 class TooStiff(Rig):
@@ -22,6 +23,77 @@ class TooStiff(Rig):
         self.assertEqual(self.ok_json("compile", scene, "--output", image, "--arm", "wooden")["warnings"], [])
         self.fails(2, "unknown-arm", "compile", scene, "--output", image, "--arm", "wodden")
         self.fails(2, "bad-rate", "compile", scene, "--output", image, "--rate", "50")
+
+
+class OfAnArmFile(Rig):
+    def own_arm(self, walls):
+        """The paddle with another name and with the walls that a commissioning has found."""
+        arm = json.loads((ARMS / "paddle.arm.json").read_text())
+        arm["name"] = "own"
+        arm["limits"]["largest_walls"] = [{"rate_Hz": rate, "damping_N_s_m": damping, "stiffness_N_m": {"value": stiffness, "by": "test"}}
+                                          for rate, damping, stiffness in walls]
+        file = self.folder / "own.arm.json"
+        file.write_text(json.dumps(arm))
+        return file
+
+    def test_compile_warns_of_what_its_walls_do_not_allow(self):
+        arm = self.own_arm([(4000, 0, 900), (4000, 2, 500), (1000, 0, 100), (1000, 2, 0)])
+        scene, image = self.plane_scene(stiffness=800, damping=1), self.folder / "a.thim"
+        told = ("floor: 800 N/m with a damping of 1 N s/m can oscillate; own at 4000 Hz holds up to 700 N/m "
+                "(limits.largest_walls of own.arm.json)")
+        for option in ("--model", "--arm"):
+            self.assertEqual(self.ok_json("compile", scene, "--output", image, option, arm)["warnings"], [told])
+        self.assertIn("own at 2000 Hz holds up to 260 N/m",
+                      self.ok("compile", scene, "--output", image, "--model", arm, "--rate", "2000").err)
+        self.assertEqual(self.ok_json("compile", self.plane_scene(stiffness=690, damping=1), "--output", image, "--model", arm)["warnings"], [])
+        self.assertIn("floor: a damping of 3 N s/m can oscillate; own is known to hold up to 2 N s/m",
+                      self.ok("compile", self.plane_scene(stiffness=400, damping=3), "--output", image, "--model", arm).err)
+
+    def test_an_image_is_an_arm_too_and_a_damaged_one_is_refused(self):
+        scene, image, arm = self.plane_scene(stiffness=12000), self.folder / "a.thim", self.folder / "p.tarm"
+        self.ok("model", "compile", "premium-1.5", "--output", arm)
+        self.assertIn("premium-1.5 at 4000 Hz holds up to 11000 N/m",
+                      self.ok("compile", scene, "--output", image, "--model", arm).err)
+        bytes_of_it = bytearray(arm.read_bytes())
+        bytes_of_it[100] ^= 1
+        arm.write_bytes(bytes_of_it)
+        self.fails(10, "bad-arm-image", "compile", scene, "--output", image, "--model", arm)
+
+    def test_upload_knows_the_walls_of_an_arm_that_was_uploaded_from_here(self):
+        arm = self.own_arm([(4000, 0, 900), (4000, 2, 500)])
+        scene = self.plane_scene(stiffness=800, damping=1)
+        uri = self.sim("--no-pty", "--tcp", 0, "--store", self.folder / "walls.store").tcp
+        self.assertEqual(self.ok_json("upload", scene, "--device", uri)["warnings"], [])
+        self.assertEqual(self.ok_json("upload", scene, "--device", uri, "--model", "wooden")["warnings"],
+                         ["--model names wooden, and the arm of the device is premium-1.5"])
+        self.ok("model", "upload", arm, "--device", uri)
+        told = self.ok_json("upload", scene, "--device", uri)["warnings"]
+        self.assertEqual(len(told), 1, told)
+        self.assertRegex(told[0], r"floor: 800 N/m with a damping of 1 N s/m can oscillate; own at \d+ Hz holds up to [67]\d0 N/m "
+                                  r"\(limits.largest_walls of its arm file\)")
+        kept = list((self.runtime / "data" / "thimble" / "arms").iterdir())
+        self.assertEqual([file.read_text() for file in kept], [arm.read_text()])
+        kept[0].unlink()
+        self.assertEqual(self.ok_json("upload", scene, "--device", uri)["warnings"], [])
+        self.assertIn("holds up to", self.ok("upload", scene, "--device", uri, "--model", arm).err)
+
+
+class OutOfReach(Rig):
+    def scene(self, **places):
+        file = self.folder / "places.scene.json"
+        file.write_text(json.dumps({"thimble_scene": 1, "name": "places", "materials": {"soft": {"stiffness_N_m": 300}},
+                                    "objects": [{"name": name, "shape": {"sphere": {"radius_m": 0.01}}, "material": "soft",
+                                                 "pose": {"position_m": place}} for name, place in places.items()]}))
+        return file
+
+    def test_what_the_arm_cannot_touch_is_a_warning(self):
+        image = self.folder / "a.thim"
+        scene = self.scene(near=[0, 0.02, 0], high=[0, 0, 0.06], far=[0, 0, -2])
+        for model, unreached in (("premium-1.5", ["far"]), ("pantograph", ["high", "far"])):
+            told = self.ok_json("compile", scene, "--output", image, "--model", model)["warnings"]
+            self.assertEqual([text.split(":")[0] for text in told], unreached, told)
+        self.assertIn("warning: high: out of reach; the tip of pantograph comes no nearer than 50 mm",
+                      self.ok("compile", scene, "--output", image, "--model", "pantograph").err)
 
 
 class Cost(Rig):

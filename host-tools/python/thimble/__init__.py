@@ -15,9 +15,11 @@ Lengths in metres, forces in newtons, world frame (x to the right, y away from t
 Failures raise thimble.Error, with the name, cause, remedy and exit code of the command `thimble`.
 """
 
+import os
+
 from . import _thimble
 
-__all__ = ["Error", "Device", "Tip", "connect", "discover", "compile", "simulate"]
+__all__ = ["Arm", "Error", "Device", "Tip", "connect", "discover", "compile", "simulate"]
 
 
 class Error(Exception):
@@ -46,8 +48,52 @@ def simulate(scene, path, *, rate_Hz=4000.0, arm="premium-1.5", ideal=False, see
     proxy_m (the god object) and force_N; then the columns of the scene as in `thimble simulate --log`: bounds (sweep_bound ...), moving objects
     ("ball.position_m", "ball.rotation" as w, x, y, z, "ball.velocity_m_s", "ball.spin_rad_s"), control elements ("knob.q_rad", "knob.on") and
     tissues ("skin.depth_m" ...). path: a CSV file, or an array of rows time_s, x_m, y_m, z_m[, arm]. ideal: the tip follows the path
-    exactly, and the force does not act. The same arguments give the same bytes."""
-    return _thimble.simulate(scene, path, rate_Hz, arm, ideal, seed)
+    exactly, and the force does not act. arm: a simulated arm by its name, the path of an arm file or an arm image, or an Arm. The same arguments give the same bytes."""
+    return _thimble.simulate(scene, path, rate_Hz, arm._arm if isinstance(arm, Arm) else os.fspath(arm), ideal, seed)
+
+
+class Arm:
+    """The numbers of an arm and its kinematics: Arm("arms/falcon.arm.json"), an arm image (*.tarm), or the name of a simulated arm
+    ("premium-1.5"). World frame, with the tip at
+    the origin when all axes are at home and the base as without a mounting. Angles of axes in rad, of a prismatic axis in m."""
+
+    def __init__(self, arm):
+        self._arm = _thimble.Arm(os.fspath(arm))
+
+    def __repr__(self):
+        return f"<thimble.Arm {self.name}, {len(self.axes)} axes>"
+
+    @property
+    def name(self):
+        return self._arm.name
+
+    @property
+    def axes(self):
+        """A dictionary each: name, prismatic, driven, lower, upper, home, per_count (signed)."""
+        return self._arm.axes
+
+    @property
+    def limits(self):
+        """max_force_N, max_joint_speed_rad_s, tip_stiffness_N_m, supply_V, and largest_walls: the walls that the arm holds still, a list of (rate_Hz,
+        damping_N_s_m, stiffness_N_m); [] if none is known."""
+        return self._arm.limits
+
+    @property
+    def home(self):
+        """The axes at home."""
+        return [axis["home"] for axis in self._arm.axes]
+
+    def tip_m(self, axes):
+        """Where the tip is, at which the force acts (of a wrist without motors its gimbal). ValueError where the links do not meet."""
+        return self._arm.tip_m(axes)
+
+    def jacobian(self, axes):
+        """d tip_m / d axes, 3 x axes: jacobian @ speeds is the velocity of the tip, jacobian.T @ force_N are the torques of the axes."""
+        return self._arm.jacobian(axes)
+
+    def links(self, axes):
+        """The links as lines from joint to joint, from the base on: a list of arrays of points, one for each leg or chain."""
+        return self._arm.links(axes)
 
 
 def connect(device="", *, node=1, timeout_s=2.0, key=""):

@@ -105,6 +105,73 @@ class Simulate(Rig):
         self.assertEqual(ours, image.read_bytes()[:len(ours)])
 
 
+class Arms(Rig):
+    def test_an_arm_file_and_its_image_are_one_arm(self):
+        file, image = ROOT / "arms/falcon.arm.json", self.folder / "falcon.tarm"
+        self.ok("model", "compile", file, "--output", image)
+        one, other = thimble.Arm(file), thimble.Arm(image)
+        shown = self.ok_json("model", "show", file)
+        self.assertEqual((one.name, len(one.axes), one.limits["max_force_N"]), ("falcon", 3, np.float32(shown["max_force_N"])))
+        self.assertEqual((one.axes, one.limits, one.name), (other.axes, other.limits, other.name))
+        for axis, told in zip(one.axes, shown["axes"]):
+            self.assertEqual((axis["name"], axis["driven"]), (told["name"], told["driven"]))
+            self.assertAlmostEqual(axis["lower"], told["lower_rad"], 6)
+        np.testing.assert_allclose(one.tip_m(one.home), 0, atol=1e-7)
+        moved = [angle + 0.1 for angle in one.home]
+        np.testing.assert_allclose(one.tip_m(moved), other.tip_m(moved), atol=1e-12)
+
+    def test_the_jacobian_is_the_derivative_of_the_tip(self):
+        for name in ("premium-1.5", "touch", "falcon", "pantograph", "paddle", "chain-7"):
+            arm = thimble.Arm(ROOT / "arms" / (name + ".arm.json"))
+            at = np.array(arm.home) + 0.05
+            jacobian, step = arm.jacobian(at), 1e-6
+            self.assertEqual(jacobian.shape, (3, len(arm.axes)))
+            for j in range(len(at)):
+                ahead, behind = at.copy(), at.copy()
+                ahead[j] += step
+                behind[j] -= step
+                np.testing.assert_allclose(jacobian[:, j], (arm.tip_m(ahead) - arm.tip_m(behind)) / (2 * step), atol=1e-6, err_msg=name)
+            lines = arm.links(at)
+            self.assertTrue(all(line.ndim == 2 and line.shape[1] == 3 and len(line) > 1 for line in lines), name)
+        np.testing.assert_allclose(lines[-1][-1], arm.tip_m(at), atol=1e-7)
+
+    def test_walls_of_the_file(self):
+        arm = json.loads((ROOT / "arms/paddle.arm.json").read_text())
+        arm["limits"]["largest_walls"] = [{"rate_Hz": 4000, "damping_N_s_m": 1, "stiffness_N_m": 640}]
+        file = self.folder / "own.arm.json"
+        file.write_text(json.dumps(arm))
+        self.assertEqual(thimble.Arm(file).limits["largest_walls"], [(4000, 1, 640)])
+        self.assertEqual(thimble.Arm(ROOT / "arms/paddle.arm.json").limits["largest_walls"], [])
+
+    def test_simulate_with_an_arm(self):
+        scene, log = self.plane_scene(offset_m=-0.004), self.folder / "log.csv"
+        path = self.folder / "down.csv"
+        path.write_text("time_s,x_m,y_m,z_m\n0,0,0,0\n0.1,0,0,-0.01\n0.2,0,0,-0.01\n")
+        file = ROOT / "arms/falcon.arm.json"
+        felt = thimble.simulate(scene, path, arm=thimble.Arm(file))
+        np.testing.assert_array_equal(felt, thimble.simulate(scene, path, arm=file))
+        self.ok("simulate", scene, "--path", path, "--arm", file, "--log", log)
+        theirs = np.genfromtxt(log, delimiter=",", names=True)
+        np.testing.assert_allclose(felt["force_N"][:, 2], theirs["force_z_N"], rtol=1e-7, atol=1e-12)
+        self.assertGreater(felt["force_N"][:, 2].max(), 1)
+        self.assertGreater(abs(felt["tip_m"] - thimble.simulate(scene, path)["tip_m"]).max(), 1e-6)
+
+    def test_what_is_no_arm(self):
+        for arm, name in (("octopus", "unknown-arm"), (self.folder / "none.tarm", "unknown-arm")):
+            with self.assertRaises(thimble.Error) as caught:
+                thimble.Arm(arm)
+            self.assertEqual((caught.exception.name, caught.exception.exit_code), (name, 2))
+        bad = self.folder / "bad.tarm"
+        bad.write_bytes(b"no arm")
+        with self.assertRaises(thimble.Error) as caught:
+            thimble.Arm(bad)
+        self.assertEqual((caught.exception.name, caught.exception.exit_code), ("bad-arm-image", 10))
+        arm = thimble.Arm("premium-1.5")
+        for axes in ([0, 0], [0, 0, 0, 0], [float("nan"), 0, 0]):
+            with self.assertRaises(ValueError):
+                arm.tip_m(axes)
+
+
 class Connect(Rig):
     def test_a_day(self):
         sim = self.sim("--tcp", 0, "--hand", SCENES / "asteroid/stroke.csv", "--loop")

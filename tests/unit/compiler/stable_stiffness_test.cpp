@@ -94,6 +94,22 @@ TEST(StableStiffness, IsInterpolated) {
   }
 }
 
+TEST(StableStiffness, WallsOfAnArmNeedNotBeATable) {
+  using host::HeldWall;
+  const std::vector<HeldWall> walls{{4000, 2, 500}, {4000, 0, 900}, {1000, 1, 100}};
+  const auto at = [&walls](double rate_Hz, double damping) {
+    return host::stable_stiffness_N_m(walls, rate_Hz, damping).value_or(-1.0);
+  };
+  EXPECT_EQ(at(4000, 0), 900);
+  EXPECT_EQ(at(4000, 1), 700);
+  EXPECT_EQ(at(4000, 5), 500) << "as at the largest damping";
+  EXPECT_EQ(at(8000, 2), 500) << "as at the highest rate";
+  EXPECT_EQ(at(1000, 0), 100) << "one damping is known there";
+  EXPECT_EQ(at(500, 0), 50) << "in proportion to the rate";
+  EXPECT_EQ(at(2500, 0), 500);
+  EXPECT_EQ(host::stable_stiffness_N_m(std::span<const HeldWall>(), 4000, 0), std::nullopt);
+}
+
 std::vector<std::string> warnings_of(const std::string& objects, const std::string& arms, double rate_Hz) {
   return host::stiffness_warnings(
       host::compile_scene_text(R"({"thimble_scene": 1, "name": "test", "objects": [)" + objects + "]}",
@@ -125,6 +141,15 @@ TEST(StableStiffness, WhatIsStifferIsAWarning) {
       ElementsAre("damped: a damping of 10 N s/m can oscillate; premium-1.5 is known to hold up to 5 N s/m "
                   "(docs/stability.md)"));
   EXPECT_THAT(warnings_of(damped, "wooden", 4000), IsEmpty());
+  const std::vector<host::ArmWalls> none{{.arm = "own", .walls = {{4000, 2, 0}}, .source = "its file"}};
+  EXPECT_THAT(host::stiffness_warnings(
+                  host::compile_scene_text(
+                      R"({"thimble_scene": 1, "name": "test", "objects": [)" + soft + "]}", "test", ".")
+                      .image,
+                  none, 4000),
+              ElementsAre("soft: 11000 N/m with a damping of 0 N s/m can oscillate; own at 4000 Hz holds up "
+                          "to 0 N/m (its file)"))
+      << "an arm that holds no wall";
   EXPECT_THAT(host::stiffness_warnings({}, "premium-1.5", 4000), IsEmpty());
 }
 

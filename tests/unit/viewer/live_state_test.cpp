@@ -105,6 +105,40 @@ TEST(LiveState, TwoArmsAreOneRecord) {
   EXPECT_FALSE(one.record(1, 0, 0, 0, 1)) << "an arm that the device does not have";
 }
 
+link::JointAngles angles(std::uint8_t part, std::uint8_t sequence, const std::array<float, 3>& rad) {
+  link::JointAngles angles;
+  angles.part = part;
+  angles.sequence = sequence;
+  angles.angle_rad = rad;
+  return angles;
+}
+
+TEST(LiveState, AnglesOfJointsBelongToTheRecord) {
+  Telemetry t;
+  t.state = LiveState(kNode, 1, {4, 0});
+  EXPECT_TRUE(t.record(1, 0.01F, 0, 0)) << "the device may tell no angles";
+  EXPECT_FALSE(t.state.joints(0));
+  EXPECT_FALSE(t.take(angles(0, 1, {0.1F, 0.2F, 0.3F})));
+  EXPECT_FALSE(t.state.joints(0)) << "one is missing";
+  EXPECT_FALSE(t.take(angles(1, 1, {0.4F, 0, 0})));
+  ASSERT_TRUE(t.state.joints(0));
+  EXPECT_EQ(t.state.joints(0)->axes.size(), 4U);
+  EXPECT_NEAR(t.state.joints(0)->axes[3], 0.4, 1e-4);
+  EXPECT_NEAR(t.state.joints(0)->tip_m[2], 0.01, 1e-6);
+
+  EXPECT_FALSE(t.record(2, 0.02F, 0, 0)) << "the angles of this record follow, as those of the last one";
+  EXPECT_FALSE(t.take(angles(0, 2, {0, 0, 0})));
+  EXPECT_FALSE(t.take(angles(1, 1, {0, 0, 0}))) << "of another record";
+  EXPECT_TRUE(t.take(angles(1, 2, {0.5F, 0, 0})));
+  EXPECT_NEAR(t.state.joints(0)->axes[3], 0.5, 1e-4);
+  EXPECT_NEAR(t.state.joints(0)->tip_m[2], 0.02, 1e-6);
+
+  EXPECT_FALSE(t.record(3, 0.03F, 0, 0));
+  EXPECT_NEAR(t.state.joints(0)->tip_m[2], 0.02, 1e-6) << "axes and tip of one record";
+  EXPECT_TRUE(t.record(4, 0.04F, 0, 0)) << "the device tells no angles any more";
+  EXPECT_FALSE(t.state.joints(0));
+}
+
 TEST(LiveState, FramesOfOthersAreNone) {
   Telemetry t;
   EXPECT_FALSE(t.state.take(link::to_frame(pose(1, 1), 4), kNow_us));

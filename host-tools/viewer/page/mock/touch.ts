@@ -118,6 +118,7 @@ export class Touch {
       planes,
       inside: arm.inside ?? [],
       hand_m: arm.hand,
+      links_m: [[[tip[0], 0.2, 0.1], [tip[0], 0.1, 0.15], tip]],
       energy_J,
     };
   }

@@ -13,6 +13,7 @@ import {
   Vector3,
 } from 'three';
 
+import { ArmLinks } from './arm_links';
 import type { ArmState, State } from './protocol';
 import type { SceneModel } from './scene_image';
 import { type Vec3, add, length, rotate, scale, sub } from './vector';
@@ -70,6 +71,8 @@ export class ArmMarks {
   private readonly pull = new Mark(kRod, kHandColor, 0.7);
   private readonly needle = new Mark(kRod, 0x8a929e, 0.5, true);
   private readonly planes: Mesh[] = [];
+  private readonly links = new ArmLinks();
+  shown_links = 0;
 
   constructor(readonly arm: number) {
     const color = kArmColors[arm % kArmColors.length];
@@ -88,7 +91,7 @@ export class ArmMarks {
       disc.renderOrder = 9;
       this.planes.push(disc);
     }
-    this.group.add(this.tip, this.god, this.shaft, this.head, this.hand, this.pull, this.needle, ...this.planes);
+    this.group.add(this.tip, this.god, this.shaft, this.head, this.hand, this.pull, this.needle, this.links.group, ...this.planes);
     this.group.visible = false;
   }
 
@@ -96,7 +99,9 @@ export class ArmMarks {
   update(state: State, scene: SceneModel | null, pixel_m: (at: Vec3) => number): void {
     const it = state.arms[this.arm];
     this.group.visible = Boolean(it);
+    this.shown_links = 0;
     if (!it) return;
+    this.shown_links = this.links.update(it.links_m, pixel_m);
     const px_m = pixel_m(it.tip_m);
     const radius_m = scene?.tip_radius_m ?? 0; // 0: points, drawn as small balls
     this.tip.scale.setScalar(radius_m || Math.max(0.0025, kSizes_px.tip * px_m));

@@ -333,6 +333,7 @@ function frame(now_ms: number): void {
     objects?.update(state);
     for (const mark of marks) mark.update(state, model, pixel_m);
     stage?.touch();
+    canvas.dataset.links = String(marks.reduce((sum, mark) => sum + mark.shown_links, 0));
     canvas.dataset.tick = String(state.tick ?? '');
     canvas.dataset.sinceUs = String(state.since_us ?? '');
   }

@@ -41,6 +41,7 @@ export interface ArmState {
   planes?: { normal: Vec3 }[];
   inside?: number[]; // objects that the tip was in when its contacts began: not felt until it has left them
   hand_m?: Vec3;
+  links_m?: Vec3[][]; // lines from joint to joint, from the base on; where the device tells the angles of its joints
   energy_J?: number;
 }
 

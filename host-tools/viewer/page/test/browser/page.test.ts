@@ -72,6 +72,7 @@ test('blocks is loaded and shown, with the state in the DOM', async () => {
   assert.equal(await text(page, 'fault'), 'none');
   assert.equal(await text(page, 'tick-rate'), '4000 Hz');
   assert.equal(await page.getByTestId('view').getAttribute('data-objects'), '3');
+  await until('the links of the arm', async () => (await page.getByTestId('view').getAttribute('data-links')) === '2');
   mock.load('walls');
   await until('the other scene', async () => (await text(page, 'scene')) === 'walls');
 });

@@ -108,6 +108,11 @@ test('blocks: dragged onto a block, the hand is pushed back; a softer block push
   assert.equal(await text(page, 'scene'), 'blocks');
   await until('blocks in the picker', async () => (await page.getByTestId('scene-picker').inputValue()) === 'blocks');
   assert.equal(await page.getByTestId('view').getAttribute('data-objects'), '3');
+  // Those of a Premium, the last one from the elbow to the tip.
+  const arm = watcher.state?.arms[0];
+  const line = arm?.links_m?.at(-1) ?? [];
+  assert.equal(await page.getByTestId('view').getAttribute('data-links'), String(line.length - 1));
+  assert.ok(arm && line.length >= 3 && Math.hypot(...line[line.length - 1].map((at, i) => at - arm.tip_m[i])) < 2e-4, `${line}`);
 
   const mouse = new Steering(by_mouse(page), watcher, [40, 40, 4]);
   await mouse.lead(0, above(kOnNearBlock_m, 0.012));

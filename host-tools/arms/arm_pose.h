@@ -1,0 +1,49 @@
+// Where an arm is with its axes at given places: its tip, its Jacobian, and its links for a picture.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "kinematics/mechanism.h"
+
+namespace thimble::kinematics {
+struct ArmData;
+}
+
+namespace thimble::host {
+
+// World frame, m: the tip is at the origin with all axes at home, and the base stands as without a mounting. Axes in rad, m for a prismatic one.
+class ArmPose {
+ public:
+  using Line = std::vector<Eigen::Vector3d>;
+
+  explicit ArmPose(const kinematics::ArmData& arm);  // at home
+  ArmPose(const ArmPose&) = delete;
+  ArmPose& operator=(const ArmPose&) = delete;
+  ~ArmPose() = default;
+
+  [[nodiscard]] std::size_t axes() const;
+  [[nodiscard]] std::vector<double> home() const;
+
+  // axes: axes() of them. False: the links do not meet there, or it is singular; everything stays as it was.
+  [[nodiscard]] bool move_to(std::span<const double> axes);
+
+  // Where the force acts, which the controller calls the tip: of a sensed wrist its gimbal.
+  [[nodiscard]] Eigen::Vector3d tip_m() const { return pose_.force_point_m; }
+  // A column an axis: velocity of that point by the speed of the axis. An axis without a motor has one, too.
+  [[nodiscard]] Eigen::Matrix3Xd jacobian() const { return pose_.force_jacobian; }
+  // The links from joint to joint, from the base on: one line for a chain and a two-link arm, one a leg for a five-bar and a delta, and one for the
+  // wrist behind these. The last point of the last line is the end of the last link.
+  [[nodiscard]] std::vector<Line> links() const;
+
+ private:
+  [[nodiscard]] std::vector<Line> platform_lines() const;
+
+  kinematics::Geometry geometry_;
+  kinematics::Mechanism<double> mechanism_;
+  kinematics::MechanismPose<double> pose_;
+  kinematics::AxisVector<double> at_;
+};
+
+}  // namespace thimble::host
