@@ -13,19 +13,20 @@ namespace {
 
 using board::JointVector;
 
-constexpr double kFilter_s = 2e-3;  // of the speed of an axis
+constexpr double kFilter_s = 2e-3;      // of the speed of an axis
+constexpr double kSlowFilter_s = 1e-2;  // where a coarse count is not to look like a fast tip
 
 Eigen::Index row(std::size_t j) { return static_cast<Eigen::Index>(j); }
 
 // Speed from counts: differences through a low pass, as short as the counts allow.
 class Speeds {
  public:
-  explicit Speeds(double tick_s) : tick_s_(tick_s) {}
+  explicit Speeds(double tick_s, double filter_s = kFilter_s) : tick_s_(tick_s), filter_s_(filter_s) {}
   void add(const PerAxis<double>& angles, std::size_t axes) {
     for (std::size_t j = 0; j < axes; ++j) {
       if (begun_) {
         const double now = (angles.at(j) - last_.at(j)) / tick_s_;
-        speed.at(j) += tick_s_ / (kFilter_s + tick_s_) * (now - speed.at(j));
+        speed.at(j) += tick_s_ / (filter_s_ + tick_s_) * (now - speed.at(j));
       }
       last_.at(j) = angles.at(j);
     }
@@ -34,7 +35,7 @@ class Speeds {
   PerAxis<double> speed{};
 
  private:
-  double tick_s_;
+  double tick_s_, filter_s_;
   bool begun_ = false;
   PerAxis<double> last_{};
 };
@@ -105,10 +106,10 @@ BenchRecording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
     for (std::size_t j = 0; j < axes(); ++j) v[row(j)] = values.at(j);
     return v;
   };
-  Speeds speeds(tick_s);
+  Speeds speeds(tick_s), slow(tick_s, kSlowFilter_s);
   constexpr double kHandled_s = 3;
   Eigen::Vector3d begin_m = Eigen::Vector3d::Zero();
-  const Eigen::Vector3d hand_begin_m = plant_->tip_m();
+  const Eigen::Vector3d hand_begin_m = plant_->force_point_m();
   plant_->release_grip();
   plant_->set_hand({.05, 800, 8});
   for (double t = 0; t < kHandled_s; t += tick_s) {
@@ -116,6 +117,7 @@ BenchRecording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
     plant_->set_hand_target(hand_begin_m + now, (next - now) / tick_s);
     const PerAxis<double> angle = believed();
     speeds.add(angle, axes());
+    slow.add(angle, axes());
     PerAxis<double> asked{};
     if (mechanism.at(axis_vector(angle), pose)) {
       if (t == 0) begin_m = pose.force_point_m;
@@ -127,7 +129,8 @@ BenchRecording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
       const JointVector torque = mechanism.torques(pose, force_N);
       for (std::size_t j = 0; j < axes(); ++j)
         if (given_.axes[j].drive) asked.at(j) = torque[row(j)] / given_.axes[j].per_ampere();
-      if (program.most_speed_m_s > 0 && velocity.norm() > program.most_speed_m_s) {
+      const Eigen::Vector3d slowly = pose.force_jacobian * axis_vector(slow.speed);
+      if (program.most_speed_m_s > 0 && slowly.norm() > program.most_speed_m_s) {
         recording.ending = Ending::kSpeed;
         break;
       }
@@ -158,7 +161,7 @@ BenchRecording SimBench::press_wall(const TipProgram& program) {
   // At rest the wall, the arm's structure and the hand are three springs in a row.
   const double way_m =
       program.wall_depth_m +
-      kPress_N * (1 / program.stiffness_N_m + 1 / given_.tip_stiffness_N_m + 1 / hand.stiffness_N_m);
+      press_N(program) * (1 / program.stiffness_N_m + 1 / given_.tip_stiffness_N_m + 1 / hand.stiffness_N_m);
   const double travel_s = way_m / kApproach_m_s;
   const Eigen::Vector3d from_m = plant_->force_point_m();
   for (double t = 0; t < travel_s + kHold_s; t += tick_s) {

@@ -23,11 +23,12 @@ using enum ArmFault;
 using test::Random;
 
 ArmFile arm_named(const std::string& name) {
-  std::ifstream in(std::filesystem::path(THIMBLE_SOURCE_DIR) / "arms" / (name + ".arm.json"));
+  const std::string folder = name == "five-bar-odrive" ? "docs/examples/five-bar" : "arms";
+  std::ifstream in(std::filesystem::path(THIMBLE_SOURCE_DIR) / folder / (name + ".arm.json"));
   return read_arm_file({std::istreambuf_iterator<char>(in), {}}, name);
 }
 
-const std::array kArms{"premium-1.5", "wooden", "paddle"};
+const std::array kArms{"premium-1.5", "wooden", "paddle", "pantograph", "falcon", "touch", "five-bar-odrive"};
 
 // Of the long form; 0: the short form.
 std::size_t arms_to_try() {
