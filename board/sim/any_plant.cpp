@@ -74,6 +74,7 @@ AnyPlant::AnyPlant(const AnyPlantParameters& parameters, const Hand& hand)
   stiffness_ = damping_ = rotor_ = JointVector::Zero(n);
   motor_torque_ = command_A_ = JointVector::Zero(n);
   torque_ = JointVector::Ones(n);
+  loop_slope_ = JointVector::Zero(n);
   release_grip();
   std::uint64_t random = parameters.seed;
   for (Eigen::Index j = 0; j < n; ++j) {
@@ -144,7 +145,8 @@ std::array<std::uint32_t, kMaxJoints> AnyPlant::encoder_counts() const noexcept 
 
 ArmTerms AnyPlant::terms_at(const JointVector& q, const JointVector& qd) const noexcept {
   ArmTerms terms;
-  if (!dynamics_.at(q, qd, frames_, terms)) {
+  meets_ = dynamics_.at(q, qd, frames_, terms);
+  if (!meets_) {
     closed_ = false;
     return last_;
   }
@@ -227,6 +229,30 @@ JointVector AnyPlant::stop_torques(const State& s) const noexcept {
   return torque;
 }
 
+// Precondition: terms_at() was last called for s.
+JointVector AnyPlant::loop_torques(const State& s) noexcept {
+  constexpr double kStep_rad = 1e-6;
+  if (parameters_.least_spread == 0) return JointVector::Zero(axes());
+  const double spread = meets_ ? frames_.spread : 0;
+  if (spread >= parameters_.least_spread) return JointVector::Zero(axes());
+  // Where the links do not meet there is no slope: the last one points back.
+  if (spread > 0) {
+    for (Eigen::Index j = 0; j < axes(); ++j) {
+      JointVector beside = s.q;
+      beside[j] += kStep_rad;
+      ArmFrames there = frames_;
+      const double ahead = dynamics_.spread(beside, there);
+      beside[j] -= 2 * kStep_rad;
+      there = frames_;
+      const double behind = dynamics_.spread(beside, there);
+      if (ahead > 0 && behind > 0) loop_slope_[j] = (ahead - behind) / (2 * kStep_rad);
+    }
+  }
+  const double push = parameters_.loop_stiffness_N_m * (parameters_.least_spread - spread) -
+                      parameters_.loop_damping_N_m_s * loop_slope_.dot(s.qd);
+  return std::max(0.0, push) * loop_slope_;
+}
+
 AnyPlant::Rates AnyPlant::rates(const State& s) noexcept {
   ArmTerms terms = terms_at(s.q, s.qd);
   const JointVector cable = cable_torque(s);
@@ -239,8 +265,9 @@ AnyPlant::Rates AnyPlant::rates(const State& s) noexcept {
   if (specimen_ != nullptr) outside_N += specimen_->force_N(point_m, velocity, touch_);
   JointMatrix M = terms.mass + hand_.mass_kg * (J.transpose() * J);
   Rates r;
-  r.qdd = cable + stop_torques(s) - terms.bias + grip_stiffness_.cwiseProduct(grip_target_ - s.q) +
-          grip_damping_.cwiseProduct(grip_speed_ - s.qd) + J.transpose() * (outside_N - hand_.mass_kg * bias);
+  r.qdd = cable + stop_torques(s) + loop_torques(s) - terms.bias +
+          grip_stiffness_.cwiseProduct(grip_target_ - s.q) + grip_damping_.cwiseProduct(grip_speed_ - s.qd) +
+          J.transpose() * (outside_N - hand_.mass_kg * bias);
   solve_in_place(M, r.qdd);
   hand_force_N_ = hand_.mass_kg * (J * r.qdd + bias) - finger_N;
   r.phidd = r.qdd;

@@ -8,7 +8,7 @@
 // force point of the arm (the gimbal of one whose wrist is only sensed). Integration: Runge-Kutta 4 with steps of at most max_step_s. The same
 // program gives the same numbers in every run. Units: SI, rad (m and N where an axis is prismatic), C; world frame, in which the tip is at
 // base.home_m with all axes at home. A step that would part the links of a five-bar or a delta keeps the terms of the step before, and
-// closed() says so.
+// closed() says so. With least_spread its stops keep it away from there.
 #pragma once
 
 #include <array>
@@ -46,6 +46,9 @@ struct AnyPlantParameters {
   bool has_two_link_inertia = false;
   kinematics::InertiaModel two_link_inertia{};
   double tip_mass_kg = 0;  // beside the bodies
+  // Stops of a closed loop, between its last links: below this spread (ArmFrames) they push with the energy k/2 (least - spread)^2, and damp. 0: none.
+  double least_spread = 0;
+  double loop_stiffness_N_m = 100, loop_damping_N_m_s = .2;
   std::vector<AxisTruth> axis;
   std::vector<kinematics::LimitSum> sum;
   double supply_V = 24;
@@ -131,6 +134,7 @@ class AnyPlant {
   [[nodiscard]] Rates rates(const State& s) noexcept;
   [[nodiscard]] JointVector cable_torque(const State& s) const noexcept;
   [[nodiscard]] JointVector stop_torques(const State& s) const noexcept;
+  [[nodiscard]] JointVector loop_torques(const State& s) noexcept;
   void step_motor(std::size_t axis, double cable, double h) noexcept;
   void substep(double h) noexcept;
   [[nodiscard]] static State moved(const State& s, double h, const State& by, const Rates& rates);
@@ -141,7 +145,8 @@ class AnyPlant {
   Vector3d home_tip_m_ = Vector3d::Zero(), home_m_ = Vector3d::Zero();
   mutable ArmFrames frames_;
   mutable ArmTerms last_;
-  mutable bool closed_ = true;
+  mutable bool closed_ = true, meets_ = true;  // at every step so far; now
+  JointVector loop_slope_;                     // of the spread by the axes, where it was last too small
   Hand hand_;
   State state_;
   JointVector stiffness_, damping_, rotor_, grip_target_, grip_speed_, grip_stiffness_, grip_damping_;

@@ -13,6 +13,7 @@
 #include "host-tools/cli/console_person.h"
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/state_lock.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/commission/procedure.h"
 #include "host-tools/commission/state.h"
@@ -162,8 +163,11 @@ class Session {
     }
     commission_.save(places_.state);
     const StepResult& result = commission_.results().at(number);
-    for (const ArmFinding& found : result.findings)
-      tell("  ! {}: {}\n", text_of(found.fault).name, found.text);
+    for (const ArmFinding& found : result.findings) {
+      // With --ask the question about a correction has said the rest.
+      const bool was_said = choice_.ask && !found.corrections.empty();
+      tell("  ! {}{}{}\n", text_of(found.fault).name, was_said ? "" : ": ", was_said ? "" : found.text);
+    }
     for (const std::string& note : result.notes) tell("    {}\n", note);
     if (arm_->stopped()) stop(number);
     if (result.passed) {
@@ -312,21 +316,17 @@ void commission(const Common& common, const Remote& remote, const CommissionChoi
   const std::string text = read_input(places.arm);
   const ArmFile arm = read_arm_file(text, places.arm.string());
   static_cast<void>(check_arm(arm, places.arm.string()));
-  if (arm.family == "five_bar" || arm.family == "delta")
-    throw Error(
-        ExitCode::kRefused, "not-simulated",
-        fmt::format(
-            "{}: the simulated builder cannot turn the axes of a {} one by one, because its links meet in a "
-            "part of their ranges only",
-            places.arm.string(), arm.family),
-        "commission a serial or two_link arm");
-  if (std::ranges::any_of(arm.axes, &ArmAxis::is_prismatic))
-    throw Error(
-        ExitCode::kRefused, "not-simulated",
-        fmt::format("{}: an axis that slides has not been commissioned yet, and its limits of current and "
-                    "speed are not proved",
-                    places.arm.string()),
-        "commission an arm whose axes turn");
+  const Expectation expected(arm);
+  for (std::size_t j = 0; j < arm.axes.size(); ++j)
+    if (!expected.stays_closed(j, expected.home()))
+      throw Error(
+          ExitCode::kRefused, "links-part",
+          fmt::format(
+              "{}: axis '{}' cannot be turned from stop to stop while the others are at home: the links "
+              "of the loop part or fold on the way",
+              places.arm.string(), arm.axes[j].name),
+          "give this axis narrower limits with stops that hold them, or another home");
+  const StateLock lock(places.state);
   Session(common, remote, choice, places, text, arm).run();
 }
 

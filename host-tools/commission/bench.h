@@ -109,25 +109,28 @@ struct TipProgram {
   double wall_depth_m = 0;
 };
 
-// What a hand presses a wall with, about.
+// What a hand presses a wall with, about: less where the wall gives less.
 inline constexpr double kPress_N = 2;
+[[nodiscard]] inline double press_N(const TipProgram& wall) {
+  return wall.most_force_N < kPress_N / .8 ? .8 * wall.most_force_N : kPress_N;
+}
 
 // What the builder is asked to do. `text` is for people and says all; the rest is for pictures and for programs that play the builder.
 struct Prompt {
   enum class Kind : std::uint8_t {
     kOpenEStop,
     kReleaseDeadMan,
-    kStopHost,   // nothing to do: the tool goes silent
-    kRest,       // lay the arm so that it rests, and take the hands off
-    kTurn,       // an axis from stop to stop, `times` there and back, first along `direction` at the tip
-    kPlace,      // bring all axes to `place`, then hold all but `axis` and let that one go
-    kSwing,      // turn the axis to and fro by hand, drives on and without torque
-    kMoveAbout,  // hold the tip and move it slowly about
-    kPush,       // push the tip slowly along `direction` by 20 mm, and back
-    kHang,       // hang `mass_kg` at the tip, or take it off
-    kLetGo,      // hands off: the board holds the arm
-    kPressWall,  // push the tip along `direction` to the wall, press with kPress_N, and hold
-    kRepair,     // a fault was found; `finding` says which
+    kStopHost,  // nothing to do: the tool goes silent
+    kRest,      // lay the arm so that it rests, and take the hands off
+    kTurn,      // an axis from stop to stop, `times` there and back, first along `direction` at the tip
+    kPlace,  // bring all axes to `place`, then hold all but `axis` and let that one go; all, where it is no axis
+    kSwing,            // turn the axis to and fro by hand, drives on and without torque
+    kMoveAbout,        // hold the tip and move it slowly about
+    kPush,             // push the tip slowly along `direction` by 20 mm, and back
+    kHang,             // hang `mass_kg` at the tip, or take it off
+    kLetGo,            // hands off: the board holds the arm
+    kPressWall,        // push the tip along `direction` to the wall, press with kPress_N, and hold
+    kRepair,           // a fault was found; `finding` says which
     kAcceptCorrection  // whether the corrections of a finding are to be written into the new file
   };
   Kind kind = Kind::kRest;
@@ -137,8 +140,12 @@ struct Prompt {
   int times = 1;
   PerAxis<double> place{};
   double mass_kg = 0;
-  double wall_N_m = 0, wall_m = 0;  // its stiffness and how far it is, for a program that plays the builder
-  std::size_t finding = 0;          // index into StepResult::findings
+  double
+      wall_N_m = 0,
+      wall_m = 0,
+      press_N =
+          0;  // its stiffness, how far it is and how hard to press it, for a program that plays the builder
+  std::size_t finding = 0;  // index into StepResult::findings
   std::string text;
 };
 enum class Answer : std::uint8_t { kDone, kNo, kStop };

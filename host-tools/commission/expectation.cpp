@@ -11,8 +11,8 @@
 namespace thimble::host {
 namespace {
 
-constexpr double kShortLever_m = .01;  // an axis that moves the tip less pushes nothing with it
-constexpr double kMargin = .08;        // of a way between stops, at each end
+constexpr double kShortLever_m = .01;                // an axis that moves the tip less pushes nothing with it
+constexpr double kMargin = .08, kLeastMargin = .03;  // of a way between stops, at each end
 constexpr int kGrid = 9;
 
 board::ArmInertia inertia_of(const board::AnyPlantParameters& p) {
@@ -35,8 +35,20 @@ JointVector Expectation::home() const {
   return data_.geometry.home.head(static_cast<Eigen::Index>(axes())).cast<double>();
 }
 
-board::ArmTerms Expectation::terms(const JointVector& at) const {
+// A delta looks for its plate from where that was: it is led there from home.
+board::ArmFrames Expectation::frames_near(const JointVector& at) const {
+  constexpr double kStep_rad = .2;
   board::ArmFrames frames = board::frames_at_rest(data_.geometry);
+  if (arm_->family != "delta") return frames;
+  const JointVector from = home();
+  const int steps = static_cast<int>((at - from).cwiseAbs().maxCoeff() / kStep_rad);
+  for (int k = 0; k <= steps; ++k)
+    static_cast<void>(dynamics_.spread(from + (at - from) * k / (steps + 1), frames));
+  return frames;
+}
+
+board::ArmTerms Expectation::terms(const JointVector& at) const {
+  board::ArmFrames frames = frames_near(at);
   board::ArmTerms terms;
   const JointVector still = JointVector::Zero(at.size());
   if (!dynamics_.at(at, still, frames, terms)) {
@@ -76,6 +88,22 @@ Expectation::Span Expectation::span(std::size_t j, const JointVector& others) co
   return span;
 }
 
+double Expectation::spread(const JointVector& at) const {
+  board::ArmFrames frames = frames_near(at);
+  return dynamics_.spread(at, frames);
+}
+
+bool Expectation::stays_closed(std::size_t j, const JointVector& others) const {
+  constexpr int kPlaces = 40;
+  const Span way = span(j, others);
+  for (int k = 0; k <= kPlaces; ++k) {
+    JointVector at = others;
+    at[static_cast<Eigen::Index>(j)] = way.lower + (way.upper - way.lower) * k / kPlaces;
+    if (spread(at) < kLeastSpread) return false;
+  }
+  return true;
+}
+
 double Expectation::counts(std::size_t j, double way) const { return way / axis(j).per_count(); }
 
 Eigen::Vector3d Expectation::direction(std::size_t j) const {
@@ -87,26 +115,87 @@ Eigen::Vector3d Expectation::direction(std::size_t j) const {
 }
 
 double Expectation::turning(std::size_t j, const JointVector& at) const {
-  return std::abs(weight(at)[static_cast<Eigen::Index>(j)]);
+  constexpr double kGuess_N = .05 * 9.81;
+  const auto row = static_cast<Eigen::Index>(j);
+  if (knows_inertia_) return std::abs(weight(at)[row]);
+  return kGuess_N * std::abs(jacobian(at)(2, row));
 }
 
-bool Expectation::within_limits(const JointVector& at) const {
+bool Expectation::gravity_turns(std::size_t j) const {
+  constexpr double kBeside_rad = .3;
+  JointVector at = home();
+  double most = turning(j, at);
+  for (Eigen::Index k = 0; k < at.size(); ++k) {
+    JointVector beside = at;
+    beside[k] += kBeside_rad;
+    most = std::max(most, turning(j, beside));
+  }
+  return most > .1 * std::max(axis(j).friction.coulomb_N_m.value, 1e-4);
+}
+
+bool Expectation::within_limits(const JointVector& at, double part) const {
   for (std::size_t j = 0; j < axes(); ++j) {
     const Span own = span(j, at);
-    const double margin = kMargin * (own.upper - own.lower), here = at[static_cast<Eigen::Index>(j)];
+    const double margin = part * (own.upper - own.lower), here = at[static_cast<Eigen::Index>(j)];
     if (!(here >= own.lower + margin && here <= own.upper - margin)) return false;
   }
-  return terms(at).mass.diagonal().minCoeff() > 0;  // else its links do not meet there
+  return spread(at) >= kLeastSpread;
 }
 
-JointVector Expectation::balanced(std::size_t j) const {
+// Moves `count` axes from `first` on to where the weight turns axis j less.
+void Expectation::nearer(std::size_t j, JointVector& best, Eigen::Index first, Eigen::Index count,
+                         double margin) const {
+  double part = 1.0 / (kGrid - 1);
+  for (int round = 0; round < 20; ++round, part *= .6) {
+    for (Eigen::Index k = first; k < first + count; ++k) {
+      const ArmAxis& moved = axis(static_cast<std::size_t>(k));
+      for (const double sign : {-1.0, 1.0}) {
+        JointVector at = best;
+        at[k] += sign * part * (moved.upper.value - moved.lower.value);
+        if (within_limits(at, margin) &&
+            turning_about(j, at, first, count) < turning_about(j, best, first, count))
+          best = at;
+      }
+    }
+  }
+}
+
+// The most that the weight turns axis j where a hand may have brought the arm that was told to bring it there.
+double Expectation::turning_about(std::size_t j, const JointVector& at, Eigen::Index first,
+                                  Eigen::Index count) const {
+  constexpr double kHand_rad = .01;
+  double most = turning(j, at);
+  for (Eigen::Index k = first; count > 1 && k < first + count; ++k) {
+    for (const double by : {-kHand_rad, kHand_rad}) {
+      JointVector beside = at;
+      beside[k] += by;
+      most = std::max(most, turning(j, beside));
+    }
+  }
+  return most;
+}
+
+const JointVector& Expectation::balanced(std::size_t j) const {
+  std::optional<JointVector>& known = balanced_.at(j);
+  if (!known) known = find_balanced(j);
+  return *known;
+}
+
+JointVector Expectation::find_balanced(std::size_t j) const {
+  const JointVector best = balanced_within(j, kMargin);
+  if (turning(j, best) <= .5 * std::max(axis(j).friction.coulomb_N_m.value, 1e-4)) return best;
+  const JointVector nearer_stop = balanced_within(j, kLeastMargin);
+  return turning(j, nearer_stop) < turning(j, best) ? nearer_stop : best;
+}
+
+JointVector Expectation::balanced_within(std::size_t j, double margin) const {
   const JointVector start = home();
   const auto n = static_cast<Eigen::Index>(axes());
   const double friction = std::max(axis(j).friction.coulomb_N_m.value, 1e-4);
   // Home is best where it will do; then a grid over up to three axes that turn the weight.
   JointVector best = start;
   double least = turning(j, start) / friction;
-  if (least < .25 || !knows_inertia_) return best;
+  if (least < .25) return best;
   const Eigen::Index tried = std::min<Eigen::Index>(n, 3);
   long places = 1;
   for (Eigen::Index k = 0; k < tried; ++k) places *= kGrid;
@@ -122,34 +211,48 @@ JointVector Expectation::balanced(std::size_t j) const {
       far += std::abs(at[k] - start[k]);
       rest /= kGrid;
     }
-    if (!within_limits(at)) continue;
+    if (!within_limits(at, margin)) continue;
     const double score = turning(j, at) / friction + .1 * far;
     if (score < least) {
       least = score;
       best = at;
     }
   }
-  const auto own = static_cast<Eigen::Index>(j);
-  double step = (axis(j).upper.value - axis(j).lower.value) / (kGrid - 1);
-  for (int k = 0; k < 20; ++k, step *= .6) {
-    for (const double by : {-step, step}) {
-      JointVector at = best;
-      at[own] += by;
-      if (within_limits(at) && turning(j, at) < turning(j, best)) best = at;
-    }
-  }
+  // The axis alone, where that will do; else the others, too.
+  nearer(j, best, static_cast<Eigen::Index>(j), 1, margin);
+  if (turning(j, best) > .25 * friction) nearer(j, best, 0, tried, margin);
   return best;
 }
 
+namespace {
+
+// By the motor alone.
+double motor_current_A(const ArmAxis& axis) {
+  const double peak_A = axis.motor->peak_current_A.value;
+  const double friction_A = kOverFriction * axis.friction.coulomb_N_m.value / std::abs(axis.per_ampere());
+  return .9 * std::max(kTorqueShare * peak_A, std::min(kFrictionShare * peak_A, friction_A));
+}
+
+}  // namespace
+
 double gentle_current_A(const Expectation& arm, std::size_t j) {
-  const ArmAxis& own = arm.axis(j);
-  double most_A = .9 * kTorqueShare * own.motor->peak_current_A.value;
+  constexpr double kMostPart = .9;  // of the force, where an axis is tried at a place with a shorter lever
+  double most_A = motor_current_A(arm.axis(j));
+  for (std::size_t place = 0; place < arm.axes(); ++place) {
+    if (!arm.driven(place)) continue;
+    const board::ByJoint J = arm.jacobian(arm.balanced(place));
+    for (std::size_t k = 0; k < arm.axes(); ++k) {
+      const double lever_m = J.col(static_cast<Eigen::Index>(k)).norm();
+      if (arm.driven(k) && lever_m >= kShortLever_m)
+        most_A = std::min(most_A, kMostPart * kTipForce_N * lever_m / std::abs(arm.axis(k).per_ampere()));
+    }
+  }
   // Behind the drive may be any other motor of the arm, as long as step 5 has not shown whose it is.
   const board::ByJoint J = arm.jacobian(arm.home());
   for (std::size_t k = 0; k < arm.axes(); ++k) {
     if (!arm.driven(k)) continue;
     const double lever_m = J.col(static_cast<Eigen::Index>(k)).norm();
-    most_A = std::min(most_A, .9 * kTorqueShare * arm.axis(k).motor->peak_current_A.value);
+    most_A = std::min(most_A, motor_current_A(arm.axis(k)));
     if (lever_m < kShortLever_m) continue;
     most_A = std::min(most_A, .5 * kTipForce_N * lever_m / std::abs(arm.axis(k).per_ampere()));
   }
@@ -162,9 +265,9 @@ EndsAt gentle_ends(const Expectation& arm) {
   const board::ByJoint J = arm.jacobian(arm.home());
   for (std::size_t j = 0; j < arm.axes(); ++j) {
     const double lever_m = J.col(static_cast<Eigen::Index>(j)).norm();
-    const double speed =
-        lever_m > kShortLever_m ? std::min(kSpeed_rad_s, .6 * kTipSpeed_m_s / lever_m) : kSpeed_rad_s;
-    ends.counts.at(j) = std::abs(arm.counts(j, kWay_rad));
+    const double speed = lever_m > kShortLever_m ? std::min(kSpeed_rad_s, .6 * kTipSpeed_m_s / lever_m)
+                                                 : kSpeed_rad_s * per_radian(arm.axis(j));
+    ends.counts.at(j) = std::abs(arm.counts(j, kWay_rad * per_radian(arm.axis(j))));
     ends.counts_s.at(j) = std::abs(arm.counts(j, speed));
   }
   ends.energy_J = kPulseEnergy_J;

@@ -364,7 +364,7 @@ BenchRecording LinkBench::press(const TipProgram& program, const Prompt& prompt)
   Micros pressed_us = 0, since_us = 0;
   static_cast<void>(person_.ask(prompt, [&] {
     pump(now_us());
-    if (force_N_ > .5 * kPress_N) {
+    if (force_N_ > .5 * press_N(program)) {
       if (now_us() - pressed_us > kLeft_us) since_us = now_us();
       pressed_us = now_us();
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "host-tools/commission/balance.h"
 #include "host-tools/commission/estimate.h"
 
 namespace thimble::host {
@@ -65,14 +66,14 @@ double pulse_current_A(const Expectation& arm, std::size_t axis) {
 // So far beside the balanced place that the weight still is less than half of the friction.
 double way_beside(const Expectation& arm, std::size_t axis, const board::JointVector& at) {
   const double friction = arm.axis(axis).friction.coulomb_N_m.value;
-  double way = arm.knows_inertia() ? kMostBeside_rad : .6 * kMostBeside_rad;
+  double way = (arm.knows_inertia() ? 1 : .6) * kMostBeside_rad * per_radian(arm.axis(axis));
   const auto row = static_cast<Eigen::Index>(axis);
-  for (int k = 0; k < 12 && way > .01; ++k) {
+  for (int k = 0; k < 12 && way > .01 * per_radian(arm.axis(axis)); ++k) {
     double worst = 0;
     for (const double sign : {-1.0, 1.0}) {
       board::JointVector there = at;
       there[row] += sign * way;
-      worst = std::max(worst, std::abs(arm.weight(there)[row]));
+      worst = std::max(worst, arm.turning(axis, there));
     }
     if (worst < .5 * friction || friction <= 0) break;
     way *= .75;
@@ -140,7 +141,7 @@ std::size_t PulseSeries::moving() const {
 PulseSeries pulse_series(StepContext& context, std::size_t axis) {
   const Expectation& arm = context.arm;
   PulseSeries series;
-  const board::JointVector balanced = arm.balanced(axis);
+  const board::JointVector balanced = resting_place(context, axis);
   const double beside = way_beside(arm, axis, balanced);
   const double current_A = pulse_current_A(arm, axis);
   double share = 1;  // of the current; as little as shows the motion well

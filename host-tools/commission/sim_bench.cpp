@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "host-tools/arms/arm_data.h"
+#include "host-tools/commission/expectation.h"
 
 namespace thimble::host {
 namespace {
@@ -26,6 +27,8 @@ Eigen::Index index(std::size_t j) { return static_cast<Eigen::Index>(j); }
 SimBench::SimBench(const ArmFile& arm, std::vector<SimFault> faults, const SimBenchOptions& options)
     : original_(arm), given_(arm), faults_(std::move(faults)), options_(options), random_(options.seed) {
   clean_ = board::AnyPlantParameters::from(arm_data(arm), arm.body_inertia_kg_m2);
+  clean_.least_spread = kLoopStop;
+  add_light_links();
   const double s = options.spread;
   const auto about = [&](double part) { return 1 + s * uniform(-part, part); };
   const double weight = about(.05);
@@ -52,6 +55,17 @@ SimBench::SimBench(const ArmFile& arm, std::vector<SimFault> faults, const SimBe
   use(arm);
   // The counters of the file's axes are 0 at the beginning, as a bench widens them.
   bring(plant_->joints_rad(), std::nullopt);
+}
+
+// The links of an arm of several axes of which no weight is known: beside what is guessed to be at the tip, each has a tenth of what that adds to its axis.
+// A link without inertia would be held by stops and hands alone, in steps of microseconds.
+void SimBench::add_light_links() {
+  constexpr double kPart = .1;
+  if (clean_.tip_mass_kg == 0 || axes() < 2) return;
+  const board::AnyPlant plant(clean_);
+  const JointVector at_axis = plant.mass_matrix().diagonal();
+  for (std::size_t j = 0; j < axes(); ++j)
+    if (clean_.axis[j].driven) clean_.axis[j].link_kg_m2 += kPart * at_axis[index(j)];
 }
 
 double SimBench::uniform(double low, double high) {
@@ -83,14 +97,35 @@ void SimBench::build() {
   const board::JointMatrix M = plant_->mass_matrix();
   for (std::size_t j = 0; j < axes(); ++j) {
     const double inertia = M(index(j), index(j)) + (truth_.axis[j].driven ? truth_.axis[j].rotor_kg_m2 : 0);
-    grip_k_[index(j)] = std::min(200.0, 9e4 * inertia);
+    grip_k_[index(j)] = std::min(200 / std::pow(per_radian(original_.axes[j]), 2), 9e4 * inertia);
     grip_d_[index(j)] = 1.4 * std::sqrt(grip_k_[index(j)] * inertia);
     plant_->set_open(j, open_.at(j));
   }
+  harden_stops();
   const double longest_s = kSafeStep / fastest_rate();
   hand_step_s_ = std::min(kSimHandStep_s, longest_s);
   motion_step_s_ = std::min(kSimMotionStep_s, longest_s);
   use(given_);
+}
+
+// A hand that pulls into a stop does it more or less hard, by kHandSpread: of a fine encoder that is to be less than two counts.
+void SimBench::harden_stops() {
+  constexpr double kCounts = 2, kHandSpread = .02;
+  bool changed = false;
+  for (std::size_t j = 0; j < axes(); ++j) {
+    board::AxisTruth& axis = truth_.axis[j];
+    const double pull = kTurnShare * grip_k_[index(j)] * kBeyond * kHandSpread;
+    const double least = pull / (kCounts * std::abs(axis.rad_per_count));
+    if (original_.axes[j].is_prismatic || axis.stop_stiffness_N_m_rad >= least) continue;
+    axis.stop_damping_N_m_s_rad *= std::sqrt(least / axis.stop_stiffness_N_m_rad);
+    axis.stop_stiffness_N_m_rad = least;
+    changed = true;
+  }
+  if (!changed) return;
+  const JointVector at = plant_->joints_rad();
+  plant_ = std::make_unique<board::AnyPlant>(truth_);
+  plant_->place(at);
+  for (std::size_t j = 0; j < axes(); ++j) plant_->set_open(j, open_.at(j));
 }
 
 // 1/s: of the springs and dampers at the links, hands and stops included, and of the rotors on their transmissions; the largest at home and at
@@ -283,9 +318,9 @@ void SimBench::set_torques() {
 void SimBench::slip(std::size_t joint, double speed) {
   if (slipping_.at(joint) == 0) return;
   const double counts_per_turn =
-      2 * pi /
+      (original_.axes[joint].is_prismatic ? 1 : 2 * pi) /
       (std::abs(truth_.axis[joint].rad_per_count) * original_.axes[joint].encoder.turns_per_turn.value);
-  if (std::abs(speed) > .1) {
+  if (std::abs(speed) > .1 * per_radian(original_.axes[joint])) {
     if (speed * last_speed_.at(joint) < 0)
       slipped_.at(joint) += slipping_.at(joint) * kSlipPart * counts_per_turn * uniform(.5, 1);
     last_speed_.at(joint) = speed;

@@ -16,6 +16,9 @@ namespace thimble::host {
 // Of the plant at most, in a motion of the motors and in one of the hands.
 inline constexpr double kSimMotionStep_s = 1e-4, kSimHandStep_s = 5e-4;
 
+// The hand pulls so far into a stop, rad, with so much of the grip's stiffness when it turns an axis.
+inline constexpr double kBeyond = .15, kTurnShare = .03;
+
 struct SimFault {
   ArmFault fault{};
   std::size_t axis = 0;
@@ -37,7 +40,6 @@ struct SimBenchOptions {
 
 class SimBench : public Bench {
  public:
-  // Precondition: no closed loop (five_bar, delta). Its links stop one another where they no longer meet, and the plant does not.
   SimBench(const ArmFile& arm, std::vector<SimFault> faults, const SimBenchOptions& options);
 
   [[nodiscard]] BenchFacts facts() override;
@@ -78,7 +80,9 @@ class SimBench : public Bench {
  private:
   [[nodiscard]] std::size_t axes() const { return given_.axes.size(); }
   [[nodiscard]] double uniform(double low, double high);
+  void add_light_links();
   void build();
+  void harden_stops();
   [[nodiscard]] double fastest_rate() const;
   void add_fault(const SimFault& fault);
   [[nodiscard]] std::int64_t counts_of(std::size_t encoder) const;  // of the encoder at a joint
@@ -99,7 +103,7 @@ class SimBench : public Bench {
   [[nodiscard]] Eigen::Vector3d hand_way(const Prompt& prompt, double time_s) const;
   void hold_tip();
   void move_tip(const Prompt& prompt, double time_s, double step_s);
-  void approach_wall(double stiffness_N_m, double depth_m, const Eigen::Vector3d& normal);
+  void approach_wall(double stiffness_N_m, double depth_m, const Eigen::Vector3d& normal, double press_N);
   [[nodiscard]] bool press_on(double time_s);
 
   ArmFile original_, given_;

@@ -12,8 +12,6 @@ using board::JointVector;
 
 constexpr double kHandTick_s = 1e-3;
 constexpr double kHandSpeed = 1.5;  // rad/s
-constexpr double kBeyond = .15;     // rad, how far the hand pulls into a stop
-constexpr double kTurnShare = .03;  // of the grip's stiffness, with which it turns an axis
 
 Eigen::Index at(std::size_t j) { return static_cast<Eigen::Index>(j); }
 
@@ -37,10 +35,15 @@ void SimBench::bring(const JointVector& place, std::optional<std::size_t> loose)
     grip(from + std::min(1.0, 1.25 * t / seconds) * (place - from), std::nullopt, 1);
     advance(kHandTick_s, false);
   }
-  // Weight bends the grip: the hands correct it.
+  // Weight bends the grip: the hands correct it until the arm is still. It swings slowly where the axes carry more than at home.
+  constexpr int kLeast_ms = 60, kMost_ms = 1500;
+  constexpr double kCorrected = .03, kStill_rad_s = 2e-3, kNear_rad = 5e-4;
   JointVector target = place;
-  for (int k = 0; k < 150; ++k) {
-    target += .1 * (place - plant_->joints_rad());
+  for (int k = 0; k < kMost_ms; ++k) {
+    if (k > kLeast_ms && (place - plant_->joints_rad()).cwiseAbs().maxCoeff() < kNear_rad &&
+        plant_->joint_speeds_rad_s().cwiseAbs().maxCoeff() < kStill_rad_s)
+      break;
+    target += kCorrected * (place - plant_->joints_rad());
     grip(target, std::nullopt, 1);
     advance(kHandTick_s, false);
   }
@@ -69,8 +72,9 @@ Answer SimBench::ask(const Prompt& prompt) {
     case Prompt::Kind::kPlace: {
       JointVector place(plant_->axes());
       for (std::size_t j = 0; j < axes(); ++j)
-        place[at(j)] = prompt.place.at(j) + (j == prompt.axis ? 0 : uniform(-.005, .005));
-      bring(place, prompt.axis);
+        place[at(j)] = prompt.place.at(j) +
+                       (j == prompt.axis ? 0 : per_radian(original_.axes[j]) * uniform(-.005, .005));
+      bring(place, prompt.axis < axes() ? std::optional(prompt.axis) : std::nullopt);
       break;
     }
     case Prompt::Kind::kRest:
@@ -150,7 +154,8 @@ void SimBench::turn(const Prompt& prompt, bool powered, BenchRecording& recordin
   const std::size_t axis = prompt.axis;
   const Expectation told(original_);
   JointVector place = told.home();
-  for (Eigen::Index j = 0; j < place.size(); ++j) place[j] += uniform(-.005, .005);
+  for (std::size_t j = 0; j < axes(); ++j)
+    place[at(j)] += per_radian(original_.axes[j]) * uniform(-.005, .005);
   const Expectation::Span span = told.span(axis, place);
   place[at(axis)] = .5 * (span.lower + span.upper);
   bring(place, std::nullopt);
@@ -163,14 +168,16 @@ void SimBench::turn(const Prompt& prompt, bool powered, BenchRecording& recordin
   const double speed = kHandSpeed * std::min(1.0, (span.upper - span.lower) / 2);
   for (int k = 0; k < 2 * prompt.times; ++k) {
     const bool up = (k % 2 == 0) == (sign > 0);
-    const double beyond = kBeyond * uniform(.99, 1.01);
+    const double beyond = kBeyond * per_radian(original_.axes[axis]) * uniform(.99, 1.01);
     go(axis, up ? span.upper + beyond : span.lower - beyond, speed, powered, recording);
   }
 }
 
 void SimBench::swing(const Prompt& prompt, bool powered, BenchRecording& recording) {
   const double middle = plant_->joints_rad()[at(prompt.axis)];
-  for (const double by : {.15, -.15, .15, -.15}) go(prompt.axis, middle + by, kHandSpeed, powered, recording);
+  const double unit = per_radian(original_.axes[prompt.axis]);
+  for (const double by : {.15, -.15, .15, -.15})
+    go(prompt.axis, middle + unit * by, unit * kHandSpeed, powered, recording);
 }
 
 // The mark of a joint is at home, or whole turns of its encoder beside.
@@ -178,7 +185,8 @@ void SimBench::find_marks(BenchRecording& recording, const JointVector& before) 
   if (!options_.has_mark) return;
   for (std::size_t j = 0; j < axes(); ++j) {
     const std::size_t joint = encoder_of_.at(j);
-    const double turn = 2 * 3.14159265358979 / original_.axes[joint].encoder.turns_per_turn.value;
+    const double turn = (original_.axes[joint].is_prismatic ? 1 : 2 * 3.14159265358979) /
+                        original_.axes[joint].encoder.turns_per_turn.value;
     const double mark = original_.axes[joint].home.value + mark_turns_.at(joint) * turn;
     const double a = before[at(joint)] - mark, b = plant_->rotors_rad()[at(joint)] - mark;
     if (a * b > 0 || a == b || dead_encoder_.at(joint) || dead_channel_.at(joint)) continue;

@@ -13,7 +13,8 @@ namespace {
 
 using board::JointVector;
 
-constexpr double kFilter_s = 2e-3;  // of the speed of an axis
+constexpr double kFilter_s = 2e-3;      // of the speed of an axis
+constexpr double kSlowFilter_s = 1e-2;  // where a coarse count is not to look like a fast tip
 constexpr double kHandled_s = 3, kHold_s = 1.5;
 
 Eigen::Index row(std::size_t j) { return static_cast<Eigen::Index>(j); }
@@ -21,12 +22,12 @@ Eigen::Index row(std::size_t j) { return static_cast<Eigen::Index>(j); }
 // Speed from counts: differences through a low pass, as short as the counts allow.
 class Speeds {
  public:
-  explicit Speeds(double tick_s) : tick_s_(tick_s) {}
+  explicit Speeds(double tick_s, double filter_s = kFilter_s) : tick_s_(tick_s), filter_s_(filter_s) {}
   void add(const PerAxis<double>& angles, std::size_t axes) {
     for (std::size_t j = 0; j < axes; ++j) {
       if (begun_) {
         const double now = (angles.at(j) - last_.at(j)) / tick_s_;
-        speed.at(j) += tick_s_ / (kFilter_s + tick_s_) * (now - speed.at(j));
+        speed.at(j) += tick_s_ / (filter_s_ + tick_s_) * (now - speed.at(j));
       }
       last_.at(j) = angles.at(j);
     }
@@ -35,7 +36,7 @@ class Speeds {
   PerAxis<double> speed{};
 
  private:
-  double tick_s_;
+  double tick_s_, filter_s_;
   bool begun_ = false;
   PerAxis<double> last_{};
 };
@@ -106,13 +107,14 @@ BenchRecording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
     for (std::size_t j = 0; j < axes(); ++j) v[row(j)] = values.at(j);
     return v;
   };
-  Speeds speeds(tick_s);
+  Speeds speeds(tick_s), slow(tick_s, kSlowFilter_s);
   Eigen::Vector3d begin_m = Eigen::Vector3d::Zero();
   hold_tip();
   for (double t = 0; t < kHandled_s; t += tick_s) {
     move_tip(prompt, t, tick_s);
     const PerAxis<double> angle = believed();
     speeds.add(angle, axes());
+    slow.add(angle, axes());
     PerAxis<double> asked{};
     if (mechanism.at(axis_vector(angle), pose)) {
       if (t == 0) begin_m = pose.force_point_m;
@@ -124,7 +126,8 @@ BenchRecording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
       const JointVector torque = mechanism.torques(pose, force_N);
       for (std::size_t j = 0; j < axes(); ++j)
         if (given_.axes[j].drive) asked.at(j) = torque[row(j)] / given_.axes[j].per_ampere();
-      if (program.most_speed_m_s > 0 && velocity.norm() > program.most_speed_m_s) {
+      const Eigen::Vector3d slowly = pose.force_jacobian * axis_vector(slow.speed);
+      if (program.most_speed_m_s > 0 && slowly.norm() > program.most_speed_m_s) {
         recording.ending = Ending::kSpeed;
         break;
       }
@@ -142,7 +145,7 @@ BenchRecording SimBench::feel(const TipProgram& program, const Prompt& prompt) {
 void SimBench::hold_tip() {
   plant_->release_grip();
   plant_->set_hand({.05, 800, 8});
-  hand_from_m_ = plant_->tip_m();
+  hand_from_m_ = plant_->force_point_m();
 }
 
 void SimBench::move_tip(const Prompt& prompt, double time_s, double step_s) {
@@ -156,7 +159,8 @@ void SimBench::let_tip_go() {
 }
 
 // A hand as in docs/stability.md meets the wall, presses it and holds.
-void SimBench::approach_wall(double stiffness_N_m, double depth_m, const Eigen::Vector3d& normal) {
+void SimBench::approach_wall(double stiffness_N_m, double depth_m, const Eigen::Vector3d& normal,
+                             double press_N) {
   constexpr double kApproach_m_s = .1;
   plant_->set_max_step(board::kPlantStep_s);
   plant_->release_grip();
@@ -164,7 +168,7 @@ void SimBench::approach_wall(double stiffness_N_m, double depth_m, const Eigen::
   plant_->set_hand(hand);
   // At rest the wall, the arm's structure and the hand are three springs in a row.
   const double way_m =
-      depth_m + kPress_N * (1 / stiffness_N_m + 1 / given_.tip_stiffness_N_m + 1 / hand.stiffness_N_m);
+      depth_m + press_N * (1 / stiffness_N_m + 1 / given_.tip_stiffness_N_m + 1 / hand.stiffness_N_m);
   press_way_m_ = -way_m * normal;
   press_travel_s_ = way_m / kApproach_m_s;
   hand_from_m_ = plant_->force_point_m();
@@ -185,7 +189,7 @@ BenchRecording SimBench::press_wall(const TipProgram& program) {
   const auto late = static_cast<std::size_t>(std::lround(options_.drive_delay_s / tick_s));
   const Expectation arm(given_);
   WallLoop loop(arm, program, tick_s);
-  approach_wall(program.stiffness_N_m, program.wall_depth_m, program.wall_normal);
+  approach_wall(program.stiffness_N_m, program.wall_depth_m, program.wall_normal, press_N(program));
   for (double t = 0; press_on(t); t += tick_s) {
     const PerAxis<double> angle = believed();
     JointVector at(row(axes()));
@@ -232,7 +236,7 @@ void SimBench::hands(const Prompt& prompt) {
       return;
     case Prompt::Kind::kPressWall:
       // A person presses by feel; these hands know how far the wall and its softness are.
-      approach_wall(prompt.wall_N_m, prompt.wall_m, -prompt.direction);
+      approach_wall(prompt.wall_N_m, prompt.wall_m, -prompt.direction, prompt.press_N);
       for (double t = 0; press_on(t) && !over(); t += kHandTick_s) advance(kHandTick_s, false);
       if (!over()) let_tip_go();
       return;

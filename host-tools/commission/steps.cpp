@@ -78,7 +78,9 @@ Prompt prompt(Prompt::Kind kind, std::size_t axis, std::string text) {
   return made;
 }
 
-Answer place(StepContext& context, std::size_t axis, const board::JointVector& at) {
+namespace {
+
+Answer bring_to(StepContext& context, std::size_t axis, const board::JointVector& at) {
   std::string text = "Bring the arm to";
   Prompt asked = prompt(Prompt::Kind::kPlace, axis, {});
   for (std::size_t j = 0; j < context.arm.axes(); ++j) {
@@ -88,8 +90,20 @@ Answer place(StepContext& context, std::size_t axis, const board::JointVector& a
                 ? fmt::format(" {} {:.0f} mm,", quoted(context.arm, j), 1e3 * value)
                 : fmt::format(" {} {:.0f} degrees,", quoted(context.arm, j), value * 180 / std::numbers::pi);
   }
-  asked.text = text + fmt::format(" hold the other joints still, and let {} go.", quoted(context.arm, axis));
+  asked.text = text + (axis < context.arm.axes() ? fmt::format(" hold the other joints still, and let {} go.",
+                                                               quoted(context.arm, axis))
+                                                 : std::string(" and hold it there."));
   return context.bench.ask(asked);
+}
+
+}  // namespace
+
+Answer place(StepContext& context, std::size_t axis, const board::JointVector& at) {
+  return bring_to(context, axis, at);
+}
+
+Answer hold(StepContext& context, const board::JointVector& at) {
+  return bring_to(context, context.arm.axes(), at);
 }
 
 board::JointVector angles(const StepContext& context, const PerAxis<std::int64_t>& counts) {

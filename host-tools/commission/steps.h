@@ -3,6 +3,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -43,6 +44,8 @@ struct Known {
   PerAxis<double> at_zero{};                // angle of the axis where its counter is 0
   PerAxis<double> torque_constant_N_m_A{};  // by back-EMF; 0: not measured
   PerAxis<bool> has_torque_scale{};         // by a weight
+  PerAxis<std::optional<board::JointVector>>
+      resting{};  // where an axis stays, of an arm of unknown weight; not saved
 };
 
 struct StepContext {
@@ -86,6 +89,8 @@ StepResult find_walls(StepContext& context);
 [[nodiscard]] Prompt prompt(Prompt::Kind kind, std::size_t axis, std::string text);
 // All axes to `place`, with `axis` let go.
 [[nodiscard]] Answer place(StepContext& context, std::size_t axis, const board::JointVector& at);
+// All axes to `place`, and held there.
+[[nodiscard]] Answer hold(StepContext& context, const board::JointVector& at);
 [[nodiscard]] board::JointVector angles(const StepContext& context, const PerAxis<std::int64_t>& counts);
 
 }  // namespace thimble::host

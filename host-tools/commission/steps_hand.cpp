@@ -85,6 +85,7 @@ StepResult prove_encoders(StepContext& context) {
   result.passed = result.findings.empty();
   if (!result.passed) return result;
   context.known.at_zero = place_of_stops(context.arm, turns);
+  context.known.resting = {};
   context.known.session = context.bench.facts().session;
   context.bench.locate(context.known.at_zero);
   for (std::size_t j = 0; j < context.arm.axes(); ++j) {

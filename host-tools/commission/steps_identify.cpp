@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "host-tools/commission/balance.h"
 #include "host-tools/commission/estimate.h"
 #include "host-tools/commission/sweeps.h"
 
@@ -12,6 +13,7 @@ namespace thimble::host {
 namespace {
 
 constexpr int kRuns = 3;
+constexpr double kCoulombPromise = .2;
 constexpr std::array kSpeeds{.15, .3, .5, .75, 1.0};  // of the largest
 constexpr double kLargestSpeed = 2;                   // rad/s
 constexpr double kLongestWay = .4, kShortest_s = .4;  // rad to each side, and what a sweep takes
@@ -46,12 +48,12 @@ double torque_scale(const StepContext& context, std::size_t axis) {
 
 // In the middle between the stops: the weight cancels.
 std::vector<FrictionFit> find_friction(StepContext& context, std::size_t axis) {
-  const double scale = torque_scale(context, axis);
+  const double scale = torque_scale(context, axis), unit = per_radian(context.arm.axis(axis));
   board::JointVector at = context.arm.home();
   const Expectation::Span span = context.arm.span(axis, at);
   at[static_cast<Eigen::Index>(axis)] = .5 * (span.lower + span.upper);
-  const double way = std::min(kLongestWay, .3 * (span.upper - span.lower));
-  const double largest = std::min(kLargestSpeed, 2 * way / kShortest_s);
+  const double way = std::min(kLongestWay * unit, .3 * (span.upper - span.lower));
+  const double largest = std::min(kLargestSpeed * unit, 2 * way / kShortest_s);
   std::vector<FrictionFit> fits;
   for (int run = 0; run < kRuns; ++run) {
     std::vector<Sweep> sweeps;
@@ -130,7 +132,7 @@ std::vector<Response> find_responses(StepContext& context, std::size_t axis, con
 void identify_axis(StepContext& context, std::size_t axis, StepResult& result) {
   const Expectation& arm = context.arm;
   const ArmAxis& own = arm.axis(axis);
-  const board::JointVector at = arm.balanced(axis);
+  const board::JointVector at = resting_place(context, axis);
   if (place(context, axis, at) == Answer::kStop ||
       context.bench.ask(prompt(Prompt::Kind::kLetGo, axis,
                                "Take your hands off: the board holds the arm.")) == Answer::kStop) {
@@ -144,11 +146,12 @@ void identify_axis(StepContext& context, std::size_t axis, StepResult& result) {
     viscous.push_back(fit.viscous_N_m_s_rad);
     residual = std::max(residual, fit.residual);
   }
-  if (coulomb.size() < 2) {
+  // Coarse counts make the servo tremble, and what trembles has no friction: then its runs differ.
+  if (coulomb.size() < 2 || spread(coulomb) > kCoulombPromise * mean(coulomb)) {
     result.notes.push_back(quoted(arm, axis) + ": its friction was not found; the sweeps do not agree.");
     return;
   }
-  add(result, "coulomb_N_m", axis, own.friction.coulomb_N_m.value, coulomb, residual, .2);
+  add(result, "coulomb_N_m", axis, own.friction.coulomb_N_m.value, coulomb, residual, kCoulombPromise);
   add(result, "viscous_N_m_s_rad", axis, own.friction.viscous_N_m_s_rad.value, viscous, residual, .3);
   const FrictionFit friction{mean(coulomb), mean(viscous), residual, true};
   const std::vector<double> stiction = find_stiction(context, axis, at, friction.coulomb_N_m);
@@ -180,8 +183,9 @@ void identify_axis(StepContext& context, std::size_t axis, StepResult& result) {
   }
   add(result, "inertia_kg_m2", axis, inertia, totals, residual, .1);
   add(result, "rotor_kg_m2", axis,
-      own.motor->rotor_inertia_kg_m2.value * std::pow(own.drive->turns_per_turn.value, 2), rotors, residual,
-      .2);
+      own.motor->rotor_inertia_kg_m2.value *
+          std::pow(own.per_ampere() / own.motor->torque_constant_N_m_A.value, 2),
+      rotors, residual, .2);
   add(result, "stiffness_N_m_rad", axis, own.stiffness_N_m_rad ? own.stiffness_N_m_rad->value : std::nan(""),
       stiffness, residual, .1);
   add(result, "first_resonance_Hz", axis,

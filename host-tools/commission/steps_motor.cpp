@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host-tools/commission/balance.h"
 #include "host-tools/commission/pulses.h"
 
 namespace thimble::host {
@@ -13,7 +14,8 @@ namespace {
 constexpr double kCurrentPart = .1, kCurrentFloor_A = .02;
 constexpr double kResistancePart = .25;
 constexpr double kTorqueConstantPart = .12;
-constexpr double kNoEmf = .2;  // of the expected one: another joint turns that motor, or none
+constexpr double kMovesAbove = 1.2;  // friction: less torque shows no motion of a sound axis
+constexpr double kNoEmf = .2;        // of the expected one: another joint turns that motor, or none
 
 // Voltage by the speed of the motor while the builder turns the joint.
 double torque_constant(StepContext& context, std::size_t axis) {
@@ -67,7 +69,7 @@ void judge_current(StepContext& context, std::size_t j, StepResult& result) {
   std::vector<double> ohms;
   double worst_A = 0, least_part = 1;
   for (const double sign : {1.0, -1.0}) {
-    if (place(context, j, arm.balanced(j)) == Answer::kStop) {
+    if (place(context, j, resting_place(context, j)) == Answer::kStop) {
       result.stopped = true;
       return;
     }
@@ -116,7 +118,7 @@ int joint_of_drive(StepContext& context, std::size_t axis) {
   for (std::size_t k = 0; k < arm.axes(); ++k) {
     if (k == axis || !arm.driven(k)) continue;
     for (const double sign : {1.0, -1.0}) {
-      if (place(context, k, arm.balanced(k)) == Answer::kStop) return -1;
+      if (place(context, k, resting_place(context, k)) == Answer::kStop) return -1;
       if (pulse(context, axis, k, sign * current_A, kPulse_s).moved) return static_cast<int>(k);
     }
   }
@@ -146,7 +148,36 @@ void no_motion(StepContext& context, std::size_t j, StepResult& result) {
                              fmt::format("{:.3f} N m, {:.3f} N m of friction in the file", torque,
                                          arm.axis(j).friction.coulomb_N_m.value));
   found.twins = {ArmFault::kOpenWinding, ArmFault::kDeadPhase, ArmFault::kWeakMotor};
+  if (torque < kMovesAbove * arm.axis(j).friction.coulomb_N_m.value)
+    found.text += fmt::format(
+        " No more is allowed before step 7, whichever joint the drive may turn: {:.1g} N at the tip. An "
+        "arm with so much friction cannot be commissioned so.",
+        .5 * kTipForce_N);
   result.findings.push_back(found);
+}
+
+// Three or more motors in a ring: one finding, which puts all of them right.
+void join_ring(const Expectation& arm, std::vector<ArmFinding>& findings) {
+  const auto is_exchange = [](const ArmFinding& found) { return found.fault == ArmFault::kMotorsSwapped; };
+  const auto first = std::ranges::find_if(findings, is_exchange);
+  if (std::ranges::count_if(findings, is_exchange) < 3) return;
+  std::vector<Correction> all;
+  int at = first->axis;
+  do {
+    const auto step = std::ranges::find_if(
+        findings, [&](const ArmFinding& found) { return is_exchange(found) && found.axis == at; });
+    if (step == findings.end() || all.size() > findings.size()) return;
+    // The drive of this axis moves the other one: its port belongs to that.
+    all.push_back({fmt::format("/axes/{}/drive/port", step->other),
+                   static_cast<double>(arm.axis(static_cast<std::size_t>(at)).drive->port)});
+    at = step->other;
+  } while (at != first->axis);
+  if (all.size() < 3) return;
+  first->corrections = all;
+  first->text += fmt::format(" The plugs of {} motors go round.", all.size());
+  const ArmFinding kept = *first;
+  std::erase_if(findings, is_exchange);
+  findings.push_back(kept);
 }
 
 // At two places or more, in both directions, less than half of what it does at most others.
@@ -259,6 +290,7 @@ StepResult prove_motors(StepContext& context) {
       judge_series(context, j, series, result);
     }
   }
+  join_ring(context.arm, result.findings);
   result.passed = result.findings.empty();
   return result;
 }
@@ -279,7 +311,10 @@ StepResult prove_damping(StepContext& context) {
   program.damping_N_s_m = std::min(1.0, .01 * mass_kg / facts.tick_s);
   program.most_force_N = .5 * kTipForce_N;
   program.most_speed_m_s = .9 * kTipSpeed_m_s;
-  if (place(context, 0, arm.balanced(0)) == Answer::kStop) return {.stopped = true};
+  // The place of a closed loop at which an axis is balanced may be near to where its links part.
+  const Answer answer =
+      arm.has_loop() ? hold(context, arm.home()) : place(context, 0, resting_place(context, 0));
+  if (answer == Answer::kStop) return {.stopped = true};
   const BenchRecording seen = context.bench.feel(
       program, prompt(Prompt::Kind::kMoveAbout, 0,
                       "Hold the tip and move it slowly about, by 2 cm; it feels like oil."));

@@ -68,18 +68,20 @@ bool is_still(StepContext& context, double stiffness_N_m, double damping_N_s_m, 
   wall.most_speed_m_s = kMostSpeed_m_s;
   wall.wall_normal = wall_normal(arm);
   wall.wall_depth_m = kPressWall_m;
-  if (place(context, 0, arm.home()) == Answer::kStop) {
+  if (hold(context, arm.home()) == Answer::kStop) {
     result.stopped = true;
     return false;
   }
   Prompt asked = prompt(
       Prompt::Kind::kPressWall, 0,
-      fmt::format("Push the tip {} until you feel a wall, press it as a hand presses a doorbell (2 N), "
-                  "and hold for 2 seconds. The walls become harder; let go when one trembles.",
-                  towards(-wall.wall_normal)));
+      fmt::format(
+          "Push the tip {} until you feel a wall, press it with {:.2g} N (a hand presses a doorbell with 2), "
+          "and hold for 2 seconds. The walls become harder; let go when one trembles.",
+          towards(-wall.wall_normal), press_N(wall)));
   asked.direction = -wall.wall_normal;
   asked.wall_N_m = stiffness_N_m;
   asked.wall_m = wall.wall_depth_m;
+  asked.press_N = press_N(wall);
   const BenchRecording seen = context.bench.feel(wall, asked);
   if (seen.ending == Ending::kSpeed) return false;
   return swing_m(context, seen, wall.wall_normal) <= counted_tolerance_m(arm);
@@ -134,6 +136,11 @@ StepResult find_walls(StepContext& context) {
           fmt::format("With B = {:.2g} N s/m even a wall of {:.0f} N/m swings: this arm does not hold "
                       "such a damping at {:.0f} Hz.",
                       damping_N_s_m, kFirstWall_N_m, rate_Hz));
+    if (limit_N_m == kLastWall_N_m)
+      result.notes.push_back(
+          fmt::format("With B = {:.2g} N s/m no wall swings up to {:.0f} N/m, the stiffest "
+                      "that is tried.",
+                      damping_N_s_m, kLastWall_N_m));
     best_N_m = std::max(best_N_m, limit_N_m);
     begin_N_m = std::max(kFirstWall_N_m, kNextDamping * limit_N_m);
   }

@@ -150,7 +150,7 @@ StepResult prove_directions(StepContext& context) {
   program.stiffness_N_m = 50;
   program.most_force_N = .95 * kTipForce_N;
   for (const Eigen::Vector3d& direction : push_directions(arm)) {
-    if (place(context, 0, arm.home()) == Answer::kStop) return {.stopped = true};
+    if (hold(context, arm.home()) == Answer::kStop) return {.stopped = true};
     Prompt asked = prompt(
         Prompt::Kind::kPush, 0,
         "Push the tip slowly " + towards(direction) + ", by 2 cm, and back. It feels like a soft spring.");

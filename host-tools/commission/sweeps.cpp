@@ -61,7 +61,9 @@ ServoProgram servo_to(const Expectation& arm, const board::JointVector& from, co
 
 PerAxis<Sweep> sweep_all(StepContext& context, const board::JointVector& at, double way, double speed) {
   const Expectation& arm = context.arm;
-  const board::JointVector by = board::JointVector::Constant(at.size(), way);
+  board::JointVector by(at.size());
+  for (std::size_t j = 0; j < arm.axes(); ++j)
+    by[static_cast<Eigen::Index>(j)] = way * per_radian(arm.axis(j));
   ServoProgram bring = servo_to(arm, place_now(context), at - by);
   bring.move_s = kBring_s;
   bring.stay_s = .2;
@@ -73,7 +75,7 @@ PerAxis<Sweep> sweep_all(StepContext& context, const board::JointVector& at, dou
     const BenchRecording seen = context.bench.servo(program);
     for (std::size_t j = 0; j < arm.axes(); ++j) {
       if (!arm.driven(j)) continue;
-      sweeps.at(j).speed = speed;
+      sweeps.at(j).speed = speed * per_radian(arm.axis(j));
       (sign > 0 ? sweeps.at(j).up_N_m : sweeps.at(j).down_N_m) = mean_torque(arm, seen, j);
     }
   }

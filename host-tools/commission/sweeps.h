@@ -10,7 +10,7 @@ namespace thimble::host {
 [[nodiscard]] ServoProgram servo_to(const Expectation& arm, const board::JointVector& from,
                                     const board::JointVector& to);
 
-// All driven axes together, by `way` to each side of a place.
+// All driven axes together, by `way` to each side of a place; both in rad, and by per_radian() of an axis that slides.
 [[nodiscard]] PerAxis<Sweep> sweep_all(StepContext& context, const board::JointVector& at, double way,
                                        double speed);
 // One axis, the others held by the servo.

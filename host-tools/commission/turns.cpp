@@ -5,14 +5,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "host-tools/error.h"
 
 namespace thimble::host {
 namespace {
 
-constexpr double kAliveCounts = 20;      // fewer are no motion
-constexpr double kReturnCounts = 3;      // to the same stop
+constexpr double kAliveCounts = 20;   // fewer are no motion
+constexpr double kReturnCounts = 3;   // to the same stop
+constexpr double kReturnPart = 2e-4;  // of the way: a fine encoder sees how hard the hand pulls into the stop
 constexpr double kSpanTolerance = .03;   // of the way between the stops
 constexpr double kStopTolerance = .065;  // up to here the stops are elsewhere, beyond it the ratio is wrong
 constexpr double kOwnByOther = 10;       // own counts by any other's, both as parts of their ways
@@ -94,6 +96,41 @@ ArmFinding swapped(const Expectation& arm, std::size_t j, std::size_t k) {
   return found;
 }
 
+// Three or more encoders in a ring: one finding, which puts all of them right. The exchange of each pair for itself would not.
+ArmFinding turned_round(const Expectation& arm, std::size_t first, const std::vector<int>& seen) {
+  ArmFinding found = swapped(arm, first, static_cast<std::size_t>(seen[first]));
+  found.corrections.clear();
+  std::string way = quoted(arm, first);
+  for (std::size_t j = first;;) {
+    const auto k = static_cast<std::size_t>(seen[j]);
+    found.corrections.push_back(
+        {fmt::format("/axes/{}/encoder/port", j), static_cast<double>(arm.axis(k).encoder.port)});
+    fmt::format_to(std::back_inserter(way), ", {}", quoted(arm, k));
+    j = k;
+    if (j == first) break;
+  }
+  found.text += fmt::format(
+      " The plugs go round: the encoder of each of {} is where that of the next one belongs.", way);
+  return found;
+}
+
+// How many axes the exchange goes through, from `first` back to it; 0: it does not come back.
+std::size_t ring_of(const std::vector<int>& seen, std::size_t first) {
+  std::size_t at = first;
+  for (std::size_t count = 1; count <= seen.size(); ++count) {
+    if (seen[at] < 0) return 0;
+    at = static_cast<std::size_t>(seen[at]);
+    if (at == first) return count;
+  }
+  return 0;
+}
+
+bool is_first_of_ring(const std::vector<int>& seen, std::size_t axis) {
+  for (auto at = static_cast<std::size_t>(seen[axis]); at != axis; at = static_cast<std::size_t>(seen[at]))
+    if (at < axis) return false;
+  return true;
+}
+
 // None of the counters moved: the one that is nobody else's toggles, or is still.
 ArmFinding dead(const Expectation& arm, const Turn& turn, std::size_t j, const std::vector<int>& seen) {
   for (std::size_t k = 0; k < arm.axes(); ++k) {
@@ -152,7 +189,9 @@ void judge_own(const Expectation& arm, const Turn& turn, std::size_t j, std::vec
     findings.push_back(finding(arm, ArmFault::kEncoderSign, j, "the two trials do not agree"));
   }
   // Where the encoder has more counts than the file says, the hand's error has more, too.
-  if (own.return_error() > kReturnCounts * std::max(1.0, own.way() / expected_way(arm, j)))
+  const double allowed =
+      std::max(kReturnCounts * std::max(1.0, own.way() / expected_way(arm, j)), kReturnPart * own.way());
+  if (own.return_error() > allowed)
     findings.push_back(finding(arm, ArmFault::kSlip, j,
                                fmt::format("the same stop was {:.0f} counts apart", own.return_error())));
   judge_way(arm, turn, j, findings);
@@ -219,6 +258,10 @@ std::vector<ArmFinding> judge_turns(const Expectation& arm, const std::vector<Tu
     }
     const auto k = static_cast<std::size_t>(seen[j]);
     if (k != j) {
+      if (ring_of(seen, j) > 2) {
+        if (is_first_of_ring(seen, j)) findings.push_back(turned_round(arm, j, seen));
+        continue;
+      }
       // Once for each pair.
       if (j < k || seen[k] != static_cast<int>(j)) findings.push_back(swapped(arm, j, k));
       continue;

@@ -152,12 +152,35 @@ class Commission(Rig):
         self.assertTrue(done["0"]["passed"])
         self.assertEqual(sorted(path.name for path in arm.parent.iterdir()), [arm.name, state.name])
 
+    def refused_loop(self, file, arm):
+        file.write_text(json.dumps(arm))
+        return self.fails(1, "links-part", "commission", file, "--simulate")
+
+    def test_one_at_a_time_works_with_a_state(self):
+        arm = self.arm()
+        first = subprocess.Popen([BIN / "thimble", "commission", arm, "--simulate", "--ask"], stdin=subprocess.PIPE,
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=self.environment)
+        lock = arm.with_name(".paddle.commission.json.lock")
+        deadline = time.monotonic() + 20
+        while not lock.exists() and time.monotonic() < deadline:
+            time.sleep(.02)
+        error = self.fails(1, "state-in-use", "commission", arm, "--simulate")
+        self.assertIn("--state", error["remedy"])
+        first.kill()  # dies with its lock file: the next one takes it over
+        first.communicate()
+        self.assertTrue(lock.exists())
+        self.found("line-ignored", arm, "--restart", "--fault", "line-ignored")
+        self.assertFalse(lock.exists())
+
     def test_bad_input(self):
         arm = self.arm()
         error = self.fails(1, "not-on-boards", "commission", arm)
         self.assertIn("--simulate", error["remedy"])
         self.fails(2, "usage", "commission", "--simulate")
-        self.fails(1, "not-simulated", "commission", ARMS / "pantograph.arm.json", "--simulate", "--state", self.runtime / "none.json")
+        folded = json.loads((ARMS / "pantograph.arm.json").read_text())
+        folded["axes"][1] |= {"home_deg": 105, "upper_deg": 175}
+        folded["axes"][0] |= {"home_deg": 139}
+        self.assertIn("first", self.refused_loop(arm.with_name("folded.arm.json"), folded)["cause"])
         rail = json.loads(arm.read_text())
         rail["kinematics"]["serial"]["joints"][0] |= {"type": "prismatic", "axis": [1, 0, 0]}
         for end, value in ("lower", -.05), ("upper", .05):
@@ -165,7 +188,7 @@ class Commission(Rig):
             rail["axes"][0][end + "_m"] = value
         sliding = arm.with_name("rail.arm.json")
         sliding.write_text(json.dumps(rail))
-        self.fails(1, "not-simulated", "commission", sliding, "--simulate")
+        self.found("motor-sign", sliding, "--fault", "motor-sign@paddle")
         self.fails(10, "cannot-read", "commission", "no-such-arm", "--simulate")
         error = self.fails(2, "unknown-fault", "commission", arm, "--simulate", "--fault", "rust@paddle")
         self.assertIn("motor-sign", error["remedy"])

@@ -38,6 +38,11 @@ void ArmDynamics::add_body(const MovingFrame& frame, std::size_t body, const Joi
   terms.potential_J += mass_kg * kWeight_m_s2 * up_.dot(centre.at_m);
 }
 
+double ArmDynamics::spread(const JointVector& axes, ArmFrames& frames) const {
+  const JointVector q = joints_per_axis_ * axes + geometry_.joint_offset.head(axes.size()).cast<double>();
+  return find_frames(geometry_, q, JointVector::Zero(axes.size()), frames) ? frames.spread : 0;
+}
+
 bool ArmDynamics::at(const JointVector& axes, const JointVector& speeds, ArmFrames& frames,
                      ArmTerms& terms) const {
   const Eigen::Index n = axes.size();

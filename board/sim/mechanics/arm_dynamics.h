@@ -31,6 +31,9 @@ class ArmDynamics {
   [[nodiscard]] bool at(const JointVector& axes, const JointVector& speeds, ArmFrames& frames,
                         ArmTerms& terms) const;
 
+  // Of the loop (ArmFrames::spread); 0: the links do not meet there.
+  [[nodiscard]] double spread(const JointVector& axes, ArmFrames& frames) const;
+
   [[nodiscard]] const kinematics::Geometry& geometry() const noexcept { return geometry_; }
 
  private:

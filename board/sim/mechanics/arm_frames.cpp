@@ -93,6 +93,7 @@ bool find_five_bar(const kinematics::FiveBarGeometry& links, const JointVector& 
   Eigen::Matrix2d turns;
   turns << L1 * square_to(along[0]), -L2 * square_to(along[1]);
   if (!(std::abs(turns.determinant()) > 1e-6 * L1 * L2)) return false;
+  frames.spread = std::abs(turns.determinant()) / (L1 * L2);
   const Eigen::Matrix2d solve = turns.inverse();
   const Eigen::Matrix<double, 2, Eigen::Dynamic> by_joint =
       solve * (elbow[1].by_joint - elbow[0].by_joint).topRows<2>();
@@ -162,6 +163,7 @@ bool find_delta(const kinematics::DeltaGeometry& g, const JointVector& q, const 
   }
   if (!(missing_m <= kClosed_m)) return false;
 
+  frames.spread = std::abs(normals.determinant());
   // The ends of the legs move square to their normals but for what the thighs do.
   const Matrix3d solve = normals.inverse();
   Matrix3d by_joint = Matrix3d::Zero();

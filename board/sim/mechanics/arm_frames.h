@@ -14,6 +14,9 @@ struct ArmFrames {
   std::vector<MovingFrame> thigh;  // of a delta, x along it
   MovingFrame plate;               // of the platform; the base where there is none
   MovingFrame tip;
+  // Of a closed loop: what the directions of its last links span. 1: they are square to each other; 0: in line, where they part or fold, and no
+  // torque of the axes moves or holds the tip. Of an arm without a loop 1.
+  double spread = 1;
 };
 
 // q, qd: of the joints. frames: those of a place near by, from which a delta looks for its plate; frames.plate alone matters. False: the

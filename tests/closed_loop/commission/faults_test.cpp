@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "host-tools/commission/planted.h"
 #include "host-tools/commission/sim_bench.h"
 #include "host-tools/commission/steps.h"
 #include "tests/support/figure.h"
@@ -23,11 +24,12 @@ using enum ArmFault;
 using test::Random;
 
 ArmFile arm_named(const std::string& name) {
-  std::ifstream in(std::filesystem::path(THIMBLE_SOURCE_DIR) / "arms" / (name + ".arm.json"));
+  const std::string folder = name == "five-bar-odrive" ? "docs/examples/five-bar" : "arms";
+  std::ifstream in(std::filesystem::path(THIMBLE_SOURCE_DIR) / folder / (name + ".arm.json"));
   return read_arm_file({std::istreambuf_iterator<char>(in), {}}, name);
 }
 
-const std::array kArms{"premium-1.5", "wooden", "paddle"};
+const std::array kArms{"premium-1.5", "wooden", "paddle", "pantograph", "falcon", "touch", "five-bar-odrive"};
 
 // Of the long form; 0: the short form.
 std::size_t arms_to_try() {
@@ -124,6 +126,10 @@ SimFault some_fault(Random& random, const ArmFile& arm) {
                                    fault.fault == kJointsSwapped));
   if (fault.fault == kEncodersSwapped || fault.fault == kMotorsSwapped || fault.fault == kJointsSwapped)
     fault.other = (fault.axis + 1 + random.below(arm.axes.size() - 1)) % arm.axes.size();
+  // An axis without a motor has none of these.
+  const auto planted = std::ranges::find(planted_faults(), fault.fault, &PlantedFault::fault);
+  if (planted->of_motor && !(arm.axes[fault.axis].drive && arm.axes[fault.other].drive))
+    fault = {kEncoderSign, fault.axis, fault.axis};
   if (fault.fault == kWrongCounts) fault.factor = pick(.25, .5, 2.0, 4.0);
   if (fault.fault == kWrongRatio) fault.factor = pick(.75, .8, .88, 1.12, 1.2, 1.3, 1.5);
   if (fault.fault == kSlip) fault.factor = random.uniform(1, 3);

@@ -1,0 +1,176 @@
+// Families of arms beyond those of faults_test.cpp: closed loops, an axis that slides, links of unknown weight, and an arm with too much friction. Sound
+// ones pass, and what is wrong is named by the step that can see it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host-tools/commission/balance.h"
+#include "host-tools/commission/sim_bench.h"
+#include "host-tools/commission/steps.h"
+
+namespace thimble::host {
+namespace {
+
+using enum ArmFault;
+using Json = nlohmann::ordered_json;
+
+Json json_of_arm(const std::string& name) {
+  std::ifstream in(std::filesystem::path(THIMBLE_SOURCE_DIR) / (name + ".arm.json"));
+  return Json::parse(in);
+}
+
+ArmFile arm_from(const Json& json) { return read_arm_file(json.dump(), json.at("name").get<std::string>()); }
+
+// A motor on a rail, with the friction of a cart in N.
+ArmFile rail() {
+  Json arm = json_of_arm("arms/paddle");
+  arm["name"] = "rail";
+  arm["kinematics"]["serial"]["joints"][0]["type"] = "prismatic";
+  arm["kinematics"]["serial"]["joints"][0]["axis"] = {1, 0, 0};
+  Json& axis = arm["axes"][0];
+  axis.erase("lower_deg");
+  axis.erase("upper_deg");
+  axis["lower_m"] = -.05;
+  axis["upper_m"] = .05;
+  axis["friction"] = {{"coulomb_N_m", .1}, {"viscous_N_m_s_rad", .5}};
+  return arm_from(arm);
+}
+
+// Up to `last`, or to the first step that does not pass.
+struct Walk {
+  int number = -1;
+  StepResult result;
+  double force_N = 0, speed_m_s = 0;  // before step 7
+  bool closed = false;
+};
+Walk commission_to(const ArmFile& arm, std::vector<SimFault> faults, int last, std::uint64_t seed = 1) {
+  SimBench bench(arm, std::move(faults), {.seed = seed});
+  const Expectation expected(arm);
+  Known known;
+  StepContext context{bench, expected, known};
+  Walk run;
+  for (const Step& step : steps()) {
+    if (step.number > last) break;
+    if (step.number == 3) continue;  // the marks: as those of step 2
+    run.number = step.number;
+    run.result = step.run(context);
+    if (step.number < 7) {
+      run.force_N = bench.most_tip_force_N();
+      run.speed_m_s = bench.most_tip_speed_m_s();
+    }
+    if (!run.result.passed) break;
+  }
+  run.closed = bench.plant().closed();
+  return run;
+}
+
+bool is_long() { return std::getenv("THIMBLE_COMMISSION_ARMS") != nullptr; }
+
+void expect_sound(const ArmFile& arm, int last) {
+  const Walk run = commission_to(arm, {}, last);
+  std::string found;
+  for (const ArmFinding& one : run.result.findings) found += one.text + "\n";
+  EXPECT_TRUE(run.result.passed) << arm.name << ": step " << run.number << ": " << found;
+  EXPECT_EQ(run.number, last) << arm.name;
+  EXPECT_TRUE(run.closed) << arm.name << ": its links parted";
+  EXPECT_LT(run.force_N, 1) << arm.name;
+  EXPECT_LT(run.speed_m_s, .1) << arm.name;
+}
+
+TEST(Arms, SoundOnesPass) {
+  expect_sound(arm_from(json_of_arm("arms/pantograph")), is_long() ? 10 : 7);
+  expect_sound(rail(), is_long() ? 10 : 8);
+  expect_sound(arm_from(json_of_arm("arms/touch")), is_long() ? 10 : 5);
+  if (!is_long()) return;
+  for (const char* name : {"arms/falcon", "docs/examples/five-bar/five-bar-odrive"})
+    expect_sound(arm_from(json_of_arm(name)), 10);
+}
+
+void expect_named(const ArmFile& arm, const SimFault& fault, int step) {
+  const Walk run = commission_to(arm, {fault}, step);
+  EXPECT_EQ(run.number, step) << arm.name << " " << text_of(fault.fault).name;
+  ASSERT_FALSE(run.result.findings.empty()) << arm.name << " " << text_of(fault.fault).name;
+  const ArmFinding& found = run.result.findings.front();
+  EXPECT_EQ(found.fault, fault.fault) << found.text;
+  EXPECT_TRUE(found.axis == static_cast<int>(fault.axis) || found.axis == static_cast<int>(fault.other))
+      << found.text;
+  EXPECT_LT(run.force_N, 1) << arm.name;
+  EXPECT_LT(run.speed_m_s, .1) << arm.name;
+}
+
+TEST(Arms, FaultsOfAFiveBarAndOfARailAreNamed) {
+  const ArmFile bars = arm_from(json_of_arm("docs/examples/five-bar/five-bar-odrive")), cart = rail();
+  expect_named(bars, {kMotorSign, 1, 1}, 5);
+  expect_named(bars, {kMotorsSwapped, 0, 1}, 5);
+  expect_named(bars, {kEncodersSwapped, 0, 1}, 2);
+  expect_named(cart, {kMotorSign}, 5);
+  expect_named(cart, {kDeadPhase}, 5);
+  expect_named(cart, {kEncoderSign}, 2);
+  expect_named(cart, {kSlip, 0, 0, 2}, 2);
+}
+
+// The files of these arms say 0.1 N m of friction: more than 1 N at the tip, whichever joint the drive turns in truth.
+TEST(Arms, OneWithTooMuchFrictionIsToldSo) {
+  if (!is_long()) GTEST_SKIP() << "seven joints; with THIMBLE_COMMISSION_ARMS";
+  const Walk run = commission_to(arm_from(json_of_arm("arms/chain-7")), {}, 10);
+  EXPECT_EQ(run.number, 5);
+  ASSERT_EQ(run.result.findings.size(), 7U);
+  for (const ArmFinding& found : run.result.findings) {
+    EXPECT_EQ(found.fault, kNoMotion);
+    EXPECT_NE(found.text.find("No more is allowed"), std::string::npos) << found.text;
+  }
+  EXPECT_LT(run.force_N, 1);
+}
+
+// The file does not have the weights that the arm has: the place is found by letting the axis go.
+TEST(Arms, AnAxisOfUnknownWeightRestsWhereItIsFound) {
+  const ArmFile heavy = arm_from(json_of_arm("arms/premium-1.5"));
+  Json light = json_of_arm("arms/premium-1.5");
+  ASSERT_TRUE(light["kinematics"]["two_link"].contains("inertia"));
+  light["kinematics"]["two_link"].erase("inertia");
+  const ArmFile unknown = arm_from(light);
+  const Expectation expected(unknown), truth(heavy);
+  SimBench bench(heavy, {}, {.seed = 4});
+  Known known;
+  StepContext context{bench, expected, known};
+  ASSERT_FALSE(expected.knows_inertia());
+  ASSERT_TRUE(prove_encoders(context).passed);
+  for (const std::size_t axis : {1U, 2U}) {
+    const board::JointVector at = resting_place(context, axis);
+    ASSERT_EQ(place(context, axis, at), Answer::kDone);
+    const auto row = static_cast<Eigen::Index>(axis);
+    EXPECT_NEAR(bench.plant().joints_rad()[row], at[row], .05) << "it fell";
+    EXPECT_LT(std::abs(truth.weight(at)[row]), 1.5 * heavy.axes[axis].friction.coulomb_N_m.value);
+  }
+}
+
+TEST(Arms, PlugsThatGoRoundAreOneFinding) {
+  const ArmFile arm = arm_from(json_of_arm("arms/premium-1.5"));
+  const Walk run = commission_to(arm, {{kEncodersSwapped, 0, 1}, {kEncodersSwapped, 1, 2}}, 2);
+  ASSERT_EQ(run.number, 2);
+  ASSERT_EQ(run.result.findings.size(), 1U) << run.result.findings[0].text;
+  const ArmFinding& found = run.result.findings[0];
+  EXPECT_EQ(found.fault, kEncodersSwapped);
+  ASSERT_EQ(found.corrections.size(), 3U);
+  Json corrected = json_of_arm("arms/premium-1.5");
+  for (const Correction& correction : found.corrections)
+    corrected[Json::json_pointer(correction.pointer)] = static_cast<int>(correction.value);
+  SimBench bench(arm, {{kEncodersSwapped, 0, 1}, {kEncodersSwapped, 1, 2}}, {});
+  const ArmFile right = arm_from(corrected);
+  bench.use(right);
+  const Expectation expected(right);
+  Known known;
+  StepContext context{bench, expected, known};
+  const StepResult again = prove_encoders(context);
+  EXPECT_TRUE(again.passed) << again.findings[0].text;
+}
+
+}  // namespace
+}  // namespace thimble::host
