@@ -109,7 +109,8 @@ class Session {
         places_(places),
         state_name_(places.state.string()),
         commission_(open_commission(places, arm_text, choice.restart, choice.simulate)),
-        arm_(commissioned_arm(common, remote, choice, arm, state_name_)),
+        arm_(
+            commissioned_arm(common, remote, choice, choice.simulate ? arm : commission_.arm(), state_name_)),
         bench_(arm_->bench()) {
     if (commission_.bench().is_object()) arm_->demand_same(commission_.bench());
     commission_.tell_bench(arm_->identity());

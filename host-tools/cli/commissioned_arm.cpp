@@ -89,9 +89,11 @@ class SimulatedArm final : public CommissionedArm {
 
 class ConnectedArm final : public CommissionedArm {
  public:
-  ConnectedArm(const Remote& remote, const CommissionChoice& choice, const std::string& state)
+  ConnectedArm(const Remote& remote, const CommissionChoice& choice, const ArmFile& arm,
+               const std::string& state)
       : state_(state),
-        link_([&remote] { return open_remote(remote); }, person_, static_cast<std::uint8_t>(choice.arm)) {}
+        link_([&remote] { return open_remote(remote); }, person_, static_cast<std::uint8_t>(choice.arm),
+              arm) {}
 
   [[nodiscard]] Bench& bench() override { return link_; }
   void begin_step(int number) override { link_.begin_step(number); }
@@ -122,7 +124,7 @@ std::unique_ptr<CommissionedArm> commissioned_arm(const Common& common, const Re
                                                   const CommissionChoice& choice, const ArmFile& arm,
                                                   const std::string& state) {
   if (choice.simulate) return std::make_unique<SimulatedArm>(common, choice, arm, state);
-  return std::make_unique<ConnectedArm>(remote, choice, state);
+  return std::make_unique<ConnectedArm>(remote, choice, arm, state);
 }
 
 }  // namespace thimble::host

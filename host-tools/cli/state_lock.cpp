@@ -29,8 +29,10 @@ StateLock::StateLock(const std::filesystem::path& state)
   constexpr unsigned kMode = 0644;
   for (;;) {
     fd_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode);
+    const bool forbidden = errno == EACCES || errno == EPERM || errno == EROFS;
     if (fd_ < 0)
-      throw Error(ExitCode::kRefused, "cannot-write",
+      throw Error(forbidden ? ExitCode::kPermission : ExitCode::kRefused,
+                  forbidden ? "permission" : "cannot-write",
                   fmt::format("cannot write {}: {}", file_.string(), std::strerror(errno)),
                   "check the folder, or give another file with --state");
     if (flock(fd_, LOCK_EX | LOCK_NB) != 0) {

@@ -33,9 +33,10 @@ std::int64_t widened(std::uint32_t counter, int bits) {
 
 }  // namespace
 
-LinkBench::LinkBench(Open open, Person& person, std::uint8_t arm)
-    : open_(std::move(open)), person_(person), arm_(arm) {
+LinkBench::LinkBench(Open open, Person& person, std::uint8_t number, const ArmFile& arm)
+    : open_(std::move(open)), person_(person), arm_(number) {
   connect();
+  use(arm);
 }
 
 LinkBench::~LinkBench() { give_back(); }
@@ -232,7 +233,7 @@ void LinkBench::check_fault() {
 
 void LinkBench::arm_motors() {
   constexpr Micros kRamp_us = 300'000;  // a motion begins when the force of the scene has ramped up
-  if (!device_->state().flags.homed) {
+  if (!located_ || !device_->state().flags.homed) {
     end_recording();
     place_arm();
     begin_recording();

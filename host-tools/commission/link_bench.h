@@ -24,8 +24,8 @@ class LinkBench : public Bench {
  public:
   using Open = std::function<Device()>;
 
-  // open: connects to the device, also again after it has restarted with another arm file. arm: the number of the arm on the device.
-  LinkBench(Open open, Person& person, std::uint8_t arm);
+  // open: connects to the device, also again after it has restarted with another arm file. number: of the arm on the device; it goes by this file.
+  LinkBench(Open open, Person& person, std::uint8_t number, const ArmFile& arm);
   ~LinkBench() override;
 
   // Of the steps that follow: up to which force the device's own limit goes.

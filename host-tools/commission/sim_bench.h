@@ -76,6 +76,7 @@ class SimBench : public Bench {
   void take_fine_steps() { plant_->set_max_step(motion_step_s_); }  // as motors need
   [[nodiscard]] virtual bool over() const { return false; }         // the hands stop pressing
   void judge(bool speed);
+  [[nodiscard]] bool ignores_lines() const { return lines_ignored_; }
 
  private:
   [[nodiscard]] std::size_t axes() const { return given_.axes.size(); }

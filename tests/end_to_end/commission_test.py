@@ -174,8 +174,6 @@ class Commission(Rig):
 
     def test_bad_input(self):
         arm = self.arm()
-        error = self.fails(1, "not-on-boards", "commission", arm)
-        self.assertIn("--simulate", error["remedy"])
         self.fails(2, "usage", "commission", "--simulate")
         folded = json.loads((ARMS / "pantograph.arm.json").read_text())
         folded["axes"][1] |= {"home_deg": 105, "upper_deg": 175}
@@ -236,6 +234,42 @@ class Commission(Rig):
         self.assertEqual(json.loads(result.stderr)["error"]["name"], "permission")
         place.chmod(0o755)
 
+
+    def device(self):
+        """A simulated device, and an arm file of its arm. Nobody moves that arm: what can be tried is what needs no hand."""
+        return self.sim("--tcp", 0), self.arm("premium-1.5")
+
+    def commission_by(self, answers, *arguments):
+        return subprocess.run([BIN / "thimble", "commission", *map(str, arguments)], input=answers, capture_output=True, text=True,
+                              env=self.environment, timeout=120)
+
+    def test_a_line_that_nobody_opened_is_named_on_a_device(self):
+        sim, arm = self.device()
+        before = self.ok_json("param", "list", "--device", sim.tcp)
+        result = self.commission_by("\n\n\nn\n", arm, "--device", sim.tcp)
+        self.assertEqual((result.returncode, result.stdout), (8, ""), result.stderr)
+        self.assertIn("> Press the e-stop.", result.stderr)
+        self.assertIn("! line-ignored: The e-stop", result.stderr)
+        self.assertNotIn("! line-ignored: The watchdog", result.stderr)
+        info = self.ok_json("info", "--device", sim.tcp)
+        self.assertEqual((info["state"]["mode"], info["state"]["fault"]), ("ready", 0))
+        self.assertEqual(self.ok_json("param", "list", "--device", sim.tcp), before)
+
+        # The progress is that of this device.
+        self.fails(1, "other-arm", "commission", arm, "--simulate")
+
+    def test_it_ends_with_the_motors_off(self):
+        sim, arm = self.device()
+        result = self.commission_by("q\n", arm, "--device", sim.tcp)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("thimble: interrupted: stopped in step 0", result.stderr)
+        self.assertEqual(self.ok_json("info", "--device", sim.tcp)["state"]["mode"], "ready")
+
+    def test_what_is_of_a_simulated_arm_only(self):
+        arm = self.arm()
+        self.fails(2, "usage", "commission", arm, "--fault", "motor-sign@paddle")
+        self.fails(2, "usage", "commission", arm, "--simulate", "--device", "tcp:127.0.0.1:1")
+        self.fails(3, "no-device", "commission", arm, "--device", "tcp:127.0.0.1:1")
 
 if __name__ == "__main__":
     unittest.main()

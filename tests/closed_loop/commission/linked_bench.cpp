@@ -97,8 +97,8 @@ host::Answer LinkedBench::ask(const Prompt& prompt, const std::function<bool()>&
   round_ = round;
   round_over_ = false;
   host::Answer answer = host::Answer::kDone;
-  e_stop_ = prompt.kind == Prompt::Kind::kOpenEStop;
-  dead_man_ = prompt.kind != Prompt::Kind::kReleaseDeadMan;
+  e_stop_ = prompt.kind == Prompt::Kind::kOpenEStop && !ignores_lines();
+  dead_man_ = prompt.kind != Prompt::Kind::kReleaseDeadMan || ignores_lines();
   if (e_stop_ || !dead_man_) {
     step_plant(kTime_s);
     round_over_ = false;
