@@ -35,8 +35,13 @@ std::int64_t widened(std::uint32_t counter, int bits) {
 
 LinkBench::LinkBench(Open open, Person& person, std::uint8_t number, const ArmFile& arm)
     : open_(std::move(open)), person_(person), arm_(number) {
-  connect();
-  use(arm);
+  try {
+    connect();
+    use(arm);
+  } catch (...) {
+    give_back();
+    throw;
+  }
 }
 
 LinkBench::~LinkBench() { give_back(); }
@@ -73,6 +78,7 @@ void LinkBench::connect() {
   set("link_timeout", kLinkTimeout_s);
   set("stop_time", 0);             // a brake needs signs that are right
   set("gravity_compensation", 0);  // and so does this
+  limit_force();
 }
 
 void LinkBench::set(const char* parameter, double value) {
@@ -83,6 +89,7 @@ void LinkBench::set(const char* parameter, double value) {
 }
 
 void LinkBench::give_back() noexcept {
+  if (!device_) return;
   try {
     let_go();
     for (const auto& [parameter, value] : before_)
@@ -95,12 +102,16 @@ void LinkBench::give_back() noexcept {
 }
 
 void LinkBench::begin_step(int number) {
-  let_go();
   constexpr int kFirstStrong = 7;
-  const firmware::ParamRow& row = *firmware::find_param("max_force");
-  before_.try_emplace("max_force", device_->read_param(row));
+  let_go();
   is_strong_ = number >= kFirstStrong;
   place_.reset();
+  limit_force();
+}
+
+void LinkBench::limit_force() {
+  if (!before_.contains("max_force"))
+    before_["max_force"] = device_->read_param(*firmware::find_param("max_force"));
   max_force_N_ = is_strong_ ? before_.at("max_force") : kTipForce_N;
   set("max_force", max_force_N_);
 }
@@ -127,10 +138,11 @@ void LinkBench::use(const ArmFile& arm) {
   const std::vector<std::byte> image = arm_image(arm);
   given_ = std::make_unique<ArmFile>(arm);
   if (device_->arm_images().crc.at(arm_) == link::crc32(image)) return;
-  let_go();
   give_back();
-  static_cast<void>(replace_arm(open_, std::move(*device_), arm_, arm.name, image));
+  device_->set_listener({});
+  Device old = std::move(*device_);
   device_.reset();
+  static_cast<void>(replace_arm(open_, std::move(old), arm_, arm.name, image));
   connect();
 }
 

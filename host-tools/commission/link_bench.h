@@ -58,6 +58,7 @@ class LinkBench : public Bench {
   [[nodiscard]] std::size_t axes() const { return given_->axes.size(); }
   void connect();
   void set(const char* parameter, double value);
+  void limit_force();
   void give_back() noexcept;
   void upload_scene(const std::string& text);
 

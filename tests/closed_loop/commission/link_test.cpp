@@ -2,6 +2,8 @@
 // named by the step that can see it. With THIMBLE_COMMISSION_ARMS more arms go to the end.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <bit>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -131,6 +133,30 @@ TEST(LinkCommission, WhatIsWrongIsNamed) {
     EXPECT_NE(std::find(found.begin(), found.end(), c.named), found.end()) << c.fault;
     EXPECT_LE(rig.bench.most_tip_force_N(), host::kTipForce_N) << c.fault;
   }
+}
+
+// With another file the device starts anew.
+TEST(LinkCommission, TheDevicesLimitOfForceHoldsAfterACorrection) {
+  Rig rig("arms/paddle", {"motor-sign@paddle"}, {.accepts_corrections = true});
+  const auto max_force_N = [&] {
+    std::uint32_t bits = 0;
+    EXPECT_EQ(rig.bench.controller().read_param(firmware::find_param("max_force")->id, bits),
+              firmware::ParamStatus::kOk);
+    return std::bit_cast<float>(bits);
+  };
+  ASSERT_EQ(rig.go(4), 5);
+  const float before_N = max_force_N();
+  {
+    host::LinkBench link([&] { return rig.bench.open(); }, rig.bench, 0, rig.commission.arm());
+    link.begin_step(5);
+    EXPECT_FALSE(rig.commission.run(5, link).passed);
+    ASSERT_EQ(rig.commission.corrections().size(), 1U);
+    link.begin_step(5);
+    EXPECT_TRUE(rig.commission.run(5, link).passed) << "with the file that was corrected";
+    EXPECT_EQ(max_force_N(), 1.0F);
+    EXPECT_LE(rig.bench.most_tip_force_N(), host::kTipForce_N);
+  }
+  EXPECT_EQ(max_force_N(), before_N);
 }
 
 TEST(LinkCommission, ARecordingOfAnotherProgramIsNotTaken) {
