@@ -38,7 +38,8 @@ Conditions unmet_for_move(const Parts& parts, Conditions unmet) noexcept {
   if (parts.params.on(Param::host_forces)) against |= kHostRenders;
   if (host_silence_s(parts) > link::kMoveHostTimeout_s) against |= kLinkDown;
   if (state.mode == Mode::kArmed && state.force_ramp < 1.0F && !state.guest) against |= kRampRuns;
-  if (parts.sources.move.under_way() || parts.sources.axes.under_way()) against |= kMoveUnderWay;
+  if (state.guest && (parts.sources.move.under_way() || parts.sources.axes.under_way()))
+    against |= kMoveUnderWay;
   if (!state.guest && state.in_contact) against |= kInContact;
   return against;
 }

@@ -54,7 +54,7 @@ void AxisSource::forces(const SourceTick& tick, SourceForces& out) noexcept {
   out.let_go = !drive_.active();
 }
 
-void AxisSource::publish() noexcept {
+void AxisSource::tell() noexcept {
   end_.set(drive_.end());
   driven_ticks_.set(drive_.driven_ticks());
   phase_.set(drive_.phase());

@@ -29,13 +29,18 @@ class AxisSource final : public ForceSource {
   void begin(const SourceTick& tick) noexcept;  // the motion that is ordered()
   void forget_order() noexcept { orders_.done(); }
   void stop() noexcept { drive_.stop(); }
-  void publish() noexcept;  // at the end of every tick
+  // At the end of every tick; most ticks have nothing to tell.
+  void publish() noexcept {
+    if (drive_.active() || phase_.get() != link::AxisPhase::kNone) tell();
+  }
 
   [[nodiscard]] bool under_way() const noexcept { return drive_.under_way(); }
   [[nodiscard]] bool follows() const noexcept { return drive_.follows(); }
   [[nodiscard]] const Axes& torque_N_m() const noexcept { return drive_.torque_N_m(); }
 
  private:
+  void tell() noexcept;
+
   AxisDrive drive_;
   Mailbox<link::AxisOrder> orders_;
   // phase_ is set last: who reads it sees what belongs to it.

@@ -215,7 +215,7 @@ BenchRecording SimBench::press_wall(const TipProgram& program) {
 }
 
 void SimBench::hands(const Prompt& prompt) {
-  constexpr double kHandTick_s = 1e-3;
+  constexpr double kStep_s = 1e-3;
   BenchRecording unseen;
   plant_->set_max_step(hand_step_s_);
   switch (prompt.kind) {
@@ -228,16 +228,16 @@ void SimBench::hands(const Prompt& prompt) {
     case Prompt::Kind::kMoveAbout:
     case Prompt::Kind::kPush:
       hold_tip();
-      for (double t = 0; t < kHandled_s; t += kHandTick_s) {
-        move_tip(prompt, t, kHandTick_s);
-        advance(kHandTick_s, false);
+      for (double t = 0; t < kHandled_s; t += kStep_s) {
+        move_tip(prompt, t, kStep_s);
+        advance(kStep_s, false);
       }
       let_tip_go();
       return;
     case Prompt::Kind::kPressWall:
       // A person presses by feel; these hands know how far the wall and its softness are.
       approach_wall(prompt.wall_N_m, prompt.wall_m, -prompt.direction, prompt.press_N);
-      for (double t = 0; press_on(t) && !over(); t += kHandTick_s) advance(kHandTick_s, false);
+      for (double t = 0; press_on(t) && !over(); t += kStep_s) advance(kStep_s, false);
       if (!over()) let_tip_go();
       return;
     case Prompt::Kind::kOpenEStop:
