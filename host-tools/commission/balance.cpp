@@ -66,7 +66,7 @@ std::optional<board::JointVector> search(StepContext& context, std::size_t axis,
 }  // namespace
 
 board::JointVector resting_place(StepContext& context, std::size_t axis) {
-  const board::JointVector begin = context.arm.balanced(axis);
+  board::JointVector begin = context.arm.balanced(axis);
   if (context.arm.knows_inertia() || !context.arm.gravity_turns(axis)) return begin;
   std::optional<board::JointVector>& known = context.known.resting.at(axis);
   if (!known) known = search(context, axis, begin);

@@ -182,7 +182,7 @@ const JointVector& Expectation::balanced(std::size_t j) const {
 }
 
 JointVector Expectation::find_balanced(std::size_t j) const {
-  const JointVector best = balanced_within(j, kMargin);
+  JointVector best = balanced_within(j, kMargin);
   if (turning(j, best) <= .5 * std::max(axis(j).friction.coulomb_N_m.value, 1e-4)) return best;
   const JointVector nearer_stop = balanced_within(j, kLeastMargin);
   return turning(j, nearer_stop) < turning(j, best) ? nearer_stop : best;
