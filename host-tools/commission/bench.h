@@ -129,7 +129,7 @@ struct Prompt {
     kPush,             // push the tip slowly along `direction` by 20 mm, and back
     kHang,             // hang `mass_kg` at the tip, or take it off
     kLetGo,            // hands off: the board holds the arm
-    kPressWall,        // push the tip along `direction` to the wall, press with kPress_N, and hold
+    kPressWall,        // push the tip along `direction` to the wall, press with press_N(), and hold
     kRepair,           // a fault was found; `finding` says which
     kAcceptCorrection  // whether the corrections of a finding are to be written into the new file
   };

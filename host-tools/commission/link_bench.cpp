@@ -3,10 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
+#include <algorithm>
 #include <cmath>
 #include <random>
-#include <thread>
 
 #include "firmware/core/faults.h"
 #include "host-tools/arms/arm_writer.h"
@@ -121,17 +120,15 @@ BenchFacts LinkBench::facts() {
     begin_recording();
     end_recording();
   }
-  std::string session = session_;
-  for (const ArmAxis& axis : given_->axes) {
-    static const std::string this_run = fmt::format(" {:08x}", std::random_device{}());
-    if (axis.encoder.counter_bits < 32 && session == session_)
-      session += this_run;  // it may have wrapped meanwhile
-  }
+  // Between two runs a narrow counter may have wrapped.
+  static const std::string this_run = fmt::format(" {:08x}", std::random_device{}());
+  const bool wraps =
+      std::ranges::any_of(given_->axes, [](const ArmAxis& axis) { return axis.encoder.counter_bits < 32; });
   return {.tick_s = tick_s_,
           .watchdog_s = kWatchdog_s + kWatchdogLate_s,
           .counts_illegal = false,
           .has_mark = false,
-          .session = session};
+          .session = wraps ? session_ + this_run : session_};
 }
 
 void LinkBench::use(const ArmFile& arm) {

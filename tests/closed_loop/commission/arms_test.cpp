@@ -118,7 +118,6 @@ TEST(Arms, FaultsOfAFiveBarAndOfARailAreNamed) {
 
 // The files of these arms say 0.1 N m of friction: more than 1 N at the tip, whichever joint the drive turns in truth.
 TEST(Arms, OneWithTooMuchFrictionIsToldSo) {
-  if (!is_long()) GTEST_SKIP() << "seven joints; with THIMBLE_COMMISSION_ARMS";
   const Walk run = commission_to(arm_from(json_of_arm("arms/chain-7")), {}, 10);
   EXPECT_EQ(run.number, 5);
   ASSERT_EQ(run.result.findings.size(), 7U);
