@@ -86,6 +86,8 @@ struct ArmData {
   std::array<LimitSum, kMaxLimitSums> sum{};
   bool has_inertia = false;  // of a two-link arm
   InertiaModel inertia{};
+  bool commissioned =
+      false;  // of an arm image: its file has passed `thimble commission`, and nothing in it was changed since
   // At the tip, in any direction; above which speed of an axis a reading of its encoder is rejected; with locked motors; of the amplifiers.
   float max_force_N = 0, max_joint_speed_rad_s = 0, tip_stiffness_N_m = 0, supply_V = 0;
 };

@@ -278,6 +278,7 @@ ArmStatus read(const arm::Arm& from, ArmData& to) noexcept {
   to.max_joint_speed_rad_s = from.max_joint_speed_rad_per_s();
   to.tip_stiffness_N_m = from.tip_stiffness_n_per_m();
   to.supply_V = from.supply_v();
+  to.commissioned = from.commissioned();
   if (!read(*from.name(), to.name) || !read(*from.rotation(), to.geometry.rotation) ||
       !read_platform(from, to) || !is_positive(to.max_force_N) || !is_positive(to.max_joint_speed_rad_s) ||
       !is_positive(to.tip_stiffness_N_m) || !is_positive(to.supply_V))

@@ -15,7 +15,8 @@ namespace thimble::firmware {
 
 using LimitedForce = kinematics::Limited<Vec3, bool>;
 
-inline constexpr float kLimitSlew_N_s = 50.0F;  // how fast a change of max_force takes effect
+inline constexpr float kLimitSlew_N_s = 50.0F;    // how fast a change of max_force takes effect
+inline constexpr float kUncommissioned_N = 1.0F;  // most of an arm that has not passed a commissioning
 
 [[nodiscard]] inline LimitedForce clamp_force(const Vec3& force_N, float max_N) noexcept {
   const float norm = std::sqrt(force_N.squaredNorm());

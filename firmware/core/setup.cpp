@@ -71,6 +71,14 @@ std::array<JointConstants, kJoints> constants_of(const kinematics::ArmData& arm)
   return joints;
 }
 
+// Arms of Config::arms_known are what the board knows of itself.
+float uncommissioned(const Config& config, std::span<const kinematics::ArmData> arms) noexcept {
+  float most_N = 0;
+  for (std::size_t i = 0; i < std::min<std::size_t>(config.arm_count, kMaxArms); ++i)
+    if (!config.arm[i].image.empty() && !arms[i].commissioned) most_N = std::max(most_N, arms[i].max_force_N);
+  return most_N;
+}
+
 std::uint32_t most_stale(float period_s) noexcept {
   constexpr float kLongest_s = static_cast<float>(kLongestStop_us) * 1e-6F, kRounding = 1.0001F;
   return std::max<std::uint32_t>(static_cast<std::uint32_t>(kRounding * kLongest_s / period_s), 2) - 1;
@@ -90,6 +98,7 @@ Setup::Setup(const Config& config) noexcept
       fade{fade_of(arm[0]), fade_of(arm[1])},
       joint{constants_of(arm[0].data()), constants_of(arm[1].data())},
       has_index{config.arm[0].has_index, config.arm[1].has_index},
-      has_line_loss{config.arm[0].has_line_loss, config.arm[1].has_line_loss} {}
+      has_line_loss{config.arm[0].has_line_loss, config.arm[1].has_line_loss},
+      uncommissioned_N(uncommissioned(config, built_in)) {}
 
 }  // namespace thimble::firmware

@@ -6,6 +6,8 @@
 
 #include "firmware/core/config.h"
 #include "firmware/core/encoder_place.h"
+#include "firmware/core/force_limits.h"
+#include "firmware/params.h"
 #include "kinematics/arm.h"
 #include "kinematics/force_fade.h"
 
@@ -39,6 +41,14 @@ struct Setup {
   std::array<std::array<JointConstants, kJoints>, kMaxArms> joint;
   std::array<bool, kMaxArms> has_index;
   std::array<bool, kMaxArms> has_line_loss;
+  float
+      uncommissioned_N;  // the most force that the files of arms give which have not passed a commissioning; 0: all have, or are built in
 };
+
+// An arm that has not passed a commissioning would give more than it may.
+[[nodiscard]] inline bool too_strong(const Setup& setup, const Params& params, float max_force_N) noexcept {
+  return setup.uncommissioned_N > kUncommissioned_N && max_force_N > kUncommissioned_N &&
+         !params.on(Param::allow_uncommissioned);
+}
 
 }  // namespace thimble::firmware

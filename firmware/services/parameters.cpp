@@ -86,6 +86,9 @@ Nrc write_data(Services& services, Call& call) noexcept {
     call.host.refuse("bus_without_can_fd");
     return Nrc::kConditionsNotCorrect;
   }
+  if (id == row_of(Param::max_force).id && !motors_off(parts.core) &&
+      too_strong(parts.core.setup(), parts.params, std::bit_cast<float>(bits)))
+    return refuse(call.host, kNotCommissioned, "");
   if (stops_too_late(parts, id, bits)) {
     call.host.refuse(kLacksShortStop);
     return Nrc::kConditionsNotCorrect;

@@ -222,6 +222,11 @@ ArmFigures check_arm(const ArmFile& arm, const std::string& file) {
       figures.warnings.push_back(
           fmt::format("one count of axis {} is {:.2f} mm at the tip: walls will feel rough", arm.axes[j].name,
                       1e3 * figures.axes[j].count_m));
+  if (arm.changed_since())
+    figures.warnings.push_back(fmt::format(
+        "it was changed since it passed `thimble commission` on {}: a device refuses to arm it with a "
+        "max_force above 1 N until it has passed again",
+        arm.commissioned_on));
   return figures;
 }
 

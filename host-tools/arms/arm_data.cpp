@@ -106,6 +106,7 @@ kinematics::ArmData arm_data(const ArmFile& from) {
   arm.max_joint_speed_rad_s = static_cast<float>(from.max_joint_speed_rad_s);
   arm.tip_stiffness_N_m = static_cast<float>(from.tip_stiffness_N_m);
   arm.supply_V = static_cast<float>(from.supply_V);
+  arm.commissioned = from.is_commissioned;
   return arm;
 }
 

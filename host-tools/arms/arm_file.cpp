@@ -12,6 +12,7 @@
 #include "board/files/json_document.h"
 #include "board/files/rotation.h"
 #include "host-tools/arms/arm_keys.h"
+#include "host-tools/arms/commissioned.h"
 
 namespace thimble::host {
 namespace {
@@ -372,6 +373,13 @@ void read_limits(const Part& root, ArmFile& arm) {
   }
 }
 
+void read_commissioned(const Part& root, ArmFile& arm) {
+  if (!root.has(kCommissionedKey)) return;
+  const Part part = root.part(kCommissionedKey, "commissioned");
+  arm.commissioned_on = part.text("on");
+  arm.is_commissioned = part.text("crc32") == commissioned_crc(root.value().raw());
+}
+
 ArmFile read(const Value& value) {
   const Part root(value, "arm");
   if (root.at("thimble_arm").raw() != 1)
@@ -390,6 +398,7 @@ ArmFile read(const Value& value) {
   read_limit_sums(root, arm);
   read_bodies(root, arm);
   read_limits(root, arm);
+  read_commissioned(root, arm);
   return arm;
 }
 

@@ -80,6 +80,10 @@ struct ArmFile {
   std::optional<TwoLinkInertia> two_link_inertia;
   double max_force_N = 0, max_joint_speed_rad_s = 0, tip_stiffness_N_m = 0, supply_V = 0;
   std::vector<ArmWall> largest_walls;
+  std::string commissioned_on;   // the day; empty: it has not passed a commissioning
+  bool is_commissioned = false;  // and nothing that a board works by was changed since
+
+  [[nodiscard]] bool changed_since() const { return !commissioned_on.empty() && !is_commissioned; }
 };
 
 // `name` stands in messages. Throws Error (kBadInput) with file, line, JSON pointer, the value and what is allowed.

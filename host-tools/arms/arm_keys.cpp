@@ -43,7 +43,14 @@ void add_arm(KeyTable& kinds) {
                 "Encoders, and the motors of those that are driven: as many as joints, in their order.")
       .optional("limit_sums", list("limit_sum", 1, 4), "Limits of weighted sums of the axes.")
       .optional("bodies", list("body", 1, kinematics::kMaxBodies), "What gravity compensation carries.")
-      .required("limits", part("limits"));
+      .required("limits", part("limits"))
+      .optional("commissioned", part("commissioned"),
+                "Written by `thimble commission`. Without it, or with another figure changed since, a board "
+                "gives at most 1 N.");
+
+  add(kinds, "commissioned", "a commissioning")
+      .required("on", text(31), "The day on which every step had passed.")
+      .required("crc32", text(8), "Of the figures that were proved.");
 
   add(kinds, "kinematics", "the kinematics", "Exactly one family.")
       .alternative("serial", part("chain"))

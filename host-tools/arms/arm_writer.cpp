@@ -138,13 +138,13 @@ std::vector<std::byte> arm_image(const ArmFile& file) {
   const auto bodies = builder.CreateVectorOfStructs(bodies_of(geometry));
   const arm::Mat3 rotation = mat3(geometry.rotation);
   const arm::Vec3 tip = vec3(geometry.chain.tip_m);
-  arm::FinishArmBuffer(
-      builder,
-      arm::CreateArm(builder, name, &rotation, platform.type, platform.value, chain, &tip,
-                     static_cast<std::uint8_t>(geometry.chain.force_joint), joints_per_axis, joint_offset,
-                     axes_vector, sums_vector, bodies, static_cast<float>(file.max_force_N),
-                     static_cast<float>(file.max_joint_speed_rad_s),
-                     static_cast<float>(file.tip_stiffness_N_m), static_cast<float>(file.supply_V)));
+  arm::FinishArmBuffer(builder, arm::CreateArm(builder, name, &rotation, platform.type, platform.value, chain,
+                                               &tip, static_cast<std::uint8_t>(geometry.chain.force_joint),
+                                               joints_per_axis, joint_offset, axes_vector, sums_vector,
+                                               bodies, static_cast<float>(file.max_force_N),
+                                               static_cast<float>(file.max_joint_speed_rad_s),
+                                               static_cast<float>(file.tip_stiffness_N_m),
+                                               static_cast<float>(file.supply_V), file.is_commissioned));
   const auto bytes = std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
   return {bytes.begin(), bytes.end()};
 }

@@ -60,6 +60,8 @@ bool is_there(const std::filesystem::path& file) {
   return std::filesystem::exists(file, none);
 }
 
+std::string today() { return fmt::format("{:%Y-%m-%d}", fmt::gmtime(std::time(nullptr))); }
+
 Commission read_state(const std::filesystem::path& file, const std::string& saved) {
   try {
     return Commission::from_state(saved);
@@ -87,9 +89,7 @@ Commission open_commission(const Places& places, const std::string& arm_text, bo
                   "begin anew with --restart, or give another file with --state");
     }
   }
-  const std::string by =
-      fmt::format("{}commission {:%Y-%m-%d}", simulated ? "simulated " : "", fmt::gmtime(std::time(nullptr)));
-  return {arm_text, places.arm.string(), by};
+  return {arm_text, places.arm.string(), (simulated ? "simulated commission " : "commission ") + today()};
 }
 
 std::string quantity(const Measure& measure, const ArmFile& arm) {
@@ -210,7 +210,7 @@ class Session {
     const bool complete = commission_.next() > last();
     std::vector<std::string> warnings;
     if (complete) {
-      const std::string text = commission_.arm_file();
+      const std::string text = commission_.arm_file(choice_.simulate ? "" : today());
       try {
         warnings = check_arm(read_arm_file(text, places_.result.string()), places_.result.string()).warnings;
       } catch (const Error& error) {
@@ -264,6 +264,7 @@ class Session {
           say("  {:<36} {:>10.5g} {:>10} {:>9.2g}\n", quantity(measure, arm), measure.value,
               std::isnan(measure.given) ? "" : fmt::format("{:.4g}", measure.given), measure.spread);
     say("arm file: {}\nreport: {}\n", places_.result.string(), places_.report.string());
+    if (!choice_.simulate) say("next: thimble model upload {}\n", places_.result.string());
   }
 
   void print_json(bool complete, const std::vector<std::string>& warnings) const {

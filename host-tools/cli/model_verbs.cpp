@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "firmware/core/force_limits.h"
 #include "host-tools/arms/arm_checks.h"
 #include "host-tools/arms/arm_file.h"
 #include "host-tools/arms/arm_folder.h"
@@ -52,6 +53,7 @@ Json to_json(const CheckedArm& checked) {
             {"least_peak_force_N", figures.least_peak_force_N},
             {"most_peak_force_N", figures.most_peak_force_N},
             {"max_force_N", checked.arm.max_force_N},
+            {"commissioned", checked.arm.is_commissioned ? Json(checked.arm.commissioned_on) : Json()},
             {"axes", Json::array()},
             {"warnings", figures.warnings}};
   for (std::size_t j = 0; j < checked.arm.axes.size(); ++j) {
@@ -119,6 +121,7 @@ void model_show(const Common& common, const std::string& model) {
         fmt::format("{:.1f} um", 1e6 * figures.axes[j].count_m),
         axis.drive ? fmt::format("{:.2f} N", figures.axes[j].peak_force_N) : "no motor");
   }
+  say("  commissioned: {}\n", arm.is_commissioned ? arm.commissioned_on : "no");
   warn(figures);
 }
 
@@ -154,6 +157,11 @@ void model_upload(const Common& common, const Remote& remote, const ModelUploadC
   const auto [result, arms] = replace_arm([&] { return open_remote(remote); }, std::move(device),
                                           static_cast<std::uint8_t>(choice.arm), checked.arm.name, image);
   std::vector<std::string> warnings = checked.figures.warnings;
+  if (checked.arm.commissioned_on.empty() &&
+      checked.arm.max_force_N > static_cast<double>(firmware::kUncommissioned_N))
+    warnings.push_back(
+        "this arm has not passed `thimble commission`: the device refuses to arm it with a max_force above 1 "
+        "N");
   try {
     keep_arm(read_input(path), result.crc);
   } catch (const Error& error) {

@@ -112,6 +112,7 @@ void LinkBench::limit_force() {
   if (!before_.contains("max_force"))
     before_["max_force"] = device_->read_param(*firmware::find_param("max_force"));
   max_force_N_ = is_strong_ ? before_.at("max_force") : kTipForce_N;
+  if (is_strong_) set("allow_uncommissioned", 1);
   set("max_force", max_force_N_);
 }
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "host-tools/arms/arm_checks.h"
+#include "host-tools/arms/commissioned.h"
 #include "host-tools/commission/state.h"
 #include "host-tools/files/output_file.h"
 
@@ -186,7 +187,7 @@ std::string place_of(const Measure& measure) {
   return {};
 }
 
-std::string Commission::arm_file() const {
+std::string Commission::arm_file(const std::string& proved_on) const {
   Json arm = arm_;
   std::vector<const Measure*> walls;
   for (const auto& [number, result] : results_) {
@@ -204,6 +205,8 @@ std::string Commission::arm_file() const {
   }
   write_walls(arm, walls, by_);
   drop_unused_motors(arm);
+  arm.erase(kCommissionedKey);
+  if (!proved_on.empty()) arm[kCommissionedKey] = {{"on", proved_on}, {"crc32", commissioned_crc(arm)}};
   return arm.dump(2) + "\n";
 }
 

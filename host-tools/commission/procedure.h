@@ -44,8 +44,9 @@ class Commission {
   [[nodiscard]] std::string state() const;
   void save(const std::filesystem::path& file) const;
 
-  // The arm file with corrections and measured values; a value whose spread is above what its method promises is left as it was.
-  [[nodiscard]] std::string arm_file() const;
+  // The arm file with corrections and measured values; a value whose spread is above what its method promises is left as it was. proved_on: the day,
+  // if this was the real arm and every step has passed; empty: the file does not count as commissioned.
+  [[nodiscard]] std::string arm_file(const std::string& proved_on) const;
   // Measured against given, step by step, for people: Markdown.
   [[nodiscard]] std::string report() const;
 

@@ -4,6 +4,7 @@ import json
 import re
 import time
 import unittest
+import zlib
 from pathlib import Path
 
 from rig import LinkFaults, Rig, figure
@@ -19,10 +20,11 @@ class ModelUpload(Rig):
         super().setUp()
         self.store = self.folder / (self.id() + ".store")
 
-    def own_arm(self, name, of, max_force_N):
+    def own_arm(self, name, of, max_force_N, **more):
         arm = json.loads((ARMS / (of + ".arm.json")).read_text())
         arm["name"] = name
         arm["limits"]["max_force_N"] = max_force_N
+        arm.update(more)
         file = self.folder / (name + ".arm.json")
         file.write_text(json.dumps(arm))
         return file
@@ -45,6 +47,7 @@ class ModelUpload(Rig):
         """The most force of a second in contact with a stiff floor."""
         self.ok("upload", self.plane_scene(stiffness=800), "--device", uri)
         self.ok("home", "--device", uri)
+        self.ok("param", "set", "allow_uncommissioned", 1, "--device", uri)
         self.ok("arm", "--device", uri)
         end = time.monotonic() + 60
         while (state := self.ok_json("info", "--device", uri)["state"])["contact_ticks"] < 6000:
@@ -157,6 +160,43 @@ class ModelUpload(Rig):
         self.fails(10, "bad-value", "model", "upload", self.own_arm("wrong", "wooden", -1), *device)
         self.assertEqual(self.images(sim.tcp), NONE)
         self.assertEqual(self.ok_json("info", *device)["arm"], "premium-1.5")
+
+    def test_one_that_has_not_passed_a_commissioning(self):
+        def mark(file):
+            """As docs/arm-format.md says."""
+            arm = json.loads(file.read_text())
+            proved = {key: value for key, value in arm.items() if key not in ("$schema", "description", "source", "commissioned")}
+            return "%08x" % zlib.crc32(json.dumps(proved, sort_keys=True, separators=(",", ":"), ensure_ascii=False).encode())
+
+        sim = self.stored_sim()
+        device = "--device", sim.tcp
+        self.ok("upload", self.plane_scene(offset_m=-0.02), *device)
+        mine = self.own_arm("mine", "premium-1.5", 6)
+        proved = {"on": "2026-12-01", "crc32": mark(mine)}
+        for file, warning in (
+            (mine, "has not passed `thimble commission`"),
+            (self.own_arm("changed", "premium-1.5", 6.5, commissioned=proved), "changed since it passed `thimble commission` on 2026-12-01"),
+        ):
+            self.assertIn(warning, "".join(self.upload(sim.tcp, file)["warnings"]))
+            self.ok("home", *device)
+            error = self.fails(1, "refused", "arm", *device)
+            self.assertIn("arm_not_commissioned", error["cause"])
+            self.assertIn("thimble commission", error["remedy"])
+            self.ok("param", "set", "max_force", 1, *device)
+            self.ok("arm", *device)
+            error = self.fails(1, "refused", "param", "set", "max_force", 1.1, *device)
+            self.assertIn("arm_not_commissioned", error["cause"])
+            self.assertEqual(self.ok_json("info", *device)["state"]["mode"], "armed")
+            self.ok("disarm", *device)
+            self.wait_for_mode(sim.tcp, "ready")
+        # The words for people, and the order of the keys, may change.
+        arm = json.loads(mine.read_text())
+        mine.write_text(json.dumps({**dict(reversed(arm.items())), "description": "\u00fcber alles", "commissioned": proved}))
+        self.assertEqual(self.ok_json("model", "check", mine)["commissioned"], "2026-12-01")
+        self.assertEqual(self.upload(sim.tcp, mine)["warnings"], [])
+        self.ok("home", *device)
+        self.ok("param", "set", "max_force", 8, *device)
+        self.ok("arm", *device)
 
     def test_the_second_of_two_arms(self):
         path = self.folder / "two.csv"

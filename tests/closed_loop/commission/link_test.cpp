@@ -83,7 +83,7 @@ TEST(LinkCommission, APaddleIsMeasuredAsItIs) {
   ASSERT_EQ(rig.go(10), 11);
   EXPECT_LE(rig.before_strong_N, host::kTipForce_N);
   EXPECT_LE(rig.before_strong_m_s, host::kTipSpeed_m_s);
-  const host::ArmFile measured = host::read_arm_file(rig.commission.arm_file(), "result");
+  const host::ArmFile measured = host::read_arm_file(rig.commission.arm_file("2026-12-01"), "result");
   const board::AxisTruth& truth = rig.bench.truth().axis[0];
   const host::ArmAxis& axis = measured.axes[0];
   EXPECT_EQ(axis.friction.coulomb_N_m.by, "test");
@@ -91,6 +91,8 @@ TEST(LinkCommission, APaddleIsMeasuredAsItIs) {
   ASSERT_TRUE(axis.stiffness_N_m_rad);
   EXPECT_NEAR(axis.stiffness_N_m_rad->value, truth.stiffness_N_m_rad, .1 * truth.stiffness_N_m_rad);
   EXPECT_EQ(measured.largest_walls.size(), 3U);
+  EXPECT_TRUE(measured.is_commissioned);
+  EXPECT_FALSE(host::read_arm_file(rig.commission.arm_file(""), "result").is_commissioned);
   const firmware::link::StatusFlags flags = rig.bench.open().state().flags;
   EXPECT_FALSE(flags.supervised) << "the parameters are given back";
 }

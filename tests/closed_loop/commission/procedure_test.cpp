@@ -42,7 +42,7 @@ TEST(Procedure, CorrectsTheFileAndGoesOnWhereItWas) {
   }
   EXPECT_EQ(steps_done, 12) << "ten steps, and two of them again after a correction";
   const Commission commission = Commission::from_state(text_of_file(file));
-  const ArmFile arm = read_arm_file(commission.arm_file(), "result");
+  const ArmFile arm = read_arm_file(commission.arm_file(""), "result");
   EXPECT_EQ(arm.axes[0].encoder.counts_per_turn.value, 8192);
   EXPECT_EQ(arm.axes[0].drive->sign, -1);
   EXPECT_EQ(arm.axes[0].friction.coulomb_N_m.by, "commission test");

@@ -96,6 +96,12 @@ const std::vector<Hazard> kHazards = {
      "arm's signs and ratios",
      "not armed",
      {"BoardConfig.AnArmThatTheStoreMustHaveIsWiredWhenItHasIt", "vm.board_drives"}},
+    {"an arm is not what its file says",
+     "`thimble commission`; `arm_not_commissioned` while its file has not passed, or was changed since, and "
+     "`max_force` is above 1 N; `allow_uncommissioned` is in the audit record",
+     "not armed; armed with 1 N, no greater `max_force` is taken",
+     {"Uncommissioned.OnlySuchAnArmIsRefused", "Uncommissioned.ArmedItStaysBelow",
+      "Uncommissioned.TheBraveAllowItAndItIsRecorded", "e2e.model_upload"}},
     {"a damaged store",
      "`store_corrupt`: what is damaged is left out",
      "said at the start",

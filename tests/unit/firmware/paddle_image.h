@@ -15,7 +15,8 @@
 namespace thimble::test {
 
 // A lever of 0.1 m with a motor. `drive`: without, the image is refused (no_drive).
-inline std::vector<std::byte> paddle_image(const std::string& name, bool drive = true) {
+inline std::vector<std::byte> paddle_image(const std::string& name, bool drive = true,
+                                           bool commissioned = false, float max_force_N = 3) {
   flatbuffers::FlatBufferBuilder builder;
   const std::array<float, 9> eye = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   const arm::Mat3 unit{flatbuffers::span<const float, 9>(eye)};
@@ -30,7 +31,7 @@ inline std::vector<std::byte> paddle_image(const std::string& name, bool drive =
   const auto chain = builder.CreateVectorOfStructs(joints);
   const auto root = arm::CreateArm(builder, builder.CreateString(name), &unit, arm::Platform::NONE, 0, chain,
                                    &tip, 1, builder.CreateVector(one), builder.CreateVector(zero),
-                                   builder.CreateVector(axes), 0, 0, 3, 10, 1000, 24);
+                                   builder.CreateVector(axes), 0, 0, max_force_N, 10, 1000, 24, commissioned);
   arm::FinishArmBuffer(builder, root);
   const auto bytes = std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
   return {bytes.begin(), bytes.end()};
