@@ -58,7 +58,7 @@ class Rods extends Group {
     if (length(way) > 1e-6) this.add_mesh(kRod, from, way, [radius_m, length(way), radius_m]);
   }
   arrow(path: ArrowPath, radius_m: number): void {
-    const head_m = 5 * radius_m;
+    const head_m = 7 * radius_m;
     for (let i = 1; i < path.length; ++i) {
       const last = i === path.length - 1;
       this.rod(path[i - 1], path[i], last && path.length > 2 ? radius_m / 2 : radius_m);
@@ -95,7 +95,7 @@ export class AxisMarks {
     this.axis.empty();
     this.way.empty();
     this.clear_goal();
-    const radius_m = 0.006 * size_m;
+    const radius_m = 0.009 * size_m;
     const arrow_m = 0.14 * size_m;
     if (axis) {
       const half = scale(axis.direction, 1.1 * arrow_m);

@@ -135,7 +135,7 @@ export class CommissionView {
     if (this.size_m > 0 || points.length === 0) return;
     const box = new Box3().setFromPoints(points.map((point) => new Vector3(...point)));
     this.size_m = Math.max(box.getSize(new Vector3()).length(), 0.05);
-    this.stage?.frame(box.expandByScalar(0.3 * this.size_m));
+    this.stage?.frame(box.expandByScalar(0.16 * this.size_m));
   }
 
   private answer(answer: 'done' | 'decline'): void {
