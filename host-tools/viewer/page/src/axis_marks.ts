@@ -1,9 +1,10 @@
 // What a commissioning marks in the picture of an arm: the axis in question with an arrow of its positive direction, the way that a prompt asks for, and
 // where it wants the arm.
-import { BufferGeometry, ConeGeometry, CylinderGeometry, Group, Line, LineBasicMaterial, Mesh, MeshBasicMaterial, Vector3 } from 'three';
+import { BufferGeometry, ConeGeometry, CylinderGeometry, Group, Mesh, MeshBasicMaterial, Vector3 } from 'three';
 
 import type { CommissionState } from './protocol';
-import { type Vec3, add, cross, length, scale, sub, unit } from './vector';
+import { kSeat } from './stage';
+import { type Vec3, add, cross, dot, length, scale, sub, unit } from './vector';
 
 export const kAxisColor = 0xd6249f;
 export const kWayColor = 0xff7a00;
@@ -21,8 +22,11 @@ export type ArrowPath = Vec3[];
 // About a line, by the right-hand rule.
 export function turning_arrow(at_m: Vec3, direction: Vec3, radius_m: number): ArrowPath {
   const along = unit(direction);
-  const side = unit(cross(along, Math.abs(along[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0]));
-  const ahead = cross(along, side);
+  // The arc ends where it is nearest to the user, so that its head is seen from the side.
+  const seat = kSeat.toArray() as Vec3;
+  const towards = sub(seat, scale(along, dot(seat, along)));
+  const ahead = unit(length(towards) > 0.05 ? scale(towards, -1) : cross(along, [0, 0, 1]));
+  const side = cross(ahead, along);
   return Array.from({ length: kArcPoints + 1 }, (_, i) => {
     const angle = (kArc_rad * i) / kArcPoints;
     return add(at_m, add(scale(side, radius_m * Math.cos(angle)), scale(ahead, radius_m * Math.sin(angle))));
@@ -79,7 +83,7 @@ export class AxisMarks {
   readonly group = new Group();
   private readonly axis = new Rods(kAxisColor);
   private readonly way = new Rods(kWayColor);
-  private readonly goal = new Group();
+  private readonly goal = new Rods(kGoalColor);
   private shown = '';
 
   constructor() {
@@ -94,7 +98,7 @@ export class AxisMarks {
     this.shown = text;
     this.axis.empty();
     this.way.empty();
-    this.clear_goal();
+    this.goal.empty();
     const radius_m = 0.009 * size_m;
     const arrow_m = 0.14 * size_m;
     if (axis) {
@@ -105,22 +109,7 @@ export class AxisMarks {
       if (turn) this.way.arrow(axis_arrow(axis, turn, 1.35 * arrow_m), radius_m);
     }
     if (way) this.way.arrow(straight_arrow(tip_m, way, 0.2 * size_m), 1.3 * radius_m);
-    for (const line of goal_m ?? []) {
-      const points = new BufferGeometry().setFromPoints(line.map((point) => new Vector3(...point)));
-      const drawn = new Line(points, new LineBasicMaterial({ color: kGoalColor, depthTest: false, fog: false }));
-      drawn.renderOrder = 9;
-      this.goal.add(drawn);
-    }
+    for (const line of goal_m ?? []) line.slice(1).forEach((to, i) => this.goal.rod(line[i], to, 0.6 * radius_m));
     return true;
-  }
-
-  private clear_goal(): void {
-    for (const child of [...this.goal.children]) {
-      this.goal.remove(child);
-      if (child instanceof Line) {
-        child.geometry.dispose();
-        (child.material as LineBasicMaterial).dispose();
-      }
-    }
   }
 }

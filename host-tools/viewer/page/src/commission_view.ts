@@ -5,6 +5,7 @@ import { AxisMarks } from './axis_marks';
 import { element, make, set_text } from './dom';
 import type { CommissionState, Hello, PageMessage, State } from './protocol';
 import type { Stage } from './stage';
+import type { Vec3 } from './vector';
 
 // A button that is pressed twice must not answer the next prompt, which nobody has read.
 export const kUnread_ms = 500;
@@ -35,6 +36,7 @@ export class CommissionView {
   private readonly marks = new AxisMarks();
   private readonly rows: HTMLElement[] = [];
   private steps_shown = '';
+  private readonly box = new Box3();
   private size_m = 0;
   private number = -1;
   private shown_ms = 0;
@@ -85,7 +87,7 @@ export class CommissionView {
     this.show_prompt(it);
     const arm = state.arms[0];
     if (arm === null || arm === undefined) return;
-    this.frame(arm.links_m?.flat() ?? [arm.tip_m]);
+    this.frame([arm.tip_m, ...(arm.links_m ?? []).flat(), ...(it.goal_m ?? []).flat()]);
     if (this.marks.update(it, arm.tip_m, this.size_m)) this.stage?.touch();
     this.canvas.dataset.axis = it.axis?.name ?? '';
     this.canvas.dataset.way = it.way?.join(' ') ?? '';
@@ -130,12 +132,14 @@ export class CommissionView {
     });
   }
 
-  // Looks at the whole arm, once.
-  private frame(points: readonly (readonly [number, number, number])[]): void {
-    if (this.size_m > 0 || points.length === 0) return;
-    const box = new Box3().setFromPoints(points.map((point) => new Vector3(...point)));
-    this.size_m = Math.max(box.getSize(new Vector3()).length(), 0.05);
-    this.stage?.frame(box.expandByScalar(0.16 * this.size_m));
+  // Looks at the whole arm, and anew when it has left the picture.
+  private frame(points: readonly Vec3[]): void {
+    const all = points.map((point) => new Vector3(...point));
+    if (all.length === 0 || all.every((point) => this.box.containsPoint(point))) return;
+    this.box.setFromPoints(all);
+    if (this.size_m === 0) this.size_m = Math.max(this.box.getSize(new Vector3()).length(), 0.05);
+    this.box.expandByScalar(0.2 * this.size_m);
+    this.stage?.frame(this.box);
   }
 
   private answer(answer: 'done' | 'decline'): void {

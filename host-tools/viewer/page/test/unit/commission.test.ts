@@ -6,6 +6,7 @@ import { Quaternion, Vector3 } from 'three';
 import { type ArrowPath, AxisMarks, axis_arrow } from '../../src/axis_marks';
 import { kUnread_ms, may_answer, picture_text, prompt_text } from '../../src/commission_view';
 import { type CommissionState, parse_message } from '../../src/protocol';
+import { kSeat } from '../../src/stage';
 import type { Vec3 } from '../../src/vector';
 
 const kSize_m = 0.03;
@@ -40,13 +41,10 @@ test('the arrow of an axis that slides points along it', () => {
   near(three(path[1]).sub(three(path[0])).normalize(), three(kAxis.direction).negate(), 'the direction');
 });
 
-test('along z and along x there is an arrow, too', () => {
-  for (const direction of [
-    [0, 0, 1],
-    [0, 0, -1],
-    [1, 0, 0],
-  ] as Vec3[])
-    for (const point of axis_arrow({ ...kAxis, direction }, 1, kSize_m)) assert.ok(point.every(Number.isFinite));
+test('along z, along x and towards the user there is an arrow, too', () => {
+  for (const direction of [[0, 0, 1], [0, 0, -1], [1, 0, 0], kSeat.toArray()] as Vec3[])
+    for (const point of axis_arrow({ ...kAxis, direction }, 1, kSize_m))
+      assert.ok(Math.abs(three(point).distanceTo(three(kAxis.at_m)) - kSize_m) < 1e-9);
 });
 
 test('only what the prompt asks for is marked', () => {
