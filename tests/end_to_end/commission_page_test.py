@@ -15,12 +15,12 @@ UNDER_SANITIZERS = "THIMBLE_UNDER_SANITIZERS" in os.environ
 
 
 class Session:
-    """A running commissioning with a page; its terminal has no input unless told."""
+    """A running commissioning with a page, of a simulated arm without a device; its terminal has no input unless told."""
 
-    def __init__(self, rig, arm, *arguments, stdin=subprocess.DEVNULL):
+    def __init__(self, rig, arm, *arguments, device=None, stdin=subprocess.DEVNULL):
         self.arm = Path(shutil.copy(ARMS / (arm + ".arm.json"), rig.runtime))
-        self.process = subprocess.Popen([BIN / "thimble", "commission", self.arm, "--simulate", "--page", "--no-browser", *map(str, arguments)],
-                                        stdin=stdin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=rig.environment)
+        where = ["--device", device] if device else ["--simulate"]
+        self.process = subprocess.Popen([BIN / "thimble", "commission", self.arm, "--page", "--no-browser", *where, *map(str, arguments)], stdin=stdin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=rig.environment)
         rig.addCleanup(self.kill)
         line = self.process.stderr.readline()
         assert line.startswith("page: http://127.0.0.1:"), line + self.process.stderr.read()
@@ -143,6 +143,17 @@ class CommissionPage(Rig):
         self.assertEqual((code, out), (1, ""))
         self.assertIn("done, by the page", err)
         self.assertIn("stopped in step 1", err)
+
+    def test_stop_on_the_page_switches_the_motors_of_a_device_off(self):
+        sim = self.sim("--tcp", 0)
+        session = Session(self, "premium-1.5", device=sim.tcp)
+        page = self.open(session, session.token)
+        self.prompt(page, lambda prompt: prompt["text"] == "Press the e-stop.")
+        self.wait_for_mode(sim.tcp, "armed")
+        page.send(type="command", verb="stop")
+        page.state(lambda state: "over" in state["commission"])
+        self.assertEqual(session.end()[0], 1)
+        self.assertEqual(self.ok_json("info", "--device", sim.tcp)["state"]["mode"], "ready")
 
     def test_a_port_in_use_and_options_that_do_not_go_together(self):
         session = Session(self, "paddle")
