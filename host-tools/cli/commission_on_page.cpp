@@ -8,6 +8,8 @@
 namespace thimble::host {
 namespace {
 
+constexpr auto kReadPeriod = std::chrono::milliseconds(200);
+
 CommissionPageOptions page_options(const CommissionChoice& choice, const ArmFile& arm) {
   CommissionPageOptions options;
   options.web = {choice.listen, choice.port};
@@ -49,7 +51,9 @@ std::optional<std::size_t> axis_in_question(const Prompt& prompt) {
 CommissionOnPage::CommissionOnPage(const CommissionChoice& choice, const ArmFile& arm)
     : page_(page_options(choice, arm), arm_data(arm)), arm_(arm) {}
 
-void CommissionOnPage::ask(const Prompt& prompt) {
+void CommissionOnPage::ask(const Prompt& prompt, bool bench_waits) {
+  read_due_.reset();
+  if (bench_waits) read_due_ = std::chrono::steady_clock::now();
   look();
   CommissionPrompt shown;
   shown.text = prompt.text;
@@ -66,7 +70,25 @@ void CommissionOnPage::ask(const Prompt& prompt) {
   page_.ask(std::move(shown));
 }
 
+void CommissionOnPage::withdraw() {
+  read_due_.reset();
+  page_.withdraw();
+}
+
+// A device that does not answer is for the bench to tell: the picture stays then.
+void CommissionOnPage::read_if_due() {
+  const auto now = std::chrono::steady_clock::now();
+  if (!at_zero_ || !read_ || !read_due_ || now < *read_due_) return;
+  try {
+    read_();
+    read_due_ = now + kReadPeriod;
+  } catch (const Error&) {
+    read_due_.reset();
+  }
+}
+
 std::optional<Answer> CommissionOnPage::answer() {
+  read_if_due();
   look();
   const std::optional<CommissionPage::Answer> answer = page_.answer();
   if (!answer) return std::nullopt;

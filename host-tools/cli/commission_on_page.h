@@ -1,6 +1,7 @@
 // A commissioning on its page (host-tools/viewer/commission_page.h): prompts are answered there, too, and the page gets the steps, and where the arm is.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <optional>
@@ -21,14 +22,18 @@ class CommissionOnPage final : public SecondPlace {
 
   [[nodiscard]] const std::string& url() const { return page_.url(); }
 
-  void ask(const Prompt& prompt) override;
+  void ask(const Prompt& prompt, bool bench_waits) override;
   [[nodiscard]] std::optional<Answer> answer() override;
-  void withdraw() override { page_.withdraw(); }
+  void withdraw() override;
   [[nodiscard]] bool stopped() const override { return page_.stopped(); }
 
   // Newest counts of the axes, without a word with the device; nothing: none have come.
   using Counts = std::function<std::optional<PerAxis<std::int64_t>>()>;
-  void follow(Counts counts) { counts_ = std::move(counts); }
+  // read: lets newer ones come, with a word with the device. Called several times a second while the bench waits.
+  void follow(Counts counts, std::function<void()> read) {
+    counts_ = std::move(counts);
+    read_ = std::move(read);
+  }
   void use(const ArmFile& arm) { arm_ = arm; }
   void locate(const PerAxis<double>& at_zero) { at_zero_ = at_zero; }
   void look();  // where the arm is
@@ -40,9 +45,13 @@ class CommissionOnPage final : public SecondPlace {
   void end(bool passed, const std::string& text);
 
  private:
+  void read_if_due();
+
   CommissionPage page_;
   ArmFile arm_;
   Counts counts_;
+  std::function<void()> read_;
+  std::optional<std::chrono::steady_clock::time_point> read_due_;  // none: not now
   std::optional<PerAxis<double>> at_zero_;
   std::vector<double> shown_;
 };

@@ -116,7 +116,8 @@ class Session {
                               page)),
         watched_(page == nullptr ? nullptr : std::make_unique<WatchedBench>(arm_->bench(), *page)),
         bench_(page == nullptr ? arm_->bench() : *watched_) {
-    if (page_ != nullptr) page_->follow([this] { return arm_->counts(); });
+    if (page_ != nullptr)
+      page_->follow([this] { return arm_->counts(); }, [this] { static_cast<void>(arm_->bench().read()); });
     if (commission_.bench().is_object()) arm_->demand_same(commission_.bench());
     commission_.tell_bench(arm_->identity());
     commission_.save(places_.state);  // a folder that cannot be written is found before the work

@@ -16,8 +16,8 @@ constexpr std::size_t kLongestAnswer = 100;
 // The prompt stands at the second place while this lives.
 class Posted {
  public:
-  Posted(SecondPlace* place, const Prompt& prompt) : place_(place) {
-    if (place_ != nullptr) place_->ask(prompt);
+  Posted(SecondPlace* place, const Prompt& prompt, bool bench_waits) : place_(place) {
+    if (place_ != nullptr) place_->ask(prompt, bench_waits);
   }
   Posted(const Posted&) = delete;
   Posted& operator=(const Posted&) = delete;
@@ -68,7 +68,7 @@ ConsolePerson::Heard ConsolePerson::hear(const Over& over) {
 }
 
 Answer ConsolePerson::read_answer(const Prompt& prompt, const Over& over) {
-  const Posted posted(second_, prompt);
+  const Posted posted(second_, prompt, !over);
   const bool refusable = may_be_declined(prompt);
   const char* hint = prompt.kind == Prompt::Kind::kAcceptCorrection ? "Enter: yes, n: no, q: stop here"
                      : refusable                                    ? "Enter: done, n: no, q: stop here"

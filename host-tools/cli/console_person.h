@@ -21,7 +21,8 @@ class SecondPlace {
   SecondPlace& operator=(const SecondPlace&) = delete;
   virtual ~SecondPlace() = default;
 
-  virtual void ask(const Prompt& prompt) = 0;
+  // bench_waits: the bench does nothing meanwhile, and may be read.
+  virtual void ask(const Prompt& prompt, bool bench_waits) = 0;
   // Every few milliseconds while the prompt stands. kDone or kNo.
   [[nodiscard]] virtual std::optional<Answer> answer() = 0;
   virtual void withdraw() = 0;

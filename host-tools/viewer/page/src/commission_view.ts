@@ -19,14 +19,14 @@ export function prompt_text({ prompt, doing, over }: CommissionState): string {
 }
 
 // The marks of the picture in words.
-export function picture_text({ axis, turn, way, goal_m, is_live, over }: CommissionState, simulated: boolean): string {
+export function picture_text({ axis, turn, way, goal_m, is_live, over }: CommissionState): string {
   if (over) return '';
   const parts: string[] = [];
   if (axis) parts.push(`The axis in question is ${axis.name}; its arrow is the positive direction.`);
   if (turn || way) parts.push('The orange arrow is the way to go first.');
   if (goal_m) parts.push('The green lines are where the arm is to be.');
-  const follows = simulated ? 'The arm is where its counters say.' : 'The arm is where its counters were last seen.';
-  parts.push(is_live ? follows : 'The arm is drawn at home: where it is is not known yet.');
+
+  parts.push(is_live ? 'The arm is where its counters say.' : 'The arm is drawn at home: where it is is not known yet.');
   return parts.join(' ');
 }
 
@@ -61,7 +61,6 @@ export class CommissionView {
     document.body.classList.add('commissioning');
     document.title = `Thimble: ${hello.device?.arm ?? 'arm'}`;
     this.canvas.setAttribute('aria-label', 'The arm in three dimensions');
-    this.simulated = hello.simulated;
     this.may_control = hello.may_control;
     set_text(element('device'), `commissioning of ${hello.device?.arm ?? 'an arm'}${hello.simulated ? ', simulated' : ''}`);
     element('readonly').hidden = hello.may_control;
@@ -76,7 +75,6 @@ export class CommissionView {
     }
     element('steps').replaceChildren(...this.rows);
   }
-  private simulated = false;
   private may_control = false;
 
   update(state: State): void {
@@ -101,7 +99,7 @@ export class CommissionView {
       this.shown_ms = performance.now();
     }
     set_text(element('prompt'), prompt_text(it));
-    set_text(element('picture-text'), picture_text(it, this.simulated));
+    set_text(element('picture-text'), picture_text(it));
     element('commission-prompt').className = it.over ? (it.over.passed ? 'good' : 'bad') : prompt ? 'asks' : '';
     set_text(element('answer-done'), prompt?.done ?? 'Done');
     set_text(element('answer-decline'), prompt?.decline ?? 'Decline');

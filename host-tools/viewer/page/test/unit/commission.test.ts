@@ -66,8 +66,8 @@ test('the words for prompt and picture', () => {
   assert.equal(prompt_text({ ...kQuiet, prompt, doing: 'waits' }), 'Press the e-stop.');
   assert.equal(prompt_text({ ...kQuiet, doing: 'waits' }), 'waits');
   assert.equal(prompt_text({ ...kQuiet, prompt, over: { passed: false, text: 'stopped in step 2' } }), 'stopped in step 2');
-  assert.match(picture_text({ ...kQuiet, axis: kAxis, turn: 1 }, true), /question is upper; .* orange arrow/);
-  assert.match(picture_text({ ...kQuiet, is_live: false }, true), /drawn at home/);
+  assert.match(picture_text({ ...kQuiet, axis: kAxis, turn: 1 }), /question is upper; .* orange arrow/);
+  assert.match(picture_text({ ...kQuiet, is_live: false }), /drawn at home/);
 });
 
 test('a second press of a button is no answer to a prompt that nobody has read', () => {
