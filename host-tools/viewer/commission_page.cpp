@@ -16,7 +16,7 @@ namespace {
 
 using Steady = std::chrono::steady_clock;
 
-constexpr auto kLeastBetween = std::chrono::milliseconds(40);  // two states
+constexpr auto kLeastBetween = std::chrono::milliseconds(20);  // two states
 constexpr auto kMostBetween =
     std::chrono::milliseconds(500);                          // a page takes the server for silent after 1.5 s
 constexpr auto kLastState = std::chrono::milliseconds(200);  // for it to leave before the server ends
