@@ -30,6 +30,7 @@ std::optional<std::size_t> axis_in_question(const Prompt& prompt) {
     case Prompt::Kind::kPlace:
     case Prompt::Kind::kSwing:
     case Prompt::Kind::kLetGo:
+    case Prompt::Kind::kRepair:
     case Prompt::Kind::kAcceptCorrection:
       return prompt.axis;
     case Prompt::Kind::kOpenEStop:
@@ -40,7 +41,6 @@ std::optional<std::size_t> axis_in_question(const Prompt& prompt) {
     case Prompt::Kind::kPush:
     case Prompt::Kind::kHang:
     case Prompt::Kind::kPressWall:
-    case Prompt::Kind::kRepair:
       return std::nullopt;
   }
   return std::nullopt;

@@ -196,6 +196,8 @@ class Session {
   bool repaired(const StepResult& result) {
     Prompt prompt;
     prompt.kind = Prompt::Kind::kRepair;
+    const int axis = result.findings.front().axis;
+    prompt.axis = axis < 0 ? commission_.arm().axes.size() : static_cast<std::size_t>(axis);
     prompt.text = "Repair it; then the step comes again.";
     try {
       if (bench_.ask(prompt) != Answer::kDone) return false;

@@ -83,6 +83,9 @@ class CommissionPage(Rig):
         self.assertEqual(found[0]["findings"][0]["name"], "motor-sign")
         self.assertIn("xchange the wires of the motor", found[0]["findings"][0]["text"])
 
+        repair = [state["commission"] for state in seen if state["commission"].get("prompt", {}).get("text", "").startswith("Repair it")]
+        self.assertEqual([commission["axis"]["name"] for commission in repair], ["paddle"])
+
         # The paddle turns about y: its tip, 7 cm above, goes along +x, and first that way.
         turn = next(state["commission"] for state in seen if "turn" in state["commission"])
         self.assertEqual((turn["axis"]["name"], turn["axis"]["slides"], turn["turn"]), ("paddle", False, 1))
