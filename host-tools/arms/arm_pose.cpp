@@ -87,6 +87,49 @@ std::vector<Line> ArmPose::platform_lines() const {
   return lines;
 }
 
+Eigen::Matrix3d ArmPose::world_from_base() const { return pose_.rotation * pose_.chain.rotation.transpose(); }
+
+Vector3d ArmPose::in_world(const Vector3d& base_m) const {
+  return pose_.tip_m + world_from_base() * (base_m - pose_.plate_m - pose_.chain.tip_m);
+}
+
+// The directions are those in which the formulas above count an angle up.
+ArmPose::AxisLine ArmPose::platform_axis(int joint) const {
+  const kinematics::AxisVector<double> q = mechanism_.joints(at_);
+  AxisLine line;
+  if (const auto* two = std::get_if<kinematics::TwoLinkGeometry>(&geometry_.platform)) {
+    if (joint == 0) return line;
+    line.at_m = two_link_line(*two, q).at(static_cast<std::size_t>(joint));
+    line.direction = {std::sin(q[0]), -std::cos(q[0]), 0};
+  } else if (const auto* bars = std::get_if<kinematics::FiveBarGeometry>(&geometry_.platform)) {
+    line.at_m = five_bar_leg(*bars, joint, q[joint]).front();
+  } else if (const auto* delta = std::get_if<kinematics::DeltaGeometry>(&geometry_.platform)) {
+    line.at_m = delta_leg(*delta, joint, q[joint], pose_.plate_m).front();
+    const double leg = wide(delta->leg_angle_rad.at(static_cast<std::size_t>(joint)));
+    line.direction = {std::sin(leg), -std::cos(leg), 0};
+  }
+  return line;
+}
+
+ArmPose::AxisLine ArmPose::axis_line(std::size_t axis) const {
+  const auto by_axis = geometry_.joints_per_axis.col(static_cast<Eigen::Index>(axis));
+  int joint = 0;
+  while (joint + 1 < mechanism_.axes() && by_axis[joint] == 0) ++joint;
+  const int platform = kinematics::platform_joints(geometry_);
+  AxisLine line;
+  if (joint < platform) {
+    line = platform_axis(joint);
+  } else {
+    const auto k = static_cast<std::size_t>(joint - platform);
+    line.slides = geometry_.chain.joint.at(k).kind == kinematics::JointKind::kPrismatic;
+    line.at_m = pose_.plate_m + pose_.chain.origin_m.at(k);
+    line.direction = pose_.chain.axis.at(k);
+  }
+  line.at_m = in_world(line.at_m);
+  line.direction = world_from_base() * line.direction * (by_axis[joint] < 0 ? -1 : 1);
+  return line;
+}
+
 std::vector<Line> ArmPose::links() const {
   std::vector<Line> lines = platform_lines();
   if (geometry_.chain.count > 0 || geometry_.chain.tip_m.norm() > 0) {
@@ -98,10 +141,8 @@ std::vector<Line> ArmPose::links() const {
     chain.emplace_back(pose_.plate_m + pose_.chain.tip_m);
     lines.push_back(std::move(chain));
   }
-  const Eigen::Matrix3d R_WB = pose_.rotation * pose_.chain.rotation.transpose();
-  const Vector3d end_m = pose_.plate_m + pose_.chain.tip_m;
   for (Line& line : lines) {
-    for (Vector3d& point : line) point = pose_.tip_m + R_WB * (point - end_m);
+    for (Vector3d& point : line) point = in_world(point);
     const auto same = [](const Vector3d& a, const Vector3d& b) { return (a - b).norm() < kSamePoint_m; };
     line.erase(std::unique(line.begin(), line.end(), same), line.end());
   }

@@ -37,7 +37,18 @@ class ArmPose {
   // wrist behind these. The last point of the last line is the end of the last link.
   [[nodiscard]] std::vector<Line> links() const;
 
+  // How a positive motion of an axis moves the first link that it moves, by the joint in front of that link.
+  struct AxisLine {
+    bool slides = false;  // along `direction`; otherwise the link turns about it, by the right-hand rule
+    Eigen::Vector3d at_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // of length 1
+  };
+  [[nodiscard]] AxisLine axis_line(std::size_t axis) const;
+
  private:
+  [[nodiscard]] AxisLine platform_axis(int joint) const;
+  [[nodiscard]] Eigen::Matrix3d world_from_base() const;
+  [[nodiscard]] Eigen::Vector3d in_world(const Eigen::Vector3d& base_m) const;
   [[nodiscard]] std::vector<Line> platform_lines() const;
 
   kinematics::Geometry geometry_;

@@ -9,6 +9,7 @@
 
 #include "host-tools/arms/arm_checks.h"
 #include "host-tools/arms/arm_folder.h"
+#include "host-tools/cli/commission_on_page.h"
 #include "host-tools/cli/commissioned_arm.h"
 #include "host-tools/cli/console_person.h"
 #include "host-tools/cli/interrupt.h"
@@ -19,6 +20,7 @@
 #include "host-tools/commission/state.h"
 #include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
+#include "host-tools/viewer/view.h"
 
 namespace thimble::host {
 namespace {
@@ -103,15 +105,19 @@ std::string quantity(const Measure& measure, const ArmFile& arm) {
 class Session {
  public:
   Session(const Common& common, const Remote& remote, const CommissionChoice& choice, const Places& places,
-          const std::string& arm_text, const ArmFile& arm)
+          const std::string& arm_text, const ArmFile& arm, CommissionOnPage* page)
       : common_(common),
         choice_(choice),
         places_(places),
         state_name_(places.state.string()),
         commission_(open_commission(places, arm_text, choice.restart, choice.simulate)),
-        arm_(
-            commissioned_arm(common, remote, choice, choice.simulate ? arm : commission_.arm(), state_name_)),
-        bench_(arm_->bench()) {
+        page_(page),
+        arm_(commissioned_arm(common, remote, choice, choice.simulate ? arm : commission_.arm(), state_name_,
+                              page)),
+        watched_(page == nullptr ? nullptr : std::make_unique<WatchedBench>(arm_->bench(), *page)),
+        bench_(page == nullptr ? arm_->bench() : *watched_) {
+    if (page_ != nullptr)
+      page_->follow([this] { return arm_->counts(); }, [this] { static_cast<void>(arm_->bench().read()); });
     if (commission_.bench().is_object()) arm_->demand_same(commission_.bench());
     commission_.tell_bench(arm_->identity());
     commission_.save(places_.state);  // a folder that cannot be written is found before the work
@@ -155,6 +161,7 @@ class Session {
   bool once(int number) {
     const Step& step = steps()[static_cast<std::size_t>(number)];
     arm_->begin_step(number);
+    if (page_ != nullptr) page_->show_steps(commission_.results(), number);
     tell("step {} of {}, {}: {}\n", number, last(), step.name, step.text);
     const std::size_t corrections = commission_.corrections().size();
     try {
@@ -163,6 +170,7 @@ class Session {
       stop(number);
     }
     commission_.save(places_.state);
+    if (page_ != nullptr) page_->show_steps(commission_.results(), {});
     const StepResult& result = commission_.results().at(number);
     for (const ArmFinding& found : result.findings) {
       // With --ask the question about a correction has said the rest.
@@ -188,6 +196,8 @@ class Session {
   bool repaired(const StepResult& result) {
     Prompt prompt;
     prompt.kind = Prompt::Kind::kRepair;
+    const int axis = result.findings.front().axis;
+    prompt.axis = axis < 0 ? commission_.arm().axes.size() : static_cast<std::size_t>(axis);
     prompt.text = "Repair it; then the step comes again.";
     try {
       if (bench_.ask(prompt) != Answer::kDone) return false;
@@ -224,6 +234,11 @@ class Session {
     }
     common_.json ? print_json(complete, warnings) : print_text(complete, warnings);
     fail_if_found();
+    if (page_ == nullptr) return;
+    page_->end(true, complete
+                         ? fmt::format("All steps passed. The new arm file is {}, and the report {}.",
+                                       places_.result.string(), places_.report.string())
+                         : fmt::format("Step {} passed; the next is {}.", *choice_.step, commission_.next()));
   }
 
   static void write(const std::filesystem::path& file, const std::string& text) {
@@ -305,15 +320,27 @@ class Session {
   const Places& places_;
   const std::string state_name_;
   Commission commission_;
+  CommissionOnPage* page_;  // or null
   std::unique_ptr<CommissionedArm> arm_;
+  std::unique_ptr<WatchedBench> watched_;
   Bench& bench_;
   bool is_over_ = false;
   int failed_ = -1;  // the last step that did not pass in this run
 };
 
+void open_page(const CommissionOnPage& page, bool browser) {
+  say(stderr, "page: {}\n", page.url());
+  if (!browser) return;
+  const std::string failed = open_browser(page.url());
+  if (!failed.empty())
+    say(stderr, "thimble: no browser was opened: {}\n  remedy: open the address above\n", failed);
+}
+
 }  // namespace
 
-void commission(const Common& common, const Remote& remote, const CommissionChoice& choice) {
+void commission(const Common& common, const Remote& remote, const CommissionChoice& given) {
+  CommissionChoice choice = given;
+  choice.ask = given.ask || (given.page && given.simulate);
   const Places places = places_of(choice);
   const std::string text = read_input(places.arm);
   const ArmFile arm = read_arm_file(text, places.arm.string());
@@ -329,7 +356,18 @@ void commission(const Common& common, const Remote& remote, const CommissionChoi
               places.arm.string(), arm.axes[j].name),
           "give this axis narrower limits with stops that hold them, or another home");
   const StateLock lock(places.state);
-  Session(common, remote, choice, places, text, arm).run();
+  if (!choice.page) {
+    Session(common, remote, choice, places, text, arm, nullptr).run();
+    return;
+  }
+  CommissionOnPage page(choice, arm);
+  open_page(page, choice.browser);
+  try {
+    Session(common, remote, choice, places, text, arm, &page).run();
+  } catch (const Error& error) {
+    page.end(false, fmt::format("{}: {}. Remedy: {}.", error.name, error.cause, error.remedy));
+    throw;
+  }
 }
 
 }  // namespace thimble::host

@@ -36,11 +36,11 @@ std::vector<SimFault> faults_of(const CommissionChoice& choice, const ArmFile& a
 class SimulatedArm final : public CommissionedArm {
  public:
   SimulatedArm(const Common& common, const CommissionChoice& choice, const ArmFile& arm,
-               const std::string& state)
+               const std::string& state, SecondPlace* second)
       : choice_(choice),
         state_(state),
         sim_(arm, faults_of(choice, arm), options(choice)),
-        bench_(sim_, choice.ask, common.json) {}
+        bench_(sim_, choice.ask, common.json, second) {}
 
   [[nodiscard]] Bench& bench() override { return bench_; }
   void begin_step(int /*number*/) override { bench_.begin_step(); }
@@ -49,6 +49,12 @@ class SimulatedArm final : public CommissionedArm {
   void repaired(const StepResult& result) override {
     for (const ArmFinding& found : result.findings)
       if (const std::optional<std::size_t> fault = fault_behind(sim_.faults(), found)) sim_.mend(*fault);
+  }
+  [[nodiscard]] std::optional<PerAxis<std::int64_t>> counts() override {
+    PerAxis<std::int64_t> counts{};
+    const PerAxis<AxisReading> readings = sim_.read();
+    for (std::size_t j = 0; j < counts.size(); ++j) counts.at(j) = readings.at(j).counts;
+    return counts;
   }
   [[nodiscard]] Json identity() override { return {{"seed", choice_.seed}, {"faults", choice_.faults}}; }
   // A fault that is gone was repaired. One that is new may be of a step that has passed, and would not be seen.
@@ -90,8 +96,9 @@ class SimulatedArm final : public CommissionedArm {
 class ConnectedArm final : public CommissionedArm {
  public:
   ConnectedArm(const Remote& remote, const CommissionChoice& choice, const ArmFile& arm,
-               const std::string& state)
+               const std::string& state, SecondPlace* second)
       : state_(state),
+        person_(second),
         link_([&remote] { return open_remote(remote); }, person_, static_cast<std::uint8_t>(choice.arm),
               arm) {}
 
@@ -100,6 +107,7 @@ class ConnectedArm final : public CommissionedArm {
   [[nodiscard]] bool stopped() const override { return person_.stopped(); }
   [[nodiscard]] bool is_asked() const override { return true; }
   void repaired(const StepResult& /*result*/) override {}
+  [[nodiscard]] std::optional<PerAxis<std::int64_t>> counts() override { return link_.newest_counts(); }
   [[nodiscard]] Json identity() override { return {{"device", link_.device_name()}}; }
   void demand_same(const Json& saved) override {
     const std::string device = saved.value("device", std::string());
@@ -122,9 +130,9 @@ class ConnectedArm final : public CommissionedArm {
 
 std::unique_ptr<CommissionedArm> commissioned_arm(const Common& common, const Remote& remote,
                                                   const CommissionChoice& choice, const ArmFile& arm,
-                                                  const std::string& state) {
-  if (choice.simulate) return std::make_unique<SimulatedArm>(common, choice, arm, state);
-  return std::make_unique<ConnectedArm>(remote, choice, arm, state);
+                                                  const std::string& state, SecondPlace* second) {
+  if (choice.simulate) return std::make_unique<SimulatedArm>(common, choice, arm, state, second);
+  return std::make_unique<ConnectedArm>(remote, choice, arm, state, second);
 }
 
 }  // namespace thimble::host

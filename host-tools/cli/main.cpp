@@ -165,11 +165,7 @@ void define_view(CLI::App& app, Choices& c) {
       ->needs(scene);
   view_verb->add_option("--scenes", c.view.scenes,
                         "a folder of scenes to choose from, in addition to Thimble's own");
-  view_verb->add_option("--port", c.view.port, "port of the server; 0: any free port")->capture_default_str();
-  view_verb->add_option("--listen", c.view.listen,
-                        "the address of this machine on which other machines reach the page, 0.0.0.0 for "
-                        "all; default: only this machine");
-  view_verb->add_flag("!--no-browser", c.view.browser, "print the address and do not open a browser");
+  add_page_options(*view_verb, c.view.listen, c.view.port, c.view.browser);
 }
 
 void define_doctor_and_compile(CLI::App& app, Choices& c) {

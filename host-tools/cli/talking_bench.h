@@ -11,8 +11,9 @@ namespace thimble::host {
 
 class TalkingBench : public Bench {
  public:
-  // asks: the prompts are answered on standard input, and the simulated hands then do it. silent: nothing is printed.
-  TalkingBench(SimBench& bench, bool asks, bool silent) : bench_(bench), asks_(asks), silent_(silent) {}
+  // asks: the prompts are answered on standard input, or at the second place, and the simulated hands then do it. silent: nothing is printed.
+  TalkingBench(SimBench& bench, bool asks, bool silent, SecondPlace* second = nullptr)
+      : bench_(bench), asks_(asks), silent_(silent), person_(second) {}
 
   [[nodiscard]] BenchFacts facts() override { return bench_.facts(); }
   void use(const ArmFile& arm) override { bench_.use(arm); }

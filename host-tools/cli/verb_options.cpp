@@ -40,16 +40,30 @@ void add_commission_options(CLI::App& verb, CommissionChoice& choice) {
   CLI::Option* ask =
       verb.add_flag("--ask", choice.ask, "you answer the prompts; the simulated hands then do it");
   ask->needs(simulate);
-  verb.add_flag("--accept-corrections", choice.accept_corrections,
-                "where the file may be wrong and not the arm, correct the new file")
-      ->excludes(ask)
-      ->needs(simulate);
+  CLI::Option* corrects = verb.add_flag("--accept-corrections", choice.accept_corrections,
+                                        "where the file may be wrong and not the arm, correct the new file")
+                              ->excludes(ask)
+                              ->needs(simulate);
   verb.add_option("--state", choice.state,
                   "where the progress is kept; default: NAME.commission.json beside the arm file");
   verb.add_option("--step", choice.step, "do only this step, again if it was done")
       ->check(CLI::Range(0, static_cast<int>(steps().size()) - 1));
   verb.add_flag("--restart", choice.restart, "begin anew, whatever was done");
   ask->excludes(verb.get_option("--json"));
+  CLI::Option* page = verb.add_flag(
+      "--page", choice.page,
+      "serve a web page with the steps, the prompts and a picture of the arm; you answer there or here");
+  page->excludes(corrects)->excludes(verb.get_option("--json"));
+  add_page_options(verb, choice.listen, choice.port, choice.browser);
+  for (const char* option : {"--port", "--listen", "--no-browser"}) verb.get_option(option)->needs(page);
+}
+
+void add_page_options(CLI::App& verb, std::string& listen, std::uint16_t& port, bool& browser) {
+  verb.add_option("--port", port, "port of the server; 0: any free port")->capture_default_str();
+  verb.add_option("--listen", listen,
+                  "the address of this machine on which other machines reach the page, 0.0.0.0 for "
+                  "all; default: only this machine");
+  verb.add_flag("!--no-browser", browser, "print the address and do not open a browser");
 }
 
 }  // namespace thimble::host

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
 
 #include "host-tools/cli/verbs.h"
 
@@ -9,5 +11,7 @@ namespace thimble::host {
 
 void add_mesh_options(CLI::App& verb, MeshChoice& choice);
 void add_commission_options(CLI::App& verb, CommissionChoice& choice);
+// Of verbs that serve a page.
+void add_page_options(CLI::App& verb, std::string& listen, std::uint16_t& port, bool& browser);
 
 }  // namespace thimble::host

@@ -144,11 +144,15 @@ struct CommissionChoice {
   unsigned arm = 0;                 // its number on the device
   std::vector<std::string> faults;  // planted_fault()
   std::uint64_t seed = 1;           // of the simulated arm and builder
-  bool ask = false;                 // the prompts on standard input
+  bool ask = false;                 // the prompts on standard input; always so with a page
   bool accept_corrections = false;
   std::filesystem::path state;  // empty: beside the arm file
   std::optional<int> step;      // only this one
   bool restart = false;
+  bool page = false;
+  std::string listen;  // of the page
+  std::uint16_t port = 0;
+  bool browser = true;
 };
 void commission(const Common& common, const Remote& remote, const CommissionChoice& choice);
 

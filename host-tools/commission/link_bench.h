@@ -37,6 +37,11 @@ class LinkBench : public Bench {
   void use(const ArmFile& arm) override;
   void locate(const PerAxis<double>& at_zero) override;
   [[nodiscard]] PerAxis<AxisReading> read() override;
+  // The newest that have come; nothing is sent for them.
+  [[nodiscard]] std::optional<PerAxis<std::int64_t>> newest_counts() const {
+    if (!counted_) return std::nullopt;
+    return stream_ ? stream_->newest() : counts_;
+  }
   [[nodiscard]] Answer ask(const Prompt& prompt) override;
   [[nodiscard]] LineTrial try_line(Line line, const Prompt& prompt) override;
   [[nodiscard]] BenchRecording watch(const Prompt& prompt, bool powered) override;

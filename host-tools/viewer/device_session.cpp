@@ -402,6 +402,10 @@ void DeviceSession::obey(const CommandMessage& message) {
   }
 }
 
+void DeviceSession::obey(const AnswerMessage& /*message*/) {
+  throw Error(ExitCode::kUsage, "no-prompt", "nothing was asked here", "`thimble commission --page` asks");
+}
+
 void DeviceSession::obey(const ParameterMessage& message) {
   device_->write_param(*message.row, message.value);
   send_hello();

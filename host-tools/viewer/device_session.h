@@ -86,6 +86,7 @@ class DeviceSession {
   void obey(const ParameterMessage& message);
   void obey(const MaterialMessage& message);
   void obey(const SaveMessage& message);
+  void obey(const AnswerMessage& message);
 
   void save();
   void drop_edits();

@@ -48,7 +48,7 @@ void HttpConnection::answer(const Request& request) {
     refuse(request, http::status::forbidden, "Another site's page may not come here.\n");
   } else if (server_->guarded && !is_owner_) {
     refuse(request, http::status::unauthorized,
-           "A token is needed: open the address that `thimble view` printed.\n");
+           "A token is needed: open the address that the command printed.\n");
   } else if (websocket::is_upgrade(request)) {
     if (target.path != "/live") {
       refuse(request, http::status::not_found, "There is no such socket.\n");

@@ -105,7 +105,7 @@ void PageSocket::hear() {
     PageMessage message = parse_page_message(beast::buffers_to_string(buffer_.data()));
     if (!may_control_) {
       throw Error(ExitCode::kPermission, "read-only", "this page may look, and change nothing",
-                  "open the address that `thimble view` printed: it has the token");
+                  "open the address that the command printed: it has the token");
     }
     server_->handlers.message(std::move(message));
   } catch (const Error& error) {

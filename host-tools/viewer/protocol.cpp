@@ -95,6 +95,12 @@ MaterialMessage read_material_message(const Json& json) {
   return material;
 }
 
+AnswerMessage read_answer(const Json& json) {
+  const std::string answer = text_of(json, "answer");
+  if (answer != "done" && answer != "decline") nonsense("\"answer\" is not done or decline");
+  return {index_of(json, "prompt"), answer == "decline"};
+}
+
 }  // namespace
 
 PageMessage parse_page_message(std::string_view text) {
@@ -110,6 +116,7 @@ PageMessage parse_page_message(std::string_view text) {
   if (type == "parameter") return read_parameter(json);
   if (type == "material") return read_material_message(json);
   if (type == "save") return SaveMessage{};
+  if (type == "answer") return read_answer(json);
   nonsense("its \"type\" is unknown");
 }
 

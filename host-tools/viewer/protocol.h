@@ -1,6 +1,7 @@
 // The messages between page and server: JSON text over the WebSocket /live.
 //
-// server -> page: hello, scene, state, event, link. page -> server: hand, command, pick, parameter, material, save.
+// server -> page: hello, scene, state, event, link. page -> server: hand, command, pick, parameter, material, save; of a commissioning (commission_page.h)
+// answer.
 // SI units, the world frame; object numbers are places in the scene image.
 #pragma once
 
@@ -41,8 +42,13 @@ struct MaterialMessage {
   double value = 0;
 };
 struct SaveMessage {};
-using PageMessage =
-    std::variant<HandMessage, CommandMessage, PickMessage, ParameterMessage, MaterialMessage, SaveMessage>;
+// To the prompt with this number.
+struct AnswerMessage {
+  std::size_t prompt = 0;
+  bool declines = false;
+};
+using PageMessage = std::variant<HandMessage, CommandMessage, PickMessage, ParameterMessage, MaterialMessage,
+                                 SaveMessage, AnswerMessage>;
 
 // Throws Error (kUsage) for everything that is not such a message. Parameters are checked against their limits.
 [[nodiscard]] PageMessage parse_page_message(std::string_view text);

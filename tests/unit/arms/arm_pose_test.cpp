@@ -3,11 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <numbers>
+#include <optional>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "host-tools/arms/arm_data.h"
 #include "host-tools/arms/arm_file.h"
@@ -130,6 +135,97 @@ TEST(ArmPose, WhatDoesNotCloseLeavesItWhereItWas) {
   const double q = std::acos(0.5 * static_cast<double>(bars.base_distance_m / bars.inner_m[0]));
   EXPECT_FALSE(pose.move_to(std::vector<double>{q, std::numbers::pi - q}));
   EXPECT_EQ(pose.tip_m(), before);
+}
+
+// A chain whose axes move its joints backwards, two joints at once, and along a rail.
+kinematics::ArmData coupled_chain() {
+  kinematics::ArmData data = data_of("paddle");
+  kinematics::ChainGeometry& chain = data.geometry.chain;
+  chain.count = 3;
+  chain.joint[0].axis = Eigen::Vector3f::UnitY();
+  chain.joint[1] = chain.joint[2] = chain.joint[0];
+  chain.joint[1].origin_m = chain.joint[2].origin_m = {0, 0, .1F};
+  chain.joint[2].kind = kinematics::JointKind::kPrismatic;
+  chain.joint[2].axis = Eigen::Vector3f::UnitX();
+  chain.force_joint = chain.count;
+  data.geometry.joints_per_axis.topLeftCorner<3, 3>() << -1, 0, 0, 1, 1, 0, 0, 0, -2;
+  data.geometry.home.setZero();
+  return data;
+}
+
+// How fast the first point of the links that moves does so, by differences of the links themselves.
+struct FirstMove {
+  Vector3d at_m = Vector3d::Zero(), speed = Vector3d::Zero();  // m, by the speed of the axis
+};
+std::optional<FirstMove> first_move(const kinematics::ArmData& data, std::vector<double> axes,
+                                    std::size_t axis) {
+  constexpr double kStep = 1e-4, kStill_m = 1e-3;
+  host::ArmPose pose(data);
+  EXPECT_TRUE(pose.move_to(axes));
+  const std::vector<host::ArmPose::Line> at = pose.links();
+  axes[axis] += kStep;
+  EXPECT_TRUE(pose.move_to(axes));
+  const std::vector<host::ArmPose::Line> after = pose.links();
+  axes[axis] -= 2 * kStep;
+  EXPECT_TRUE(pose.move_to(axes));
+  const std::vector<host::ArmPose::Line> before = pose.links();
+  std::optional<FirstMove> first;
+  std::size_t first_point = 0;
+  for (std::size_t line = 0; line < at.size(); ++line)
+    for (std::size_t i = 0; i < at[line].size(); ++i) {
+      const Vector3d speed = (after[line][i] - before[line][i]) / (2 * kStep);
+      if (speed.norm() < kStill_m || (first && i >= first_point)) continue;
+      first = FirstMove{at[line][i], speed};
+      first_point = i;
+    }
+  return first;
+}
+
+// Of an axis along whose line all points lie that it turns.
+Vector3d turning_of_the_tip(const kinematics::ArmData& data, const std::vector<double>& axes,
+                            std::size_t axis) {
+  constexpr double kStep = 1e-4;
+  const kinematics::Mechanism<double> mechanism(data.geometry);
+  std::array<Eigen::Matrix3d, 2> turn;
+  for (const int way : {0, 1}) {
+    kinematics::AxisVector<double> q =
+        Eigen::Map<const Eigen::VectorXd>(axes.data(), static_cast<Eigen::Index>(axes.size()));
+    q[static_cast<Eigen::Index>(axis)] += way == 0 ? -kStep : kStep;
+    kinematics::MechanismPose<double> pose = mechanism.home_pose();
+    EXPECT_TRUE(mechanism.at(q, pose));
+    turn.at(static_cast<std::size_t>(way)) = pose.rotation;
+  }
+  const Eigen::AngleAxisd made(Eigen::Matrix3d(turn[1] * turn[0].transpose()));
+  return made.angle() / (2 * kStep) * made.axis();
+}
+
+TEST(ArmPose, LinesOfTheAxesAreThoseAboutWhichTheLinksTurn) {
+  std::vector<std::pair<std::string, kinematics::ArmData>> arms{{"coupled", coupled_chain()}};
+  for (const std::string& name : kPosedArms) arms.emplace_back(name, data_of(name));
+  arms.emplace_back("five-bar", data_of("../docs/examples/five-bar/five-bar-odrive"));
+  for (const auto& [name, data] : arms) {
+    host::ArmPose pose(data);
+    for (int which = 0; which < 4; ++which) {
+      const std::vector<double> axes = name == "coupled"
+                                           ? std::vector<double>{.3 * which, -.2 * which, .01 * which}
+                                           : axes_at(data, pose.home(), which);
+      ASSERT_TRUE(pose.move_to(axes)) << name << ' ' << which;
+      for (std::size_t j = 0; j < axes.size(); ++j) {
+        const host::ArmPose::AxisLine line = pose.axis_line(j);
+        const std::string where = name + ", axis " + std::to_string(j) + ", place " + std::to_string(which);
+        EXPECT_NEAR(line.direction.norm(), 1, 1e-6) << where;
+        EXPECT_EQ(line.slides, name == "coupled" && j == 2) << where;
+        const std::optional<FirstMove> moved = first_move(data, axes, j);
+        if (!moved) {
+          EXPECT_LT((line.direction - turning_of_the_tip(data, axes, j)).norm(), 1e-5) << where;
+          continue;
+        }
+        Vector3d speed = line.direction.cross(moved->at_m - line.at_m);
+        if (line.slides) speed = 2 * line.direction;  // its joint goes twice as far
+        EXPECT_LT((speed - moved->speed).norm(), 1e-5) << where;
+      }
+    }
+  }
 }
 
 }  // namespace

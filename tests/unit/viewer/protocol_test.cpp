@@ -37,6 +37,13 @@ TEST(Protocol, MessagesOfAPage) {
   EXPECT_EQ(material.object, 2U);
   EXPECT_EQ(material.key, "damping_N_s_m");
   EXPECT_TRUE(std::holds_alternative<SaveMessage>(parse_page_message(R"({"type": "save"})")));
+  const auto answer =
+      std::get<AnswerMessage>(parse_page_message(R"({"type": "answer", "prompt": 7, "answer": "decline"})"));
+  EXPECT_EQ(answer.prompt, 7U);
+  EXPECT_TRUE(answer.declines);
+  EXPECT_FALSE(
+      std::get<AnswerMessage>(parse_page_message(R"({"type": "answer", "prompt": 0, "answer": "done"})"))
+          .declines);
 }
 
 TEST(Protocol, Nonsense) {
@@ -51,6 +58,10 @@ TEST(Protocol, Nonsense) {
                            R"({"type": null})",
                            R"({"type": "fly"})",
                            R"({"type": "hand"})",
+                           R"({"type": "answer", "prompt": 1})",
+                           R"({"type": "answer", "prompt": 1, "answer": "maybe"})",
+                           R"({"type": "answer", "prompt": -1, "answer": "done"})",
+                           R"({"type": "answer", "answer": "done"})",
                            R"({"type": "hand", "arm": "0", "position_m": [0, 0, 0]})",
                            R"({"type": "hand", "arm": -1, "position_m": [0, 0, 0]})",
                            R"({"type": "hand", "arm": 0.5, "position_m": [0, 0, 0]})",

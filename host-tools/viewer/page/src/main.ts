@@ -1,9 +1,11 @@
-// The page of `thimble view`: handles messages, draws frames, sends what the user does.
+// The page of `thimble view` and of `thimble commission --page`: handles messages, draws frames, sends what the user does.
 import './style.css';
+import './commission.css';
 
 import { Vector3 } from 'three';
 
 import { ArmMarks } from './arm_marks';
+import { CommissionView } from './commission_view';
 import { Connection, type Link } from './connection';
 import { element, make, set_text } from './dom';
 import { HandControl } from './hand_control';
@@ -46,6 +48,7 @@ let model: SceneModel | null = null;
 let objects: SceneObjects | null = null;
 let marks: ArmMarks[] = [];
 let plots: Plots | null = null;
+let commission: CommissionView | null = null; // the server is that of a commissioning
 let link: Link = 'connecting';
 let new_state = false; // since the last frame
 let new_text = true; // not yet in the readings
@@ -97,6 +100,12 @@ function on_message(message: ServerMessage): void {
 }
 
 function on_hello(it: Hello): void {
+  if (it.commission) {
+    commission ??= new CommissionView(stage, canvas, send);
+    commission.begin(it);
+    if (marks.length === 0) lay_out_arms(1);
+    return;
+  }
   const arms_were = hello?.arms;
   hello = it;
   const device = it.device ?? {};
@@ -195,6 +204,12 @@ function show_scene(read: SceneModel, look: boolean): void {
 }
 
 function on_state(state: State): void {
+  if (commission) {
+    timeline.live.push(state);
+    commission.update(state);
+    new_state = true;
+    return;
+  }
   const mode_was = timeline.live.newest?.mode;
   timeline.live.push(state);
   if (state.mode !== mode_was) {
@@ -215,10 +230,11 @@ function all_new(): void {
 
 function on_link(now: Link): void {
   link = now;
-  const text = kNotices[now];
+  // A commissioning that is over has no server any more.
+  const text = commission?.is_over ? undefined : kNotices[now];
   const notice = element('notice');
   if (text !== undefined) set_text(notice, text);
-  if (text !== undefined || now === 'live') notice.hidden = text === undefined;
+  if (text !== undefined || now === 'live' || commission?.is_over) notice.hidden = text === undefined;
   set_text(element('link'), kLinkTexts[now]);
   element('link').className = now === 'live' ? 'good' : now === 'connecting' ? '' : 'bad';
   show_permission();

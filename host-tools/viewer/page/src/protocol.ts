@@ -19,6 +19,7 @@ export interface Hello {
   arms: number;
   device?: { address?: string; board?: string; firmware?: string; arm?: string };
   parameters?: Parameter[];
+  commission?: { steps: { name: string; text: string }[] }; // of `thimble commission --page`
 }
 
 export type MaterialKey = 'stiffness' | 'damping' | 'static_friction' | 'dynamic_friction';
@@ -45,6 +46,19 @@ export interface ArmState {
   energy_J?: number;
 }
 
+// Of `thimble commission --page`.
+export interface CommissionState {
+  steps: { state: 'not yet' | 'now' | 'passed' | 'found'; findings: { name: string; text: string }[]; notes: string[] }[];
+  doing: string; // while nothing is asked
+  prompt?: { number: number; text: string; done: string; decline?: string }; // the words of the buttons
+  axis?: { name: string; slides: boolean; at_m: Vec3; direction: Vec3 }; // in question: a positive motion turns about this line, or slides along it
+  turn?: number; // the way that the axis is to go first: 1 or -1
+  way?: Vec3; // that the tip is to go, of length 1
+  goal_m?: Vec3[][]; // links where the arm is to be
+  is_live: boolean; // otherwise the arm is drawn at home
+  over?: { passed: boolean; text: string };
+}
+
 // Unknown values are left out.
 export interface State {
   type: 'state';
@@ -65,6 +79,7 @@ export interface State {
   controls?: { object: number; q: number; on: boolean }[];
   tissues?: { object: number; arm: number; pressed: boolean; at_m: readonly [number, number]; depth_m: number }[];
   needles?: { object: number; arm: number; inside: boolean; at_m: readonly [number, number]; depth_m: number; torn: number }[];
+  commission?: CommissionState;
 }
 
 export interface ServerEvent {
@@ -90,7 +105,8 @@ export type PageMessage =
   | { type: 'pick'; scene: string }
   | { type: 'parameter'; name: string; value: number }
   | { type: 'material'; object: number; key: MaterialKey; value: number }
-  | { type: 'save' };
+  | { type: 'save' }
+  | { type: 'answer'; prompt: number; answer: 'done' | 'decline' };
 
 const kMostArms = 2;
 const kTypes = new Set(['hello', 'scene', 'state', 'event', 'link']);
@@ -107,6 +123,7 @@ export function parse_message(text: string): ServerMessage | null {
   const message = value as ServerMessage;
   if (message.type === 'state') {
     if (!Number.isFinite(message.time_s) || !Array.isArray(message.arms)) return null;
+    if (message.commission !== undefined && !Array.isArray(message.commission.steps)) return null;
     message.arms = message.arms.map((arm) => (Array.isArray(arm?.tip_m) ? arm : null));
   }
   if (message.type === 'scene' && !Array.isArray(message.objects)) return null;

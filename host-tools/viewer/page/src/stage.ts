@@ -18,7 +18,7 @@ import {
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 // From the user's seat, a little above and to the right.
-const kFrom = new Vector3(0.3, -1, 0.55).normalize();
+export const kSeat = new Vector3(0.3, -1, 0.55).normalize();
 
 // Where frames come more slowly than this for two seconds, the picture gets coarser, down to the least pixel ratio.
 const kSlow_per_s = 24;
@@ -132,14 +132,14 @@ export class Stage {
   // The nearest place in the user's direction from which every corner of the box is inside the picture.
   reset(): void {
     const center = this.framed.getCenter(new Vector3());
-    const right = new Vector3().crossVectors(this.camera.up, kFrom).normalize();
-    const up = new Vector3().crossVectors(kFrom, right);
+    const right = new Vector3().crossVectors(this.camera.up, kSeat).normalize();
+    const up = new Vector3().crossVectors(kSeat, right);
     const high = Math.tan(MathUtils.degToRad(this.camera.fov / 2)) / kMargin;
     const fit = (direction: Vector3, slope: number) => {
       let [most, least] = [-Infinity, -Infinity];
       for (const corner of corners_of(this.framed)) {
         const from = corner.sub(center);
-        const [side, near] = [from.dot(direction) / slope, from.dot(kFrom)];
+        const [side, near] = [from.dot(direction) / slope, from.dot(kSeat)];
         most = Math.max(most, near + side);
         least = Math.max(least, near - side);
       }
@@ -148,7 +148,7 @@ export class Stage {
     const wide = fit(right, high * this.camera.aspect);
     const tall = fit(up, high);
     this.controls.target.copy(center).addScaledVector(right, wide.shift).addScaledVector(up, tall.shift);
-    this.camera.position.copy(this.controls.target).addScaledVector(kFrom, Math.max(wide.distance, tall.distance));
+    this.camera.position.copy(this.controls.target).addScaledVector(kSeat, Math.max(wide.distance, tall.distance));
     this.controls.update();
     this.touch();
   }

@@ -19,13 +19,22 @@ export class Command {
     process.stderr?.on('data', (data: Buffer) => this.errors.push(data));
   }
 
+  get exit_code(): number | null {
+    return this.process.exitCode;
+  }
+
   // Resolves with its first lines, up to the one that `last` takes.
-  static async start(program: 'thimble' | 'thimble-sim', words: string[], last: (line: string) => boolean): Promise<[Command, string[]]> {
+  static async start(
+    program: 'thimble' | 'thimble-sim',
+    words: string[],
+    last: (line: string) => boolean,
+    from: 'stdout' | 'stderr' = 'stdout',
+  ): Promise<[Command, string[]]> {
     const file = program === 'thimble' ? kThimble : join(dirname(kThimble), program);
     if (!existsSync(file)) throw new Error(`there is no ${file}: build it, or name thimble in THIMBLE`);
     const command = new Command(spawn(file, words, { stdio: ['ignore', 'pipe', 'pipe'] }));
     const lines: string[] = [];
-    for await (const line of createInterface({ input: command.process.stdout! })) {
+    for await (const line of createInterface({ input: command.process[from]! })) {
       lines.push(line);
       if (last(line)) return [command, lines];
     }
