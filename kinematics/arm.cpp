@@ -38,6 +38,14 @@ Posture<S> Arm<S>::home_posture() const noexcept {
 }
 
 template <typename S>
+Eigen::Quaternion<S> Arm<S>::orientation(const PerAxis<S>& axes) const noexcept {
+  Eigen::Quaternion<S> q(mechanism_.rotation(axes.head(axes_)));
+  q.normalize();
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  return q;
+}
+
+template <typename S>
 Jacobian3<S> Arm<S>::driven_jacobian(const Posture<S>& posture) const noexcept {
   Jacobian3<S> driven = posture.jacobian.leftCols(axes_);
   for (int j = 0; j < axes_; ++j)

@@ -11,6 +11,8 @@
 // here fails: where the links do not meet, the tip is NaN.
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include "kinematics/arm_data.h"
 #include "kinematics/base_pose.h"
 #include "kinematics/mechanism.h"
@@ -74,6 +76,10 @@ class Arm {
   // The mass that the tip shows while the axes move with it at these speeds for 1 m/s, kg; rotors included.
   [[nodiscard]] S mass_along(const PerAxis<S>& axes, const Posture<S>& posture,
                              const PerAxis<S>& per_m) const noexcept;
+
+  // Of the last link of a chain or a wrist, in the world: a unit quaternion with w >= 0, NaN where an angle is not finite. Not for the tick.
+  [[nodiscard]] bool has_orientation() const noexcept { return mechanism_.has_rotation(); }
+  [[nodiscard]] Eigen::Quaternion<S> orientation(const PerAxis<S>& axes) const noexcept;
 
   // The Jacobian of the axes that have a motor; the columns of the others are 0.
   [[nodiscard]] Jacobian3<S> driven_jacobian(const Posture<S>& posture) const noexcept;

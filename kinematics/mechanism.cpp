@@ -119,6 +119,13 @@ bool Mechanism<S>::at(const AxisVector<S>& axes, MechanismPose<S>& pose) const n
 }
 
 template <typename S>
+Matrix3<S> Mechanism<S>::rotation(const AxisVector<S>& axes) const noexcept {
+  ChainPose<S> pose;
+  chain_pose<S>(geometry_->chain, joints(axes).tail(geometry_->chain.count), pose);
+  return R_WB_ * pose.rotation;
+}
+
+template <typename S>
 void Mechanism<S>::clear_undriven(AxisVector<S>& torques) const noexcept {
   for (int i = 0; i < axes_; ++i)
     if (!geometry_->driven[static_cast<std::size_t>(i)]) torques[i] = 0;

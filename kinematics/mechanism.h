@@ -58,6 +58,11 @@ class Mechanism {
   // used then, but for plate_m, which is as it was. An angle that is not finite gives false or NaN.
   [[nodiscard]] bool at(const AxisVector<S>& axes, MechanismPose<S>& pose) const noexcept;
 
+  // Whether there is a last link that turns: that of a chain, or of a wrist.
+  [[nodiscard]] bool has_rotation() const noexcept { return geometry_->chain.count > 0; }
+  // MechanismPose::rotation alone, wherever the platform is. NaN where an angle is not finite.
+  [[nodiscard]] Matrix3<S> rotation(const AxisVector<S>& axes) const noexcept;
+
   // Torques of the axes for a force at the force point, world frame. An axis without a motor gets 0.
   [[nodiscard]] AxisVector<S> torques(const MechanismPose<S>& pose, const Vector3<S>& force_N) const noexcept;
   // The same for a wrench (force, moment) at the tip.

@@ -12,8 +12,8 @@ namespace {
 constexpr std::uint64_t kRateWindow_us = 500'000;
 
 // The opt-in frames of an arm, in their order; those of more joints than a frame has come in parts.
-constexpr std::array kDetails = {link::kContentJointAngles, link::kContentMotorCurrents,
-                                 link::kContentTemperatures};
+constexpr std::array kDetails = {link::kContentOrientation, link::kContentJointAngles,
+                                 link::kContentMotorCurrents, link::kContentTemperatures};
 constexpr std::size_t kJointsAFrame = 3, kTemperaturesAFrame = 6;
 
 constexpr std::size_t joints_a_frame(unsigned content) noexcept {
@@ -69,18 +69,27 @@ bool TelemetryFrames::next_detail_frame(link::CanFrame& frame) noexcept {
     }
     while (detail_ <= kDetails.size()) {
       const unsigned content = kDetails[detail_ - 1U];
-      const std::size_t first = detail_part_ * joints_a_frame(content);
-      if ((content_ & content) == 0 || first >= record_.arm[detail_arm_].axes) {
+      if ((content_ & content) == 0 || !has_part(detail_arm_, content)) {
         ++detail_;
         detail_part_ = 0;
         continue;
       }
-      frame = joints_frame(detail_arm_, content);
+      frame = content == link::kContentOrientation ? orientation_frame(detail_arm_)
+                                                   : joints_frame(detail_arm_, content);
       ++detail_part_;
       return true;
     }
   }
   return false;
+}
+
+bool TelemetryFrames::has_part(std::size_t arm, unsigned content) const noexcept {
+  if (content == link::kContentOrientation) return detail_part_ == 0 && has_orientation(arm);
+  return detail_part_ * joints_a_frame(content) < record_.arm[arm].axes;
+}
+
+bool TelemetryFrames::has_orientation(std::size_t arm) const noexcept {
+  return core_.setup().arm[arm].has_orientation() && record_.arm[arm].joint_rad.allFinite();
 }
 
 // Otherwise it is the tip.
@@ -123,6 +132,16 @@ link::CanFrame TelemetryFrames::god_object_frame(std::size_t arm) const noexcept
   return link::to_frame(god, node_);
 }
 
+link::CanFrame TelemetryFrames::orientation_frame(std::size_t arm) const noexcept {
+  const Eigen::Quaternionf q = core_.setup().arm[arm].orientation(record_.arm[arm].joint_rad);
+  link::Orientation orientation;
+  put_head(orientation, arm);
+  orientation.x = q.x();
+  orientation.y = q.y();
+  orientation.z = q.z();
+  return link::to_frame(orientation, node_);
+}
+
 link::CanFrame TelemetryFrames::joints_frame(std::size_t arm, unsigned content) const noexcept {
   const ArmTelemetry& shown = record_.arm[arm];
   const auto filled = [&](auto message, auto values, const auto& from) {
@@ -149,6 +168,10 @@ link::CanFrame TelemetryFrames::record_frame(std::size_t arm) const noexcept {
   std::copy_n(shown.force_N.data(), 3, record.force_N.begin());
   std::copy_n((has_god_object(arm) ? shown.god_object_m : shown.tip_m).data(), 3,
               record.god_object_m.begin());
+  const bool oriented = (content_ & link::kContentOrientation) != 0 && has_orientation(arm);
+  if (oriented)
+    std::copy_n(core_.setup().arm[arm].orientation(shown.joint_rad).vec().data(), 3,
+                record.orientation.begin());
   if ((content_ & link::kContentJointAngles) != 0)
     std::copy_n(shown.joint_rad.data(), kJoints, record.angle_rad.begin());
   if ((content_ & link::kContentMotorCurrents) != 0)
@@ -156,9 +179,8 @@ link::CanFrame TelemetryFrames::record_frame(std::size_t arm) const noexcept {
   if ((content_ & link::kContentTemperatures) != 0)
     std::copy_n(shown.winding_C.data(), kJoints, record.winding_C.begin());
   link::CanFrame frame = link::to_frame(record, node_);
-  const bool more =
-      (content_ & (link::kContentJointAngles | link::kContentMotorCurrents | link::kContentTemperatures)) !=
-      0;
+  const bool more = oriented || (content_ & (link::kContentJointAngles | link::kContentMotorCurrents |
+                                             link::kContentTemperatures)) != 0;
   if (!more) frame.size = link::least_size<link::ArmRecord>();
   return frame;
 }

@@ -36,6 +36,9 @@ class TelemetryFrames {
 
  private:
   [[nodiscard]] bool has_god_object(std::size_t arm) const noexcept;
+  [[nodiscard]] bool has_orientation(std::size_t arm) const noexcept;
+  [[nodiscard]] bool has_part(std::size_t arm, unsigned content) const noexcept;  // detail_part_
+  [[nodiscard]] link::CanFrame orientation_frame(std::size_t arm) const noexcept;
   [[nodiscard]] link::CanFrame pose_frame(std::size_t arm) const noexcept;
   [[nodiscard]] link::CanFrame force_frame(std::size_t arm) const noexcept;
   [[nodiscard]] link::CanFrame god_object_frame(std::size_t arm) const noexcept;

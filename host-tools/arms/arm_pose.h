@@ -33,6 +33,8 @@ class ArmPose {
   [[nodiscard]] Eigen::Vector3d tip_m() const { return pose_.force_point_m; }
   // A column an axis: velocity of that point by the speed of the axis. An axis without a motor has one, too.
   [[nodiscard]] Eigen::Matrix3Xd jacobian() const { return pose_.force_jacobian; }
+  // Of the last link of a chain or a wrist; the unit matrix for an arm that has neither.
+  [[nodiscard]] Eigen::Matrix3d rotation() const { return pose_.rotation; }
   // The links from joint to joint, from the base on: one line for a chain and a two-link arm, one a leg for a five-bar and a delta, and one for the
   // wrist behind these. The last point of the last line is the end of the last link.
   [[nodiscard]] std::vector<Line> links() const;

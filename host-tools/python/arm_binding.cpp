@@ -47,6 +47,12 @@ py::array_t<double> PyArm::jacobian(const std::vector<double>& axes) {
   return py::array_t<double>({by_rows.rows(), by_rows.cols()}, by_rows.data());
 }
 
+py::array_t<double> PyArm::rotation(const std::vector<double>& axes) {
+  move_to(axes);
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> by_rows(pose_.rotation());
+  return py::array_t<double>({3, 3}, by_rows.data());
+}
+
 py::list PyArm::links(const std::vector<double>& axes) {
   move_to(axes);
   py::list all;
@@ -78,10 +84,12 @@ void bind_arm(py::module_& m) {
   py::class_<PyArm>(m, "Arm")
       .def(py::init<const std::string&>())
       .def_property_readonly("name", [](const PyArm& arm) { return arm.choice().name; })
+      .def_property_readonly("commissioned", [](const PyArm& arm) { return arm.choice().data.commissioned; })
       .def_property_readonly("axes", &PyArm::axes)
       .def_property_readonly("limits", &PyArm::limits)
       .def("tip_m", &PyArm::tip_m)
       .def("jacobian", &PyArm::jacobian)
+      .def("rotation", &PyArm::rotation)
       .def("links", &PyArm::links);
 }
 

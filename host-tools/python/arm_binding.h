@@ -27,6 +27,7 @@ class PyArm {
   // axes: rad, m. ValueError: not as many as the arm has, or its links do not meet there.
   [[nodiscard]] pybind11::array_t<double> tip_m(const std::vector<double>& axes);
   [[nodiscard]] pybind11::array_t<double> jacobian(const std::vector<double>& axes);
+  [[nodiscard]] pybind11::array_t<double> rotation(const std::vector<double>& axes);
   [[nodiscard]] pybind11::list links(const std::vector<double>& axes);
 
  private:

@@ -68,6 +68,11 @@ class Arm:
         return self._arm.name
 
     @property
+    def commissioned(self):
+        """Whether its file has passed `thimble commission`, and nothing in it was changed since; False for a simulated arm by its name."""
+        return self._arm.commissioned
+
+    @property
     def axes(self):
         """A dictionary each: name, prismatic, driven, lower, upper, home, per_count (signed)."""
         return self._arm.axes
@@ -90,6 +95,11 @@ class Arm:
     def jacobian(self, axes):
         """d tip_m / d axes, 3 x axes: jacobian @ speeds is the velocity of the tip, jacobian.T @ force_N are the torques of the axes."""
         return self._arm.jacobian(axes)
+
+    def rotation(self, axes):
+        """The orientation of the last link of a chain or a wrist, 3 x 3: rotation @ v is a vector of the link in the world. With the last point of links()
+        it is the pose of an arm with six degrees of freedom; the unit matrix for an arm that has neither."""
+        return self._arm.rotation(axes)
 
     def links(self, axes):
         """The links as lines from joint to joint, from the base on: a list of arrays of points, one for each leg or chain."""

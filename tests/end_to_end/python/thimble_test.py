@@ -135,6 +135,22 @@ class Arms(Rig):
             self.assertTrue(all(line.ndim == 2 and line.shape[1] == 3 and len(line) > 1 for line in lines), name)
         np.testing.assert_allclose(lines[-1][-1], arm.tip_m(at), atol=1e-7)
 
+    def test_the_rotation_is_that_of_the_last_link(self):
+        rng = np.random.default_rng(3)
+        for name in ("touch", "chain-7", "paddle"):
+            arm = thimble.Arm(ROOT / "arms" / (name + ".arm.json"))
+            seen = []
+            for _ in range(5):
+                at = [axis["lower"] + rng.uniform(0.3, 0.7) * (axis["upper"] - axis["lower"]) for axis in arm.axes]
+                rotation, line = arm.rotation(at), arm.links(at)[-1]
+                np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+                self.assertAlmostEqual(np.linalg.det(rotation), 1)
+                last = next(line[-1] - point for point in reversed(line) if np.linalg.norm(line[-1] - point) > 1e-3)
+                seen.append((rotation.T @ last, last))
+            for in_link, _ in seen:
+                np.testing.assert_allclose(in_link, seen[0][0], atol=1e-6, err_msg=name)
+            self.assertGreater(np.linalg.norm(seen[0][1] - seen[1][1]), 1e-3, "it turns in the world")
+
     def test_walls_of_the_file(self):
         arm = json.loads((ROOT / "arms/paddle.arm.json").read_text())
         arm["limits"]["largest_walls"] = [{"rate_Hz": 4000, "damping_N_s_m": 1, "stiffness_N_m": 640}]

@@ -3,6 +3,7 @@
 
 #include "firmware/link/messages.h"
 #include "tests/unit/firmware/bench.h"
+#include "tests/unit/firmware/paddle_image.h"
 
 namespace thimble::test {
 namespace {
@@ -59,6 +60,47 @@ TEST(TelemetryFrames, OptInFramesFollowTheirPose) {
     EXPECT_NEAR(temperatures.back().winding_C[j], shown.winding_C[j], 0.51F);
   }
   EXPECT_EQ(angles.back().sequence, poses.back().sequence);
+}
+
+// A lever that turns about y, on a base that is tilted about x; beside it a built-in arm, which has no orientation.
+TEST(TelemetryFrames, TheOrientationIsThatOfTheLastLink) {
+  Bench bench;
+  const Eigen::AngleAxisf tilt(.5F, Eigen::Vector3f::UnitX());
+  bench.config.arm_count = 2;
+  bench.config.arm[0].base.rotation = tilt.toRotationMatrix();
+  firmware::ArmStore store(bench.storage);
+  ASSERT_EQ(upload(store, 0, paddle_image("paddle", true, true)), firmware::StoreStatus::kOk);
+  bench.restart("power_on");
+  bench.load();
+  bench.home();
+  set_telemetry(bench, "telemetry_content", link::kContentOrientation);
+  for (const double turn_rad : {0.0, .01, -.03}) {
+    bench.joints[0][0] = bench.arms[0].home()[0] + turn_rad;
+    frames_heard(bench, 80);
+    const float angle_rad = bench.shown().arm[0].joint_rad[0];
+    EXPECT_EQ(std::abs(angle_rad) > .01F, turn_rad != 0) << "the lever turns";
+    Eigen::Quaternionf wanted(tilt * Eigen::AngleAxisf(angle_rad, Eigen::Vector3f::UnitY()));
+    if (wanted.w() < 0) wanted.coeffs() = -wanted.coeffs();
+    const auto expect = [&wanted](float x, float y, float z) {
+      EXPECT_LT((Eigen::Vector3f(x, y, z) - wanted.vec()).norm(), 2e-4F);
+    };
+    set_telemetry(bench, "telemetry_fd", 0);
+    frames_heard(bench, 80);
+    const auto orientations = messages_in<link::Orientation>(frames_heard(bench, 400));
+    ASSERT_EQ(orientations.size(), 10U);
+    for (const link::Orientation& one : orientations) {
+      EXPECT_EQ(one.arm, 0);
+      expect(one.x, one.y, one.z);
+    }
+    set_telemetry(bench, "telemetry_fd", 1);
+    frames_heard(bench, 80);
+    for (const link::CanFrame& frame : frames_heard(bench, 400)) {
+      link::ArmRecord record;
+      if (!link::from_frame(frame, 1, record)) continue;
+      EXPECT_EQ(frame.size, record.arm == 0 ? 64 : 20);
+      if (record.arm == 0) expect(record.orientation[0], record.orientation[1], record.orientation[2]);
+    }
+  }
 }
 
 TEST(TelemetryFrames, OneFdFrameARecord) {
