@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "firmware/core/force_limits.h"
 #include "host-tools/arms/arm_checks.h"
 #include "host-tools/arms/arm_file.h"
 #include "host-tools/arms/arm_folder.h"
@@ -15,6 +14,7 @@
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/arm_upload.h"
 #include "host-tools/client/device.h"
+#include "host-tools/commission/expectation.h"
 #include "host-tools/files/image_file.h"
 #include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
@@ -157,8 +157,7 @@ void model_upload(const Common& common, const Remote& remote, const ModelUploadC
   const auto [result, arms] = replace_arm([&] { return open_remote(remote); }, std::move(device),
                                           static_cast<std::uint8_t>(choice.arm), checked.arm.name, image);
   std::vector<std::string> warnings = checked.figures.warnings;
-  if (checked.arm.commissioned_on.empty() &&
-      checked.arm.max_force_N > static_cast<double>(firmware::kUncommissioned_N))
+  if (checked.arm.commissioned_on.empty() && checked.arm.max_force_N > kTipForce_N)
     warnings.push_back(
         "this arm has not passed `thimble commission`: the device refuses to arm it with a max_force above 1 "
         "N");

@@ -16,7 +16,7 @@ namespace thimble::test {
 
 // A lever of 0.1 m with a motor. `drive`: without, the image is refused (no_drive).
 inline std::vector<std::byte> paddle_image(const std::string& name, bool drive = true,
-                                           bool commissioned = false, float max_force_N = 3) {
+                                           bool commissioned = true, float max_force_N = 3) {
   flatbuffers::FlatBufferBuilder builder;
   const std::array<float, 9> eye = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   const arm::Mat3 unit{flatbuffers::span<const float, 9>(eye)};
