@@ -120,8 +120,9 @@ bool Mechanism<S>::at(const AxisVector<S>& axes, MechanismPose<S>& pose) const n
 
 template <typename S>
 Matrix3<S> Mechanism<S>::rotation(const AxisVector<S>& axes) const noexcept {
+  const AxisVector<S> q = joints(axes);
   ChainPose<S> pose;
-  chain_pose<S>(geometry_->chain, joints(axes).tail(geometry_->chain.count), pose);
+  chain_pose<S>(geometry_->chain, q.tail(geometry_->chain.count), pose);
   return R_WB_ * pose.rotation;
 }
 
