@@ -20,6 +20,7 @@ namespace {
 using link::Micros;
 
 constexpr Micros kLastFrames_us = 1'000'000;
+constexpr Micros kPositions_us = 8'000'000, kAgain_us = 100'000;  // a board looks 6 s for its drives
 constexpr double kWatchdog_s = .05;  // link_timeout while the host is silent on purpose; its least
 constexpr double kWatchdogLate_s = .02;
 constexpr double kSilence_s = .3;
@@ -179,7 +180,7 @@ void LinkBench::begin_recording() {
   end_recording();
   if (scene_.empty()) upload_scene(kFreeSpace);
   stream_.emplace(device_->info().node, arm_);
-  device_->start_recording(true);
+  start_recording();
   const auto [start, arms] = device_->recording_start();
   const link::RecordingArm& arm = arms.at(arm_);
   if (arm.joints != axes())
@@ -199,6 +200,19 @@ void LinkBench::begin_recording() {
   counted_ = true;
   tick_s_ = static_cast<double>(start.period_s);
   stream_->begin(start, axes(), raw_, counts_);
+}
+
+// A drive on CAN may know no position before it has been on for a moment, as an ODrive after each start and each cleared fault.
+void LinkBench::start_recording() {
+  for (const Micros until_us = now_us() + kPositions_us;; pump(now_us() + kAgain_us)) {
+    try {
+      device_->start_recording(true);
+      return;
+    } catch (const Error&) {
+      person_.check();
+      if (now_us() >= until_us || device_->text(link::kDidRefusal) != "encoder_stale") throw;
+    }
+  }
 }
 
 void LinkBench::end_recording() {

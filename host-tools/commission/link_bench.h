@@ -63,6 +63,7 @@ class LinkBench : public Bench {
   void upload_scene(const std::string& text);
 
   void begin_recording();
+  void start_recording();
   void end_recording();
   void arm_motors();
   void let_go();
