@@ -227,8 +227,14 @@ void LinkBench::wait_for_tick(std::uint64_t tick) {
   const Micros until_us = now_us() + kLastFrames_us;
   while (stream_->end() <= tick && !stream_->broken() && now_us() < until_us) pump(now_us() + kRound_us);
   if (stream_->end() > tick) return;
+  counts_missing();
+}
+
+void LinkBench::counts_missing() {
   throw Error(ExitCode::kLinkLost, "counts-missing", "the counts of some ticks did not come over the link",
-              "use a faster link (USB or CAN FD), or a lower tick rate; then repeat the step");
+              "look for lost ticks (`thimble info`: overruns, late); if there are none, use a faster link "
+              "(USB or CAN FD), or a lower tick "
+              "rate; then repeat the step");
 }
 
 // --- The motors

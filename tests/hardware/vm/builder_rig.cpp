@@ -7,10 +7,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <iostream>
 #include <numbers>
-#include <regex>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -42,6 +44,20 @@ void write_to(const std::string& file, const char* text) {
     throw std::runtime_error(file + " cannot be written");
 }
 
+// The number that stands after the word. Regular expressions would hold the drives up for milliseconds.
+std::optional<double> number_after(const std::string& text, const std::string& word) {
+  const std::size_t at = text.find(word);
+  if (at == std::string::npos) return std::nullopt;
+  return std::strtod(text.c_str() + at + word.size(), nullptr);
+}
+
+bool has_word(const std::string& text, const std::string& word) {
+  const std::size_t at = text.find(' ' + word);
+  if (at == std::string::npos) return false;
+  const std::size_t end = at + 1 + word.size();
+  return end == text.size() || std::isalpha(static_cast<unsigned char>(text[end])) == 0;
+}
+
 // "to the right and away from you" and the like.
 Eigen::Vector3d direction_in(const std::string& text) {
   const std::pair<const char*, Eigen::Vector3d> words[] = {{"to the right", Eigen::Vector3d::UnitX()},
@@ -52,7 +68,7 @@ Eigen::Vector3d direction_in(const std::string& text) {
                                                            {"down", -Eigen::Vector3d::UnitZ()}};
   Eigen::Vector3d way = Eigen::Vector3d::Zero();
   for (const auto& [word, axis] : words)
-    if (std::regex_search(text, std::regex(fmt::format("\\b{}\\b", word)))) way += axis;
+    if (has_word(text, word)) way += axis;
   return way.norm() > 0 ? Eigen::Vector3d(way.normalized()) : way;
 }
 
@@ -98,6 +114,7 @@ void BuilderRig::go_on() {
   serve();
   if (!waits_) return;
   const std::string text = std::exchange(told_, {});
+  doing_ = prompts_read_;
   at_work_ = true;
   do_as_told(text);
   at_work_ = false;
@@ -156,6 +173,7 @@ void BuilderRig::listen() {
 
 void BuilderRig::take_line(const std::string& line) {
   told_ = line.starts_with("  > ") ? line.substr(4) : "";
+  if (!told_.empty()) ++prompts_read_;
   if (line.starts_with("  ! ")) found_.push_back(line.substr(4));
   if (line.starts_with("step ")) {
     std::cout << "before " << line.substr(0, line.find(' ', 5)) << ": " << figures() << '\n';
@@ -186,17 +204,16 @@ Prompt BuilderRig::understood(const std::string& text) const {
   if (begins("Bring the arm to")) {
     prompt.kind = Kind::kPlace;
     for (std::size_t j = 0; j < arm_.axes.size(); ++j) {
-      std::smatch match;
-      const std::regex degrees(fmt::format("'{}' (-?[0-9]+) degrees", arm_.axes[j].name));
-      if (!std::regex_search(text, match, degrees)) throw std::runtime_error("where to? " + text);
-      prompt.place.at(j) = std::stod(match[1]) * pi / 180;
+      const std::optional<double> degrees = number_after(text, fmt::format("'{}' ", arm_.axes[j].name));
+      if (!degrees) throw std::runtime_error("where to? " + text);
+      prompt.place.at(j) = *degrees * pi / 180;
     }
     axis_after("let ");
   } else if (begins("Hold the other joints still")) {
     prompt.kind = Kind::kTurn;
     axis_after("");
-    std::smatch match;
-    prompt.times = std::regex_search(text, match, std::regex("([0-9]+) times")) ? std::stoi(match[1]) : 1;
+    prompt.times =
+        has_word(text, "once") ? 1 : static_cast<int>(number_after(text, "stop to stop, ").value_or(1));
   } else if (begins("Turn ")) {
     prompt.kind = Kind::kSwing;
     axis_after("");
@@ -206,7 +223,7 @@ Prompt BuilderRig::understood(const std::string& text) const {
     prompt.kind = Kind::kPush;
   } else if (begins("Hang a weight")) {
     prompt.kind = Kind::kHang;
-    prompt.mass_kg = std::stod(text.substr(std::string("Hang a weight of ").size())) * 1e-3;
+    prompt.mass_kg = number_after(text, "Hang a weight of ").value_or(0) * 1e-3;
   } else if (begins("Take the weight off") || begins("Nothing hangs")) {
     prompt.kind = Kind::kHang;
   } else if (begins("Take your hands off")) {
@@ -224,7 +241,7 @@ Prompt BuilderRig::understood(const std::string& text) const {
 bool BuilderRig::use_contacts(const std::string& text) {
   constexpr double kSettle_s = .1, kPatience_s = 3;
   const auto until_seen = [&] {
-    for (double t = 0; t < kPatience_s && waits_; t += .01) pass(.01);
+    for (double t = 0; t < kPatience_s && !over(); t += .01) pass(.01);
   };
   if (text == "Press the e-stop.") {
     write_to(places_.e_stop, "pull-down");
@@ -274,16 +291,15 @@ void BuilderRig::do_as_told(const std::string& text) {
     }
     static_cast<void>(SimBench::ask(prompt));
   } else if (text.starts_with("Push the tip") && text.find("until you feel a wall") != std::string::npos) {
-    std::smatch match;
-    if (!std::regex_search(text, match, std::regex("with ([0-9.]+) N")))
-      throw std::runtime_error("how hard? " + text);
-    press(direction_in(text.substr(0, text.find("until"))), std::stod(match[1]));
+    const std::optional<double> press_N = number_after(text, "press it with ");
+    if (!press_N) throw std::runtime_error("how hard? " + text);
+    press(direction_in(text.substr(0, text.find(" until"))), *press_N);
   } else if (!use_contacts(text)) {
     const Prompt prompt = understood(text);
     static_cast<void>(SimBench::ask(prompt));
     hands(prompt);
   }
-  if (waits_) answer(done ? "\n" : "n\n");
+  if (!over()) answer(done ? "\n" : "n\n");
 }
 
 // The hand goes on until the wall pushes back as hard as it was told, and holds.
@@ -298,7 +314,7 @@ void BuilderRig::press(const Eigen::Vector3d& direction, double press_N) {
   double way_m = 0, felt_N = 0;
   Eigen::Vector3d sum_N = Eigen::Vector3d::Zero(), sum_m = sum_N;
   int measured = 0;
-  for (double held_s = 0; held_s < kHeld_s && waits_;) {
+  for (double held_s = 0; held_s < kHeld_s && !over();) {
     const bool goes_on = felt_N < press_N && way_m < kFarthest_m && held_s == 0;
     if (goes_on) way_m += kSpeed_m_s * kStep_s;
     if (!goes_on) held_s += kStep_s;

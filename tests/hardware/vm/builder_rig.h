@@ -38,7 +38,9 @@ class BuilderRig final : public host::SimBench {
 
   void step_plant(double seconds) override;
   void command(const host::PerAxis<double>& /*current_A*/, bool /*enable*/) override {}  // the drives do
-  [[nodiscard]] bool over() const override { return !waits_; }
+  [[nodiscard]] bool over() const override {
+    return !waits_ || doing_ != prompts_read_;
+  }  // the tool has gone on
   void serve();
   void move_on(double seconds);
   void listen();
@@ -59,6 +61,7 @@ class BuilderRig final : public host::SimBench {
   std::string partial_, told_;  // a line that has begun; the prompt that waits for an answer
   std::vector<std::string> found_;
   bool waits_ = false, at_work_ = false;
+  unsigned prompts_read_ = 0, doing_ = 0;
   std::uint64_t plant_us_ = 0, until_us_ = 0;
   host::PerAxis<double> last_rad_{};
 };
