@@ -279,6 +279,8 @@ void BuilderRig::do_as_told(const std::string& text) {
   bool done = true;
   if (text.starts_with("Repair it")) {
     done = repair();
+  } else if (text.ends_with("the file wrong?")) {
+    done = false;  // the file is right
   } else if (text.starts_with("Bring all joints to the middle")) {
     const host::Expectation told(arm_);
     Prompt prompt;

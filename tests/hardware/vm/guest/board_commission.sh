@@ -51,7 +51,7 @@ if [ $until = 10 ]; then
   commission
   [ $status = 0 ] || die "the commissioning ended with $status: $(tail -n 5 /tmp/built; thimble fault list $device; kill $board; wait $board || true; cat /tmp/board.err)"
 else
-  for number in ${STEPS-$(seq 0 $until)}; do
+  for number in $(echo ${STEPS-$(seq 0 $until)} | tr , ' '); do
     commission --step $number
     [ $status = 0 ] || die "step $number ended with $status: $(tail -n 5 /tmp/built; thimble fault list $device; kill $board; wait $board || true; cat /tmp/board.err)"
   done
