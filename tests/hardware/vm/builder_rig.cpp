@@ -281,7 +281,7 @@ void BuilderRig::do_as_told(const std::string& text) {
     done = repair();
   } else if (text.ends_with("the file wrong?")) {
     done = false;  // the file is right
-  } else if (text.starts_with("Bring all joints to the middle")) {
+  } else if (text.starts_with("Bring '")) {
     const host::Expectation told(arm_);
     Prompt prompt;
     prompt.kind = Prompt::Kind::kPlace;
