@@ -231,10 +231,11 @@ void LinkBench::wait_for_tick(std::uint64_t tick) {
 }
 
 void LinkBench::counts_missing() {
-  throw Error(ExitCode::kLinkLost, "counts-missing", "the counts of some ticks did not come over the link",
-              "look for lost ticks (`thimble info`: overruns, late); if there are none, use a faster link "
-              "(USB or CAN FD), or a lower tick "
-              "rate; then repeat the step");
+  throw Error(ExitCode::kLinkLost, "counts-missing",
+              "the counts of some ticks did not come: the link or the board has lost them",
+              "repeat the step; if that does not help, use a faster link (USB or CAN FD), a board that loses "
+              "no ticks "
+              "(`thimble info`: late), or a lower tick rate");
 }
 
 // --- The motors
