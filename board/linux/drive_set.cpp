@@ -161,6 +161,8 @@ void DriveSet::cut() noexcept {
 void DriveSet::stop() noexcept {
   for (Bus& bus : buses_) bus.bus->stop();
   phase_ = Phase::kOff;
+  // A controller that starts anew meanwhile: the positions are still not known.
+  may_wake_ = may_wake_ || waking_;
   waking_ = false;
   gain_ = 0;
 }

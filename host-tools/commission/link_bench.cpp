@@ -20,6 +20,7 @@ namespace {
 using link::Micros;
 
 constexpr Micros kLastFrames_us = 1'000'000;
+constexpr Micros kPositions_us = 8'000'000, kAgain_us = 100'000;  // a board looks 6 s for its drives
 constexpr double kWatchdog_s = .05;  // link_timeout while the host is silent on purpose; its least
 constexpr double kWatchdogLate_s = .02;
 constexpr double kSilence_s = .3;
@@ -180,7 +181,7 @@ void LinkBench::begin_recording() {
   end_recording();
   if (scene_.empty()) upload_scene(kFreeSpace);
   stream_.emplace(device_->info().node, arm_);
-  device_->start_recording(true);
+  start_recording();
   const auto [start, arms] = device_->recording_start();
   const link::RecordingArm& arm = arms.at(arm_);
   if (arm.joints != axes())
@@ -202,6 +203,19 @@ void LinkBench::begin_recording() {
   stream_->begin(start, axes(), raw_, counts_);
 }
 
+// A drive on CAN may know no position before it has been on for a moment, as an ODrive after each start and each cleared fault.
+void LinkBench::start_recording() {
+  for (const Micros until_us = now_us() + kPositions_us;; pump(now_us() + kAgain_us)) {
+    try {
+      device_->start_recording(true);
+      return;
+    } catch (const Error&) {
+      person_.check();
+      if (now_us() >= until_us || device_->text(link::kDidRefusal) != "encoder_stale") throw;
+    }
+  }
+}
+
 void LinkBench::end_recording() {
   if (!stream_) return;
   device_->end_recording();
@@ -214,8 +228,15 @@ void LinkBench::wait_for_tick(std::uint64_t tick) {
   const Micros until_us = now_us() + kLastFrames_us;
   while (stream_->end() <= tick && !stream_->broken() && now_us() < until_us) pump(now_us() + kRound_us);
   if (stream_->end() > tick) return;
-  throw Error(ExitCode::kLinkLost, "counts-missing", "the counts of some ticks did not come over the link",
-              "use a faster link (USB or CAN FD), or a lower tick rate; then repeat the step");
+  counts_missing();
+}
+
+void LinkBench::counts_missing() {
+  throw Error(ExitCode::kLinkLost, "counts-missing",
+              "the counts of some ticks did not come: the link or the board has lost them",
+              "repeat the step; if that does not help, use a faster link (USB or CAN FD), a board that loses "
+              "no ticks "
+              "(`thimble info`: late), or a lower tick rate");
 }
 
 // --- The motors

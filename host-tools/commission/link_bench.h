@@ -68,6 +68,7 @@ class LinkBench : public Bench {
   void upload_scene(const std::string& text);
 
   void begin_recording();
+  void start_recording();
   void end_recording();
   void arm_motors();
   void let_go();
@@ -86,6 +87,7 @@ class LinkBench : public Bench {
   [[nodiscard]] bool bring_to_middle(std::size_t axis);
   [[nodiscard]] bool still_armed(std::uint64_t since) const;
   void wait_for_tick(std::uint64_t tick);
+  [[noreturn]] static void counts_missing();
   [[nodiscard]] BenchRecording damp(const TipProgram& program, const Prompt& prompt);
   [[nodiscard]] BenchRecording spring(const TipProgram& program, const Prompt& prompt);
   [[nodiscard]] BenchRecording press(const TipProgram& program, const Prompt& prompt);

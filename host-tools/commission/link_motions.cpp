@@ -134,6 +134,9 @@ BenchRecording LinkBench::cut(const link::AxisOrder& order, const Motion& motion
 
 BenchRecording LinkBench::cut(std::uint64_t from, std::uint64_t to, double between_s) {
   if (to > from) wait_for_tick(to - 1);
+  // A lost tick ends a recording. What a person did then is not all there, and would look like a dead encoder.
+  if (stream_->broken() || device_->recording_state().phase != link::RecordingPhase::kRunning)
+    counts_missing();
   const auto step = static_cast<std::uint64_t>(std::max(1L, std::lround(between_s / tick_s_)));
   BenchRecording recording;
   for (std::uint64_t tick = from; tick < to; tick += step) {
@@ -179,8 +182,8 @@ bool LinkBench::bring_to_middle(std::size_t axis) {
   prompt.axis = axis;
   for (std::size_t j = 0; j < axes(); ++j) prompt.place.at(j) = home[static_cast<Eigen::Index>(j)];
   prompt.place.at(axis) = .5 * (span.lower + span.upper);
-  prompt.text = fmt::format("Bring all joints to the middle of their ranges, and hold them. Next comes '{}'.",
-                            given_->axes[axis].name);
+  prompt.text = fmt::format("Bring '{}' to the middle of its range{}, and hold it there.",
+                            given_->axes[axis].name, axes() > 1 ? ", the other joints to home" : "");
   return person_.ask(prompt) != Answer::kStop;
 }
 

@@ -73,6 +73,7 @@ class SimBench : public Bench {
   // What the hands do that a prompt asks for, from its beginning to its end.
   void hands(const Prompt& prompt);
   void let_tip_go();
+  [[nodiscard]] board::AnyPlant& moved_plant() { return *plant_; }  // for hands of other kinds
   void take_fine_steps() { plant_->set_max_step(motion_step_s_); }  // as motors need
   [[nodiscard]] virtual bool over() const { return false; }         // the hands stop pressing
   void judge(bool speed);

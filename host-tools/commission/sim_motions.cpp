@@ -216,7 +216,10 @@ BenchRecording SimBench::press_wall(const TipProgram& program) {
 
 void SimBench::hands(const Prompt& prompt) {
   constexpr double kStep_s = 1e-3;
+  // A list that grows is moved, which takes milliseconds while a board beside it waits for its encoders.
+  constexpr std::size_t kMostTicks = 60'000;
   BenchRecording unseen;
+  unseen.ticks.reserve(kMostTicks);
   plant_->set_max_step(hand_step_s_);
   switch (prompt.kind) {
     case Prompt::Kind::kTurn:

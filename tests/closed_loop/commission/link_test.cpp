@@ -137,6 +137,27 @@ TEST(LinkCommission, WhatIsWrongIsNamed) {
   }
 }
 
+TEST(LinkCommission, ALostTickIsNoDeadEncoder) {
+  Rig rig("arms/paddle");
+  ASSERT_EQ(rig.go(1), 2);
+  rig.bench.lose_a_tick_in(3);  // while the paddle is turned
+  try {
+    static_cast<void>(rig.go(2));
+    FAIL();
+  } catch (const host::Error& error) {
+    EXPECT_EQ(error.name, "counts-missing");
+    EXPECT_EQ(error.code, host::ExitCode::kLinkLost);
+  }
+  EXPECT_EQ(rig.go(2), 3) << "the step again";
+}
+
+TEST(LinkCommission, DrivesThatDoNotKnowTheirPositionsYetAreAwaited) {
+  Rig rig("arms/paddle");
+  rig.bench.know_encoders_in(3);
+  EXPECT_EQ(rig.go(0), 1);
+  EXPECT_GT(rig.bench.time_s(), 3);
+}
+
 // With another file the device starts anew.
 TEST(LinkCommission, TheDevicesLimitOfForceHoldsAfterACorrection) {
   Rig rig("arms/paddle", {"motor-sign@paddle"}, {.accepts_corrections = true});

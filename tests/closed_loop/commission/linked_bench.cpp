@@ -52,7 +52,7 @@ void LinkedBench::start() {
 host::Device LinkedBench::open() { return host::Device(std::make_unique<MemoryTransport>(*this)); }
 
 void LinkedBench::tick() {
-  ++ticks_;
+  if (++ticks_ == lost_tick_) ++ticks_;
   firmware::Inputs in;
   in.tick = ticks_;
   in.time_us = now_us();
@@ -60,7 +60,7 @@ void LinkedBench::tick() {
   in.e_stop = e_stop_;
   const host::PerAxis<std::int64_t> now = counts();
   for (std::size_t j = 0; j < given_axes_; ++j) in.arm[0].counts[j] = static_cast<std::uint32_t>(now.at(j));
-  in.arm[0].sample_tick = ticks_;
+  in.arm[0].sample_tick = ticks_ < known_tick_ ? 0 : ticks_;
   const firmware::Outputs out = controller_->tick(in);
   host::PerAxis<double> current_A{};
   for (std::size_t j = 0; j < given_axes_; ++j)

@@ -29,6 +29,12 @@ class LinkedBench final : public host::SimBench, public host::Person {
 
   [[nodiscard]] double time_s() const { return static_cast<double>(ticks_) * kTick_s; }
   [[nodiscard]] firmware::Controller& controller() { return *controller_; }
+  // The board loses the tick in which so much time has passed from now on.
+  void lose_a_tick_in(double seconds) { lost_tick_ = ticks_ + static_cast<std::uint64_t>(seconds / kTick_s); }
+  // The encoders are known only after that, as those of drives that have to be on first.
+  void know_encoders_in(double seconds) {
+    known_tick_ = ticks_ + static_cast<std::uint64_t>(seconds / kTick_s);
+  }
 
   [[nodiscard]] static firmware::link::Micros now_us() { return ticks_ * 250; }
 
@@ -50,6 +56,7 @@ class LinkedBench final : public host::SimBench, public host::Person {
   std::function<bool()> round_;
   bool in_round_ = false, round_over_ = false, e_stop_ = false, dead_man_ = true;
   static inline std::uint64_t ticks_ = 0;
+  std::uint64_t lost_tick_ = 0, known_tick_ = 0;
   double owed_s_ = 0;
 };
 

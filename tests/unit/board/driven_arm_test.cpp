@@ -164,6 +164,19 @@ TEST(DrivenArm, AnOdriveIsSwitchedOnOnceForItsPositionWithTheEStopClosed) {
   }
 }
 
+// As when another arm is stored on the board, right after its fault was cleared.
+TEST(DrivenArm, AnOdriveIsSwitchedOnAgainForItsPositionWhenTheControllerStartsAnewMeanwhile) {
+  DrivenRig rig(all_of(Kind::kOdrive05));
+  for (int i = 0; i < 1000 && !rig.any_power(); ++i) rig.tick();
+  ASSERT_TRUE(rig.any_power());
+  rig.devices->switch_off();
+  rig.devices->forget();
+  ASSERT_LT(rig.in.arm[0].sample_tick, 3U) << "not known yet";
+  rig.tick(1500);
+  EXPECT_FALSE(rig.any_power());
+  EXPECT_EQ(rig.in.arm[0].sample_tick, rig.in.tick);
+}
+
 // With the real controller: its homed arm, whose drive falls silent.
 TEST(DrivenArm, ASilentDriveIsAStaleSampleAndAFault) {
   for (const bool armed : {false, true}) {
