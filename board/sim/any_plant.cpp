@@ -122,6 +122,7 @@ void AnyPlant::release_grip() noexcept {
 }
 
 void AnyPlant::place(const JointVector& joints_rad, const JointVector& joint_speeds_rad_s) noexcept {
+  frames_ = dynamics_.frames_near(joints_rad);
   state_ = {joints_rad, joint_speeds_rad_s, joints_rad, joint_speeds_rad_s};
 }
 

@@ -92,9 +92,15 @@ class AnyPlant {
   void push(const Vector3d& force_N) noexcept { push_N_ = force_N; }
   void set_max_step(double seconds) noexcept { parameters_.max_step_s = seconds; }
 
+  // A delta is assembled there as on a straight way from home.
   void place(const JointVector& joints_rad, const JointVector& joint_speeds_rad_s) noexcept;
   void place(const JointVector& joints_rad) noexcept {
     place(joints_rad, JointVector::Zero(joints_rad.size()));
+  }
+  // Where the other one is, at rest: an arm of the same geometry, whose links are assembled in the same way.
+  void place_as(const AnyPlant& other) noexcept {
+    place(other.state_.q);
+    frames_ = other.frames_;
   }
 
   void step(double seconds) noexcept;

@@ -35,20 +35,8 @@ JointVector Expectation::home() const {
   return data_.geometry.home.head(static_cast<Eigen::Index>(axes())).cast<double>();
 }
 
-// A delta looks for its plate from where that was: it is led there from home.
-board::ArmFrames Expectation::frames_near(const JointVector& at) const {
-  constexpr double kStep_rad = .2;
-  board::ArmFrames frames = board::frames_at_rest(data_.geometry);
-  if (arm_->family != "delta") return frames;
-  const JointVector from = home();
-  const int steps = static_cast<int>((at - from).cwiseAbs().maxCoeff() / kStep_rad);
-  for (int k = 0; k <= steps; ++k)
-    static_cast<void>(dynamics_.spread(from + (at - from) * k / (steps + 1), frames));
-  return frames;
-}
-
 board::ArmTerms Expectation::terms(const JointVector& at) const {
-  board::ArmFrames frames = frames_near(at);
+  board::ArmFrames frames = dynamics_.frames_near(at);
   board::ArmTerms terms;
   const JointVector still = JointVector::Zero(at.size());
   if (!dynamics_.at(at, still, frames, terms)) {
@@ -64,6 +52,11 @@ board::ArmTerms Expectation::terms(const JointVector& at) const {
 
 JointMatrix Expectation::mass(const JointVector& at) const { return terms(at).mass; }
 JointVector Expectation::weight(const JointVector& at) const { return terms(at).bias; }
+
+double Expectation::inertia(std::size_t j, const JointVector& at) const {
+  const auto row = static_cast<Eigen::Index>(j);
+  return mass(at)(row, row) + numbers_.tip_mass_kg * jacobian(at).col(row).squaredNorm();
+}
 
 board::ByJoint Expectation::jacobian(const JointVector& at) const {
   return data_.geometry.rotation.cast<double>() * terms(at).force_point.by_joint;
@@ -89,7 +82,7 @@ Expectation::Span Expectation::span(std::size_t j, const JointVector& others) co
 }
 
 double Expectation::spread(const JointVector& at) const {
-  board::ArmFrames frames = frames_near(at);
+  board::ArmFrames frames = dynamics_.frames_near(at);
   return dynamics_.spread(at, frames);
 }
 

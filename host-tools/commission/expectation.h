@@ -35,6 +35,8 @@ class Expectation {
   // Links and rotors; gravity's torques on the axes; velocity of the force point by the axes, world frame.
   [[nodiscard]] JointMatrix mass(const JointVector& at) const;
   [[nodiscard]] JointVector weight(const JointVector& at) const;
+  // Of axis j with the others held, its rotor included; where the file has no weights with the same guess at the tip as the simulation's.
+  [[nodiscard]] double inertia(std::size_t j, const JointVector& at) const;
   [[nodiscard]] board::ByJoint jacobian(const JointVector& at) const;
   [[nodiscard]] Eigen::Vector3d tip_m(const JointVector& at) const;  // from home, world frame
 
@@ -63,7 +65,6 @@ class Expectation {
 
  private:
   [[nodiscard]] board::ArmTerms terms(const JointVector& at) const;
-  [[nodiscard]] board::ArmFrames frames_near(const JointVector& at) const;
   [[nodiscard]] bool within_limits(const JointVector& at, double part) const;
   [[nodiscard]] JointVector find_balanced(std::size_t j) const;
   [[nodiscard]] JointVector balanced_within(std::size_t j, double margin) const;

@@ -13,6 +13,9 @@ namespace {
 
 constexpr double kCoast_s = .15;
 constexpr double kMostBeside_rad = .1;  // of a place of the series from the balanced one
+// The same for the motor: a dead phase leaves it without torque twice in an electrical turn. To both sides this is all of the way from one such place to
+// the next for 6 pole pairs, and three quarters of it for 4.
+constexpr double kMostMotor_rad = .3;
 // Places of a series, as parts of the way beside the balanced one: irregular, so that no number of poles is met at equal angles.
 constexpr std::array kPlaces{0.0, .13, -.31, .47, -.62, .72, -.88, 1.0};
 
@@ -63,19 +66,24 @@ double pulse_current_A(const Expectation& arm, std::size_t axis) {
   return std::min(gentle_current_A(arm, axis), wanted_N_m / std::abs(arm.axis(axis).per_ampere()));
 }
 
-// So far beside the balanced place that the weight still is less than half of the friction.
+// So far beside the balanced place that a motor without gear turns, too; within the stops, where the weight still is less than half of the friction.
 double way_beside(const Expectation& arm, std::size_t axis, const board::JointVector& at) {
-  const double friction = arm.axis(axis).friction.coulomb_N_m.value;
-  double way = (arm.knows_inertia() ? 1 : .6) * kMostBeside_rad * per_radian(arm.axis(axis));
+  const ArmAxis& own = arm.axis(axis);
+  const double friction = own.friction.coulomb_N_m.value;
+  double way = std::max((arm.knows_inertia() ? 1 : .6) * kMostBeside_rad * per_radian(own),
+                        kMostMotor_rad * own.motor->torque_constant_N_m_A.value / std::abs(own.per_ampere()));
+  const Expectation::Span span = arm.span(axis, at);
+  const double spread = std::min(kLeastSpread, arm.spread(at));
   const auto row = static_cast<Eigen::Index>(axis);
-  for (int k = 0; k < 12 && way > .01 * per_radian(arm.axis(axis)); ++k) {
-    double worst = 0;
+  for (int k = 0; k < 16 && way > .01 * per_radian(own); ++k) {
+    bool fits = true;
     for (const double sign : {-1.0, 1.0}) {
       board::JointVector there = at;
       there[row] += sign * way;
-      worst = std::max(worst, arm.turning(axis, there));
+      fits &= there[row] >= span.lower && there[row] <= span.upper && arm.spread(there) >= spread &&
+              (friction <= 0 || arm.turning(axis, there) < .5 * friction);
     }
-    if (worst < .5 * friction || friction <= 0) break;
+    if (fits) break;
     way *= .75;
   }
   return way;
@@ -161,6 +169,9 @@ PulseSeries pulse_series(StepContext& context, std::size_t axis) {
         both[k] = pulse(context, axis, axis, (k == 0 ? share : -share) * current_A, kPulse_s);
       }
     }
+    // As at the balanced place.
+    const double heavier = arm.inertia(axis, at) / arm.inertia(axis, balanced);
+    for (PulseSeen& seen : both) seen.acceleration *= heavier;
     series.up.push_back(both[0]);
     series.down.push_back(both[1]);
   }

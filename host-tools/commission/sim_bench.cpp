@@ -92,7 +92,7 @@ void SimBench::build() {
   for (const SimFault& fault : faults_) add_fault(fault);
   const std::unique_ptr<board::AnyPlant> before = std::move(plant_);
   plant_ = std::make_unique<board::AnyPlant>(truth_);
-  if (before != nullptr) plant_->place(before->joints_rad());
+  if (before != nullptr) plant_->place_as(*before);
   grip_k_ = grip_d_ = JointVector::Zero(plant_->axes());
   const board::JointMatrix M = plant_->mass_matrix();
   for (std::size_t j = 0; j < axes(); ++j) {
@@ -122,9 +122,9 @@ void SimBench::harden_stops() {
     changed = true;
   }
   if (!changed) return;
-  const JointVector at = plant_->joints_rad();
+  const std::unique_ptr<board::AnyPlant> softer = std::move(plant_);
   plant_ = std::make_unique<board::AnyPlant>(truth_);
-  plant_->place(at);
+  plant_->place_as(*softer);
   for (std::size_t j = 0; j < axes(); ++j) plant_->set_open(j, open_.at(j));
 }
 

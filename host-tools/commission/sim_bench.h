@@ -54,7 +54,7 @@ class SimBench : public Bench {
   [[nodiscard]] BenchRecording servo(const ServoProgram& program) override;
   [[nodiscard]] BenchRecording feel(const TipProgram& program, const Prompt& prompt) override;
 
-  // Repairs the fault; the arm stays where it is.
+  // Repairs the fault; the hands take the arm to where they held it last.
   void mend(std::size_t fault);
   [[nodiscard]] const std::vector<SimFault>& faults() const { return faults_; }
 

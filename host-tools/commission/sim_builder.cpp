@@ -35,15 +35,22 @@ void SimBench::bring(const JointVector& place, std::optional<std::size_t> loose)
     grip(from + std::min(1.0, 1.25 * t / seconds) * (place - from), std::nullopt, 1);
     advance(kHandTick_s, false);
   }
-  // Weight bends the grip: the hands correct it until the arm is still. It swings slowly where the axes carry more than at home.
+  // Weight bends the grip: the hands correct it until the arm is still. Where the axes carry more than at home they swing slowly, with less damping, and
+  // hands that correct as fast as at home would make that swing grow.
   constexpr int kLeast_ms = 60, kMost_ms = 1500;
-  constexpr double kCorrected = .03, kStill_rad_s = 2e-3, kNear_rad = 5e-4;
+  constexpr double kCorrected = .03, kOfDamping = .2, kStill_rad_s = 2e-3, kNear_rad = 5e-4;
+  const board::JointMatrix M = plant_->mass_matrix();
+  JointVector corrected = JointVector::Constant(place.size(), kCorrected);
+  for (std::size_t j = 0; j < axes(); ++j) {
+    const double inertia = M(at(j), at(j)) + (truth_.axis[j].driven ? truth_.axis[j].rotor_kg_m2 : 0);
+    corrected[at(j)] = std::min(kCorrected, kOfDamping * kHandTick_s * grip_d_[at(j)] / inertia);
+  }
   JointVector target = place;
   for (int k = 0; k < kMost_ms; ++k) {
     if (k > kLeast_ms && (place - plant_->joints_rad()).cwiseAbs().maxCoeff() < kNear_rad &&
         plant_->joint_speeds_rad_s().cwiseAbs().maxCoeff() < kStill_rad_s)
       break;
-    target += kCorrected * (place - plant_->joints_rad());
+    target += corrected.cwiseProduct(place - plant_->joints_rad());
     grip(target, std::nullopt, 1);
     advance(kHandTick_s, false);
   }

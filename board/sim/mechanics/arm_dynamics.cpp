@@ -1,5 +1,7 @@
 #include "board/sim/mechanics/arm_dynamics.h"
 
+#include <variant>
+
 namespace thimble::board {
 namespace {
 
@@ -41,6 +43,18 @@ void ArmDynamics::add_body(const MovingFrame& frame, std::size_t body, const Joi
 double ArmDynamics::spread(const JointVector& axes, ArmFrames& frames) const {
   const JointVector q = joints_per_axis_ * axes + geometry_.joint_offset.head(axes.size()).cast<double>();
   return find_frames(geometry_, q, JointVector::Zero(axes.size()), frames) ? frames.spread : 0;
+}
+
+ArmFrames ArmDynamics::frames_near(const JointVector& axes) const {
+  constexpr double kStep_rad = .2;
+  ArmFrames frames = frames_at_rest(geometry_);
+  if (!std::holds_alternative<kinematics::DeltaGeometry>(geometry_.platform)) return frames;
+  JointVector way = axes;
+  for (Eigen::Index j = 0; j < axes.size(); ++j) way[j] -= static_cast<double>(geometry_.home[j]);
+  const int steps = static_cast<int>(way.lpNorm<Eigen::Infinity>() / kStep_rad);
+  for (int k = 0; k <= steps; ++k)
+    static_cast<void>(spread(axes - way * (steps + 1 - k) / (steps + 1), frames));
+  return frames;
 }
 
 bool ArmDynamics::at(const JointVector& axes, const JointVector& speeds, ArmFrames& frames,

@@ -34,6 +34,9 @@ class ArmDynamics {
   // Of the loop (ArmFrames::spread); 0: the links do not meet there.
   [[nodiscard]] double spread(const JointVector& axes, ArmFrames& frames) const;
 
+  // Frames for a place far from the step before: a delta finds its plate only from near by, so it is led there from home on a straight way.
+  [[nodiscard]] ArmFrames frames_near(const JointVector& axes) const;
+
   [[nodiscard]] const kinematics::Geometry& geometry() const noexcept { return geometry_; }
 
  private:

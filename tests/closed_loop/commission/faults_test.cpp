@@ -1,6 +1,7 @@
 // Simulated arms with faults: each is named by a step that can see it, and no motor ever gives the tip more than 1 N or 0.1 m/s before step 7. Good arms
 // pass. THIMBLE_COMMISSION_ARMS=200 build/release/bin/commission_test is the whole; without it each kind of fault comes once, on arms of which most
-// have one axis, because the time goes into the simulation of the arms.
+// have one axis, because the time goes into the simulation of the arms. Of the whole, THIMBLE_COMMISSION_ONLY=32,45,74 are these alone, or
+// falcon those of that arm; THIMBLE_COMMISSION_SEED=2 is another whole.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -37,6 +39,21 @@ std::size_t arms_to_try() {
   return given == nullptr ? 0 : static_cast<std::size_t>(std::strtoul(given, nullptr, 10));
 }
 
+// Whether the long form is asked for this one, by its number or the name of its arm.
+bool is_asked_for(std::size_t number, const std::string& arm) {
+  const char* given = std::getenv("THIMBLE_COMMISSION_ONLY");
+  if (given == nullptr) return true;
+  std::istringstream only(given);
+  for (std::string one; std::getline(only, one, ',');)
+    if (one == arm || one == std::to_string(number)) return true;
+  return false;
+}
+
+std::uint64_t seed_of_arms() {
+  const char* given = std::getenv("THIMBLE_COMMISSION_SEED");
+  return given == nullptr ? 1 : std::strtoull(given, nullptr, 10);
+}
+
 std::string text(const SimFault& fault, const ArmFile& arm) {
   std::string all(text_of(fault.fault).name);
   all += " at " + arm.axes[fault.axis].name;
@@ -57,8 +74,18 @@ struct Outcome {
   std::vector<std::string> wrong;  // findings that name nothing that is there, and faults that nobody named
   std::vector<std::pair<ArmFault, int>> named;  // with the step
   std::size_t unknowable = 0;
+  std::vector<std::string> notes;     // of step 8
   double force_N = 0, speed_m_s = 0;  // before step 7
 };
+
+// What no step can see: torque by inertia where the file has no weights, and a weak motor by its torque alone where no voltage is measured and no
+// weight turns the joint.
+bool is_knowable(const SimFault& fault, const Expectation& arm, bool measures_voltage) {
+  if (fault.fault == kWrongInertia) return arm.knows_inertia();
+  if (fault.fault == kWeakMotor)
+    return measures_voltage || arm.knows_inertia() || arm.gravity_turns(fault.axis);
+  return true;
+}
 
 // Steps 0 to `last`; what is found is repaired, and the step repeated.
 Outcome commission(const ArmFile& arm, const std::vector<SimFault>& faults, const SimBenchOptions& options,
@@ -76,6 +103,9 @@ Outcome commission(const ArmFile& arm, const std::vector<SimFault>& faults, cons
     }
     for (int repeats = 0; repeats < 5; ++repeats) {
       const StepResult result = step.run(context);
+      if (!bench.plant().closed())
+        outcome.wrong.push_back("step " + std::to_string(step.number) + ": the links parted");
+      if (step.number == 8) outcome.notes = result.notes;
       if (result.passed) break;
       bool repaired = false;
       for (const ArmFinding& found : result.findings) {
@@ -95,10 +125,13 @@ Outcome commission(const ArmFile& arm, const std::vector<SimFault>& faults, cons
     if (!outcome.wrong.empty()) break;
   }
   for (const SimFault& fault : bench.faults()) {
-    // A file without bodies has no inertia to compare with: nobody can name that one.
-    if (fault.fault == kWrongInertia && !expected.knows_inertia()) {
+    if (!is_knowable(fault, expected, options.measures_voltage)) {
       ++outcome.unknowable;
-      continue;
+      // That nobody knows its torque is said.
+      const std::string said = quoted(expected, fault.axis) + ": gravity hardly turns it";
+      if (fault.fault == kWrongInertia ||
+          std::ranges::any_of(outcome.notes, [&](const std::string& note) { return note.starts_with(said); }))
+        continue;
     }
     outcome.wrong.push_back("not named: " + text(fault, arm));
   }
@@ -139,21 +172,56 @@ SimFault some_fault(Random& random, const ArmFile& arm) {
   return fault;
 }
 
+// The hands of the simulation bring a delta to where its weight does not turn its first axis, near to where its links part: they hold the others still
+// there, and the axis stays when they let it go. A repair leaves the links as they are, there and where the arm lies, and a
+// plant that is placed there at once has them in the same way.
+TEST(Commission, HandsBringADeltaToWhereItRests) {
+  constexpr double kBeside_rad = .004;  // of the other axes: nearer to where they part, and they swing more
+  const ArmFile arm = arm_named("falcon");
+  const Expectation expected(arm);
+  SimBench bench(arm, {{kMotorSign, 0, 0}, {kMotorSign, 1, 1}}, {.seed = 110});
+  Prompt prompt;
+  prompt.kind = Prompt::Kind::kRest;
+  ASSERT_EQ(bench.ask(prompt), Answer::kDone);
+  bench.mend(1);
+  EXPECT_TRUE(bench.plant().closed());
+  prompt.kind = Prompt::Kind::kPlace;
+  for (const std::size_t axis : {0U, 1U, 0U, 0U}) {
+    prompt.axis = axis;
+    for (std::size_t j = 0; j < 3; ++j)
+      prompt.place.at(j) =
+          expected.balanced(axis)[static_cast<Eigen::Index>(j)] + (j == axis ? 0 : kBeside_rad);
+    ASSERT_EQ(bench.ask(prompt), Answer::kDone);
+    for (std::size_t j = 0; j < 3; ++j)
+      EXPECT_NEAR(bench.plant().joints_rad()[static_cast<Eigen::Index>(j)], prompt.place.at(j), .0075)
+          << axis << ", " << j;
+    EXPECT_LT(bench.plant().joint_speeds_rad_s().cwiseAbs().maxCoeff(), .1) << axis;
+    EXPECT_TRUE(bench.plant().closed()) << axis;
+    board::AnyPlant placed(bench.truth());
+    placed.place(bench.plant().joints_rad());
+    EXPECT_LT((placed.force_point_m() - bench.plant().force_point_m()).norm(), 1e-9) << axis;
+    if (!bench.faults().empty()) bench.mend(0);
+  }
+}
+
 TEST(Commission, GoodArmsPass) {
   const std::size_t whole = arms_to_try();
   // Short: wooden; the others go through all steps when the faults below are repaired.
   const std::size_t first = whole == 0 ? 1 : 0, count = whole == 0 ? 2 : whole / 4;
   double force_N = 0, speed_m_s = 0;
-  std::size_t passed = 0;
+  std::size_t passed = 0, tried = 0;
   for (std::size_t i = first; i < count; ++i) {
     const ArmFile arm = arm_named(kArms.at(i % kArms.size()));
+    if (whole > 0 && !is_asked_for(i, arm.name)) continue;
+    ++tried;
     const Outcome outcome = commission(arm, {}, {.seed = i + 1, .measures_voltage = i % 3 != 0}, 8);
     for (const std::string& wrong : outcome.wrong) ADD_FAILURE() << arm.name << " " << i << ": " << wrong;
     passed += outcome.wrong.empty();
     force_N = std::max(force_N, outcome.force_N);
     speed_m_s = std::max(speed_m_s, outcome.speed_m_s);
   }
-  test::figure("good arms that passed steps 0 to 8", static_cast<double>(passed), "all");
+  test::figure("good arms that passed steps 0 to 8", static_cast<double>(passed),
+               "of " + std::to_string(tried));
   test::figure("largest force of the motors at the tip, N", force_N, "1");
   test::figure("largest speed, m/s", speed_m_s, "0.1");
   EXPECT_LT(force_N, 1);
@@ -176,6 +244,7 @@ struct FaultyArm {
   ArmFile arm;
   std::vector<SimFault> faults;
   bool measures_voltage = true;
+  std::uint64_t seed = 0;  // of the arm; 0: by its place in the list
 };
 
 // One or two faults.
@@ -191,10 +260,11 @@ FaultyArm some_faulty_arm(Random& random) {
   return one;
 }
 
-// Every kind of fault once.
+// Every kind of fault once. The five-bar has no gear: its motors show a dead phase only a long way from home. It lies flat: without voltage nobody
+// sees the other one's torque.
 std::vector<FaultyArm> short_form() {
   const ArmFile premium = arm_named("premium-1.5"), wooden = arm_named("wooden"),
-                paddle = arm_named("paddle");
+                paddle = arm_named("paddle"), five_bar = arm_named("five-bar-odrive");
   return {{premium, {{kEncodersSwapped, 0, 1}, {kSlip, 2, 2, 2}}},
           {premium, {{kMotorsSwapped, 1, 2}, {kWrongInertia, 0, 0, 2}}},
           {wooden, {{kJointsSwapped, 0, 2}, {kDeadPhase, 1, 1}}},
@@ -202,11 +272,12 @@ std::vector<FaultyArm> short_form() {
           {paddle, {{kMotorSign}, {kIndexOff, 0, 0, -1}}, false},
           {paddle, {{kDeadChannel}, {kWeakMotor, 0, 0, .577}}},
           {paddle, {{kDeadEncoder}, {kWrongRatio, 0, 0, 1.2}}, false},
-          {paddle, {{kOpenWinding}, {kNoise}}}};
+          {paddle, {{kOpenWinding}, {kNoise}}},
+          {five_bar, {{kWeakMotor, 1, 1, .5}, {kDeadPhase, 0, 0}}, false, 33}};
 }
 
 TEST(Commission, FaultyArmsAreNamed) {
-  Random random(1);
+  Random random(seed_of_arms());
   std::vector<FaultyArm> arms;
   const std::size_t whole = arms_to_try();
   for (std::size_t i = 0; i < whole; ++i) arms.push_back(some_faulty_arm(random));
@@ -221,11 +292,14 @@ TEST(Commission, FaultyArmsAreNamed) {
           << text_of(kind).name << " does not come";
   }
   double force_N = 0, speed_m_s = 0;
-  std::size_t named = 0, unknowable = 0, faults_in_all = 0, two = 0;
+  std::size_t named = 0, unknowable = 0, faults_in_all = 0, tried = 0, two = 0;
   for (std::size_t i = 0; i < arms.size(); ++i) {
-    const auto& [arm, faults, measures_voltage] = arms[i];
+    const auto& [arm, faults, measures_voltage, seed] = arms[i];
+    if (whole > 0 && !is_asked_for(i, arm.name)) continue;
+    ++tried;
     two += faults.size() == 2;
-    const Outcome outcome = commission(arm, faults, {.seed = i + 1, .measures_voltage = measures_voltage}, 8);
+    const Outcome outcome =
+        commission(arm, faults, {.seed = seed == 0 ? i + 1 : seed, .measures_voltage = measures_voltage}, 8);
     faults_in_all += faults.size();
     named += outcome.named.size();
     unknowable += outcome.unknowable;
@@ -239,12 +313,12 @@ TEST(Commission, FaultyArmsAreNamed) {
     force_N = std::max(force_N, outcome.force_N);
     speed_m_s = std::max(speed_m_s, outcome.speed_m_s);
   }
-  test::figure("arms with one or two faults", static_cast<double>(arms.size()),
+  test::figure("arms with one or two faults", static_cast<double>(tried),
                "of them with two: " + std::to_string(two));
   test::figure("faults named by a step", static_cast<double>(named), "of " + std::to_string(faults_in_all));
   test::figure("largest force of the motors at the tip, N", force_N, "1");
   test::figure("largest speed, m/s", speed_m_s, "0.1");
-  test::figure("inertias that the file does not have", static_cast<double>(unknowable), "not named");
+  test::figure("inertias and torques that no step can see", static_cast<double>(unknowable), "not named");
   EXPECT_EQ(named + unknowable, faults_in_all);
 }
 
