@@ -59,12 +59,17 @@ value() { tail -n 1 /tmp/drives | sed "s/.*\"$1\": \([0-9.]*\).*/\1/"; }
 at_most() { awk "BEGIN { exit !($1 <= $2) }"; }
 
 # In contact, so that the drives hold the hand off.
-scene=walls.thim arm_options=
+scene=walls.thim arm_options= commissioned=true
 touching() {
   release_all
   sleep 0.5  # the hand has gone back to the start
   thimble upload $scene $device >/dev/null 2>&1
   wait_until 20 home
+  if ! $commissioned; then
+    refused arm_not_commissioned thimble arm $device
+    thimble param set allow_uncommissioned 1 $device
+    commissioned=true
+  fi
   thimble arm $device >/dev/null
   (wait_until 10 touches 100) || die "no contact: $(thimble fault list $device; thimble monitor --count 2 $device; cat /tmp/board.err)"
   thimble info $device --json >/tmp/info
@@ -137,7 +142,7 @@ five_bar() {
   [ "$(cat /proc/$board/comm)" = thimble-board ] || die 'the board has another process'
 
   step "$kind: a wall is felt; then the board is killed and its guardian stopped, so that the drives' watchdogs act"
-  scene=wall.scene.json
+  scene=wall.scene.json commissioned=false
   touching
   sleep 1  # the hand comes to rest
   stopped_guardian=$(guardian)
