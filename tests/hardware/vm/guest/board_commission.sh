@@ -1,8 +1,8 @@
 #!/bin/sh
 # The five-bar of docs/examples/five-bar, from its files to a wall that is felt, as its builder goes: the board gets the arm, `thimble commission`
 # proves it over the link, and names the motor that is wired backwards. The builder (builder_rig.h) does what the tool prints. Then the board gets
-# a scene, and after step 10 the arm as it was measured before. $UNTIL: the last step. With 10 step 9 ends with drive_fault so far: an ODrive 0.5 tells its current
-# every 10 ms, and the driver takes what it tells of a vibration for a torque that differs.
+# a scene, and after step 10 the arm as it was measured before. $UNTIL: the last step. With 10 step 9 ends
+# with drive_fault so far (torque_differs of a drive).
 . /usr/local/bin/lib.sh
 . /usr/local/bin/board_lib.sh
 device='--device can:vcan0'
