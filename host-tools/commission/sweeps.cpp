@@ -42,16 +42,19 @@ double mean_torque(const Expectation& arm, const BenchRecording& seen, std::size
 
 ServoProgram servo_to(const Expectation& arm, const board::JointVector& from, const board::JointVector& to) {
   ServoProgram program;
-  const board::JointMatrix mass = arm.mass(arm.home());
-  const board::ByJoint J = arm.jacobian(arm.home());
   constexpr double kTip_kg = .1;
+  // The least on the way: a tip with a short lever is light, and a servo for its weight at home swings where drives are some milliseconds late.
+  const auto inertia_at = [&](const board::JointVector& at) -> board::JointVector {
+    return arm.mass(at).diagonal() + kTip_kg * arm.jacobian(at).colwise().squaredNorm().transpose();
+  };
+  const board::JointVector least = inertia_at(arm.home()).cwiseMin(inertia_at(from)).cwiseMin(inertia_at(to));
   const double omega = 2 * 3.14159265358979 * kServo_Hz;
   for (std::size_t j = 0; j < arm.axes(); ++j) {
     const auto row = static_cast<Eigen::Index>(j);
     program.from.at(j) = from[row];
     program.to.at(j) = to[row];
     if (!arm.driven(j)) continue;
-    const double inertia = mass(row, row) + kTip_kg * J.col(row).squaredNorm();
+    const double inertia = least[row];
     program.stiffness_N_m_rad.at(j) = inertia * omega * omega;
     program.damping_N_m_s_rad.at(j) = 2 * kServoDamping * inertia * omega;
     program.most_torque_N_m.at(j) = kTorque * arm.axis(j).peak_torque();
