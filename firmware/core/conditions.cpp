@@ -24,7 +24,10 @@ Conditions unmet_conditions(const Parts& parts, const Inputs& inputs) noexcept {
   if (inputs.e_stop) unmet |= kEStopPressed;
   if (parts.setup.board_lacks) unmet |= kBoardLacks;
   if (parts.heat.not_kept.get()) unmet |= kStoreFails;
-  if (too_strong(parts.setup, parts.params, parts.params.get(Param::max_force))) unmet |= kNotCommissioned;
+  // The first comparison spares other arms the reading of a parameter.
+  if (parts.setup.uncommissioned_N > kUncommissioned_N &&
+      too_strong(parts.setup, parts.params, parts.params.get(Param::max_force)))
+    unmet |= kNotCommissioned;
   if (state.mode == Mode::kHoming || state.mode == Mode::kDamping) unmet |= kWrongMode;
   return unmet;
 }
