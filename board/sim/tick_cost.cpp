@@ -19,7 +19,7 @@ constexpr std::array<BoardCost, 4> kBoards = {{
     {"sim", "", 0.0, {}},
 }};
 constexpr double kWorstFactor = 1.5;
-constexpr double kRecord = 6500.0;  // of a tick that publishes a record of telemetry
+constexpr double kRecord = 6700.0;  // of a tick that publishes a record of telemetry
 
 }  // namespace
 
