@@ -92,12 +92,12 @@ TEST(Uncommissioned, ArmedItStaysBelow) {
 TEST(Uncommissioned, TheBraveAllowItAndItIsRecorded) {
   Rig rig(Arm::kUnproved);
   Tester host(rig.bench);
-  const std::uint16_t id = row_of(Param::allow_uncommissioned).id;
+  constexpr std::uint16_t id = row_of(Param::allow_uncommissioned).id;
   const Bytes allow = {0x2E, static_cast<std::uint8_t>(id >> 8), static_cast<std::uint8_t>(id), 1, 0, 0, 0};
   EXPECT_TRUE(host.ok({0x10, 0x03}));
   EXPECT_TRUE(host.ok(allow));
   const std::vector<link::AuditRecord> audit = audit_page(host, 0);
-  EXPECT_TRUE(std::ranges::any_of(audit, [id](const link::AuditRecord& entry) {
+  EXPECT_TRUE(std::ranges::any_of(audit, [](const link::AuditRecord& entry) {
     return entry.event == link::AuditEvent::kParameter && entry.detail == id && entry.value == 1;
   }));
   rig.bench.alive = true;
