@@ -235,8 +235,7 @@ void LinkBench::counts_missing() {
   throw Error(ExitCode::kLinkLost, "counts-missing",
               "the counts of some ticks did not come: the link or the board has lost them",
               "repeat the step; if that does not help, use a faster link (USB or CAN FD), a board that loses "
-              "no ticks "
-              "(`thimble info`: late), or a lower tick rate");
+              "no ticks (`thimble info`: late), or a lower tick rate");
 }
 
 // --- The motors

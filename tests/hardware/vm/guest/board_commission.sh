@@ -109,8 +109,8 @@ if [ $until -ge 7 ]; then
     thimble model upload /tmp/mine/five-bar-odrive.commissioned.arm.json $device
     release_all
   }
-  # An arm that has not passed every step gets no more than 1 N, where the board knows that.
-  if [ $until -lt 10 ] && thimble param get allow_uncommissioned $device >/dev/null 2>&1; then thimble param set allow_uncommissioned 1 $device; fi
+  # An arm that has not passed every step gets no more than 1 N.
+  if [ $until -lt 10 ]; then thimble param set allow_uncommissioned 1 $device; fi
   thimble upload wall.scene.json $device >/dev/null
   thimble param set max_force 8 $device
   tell "Bring the arm to 'first' 139.0758 degrees, 'second' 40.9242 degrees, and hold it there."
