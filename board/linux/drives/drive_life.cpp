@@ -224,6 +224,7 @@ void DriveLife::tick_unknown(const News& news, const Protocol& protocol) noexcep
   item_ = 0;
   asked_ticks_ = proof_ticks_ = 0;
   hash_ = 2166136261U;
+  cleared_ = false;
   proven_ = proof_ != WatchdogProof::kBySilence;
 }
 
@@ -255,6 +256,11 @@ void DriveLife::tick_found(Protocol& protocol, const Sample& sample) noexcept {
   const bool off =
       sample.stage == Stage::kOff || (proof_ == WatchdogProof::kByHand && sample.stage == Stage::kUnknown);
   if (off && !std::isnan(sample.position_rad)) return check_start(sample);
+  // Before this host spoke: a watchdog that is on has run out when a drive has power before its host.
+  if (sample.stage == Stage::kTimedOut && !cleared_) {
+    cleared_ = clearing_ = true;
+    in_state_ = 0;
+  }
   if (++proof_ticks_ < ticks(kSettle_s)) return;
   fail(sample.stage == Stage::kTimedOut || sample.stage == Stage::kFaulted ? DriveFault::kDriveReported
                                                                            : DriveFault::kSilent);
@@ -271,7 +277,7 @@ void DriveLife::tick_watchdog_proof(const Sample& sample) noexcept {
     return;
   }
   if (sample.stage == Stage::kTimedOut) {
-    proven_ = clearing_ = true;
+    proven_ = cleared_ = clearing_ = true;
     in_state_ = proof_ticks_ = 0;
   } else if (++proof_ticks_ > ticks(config_.watchdog_s + kSettle_s)) {
     fail(DriveFault::kWatchdogUnproven);

@@ -135,6 +135,7 @@ class DriveLife {
   unsigned off_ticks_ = 0;  // in Idle: how long the drive is told to switch off
   bool enabling_ = false;
   bool clearing_ = false;  // the drive's faults are being cleared, for kClearTicks
+  bool cleared_ = false;   // since it was found
   bool proven_ = false;    // the watchdog
   unsigned proof_ticks_ = 0;
   bool position_known_ = false;

@@ -81,17 +81,21 @@ Whole whole_of(const std::string& text, double hi) {
 
 NamedDrive parse_drive(const std::string& text) {
   const std::vector<std::string> parts = parts_of(text);
-  if (parts.size() < 2 || parts.size() > 3)
-    throw std::invalid_argument("'" + text + "' is not KIND:ID[:REPLY_ID]");
+  if (parts.size() < 2 || parts.size() > 4)
+    throw std::invalid_argument("'" + text + "' is not KIND:ID[:REPLY_ID[:TORQUE_N_M]]");
   const std::string& kind = parts[0];
   const bool odrive = kind == "odrive05" || kind == "odrive06";  // its identifiers have 6 bits for it
   const auto id = whole_of<std::uint8_t>(parts[1], odrive ? 63 : 127);
   const auto reply_id =
       parts.size() > 2 ? whole_of<std::uint16_t>(parts[2], 0x7FF) : static_cast<std::uint16_t>(id + 16);
+  const double torque_N_m = parts.size() > 3 ? number_of(parts[3], .01, 1000) : 0;
+  if (torque_N_m != 0 && (odrive || kind == "moteus"))
+    throw std::invalid_argument("'" + text + "': the torque of a " + kind + " has no range");
   if (kind == "moteus") return {std::make_unique<EmulatedMoteus>(id), true};
   if (odrive) return {std::make_unique<EmulatedOdrive>(id, kind == "odrive06"), false};
-  const auto mit = [&](EmulatedMit::Flavour flavour, double velocity_rad_s, double torque_N_m) {
-    return std::make_unique<EmulatedMit>(flavour, id, reply_id, velocity_rad_s, torque_N_m);
+  const auto mit = [&](EmulatedMit::Flavour flavour, double velocity_rad_s, double usual_N_m) {
+    return std::make_unique<EmulatedMit>(flavour, id, reply_id, velocity_rad_s,
+                                         torque_N_m != 0 ? torque_N_m : usual_N_m);
   };
   if (kind == "mini-cheetah") return {mit(EmulatedMit::Flavour::kMiniCheetah, 65, 40), false};
   if (kind == "cubemars") return {mit(EmulatedMit::Flavour::kCubeMars, 50, 15), false};  // AK60-6

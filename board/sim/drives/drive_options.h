@@ -9,7 +9,8 @@
 
 namespace thimble::board::emulated {
 
-// "KIND:ID[:REPLY_ID]"; kinds: moteus, odrive05, odrive06, mini-cheetah, cubemars, damiao, damiao-fd. MIT mode without a reply id: ID + 16.
+// "KIND:ID[:REPLY_ID[:TORQUE_N_M]]"; kinds: moteus, odrive05, odrive06, mini-cheetah, cubemars, damiao, damiao-fd. In MIT mode the torque's codes
+// go to TORQUE_N_M, without it to that of a usual motor of the kind; without a reply id it is ID + 16.
 struct NamedDrive {
   std::unique_ptr<EmulatedDrive> drive;
   bool fd = false;

@@ -1,6 +1,7 @@
 #include "board/sim/drives/emulated_odrive.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -46,7 +47,10 @@ void EmulatedOdrive::disarm(std::uint32_t error) {
   state_ = kIdle;  // phases off: it coasts
 }
 
-void EmulatedOdrive::set_watchdog_s(double time_s) { config.watchdog_s = time_s; }
+void EmulatedOdrive::set_watchdog_s(double time_s) {
+  config.watchdog_s = time_s;
+  endpoints[kTimeoutEndpoint] = std::bit_cast<std::uint32_t>(static_cast<float>(time_s));
+}
 
 void EmulatedOdrive::fail(std::uint32_t code) { disarm(code); }
 

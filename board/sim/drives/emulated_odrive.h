@@ -3,6 +3,7 @@
 // Source: odriverobotics/ODrive f9b5419 (0.5.6); of 0.6 the message layout alone. Units on the wire: turns, N m of the motor's shaft.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <map>
 
@@ -38,11 +39,14 @@ class EmulatedOdrive final : public EmulatedDrive {
     std::uint8_t minor = 6;                  // of the version of 0.6
   };
   Config config;
-  bool stays_off = false;                            // refuses closed loop, as before calibration
-  std::map<std::uint16_t, std::uint32_t> endpoints;  // 0.6: values of TxSdo
+  bool stays_off = false;  // refuses closed loop, as before calibration
+  // 0.6: what TxSdo tells, by their numbers in a release that does not exist: enable_watchdog and watchdog_timeout.
+  std::map<std::uint16_t, std::uint32_t> endpoints{{100, 1},
+                                                   {kTimeoutEndpoint, std::bit_cast<std::uint32_t>(.015F)}};
 
  private:
   static constexpr std::uint8_t kIdle = 1, kClosedLoop = 8;
+  static constexpr std::uint16_t kTimeoutEndpoint = 101;
 
   void on_frame(const CanFrame& frame) override;
   double wanted_torque_N_m() override;

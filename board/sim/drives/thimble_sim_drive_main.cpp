@@ -122,9 +122,10 @@ int main_of(int argc, char** argv) {
   app.add_option("--socket", options.socket,
                  "instead: this descriptor, an end of a socketpair that carries struct canfd_frame")
       ->excludes(interface);
-  app.add_option("--drive", options.drives,
-                 "KIND:ID[:REPLY_ID], once a drive; kinds: moteus, odrive05, odrive06, mini-cheetah, "
-                 "cubemars, damiao, damiao-fd")
+  app.add_option(
+         "--drive", options.drives,
+         "KIND:ID[:REPLY_ID[:TORQUE_N_M]], once a drive; kinds: moteus, odrive05, odrive06, mini-cheetah, "
+         "cubemars, damiao, damiao-fd; TORQUE_N_M: range of the torque's codes in MIT mode")
       ->required();
   app.add_option("--inject", options.faults,
                  "TIME_S:DRIVE:FAULT[=VALUE], DRIVE counts from 0; faults: " + fault_names());

@@ -45,6 +45,14 @@ TEST_P(EveryKind, StartsRunsAndStops) {
   EXPECT_EQ(rig.states[0].fault, DriveFault::kNone);
 }
 
+// As after power-on, when the board needs longer than the drives: a watchdog that is on has run out by then.
+TEST_P(EveryKind, ADriveThatHadPowerBeforeItsHostStarts) {
+  DriveRig rig(GetParam());
+  rig.pause(2000);
+  EXPECT_TRUE(rig.start()) << rig.text();
+  EXPECT_EQ(rig.states[0].fault, DriveFault::kNone);
+}
+
 TEST_P(EveryKind, ReportsPositionAndVelocityInRadians) {
   DriveRig rig(GetParam());
   ASSERT_TRUE(rig.start());

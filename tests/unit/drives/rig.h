@@ -47,7 +47,6 @@ inline std::unique_ptr<EmulatedDrive> emulated_of(const DriveConfig& config) {
   }
   if (is_odrive(config.kind)) {
     auto drive = std::make_unique<EmulatedOdrive>(config.id, config.kind == Kind::kOdrive06);
-    drive->endpoints = {{100, 1}, {101, std::bit_cast<std::uint32_t>(.015F)}};
     if (config.request_estimates) drive->config.estimates_s = 0;
     return drive;
   }

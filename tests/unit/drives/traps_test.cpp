@@ -150,6 +150,27 @@ TEST(DriveTraps, DeratingThatIsNotReportedIsShownThenAFault) {
   }
 }
 
+// A tone as often as the reports come meets them always in the same phase; commissioning plays tones up to a fifth of the rate.
+TEST(DriveTraps, ATorqueThatAlternatesIsNoDerating) {
+  for (const Kind kind :
+       {Kind::kMoteus, Kind::kOdrive05, Kind::kOdrive06, Kind::kMiniCheetah, Kind::kDamiaoFd}) {
+    DriveRig rig(kind);
+    ASSERT_TRUE(rig.start());
+    rig.drive(0).shaft.inertia_kg_m2 = 1e6;
+    unsigned off = 0;
+    for (float Hz = 12; Hz <= 200; Hz += Hz < 90 || Hz > 110 ? 11.3F : .5F)
+      for (unsigned tick = 0; tick < 250; ++tick) {
+        rig.torque_N_m = {.3F * std::cos(6.2832F * Hz * 1e-3F * static_cast<float>(tick)), 0};
+        rig.tick();
+        ASSERT_TRUE(rig.all(State::kRunning)) << name_of_kind(kind) << ' ' << Hz << " Hz: " << rig.text();
+        ASSERT_EQ(rig.states[0].limiter, Limiter::kNone) << name_of_kind(kind) << ' ' << Hz << " Hz";
+        off = std::abs(rig.states[0].torque_difference_N_m) > .03F ? off + 1
+                                                                   : 0;  // where a tone begins with a step
+        ASSERT_LE(off, 2U) << name_of_kind(kind) << ' ' << Hz << " Hz";
+      }
+  }
+}
+
 TEST(DriveTraps, ALimiterThatIsReportedIsShownAndNeverLatched) {
   DriveRig rig(Kind::kMoteus);
   ASSERT_TRUE(rig.start());

@@ -36,6 +36,7 @@ step 'FD: moteus and Damiao'
 run 2.5:0:mute silent moteus:1 damiao_fd:2
 step 'classic'
 run 2.5:0:fail=8 drive_reported damiao:1 mini_cheetah:2 odrive05:3
+run 2.5:0:mute silent odrive06:1 cubemars:2
 step 'an interface that goes down'
 rm /tmp/drives /tmp/said  # or those of the run before would be read
 thimble-sim-drive vcan0 --drive moteus:1 --inject 0:0:watchdog_s=.015 >/tmp/drives 2>&1 &
