@@ -1,7 +1,7 @@
 #!/bin/sh
 # thimble-board with an arm of drives on CAN: emulated drives on a virtual bus with the simulated arm behind them. Its life, and what the arm
 # does when the board is killed, stopped, or stopped with its guardian. First the five-bar of docs/examples/five-bar from its files, as its
-# builder sets it up.
+# builder sets it up; then the Premium. $KIND: only drives of this kind, and all of it.
 . /usr/local/bin/lib.sh
 . /usr/local/bin/board_lib.sh
 
@@ -17,11 +17,16 @@ device='--device can:vcan0'
 # drive KIND ID: of the configuration, with what all kinds have.
 drive() {
   echo "{ \"can\": \"vcan1\", \"kind\": \"$1\", \"id\": $2, \"peak_torque_N_m\": 1, \"top_speed_rad_s\": 500,"
+  mit="\"damping_N_m_s_rad\": 0.002, \"reply_id\": $(($2 + 16)), \"ranges\": { \"position_rad\": 12.5, \"velocity_rad_s\":"
   case $1 in
     moteus) echo '"watchdog_ms": 15, "damping_N_m_s_rad": 0.0005, "kd_N_m_s_turn": 0.25 }' ;;
     odrive_0.5) echo '"watchdog_ms": 15, "current_limit_A": 20, "torque_constant_N_m_A": 0.04, "estimates_ms": 1 }' ;;
-    damiao_fd) echo "\"watchdog_ms\": 15, \"damping_N_m_s_rad\": 0.0005, \"reply_id\": $(($2 + 16)),"
-      echo '"ranges": { "position_rad": 12.5, "velocity_rad_s": 30, "torque_N_m": 10 } }' ;;
+    odrive_0.6) echo '"watchdog_ms": 15, "current_limit_A": 20, "estimates_ms": 1, "configuration": ['
+      echo '{ "name": "axis0.config.enable_watchdog", "number": 100, "integer": true, "value": 1 },'
+      echo '{ "name": "axis0.config.watchdog_timeout", "number": 101, "value": 0.015 } ] }' ;;
+    damiao | damiao_fd) echo "\"watchdog_ms\": 15, $mit 30, \"torque_N_m\": 1 } }" ;;
+    mini_cheetah) echo "\"watchdog_ms\": 25, \"watchdog_proven\": true, $mit 65, \"torque_N_m\": 1 } }" ;;
+    cubemars) echo "\"watchdog_ms\": 25, \"watchdog_proven\": true, $mit 50, \"torque_N_m\": 1 } }" ;;
   esac
 }
 configure() {
@@ -48,7 +53,15 @@ emulate() {
   drives=$!
   wait_until 20 grep -qx ready /tmp/drives
 }
-start_drives() { emulate premium-1.5 hand.csv "$1:1" "$1:2" "$1:3"; }
+# emulated_of KIND ID: as thimble-sim-drive names it.
+emulated_of() {
+  case $1 in
+    odrive_*) echo "odrive0${1#odrive_0.}:$2" ;;
+    moteus) echo "moteus:$2" ;;
+    *) echo "$(echo $1 | tr _ -):$2:$(($2 + 16)):1" ;;
+  esac
+}
+start_drives() { emulate premium-1.5 hand.csv $(for id in 1 2 3; do emulated_of $1 $id; done); }
 stop_drives() {
   kill -TERM $drives
   wait $drives || die "thimble-sim-drive ended with $?: $(cat /tmp/drives)"
@@ -59,16 +72,16 @@ value() { tail -n 1 /tmp/drives | sed "s/.*\"$1\": \([0-9.]*\).*/\1/"; }
 at_most() { awk "BEGIN { exit !($1 <= $2) }"; }
 
 # In contact, so that the drives hold the hand off.
-scene=walls.thim arm_options= commissioned=true
+scene=walls.thim arm_options= own_arm=false
 touching() {
   release_all
   sleep 0.5  # the hand has gone back to the start
   thimble upload $scene $device >/dev/null 2>&1
   wait_until 20 home
-  if ! $commissioned; then
+  if $own_arm; then  # that has not passed
+    thimble param set allow_uncommissioned 0 $device
     refused arm_not_commissioned thimble arm $device
     thimble param set allow_uncommissioned 1 $device
-    commissioned=true
   fi
   thimble arm $device >/dev/null
   (wait_until 10 touches 100) || die "no contact: $(thimble fault list $device; thimble monitor --count 2 $device; cat /tmp/board.err)"
@@ -123,17 +136,23 @@ wall_was_felt() {
   }' || die "the wall was not felt: $(tail -n 1 /tmp/drives)"
 }
 
+# five_bar KIND ID ID
 five_bar() {
-  kind='five-bar on ODrive'
-  mkdir /tmp/five-bar
+  kind="five-bar on $1"
+  mkdir -p /tmp/five-bar
+  rm -rf /tmp/five-bar/*
   sed 's/can\([01]\)/vcan\1/; s|/var/lib/thimble|/tmp/five-bar|' five-bar.json >drives.json
+  [ $1 = odrive_0.5 ] || {  # the file has those
+    mv drives.json /tmp/start
+    { sed -n '1,/"drives"/p' /tmp/start; drive $1 $2; echo ,; drive $1 $3; sed '1,/"drives"/d' /tmp/start | sed -n '/^ *\]/,$p'; } >drives.json
+  }
   printf '%s\n' time_s,x_m,y_m,z_m 0,0,0,0 0.3,0,0,0 0.7,0,0.02,0 >five-bar.csv
   thimble model compile five-bar-odrive.arm.json --output /tmp/arm.tarm
 
   step "$kind: the board has the arm once it is uploaded"
   board_check 3 'missing: the store does not have the arm "five-bar-odrive"; upload it: thimble model upload' drives.json
   arm_options='--step 100'  # its mechanics in finer steps would be most of what this machine does
-  emulate /tmp/arm.tarm five-bar.csv odrive05:0 odrive05:1
+  emulate /tmp/arm.tarm five-bar.csv $(emulated_of $1 $2) $(emulated_of $1 $3)
   start_board drives.json
   release_all
   refused no_stored_model thimble arm $device
@@ -142,51 +161,66 @@ five_bar() {
   [ "$(cat /proc/$board/comm)" = thimble-board ] || die 'the board has another process'
 
   step "$kind: a wall is felt; then the board is killed and its guardian stopped, so that the drives' watchdogs act"
-  scene=wall.scene.json commissioned=false
+  scene=wall.scene.json own_arm=true
   touching
-  sleep 1  # the hand comes to rest
+  sleep 3  # the hand comes to rest, against the damping of the drives too
   stopped_guardian=$(guardian)
   kill -STOP $stopped_guardian
   kill -KILL $board
-  went_off 'SIGKILL, and SIGSTOP of the guardian' 17
+  went_off 'SIGKILL, and SIGSTOP of the guardian' $(($(watchdog_ms) + 2))
   wall_was_felt
   kill -CONT $stopped_guardian
   wait_until 2 guardian_gone
-  stop_drives
-  scene=walls.thim arm_options=
 }
-
-[ "${EVERY_KIND-}" = 1 ] || five_bar
+watchdog_ms() { sed -n 's/.*"watchdog_ms": \([0-9]*\).*/\1/p' drives.json | head -n 1; }
 
 both_stopped() {
   step "$kind: the guardian stopped too, so that the drives' watchdogs act"
   start_board drives.json
   touching
   kill -STOP "$(guardian)" $board
-  went_off 'SIGSTOP of both' 17
+  went_off 'SIGSTOP of both' $(($(watchdog_ms) + 2))
   kill -CONT $board "$(guardian)"  # the board has seen its guardian stopped, and may have ended for that
   sleep 0.5
   kill -KILL $board 2>/dev/null || true
   wait_until 2 guardian_gone
 }
 
-# damiao_fd can be given too, but the codes of its 10 N m are too coarse for this arm: it vibrates on the floor until current_mismatch.
-premium_kinds=moteus
-[ "${EVERY_KIND-}" = 1 ] && premium_kinds='moteus odrive_0.5'
-for kind in ${KINDS-$premium_kinds}; do
-  emulated=$(echo $kind | sed 's/odrive_0.5/odrive05/; s/_/-/')
+on_premium() {
+  kind=$1
   configure $kind
   step "$kind: nobody answers, then everybody"
   board_check 3 "arm 0 joint 2 ($kind 2 on vcan1): does not answer; check its power" drives.json
-  start_drives $emulated
+  start_drives $kind
   board_check 0 'nothing is missing' drives.json
   grep -q "joint 3 ($kind 3 on vcan1): off, watchdog 15 ms" /tmp/check || die 'no word of the watchdog'
-
   killed
   stopped
-  [ "${EVERY_KIND-}" != 1 ] || both_stopped
-  stop_drives
-done
+}
+
+case ${KIND-} in
+  '')
+    five_bar odrive_0.5 0 1
+    stop_drives
+    scene=walls.thim arm_options= own_arm=false
+    on_premium moteus
+    stop_drives
+    ;;
+  moteus | odrive_*)
+    on_premium $KIND
+    both_stopped
+    stop_drives
+    exit
+    ;;
+  *)  # Of some of them a bus carries two at this rate; and the codes of their torque are too coarse for the Premium's motors.
+    five_bar $KIND 1 2
+    killed
+    stopped
+    both_stopped
+    stop_drives
+    exit
+    ;;
+esac
 
 step 'a life, orderly, and a drive that falls silent'
 kind=moteus
