@@ -26,7 +26,7 @@ class TorqueWitness {
   // Each tick.
   void asked(float torque_N_m) noexcept {
     const float lagged_N_m = expected_N_m_.back() + gain_ * (torque_N_m - expected_N_m_.back());
-    std::ranges::rotate(expected_N_m_, expected_N_m_.begin() + 1);
+    std::rotate(expected_N_m_.begin(), expected_N_m_.begin() + 1, expected_N_m_.end());
     expected_N_m_.back() = lagged_N_m;
   }
   // With each torque reported; `ticks`: since the last one.
