@@ -153,6 +153,7 @@ void Devices::read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t per
   for (std::size_t i = 0; i < lines_.size(); ++i)
     if (lines_[i].drive_fault && (!lines_read_ || levels_[*lines_[i].drive_fault]))
       in.arm[i].drive_fault = true;
+  measured_.take(in);
 }
 
 // Without its lines the e-stop of the board reads as pressed.

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "board/common/measured_currents.h"
 #include "board/common/safety_switch.h"
 #include "board/linux/arm_devices.h"
 #include "board/linux/board_config.h"
@@ -36,6 +37,7 @@ class Devices final : public TickDevices {
   [[nodiscard]] std::vector<std::string> report() const;
   // What a drive has said since the last call, for the log; empty: nothing. Any thread.
   [[nodiscard]] std::string news();
+  [[nodiscard]] const firmware::BoardData& measured() const noexcept { return measured_; }
 
   void read(firmware::Inputs& in, std::uint64_t now_ns, std::uint64_t period_ns) noexcept override;
   void write(const firmware::Outputs& out) noexcept override;
@@ -62,6 +64,7 @@ class Devices final : public TickDevices {
   SafetySwitch dead_man_;
   std::vector<Lines> lines_;  // one for each arm
   std::unique_ptr<ArmDevices> arms_;
+  MeasuredCurrents measured_;
   // One entry per input.
   bool lines_read_ = false;
   std::array<bool, GpioInputs::kMaxLines> levels_{};

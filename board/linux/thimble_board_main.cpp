@@ -247,7 +247,9 @@ bool run(const BoardConfig& config, bool restarted) {
     if (const std::optional<Missing> late = too_late(config, store)) missing.push_back(*late);
     lacks = names(missing);
     for (const Missing& one : missing) std::cerr << "thimble-board: " << describe(one) << '\n';
-    controller.emplace(controller_config(config, ports, lacks, reset_reason), store);
+    firmware::Config of_controller = controller_config(config, ports, lacks, reset_reason);
+    of_controller.data = &devices.measured();
+    controller.emplace(of_controller, store);
     if (servo.start(*controller).size() != realtime.size())
       throw std::runtime_error("the servo thread did not get what it could have had: start again");
     Background background(*controller, ports, liveness);

@@ -174,6 +174,7 @@ SimBoard::SimBoard(const SimBoardOptions& options)
   }
   inject_ = std::make_unique<InjectRoutine>(*this);
   config_.inject = inject_.get();
+  config_.data = &measured_;
   storage_ =
       std::make_unique<TearableStorage>(options_.storage != nullptr ? *options_.storage : *own_storage_);
   controller_ = std::make_unique<firmware::Controller>(config_, *storage_);
@@ -196,6 +197,7 @@ firmware::Outputs SimBoard::tick_controller() {
     arms_[i].broken.sense(arms_[i].plant, options_.sensors, time_s(), in_.arm[i]);
     if (!arms_[i].broken.stale()) in_.arm[i].sample_tick = ticks_;
   }
+  measured_.take(in_);
   const auto begin =
       options_.time_ticks ? std::chrono::steady_clock::now() : std::chrono::steady_clock::time_point{};
   const firmware::Outputs out = controller_->tick(in_);

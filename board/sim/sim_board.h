@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "board/common/measured_currents.h"
 #include "board/sim/broken_arm.h"
 #include "board/sim/hand_path.h"
 #include "board/sim/injection.h"
@@ -155,6 +156,7 @@ class SimBoard {
   std::vector<Arm> arms_;
   std::unique_ptr<TearableStorage> storage_;
   std::unique_ptr<InjectRoutine> inject_;
+  MeasuredCurrents measured_;
   firmware::Config config_;
   std::unique_ptr<firmware::Controller> controller_;
   std::vector<Planned> faults_;

@@ -17,6 +17,9 @@
 namespace thimble::firmware {
 
 class ForceSource;
+namespace link {
+class ByteWriter;
+}
 
 // A routine of the board's own: that of a simulated board which breaks its hardware (service 31, routine 02F0).
 class BoardRoutine {
@@ -26,6 +29,16 @@ class BoardRoutine {
 
  protected:
   ~BoardRoutine() = default;
+};
+
+// Data identifiers of the board's own: what only boards of its kind can tell.
+class BoardData {
+ public:
+  // In the background. False: not one of them.
+  [[nodiscard]] virtual bool read(std::uint16_t id, link::ByteWriter& out) const noexcept = 0;
+
+ protected:
+  ~BoardData() = default;
 };
 
 using control::kMaxArms;
@@ -71,7 +84,8 @@ struct Config {
   control::Pause pause = nullptr;
   // Arms that `arm` may name, before those of kinematics/built_in_arms.h. They must outlive the controller.
   std::span<const kinematics::ArmData> arms_known{};
-  BoardRoutine* inject = nullptr;  // of a simulated board; must outlive the controller
+  BoardRoutine* inject = nullptr;   // of a simulated board; must outlive the controller
+  const BoardData* data = nullptr;  // null: none; must outlive the controller
   // Force sources in front of those of firmware/sources/sources.h: of a board, or of a test. They must outlive the controller.
   std::span<ForceSource* const> sources{};
 };

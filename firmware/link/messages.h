@@ -24,7 +24,8 @@ inline constexpr std::uint16_t kImageVersion = 1;  // of control/scene/scene.fbs
 
 // What messages have room for. A controller sends what its arms have.
 inline constexpr std::size_t kMaxLinkArms = 4;
-inline constexpr std::size_t kMaxJoints = 7;       // of an arm
+inline constexpr std::size_t kMaxJoints = 7;  // of an arm
+inline constexpr std::size_t kMaxMotors = kMaxLinkArms * kMaxJoints;
 inline constexpr std::size_t kClassicCounts = 3;   // of joints, in a RecordingCounts
 inline constexpr std::size_t kFrozenJoints = 3;    // in a FreezeFrame: 64 of them fit in an answer
 inline constexpr unsigned kRecordedTickBits = 11;  // of the number of a tick, in the frames of a recording

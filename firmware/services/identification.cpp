@@ -195,6 +195,8 @@ constexpr std::array<DataRow, 16> kData = {{
     row.read(services, out);
     return Nrc::kOk;
   }
+  const BoardData* board = services.parts.config.data;
+  if (board != nullptr && board->read(id, out)) return Nrc::kOk;
   return read_parameter(services, id, out);
 }
 

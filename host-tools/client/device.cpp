@@ -235,6 +235,15 @@ link::ArmImages Device::arm_images() {
   return services_.record<link::ArmImages>("reading which arms are stored");
 }
 
+std::optional<link::MeasuredCurrents> Device::measured_currents() {
+  const ServiceClient::Answer answer =
+      services_.request(ServiceClient::read_request(link::MeasuredCurrents::kId));
+  link::MeasuredCurrents measured;
+  if (answer.code != Nrc::kOk || !link::decode(std::span(answer.bytes).subspan(3), measured))
+    return std::nullopt;
+  return measured;
+}
+
 void Device::restart() {
   services_.enter(Session::kExtended);
   services_.demand({byte_of(Service::kReset), static_cast<std::uint8_t>(link::Reset::kHard)}, "restarting");

@@ -93,6 +93,9 @@ class Device {
   // Which arm images are used and stored.
   [[nodiscard]] link::ArmImages arm_images();
 
+  // What its motor drives measure; nothing: this board cannot tell.
+  [[nodiscard]] std::optional<link::MeasuredCurrents> measured_currents();
+
   // Disarms and restarts the controller. The answer comes before the restart.
   void restart();
 
