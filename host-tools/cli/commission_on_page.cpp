@@ -37,6 +37,7 @@ std::optional<std::size_t> axis_in_question(const Prompt& prompt) {
     case Prompt::Kind::kReleaseDeadMan:
     case Prompt::Kind::kStopHost:
     case Prompt::Kind::kRest:
+    case Prompt::Kind::kPassHome:
     case Prompt::Kind::kMoveAbout:
     case Prompt::Kind::kPush:
     case Prompt::Kind::kHang:
@@ -64,7 +65,7 @@ void CommissionOnPage::ask(const Prompt& prompt, bool bench_waits) {
   if (shown.axis && *shown.axis >= arm_.axes.size()) shown.axis.reset();
   if (prompt.kind == Prompt::Kind::kTurn) shown.turn = prompt.sign;
   shown.way = prompt.direction;
-  if (prompt.kind == Prompt::Kind::kPlace)
+  if (prompt.kind == Prompt::Kind::kPlace || prompt.kind == Prompt::Kind::kPassHome)
     shown.goal.emplace(prompt.place.begin(),
                        prompt.place.begin() + static_cast<std::ptrdiff_t>(arm_.axes.size()));
   page_.ask(std::move(shown));

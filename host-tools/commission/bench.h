@@ -21,12 +21,15 @@ namespace thimble::host {
 template <typename T>
 using PerAxis = std::array<T, kinematics::kMaxJoints>;
 
+// What tells where home is: nothing, an index or switch of each axis, or one level that is true while all axes of the arm are at home.
+enum class HomeMark : std::uint8_t { kNone, kEachAxis, kWholeArm };
+
 struct BenchFacts {
   double tick_s = 1.0 / 4000;  // of the board's loop, and of what it records in a motion
   double watchdog_s = .02;     // within which the drives must be off when the host is silent
   bool counts_illegal = true;  // the counters tell transitions that no encoder makes
-  bool has_mark = false;       // an index or switch at home
-  std::string session;         // changes when the counters begin anew
+  HomeMark home_mark = HomeMark::kNone;
+  std::string session;  // changes when the counters begin anew
 };
 
 enum class Line : std::uint8_t { kEStop, kDeadMan, kWatchdog };
@@ -50,7 +53,7 @@ struct BenchTick {
   PerAxis<double> asked_A{}, current_A{}, voltage_V{};
 };
 
-// The home mark was passed.
+// The home mark of an axis was passed.
 struct Mark {
   std::size_t axis = 0;
   std::int64_t counts = 0;
@@ -61,8 +64,9 @@ enum class Ending : std::uint8_t { kTime, kCounts, kSpeed, kEnergy, kLine };
 
 struct BenchRecording {
   std::vector<BenchTick> ticks;
-  std::vector<Mark> marks;
-  PerAxis<std::uint64_t> illegal{};  // transitions in this time
+  std::vector<Mark> marks;                     // kEachAxis
+  std::vector<PerAxis<std::int64_t>> at_home;  // kWholeArm: counts where the level rose
+  PerAxis<std::uint64_t> illegal{};            // transitions in this time
   Ending ending = Ending::kTime;
   std::size_t driven_ticks = 0;  // of a program: before it ended
 };
@@ -124,6 +128,7 @@ struct Prompt {
     kRest,      // lay the arm so that it rests, and take the hands off
     kTurn,      // an axis from stop to stop, `times` there and back, first along `direction` at the tip
     kPlace,  // bring all axes to `place`, then hold all but `axis` and let that one go; all, where it is no axis
+    kPassHome,         // bring the arm to its home mark, at `place`, and away from it, `times`
     kSwing,            // turn the axis to and fro by hand, drives on and without torque
     kMoveAbout,        // hold the tip and move it slowly about
     kPush,             // push the tip slowly along `direction` by 20 mm, and back

@@ -20,6 +20,7 @@ void CountStream::begin(const link::RecordingStart& start, std::size_t axes,
   axes_ = axes;
   first_ = std::uint64_t{start.tick} + 1;
   checked_ = start.tick;
+  index_at_start_ = start.levels.index.at(arm_);
   raw_ = raw;
   counts_ = counts;
   for (const link::CanFrame& frame : early_) take_now(frame);
@@ -46,6 +47,17 @@ void CountStream::take_now(const link::CanFrame& frame) {
     checked_ += later;
     events_.push_back({checked_, check.mode, check.levels});
   }
+}
+
+std::vector<std::uint64_t> CountStream::home_marks(std::uint64_t from) const {
+  std::vector<std::uint64_t> marks;
+  bool before = index_at_start_;
+  for (const Event& event : events_) {
+    const bool now = event.levels.index.at(arm_);
+    if (now && !before && event.tick >= from && event.tick < end()) marks.push_back(event.tick);
+    before = now;
+  }
+  return marks;
 }
 
 // 16 bits of each counter: the change since the tick before is what they say of it.

@@ -36,6 +36,8 @@ class CountStream {
     return ticks_.at(static_cast<std::size_t>(tick - first_));
   }
   [[nodiscard]] const std::vector<Event>& events() const { return events_; }
+  // The ticks from `from` on, of those that came, in which the level of the arm's index rose.
+  [[nodiscard]] std::vector<std::uint64_t> home_marks(std::uint64_t from) const;
   [[nodiscard]] const PerAxis<std::int64_t>& newest() const { return counts_; }
   [[nodiscard]] const PerAxis<std::uint32_t>& newest_raw() const { return raw_; }
   // The whole number of a tick, of which the link told the low 32 bits.
@@ -58,6 +60,7 @@ class CountStream {
   PerAxis<std::uint32_t> raw_{};
   std::vector<PerAxis<std::int64_t>> ticks_;
   std::vector<Event> events_;
+  bool index_at_start_ = false;
 };
 
 }  // namespace thimble::host

@@ -21,6 +21,7 @@ using link::Micros;
 
 constexpr Micros kLastFrames_us = 1'000'000;
 constexpr Micros kPositions_us = 8'000'000, kAgain_us = 100'000;  // a board looks 6 s for its drives
+constexpr Micros kForget_us = 2'000'000;
 constexpr double kWatchdog_s = .05;  // link_timeout while the host is silent on purpose; its least
 constexpr double kWatchdogLate_s = .02;
 constexpr double kSilence_s = .3;
@@ -68,6 +69,7 @@ void LinkBench::connect() {
       force_N_ = std::hypot(static_cast<double>(force.x_N), static_cast<double>(force.y_N),
                             static_cast<double>(force.z_N));
   });
+  measures_current_ = device_->measured_currents().has_value();
   const std::vector<link::AuditRecord> audit = device_->audit();
   session_ =
       fmt::format("{} {}", device_->text(link::kDidSerialNumber), audit.empty() ? 0 : audit.back().start);
@@ -102,9 +104,10 @@ void LinkBench::give_back() noexcept {
 }
 
 void LinkBench::begin_step(int number) {
-  constexpr int kFirstStrong = 7;
+  constexpr int kFirstStrong = 7, kMarks = 3;
   let_go();
   is_strong_ = number >= kFirstStrong;
+  proves_mark_ = number <= kMarks;
   place_.reset();
   limit_force();
 }
@@ -129,7 +132,7 @@ BenchFacts LinkBench::facts() {
   return {.tick_s = tick_s_,
           .watchdog_s = kWatchdog_s + kWatchdogLate_s,
           .counts_illegal = false,
-          .has_mark = false,
+          .home_mark = has_mark_ ? HomeMark::kWholeArm : HomeMark::kNone,
           .session = wraps ? session_ + this_run : session_};
 }
 
@@ -200,6 +203,7 @@ void LinkBench::begin_recording() {
   }
   counted_ = true;
   tick_s_ = static_cast<double>(start.period_s);
+  has_mark_ = arm.has_index;
   stream_->begin(start, axes(), raw_, counts_);
 }
 
@@ -261,6 +265,13 @@ void LinkBench::check_fault() {
       fmt::format("{}; then repeat the step", row != nullptr ? row->remedy : "see `thimble fault list`"));
 }
 
+// Until step 3 has seen the mark, home is where the stops tell, or nowhere; the device would take the mark for index_mismatch. So it knows no home
+// while hands move the arm: it looks for its mark, and is told to stop that.
+void LinkBench::forget_place() {
+  if (!proves_mark_ || facts().home_mark != HomeMark::kWholeArm) return;
+  if (device_->state().flags.homed) device_->home(kForget_us, [] { return true; });
+}
+
 void LinkBench::arm_motors() {
   constexpr Micros kRamp_us = 300'000;  // a motion begins when the force of the scene has ramped up
   if (!located_ || !device_->state().flags.homed) {
@@ -305,6 +316,7 @@ Answer LinkBench::ask(const Prompt& prompt) {
   if (prompt.kind != Prompt::Kind::kLetGo && prompt.kind != Prompt::Kind::kHang) {
     let_go();
     if (prompt.kind == Prompt::Kind::kPlace) place_ = prompt.place;
+    forget_place();
     return person_.ask(prompt);
   }
   // The board holds the arm before the hands let it go.

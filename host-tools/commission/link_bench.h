@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "firmware/sources/axis_drive.h"
 #include "host-tools/client/device.h"
@@ -83,6 +84,8 @@ class LinkBench : public Bench {
   [[nodiscard]] firmware::Axes angles(std::uint64_t tick) const;
   [[nodiscard]] JointVector believed() const;
   void take_motors();
+  void forget_place();
+  void read_currents();
   void bring_back();
   [[nodiscard]] bool bring_to_middle(std::size_t axis);
   [[nodiscard]] bool still_armed(std::uint64_t since) const;
@@ -113,6 +116,9 @@ class LinkBench : public Bench {
   link::Micros alive_us_ = 0;             // of the last sign of life
   std::optional<PerAxis<double>> place_;  // where the person was last asked to bring the axes
   bool is_strong_ = false;                // a step from 7 on
+  bool proves_mark_ = true;               // a step up to 3
+  bool has_mark_ = false, measures_current_ = false;
+  std::vector<link::MeasuredCurrents> measured_;  // in the motion that runs or ran last
   bool counted_ = false, located_ = false, armed_ = false, holds_ = false;
   std::string session_;
 };

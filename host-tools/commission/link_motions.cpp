@@ -17,6 +17,11 @@ constexpr double kHandled_s = 55;  // the most that a person may take: an order 
 constexpr Micros kHeld_us = 1'300'000, kLeft_us = 200'000;
 constexpr double kWatch_s = 1e-3;  // between two ticks of what a person does
 
+// A current that is told while the order runs can be compared with what was asked for only when that is constant.
+bool is_constant(const link::AxisOrder& order) {
+  return order.offset_N_m != 0 && order.slope_N_m_s == 0 && order.amplitude_N_m == 0;
+}
+
 float f(double value) { return static_cast<float>(value); }
 
 Ending ending_of(link::AxisEnd end) {
@@ -52,6 +57,7 @@ link::AxisOrder LinkBench::order(const EndsAt& ends) const {
 
 // Until the order has ended, or is holding, or the person is done.
 LinkBench::Motion LinkBench::drive(const link::AxisOrder& order, const Prompt* prompt) {
+  measured_.clear();
   device_->start_axes(order);
   link::AxisState state = device_->axis_state();
   const auto goes_on = [&] {
@@ -69,7 +75,12 @@ LinkBench::Motion LinkBench::drive(const link::AxisOrder& order, const Prompt* p
     static_cast<void>(person_.ask(*prompt, round));
   } else {
     while (goes_on()) {
-      pump(now_us() + kRound_us);
+      if (measures_current_ && is_constant(order)) {
+        for (const Micros until_us = now_us() + kRound_us; now_us() < until_us; pump(now_us()))
+          read_currents();
+      } else {
+        pump(now_us() + kRound_us);
+      }
       person_.check();
       state = device_->axis_state();
     }
@@ -88,6 +99,11 @@ LinkBench::Motion LinkBench::drive(const link::AxisOrder& order, const Prompt* p
       holds_ || done ? 0 : static_cast<std::size_t>(static_cast<double>(order.coast_s) / tick_s_);
   motion.end = done ? link::AxisEnd::kTime : state.end;
   return motion;
+}
+
+void LinkBench::read_currents() {
+  if (const std::optional<link::MeasuredCurrents> now = device_->measured_currents())
+    measured_.push_back(*now);
 }
 
 firmware::Axes LinkBench::angles(std::uint64_t tick) const {
@@ -115,7 +131,13 @@ BenchRecording LinkBench::cut(const link::AxisOrder& order, const Motion& motion
   recording.ending = ending_of(motion.end);
   recording.driven_ticks = motion.driven;
   recording.ticks.reserve(all);
+  auto measured = measured_.begin();
+  PerAxis<double> newest_A{};
+  newest_A.fill(kNotMeasured);
   for (std::size_t k = 0; k < all; ++k) {
+    for (; measured != measured_.end() && stream_->whole(measured->tick) <= motion.begin + k; ++measured)
+      for (std::size_t j = 0; j < axes(); ++j)
+        newest_A.at(j) = static_cast<double>(measured->current_A.at(arm_ * link::kMaxJoints + j));
     BenchTick tick;
     tick.time_s = static_cast<double>(k + 1) * tick_s_;
     const firmware::Axes& torque = feed(motion.begin + k);
@@ -125,7 +147,7 @@ BenchRecording LinkBench::cut(const link::AxisOrder& order, const Motion& motion
       if (k < motion.driven && per_ampere != 0)
         tick.asked_A.at(j) = static_cast<double>(torque[static_cast<Eigen::Index>(j)]) / per_ampere;
     }
-    tick.current_A.fill(kNotMeasured);
+    tick.current_A = newest_A;
     tick.voltage_V.fill(kNotMeasured);
     recording.ticks.push_back(tick);
   }
@@ -135,8 +157,10 @@ BenchRecording LinkBench::cut(const link::AxisOrder& order, const Motion& motion
 BenchRecording LinkBench::cut(std::uint64_t from, std::uint64_t to, double between_s) {
   if (to > from) wait_for_tick(to - 1);
   // A lost tick ends a recording. What a person did then is not all there, and would look like a dead encoder.
-  if (stream_->broken() || device_->recording_state().phase != link::RecordingPhase::kRunning)
+  if (stream_->broken() || device_->recording_state().phase != link::RecordingPhase::kRunning) {
+    check_fault();  // so does a fault
     counts_missing();
+  }
   const auto step = static_cast<std::uint64_t>(std::max(1L, std::lround(between_s / tick_s_)));
   BenchRecording recording;
   for (std::uint64_t tick = from; tick < to; tick += step) {
@@ -189,6 +213,7 @@ bool LinkBench::bring_to_middle(std::size_t axis) {
 
 BenchRecording LinkBench::watch(const Prompt& prompt, bool powered) {
   let_go();
+  if (!powered) forget_place();
   if (prompt.kind == Prompt::Kind::kTurn && !bring_to_middle(prompt.axis)) return {};
   begin_recording();
   if (powered) arm_motors();
@@ -199,6 +224,7 @@ BenchRecording LinkBench::watch(const Prompt& prompt, bool powered) {
   }));
   if (powered && !still_armed(from)) check_fault();
   BenchRecording recording = cut(from, stream_->end(), kWatch_s);
+  for (const std::uint64_t tick : stream_->home_marks(from)) recording.at_home.push_back(stream_->at(tick));
   let_go();
   return recording;
 }
@@ -375,11 +401,13 @@ BenchRecording LinkBench::press(const TipProgram& program, const Prompt& prompt)
     const bool held = pressed_us != 0 && now_us() - pressed_us < kLeft_us && now_us() - since_us > kHeld_us;
     return still_armed(from) && !held;
   }));
-  BenchRecording recording = cut(from, to, tick_s_);
+  BenchRecording recording;
   if (device_->state().fault == static_cast<std::uint8_t>(firmware::Fault::tip_speed)) {
-    recording.ending = Ending::kSpeed;
+    recording.ending = Ending::kSpeed;  // the fault has ended the device's recording
     armed_ = false;
     device_->clear_faults();
+  } else {
+    recording = cut(from, to, tick_s_);
   }
   let_go();
   check_fault();

@@ -55,15 +55,8 @@ double fitted_square(const std::vector<Edge>& edges, double from_s, double speed
 
 // So much that the pulse ends after most of its time at the largest speed; by friction and peak alone where the inertia is not known.
 double pulse_current_A(const Expectation& arm, std::size_t axis) {
-  constexpr double kPeakShare = .02, kFriction = 3, kPart = .8;
-  const double friction = arm.axis(axis).friction.coulomb_N_m.value;
-  double wanted_N_m = std::max(kFriction * friction, kPeakShare * arm.axis(axis).peak_torque());
-  if (arm.knows_inertia()) {
-    const auto row = static_cast<Eigen::Index>(axis);
-    const double speed = gentle_ends(arm).counts_s.at(axis) * std::abs(arm.axis(axis).per_count());
-    wanted_N_m = 1.1 * friction + arm.mass(arm.balanced(axis))(row, row) * speed / (kPart * kPulse_s);
-  }
-  return std::min(gentle_current_A(arm, axis), wanted_N_m / std::abs(arm.axis(axis).per_ampere()));
+  constexpr double kPart = .8;
+  return current_to_end_A(arm, axis, kPart * kPulse_s);
 }
 
 // So far beside the balanced place that a motor without gear turns, too; within the stops, where the weight still is less than half of the friction.
@@ -90,6 +83,18 @@ double way_beside(const Expectation& arm, std::size_t axis, const board::JointVe
 }
 
 }  // namespace
+
+double current_to_end_A(const Expectation& arm, std::size_t axis, double seconds) {
+  constexpr double kPeakShare = .02, kFriction = 3;
+  const double friction = arm.axis(axis).friction.coulomb_N_m.value;
+  double wanted_N_m = std::max(kFriction * friction, kPeakShare * arm.axis(axis).peak_torque());
+  if (arm.knows_inertia()) {
+    const auto row = static_cast<Eigen::Index>(axis);
+    const double speed = gentle_ends(arm).counts_s.at(axis) * std::abs(arm.axis(axis).per_count());
+    wanted_N_m = 1.1 * friction + arm.mass(arm.balanced(axis))(row, row) * speed / seconds;
+  }
+  return std::min(gentle_current_A(arm, axis), wanted_N_m / std::abs(arm.axis(axis).per_ampere()));
+}
 
 PulseSeen pulse(StepContext& context, std::size_t drive, std::size_t loose, double current_A,
                 double seconds) {

@@ -22,6 +22,10 @@ struct PulseSeen {
 };
 inline constexpr double kPulseCounts = 5;
 
+// With which the axis is at the speed of gentle_ends() after so long, by the inertia of the file; by friction and peak alone where that is not known.
+// At most gentle_current_A().
+[[nodiscard]] double current_to_end_A(const Expectation& arm, std::size_t axis, double seconds);
+
 // `drive` pulses, `loose` is the axis that may move.
 [[nodiscard]] PulseSeen pulse(StepContext& context, std::size_t drive, std::size_t loose, double current_A,
                               double seconds);

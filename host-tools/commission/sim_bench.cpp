@@ -244,7 +244,7 @@ BenchFacts SimBench::facts() {
   return {.tick_s = 1.0 / 4000,
           .watchdog_s = .02,
           .counts_illegal = true,
-          .has_mark = options_.has_mark,
+          .home_mark = options_.has_mark ? HomeMark::kEachAxis : HomeMark::kNone,
           .session = options_.session};
 }
 

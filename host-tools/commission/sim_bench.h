@@ -75,7 +75,10 @@ class SimBench : public Bench {
   void let_tip_go();
   [[nodiscard]] board::AnyPlant& moved_plant() { return *plant_; }  // for hands of other kinds
   void take_fine_steps() { plant_->set_max_step(motion_step_s_); }  // as motors need
-  [[nodiscard]] virtual bool over() const { return false; }         // the hands stop pressing
+  // Where the marks of all axes are, and whether all axes are there, as one level of the arm would tell.
+  [[nodiscard]] board::JointVector home_mark() const;
+  [[nodiscard]] bool at_home_mark() const;
+  [[nodiscard]] virtual bool over() const { return false; }  // the hands stop pressing
   void judge(bool speed);
   [[nodiscard]] bool ignores_lines() const { return lines_ignored_; }
 
@@ -101,6 +104,7 @@ class SimBench : public Bench {
   void turn(const Prompt& prompt, bool powered, BenchRecording& recording);
   void go(std::size_t axis, double to, double speed, bool powered, BenchRecording& recording);
   void swing(const Prompt& prompt, bool powered, BenchRecording& recording);
+  void pass_home(int times);
   [[nodiscard]] BenchRecording press_wall(const TipProgram& program);
   [[nodiscard]] Eigen::Vector3d hand_way(const Prompt& prompt, double time_s) const;
   void hold_tip();

@@ -1,6 +1,7 @@
 // The simulated builder: what the hands do that a prompt asks for, and the motions of the board.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "host-tools/commission/expectation.h"
 #include "host-tools/commission/sim_bench.h"
@@ -102,6 +103,7 @@ Answer SimBench::ask(const Prompt& prompt) {
     case Prompt::Kind::kReleaseDeadMan:
     case Prompt::Kind::kStopHost:
     case Prompt::Kind::kTurn:
+    case Prompt::Kind::kPassHome:
     case Prompt::Kind::kSwing:
     case Prompt::Kind::kMoveAbout:
     case Prompt::Kind::kPush:
@@ -187,14 +189,45 @@ void SimBench::swing(const Prompt& prompt, bool powered, BenchRecording& recordi
     go(prompt.axis, middle + unit * by, unit * kHandSpeed, powered, recording);
 }
 
+// Each time from another side.
+void SimBench::pass_home(int times) {
+  constexpr double kAway = .1;
+  const JointVector mark = home_mark();
+  for (int k = 0; k < times; ++k) {
+    JointVector away = mark;
+    for (std::size_t j = 0; j < axes(); ++j)
+      away[at(j)] +=
+          ((static_cast<std::size_t>(k) + j) % 2 == 0 ? 1 : -1) * kAway * per_radian(original_.axes[j]);
+    bring(away, std::nullopt);
+    bring(mark, std::nullopt);
+  }
+}
+
 // The mark of a joint is at home, or whole turns of its encoder beside.
+JointVector SimBench::home_mark() const {
+  JointVector mark(plant_->axes());
+  for (std::size_t j = 0; j < axes(); ++j) {
+    const ArmAxis& axis = original_.axes[j];
+    const double turn = (axis.is_prismatic ? 1 : 2 * std::numbers::pi) / axis.encoder.turns_per_turn.value;
+    mark[at(j)] = axis.home.value + mark_turns_.at(j) * turn;
+  }
+  return mark;
+}
+
+bool SimBench::at_home_mark() const {
+  constexpr double kHalfWidth = .003;  // rad
+  const JointVector off = plant_->rotors_rad() - home_mark();
+  for (std::size_t j = 0; j < axes(); ++j)
+    if (std::abs(off[at(j)]) > kHalfWidth * per_radian(original_.axes[j])) return false;
+  return true;
+}
+
 void SimBench::find_marks(BenchRecording& recording, const JointVector& before) {
   if (!options_.has_mark) return;
+  const JointVector marks = home_mark();
   for (std::size_t j = 0; j < axes(); ++j) {
     const std::size_t joint = encoder_of_.at(j);
-    const double turn = (original_.axes[joint].is_prismatic ? 1 : 2 * 3.14159265358979) /
-                        original_.axes[joint].encoder.turns_per_turn.value;
-    const double mark = original_.axes[joint].home.value + mark_turns_.at(joint) * turn;
+    const double mark = marks[at(joint)];
     const double a = before[at(joint)] - mark, b = plant_->rotors_rad()[at(joint)] - mark;
     if (a * b > 0 || a == b || dead_encoder_.at(joint) || dead_channel_.at(joint)) continue;
     const double rad_per_count = truth_.axis[joint].rad_per_count;

@@ -225,6 +225,9 @@ void SimBench::hands(const Prompt& prompt) {
     case Prompt::Kind::kTurn:
       turn(prompt, false, unseen);
       return;
+    case Prompt::Kind::kPassHome:
+      pass_home(prompt.times);
+      return;
     case Prompt::Kind::kSwing:
       swing(prompt, false, unseen);
       return;

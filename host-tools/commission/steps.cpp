@@ -61,12 +61,17 @@ std::string sentence(std::string_view text) {
 
 ArmFinding finding(const Expectation& arm, ArmFault fault, std::size_t axis, const std::string& figures,
                    double factor) {
+  ArmFinding found = finding(fault, quoted(arm, axis), figures);
+  found.axis = static_cast<int>(axis);
+  found.factor = factor;
+  return found;
+}
+
+ArmFinding finding(ArmFault fault, std::string_view subject, const std::string& figures) {
   const FaultText& text = text_of(fault);
   ArmFinding found;
   found.fault = fault;
-  found.axis = static_cast<int>(axis);
-  found.factor = factor;
-  found.text = fmt::format("{}: {} ({}). {}.", quoted(arm, axis), text.what, figures, sentence(text.remedy));
+  found.text = fmt::format("{}: {} ({}). {}.", subject, text.what, figures, sentence(text.remedy));
   return found;
 }
 

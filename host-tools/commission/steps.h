@@ -86,6 +86,8 @@ StepResult find_walls(StepContext& context);
 // The sentence of a finding: joint, what, figures, remedy.
 [[nodiscard]] ArmFinding finding(const Expectation& arm, ArmFault fault, std::size_t axis,
                                  const std::string& figures, double factor = 1);
+// The same of the whole arm. subject: what it is about, "The e-stop".
+[[nodiscard]] ArmFinding finding(ArmFault fault, std::string_view subject, const std::string& figures);
 [[nodiscard]] Prompt prompt(Prompt::Kind kind, std::size_t axis, std::string text);
 // All axes to `place`, with `axis` let go.
 [[nodiscard]] Answer place(StepContext& context, std::size_t axis, const board::JointVector& at);

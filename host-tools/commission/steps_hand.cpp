@@ -68,6 +68,67 @@ void judge_mark(const StepContext& context, std::size_t j, const Passes& passes,
   result.measures.push_back(measure);
 }
 
+// How far apart the marks of an axis are, and how far from its home their middle is, rad.
+struct MarkSeen {
+  double width = 0, off = 0;
+};
+
+MarkSeen mark_seen(const StepContext& context, std::size_t j,
+                   const std::vector<PerAxis<std::int64_t>>& at_home) {
+  std::vector<double> counts;
+  counts.reserve(at_home.size());
+  for (const PerAxis<std::int64_t>& at : at_home) counts.push_back(static_cast<double>(at.at(j)));
+  const double rad_per_count = context.arm.axis(j).per_count() / per_radian(context.arm.axis(j));
+  const double home =
+      (context.known.at_zero.at(j) - context.arm.axis(j).home.value) / per_radian(context.arm.axis(j));
+  return {std::abs(rad_per_count) * range_of(counts), home + mean(counts) * rad_per_count};
+}
+
+// A mark of the whole arm. The device counts from it, so where it was seen is home from now on.
+StepResult prove_home(StepContext& context) {
+  constexpr int kTimes = 3;
+  constexpr double kWidth_rad = .01;      // a device that sees it farther from home reports index_mismatch
+  constexpr double kElsewhere_rad = .05;  // of the place that the stops tell
+  const Expectation& arm = context.arm;
+  Prompt asked = prompt(Prompt::Kind::kPassHome, arm.axes(),
+                        fmt::format("Bring the arm slowly to its home mark and away from it, {} times, each "
+                                    "time from another side.",
+                                    kTimes));
+  asked.times = kTimes;
+  for (std::size_t j = 0; j < arm.axes(); ++j) asked.place.at(j) = arm.axis(j).home.value;
+  const std::vector<PerAxis<std::int64_t>> at_home = context.bench.watch(asked, false).at_home;
+  StepResult result;
+  if (at_home.size() < kTimes) {
+    result.findings.push_back(finding(ArmFault::kIndexOff, "The arm",
+                                      fmt::format("it was seen {} of {} times", at_home.size(), kTimes)));
+    return result;
+  }
+  for (std::size_t j = 0; j < arm.axes(); ++j) {
+    const MarkSeen seen = mark_seen(context, j, at_home);
+    if (seen.width > kWidth_rad)
+      result.findings.push_back(finding(
+          arm, ArmFault::kIndexOff, j,
+          fmt::format("it comes at places {:.3f} rad apart, {} rad are allowed", seen.width, kWidth_rad)));
+    else if (std::abs(seen.off) > kElsewhere_rad)
+      result.findings.push_back(
+          finding(arm, ArmFault::kIndexOff, j, fmt::format("{:.3f} rad from home, by the stops", seen.off)));
+    Measure measure;
+    measure.name = "home_mark_rad";
+    measure.axis = static_cast<int>(j);
+    measure.given = 0;
+    measure.value = seen.off;
+    measure.spread = seen.width;
+    result.measures.push_back(measure);
+  }
+  result.passed = result.findings.empty();
+  if (!result.passed) return result;
+  for (const Measure& measure : result.measures) {
+    const auto j = static_cast<std::size_t>(measure.axis);
+    context.known.at_zero.at(j) -= measure.value * per_radian(arm.axis(j));
+  }
+  return result;
+}
+
 }  // namespace
 
 StepResult prove_encoders(StepContext& context) {
@@ -103,10 +164,15 @@ StepResult prove_encoders(StepContext& context) {
 
 StepResult prove_marks(StepContext& context) {
   StepResult result;
-  if (!context.bench.facts().has_mark) {
-    result.passed = true;
-    result.notes.emplace_back("This arm has no home mark: it is homed by its stops or in its rest.");
-    return result;
+  switch (context.bench.facts().home_mark) {
+    case HomeMark::kNone:
+      result.passed = true;
+      result.notes.emplace_back("This arm has no home mark: it is homed by its stops or in its rest.");
+      return result;
+    case HomeMark::kWholeArm:
+      return prove_home(context);
+    case HomeMark::kEachAxis:
+      break;
   }
   for (std::size_t j = 0; j < context.arm.axes(); ++j) {
     const BenchRecording recording = context.bench.watch(turn_prompt(context.arm, j, 3, false), false);

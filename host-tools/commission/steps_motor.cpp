@@ -12,6 +12,8 @@ namespace thimble::host {
 namespace {
 
 constexpr double kCurrentPart = .1, kCurrentFloor_A = .02;
+constexpr double kBelowFault =
+    .08;  // of the peak; a device that misses a tenth of it reports current_mismatch
 constexpr double kResistancePart = .25;
 constexpr double kTorqueConstantPart = .12;
 constexpr double kMovesAbove = 1.2;  // friction: less torque shows no motion of a sound axis
@@ -65,7 +67,10 @@ void judge_torque_constant(StepContext& context, std::size_t j, StepResult& resu
 
 void judge_current(StepContext& context, std::size_t j, StepResult& result) {
   const Expectation& arm = context.arm;
-  const double asked_A = .8 * gentle_current_A(arm, j);
+  constexpr double kLong_s = .5 * kPulse_s;
+  double asked_A =
+      std::min(.8 * gentle_current_A(arm, j), kBelowFault * arm.axis(j).motor->peak_current_A.value);
+  if (arm.knows_inertia()) asked_A = std::min(asked_A, current_to_end_A(arm, j, kLong_s));
   std::vector<double> ohms;
   double worst_A = 0, least_part = 1;
   for (const double sign : {1.0, -1.0}) {
@@ -73,7 +78,7 @@ void judge_current(StepContext& context, std::size_t j, StepResult& result) {
       result.stopped = true;
       return;
     }
-    const PulseSeen seen = pulse(context, j, j, sign * asked_A, .5 * kPulse_s);
+    const PulseSeen seen = pulse(context, j, j, sign * asked_A, kLong_s);
     if (std::isnan(seen.current_A)) {
       result.notes.push_back(quoted(arm, j) +
                              ": this drive does not measure its current; step 5 tells whether it flows.");
@@ -332,13 +337,10 @@ StepResult prove_damping(StepContext& context) {
     all_J += work_J;
   }
   if (seen.ending == Ending::kSpeed || worst_J > 5e-5 || all_J >= 0) {
-    ArmFinding found;
-    found.fault = ArmFault::kFeedsEnergy;
-    found.text =
-        fmt::format("{} ({:.2g} mJ in 100 ms{}). {}.", sentence(text_of(found.fault).what), 1e3 * worst_J,
-                    seen.ending == Ending::kSpeed ? ", and the tip became too fast" : "",
-                    sentence(text_of(found.fault).remedy));
-    result.findings.push_back(found);
+    result.findings.push_back(
+        finding(ArmFault::kFeedsEnergy, "The arm",
+                fmt::format("{:.2g} mJ in 100 ms{}", 1e3 * worst_J,
+                            seen.ending == Ending::kSpeed ? ", and the tip became too fast" : "")));
   }
   result.passed = result.findings.empty();
   return result;

@@ -4,17 +4,20 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "host-tools/commission/link_bench.h"
 #include "host-tools/commission/planted.h"
 #include "host-tools/commission/procedure.h"
+#include "host-tools/commission/wall_loop.h"
 #include "tests/closed_loop/commission/linked_bench.h"
 
 namespace thimble::test {
@@ -102,6 +105,7 @@ TEST(LinkCommission, APremiumPasses) {
   const int last = is_long() ? 10 : 8;
   EXPECT_EQ(rig.go(last), last + 1);
   EXPECT_LE(rig.before_strong_N, host::kTipForce_N);
+  EXPECT_LE(rig.before_strong_m_s, host::kTipSpeed_m_s);
 }
 
 TEST(LinkCommission, AFiveBarWithAMotorWiredBackwardsIsRepairedAndPasses) {
@@ -120,21 +124,56 @@ TEST(LinkCommission, WhatIsWrongIsNamed) {
     const char *arm, *fault;
     int step;
     ArmFault named;
+    bool measures_current = true;
   } kCases[] = {
       {"arms/paddle", "line-ignored", 0, ArmFault::kLineIgnored},
       {"arms/premium-1.5", "encoder-sign@yaw", 2, ArmFault::kEncoderSign},
       {"arms/premium-1.5", "encoders-swapped@upper,fore", 2, ArmFault::kEncodersSwapped},
       {"arms/premium-1.5", "dead-encoder@fore", 2, ArmFault::kDeadEncoder},
       {"arms/premium-1.5", "motors-swapped@yaw,upper", 5, ArmFault::kMotorsSwapped},
-      {"arms/paddle", "open-winding@paddle", 5, ArmFault::kNoMotion},  // a device tells no currents
+      {"arms/premium-1.5", "open-winding@upper", 4, ArmFault::kOpenWinding},
+      {"docs/examples/five-bar/five-bar-odrive", "open-winding@first", 4, ArmFault::kOpenWinding},
+      {"arms/paddle", "open-winding@paddle", 5, ArmFault::kNoMotion, false},
   };
   for (const auto& c : kCases) {
-    Rig rig(c.arm, {c.fault});
+    Rig rig(c.arm, {c.fault}, {.measures_current = c.measures_current});
     EXPECT_EQ(rig.go(8), c.step) << c.fault;
     const std::vector<ArmFault> found = rig.found(c.step);
     EXPECT_NE(std::find(found.begin(), found.end(), c.named), found.end()) << c.fault;
     EXPECT_LE(rig.bench.most_tip_force_N(), host::kTipForce_N) << c.fault;
+    EXPECT_LE(rig.bench.most_tip_speed_m_s(), host::kTipSpeed_m_s) << c.fault;
   }
+}
+
+// The device counts from its mark, and step 3 says where that is: without it the mark is a fault (index_mismatch) wherever the stops are off by more
+// than 0.01 rad.
+TEST(LinkCommission, AMarkIsHomeFromStep3On) {
+  const std::string text = text_of("arms/premium-1.5");
+  const host::ArmFile arm = host::read_arm_file(text, "premium-1.5");
+  const double turns = arm.axes[1].encoder.turns_per_turn.value;
+  const auto measured = [](const Rig& rig, int axis) {
+    for (const host::Measure& measure : rig.commission.results().at(3).measures)
+      if (measure.name == "home_mark_rad" && measure.axis == axis) return measure;
+    return host::Measure{};
+  };
+  {
+    Rig rig("arms/premium-1.5");
+    ASSERT_EQ(rig.go(3), 4);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_LT(std::abs(measured(rig, axis).value), .03) << axis;
+      EXPECT_LE(measured(rig, axis).spread, .006 + 1e-3) << "as wide as the mark is";
+    }
+  }
+  {
+    Rig rig("arms/premium-1.5", {"index-off@" + arm.axes[1].name});
+    ASSERT_EQ(rig.go(3), 3);
+    ASSERT_EQ(rig.found(3), std::vector{ArmFault::kIndexOff});
+    EXPECT_EQ(rig.commission.results().at(3).findings[0].axis, 1);
+    EXPECT_NEAR(measured(rig, 1).value, 2 * std::numbers::pi / turns, .03);
+  }
+  Rig rig("arms/premium-1.5", {}, {.has_mark = false});
+  EXPECT_EQ(rig.go(3), 4);
+  EXPECT_FALSE(rig.commission.results().at(3).notes.empty());
 }
 
 TEST(LinkCommission, ALostTickIsNoDeadEncoder) {
@@ -180,6 +219,31 @@ TEST(LinkCommission, TheDevicesLimitOfForceHoldsAfterACorrection) {
     EXPECT_LE(rig.bench.most_tip_force_N(), host::kTipForce_N);
   }
   EXPECT_EQ(max_force_N(), before_N);
+}
+
+TEST(LinkCommission, AWallThatMakesTheTipTooFastIsSwitchedOff) {
+  Rig rig("arms/paddle");
+  ASSERT_EQ(rig.go(2), 3);
+  host::LinkBench link([&] { return rig.bench.open(); }, rig.bench, 0, rig.arm);
+  link.begin_step(10);
+  link.locate({});
+  host::Prompt home = host::prompt(host::Prompt::Kind::kPlace, 1, "home");
+  home.place.at(0) = rig.arm.axes[0].home.value;
+  EXPECT_EQ(link.ask(home), host::Answer::kDone);
+  host::TipProgram wall;
+  wall.kind = host::TipProgram::Kind::kWall;
+  wall.stiffness_N_m = 1e5;  // it swings
+  wall.most_force_N = 4;
+  wall.most_speed_m_s = .1;  // its least
+  wall.wall_normal = host::wall_normal(host::Expectation(rig.arm));
+  wall.wall_depth_m = .01;
+  host::Prompt press = host::prompt(host::Prompt::Kind::kPressWall, 0, "press");
+  press.direction = -wall.wall_normal;
+  press.wall_N_m = wall.stiffness_N_m;
+  press.wall_m = wall.wall_depth_m;
+  press.press_N = host::press_N(wall);
+  EXPECT_EQ(link.feel(wall, press).ending, host::Ending::kSpeed);
+  EXPECT_EQ(rig.bench.open().state().fault, 0) << "the next wall is pressed without another command";
 }
 
 TEST(LinkCommission, ARecordingOfAnotherProgramIsNotTaken) {

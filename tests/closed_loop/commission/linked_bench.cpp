@@ -33,10 +33,13 @@ LinkedBench::LinkedBench(const host::ArmFile& arm, std::vector<host::SimFault> f
                          const host::SimBenchOptions& options)
     : SimBench(arm, std::move(faults), options),
       given_axes_(arm.axes.size()),
+      measures_current_(options.measures_current),
       storage_(std::size_t{1} << 16U) {
   use(arm);
   config_.period_s = static_cast<float>(kTick_s);
   config_.board = "bench";
+  config_.arm[0].has_index = options.has_mark;
+  if (measures_current_) config_.data = &measured_;
   start();
   host::use_clock(now_us);
 }
@@ -60,11 +63,23 @@ void LinkedBench::tick() {
   in.e_stop = e_stop_;
   const host::PerAxis<std::int64_t> now = counts();
   for (std::size_t j = 0; j < given_axes_; ++j) in.arm[0].counts[j] = static_cast<std::uint32_t>(now.at(j));
+  in.arm[0].index = config_.arm[0].has_index && at_home_mark();
+  if (measures_current_) {
+    const host::PerAxis<host::AxisReading> readings = SimBench::read();
+    for (std::size_t j = 0; j < given_axes_; ++j) {
+      witnesses_.at(j).reported(static_cast<float>(readings.at(j).current_A), 1);
+      in.arm[0].evidence.current_A[j] = asked_A_.at(j) + witnesses_.at(j).difference_N_m();
+    }
+    measured_.take(in);
+  }
   in.arm[0].sample_tick = ticks_ < known_tick_ ? 0 : ticks_;
   const firmware::Outputs out = controller_->tick(in);
   host::PerAxis<double> current_A{};
-  for (std::size_t j = 0; j < given_axes_; ++j)
+  for (std::size_t j = 0; j < given_axes_; ++j) {
     current_A.at(j) = static_cast<double>(out.arm[0].current_A[j]);
+    asked_A_.at(j) = out.arm[0].enable ? out.arm[0].current_A[j] : 0;
+    witnesses_.at(j).asked(asked_A_.at(j));
+  }
   SimBench::command(current_A, out.arm[0].enable);
   if (out.arm[0].enable && !round_) take_fine_steps();  // the hands have their own
   SimBench::step_plant(kTick_s);

@@ -2,10 +2,14 @@
 // in memory. One thread: the board's time goes on while the host waits for a frame, and while the hands move.
 #pragma once
 
+#include <array>
 #include <deque>
 #include <functional>
 #include <memory>
+#include <vector>
 
+#include "board/common/measured_currents.h"
+#include "board/linux/drives/torque_witness.h"
 #include "board/sim/sim_board.h"
 #include "firmware/controller.h"
 #include "host-tools/client/device.h"
@@ -49,6 +53,13 @@ class LinkedBench final : public host::SimBench, public host::Person {
   void tick();
 
   std::size_t given_axes_;
+  bool measures_current_;
+  board::MeasuredCurrents measured_;
+  // As a board with drives on CAN tells a current: what it asked for, and what came more than in the last ticks (torque_witness.h).
+  static constexpr float kPeak_A = 1, kLag_s = 2e-4F;
+  std::vector<board::drives::TorqueWitness> witnesses_{
+      kinematics::kMaxJoints, board::drives::TorqueWitness(kPeak_A, kLag_s, static_cast<float>(kTick_s))};
+  std::array<float, kinematics::kMaxJoints> asked_A_{};
   board::MemoryStorage storage_;
   firmware::Config config_;
   std::unique_ptr<firmware::Controller> controller_;
