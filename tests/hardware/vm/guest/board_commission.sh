@@ -1,12 +1,11 @@
 #!/bin/sh
 # The five-bar of docs/examples/five-bar, from its files to a wall that is felt, as its builder goes: the board gets the arm, `thimble commission`
 # proves it over the link, and names the motor that is wired backwards. The builder (builder_rig.h) does what the tool prints. Then the board gets
-# a scene, and after step 10 the arm as it was measured before. $UNTIL: the last step. With 10 step 9 ends
-# with drive_fault so far (torque_differs of a drive).
+# a scene, and after step 10 the arm as it was measured before. $UNTIL: the last step.
 . /usr/local/bin/lib.sh
 . /usr/local/bin/board_lib.sh
 device='--device can:vcan0'
-until=${UNTIL-8}
+until=${UNTIL-10}
 
 load_devices
 make_lines
@@ -75,6 +74,7 @@ echo "$first" | grep -q "  ! motor-sign: 'first': the motor turns backwards" || 
 [ "$(grep -c '^  ! ' /tmp/built)" = 1 ] || die 'more was named than what is wrong'
 [ "$(grep '^  ! \|^step ' /tmp/built | grep -B 1 '^  ! ' | head -n 1 | cut -c1-6)" = 'step 5' ] || die 'not in step 5'
 [ "$(grep -c '<the builder repairs' /tmp/built)" = 1 ] || die 'the builder has not repaired it'
+! grep 'does not measure its current' /tmp/built || die 'an ODrive tells its current'
 [ $until -lt 6 ] || {
   last=7
   [ $until -gt 6 ] || last=6
