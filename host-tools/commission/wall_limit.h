@@ -29,7 +29,7 @@ struct WallTrial {
 // Two counts at the tip along the wall's normal: more is a swing.
 [[nodiscard]] double wall_tolerance_m(const ArmFile& file);
 // The largest stiffness, N/m, up to which every wall is still, from 100 N/m on. 0: even that swings. swing: of a wall, as a part of what is a swing.
-// The steps are a fifth; 5 % from the last wall before the first that swings by half of that. The first swing counts: beyond it some walls are
+// The steps are 44 % until a wall swings by half of that; then 6 %, from a fifth below the wall before it. The first swing counts: beyond it some are
 // still again, by chance or as the force goes to and fro with every tick, so longer steps and halving find another limit each time.
 [[nodiscard]] double largest_still_N_m(const std::function<double(double)>& swing);
 [[nodiscard]] double largest_wall_N_m(const ArmFile& file, const board::AnyPlantParameters& plant,
