@@ -13,9 +13,11 @@ namespace {
 
 constexpr std::array kDampings_N_s_m{0.0, 1.0, 2.0};
 constexpr double kFirstWall_N_m = 100, kLastWall_N_m = 1e5;
-constexpr double kRise = 1.4;        // from wall to wall, until the first swings
-constexpr int kHalvings = 2;         // between the last that was still and that: to 9 %
-constexpr double kNextDamping = .3;  // of the limit before, where the next damping begins
+constexpr int kParts = 5;            // of a rise
+constexpr double kPart = 1.0845;     // near the limit
+constexpr double kRise = 1.5;        // from wall to wall, until the first swings: as kParts of these
+constexpr int kStillBelow = 2;       // walls in a row below the limit
+constexpr double kNextDamping = .5;  // of the limit before, where the next damping begins
 constexpr double kPressWall_m = .01;
 constexpr double kPressMost_N = 4, kMostSpeed_m_s = .5;
 constexpr double kWindow_s = .2;  // in which a swing is seen: it is faster, a hand that wanders is slower
@@ -87,7 +89,27 @@ bool is_still(StepContext& context, double stiffness_N_m, double damping_N_s_m, 
   return swing_m(context, seen, wall.wall_normal) <= counted_tolerance_m(arm);
 }
 
-// The largest still stiffness below the first that swings; 0: even the softest does.
+// A wall that is too stiff may be still by chance: wooden at 4 kHz swings from 35 kN/m on, but not at 41.6. So the walls below `last`, which was
+// still, are pressed until kStillBelow in a row are still; then those above it up to `high`, which swings. No more than `last` if none below swings.
+double find_first_swing(StepContext& context, double last, double high, double damping_N_s_m,
+                        StepResult& result) {
+  double swings = high;
+  int still = 0;
+  for (double k = last / kPart; k >= kFirstWall_N_m && still < kStillBelow && !result.stopped; k /= kPart) {
+    if (is_still(context, k, damping_N_s_m, result)) {
+      ++still;
+    } else {
+      still = 0;
+      swings = k;
+    }
+  }
+  if (swings < last) return swings / kPart >= kFirstWall_N_m ? swings / kPart : 0;
+  for (int part = 1; part < kParts && is_still(context, kPart * last, damping_N_s_m, result); ++part)
+    last *= kPart;
+  return last;
+}
+
+// The largest stiffness up to which every wall that was pressed is still; 0: even the softest swings.
 double find_limit(StepContext& context, double begin_N_m, double damping_N_s_m, StepResult& result) {
   double last = 0, k = begin_N_m;
   while (k < kLastWall_N_m && is_still(context, k, damping_N_s_m, result)) {
@@ -97,13 +119,7 @@ double find_limit(StepContext& context, double begin_N_m, double damping_N_s_m, 
   if (result.stopped) return 0;
   if (last == 0)
     return begin_N_m > kFirstWall_N_m ? find_limit(context, kFirstWall_N_m, damping_N_s_m, result) : 0;
-  if (k >= kLastWall_N_m) return kLastWall_N_m;
-  double high = k;
-  for (int halving = 0; halving < kHalvings && !result.stopped; ++halving) {
-    const double middle = std::sqrt(last * high);
-    (is_still(context, middle, damping_N_s_m, result) ? last : high) = middle;
-  }
-  return last;
+  return k >= kLastWall_N_m ? kLastWall_N_m : find_first_swing(context, last, k, damping_N_s_m, result);
 }
 
 double given_wall(const ArmFile& file, double rate_Hz, double damping_N_s_m) {
@@ -126,7 +142,7 @@ StepResult find_walls(StepContext& context) {
     measure.name = "largest_wall_N_m";
     measure.given = given_wall(context.arm.arm(), rate_Hz, damping_N_s_m);
     measure.value = limit_N_m;
-    measure.spread = (std::pow(kRise, 1.0 / (1 << kHalvings)) - 1) * limit_N_m;
+    measure.spread = (kPart - 1) * limit_N_m;
     measure.promise = .15;
     measure.rate_Hz = rate_Hz;
     measure.damping_N_s_m = damping_N_s_m;

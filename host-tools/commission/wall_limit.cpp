@@ -12,7 +12,10 @@ using Eigen::Vector3d;
 
 constexpr double kWall_m = .01;     // from home along the normal
 constexpr double kMostForce_N = 8;  // the firmware clamps to this, or to the limit of the arm
-constexpr double kSoftest_N_m = 100, kStiffest_N_m = 1e5, kFifth = 1.2;
+constexpr double kSoftest_N_m = 100, kStiffest_N_m = 1e5, kRise = 1.44, kBack = 1.2;
+constexpr int kParts = 3;
+constexpr double kFine = 1.062659;  // kParts of these are kBack, and twice as many kRise
+constexpr double kNear = .5;        // of a swing
 
 using Registers = std::array<std::uint32_t, kinematics::kMaxJoints>;
 
@@ -70,23 +73,31 @@ double wall_swing_m(const ArmFile& file, const board::AnyPlantParameters& parame
   return high_m - low_m;
 }
 
+double largest_still_N_m(const std::function<double(double)>& swing) {
+  double last = 0, k = kSoftest_N_m, seen = swing(k);
+  for (; seen <= kNear; seen = swing(k)) {
+    last = k;
+    if (k >= kStiffest_N_m) return kStiffest_N_m;
+    k = std::min(kStiffest_N_m, kRise * k);
+  }
+  if (last == 0) {
+    if (seen > 1) return 0;
+    last = k;
+  }
+  const double before = last / kBack;
+  if (before >= kSoftest_N_m) last = before;
+  for (int part = 1; last < kStiffest_N_m; ++part) {
+    k = std::min(kStiffest_N_m, kFine * last);
+    if (!(part == kParts && before >= kSoftest_N_m) && swing(k) > 1) break;  // that one was seen to be still
+    last = k;
+  }
+  return last;
+}
+
 double largest_wall_N_m(const ArmFile& file, const board::AnyPlantParameters& plant, const WallTrial& trial) {
   const Expectation arm(file);
   const double most_m = trial.by_counts ? counted_tolerance_m(arm) : wall_tolerance_m(arm);
-  double last = 0;
-  for (double k = kSoftest_N_m; k <= kStiffest_N_m; k *= kFifth) {
-    if (wall_swing_m(file, plant, k, trial) <= most_m) {
-      last = k;
-      continue;
-    }
-    if (last == 0) return 0;
-    for (double high = k; high > 1.03 * last;) {
-      const double middle = std::sqrt(last * high);
-      (wall_swing_m(file, plant, middle, trial) <= most_m ? last : high) = middle;
-    }
-    return last;
-  }
-  return kStiffest_N_m;
+  return largest_still_N_m([&](double k) { return wall_swing_m(file, plant, k, trial) / most_m; });
 }
 
 }  // namespace thimble::host

@@ -1,8 +1,10 @@
 // The stiffest wall that an arm holds, from the numbers of its file: a simulated hand presses the simulated arm on a wall, as docs/stability.md has it for
 // the arms that come with Thimble. The file's friction, inertia, stiffness, counts and delay are what limits it, so measured ones give the limit
 // of this arm. The force has the limits that the firmware's has: without them the result was a third too low at 4 kHz. wall_limit_test compares it
-// with what the firmware holds on simulated arms: within 15 %, but for two of eight pairs of arm and rate, which it names.
+// with what the firmware holds on simulated arms.
 #pragma once
+
+#include <functional>
 
 #include "board/sim/any_plant.h"
 #include "host-tools/arms/arm_file.h"
@@ -26,7 +28,10 @@ struct WallTrial {
                                   double stiffness_N_m, const WallTrial& trial);
 // Two counts at the tip along the wall's normal: more is a swing.
 [[nodiscard]] double wall_tolerance_m(const ArmFile& file);
-// The largest stiffness, N/m, up to which every wall, in steps of a fifth from 100 N/m, is still; to 3 %. 0: even that swings.
+// The largest stiffness, N/m, up to which every wall is still, from 100 N/m on. 0: even that swings. swing: of a wall, as a part of what is a swing.
+// The steps are 44 % until a wall swings by half of that; then 6 %, from a fifth below the wall before it. The first swing counts: beyond it some are
+// still again, by chance or as the force goes to and fro with every tick, so longer steps and halving find another limit each time.
+[[nodiscard]] double largest_still_N_m(const std::function<double(double)>& swing);
 [[nodiscard]] double largest_wall_N_m(const ArmFile& file, const board::AnyPlantParameters& plant,
                                       const WallTrial& trial);
 

@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,26 +23,18 @@ ArmFile wall_arm(const std::string& name) {
   return read_arm_file({std::istreambuf_iterator<char>(in), {}}, name);
 }
 
-double largest_of_firmware(const kinematics::ArmData& data, double most_m, const WallTrial& trial) {
-  const auto still = [&](double k) {
+double largest_of_firmware(const kinematics::ArmData& data, double most_m, const WallTrial& trial,
+                           bool frozen_probes) {
+  return largest_still_N_m([&](double k) {
     const test::PressResult seen = test::press({.arm_data = data,
                                                 .rate_Hz = trial.rate_Hz,
                                                 .stiffness_N_m = static_cast<float>(k),
                                                 .damping_N_s_m = static_cast<float>(trial.damping_N_s_m),
                                                 .hold_s = trial.hold_s,
-                                                .hand = trial.hand});
-    return !seen.faulted && seen.tip_swing_m <= most_m;
-  };
-  double last = 0, k = 100;
-  while (still(k) && k < 1e5) {
-    last = k;
-    k *= 1.2;
-  }
-  for (double high = k; high > 1.03 * last;) {
-    const double middle = std::sqrt(last * high);
-    (still(middle) ? last : high) = middle;
-  }
-  return last;
+                                                .hand = trial.hand,
+                                                .frozen_probes = frozen_probes});
+    return seen.faulted ? std::numeric_limits<double>::infinity() : seen.tip_swing_m / most_m;
+  });
 }
 
 TEST(WallLimit, IsThatOfTheFirmwareOnTheSimulatedArm) {
@@ -58,13 +50,15 @@ TEST(WallLimit, IsThatOfTheFirmwareOnTheSimulatedArm) {
     const ArmFile file = wall_arm(name);
     const board::AnyPlantParameters plant = board::AnyPlantParameters::from(arm_data(file));
     for (const double rate_Hz : rates_Hz) {
-      // Open: on wooden at 10 kHz the firmware holds 32659 N/m, less than at 4 kHz, and 60428 are computed; on touch at 1 kHz 6475, and 4601
-      // are computed; touch at 10 kHz was not compared.
-      if (std::string(name) == "wooden" && rate_Hz > 4000) continue;
-      if (std::string(name) == "touch" && rate_Hz != 4000) continue;
+      // Open: touch at 10 kHz was not compared. WallLoop has no probes of encoders (encoder_frozen), which begin to swing wooden at 10 kHz at
+      // 28 kN/m, so the firmware has none there, and none on touch at 1 kHz: what it holds with them is less.
+      if (std::string(name) == "touch" && rate_Hz > 4000) continue;
+      const bool without_probes = (std::string(name) == "wooden" && rate_Hz > 4000) ||
+                                  (std::string(name) == "touch" && rate_Hz < 4000);
       const WallTrial trial{.rate_Hz = rate_Hz, .damping_N_s_m = 1};
       const double computed = largest_wall_N_m(file, plant, trial);
-      const double found = largest_of_firmware(arm_data(file), wall_tolerance_m(file), trial);
+      const double found =
+          largest_of_firmware(arm_data(file), wall_tolerance_m(file), trial, !without_probes);
       test::figure(
           std::string(name) + " at " + std::to_string(static_cast<int>(rate_Hz)) + " Hz, N/m: firmware",
           found, "");
