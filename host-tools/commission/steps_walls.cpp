@@ -13,11 +13,11 @@ namespace {
 
 constexpr std::array kDampings_N_s_m{0.0, 1.0, 2.0};
 constexpr double kFirstWall_N_m = 100, kLastWall_N_m = 1e5;
-constexpr int kParts = 5;            // of a rise
-constexpr double kPart = 1.0845;     // near the limit
-constexpr double kRise = 1.5;        // from wall to wall, until the first swings: as kParts of these
-constexpr int kStillBelow = 2;       // walls in a row below the limit
-constexpr double kNextDamping = .5;  // of the limit before, where the next damping begins
+constexpr int kWallParts = 5;         // of a rise
+constexpr double kWallPart = 1.0845;  // near the limit
+constexpr double kWallRise = 1.5;     // from wall to wall, until the first swings: as kWallParts of these
+constexpr int kStillBelow = 2;        // walls in a row below the limit
+constexpr double kNextDamping = .5;   // of the limit before, where the next damping begins
 constexpr double kPressWall_m = .01;
 constexpr double kPressMost_N = 4, kMostSpeed_m_s = .5;
 constexpr double kWindow_s = .2;  // in which a swing is seen: it is faster, a hand that wanders is slower
@@ -95,7 +95,8 @@ double find_first_swing(StepContext& context, double last, double high, double d
                         StepResult& result) {
   double swings = high;
   int still = 0;
-  for (double k = last / kPart; k >= kFirstWall_N_m && still < kStillBelow && !result.stopped; k /= kPart) {
+  for (double k = last / kWallPart; k >= kFirstWall_N_m && still < kStillBelow && !result.stopped;
+       k /= kWallPart) {
     if (is_still(context, k, damping_N_s_m, result)) {
       ++still;
     } else {
@@ -103,9 +104,9 @@ double find_first_swing(StepContext& context, double last, double high, double d
       swings = k;
     }
   }
-  if (swings < last) return swings / kPart >= kFirstWall_N_m ? swings / kPart : 0;
-  for (int part = 1; part < kParts && is_still(context, kPart * last, damping_N_s_m, result); ++part)
-    last *= kPart;
+  if (swings < last) return swings / kWallPart >= kFirstWall_N_m ? swings / kWallPart : 0;
+  for (int part = 1; part < kWallParts && is_still(context, kWallPart * last, damping_N_s_m, result); ++part)
+    last *= kWallPart;
   return last;
 }
 
@@ -114,7 +115,7 @@ double find_limit(StepContext& context, double begin_N_m, double damping_N_s_m, 
   double last = 0, k = begin_N_m;
   while (k < kLastWall_N_m && is_still(context, k, damping_N_s_m, result)) {
     last = k;
-    k *= kRise;
+    k *= kWallRise;
   }
   if (result.stopped) return 0;
   if (last == 0)
@@ -142,7 +143,7 @@ StepResult find_walls(StepContext& context) {
     measure.name = "largest_wall_N_m";
     measure.given = given_wall(context.arm.arm(), rate_Hz, damping_N_s_m);
     measure.value = limit_N_m;
-    measure.spread = (kPart - 1) * limit_N_m;
+    measure.spread = (kWallPart - 1) * limit_N_m;
     measure.promise = .15;
     measure.rate_Hz = rate_Hz;
     measure.damping_N_s_m = damping_N_s_m;

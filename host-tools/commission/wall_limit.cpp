@@ -12,9 +12,9 @@ using Eigen::Vector3d;
 
 constexpr double kWall_m = .01;     // from home along the normal
 constexpr double kMostForce_N = 8;  // the firmware clamps to this, or to the limit of the arm
-constexpr double kSoftest_N_m = 100, kStiffest_N_m = 1e5, kRise = 1.44, kBack = 1.2;
-constexpr int kParts = 3;
-constexpr double kFine = 1.062659;  // kParts of these are kBack, and twice as many kRise
+constexpr double kSoftest_N_m = 100, kStiffest_N_m = 1e5, kFar = 1.44, kBack = 1.2;
+constexpr int kFineParts = 3;
+constexpr double kFine = 1.062659;  // kFineParts of these are kBack, and twice as many kFar
 constexpr double kNear = .5;        // of a swing
 
 using Registers = std::array<std::uint32_t, kinematics::kMaxJoints>;
@@ -78,7 +78,7 @@ double largest_still_N_m(const std::function<double(double)>& swing) {
   for (; seen <= kNear; seen = swing(k)) {
     last = k;
     if (k >= kStiffest_N_m) return kStiffest_N_m;
-    k = std::min(kStiffest_N_m, kRise * k);
+    k = std::min(kStiffest_N_m, kFar * k);
   }
   if (last == 0) {
     if (seen > 1) return 0;
@@ -88,7 +88,8 @@ double largest_still_N_m(const std::function<double(double)>& swing) {
   if (before >= kSoftest_N_m) last = before;
   for (int part = 1; last < kStiffest_N_m; ++part) {
     k = std::min(kStiffest_N_m, kFine * last);
-    if (!(part == kParts && before >= kSoftest_N_m) && swing(k) > 1) break;  // that one was seen to be still
+    if (!(part == kFineParts && before >= kSoftest_N_m) && swing(k) > 1)
+      break;  // that one was seen to be still
     last = k;
   }
   return last;
