@@ -72,8 +72,8 @@ std::string names(const std::vector<Missing>& missing) {
   return all;
 }
 
-firmware::Config controller_config(const BoardConfig& board, const LinkPorts& ports, const std::string& lacks,
-                                   const char* reset_reason) {
+firmware::Config controller_config(const BoardConfig& board, const LinkPorts& ports, const Devices& devices,
+                                   const std::string& lacks, const char* reset_reason) {
   firmware::Config config;
   config.period_s = static_cast<float>(1.0 / board.rate_Hz);
   config.arm_count = static_cast<std::uint8_t>(board.arms.size());
@@ -82,6 +82,7 @@ firmware::Config controller_config(const BoardConfig& board, const LinkPorts& po
   config.bus_bits_per_s = ports.classic_bits_per_s();
   config.serial_number = board.serial_number.c_str();
   config.board = "linux";
+  config.data = &devices.measured();
   config.reset_reason = reset_reason;
   config.utc_s = wall_clock_s();
   config.lacks = lacks.c_str();
@@ -247,9 +248,7 @@ bool run(const BoardConfig& config, bool restarted) {
     if (const std::optional<Missing> late = too_late(config, store)) missing.push_back(*late);
     lacks = names(missing);
     for (const Missing& one : missing) std::cerr << "thimble-board: " << describe(one) << '\n';
-    firmware::Config of_controller = controller_config(config, ports, lacks, reset_reason);
-    of_controller.data = &devices.measured();
-    controller.emplace(of_controller, store);
+    controller.emplace(controller_config(config, ports, devices, lacks, reset_reason), store);
     if (servo.start(*controller).size() != realtime.size())
       throw std::runtime_error("the servo thread did not get what it could have had: start again");
     Background background(*controller, ports, liveness);

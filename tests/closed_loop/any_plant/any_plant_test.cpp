@@ -59,8 +59,10 @@ TEST(AnyPlant, IsTheTwoLinkPlant) {
       const Vector3d current(std::sin(9 * t), .7 * std::sin(17 * t + 1), .8 * std::sin(13 * t + 2));
       one.command_current(current, tick < 3800);
       other.command_current(JointVector(current), tick < 3800);
-      one.set_hand_target({.05 * std::sin(5 * t), .04 * std::sin(4 * t), .06 * std::sin(3 * t)}, {});
-      other.set_hand_target({.05 * std::sin(5 * t), .04 * std::sin(4 * t), .06 * std::sin(3 * t)}, {});
+      one.set_hand_target({.05 * std::sin(5 * t), .04 * std::sin(4 * t), .06 * std::sin(3 * t)},
+                          Vector3d::Zero());
+      other.set_hand_target({.05 * std::sin(5 * t), .04 * std::sin(4 * t), .06 * std::sin(3 * t)},
+                            Vector3d::Zero());
       const Vector3d push(tick > 3000 && tick < 3200 ? 4.0 : 0.0, 0, 0);
       one.push(push);
       other.push(push);

@@ -265,7 +265,7 @@ TEST(MessagesProperty, EveryMessageComesBack) {
     using Message = decltype(message);
     messages.push_back({Message::kName, comes_back<Message>});
   });
-  EXPECT_EQ(messages.size(), 47U);
+  EXPECT_EQ(messages.size(), 48U);
   for (const Row& message : messages) {
     EXPECT_TRUE(rc::check(message.name, [&] {
       RC_ASSERT(message.comes_back([] { return *rc::gen::arbitrary<std::uint32_t>(); }));
