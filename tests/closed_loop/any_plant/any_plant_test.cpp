@@ -84,6 +84,8 @@ TEST(AnyPlant, IsTheTwoLinkPlant) {
     test::figure("joints and rotors, rad", joints, "1e-6");
     test::figure("current, A; force on the hand, N; energy, J", std::max({current_A, force_N, energy_J}),
                  "1e-5");
+    EXPECT_TRUE(one.joints_rad().allFinite() && other.joints_rad().allFinite())
+        << "the largest difference below leaves out what is not a number";
     EXPECT_GT(moved_m, .03);
     EXPECT_LT(tip_m, 1e-6);
     EXPECT_LT(joints, 1e-6);
