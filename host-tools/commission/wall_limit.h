@@ -2,6 +2,7 @@
 // the arms that come with Thimble. The file's friction, inertia, stiffness, counts and delay are what limits it, so measured ones give the limit
 // of this arm. The force has the limits that the firmware's has: without them the result was a third too low at 4 kHz. wall_limit_test compares it
 // with what the firmware holds on simulated arms: within 15 %, but for the Premium at 4 kHz, where it is 22 % too low (wall_limit.many_arms).
+// It knows no probes of encoders (encoder_frozen): where these swing a stiff wall, the firmware holds less than is computed.
 #pragma once
 
 #include <functional>

@@ -50,8 +50,8 @@ TEST(WallLimit, IsThatOfTheFirmwareOnTheSimulatedArm) {
     const ArmFile file = wall_arm(name);
     const board::AnyPlantParameters plant = board::AnyPlantParameters::from(arm_data(file));
     for (const double rate_Hz : rates_Hz) {
-      // Open: touch at 10 kHz was not compared. WallLoop has no probes of encoders (encoder_frozen), which begin to swing wooden at 10 kHz at
-      // 28 kN/m, so the firmware has none there; nor on touch at 1 kHz, which was only compared so.
+      // Open: touch at 10 kHz was not compared. WallLoop has no probes of encoders (encoder_frozen), which swing wooden at 10 kHz, so the
+      // firmware has none there; nor on touch at 1 kHz, which was only compared so.
       if (std::string(name) == "touch" && rate_Hz > 4000) continue;
       const bool without_probes = (std::string(name) == "wooden" && rate_Hz > 4000) ||
                                   (std::string(name) == "touch" && rate_Hz < 4000);
