@@ -89,7 +89,8 @@ bool is_still(StepContext& context, double stiffness_N_m, double damping_N_s_m, 
   return swing_m(context, seen, wall.wall_normal) <= counted_tolerance_m(arm);
 }
 
-// A wall that is too stiff may be still by chance. So the walls below `last`, which was still, are pressed until kStillBelow in a row are still; then those above it up to `high`, which swings. No more than `last` if none below swings.
+// A wall that is too stiff may be still by chance. So the walls below `last`, which was still, are pressed until kStillBelow in a row are still; then
+// those above it up to `high`, which swings. No more than `last` if none below swings.
 double find_first_swing(StepContext& context, double last, double high, double damping_N_s_m,
                         StepResult& result) {
   double swings = high;
