@@ -1,7 +1,9 @@
 #include "host-tools/commission/wall_limit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 
 #include "host-tools/commission/wall_loop.h"
 
@@ -12,10 +14,11 @@ using Eigen::Vector3d;
 
 constexpr double kWall_m = .01;     // from home along the normal
 constexpr double kMostForce_N = 8;  // the firmware clamps to this, or to the limit of the arm
-constexpr double kSoftest_N_m = 100, kStiffest_N_m = 1e5, kFar = 1.44, kBack = 1.2;
-constexpr int kFineParts = 3;
-constexpr double kFine = 1.062659;  // kFineParts of these are kBack, and twice as many kFar
-constexpr double kNear = .5;        // of a swing
+constexpr double kSoftest_N_m = 100, kRise = 1.03;
+constexpr int kLast = 234;  // 101 kN/m
+constexpr int kFar = 12, kBack = 6;
+constexpr double kNear = .5;  // of a swing
+constexpr int kBeside = 2;
 
 using Registers = std::array<std::uint32_t, kinematics::kMaxJoints>;
 
@@ -74,25 +77,25 @@ double wall_swing_m(const ArmFile& file, const board::AnyPlantParameters& parame
 }
 
 double largest_still_N_m(const std::function<double(double)>& swing) {
-  double last = 0, k = kSoftest_N_m, seen = swing(k);
-  for (; seen <= kNear; seen = swing(k)) {
-    last = k;
-    if (k >= kStiffest_N_m) return kStiffest_N_m;
-    k = std::min(kStiffest_N_m, kFar * k);
-  }
-  if (last == 0) {
-    if (seen > 1) return 0;
-    last = k;
-  }
-  const double before = last / kBack;
-  if (before >= kSoftest_N_m) last = before;
-  for (int part = 1; last < kStiffest_N_m; ++part) {
-    k = std::min(kStiffest_N_m, kFine * last);
-    if (!(part == kFineParts && before >= kSoftest_N_m) && swing(k) > 1)
-      break;  // that one was seen to be still
-    last = k;
-  }
-  return last;
+  const auto stiffness_N_m = [](int wall) { return kSoftest_N_m * std::pow(kRise, wall); };
+  std::map<int, double> seen;
+  const auto swing_of = [&](int wall) {
+    const auto [at, is_new] = seen.try_emplace(wall);
+    if (is_new) at->second = swing(stiffness_N_m(wall));
+    return at->second;
+  };
+  const auto swings = [&](int wall) {
+    std::array<double, 2 * kBeside + 1> near{};
+    for (int k = -kBeside; k <= kBeside; ++k)
+      near.at(static_cast<std::size_t>(k + kBeside)) = swing_of(std::clamp(wall + k, 0, kLast));
+    std::nth_element(near.begin(), near.begin() + kBeside, near.end());
+    return near.at(kBeside) > 1;
+  };
+  int wall = 0;
+  while (wall < kLast && swing_of(wall) <= kNear) wall = std::min(kLast, wall + kFar);
+  for (wall = std::max(0, wall - kFar - kBack); wall <= kLast; ++wall)
+    if (swings(wall)) return wall == 0 ? 0 : stiffness_N_m(wall - 1);
+  return stiffness_N_m(kLast);
 }
 
 double largest_wall_N_m(const ArmFile& file, const board::AnyPlantParameters& plant, const WallTrial& trial) {

@@ -29,9 +29,10 @@ struct WallTrial {
                                   double stiffness_N_m, const WallTrial& trial);
 // Two counts at the tip along the wall's normal: more is a swing.
 [[nodiscard]] double wall_tolerance_m(const ArmFile& file);
-// The largest stiffness, N/m, up to which every wall is still, from 100 N/m on. 0: even that swings. swing: of a wall, as a part of what is a swing.
-// The steps are 44 % until a wall swings by half of that; then 6 %, from a fifth below the wall before it. The first swing counts: beyond it some are
-// still again, by chance or as the force goes to and fro with every tick, so longer steps and halving find another limit each time.
+// The largest stiffness, N/m, below the first wall of 100 N/m, 103, 106 ... at which the median of five walls, its own and two to each side, swings. A
+// single wall may be still by chance among those that swing, and another swing among those that are still. 0: even the softest swings; the stiffest
+// that is tried, 101 kN/m, if none swings. swing: of a wall, as a part of what is a swing. Each wall is pressed once at most: those 43 % apart until
+// one swings by half of that, then all from a fifth below the one before it.
 [[nodiscard]] double largest_still_N_m(const std::function<double(double)>& swing);
 [[nodiscard]] double largest_wall_N_m(const ArmFile& file, const board::AnyPlantParameters& plant,
                                       const WallTrial& trial);
