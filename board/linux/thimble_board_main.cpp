@@ -82,7 +82,7 @@ firmware::Config controller_config(const BoardConfig& board, const LinkPorts& po
   config.bus_bits_per_s = ports.classic_bits_per_s();
   config.serial_number = board.serial_number.c_str();
   config.board = "linux";
-  config.data = &devices.measured();
+  config.board_data = &devices.measured();
   config.reset_reason = reset_reason;
   config.utc_s = wall_clock_s();
   config.lacks = lacks.c_str();

@@ -174,7 +174,7 @@ SimBoard::SimBoard(const SimBoardOptions& options)
   }
   inject_ = std::make_unique<InjectRoutine>(*this);
   config_.inject = inject_.get();
-  config_.data = &measured_;
+  config_.board_data = &measured_;
   storage_ =
       std::make_unique<TearableStorage>(options_.storage != nullptr ? *options_.storage : *own_storage_);
   controller_ = std::make_unique<firmware::Controller>(config_, *storage_);

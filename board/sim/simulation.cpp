@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -151,12 +150,6 @@ class Simulation {
     board_options.slot_bytes = image_.size() + firmware::SceneStore::kHeaderBytes;
     SimBoard board(board_options);
     firmware::Controller& controller = board.controller();
-    if (!options_.frozen_probes) {
-      const firmware::ParamRow& change = firmware::row_of(firmware::Param::encoder_frozen);
-      if (controller.write_param(change.id, std::bit_cast<std::uint32_t>(change.max)) !=
-          firmware::ParamStatus::kOk)
-        return failure(SimulationStatus::kNotArmed, "the parameter encoder_frozen was refused");
-    }
     for (const PathPoint& point : points_) {
       if (!board.reaches(static_cast<std::size_t>(point.arm), point.position_m))
         return failure(SimulationStatus::kOutOfReach, out_of_reach(point));

@@ -37,8 +37,6 @@ struct SimulationOptions {
   std::uint64_t seed = 1;
   Hand hand{};
   Sensors sensors{};  // what the arm has besides encoders
-  // Of an encoder that does not count while its torque changes by much. On a stiff wall a count of one joint changes another's by so much.
-  bool frozen_probes = true;
 };
 
 struct LogRow {

@@ -84,8 +84,8 @@ struct Config {
   control::Pause pause = nullptr;
   // Arms that `arm` may name, before those of kinematics/built_in_arms.h. They must outlive the controller.
   std::span<const kinematics::ArmData> arms_known{};
-  BoardRoutine* inject = nullptr;   // of a simulated board; must outlive the controller
-  const BoardData* data = nullptr;  // null: none; must outlive the controller
+  BoardRoutine* inject = nullptr;         // of a simulated board; must outlive the controller
+  const BoardData* board_data = nullptr;  // null: none; must outlive the controller
   // Force sources in front of those of firmware/sources/sources.h: of a board, or of a test. They must outlive the controller.
   std::span<ForceSource* const> sources{};
 };

@@ -195,7 +195,7 @@ constexpr std::array<DataRow, 16> kData = {{
     row.read(services, out);
     return Nrc::kOk;
   }
-  const BoardData* board = services.parts.config.data;
+  const BoardData* board = services.parts.config.board_data;
   if (board != nullptr && board->read(id, out)) return Nrc::kOk;
   return read_parameter(services, id, out);
 }

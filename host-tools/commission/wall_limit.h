@@ -1,8 +1,8 @@
 // The stiffest wall that an arm holds, from the numbers of its file: a simulated hand presses the simulated arm on a wall, as docs/stability.md has it for
 // the arms that come with Thimble. The file's friction, inertia, stiffness, counts and delay are what limits it, so measured ones give the limit
-// of this arm. The force has the limits that the firmware's has: without them the result was a third too low at 4 kHz. wall_limit_test compares it
-// with what the firmware holds on simulated arms: within 15 %, but for the Premium at 4 kHz, where it is 22 % too low (wall_limit.many_arms).
-// It knows no probes of encoders (encoder_frozen): where these swing a stiff wall, the firmware holds less than is computed.
+// of this arm. The force has the limits that the firmware's has: without them the result was a third too low at 4 kHz. So has it the probes of encoders
+// (encoder_frozen): on a stiff wall one count changes a joint's torque by so much that the firmware probes it. wall_limit_test compares it with what the
+// firmware holds on simulated arms: within 15 %.
 #pragma once
 
 #include <functional>

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/params.h"
+
 namespace thimble::host {
 namespace {
 
 using Eigen::Vector3d;
+using firmware::Param;
 
-constexpr float kSlew_N_s = 1e4F;  // force_slew of the firmware
+float initial(Param param) { return firmware::row_of(param).initial; }
 
 }  // namespace
 
@@ -36,7 +39,9 @@ WallLoop::WallLoop(const Expectation& arm, const TipProgram& wall, double tick_s
       pose_(mechanism_.home_pose()),
       wall_(wall),
       tick_s_(tick_s),
-      estimators_(arm.axes(), kinematics::VelocityEstimator(static_cast<float>(tick_s))) {}
+      estimators_(arm.axes(), kinematics::VelocityEstimator(static_cast<float>(tick_s))),
+      torque_(JointVector::Zero(static_cast<Eigen::Index>(arm.axes()))),
+      watches_(arm.axes()) {}
 
 JointVector WallLoop::currents(const JointVector& at, const PerAxis<std::int64_t>& counts) {
   const Eigen::Index n = at.size();
@@ -47,8 +52,8 @@ JointVector WallLoop::currents(const JointVector& at, const PerAxis<std::int64_t
   }
   for (Eigen::Index j = 0; j < n; ++j) {
     const auto axis = static_cast<std::size_t>(j);
-    const auto moved = static_cast<std::int32_t>(counts.at(axis) - first_.at(axis));
-    speed[j] = static_cast<double>(estimators_[axis].update(moved)) * arm_.axis(axis).per_count();
+    moved_.at(axis) = static_cast<std::int32_t>(counts.at(axis) - first_.at(axis));
+    speed[j] = static_cast<double>(estimators_[axis].update(moved_.at(axis))) * arm_.axis(axis).per_count();
   }
   if (!mechanism_.at(at, pose_)) return current;
   const double height_m = pose_.force_point_m.dot(wall_.wall_normal);
@@ -63,12 +68,46 @@ JointVector WallLoop::currents(const JointVector& at, const PerAxis<std::int64_t
     wanted_N = push_N + std::max(-wall_.damping_N_s_m * velocity.dot(wall_.wall_normal), -push_N);
   }
   limit(wanted_N, std::max(0.0, depth_m));
-  const JointVector torque = mechanism_.torques(pose_, force_N_.cast<double>()) + arm_.weight(at);
+  torque_ = mechanism_.torques(pose_, force_N_.cast<double>()) + arm_.weight(at);
   for (Eigen::Index j = 0; j < n; ++j) {
     const ArmAxis& axis = arm_.axis(static_cast<std::size_t>(j));
-    if (axis.drive) current[j] = torque[j] / axis.per_ampere();
+    if (axis.drive) current[j] = torque_[j] / axis.per_ampere();
   }
   return current;
+}
+
+// As probed() of firmware/core does: what is left of the force while a joint is probed that may have a dead encoder. The board's receivers report a lost
+// line, so standing still alone is no reason for a probe.
+Eigen::Vector3f WallLoop::probed(const Eigen::Vector3f& wanted_N) {
+  const auto tick_s = static_cast<float>(tick_s_);
+  const bool probed_before = probe_.probes();
+  JointVector torque = mechanism_.torques(pose_, unprobed_N_.cast<double>());
+  const JointVector wanted = mechanism_.torques(pose_, wanted_N.cast<double>());
+  for (std::size_t j = 0; j < arm_.axes(); ++j) {
+    const auto i = static_cast<Eigen::Index>(j);
+    const ArmAxis& axis = arm_.axis(j);
+    if (!axis.drive) continue;
+    const auto count = static_cast<float>(std::abs(axis.per_count()));
+    const float most_change = initial(Param::encoder_frozen) * static_cast<float>(axis.peak_torque());
+    const auto lever2_m2 = static_cast<float>(pose_.force_jacobian.col(i).squaredNorm());
+    const firmware::SureChange sure(firmware::EncoderProbe::kCounts,
+                                    static_cast<float>(axis.friction.coulomb_N_m.value), count,
+                                    firmware::EncoderProbe::kFirmHand_N_m);
+    const double asked = probed_before && probe_.part(j) < 1 ? wanted[i] : torque[i];
+    probe_.watch(j,
+                 {.counts = moved_.at(j),
+                  .pushes_up = torque[i] * axis.per_count() > 0,
+                  .holds = std::abs(asked) > static_cast<double>(sure.torque_N_m(lever2_m2)),
+                  .changed = watches_[j].frozen(moved_.at(j), static_cast<float>(torque_[i]), most_change,
+                                                initial(Param::encoder_frozen_time), tick_s),
+                  .may_rest = true},
+                 tick_s);
+    torque[i] *= static_cast<double>(probe_.part(j));
+  }
+  if (!probe_.probes()) return unprobed_N_;
+  const Eigen::MatrixXd by_force = pose_.force_jacobian.transpose();
+  const Vector3d left_N = by_force.completeOrthogonalDecomposition().solve(torque);
+  return firmware::clamp_force(left_N.cast<float>(), unprobed_N_.norm()).value;
 }
 
 // As limit_forces() of firmware/core: clamped; rises no faster than the slew limit and falls at once; and gives no energy that the hand has not paid.
@@ -82,12 +121,14 @@ void WallLoop::limit(double wanted_N, double depth_m) {
   limits_begun_ = true;
   const float max_N = account_.max_N(most, wanted, depth, firmware::kLimitSlew_N_s * tick_s, tick_s);
   const Eigen::Vector3f clamped_N = firmware::clamp_force(push_N, max_N).value;
-  Eigen::Vector3f limited_N =
-      firmware::slew_force(clamped_N, firmware::remaining(force_N_, clamped_N), kSlew_N_s * tick_s).value;
+  const Eigen::Vector3f& last_N = probe_.probes() ? unprobed_N_ : force_N_;
+  unprobed_N_ = firmware::slew_force(clamped_N, firmware::remaining(last_N, clamped_N),
+                                     initial(Param::force_slew) * tick_s)
+                    .value;
   if (const float paid = account_.paid(tip_m, tick_s); paid < 1.0F)
-    limited_N = firmware::clamp_force(limited_N, paid * std::min(wanted, max_N)).value;
-  account_.add(clamped_N, limited_N, std::min(wanted / 2, max_N) * depth);
-  force_N_ = limited_N;
+    unprobed_N_ = firmware::clamp_force(unprobed_N_, paid * std::min(wanted, max_N)).value;
+  force_N_ = probed(clamped_N);
+  account_.add(clamped_N, force_N_, std::min(wanted / 2, max_N) * depth);
 }
 
 }  // namespace thimble::host

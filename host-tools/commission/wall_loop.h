@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "firmware/core/encoder_probe.h"
+#include "firmware/core/encoder_watch.h"
 #include "firmware/core/force_limits.h"
 #include "host-tools/commission/bench.h"
 #include "host-tools/commission/expectation.h"
@@ -32,6 +34,7 @@ class WallLoop {
 
  private:
   void limit(double wanted_N, double depth_m);
+  [[nodiscard]] Eigen::Vector3f probed(const Eigen::Vector3f& wanted_N);
 
   const Expectation& arm_;
   kinematics::Mechanism<double> mechanism_;
@@ -40,7 +43,11 @@ class WallLoop {
   double tick_s_;
   std::vector<kinematics::VelocityEstimator> estimators_;
   PerAxis<std::int64_t> first_{};
-  Eigen::Vector3f force_N_ = Eigen::Vector3f::Zero();
+  PerAxis<std::int32_t> moved_{};
+  JointVector torque_;  // that the axes got last
+  std::vector<firmware::EncoderWatch> watches_;
+  firmware::EncoderProbe probe_;
+  Eigen::Vector3f force_N_ = Eigen::Vector3f::Zero(), unprobed_N_ = Eigen::Vector3f::Zero();
   firmware::ForceAccount account_;
   double home_m_ = 0, tip_speed_m_s_ = 0;
   bool begun_ = false, limits_begun_ = false;

@@ -7,11 +7,13 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host-tools/commission/link_bench.h"
@@ -170,6 +172,16 @@ TEST(LinkCommission, AMarkIsHomeFromStep3On) {
     ASSERT_EQ(rig.found(3), std::vector{ArmFault::kIndexOff});
     EXPECT_EQ(rig.commission.results().at(3).findings[0].axis, 1);
     EXPECT_NEAR(measured(rig, 1).value, 2 * std::numbers::pi / turns, .03);
+  }
+  {
+    Rig rig("arms/premium-1.5");  // its stops are not where the file has them
+    std::string turned = text;
+    for (const auto& [given, other] : {std::pair{"\"lower_deg\": -90", "\"lower_deg\": -88"},
+                                       std::pair{"\"upper_deg\": 90", "\"upper_deg\": 92"}})
+      turned.replace(turned.find(given), std::strlen(given), other);
+    rig.commission = host::Commission(turned, "premium-1.5", "test");
+    EXPECT_EQ(rig.go(5), 6) << "a fault where the device's home is still that of the stops";
+    EXPECT_NEAR(std::abs(measured(rig, 0).value), 2 * std::numbers::pi / 180, .005);
   }
   Rig rig("arms/premium-1.5", {}, {.has_mark = false});
   EXPECT_EQ(rig.go(3), 4);

@@ -39,7 +39,7 @@ LinkedBench::LinkedBench(const host::ArmFile& arm, std::vector<host::SimFault> f
   config_.period_s = static_cast<float>(kTick_s);
   config_.board = "bench";
   config_.arm[0].has_index = options.has_mark;
-  if (measures_current_) config_.data = &measured_;
+  if (measures_current_) config_.board_data = &measured_;
   start();
   host::use_clock(now_us);
 }

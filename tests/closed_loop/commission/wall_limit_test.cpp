@@ -23,16 +23,14 @@ ArmFile wall_arm(const std::string& name) {
   return read_arm_file({std::istreambuf_iterator<char>(in), {}}, name);
 }
 
-double largest_of_firmware(const kinematics::ArmData& data, double most_m, const WallTrial& trial,
-                           bool frozen_probes) {
+double largest_of_firmware(const kinematics::ArmData& data, double most_m, const WallTrial& trial) {
   return largest_still_N_m([&](double k) {
     const test::PressResult seen = test::press({.arm_data = data,
                                                 .rate_Hz = trial.rate_Hz,
                                                 .stiffness_N_m = static_cast<float>(k),
                                                 .damping_N_s_m = static_cast<float>(trial.damping_N_s_m),
                                                 .hold_s = trial.hold_s,
-                                                .hand = trial.hand,
-                                                .frozen_probes = frozen_probes});
+                                                .hand = trial.hand});
     return seen.faulted ? std::numeric_limits<double>::infinity() : seen.tip_swing_m / most_m;
   });
 }
@@ -50,15 +48,9 @@ TEST(WallLimit, IsThatOfTheFirmwareOnTheSimulatedArm) {
     const ArmFile file = wall_arm(name);
     const board::AnyPlantParameters plant = board::AnyPlantParameters::from(arm_data(file));
     for (const double rate_Hz : rates_Hz) {
-      // Open: touch at 10 kHz was not compared. WallLoop has no probes of encoders (encoder_frozen), which swing wooden at 10 kHz, so the
-      // firmware has none there; nor on touch at 1 kHz, which was only compared so.
-      if (std::string(name) == "touch" && rate_Hz > 4000) continue;
-      const bool without_probes = (std::string(name) == "wooden" && rate_Hz > 4000) ||
-                                  (std::string(name) == "touch" && rate_Hz < 4000);
       const WallTrial trial{.rate_Hz = rate_Hz, .damping_N_s_m = 1};
       const double computed = largest_wall_N_m(file, plant, trial);
-      const double found =
-          largest_of_firmware(arm_data(file), wall_tolerance_m(file), trial, !without_probes);
+      const double found = largest_of_firmware(arm_data(file), wall_tolerance_m(file), trial);
       test::figure(
           std::string(name) + " at " + std::to_string(static_cast<int>(rate_Hz)) + " Hz, N/m: firmware",
           found, "");

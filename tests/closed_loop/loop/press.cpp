@@ -33,7 +33,6 @@ PressResult press(const Press& press) {
   options.rate_Hz = press.rate_Hz;
   options.hand = press.hand;
   options.sensors.line_loss = true;  // no probes of encoders at rest: they would be taken for a limit cycle
-  options.frozen_probes = press.frozen_probes;
   const double from_s = travel_s + press.hold_s / 2;
   double sum_N = 0, low_N = 1e9, high_N = -1e9, low_m = 1e9, high_m = -1e9, speed2 = 0,
          last_m = std::numeric_limits<double>::quiet_NaN();

@@ -20,7 +20,6 @@ struct Press {
   double approach_m_s = .1;  // at which it meets the wall
   double hold_s = 1;
   board::Hand hand{};
-  bool frozen_probes = true;  // as the firmware is; docs/stability.md has lower limits by them
 };
 
 struct PressResult {

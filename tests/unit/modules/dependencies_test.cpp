@@ -59,8 +59,8 @@ bool dependency_allowed(const std::string& file, const std::string& included) {
     return true;
   // To judge what an arm does, its arm is moved, too; walls push and axes are driven as the firmware's.
   if (starts_with(file, "host-tools/commission/") &&
-      starts_with_any(included,
-                      {"kinematics/", "firmware/core/force_limits.", "firmware/sources/axis_drive."}))
+      starts_with_any(included, {"kinematics/", "firmware/core/force_limits.", "firmware/core/encoder_",
+                                 "firmware/sources/axis_drive."}))
     return true;
   // host-tools: the scene's schema, check and limits, the protocol, the tables of faults, conditions and parameters, the
   // simulated board, and what boards under Linux know of the machine as well.
