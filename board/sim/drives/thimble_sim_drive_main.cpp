@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <iostream>
 #include <optional>
@@ -146,6 +147,7 @@ int main_of(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (options.interface.empty() && options.socket < 0) throw CLI::RequiredError("interface");
+    if (std::isnan(options.step_us)) throw CLI::ValidationError("--step", "is not a number");
     for (const std::string& text : options.drives) drives.push_back(parse_drive(text));
     for (const std::string& text : options.faults) {
       faults.push_back(parse_fault(text));

@@ -123,7 +123,7 @@ class Program(unittest.TestCase):
                                 (["can0", "--drive", "moteus:1", "--inject", "0:1:mute"], 2),
                                 (["can0", "--drive", "moteus:1", "--inject", "0:0:melt"], 2),
                                 (["can0", "--drive", "moteus:1", "--inject", "0:0:drop=-1"], 2), (["can0", "--drive", "moteus:1.5"], 2),
-                                (["can0", "--drive", "odrive06:64"], 2),
+                                (["can0", "--drive", "odrive06:64"], 2), (["can0", "--drive", "moteus:1", "--step", "nan"], 2),
                                 (["no-such-bus", "--drive", "moteus:1"], 1)):
             done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True)
             self.assertEqual(done.returncode, code, (arguments, done.stderr))
