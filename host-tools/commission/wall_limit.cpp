@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr double kWall_m = .01;     // from home along the normal
 constexpr double kMostForce_N = 8;  // the firmware clamps to this, or to the limit of the arm
 constexpr double kSoftest_N_m = 100, kRise = 1.03;
-constexpr int kLast = 234;  // 101 kN/m
+constexpr int kLast = 233;  // 98 kN/m; a scene may have 100
 constexpr int kFar = 12, kBack = 6;
 constexpr double kNear = .5;  // of a swing
 constexpr int kBeside = 2;

@@ -31,7 +31,7 @@ struct WallTrial {
 [[nodiscard]] double wall_tolerance_m(const ArmFile& file);
 // The largest stiffness, N/m, below the first wall of 100 N/m, 103, 106 ... at which the median of five walls, its own and two to each side, swings. A
 // single wall may be still by chance among those that swing, and another swing among those that are still. 0: even the softest swings; the stiffest
-// that is tried, 101 kN/m, if none swings. swing: of a wall, as a part of what is a swing. Each wall is pressed once at most: those 43 % apart until
+// that is tried, 98 kN/m, if none swings. swing: of a wall, as a part of what is a swing. Each wall is pressed once at most: those 43 % apart until
 // one swings by half of that, then all from a fifth below the one before it.
 [[nodiscard]] double largest_still_N_m(const std::function<double(double)>& swing);
 [[nodiscard]] double largest_wall_N_m(const ArmFile& file, const board::AnyPlantParameters& plant,
