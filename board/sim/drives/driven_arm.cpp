@@ -13,7 +13,8 @@ constexpr std::uint64_t kArmStep_us = 100;  // of the arm's simulation, in subst
 constexpr std::uint64_t kWatched_us = 100'000;
 constexpr double kSomeTorque_N_m = 1e-4;
 constexpr double kAwaited_s = .5;  // longer than an ODrive is on for its position
-constexpr double kSmooth_s = .02;  // of what the hand feels
+// Of what the hand feels: over the probes of encoders (encoder_probe.h), each of which takes up to a tenth of the force for a moment.
+constexpr double kSmooth_s = .5;
 
 }  // namespace
 

@@ -28,7 +28,7 @@ class DrivenArm {
   // After the drives were moved on to now_us. frames: that they have heard so far, of all.
   void advance(std::uint64_t now_us, std::uint64_t frames);
   // What the tip did since the last command before the drives went off, as a line of JSON, once 0.1 s are over. With hand_N and tip_mm, the force
-  // on the hand and the place of the tip in the world when that command came, both smoothed over some 20 ms.
+  // on the hand and the place of the tip in the world when that command came, both smoothed with a time constant of 0.5 s.
   [[nodiscard]] std::optional<std::string> take_report();
 
  private:

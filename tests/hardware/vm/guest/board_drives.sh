@@ -163,7 +163,7 @@ five_bar() {
   step "$kind: a wall is felt; then the board is killed and its guardian stopped, so that the drives' watchdogs act"
   scene=wall.scene.json own_arm=true
   touching
-  sleep 3  # the hand comes to rest, against the damping of the drives too
+  sleep 4  # the hand comes to rest, against the damping of the drives too; what it felt is smoothed over 0.5 s
   stopped_guardian=$(guardian)
   kill -STOP $stopped_guardian
   kill -KILL $board
