@@ -59,6 +59,8 @@ link::AxisOrder LinkBench::order(const EndsAt& ends) const {
 LinkBench::Motion LinkBench::drive(const link::AxisOrder& order, const Prompt* prompt) {
   measured_.clear();
   device_->start_axes(order);
+  const bool measures = measures_current_ && is_constant(order);
+  if (measures) read_currents();  // a pulse may be over before there is time for another one
   link::AxisState state = device_->axis_state();
   const auto goes_on = [&] {
     return state.phase == link::AxisPhase::kDriving || state.phase == link::AxisPhase::kCoasting;
@@ -75,7 +77,7 @@ LinkBench::Motion LinkBench::drive(const link::AxisOrder& order, const Prompt* p
     static_cast<void>(person_.ask(*prompt, round));
   } else {
     while (goes_on()) {
-      if (measures_current_ && is_constant(order)) {
+      if (measures) {
         for (const Micros until_us = now_us() + kRound_us; now_us() < until_us; pump(now_us()))
           read_currents();
       } else {

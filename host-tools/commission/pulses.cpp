@@ -129,18 +129,17 @@ PulseSeen pulse(StepContext& context, std::size_t drive, std::size_t loose, doub
     pulse.acceleration = 2 * (forward - braking) * per_count;
     pulse.clean = pulse.acceleration * pulse.way > 0;
   }
-  double current = 0, voltage = 0;
-  const std::size_t from = seen.driven_ticks / 2;
-  for (std::size_t k = from; k < seen.driven_ticks; ++k) {
-    current += seen.ticks[k].current_A.at(drive);
-    voltage += seen.ticks[k].voltage_V.at(drive);
+  std::vector<double> currents, voltages;  // that were measured in the last half
+  for (std::size_t k = seen.driven_ticks / 2; k < seen.driven_ticks; ++k) {
+    const BenchTick& tick = seen.ticks[k];
+    if (!std::isnan(tick.current_A.at(drive))) currents.push_back(tick.current_A.at(drive));
+    if (!std::isnan(tick.voltage_V.at(drive))) voltages.push_back(tick.voltage_V.at(drive));
   }
-  const auto n = static_cast<double>(seen.driven_ticks - from);
-  pulse.current_A = current / n;
+  pulse.current_A = currents.empty() ? kNotMeasured : mean(currents);
   // The axis moves where its torque pushes it, whatever the signs in the file are.
   const double speed = 1.5 * std::abs(pulse.way) / driven_s;  // about, over the last half
   const double emf_V = drive == loose ? std::abs(context.arm.axis(drive).per_ampere()) * speed : 0;
-  pulse.voltage_V = voltage / n - std::copysign(emf_V, current_A);
+  pulse.voltage_V = (voltages.empty() ? kNotMeasured : mean(voltages)) - std::copysign(emf_V, current_A);
   return pulse;
 }
 

@@ -6,7 +6,7 @@
 . /usr/local/bin/lib.sh
 . /usr/local/bin/board_lib.sh
 device='--device can:vcan0'
-until=${UNTIL-8}
+until=${UNTIL-10}
 
 load_devices
 make_lines
