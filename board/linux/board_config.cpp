@@ -7,6 +7,7 @@
 #include "board/files/json_value.h"
 #include "board/files/rotation.h"
 #include "board/files/text_file.h"
+#include "board/linux/check_uses.h"
 #include "board/linux/read_drives.h"
 #include "control/scene/limits.h"
 #include "firmware/core/config.h"
@@ -146,6 +147,12 @@ bool read_model(const JsonValue& value, const std::optional<kinematics::ArmData>
   if (value.has("stored_model") && value.has("model"))
     value.at("model").fail("senseless-key", "is a built-in arm, and \"stored_model\" is given too",
                            "leave out one of them");
+  std::string all;
+  for (const std::string_view known : kinematics::built_in_arms())
+    all.append(all.empty() ? "\"" : ", \"").append(known).append("\"");
+  if (!value.has("stored_model") && !value.has("model"))
+    value.fail("missing-key", "has neither \"model\" nor \"stored_model\"",
+               "add \"stored_model\", the name of the arm that you upload, or \"model\", one of " + all);
   if (value.has("stored_model")) {
     const std::string wanted = value.at("stored_model").text(kinematics::kMaxArmName);
     arm.model = kinematics::built_in_arms().front();  // the controller needs one; it refuses to arm
@@ -153,12 +160,8 @@ bool read_model(const JsonValue& value, const std::optional<kinematics::ArmData>
   } else {
     arm.model = value.at("model").text();
   }
-  if (!kinematics::built_in_arm(arm.model, arm.arm)) {
-    std::string all;
-    for (const std::string_view known : kinematics::built_in_arms())
-      all.append(all.empty() ? "\"" : ", \"").append(known).append("\"");
+  if (!kinematics::built_in_arm(arm.model, arm.arm))
     value.at("model").wrong("one of " + all + "; or name an arm of the store by \"stored_model\"");
-  }
   if (stored) arm.arm = *stored;
   return arm.needs_stored.empty();
 }
@@ -258,6 +261,7 @@ BoardConfig read(const JsonValue& root, const StoredArmsOf& stored_arms) {
     config.watchdog = watchdog.at("device").text();
     config.watchdog_timeout_s = watchdog.at("timeout_s").integer(1, 60);
   }
+  check_uses(root);
   return config;
 }
 

@@ -142,6 +142,83 @@ TEST(BoardConfig, ErrorsSayWhatToDo) {
   }
 }
 
+TEST(BoardConfig, AnArmHasAModelOrAStoredOne) {
+  const ConfigError error = error_of([](json& root) { root["arms"][0].erase("model"); });
+  EXPECT_STREQ(error.what(), "board.json:1: /arms/0 has neither \"model\" nor \"stored_model\"");
+  EXPECT_EQ(error.remedy,
+            "add \"stored_model\", the name of the arm that you upload, or \"model\", one of "
+            "\"premium-1.5\", \"wooden\"");
+}
+
+// The example with a second arm whose wiring is its own.
+json two_arms() {
+  json root = json::parse(example());
+  json arm = root["arms"][0];
+  arm["enable"]["line"] = "AMP_EN_2";
+  arm["dac"]["spi"] = "/dev/spidev0.1";
+  for (json& joint : arm["encoders"]["joints"]) joint["count"] = 1;
+  root["arms"].push_back(arm);
+  return root;
+}
+
+// A contact that shares its line with another would not be read as what it is, and an output would drive what is not meant.
+TEST(BoardConfig, ALineACountAndALinkHaveOneUse) {
+  const auto refused = [](const json& root) -> ConfigError {
+    try {
+      (void)parse(root);
+    } catch (const ConfigError& error) {
+      return error;
+    }
+    return {"nothing", "nothing"};
+  };
+  EXPECT_STREQ(refused(two_arms()).what(), "nothing");  // drive fault and index are those of both arms
+  struct Twice {
+    const char* changed;
+    json value;
+    std::string second, thing, first;
+  };
+  for (const auto& [changed, value, second, thing, first] : {
+           Twice{"/dead_man/line", "ESTOP", "/dead_man/line", "the GPIO line \"ESTOP\"", "/e_stop/line"},
+           {"/heartbeat/line", "AMP_EN", "/arms/0/enable/line", "the GPIO line \"AMP_EN\"",
+            "/heartbeat/line"},
+           {"/arms/0/enable/line", "ESTOP", "/arms/0/enable/line", "the GPIO line \"ESTOP\"", "/e_stop/line"},
+           {"/arms/1/enable/line", "AMP_EN", "/arms/1/enable/line", "the GPIO line \"AMP_EN\"",
+            "/arms/0/enable/line"},
+           {"/arms/1/index/line", "AMP_FAULT", "/arms/1/index/line", "the GPIO line \"AMP_FAULT\"",
+            "/arms/0/drive_fault/line"},
+           {"/arms/1/index/active", "low", "/arms/1/index/line", "the GPIO line \"ARM_INDEX\"",
+            "/arms/0/index/line"},
+           {"/arms/0/encoders/joints/2/counter", "48300180.counter", "/arms/0/encoders/joints/2",
+            "the count \"48300180.counter\" 0", "/arms/0/encoders/joints/0"},
+           {"/arms/1/encoders/joints/1/count", 0, "/arms/1/encoders/joints/1",
+            "the count \"48302180.counter\" 0", "/arms/0/encoders/joints/1"},
+           {"/links/1", {{"can", "can0"}}, "/links/1/can", "the interface \"can0\"", "/links/0/can"},
+       }) {
+    json root = two_arms();
+    root[json::json_pointer(changed)] = value;
+    const ConfigError error = refused(root);
+    EXPECT_EQ(error.what(), "board.json:1: " + second + " names " + thing + ", which board.json:1: " + first +
+                                " names too");
+    EXPECT_NE(error.remedy, "nothing");
+  }
+  json root = json::parse(example());
+  json& encoders = root["arms"][0]["encoders"];
+  encoders = json::parse(R"({"read": "gpio", "joints": [{"line_a": "A1", "line_b": "B1"},
+                             {"line_a": "A2", "line_b": "B2"}, {"line_a": "A3", "line_b": "ESTOP"}]})");
+  const ConfigError error = refused(root);
+  EXPECT_STREQ(error.what(),
+               "board.json:1: /arms/0/encoders/joints/2/line_b names the GPIO line \"ESTOP\", which "
+               "board.json:1: /e_stop/line names too");
+  EXPECT_EQ(error.remedy, "wire each purpose to a line of its own, and name that");
+}
+
+TEST(BoardConfig, TheReferenceBuildsAreRead) {
+  for (const char* file :
+       {"/board/linux/reference/beaglebone/board.json", "/board/linux/reference/raspberry-pi/board.json",
+        "/docs/examples/five-bar/board.json"})
+    EXPECT_NO_THROW((void)board::read_board_config(std::string(THIMBLE_SOURCE_DIR) + file)) << file;
+}
+
 // The arm of the example's board with its base so, and with a geometry of its own where one is given.
 struct Mounted {
   explicit Mounted(json rotation_deg, const kinematics::ArmData* data = nullptr) {

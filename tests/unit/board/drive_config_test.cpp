@@ -156,12 +156,14 @@ struct Rewired {
     arm.geometry = geometry;
     json& wiring = root["arms"][0];
     moteus = wiring["drives"][1];
-    const json counter = wiring["encoders"]["joints"][0], channel = wiring["dac"]["channels"][0];
+    json counter = wiring["encoders"]["joints"][0];
+    const json channel = wiring["dac"]["channels"][0];
     wiring["drives"] = wiring["encoders"]["joints"] = wiring["dac"]["channels"] = json::array();
     for (std::size_t j = 0; j < static_cast<std::size_t>(axes_of(geometry)); ++j) {
       arm.axis[j] = arm.axis[0];
       arm.axis[j].counter_bits = static_cast<std::uint8_t>(20 + j);
       wiring["drives"].push_back(nullptr);
+      counter["count"] = j;
       wiring["encoders"]["joints"].push_back(counter);
       wiring["dac"]["channels"].push_back(geometry.driven[j] ? channel : json());
     }
