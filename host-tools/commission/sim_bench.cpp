@@ -114,9 +114,10 @@ void SimBench::harden_stops() {
   bool changed = false;
   for (std::size_t j = 0; j < axes(); ++j) {
     board::AxisTruth& axis = truth_.axis[j];
-    const double pull = kTurnShare * grip_k_[index(j)] * kBeyond * kHandSpread;
+    const double pull =
+        kTurnShare * grip_k_[index(j)] * kBeyond * per_radian(original_.axes[j]) * kHandSpread;
     const double least = pull / (kCounts * std::abs(axis.rad_per_count));
-    if (original_.axes[j].is_prismatic || axis.stop_stiffness_N_m_rad >= least) continue;
+    if (axis.stop_stiffness_N_m_rad >= least) continue;
     axis.stop_damping_N_m_s_rad *= std::sqrt(least / axis.stop_stiffness_N_m_rad);
     axis.stop_stiffness_N_m_rad = least;
     changed = true;

@@ -17,7 +17,7 @@ constexpr double kBelowFault =
 constexpr double kResistancePart = .25;
 constexpr double kTorqueConstantPart = .12;
 constexpr double kMovesAbove = 1.2;  // friction: less torque shows no motion of a sound axis
-constexpr double kNoEmf = .2;        // of the expected one: another joint turns that motor, or none
+constexpr double kNoEmf = .05;       // of the expected one: another joint turns that motor, or none
 
 // Voltage by the speed of the motor while the builder turns the joint.
 double torque_constant(StepContext& context, std::size_t axis) {
@@ -97,12 +97,12 @@ void judge_current(StepContext& context, std::size_t j, StepResult& result) {
     result.findings.push_back(finding(arm, ArmFault::kCurrentLoop, j,
                                       fmt::format("{:.2f} A asked for, off by {:.2f} A", asked_A, worst_A)));
   if (ohms.size() < 2) return;
-  // A joint that falls turns its motor: that voltage is no resistance.
+  // Its speed turns the motor, by its weight or for want of friction: that voltage is no resistance.
   if (std::min(ohms[0], ohms[1]) <= 0 || std::abs(ohms[0] - ohms[1]) > .5 * std::abs(ohms[0] + ohms[1])) {
-    result.findings.push_back(
-        finding(arm, ArmFault::kUneven, j,
-                fmt::format("{:.2f} and {:.2f} ohm by the two directions: it moves when it is let go",
-                            ohms[0], ohms[1])));
+    result.notes.push_back(
+        fmt::format("{}: its resistance is not known, {:.2f} and {:.2f} ohm by the two directions: it moves "
+                    "when it is let go.",
+                    quoted(arm, j), ohms[0], ohms[1]));
     return;
   }
   const double given = arm.axis(j).motor->resistance_ohm.value, mean = .5 * (ohms[0] + ohms[1]);

@@ -191,10 +191,11 @@ void judge_own(const Expectation& arm, const Turn& turn, std::size_t j, std::vec
   // Where the encoder has more counts than the file says, the hand's error has more, too.
   const double allowed =
       std::max(kReturnCounts * std::max(1.0, own.way() / expected_way(arm, j)), kReturnPart * own.way());
-  if (own.return_error() > allowed)
+  if (own.return_error() > allowed)  // it has part in the way between the stops, too
     findings.push_back(finding(arm, ArmFault::kSlip, j,
                                fmt::format("the same stop was {:.0f} counts apart", own.return_error())));
-  judge_way(arm, turn, j, findings);
+  else
+    judge_way(arm, turn, j, findings);
 }
 
 }  // namespace
