@@ -63,9 +63,14 @@ bool is_given(const JsonValue& value, bool needed) {
   return false;
 }
 
+// By which the wiring is judged; null while the store does not have it.
+const kinematics::ArmData* known_arm(const ArmWiring& arm) {
+  return arm.needs_stored.empty() ? &arm.arm : nullptr;
+}
+
 // Whether the joint's current must come from the converter.
 bool needs_channel(const ArmWiring& arm, std::size_t joint) {
-  return arm.arm.geometry.driven[joint] && !arm.drives[joint];
+  return known_arm(arm) != nullptr && arm.arm.geometry.driven[joint] && !arm.drives[joint];
 }
 
 // The counter of the first joint that has one.
@@ -88,7 +93,7 @@ EncoderConfig read_encoders(const JsonValue& value, const ArmWiring& arm) {
                            "leave it out");
   }
   const JsonValue joints = value.at("joints");
-  const std::size_t axes = one_for_each_axis(joints, arm.arm);
+  const std::size_t axes = one_for_each_axis(joints, known_arm(arm));
   bool any = false;
   for (std::size_t j = 0; j < axes; ++j) {
     const JsonValue joint = joints.at(j);
@@ -120,14 +125,14 @@ DacConfig read_dac(const JsonValue& value, const ArmWiring& arm) {
   value.object("the DAC", {"spi", "speed_Hz", "channels"});
   dac.device = value.at("spi").text();
   dac.speed_Hz = static_cast<std::uint32_t>(value.at("speed_Hz").integer(10'000, 30'000'000));
-  const std::size_t axes = one_for_each_axis(value.at("channels"), arm.arm);
+  const std::size_t axes = one_for_each_axis(value.at("channels"), known_arm(arm));
   for (std::size_t j = 0; j < axes; ++j) {
     const JsonValue channel = value.at("channels").at(j);
     if (!is_given(channel, needs_channel(arm, j))) continue;
     if (arm.drives[j])
       channel.fail("bad-value", "is of a joint whose current its drive gives",
                    "give null, or take the drive out of /drives");
-    if (!arm.arm.geometry.driven[j])
+    if (known_arm(arm) != nullptr && !arm.arm.geometry.driven[j])
       channel.fail("bad-value", "is of a joint that has no motor in the arm's model", "give null");
     if (j >= dac.channels.size())
       channel.fail("bad-value", "is of a joint beyond the converter's four outputs",
@@ -142,8 +147,7 @@ DacConfig read_dac(const JsonValue& value, const ArmWiring& arm) {
 }
 
 // Which arm it is: `model`, one that is built in, in whose place comes what the store has; or `stored_model`, the one that the store must have.
-// Returns false where it has not.
-bool read_model(const JsonValue& value, const std::optional<kinematics::ArmData>& stored, ArmWiring& arm) {
+void read_model(const JsonValue& value, const std::optional<kinematics::ArmData>& stored, ArmWiring& arm) {
   if (value.has("stored_model") && value.has("model"))
     value.at("model").fail("senseless-key", "is a built-in arm, and \"stored_model\" is given too",
                            "leave out one of them");
@@ -163,7 +167,6 @@ bool read_model(const JsonValue& value, const std::optional<kinematics::ArmData>
   if (!kinematics::built_in_arm(arm.model, arm.arm))
     value.at("model").wrong("one of " + all + "; or name an arm of the store by \"stored_model\"");
   if (stored) arm.arm = *stored;
-  return arm.needs_stored.empty();
 }
 
 ArmWiring read_arm(const JsonValue& value, const std::optional<kinematics::ArmData>& stored) {
@@ -171,26 +174,32 @@ ArmWiring read_arm(const JsonValue& value, const std::optional<kinematics::ArmDa
   value.object("an arm", {"model", "stored_model", "home_m", "turn_deg", "rotation_deg", "encoders", "dac",
                           "drives", "enable", "drive_fault", "index"});
   arm.base = read_base(value);
-  if (!read_model(value, stored, arm)) return arm;
-  if (value.has("drives")) arm.drives = read_drives(value.at("drives"), arm.arm);
-  const auto axes = static_cast<std::size_t>(axes_of(arm.arm.geometry));
+  read_model(value, stored, arm);
+  const kinematics::ArmData* known = known_arm(arm);
+  if (value.has("drives")) arm.drives = read_drives(value.at("drives"), known);
+  const auto axes = known == nullptr ? 0U : static_cast<std::size_t>(axes_of(known->geometry));
   bool needs_encoders = false, needs_dac = false;
   for (std::size_t j = 0; j < axes; ++j) {
     needs_encoders = needs_encoders || !arm.drives[j];
     needs_dac = needs_dac || needs_channel(arm, j);
   }
   if (value.has("encoders") || needs_encoders) arm.encoders = read_encoders(value.at("encoders"), arm);
-  if (needs_dac) {
-    arm.dac = read_dac(value.at("dac"), arm);
-    arm.enable = read_line(value.at("enable"));
-  } else {
-    for (const char* key : {"dac", "enable"})
-      if (value.has(key))
-        value.at(key).fail("senseless-key", "is of amplifiers, and every motor has a drive", "leave it out");
-  }
+  for (const char* key : {"dac", "enable"})
+    if (known != nullptr && !needs_dac && value.has(key))
+      value.at(key).fail("senseless-key", "is of amplifiers, and every motor has a drive", "leave it out");
+  if (value.has("dac") || needs_dac) arm.dac = read_dac(value.at("dac"), arm);
+  if (value.has("enable") || needs_dac) arm.enable = read_line(value.at("enable"));
   if (value.has("drive_fault")) arm.drive_fault = read_line(value.at("drive_fault"));
   if (value.has("index")) arm.index = read_line(value.at("index"));
   return arm;
+}
+
+// What was read of an arm that the store does not have was read for its errors alone.
+void unwire(ArmWiring& arm) {
+  arm.encoders.reset();
+  arm.dac.reset();
+  arm.drives = {};
+  for (auto* line : {&arm.enable, &arm.drive_fault, &arm.index}) line->reset();
 }
 
 HeartbeatConfig read_heartbeat(const JsonValue& value) {
@@ -262,6 +271,8 @@ BoardConfig read(const JsonValue& root, const StoredArmsOf& stored_arms) {
     config.watchdog_timeout_s = watchdog.at("timeout_s").integer(1, 60);
   }
   check_uses(root);
+  for (ArmWiring& arm : config.arms)
+    if (known_arm(arm) == nullptr) unwire(arm);
   return config;
 }
 

@@ -1,6 +1,7 @@
 #include "board/linux/read_drives.h"
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <string_view>
 
@@ -96,7 +97,7 @@ void check_peak(const JsonValue& value, const DriveConfig& config, const kinemat
             "give a larger value");
 }
 
-DriveWiring read_drive(const JsonValue& value, const kinematics::AxisData& axis) {
+DriveWiring read_drive(const JsonValue& value, const kinematics::AxisData* axis) {
   if (!value.raw().is_object()) value.wrong("null or an object (a drive)");
   DriveWiring wiring;
   DriveConfig& config = wiring.config;
@@ -126,30 +127,52 @@ DriveWiring read_drive(const JsonValue& value, const kinematics::AxisData& axis)
   if (is_odrive(config.kind)) read_odrive(value, config);
   if (is_mit(config.kind)) read_mit(value, config);
   if (value.has("configuration")) wiring.items = read_items(value.at("configuration"));
-  check_peak(value, config, axis);
+  if (axis != nullptr) check_peak(value, config, *axis);
   return wiring;
+}
+
+// The watchdog's time in the key's unit, without the digits that a float makes of it.
+double in_ms(float time_s) { return std::round(static_cast<double>(time_s) * 1e6) * 1e-3; }
+
+// places: the drives of the bus.
+[[noreturn]] void fail_at(std::span<const JsonValue> places, const drives::WrongDrive& wrong,
+                          const std::string& bus) {
+  const JsonValue& drive = places[wrong.drive];
+  const std::string what(wrong.what), key(wrong.key);
+  if (key.empty()) drive.fail("bad-value", "does not fit the bus " + bus + ": " + what, "use another bus");
+  if (!drive.has(key)) drive.fail("missing-key", "has no \"" + key + "\": " + what, "add \"" + key + "\"");
+  const JsonValue value = drive.at(key);
+  if (wrong.most_s > 0)
+    value.wrong(describe(Range{in_ms(wrong.least_s), in_ms(wrong.most_s), "ms"}) + ": " + what);
+  if (wrong.other != wrong.drive)
+    value.fail("bad-value",
+               "is " + value.raw().dump() + ", as is " + places[wrong.other].at(key).place() + ": " + what,
+               "give each drive on " + bus + " an id of its own, in the drive and here");
+  const std::string given = value.raw().is_array() ? "does not fit" : "is " + value.raw().dump();
+  value.fail("bad-value", given + ": " + what, "correct it, in the drive too");
 }
 
 }  // namespace
 
 const char* name_of(Kind kind) noexcept { return kKinds[static_cast<std::size_t>(kind)].data(); }
 
-std::size_t one_for_each_axis(const JsonValue& value, const kinematics::ArmData& arm) {
-  const auto axes = static_cast<std::size_t>(axes_of(arm.geometry));
+std::size_t one_for_each_axis(const JsonValue& value, const kinematics::ArmData* arm) {
+  if (arm == nullptr) return value.size(1, kArmJoints);
+  const auto axes = static_cast<std::size_t>(axes_of(arm->geometry));
   if (!value.raw().is_array() || value.raw().size() != axes)
     value.wrong("an array of " + std::to_string(axes) + " values, one for each axis of the arm \"" +
-                std::string(kinematics::name_of(arm)) + "\"");
+                std::string(kinematics::name_of(*arm)) + "\"");
   return axes;
 }
 
-DriveWirings read_drives(const JsonValue& value, const kinematics::ArmData& arm) {
+DriveWirings read_drives(const JsonValue& value, const kinematics::ArmData* arm) {
   DriveWirings drives;
   const std::size_t axes = one_for_each_axis(value, arm);
   for (std::size_t j = 0; j < axes; ++j) {
     if (value.at(j).raw().is_null()) continue;
-    if (!arm.geometry.driven[j])
+    if (arm != nullptr && !arm->geometry.driven[j])
       value.at(j).fail("bad-value", "is a drive, and the arm has no motor at this joint", "give null");
-    drives[j] = read_drive(value.at(j), arm.axis[j]);
+    drives[j] = read_drive(value.at(j), arm == nullptr ? nullptr : &arm->axis[j]);
   }
   return drives;
 }
@@ -157,16 +180,17 @@ DriveWirings read_drives(const JsonValue& value, const kinematics::ArmData& arm)
 void check_drive_buses(const JsonValue& arms, std::span<const DriveWirings> wirings, double rate_Hz) {
   std::vector<std::string> checked;
   std::vector<std::vector<drives::ConfigItem>> items;
-  for (std::size_t i = 0; i < wirings.size(); ++i)
-    for (std::size_t j = 0; j < kArmJoints; ++j) {
-      const auto& first = wirings[i][j];
+  for (const DriveWirings& some : wirings)
+    for (const auto& first : some) {
       if (!first || std::ranges::find(checked, first->interface) != checked.end()) continue;
       checked.push_back(first->interface);
       std::vector<DriveConfig> bus;
+      std::vector<JsonValue> places;
       items.clear();
       items.reserve(wirings.size() * kArmJoints);  // the configurations point into it
-      for (const DriveWirings& arm : wirings)
-        for (const auto& one : arm) {
+      for (std::size_t i = 0; i < wirings.size(); ++i)
+        for (std::size_t j = 0; j < kArmJoints; ++j) {
+          const auto& one = wirings[i][j];
           if (!one || one->interface != first->interface) continue;
           auto& own = items.emplace_back();
           own.reserve(one->items.size());
@@ -174,12 +198,10 @@ void check_drive_buses(const JsonValue& arms, std::span<const DriveWirings> wiri
             own.push_back({item.name.c_str(), item.number, item.integer, item.value});
           bus.push_back(one->config);
           bus.back().items = own;
+          places.push_back(arms.at(i).at("drives").at(j));
         }
-      const std::string_view wrong = drives::check_drives(bus, static_cast<float>(1.0 / rate_Hz));
-      if (wrong.empty()) continue;
-      arms.at(i).at("drives").fail("bad-value",
-                                   "do not fit the bus " + first->interface + ": " + std::string(wrong),
-                                   "correct the drives of this bus");
+      const auto wrong = drives::find_wrong(bus, static_cast<float>(1.0 / rate_Hz));
+      if (!wrong.what.empty()) fail_at(places, wrong, first->interface);
     }
 }
 

@@ -10,10 +10,10 @@
 
 namespace thimble::board {
 
-// The number of the arm's axes; the value is an array of one for each.
-[[nodiscard]] std::size_t one_for_each_axis(const JsonValue& value, const kinematics::ArmData& arm);
+// The number of the arm's axes; the value is an array of one for each. arm: null where it is not known yet.
+[[nodiscard]] std::size_t one_for_each_axis(const JsonValue& value, const kinematics::ArmData* arm);
 // One value for each of the arm's axes, null where it has no drive.
-[[nodiscard]] DriveWirings read_drives(const JsonValue& value, const kinematics::ArmData& arm);
+[[nodiscard]] DriveWirings read_drives(const JsonValue& value, const kinematics::ArmData* arm);
 // What needs the whole configuration: the drives of one bus fit together at this rate. `arms`: the value of the key, for the place of an error.
 void check_drive_buses(const JsonValue& arms, std::span<const DriveWirings> wirings, double rate_Hz);
 

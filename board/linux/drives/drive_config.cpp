@@ -13,10 +13,12 @@ constexpr float kFewestTicks = 10, kMostTicks = 20;
 constexpr float kRounding = 1.001F;
 constexpr float kMitTimeout_s = .025F;  // motorcontrol's CAN_TIMEOUT
 
-bool same_replies(const DriveConfig& a, const DriveConfig& b) {
-  if (is_mit(a.kind) && is_mit(b.kind)) return a.reply_id == b.reply_id || a.id == b.id;
-  if (is_moteus(a.kind) && is_moteus(b.kind)) return a.id == b.id;
-  return is_odrive(a.kind) && is_odrive(b.kind) && a.id == b.id;
+// The key that must differ, or nothing.
+std::string_view same_replies(const DriveConfig& a, const DriveConfig& b) {
+  if (is_mit(a.kind) && is_mit(b.kind) && a.reply_id == b.reply_id) return "reply_id";
+  const bool same_family = (is_mit(a.kind) && is_mit(b.kind)) || (is_moteus(a.kind) && is_moteus(b.kind)) ||
+                           (is_odrive(a.kind) && is_odrive(b.kind));
+  return same_family && a.id == b.id ? "id" : "";
 }
 
 bool has_item(const DriveConfig& config, std::string_view end) {
@@ -24,34 +26,48 @@ bool has_item(const DriveConfig& config, std::string_view end) {
       config.items, [end](const ConfigItem& item) { return std::string_view(item.name).ends_with(end); });
 }
 
-std::string_view check_drive(const DriveConfig& config, float period_s) {
-  if (is_moteus(config.kind) && (config.id < moteus::kLowestId || config.id > moteus::kHighestId))
-    return "moteus ids are 1 to 127";
-  if (is_odrive(config.kind) && config.id > odrive::kHighestNode)
-    return "ODrive nodes are 0 to 62; give a drive that has none an address";
-  if (is_mit(config.kind) && (config.reply_id == 0 || config.reply_id > 0x7FF))
-    return "a reply id of 0 is every motor's default: give each motor its own";
-  if (is_mit(config.kind) && (config.id == 0 || config.reply_id == config.id))
-    return "a motor needs an id above 0 that is not its reply id";
-  if (is_damiao(config.kind) && config.id > 15)
-    return "a Damiao drive answers with four bits of its id: use 1 to 15";
-  const float ticks = config.watchdog_s / period_s;
+// By its ticks and by what its kind can be given.
+WrongDrive check_watchdog(const DriveConfig& config, float period_s) {
   const bool by_hand = config.kind == Kind::kMiniCheetah || config.kind == Kind::kCubeMars;
-  if (!by_hand && (ticks * kRounding < kFewestTicks || ticks > kMostTicks * kRounding))
-    return "the drive's watchdog must be 10 to 20 ticks";
   const Capabilities can = capabilities_of(config);
-  if (config.watchdog_s * kRounding < can.least_watchdog_s ||
-      config.watchdog_s > can.most_watchdog_s * kRounding)
-    return "the drive cannot be given such a watchdog";
+  const auto outside = [&config](float least_s, float most_s) {
+    return config.watchdog_s * kRounding < least_s || config.watchdog_s > most_s * kRounding;
+  };
+  WrongDrive wrong{"", "watchdog_ms", can.least_watchdog_s, can.most_watchdog_s};
+  if (outside(wrong.least_s, wrong.most_s)) wrong.what = "the drive cannot be given such a watchdog";
+  if (by_hand) return wrong;
+  const float least_s = kFewestTicks * period_s, most_s = kMostTicks * period_s;
+  if (outside(least_s, most_s)) wrong.what = "the drive's watchdog must be 10 to 20 ticks";
+  wrong.least_s = std::max(wrong.least_s, least_s);
+  wrong.most_s = std::min(wrong.most_s, most_s);
+  return wrong;
+}
+
+WrongDrive check_drive(const DriveConfig& config, float period_s) {
+  if (is_moteus(config.kind) && (config.id < moteus::kLowestId || config.id > moteus::kHighestId))
+    return {"moteus ids are 1 to 127", "id"};
+  if (is_odrive(config.kind) && config.id > odrive::kHighestNode)
+    return {"ODrive nodes are 0 to 62; give a drive that has none an address", "id"};
+  if (is_mit(config.kind) && (config.reply_id == 0 || config.reply_id > 0x7FF))
+    return {"a reply id of 0 is every motor's default: give each motor its own", "reply_id"};
+  if (is_mit(config.kind) && (config.id == 0 || config.reply_id == config.id))
+    return {"a motor needs an id above 0 that is not its reply id", "id"};
+  if (is_damiao(config.kind) && config.id > 15)
+    return {"a Damiao drive answers with four bits of its id: use 1 to 15", "id"};
+  if (const WrongDrive wrong = check_watchdog(config, period_s); !wrong.what.empty()) return wrong;
   if (is_moteus(config.kind) && config.base_damping_N_m_s_rad > 0 && config.moteus_kd <= 0)
-    return "damping in a moteus needs its servo.pid_position.kd";
+    return {"damping in a moteus (damping_N_m_s_rad) needs its servo.pid_position.kd, above 0 N m s/turn",
+            "kd_N_m_s_turn"};
   if (is_moteus(config.kind) && config.moteus_timeout_mode != 12 && config.moteus_timeout_mode != 15)
-    return "a moteus must brake when the host is silent: servo.timeout_mode 12 or 15";
+    return {"a moteus must brake when the host is silent: servo.timeout_mode 12 or 15", "timeout_mode"};
   if (config.kind == Kind::kOdrive06 &&
       (!has_item(config, "watchdog_timeout") || !has_item(config, "enable_watchdog")))
-    return "an ODrive 0.6 needs the endpoints of watchdog_timeout and enable_watchdog, from the file of its "
-           "firmware";
-  if (kind_items(config).count + config.items.size() > kMostItems) return "too many configuration items";
+    return {
+        "an ODrive 0.6 needs the endpoints of watchdog_timeout and enable_watchdog, from the file of its "
+        "firmware",
+        "configuration"};
+  const std::size_t own = kind_items(config).count;
+  if (own + config.items.size() > kMostItems) return {"too many configuration items", "configuration"};
   return {};
 }
 
@@ -125,14 +141,24 @@ KindItems kind_items(const DriveConfig& config) noexcept {
   return out;
 }
 
-std::string_view check_drives(std::span<const DriveConfig> drives, float period_s) noexcept {
-  if (drives.size() > kMostDrives) return "a bus has at most eight drives";
+WrongDrive find_wrong(std::span<const DriveConfig> drives, float period_s) noexcept {
+  WrongDrive wrong;
   for (std::size_t i = 0; i < drives.size(); ++i) {
-    if (const std::string_view wrong = check_drive(drives[i], period_s); !wrong.empty()) return wrong;
-    for (std::size_t j = 0; j < i; ++j)
-      if (same_replies(drives[i], drives[j])) return "two drives of one bus have the same id or reply id";
+    wrong = i < kMostDrives ? check_drive(drives[i], period_s) : WrongDrive{"a bus has at most eight drives"};
+    wrong.drive = wrong.other = i;
+    for (std::size_t j = 0; j < i && wrong.what.empty(); ++j) {
+      wrong.key = same_replies(drives[i], drives[j]);
+      if (wrong.key.empty()) continue;
+      wrong.what = "two drives of one bus have the same id or reply id";
+      wrong.other = j;
+    }
+    if (!wrong.what.empty()) return wrong;
   }
   return {};
+}
+
+std::string_view check_drives(std::span<const DriveConfig> drives, float period_s) noexcept {
+  return find_wrong(drives, period_s).what;
 }
 
 }  // namespace thimble::board::drives

@@ -77,7 +77,17 @@ struct KindItems {
 };
 [[nodiscard]] KindItems kind_items(const DriveConfig& config) noexcept;
 
-// What is wrong with the drives of a bus at `period_s`, as a sentence; empty: nothing.
+// What is wrong with the drives of a bus.
+struct WrongDrive {
+  std::string_view what{};  // a sentence; empty: nothing
+  std::string_view key{};   // of the drive in the board's configuration; empty: the drive itself
+  float least_s = 0;        // of a watchdog: what is allowed
+  float most_s = 0;
+  std::size_t drive = 0;
+  std::size_t other = 0;  // the drive that has the same id; `drive`: there is none
+};
+[[nodiscard]] WrongDrive find_wrong(std::span<const DriveConfig> drives, float period_s) noexcept;
+// Its sentence alone.
 [[nodiscard]] std::string_view check_drives(std::span<const DriveConfig> drives, float period_s) noexcept;
 
 }  // namespace thimble::board::drives

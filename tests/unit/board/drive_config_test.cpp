@@ -114,13 +114,6 @@ TEST(DriveKeys, WhatIsRefusedHasItsPlaceAndCause) {
   EXPECT_THAT(refusal([](json&, json& drive) { drive.erase("watchdog_ms"); }),
               HasSubstr("/arms/0/drives/1 has no \"watchdog_ms\""));
   EXPECT_THAT(
-      refusal([](json&, json& drive) { drive["watchdog_ms"] = 100; }),
-      HasSubstr("/arms/0/drives do not fit the bus can1: the drive's watchdog must be 10 to 20 ticks"));
-  EXPECT_THAT(
-      refusal([](json&, json& drive) { drive["id"] = 2; }),
-      HasSubstr(
-          "/arms/0/drives do not fit the bus can1: two drives of one bus have the same id or reply id"));
-  EXPECT_THAT(
       refusal([](json&, json& drive) { drive["peak_torque_N_m"] = .1; }),
       HasSubstr("/arms/0/drives/1/peak_torque_N_m is below the 0.128934 N m that the arm's motors give"));
   EXPECT_THAT(refusal([](json&, json& drive) { drive["direction"] = 0; }),
@@ -147,6 +140,55 @@ TEST(DriveKeys, WhatIsRefusedHasItsPlaceAndCause) {
                 root["arms"][0]["drives"][0] = root["arms"][0]["drives"][1];
               }),
               HasSubstr("/arms/0/encoders/joints names no encoder"));
+}
+
+// What only all drives of a bus and the rate can tell is said at the drive and its key too, in the key's unit.
+TEST(DriveKeys, WhatDoesNotFitTheBusHasItsPlaceAndCause) {
+  const auto refusal_of = [](const char* key, const json& value) {
+    return refusal([&](json&, json& drive) { drive[key] = value; });
+  };
+  EXPECT_EQ(
+      refusal_of("watchdog_ms", 100),
+      "board.json:1: /arms/0/drives/1/watchdog_ms is 100, allowed is a number from 10.0 to 20.0 ms: the "
+      "drive's watchdog must be 10 to 20 ticks");
+  EXPECT_EQ(refusal([](json& root, json&) { root["rate_Hz"] = 600; }),
+            "board.json:1: /arms/0/drives/1/watchdog_ms is 15, allowed is a number from 16.667 to 33.333 ms: "
+            "the drive's watchdog must be 10 to 20 ticks");
+  EXPECT_EQ(refusal_of("id", 2),
+            "board.json:1: /arms/0/drives/2/id is 2, as is board.json:1: /arms/0/drives/1/id: two drives of "
+            "one bus have the same id or reply id");
+  EXPECT_EQ(refusal_of("id", 0), "board.json:1: /arms/0/drives/1/id is 0: moteus ids are 1 to 127");
+  const std::string needs =
+      ": damping in a moteus (damping_N_m_s_rad) needs its servo.pid_position.kd, above 0 N m s/turn";
+  EXPECT_EQ(refusal_of("kd_N_m_s_turn", 0), "board.json:1: /arms/0/drives/1/kd_N_m_s_turn is 0" + needs);
+  EXPECT_EQ(refusal([](json&, json& drive) { drive.erase("kd_N_m_s_turn"); }),
+            "board.json:1: /arms/0/drives/1 has no \"kd_N_m_s_turn\"" + needs);
+  EXPECT_EQ(refusal_of("timeout_mode", 13),
+            "board.json:1: /arms/0/drives/1/timeout_mode is 13: a moteus must brake when the host is silent: "
+            "servo.timeout_mode 12 or 15");
+  json items;
+  for (int i = 0; i < 13; ++i) items.push_back({{"name", "x"}, {"value", i}});
+  EXPECT_EQ(refusal_of("configuration", items),
+            "board.json:1: /arms/0/drives/1/configuration does not fit: too many configuration items");
+}
+
+TEST(DriveKeys, ABusHasAtMostEightDrives) {
+  json root = mixed_board();
+  const json drive = root["arms"][0]["drives"][1];
+  root["arms"] = json::array();
+  for (int id = 1; id <= 9; ++id) {
+    json& arm = root["arms"][id <= 5 ? 0U : 1U];
+    arm["stored_model"] = "x";
+    arm["drives"].push_back(drive);
+    arm["drives"].back()["id"] = id;
+  }
+  try {
+    (void)parsed(root);
+    FAIL() << "nine drives on a bus";
+  } catch (const board::ConfigError& error) {
+    EXPECT_STREQ(error.what(),
+                 "board.json:1: /arms/1/drives/3 does not fit the bus can1: a bus has at most eight drives");
+  }
 }
 
 // The example with its arm's wiring for the arm in the store.
@@ -254,6 +296,41 @@ TEST(BoardConfig, AnArmThatTheStoreMustHaveIsWiredWhenItHasIt) {
   // What is wired is checked then.
   wiring["encoders"]["joints"].push_back(nullptr);
   EXPECT_THAT(board.refusal(), testing::HasSubstr("one for each axis of the arm \"bench arm\""));
+}
+
+// All that needs no arm is said before the upload: how many axes there are, and which have motors, is not known.
+TEST(BoardConfig, TheWiringOfAnArmThatIsNotStoredIsCheckedAsFarAsPossible) {
+  using testing::HasSubstr;
+  const auto unstored_refusal = [](const std::function<void(json&, json&)>& change) {
+    return refusal([&change](json& root, json&) {
+      json& arm = root["arms"][0];
+      arm.erase("model");
+      arm["stored_model"] = "bench arm";
+      change(root, arm);
+    });
+  };
+  EXPECT_EQ(unstored_refusal([](json&, json&) {}), "nothing");
+  EXPECT_EQ(unstored_refusal([](json&, json& arm) {
+              arm["drives"].erase(0);
+              for (const char* key : {"encoders", "dac", "enable"}) arm.erase(key);
+            }),
+            "nothing");
+  EXPECT_THAT(unstored_refusal([](json&, json& arm) { arm["drives"][1]["kind"] = "vesc"; }),
+              HasSubstr("/arms/0/drives/1/kind is \"vesc\""));
+  EXPECT_THAT(unstored_refusal([](json&, json& arm) { arm["drives"][1].erase("top_speed_rad_s"); }),
+              HasSubstr("/arms/0/drives/1 has no \"top_speed_rad_s\""));
+  EXPECT_THAT(unstored_refusal([](json&, json& arm) { arm["drives"][1]["id"] = 2; }),
+              HasSubstr("/arms/0/drives/2/id is 2, as is "));
+  EXPECT_THAT(unstored_refusal([](json& root, json&) { root["links"][0]["can"] = "can1"; }),
+              HasSubstr("/links/0/can is \"can1\", the bus of drives"));
+  EXPECT_THAT(unstored_refusal([](json&, json& arm) { arm["drives"] = json::array(); }),
+              HasSubstr("/arms/0/drives is [], allowed is an array of 1 to 7 values"));
+  EXPECT_THAT(unstored_refusal([](json&, json& arm) { arm["dac"].erase("spi"); }),
+              HasSubstr("/arms/0/dac has no \"spi\""));
+  EXPECT_THAT(unstored_refusal([](json&, json& arm) { arm["enable"]["line"] = "ESTOP"; }),
+              HasSubstr("/arms/0/enable/line names the GPIO line \"ESTOP\", which "));
+  EXPECT_THAT(unstored_refusal([](json&, json& arm) { arm["encoders"]["joints"][0].erase("count"); }),
+              HasSubstr("/arms/0/encoders/joints/0 has no \"count\""));
 }
 
 TEST(BoardConfig, AnArmOfDrivesAloneHasNoAmplifiers) {
