@@ -113,12 +113,11 @@ int check_board(const BoardConfig& config, const std::vector<std::string>& scene
   if (const std::optional<Missing> memory = lock_memory()) missing.push_back(*memory);
   add(missing, try_realtime(config.priority + 1, config.cpu));  // the guardian's, above the servo's
   try {
-    SlotFiles store(config.store, kSceneSlotBytes);
+    SlotFiles store(config.store, kSceneSlotBytes, SlotFiles::Access::kLook);
     if (const std::optional<Missing> late = too_late(config, store)) missing.push_back(*late);
   } catch (const std::system_error& error) {
-    missing.push_back({"no_store", error.what(),
-                       "make the folder, for the board's user to write; end another thimble-board",
-                       error.code().value()});
+    const int code = error.code().value();
+    missing.push_back({"no_store", error.what(), remedy_for_store(config.store, code), code});
   }
   for (const LinkConfig& link : config.links) {
     try {

@@ -1,8 +1,10 @@
 #include "board/linux/slot_files.h"
 
 #include <fcntl.h>
+#include <pwd.h>
 #include <sys/file.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,7 +21,13 @@ namespace {
 constexpr const char* kNewFile = "new";
 
 [[noreturn]] void fail_with(int error, const std::filesystem::path& path) {
-  throw std::system_error(error, std::generic_category(), path.string());
+  std::string what = path.string();
+  if (struct stat file{}; error == EACCES && stat(path.c_str(), &file) == 0) {
+    const passwd* owner = getpwuid(file.st_uid);
+    what += ", which belongs to the user " +
+            (owner == nullptr ? std::to_string(file.st_uid) : std::string(owner->pw_name));
+  }
+  throw std::system_error(error, std::generic_category(), what);
 }
 
 // Writes all bytes, also after interruptions.
@@ -35,11 +43,13 @@ bool write_all(int fd, std::span<const std::byte> bytes) noexcept {
 
 }  // namespace
 
-SlotFiles::SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes)
-    : path_(std::move(folder)), folder_(open_file(path_, O_RDONLY | O_DIRECTORY)) {
+SlotFiles::SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes, Access access)
+    : path_(std::move(folder)),
+      folder_(open_file(path_, O_RDONLY | O_DIRECTORY)),
+      looks_(access == Access::kLook) {
   if (flock(folder_.get(), LOCK_EX | LOCK_NB) != 0) fail_with(errno, path_);
   if (faccessat(folder_.get(), ".", W_OK, 0) != 0) fail_with(errno, path_);
-  (void)unlinkat(folder_.get(), kNewFile, 0);  // left behind by a power failure
+  if (!looks_) (void)unlinkat(folder_.get(), kNewFile, 0);  // left behind by a power failure
   try {
     for (unsigned i = 0; i < kSlots; ++i) {
       slots_[i].file = kFiles[i];
@@ -82,9 +92,9 @@ void SlotFiles::load(Slot& slot) const {
 
 // With all its bytes, so that no later write has to find room on the disk.
 void SlotFiles::open_in_place(Slot& slot) const {
-  slot.open = Descriptor(openat(folder_.get(), slot.file, O_RDWR | O_CREAT | O_CLOEXEC, 0600));
-  if (!slot.open.is_open()) fail_with(errno, path_ / slot.file);
-  if (slot.used == slot.bytes) return;
+  slot.open = Descriptor(openat(folder_.get(), slot.file, O_RDWR | O_CLOEXEC | (looks_ ? 0 : O_CREAT), 0600));
+  if (!slot.open.is_open() && !(looks_ && errno == ENOENT)) fail_with(errno, path_ / slot.file);
+  if (looks_ || slot.used == slot.bytes) return;
   std::fill(slot.memory + slot.used, slot.memory + slot.bytes, std::byte{0xFF});
   slot.used = slot.bytes;
   if (!write_all(slot.open.get(), {slot.memory, slot.bytes}) || fsync(slot.open.get()) != 0 ||
@@ -114,7 +124,7 @@ std::span<const std::byte> SlotFiles::slot(unsigned index) const noexcept {
 // as the newest one, because the other slot is newer. But a key that was replaced must not come back, nor a damaged
 // image of an arm.
 bool SlotFiles::erase(unsigned index, std::size_t bytes) noexcept {
-  if (!fits(index, 0, bytes)) return false;
+  if (looks_ || !fits(index, 0, bytes)) return false;
   Slot& slot = slots_[index];
   std::fill_n(slot.memory, std::max(bytes, slot.used), std::byte{0xFF});
   if (slot.open.is_open()) return write_in_place(slot, 0, bytes);
@@ -125,7 +135,7 @@ bool SlotFiles::erase(unsigned index, std::size_t bytes) noexcept {
 }
 
 bool SlotFiles::write(unsigned index, std::size_t offset, std::span<const std::byte> bytes) noexcept {
-  if (!fits(index, offset, bytes.size())) return false;
+  if (looks_ || !fits(index, offset, bytes.size())) return false;
   Slot& slot = slots_[index];
   std::copy(bytes.begin(), bytes.end(), slot.memory + offset);
   if (slot.open.is_open()) return write_in_place(slot, offset, bytes.size());
@@ -143,6 +153,24 @@ bool SlotFiles::save(const Slot& slot) noexcept {
   error_ = errno;
   (void)unlinkat(folder_.get(), kNewFile, 0);
   return false;
+}
+
+std::string remedy_for_store(const std::filesystem::path& folder, int error) {
+  switch (error) {
+    case EWOULDBLOCK:
+      return "end the thimble-board that uses the folder (sudo systemctl stop thimble-board)";
+    case EACCES:
+    case EPERM:
+      return "run it as the board's user (sudo -u thimble), who must own the folder and its files: sudo "
+             "chown "
+             "-R thimble: " +
+             folder.string();
+    case ENOENT:
+    case ENOTDIR:
+      return "make the folder, for the board's user to write";
+    default:
+      return "see the kernel's log (dmesg)";
+  }
 }
 
 }  // namespace thimble::board

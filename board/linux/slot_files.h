@@ -9,8 +9,10 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 
 #include "board/posix/descriptor.h"
 #include "control/scene/limits.h"
@@ -28,8 +30,9 @@ class SlotFiles final : public firmware::Storage {
       "audit1", "key0",   "key1",    "arm0a",   "arm0b",    "arm1a",    "arm1b"};
 
   // folder: must exist and be writable; one board at a time. Throws std::system_error with the path, also if
-  // another program uses the folder.
-  SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes);
+  // another program uses the folder. kLook: as far as it goes without a change of the folder; nothing can be written.
+  enum class Access : std::uint8_t { kWrite, kLook };
+  SlotFiles(std::filesystem::path folder, std::size_t scene_slot_bytes, Access access = Access::kWrite);
   SlotFiles(const SlotFiles&) = delete;
   SlotFiles& operator=(const SlotFiles&) = delete;
   ~SlotFiles();
@@ -59,8 +62,12 @@ class SlotFiles final : public firmware::Storage {
 
   std::filesystem::path path_;
   Descriptor folder_;
+  bool looks_ = false;
   std::array<Slot, kSlots> slots_;
   int error_ = 0;
 };
+
+// What to do after the error of SlotFiles(folder). error: its errno.
+[[nodiscard]] std::string remedy_for_store(const std::filesystem::path& folder, int error);
 
 }  // namespace thimble::board

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
 #include <system_error>
 
@@ -274,6 +275,51 @@ TEST_F(SlotFilesTest, ADamagedFileIsNotTaken) {
 TEST_F(SlotFilesTest, OneBoardAtATime) {
   const SlotFiles files(folder_.path(), kSlotBytes);
   EXPECT_THROW(SlotFiles(folder_.path(), kSlotBytes), std::system_error);
+}
+
+// `thimble-board --check` may be run by another user, whose files the board could not open.
+TEST_F(SlotFilesTest, ALookChangesNothing) {
+  std::ofstream(folder_.path() / "new") << "left by a power failure";
+  std::ofstream(folder_.path() / "audit1") << "short";
+  const auto files = [this] {
+    std::map<std::string, std::uintmax_t> sizes;
+    for (const auto& entry : fs::directory_iterator(folder_.path()))
+      sizes[entry.path().filename()] = entry.file_size();
+    return sizes;
+  };
+  const auto before = files();
+  SlotFiles looked(folder_.path(), kSlotBytes, SlotFiles::Access::kLook);
+  EXPECT_EQ(std::to_integer<char>(looked.slot(7)[0]), 's');
+  const std::byte byte{1};
+  for (unsigned slot = 0; slot < SlotFiles::kSlots; ++slot)
+    EXPECT_FALSE(looked.erase(slot, 1) || looked.write(slot, 0, {&byte, 1})) << slot;
+  EXPECT_EQ(files(), before);
+}
+
+TEST_F(SlotFilesTest, AFileOfAnotherUserIsNamedWithItsOwner) {
+  constexpr uid_t kNobody = 65534;
+  const fs::path file = folder_.path() / "journal0";
+  std::ofstream(file) << "of another user";
+  fs::permissions(file, fs::perms::none);
+  fs::permissions(folder_.path(), fs::perms::all);
+  for (const auto access : {SlotFiles::Access::kWrite, SlotFiles::Access::kLook}) {
+    std::string told = "nothing";
+    int error = 0;
+    const bool root = geteuid() == 0;  // who may open any file
+    ASSERT_EQ(seteuid(root ? kNobody : geteuid()), 0);
+    try {
+      const SlotFiles files(folder_.path(), kSlotBytes, access);
+    } catch (const std::system_error& failed) {
+      told = failed.what();
+      error = failed.code().value();
+    }
+    ASSERT_EQ(seteuid(root ? 0 : geteuid()), 0);
+    EXPECT_TRUE(told.starts_with(file.string() + ", which belongs to the user ")) << told;
+    EXPECT_TRUE(told.ends_with(": Permission denied")) << told;
+    EXPECT_NE(
+        board::remedy_for_store(folder_.path(), error).find("chown -R thimble: " + folder_.path().string()),
+        std::string::npos);
+  }
 }
 
 TEST_F(SlotFilesTest, AMissingFolderIsNamed) {
