@@ -12,8 +12,8 @@ namespace {
 
 class Uses {
  public:
-  // what: "the GPIO line". where: the value that names the thing. remedy: what to do at a second use. shared: uses of the same text may name
-  // one thing together; empty: nobody else may.
+  // what: "the GPIO line". where: the value that names the thing. remedy: what to do at a second use.
+  // shared: uses of the same text may name one thing together; empty: no other may.
   void take(const std::string& what, const std::string& thing, const JsonValue& where, const char* remedy,
             const std::string& shared = "") {
     const auto before =
