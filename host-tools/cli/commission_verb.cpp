@@ -120,7 +120,10 @@ class Session {
       page_->follow([this] { return arm_->counts(); }, [this] { static_cast<void>(arm_->bench().read()); });
     if (commission_.bench().is_object()) arm_->demand_same(commission_.bench());
     commission_.tell_bench(arm_->identity());
-    commission_.save(places_.state);  // a folder that cannot be written is found before the work
+    // A folder that cannot be written is found before the work.
+    commission_.save(places_.state);
+    for (const std::filesystem::path* output : {&places_.result, &places_.report})
+      static_cast<void>(OutputFile(*output));
   }
 
   void run() {

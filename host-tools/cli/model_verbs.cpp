@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "host-tools/arms/arm_checks.h"
 #include "host-tools/arms/arm_file.h"
@@ -76,6 +77,16 @@ void warn(const ArmFigures& figures) {
   for (const std::string& warning : figures.warnings) say(stderr, "warning: {}\n", warning);
 }
 
+// What check_arm() throws.
+std::optional<Error> refusal(const ArmFile& arm, const std::string& file) {
+  try {
+    static_cast<void>(check_arm(arm, file));
+    return std::nullopt;
+  } catch (const Error& error) {
+    return error;
+  }
+}
+
 }  // namespace
 
 void model_check(const Common& common, const std::string& model) {
@@ -105,7 +116,8 @@ void model_show(const Common& common, const std::string& model) {
   say("{}: {}\n", arm.name, summary(checked));
   if (!arm.description.empty()) say("  {}\n", arm.description);
   say("  figures: {}\n", arm.source);
-  say("  at home the tip is at {:.1f}, {:.1f}, {:.1f} mm of the base; the motors give {:.2f} to {:.2f} N "
+  say("  at home the tip is at {:.1f}, {:.1f}, {:.1f} mm in the world, from the base; the motors give {:.2f} "
+      "to {:.2f} N "
       "there, allowed are {:.2f} N\n",
       tenths_of_mm(figures.home_tip_m.x()), tenths_of_mm(figures.home_tip_m.y()),
       tenths_of_mm(figures.home_tip_m.z()), figures.least_peak_force_N, figures.most_peak_force_N,
@@ -212,18 +224,24 @@ void model_import(const Common& common, const ModelImportChoice& choice) {
   OutputFile output(choice.output);
   output.stream() << text;
   output.commit();
+  // The file is there to be edited: what has to be, beside the guesses.
+  const std::optional<Error> refused = refusal(arm, choice.output.string());
   if (common.json) {
     Json json = document("model import");
     json["model"] = choice.output.string();
     json["name"] = arm.name;
     json["axes"] = arm.joints;
     json["guesses"] = {"encoder", "drive", "motor", "limits"};
+    json["refused"] = refused ? Json(refused->name) : Json();
     print(json);
-    return;
+  } else {
+    say("{}: {} axes. Encoders, drives, motors and limits are guesses: replace them, then `thimble model "
+        "check {}`\n",
+        choice.output.string(), arm.axes.size(), choice.output.string());
   }
-  say("{}: {} axes. Encoders, drives, motors and limits are guesses: replace them, then `thimble model check "
-      "{}`\n",
-      choice.output.string(), arm.axes.size(), choice.output.string());
+  if (refused)
+    say(stderr, "warning: as it is, `thimble model check` refuses it: {}: {}; {}\n", refused->name,
+        refused->cause, refused->remedy);
 }
 
 }  // namespace thimble::host

@@ -86,6 +86,7 @@ class SimBench : public Bench {
   [[nodiscard]] std::size_t axes() const { return given_.axes.size(); }
   [[nodiscard]] double uniform(double low, double high);
   void add_light_links();
+  void add_least_friction();
   void build();
   void harden_stops();
   [[nodiscard]] double fastest_rate() const;

@@ -41,15 +41,16 @@ void SimBench::bring(const JointVector& place, std::optional<std::size_t> loose)
   constexpr int kLeast_ms = 60, kMost_ms = 1500;
   constexpr double kCorrected = .03, kOfDamping = .2, kStill_rad_s = 2e-3, kNear_rad = 5e-4;
   const board::JointMatrix M = plant_->mass_matrix();
-  JointVector corrected = JointVector::Constant(place.size(), kCorrected);
+  JointVector corrected = JointVector::Constant(place.size(), kCorrected), unit = corrected;
   for (std::size_t j = 0; j < axes(); ++j) {
     const double inertia = M(at(j), at(j)) + (truth_.axis[j].driven ? truth_.axis[j].rotor_kg_m2 : 0);
     corrected[at(j)] = std::min(kCorrected, kOfDamping * kHandTick_s * grip_d_[at(j)] / inertia);
+    unit[at(j)] = per_radian(original_.axes[j]);
   }
   JointVector target = place;
   for (int k = 0; k < kMost_ms; ++k) {
     if (k > kLeast_ms && (place - plant_->joints_rad()).cwiseAbs().maxCoeff() < kNear_rad &&
-        plant_->joint_speeds_rad_s().cwiseAbs().maxCoeff() < kStill_rad_s)
+        plant_->joint_speeds_rad_s().cwiseQuotient(unit).cwiseAbs().maxCoeff() < kStill_rad_s)
       break;
     target += corrected.cwiseProduct(place - plant_->joints_rad());
     grip(target, std::nullopt, 1);
@@ -174,7 +175,13 @@ void SimBench::turn(const Prompt& prompt, bool powered, BenchRecording& recordin
     plant_->set_max_step(hand_step_s_);
     sign = board::AnyPlant(truth_).force_jacobian().col(at(axis)).dot(prompt.direction) > 0 ? 1 : -1;
   }
-  const double speed = kHandSpeed * std::min(1.0, (span.upper - span.lower) / 2);
+  // Nobody slams an axis into its stop: it yields by so many counts at most.
+  constexpr double kYields = 100;
+  const board::AxisTruth& own = truth_.axis[axis];
+  const double inertia = plant_->mass_matrix()(at(axis), at(axis)) + (own.driven ? own.rotor_kg_m2 : 0);
+  const double speed =
+      std::min(kHandSpeed * std::min(1.0, (span.upper - span.lower) / 2),
+               kYields * std::abs(own.rad_per_count) * std::sqrt(own.stop_stiffness_N_m_rad / inertia));
   for (int k = 0; k < 2 * prompt.times; ++k) {
     const bool up = (k % 2 == 0) == (sign > 0);
     const double beyond = kBeyond * per_radian(original_.axes[axis]) * uniform(.99, 1.01);

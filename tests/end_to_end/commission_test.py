@@ -232,6 +232,12 @@ class Commission(Rig):
                                 capture_output=True, preexec_fn=become, env=self.environment, timeout=60)
         self.assertEqual((result.returncode, result.stdout), (5, ""), result.stderr)
         self.assertEqual(json.loads(result.stderr)["error"]["name"], "permission")
+        # The progress is kept elsewhere; where the result goes is found before the work all the same.
+        elsewhere = place.with_name(place.name + "-state.json")
+        self.addCleanup(elsewhere.unlink, missing_ok=True)
+        result = subprocess.run([place / "thimble", "commission", place / "paddle.arm.json", "--simulate", "--state", elsewhere], text=True,
+                                capture_output=True, preexec_fn=become, env=self.environment, timeout=60)
+        self.assertEqual((result.returncode, result.stdout), (5, ""), result.stderr)
         place.chmod(0o755)
 
 

@@ -3,6 +3,7 @@
 import csv
 import json
 import random
+import re
 import subprocess
 import unittest
 from pathlib import Path
@@ -64,6 +65,11 @@ class Model(Rig):
         self.assertEqual((shown["name"], shown["force_dof"]), ("mine", 2))
         self.assertEqual(shown["axes"][0]["home_rad"], 0)
         self.assertAlmostEqual(shown["axes"][1]["home_rad"], 1.25, places=9)  # the middle of its limits
+        unlimited = self.folder / "unlimited.urdf"
+        unlimited.write_text(re.sub(r' lower="[^"]*" upper="[^"]*"', "", URDF, count=1))
+        result = self.ok("model", "import", "urdf", unlimited, "--output", self.folder / "unlimited.arm.json")
+        self.assertRegex(result.err, "warning: as it is, `thimble model check` refuses it: empty-range: ")
+        self.assertIsNone(self.ok_json("model", "import", "urdf", urdf, "--output", made)["refused"])
         self.fails(10, "unknown-link", "model", "import", "urdf", urdf, "--tip", "hand", "--output", made)
         self.fails(2, "bad-output", "model", "import", "urdf", urdf, "--output", self.folder / "mine.json")
         self.fails(2, "same-file", "model", "import", "urdf", made, "--output", made)
