@@ -28,8 +28,10 @@ Json json_of_arm(const std::string& name) {
 
 ArmFile arm_from(const Json& json) { return read_arm_file(json.dump(), json.at("name").get<std::string>()); }
 
+constexpr double kBelt = 15, kScrew = 30;  // turns of the motor for a metre
+
 // A motor on a rail, with the friction of a cart in N.
-ArmFile rail() {
+ArmFile rail(double turns_m) {
   Json arm = json_of_arm("arms/paddle");
   arm["name"] = "rail";
   arm["kinematics"]["serial"]["joints"][0]["type"] = "prismatic";
@@ -37,6 +39,7 @@ ArmFile rail() {
   Json& axis = arm["axes"][0];
   axis.erase("lower_deg");
   axis.erase("upper_deg");
+  for (const char* part : {"encoder", "drive"}) axis[part]["turns_per_turn"] = turns_m;
   axis["lower_m"] = -.05;
   axis["upper_m"] = .05;
   axis["friction"] = {{"coulomb_N_m", .1}, {"viscous_N_m_s_rad", .5}};
@@ -86,7 +89,8 @@ void expect_sound(const ArmFile& arm, int last) {
 
 TEST(Arms, SoundOnesPass) {
   expect_sound(arm_from(json_of_arm("arms/pantograph")), is_long() ? 10 : 7);
-  expect_sound(rail(), is_long() ? 10 : 8);
+  expect_sound(rail(kBelt), is_long() ? 10 : 8);
+  expect_sound(rail(kScrew), is_long() ? 10 : 8);
   expect_sound(arm_from(json_of_arm("arms/touch")), is_long() ? 10 : 5);
   if (!is_long()) return;
   for (const char* name : {"arms/falcon", "docs/examples/five-bar/five-bar-odrive"})
@@ -98,7 +102,7 @@ void expect_named(const ArmFile& arm, const SimFault& fault, int step) {
   EXPECT_EQ(run.number, step) << arm.name << " " << text_of(fault.fault).name;
   ASSERT_FALSE(run.result.findings.empty()) << arm.name << " " << text_of(fault.fault).name;
   const ArmFinding& found = run.result.findings.front();
-  EXPECT_EQ(found.fault, fault.fault) << found.text;
+  for (const ArmFinding& one : run.result.findings) EXPECT_EQ(one.fault, fault.fault) << one.text;
   EXPECT_TRUE(found.axis == static_cast<int>(fault.axis) || found.axis == static_cast<int>(fault.other))
       << found.text;
   EXPECT_LT(run.force_N, 1) << arm.name;
@@ -106,7 +110,7 @@ void expect_named(const ArmFile& arm, const SimFault& fault, int step) {
 }
 
 TEST(Arms, FaultsOfAFiveBarAndOfARailAreNamed) {
-  const ArmFile bars = arm_from(json_of_arm("docs/examples/five-bar/five-bar-odrive")), cart = rail();
+  const ArmFile bars = arm_from(json_of_arm("docs/examples/five-bar/five-bar-odrive")), cart = rail(kBelt);
   expect_named(bars, {kMotorSign, 1, 1}, 5);
   expect_named(bars, {kMotorsSwapped, 0, 1}, 5);
   expect_named(bars, {kEncodersSwapped, 0, 1}, 2);
@@ -114,6 +118,13 @@ TEST(Arms, FaultsOfAFiveBarAndOfARailAreNamed) {
   expect_named(cart, {kDeadPhase}, 5);
   expect_named(cart, {kEncoderSign}, 2);
   expect_named(cart, {kSlip, 0, 0, 2}, 2);
+}
+
+// What slips seems to have another ratio, too, and its correction would be wrong once it is repaired.
+TEST(Arms, ASlipIsNoRatioAndATenthOfATorqueIsSome) {
+  expect_named(arm_from(json_of_arm("arms/wooden")), {kSlip, 0, 0, 1}, 2);
+  expect_named(arm_from(json_of_arm("arms/wooden")), {kWeakMotor, 0, 0, .1}, 4);
+  expect_named(arm_from(json_of_arm("arms/paddle")), {kWeakMotor, 0, 0, .1}, 4);
 }
 
 // The files of these arms say 0.1 N m of friction: more than 1 N at the tip, whichever joint the drive turns in truth.
