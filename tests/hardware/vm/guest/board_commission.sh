@@ -1,8 +1,7 @@
 #!/bin/sh
 # The five-bar of docs/examples/five-bar, from its files to a wall that is felt, as its builder goes: the board gets the arm, `thimble commission`
 # proves it over the link, and names the motor that is wired backwards. The builder (builder_rig.h) does what the tool prints. Then the board gets
-# a scene, and after step 10 the arm as it was measured before. $UNTIL: the last step.
-# With 10 it has not been seen to its end: docs/commissioning.md.
+# a scene, and after step 10 the arm as it was measured before. $UNTIL: the last step. What of it has been seen: docs/commissioning.md.
 . /usr/local/bin/lib.sh
 . /usr/local/bin/board_lib.sh
 device='--device can:vcan0'
