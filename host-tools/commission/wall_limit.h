@@ -2,7 +2,7 @@
 // the arms that come with Thimble. The file's friction, inertia, stiffness, counts and delay are what limits it, so measured ones give the limit
 // of this arm. The force has the limits that the firmware's has: without them the result was a third too low at 4 kHz. So has it the probes of encoders
 // (encoder_frozen): on a stiff wall one count changes a joint's torque by so much that the firmware probes it. wall_limit_test compares it with what the
-// firmware holds on simulated arms: within 15 %.
+// firmware holds on simulated arms: within 15 % for three arms (wall_limit.many_arms).
 #pragma once
 
 #include <functional>

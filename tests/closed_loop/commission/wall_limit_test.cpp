@@ -55,8 +55,10 @@ TEST_P(WallLimitOf, IsThatOfTheFirmwareOnTheSimulatedArm) {
   }
 }
 
+// Not touch: its 3.3 N are what a count gives on a wall of 20 kN/m, its force goes to and fro there, and its swing, near two counts over a wide range of
+// walls, tells no limit. Computed it is a fifth lower than of the firmware at 4 and 10 kHz, and at 1 kHz the firmware has none.
 std::vector<std::string> arms() {
-  return is_long() ? std::vector<std::string>{"premium-1.5", "wooden", "touch"}
+  return is_long() ? std::vector<std::string>{"premium-1.5", "wooden", "falcon"}
                    : std::vector<std::string>{"premium-1.5"};
 }
 INSTANTIATE_TEST_SUITE_P(Arms, WallLimitOf, testing::ValuesIn(arms()),
