@@ -1,4 +1,5 @@
 // The key arms/N/drives of the board's configuration: what is read, and what is refused, with place and cause.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
