@@ -162,8 +162,7 @@ std::string remedy_for_store(const std::filesystem::path& folder, int error) {
     case EACCES:
     case EPERM:
       return "run it as the board's user (sudo -u thimble), who must own the folder and its files: sudo "
-             "chown "
-             "-R thimble: " +
+             "chown -R thimble: " +
              folder.string();
     case ENOENT:
     case ENOTDIR:

@@ -20,8 +20,8 @@ constexpr double kLongestWay = .4, kShortest_s = .4;  // rad to each side, and w
 constexpr double kLowest_Hz = 12, kHighest_Hz = 350;
 constexpr int kFrequencies = 26;
 constexpr double kTone_s = .25;
-constexpr double kToneFriction = 12,
-                 kTonePeak = .12;     // amplitude by friction, and of the peak: below half of encoder_frozen
+// Amplitude by friction, and of the peak: from crest to crest less than encoder_frozen.
+constexpr double kToneFriction = 12, kTonePeak = .12;
 constexpr std::size_t kToneRuns = 2;  // that the model explains
 constexpr int kMostToneRuns = 5;
 constexpr int kRamps = 6;
