@@ -133,11 +133,10 @@ TEST(LinkCommission, WhatIsWrongIsNamed) {
     bool measures_current = true;
   } kCases[] = {
       {"arms/paddle", "line-ignored", 0, ArmFault::kLineIgnored},
-      {"arms/premium-1.5", "encoder-sign@yaw", 2, ArmFault::kEncoderSign},
+      {"arms/paddle", "encoder-sign@paddle", 2, ArmFault::kEncoderSign},
       {"arms/premium-1.5", "encoders-swapped@upper,fore", 2, ArmFault::kEncodersSwapped},
       {"arms/premium-1.5", "dead-encoder@fore", 2, ArmFault::kDeadEncoder},
       {"arms/premium-1.5", "motors-swapped@yaw,upper", 5, ArmFault::kMotorsSwapped},
-      {"arms/premium-1.5", "open-winding@upper", 4, ArmFault::kOpenWinding},
       {"docs/examples/five-bar/five-bar-odrive", "open-winding@first", 4, ArmFault::kOpenWinding},
       {"arms/paddle", "open-winding@paddle", 5, ArmFault::kNoMotion, false},
   };
