@@ -18,6 +18,7 @@ namespace {
 constexpr double kNoDirection = 1e-3;
 constexpr double kMostCondition = 20;
 constexpr double kCoarse_m = 2e-4;
+constexpr double kFewestCounts = 16;  // between the limits of an axis
 
 [[noreturn]] void refuse(const std::string& file, const char* slug, const std::string& cause,
                          const char* remedy) {
@@ -61,6 +62,11 @@ void check_electronics(const ArmFile& arm, const std::string& file) {
              "give each drive a port of its own");
     const double counts_per_rad = 1.0 / std::abs(axis.per_count());
     const double counts = counts_per_rad * (axis.upper.value - axis.lower.value);
+    if (counts < kFewestCounts)
+      refuse(file, "too-few-counts",
+             fmt::format("axis {} counts {:.2g} between its limits, and {:.0f} are the least", axis.name,
+                         counts, kFewestCounts),
+             "correct counts_per_turn, turns_per_turn or the limits");
     if (counts >= std::exp2(axis.encoder.counter_bits - 1))
       refuse(file, "counter-wraps",
              fmt::format(

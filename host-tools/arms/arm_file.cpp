@@ -40,6 +40,15 @@ Eigen::Matrix3f rotation(const Part& part) {
 constexpr std::array<std::string_view, 6> kPlatformLinks{"inner1", "inner2", "outer1",
                                                          "outer2", "plate",  "thighs"};
 
+// Names stand in messages and tables, and in answers of the device.
+std::string read_name(const Part& part) {
+  std::string name = part.text("name");
+  if (name.front() == ' ' || name.back() == ' ' ||
+      std::ranges::any_of(name, [](unsigned char c) { return c < ' ' || c == 0x7F; }))
+    part.at("name").wrong("a name without line breaks or tabs, and without spaces at its ends");
+  return name;
+}
+
 void read_chain(const Part& part, ArmFile& arm) {
   kinematics::ChainGeometry& chain = arm.geometry.chain;
   const Value joints = part.at("joints");
@@ -48,7 +57,7 @@ void read_chain(const Part& part, ArmFile& arm) {
   const std::size_t before = arm.joints.size();
   for (std::size_t k = 0; k < static_cast<std::size_t>(chain.count); ++k) {
     const Part joint(joints.at(k), "joint");
-    const std::string name = joint.text("name");
+    const std::string name = read_name(joint);
     if (std::ranges::find(arm.joints, name) != arm.joints.end())
       joint.at("name").fail("repeated-name", "is \"" + name + "\", as a joint before",
                             "give each joint a name of its own");
@@ -220,7 +229,7 @@ void read_range(const Part& part, ArmAxis& axis) {
 
 ArmAxis read_axis(const Motors& motors, const Part& part, bool is_prismatic) {
   ArmAxis axis;
-  axis.name = part.text("name");
+  axis.name = read_name(part);
   axis.is_prismatic = is_prismatic;
   read_range(part, axis);
   axis.encoder = read_encoder(part.part("encoder", "encoder"));
@@ -388,7 +397,7 @@ ArmFile read(const Value& value) {
               "use the version of thimble that the file was written for");
   ArmFile arm;
   if (root.has("$schema")) static_cast<void>(root.text("$schema"));
-  arm.name = root.text("name");
+  arm.name = read_name(root);
   if (root.has("description")) arm.description = root.text("description");
   arm.source = root.text("source");
   arm.geometry.rotation = rotation(root);
