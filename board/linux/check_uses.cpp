@@ -66,6 +66,9 @@ void check_uses(const JsonValue& root) {
     for (const char* key : {"drive_fault", "index"})
       if (arm.has(key))
         take_line(uses, arm.at(key), "line", std::string(key) + " " + arm.at(key).at("active").text());
+    if (arm.has("dac"))  // its outputs are those of the arm's joints
+      uses.take("the converter", arm.at("dac").at("spi").raw().dump(), arm.at("dac").at("spi"),
+                "give each arm a converter of its own");
     if (arm.has("encoders")) take_encoders(uses, arm.at("encoders").at("joints"));
   }
   const JsonValue links = root.at("links");

@@ -256,13 +256,17 @@ class Session {
     std::fflush(stdout);
     const StepResult& result = commission_.results().at(failed_);
     std::string cause = fmt::format("step {} has not passed", failed_);
-    for (const ArmFinding& found : result.findings)
+    bool is_file_doubtful = false;
+    for (const ArmFinding& found : result.findings) {
       cause += fmt::format("; {}: {}", text_of(found.fault).name, found.text);
-    throw Error(
-        ExitCode::kVerification, "arm-fault", cause,
-        fmt::format("repair it, then give the command again: it goes on with step {}; where the arm is right "
-                    "and the file is wrong, give --accept-corrections; {}",
-                    failed_, places_.report.string()));
+      is_file_doubtful = is_file_doubtful || !found.corrections.empty();
+    }
+    throw Error(ExitCode::kVerification, "arm-fault", cause,
+                fmt::format("repair it, then give the command again: it goes on with step {};{} {}", failed_,
+                            is_file_doubtful ? " where the arm is right and the file is wrong, give "
+                                               "--accept-corrections;"
+                                             : "",
+                            places_.report.string()));
   }
 
   // Where a step has failed, the error says all.

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "host-tools/commission/balance.h"
 #include "host-tools/commission/pulses.h"
@@ -185,8 +186,8 @@ void join_ring(const Expectation& arm, std::vector<ArmFinding>& findings) {
   findings.push_back(kept);
 }
 
-// At two places or more, in both directions, less than half of what it does at most others.
-bool has_dead_phase(const PulseSeries& series) {
+// Two places or more at which it does, in both directions, less than half of what it does at most others: what part of that.
+std::optional<double> dead_phase(const PulseSeries& series) {
   std::vector<double> strength;
   strength.reserve(series.places());
   for (std::size_t k = 0; k < series.places(); ++k) {
@@ -197,9 +198,11 @@ bool has_dead_phase(const PulseSeries& series) {
     const double most = std::max(size(up), size(down));
     if (most > 0 || (!up.moved && !down.moved)) strength.push_back(most);
   }
-  if (strength.size() < 4) return false;
+  if (strength.size() < 4) return {};
   std::ranges::sort(strength);
-  return strength[1] < .5 * strength[strength.size() - 2];
+  const double most = strength[strength.size() - 2];
+  if (!(strength[1] < .5 * most)) return {};
+  return strength[1] / most;
 }
 
 // Torque by inertia is off: the motor or the inertia, unless the torque constant is known.
@@ -237,10 +240,13 @@ void judge_series(StepContext& context, std::size_t j, const PulseSeries& series
     result.findings.push_back(found);
     return;
   }
-  if (has_dead_phase(series)) {
-    result.findings.push_back(
-        finding(arm, ArmFault::kDeadPhase, j,
-                fmt::format("it moved at {} of {} places", series.moving(), series.places())));
+  if (const std::optional<double> part = dead_phase(series)) {
+    result.findings.push_back(finding(
+        arm, ArmFault::kDeadPhase, j,
+        fmt::format(
+            "it moved at {} of {} places, at two of these or more with at most {:.0f} % of the torque "
+            "that it has elsewhere",
+            series.moving(), series.places(), 100 * *part)));
     return;
   }
   if (std::abs(up - down) > .3 * std::abs(strength))

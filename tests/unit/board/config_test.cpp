@@ -162,7 +162,7 @@ json two_arms() {
 }
 
 // A contact that shares its line with another would not be read as what it is, and an output would drive what is not meant.
-TEST(BoardConfig, ALineACountAndALinkHaveOneUse) {
+TEST(BoardConfig, ALineACountAConverterAndALinkHaveOneUse) {
   const auto refused = [](const json& root) -> ConfigError {
     try {
       (void)parse(root);
@@ -192,6 +192,8 @@ TEST(BoardConfig, ALineACountAndALinkHaveOneUse) {
             "the count \"48300180.counter\" 0", "/arms/0/encoders/joints/0"},
            {"/arms/1/encoders/joints/1/count", 0, "/arms/1/encoders/joints/1",
             "the count \"48302180.counter\" 0", "/arms/0/encoders/joints/1"},
+           {"/arms/1/dac/spi", "/dev/spidev0.0", "/arms/1/dac/spi", "the converter \"/dev/spidev0.0\"",
+            "/arms/0/dac/spi"},
            {"/links/1", {{"can", "can0"}}, "/links/1/can", "the interface \"can0\"", "/links/0/can"},
        }) {
     json root = two_arms();
