@@ -122,6 +122,7 @@ DriveWiring read_drive(const JsonValue& value, const kinematics::AxisData* axis)
     (void)start.size(2, 2);
     config.start_lo_rad = static_cast<float>(start.at(std::size_t{0}).number({-1e4, 1e4, "rad"}));
     config.start_hi_rad = static_cast<float>(start.at(std::size_t{1}).number({-1e4, 1e4, "rad"}));
+    if (!(config.start_lo_rad < config.start_hi_rad)) start.wrong("two numbers, the lower one first");
   }
   if (is_moteus(config.kind)) read_moteus(value, config);
   if (is_odrive(config.kind)) read_odrive(value, config);

@@ -18,6 +18,7 @@ namespace {
 constexpr double kNoDirection = 1e-3;
 constexpr double kMostCondition = 20;
 constexpr double kCoarse_m = 2e-4;
+constexpr double kNoLever_m = 1e-6;   // an axis through the point at which the force acts pushes nothing
 constexpr double kFewestCounts = 16;  // between the limits of an axis
 
 [[noreturn]] void refuse(const std::string& file, const char* slug, const std::string& cause,
@@ -201,7 +202,7 @@ ArmFigures figures_of(const ArmFile& arm, const std::string& file) {
     const auto column = static_cast<Eigen::Index>(j);
     const double lever = driven.col(column).norm();
     figures.axes.push_back({std::abs(arm.axes[j].per_count()) * pose.jacobian.col(column).head<3>().norm(),
-                            lever > 0 ? arm.axes[j].peak_torque() / lever : 0.0});
+                            lever > kNoLever_m ? arm.axes[j].peak_torque() / lever : 0.0});
   }
   return figures;
 }

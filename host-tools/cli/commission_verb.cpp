@@ -156,6 +156,8 @@ class Session {
     constexpr int kMostRepeats = 6;
     for (int repeats = 0; repeats < kMostRepeats; ++repeats) {
       if (once(number) || is_over_) return;
+      while (!is_over_ && commission_.next() < number) do_step(commission_.next());  // what is void now
+      if (is_over_) return;
     }
     is_over_ = true;
   }
@@ -261,11 +263,15 @@ class Session {
       cause += fmt::format("; {}: {}", text_of(found.fault).name, found.text);
       is_file_doubtful = is_file_doubtful || !found.corrections.empty();
     }
+    if (result.findings.empty())
+      for (const std::string& note : result.notes) cause += "; " + note;
     throw Error(ExitCode::kVerification, "arm-fault", cause,
-                fmt::format("repair it, then give the command again: it goes on with step {};{} {}", failed_,
-                            is_file_doubtful ? " where the arm is right and the file is wrong, give "
-                                               "--accept-corrections;"
-                                             : "",
+                fmt::format("repair it, then give the command again: it goes on with step {};{} {}",
+                            commission_.next(),
+                            is_file_doubtful && choice_.simulate
+                                ? " where the arm is right and the file is wrong, give "
+                                  "--accept-corrections;"
+                                : "",
                             places_.report.string()));
   }
 

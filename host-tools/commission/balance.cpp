@@ -8,13 +8,15 @@ namespace {
 
 constexpr double kFalls = .05;  // rad, or of the way between the stops where that is less
 constexpr double kWait_s = .2;
-constexpr double kFirstStep = .2, kFromStop = .03;  // of the way between the stops
+// Of the way between the stops; so far from one that a fall on it is seen.
+constexpr double kFirstStep = .2, kFromStop = .08;
 constexpr int kMostTrials = 12;
 
 // 0: it stays; else the direction in which it fell. NaN: the builder stops.
-double falls(StepContext& context, std::size_t axis, const board::JointVector& at, double enough) {
+double falls(StepContext& context, std::size_t axis, const board::JointVector& at, double enough,
+             double wait_s = kWait_s) {
   if (place(context, axis, at) == Answer::kStop) return std::nan("");
-  static_cast<void>(context.bench.wait(kWait_s, false));
+  static_cast<void>(context.bench.wait(wait_s, false));
   PerAxis<std::int64_t> counts{};
   const PerAxis<AxisReading> readings = context.bench.read();
   for (std::size_t j = 0; j < context.arm.axes(); ++j) counts.at(j) = readings.at(j).counts;
@@ -37,11 +39,15 @@ std::optional<board::JointVector> between(StepContext& context, std::size_t axis
   return std::nullopt;
 }
 
+double enough_of(const Expectation::Span& span) {
+  return std::min(kFalls, kFalls * (span.upper - span.lower));
+}
+
 std::optional<board::JointVector> search(StepContext& context, std::size_t axis,
                                          const board::JointVector& begin) {
   const auto row = static_cast<Eigen::Index>(axis);
   const Expectation::Span span = context.arm.span(axis, begin);
-  const double way = span.upper - span.lower, enough = std::min(kFalls, kFalls * way);
+  const double way = span.upper - span.lower, enough = enough_of(span);
   const double first = falls(context, axis, begin, enough);
   if (first == 0) return begin;
   if (std::isnan(first)) return std::nullopt;
@@ -71,6 +77,19 @@ board::JointVector resting_place(StepContext& context, std::size_t axis) {
   std::optional<board::JointVector>& known = context.known.resting.at(axis);
   if (!known) known = search(context, axis, begin);
   return known.value_or(begin);
+}
+
+Rest rest_of(StepContext& context, std::size_t axis) {
+  const Expectation& arm = context.arm;
+  if (!arm.gravity_turns(axis)) return Rest::kStays;
+  const board::JointVector at = resting_place(context, axis);
+  // A heavy rotor falls slowly: longer than the search for the place waits.
+  constexpr double kSure = .5, kLong_s = .6;
+  const double friction = arm.axis(axis).friction.coulomb_N_m.value;
+  if (arm.knows_inertia() && arm.turning(axis, at) <= kSure * friction) return Rest::kStays;
+  const double direction = falls(context, axis, at, enough_of(arm.span(axis, at)), kLong_s);
+  if (std::isnan(direction)) return Rest::kStopped;
+  return direction == 0 ? Rest::kStays : Rest::kFalls;
 }
 
 }  // namespace thimble::host

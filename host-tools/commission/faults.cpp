@@ -63,6 +63,8 @@ constexpr std::array kTexts{
               "weigh the links and correct the bodies in the file"},
     FaultText{kStopElsewhere, "stop-elsewhere", "the stops are elsewhere than the file says",
               "measure the angles of the stops and correct the limits in the file"},
+    FaultText{kNoRest, "no-rest", "the joint stays nowhere between its stops when it is let go",
+              "balance it with a counterweight or a spring, or correct the bodies in the file"},
 };
 
 }  // namespace

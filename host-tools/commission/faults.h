@@ -36,6 +36,7 @@ enum class ArmFault : std::uint8_t {
   kWrongDirection,  // a force that does not oppose the hand
   kWrongWeight,     // gravity is not as the file has it
   kStopElsewhere,   // the way from stop to stop is off by less than a fault would make it
+  kNoRest,          // its weight turns the joint wherever it is let go
 };
 
 struct FaultText {

@@ -76,12 +76,14 @@ double factor_of(const std::string& word, const PlantedFault& planted, const std
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), factor);
   const bool is_number = error == std::errc() && end == word.data() + word.size() && std::isfinite(factor);
   const bool whole = planted.fault != kIndexOff || (factor == std::round(factor) && factor != 0);
-  if (planted.factor == 0 || !is_number || !whole || factor < planted.least || factor > planted.most)
+  const bool changes = factor != 1 || planted.fault == kIndexOff || planted.fault == kSlip;
+  if (planted.factor == 0 || !is_number || !whole || !changes || factor < planted.least ||
+      factor > planted.most)
     refuse("bad-fault", fmt::format("{}: '{}' is no factor of this fault", text, word),
            planted.factor == 0 ? "leave it away: the fault takes none"
            : planted.fault == kIndexOff
                ? "give whole turns of the encoder, -3 to 3 and not 0"
-               : fmt::format("give a number from {} to {}", planted.least, planted.most));
+               : fmt::format("give a number from {} to {}, not 1", planted.least, planted.most));
   return factor;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -49,6 +50,7 @@ int step_of(const std::string& number) {
               "begin the commissioning anew");
 }
 
+constexpr int kStepOfCurrents = 4;
 constexpr const char* kWalls = "/limits/largest_walls";
 
 // With the margin, in place of those of the same rate.
@@ -123,6 +125,10 @@ const StepResult& Commission::run(int number, Bench& bench) {
   }
   // What later steps found of another arm, or of this one before it was repaired, is void.
   if (!result.passed) results_.erase(results_.upper_bound(number), results_.end());
+  if (std::ranges::any_of(result.findings, [](const ArmFinding& found) {
+        return found.fault == ArmFault::kMotorsSwapped || found.fault == ArmFault::kJointsSwapped;
+      }))
+    results_.erase(kStepOfCurrents);  // it looked at the motors of other joints
   StepResult& kept = results_[number] = std::move(result);
   accept(kept, bench);
   return kept;
@@ -187,6 +193,26 @@ std::string place_of(const Measure& measure) {
   return {};
 }
 
+// Where the given file has no friction: a part that is too small to be measured is written as it was seen, and without the largest part none.
+void Commission::complete_friction(Json& arm) const {
+  for (std::size_t j = 0; j < arm.at("axes").size(); ++j) {
+    Json& axis = arm["axes"][j];
+    if (!axis.contains("friction")) continue;
+    Json& friction = axis["friction"];
+    if (!friction.contains("coulomb_N_m")) {
+      axis.erase("friction");
+    } else if (!friction.contains("viscous_N_m_s_rad")) {
+      friction["viscous_N_m_s_rad"] = 0;
+      for (const auto& [number, result] : results_)
+        for (const Measure& measure : result.measures)
+          if (measure.name == "viscous_N_m_s_rad" && measure.axis == static_cast<int>(j))
+            friction["viscous_N_m_s_rad"] = {{"value", rounded(std::max(0.0, measure.value))},
+                                             {"spread", rounded(measure.spread)},
+                                             {"by", by_}};
+    }
+  }
+}
+
 std::string Commission::arm_file(const std::string& proved_on) const {
   Json arm = arm_;
   std::vector<const Measure*> walls;
@@ -203,6 +229,7 @@ std::string Commission::arm_file(const std::string& proved_on) const {
           {"value", rounded(measure.value)}, {"spread", rounded(measure.spread)}, {"by", by_}};
     }
   }
+  complete_friction(arm);
   write_walls(arm, walls, by_);
   drop_unused_motors(arm);
   arm.erase(kCommissionedKey);

@@ -55,6 +55,7 @@ class Commission {
   // False: with the corrections the file would be refused; it is as before, and a note says why.
   [[nodiscard]] bool correct(const ArmFinding& found, std::vector<std::string>& notes);
   void reread();
+  void complete_friction(nlohmann::ordered_json& arm) const;
   void demand_axes() const;  // of the results: those of the arm
 
   std::string name_, by_;

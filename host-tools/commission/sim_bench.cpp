@@ -1,6 +1,9 @@
 #include "host-tools/commission/sim_bench.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +11,7 @@
 
 #include "host-tools/arms/arm_data.h"
 #include "host-tools/commission/expectation.h"
+#include "host-tools/error.h"
 
 namespace thimble::host {
 namespace {
@@ -140,6 +144,20 @@ void SimBench::harden_stops() {
   for (std::size_t j = 0; j < axes(); ++j) plant_->set_open(j, open_.at(j));
 }
 
+// At home and at the corners of the limits.
+std::vector<board::JointMatrix> SimBench::mass_at_corners(const board::AnyPlantParameters& of) const {
+  board::AnyPlant plant(of);
+  std::vector<board::JointMatrix> all{plant.mass_matrix()};
+  JointVector at = plant.joints_rad();
+  for (std::size_t corner = 0; corner < std::size_t{1} << axes(); ++corner) {
+    for (std::size_t j = 0; j < axes(); ++j)
+      at[index(j)] = ((corner >> j) & 1U) == 0 ? of.axis[j].lower : of.axis[j].upper;
+    plant.place(at);
+    all.push_back(plant.mass_matrix());
+  }
+  return all;
+}
+
 // 1/s: of the springs and dampers at the links, hands and stops included, and of the rotors on their transmissions; the largest at home and at
 // the corners of the limits, because a mass matrix is nearest to singular in some of them.
 double SimBench::fastest_rate() const {
@@ -154,21 +172,37 @@ double SimBench::fastest_rate() const {
       fastest = std::max({fastest, std::sqrt(axis.stiffness_N_m_rad / axis.rotor_kg_m2),
                           (axis.damping_N_m_s_rad + axis.viscous_N_m_s_rad) / axis.rotor_kg_m2});
   }
-  board::AnyPlant plant(truth_);
-  JointVector at = plant.joints_rad();
-  for (std::size_t corner = 0; corner <= std::size_t{1} << axes(); ++corner) {
-    const Eigen::MatrixXd M = plant.mass_matrix();
+  for (const board::JointMatrix& M : mass_at_corners(truth_)) {
     const auto largest = [&M](const Eigen::MatrixXd& of) {
       return Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(of, M, Eigen::EigenvaluesOnly)
           .eigenvalues()
           .maxCoeff();
     };
     fastest = std::max({fastest, std::sqrt(largest(stiffness)), largest(damping)});
-    for (std::size_t j = 0; j < axes(); ++j)
-      at[index(j)] = ((corner >> j) & 1U) == 0 ? truth_.axis[j].lower : truth_.axis[j].upper;
-    plant.place(at);
   }
   return fastest;
+}
+
+// Of an axis with its links and its rotor. What is added is at the links; what is taken, there as far as the other links leave it wherever the arm
+// may be, and at the rotor: a mass matrix with a negative direction has no motion, and one that is nearly so takes steps of microseconds.
+void SimBench::change_inertia(const SimFault& fault) {
+  constexpr double kMostOfLinks = .5, kMostOfRotor = .8;
+  board::AxisTruth& axis = truth_.axis[fault.axis];
+  const Eigen::Index row = index(fault.axis);
+  const std::vector<board::JointMatrix> masses = mass_at_corners(clean_);
+  double alone = masses.front()(row, row);  // with the other axes free
+  for (const board::JointMatrix& M : masses) alone = std::min(alone, 1 / M.inverse()(row, row));
+  const double wanted = (fault.factor - 1) * (masses.front()(row, row) + axis.rotor_kg_m2);
+  const double at_links = std::max(wanted, -kMostOfLinks * std::max(0.0, alone));
+  if (wanted - at_links < -kMostOfRotor * axis.rotor_kg_m2)
+    throw Error(
+        ExitCode::kUsage, "bad-fault",
+        fmt::format(
+            "--fault wrong-inertia: {} of the inertia of '{}' is less than what the other links leave",
+            fault.factor, original_.axes[fault.axis].name),
+        "give a factor nearer to 1");
+  axis.link_kg_m2 += at_links;
+  axis.rotor_kg_m2 += wanted - at_links;
 }
 
 void SimBench::add_fault(const SimFault& fault) {
@@ -225,12 +259,9 @@ void SimBench::add_fault(const SimFault& fault) {
     case ArmFault::kWeakMotor:
       axis.motor.torque_constant_N_m_A *= static_cast<float>(fault.factor);
       break;
-    case ArmFault::kWrongInertia: {
-      const board::AnyPlant clean(clean_);
-      const double links = clean.mass_matrix()(index(fault.axis), index(fault.axis));
-      axis.link_kg_m2 += (fault.factor - 1) * (links + axis.rotor_kg_m2);
+    case ArmFault::kWrongInertia:
+      change_inertia(fault);
       break;
-    }
     case ArmFault::kWrongResistance:
       axis.motor.resistance_ohm *= static_cast<float>(fault.factor);
       break;
@@ -241,6 +272,7 @@ void SimBench::add_fault(const SimFault& fault) {
     case ArmFault::kWrongDirection:
     case ArmFault::kWrongWeight:
     case ArmFault::kStopElsewhere:
+    case ArmFault::kNoRest:
       break;  // what faults look like, not faults
   }
 }

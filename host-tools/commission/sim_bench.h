@@ -91,6 +91,8 @@ class SimBench : public Bench {
   void harden_stops();
   [[nodiscard]] double fastest_rate() const;
   void add_fault(const SimFault& fault);
+  void change_inertia(const SimFault& fault);
+  [[nodiscard]] std::vector<board::JointMatrix> mass_at_corners(const board::AnyPlantParameters& of) const;
   [[nodiscard]] std::int64_t counts_of(std::size_t encoder) const;  // of the encoder at a joint
   void slip(std::size_t joint, double speed);
   void find_marks(BenchRecording& recording, const board::JointVector& before);

@@ -79,7 +79,16 @@ void judge_current(StepContext& context, std::size_t j, StepResult& result) {
       result.stopped = true;
       return;
     }
-    const PulseSeen seen = pulse(context, j, j, sign * asked_A, kLong_s);
+    // Over a link the first reading may come when a pulse is over.
+    constexpr int kTrials = 3;
+    PulseSeen seen = pulse(context, j, j, sign * asked_A, kLong_s);
+    for (int trial = 1; trial < kTrials && std::isnan(seen.current_A); ++trial) {
+      if (place(context, j, resting_place(context, j)) == Answer::kStop) {
+        result.stopped = true;
+        return;
+      }
+      seen = pulse(context, j, j, sign * asked_A, kLong_s);
+    }
     if (std::isnan(seen.current_A)) {
       result.notes.push_back(quoted(arm, j) +
                              ": this drive does not measure its current; step 5 tells whether it flows.");
@@ -229,15 +238,55 @@ void judge_strength(StepContext& context, std::size_t j, double ratio, StepResul
   result.findings.push_back(found);
 }
 
+ArmFinding motor_sign(const Expectation& arm, std::size_t j) {
+  ArmFinding found = finding(arm, ArmFault::kMotorSign, j, "both pulses moved it the other way");
+  found.corrections = {{fmt::format("/axes/{}/drive/sign", j), -arm.axis(j).drive->sign}};
+  return found;
+}
+
+// Too few counts in a pulse and after it, of all in one direction, to tell an acceleration: the way alone counts.
+void judge_coarse_series(const StepContext& context, std::size_t j, const PulseSeries& series,
+                         StepResult& result) {
+  const Expectation& arm = context.arm;
+  // Of the pulses of one direction: how many moved it as their torque pushes, less those that moved it the other way.
+  const auto right = [&](const std::vector<PulseSeen>& pulses) {
+    int count = 0;
+    for (const PulseSeen& seen : pulses)
+      if (seen.way != 0) count += seen.way * seen.asked_A * arm.axis(j).per_ampere() > 0 ? 1 : -1;
+    return count;
+  };
+  const int up = right(series.up), down = right(series.down);
+  std::size_t still = 0,
+              far = 0;  // places: neither pulse moved it by more than a count, one did by kPulseCounts
+  for (std::size_t k = 0; k < series.places(); ++k) {
+    const double most = std::max(series.up[k].way_counts, series.down[k].way_counts);
+    still += most <= 1;
+    far += most >= kPulseCounts;
+  }
+  if (up < 0 && down < 0) {
+    result.findings.push_back(motor_sign(arm, j));
+  } else if (up <= 0 || down <= 0) {
+    result.findings.push_back(finding(arm, ArmFault::kUneven, j, "it moves as it is pushed one way only"));
+  } else if (still >= 2 && far >= series.places() / 2) {
+    result.findings.push_back(
+        finding(arm, ArmFault::kDeadPhase, j,
+                fmt::format("it stood still at {} of {} places", still, series.places())));
+  } else {
+    result.notes.push_back(quoted(arm, j) +
+                           ": it turns the right way. Its encoder counts too few in a pulse to tell its "
+                           "torque: a weak motor and a phase that "
+                           "does little are not seen here.");
+  }
+}
+
 void judge_series(StepContext& context, std::size_t j, const PulseSeries& series, StepResult& result) {
   const Expectation& arm = context.arm;
   const double up = answer_of(series.up), down = answer_of(series.down);
   const double per_ampere = arm.axis(j).per_ampere();
   const double strength = .5 * (up + down);
+  if (up == 0 || down == 0) return judge_coarse_series(context, j, series, result);
   if (strength * per_ampere < 0) {
-    ArmFinding found = finding(arm, ArmFault::kMotorSign, j, "both pulses moved it the other way");
-    found.corrections = {{fmt::format("/axes/{}/drive/sign", j), -arm.axis(j).drive->sign}};
-    result.findings.push_back(found);
+    result.findings.push_back(motor_sign(arm, j));
     return;
   }
   if (const std::optional<double> part = dead_phase(series)) {
@@ -267,6 +316,19 @@ void judge_series(StepContext& context, std::size_t j, const PulseSeries& series
   result.measures.push_back(measure);
 }
 
+// Its weight would be taken for what its motor does.
+ArmFinding no_rest(const Expectation& arm, std::size_t j) {
+  const std::string figures =
+      arm.knows_inertia()
+          ? fmt::format("where its weight turns it least that is {:.3g} {}, its friction {:.3g} in the file",
+                        arm.turning(j, arm.balanced(j)), arm.axis(j).is_prismatic ? "N" : "N m",
+                        arm.axis(j).friction.coulomb_N_m.value)
+          : "it fell from each place";
+  ArmFinding found = finding(arm, ArmFault::kNoRest, j, figures);
+  found.text += " Steps 4 to 9 let it go: an arm with such a joint cannot be commissioned.";
+  return found;
+}
+
 // As measured, or as asked for where the drive does not measure it.
 double flowing_A(const BenchTick& tick, std::size_t axis) {
   return std::isnan(tick.current_A.at(axis)) ? tick.asked_A.at(axis) : tick.current_A.at(axis);
@@ -279,6 +341,10 @@ StepResult prove_currents(StepContext& context) {
   for (std::size_t j = 0; j < context.arm.axes() && !result.stopped; ++j) {
     if (!context.arm.driven(j)) continue;
     const std::size_t before = result.findings.size();
+    const Rest rest = rest_of(context, j);
+    result.stopped = rest == Rest::kStopped;
+    if (rest == Rest::kFalls) result.findings.push_back(no_rest(context.arm, j));
+    if (rest != Rest::kStays) continue;
     judge_current(context, j, result);
     if (result.findings.size() == before && !result.stopped) judge_torque_constant(context, j, result);
   }

@@ -2,13 +2,16 @@
 // ones pass, and what is wrong is named by the step that can see it.
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host-tools/commission/balance.h"
@@ -31,7 +34,7 @@ ArmFile arm_from(const Json& json) { return read_arm_file(json.dump(), json.at("
 constexpr double kBelt = 15, kScrew = 30;  // turns of the motor for a metre
 
 // A motor on a rail, with the friction of a cart in N.
-ArmFile rail(double turns_m) {
+Json rail_json(double turns_m) {
   Json arm = json_of_arm("arms/paddle");
   arm["name"] = "rail";
   arm["kinematics"]["serial"]["joints"][0]["type"] = "prismatic";
@@ -43,8 +46,9 @@ ArmFile rail(double turns_m) {
   axis["lower_m"] = -.05;
   axis["upper_m"] = .05;
   axis["friction"] = {{"coulomb_N_m", .1}, {"viscous_N_m_s_rad", .5}};
-  return arm_from(arm);
+  return arm;
 }
+ArmFile rail(double turns_m) { return arm_from(rail_json(turns_m)); }
 
 // Up to `last`, or to the first step that does not pass.
 struct Walk {
@@ -118,6 +122,66 @@ TEST(Arms, FaultsOfAFiveBarAndOfARailAreNamed) {
   expect_named(cart, {kDeadPhase}, 5);
   expect_named(cart, {kEncoderSign}, 2);
   expect_named(cart, {kSlip, 0, 0, 2}, 2);
+}
+
+// A pulse has too few counts to tell an acceleration: the way that it moves is known all the same.
+TEST(Arms, ACoarseEncoderShowsAMotorThatTurnsBackwards) {
+  for (const auto& [counts, coulomb] : {std::pair{100, .025}, std::pair{400, .028}}) {
+    Json paddle = json_of_arm("arms/paddle");
+    paddle["axes"][0]["encoder"]["counts_per_turn"] = counts;
+    paddle["axes"][0]["friction"]["coulomb_N_m"] = coulomb;
+    expect_sound(arm_from(paddle), 5);
+    const Walk run = commission_to(arm_from(paddle), {}, 5);
+    for (const Measure& measure : run.result.measures)
+      EXPECT_TRUE(std::isfinite(measure.value)) << measure.name;
+    expect_named(arm_from(paddle), {kMotorSign}, 5);
+  }
+}
+
+// Its weight turns it more than its friction holds: what it does after a pulse says nothing of its motor.
+TEST(Arms, AJointThatFallsEverywhereIsToldSo) {
+  Json lift = rail_json(kBelt);
+  lift["name"] = "lift";
+  lift["kinematics"]["serial"]["joints"][0]["axis"] = {0, 0, 1};
+  Json lever = json_of_arm("arms/paddle");
+  lever["name"] = "lever";
+  lever["kinematics"]["serial"]["joints"][0]["axis"] = {0, 1, 0};
+  lever["kinematics"]["serial"]["tip_m"] = {.1, 0, 0};
+  for (Json arm : {lift, lever}) {
+    const std::string link = arm["kinematics"]["serial"]["joints"][0]["name"];
+    const ArmFile unknown = arm_from(arm);
+    arm["bodies"] = Json::array({{{"link", link}, {"mass_kg", .3}, {"centre_m", {.05, 0, 0}}}});
+    const ArmFile known = arm_from(arm);
+    for (const ArmFile* file : {&known, &unknown}) {
+      SimBench bench(known, {}, {.seed = 3});
+      const Expectation expected(*file);
+      Known seen;
+      StepContext context{bench, expected, seen};
+      ASSERT_TRUE(prove_encoders(context).passed);
+      const StepResult result = prove_currents(context);
+      ASSERT_EQ(result.findings.size(), 1U) << file->name << (file == &known ? "" : " of unknown weight");
+      EXPECT_EQ(result.findings[0].fault, kNoRest) << result.findings[0].text;
+      EXPECT_TRUE(result.findings[0].corrections.empty());
+      EXPECT_FALSE(result.passed);
+    }
+  }
+}
+
+// Less inertia than the other links leave, or than a rotor alone, would have no motion.
+TEST(Arms, ALinkIsNeverLighterThanNothing) {
+  for (const char* name : {"arms/paddle", "arms/pantograph", "arms/falcon"}) {
+    const ArmFile arm = arm_from(json_of_arm(name));
+    for (const double factor : {.3, .5, .8}) {
+      try {
+        SCOPED_TRACE(name);
+        const SimBench bench(arm, {{kWrongInertia, arm.axes.size() - 1, 0, factor}}, {});
+        board::AnyPlant plant(bench.truth());
+        EXPECT_GT(plant.mass_matrix().ldlt().vectorD().minCoeff(), 0) << name << " " << factor;
+      } catch (const Error& error) {
+        EXPECT_EQ(error.name, "bad-fault") << name << " " << factor;
+      }
+    }
+  }
 }
 
 // What slips seems to have another ratio, too, and its correction would be wrong once it is repaired.

@@ -79,6 +79,7 @@ TEST(PlantedFault, RefusesWhatIsNone) {
                          Case{"weak-motor@" + driven + ":nan", "bad-fault"},
                          Case{"weak-motor@" + driven + ":0", "bad-fault"},
                          Case{"weak-motor@" + driven + ":1x", "bad-fault"},
+                         Case{"wrong-counts@" + driven + ":1", "bad-fault"},
                          Case{"index-off@" + driven + ":0.5", "bad-fault"},
                          Case{"motors-swapped@" + driven, "bad-fault"},
                          Case{"motors-swapped@" + driven + "," + driven, "bad-fault"},

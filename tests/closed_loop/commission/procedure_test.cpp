@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "host-tools/commission/sim_bench.h"
@@ -55,6 +56,48 @@ TEST(Procedure, CorrectsTheFileAndGoesOnWhereItWas) {
   std::printf("%s", report.c_str());
   EXPECT_NE(report.find("coulomb_N_m"), std::string::npos);
   EXPECT_EQ(report.find("FAILED"), std::string::npos);
+}
+
+// What step 4 measured of a motor was of another joint's.
+TEST(Procedure, AfterExchangedMotorsTheirCurrentsComeAgain) {
+  const std::string text = arm_text("premium-1.5");
+  SimBench bench(read_arm_file(text, "premium-1.5"), {{ArmFault::kMotorsSwapped, 1, 2, 1}},
+                 {.accepts_corrections = true});
+  Commission commission(text, "premium-1.5", "test");
+  while (commission.next() < 5) ASSERT_TRUE(commission.run(commission.next(), bench).passed);
+  EXPECT_FALSE(commission.run(5, bench).passed);
+  EXPECT_EQ(commission.next(), 4);
+  EXPECT_EQ(commission.results().count(4), 0U);
+  ASSERT_TRUE(commission.run(4, bench).passed);
+  EXPECT_TRUE(commission.run(5, bench).passed) << "with the ports exchanged in the file";
+}
+
+// A viscous friction that is too small to be measured: the file that had no friction gets what was seen, and can be read.
+TEST(Procedure, AFileWithoutFrictionGetsAllOfItOrNone) {
+  nlohmann::json arm = nlohmann::json::parse(arm_text("paddle"));
+  arm["axes"][0].erase("friction");
+  const Commission empty(arm.dump(), "paddle", "test");
+  nlohmann::json state = nlohmann::json::parse(empty.state());
+  const auto measure = [](const char* name, double value, double spread, double promise) {
+    return nlohmann::json{{"name", name},       {"axis", 0},          {"given", nullptr},
+                          {"value", value},     {"spread", spread},   {"residual", 0.0},
+                          {"promise", promise}, {"rate_Hz", nullptr}, {"damping_N_s_m", nullptr}};
+  };
+  const auto with = [&](double coulomb_spread) {
+    state["steps"]["9"] = {
+        {"passed", true},
+        {"stopped", false},
+        {"findings", nlohmann::json::array()},
+        {"notes", nlohmann::json::array()},
+        {"measures",
+         {measure("coulomb_N_m", .004, coulomb_spread, .2), measure("viscous_N_m_s_rad", -3e-6, 6e-6, .3)}}};
+    return read_arm_file(Commission::from_state(state.dump()).arm_file(""), "result");
+  };
+  const ArmFile seen = with(1e-4);
+  EXPECT_EQ(seen.axes[0].friction.coulomb_N_m.value, .004);
+  EXPECT_EQ(seen.axes[0].friction.viscous_N_m_s_rad.value, 0);
+  EXPECT_EQ(seen.axes[0].friction.viscous_N_m_s_rad.spread, 6e-6);
+  EXPECT_EQ(with(.01).axes[0].friction.coulomb_N_m.value, 0) << "too uncertain";
 }
 
 TEST(Procedure, RefusesAStepBeforeThoseThatItBuildsOn) {
