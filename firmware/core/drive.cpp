@@ -10,17 +10,20 @@ namespace thimble::firmware {
 namespace {
 
 // The torques of the axes for the force and the weight of the arm; 0 where there is no motor. False: one is not finite.
-bool find_torques(const Parts& parts, const kinematics::Arm<float>& geometry, ArmState& arm,
-                  auto axes) noexcept {
+bool find_torques(const Parts& parts, const kinematics::Arm<float>& geometry, ArmState& arm, auto axes,
+                  bool probed) noexcept {
   const bool holds_weight = arm.led_N_m == nullptr && parts.params.on(Param::gravity_compensation);
   const Axes weight_N_m = holds_weight ? geometry.gravity_torques(arm.posture) : Axes();
   const float ramp = parts.state.gravity_ramp;
-  const Vec3 force_N = arm.force_N;
+  // No force asks the joints of a redundant arm for what a probe leaves (force.cpp): each gets its part of its own torque.
+  const bool by_joint = axes > 3 && probed && arm.redundant && arm.led_N_m == nullptr;
+  const Vec3 force_N = by_joint ? arm.unprobed_N : arm.force_N;
   float square = 0;
   for (int j = 0; j < axes; ++j) {
     float torque_N_m = 0;
     if (geometry.is_driven(j)) {
       torque_N_m = arm.led_N_m != nullptr ? (*arm.led_N_m)[j] : arm.posture.jacobian.col(j).dot(force_N);
+      if (by_joint) torque_N_m *= arm.probe.part(static_cast<std::size_t>(j));
       if (holds_weight) torque_N_m += ramp * weight_N_m[j];
     }
     arm.torque_N_m[j] = torque_N_m;
@@ -33,9 +36,9 @@ bool find_torques(const Parts& parts, const kinematics::Arm<float>& geometry, Ar
 bool drive_arm(const Parts& parts, const kinematics::Arm<float>& geometry, ArmState& arm,
                auto axes) noexcept {
   const kinematics::ArmData& data = geometry.data();
-  if (!find_torques(parts, geometry, arm, axes)) return false;
-  // A joint gets nothing of what a probe takes from another one.
   const bool probed = parts.state.mode == Mode::kArmed && arm.probe.probes();
+  if (!find_torques(parts, geometry, arm, axes, probed)) return false;
+  // A joint gets nothing of what a probe takes from another one.
   if (probed) {
     arm.force_N *= arm.given;
     arm.torque_N_m *= arm.given;

@@ -49,6 +49,10 @@ Vec3 faded(Parts& parts, std::size_t index, const Vec3& force_N) noexcept {
 // What a probe of the encoders leaves of the force: of the torques that it asks of the joints, so it has another direction, but is no
 // greater. wanted_N is before the account of the energy, which takes from the force while a hand follows the probe. What the limits of
 // the motors keep back proves nothing when it is taken away.
+// No force asks a redundant arm for these torques: the one that comes nearest to them would leave the joint much of its torque, and then
+// it may rest by its friction, while others carry the hand. So drive.cpp takes from the torques themselves. The nearest force is what they
+// give at the tip all the same: the rest works on motions that leave the tip where it is. The account of the energy counts it. With the
+// whole force a hand that follows the probe into a wall would be taken to have done more work than it has.
 Vec3 probed(Parts& parts, std::size_t index, const Vec3& wanted_N, const Vec3& force_N) noexcept {
   ArmState& arm = parts.state.arm[index];
   const kinematics::Arm<float>& geometry = parts.setup.arm[index];
@@ -60,6 +64,9 @@ Vec3 probed(Parts& parts, std::size_t index, const Vec3& wanted_N, const Vec3& f
     const int axis = static_cast<int>(j);
     torque_N_m[axis] = jacobian.col(axis).dot(force_N);
     if (!geometry.is_driven(axis)) continue;
+    // With the other joints at rest. That is the worst case, of a redundant arm too: these keep their torques, so they only move where the
+    // hand, as it gives way to this joint, overcomes their friction, and then they give way with it. Of two that are probed at once the
+    // looser one counts first, gets its torque back, and leaves the way to the other.
     const float sure_N_m =
         parts.setup.joint[index][j].against_hand.torque_N_m(jacobian.col(axis).squaredNorm());
     const float asked_N_m =
@@ -154,8 +161,11 @@ void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
       const LimitedForce part = clamp_force(limited.value, paid * std::min(wanted, max_N));
       limited = {part.value, limited.which || part.which};
     }
+    // drive.cpp scales the torques of unprobed_N.
+    if (arm.redundant) limited.value = faded(parts, i, limited.value);
     arm.unprobed_N = limited.value;
-    limited.value = faded(parts, i, probed(parts, i, clamped.value, limited.value));
+    limited.value = probed(parts, i, clamped.value, limited.value);
+    if (!arm.redundant) limited.value = faded(parts, i, limited.value);
     const Vec3 unramped_N = ramp < 1.0F ? clamp_force(wanted_N, max_N).value : clamped.value;
     arm.limits.add(unramped_N, limited.value, std::min(wanted / 2, max_N) * depth_m);
     arm.force_N = limited.value;

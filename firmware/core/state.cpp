@@ -1,12 +1,17 @@
 // What changes the state from several steps: events, faults, and the start of a recording.
 #include "firmware/core/state.h"
 
+#include <algorithm>
+
 #include "firmware/core/steps.h"
 
 namespace thimble::firmware {
 
 ArmState::ArmState(const kinematics::Arm<float>& arm, float period_s) noexcept
-    : axes(static_cast<std::size_t>(arm.axes())), joint_rad(arm.home()), posture(arm.home_posture()) {
+    : axes(static_cast<std::size_t>(arm.axes())),
+      redundant(std::ranges::count(arm.data().geometry.driven, true) > 3),
+      joint_rad(arm.home()),
+      posture(arm.home_posture()) {
   for (std::size_t j = 0; j < kJoints; ++j) {
     encoder[j] = kinematics::JointEncoder(arm.data().axis[j], arm.data().max_joint_speed_rad_s, period_s);
     speed[j] = kinematics::VelocityEstimator(period_s);

@@ -42,6 +42,7 @@ struct ArmState {
   std::uint64_t sample_tick = 0;
   std::uint64_t age_ticks = 0;  // of the newest sample
   std::size_t axes = 0;
+  bool redundant = false;  // more axes have a motor than a force has directions
   Axes joint_rad = Axes::Zero();
   kinematics::Posture<float> posture;
   Vec3 tip_velocity_m_s = Vec3::Zero();

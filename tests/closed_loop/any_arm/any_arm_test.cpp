@@ -4,16 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 
 #include "board/sim/sim_board.h"
-#include "host-tools/arms/arm_data.h"
-#include "host-tools/arms/arm_file.h"
 #include "kinematics/directions.h"
+#include "tests/closed_loop/any_arm/arms.h"
 #include "tests/support/figure.h"
 #include "tests/support/scene.h"
 
@@ -23,11 +19,6 @@ namespace {
 using board::SimBoard;
 using board::Vector3d;
 using firmware::Mode;
-
-kinematics::ArmData arm_named(const std::string& name) {
-  std::ifstream in(std::filesystem::path(THIMBLE_SOURCE_DIR) / "arms" / (name + ".arm.json"));
-  return host::arm_data(host::read_arm_file({std::istreambuf_iterator<char>(in), {}}, name));
-}
 
 // Where the arm pushes best at home, in the world.
 Vector3d best_way(const kinematics::ArmData& data) {
@@ -134,11 +125,7 @@ TEST_P(AnyArm, KnowsWhereItIs) {
 INSTANTIATE_TEST_SUITE_P(Files, AnyArm,
                          testing::Values("premium-1.5", "wooden", "touch", "falcon", "pantograph", "paddle",
                                          "chain-7"),
-                         [](const auto& one) {
-                           std::string name(one.param);
-                           std::erase_if(name, [](char c) { return c == '-' || c == '.'; });
-                           return name;
-                         });
+                         test_name);
 
 }  // namespace
 }  // namespace thimble::test
