@@ -72,7 +72,7 @@ TEST_F(BodyWork, WithAnyWorkTheBodiesGoTheSameWayOnlySlower) {
   Random random(31);
   std::uint32_t over = 0;
   double slowest = 0;
-  for (int i = 0; i < (kUnderSanitizers ? 2 : 6); ++i) {
+  for (int i = 0; i < (kUnderSanitizers ? 2 : 4); ++i) {
     const bool crossing = i % 2 == 0;
     Composition composition = compositions_.compose(random, 3 + random.below(14), crossing);
     if (i % 3 != 0) composition.members = with_tissue(composition.members, random);

@@ -18,7 +18,7 @@ double from_environment(const char* name, double otherwise) {
 }
 
 void endures(std::uint64_t seed) {
-  const double seconds = from_environment("THIMBLE_ENDURANCE_S", 1800);
+  const double seconds = from_environment("THIMBLE_ENDURANCE_S", 900);
   (void)play(seed, seconds / 20);
   const std::size_t before = mallinfo2().uordblks;
   const Played played =
