@@ -114,6 +114,7 @@ void start_guest(Parts& parts, Conditions unmet) noexcept {
     begin(sources.move);
   }
   arm.led_N_m = leads_axes ? &sources.axes.torque_N_m() : nullptr;
+  for (EncoderWatch& watch : arm.watch) watch.forget_torques();
   parts.state.guest = true;
 }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 
 #include "firmware/core/encoder_place.h"
 
@@ -17,6 +18,13 @@ namespace thimble::firmware {
 class EncoderWatch {
  public:
   void reset() noexcept { time_s_ = -1.0F; }
+  // When another motion begins: the torques of the last one say nothing of it. A tone leaves a joint between two counts, and with the first
+  // torque after it that would be too great a change (step 9 of a commissioning ended so).
+  void forget_torques() noexcept {
+    time_s_ = std::min(time_s_, 0.0F);
+    lowest_N_m_ = std::numeric_limits<float>::infinity();
+    highest_N_m_ = -lowest_N_m_;
+  }
 
   // torque: what the joint was last driven with. True: while the count stood still the torque changed by more
   // than max_change, and min_time_s later it still stands.

@@ -207,6 +207,32 @@ TEST(AxisSource, AFrozenEncoderEndsWhatFollowsAPlace) {
   }
 }
 
+// A joint that a torque leaves between two counts: what follows is compared with itself.
+TEST(AxisSource, AnOrderIsNotJudgedByTheTorquesOfTheLastOne) {
+  Bench bench;
+  write_param(bench, "max_force", 20.0F);
+  arm_for_axes(bench);
+  const kinematics::AxisData& axis = bench.data[0].axis[1];
+  const float peak_N_m = axis.torque_per_ampere() * axis.motor.peak_current_A;
+  const float at_rad = bench.shown().arm[0].joint_rad[1];
+  bench.frozen = true;
+  AxisOrder order = axis_torque(1, 0);
+  order.hold = true;
+  order.stiffness_N_m_rad[1] = 1.0F;
+  for (const float part : {0.2F, -0.1F}) {  // 0.3 of the peak apart
+    order.to_rad[1] = at_rad + part * peak_N_m;
+    ASSERT_EQ(bench.controller->request_axes(order), 0);
+    bench.ticks(1000);
+    EXPECT_EQ(bench.controller->fault(), Fault::kNone) << part;
+    EXPECT_NEAR(given_N_m(bench, 1), part * peak_N_m, 1e-3F);
+  }
+  order.move_s = 0.05F;
+  order.to_rad[1] = at_rad + 0.3F * peak_N_m;
+  ASSERT_EQ(bench.controller->request_axes(order), 0);
+  bench.ticks(1000);
+  EXPECT_EQ(bench.controller->fault(), Fault::encoder_frozen) << "by its own";
+}
+
 TEST(AxisSource, ATorqueThatIsNotFiniteTrips) {
   Bench bench;
   arm_for_axes(bench);
