@@ -18,8 +18,8 @@ namespace thimble::firmware {
 class EncoderWatch {
  public:
   void reset() noexcept { time_s_ = -1.0F; }
-  // When another motion begins: the torques of the last one say nothing of it. A tone leaves a joint between two counts, and with the first
-  // torque after it that would be too great a change (step 9 of a commissioning ended so).
+  // When another motion begins: the torques of the last one say nothing of it. A joint that is held between two counts would be frozen with the
+  // first torque of the next motion.
   void forget_torques() noexcept {
     time_s_ = std::min(time_s_, 0.0F);
     lowest_N_m_ = std::numeric_limits<float>::infinity();

@@ -38,10 +38,12 @@ commission() {
   done
   builder_lives
 }
+# What the board keeps of a fault, too: it may be why a step has ended.
 tell_all() {
+  thimble fault list $device --json >/tmp/faults 2>&1 || true
   kill $board
   wait $board || true
-  die "$1: $(tail -n 20 /tmp/built; cat /tmp/board.err)"
+  die "$1: $(tail -n 20 /tmp/built; cat /tmp/faults /tmp/board.err)"
 }
 # most NAME STEP: the most that the motors did before this step: most_N or most_m_s.
 most() { sed -n "s/^before step $2: .*\"$1\": \([0-9.]*\).*/\1/p" /tmp/built | tail -n 1; }
