@@ -34,7 +34,7 @@ TickTime begin_tick() noexcept {
   cycles += now - at_last;  // the timer wraps after 171 s; the next tick is earlier
   at_last = now;
   return {cycles / period, cycles / kCyclesPerUs,
-          static_cast<float>(cycles % period) / static_cast<float>(kCyclesPerUs)};
+          static_cast<float>(static_cast<std::uint32_t>(cycles % period)) / static_cast<float>(kCyclesPerUs)};
 }
 
 float since_begin_us() noexcept {

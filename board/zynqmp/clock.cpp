@@ -19,7 +19,8 @@ std::uint64_t read() noexcept {
   return counts;
 }
 
-float to_us(std::uint64_t difference) noexcept {
+// Of a tick or two: to make a float of 64 bits takes 700 bytes of library.
+float to_us(std::uint32_t difference) noexcept {
   return static_cast<float>(difference) * (1e6F / static_cast<float>(hertz));
 }
 
@@ -54,9 +55,9 @@ TickTime begin_tick() noexcept {
   const std::uint64_t since = begin - first;
   const std::uint64_t tick = since / period;
   due = first + (tick + 1) * period;
-  return {tick, to_micros(begin, hertz), to_us(since % period)};
+  return {tick, to_micros(begin, hertz), to_us(static_cast<std::uint32_t>(since % period))};
 }
 
-float since_begin_us() noexcept { return to_us(read() - begin); }
+float since_begin_us() noexcept { return to_us(static_cast<std::uint32_t>(read() - begin)); }
 
 }  // namespace thimble::board::clock

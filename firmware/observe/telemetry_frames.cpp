@@ -29,10 +29,11 @@ bool TelemetryFrames::fetch() noexcept {
     ++sequence_;
     for (std::size_t arm = 0; arm < record_.arm_count; ++arm) limiters_ |= record_.arm[arm].limiters;
     worst_tick_us_ = std::max(worst_tick_us_, record_.tick_us);
-    const std::uint64_t time_us = record_.time_us - window_time_us_;
+    const auto time_us = static_cast<std::uint32_t>(record_.time_us - window_time_us_);  // of a second or so
     if (window_time_us_ == 0 || time_us >= kRateWindow_us) {
       if (window_time_us_ != 0)
-        rate_Hz_ = static_cast<float>(record_.tick - window_tick_) * 1e6F / static_cast<float>(time_us);
+        rate_Hz_ = static_cast<float>(static_cast<std::uint32_t>(record_.tick - window_tick_)) * 1e6F /
+                   static_cast<float>(time_us);
       window_tick_ = record_.tick;
       window_time_us_ = record_.time_us;
     }

@@ -8,6 +8,11 @@
 namespace thimble::firmware {
 namespace {
 
+// Whole ones: to make a float of 64 bits takes 700 bytes of library on a board.
+float seconds(link::Micros us) noexcept {
+  return static_cast<float>(static_cast<std::uint32_t>(us / 1'000'000U));
+}
+
 constexpr float kWarm_K = 1;
 constexpr float kCooled_K = 2;  // worth a record
 constexpr float kCoolingInterval_s = 60;
@@ -152,7 +157,7 @@ void PersistentState::tell_time(std::uint32_t utc_s, link::Micros now) noexcept 
         const Heat& before = at_start_[i][j];
         const Heat after = cooled(motor, before, static_cast<float>(off));
         less[i][j] = cooled(motor, {before.winding_K - after.winding_K, before.housing_K - after.housing_K},
-                            static_cast<float>(uptime_us(now)) * 1e-6F);
+                            seconds(uptime_us(now)));
       }
     }
     core_.heat().less.write(less);
@@ -174,7 +179,7 @@ void PersistentState::note(const InStore& in_store, link::Micros now) noexcept {
     record_.crashes = 0;
     record_.on_trial = news_ = true;
   }
-  if (record_.on_trial && static_cast<float>(now - taken_us_) * 1e-6F >= kTrial_s) {
+  if (record_.on_trial && seconds(now - taken_us_) >= kTrial_s) {
     if (record_.used.scene != 0) record_.proven.scene = record_.used.scene;
     if (record_.used.params != 0) record_.proven.params = record_.used.params;
     record_.crashes = 0;
@@ -184,7 +189,7 @@ void PersistentState::note(const InStore& in_store, link::Micros now) noexcept {
 }
 
 bool PersistentState::due(bool motors_on, link::Micros now) const noexcept {
-  const float since_s = static_cast<float>(now - written_us_) * 1e-6F;
+  const float since_s = seconds(now - written_us_);
   if (failed_ && since_s < Journal::kLeastInterval_s) return false;
   if (news_ || failed_ || (motors_on && !record_.motors_on)) return true;
   if (since_s < Journal::kLeastInterval_s) return false;
