@@ -242,7 +242,8 @@ TEST_P(ProbesOf, APressedWallIsNoFault) {
     EXPECT_EQ(pressed.fault(), Fault::kNone)
         << described(press) << ": fault " << static_cast<int>(pressed.fault());
     probes += pressed.probes();
-    worst_rad = std::max<double>(worst_rad, (pressed.shown().joint_rad - before_rad).cwiseAbs().maxCoeff());
+    const float moved_rad = (pressed.shown().joint_rad - before_rad).cwiseAbs().maxCoeff();
+    worst_rad = std::max(worst_rad, static_cast<double>(moved_rad));
   }
   show("probes in each press", 1.0 * probes / trials, "reported");
   show("the most that a joint goes in a second of rest in the wall, rad", worst_rad, "reported");
