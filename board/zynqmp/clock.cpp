@@ -19,7 +19,7 @@ std::uint64_t read() noexcept {
   return counts;
 }
 
-// Of a tick or two: to make a float of 64 bits takes 700 bytes of library.
+// Of a tick or two: to make a float of 64 bits takes the compiler's library of software floats.
 float to_us(std::uint32_t difference) noexcept {
   return static_cast<float>(difference) * (1e6F / static_cast<float>(hertz));
 }

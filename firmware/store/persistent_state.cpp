@@ -8,7 +8,7 @@
 namespace thimble::firmware {
 namespace {
 
-// Whole ones: to make a float of 64 bits takes 700 bytes of library on a board.
+// Whole ones: to make a float of 64 bits takes the compiler's library of software floats on a board.
 float seconds(link::Micros us) noexcept {
   return static_cast<float>(static_cast<std::uint32_t>(us / 1'000'000U));
 }

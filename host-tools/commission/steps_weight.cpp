@@ -73,21 +73,27 @@ Weighing weigh(StepContext& context, const std::vector<board::JointVector>& plac
   return weighing;
 }
 
+// Of the file, or as it was seen where that is more: a file may have none.
+double most_friction(const Expectation& arm, std::size_t j, const Weighing& bare) {
+  double most = arm.axis(j).friction.coulomb_N_m.value;
+  for (const PerAxis<double>& seen : bare.friction) most = std::max(most, seen.at(j));
+  return most;
+}
+
 // The torque constant by a weight at the tip: what it adds to the torques.
 void judge_scale(StepContext& context, std::size_t j, const Weighing& bare, const Weighing& laden,
                  StepResult& result) {
   const Expectation& arm = context.arm;
   std::vector<double> added, expected;
-  double largest = 0, friction = arm.axis(j).friction.coulomb_N_m.value;
+  double largest = 0;
   for (std::size_t i = 0; i < bare.places.size(); ++i) {
-    friction = std::max(friction, bare.friction[i].at(j));
     const auto row = static_cast<Eigen::Index>(j);
     const double weight_N = kMass_kg * static_cast<double>(kinematics::kGravity_m_s2);
     added.push_back(laden.torque[i].at(j) - bare.torque[i].at(j));
     expected.push_back(weight_N * arm.jacobian(bare.places[i]).col(row).z());
     largest = std::max(largest, std::abs(expected.back()));
   }
-  if (largest <= 2 * friction) {
+  if (largest <= 2 * most_friction(arm, j, bare)) {
     result.notes.push_back(quoted(arm, j) +
                            ": gravity hardly turns it, so a weight does not tell its torque scale.");
     return;
@@ -128,9 +134,7 @@ void judge_weight(StepContext& context, const Weighing& bare, StepResult& result
       expected.push_back(arm.weight(bare.places[i])[static_cast<Eigen::Index>(j)]);
     }
     const double most = *std::ranges::max_element(expected, {}, [](double v) { return std::abs(v); });
-    double friction = arm.axis(j).friction.coulomb_N_m.value;
-    for (const PerAxis<double>& seen : bare.friction) friction = std::max(friction, seen.at(j));
-    if (std::abs(most) <= 2 * friction) continue;
+    if (std::abs(most) <= 2 * most_friction(arm, j, bare)) continue;
     const ScaleFit fit = fit_scale(measured, expected);
     result.measures.push_back(
         {"weight_scale", static_cast<int>(j), 1, fit.scale, fit.residual, fit.residual, .05});
