@@ -329,7 +329,7 @@ class Record(Rig):
         for verb in (("replay", broken), ("plot", broken, "--output", self.folder / "broken.svg")):
             broken.write_bytes(whole[:50])
             self.fails(10, "broken-recording", *verb)
-            broken.write_bytes(whole[:-100] + b"?" + whole[-99:])
+            broken.write_bytes(whole[:-100] + bytes([whole[-100] ^ 0xFF]) + whole[-99:])
             self.assertIn("at byte", self.fails(10, "broken-recording", *verb)["cause"])
             broken.write_bytes(whole + b"more")
             self.fails(10, "broken-recording", *verb)

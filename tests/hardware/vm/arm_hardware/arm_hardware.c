@@ -4,7 +4,7 @@
  * board with real hardware has, and behind them a process that simulates motors and encoders.
  *
  *   counter    three counts that latch at a capture event
- *   SPI bus 0  one spidev on chip select 0, behind which an AD5754R listens (mode 1, 24-bit frames)
+ *   SPI bus 0  two spidevs; on chip select 0 an AD5754R listens (mode 1, 24-bit frames), and on 1 one whose outputs nobody reads
  *   GPIO line  HEARTBEAT, an output: each rising edge triggers a one-shot of 5 ms
  *   /dev/arm_hardware
  *              write: struct arm_counts, the encoders; it latches them and pushes the capture event
@@ -28,6 +28,7 @@
 
 #define JOINTS 3
 #define OUTPUTS 4
+#define CONVERTERS 2
 #define FRAME_BYTES 3
 
 struct arm_counts {
@@ -182,10 +183,10 @@ static int transfer_one_message(struct spi_controller *controller, struct spi_me
 	list_for_each_entry(transfer, &message->transfers, transfer_list) {
 		/* A frame is taken when its chip select ends. */
 		ends = list_is_last(&transfer->transfer_list, &message->transfers) != transfer->cs_change;
-		if (mode_fits && transfer->tx_buf && transfer->len == FRAME_BYTES && ends)
-			take_frame(transfer->tx_buf);
-		else
+		if (!mode_fits || !transfer->tx_buf || transfer->len != FRAME_BYTES || !ends)
 			outputs.bad_frames++;
+		else if (message->spi->chip_select == 0)
+			take_frame(transfer->tx_buf);
 		message->actual_length += transfer->len;
 	}
 	spin_unlock_irqrestore(&lock, flags);
@@ -353,14 +354,14 @@ static int __init start_units(void)
 static int __init start_spi(void)
 {
 	/* An id that spidev knows; the device behind it does not matter to it. */
-	struct spi_board_info board = { .modalias = "dh2228fv", .max_speed_hz = 50000000, .bus_num = 0, .chip_select = 0 };
+	struct spi_board_info board = { .modalias = "dh2228fv", .max_speed_hz = 50000000, .bus_num = 0 };
 	int error;
 
 	controller = spi_alloc_master(&parent->dev, 0);
 	if (!controller)
 		return -ENOMEM;
 	controller->bus_num = 0;
-	controller->num_chipselect = 1;
+	controller->num_chipselect = CONVERTERS;
 	controller->mode_bits = SPI_MODE_X_MASK;
 	controller->bits_per_word_mask = SPI_BPW_MASK(8);
 	controller->transfer_one_message = transfer_one_message;
@@ -369,9 +370,11 @@ static int __init start_spi(void)
 		spi_controller_put(controller);
 		return error;
 	}
-	if (!spi_new_device(controller, &board)) {
-		spi_unregister_controller(controller);
-		return -ENODEV;
+	for (; board.chip_select < CONVERTERS; board.chip_select++) {
+		if (!spi_new_device(controller, &board)) {
+			spi_unregister_controller(controller);
+			return -ENODEV;
+		}
 	}
 	return 0;
 }

@@ -82,8 +82,8 @@ thimble home $device >/dev/null
 stop_board
 
 step 'two arms, and an index that one of them has to see'
-# The second arm has lines of its own, also for its encoders, and the first one's converter.
-tr -d '\n' </tmp/poll.json | sed 's#"arms": \[ *\(.*\) *\], *"e_stop"#"arms": [\1, \1], "e_stop"#; s#"AMP_EN"#"AMP_EN_2"#2
+# The second arm has lines of its own, also for its encoders, and a converter of its own.
+tr -d '\n' </tmp/poll.json | sed 's#"arms": \[ *\(.*\) *\], *"e_stop"#"arms": [\1, \1], "e_stop"#; s#"AMP_EN"#"AMP_EN_2"#2; s#spidev0.0#spidev0.1#2
   s#"drive_fault"#"index": { "line": "INDEX", "active": "high" }, "drive_fault"#2' |
   sed "s#\"encoders\": {[^]]*\]#\"encoders\": { \"read\": \"gpio\", \"joints\": [ $(cat /tmp/joints) ]#2" >/tmp/two.json
 start_arm
