@@ -315,7 +315,11 @@ PerAxis<AxisReading> LinkBench::read() {
 Answer LinkBench::ask(const Prompt& prompt) {
   if (prompt.kind != Prompt::Kind::kLetGo && prompt.kind != Prompt::Kind::kHang) {
     let_go();
-    if (prompt.kind == Prompt::Kind::kPlace) place_ = prompt.place;
+    if (prompt.kind == Prompt::Kind::kPlace) {
+      place_ = prompt.place;
+      held_.fill(true);
+      if (prompt.axis < axes()) held_.at(prompt.axis) = false;
+    }
     forget_place();
     return person_.ask(prompt);
   }
@@ -326,6 +330,7 @@ Answer LinkBench::ask(const Prompt& prompt) {
     hold.stay_s = .1;
     static_cast<void>(servo(hold));
   }
+  held_.fill(false);
   return person_.ask(prompt, [&] {
     pump(now_us());
     return true;

@@ -115,6 +115,7 @@ class LinkBench : public Bench {
   double tick_s_ = 0, max_force_N_ = kTipForce_N;
   link::Micros alive_us_ = 0;             // of the last sign of life
   std::optional<PerAxis<double>> place_;  // where the person was last asked to bring the axes
+  PerAxis<bool> held_{};                  // by the person's hands
   bool is_strong_ = false;                // a step from 7 on
   bool proves_mark_ = true;               // a step up to 3
   bool has_mark_ = false, measures_current_ = false;

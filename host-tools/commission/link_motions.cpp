@@ -248,7 +248,8 @@ BenchRecording LinkBench::wait(double seconds, bool powered) {
   return recording;
 }
 
-// Before a motion the motors are armed for a moment, in which a loose axis may fall. Once the servo is proved, it brings the axis back.
+// Before a motion the motors are armed for a moment, in which a loose axis may fall. Once the servo is proved, it brings the axis back: not those
+// that hands hold, for a joint that is pushed and does not count looks like one with a dead encoder.
 void LinkBench::bring_back() {
   if (!is_strong_ || !place_) {
     take_motors();
@@ -260,6 +261,8 @@ void LinkBench::bring_back() {
   begin_recording();
   ServoProgram bring = servo_to(Expectation(*given_), believed(), to);
   bring.move_s = bring.stay_s = kBring_s;
+  for (std::size_t j = 0; j < axes(); ++j)
+    if (held_.at(j)) bring.stiffness_N_m_rad.at(j) = bring.damping_N_m_s_rad.at(j) = 0;
   static_cast<void>(servo(bring));
 }
 

@@ -261,6 +261,29 @@ TEST(LinkCommission, AWallThatMakesTheTipTooFastIsSwitchedOff) {
   EXPECT_EQ(rig.bench.open().state().fault, 0) << "the next wall is pressed without another command";
 }
 
+// A servo against a firm hand changes a joint's torque and moves nothing, which is what a dead encoder looks like (encoder_frozen).
+TEST(LinkCommission, WhatTheHandsHoldIsNotDriven) {
+  Rig rig(kFiveBar);
+  ASSERT_EQ(rig.go(3), 4);
+  host::LinkBench link([&] { return rig.bench.open(); }, rig.bench, 0, rig.arm);
+  link.begin_step(9);
+  link.locate({});
+  host::Prompt place = host::prompt(host::Prompt::Kind::kPlace, 0, "home");
+  for (std::size_t j = 0; j < rig.arm.axes.size(); ++j) place.place.at(j) = rig.arm.axes[j].home.value;
+  host::AxisProgram tone;
+  tone.seconds = .1;
+  tone.tone_A = .5;
+  tone.tone_Hz = 20;
+  for (int k = 0; k < 20; ++k) {
+    place.axis = static_cast<std::size_t>(k % 2);
+    tone.axis = place.axis;
+    EXPECT_EQ(link.ask(place), host::Answer::kDone);
+    EXPECT_EQ(link.run(tone).ending, host::Ending::kTime) << k;
+    EXPECT_GE(rig.bench.most_A(tone.axis), .5F);
+    EXPECT_EQ(rig.bench.most_A(1 - tone.axis), 0) << k;
+  }
+}
+
 TEST(LinkCommission, ARecordingOfAnotherProgramIsNotTaken) {
   Rig rig("arms/paddle");
   EXPECT_EQ(rig.go(0), 1);

@@ -1,6 +1,7 @@
 #include "tests/closed_loop/commission/linked_bench.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace thimble::test {
@@ -79,6 +80,7 @@ void LinkedBench::tick() {
     current_A.at(j) = static_cast<double>(out.arm[0].current_A[j]);
     asked_A_.at(j) = out.arm[0].enable ? out.arm[0].current_A[j] : 0;
     witnesses_.at(j).asked(asked_A_.at(j));
+    most_A_.at(j) = std::max(most_A_.at(j), std::abs(asked_A_.at(j)));
   }
   SimBench::command(current_A, out.arm[0].enable);
   if (out.arm[0].enable && !round_) take_fine_steps();  // the hands have their own
@@ -104,6 +106,7 @@ void LinkedBench::step_plant(double seconds) {
 host::Answer LinkedBench::ask(const Prompt& prompt) {
   if (round_over_) let_tip_go();
   round_over_ = false;
+  most_A_ = {};
   return SimBench::ask(prompt);
 }
 

@@ -40,6 +40,9 @@ class LinkedBench final : public host::SimBench, public host::Person {
     known_tick_ = ticks_ + static_cast<std::uint64_t>(seconds / kTick_s);
   }
 
+  // Of the currents that the controller asked for since the last prompt.
+  [[nodiscard]] float most_A(std::size_t axis) const { return most_A_.at(axis); }
+
   [[nodiscard]] static firmware::link::Micros now_us() { return ticks_ * 250; }
 
  private:
@@ -59,7 +62,7 @@ class LinkedBench final : public host::SimBench, public host::Person {
   static constexpr float kPeak_A = 1, kLag_s = 2e-4F;
   std::vector<board::drives::TorqueWitness> witnesses_{
       kinematics::kMaxJoints, board::drives::TorqueWitness(kPeak_A, kLag_s, static_cast<float>(kTick_s))};
-  std::array<float, kinematics::kMaxJoints> asked_A_{};
+  std::array<float, kinematics::kMaxJoints> asked_A_{}, most_A_{};
   board::MemoryStorage storage_;
   firmware::Config config_;
   std::unique_ptr<firmware::Controller> controller_;
