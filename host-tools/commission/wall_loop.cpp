@@ -39,6 +39,8 @@ WallLoop::WallLoop(const Expectation& arm, const TipProgram& wall, double tick_s
       pose_(mechanism_.home_pose()),
       wall_(wall),
       tick_s_(tick_s),
+      redundant_(std::ranges::count_if(arm.arm().axes,
+                                       [](const ArmAxis& axis) { return axis.drive.has_value(); }) > 3),
       estimators_(arm.axes(), kinematics::VelocityEstimator(static_cast<float>(tick_s))),
       torque_(JointVector::Zero(static_cast<Eigen::Index>(arm.axes()))),
       watches_(arm.axes()) {}
@@ -68,12 +70,22 @@ JointVector WallLoop::currents(const JointVector& at, const PerAxis<std::int64_t
     wanted_N = push_N + std::max(-wall_.damping_N_s_m * velocity.dot(wall_.wall_normal), -push_N);
   }
   limit(wanted_N, std::max(0.0, depth_m));
-  torque_ = mechanism_.torques(pose_, force_N_.cast<double>()) + arm_.weight(at);
+  torque_ = torques() + arm_.weight(at);
   for (Eigen::Index j = 0; j < n; ++j) {
     const ArmAxis& axis = arm_.axis(static_cast<std::size_t>(j));
     if (axis.drive) current[j] = torque_[j] / axis.per_ampere();
   }
   return current;
+}
+
+// As find_torques() of firmware/core does: no force asks the joints of a redundant arm for what a probe leaves.
+JointVector WallLoop::torques() const {
+  const bool by_joint = redundant_ && probe_.probes();
+  JointVector torque = mechanism_.torques(pose_, (by_joint ? unprobed_N_ : force_N_).cast<double>());
+  if (by_joint)
+    for (std::size_t j = 0; j < arm_.axes(); ++j)
+      torque[static_cast<Eigen::Index>(j)] *= static_cast<double>(probe_.part(j));
+  return torque;
 }
 
 // As probed() of firmware/core does: what is left of the force while a joint is probed that may have a dead encoder. The board's receivers report a lost

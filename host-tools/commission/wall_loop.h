@@ -34,6 +34,7 @@ class WallLoop {
 
  private:
   void limit(double wanted_N, double depth_m);
+  [[nodiscard]] JointVector torques() const;
   [[nodiscard]] Eigen::Vector3f probed(const Eigen::Vector3f& wanted_N);
 
   const Expectation& arm_;
@@ -41,6 +42,7 @@ class WallLoop {
   kinematics::MechanismPose<double> pose_;
   TipProgram wall_;
   double tick_s_;
+  bool redundant_;  // more axes have a motor than a force has directions
   std::vector<kinematics::VelocityEstimator> estimators_;
   PerAxis<std::int64_t> first_{};
   PerAxis<std::int32_t> moved_{};

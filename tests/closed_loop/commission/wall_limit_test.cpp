@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "host-tools/arms/arm_data.h"
+#include "host-tools/commission/wall_loop.h"
 #include "tests/closed_loop/loop/press.h"
 #include "tests/support/figure.h"
 
@@ -84,6 +85,45 @@ std::vector<std::string> arms() {
 }
 INSTANTIATE_TEST_SUITE_P(Arms, WallLimitOf, testing::ValuesIn(arms()),
                          [](const auto& arm) { return arm.param.substr(0, arm.param.find('-')); });
+
+// The other joints of a redundant arm keep their torques while one is probed: no force at the tip asks for that (drive.cpp).
+TEST(WallLoop, AProbeTakesTheTorqueFromTheJointItself) {
+  const ArmFile file = wall_arm("chain-7");
+  const Expectation arm(file);
+  TipProgram wall;
+  wall.kind = TipProgram::Kind::kWall;
+  wall.wall_normal = wall_normal(arm);
+  wall.stiffness_N_m = 1e4;
+  wall.most_force_N = 100;
+  WallLoop loop(arm, wall, 1e-3);
+  PerAxis<std::int64_t> counts{};
+  static_cast<void>(loop.currents(arm.home(), counts));
+  board::JointVector in_it = arm.home();
+  const board::JointVector down = -arm.jacobian(in_it).transpose() * wall.wall_normal;
+  in_it += .01 / down.squaredNorm() * down;  // 10 mm deep
+  Eigen::Index moves = 0;                    // this joint counts, the others do not
+  down.cwiseAbs().maxCoeff(&moves);
+  std::vector<board::JointVector> asked;
+  for (int k = 0; k < 600; ++k) {
+    counts.at(static_cast<std::size_t>(moves)) = k % 20 < 10 ? 3 : 0;
+    asked.push_back(loop.currents(in_it, counts));
+  }
+  const board::JointVector whole = asked[40], probed = asked.back(), weight = arm.weight(in_it);
+  int taken = 0;
+  for (std::size_t j = 0; j < arm.axes(); ++j) {
+    const auto row = static_cast<Eigen::Index>(j);
+    const double per_ampere = arm.axis(j).per_ampere(), push = whole[row] * per_ampere - weight[row];
+    const double left = probed[row] * per_ampere - weight[row];
+    const bool is_probed = std::abs(left) < 1e-3 * std::abs(push);
+    taken += is_probed && std::abs(push) > .1 ? 1 : 0;
+    if (!is_probed) {
+      EXPECT_NEAR(left, push, 1e-3 * std::abs(push)) << j;
+    }
+  }
+  EXPECT_GE(taken, 1);
+  EXPECT_GT(std::abs(probed[moves] * arm.axis(static_cast<std::size_t>(moves)).per_ampere() - weight[moves]),
+            .1);
+}
 
 // At 4 kHz the limit cycle of a stiff wall would swing the tip by 0.9 mm. The firmware's force falls at once, and gives no energy that the
 // hand has not paid: the tip swings by less than two counts.
