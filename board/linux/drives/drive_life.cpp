@@ -208,7 +208,7 @@ void DriveLife::tick(const News& news, Protocol& protocol, const Sample& sample,
     if (protocol.wrong_version()) return fail(DriveFault::kVersion);
     tick_found(protocol, sample);
   } else if (state_ == State::kEnabled) {
-    tick_enabled(news, sample);
+    tick_enabled(sample);
   } else if (state_ == State::kBraking) {
     if (in_state_ >= ticks(kBrake_s)) enter(fault_ == DriveFault::kNone ? State::kIdle : State::kFault);
   } else if (state_ == State::kRunning || state_ == State::kIdle) {
@@ -293,11 +293,12 @@ void DriveLife::check_start(const Sample& sample) noexcept {
   enter(State::kIdle);
 }
 
-void DriveLife::tick_enabled(const News& news, const Sample& sample) noexcept {
+void DriveLife::tick_enabled(const Sample& sample) noexcept {
   if (sample.stage == Stage::kFaulted || sample.stage == Stage::kTimedOut) return check_stage(sample);
   const bool on = !enabling_ && (sample.stage == Stage::kOn || proof_ == WatchdogProof::kByHand);
   const bool at_rest = std::abs(sample.velocity_rad_s) <= kRestShare * config_.top_speed_rad_s;
-  const bool fresh = news.motions > 0 || missed_ < ticks(config_.reply_period_s);
+  const bool fresh =
+      missed_ <= ticks(config_.reply_period_s);  // by its own timer one may come just behind the tick
   settled_ = on && at_rest && fresh ? settled_ + 1 : 0;
   if (settled_ == kSettleTicks && (position_rad() < static_cast<double>(config_.start_lo_rad) ||
                                    position_rad() > static_cast<double>(config_.start_hi_rad)))

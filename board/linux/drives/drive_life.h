@@ -106,7 +106,7 @@ class DriveLife {
   void tick_found(Protocol& protocol, const Sample& sample) noexcept;
   void tick_watchdog_proof(const Sample& sample) noexcept;
   void check_start(const Sample& sample) noexcept;
-  void tick_enabled(const News& news, const Sample& sample) noexcept;
+  void tick_enabled(const Sample& sample) noexcept;
   void check_frames(const News& news) noexcept;
   void check_stage(const Sample& sample) noexcept;
   void check_clock(const News& news, const Sample& sample) noexcept;

@@ -86,6 +86,23 @@ TEST_P(EveryKind, OneLostReplyIsNotTakenForFreshAndThreeAreSilence) {
   EXPECT_FALSE(rig.drive(1).powered());
 }
 
+// An ODrive tells its position on its own timer: what comes just behind the end of a tick is of the next one. With 20 ticks in a row that each have
+// one, two drives needed up to two seconds until they gave a torque, and a servo that pushed meanwhile looked like a dead encoder.
+TEST(DriveTimer, APositionThatComesATickLaterHoldsNothingUp) {
+  for (const Kind kind : {Kind::kOdrive05, Kind::kOdrive06}) {
+    DriveRig rig(kind);
+    ASSERT_TRUE(rig.until_all(State::kIdle)) << rig.text();
+    ASSERT_EQ(rig.bus.enable(), "");
+    unsigned ticks = 0;
+    for (; ticks < 2000 && !rig.all(State::kRunning); ++ticks) {
+      if (ticks % 10 == 0) rig.drive(ticks / 10 % 2).inject.drop_replies = 1;
+      rig.tick();
+    }
+    EXPECT_TRUE(rig.all(State::kRunning)) << rig.text();
+    EXPECT_LT(ticks, 250) << "a heartbeat takes 100";
+  }
+}
+
 TEST_P(EveryKind, AfterAFaultNothingIsEnabledButByCommand) {
   DriveRig rig(GetParam());
   ASSERT_TRUE(rig.start());
