@@ -47,7 +47,6 @@ class EncoderProbe {
   };
   void watch(std::size_t joint, const Sight& sight, float period_s) noexcept {
     Joint& j = joints_[joint];
-    j.holds = sight.holds;
     const float step = period_s * (j.taken < kGentle ? kGentle / kGentle_s : (1.0F - kGentle) / kRest_s);
     if (const int way = j.place.left(sight.counts); way != 0) {
       if (j.suspect() && j.taken > 0.0F) j.answered(sight.counts, way, sight.pushes_up);
@@ -61,15 +60,15 @@ class EncoderProbe {
     const bool probed_before = j.taken > 0.0F;
     j.taken = std::clamp(j.taken + (j.suspect() ? step : -step), 0.0F, 1.0F);
     probed_ += static_cast<int>(j.taken > 0.0F) - static_cast<int>(probed_before);
-    j.empty_s = j.taken < 1.0F ? 0.0F : j.empty_s + period_s;
+    // Without a break: on a wall that swings or chatters the share comes and goes, and is less on average.
+    j.empty_s = j.taken < 1.0F || !sight.holds ? 0.0F : j.empty_s + period_s;
   }
 
   // The part of the joint's torque that is left, 1 to 0.
   [[nodiscard]] float part(std::size_t joint) const noexcept { return 1.0F - joints_[joint].taken; }
   [[nodiscard]] bool probes() const noexcept { return probed_ != 0; }
   [[nodiscard]] bool dead() const noexcept {
-    return std::ranges::any_of(joints_,
-                               [](const Joint& j) { return j.suspect() && j.holds && j.empty_s > kEmpty_s; });
+    return std::ranges::any_of(joints_, [](const Joint& j) { return j.suspect() && j.empty_s > kEmpty_s; });
   }
   [[nodiscard]] bool reversed(std::size_t joint) const noexcept {
     return joints_[joint].with_torque >= kReversed;
@@ -80,10 +79,9 @@ class EncoderProbe {
     EncoderPlace place;
     float still_s = 0;                // since it last counted, with a share of the force
     float taken = 0;                  // of its torque
-    float empty_s = 0;                // since no torque is left
+    float empty_s = 0;                // since no torque is left, and it holds such a share
     int with_torque = 0;              // how many probes in a row ended so that it moved as its torque pushes
     std::int32_t with_torque_at = 0;  // its counts at the first of them
-    bool holds = false;
     [[nodiscard]] bool suspect() const noexcept { return still_s > kStill_s; }
     void answered(std::int32_t counts, int way, bool pushes_up) noexcept {
       if (with_torque == 0 || (counts - with_torque_at) * way > kComesBack) {
