@@ -73,9 +73,10 @@ Weighing weigh(StepContext& context, const std::vector<board::JointVector>& plac
   return weighing;
 }
 
-// Of the file, or as it was seen where that is more: a file may have none.
-double most_friction(const Expectation& arm, std::size_t j, const Weighing& bare) {
+// Of the file, or as it was seen where the file has none. A weak motor seems to have more than there is.
+double friction_of(const Expectation& arm, std::size_t j, const Weighing& bare) {
   double most = arm.axis(j).friction.coulomb_N_m.value;
+  if (most > 0) return most;
   for (const PerAxis<double>& seen : bare.friction) most = std::max(most, seen.at(j));
   return most;
 }
@@ -93,7 +94,7 @@ void judge_scale(StepContext& context, std::size_t j, const Weighing& bare, cons
     expected.push_back(weight_N * arm.jacobian(bare.places[i]).col(row).z());
     largest = std::max(largest, std::abs(expected.back()));
   }
-  if (largest <= 2 * most_friction(arm, j, bare)) {
+  if (largest <= 2 * friction_of(arm, j, bare)) {
     result.notes.push_back(quoted(arm, j) +
                            ": gravity hardly turns it, so a weight does not tell its torque scale.");
     return;
@@ -134,7 +135,7 @@ void judge_weight(StepContext& context, const Weighing& bare, StepResult& result
       expected.push_back(arm.weight(bare.places[i])[static_cast<Eigen::Index>(j)]);
     }
     const double most = *std::ranges::max_element(expected, {}, [](double v) { return std::abs(v); });
-    if (std::abs(most) <= 2 * most_friction(arm, j, bare)) continue;
+    if (std::abs(most) <= 2 * friction_of(arm, j, bare)) continue;
     const ScaleFit fit = fit_scale(measured, expected);
     result.measures.push_back(
         {"weight_scale", static_cast<int>(j), 1, fit.scale, fit.residual, fit.residual, .05});
