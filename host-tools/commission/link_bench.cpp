@@ -283,6 +283,26 @@ void LinkBench::arm_motors() {
   device_->arm();
   armed_ = true;
   for (const Micros until_us = now_us() + kRamp_us; now_us() < until_us;) pump(now_us() + kRound_us);
+  await_drives();
+}
+
+// Drives on CAN are switched on only now, and tell a current from when they give a torque. A motion that they miss would look like a dead encoder.
+void LinkBench::await_drives() {
+  constexpr Micros kPatience_us = 2'500'000;  // a board gives up after 2 s
+  if (!measures_current_) return;
+  const auto gives_torque = [this] {
+    const std::optional<link::MeasuredCurrents> now = device_->measured_currents();
+    if (!now) return false;
+    const auto first = now->current_A.begin() + static_cast<std::ptrdiff_t>(arm_) * link::kMaxJoints;
+    return std::any_of(first, first + link::kMaxJoints,
+                       [](float current_A) { return std::isfinite(current_A); });
+  };
+  const Micros until_us = now_us() + kPatience_us;
+  while (!gives_torque()) {
+    if (now_us() > until_us) measures_current_ = false;  // nothing of this arm does
+    if (!measures_current_ || device_->state().mode != link::Mode::kArmed) return;
+    pump(now_us() + kRound_us);
+  }
 }
 
 void LinkBench::let_go() {

@@ -72,6 +72,7 @@ class LinkBench : public Bench {
   void start_recording();
   void end_recording();
   void arm_motors();
+  void await_drives();
   void let_go();
   void place_arm();
   void pump(link::Micros until_us);
