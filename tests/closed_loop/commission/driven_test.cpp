@@ -1,5 +1,6 @@
 // The commissioning of an arm on drives on CAN, which are late, have to be switched on, and tell their currents rarely. With THIMBLE_COMMISSION_ARMS
-// it goes to the end, with other true figures of the arm, too.
+// it goes to the end, with other true figures of the arm and other drives, too.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -7,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
 
 #include "host-tools/commission/link_bench.h"
@@ -24,12 +26,36 @@ std::string example(const std::string& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+// Of the example, with two drives of another kind.
+std::string board_with(const std::string& kind) {
+  const std::string mit =
+      R"("damping_N_m_s_rad": 0.0005, "reply_id": 16, "ranges": { "position_rad": 12.5, "torque_N_m": 1, "velocity_rad_s": )";
+  const std::map<std::string, std::string> rest{
+      {"odrive_0.6", R"("watchdog_ms": 15, "current_limit_A": 10, "estimates_ms": 1, "configuration": [
+        { "name": "axis0.config.enable_watchdog", "number": 100, "integer": true, "value": 1 },
+        { "name": "axis0.config.watchdog_timeout", "number": 101, "value": 0.015 }] })"},
+      {"moteus", R"("watchdog_ms": 15, "damping_N_m_s_rad": 0.0005, "kd_N_m_s_turn": 0.25 })"},
+      {"damiao", R"("watchdog_ms": 15, )" + mit + "30 } }"},
+      {"mini_cheetah", R"("watchdog_ms": 25, "watchdog_proven": true, )" + mit + "65 } }"}};
+  std::string drives;
+  for (int id = 1; id <= 2; ++id) {
+    std::string one = fmt::format(
+        R"({{ "can": "can1", "kind": "{}", "id": {}, "peak_torque_N_m": 0.32, "top_speed_rad_s": {}, {})",
+        kind, id, kind == "damiao" ? 28 : 60, rest.at(kind));
+    if (const std::size_t reply = one.find("\"reply_id\": 16"); reply != std::string::npos)
+      one.replace(reply, 14, fmt::format("\"reply_id\": {}", 16 + id));
+    drives += (id == 2 ? ", " : "") + one;
+  }
+  std::string board = example("board.json");
+  const std::size_t begin = board.find('[', board.find("\"drives\"")) + 1;
+  return board.replace(begin, board.find("\n      ]", begin) - begin, drives);
+}
+
 // Steps up to `last`; a fault that is named is mended. Each step has a connection of its own.
-void commission(std::uint64_t seed, int last) {
+void commission(std::uint64_t seed, int last, const std::string& board) {
   const std::string text = example("five-bar-odrive.arm.json");
   const host::ArmFile arm = host::read_arm_file(text, "five-bar");
-  DrivenBench bench(arm, {host::planted_fault("motor-sign@first", arm)}, {.seed = seed},
-                    example("board.json"));
+  DrivenBench bench(arm, {host::planted_fault("motor-sign@first", arm)}, {.seed = seed}, board);
   host::Commission commission(text, "five-bar", "test");
   while (commission.next() <= last) {
     const int step = commission.next();
@@ -52,9 +78,13 @@ void commission(std::uint64_t seed, int last) {
   EXPECT_TRUE(bench.faults().empty());
 }
 
-TEST(DrivenCommission, AFiveBarOnOdrivesWithAMotorWiredBackwards) {
-  if (std::getenv("THIMBLE_COMMISSION_ARMS") == nullptr) return commission(1, 6);
-  for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) commission(seed, 10);
+TEST(DrivenCommission, AFiveBarWithAMotorWiredBackwards) {
+  if (std::getenv("THIMBLE_COMMISSION_ARMS") == nullptr) return commission(1, 6, example("board.json"));
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) commission(seed, 10, example("board.json"));
+  for (const char* kind : {"odrive_0.6", "moteus", "damiao", "mini_cheetah"}) {
+    SCOPED_TRACE(kind);
+    commission(1, 10, board_with(kind));
+  }
 }
 
 }  // namespace

@@ -53,7 +53,9 @@ inline std::unique_ptr<EmulatedDrive> emulated_of(const DriveConfig& config) {
   const auto flavour = config.kind == Kind::kMiniCheetah ? EmulatedMit::Flavour::kMiniCheetah
                        : config.kind == Kind::kCubeMars  ? EmulatedMit::Flavour::kCubeMars
                                                          : EmulatedMit::Flavour::kDamiao;
-  auto drive = std::make_unique<EmulatedMit>(flavour, config.id, config.reply_id, 30, 10);
+  auto drive = std::make_unique<EmulatedMit>(flavour, config.id, config.reply_id,
+                                             static_cast<double>(config.ranges.velocity.hi),
+                                             static_cast<double>(config.ranges.torque.hi));
   drive->takes_fd = config.kind == Kind::kDamiaoFd;
   return drive;
 }
