@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
 
 #include "firmware/core/faults.h"
 #include "host-tools/arms/arm_writer.h"
@@ -293,9 +294,8 @@ void LinkBench::await_drives() {
   const auto gives_torque = [this] {
     const std::optional<link::MeasuredCurrents> now = device_->measured_currents();
     if (!now) return false;
-    const auto first = now->current_A.begin() + static_cast<std::ptrdiff_t>(arm_) * link::kMaxJoints;
-    return std::any_of(first, first + link::kMaxJoints,
-                       [](float current_A) { return std::isfinite(current_A); });
+    return std::ranges::any_of(std::span(now->current_A).subspan(arm_ * link::kMaxJoints, link::kMaxJoints),
+                               [](float current_A) { return std::isfinite(current_A); });
   };
   const Micros until_us = now_us() + kPatience_us;
   while (!gives_torque()) {
