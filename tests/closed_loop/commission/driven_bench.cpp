@@ -2,7 +2,7 @@
 
 #include <fcntl.h>
 
-#include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -60,13 +60,9 @@ DrivenBench::DrivenBench(const host::ArmFile& arm, std::vector<host::SimFault> f
 void DrivenBench::step_drives(std::uint64_t until_us) {
   for (; drives_us_ < until_us; drives_us_ += kStep_us) {
     host::PerAxis<double> current_A{};
-    bool any = false;
-    for (std::size_t j = 0; j < drives_.size(); ++j) {
+    for (std::size_t j = 0; j < drives_.size(); ++j)
       current_A.at(j) = drives_[j]->torque_N_m() / arm_.axes[j].motor->torque_constant_N_m_A.value;
-      any = any || current_A.at(j) != 0;
-    }
-    SimBench::command(current_A, true);  // a drive without power gives no torque
-    move_arm(static_cast<double>(kStep_us) * 1e-6, any);
+    move_arm(current_A, true, static_cast<double>(kStep_us) * 1e-6);  // a drive without power gives no torque
     const host::PerAxis<std::int64_t> now = counts();
     for (std::size_t j = 0; j < drives_.size(); ++j) {
       const double at_rad = 2 * std::numbers::pi * (static_cast<double>(now.at(j)) + .5) /

@@ -98,15 +98,14 @@ void LinkedBench::drive_arm(const firmware::Outputs& out) {
     asked_A_.at(j) = out.arm[0].enable ? out.arm[0].current_A[j] : 0;
     witnesses_.at(j).asked(asked_A_.at(j));
   }
-  SimBench::command(current_A, out.arm[0].enable);
-  const bool driven = std::ranges::any_of(current_A, [](double current) { return current != 0; });
   if (out.arm[0].enable && !round_) take_fine_steps();  // the hands have their own
-  move_arm(tick_s_, driven);
+  move_arm(current_A, out.arm[0].enable, tick_s_);
 }
 
-void LinkedBench::move_arm(double seconds, bool driven) {
+void LinkedBench::move_arm(const host::PerAxis<double>& current_A, bool enable, double seconds) {
+  SimBench::command(current_A, enable);
   SimBench::step_plant(seconds);
-  judge(!round_ && driven);
+  judge(!round_ && std::ranges::any_of(current_A, [](double current) { return current != 0; }));
 }
 
 void LinkedBench::step_plant(double seconds) {

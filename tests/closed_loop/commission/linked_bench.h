@@ -50,7 +50,7 @@ class LinkedBench : public host::SimBench, public host::Person {
   virtual void read_arm(firmware::Inputs& in);
   // What it writes to the motors. The arm moves on by a tick.
   virtual void drive_arm(const firmware::Outputs& out);
-  void move_arm(double seconds, bool driven);
+  void move_arm(const host::PerAxis<double>& current_A, bool enable, double seconds);
   [[nodiscard]] std::uint64_t tick_us() const { return tick_us_; }
   void wait_a_tick() { time_us_ += tick_us_, ++ticks_; }
 
