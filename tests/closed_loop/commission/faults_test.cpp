@@ -273,6 +273,7 @@ std::vector<FaultyArm> short_form() {
           {paddle, {{kDeadChannel}, {kWeakMotor, 0, 0, .577}}},
           {paddle, {{kDeadEncoder}, {kWrongRatio, 0, 0, 1.2}}, false},
           {paddle, {{kOpenWinding}, {kNoise}}},
+          {paddle, {{kWeakMotor, 0, 0, .5}}, false, 53},  // a weight tells it
           {five_bar, {{kWeakMotor, 1, 1, .5}, {kDeadPhase, 0, 0}}, false, 33}};
 }
 
