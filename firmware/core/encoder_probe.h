@@ -60,8 +60,9 @@ class EncoderProbe {
     const bool probed_before = j.taken > 0.0F;
     j.taken = std::clamp(j.taken + (j.suspect() ? step : -step), 0.0F, 1.0F);
     probed_ += static_cast<int>(j.taken > 0.0F) - static_cast<int>(probed_before);
-    // Without a break: on a wall that swings or chatters the share comes and goes, and is less on average.
-    j.empty_s = j.taken < 1.0F || !sight.holds ? 0.0F : j.empty_s + period_s;
+    // On a wall that swings or chatters the share comes and goes, and is less on average. A force that alternates has it for most of the time.
+    const float longer_s = sight.holds ? period_s : -4.0F * period_s;
+    j.empty_s = j.taken < 1.0F ? 0.0F : std::max(0.0F, j.empty_s + longer_s);
   }
 
   // The part of the joint's torque that is left, 1 to 0.
@@ -79,7 +80,7 @@ class EncoderProbe {
     EncoderPlace place;
     float still_s = 0;                // since it last counted, with a share of the force
     float taken = 0;                  // of its torque
-    float empty_s = 0;                // since no torque is left, and it holds such a share
+    float empty_s = 0;                // while no torque is left: with such a share, less four times without
     int with_torque = 0;              // how many probes in a row ended so that it moved as its torque pushes
     std::int32_t with_torque_at = 0;  // its counts at the first of them
     [[nodiscard]] bool suspect() const noexcept { return still_s > kStill_s; }

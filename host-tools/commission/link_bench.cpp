@@ -289,7 +289,7 @@ void LinkBench::arm_motors() {
 
 // Drives on CAN are switched on only now, and tell a current from when they give a torque. A motion that they miss would look like a dead encoder.
 void LinkBench::await_drives() {
-  constexpr Micros kPatience_us = 2'500'000;  // a board gives up after 2 s
+  constexpr Micros kPatience_us = 5'500'000;  // a board waits 3 s for idle drives, and 2 s until they are on
   if (!measures_current_) return;
   const auto gives_torque = [this] {
     const std::optional<link::MeasuredCurrents> now = device_->measured_currents();
@@ -299,10 +299,15 @@ void LinkBench::await_drives() {
   };
   const Micros until_us = now_us() + kPatience_us;
   while (!gives_torque()) {
-    if (now_us() > until_us) measures_current_ = false;  // nothing of this arm does
-    if (!measures_current_ || device_->state().mode != link::Mode::kArmed) return;
+    if (device_->state().mode != link::Mode::kArmed) return check_fault();
+    if (now_us() > until_us) {
+      measures_current_ = told_current_;  // nothing of this arm does, if it never has
+      return;
+    }
+    person_.check();
     pump(now_us() + kRound_us);
   }
+  told_current_ = true;
 }
 
 void LinkBench::let_go() {

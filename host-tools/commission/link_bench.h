@@ -119,7 +119,7 @@ class LinkBench : public Bench {
   PerAxis<bool> held_{};                  // by the person's hands
   bool is_strong_ = false;                // a step from 7 on
   bool proves_mark_ = true;               // a step up to 3
-  bool has_mark_ = false, measures_current_ = false;
+  bool has_mark_ = false, measures_current_ = false, told_current_ = false;
   std::vector<link::MeasuredCurrents> measured_;  // in the motion that runs or ran last
   bool counted_ = false, located_ = false, armed_ = false, holds_ = false;
   std::string session_;

@@ -157,10 +157,11 @@ BenchRecording LinkBench::cut(const link::AxisOrder& order, const Motion& motion
 }
 
 BenchRecording LinkBench::cut(std::uint64_t from, std::uint64_t to, double between_s) {
+  check_fault();  // it ends the recording
   if (to > from) wait_for_tick(to - 1);
   // A lost tick ends a recording. What a person did then is not all there, and would look like a dead encoder.
   if (stream_->broken() || device_->recording_state().phase != link::RecordingPhase::kRunning) {
-    check_fault();  // so does a fault
+    check_fault();
     counts_missing();
   }
   const auto step = static_cast<std::uint64_t>(std::max(1L, std::lround(between_s / tick_s_)));
@@ -248,8 +249,8 @@ BenchRecording LinkBench::wait(double seconds, bool powered) {
   return recording;
 }
 
-// Before a motion the motors are armed for a moment, in which a loose axis may fall. Once the servo is proved, it brings the axis back: not those
-// that hands hold, for a joint that is pushed and does not count looks like one with a dead encoder.
+// Before a motion the motors are armed for a moment, in which a loose axis may fall. Once the servo is proved, it brings back the axes
+// that no hand holds. A held joint that is pushed and does not count looks like one with a dead encoder.
 void LinkBench::bring_back() {
   if (!is_strong_ || !place_) {
     take_motors();

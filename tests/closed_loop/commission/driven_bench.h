@@ -2,6 +2,8 @@
 // in simulated time. Their clocks drift, and the board's ticks begin late by chance.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>

@@ -279,7 +279,7 @@ TEST(LinkCommission, WhatTheHandsHoldIsNotDriven) {
     tone.axis = place.axis;
     EXPECT_EQ(link.ask(place), host::Answer::kDone);
     EXPECT_EQ(link.run(tone).ending, host::Ending::kTime) << k;
-    EXPECT_GE(rig.bench.most_A(tone.axis), .5F);
+    EXPECT_GE(rig.bench.most_A(tone.axis), .49F);
     EXPECT_EQ(rig.bench.most_A(1 - tone.axis), 0) << k;
   }
 }

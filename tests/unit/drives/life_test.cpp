@@ -86,8 +86,8 @@ TEST_P(EveryKind, OneLostReplyIsNotTakenForFreshAndThreeAreSilence) {
   EXPECT_FALSE(rig.drive(1).powered());
 }
 
-// An ODrive tells its position on its own timer: what comes just behind the end of a tick is of the next one. With 20 ticks in a row that each have
-// one, two drives needed up to two seconds until they gave a torque, and a servo that pushed meanwhile looked like a dead encoder.
+// An ODrive tells its position on its own timer: what comes just behind the end of a tick is of the next one. Where each tick without
+// one began the 20 ticks anew, two drives came on late, and a servo that pushed meanwhile looked like a dead encoder.
 TEST(DriveTimer, APositionThatComesATickLaterHoldsNothingUp) {
   for (const Kind kind : {Kind::kOdrive05, Kind::kOdrive06}) {
     DriveRig rig(kind);
