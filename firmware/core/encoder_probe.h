@@ -61,8 +61,11 @@ class EncoderProbe {
     j.taken = std::clamp(j.taken + (j.suspect() ? step : -step), 0.0F, 1.0F);
     probed_ += static_cast<int>(j.taken > 0.0F) - static_cast<int>(probed_before);
     // On a wall that swings or chatters the share comes and goes, and is less on average. A force that alternates has it for most of the time.
-    const float longer_s = sight.holds ? period_s : -4.0F * period_s;
-    j.empty_s = j.taken < 1.0F ? 0.0F : std::max(0.0F, j.empty_s + longer_s);
+    if (j.taken < 1.0F) {
+      j.empty_s = 0;
+    } else {
+      j.empty_s = sight.holds ? j.empty_s + period_s : std::max(0.0F, j.empty_s - 4.0F * period_s);
+    }
   }
 
   // The part of the joint's torque that is left, 1 to 0.
