@@ -297,7 +297,7 @@ void DriveLife::tick_enabled(const Sample& sample) noexcept {
   if (sample.stage == Stage::kFaulted || sample.stage == Stage::kTimedOut) return check_stage(sample);
   const bool on = !enabling_ && (sample.stage == Stage::kOn || proof_ == WatchdogProof::kByHand);
   const bool at_rest = std::abs(sample.velocity_rad_s) <= kRestShare * config_.top_speed_rad_s;
-  // By its own timer one may come just behind the tick.
+  // By its own timer one may come just behind the tick. A whole period more is too late; .999, because floats round.
   const bool fresh = static_cast<float>(missed_) * period_s_ < config_.reply_period_s + .999F * period_s_;
   settled_ = on && at_rest && fresh ? settled_ + 1 : 0;
   if (settled_ == kSettleTicks && (position_rad() < static_cast<double>(config_.start_lo_rad) ||

@@ -20,6 +20,8 @@ class DrivenBench final : public LinkedBench {
   DrivenBench(const host::ArmFile& arm, std::vector<host::SimFault> faults,
               const host::SimBenchOptions& options, const std::string& board);
 
+  [[nodiscard]] board::emulated::EmulatedDrive& drive(std::size_t axis) { return *drives_.at(axis); }
+
  private:
   void read_arm(firmware::Inputs& in) override;
   void drive_arm(const firmware::Outputs& out) override;

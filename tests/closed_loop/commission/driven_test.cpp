@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "board/sim/drives/emulated_odrive.h"
 #include "host-tools/commission/link_bench.h"
 #include "host-tools/commission/planted.h"
 #include "host-tools/commission/procedure.h"
@@ -90,6 +91,25 @@ TEST(DrivenCommission, AFiveBarWithAMotorWiredBackwards) {
   for (const char* kind : {"odrive_0.6", "moteus", "damiao", "mini_cheetah"}) {
     SCOPED_TRACE(kind);
     commission(1, 10, board_with(kind));
+  }
+}
+
+// Not as counts that are missing, which is what its end of the recording looks like.
+TEST(DrivenCommission, ADriveThatStaysOffIsAFault) {
+  const std::string text = example("five-bar-odrive.arm.json");
+  const host::ArmFile arm = host::read_arm_file(text, "five-bar");
+  DrivenBench bench(arm, {}, {}, example("board.json"));
+  host::Commission commission(text, "five-bar", "test");
+  host::LinkBench link([&] { return bench.open(); }, bench, 0, arm);
+  link.begin_step(0);
+  ASSERT_TRUE(commission.run(0, link).passed);
+  dynamic_cast<board::emulated::EmulatedOdrive&>(bench.drive(1)).stays_off = true;
+  link.begin_step(1);
+  try {
+    static_cast<void>(commission.run(1, link));
+    FAIL();
+  } catch (const host::Error& error) {
+    EXPECT_EQ(error.name, "device-faulted") << error.cause;
   }
 }
 
