@@ -14,6 +14,7 @@ import {
 } from 'three';
 
 import { ArmLinks } from './arm_links';
+import { kArrow_m_per_N, kNeedleLength_m } from './lengths';
 import type { ArmState, State } from './protocol';
 import type { SceneModel } from './scene_image';
 import { type Vec3, add, length, rotate, scale, sub } from './vector';
@@ -23,11 +24,9 @@ export const kForceColor = 0xff7a00;
 const kGodColor = 0xe0b000;
 const kPlaneColor = 0x2eb872;
 const kHandColor = 0xe5484d;
-const kArrow_m_per_N = 0.012;
 const kSizes_px = { tip: 6.5, god: 4.5, hand: 4.5, shaft: 2, pull: 1.5, needle: 1.5, head: 14, plane: 22 }; // at least, radii and the head's length
 const kLeastForce_N = 0.005;
 const kPlanes = 3;
-const kNeedleLength_m = 0.12;
 
 const kUp = new Vector3(0, 1, 0);
 const kBall = new SphereGeometry(1, 24, 16);

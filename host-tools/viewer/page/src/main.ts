@@ -8,6 +8,7 @@ import { ArmMarks } from './arm_marks';
 import { CommissionView } from './commission_view';
 import { Connection, type Link } from './connection';
 import { element, make, set_text } from './dom';
+import { FrameStats } from './frame_stats';
 import { HandControl } from './hand_control';
 import { MaterialPanel } from './material_panel';
 import { ParameterPanel } from './parameter_panel';
@@ -20,6 +21,7 @@ import { StatusView } from './status_view';
 import { Timeline } from './timeline';
 import { take_query } from './token';
 import type { Vec3 } from './vector';
+import { looks_same, visible } from './visible';
 
 const kTextEvery_ms = 60;
 const kCurvesEvery_ms = 80;
@@ -330,7 +332,8 @@ matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
 
 // --- Frames
 
-const frames = { since_ms: performance.now(), count: 0, busy_ms: 0 };
+const frames = new FrameStats(canvas.dataset);
+let drawn: number[] = []; // what is seen of the state that is drawn
 let text_ms = 0;
 let curves_ms = 0;
 let before_ms = performance.now();
@@ -344,16 +347,7 @@ function frame(now_ms: number): void {
   materials.flush();
   before_ms = now_ms;
   const state = timeline.state;
-  if (new_state && state !== undefined) {
-    new_state = false;
-    objects?.update(state);
-    for (const mark of marks) mark.update(state, model, pixel_m);
-    stage?.touch();
-    canvas.dataset.links = String(marks.reduce((sum, mark) => sum + mark.shown_links, 0));
-    canvas.dataset.tick = String(state.tick ?? '');
-    canvas.dataset.sinceUs = String(state.since_us ?? '');
-  }
-  stage?.render(now_ms);
+  const drew = draw(now_ms, state);
   if (now_ms - text_ms > kTextEvery_ms) {
     if (timeline.live.newest) status.update(timeline.live.newest);
     if (new_text && state !== undefined) show_readings(state);
@@ -364,7 +358,30 @@ function frame(now_ms: number): void {
     new_curves = false;
     curves_ms = now_ms;
   }
-  count_frame(begin_ms);
+  const frames_per_s = frames.count(begin_ms, drew);
+  if (frames_per_s !== null) stage?.pace(frames_per_s);
+}
+
+// Draws if the state looks other than what is drawn, or if the view or the scene has changed. False: nothing was drawn.
+function draw(now_ms: number, state: State | undefined): boolean {
+  if (stage === null) return false;
+  if (new_state && state !== undefined) {
+    new_state = false;
+    const now = visible(state);
+    if (!looks_same(now, drawn, stage.least_visible_m)) {
+      drawn = now;
+      stage.touch();
+    }
+    canvas.dataset.tick = String(state.tick ?? '');
+    canvas.dataset.sinceUs = String(state.since_us ?? '');
+  }
+  // Marks have a size on the screen, so they follow the camera too.
+  if (stage.is_touched && state !== undefined) {
+    objects?.update(state);
+    for (const mark of marks) mark.update(state, model, pixel_m);
+    canvas.dataset.links = String(marks.reduce((sum, mark) => sum + mark.shown_links, 0));
+  }
+  return stage.render(now_ms);
 }
 
 function show_readings(state: State): void {
@@ -375,20 +392,6 @@ function show_readings(state: State): void {
   const when = timeline.paused ? `${timeline.offset_s.toFixed(2)} s` : 'live';
   set_text(element('when'), when);
   scrubber.setAttribute('aria-valuetext', timeline.paused ? `${(-timeline.offset_s).toFixed(1)} seconds ago` : 'live');
-}
-
-// For measurements: frames a second, and how long the page's own work in a frame takes.
-function count_frame(begin_ms: number): void {
-  const end_ms = performance.now();
-  ++frames.count;
-  frames.busy_ms += end_ms - begin_ms;
-  const span_ms = end_ms - frames.since_ms;
-  if (span_ms < 1000) return;
-  const frames_per_s = (frames.count * 1000) / span_ms;
-  if (span_ms < 2000) stage?.pace(frames_per_s); // longer: the page was hidden
-  canvas.dataset.framesPerS = frames_per_s.toFixed(1);
-  canvas.dataset.workMs = (frames.busy_ms / frames.count).toFixed(2);
-  Object.assign(frames, { since_ms: end_ms, count: 0, busy_ms: 0 });
 }
 
 requestAnimationFrame(frame);

@@ -7,6 +7,7 @@ import { type Measure, kMeasures, kUnits } from './measures';
 import { range_of, splits_of } from './ranges';
 
 const kHeight_px = 96;
+const kEdge_s = 0.1; // a curve that begins so near to the left edge reaches it
 // The least range of the axis, so that noise alone does not fill the plot.
 const kLeast: Record<Measure, number> = { force: 0.5, depth: 0.5, velocity: 20, energy: 0.5 };
 const kTitles: Record<Measure, string> = { force: 'Force', depth: 'Depth', velocity: 'Speed', energy: 'Energy to the hand' };
@@ -15,6 +16,7 @@ const kNotes: Partial<Record<Measure, string>> = { energy: ' in this contact (âˆ
 
 export class Plots {
   span_s = 10;
+  private readonly still = new Map<Measure, string | null>(); // straight lines that are drawn
   private plots: { what: Measure; plot: uPlot }[] = [];
 
   constructor(
@@ -24,6 +26,7 @@ export class Plots {
     place.replaceChildren();
     for (const what of kMeasures) this.plots.push({ what, plot: this.make(what) });
     const resize = new ResizeObserver(() => {
+      this.still.clear();
       for (const { plot } of this.plots) plot.setSize({ width: place.clientWidth, height: kHeight_px });
     });
     resize.observe(place);
@@ -40,6 +43,9 @@ export class Plots {
     for (const { what, plot } of this.plots) {
       const columns = history.columns(what, this.arms, until_s - this.span_s, until_s);
       columns[0] = columns[0].map((time) => (time as number) - newest_s);
+      const still = still_key(columns, until_s - newest_s - this.span_s, until_s - newest_s);
+      if (still !== null && still === this.still.get(what)) continue;
+      this.still.set(what, still);
       plot.batch(() => {
         plot.setData(columns as uPlot.AlignedData, false);
         plot.setScale('x', { min: until_s - newest_s - this.span_s, max: until_s - newest_s });
@@ -84,6 +90,14 @@ export class Plots {
       figure,
     );
   }
+}
+
+// Straight lines from edge to edge look the same as long as they stay where they are; null for other curves.
+export function still_key([times, ...columns]: (number | null)[][], from_s: number, to_s: number): string | null {
+  if (times.length < 2 || (times[0] as number) > from_s + kEdge_s) return null;
+  const values = columns.map(([first]) => first);
+  if (!columns.every((column, i) => column.every((it) => it === values[i]))) return null;
+  return JSON.stringify([from_s, to_s, values]);
 }
 
 const short = (value: number): string => String(Number(value.toPrecision(3)));

@@ -25,6 +25,7 @@ const kSlow_per_s = 24;
 const kLeastPixelRatio = 0.5;
 
 const kStill_ms = 400; // what does not change for so long is drawn once more, as fine as it can be
+const kVisible_px = 1 / 8;
 const kMargin = 1.12; // about the box that is framed
 const kLightFrom = new Vector3(-0.35, -0.45, 1).normalize();
 const kShadowPixels = 1024;
@@ -95,15 +96,24 @@ export class Stage {
     this.waiting = true;
   }
 
+  // Whether the next render draws a changed picture.
+  get is_touched(): boolean {
+    return this.waiting;
+  }
+
   // Draws if anything changed, as finely as the machine keeps up with; and once more, finely, when nothing has changed for a while.
-  render(now_ms: number): void {
+  // False: nothing was drawn.
+  render(now_ms: number): boolean {
     if (this.waiting) {
       this.waiting = false;
       this.changed_ms = now_ms;
       this.draw(this.quality);
     } else if (!this.fine && now_ms - this.changed_ms > kStill_ms) {
       this.draw({ ratio: full_ratio(), shadows: true });
+    } else {
+      return false;
     }
+    return true;
   }
 
   private draw(quality: Quality): void {
@@ -114,6 +124,7 @@ export class Stage {
     this.fog.near = kFogFrom * distance;
     this.fog.far = kFogTo * distance;
     this.renderer.render(this.scene, this.camera);
+    this.canvas.dataset.ratio = String(quality.ratio);
   }
 
   // Looks at a box from the user's seat, from so far that all of it is seen.
@@ -172,6 +183,11 @@ export class Stage {
     this.touch();
   }
 
+  // Less than a change of this length is not seen.
+  get least_visible_m(): number {
+    return kVisible_px * this.screen(this.controls.target).pixel_m;
+  }
+
   // Directions of the screen in the world, and the length of one of its pixels as far away as `at`.
   screen(at: Vector3): { right: Vector3; up: Vector3; away: Vector3; pixel_m: number } {
     this.camera.updateMatrixWorld();
@@ -193,7 +209,7 @@ export class Stage {
     return software ? { ratio: 0.7 * full_ratio(), shadows: false } : { ratio: full_ratio(), shadows: true };
   }
 
-  // Once a second while frames are drawn. A machine without a graphics processor keeps up without shadows and with fewer pixels.
+  // Once a second while every frame is drawn. A machine without a graphics processor keeps up without shadows and with fewer pixels.
   pace(frames_per_s: number): void {
     this.slow_s = frames_per_s < kSlow_per_s ? this.slow_s + 1 : 0;
     const { ratio, shadows } = this.quality;

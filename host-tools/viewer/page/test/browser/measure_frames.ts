@@ -1,5 +1,5 @@
 // npm run measure [-- SCENE]: frames a second, the page's own work in a frame, and the time from the server to the picture, with a mesh
-// of 100 000 triangles where no scene is named. In headless Chromium a processor draws the picture, so the frames a second are those of
+// of 100 000 triangles where no scene is named; then how many frames are drawn of a hand at rest. In headless Chromium a processor draws the picture, so the frames a second are those of
 // a machine without a GPU.
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -10,6 +10,7 @@ import { launch } from './browser';
 
 const kRings = 160;
 const kSeconds = 15;
+const kStill_s = 5;
 
 // A ball with waves, about 4 kRings^2 triangles.
 function write_ball(file: string): void {
@@ -62,16 +63,25 @@ await page.evaluate(`{
   };
   look();
 }`);
+const numbers = () => page.evaluate(() => ({ ...(document.querySelector('canvas#view') as HTMLCanvasElement).dataset }));
+const frames_of = (before: DOMStringMap, after: DOMStringMap) =>
+  `${Number(after.drawn) - Number(before.drawn)} drawn, ${Number(after.skipped) - Number(before.skipped)} skipped`;
+const before = await numbers();
 const rates: number[] = [];
 const work: number[] = [];
+const worst: number[] = [];
 for (let second = 0; second < kSeconds; ++second) {
   const turn = second / 3;
   mock.touch.move_hand(0, [0.03 * Math.cos(turn), -0.02, 0.03 * Math.sin(turn)]);
   await page.waitForTimeout(1000);
-  const data = await page.evaluate(() => ({ ...(document.querySelector('canvas#view') as HTMLCanvasElement).dataset }));
+  const data = await numbers();
   rates.push(Number(data.framesPerS));
   work.push(Number(data.workMs));
+  worst.push(Number(data.worstMs));
 }
+const moved = await numbers();
+await page.waitForTimeout(1000 * kStill_s);
+const rested = await numbers();
 const shown = await page.evaluate(() => (window as unknown as { shown: [number, number][] }).shown);
 const delays = shown
   .flatMap(([tick, at_ms]) => (mock.sent_ms.has(tick) ? [at_ms - (mock.sent_ms.get(tick) as number)] : []))
@@ -85,7 +95,10 @@ const renderer = await page.evaluate(() => {
 console.log(`renderer: ${renderer}`);
 console.log(`triangles: ${triangles}`);
 console.log(`frames a second: median ${median(rates)}, least ${Math.min(...rates)}`);
-console.log(`the page's own work in a frame: median ${median(work)} ms, most (mean of a second) ${Math.max(...work)} ms`);
+const mean = work.reduce((a, b) => a + b, 0) / work.length;
+console.log(`the page's own work in a frame: mean ${mean.toFixed(2)} ms, worst ${Math.max(...worst)} ms`);
+console.log(`frames of ${kSeconds} s while the hand moves: ${frames_of(before, moved)}`);
+console.log(`frames of ${kStill_s} s while it rests: ${frames_of(moved, rested)}; work in a frame: mean ${rested.workMs} ms`);
 console.log(`from the server to the frame that is drawn: median ${median(delays)} ms, 99 % ${delays[Math.floor(delays.length * 0.99)]} ms`);
 await browser.close();
 await mock.stop();

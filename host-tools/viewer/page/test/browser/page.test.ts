@@ -1,69 +1,11 @@
 // The page in Chromium against the mock.
 import assert from 'node:assert/strict';
-import { after, afterEach, before, test } from 'node:test';
-import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
+import { test } from 'node:test';
 
-import { Mock, type Options } from '../../mock/server';
+import { Mock } from '../../mock/server';
 import type { PageMessage } from '../../src/protocol';
-import { launch, number_in, pixels_near, until } from './browser';
-
-const kForceColor: [number, number, number] = [0xff, 0x7a, 0x00];
-const kScale = 0.5; // a processor draws the picture: fewer pixels, more frames
-
-let browser: Browser;
-let open: (() => Promise<void>)[] = [];
-before(async () => {
-  browser = await launch();
-});
-after(async () => browser.close());
-afterEach(async () => {
-  for (const close of open.reverse()) await close();
-  open = [];
-});
-
-async function show(options: Options = {}, context: BrowserContextOptions = {}, token?: string): Promise<{ page: Page; mock: Mock }> {
-  const mock = new Mock(options);
-  await mock.start();
-  const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, deviceScaleFactor: kScale, ...context });
-  const errors: string[] = [];
-  page.on('console', (message) => {
-    if (message.text().includes('Content Security Policy')) errors.push(message.text().slice(0, 200));
-  });
-  page.on('pageerror', (error) => errors.push(error.message));
-  open.push(async () => {
-    await page.close();
-    await mock.stop();
-    assert.deepEqual(errors, [], 'the page threw');
-  });
-  await page.goto(token === undefined ? mock.url : mock.url.replace(mock.token, token));
-  await until('a live link', async () => (await page.getByTestId('link').textContent()) === 'live');
-  await until('the scene', async () => (await page.getByTestId('view').getAttribute('data-objects')) !== null);
-  return { page, mock };
-}
-
-const said = (mock: Mock, type: PageMessage['type']) => mock.received.filter((it) => it.type === type);
-const text = (page: Page, testid: string) => page.getByTestId(testid).textContent();
-
-async function arm(page: Page): Promise<void> {
-  await page.getByTestId('home').click();
-  await until('ready', async () => (await text(page, 'mode')) === 'ready');
-  await page.getByTestId('arm').click();
-  await until('armed', async () => (await text(page, 'mode')) === 'armed');
-}
-
-// Drags the middle of the view by so many pixels, in steps as a hand would.
-async function drag(page: Page, dx: number, dy: number): Promise<void> {
-  const box = await page.getByTestId('view').boundingBox();
-  assert.ok(box);
-  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
-  await page.mouse.move(x, y);
-  await page.mouse.down();
-  for (let i = 1; i <= 10; ++i) {
-    await page.mouse.move(x + (dx * i) / 10, y + (dy * i) / 10);
-    await page.waitForTimeout(30);
-  }
-  await page.mouse.up();
-}
+import { number_in, pixels_near, until } from './browser';
+import { arm, drag, kForceColor, open, said, show, text } from './harness';
 
 test('blocks is loaded and shown, with the state in the DOM', async () => {
   const { page, mock } = await show();
