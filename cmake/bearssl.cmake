@@ -1,8 +1,8 @@
 # thimble_bearssl: SHA-256 and HMAC of BearSSL, for firmware/link/proof.cpp. Debian's static library on a host and on boards with Linux;
-# bare-metal boards compile Debian's source (scripts/bearssl).
-if(CMAKE_SYSTEM_NAME STREQUAL "Generic")
+# bare-metal boards and a page compile Debian's source (scripts/debian_source).
+if(CMAKE_SYSTEM_NAME MATCHES "^(Generic|WASI)$")
   enable_language(C)
-  execute_process(COMMAND ${PROJECT_SOURCE_DIR}/scripts/bearssl OUTPUT_VARIABLE bearssl OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND ${PROJECT_SOURCE_DIR}/scripts/debian_source bearssl OUTPUT_VARIABLE bearssl OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
   set(sources codec/dec32be codec/enc32be hash/sha2small mac/hmac)
   list(TRANSFORM sources REPLACE "(.+)" "${bearssl}/src/\\1.c")
   add_library(thimble_bearssl STATIC ${sources})
