@@ -12,7 +12,6 @@
 #include "board/posix/tcp_port.h"
 #include "board/posix/tty_port.h"
 #include "board/sim/announcement.h"
-#include "board/sim/broken_link.h"
 #include "board/sim/file_storage.h"
 #include "board/sim/hand_path_file.h"
 #include "board/sim/injection_file.h"
@@ -21,25 +20,19 @@
 namespace thimble::board {
 namespace {
 
-// If the simulation is late by more than this, simulated time is skipped instead of caught up, because a
-// burst of ticks would be worse. This is also the longest delay of the link: with 0.1 s a request took 2 s
-// where the simulation is slower than real time (0.7 under sanitizers).
-constexpr double kMostBehind_s = 0.02;
 constexpr std::uint64_t kWait_us = 500;
-constexpr double kSlice_s = 0.002;
-// Of a flooded link: a full bus of 1 Mbit/s carries 9000 frames a second, one of 8 Mbit/s some 40 000.
-constexpr double kMostFlood_Hz = 1e5;
-constexpr firmware::link::CanFrame kNobodys{.id = 0x7FF, .size = 8};
-
-std::uint64_t steady_us() {
-  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(
-                                        std::chrono::steady_clock::now().time_since_epoch())
-                                        .count());
-}
 
 }  // namespace
 
-LiveBoard::LiveBoard(const LiveOptions& options) : options_(options), ports_(std::make_unique<LinkPorts>()) {
+// The ports, for the loop.
+class LiveBoard::Ports final : public LiveLoop::Carrier, public LinkPorts {
+ public:
+  void send(const firmware::link::CanFrame& frame) override { LinkPorts::send(frame); }
+  [[nodiscard]] std::optional<firmware::link::CanFrame> receive() override { return LinkPorts::receive(); }
+  [[nodiscard]] std::uint64_t dropped() const override { return LinkPorts::dropped(); }
+};
+
+LiveBoard::LiveBoard(const LiveOptions& options) : options_(options), ports_(std::make_unique<Ports>()) {
   if (options.host_socket >= 0) ports_->add(std::make_unique<PairPort>(Descriptor(options.host_socket)));
   // The preferred one first: TCP has more capacity than a pty, whose buffer is 4 kB.
   if (options.tcp_port)
@@ -57,7 +50,8 @@ LiveBoard::LiveBoard(const LiveOptions& options) : options_(options), ports_(std
   } else {
     file_ = std::make_unique<FileStorage>(options.store, kSlotBytes);
   }
-  board_ = start("power_on");
+  loop_ =
+      std::make_unique<LiveLoop>(*ports_, [this](const char* reset_reason) { return start(reset_reason); });
   announced_ = std::make_unique<Announced>(Announcement{options.name, options.arm, ports_->uris()});
 }
 
@@ -102,53 +96,13 @@ std::unique_ptr<SimBoard> LiveBoard::start(const char* reset_reason) {
   return board;
 }
 
-void LiveBoard::run(const std::function<bool()>& stopping, const std::function<void(const Round&)>& each,
+void LiveBoard::run(const std::function<bool()>& stopping,
+                    const std::function<void(const LiveLoop::Round&)>& each,
                     const std::function<void(const std::string&)>& news) {
-  std::vector<firmware::link::CanFrame> sent;
-  BrokenLink to_hosts, from_hosts;
-  const auto send_all = [&] {
-    for (firmware::link::CanFrame out; board_->controller().next_frame(out, steady_us());)
-      to_hosts.send(out, steady_us(), *board_);
-    while (const std::optional<firmware::link::CanFrame> out = to_hosts.receive(steady_us())) {
-      ports_->send(*out);
-      if (!out->extended) sent.push_back(*out);
-    }
-  };
-  double flood = 0;  // frames of nobody that are due
-  std::uint64_t last_us = steady_us();
   while (!stopping()) {
-    const std::uint64_t time_us = steady_us();
-    double due_s = static_cast<double>(time_us - last_us) * 1e-6;
-    last_us = time_us;
-    if (due_s > kMostBehind_s) {
-      skipped_s_ += due_s - kMostBehind_s;
-      due_s = kMostBehind_s;
-    }
-    sent.clear();
-    // In slices: the recorder has room for Recorder::kEntries ticks.
-    double left_s = due_s;
-    for (; left_s > kSlice_s; left_s -= kSlice_s) {
-      board_->step(kSlice_s);
-      send_all();
-    }
-    board_->step(left_s);
-    send_all();
-
-    while (const std::optional<firmware::link::CanFrame> frame = ports_->receive())
-      from_hosts.send(*frame, steady_us(), *board_);
-    const double rate_Hz = std::min(board_->injected(Injection::kLinkFlood).value_or(0), kMostFlood_Hz);
-    for (flood += rate_Hz * due_s; flood >= 1; --flood) from_hosts.send(kNobodys, steady_us(), *board_);
-    while (const std::optional<firmware::link::CanFrame> frame = from_hosts.receive(steady_us())) {
-      board_->controller().on_frame(*frame, steady_us());
-      send_all();
-    }
-    board_->controller().tell_link_losses(static_cast<std::uint32_t>(ports_->dropped()));
-    board_->controller().poll(steady_us());
-    send_all();
-    if (each) each({*board_, sent, time_us});
+    loop_->round(each);
     ports_->flush();
     if (const std::optional<std::string> trouble = ports_->news(); trouble && news) news(*trouble);
-    if (board_->controller().take_reset()) board_ = start("host");
     ports_->wait(kWait_us);
   }
 }

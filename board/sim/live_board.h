@@ -14,13 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "board/sim/sim_board.h"
+#include "board/sim/live_loop.h"
 
 namespace thimble::board {
 
 class Announced;
 class FileStorage;
-class LinkPorts;
 
 struct LiveOptions {
   std::string arm = "premium-1.5";
@@ -47,14 +46,6 @@ struct LiveOptions {
 
 class LiveBoard {
  public:
-  // Access for the calling program between two cycles of the loop. `sent`: the real-time frames of this
-  // cycle, in order; `since_us`: steady clock of the machine before the first tick of the cycle.
-  struct Round {
-    SimBoard& board;
-    const std::vector<firmware::link::CanFrame>& sent;
-    std::uint64_t since_us;
-  };
-
   // Throws std::exception for a port in use, an unknown arm or an error in a file.
   explicit LiveBoard(const LiveOptions& options);
   LiveBoard(const LiveBoard&) = delete;
@@ -64,23 +55,24 @@ class LiveBoard {
   [[nodiscard]] std::vector<std::string> uris() const;  // the preferred one first
 
   // Runs cycles of about half a millisecond until stopping() returns true. `each` may be empty.
-  void run(const std::function<bool()>& stopping, const std::function<void(const Round&)>& each = {},
+  void run(const std::function<bool()>& stopping,
+           const std::function<void(const LiveLoop::Round&)>& each = {},
            const std::function<void(const std::string&)>& news = {});
 
-  [[nodiscard]] SimBoard& board() noexcept { return *board_; }
-  [[nodiscard]] double skipped_s() const noexcept { return skipped_s_; }
+  [[nodiscard]] SimBoard& board() noexcept { return loop_->board(); }
+  [[nodiscard]] double skipped_s() const noexcept { return loop_->skipped_s(); }
   [[nodiscard]] std::uint64_t dropped() const;  // frames
 
  private:
+  class Ports;
   [[nodiscard]] std::unique_ptr<SimBoard> start(const char* reset_reason);
 
   LiveOptions options_;
-  std::unique_ptr<LinkPorts> ports_;
+  std::unique_ptr<Ports> ports_;
   std::unique_ptr<FileStorage> file_;
   std::unique_ptr<MemoryStorage> memory_;
-  std::unique_ptr<SimBoard> board_;
+  std::unique_ptr<LiveLoop> loop_;
   std::unique_ptr<Announced> announced_;
-  double skipped_s_ = 0;
 };
 
 }  // namespace thimble::board

@@ -45,7 +45,7 @@ SimulatedDevice::SimulatedDevice(const board::LiveOptions& options) : live_(with
           const std::scoped_lock lock(mutex_);
           return stopping_;
         },
-        [this](const board::LiveBoard::Round& round) { each(round); });
+        [this](const board::LiveLoop::Round& round) { each(round); });
   });
 }
 
@@ -98,7 +98,7 @@ SimulatedDevice::Stamp SimulatedDevice::stamp(std::uint8_t sequence) const {
   return stamps_[sequence];
 }
 
-void SimulatedDevice::each(const board::LiveBoard::Round& round) {
+void SimulatedDevice::each(const board::LiveLoop::Round& round) {
   const std::scoped_lock lock(mutex_);
   for (const link::CanFrame& frame : round.sent) {
     link::Pose pose;

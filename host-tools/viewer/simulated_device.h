@@ -62,7 +62,7 @@ class SimulatedDevice {
     bool fresh = false;  // not brought into the workspace yet
     Vector goal_m{}, at_m{}, home_m{};
   };
-  void each(const board::LiveBoard::Round& round);
+  void each(const board::LiveLoop::Round& round);
   void lead_home(bool yes);
 
   mutable std::mutex mutex_;
