@@ -23,7 +23,7 @@ target_compile_definitions(thimble_core INTERFACE EIGEN_DONT_VECTORIZE EIGEN_MAX
 
 add_library(thimble_no_runtime INTERFACE)  # for the libraries of the controller, not for their users
 target_compile_options(thimble_no_runtime INTERFACE -fno-exceptions -fno-rtti)
-if(THIMBLE_BOARD AND NOT THIMBLE_BOARD STREQUAL "linux")  # stack use of each function, for tests/hardware/cortex/lint_image.py
+if(CMAKE_SYSTEM_NAME STREQUAL "Generic")  # stack use of each function, for tests/hardware/cortex/lint_image.py
   target_compile_options(thimble_no_runtime INTERFACE -fcallgraph-info=su)
 endif()
 

@@ -18,8 +18,8 @@ constexpr std::array kInjections = {
 std::span<const InjectionRow> injections() noexcept { return kInjections; }
 
 const InjectionRow* find_injection(std::string_view name) noexcept {
-  const auto* const row = std::ranges::find(kInjections, name, &InjectionRow::name);
-  return row == kInjections.end() ? nullptr : row;
+  const auto row = std::ranges::find(kInjections, name, &InjectionRow::name);
+  return row == kInjections.end() ? nullptr : &*row;
 }
 
 }  // namespace thimble::board

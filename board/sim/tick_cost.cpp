@@ -51,8 +51,8 @@ std::uint32_t BoardCost::work_units(double rate_Hz, std::size_t arms) const noex
 std::span<const BoardCost> board_costs() noexcept { return kBoards; }
 
 const BoardCost* find_board_cost(std::string_view name) noexcept {
-  const auto* const found = std::ranges::find(kBoards, name, &BoardCost::name);
-  return found == kBoards.end() ? nullptr : found;
+  const auto found = std::ranges::find(kBoards, name, &BoardCost::name);
+  return found == kBoards.end() ? nullptr : &*found;
 }
 
 }  // namespace thimble::board

@@ -191,7 +191,7 @@ void TriangleCollision::defer(const Face& face, Overlap overlap) {
     to = &deferred_[deferred_count_++];
   } else {
     lost_ = true;
-    to = std::min_element(deferred_.begin(), deferred_.end(), shallower);
+    to = &*std::min_element(deferred_.begin(), deferred_.end(), shallower);
     if (to->depth_m >= overlap.depth_m) return;
   }
   *to = {face.triangle, overlap.depth_m, overlap.normal};

@@ -12,9 +12,9 @@ Nearby::Nearby(const World& world, const Reach& reach, SolidSet without, Triangl
   for (std::size_t i = 0; i < world.count; ++i)
     if (reach.meets(world.objects[i])) list_[count_++] = static_cast<std::uint8_t>(i);
   if (without != 0) {
-    const auto* const end = std::remove_if(list_.begin(), list_.begin() + count_,
+    const auto* const end = std::remove_if(list_.data(), list_.data() + count_,
                                            [without](std::uint8_t i) { return (without & only(i)) != 0; });
-    count_ = static_cast<std::size_t>(end - list_.begin());
+    count_ = static_cast<std::size_t>(end - list_.data());
   }
   point_ = world.tip_radius_m <= 0.0F;
   if (count_ > 1)

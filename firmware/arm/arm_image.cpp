@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <new>
+#include <span>
 
 #include "kinematics/mechanism.h"
 #include "thimble_arm_schema/arm_generated.h"
@@ -42,7 +43,8 @@ bool read(const flatbuffers::String& from, std::array<char, kBytes>& to) noexcep
   if (from.size() == 0 || from.size() >= kBytes) return false;
   to.fill('\0');
   std::copy_n(from.c_str(), from.size(), to.begin());
-  return std::find(to.begin(), to.begin() + from.size(), '\0') == to.begin() + from.size();
+  const std::span name(to.data(), from.size());
+  return std::ranges::find(name, '\0') == name.end();
 }
 
 bool read(const arm::TwoLink& from, ArmData& to) noexcept {

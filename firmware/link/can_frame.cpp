@@ -22,7 +22,7 @@ bool is_valid(const CanFrame& frame) noexcept {
 }
 
 std::uint8_t fd_size(std::size_t bytes) noexcept {
-  const auto* found = std::ranges::lower_bound(kSizes, bytes);
+  const auto found = std::ranges::lower_bound(kSizes, bytes);
   return found == kSizes.end() ? kSizes.back() : *found;
 }
 

@@ -17,7 +17,7 @@ class LateTicks {
  public:
   // --- tick
   void add(float late_us) noexcept {
-    const auto* const bound = std::upper_bound(kLateBounds_us.begin(), kLateBounds_us.end(), late_us);
+    const auto bound = std::upper_bound(kLateBounds_us.begin(), kLateBounds_us.end(), late_us);
     ticks_[static_cast<std::size_t>(bound - kLateBounds_us.begin())].add();
     if (late_us > worst_us_.get()) worst_us_.set(late_us);
   }
