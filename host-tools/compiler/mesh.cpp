@@ -14,6 +14,7 @@
 #include "host-tools/compiler/mesh_surface.h"
 #include "host-tools/compiler/mesh_texture.h"
 #include "host-tools/compiler/mesh_tree.h"
+#include "host-tools/compiler/portable_math.h"
 #include "host-tools/compiler/to_scene.h"
 #include "host-tools/error.h"
 
@@ -154,7 +155,7 @@ template <typename MayJoin>
 std::vector<std::uint32_t> shading_normals(const Surface& surface, const Adjacency& adjacency,
                                            const std::vector<Vector3d>& face_normals, double crease_deg,
                                            MayJoin&& may_join) {
-  const double least_cosine = std::cos((crease_deg + kCreaseSlack_deg) * std::numbers::pi / 180.0);
+  const double least_cosine = portable::cos((crease_deg + kCreaseSlack_deg) * std::numbers::pi / 180.0);
   DisjointSets smooth = join_corners(adjacency, [&](std::uint32_t a, std::uint32_t b) {
     return may_join(a, b) && (crease_deg >= 180.0 || face_normals[a].dot(face_normals[b]) >= least_cosine);
   });

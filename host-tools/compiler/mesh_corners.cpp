@@ -1,6 +1,6 @@
 #include "host-tools/compiler/mesh_corners.h"
 
-#include <cmath>
+#include "host-tools/compiler/portable_math.h"
 
 namespace thimble::host {
 
@@ -14,7 +14,7 @@ std::vector<Vector3d> mean_normals(const Surface& surface, const std::vector<Vec
     const Vector3d at = surface.point(t[corner % 3]);
     const Vector3d a = surface.point(t[next_edge(corner % 3)]) - at;
     const Vector3d b = surface.point(t[next_edge(next_edge(corner % 3))]) - at;
-    sum[sets.find(corner)] += face_normals[corner / 3] * std::atan2(a.cross(b).norm(), a.dot(b));
+    sum[sets.find(corner)] += face_normals[corner / 3] * portable::atan2(a.cross(b).norm(), a.dot(b));
   }
   for (std::uint32_t corner = 0; corner < sum.size(); ++corner) {
     if (sets.find(corner) == corner) {

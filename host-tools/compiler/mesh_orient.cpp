@@ -5,6 +5,8 @@
 #include <numbers>
 #include <span>
 
+#include "host-tools/compiler/portable_math.h"
+
 namespace thimble::host {
 namespace {
 
@@ -234,7 +236,7 @@ class Orienter {
       for (const EdgeUse& use : faces) {
         mate(use.code) = kNoNeighbour;
         const Vector3d u = across(use.code);
-        double angle = std::atan2(u.dot(quarter), u.dot(zero));
+        double angle = portable::atan2(u.dot(quarter), u.dot(zero));
         angle += angle < -kAngleSlack ? 2.0 * std::numbers::pi : 0.0;
         ring.push_back({std::round(angle / kAngleSlack), use.code});
       }

@@ -10,6 +10,7 @@
 #include "host-tools/compiler/exact_points.h"
 #include "host-tools/compiler/mesh_tree.h"
 #include "host-tools/compiler/plane_graph.h"
+#include "host-tools/compiler/portable_math.h"
 
 namespace thimble::host {
 namespace {
@@ -92,7 +93,7 @@ bool Arrangement::place_on_grid() {
   for (const TriangleIndices& t : triangles_)
     for (const std::uint32_t v : t) largest = std::max(largest, surface_.point(v).cwiseAbs().maxCoeff());
   const double scale =
-      std::exp2(29 - std::ilogb(largest) - 2);  // a power of two: no rounding of large coordinates
+      std::ldexp(1.0, 29 - std::ilogb(largest) - 2);  // a power of two: no rounding of large coordinates
   faces_.reserve(triangles_.size());
   for (const TriangleIndices& t : triangles_) {
     Face& face = faces_.emplace_back();
@@ -304,7 +305,7 @@ std::optional<double> Arrangement::winding(const Cell& cell) const {
     const double la = a.norm();
     const double lb = b.norm();
     const double lc = c.norm();
-    sum += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    sum += portable::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
   }
   const double mean = sum / (2.0 * std::numbers::pi);
   const double higher = mean + 0.5 * std::abs(cell.turns);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "host-tools/compiler/portable_math.h"
 #include "host-tools/compiler/triangle_distance.h"
 
 namespace thimble::host {
@@ -194,14 +195,16 @@ class Rims {
     const Vector3d along = here.at_m[next(e)] - corner;
     const Vector3d begin = corner + from * along;
     const Vector3d end = corner + to * along;
-    const double angle = std::acos(std::clamp(here.normal.dot(there.normal), -1.0, 1.0));
+    const double angle =
+        portable::atan2(here.normal.cross(there.normal).norm(), here.normal.dot(there.normal));
     if (radius_m_ * angle <= kLevel_m) return true;
     const int steps = static_cast<int>(std::ceil(angle / kArcStep_rad));
-    const double sag_m = radius_m_ * (1.0 - std::cos(0.5 * angle / steps));
+    const double sag_m = radius_m_ * (1.0 - portable::cos(0.5 * angle / steps));
     const auto normal = [&](int step) {
       const double part = static_cast<double>(step) / steps;
-      return Vector3d(radius_m_ / std::sin(angle) *
-                      (std::sin((1.0 - part) * angle) * here.normal + std::sin(part * angle) * there.normal));
+      return Vector3d(
+          radius_m_ / portable::sin(angle) *
+          (portable::sin((1.0 - part) * angle) * here.normal + portable::sin(part * angle) * there.normal));
     };
     Vector3d lo_m = begin.cwiseMin(end);
     Vector3d hi_m = begin.cwiseMax(end);

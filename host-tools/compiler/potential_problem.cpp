@@ -21,8 +21,7 @@ double Solid::distance_m(const Vector3d& world) const {
     case Kind::kBox:
       return outside_of(Vector3d(p.cwiseAbs() - half_size_m));
     case Kind::kCylinder:
-      return outside_of(
-          Eigen::Vector2d(std::hypot(p.x(), p.y()) - radius_m, std::abs(p.z()) - half_height_m));
+      return outside_of(Eigen::Vector2d(p.head<2>().norm() - radius_m, std::abs(p.z()) - half_height_m));
     case Kind::kCapsule:
       return (p - std::clamp(p.z(), -half_height_m, half_height_m) * Vector3d::UnitZ()).norm() - radius_m;
   }

@@ -175,8 +175,8 @@ class Solver {
     equations_.emplace(std::move(rows), grid().count, unknown_);
     const Multigrid::Solution found =
         equations_->solve(right, kResidual, kMostIterations, [this](double residual) {
-          if (progress_)
-            progress_(kBefore + kSolving * std::clamp(std::log(residual) / std::log(kResidual), 0.0, 1.0));
+          const double share = static_cast<double>(std::ilogb(residual)) / std::ilogb(kResidual);
+          if (progress_) progress_(kBefore + kSolving * std::clamp(share, 0.0, 1.0));
         });
     if (!found.solved) {
       refuse("field-not-solved", problem_.place,
@@ -245,7 +245,8 @@ class Solver {
     }
     const double back = static_cast<double>(layers) - wall.steps;
     value = wall.value + extended(std::span(points).first(count), back);
-    weight = std::pow(back + 0.1, -4.0);  // a line that only grazes the wall says little
+    const double square = (back + 0.1) * (back + 0.1);
+    weight = 1.0 / (square * square);  // a line that only grazes the wall says little
     return true;
   }
 

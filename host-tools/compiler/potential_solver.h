@@ -78,7 +78,7 @@ struct Potential {
 
 // Numbers that the coefficients depend on, as bytes, with the version of the method: the key of a cache. A change of the solver that changes
 // a coefficient changes kPotentialVersion.
-inline constexpr std::uint32_t kPotentialVersion = 1;
+inline constexpr std::uint32_t kPotentialVersion = 2;
 [[nodiscard]] std::string potential_key(const PotentialProblem& problem);
 
 }  // namespace thimble::host

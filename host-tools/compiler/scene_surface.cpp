@@ -7,6 +7,7 @@
 
 #include "control/scene/limits.h"
 #include "control/scene/shape_table.h"
+#include "host-tools/compiler/portable_math.h"
 
 namespace thimble::host {
 namespace {
@@ -129,8 +130,8 @@ HeightGrid draw(TexturePattern pattern) {
       const double x = 2.0 * std::numbers::pi * static_cast<double>(column) / kSide;
       const double y = 2.0 * std::numbers::pi * static_cast<double>(row) / kSide;
       noise = 1664525U * noise + 1013904223U;  // Knuth's linear congruences (Numerical Recipes)
-      if (pattern == TexturePattern::kCosCos) grid.values.push_back(std::cos(x) * std::cos(y));
-      if (pattern == TexturePattern::kRidges) grid.values.push_back(std::cos(x));
+      if (pattern == TexturePattern::kCosCos) grid.values.push_back(portable::cos(x) * portable::cos(y));
+      if (pattern == TexturePattern::kRidges) grid.values.push_back(portable::cos(x));
       if (pattern == TexturePattern::kNoise) grid.values.push_back(static_cast<double>(noise >> 16U));
     }
   }

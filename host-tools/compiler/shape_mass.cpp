@@ -69,7 +69,8 @@ std::optional<ShapeMass> volume_mass(const CompiledMesh& mesh) {
   const Sums sums =
       sum(mesh, origin_m, 4.0, [](const Corners& c) { return c[0].dot(c[1].cross(c[2])) / 6.0; });
   constexpr double kThin = 1.0e-6;
-  if (!(std::abs(sums.weight) > kThin * std::pow(box.diagonal().norm(), 3))) return std::nullopt;
+  const double size_m = box.diagonal().norm();
+  if (!(std::abs(sums.weight) > kThin * size_m * size_m * size_m)) return std::nullopt;
   return mass_of(sums, origin_m);
 }
 

@@ -37,7 +37,8 @@ double interpolated(std::span<const Point> points, double at) {
 // With two digits, as in the table.
 double two_digits(double value) {
   if (value < 100.0) return std::floor(value);
-  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
+  double unit = 10.0;
+  while (value >= 100.0 * unit) unit *= 10.0;
   return std::floor(value / unit) * unit;
 }
 
