@@ -81,6 +81,11 @@ export class Mock {
       this.http.listen(port, '127.0.0.1', resolve);
     });
     this.beats = setInterval(() => this.broadcast({ type: 'link', up: this.link_up }), 2000);
+    this.run();
+  }
+
+  // States, 60 a second.
+  run(): void {
     let before = performance.now();
     this.timer = setInterval(() => {
       const now = performance.now();

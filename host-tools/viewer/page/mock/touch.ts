@@ -19,7 +19,9 @@ interface Arm {
 
 export class Touch {
   mode = 'disarmed';
+  stopped_by?: string;
   stopped_by_text?: string;
+  worst_tick_s = 12.3e-6;
   fault = 0;
   fault_name = '';
   time_s = 0;
@@ -56,6 +58,7 @@ export class Touch {
     if (verb === 'home' && this.mode === 'disarmed') this.homed = true;
     if (verb === 'clear' && this.mode === 'faulted') this.fault = 0;
     if (verb === 'arm' && (!this.homed || this.fault !== 0)) return this.fault !== 0 ? 'faulted' : 'not_homed';
+    this.stopped_by = verb === 'arm' ? undefined : this.mode === 'armed' ? 'disarm' : this.stopped_by;
     this.stopped_by_text = verb === 'arm' ? undefined : this.mode === 'armed' ? 'a host disarmed it' : this.stopped_by_text;
     this.mode = verb === 'arm' ? 'armed' : this.fault !== 0 ? 'faulted' : this.homed ? 'ready' : 'disarmed';
     return null;
@@ -134,12 +137,13 @@ export class Touch {
       time_s: this.time_s,
       tick: Math.round(this.time_s * 4000),
       mode: this.mode,
+      stopped_by: this.stopped_by,
       stopped_by_text: this.stopped_by_text,
       fault: this.fault,
       fault_name: this.fault_name,
       limiters: this.clamped ? ['clamp'] : [],
       tick_rate_Hz: 4000,
-      worst_tick_s: 12.3e-6,
+      worst_tick_s: this.worst_tick_s,
       arms: this.arms.map(({ state }) => (simulated ? state : { ...state, hand_m: undefined })),
       bodies: [...this.bodies].map(([object, position_m]) => ({ object, position_m, rotation: this.scene.objects[object].rotation })),
       controls: this.scene.objects.flatMap((it, object) => (it.control ? [{ object, q: 0, on: false }] : [])),

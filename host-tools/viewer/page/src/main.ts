@@ -1,9 +1,11 @@
 // The page of `thimble view` and of `thimble commission --page`: handles messages, draws frames, sends what the user does.
 import './style.css';
+import './alerts.css';
 import './commission.css';
 
 import { Vector3 } from 'three';
 
+import { Alerts } from './alerts';
 import { ArmMarks } from './arm_marks';
 import { CommissionView } from './commission_view';
 import { Connection, type Link } from './connection';
@@ -13,7 +15,7 @@ import { HandControl } from './hand_control';
 import { MaterialPanel } from './material_panel';
 import { ParameterPanel } from './parameter_panel';
 import { Plots } from './plots';
-import type { Hello, PageMessage, SceneStarted, ServerEvent, ServerMessage, State, Verb } from './protocol';
+import type { Hello, PageMessage, SceneStarted, ServerMessage, State, Verb } from './protocol';
 import { SceneObjects, set_plane_color } from './scene_objects';
 import { type SceneModel, read_scene_image } from './scene_image';
 import { Stage, type Turn } from './stage';
@@ -25,7 +27,6 @@ import { looks_same, visible } from './visible';
 
 const kTextEvery_ms = 60;
 const kCurvesEvery_ms = 80;
-const kMessages = 100;
 const kNotices: Partial<Record<Link, string>> = {
   silent: 'The server is there, but sends no telemetry. What you see is old.',
   'controller-lost': 'The link to the controller is lost. What you see is old; it goes on when the controller is back.',
@@ -43,6 +44,7 @@ const query = take_query(); // has the token
 const timeline = new Timeline();
 const status = new StatusView();
 const canvas = element<HTMLCanvasElement>('view');
+const alerts = new Alerts(() => canvas.focus({ preventScroll: true }));
 
 let hello: Hello | null = null;
 let started: SceneStarted | null = null;
@@ -58,6 +60,7 @@ let new_curves = true;
 
 const stage = make_stage();
 const hand = stage && new HandControl(stage, (arm, position_m) => send({ type: 'hand', arm, position_m }));
+lay_out_arms(1); // nothing moves when the server says so
 const materials = new MaterialPanel(element('material'), send);
 const parameters = new ParameterPanel(element('parameters'), send);
 const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live${query}`, {
@@ -66,6 +69,7 @@ const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'w
 });
 
 function send(message: PageMessage): boolean {
+  if (message.type === 'command' || message.type === 'pick') alerts.asked();
   return connection.send(message);
 }
 
@@ -73,7 +77,7 @@ function make_stage(): Stage | null {
   try {
     return new Stage(canvas);
   } catch (error) {
-    say({
+    alerts.say({
       level: 'error',
       name: 'no-picture',
       cause: 'this browser has no WebGL 2',
@@ -95,7 +99,7 @@ function on_message(message: ServerMessage): void {
     case 'state':
       return on_state(message);
     case 'event':
-      return say(message);
+      return alerts.say(message);
     case 'link':
       return;
   }
@@ -105,19 +109,19 @@ function on_hello(it: Hello): void {
   if (it.commission) {
     commission ??= new CommissionView(stage, canvas, send);
     commission.begin(it);
-    if (marks.length === 0) lay_out_arms(1);
     return;
   }
-  const arms_were = hello?.arms;
   hello = it;
   const device = it.device ?? {};
-  set_text(element('device'), [device.arm, device.board, device.firmware, device.address].filter(Boolean).join(' · '));
-  element('readonly').hidden = it.may_control;
+  const device_text = [device.arm, device.board, device.firmware, device.address].filter(Boolean).join(' · ');
+  set_text(element('device'), device_text);
+  element('device').title = device_text;
+  element('readonly').hidden = it.may_control || readonly_hidden;
   element('hand-help').hidden = !can_move_hand();
   element('two-help').hidden = it.arms < 2;
   element('arms').hidden = !can_move_hand() || it.arms < 2;
   element('legend-arm-1').hidden = it.arms < 2;
-  if (arms_were !== it.arms) lay_out_arms(it.arms);
+  if (marks.length !== it.arms) lay_out_arms(it.arms);
   parameters.show(it.parameters ?? []);
   show_permission();
   void load_scene_names();
@@ -179,7 +183,7 @@ async function load_scene(look: boolean): Promise<void> {
     if (expected !== started) return;
     hide_scene();
     const cause = error instanceof Error ? error.message : String(error);
-    say({ level: 'error', name: 'no-scene-image', cause, remedy: 'load a scene; tips and forces are shown all the same' });
+    alerts.say({ level: 'error', name: 'no-scene-image', cause, remedy: 'load a scene; tips and forces are shown all the same' });
   }
 }
 
@@ -218,7 +222,8 @@ function on_state(state: State): void {
     show_permission();
     element('arm').classList.toggle('main', state.mode !== 'armed');
   }
-  status.announce(state);
+  if (link === 'live') status.announce(state);
+  alerts.follow(state);
   const arm = state.arms[hand?.arm ?? 0];
   const at = arm?.hand_m ?? arm?.tip_m;
   if (at !== undefined) hand?.follow(at);
@@ -239,16 +244,8 @@ function on_link(now: Link): void {
   if (text !== undefined || now === 'live' || commission?.is_over) notice.hidden = text === undefined;
   set_text(element('link'), kLinkTexts[now]);
   element('link').className = now === 'live' ? 'good' : now === 'connecting' ? '' : 'bad';
+  if (now !== 'live' && now !== 'connecting' && !commission?.is_over) status.announce_unknown(kLinkTexts[now]);
   show_permission();
-}
-
-function say(event: Omit<ServerEvent, 'type'>): void {
-  const list = element('messages');
-  const time = new Date().toLocaleTimeString();
-  const line = make('li', { className: event.level });
-  line.textContent = `${time} ${event.name}: ${event.cause}${event.remedy ? ` - ${event.remedy}` : ''}`;
-  list.prepend(line);
-  while (list.children.length > kMessages) list.lastElementChild?.remove();
 }
 
 async function load_scene_names(): Promise<void> {
@@ -283,9 +280,14 @@ for (const button of document.querySelectorAll<HTMLButtonElement>('[data-verb]')
 // Anybody's, also of a page that may only look: every device on the bus brakes and switches its motors off.
 function stop(): void {
   if (send({ type: 'command', verb: 'stop' })) return;
-  say({ level: 'error', name: 'not-stopped', cause: 'the page has lost its server', remedy: 'press the e-stop button of the arm' });
+  alerts.say({ level: 'error', name: 'not-stopped', cause: 'the page has lost its server', remedy: 'press the e-stop button of the arm' });
 }
 element('stop').addEventListener('click', stop);
+let readonly_hidden = false;
+element('hide-readonly').addEventListener('click', () => {
+  readonly_hidden = element('readonly').hidden = true;
+  canvas.focus({ preventScroll: true });
+});
 document.addEventListener('keydown', (event) => event.key === 'Escape' && stop(), { capture: true });
 for (const button of document.querySelectorAll<HTMLButtonElement>('[data-turn]'))
   button.addEventListener('click', () => stage?.turn(button.dataset.turn as Turn));
@@ -349,7 +351,7 @@ function frame(now_ms: number): void {
   const state = timeline.state;
   const drew = draw(now_ms, state);
   if (now_ms - text_ms > kTextEvery_ms) {
-    if (timeline.live.newest) status.update(timeline.live.newest);
+    show_status();
     if (new_text && state !== undefined) show_readings(state);
     text_ms = now_ms;
   }
@@ -384,6 +386,12 @@ function draw(now_ms: number, state: State | undefined): boolean {
   return stage.render(now_ms);
 }
 
+function show_status(): void {
+  if (timeline.live.newest === undefined) return;
+  if (link === 'live' || commission?.is_over) status.update(timeline.live.newest);
+  else status.update_unknown();
+}
+
 function show_readings(state: State): void {
   new_text = false;
   status.update_readings(state, started?.objects.map((object) => object.name) ?? []);
@@ -394,4 +402,5 @@ function show_readings(state: State): void {
   scrubber.setAttribute('aria-valuetext', timeline.paused ? `${(-timeline.offset_s).toFixed(1)} seconds ago` : 'live');
 }
 
+document.body.classList.remove('loading');
 requestAnimationFrame(frame);

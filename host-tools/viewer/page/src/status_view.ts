@@ -14,9 +14,9 @@ export class StatusView {
     this.cells = [];
     const table = element('readings');
     const head = make('tr');
-    head.append(make('th'), ...Array.from({ length: arms }, (_, arm) => column(`arm ${arm}`)));
+    head.append(make('th'), ...Array.from({ length: arms }, (_, arm) => column(arms > 1 ? `arm ${arm}` : 'arm')));
     const thead = make('thead');
-    if (arms > 1) thead.append(head);
+    thead.append(head);
     const body = make('tbody');
     for (const what of [...kMeasures, 'contacts' as const]) {
       const line = make('tr');
@@ -34,6 +34,7 @@ export class StatusView {
   // The state at the moment shown, which may be in the past. names: of the scene's objects.
   update_readings(state: State, names: readonly string[]): void {
     set_text(element('inside'), inside_text(state, names));
+    set_text(element('view-force'), state.arms.map((_, arm) => measure_text(state, arm, 'force')).join(' · '));
     set_text(element('put-off'), put_off_text(state, names));
     for (const { what, arm, cell } of this.cells)
       set_text(cell, what === 'contacts' ? `${state.arms[arm]?.contacts ?? '-'}` : measure_text(state, arm, what));
@@ -56,20 +57,45 @@ export class StatusView {
       element('tick-rate'),
       known(state.tick_rate_Hz, (rate) => `${Math.round(rate)} Hz`),
     );
-    set_text(
-      element('worst-tick'),
-      known(state.worst_tick_s, (time_s) => `${(time_s * 1e6).toFixed(1)} µs`),
-    );
+    set_text(element('worst-tick'), known(state.worst_tick_s, worst_tick_text));
+    set_old(false);
+  }
+
+  // The link is lost: the last numbers stay, and nothing of them looks as if it were now.
+  update_unknown(): void {
+    for (const id of ['mode', 'fault']) {
+      set_text(element(id), 'unknown');
+      element(id).className = '';
+    }
+    set_text(element('stopped-by'), '');
+    set_old(true);
   }
 
   // For screen readers: only changes of mode and fault.
   announce(state: State): void {
     const why = state.stopped_by_text === undefined ? '' : ` ${state.stopped_by_text}.`;
     const text = `Mode ${state.mode ?? 'unknown'}.${why} ${state.fault ? `Fault ${state.fault_name ?? state.fault}` : 'No fault'}.`;
+    this.tell(text);
+  }
+
+  announce_unknown(link: string): void {
+    this.tell(`Link ${link}. Mode unknown: all readings are old.`);
+  }
+
+  private tell(text: string): void {
     if (text === this.announced) return;
     this.announced = text;
     set_text(element('announce'), text);
   }
+}
+
+// The device's number ends here: 16 bits of 0.1 us.
+const kMostTick_s = 6553.5e-6;
+export const worst_tick_text = (time_s: number): string => (time_s > kMostTick_s - 1e-8 ? '> 6.5 ms' : `${(time_s * 1e6).toFixed(1)} µs`);
+
+function set_old(yes: boolean): void {
+  document.body.classList.toggle('stale', yes);
+  element('readings').setAttribute('aria-label', yes ? 'Readings, old' : 'Readings');
 }
 
 const put_off_text = ({ put_off }: State, names: readonly string[]): string =>
