@@ -305,15 +305,13 @@ CompiledScene compile_scene_text(const std::string& text, const std::string& nam
 }
 
 CompiledScene compile_scene(const std::filesystem::path& scene_file) {
-  std::error_code code;
-  std::ifstream stream(scene_file, std::ios::binary);
-  if (!std::filesystem::is_regular_file(scene_file, code) || !stream) {
-    throw Error(ExitCode::kBadInput, "missing-scene",
-                scene_file.string() + ": the scene file cannot be opened",
-                "give the path of a scene file, such as scenes/asteroid/asteroid.scene.json");
+  try {
+    if (board::size_of_file(scene_file))
+      return compile_scene_text(board::read_text(scene_file), scene_file.string(), scene_file.parent_path());
+  } catch (const board::FileError&) {  // as if it were not there
   }
-  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  return compile_scene_text(text, scene_file.string(), scene_file.parent_path());
+  throw Error(ExitCode::kBadInput, "missing-scene", scene_file.string() + ": the scene file cannot be opened",
+              "give the path of a scene file, such as scenes/asteroid/asteroid.scene.json");
 }
 
 }  // namespace thimble::host

@@ -7,12 +7,11 @@
 #include <csetjmp>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <string_view>
 
 #include "board/files/csv.h"
+#include "board/files/text_file.h"
 #include "host-tools/error.h"
 
 namespace thimble::host {
@@ -173,21 +172,21 @@ HeightGrid read_png(std::string_view bytes, std::size_t most_samples, const std:
 
 HeightGrid read_height_grid(const std::filesystem::path& file, std::size_t most_samples,
                             const std::string& name) {
-  std::error_code code;
-  std::ifstream stream;
-  if (std::filesystem::is_regular_file(file, code)) stream.open(file, std::ios::binary);  // a FIFO would wait
-  if (!stream.is_open()) {
-    refuse("missing-heights", name + ": there is no such file, or it cannot be opened",
-           "give a CSV or PNG file, relative to the scene file");
-  }
-  const std::uintmax_t size = std::filesystem::file_size(file, code);
-  if (code || size > kMaxGridBytes) {
+  const std::optional<std::uintmax_t> size = board::size_of_file(file);
+  if (size > kMaxGridBytes) {
     refuse("heights-file-too-large",
-           name + ": the file has " + std::to_string(size) + " bytes, at most " +
+           name + ": the file has " + std::to_string(*size) + " bytes, at most " +
                std::to_string(kMaxGridBytes) + " are allowed",
            "make the grid coarser");
   }
-  const std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  std::string bytes;
+  try {
+    if (!size) throw board::FileError("no file");
+    bytes = board::read_text(file);
+  } catch (const board::FileError&) {
+    refuse("missing-heights", name + ": there is no such file, or it cannot be opened",
+           "give a CSV or PNG file, relative to the scene file");
+  }
   HeightGrid grid = bytes.starts_with(kPngSignature) ? read_png(bytes, most_samples, name)
                                                      : read_csv(bytes, most_samples, name);
   turn_over(grid);

@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cctype>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <sstream>
 #include <utility>
 
+#include "board/files/text_file.h"
 #include "control/scene/limits.h"
 #include "host-tools/compiler/plg.h"
 #include "host-tools/compiler/polygon.h"
@@ -19,6 +18,7 @@
 namespace thimble::host {
 namespace {
 
+constexpr std::size_t kHeadBytes = std::size_t{1} << 20U;  // more than any header has
 constexpr std::uintmax_t kMaxMeshBytes = std::uintmax_t{1} << 30U;
 
 Error bad_file(const std::string& slug, const std::string& cause, const std::string& remedy) {
@@ -166,40 +166,32 @@ TriangleSoup read_by_assimp(const std::filesystem::path& file, const std::string
 }  // namespace
 
 TriangleSoup read_mesh_file(const std::filesystem::path& file, double scale_m, const std::string& name) {
-  std::error_code code;
-  const std::filesystem::file_status status = std::filesystem::status(file, code);
-  if (!std::filesystem::exists(status)) {
+  const std::optional<std::uintmax_t> bytes = board::size_of_file(file);
+  if (!bytes) {
     throw bad_file("missing-mesh", name + ": there is no such file (" + file.string() + ")",
-                   "paths are relative to the scene file");
+                   "give the path of a mesh file, relative to the scene file");
   }
-  if (!std::filesystem::is_regular_file(status)) {
-    throw bad_file("missing-mesh", name + ": this is not a file (" + file.string() + ")",
-                   "give the path of a mesh file");
-  }
-  const std::uintmax_t bytes = std::filesystem::file_size(file, code);
-  if (code || bytes > kMaxMeshBytes) {
+  if (*bytes > kMaxMeshBytes) {
     throw bad_file("mesh-file-too-large",
-                   name + ": the file has " + std::to_string(bytes) + " bytes, at most " +
+                   name + ": the file has " + std::to_string(*bytes) + " bytes, at most " +
                        std::to_string(kMaxMeshBytes) + " are allowed",
                    "simplify the mesh");
-  }
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) {
-    throw bad_file("unreadable-mesh", name + ": the file cannot be opened", "check the file's permissions");
   }
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   TriangleSoup soup;
-  if (extension == ".plg") {
-    const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-    soup = read_plg(text, name);
-  } else {
-    if (extension == ".off" || extension == ".ply") {
-      check_header(stream, extension == ".ply", bytes, name);
+  const bool is_plg = extension == ".plg", is_ply = extension == ".ply";
+  try {
+    if (is_plg) soup = read_plg(board::read_text(file), name);
+    if (is_ply || extension == ".off") {
+      std::istringstream head(board::read_head(file, kHeadBytes));
+      check_header(head, is_ply, *bytes, name);
     }
-    soup = read_by_assimp(file, name);
+  } catch (const board::FileError&) {
+    throw bad_file("unreadable-mesh", name + ": the file cannot be opened", "check the file's permissions");
   }
+  if (!is_plg) soup = read_by_assimp(file, name);
   if (soup.triangles.empty()) {
     throw bad_file("empty-mesh", name + ": the file has no face", "give a mesh with at least one face");
   }
