@@ -1,23 +1,16 @@
 // What is shown of an arm: its tip, the god object, the planes that hold it, the force, and the hand with the line that the force
 // stretches. Shared geometry; an update only moves things.
-import {
-  BufferGeometry,
-  CircleGeometry,
-  ConeGeometry,
-  CylinderGeometry,
-  DoubleSide,
-  Group,
-  Mesh,
-  MeshBasicMaterial,
-  SphereGeometry,
-  Vector3,
-} from 'three';
+import { CircleGeometry, ConeGeometry, CylinderGeometry, DoubleSide, Group, Mesh, MeshBasicMaterial, SphereGeometry, Vector3 } from 'three';
 
 import { ArmLinks } from './arm_links';
+import { DepthMarks } from './depth_marks';
 import { kArrow_m_per_N, kNeedleLength_m } from './lengths';
+import { Mark } from './mark';
 import type { ArmState, State } from './protocol';
 import type { SceneModel } from './scene_image';
+import type { Surfaces } from './surfaces';
 import { type Vec3, add, length, rotate, scale, sub } from './vector';
+import { WayOutMark } from './way_out';
 
 export const kArmColors = [0x2f7de1, 0xb14fc5];
 export const kForceColor = 0xff7a00;
@@ -34,32 +27,6 @@ const kRod = new CylinderGeometry(1, 1, 1, 12).translate(0, 0.5, 0); // from the
 const kHead = new ConeGeometry(1, 1, 20).translate(0, -0.5, 0); // its tip at the origin
 const kDisc = new CircleGeometry(1, 40);
 
-// A tip is inside the object that it touches: hidden parts are drawn faintly.
-class Mark extends Group {
-  constructor(geometry: BufferGeometry, color: number, through = 0.4, shadow = false) {
-    super();
-    const hidden = new Mesh(geometry, new MeshBasicMaterial({ color, transparent: true, opacity: through, depthTest: false, fog: false }));
-    hidden.renderOrder = 10;
-    const seen = new Mesh(geometry, new MeshBasicMaterial({ color, fog: false }));
-    seen.castShadow = shadow;
-    seen.renderOrder = 11;
-    this.add(hidden, seen);
-  }
-  place(at: Vec3): void {
-    this.position.set(...at);
-    this.visible = true;
-  }
-  // A rod from a to b.
-  stretch(a: Vec3, b: Vec3, radius_m: number): void {
-    const size = length(sub(b, a));
-    this.visible = size > 1e-6;
-    if (!this.visible) return;
-    this.position.set(...a);
-    this.quaternion.setFromUnitVectors(kUp, new Vector3(...sub(b, a)).divideScalar(size));
-    this.scale.set(radius_m, size, radius_m);
-  }
-}
-
 export class ArmMarks {
   readonly group = new Group();
   private readonly tip: Mark;
@@ -71,6 +38,8 @@ export class ArmMarks {
   private readonly needle = new Mark(kRod, 0x8a929e, 0.5, true);
   private readonly planes: Mesh[] = [];
   private readonly links = new ArmLinks();
+  private readonly way_out = new WayOutMark();
+  readonly depth = new DepthMarks();
   shown_links = 0;
 
   constructor(readonly arm: number) {
@@ -91,11 +60,12 @@ export class ArmMarks {
       this.planes.push(disc);
     }
     this.group.add(this.tip, this.god, this.shaft, this.head, this.hand, this.pull, this.needle, this.links.group, ...this.planes);
+    this.group.add(this.depth.group, this.way_out.group);
     this.group.visible = false;
   }
 
   // pixel_m: the length of a screen pixel at a place. Marks have a constant size on the screen, arrows and lines their true length.
-  update(state: State, scene: SceneModel | null, pixel_m: (at: Vec3) => number): void {
+  update(state: State, scene: SceneModel | null, surfaces: Surfaces | null, pixel_m: (at: Vec3) => number): void {
     const it = state.arms[this.arm];
     this.group.visible = Boolean(it);
     this.shown_links = 0;
@@ -110,12 +80,16 @@ export class ArmMarks {
     this.tip.place(it.tip_m);
     this.show_contact(it, radius_m);
     this.show_force(it, px_m);
-    this.hand.visible = this.pull.visible = it.hand_m !== undefined;
-    if (it.hand_m) {
+    // A hand that is where the tip is would hide it.
+    const apart = it.hand_m !== undefined && length(sub(it.hand_m, it.tip_m)) > kSizes_px.hand * px_m;
+    this.hand.visible = this.pull.visible = apart;
+    if (it.hand_m && apart) {
       this.hand.place(it.hand_m);
       this.pull.stretch(it.tip_m, it.hand_m, Math.max(0.0006, kSizes_px.pull * px_m));
     }
     this.show_needle(state, it, scene, px_m);
+    this.depth.update(it, surfaces, radius_m, px_m);
+    this.way_out.update(it, surfaces, radius_m, px_m);
   }
 
   private show_contact(it: ArmState, radius_m: number): void {

@@ -24,6 +24,7 @@ import { Timeline } from './timeline';
 import { take_query } from './token';
 import type { Vec3 } from './vector';
 import { looks_same, visible } from './visible';
+import { way_out } from './way_out';
 
 const kTextEvery_ms = 60;
 const kCurvesEvery_ms = 80;
@@ -380,10 +381,20 @@ function draw(now_ms: number, state: State | undefined): boolean {
   // Marks have a size on the screen, so they follow the camera too.
   if (stage.is_touched && state !== undefined) {
     objects?.update(state);
-    for (const mark of marks) mark.update(state, model, pixel_m);
+    for (const mark of marks) mark.update(state, model, objects?.surfaces ?? null, pixel_m);
+    show_depth();
     canvas.dataset.links = String(marks.reduce((sum, mark) => sum + mark.shown_links, 0));
   }
   return stage.render(now_ms);
+}
+
+// Of the first arm, for tests.
+function show_depth(): void {
+  const { clearance_m, nearest, below } = marks[0].depth;
+  const name = (object: number | undefined) => (object === undefined ? '' : (model?.objects[object]?.name ?? ''));
+  canvas.dataset.clearanceMm = clearance_m === null ? '' : (clearance_m * 1000).toFixed(2);
+  canvas.dataset.nearest = name(nearest?.object);
+  canvas.dataset.below = name(below?.object);
 }
 
 function show_status(): void {
@@ -394,7 +405,8 @@ function show_status(): void {
 
 function show_readings(state: State): void {
   new_text = false;
-  status.update_readings(state, started?.objects.map((object) => object.name) ?? []);
+  const way = (tip_m: Vec3, object: number) => way_out(objects?.surfaces ?? null, tip_m, object, model?.tip_radius_m ?? 0);
+  status.update_readings(state, started?.objects.map((object) => object.name) ?? [], way);
   scrubber.min = timeline.least_offset_s.toFixed(2);
   scrubber.value = timeline.offset_s.toFixed(2);
   const when = timeline.paused ? `${timeline.offset_s.toFixed(2)} s` : 'live';

@@ -42,16 +42,6 @@ export function measure(state: State, arm: number, what: Measure): number | null
   }
 }
 
-// What a tip has to leave before it is felt, of all arms; empty if there is nothing.
-export function inside_text(state: State, names: readonly string[]): string {
-  const told = state.arms.flatMap((it, arm) =>
-    (it?.inside ?? []).map(
-      (object) => `${state.arms.length > 1 ? `Arm ${arm} is inside` : 'Inside'} ${names[object] ?? `object ${object}`}: move out.`,
-    ),
-  );
-  return told.join(' ');
-}
-
 export function measure_text(state: State, arm: number, what: Measure): string {
   const value = measure(state, arm, what);
   return value === null ? '-' : `${value.toFixed(kDigits[what])} ${kUnits[what]}`;

@@ -26,6 +26,7 @@ import { type Part, build_parts, of_lines, of_patch, of_stiffness_map } from './
 import { is_wall, plane_patch } from './plane_patch';
 import type { State } from './protocol';
 import type { ObjectModel, SceneModel, StiffnessMapModel, TextureModel, TissueModel } from './scene_image';
+import { type Placed, Surfaces } from './surfaces';
 import { type Vec3, add, rotate } from './vector';
 
 const kHues = [210, 28, 150, 330, 265, 75, 185, 0];
@@ -45,10 +46,10 @@ const kHomes: Record<number, Vec3[]> = {
 };
 const kSwitchedOn = new Color(0x2f9e44);
 
-interface Shown {
-  model: ObjectModel;
+interface Shown extends Placed {
   group: Group;
   materials: MeshLambertMaterial[];
+  dimples: Dimple[];
   tissue: { shape: TissueModel; mesh: Mesh; dimples: string } | null;
 }
 
@@ -70,6 +71,7 @@ export class SceneObjects {
       this.shown.push(it);
       this.group.add(it.group);
     });
+    this.surfaces = new Surfaces(this.shown);
     this.bounds = this.find_bounds(arms);
     const walls = { from_m: this.bounds.min.z, to_m: this.bounds.max.z };
     model.objects.forEach((object, index) => {
@@ -81,6 +83,8 @@ export class SceneObjects {
       if (object.stiffness_map !== null) this.shown[index].group.add(colored(object.stiffness_map, index));
     });
   }
+
+  readonly surfaces: Surfaces;
 
   // The box to show: the objects, and the homes of the tips. Planes are infinite and do not count.
   readonly bounds: Box3;
@@ -125,7 +129,7 @@ export class SceneObjects {
       it.group.quaternion.set(x, y, z, w);
     }
     this.shown.forEach((it, index) => {
-      if (it.tissue !== null) sink(it.tissue, dimples_of(state, index));
+      if (it.tissue !== null) sink(it.tissue, (it.dimples = dimples_of(state, index)));
     });
   }
 
@@ -181,7 +185,9 @@ function show(model: ObjectModel, index: number): Shown {
   const it: Shown = {
     model,
     group,
+    meshes,
     materials,
+    dimples: [],
     tissue: model.shape.kind === 'tissue' ? { shape: model.shape, mesh: meshes[0], dimples: '' } : null,
   };
   place_at_start(it);

@@ -1,7 +1,9 @@
 // The state of the controller in words: mode, fault, limiter, rates, and the readings of each arm.
 import { element, make, set_text } from './dom';
-import { inside_text, kMeasures, measure_text } from './measures';
+import { kMeasures, measure_text } from './measures';
 import type { State } from './protocol';
+import type { Vec3 } from './vector';
+import { inside_text } from './way_out';
 
 const kLabels = { force: 'Force', depth: 'Depth', velocity: 'Speed', energy: 'Energy to the hand' };
 
@@ -32,8 +34,8 @@ export class StatusView {
   }
 
   // The state at the moment shown, which may be in the past. names: of the scene's objects.
-  update_readings(state: State, names: readonly string[]): void {
-    set_text(element('inside'), inside_text(state, names));
+  update_readings(state: State, names: readonly string[], way: (tip_m: Vec3, object: number) => Vec3 | null): void {
+    set_text(element('inside'), inside_text(state, names, way));
     set_text(element('view-force'), state.arms.map((_, arm) => measure_text(state, arm, 'force')).join(' · '));
     set_text(element('put-off'), put_off_text(state, names));
     for (const { what, arm, cell } of this.cells)

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { History, kSpan_s } from '../../src/history';
-import { depth_m, inside_text, measure } from '../../src/measures';
+import { depth_m, measure } from '../../src/measures';
 import { range_of, splits_of } from '../../src/ranges';
 import { type State, parse_message } from '../../src/protocol';
 import { Timeline } from '../../src/timeline';
@@ -100,17 +100,6 @@ test('depth is that of the god object, else of tissue or needle', () => {
   assert.equal(depth_m(at(0, { arms: free, needles }), 0), 0.01);
   assert.equal(measure(at(0, { arms: [{ tip_m: [0, 0, 0] }] }), 0, 'force'), null);
   assert.equal(measure(at(0), 1, 'force'), null);
-});
-
-test('what a tip has to leave is told by name', () => {
-  const names = ['floor', 'lamp'];
-  assert.equal(inside_text(at(0), names), '');
-  const tip_m = [0, 0, 0] as const;
-  assert.equal(inside_text(at(0, { arms: [{ tip_m, inside: [1] }] }), names), 'Inside lamp: move out.');
-  assert.equal(
-    inside_text(at(0, { arms: [null, { tip_m, inside: [0, 5] }] }), names),
-    'Arm 1 is inside floor: move out. Arm 1 is inside object 5: move out.',
-  );
 });
 
 test('a range ends at 1, 2, 5 times a power of ten', () => {
