@@ -12,7 +12,7 @@ import { read_scene_image } from '../src/scene_image';
 import { Touch } from './touch';
 
 const kPage = dirname(dirname(fileURLToPath(import.meta.url)));
-const kTop = join(kPage, '../../..');
+export const kTop = join(kPage, '../../..');
 const kRate_Hz = 60;
 // The page runs nothing but what it is built of; its icon is a data URL.
 const kPolicy = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; form-action 'none'";

@@ -3,7 +3,7 @@
 import { BufferGeometry, ConeGeometry, CylinderGeometry, Group, Mesh, MeshBasicMaterial, Vector3 } from 'three';
 
 import type { CommissionState } from './protocol';
-import { kSeat } from './stage';
+import { kSeat } from './framing';
 import { type Vec3, add, cross, dot, length, scale, sub, unit } from './vector';
 
 export const kAxisColor = 0xd6249f;

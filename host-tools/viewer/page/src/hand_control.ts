@@ -1,9 +1,9 @@
-// The simulated hand by mouse, finger and keys: in the plane of the screen, and in depth by wheel, two fingers, PageUp and PageDown.
+// The simulated hand by mouse, finger and keys: to the side and up and down (drag_mapping.ts), and in depth by wheel, two fingers,
+// PageUp and PageDown.
 // It sends the wanted position; the server keeps it inside the workspace and answers with hand_m.
-import { Vector3 } from 'three';
-
+import { type Reach, drag_m_per_px, hand_axes, kNoReach } from './drag_mapping';
 import type { Stage } from './stage';
-import { type Vec3, length, sub } from './vector';
+import { type Vec3, add, length, scale, sub } from './vector';
 
 const kWishes_per_s = 70; // the server takes 200 messages a second; displays draw up to 240 frames
 const kKeyStep_m = 0.001;
@@ -26,6 +26,7 @@ const kKeys: Record<string, Vec3> = {
 
 export class HandControl {
   arm = 0;
+  reaches: readonly Reach[] = []; // of each arm's home in the scene
   private enabled = false;
   private wish: Vec3 | null = null;
   private unsent = false;
@@ -95,16 +96,17 @@ export class HandControl {
     this.unsent = false;
   }
 
-  // By `by_m` along a direction of the screen: right, up, away.
+  private get reach(): Reach {
+    return this.reaches[this.arm] ?? kNoReach;
+  }
+
+  // By `by_m` along a direction: right, up, away.
   private move([right, up, away]: Vec3, by_m: number): void {
     const from = this.wish ?? this.known;
     if (from === null) return;
-    const screen = this.stage.screen(new Vector3(...from));
-    const to = new Vector3(...from)
-      .addScaledVector(screen.right, right * by_m)
-      .addScaledVector(screen.up, up * by_m)
-      .addScaledVector(screen.away, away * by_m);
-    const wish: Vec3 = [to.x, to.y, to.z];
+    const axes = hand_axes(this.stage.view(), this.reach);
+    const along = add(add(scale(axes.right, right), scale(axes.up, up)), scale(axes.away, away));
+    const wish = add(from, scale(along, by_m));
     const lead_m = this.known === null ? 0 : length(sub(wish, this.known));
     if (lead_m > kLead_m && this.wish !== null && lead_m > length(sub(this.wish, this.known as Vec3))) return;
     this.wish = wish;
@@ -112,11 +114,7 @@ export class HandControl {
   }
 
   private move_pixels(dx: number, dy: number, depth: boolean): void {
-    const from = this.wish ?? this.known;
-    if (from === null) return;
-    const { pixel_m } = this.stage.screen(new Vector3(...from));
-    if (depth) this.move([0, 0, 1], -dy * pixel_m);
-    else this.move([dx, -dy, 0], pixel_m);
+    this.move(depth ? [0, 0, -dy] : [dx, -dy, 0], drag_m_per_px(this.stage.view(), this.reach));
   }
 
   private on_down(event: PointerEvent): void {

@@ -3,20 +3,19 @@ import './style.css';
 import './alerts.css';
 import './commission.css';
 
-import { Vector3 } from 'three';
-
 import { Alerts } from './alerts';
 import { ArmMarks } from './arm_marks';
 import { CommissionView } from './commission_view';
 import { Connection, type Link } from './connection';
 import { element, make, set_text } from './dom';
+import { Curves } from './curves';
+import { reach_of } from './drag_mapping';
 import { FrameStats } from './frame_stats';
 import { HandControl } from './hand_control';
 import { MaterialPanel } from './material_panel';
 import { ParameterPanel } from './parameter_panel';
-import { Plots } from './plots';
 import type { Hello, PageMessage, SceneStarted, ServerMessage, State, Verb } from './protocol';
-import { SceneObjects, set_plane_color } from './scene_objects';
+import { SceneObjects, kHomes, set_plane_color } from './scene_objects';
 import { type SceneModel, read_scene_image } from './scene_image';
 import { Stage, type Turn } from './stage';
 import { StatusView } from './status_view';
@@ -52,7 +51,6 @@ let started: SceneStarted | null = null;
 let model: SceneModel | null = null;
 let objects: SceneObjects | null = null;
 let marks: ArmMarks[] = [];
-let plots: Plots | null = null;
 let commission: CommissionView | null = null; // the server is that of a commissioning
 let link: Link = 'connecting';
 let new_state = false; // since the last frame
@@ -61,6 +59,7 @@ let new_curves = true;
 
 const stage = make_stage();
 const hand = stage && new HandControl(stage, (arm, position_m) => send({ type: 'hand', arm, position_m }));
+const curves = new Curves(timeline, show_pause);
 lay_out_arms(1); // nothing moves when the server says so
 const materials = new MaterialPanel(element('material'), send);
 const parameters = new ParameterPanel(element('parameters'), send);
@@ -130,9 +129,7 @@ function on_hello(it: Hello): void {
 
 function lay_out_arms(arms: number): void {
   status.lay_out(arms);
-  plots?.dispose();
-  plots = new Plots(element('plots'), arms);
-  plots.span_s = Number(element<HTMLSelectElement>('span').value);
+  curves.lay_out(arms);
   for (const mark of marks) mark.group.removeFromParent();
   marks = Array.from({ length: arms }, (_, arm) => new ArmMarks(arm));
   for (const mark of marks) stage?.scene.add(mark.group);
@@ -158,6 +155,7 @@ function on_scene(it: SceneStarted): void {
   started = it;
   if (other) {
     timeline.forget();
+    curves.forget_zoom();
     show_pause(); // it has ended
   }
   set_text(element('scene'), it.name || 'none');
@@ -191,6 +189,7 @@ async function load_scene(look: boolean): Promise<void> {
 function hide_scene(): void {
   objects?.dispose();
   objects = model = null;
+  if (hand) hand.reaches = [];
   delete canvas.dataset.objects;
   delete canvas.dataset.triangles;
   stage?.touch();
@@ -204,6 +203,8 @@ function show_scene(read: SceneModel, look: boolean): void {
   canvas.dataset.objects = String(read.objects.length);
   canvas.setAttribute('aria-label', `The scene in three dimensions: ${read.objects.map((object) => object.name).join(', ')}`);
   if (stage === null || objects === null) return;
+  const { surfaces } = objects;
+  if (hand) hand.reaches = (kHomes[hello?.arms ?? 1] ?? []).map((home) => reach_of(surfaces, home));
   stage.scene.add(objects.group);
   if (look) stage.frame(objects.bounds);
   stage.touch();
@@ -306,18 +307,15 @@ canvas.addEventListener('keydown', (event) => {
 });
 
 const scrubber = element<HTMLInputElement>('scrubber');
-const span = element<HTMLSelectElement>('span');
-span.addEventListener('change', () => {
-  if (plots) plots.span_s = Number(span.value);
-  all_new();
-});
 scrubber.addEventListener('input', () => {
   timeline.seek(scrubber.valueAsNumber);
+  curves.forget_zoom();
   show_pause();
 });
 element('pause').addEventListener('click', () => {
   if (timeline.paused) timeline.resume();
   else timeline.pause();
+  curves.forget_zoom();
   show_pause();
 });
 function show_pause(): void {
@@ -329,7 +327,7 @@ const follow_theme = () => set_plane_color(getComputedStyle(canvas).getPropertyV
 follow_theme();
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
   follow_theme();
-  plots?.redraw();
+  curves.redraw();
   stage?.touch();
 });
 
@@ -341,7 +339,7 @@ let text_ms = 0;
 let curves_ms = 0;
 let before_ms = performance.now();
 
-const pixel_m = (at: Vec3): number => stage?.screen(new Vector3(...at)).pixel_m ?? 0;
+const pixel_m = (at: Vec3): number => stage?.pixel_m(at) ?? 0;
 
 function frame(now_ms: number): void {
   requestAnimationFrame(frame);
@@ -357,7 +355,7 @@ function frame(now_ms: number): void {
     text_ms = now_ms;
   }
   if (new_curves && now_ms - curves_ms > kCurvesEvery_ms) {
-    plots?.update(timeline.shown, timeline.until_s, timeline.newest_s);
+    curves.update();
     new_curves = false;
     curves_ms = now_ms;
   }

@@ -37,7 +37,7 @@ const kHalfMiddle_m = 0.05; // of the workspace, where nothing but planes says h
 const kHome_m = 0.015; // about the home of a tip
 const kMoves_m = 0.01; // about what moves
 const kRoom_m = 0.3; // across the floor of one
-const kHomes: Record<number, Vec3[]> = {
+export const kHomes: Record<number, Vec3[]> = {
   1: [[0, 0, 0]],
   2: [
     [-0.1, 0, 0],

@@ -17,8 +17,9 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
-// From the user's seat, a little above and to the right.
-export const kSeat = new Vector3(0.3, -1, 0.55).normalize();
+import type { View } from './drag_mapping';
+import { kFieldOfView_deg, kSeat, pixel_m_at, view_of } from './framing';
+import type { Vec3 } from './vector';
 
 // Where frames come more slowly than this for two seconds, the picture gets coarser, down to the least pixel ratio.
 const kSlow_per_s = 24;
@@ -26,7 +27,6 @@ const kLeastPixelRatio = 0.5;
 
 const kStill_ms = 400; // what does not change for so long is drawn once more, as fine as it can be
 const kVisible_px = 1 / 8;
-const kMargin = 1.12; // about the box that is framed
 const kLightFrom = new Vector3(-0.35, -0.45, 1).normalize();
 const kShadowPixels = 1024;
 // Planes fade into the background, in distances from the camera to what it looks at.
@@ -44,13 +44,14 @@ const full_ratio = (): number => Math.min(devicePixelRatio, 2);
 
 export class Stage {
   readonly scene = new Scene();
-  readonly camera = new PerspectiveCamera(40, 1, 0.005, 20);
+  readonly camera = new PerspectiveCamera(kFieldOfView_deg, 1, 0.005, 20);
   private readonly light_of_view = new DirectionalLight(0xffffff, 0.6);
   private readonly sun = new DirectionalLight(0xffffff, 1.5);
   private readonly fog = new Fog(0);
   private readonly renderer: WebGLRenderer;
   private readonly controls: OrbitControls;
   private framed = new Box3();
+  private first_m = 1; // from the camera to what it looks at, as the scene was framed
   private slow_s = 0;
   private quality: Quality;
   private waiting = true; // something changed since the last render
@@ -140,26 +141,11 @@ export class Stage {
     this.reset();
   }
 
-  // The nearest place in the user's direction from which every corner of the box is inside the picture.
   reset(): void {
-    const center = this.framed.getCenter(new Vector3());
-    const right = new Vector3().crossVectors(this.camera.up, kSeat).normalize();
-    const up = new Vector3().crossVectors(kSeat, right);
-    const high = Math.tan(MathUtils.degToRad(this.camera.fov / 2)) / kMargin;
-    const fit = (direction: Vector3, slope: number) => {
-      let [most, least] = [-Infinity, -Infinity];
-      for (const corner of corners_of(this.framed)) {
-        const from = corner.sub(center);
-        const [side, near] = [from.dot(direction) / slope, from.dot(kSeat)];
-        most = Math.max(most, near + side);
-        least = Math.max(least, near - side);
-      }
-      return { distance: (most + least) / 2, shift: (slope * (most - least)) / 2 };
-    };
-    const wide = fit(right, high * this.camera.aspect);
-    const tall = fit(up, high);
-    this.controls.target.copy(center).addScaledVector(right, wide.shift).addScaledVector(up, tall.shift);
-    this.camera.position.copy(this.controls.target).addScaledVector(kSeat, Math.max(wide.distance, tall.distance));
+    const { target, distance_m } = view_of(this.framed, this.camera.aspect);
+    this.first_m = distance_m;
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).addScaledVector(kSeat, distance_m);
     this.controls.update();
     this.touch();
   }
@@ -185,20 +171,28 @@ export class Stage {
 
   // Less than a change of this length is not seen.
   get least_visible_m(): number {
-    return kVisible_px * this.screen(this.controls.target).pixel_m;
+    return kVisible_px * this.view().pixel_m;
   }
 
-  // Directions of the screen in the world, and the length of one of its pixels as far away as `at`.
-  screen(at: Vector3): { right: Vector3; up: Vector3; away: Vector3; pixel_m: number } {
+  // The length of a pixel of the screen as far away as `at`.
+  pixel_m(at: Vec3): number {
+    const away = this.camera.getWorldDirection(new Vector3());
+    return pixel_m_at(Math.max(new Vector3(...at).sub(this.camera.position).dot(away), this.camera.near), this.canvas.clientHeight);
+  }
+
+  // Directions of the screen in the world, and lengths at what the camera looks at.
+  view(): View {
     this.camera.updateMatrixWorld();
-    const right = new Vector3();
-    const up = new Vector3();
-    const back = new Vector3();
+    const [right, up, back] = [new Vector3(), new Vector3(), new Vector3()];
     this.camera.matrixWorld.extractBasis(right, up, back);
-    const away = back.negate();
-    const distance = Math.max(new Vector3().subVectors(at, this.camera.position).dot(away), this.camera.near);
-    const pixel_m = (2 * distance * Math.tan(MathUtils.degToRad(this.camera.fov / 2))) / Math.max(this.canvas.clientHeight, 1);
-    return { right, up, away, pixel_m };
+    const distance_m = this.camera.position.distanceTo(this.controls.target);
+    return {
+      right: right.toArray() as Vec3,
+      up: up.toArray() as Vec3,
+      away: back.negate().toArray() as Vec3,
+      pixel_m: pixel_m_at(distance_m, this.canvas.clientHeight),
+      zoom: distance_m / this.first_m,
+    };
   }
 
   // A browser that has no graphics processor says so, and begins where pace() would come to.
@@ -237,6 +231,3 @@ export class Stage {
     this.touch();
   }
 }
-
-const corners_of = ({ min, max }: Box3): Vector3[] =>
-  [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => new Vector3(bits & 1 ? max.x : min.x, bits & 2 ? max.y : min.y, bits & 4 ? max.z : min.z));

@@ -6,7 +6,7 @@ import { Quaternion, Vector3 } from 'three';
 import { type ArrowPath, AxisMarks, axis_arrow } from '../../src/axis_marks';
 import { kUnread_ms, may_answer, picture_text, prompt_text } from '../../src/commission_view';
 import { type CommissionState, parse_message } from '../../src/protocol';
-import { kSeat } from '../../src/stage';
+import { kSeat } from '../../src/framing';
 import type { Vec3 } from '../../src/vector';
 
 const kSize_m = 0.03;

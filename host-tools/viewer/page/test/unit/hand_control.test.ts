@@ -1,7 +1,6 @@
 // The hand's wishes: how many leave, and which.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Vector3 } from 'three';
 
 import { HandControl } from '../../src/hand_control';
 import type { Stage } from '../../src/stage';
@@ -13,7 +12,7 @@ for (const display_Hz of [60, 75, 144, 240]) {
     const stage = {
       canvas: { addEventListener: (name: string, listener: (event: object) => void) => listeners.set(name, listener) },
       drag_turns: () => {},
-      screen: () => ({ right: new Vector3(1, 0, 0), up: new Vector3(0, 1, 0), away: new Vector3(0, 0, 1), pixel_m: 1e-4 }),
+      view: () => ({ right: [1, 0, 0], up: [0, 0, 1], away: [0, 1, 0], pixel_m: 1e-4, zoom: 1 }),
     };
     const sent: Vec3[] = [];
     const hand = new HandControl(stage as unknown as Stage, (_, position_m) => sent.push(position_m));
@@ -28,6 +27,6 @@ for (const display_Hz of [60, 75, 144, 240]) {
     }
     assert.ok(sent.length <= 3 * 70 + 1 && sent.length > 3 * Math.min(display_Hz, 70) - 3, `${sent.length} in 3 s`);
     hand.step(104, 0.1);
-    assert.ok(Math.abs((sent.at(-1) as Vec3)[2] - frames * 0.00003) < 1e-12);
+    assert.ok(Math.abs((sent.at(-1) as Vec3)[1] - frames * 0.00003) < 1e-12);
   });
 }
