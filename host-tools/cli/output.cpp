@@ -4,9 +4,11 @@
 #include <cstdio>
 #include <cstring>
 #include <iostream>
+#include <span>
 
 #include "board/files/json_value.h"
 #include "host-tools/client/printable.h"
+#include "host-tools/compiler/scene_errors.h"
 
 namespace thimble::host {
 
@@ -39,6 +41,7 @@ void demand_written() {
 }
 
 void report(const Error& error, bool json) {
+  const auto* const scene = dynamic_cast<const SceneErrors*>(&error);
   if (json) {
     Json out;
     out["schema"] = kJsonSchema;
@@ -46,10 +49,27 @@ void report(const Error& error, bool json) {
                     {"cause", error.cause},
                     {"remedy", error.remedy},
                     {"exit_code", static_cast<int>(error.code)}};
+    if (scene != nullptr) {
+      out["errors"] = Json::array();
+      for (const SceneIssue& issue : scene->issues)
+        out["errors"].push_back({{"name", issue.name},
+                                 {"cause", issue.cause},
+                                 {"remedy", issue.remedy},
+                                 {"pointer", issue.pointer},
+                                 {"line", issue.place.line},
+                                 {"column", issue.place.column}});
+      out["more_errors"] = scene->more;
+    }
     std::cerr << out.dump(2, ' ', false, Json::error_handler_t::replace) << std::endl;
   } else {
-    std::cerr << printable("thimble: " + error.name + ": " + error.cause + "\n  remedy: " + error.remedy)
-              << std::endl;
+    const auto print = [](const auto& each) {
+      std::cerr << printable("thimble: " + each.name + ": " + each.cause + "\n  remedy: " + each.remedy)
+                << std::endl;
+    };
+    print(error);
+    if (scene == nullptr) return;
+    for (const SceneIssue& issue : std::span(scene->issues).subspan(1)) print(issue);
+    if (scene->more > 0) std::cerr << "and " << scene->more << " more" << std::endl;
   }
 }
 

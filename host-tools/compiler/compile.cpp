@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <utility>
 
+#include "board/files/text_file.h"
 #include "control/scene/check.h"
 #include "control/scene/limits.h"
 #include "control/scene/shape_table.h"
@@ -15,6 +14,7 @@
 #include "host-tools/compiler/height_grid.h"
 #include "host-tools/compiler/mesh_file.h"
 #include "host-tools/compiler/mesh_pieces.h"
+#include "host-tools/compiler/scene_errors.h"
 #include "host-tools/compiler/scene_file.h"
 #include "host-tools/compiler/to_scene.h"
 #include "host-tools/error.h"
@@ -28,14 +28,22 @@ void tell(const std::string& object, double share) {
 
 class ImageWriter {
  public:
-  ImageWriter(std::filesystem::path folder, SceneReport& report)
-      : folder_(std::move(folder)), report_(report) {}
+  // known: of the scene's last compilation, if any.
+  ImageWriter(std::filesystem::path folder, SceneReport& report, const CompiledParts* known)
+      : folder_(std::move(folder)), report_(report), known_(known) {}
 
-  std::vector<std::byte> write(const SceneFile& file, const std::string& name) {
+  std::vector<std::byte> write(const SceneFile& file, const std::string& name, SceneIssues& issues) {
     std::vector<flatbuffers::Offset<scene::Object>> objects;
-    for (const SceneObject& object : file.objects) {
-      objects.push_back(write_object(object));
+    for (std::size_t i = 0; i < file.objects.size(); ++i) {
+      try {
+        objects.push_back(write_object(file.objects[i]));
+      } catch (const Error& error) {
+        issues.add(error, "/objects/" + std::to_string(i));
+        builder_
+            .Clear();  // it may be in the middle of something; the other objects are compiled for their errors
+      }
     }
+    if (!issues.empty()) issues.raise();
     refuse_what_does_not_meet(file);
     const auto scene_name = builder_.CreateString(file.name);
     const scene::Vec3 gravity = to_scene(file.gravity_m_s2);
@@ -53,6 +61,9 @@ class ImageWriter {
     std::memcpy(image.data(), builder_.GetBufferPointer(), image.size());
     return image;
   }
+
+  // That the image was made of.
+  [[nodiscard]] CompiledParts take_parts() { return std::move(parts_); }
 
  private:
   using AnyShape = std::pair<scene::Shape, flatbuffers::Offset<void>>;
@@ -104,7 +115,14 @@ class ImageWriter {
   AnyShape write_shape(const TissueShape& tissue) { return host::write_shape(builder_, tissue); }
   AnyShape write_shape(const VectorFieldShape& field) { return host::write_shape(builder_, field); }
   AnyShape write_shape(const PotentialFieldShape& field) {
-    return host::write_shape(builder_, field, [this](double share) { tell(object_->name, share); });
+    const std::string key = potential_key(field.problem);
+    std::shared_ptr<const std::vector<float>>& coefficients = parts_.potentials[key];
+    if (known_ != nullptr && known_->potentials.contains(key)) coefficients = known_->potentials.at(key);
+    if (coefficients == nullptr) {
+      coefficients = std::make_shared<const std::vector<float>>(
+          solved_coefficients(field, [this](double share) { tell(object_->name, share); }));
+    }
+    return host::write_shape(builder_, field, *coefficients);
   }
   AnyShape write_shape(const PrimitiveShape& primitive) {
     mass_ = {Eigen::Vector3d::Zero(), primitive.unit_inertia_m2.asDiagonal()};
@@ -126,14 +144,29 @@ class ImageWriter {
     return write_mesh(height_field_soup(shape, grid, name), options, shape.file, name);
   }
 
-  AnyShape write_mesh(const TriangleSoup& soup, const MeshOptions& options, const std::string& file,
+  std::shared_ptr<const CompiledParts::Mesh> compiled(TriangleSoup soup, MeshOptions options,
+                                                      const std::string& name) {
+    const bool in_pieces = object_->body.has_value();
+    if (known_ != nullptr) {
+      for (const std::shared_ptr<const CompiledParts::Mesh>& each : known_->meshes)
+        if (each->in_pieces == in_pieces && is_same(each->options, options) && is_same(each->soup, soup))
+          return each;
+    }
+    CompiledParts::Mesh part{std::move(soup), options, in_pieces, {}, {}};
+    options.progress = [this](double share) { tell(object_->name, share); };
+    part.mesh = compile_mesh(part.soup, options, name);
+    if (in_pieces) part.pieces = convex_pieces(part.mesh);
+    return std::make_shared<const CompiledParts::Mesh>(std::move(part));
+  }
+
+  AnyShape write_mesh(TriangleSoup soup, const MeshOptions& options, const std::string& file,
                       const std::string& name) {
     MeshOptions in_scene = options;
     in_scene.tip_radius_m = report_.tip_radius_m;
     if (const auto& texture = object_->material.surface.texture)
       in_scene.texture = MeshTexture{texture->mapping, texture->tile_m};
-    in_scene.progress = [this](double share) { tell(object_->name, share); };
-    const CompiledMesh mesh = compile_mesh(soup, in_scene, name);
+    parts_.meshes.push_back(compiled(std::move(soup), std::move(in_scene), name));
+    const CompiledMesh& mesh = parts_.meshes.back()->mesh;
     triangles_ += mesh.triangles.size();
     if (triangles_ > control::kMaxTriangles) {
       throw Error(ExitCode::kBadInput, "too-many-triangles",
@@ -155,7 +188,7 @@ class ImageWriter {
         mesh.texture_corners.empty() ? 0 : builder_.CreateVector(mesh.texture_corners);
     const auto texture_points =
         mesh.texture_points.empty() ? 0 : builder_.CreateVectorOfStructs(mesh.texture_points);
-    const auto [piece_corners, piece_ends] = write_pieces(mesh);
+    const auto [piece_corners, piece_ends] = write_pieces(parts_.meshes.back()->pieces);
     const auto rims = mesh.rims.empty() ? 0 : builder_.CreateVector(mesh.rims);
     return {scene::Shape::Mesh,
             scene::CreateMesh(builder_, vertices, triangles, flags, corners, nodes, &mesh.grid_origin_m,
@@ -167,9 +200,8 @@ class ImageWriter {
   // Of a mesh that moves.
   using PieceCorners = flatbuffers::Offset<flatbuffers::Vector<const scene::Vec3*>>;
   using PieceEnds = flatbuffers::Offset<flatbuffers::Vector<std::uint16_t>>;
-  std::pair<PieceCorners, PieceEnds> write_pieces(const CompiledMesh& mesh) {
+  std::pair<PieceCorners, PieceEnds> write_pieces(const MeshPieces& pieces) {
     if (!object_->body) return {0, 0};
-    const MeshPieces pieces = convex_pieces(mesh);
     pieces_.back() = pieces.corners_m.size();
     if (pieces.corners_m.empty()) return {0, 0};
     std::vector<scene::Vec3> corners;
@@ -282,6 +314,8 @@ class ImageWriter {
   flatbuffers::FlatBufferBuilder builder_;
   std::filesystem::path folder_;
   SceneReport& report_;
+  const CompiledParts* known_;
+  CompiledParts parts_;
   std::size_t triangles_ = 0;
   const SceneObject* object_ = nullptr;  // being written
   std::vector<std::size_t> pieces_;      // convex, of each object; 1 for all but meshes
@@ -291,12 +325,22 @@ class ImageWriter {
 }  // namespace
 
 CompiledScene compile_scene_text(const std::string& text, const std::string& name,
-                                 const std::filesystem::path& folder) {
+                                 const std::filesystem::path& folder, const CompiledParts* known) {
   const SceneFile file = read_scene_file(text, name);
   CompiledScene compiled;
   compiled.report.name = file.name;
   compiled.report.tip_radius_m = file.tip_radius_m;
-  compiled.image = ImageWriter(folder, compiled.report).write(file, name);
+  ImageWriter writer(folder, compiled.report, known);
+  SceneIssues issues(text, name);
+  try {
+    compiled.image = writer.write(file, name, issues);
+  } catch (const SceneErrors&) {
+    throw;
+  } catch (const Error& error) {
+    issues.add(error);
+    issues.raise();
+  }
+  compiled.parts = std::make_shared<const CompiledParts>(writer.take_parts());
   compiled.report.bytes = compiled.image.size();
   if (file.objects.empty()) {
     compiled.report.warnings.emplace_back("the scene has no object: there is nothing to touch");

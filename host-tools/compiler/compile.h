@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "host-tools/compiler/compiled_parts.h"
 #include "host-tools/compiler/mesh.h"
 
 namespace thimble::host {
@@ -27,15 +29,17 @@ struct SceneReport {
 struct CompiledScene {
   std::vector<std::byte> image;  // starts at a multiple of 16
   SceneReport report;
+  std::shared_ptr<const CompiledParts> parts;  // that a further compilation need not compute again
 };
 
-// Reads the scene file and every mesh it names. The same input gives the same bytes. Error kBadInput,
-// with file, line and JSON pointer.
+// Reads the scene file and every mesh it names. The same input gives the same bytes, on every machine. SceneErrors (kBadInput): all errors of
+// the text, or all of the objects and their files, each with file, line and JSON pointer.
 [[nodiscard]] CompiledScene compile_scene(const std::filesystem::path& scene_file);
 
 // The same for text that is not in a file (tests, imports): `name` stands in messages, `folder` is what paths
-// are relative to.
+// are relative to. known: parts of another compilation, of this scene with other materials; they do not change the image.
 [[nodiscard]] CompiledScene compile_scene_text(const std::string& text, const std::string& name,
-                                               const std::filesystem::path& folder);
+                                               const std::filesystem::path& folder,
+                                               const CompiledParts* known = nullptr);
 
 }  // namespace thimble::host

@@ -1,5 +1,6 @@
 #include "host-tools/compiler/plane_graph.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>

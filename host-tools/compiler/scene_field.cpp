@@ -280,8 +280,11 @@ std::vector<float> coefficients_of(const PotentialFieldShape& field,
   return coefficients;
 }
 
-std::vector<float> cached_coefficients(const PotentialFieldShape& field, std::size_t size,
+}  // namespace
+
+std::vector<float> solved_coefficients(const PotentialFieldShape& field,
                                        const std::function<void(double)>& progress) {
+  const std::size_t size = potential_grid(field.problem).size();
   const std::optional<SolvedCache>& cache = compile_help().cache;
   if (!cache) return coefficients_of(field, progress);
   const std::string key = potential_key(field.problem);
@@ -297,13 +300,10 @@ std::vector<float> cached_coefficients(const PotentialFieldShape& field, std::si
   return coefficients;
 }
 
-}  // namespace
-
 std::pair<scene::Shape, flatbuffers::Offset<void>> write_shape(flatbuffers::FlatBufferBuilder& builder,
                                                                const PotentialFieldShape& field,
-                                                               const std::function<void(double)>& progress) {
+                                                               const std::vector<float>& coefficients) {
   const Grid grid = potential_grid(field.problem);
-  const std::vector<float> coefficients = cached_coefficients(field, grid.size(), progress);
   std::vector<std::uint16_t> count;
   for (const std::size_t each : grid.count) count.push_back(static_cast<std::uint16_t>(each));
   const scene::Vec3 origin = to_scene(grid.origin_m);

@@ -45,9 +45,14 @@ struct PotentialFieldShape {
 
 [[nodiscard]] std::pair<scene::Shape, flatbuffers::Offset<void>> write_shape(
     flatbuffers::FlatBufferBuilder& builder, const VectorFieldShape& field);
-// Solves it, or takes the solution from the cache of compile_help.h. Throws what solve_potential throws, with its `progress`.
+// With its solved_coefficients().
 [[nodiscard]] std::pair<scene::Shape, flatbuffers::Offset<void>> write_shape(
     flatbuffers::FlatBufferBuilder& builder, const PotentialFieldShape& field,
-    const std::function<void(double)>& progress);
+    const std::vector<float>& coefficients);
+
+// What the image holds of the solved potential, of potential_grid(). Solves it, or takes the solution from the cache of compile_help.h. Throws
+// what solve_potential throws, with its `progress`, and Error potential-too-high.
+[[nodiscard]] std::vector<float> solved_coefficients(const PotentialFieldShape& field,
+                                                     const std::function<void(double)>& progress);
 
 }  // namespace thimble::host

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "control/scene/limits.h"
 #include "control/scene/shape_table.h"
+#include "host-tools/compiler/scene_check.h"
+#include "host-tools/compiler/scene_errors.h"
 #include "host-tools/compiler/scene_pose.h"
 #include "host-tools/compiler/scene_value.h"
 #include "host-tools/error.h"
@@ -140,6 +143,60 @@ SceneFile read_scene(const board::JsonDocument& document) {
   return file;
 }
 
+// All that is wrong in a scene that read_scene() has refused. Throws SceneIssues::Full.
+void collect(const board::JsonDocument& document, SceneIssues& issues) {
+  const auto attempt = [&issues](const auto& read) {
+    try {
+      read();
+    } catch (const board::JsonError& error) {
+      issues.add(to_error(error));
+    } catch (const Error& error) {
+      issues.add(error);
+    }
+  };
+  const Value root(document);
+  if (!root.raw().is_object()) return;
+  check_keys(root, scene_kind("scene"),
+             [&issues](const board::JsonError& error) { issues.add(to_error(error)); });
+  Materials materials;
+  SceneMaterial unknown{};
+  unknown.stiffness_N_m = static_cast<double>(control::kMaxStiffness_N_m);
+  if (root.has("materials") && root.at("materials").raw().is_object()) {
+    const Value all = root.at("materials");
+    for (const auto& each : all.raw().items()) {
+      materials[each.key()] = unknown;  // an object may name one that has an error
+      attempt([&] { materials[each.key()] = read_material(all.at(each.key())); });
+    }
+  }
+  if (!root.has("objects") || !root.at("objects").raw().is_array()) return;
+  const Value objects = root.at("objects");
+  SceneFile file;
+  Counts counts;
+  for (std::size_t i = 0; i < std::min(objects.raw().size(), control::kMaxObjects); ++i) {
+    const Value object = objects.at(i);
+    SceneObject read;
+    if (object.raw().is_object() && object.has("name") && object.at("name").raw().is_string())
+      read.name = object.at("name").raw().get<std::string>();  // for those of the same name behind it
+    attempt([&] { read = read_object(object, materials, file, counts); });
+    if (object.raw().is_object() && object.has("material"))
+      attempt([&] { static_cast<void>(material_of(object.at("material"), materials)); });
+    file.objects.push_back(std::move(read));
+  }
+}
+
+board::JsonDocument parse(const std::string& text, const std::string& name) {
+  try {
+    return {without_comments(text), name, "the scene"};
+  } catch (const board::JsonError& error) {
+    // The reader of JSON does not know that comments were taken out.
+    const std::string remedy =
+        error.name == "bad-json" && error.remedy.starts_with("correct the file")
+            ? "correct the file: it has to be JSON in UTF-8; comments are allowed, trailing commas are not"
+            : error.remedy;
+    throw board::JsonError(error.name, error.what(), remedy);
+  }
+}
+
 }  // namespace
 
 SceneFile read_scene_file(const std::string& text, const std::string& name) {
@@ -149,11 +206,22 @@ SceneFile read_scene_file(const std::string& text, const std::string& name) {
                     std::to_string(kMaxSceneBytes) + " are allowed",
                 "put meshes into files of their own");
   }
+  SceneIssues issues(text, name);
+  std::optional<board::JsonDocument> document;
   try {
-    return read_scene(board::JsonDocument(text, name, "the scene"));
+    document = parse(text, name);
+    return read_scene(*document);
   } catch (const board::JsonError& error) {
-    throw to_error(error);
+    issues.add(to_error(error));
+    if (error.name == "wrong-version") document.reset();  // the other keys are of that version
+  } catch (const Error& error) {
+    issues.add(error);
   }
+  try {
+    if (document) collect(*document, issues);
+  } catch (const SceneIssues::Full&) {  // enough to correct
+  }
+  issues.raise();
 }
 
 }  // namespace thimble::host

@@ -41,7 +41,7 @@ struct SceneFile {
   double tip_radius_m = 0;
 };
 
-// `name` stands in messages. Throws Error (kBadInput) with file, line, JSON pointer, the value and what is
+// `name` stands in messages. Throws SceneErrors (kBadInput) with all that is wrong: each with file, line, JSON pointer, the value and what is
 // allowed.
 [[nodiscard]] SceneFile read_scene_file(const std::string& text, const std::string& name);
 

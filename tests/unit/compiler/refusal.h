@@ -8,6 +8,7 @@
 #include <string>
 
 #include "host-tools/compiler/compile.h"
+#include "host-tools/error.h"
 
 namespace thimble::test {
 
