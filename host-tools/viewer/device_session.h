@@ -90,6 +90,10 @@ class DeviceSession {
 
   void save();
   void drop_edits();
+  void tell(const Error& error);
+  void watch_file();
+  void take_reread(OpenScene scene);
+  void run_as(const OpenScene& scene);
   void forget_save(const std::string& why);
   void tend_job();
   void upload(const OpenScene& scene);
@@ -118,8 +122,9 @@ class DeviceSession {
   std::optional<std::uint32_t> shown_crc_;
   std::optional<OpenScene> edited_;  // running_ with changes that do not run yet
   struct Job {
+    enum class Kind { kPicked, kEdited, kReread };
     std::future<OpenScene> result;
-    bool picked = false;
+    Kind kind;
   };
   std::optional<Job> job_;
   std::optional<std::filesystem::path> picked_;  // to be opened when no job runs
@@ -127,6 +132,8 @@ class DeviceSession {
   bool save_wanted_ = false;
   bool told_of_other_host_ = false;  // that it changes the materials of what runs
   std::optional<OpenScene> to_upload_;
+  FileWatch watch_;  // of the running scene's file
+  link::Micros watch_due_us_ = 0;
   link::Micros upload_due_us_ = 0;  // the force of the last one has risen again
   bool begin_ = false;              // a simulated device that has its scene is homed and armed
 

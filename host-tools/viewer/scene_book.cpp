@@ -5,6 +5,7 @@
 
 #include "host-tools/client/device.h"
 #include "host-tools/compiler/compile.h"
+#include "host-tools/compiler/scene_text.h"
 #include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
 #include "thimble_scene_schema/scene_generated.h"
@@ -15,102 +16,98 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kSuffix = ".scene.json";
-constexpr std::size_t kColumns = 120;
 
-void compile_into(OpenScene& scene, std::string text) {
-  CompiledScene compiled = compile_scene_text(text, scene.file.string(), scene.file.parent_path());
-  scene.text = std::move(text);
+void compile_into(OpenScene& scene, const std::string& text) {
+  CompiledScene compiled =
+      compile_scene_text(text, scene.file.string(), scene.file.parent_path(), scene.parts.get());
   scene.crc = crc32(compiled.image);
   scene.image = std::make_shared<const std::vector<std::byte>>(std::move(compiled.image));
+  scene.parts = std::move(compiled.parts);
+  scene.name = compiled.report.name;
+  scene.objects.clear();
+  for (const SceneReport::Object& object : compiled.report.objects) scene.objects.push_back(object.name);
 }
 
-void write_pretty(const Json& json, std::size_t indent, std::size_t column, std::string& out) {
-  // A line of its own for each member: dump() puts no space behind a comma.
-  const auto one_line = [](const auto& self, const Json& value) -> std::string {
-    if (!value.is_structured()) return value.dump();
-    const bool object = value.is_object();
-    std::string text = object ? "{" : "[";
-    for (const auto& [key, member] : value.items()) {
-      if (text.size() > 1) text += ", ";
-      if (object) text += Json(key).dump() + ": ";
-      text += self(self, member);
-    }
-    return text + (object ? "}" : "]");
-  };
-  const std::string line = one_line(one_line, json);
-  if (!json.is_structured() || json.empty() || column + line.size() < kColumns) {
-    out += line;
-    return;
-  }
-  const bool object = json.is_object();
-  out += object ? "{" : "[";
-  bool first = true;
-  for (const auto& [key, member] : json.items()) {
-    out += first ? "\n" : ",\n";
-    first = false;
-    out.append(indent + 2, ' ');
-    const std::size_t begun = out.size();
-    if (object) out += Json(key).dump() + ": ";
-    write_pretty(member, indent + 2, indent + 2 + out.size() - begun, out);
-  }
-  out += '\n';
-  out.append(indent, ' ');
-  out += object ? '}' : ']';
-}
-
-}  // namespace
-
-std::string pretty(const Json& json) {
-  std::string out;
-  // The scene itself is never one line.
-  write_pretty(json, 0, kColumns, out);
-  return out + "\n";
-}
-
-OpenScene open_scene(const fs::path& file) {
+// known: of the same file as it was before, if any.
+OpenScene open(const fs::path& file, const OpenScene* known) {
   std::error_code none;
   OpenScene scene;
   scene.file = file;
-  scene.file_time = fs::last_write_time(file, none);
+  if (known != nullptr) scene.parts = known->parts;
   if (!fs::is_regular_file(file, none)) {  // a FIFO would wait
     throw Error(ExitCode::kBadInput, "missing-scene", file.string() + ": the scene file cannot be opened",
                 "give the path of a scene file, such as scenes/asteroid/asteroid.scene.json");
   }
-  std::string text = read_input(file);
-  compile_into(scene, text);  // first, because its error names the place
-  scene.document = Json::parse(scene.text, nullptr, false);
+  scene.file_text = read_input(file);
+  compile_into(scene, scene.file_text);
+  return scene;
+}
+
+}  // namespace
+
+OpenScene open_scene(const fs::path& file) { return open(file, nullptr); }
+
+OpenScene reopen_scene(const OpenScene& before) {
+  OpenScene scene = open(before.file, &before);
+  carry_changes(before, scene);
+  if (!scene.changed_materials.empty()) compile_changes(scene);
   return scene;
 }
 
 void set_material(OpenScene& scene, const MaterialMessage& change) {
-  Json& objects = scene.document["objects"];
-  if (!objects.is_array() || change.object >= objects.size()) {
+  if (change.object >= scene.objects.size()) {
     throw Error(ExitCode::kUsage, "no-such-object",
                 "the scene has no object " + std::to_string(change.object), "reload the page");
   }
-  Json& object = objects[change.object];
-  Json material = object["material"];
-  if (material.is_string()) material = scene.document["materials"][material.get<std::string>()];
-  material[change.key] = change.value;
-  object["material"] = std::move(material);
-  scene.changed = true;
+  scene.changed_materials[{change.object, change.key}] = change.value;
 }
 
-void compile_changes(OpenScene& scene) { compile_into(scene, pretty(scene.document)); }
+void carry_changes(const OpenScene& from, OpenScene& to) {
+  for (const auto& [what, value] : from.changed_materials) {
+    const auto same = std::ranges::find(to.objects, from.objects[what.first]);
+    if (same != to.objects.end())
+      set_material(to, {static_cast<std::size_t>(same - to.objects.begin()), what.second, value});
+  }
+}
+
+std::string changed_text(const OpenScene& scene) {
+  std::string text = scene.file_text;
+  for (const auto& [what, value] : scene.changed_materials)
+    text = with_material(text, what.first, what.second, value);
+  return text;
+}
+
+void compile_changes(OpenScene& scene) { compile_into(scene, changed_text(scene)); }
 
 void save_scene(OpenScene& scene) {
   std::error_code none;
-  const auto file_time = fs::last_write_time(scene.file, none);
-  if (none || file_time != scene.file_time) {
+  if (!fs::is_regular_file(scene.file, none) || read_input(scene.file) != scene.file_text) {
     throw Error(ExitCode::kRefused, "scene-changed",
                 scene.file.string() + " has been changed by another program since it was read",
-                "pick the scene again, then change and save it");
+                "correct the file if it has errors, and wait until it runs; then save again");
   }
+  std::string text = changed_text(scene);
   OutputFile out(scene.file);
-  out.stream() << pretty(scene.document);
+  out.stream() << text;
   out.commit();
-  scene.file_time = fs::last_write_time(scene.file, none);
-  scene.changed = false;
+  scene.file_text = std::move(text);
+  scene.changed_materials.clear();
+}
+
+bool FileWatch::has_changed(const fs::path& file, const std::string& known) {
+  std::error_code time_error;
+  std::error_code size_error;
+  const Stamp now{file, fs::last_write_time(file, time_error), fs::file_size(file, size_error)};
+  const bool is_there = !time_error && !size_error;
+  const bool has_settled = now == seen_;
+  seen_ = now;
+  if (!is_there || !has_settled || now == read_) return false;
+  read_ = now;
+  try {
+    return read_input(file) != known;
+  } catch (const Error&) {  // put away between the two
+    return false;
+  }
 }
 
 std::string name_of(const fs::path& file) {
@@ -174,15 +171,15 @@ std::optional<OpenScene> SceneBook::with_crc(const std::string& name, std::uint3
     const auto known = compiled_.find(file);
     if (known == compiled_.end() || known->second.file_time != file_time) {
       try {
-        const Json document = Json::parse(read_input(file), nullptr, false);
+        const Json document = Json::parse(without_comments(read_input(file)), nullptr, false);
         if (!document.is_object() || document.value("name", Json()) != Json(name)) continue;
-        compiled_[file] = open_scene(file);
+        compiled_[file] = {file_time, open_scene(file)};
       } catch (const Error&) {
         continue;  // it cannot be read, or does not compile
       }
     }
-    const OpenScene& scene = compiled_[file];
-    if (scene.crc == crc && scene.document.value("name", Json()) == Json(name)) return scene;
+    const OpenScene& scene = compiled_[file].scene;
+    if (scene.crc == crc && scene.name == name) return scene;
   }
   return std::nullopt;
 }

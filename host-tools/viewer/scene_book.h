@@ -10,8 +10,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "host-tools/compiler/compiled_parts.h"
 #include "host-tools/viewer/protocol.h"
 
 namespace thimble::host {
@@ -21,32 +23,55 @@ using ImageBytes = std::shared_ptr<const std::vector<std::byte>>;
 // A scene file in memory, and its image.
 struct OpenScene {
   std::filesystem::path file;
-  std::filesystem::file_time_type file_time;  // when it was read
-  Json document;                              // with the changed materials
-  std::string text;                           // what was compiled
-  bool changed = false;                       // against the file
+  std::string file_text;  // as it was read, or written since
+  std::map<std::pair<std::size_t, std::string>, double>
+      changed_materials;  // by object and key, not yet in the file
+  std::string name;
+  std::vector<std::string> objects;  // their names
   ImageBytes image;
-  std::uint32_t crc = 0;  // of the image
+  std::uint32_t crc = 0;                       // of the image
+  std::shared_ptr<const CompiledParts> parts;  // which a change of a material leaves as they are
 };
 
 // Reads and compiles.
 [[nodiscard]] OpenScene open_scene(const std::filesystem::path& file);
+// The same of a file that has changed since: what is like before is not computed again, and changes that are not saved are kept for the objects
+// that there still are, by their names.
+[[nodiscard]] OpenScene reopen_scene(const OpenScene& before);
 
-// The object gets a material of its own with this value. Error kUsage: there is no such object.
+// The object gets this value; as with_material() of scene_text.h. Error kUsage: there is no such object.
 void set_material(OpenScene& scene, const MaterialMessage& change);
+// What is changed in one and not saved, in the other too: by the names of objects, as far as it has them.
+void carry_changes(const OpenScene& from, OpenScene& to);
 // Compiles what set_material() made of it; the scene is untouched when that fails.
 void compile_changes(OpenScene& scene);
-// Writes the file, whole or not at all. Error kRefused: somebody else has changed it since it was read.
+// The text of the file with the changes: only the numbers that were changed differ from it.
+[[nodiscard]] std::string changed_text(const OpenScene& scene);
+// Writes it, whole or not at all. Error kRefused: somebody else has changed the file since it was read.
 void save_scene(OpenScene& scene);
+
+// Whether a file has other bytes than those known. An editor may still be writing, or have put the file away to replace it: what has
+// changed is read when it has stayed the same from one look to the next, and once.
+class FileWatch {
+ public:
+  [[nodiscard]] bool has_changed(const std::filesystem::path& file, const std::string& known);
+
+ private:
+  struct Stamp {
+    std::filesystem::path file;
+    std::filesystem::file_time_type time;
+    std::uintmax_t bytes = 0;
+    bool operator==(const Stamp&) const = default;
+  };
+  Stamp seen_;  // by the last look
+  Stamp read_;
+};
 
 // Under which a book lists the file: "ring" of ring.scene.json.
 [[nodiscard]] std::string name_of(const std::filesystem::path& file);
 
 // "objects" of the scene message: names and materials, as the image has them.
 [[nodiscard]] Json scene_json(const std::vector<std::byte>& image, std::uint32_t crc);
-
-// JSON as people write it: what fits into a line of 120 columns is one.
-[[nodiscard]] std::string pretty(const Json& json);
 
 class SceneBook {
  public:
@@ -61,7 +86,11 @@ class SceneBook {
 
  private:
   std::vector<std::filesystem::path> folders_;
-  std::map<std::filesystem::path, OpenScene> compiled_;
+  struct Compiled {
+    std::filesystem::file_time_type file_time;
+    OpenScene scene;
+  };
+  std::map<std::filesystem::path, Compiled> compiled_;
 };
 
 // Where scenes are looked for: beside this one (empty: none), and where this program's own are.

@@ -3,6 +3,7 @@
 #include <exception>
 #include <utility>
 
+#include "host-tools/compiler/scene_errors.h"
 #include "host-tools/viewer/device_session.h"
 
 namespace thimble::host {
@@ -10,6 +11,8 @@ namespace {
 
 // Between uploads, so that each scene swap can ramp the force down and up.
 constexpr link::Micros kBetweenUploads_us = 300'000;
+// Between looks at the running scene's file.
+constexpr link::Micros kBetweenLooks_us = 500'000;
 
 }  // namespace
 
@@ -34,8 +37,7 @@ void DeviceSession::show_scene(const std::string& name, std::uint32_t crc) {
     return;
   }
   // Probably another host has changed a material: keep the picture. The CRC alone does not tell the new materials.
-  if (before && before->document.value("name", Json()) == Json(name) &&
-      before->image->size() == device_state_.scene_bytes) {
+  if (before && before->name == name && before->image->size() == device_state_.scene_bytes) {
     running_ = std::move(before);
     running_->crc = crc;
     show_open_scene();
@@ -86,12 +88,12 @@ void DeviceSession::obey(const SaveMessage&) { save_wanted_ = true; }
 
 // Saves the running materials, so a pending change has to run first.
 void DeviceSession::save() {
-  if (!running_ || !running_->changed) {
+  if (!running_ || running_->changed_materials.empty()) {
     inform("nothing-to-save", "no material of the scene has been changed");
     return;
   }
   save_scene(*running_);
-  if (edited_) edited_->file_time = running_->file_time;
+  edited_.reset();  // nothing is pending
   inform("saved", running_->file.string() + " has the new materials");
 }
 
@@ -112,25 +114,83 @@ void DeviceSession::forget_save(const std::string& why) {
       event_json("error", "not-saved", "nothing was saved: " + why, "change the material and save again"));
 }
 
+// What is wrong with a scene: an event for each error.
+void DeviceSession::tell(const Error& error) {
+  const auto* const all = dynamic_cast<const SceneErrors*>(&error);
+  if (all == nullptr) {
+    sink_.event(event_json(error));
+    return;
+  }
+  for (const SceneIssue& issue : all->issues) {
+    Json event = event_json("error", issue.name, issue.cause, issue.remedy);
+    event["pointer"] = issue.pointer;
+    event["line"] = issue.place.line;
+    event["column"] = issue.place.column;
+    sink_.event(event);
+  }
+  if (all->more > 0)
+    sink_.event(event_json("error", "more-errors", "and " + std::to_string(all->more) + " more errors",
+                           "correct those above first"));
+}
+
+// Looks whether the running scene's file has changed, and runs what it has now.
+void DeviceSession::watch_file() {
+  if (!running_ || job_ || picked_ || to_upload_ || edited_since_job_ || now_us() < watch_due_us_) return;
+  watch_due_us_ = now_us() + kBetweenLooks_us;
+  if (!watch_.has_changed(running_->file, running_->file_text)) return;
+  const OpenScene& before = edited_ ? *edited_ : *running_;
+  job_ = Job{std::async(std::launch::async, [before] { return reopen_scene(before); }), Job::Kind::kReread};
+}
+
+// The file of the running scene has been read again.
+void DeviceSession::take_reread(OpenScene scene) {
+  if (scene.crc == running_->crc) {  // a comment, say
+    run_as(scene);
+    return;
+  }
+  const std::size_t changes = scene.changed_materials.size();
+  inform("scene-reloaded",
+         scene.file.string() + " has changed, and runs as it is now" +
+             (changes == 0 ? "" : "; what was changed here and is not saved stays changed"));
+  to_upload_ = std::move(scene);
+}
+
+// Changes that came since it was compiled, from another text of the file perhaps, are of this text now.
+void DeviceSession::run_as(const OpenScene& scene) {
+  running_ = scene;
+  if (!edited_) return;
+  const OpenScene before = std::exchange(*edited_, scene);
+  carry_changes(before, *edited_);
+}
+
 // Another thread compiles, so that telemetry continues. One job at a time, because the destructor of a future of std::async waits.
 void DeviceSession::tend_job() {
   if (job_ && job_->result.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     try {
       OpenScene scene = job_->result.get();
-      if (!picked_) to_upload_ = std::move(scene);
+      if (!picked_ && job_->kind == Job::Kind::kReread)
+        take_reread(std::move(scene));
+      else if (!picked_)
+        to_upload_ = std::move(scene);
     } catch (const Error& error) {
       if (!picked_) {
-        sink_.event(event_json(error));
-        if (!job_->picked) drop_edits();
+        tell(error);
+        if (job_->kind == Job::Kind::kEdited) drop_edits();
+        if (job_->kind == Job::Kind::kReread)
+          inform("old-scene-runs",
+                 (running_ ? running_->file.string() : "the file") +
+                     " has changed and has errors; the scene runs as it was before",
+                 "correct the file");
       }
     } catch (const std::exception& error) {
       sink_.event(event_json("error", "failed", error.what(), "report this with the scene"));
-      if (!job_->picked && !picked_) drop_edits();
+      if (job_->kind == Job::Kind::kEdited && !picked_) drop_edits();
     }
     job_.reset();
   }
   if (!job_ && picked_) {
-    job_ = Job{std::async(std::launch::async, [file = *picked_] { return open_scene(file); }), true};
+    job_ = Job{std::async(std::launch::async, [file = *picked_] { return open_scene(file); }),
+               Job::Kind::kPicked};
     picked_.reset();
   }
   if (!job_ && edited_ && edited_since_job_ && !to_upload_) {
@@ -140,8 +200,9 @@ void DeviceSession::tend_job() {
                             compile_changes(scene);
                             return scene;
                           }),
-               false};
+               Job::Kind::kEdited};
   }
+  watch_file();
   if (save_wanted_ && !job_ && !edited_since_job_ && !to_upload_) {
     save_wanted_ = false;
     try {
@@ -163,7 +224,7 @@ void DeviceSession::upload(const OpenScene& scene) {
     edited_since_job_ = false;
   }
   told_of_other_host_ = false;
-  running_ = scene;
+  run_as(scene);
   show_open_scene();
 }
 
