@@ -20,9 +20,9 @@ std::size_t line_in(const std::string& cause, const std::string& name, std::size
 }
 
 // Of the first byte that no JSON has; none in valid JSON.
-std::size_t syntax_error(const std::string& json) {
+std::size_t syntax_error(const std::string& plain) {
   try {
-    const nlohmann::json valid = nlohmann::json::parse(json);
+    const nlohmann::json valid = nlohmann::json::parse(plain);
   } catch (const nlohmann::json::parse_error& error) {
     return error.byte > 0 ? error.byte - 1 : 0;
   } catch (const nlohmann::json::exception&) {  // a number out of range, without a place

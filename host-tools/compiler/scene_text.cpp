@@ -18,7 +18,7 @@ std::size_t string_end(std::string_view text, std::size_t at) {
 
 class Walk {
  public:
-  explicit Walk(std::string_view json) : json_(json) {}
+  explicit Walk(std::string_view plain) : plain_(plain) {}
 
   ValueRanges find() {
     value("", std::nullopt);
@@ -28,11 +28,11 @@ class Walk {
  private:
   // Over blanks and a byte order mark.
   void skip() {
-    while (at_ < json_.size() && (kBlanks.find(json_[at_]) != std::string_view::npos ||
-                                  static_cast<unsigned char>(json_[at_]) >= 0x80U))
+    while (at_ < plain_.size() && (kBlanks.find(plain_[at_]) != std::string_view::npos ||
+                                   static_cast<unsigned char>(plain_[at_]) >= 0x80U))
       ++at_;
   }
-  [[nodiscard]] bool is_at(char c) const { return at_ < json_.size() && json_[at_] == c; }
+  [[nodiscard]] bool is_at(char c) const { return at_ < plain_.size() && plain_[at_] == c; }
 
   // Values below a pointer that JsonDocument would refuse as too long are not noted: all those pointers would take too much memory.
   static constexpr std::size_t kMostPointerBytes = 256;
@@ -46,18 +46,18 @@ class Walk {
     skip();
     const std::size_t begin = at_;
     if (is_at('{') || is_at('[')) {
-      members(pointer, json_[at_] == '{');
+      members(pointer, plain_[at_] == '{');
     } else if (is_at('"')) {
-      at_ = string_end(json_, at_);
+      at_ = string_end(plain_, at_);
     } else {
-      at_ = std::min(json_.find_first_of(",]} \t\r\n", at_), json_.size());
+      at_ = std::min(plain_.find_first_of(",]} \t\r\n", at_), plain_.size());
     }
     if (pointer.size() <= kMostPointerBytes) found_[pointer] = {key.value_or(begin), begin, at_};
   }
 
   void members(const std::string& pointer, bool is_object) {
     ++at_;
-    for (std::size_t index = 0; at_ < json_.size();) {
+    for (std::size_t index = 0; at_ < plain_.size();) {
       skip();
       if (is_at(',')) {
         ++at_;
@@ -66,8 +66,8 @@ class Walk {
         return;
       } else if (is_object) {
         const std::size_t key = at_;
-        at_ = string_end(json_, at_);
-        const auto name = nlohmann::json::parse(json_.substr(key, at_ - key)).get<std::string>();
+        at_ = string_end(plain_, at_);
+        const auto name = nlohmann::json::parse(plain_.substr(key, at_ - key)).get<std::string>();
         skip();
         ++at_;  // the colon
         value(below(pointer, board::pointer_step(name)), key);
@@ -77,7 +77,7 @@ class Walk {
     }
   }
 
-  std::string_view json_;
+  std::string_view plain_;
   std::size_t at_ = 0;
   ValueRanges found_;
 };
@@ -89,15 +89,15 @@ std::string as_people_write(double value) {
 }
 
 // In one line.
-std::string folded(std::string_view json) {
+std::string folded(std::string_view plain) {
   std::string line;
-  while (!json.empty()) {
-    const bool is_blank = kBlanks.find(json[0]) != std::string_view::npos;
-    const std::size_t end = json[0] == '"' ? string_end(json, 0)
-                            : is_blank     ? std::min(json.find_first_not_of(kBlanks), json.size())
-                                           : 1;
-    line.append(is_blank ? " " : json.substr(0, end));
-    json.remove_prefix(end);
+  while (!plain.empty()) {
+    const bool is_blank = kBlanks.find(plain[0]) != std::string_view::npos;
+    const std::size_t end = plain[0] == '"' ? string_end(plain, 0)
+                            : is_blank      ? std::min(plain.find_first_not_of(kBlanks), plain.size())
+                                            : 1;
+    line.append(is_blank ? " " : plain.substr(0, end));
+    plain.remove_prefix(end);
   }
   return line;
 }
@@ -159,7 +159,7 @@ TextPlace place_at(std::string_view text, std::size_t offset) {
           1 + static_cast<std::size_t>(std::ranges::count_if(before.substr(line), is_begin))};
 }
 
-ValueRanges find_values(std::string_view json) { return Walk(json).find(); }
+ValueRanges find_values(std::string_view plain) { return Walk(plain).find(); }
 
 std::string with_material(const std::string& text, std::size_t object, const std::string& key, double value) {
   std::string material = "/objects/" + std::to_string(object) + "/material";

@@ -26,9 +26,9 @@ struct ValueRange {
   std::size_t end = 0;
 };
 
-// By JSON pointer. `json` is valid, without comments.
+// By JSON pointer. `plain` is valid JSON, without comments.
 using ValueRanges = std::map<std::string, ValueRange, std::less<>>;
-[[nodiscard]] ValueRanges find_values(std::string_view json);
+[[nodiscard]] ValueRanges find_values(std::string_view plain);
 
 // The text of a valid scene in which this number of the object's material has the value; every other byte is kept. A material under
 // "materials" that other objects name too stays as it is for them: the object gets its own, a copy. Nothing is changed where the value is
