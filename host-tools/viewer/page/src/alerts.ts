@@ -4,8 +4,10 @@ import { element, make, set_text } from './dom';
 import type { ServerEvent, State } from './protocol';
 
 const kMessages = 100;
-const kShown = 3;
 const kAsked_ms = 3000; // after something that the user asked for, that the arm is disarmed is no news
+
+const narrow = matchMedia('(max-width: 600px)'); // as in alerts.css
+const most_shown = (): number => (narrow.matches ? 1 : 3); // the picture stays in view
 
 export type Event = Omit<ServerEvent, 'type'>;
 
@@ -31,7 +33,9 @@ export class Alerts {
   private stopped: string | null = null; // null: nothing is known yet
   private asked_ms = -Infinity;
 
-  constructor(private readonly focus_next: () => void) {}
+  constructor(private readonly focus_next: () => void) {
+    narrow.addEventListener('change', () => this.show());
+  }
 
   say(event: Event): void {
     const list = element('messages');
@@ -89,7 +93,7 @@ export class Alerts {
   private dismiss(entry: Entry): void {
     const at = this.entries.indexOf(entry);
     this.drop((it) => it === entry);
-    const next = this.entries[Math.min(at, Math.min(this.entries.length, kShown) - 1)];
+    const next = this.entries[Math.min(at, Math.min(this.entries.length, most_shown()) - 1)];
     if (next) next.line.querySelector('button')?.focus();
     else this.focus_next();
   }
@@ -101,8 +105,8 @@ export class Alerts {
   }
 
   private show(): void {
-    this.entries.forEach(({ line }, i) => (line.hidden = i >= kShown));
-    const more = this.entries.length - kShown;
+    this.entries.forEach(({ line }, i) => (line.hidden = i >= most_shown()));
+    const more = this.entries.length - most_shown();
     set_text(element('alerts-more'), more > 0 ? `${more} more: see Messages` : '');
   }
 }

@@ -16,7 +16,7 @@ export class StatusView {
     this.cells = [];
     const table = element('readings');
     const head = make('tr');
-    head.append(make('th'), ...Array.from({ length: arms }, (_, arm) => column(arms > 1 ? `arm ${arm}` : 'arm')));
+    head.append(make('td'), ...Array.from({ length: arms }, (_, arm) => column(arms > 1 ? `arm ${arm}` : 'arm')));
     const thead = make('thead');
     thead.append(head);
     const body = make('tbody');
