@@ -32,7 +32,7 @@ class SolvedCache {
 
  private:
   std::filesystem::path folder_;
-  std::uintmax_t most_bytes_;
+  [[maybe_unused]] std::uintmax_t most_bytes_;  // not by no_solved_cache.cpp
 };
 
 }  // namespace thimble::host

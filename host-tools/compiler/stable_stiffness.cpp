@@ -108,7 +108,7 @@ std::span<const StableStiffness> stable_stiffness() { return kTables; }
 
 ArmWalls known_walls(std::string_view arm) {
   ArmWalls known{.arm = std::string(arm), .walls = {}};
-  const auto* const table = std::ranges::find(kTables, arm, &StableStiffness::arm);
+  const auto table = std::ranges::find(kTables, arm, &StableStiffness::arm);
   if (table == kTables.end()) return known;
   known.walls.reserve(kStableDampings_N_s_m.size() * kStableRates_Hz.size());
   for (std::size_t row = 0; row < kStableDampings_N_s_m.size(); ++row)

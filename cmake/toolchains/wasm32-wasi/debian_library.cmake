@@ -1,0 +1,17 @@
+# debian_library(TARGET PACKAGE SOURCE...): a static library of the sources of a Debian package relative to its folder,
+# which is then in ${TARGET}_SOURCE (scripts/debian_source). Its C and C++ may leave by longjmp.
+set(repository ${CMAKE_CURRENT_LIST_DIR}/../../..)
+function(debian_library target package)
+  execute_process(COMMAND ${repository}/scripts/debian_source ${package} OUTPUT_VARIABLE folder OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+  set(${target}_SOURCE ${folder} PARENT_SCOPE)
+  set(sources "")
+  foreach(pattern IN LISTS ARGN)
+    file(GLOB found ${folder}/${pattern})
+    list(APPEND sources ${found})
+  endforeach()
+  list(FILTER sources EXCLUDE REGEX "Exporter|Writer|Export\\.cpp$")
+  add_library(${target} STATIC ${sources})
+  set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
+  target_compile_options(${target} PRIVATE -w -O2 -mexception-handling -mllvm -wasm-enable-sjlj)
+  target_include_directories(${target} SYSTEM PUBLIC ${repository}/cmake/toolchains/wasm32-wasi/include)
+endfunction()
