@@ -78,7 +78,7 @@ const color = (page: Page, testid: string) => page.getByTestId(testid).evaluate(
 async function looks_old({ page }: Shown, muted: string): Promise<void> {
   await until('an unknown mode', async () => (await text(page, 'mode')) === 'unknown');
   assert.equal(await text(page, 'fault'), 'unknown');
-  for (const id of ['mode', 'fault', 'limiter', 'tick-rate', 'worst-tick', 'force', 'depth', 'velocity', 'contacts'])
+  for (const id of ['mode', 'fault', 'limiter', 'tick-rate', 'worst-tick', 'view-force', 'force', 'depth', 'velocity', 'contacts'])
     assert.equal(await color(page, id), muted, id);
   assert.match((await text(page, 'announce')) ?? '', /Mode unknown: all readings are old/);
   assert.match(await page.getByTestId('view').evaluate((it) => getComputedStyle(it).filter), /grayscale/);

@@ -14,6 +14,7 @@ import { Watcher } from './watcher';
 const kForceColor: [number, number, number] = [0xff, 0x7a, 0x00];
 const kOnNearBlock_m = [0, -0.03, -0.02] as const; // the middle of its top
 const kIn_m = 0.006;
+const kTrial = [40, -40, 4] as const; // to the right, up and away: it meets nothing
 const kScale = 0.5; // a processor draws the picture: fewer pixels, more frames
 
 let browser: Browser;
@@ -114,7 +115,7 @@ test('blocks: dragged onto a block, the hand is pushed back; a softer block push
   assert.equal(await page.getByTestId('view').getAttribute('data-links'), String(line.length - 1));
   assert.ok(arm && line.length >= 3 && Math.hypot(...line[line.length - 1].map((at, i) => at - arm.tip_m[i])) < 2e-4, `${line}`);
 
-  const mouse = new Steering(by_mouse(page), watcher, [40, 40, 4]);
+  const mouse = new Steering(by_mouse(page), watcher, kTrial);
   await mouse.lead(0, above(kOnNearBlock_m, 0.012));
   assert.equal(await number_in(page, 'force'), 0);
   await page.waitForTimeout(300);
@@ -153,7 +154,7 @@ test('with --scene, Home brings the hand home, homes the arm and arms it again',
   const page = await show(url);
   const watcher = await watch(url);
   await armed(page);
-  await new Steering(by_mouse(page), watcher, [40, 40, 4]).lead(0, [0.03, 0.01, 0.01], 0.003);
+  await new Steering(by_mouse(page), watcher, kTrial).lead(0, [0.03, 0.01, 0.01], 0.003);
   await page.getByTestId('home').click();
   await until('the word', async () => /homed: the hand went home/.test((await text(page, 'messages')) ?? ''));
   await armed(page);
@@ -236,7 +237,8 @@ test('two viewers: one leads the hand, the other sees the same and changes nothi
   await until('an answer to each', () => nonsense.events.length >= 7);
   assert.ok(nonsense.events.every((event) => event.level === 'error' && event.cause !== '' && event.remedy !== ''));
 
-  const mouse = new Steering(by_mouse(leads), watcher, [40, 40, 4]);
+  const mouse = new Steering(by_mouse(leads), watcher, kTrial);
+  await mouse.lead(0, above(kOnNearBlock_m, 0.012)); // from the side it would push the block away
   await mouse.lead(0, above(kOnNearBlock_m, -kIn_m));
   await until('a force', async () => (await number_in(leads, 'force')) > 1);
   const { force } = await at_rest(leads);
@@ -252,7 +254,7 @@ test('two arms: each hand by itself, a block between them', async () => {
   const page = await show(url);
   const watcher = await watch(url);
   await armed(page);
-  const [left, right] = [0, 1].map(() => new Steering(by_mouse(page), watcher, [40, 40, 4]));
+  const [left, right] = [0, 1].map(() => new Steering(by_mouse(page), watcher, kTrial));
   await left.lead(0, [-0.03, -0.03, -0.035], 0.003);
   await page.getByLabel('arm 1').check();
   await right.lead(1, [0.03, -0.03, -0.035], 0.003);
@@ -308,6 +310,13 @@ test('how late the picture is', async () => {
   const page = await show(url, { viewport: { width: 480, height: 480 }, deviceScaleFactor: 1 });
   await armed(page);
   await page.waitForTimeout(5000); // the picture has found its resolution
+  // A hand that moves: a picture that does not change is not drawn.
+  const leads = await watch(url, true);
+  const moving = setInterval(() => {
+    const turn = Date.now() / 200;
+    leads.socket.send(JSON.stringify({ type: 'hand', arm: 0, position_m: [0.02 * Math.cos(turn), 0.02 * Math.sin(turn), 0.01] }));
+  }, 20);
+  ends.push(() => clearInterval(moving));
   const offset_ms = Date.now() - Number(process.hrtime.bigint()) / 1e6; // from the machine's monotonic clock to the page's
   const begun: number[][] = await page.evaluate(`new Promise((done) => {
     const canvas = document.querySelector('canvas#view');
