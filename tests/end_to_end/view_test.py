@@ -341,11 +341,46 @@ class Viewer(Rig):
         self.image(scene)
         page.send(type="material", object=0, key="stiffness", value=300)
         page.until(lambda m: m["type"] == "scene" and m["objects"][0]["material"]["stiffness"] == 300)
-        scene.write_text(scene.read_text() + "\n")
-        os.utime(scene, (1, 1))
+        scene.write_text("{")  # with an error, so that it will not run
         page.send(type="save")
         page.event("scene-changed")
-        self.assertEqual(json.loads(scene.read_text())["objects"][0]["material"]["stiffness_N_m"], 400)
+        self.assertEqual(scene.read_text(), "{")
+
+    def test_an_editor_writes_the_file(self):
+        scene = self.plane_scene("edited", offset_m=-0.01)
+        view = self.view("--scene", scene)
+        page = self.page(view)
+        page.state(lambda s: s["mode"] == "armed")
+
+        def runs(key, value):
+            page.until(lambda m: m["type"] == "scene" and m["objects"][0]["material"][key] == value, what=f"{key} {value}")
+
+        document = json.loads(scene.read_text())
+        document["objects"][0]["material"] = {"stiffness_N_m": 410}
+        draft = self.folder / "draft"
+        draft.write_text("// by an editor\n" + json.dumps(document, indent=1))
+        draft.rename(scene)
+        self.assertIn(str(scene), page.event("scene-reloaded")["cause"])
+        runs("stiffness", 410)
+        # What is not saved stays; what the editor wrote does too.
+        page.send(type="material", object=0, key="stiffness", value=320)
+        runs("stiffness", 320)
+        text = scene.read_text().replace("410", "410, /* N s/m */ \"damping_N_s_m\": 1.5")
+        scene.write_text(text)
+        page.event("scene-reloaded")
+        runs("damping", 1.5)
+        page.send(type="save")
+        page.event("saved")
+        self.assertEqual(scene.read_text(), text.replace("410", "320"))
+        # Every error is told, and the scene goes on as it was.
+        scene.write_text(text.replace("410", "-1").replace("1.5", "-2"))
+        errors = [page.event("bad-value"), page.event("bad-value")]
+        self.assertEqual({e["pointer"].split("/")[-1] for e in errors}, {"stiffness_N_m", "damping_N_s_m"})
+        self.assertTrue(all(e["line"] > 1 and e["column"] > 1 for e in errors))
+        page.event("old-scene-runs")
+        page.state(lambda s: s["mode"] == "armed")
+        scene.write_text(text.replace("410", "330"))
+        runs("stiffness", 330)
 
     def test_a_save_waits_for_the_change(self):
         """A save right behind a change, alone and behind others that compile and go up meanwhile."""
