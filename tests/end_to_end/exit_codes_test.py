@@ -494,6 +494,19 @@ class Simulate(Rig):
         self.fails(2, "bad-rate", "simulate", scene, "--path", good, "--log", log, "--rate", "7")
         self.assertFalse(log.exists(), "nothing is written when it fails")
 
+    def test_all_errors_of_a_scene(self):
+        scene = self.folder / "wrong.scene.json"
+        ball = '\n{"name": "%d", "shape": {"sphere": {"radius_m": 0}}, "material": {"stiffness_N_m": 1}}'
+        scene.write_text('{"thimble_scene": 1, "name": "wrong", // all of them\n"objects": [%s]}' % ",".join(ball % i for i in range(23)))
+        command = ["compile", scene, "--output", self.folder / "wrong.thim"]
+        plain = self.run_thimble(*command)
+        self.assertEqual((plain.code, plain.err.count("thimble: bad-value: "), plain.err.splitlines()[-1]), (10, 20, "and 3 more"))
+        self.assertIn(f"{scene}:22: /objects/19/shape/sphere/radius_m is 0", plain.err)
+        document = json.loads(self.run_thimble(*command, "--json").err)
+        self.assertEqual((len(document["errors"]), document["more_errors"]), (20, 3))
+        self.assertEqual(document["errors"][0]["cause"], document["error"]["cause"])
+        self.assertEqual([document["errors"][1][key] for key in ("pointer", "line", "column")], ["/objects/1/shape/sphere/radius_m", 4, 48])
+
 
 if __name__ == "__main__":
     unittest.main()
