@@ -1,11 +1,6 @@
 #include "host-tools/client/host_name.h"
 
-#include <errno.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
-#include <cstdlib>
 
 #include "firmware/link/messages.h"
 
@@ -25,14 +20,6 @@ std::string host_name(const std::string& user, const std::string& machine, const
   for (char& letter : name)
     if (letter < 0x20 || letter > 0x7E) letter = '?';
   return name;
-}
-
-std::string host_name(const std::string& program) {
-  std::array<char, 256> machine{};
-  if (gethostname(machine.data(), machine.size() - 1) != 0) machine = {};
-  const char* const user = std::getenv("USER");
-  return host_name(user != nullptr ? user : "uid" + std::to_string(geteuid()), machine.data(),
-                   program.empty() ? program_invocation_short_name : program);
 }
 
 }  // namespace thimble::host

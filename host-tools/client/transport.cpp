@@ -5,7 +5,6 @@
 
 #include <cerrno>
 #include <charconv>
-#include <chrono>
 #include <cstdint>
 #include <string_view>
 
@@ -17,21 +16,6 @@
 namespace thimble::host {
 
 using link::Micros;
-
-namespace {
-
-MicrosClock other_clock = nullptr;
-
-}  // namespace
-
-void use_clock(MicrosClock clock) { other_clock = clock; }
-
-Micros now_us() {
-  if (other_clock != nullptr) return other_clock();
-  return static_cast<Micros>(std::chrono::duration_cast<std::chrono::microseconds>(
-                                 std::chrono::steady_clock::now().time_since_epoch())
-                                 .count());
-}
 
 Descriptor::~Descriptor() {
   if (fd_ >= 0) close(fd_);

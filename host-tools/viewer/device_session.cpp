@@ -1,16 +1,13 @@
 #include "host-tools/viewer/device_session.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <exception>
 #include <string_view>
-#include <thread>
 #include <utility>
 
 #include "firmware/core/faults.h"
-#include "host-tools/client/discovery.h"
-#include "host-tools/lab/kept_arms.h"
+#include "host-tools/compiler/stable_stiffness.h"
 
 namespace thimble::host {
 namespace {
@@ -34,15 +31,16 @@ bool is_command(const PageMessage& message, ViewCommand verb) {
 
 }  // namespace
 
-DeviceSession::DeviceSession(SessionOptions options, SceneBook book, SimulatedDevice* simulated,
+DeviceSession::DeviceSession(SessionOptions options, SessionLink& link, Scenes& scenes, SimulatedHands* hands,
                              std::optional<OpenScene> first, ViewSink& sink)
     : options_(std::move(options)),
-      book_(std::move(book)),
-      simulated_(simulated),
+      link_(link),
+      scenes_(scenes),
+      hands_(hands),
       sink_(sink),
       begun_us_(now_us()),
       to_upload_(std::move(first)),
-      begin_(simulated != nullptr) {
+      begin_(hands != nullptr) {
   options_.options.hurry = [this] { return urgent_waits(); };
 }
 
@@ -51,7 +49,7 @@ void DeviceSession::post(PageMessage message) {
     obey(*hand);
     return;
   }
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(mutex_);
   if (is_command(message, ViewCommand::kStop)) {
     std::erase_if(waiting_, [](const PageMessage& one) {
       return is_command(one, ViewCommand::kArm) || is_command(one, ViewCommand::kHome) ||
@@ -89,7 +87,7 @@ bool DeviceSession::merge(const MaterialMessage& material) {
 }
 
 std::optional<PageMessage> DeviceSession::next_message() {
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(mutex_);
   if (waiting_.empty()) return std::nullopt;
   PageMessage message = std::move(waiting_.front());
   waiting_.pop_front();
@@ -99,7 +97,7 @@ std::optional<PageMessage> DeviceSession::next_message() {
 
 bool DeviceSession::urgent_waits() {
   if (stop_wanted_) return true;
-  const std::scoped_lock lock(mutex_);
+  const MutexLock lock(mutex_);
   return std::ranges::any_of(
       waiting_, [](const PageMessage& message) { return is_command(message, ViewCommand::kDisarm); });
 }
@@ -113,23 +111,27 @@ void DeviceSession::run(const std::atomic<bool>& stopping, const std::function<v
   connect();
   connected();
   while (!stopping) {
-    try {
-      serve(stopping);
-    } catch (const Error& error) {
-      device_.reset();
-      sink_.event(event_json(error));
-      sink_.link(false);
-      forget_save("the device has gone before the change ran");
-      wait_for_device(stopping);
-    }
+    if (!serve_until_lost(stopping)) wait_for_device(stopping);
   }
   device_.reset();
 }
 
+// False: the device has gone. Apart from the wait for it: in a page nothing may wait in a handler (host-tools/in_page).
+bool DeviceSession::serve_until_lost(const std::atomic<bool>& stopping) {
+  try {
+    serve(stopping);
+    return true;
+  } catch (const Error& error) {
+    device_.reset();
+    sink_.event(event_json(error));
+    sink_.link(false);
+    forget_save("the device has gone before the change ran");
+    return false;
+  }
+}
+
 void DeviceSession::connect() {
-  address_ = simulated_ != nullptr ? simulated_->uri() : choose_device(options_.device);
-  device_ = std::make_unique<Device>(simulated_ != nullptr ? simulated_->connect() : open_transport(address_),
-                                     options_.options);
+  device_ = std::make_unique<Device>(link_.connect(address_), options_.options);
   arms_ = device_->info().arms;
   learn_arms();
   heard_us_ = now_us();
@@ -149,15 +151,15 @@ void DeviceSession::learn_arms() {
   for (std::size_t arm = 0; arm < drawings_.size(); ++arm) {
     drawings_.at(arm).reset();
     if (arm >= arms_ || arm >= names.size()) continue;
-    const std::optional<kinematics::ArmData> data =
-        options_.arm_data ? options_.arm_data : data_of_device(names[arm], images.crc.at(arm));
+    std::optional<kinematics::ArmData> data = options_.arm_data;
+    if (!data && options_.arm_of) data = options_.arm_of(names[arm], images.crc.at(arm));
     if (!data) continue;
     drawings_.at(arm) = std::make_unique<ArmDrawing>(*data);
     axes.at(arm) = drawings_.at(arm)->axes();
   }
   live_ = LiveState(device_->info().node, arms_, axes);
   const firmware::ParamRow* const content = firmware::find_param(std::string_view("telemetry_content"));
-  if (simulated_ == nullptr || content == nullptr) return;
+  if (hands_ == nullptr || content == nullptr) return;
   const auto told = static_cast<std::uint32_t>(device_->read_param(*content));
   if ((told & link::kContentJointAngles) == 0)
     device_->write_param(*content, told | static_cast<std::uint32_t>(link::kContentJointAngles));
@@ -166,7 +168,7 @@ void DeviceSession::learn_arms() {
 void DeviceSession::send_hello() {
   Json hello = {{"type", "hello"},
                 {"version", options_.version},
-                {"simulated", simulated_ != nullptr},
+                {"simulated", hands_ != nullptr},
                 {"may_control", false},
                 {"arms", arms_}};
   hello["device"] = {{"address", address_},
@@ -192,7 +194,7 @@ void DeviceSession::send_hello() {
 
 void DeviceSession::wait_for_device(const std::atomic<bool>& stopping) {
   while (!stopping) {
-    std::this_thread::sleep_for(std::chrono::microseconds(kRetry_us));
+    link_.pause(kRetry_us);
     while (const std::optional<PageMessage> message = next_message()) {
       sink_.event(event_json("error", "no-device", "the device is not there, so nothing was done",
                              "wait until it is back"));
@@ -202,14 +204,19 @@ void DeviceSession::wait_for_device(const std::atomic<bool>& stopping) {
       sink_.event(event_json("error", "not-stopped", "the device is not there, so no stop was sent",
                              "press the e-stop button, or switch the motors' supply off"));
     }
-    try {
-      connect();
-      sink_.link(true);
-      inform("link-back", "the device " + address_ + " answers again");
-      return;
-    } catch (const Error&) {
-      device_.reset();
-    }
+    if (is_back()) return;
+  }
+}
+
+bool DeviceSession::is_back() {
+  try {
+    connect();
+    sink_.link(true);
+    inform("link-back", "the device " + address_ + " answers again");
+    return true;
+  } catch (const Error&) {
+    device_.reset();
+    return false;
   }
 }
 
@@ -255,7 +262,7 @@ void DeviceSession::home_simulation() {
   const bool armed = device_->state().mode == link::Mode::kArmed;
   if (armed) device_->disarm();
   {
-    const SimulatedDevice::LedHome hands(*simulated_);
+    const SimulatedHands::LedHome hands(*hands_);
     const Micros give_up_us = now_us() + kHandHome_us;
     while (!hands.there() && now_us() < give_up_us)
       static_cast<void>(device_->telemetry(now_us() + kRound_us));
@@ -315,8 +322,8 @@ void DeviceSession::tend_stop() {
 void DeviceSession::send_state(Micros now) {
   Json json = {{"type", "state"}};
   json["time_s"] = std::round(static_cast<double>(now - begun_us_) * 1e-2) / 1e4;
-  if (simulated_ != nullptr) {
-    const SimulatedDevice::Stamp stamp = simulated_->stamp(live_.sequence());
+  if (hands_ != nullptr) {
+    const SimulatedHands::Stamp stamp = hands_->stamp(live_.sequence());
     json["tick"] = stamp.tick;
     json["since_us"] = stamp.since_us;
   } else if (device_state_us_ != 0) {
@@ -331,11 +338,11 @@ void DeviceSession::send_state(Micros now) {
     if (Json lines = drawings_.at(arm)->lines(joints->axes, joints->tip_m); !lines.is_null())
       json["arms"][arm]["links_m"] = std::move(lines);
   }
-  if (simulated_ != nullptr) {
-    for (std::size_t arm = 0; arm < json["arms"].size() && arm < simulated_->arms(); ++arm) {
+  if (hands_ != nullptr) {
+    for (std::size_t arm = 0; arm < json["arms"].size() && arm < hands_->arms(); ++arm) {
       if (json["arms"][arm].is_null()) continue;
       Json hand = Json::array();
-      for (const double value : simulated_->hand_m(arm)) hand.push_back(std::round(value * 1e6) / 1e6);
+      for (const double value : hands_->hand_m(arm)) hand.push_back(std::round(value * 1e6) / 1e6);
       json["arms"][arm]["hand_m"] = std::move(hand);
     }
   }
@@ -366,21 +373,21 @@ void DeviceSession::obey(const PageMessage& message) {
 }
 
 void DeviceSession::obey(const HandMessage& message) {
-  if (simulated_ == nullptr) {
+  if (hands_ == nullptr) {
     throw Error(ExitCode::kRefused, "not-simulated", "a real arm's hand is not moved from a page",
                 "`thimble view --scene` starts a simulated one");
   }
-  if (message.arm >= simulated_->arms()) {
+  if (message.arm >= hands_->arms()) {
     throw Error(ExitCode::kUsage, "no-such-arm", "there is no arm " + std::to_string(message.arm),
                 "`thimble view --arms 2` starts two");
   }
-  simulated_->want(message.arm, message.position_m);
+  hands_->want(message.arm, message.position_m);
 }
 
 void DeviceSession::obey(const CommandMessage& message) {
   switch (message.verb) {
     case ViewCommand::kHome:
-      if (simulated_ != nullptr) return home_simulation();
+      if (hands_ != nullptr) return home_simulation();
       try {
         device_->home(kHomingAnswer_us);
       } catch (const Error& error) {

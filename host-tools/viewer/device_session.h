@@ -7,9 +7,7 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
-#include <future>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,9 +15,10 @@
 #include "host-tools/client/device.h"
 #include "host-tools/viewer/arm_drawing.h"
 #include "host-tools/viewer/live_state.h"
+#include "host-tools/viewer/mutex.h"
 #include "host-tools/viewer/protocol.h"
-#include "host-tools/viewer/scene_book.h"
-#include "host-tools/viewer/simulated_device.h"
+#include "host-tools/viewer/scenes.h"
+#include "host-tools/viewer/simulated_hands.h"
 
 namespace thimble::host {
 
@@ -37,17 +36,31 @@ class ViewSink {
   virtual void link(bool up) = 0;
 };
 
+// How a session gets to its device.
+class SessionLink {
+ public:
+  SessionLink() = default;
+  SessionLink(const SessionLink&) = delete;
+  SessionLink& operator=(const SessionLink&) = delete;
+  virtual ~SessionLink() = default;
+  // Throws Error when the device is not there. address: what the page calls it.
+  [[nodiscard]] virtual std::unique_ptr<Transport> connect(std::string& address) = 0;
+  virtual void pause(link::Micros time_us) = 0;  // before the device is looked for again
+};
+
 struct SessionOptions {
-  std::string device;  // address or name; empty: the only one. Not used with a simulated device
   DeviceOptions options;
   std::string version;
   std::optional<kinematics::ArmData> arm_data{};  // of the simulated device, if it is not built in
+  // The numbers of the arm with this name and stored image (kept_arms.h); empty: none are known.
+  std::function<std::optional<kinematics::ArmData>(const std::string& name, std::uint32_t crc)> arm_of{};
 };
 
 class DeviceSession {
  public:
-  // simulated, if any, must outlive it. first: the scene that a simulated device begins with.
-  DeviceSession(SessionOptions options, SceneBook book, SimulatedDevice* simulated,
+  // hands: of a simulated device; null: it is a real one. first: the scene that a simulated device begins with. What is referred to must
+  // outlive the session.
+  DeviceSession(SessionOptions options, SessionLink& link, Scenes& scenes, SimulatedHands* hands,
                 std::optional<OpenScene> first, ViewSink& sink);
 
   // From any thread. Messages are queued, at most kMostWaiting and one disarm; those of a hand act at once, and so
@@ -66,7 +79,9 @@ class DeviceSession {
   void begin_simulation();
   void home_simulation();
   void serve(const std::atomic<bool>& stopping);
+  [[nodiscard]] bool serve_until_lost(const std::atomic<bool>& stopping);
   void wait_for_device(const std::atomic<bool>& stopping);
+  [[nodiscard]] bool is_back();
   void send_hello();
   void learn_arms();
   void hear(const link::CanFrame& frame);
@@ -95,13 +110,15 @@ class DeviceSession {
   void take_reread(OpenScene scene);
   void run_as(const OpenScene& scene);
   void forget_save(const std::string& why);
+  void begin_job(SceneJob job);
   void tend_job();
   void upload(const OpenScene& scene);
   void inform(const std::string& name, const std::string& cause, const std::string& remedy = "");
 
   SessionOptions options_;
-  SceneBook book_;
-  SimulatedDevice* simulated_;
+  SessionLink& link_;
+  Scenes& scenes_;
+  SimulatedHands* hands_;
   ViewSink& sink_;
   const std::atomic<bool>* stopping_ = nullptr;
   std::unique_ptr<Device> device_;
@@ -120,20 +137,14 @@ class DeviceSession {
   // The scene that runs, where its file is known; and one that is being compiled.
   std::optional<OpenScene> running_;
   std::optional<std::uint32_t> shown_crc_;
-  std::optional<OpenScene> edited_;  // running_ with changes that do not run yet
-  struct Job {
-    enum class Kind { kPicked, kEdited, kReread };
-    std::future<OpenScene> result;
-    Kind kind;
-  };
-  std::optional<Job> job_;
+  std::optional<OpenScene> edited_;              // running_ with changes that do not run yet
+  std::optional<SceneJob::Kind> job_;            // that is being compiled
   std::optional<std::filesystem::path> picked_;  // to be opened when no job runs
   bool edited_since_job_ = false;
   bool save_wanted_ = false;
   bool told_of_other_host_ = false;  // that it changes the materials of what runs
   std::optional<OpenScene> to_upload_;
-  FileWatch watch_;  // of the running scene's file
-  link::Micros watch_due_us_ = 0;
+  link::Micros watch_due_us_ = 0;   // of the running scene's file
   link::Micros upload_due_us_ = 0;  // the force of the last one has risen again
   bool begin_ = false;              // a simulated device that has its scene is homed and armed
 
@@ -144,7 +155,7 @@ class DeviceSession {
   link::Micros stop_due_us_ = 0;
   link::Micros stop_until_us_ = 0;  // 0: none has gone out yet
 
-  std::mutex mutex_;
+  Mutex mutex_;
   std::deque<PageMessage> waiting_;
 };
 

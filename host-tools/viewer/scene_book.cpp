@@ -1,21 +1,20 @@
 #include "host-tools/viewer/scene_book.h"
 
 #include <algorithm>
+#include <chrono>
 #include <system_error>
+#include <utility>
 
 #include "host-tools/client/device.h"
 #include "host-tools/compiler/compile.h"
 #include "host-tools/compiler/scene_text.h"
 #include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
-#include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::host {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::string_view kSuffix = ".scene.json";
 
 void compile_into(OpenScene& scene, const std::string& text) {
   CompiledScene compiled =
@@ -54,29 +53,6 @@ OpenScene reopen_scene(const OpenScene& before) {
   return scene;
 }
 
-void set_material(OpenScene& scene, const MaterialMessage& change) {
-  if (change.object >= scene.objects.size()) {
-    throw Error(ExitCode::kUsage, "no-such-object",
-                "the scene has no object " + std::to_string(change.object), "reload the page");
-  }
-  scene.changed_materials[{change.object, change.key}] = change.value;
-}
-
-void carry_changes(const OpenScene& from, OpenScene& to) {
-  for (const auto& [what, value] : from.changed_materials) {
-    const auto same = std::ranges::find(to.objects, from.objects[what.first]);
-    if (same != to.objects.end())
-      set_material(to, {static_cast<std::size_t>(same - to.objects.begin()), what.second, value});
-  }
-}
-
-std::string changed_text(const OpenScene& scene) {
-  std::string text = scene.file_text;
-  for (const auto& [what, value] : scene.changed_materials)
-    text = with_material(text, what.first, what.second, value);
-  return text;
-}
-
 void compile_changes(OpenScene& scene) { compile_into(scene, changed_text(scene)); }
 
 void save_scene(OpenScene& scene) {
@@ -110,27 +86,6 @@ bool FileWatch::has_changed(const fs::path& file, const std::string& known) {
   }
 }
 
-std::string name_of(const fs::path& file) {
-  const std::string name = file.filename().string();
-  return name.ends_with(kSuffix) ? name.substr(0, name.size() - kSuffix.size()) : name;
-}
-
-Json scene_json(const std::vector<std::byte>& image, std::uint32_t crc) {
-  const scene::Scene* scene = scene::GetScene(image.data());
-  Json json = {{"type", "scene"}, {"name", scene->name()->str()}, {"crc", crc}};
-  json["objects"] = Json::array();
-  for (const scene::Object* object : *scene->objects()) {
-    const scene::Material& m = *object->material();
-    json["objects"].push_back({{"name", object->name()->str()},
-                               {"material",
-                                {{"stiffness", exact(m.stiffness_n_per_m())},
-                                 {"damping", exact(m.damping_n_s_per_m())},
-                                 {"static_friction", exact(m.static_friction())},
-                                 {"dynamic_friction", exact(m.dynamic_friction())}}}});
-  }
-  return json;
-}
-
 std::map<std::string, fs::path> SceneBook::list() const {
   std::map<std::string, fs::path> found;
   const auto look = [&found](const fs::path& folder) {
@@ -138,7 +93,7 @@ std::map<std::string, fs::path> SceneBook::list() const {
     std::error_code none;
     for (fs::directory_iterator at(folder, none), end; !none && at != end; at.increment(none)) {
       const std::string name = at->path().filename().string();
-      if (name.size() > kSuffix.size() && name.ends_with(kSuffix)) {
+      if (name.size() > kSceneSuffix.size() && name.ends_with(kSceneSuffix)) {
         if (at->is_regular_file(none)) found.emplace(name_of(at->path()), at->path());
       } else if (at->is_directory(none) && !name.starts_with(".")) {
         folders.push_back(at->path());
@@ -184,6 +139,20 @@ std::optional<OpenScene> SceneBook::with_crc(const std::string& name, std::uint3
   return std::nullopt;
 }
 
+// In another thread, so that telemetry continues. One job at a time, because the destructor of a future of std::async waits.
+void SceneFiles::begin(SceneJob job) {
+  work_ = std::async(std::launch::async, [job = std::move(job)]() mutable {
+    if (job.kind == SceneJob::Kind::kPicked) return open_scene(job.scene.file);
+    if (job.kind == SceneJob::Kind::kReread) return reopen_scene(job.scene);
+    compile_changes(job.scene);
+    return std::move(job.scene);
+  });
+}
+
+bool SceneFiles::is_done() {
+  return work_.valid() && work_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
 std::vector<fs::path> scene_folders(const fs::path& scene) {
   std::vector<fs::path> folders;
   std::error_code none;
@@ -191,7 +160,7 @@ std::vector<fs::path> scene_folders(const fs::path& scene) {
     const fs::path folder = fs::absolute(scene, none).parent_path();
     folders.push_back(folder);
     // The other scenes stand beside scenes/NAME.
-    if (folder.filename().string() + std::string(kSuffix) == scene.filename().string())
+    if (folder.filename().string() + std::string(kSceneSuffix) == scene.filename().string())
       folders.push_back(folder.parent_path());
   }
   const fs::path program = fs::read_symlink("/proc/self/exe", none).parent_path();

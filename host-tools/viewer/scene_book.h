@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,25 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include "host-tools/compiler/compiled_parts.h"
-#include "host-tools/viewer/protocol.h"
+#include "host-tools/viewer/open_scene.h"
+#include "host-tools/viewer/scenes.h"
 
 namespace thimble::host {
-
-using ImageBytes = std::shared_ptr<const std::vector<std::byte>>;
-
-// A scene file in memory, and its image.
-struct OpenScene {
-  std::filesystem::path file;
-  std::string file_text;  // as it was read, or written since
-  std::map<std::pair<std::size_t, std::string>, double>
-      changed_materials;  // by object and key, not yet in the file
-  std::string name;
-  std::vector<std::string> objects;  // their names
-  ImageBytes image;
-  std::uint32_t crc = 0;                       // of the image
-  std::shared_ptr<const CompiledParts> parts;  // which a change of a material leaves as they are
-};
 
 // Reads and compiles.
 [[nodiscard]] OpenScene open_scene(const std::filesystem::path& file);
@@ -39,14 +25,8 @@ struct OpenScene {
 // that there still are, by their names.
 [[nodiscard]] OpenScene reopen_scene(const OpenScene& before);
 
-// The object gets this value; as with_material() of scene_text.h. Error kUsage: there is no such object.
-void set_material(OpenScene& scene, const MaterialMessage& change);
-// What is changed in one and not saved, in the other too: by the names of objects, as far as it has them.
-void carry_changes(const OpenScene& from, OpenScene& to);
 // Compiles what set_material() made of it; the scene is untouched when that fails.
 void compile_changes(OpenScene& scene);
-// The text of the file with the changes: only the numbers that were changed differ from it.
-[[nodiscard]] std::string changed_text(const OpenScene& scene);
 // Writes it, whole or not at all. Error kRefused: somebody else has changed the file since it was read.
 void save_scene(OpenScene& scene);
 
@@ -67,12 +47,6 @@ class FileWatch {
   Stamp read_;
 };
 
-// Under which a book lists the file: "ring" of ring.scene.json.
-[[nodiscard]] std::string name_of(const std::filesystem::path& file);
-
-// "objects" of the scene message: names and materials, as the image has them.
-[[nodiscard]] Json scene_json(const std::vector<std::byte>& image, std::uint32_t crc);
-
 class SceneBook {
  public:
   explicit SceneBook(std::vector<std::filesystem::path> folders) : folders_(std::move(folders)) {}
@@ -91,6 +65,28 @@ class SceneBook {
     OpenScene scene;
   };
   std::map<std::filesystem::path, Compiled> compiled_;
+};
+
+// Those of the book, and a thread that compiles.
+class SceneFiles final : public Scenes {
+ public:
+  explicit SceneFiles(SceneBook book) : book_(std::move(book)) {}
+  [[nodiscard]] std::filesystem::path find(const std::string& name) override { return book_.find(name); }
+  [[nodiscard]] std::optional<OpenScene> with_crc(const std::string& name, std::uint32_t crc) override {
+    return book_.with_crc(name, crc);
+  }
+  void begin(SceneJob job) override;
+  [[nodiscard]] bool is_done() override;
+  [[nodiscard]] OpenScene take() override { return work_.get(); }
+  [[nodiscard]] bool has_changed(const std::filesystem::path& file, const std::string& known) override {
+    return watch_.has_changed(file, known);
+  }
+  void save(OpenScene& scene) override { save_scene(scene); }
+
+ private:
+  SceneBook book_;
+  FileWatch watch_;
+  std::future<OpenScene> work_;
 };
 
 // Where scenes are looked for: beside this one (empty: none), and where this program's own are.

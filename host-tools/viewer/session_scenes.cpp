@@ -1,5 +1,4 @@
 // DeviceSession: the running scene, its changes by pages, and its upload.
-#include <chrono>
 #include <exception>
 #include <utility>
 
@@ -30,7 +29,7 @@ void DeviceSession::show_scene(const std::string& name, std::uint32_t crc) {
   running_.reset();
   edited_.reset();
   edited_since_job_ = false;
-  if (!name.empty()) running_ = book_.with_crc(name, crc);
+  if (!name.empty()) running_ = scenes_.with_crc(name, crc);
   if (running_) {
     told_of_other_host_ = false;
     show_open_scene();
@@ -67,7 +66,7 @@ void DeviceSession::show_open_scene() {
 // --- What pages ask for
 
 void DeviceSession::obey(const PickMessage& message) {
-  picked_ = book_.find(message.scene);
+  picked_ = scenes_.find(message.scene);
   edited_.reset();
   edited_since_job_ = false;
   to_upload_.reset();
@@ -92,7 +91,7 @@ void DeviceSession::save() {
     inform("nothing-to-save", "no material of the scene has been changed");
     return;
   }
-  save_scene(*running_);
+  scenes_.save(*running_);
   edited_.reset();  // nothing is pending
   inform("saved", running_->file.string() + " has the new materials");
 }
@@ -137,9 +136,8 @@ void DeviceSession::tell(const Error& error) {
 void DeviceSession::watch_file() {
   if (!running_ || job_ || picked_ || to_upload_ || edited_since_job_ || now_us() < watch_due_us_) return;
   watch_due_us_ = now_us() + kBetweenLooks_us;
-  if (!watch_.has_changed(running_->file, running_->file_text)) return;
-  const OpenScene& before = edited_ ? *edited_ : *running_;
-  job_ = Job{std::async(std::launch::async, [before] { return reopen_scene(before); }), Job::Kind::kReread};
+  if (!scenes_.has_changed(running_->file, running_->file_text)) return;
+  begin_job({SceneJob::Kind::kReread, edited_ ? *edited_ : *running_});
 }
 
 // The file of the running scene has been read again.
@@ -163,20 +161,24 @@ void DeviceSession::run_as(const OpenScene& scene) {
   carry_changes(before, *edited_);
 }
 
-// Another thread compiles, so that telemetry continues. One job at a time, because the destructor of a future of std::async waits.
+void DeviceSession::begin_job(SceneJob job) {
+  job_ = job.kind;
+  scenes_.begin(std::move(job));
+}
+
 void DeviceSession::tend_job() {
-  if (job_ && job_->result.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+  if (job_ && scenes_.is_done()) {
     try {
-      OpenScene scene = job_->result.get();
-      if (!picked_ && job_->kind == Job::Kind::kReread)
+      OpenScene scene = scenes_.take();
+      if (!picked_ && job_ == SceneJob::Kind::kReread)
         take_reread(std::move(scene));
       else if (!picked_)
         to_upload_ = std::move(scene);
     } catch (const Error& error) {
       if (!picked_) {
         tell(error);
-        if (job_->kind == Job::Kind::kEdited) drop_edits();
-        if (job_->kind == Job::Kind::kReread)
+        if (job_ == SceneJob::Kind::kEdited) drop_edits();
+        if (job_ == SceneJob::Kind::kReread)
           inform("old-scene-runs",
                  (running_ ? running_->file.string() : "the file") +
                      " has changed and has errors; the scene runs as it was before",
@@ -184,23 +186,19 @@ void DeviceSession::tend_job() {
       }
     } catch (const std::exception& error) {
       sink_.event(event_json("error", "failed", error.what(), "report this with the scene"));
-      if (job_->kind == Job::Kind::kEdited && !picked_) drop_edits();
+      if (job_ == SceneJob::Kind::kEdited && !picked_) drop_edits();
     }
     job_.reset();
   }
   if (!job_ && picked_) {
-    job_ = Job{std::async(std::launch::async, [file = *picked_] { return open_scene(file); }),
-               Job::Kind::kPicked};
+    SceneJob job;
+    job.scene.file = *picked_;
     picked_.reset();
+    begin_job(std::move(job));
   }
   if (!job_ && edited_ && edited_since_job_ && !to_upload_) {
     edited_since_job_ = false;
-    job_ = Job{std::async(std::launch::async,
-                          [scene = *edited_]() mutable {
-                            compile_changes(scene);
-                            return scene;
-                          }),
-               Job::Kind::kEdited};
+    begin_job({SceneJob::Kind::kEdited, *edited_});
   }
   watch_file();
   if (save_wanted_ && !job_ && !edited_since_job_ && !to_upload_) {

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
@@ -18,6 +19,7 @@
 #include <utility>
 
 #include "host-tools/client/discovery.h"
+#include "host-tools/lab/kept_arms.h"
 #include "host-tools/viewer/device_session.h"
 #include "host-tools/viewer/scene_book.h"
 #include "host-tools/viewer/simulated_device.h"
@@ -43,6 +45,24 @@ std::unique_ptr<SimulatedDevice> start_simulated(const ViewOptions& options) {
                 std::string("the simulated controller did not start: ") + error.what(), "see the cause");
   }
 }
+
+// To the simulated device, or to the one that the user means.
+class DeskLink final : public SessionLink {
+ public:
+  DeskLink(SimulatedDevice* simulated, std::string device)
+      : simulated_(simulated), device_(std::move(device)) {}
+  [[nodiscard]] std::unique_ptr<Transport> connect(std::string& address) override {
+    address = simulated_ != nullptr ? simulated_->uri() : choose_device(device_);
+    return simulated_ != nullptr ? simulated_->connect() : open_transport(address);
+  }
+  void pause(link::Micros time_us) override {
+    std::this_thread::sleep_for(std::chrono::microseconds(time_us));
+  }
+
+ private:
+  SimulatedDevice* simulated_;
+  std::string device_;
+};
 
 // Ends the thread when the object is destroyed, also after an exception.
 class SessionThread {
@@ -119,8 +139,10 @@ void view(const ViewOptions& options,
                         }});
   const std::unique_ptr<SimulatedDevice> simulated = first ? start_simulated(options) : nullptr;
   const std::string device = simulated ? simulated->uri() : choose_device(options.device);
-  DeviceSession session({options.device, options.device_options, options.version, options.arm_data}, book,
-                        simulated.get(), std::move(first), server);
+  DeskLink link(simulated.get(), options.device);
+  SceneFiles scenes(book);
+  DeviceSession session({options.device_options, options.version, options.arm_data, data_of_device}, link,
+                        scenes, simulated ? &simulated->hands() : nullptr, std::move(first), server);
   session_of_pages = &session;
   SessionThread thread(session, server);
   thread.wait_until_connected();
