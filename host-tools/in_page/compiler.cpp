@@ -1,34 +1,58 @@
 // The scene compiler as a module of a page: a scene's text in, its image out. The files that the scene names are in the page's file system.
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "host-tools/compiler/compile.h"
-#include "host-tools/error.h"
+#include "host-tools/compiler/scene_errors.h"
 #include "host-tools/in_page/exports.h"
 
+namespace thimble::host {
 namespace {
 
-using thimble::host::give;
 using Json = nlohmann::ordered_json;
 
 std::string image;
+std::map<std::string, std::shared_ptr<const CompiledParts>> known_parts;  // by the scene's file
+
+Json json_of(const SceneIssue& issue) {
+  return {{"name", issue.name},       {"cause", issue.cause},     {"remedy", issue.remedy},
+          {"pointer", issue.pointer}, {"line", issue.place.line}, {"column", issue.place.column}};
+}
+
+Json compile(const std::string& file, const std::string& text) {
+  Json result = {{"name", ""},
+                 {"objects", Json::array()},
+                 {"warnings", Json::array()},
+                 {"issues", Json::array()},
+                 {"more", 0}};
+  try {
+    std::shared_ptr<const CompiledParts>& parts = known_parts[file];
+    const CompiledScene scene =
+        compile_scene_text(text, file, std::filesystem::path(file).parent_path(), parts.get());
+    parts = scene.parts;
+    image.assign(reinterpret_cast<const char*>(scene.image.data()), scene.image.size());
+    result["name"] = scene.report.name;
+    for (const SceneReport::Object& object : scene.report.objects) result["objects"].push_back(object.name);
+    result["warnings"] = scene.report.warnings;
+  } catch (const SceneErrors& errors) {
+    for (const SceneIssue& issue : errors.issues) result["issues"].push_back(json_of(issue));
+    result["more"] = errors.more;
+  } catch (const Error& error) {
+    result["issues"].push_back(json_of({error.name, error.cause, error.remedy, "", {}}));
+  }
+  return result;
+}
 
 }  // namespace
+}  // namespace thimble::host
 
-// In: a scene's text. `folder` is what its paths are relative to: "/scenes/ring". Out: JSON, {"warnings": [...]}, and the image by compiled();
-// or {"error": {"name", "cause", "remedy"}}.
-EXPORT(int, compile)(std::size_t name_bytes) {
+// In: the path of the scene's file, and its text. Out: JSON: name, objects, warnings; issues (name, cause, remedy, pointer, line, column) where
+// there is no image, and how many more there are. compiled(): the image.
+THIMBLE_EXPORT(int, compile)(std::size_t file_bytes) {
   using namespace thimble::host;
-  const std::string name = page_buffer.substr(0, name_bytes);
-  const std::string text = page_buffer.substr(name_bytes);
+  const std::string file = page_buffer.substr(0, file_bytes);
+  const std::string text = page_buffer.substr(file_bytes);
   image.clear();
-  Json result;
-  try {
-    const CompiledScene scene = compile_scene_text(text, name, std::filesystem::path(name).parent_path());
-    image.assign(reinterpret_cast<const char*>(scene.image.data()), scene.image.size());
-    result["warnings"] = scene.report.warnings;
-  } catch (const Error& error) {
-    result["error"] = {{"name", error.name}, {"cause", error.cause}, {"remedy", error.remedy}};
-  }
-  return give(result.dump(-1, ' ', false, Json::error_handler_t::replace));
+  return give(compile(file, text).dump(-1, ' ', false, Json::error_handler_t::replace));
 }
-EXPORT(int, compiled)() { return give(image); }
+THIMBLE_EXPORT(int, compiled)() { return thimble::host::give(thimble::host::image); }

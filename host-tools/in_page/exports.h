@@ -1,16 +1,17 @@
-// What a page calls: C functions, and a buffer for whatever goes in or out.
+// What a page calls, and what calls it: C functions, and a buffer for whatever goes in or out.
 #pragma once
 
 #include <cstddef>
 #include <string>
 #include <string_view>
 
-#define EXPORT(type, name) extern "C" __attribute__((export_name(#name))) type name
+#define THIMBLE_EXPORT(type, name) extern "C" __attribute__((export_name(#name))) type name
+#define THIMBLE_IMPORT(type, name) \
+  extern "C" __attribute__((import_module("page"), import_name(#name))) type page_##name
 
 namespace thimble::host {
 
-inline std::string
-    page_buffer;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables): one page, one thread
+inline std::string page_buffer;
 
 inline int give(std::string_view bytes) {
   page_buffer.assign(bytes);
@@ -20,9 +21,9 @@ inline int give(std::string_view bytes) {
 }  // namespace thimble::host
 
 // A place for `bytes` bytes that go in; it moves when it grows.
-EXPORT(char*, page_in)(std::size_t bytes) {
+THIMBLE_EXPORT(char*, place)(std::size_t bytes) {
   thimble::host::page_buffer.resize(bytes);
   return thimble::host::page_buffer.data();
 }
 // What the last call gave: as many bytes as it returned.
-EXPORT(const char*, page_out)() { return thimble::host::page_buffer.data(); }
+THIMBLE_EXPORT(const char*, given)() { return thimble::host::page_buffer.data(); }

@@ -1,0 +1,40 @@
+// The scenes of a session in a page: a worker of the page has the files and compiles (compiler.cpp).
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "host-tools/viewer/scenes.h"
+
+namespace thimble::host {
+
+class PageScenes final : public Scenes {
+ public:
+  [[nodiscard]] std::filesystem::path find(const std::string& name) override {
+    return name + std::string(kSceneSuffix);
+  }
+  [[nodiscard]] std::optional<OpenScene> with_crc(const std::string& name, std::uint32_t crc) override;
+  void begin(SceneJob job) override;
+  [[nodiscard]] bool is_done() override { return result_.has_value(); }
+  [[nodiscard]] OpenScene take() override;
+  // The page tells what has changed by itself.
+  [[nodiscard]] bool has_changed(const std::filesystem::path& /*file*/,
+                                 const std::string& /*known*/) override {
+    return false;
+  }
+  void save(OpenScene& scene) override;
+
+  // Of the job that was begun last. head: the JSON of compiler.cpp, with "text": that of the file.
+  void deliver(std::string_view head, std::string_view image);
+
+ private:
+  struct Result {
+    Json head;
+    std::vector<std::byte> image;
+  };
+  SceneJob job_;
+  std::optional<Result> result_;
+  std::map<std::uint32_t, OpenScene> opened_;  // by the CRC of the image
+};
+
+}  // namespace thimble::host
