@@ -1,5 +1,5 @@
 // What a session asks of the scenes: those to choose from, and the work on the one that runs. The desk has files and a thread that compiles
-// (scene_files.h), a page has a worker.
+// (scene_book.h), a page has a worker.
 //
 // Called by the session's thread. Errors are those of the compiler (kBadInput), and kNotFound for a name that is not known.
 #pragma once
