@@ -15,4 +15,5 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_C_FLAGS_INIT "-Wno-deprecated -D_WASI_EMULATED_SIGNAL")
 # Exceptions by WebAssembly's first instructions for them, which every browser has (Chromium 95, Firefox 100, Safari 15.2).
 set(CMAKE_CXX_FLAGS_INIT "-Wno-deprecated -D_WASI_EMULATED_SIGNAL -fwasm-exceptions")
-set(CMAKE_EXE_LINKER_FLAGS_INIT "-mexec-model=reactor -Wl,--gc-sections -Wl,-z,stack-size=1048576")
+# --no-wasm-opt: clang runs a wasm-opt that it finds, which takes the names of functions away.
+set(CMAKE_EXE_LINKER_FLAGS_INIT "-mexec-model=reactor --no-wasm-opt -Wl,--gc-sections -Wl,--strip-debug -Wl,-z,stack-size=1048576")

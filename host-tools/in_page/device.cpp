@@ -9,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "board/sim/live_loop.h"
 #include "host-tools/client/host_name.h"
@@ -29,7 +30,6 @@ std::string host_name(const std::string& /*program*/) { return host_name("page",
 namespace {
 
 constexpr std::size_t kSlotBytes = std::size_t{8} << 20U;  // both are zeroed at the start
-constexpr std::size_t kMostFelt = 512;                     // ticks of a round, and more
 
 void send(const Json& json) {
   const std::string text = to_text(json);
@@ -188,6 +188,12 @@ THIMBLE_EXPORT(int, device_start)() {
   } catch (const std::exception& error) {
     return give(error.what());
   }
+}
+// Where device_run() puts its stack away: `bytes` bytes.
+THIMBLE_EXPORT(char*, device_stack)(std::size_t bytes) {
+  static std::vector<char> stack;
+  stack.resize(bytes);
+  return stack.data();
 }
 THIMBLE_EXPORT(void, device_run)() { device->run(); }
 // Whether the session has something to do before the time that it waits for.

@@ -1,5 +1,5 @@
-# cmake -DPAGE=... -DNPM=... -DOUTPUT=... -DINPUTS=a;b;c -P build_page.cmake: npm makes the page in its own folder, once for all build
-# folders, and OUTPUT gets a copy. What the inputs' contents say is built already is not built again, so a second build needs no network.
+# cmake -DPAGE=... -DNPM=... -DOUTPUT=... -DINPUTS=a;b;c [-DMODE=site] -P build_page.cmake: npm makes the page in its own folder, once for all build
+# folders, and OUTPUT gets a copy. MODE=site: the page that has the device in it, in OUTPUT alone. What the inputs' contents say is built already is not built again, so a second build needs no network.
 set(modules ${PAGE}/node_modules)
 file(LOCK ${PAGE}/.build.lock GUARD PROCESS TIMEOUT 900 RESULT_VARIABLE locked)
 if(locked)
@@ -40,6 +40,11 @@ needed(install ${modules}/.thimble-installed ${packages})
 if(install)
   npm(ci --no-audit --no-fund --loglevel=error)
   file(WRITE ${modules}/.thimble-installed ${packages})
+endif()
+
+if(MODE STREQUAL "site")
+  npm(run build:site -- --outDir ${OUTPUT} --logLevel warn)
+  return()
 endif()
 
 fingerprint(sources ${INPUTS})

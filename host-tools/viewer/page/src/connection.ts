@@ -1,21 +1,13 @@
 // The WebSocket to the server. It reconnects by itself and reports the state of the link: to the server, and from there to the controller.
 import { type PageMessage, type ServerMessage, parse_message } from './protocol';
-
-// connecting: not yet, or not again. live: states come. silent: the server is there and sends no state. controller-lost: the server
-// said so. server-gone: nobody answers.
-export type Link = 'connecting' | 'live' | 'silent' | 'controller-lost' | 'server-gone';
+import type { Link, Listener, Transport } from './transport';
 
 const kSilent_ms = 1500;
 const kLost_ms = 5000; // the server sends something every 2 s, also without a controller
 const kFirstWait_ms = 300;
 const kLongestWait_ms = 3000;
 
-export interface Listener {
-  on_message(message: ServerMessage): void;
-  on_link(link: Link): void;
-}
-
-export class Connection {
+export class Connection implements Transport {
   private socket: WebSocket | null = null;
   private link: Link = 'connecting';
   private wait_ms = kFirstWait_ms;
@@ -24,7 +16,7 @@ export class Connection {
   private controller_up = true;
 
   constructor(
-    private readonly url: string,
+    private readonly query: string, // with the token
     private readonly listener: Listener,
   ) {
     this.open();
@@ -38,8 +30,22 @@ export class Connection {
     return true;
   }
 
+  async image(): Promise<Uint8Array<ArrayBuffer> | null> {
+    const answer = await fetch(`scene.thim${this.query}`, { cache: 'no-store' });
+    // No scene, or one without a file; the server reports that itself.
+    if (answer.status === 404) return null;
+    if (!answer.ok) throw new Error(`the server answered ${answer.status}`);
+    return new Uint8Array(await answer.arrayBuffer());
+  }
+
+  async scenes(): Promise<string[]> {
+    const answer = await fetch(`scenes.json${this.query}`, { cache: 'no-store' });
+    const names: unknown = answer.ok ? await answer.json() : [];
+    return Array.isArray(names) ? names.map(String) : [];
+  }
+
   private open(): void {
-    const socket = new WebSocket(this.url);
+    const socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live${this.query}`);
     this.socket = socket;
     socket.onopen = () => {
       this.wait_ms = kFirstWait_ms;
@@ -96,3 +102,5 @@ export class Connection {
     this.listener.on_link(link);
   }
 }
+
+export const open_transport = (query: string, listener: Listener): Transport => new Connection(query, listener);

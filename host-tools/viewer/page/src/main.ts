@@ -3,10 +3,11 @@ import './style.css';
 import './alerts.css';
 import './commission.css';
 
+import { open_transport } from '#transport';
+
 import { Alerts } from './alerts';
 import { ArmMarks } from './arm_marks';
 import { CommissionView } from './commission_view';
-import { Connection, type Link } from './connection';
 import { element, make, set_text } from './dom';
 import { Curves } from './curves';
 import { reach_of } from './drag_mapping';
@@ -21,6 +22,7 @@ import { Stage, type Turn } from './stage';
 import { StatusView } from './status_view';
 import { Timeline } from './timeline';
 import { take_query } from './token';
+import type { Link } from './transport';
 import type { Vec3 } from './vector';
 import { looks_same, visible } from './visible';
 import { way_out } from './way_out';
@@ -63,14 +65,11 @@ const curves = new Curves(timeline, show_pause);
 lay_out_arms(1); // nothing moves when the server says so
 const materials = new MaterialPanel(element('material'), send);
 const parameters = new ParameterPanel(element('parameters'), send);
-const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live${query}`, {
-  on_message,
-  on_link,
-});
+const transport = open_transport(query, { on_message, on_link });
 
 function send(message: PageMessage): boolean {
   if (message.type === 'command' || message.type === 'pick') alerts.asked();
-  return connection.send(message);
+  return transport.send(message);
 }
 
 function make_stage(): Stage | null {
@@ -171,12 +170,9 @@ let reload: ReturnType<typeof setTimeout> | undefined;
 async function load_scene(look: boolean): Promise<void> {
   const expected = started;
   try {
-    const answer = await fetch(`/scene.thim${query}`, { cache: 'no-store' });
-    // No scene, or one without a file; the server reports that itself.
-    if (answer.status === 404) return hide_scene();
-    if (!answer.ok) throw new Error(`the server answered ${answer.status}`);
-    const bytes = new Uint8Array(await answer.arrayBuffer());
+    const bytes = await transport.image();
     if (expected !== started) return; // another one runs now
+    if (bytes === null) return hide_scene();
     show_scene(read_scene_image(bytes), look);
   } catch (error) {
     if (expected !== started) return;
@@ -252,12 +248,11 @@ function on_link(now: Link): void {
 
 async function load_scene_names(): Promise<void> {
   try {
-    const answer = await fetch(`/scenes.json${query}`, { cache: 'no-store' });
-    const names: unknown = answer.ok ? await answer.json() : [];
+    const names = await transport.scenes();
     const list = element<HTMLSelectElement>('scenes');
     const same = [...list.options].map((option) => option.value).join('\n');
-    if (!Array.isArray(names) || names.join('\n') === same) return;
-    list.replaceChildren(...names.map((name) => make('option', { textContent: String(name), value: String(name) })));
+    if (names.length === 0 || names.join('\n') === same) return;
+    list.replaceChildren(...names.map((name) => make('option', { textContent: name, value: name })));
     if (started) choose_scene_name(started);
   } catch {
     // The state of the link names the reason.

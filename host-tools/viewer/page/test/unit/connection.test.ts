@@ -2,7 +2,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { Connection, type Link } from '../../src/connection';
+import { Connection } from '../../src/connection';
+import type { Link } from '../../src/transport';
 
 class Socket {
   static readonly OPEN = 1;
@@ -35,12 +36,13 @@ function connect() {
   const later: (() => void)[] = [];
   Socket.all = [];
   Object.assign(globalThis, {
+    location: { protocol: 'http:', host: 'test' },
     WebSocket: Socket,
     setInterval: (call: () => void) => void (watch = call),
     setTimeout: (call: () => void) => void later.push(call),
   });
   performance.now = () => now_ms;
-  new Connection('ws://test/live', { on_message: () => {}, on_link: (link) => links.push(link) });
+  new Connection('', { on_message: () => {}, on_link: (link) => links.push(link) });
   return {
     links,
     later,

@@ -1,0 +1,108 @@
+// The worker of the device: what thimble-sim is elsewhere. In real time; a hidden page pauses it, and its clock with it.
+import { Device, type DeviceOptions } from './device';
+
+export interface Begin {
+  begin: { compiled: WebAssembly.Module; options: DeviceOptions };
+}
+export type ToDevice =
+  | Begin
+  | { post: object }
+  | { deliver: { head: string; image: Uint8Array<ArrayBuffer> } }
+  | { pause: boolean }
+  | { port_open: boolean }
+  | { port_in: Uint8Array };
+export type FromDevice =
+  | { message: string }
+  | { image: Uint8Array<ArrayBuffer> | null }
+  | { compile: { file: string; text?: string } }
+  | { save: { file: string; text: string } }
+  | { port_out: Uint8Array<ArrayBuffer> }
+  | { load: Load }
+  | { failed: string };
+
+// Of the last second.
+export interface Load {
+  ticks: number;
+  lost_s: number; // since the start: that no tick has simulated, because this machine was late
+  busy: number; // part of a core
+}
+
+const kPeriod_ms = 4; // the shortest that a browser's timers have
+const kLoadEvery_ms = 1000;
+
+let device: Device | null = null;
+let timer: ReturnType<typeof setInterval> | undefined;
+let hidden_since_ms: number | null = null;
+let hidden_ms = 0;
+const load = { since_ms: 0, busy_ms: 0, ticks: 0 };
+
+const now_ms = (): number => (hidden_since_ms ?? performance.now()) - hidden_ms;
+const tell = (message: FromDevice, transfer: Transferable[] = []): void => postMessage(message, { transfer });
+
+function guarded(work: () => void): void {
+  try {
+    work();
+  } catch (error) {
+    clearInterval(timer);
+    device = null;
+    tell({ failed: error instanceof Error ? error.message : String(error) });
+  }
+}
+
+function round(): void {
+  const begin_ms = performance.now();
+  guarded(() => device?.round());
+  send_port();
+  count(begin_ms);
+}
+
+function send_port(): void {
+  const bytes = device?.port_out();
+  if (bytes && bytes.length > 0) tell({ port_out: bytes }, [bytes.buffer]);
+}
+
+function count(begin_ms: number): void {
+  const end_ms = performance.now();
+  load.busy_ms += end_ms - begin_ms;
+  const span_ms = end_ms - load.since_ms;
+  if (span_ms < kLoadEvery_ms || device === null) return;
+  const ticks = device.ticks;
+  tell({ load: { ticks: ticks - load.ticks, lost_s: device.skipped_s, busy: load.busy_ms / span_ms } });
+  Object.assign(load, { since_ms: end_ms, busy_ms: 0, ticks });
+}
+
+function begin({ compiled, options }: Begin['begin']): void {
+  clearInterval(timer);
+  device = new Device(
+    compiled,
+    options,
+    {
+      message: (message) => tell({ message }),
+      image: (image) => tell({ image }),
+      compile: (job) => tell({ compile: job }),
+      save: (file) => tell({ save: file }),
+    },
+    now_ms,
+  );
+  load.since_ms = performance.now();
+  timer = setInterval(round, kPeriod_ms);
+}
+
+function pause(hidden: boolean): void {
+  if (hidden === (hidden_since_ms !== null)) return;
+  if (hidden_since_ms !== null) hidden_ms += performance.now() - hidden_since_ms;
+  hidden_since_ms = hidden ? performance.now() : null;
+  clearInterval(timer);
+  if (!hidden) timer = setInterval(round, kPeriod_ms);
+}
+
+onmessage = ({ data }: MessageEvent<ToDevice>) =>
+  guarded(() => {
+    if ('begin' in data) begin(data.begin);
+    else if ('post' in data) device?.post(data.post);
+    else if ('deliver' in data) device?.deliver(data.deliver.head, data.deliver.image);
+    else if ('pause' in data) pause(data.pause);
+    else if ('port_open' in data) device?.port_open(data.port_open);
+    else device?.port_in(data.port_in);
+    send_port();
+  });
