@@ -1,7 +1,7 @@
 // node make_site.mjs SITE SCENES: puts the scenes of SCENES into the folder of the site, with their list (src/in_page/gallery.ts), and the service
 // worker that keeps all files of the site for when there is no network. Prints the size of the site, compressed.
 import { createHash } from 'node:crypto';
-import { cpSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { cpSync, existsSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import { dirname, join, normalize, relative } from 'node:path';
 import { gzipSync } from 'node:zlib';
 
@@ -18,7 +18,8 @@ function named_files(file) {
   const look = (value) => {
     if (typeof value === 'string') {
       const path = join(dirname(file), value);
-      if (statSync(path, { throwIfNoEntry: false })?.isFile()) found.add(normalize(relative(scenes, path)));
+      const name = normalize(relative(scenes, path));
+      if (!name.startsWith('..') && existsSync(path) && statSync(path).isFile()) found.add(name);
     } else if (value !== null && typeof value === 'object') Object.values(value).forEach(look);
   };
   look(JSON.parse(readFileSync(file, 'utf8')));

@@ -113,7 +113,7 @@ test('a scene is picked, the arm homed and armed, a wall felt, a material change
   assert.equal(bench.skipped_s, 0);
   assert.deepEqual(
     bench.events.filter((event) => event.level === 'error').map((event) => event.name),
-    ['e_stop'],
+    ['host_stop'],
   );
 });
 
