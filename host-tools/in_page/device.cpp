@@ -21,7 +21,7 @@
 // A message of the session for the page: JSON as over the WebSocket of `thimble view`.
 THIMBLE_IMPORT(void, message)(const char* text, std::size_t bytes);
 THIMBLE_IMPORT(void, image)
-(const char* image, std::size_t bytes);  // of the scene of the message before; no bytes: none
+(const char* image, std::size_t bytes);  // of the scene of the next message; no bytes: none
 
 namespace thimble::host {
 
@@ -43,8 +43,8 @@ class Sink final : public ViewSink {
     send(hello);
   }
   void scene(std::string scene, ImageBytes image) override {
-    page_message(scene.data(), scene.size());
     page_image(image ? reinterpret_cast<const char*>(image->data()) : nullptr, image ? image->size() : 0);
+    page_message(scene.data(), scene.size());
   }
   void state(std::string state) override { page_message(state.data(), state.size()); }
   void event(const Json& event) override { send(event); }

@@ -4,11 +4,14 @@ if(NOT TARGET assimp::assimp)
   set(formats Obj STL Ply OFF glTF glTF2 glTFCommon)
   list(TRANSFORM formats PREPEND code/AssetLib/ OUTPUT_VARIABLE folders)
   list(TRANSFORM folders APPEND /*.cpp)
-  debian_library(thimble_assimp assimp code/Common/*.cpp code/Material/*.cpp code/PostProcessing/*.cpp ${folders})
+  # Of its common code what these importers need: to compile all of it takes as long as to compile everything else.
+  set(common AssertHandler Assimp Base64 BaseImporter BaseProcess CreateAnimMesh DefaultIOStream DefaultIOSystem DefaultLogger Exceptional IOSystem Importer
+    ImporterRegistry PostStepRegistry RemoveComments SGSpatialSort SceneCombiner ScenePreprocessor SkeletonMeshBuilder SpatialSort StandardShapes Subdivision
+    Version material scene simd)
+  list(TRANSFORM common REPLACE "(.+)" "code/Common/\\1.cpp")
+  debian_library(thimble_assimp assimp ${common} code/Material/*.cpp code/PostProcessing/ArmaturePopulate.cpp code/PostProcessing/ProcessHelper.cpp
+    code/PostProcessing/ScaleProcess.cpp code/PostProcessing/ValidateDataStructure.cpp ${folders})
   set(source ${thimble_assimp_SOURCE})
-  get_target_property(sources thimble_assimp SOURCES)
-  list(FILTER sources EXCLUDE REGEX "/(Compression|ZipArchiveIOSystem|Bitmap|IFF)\\.cpp$")
-  set_property(TARGET thimble_assimp PROPERTY SOURCES ${sources})
 
   # What the registries name is left out, but for these formats.
   foreach(registry ImporterRegistry PostStepRegistry)

@@ -19,7 +19,7 @@ export interface DeviceOptions {
 
 export interface Told {
   message(text: string): void; // JSON, as over the WebSocket of `thimble view`
-  image(bytes: Uint8Array<ArrayBuffer> | null): void; // of the scene of the message before
+  image(bytes: Uint8Array<ArrayBuffer> | null): void; // of the scene of the next message
   compile(job: { file: string; text?: string }): void;
   save(file: { file: string; text: string }): void;
 }

@@ -60,7 +60,6 @@ export class InPage implements Transport {
         this.last_state_ms = performance.now();
         this.listener.on_link('live');
       }
-      // The image of a scene comes next, and is there when it is asked for.
       this.listener.on_message(message);
     } else if ('image' in data) this.running = data.image;
     else if ('compile' in data) void this.compile(data.compile);

@@ -1,0 +1,88 @@
+// The site in Chromium, from a folder of a host that sends no special headers: the device starts by itself, a drag down is felt, the page stops, works
+// without the network, and loses no ticks that it does not count.
+import assert from 'node:assert/strict';
+import { readFileSync, statSync } from 'node:fs';
+import { createServer } from 'node:http';
+import type { AddressInfo } from 'node:net';
+import { extname, join } from 'node:path';
+import { after, before, test } from 'node:test';
+
+import { type Browser, type Page } from 'playwright-core';
+
+import { launch } from '../browser/browser';
+import { kSite } from './modules';
+
+const kTypes: Record<string, string> = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.wasm': 'application/wasm' };
+const kFolder = '/some/folder/';
+const kTimeout_ms = 60_000;
+
+const server = createServer((request, answer) => {
+  const path = new URL(request.url ?? '/', 'http://site').pathname;
+  const file = join(kSite, path.slice(kFolder.length) || 'index.html');
+  if (!path.startsWith(kFolder) || !statSync(file, { throwIfNoEntry: false })?.isFile()) return void answer.writeHead(404).end();
+  answer.writeHead(200, { 'content-type': kTypes[extname(file)] ?? 'application/octet-stream' }).end(readFileSync(file));
+});
+let browser: Browser;
+let address = '';
+
+before(async () => {
+  await new Promise<void>((listening) => server.listen(0, '127.0.0.1', listening));
+  address = `http://127.0.0.1:${(server.address() as AddressInfo).port}${kFolder}`;
+  browser = await launch();
+});
+after(async () => {
+  await browser.close();
+  server.close();
+});
+
+const text = (page: Page, name: string): Promise<string> => page.getByTestId(name).innerText();
+const mode = (page: Page, wanted: string): Promise<unknown> =>
+  page.waitForFunction((it) => document.querySelector('[data-testid=mode]')?.textContent === it, wanted, { timeout: kTimeout_ms });
+
+// Pixels of dragging down from the middle of the view until a force is shown.
+async function drag_down(page: Page): Promise<number> {
+  const box = await page.getByTestId('view').boundingBox();
+  assert.ok(box);
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  for (let pixels = 5; pixels <= 120; pixels += 5) {
+    await page.mouse.move(x, y + pixels);
+    await page.waitForTimeout(60);
+    if (Number.parseFloat(await text(page, 'force')) > 0.1) return pixels;
+  }
+  return Number.POSITIVE_INFINITY;
+}
+
+test('the device starts by itself, is felt within 90 px, and stops', { timeout: 2 * kTimeout_ms }, async () => {
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+  const errors: string[] = [];
+  page.on('pageerror', (error) => errors.push(String(error)));
+  await page.goto(address);
+  await mode(page, 'armed');
+  await page.waitForFunction(() => Number(document.querySelector<HTMLElement>('#view')?.dataset.objects) > 0, null, {
+    timeout: kTimeout_ms,
+  });
+  assert.ok((await drag_down(page)) <= 90);
+  await page.mouse.up();
+  await page.getByTestId('stop').click();
+  await page.waitForFunction(() => document.querySelector('[data-testid=mode]')?.textContent !== 'armed', null, { timeout: 5000 });
+  assert.equal(await text(page, 'link'), 'live');
+  assert.deepEqual(errors, []);
+  await page.close();
+});
+
+test('it starts again without the network', { timeout: 3 * kTimeout_ms }, async () => {
+  const context = await browser.newContext();
+  const page = await context.newPage();
+  await page.goto(address);
+  await mode(page, 'armed');
+  await page.evaluate(() => navigator.serviceWorker.ready);
+  await context.setOffline(true);
+  await page.reload();
+  await mode(page, 'armed');
+  await page.getByTestId('scene-picker').selectOption('walls'); // a scene that was not open before
+  await page.getByTestId('load').click();
+  await page.waitForFunction(() => document.querySelector('[data-testid=scene]')?.textContent === 'walls', null, { timeout: kTimeout_ms });
+  await context.close();
+});
