@@ -3,12 +3,16 @@
 
 #include <filesystem>
 #include <ostream>
+#include <string_view>
 #include <vector>
 
 #include "board/sim/simulation.h"
 #include "host-tools/lab/scene_columns.h"
 
 namespace thimble::host {
+
+inline constexpr std::string_view kLogHeader =
+    "time_s,arm,tip_x_m,tip_y_m,tip_z_m,proxy_x_m,proxy_y_m,proxy_z_m,force_x_N,force_y_N,force_z_N,contacts";
 
 // The fixed columns, then those of the scene.
 void write_log_header(std::ostream& out, const SceneColumns& scene);
