@@ -9,6 +9,7 @@ import { Watcher } from './watcher';
 
 const kMost_px = 90;
 const kStep_px = 5;
+const kStart_ms = 60000; // of the first page of a browser, on a loaded machine
 
 let browser: Browser;
 before(async () => {
@@ -23,7 +24,7 @@ for (const name of ['smooth', 'blocks', 'ring', 'walls', 'asteroid'])
     const watcher = await Watcher.open(url);
     try {
       await page.goto(url);
-      await until('armed', async () => (await page.getByTestId('mode').textContent()) === 'armed');
+      await until('armed', async () => (await page.getByTestId('mode').textContent()) === 'armed', kStart_ms);
       await until('the scene', async () => (await page.getByTestId('view').getAttribute('data-objects')) !== null);
       const home = await watcher.hand_at_rest(0);
       const box = await page.getByTestId('view').boundingBox();
