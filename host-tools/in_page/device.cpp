@@ -142,7 +142,7 @@ class PageDevice final : public SessionLink {
   static constexpr link::Micros kRetry_us = 300'000;
 
   // False: the device has not answered yet.
-  [[nodiscard]] bool first() {
+  [[nodiscard, gnu::noinline]] bool first() {
     try {
       session_.run(stopping_, [] {});
       return true;

@@ -79,9 +79,10 @@ class DeviceSession {
   void begin_simulation();
   void home_simulation();
   void serve(const std::atomic<bool>& stopping);
-  [[nodiscard]] bool serve_until_lost(const std::atomic<bool>& stopping);
+  // Not inlined, where something waits behind their handlers: a compiler for a page may put that into the handler (docs/in-a-page.md).
+  [[nodiscard, gnu::noinline]] bool serve_until_lost(const std::atomic<bool>& stopping);
   void wait_for_device(const std::atomic<bool>& stopping);
-  [[nodiscard]] bool is_back();
+  [[nodiscard, gnu::noinline]] bool is_back();
   void send_hello();
   void learn_arms();
   void hear(const link::CanFrame& frame);
@@ -94,7 +95,7 @@ class DeviceSession {
   [[nodiscard]] std::optional<PageMessage> next_message();
   [[nodiscard]] bool urgent_waits();
   [[nodiscard]] bool merge(const MaterialMessage& material);  // under mutex_
-  void obey(const PageMessage& message);
+  [[gnu::noinline]] void obey(const PageMessage& message);
   void obey(const HandMessage& message);
   void obey(const CommandMessage& message);
   void obey(const PickMessage& message);
@@ -111,7 +112,7 @@ class DeviceSession {
   void run_as(const OpenScene& scene);
   void forget_save(const std::string& why);
   void begin_job(SceneJob job);
-  void tend_job();
+  [[gnu::noinline]] void tend_job();
   void upload(const OpenScene& scene);
   void inform(const std::string& name, const std::string& cause, const std::string& remedy = "");
 

@@ -267,6 +267,16 @@ function choose_scene_name({ name, pick }: SceneStarted): void {
 
 // --- Actions of the user
 
+const { choose_board } = transport;
+if (choose_board) {
+  element('board').hidden = false;
+  element('board').addEventListener('click', () =>
+    choose_board().catch((error: unknown) => {
+      const cause = error instanceof Error ? error.message : String(error);
+      alerts.say({ level: 'error', name: 'no-board', cause, remedy: 'plug the board in, and choose its port' });
+    }),
+  );
+}
 element<HTMLFormElement>('picker').addEventListener('submit', (event) => {
   event.preventDefault();
   const scene = element<HTMLSelectElement>('scenes').value;

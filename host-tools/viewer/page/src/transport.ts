@@ -14,4 +14,6 @@ export interface Transport {
   send(message: PageMessage): boolean; // false: there is no connection
   image(): Promise<Uint8Array<ArrayBuffer> | null>; // of the running scene; null: not known. Throws
   scenes(): Promise<string[]>; // to pick from. Throws
+  // Leaves the device for a board that the user chooses, where that can be. Rejects with why not.
+  choose_board?: () => Promise<void>;
 }

@@ -5,6 +5,7 @@ import type { FromCompiler, ToCompiler } from './compiler_worker';
 import type { DeviceOptions } from './device';
 import type { FromDevice, ToDevice } from './device_worker';
 import { Gallery } from './gallery';
+import { SerialBoard, serial } from './serial';
 
 const kSilent_ms = 1500;
 
@@ -14,16 +15,19 @@ export class InPage implements Transport {
   private readonly gallery = new Gallery((path, bytes) => this.to_compiler({ put: { path, bytes } }));
   private running: Uint8Array<ArrayBuffer> | null = null;
   private last_state_ms = 0;
+  private up = true; // the session has its device
   private failed = false;
+  private compiled: WebAssembly.Module | null = null;
+  private board: SerialBoard | null = null;
+  private early: Uint8Array[] = []; // for the board that is being opened
+  readonly choose_board?: () => Promise<void>;
 
-  constructor(
-    private readonly listener: Listener,
-    private readonly options: DeviceOptions = {},
-  ) {
+  constructor(private readonly listener: Listener) {
+    if (serial() !== null) this.choose_board = () => this.leave_for_board();
     this.device.onmessage = ({ data }: MessageEvent<FromDevice>) => this.take(data);
     this.compiler.onmessage = ({ data }: MessageEvent<FromCompiler>) =>
       this.to_device({ deliver: { head: data.head, image: data.image } }, [data.image.buffer]);
-    document.addEventListener('visibilitychange', () => this.to_device({ pause: document.hidden }));
+    document.addEventListener('visibilitychange', () => this.to_device({ pause: document.hidden && this.board === null }));
     void this.begin();
     setInterval(() => this.watch(), 250);
   }
@@ -44,12 +48,36 @@ export class InPage implements Transport {
     try {
       const [device, compiler] = await Promise.all([load('device.wasm'), load('compiler.wasm')]);
       this.to_compiler({ begin: compiler });
-      this.to_device({ begin: { compiled: device, options: this.options } });
-      this.to_device({ pause: document.hidden });
+      this.compiled = device;
+      this.begin_device({});
       this.send({ type: 'pick', scene: await this.gallery.first() });
     } catch (error) {
       this.fail(error instanceof Error ? error.message : String(error));
     }
+  }
+
+  private begin_device(options: DeviceOptions): void {
+    if (this.compiled === null) throw new Error('the page has not loaded yet');
+    this.to_device({ begin: { compiled: this.compiled, options } });
+    this.to_device({ pause: document.hidden });
+  }
+
+  // A board goes on while the page is hidden, and so does its session.
+  private async leave_for_board(): Promise<void> {
+    await this.board?.close();
+    this.board = null;
+    let begun = false;
+    const board = await SerialBoard.choose(
+      (open) => {
+        if (!begun) this.begin_device({ serial: true });
+        begun = true;
+        this.to_device({ port_open: open });
+      },
+      (bytes) => this.to_device({ port_in: bytes }),
+    );
+    this.board = board;
+    this.running = null;
+    for (const bytes of this.early.splice(0)) board.write(bytes);
   }
 
   private take(data: FromDevice): void {
@@ -58,11 +86,15 @@ export class InPage implements Transport {
       if (message === null) return;
       if (message.type === 'state') {
         this.last_state_ms = performance.now();
-        this.listener.on_link('live');
+        if (this.up) this.listener.on_link('live');
+      } else if (message.type === 'link') {
+        this.up = message.up;
+        this.listener.on_link(message.up ? 'connecting' : 'controller-lost');
       }
       this.listener.on_message(message);
     } else if ('image' in data) this.running = data.image;
     else if ('compile' in data) void this.compile(data.compile);
+    else if ('port_out' in data) this.port_out(data.port_out);
     else if ('load' in data) document.documentElement.dataset.load = JSON.stringify(data.load);
     else if ('failed' in data) this.fail(data.failed);
   }
@@ -79,6 +111,12 @@ export class InPage implements Transport {
     }
   }
 
+  // What the session says before the port's promise is kept is for the port too.
+  private port_out(bytes: Uint8Array): void {
+    if (this.board !== null) this.board.write(bytes);
+    else this.early.push(bytes);
+  }
+
   private fail(cause: string): void {
     this.failed = true;
     this.listener.on_link('server-gone');
@@ -86,7 +124,7 @@ export class InPage implements Transport {
   }
 
   private watch(): void {
-    if (!this.failed && !document.hidden && this.last_state_ms > 0 && performance.now() - this.last_state_ms > kSilent_ms)
+    if (!this.failed && this.up && !document.hidden && this.last_state_ms > 0 && performance.now() - this.last_state_ms > kSilent_ms)
       this.listener.on_link('silent');
   }
 

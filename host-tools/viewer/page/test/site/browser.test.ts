@@ -1,38 +1,25 @@
 // The site in Chromium, from a folder of a host that sends no special headers: the device starts by itself, a drag down is felt, the page stops, works
 // without the network, and loses no ticks that it does not count.
 import assert from 'node:assert/strict';
-import { readFileSync, statSync } from 'node:fs';
-import { createServer } from 'node:http';
-import type { AddressInfo } from 'node:net';
-import { extname, join } from 'node:path';
 import { after, before, test } from 'node:test';
 
 import { type Browser, type Page } from 'playwright-core';
 
 import { launch } from '../browser/browser';
-import { kSite } from './modules';
+import { serve_site } from './serve';
 
-const kTypes: Record<string, string> = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.wasm': 'application/wasm' };
-const kFolder = '/some/folder/';
 const kTimeout_ms = 60_000;
 
-const server = createServer((request, answer) => {
-  const path = new URL(request.url ?? '/', 'http://site').pathname;
-  const file = join(kSite, path.slice(kFolder.length) || 'index.html');
-  if (!path.startsWith(kFolder) || !statSync(file, { throwIfNoEntry: false })?.isFile()) return void answer.writeHead(404).end();
-  answer.writeHead(200, { 'content-type': kTypes[extname(file)] ?? 'application/octet-stream' }).end(readFileSync(file));
-});
 let browser: Browser;
-let address = '';
+let site: Awaited<ReturnType<typeof serve_site>>;
 
 before(async () => {
-  await new Promise<void>((listening) => server.listen(0, '127.0.0.1', listening));
-  address = `http://127.0.0.1:${(server.address() as AddressInfo).port}${kFolder}`;
+  site = await serve_site();
   browser = await launch();
 });
 after(async () => {
   await browser.close();
-  server.close();
+  site.server.close();
 });
 
 const text = (page: Page, name: string): Promise<string> => page.getByTestId(name).innerText();
@@ -58,7 +45,7 @@ test('the device starts by itself, is felt within 90 px, and stops', { timeout: 
   const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
   const errors: string[] = [];
   page.on('pageerror', (error) => errors.push(String(error)));
-  await page.goto(address);
+  await page.goto(site.address);
   await mode(page, 'armed');
   await page.waitForFunction(() => Number(document.querySelector<HTMLElement>('#view')?.dataset.objects) > 0, null, {
     timeout: kTimeout_ms,
@@ -75,7 +62,7 @@ test('the device starts by itself, is felt within 90 px, and stops', { timeout: 
 test('it starts again without the network', { timeout: 3 * kTimeout_ms }, async () => {
   const context = await browser.newContext();
   const page = await context.newPage();
-  await page.goto(address);
+  await page.goto(site.address);
   await mode(page, 'armed');
   await page.evaluate(() => navigator.serviceWorker.ready);
   await context.setOffline(true);
