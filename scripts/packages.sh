@@ -15,7 +15,6 @@ packages_to_check=(
 
 # For the static site, ./demo --page: modules for a browser (cmake/toolchains/wasm32-wasi.cmake).
 packages_to_page=(clang-22 lld-22 libc++-22-dev-wasm32 libc++abi-22-dev-wasm32 libclang-rt-22-dev-wasm32 libutfcpp-dev llvm-22 wasi-libc)
-packages_to_check+=("${packages_to_page[@]}")
 
 install_packages() {
   local missing=()
