@@ -15,6 +15,7 @@ import unittest
 from pathlib import Path
 
 BIN = Path(os.environ["THIMBLE_BIN"])
+PATIENCE_S = 240  # with a command that ends: a whole commissioning takes 10 s of a processor, and other tests may leave it a tenth of one
 
 
 class Result:
@@ -191,21 +192,21 @@ class Rig(unittest.TestCase):
         return subprocess.Popen([BIN / "thimble", *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                 text=True, env=self.environment)
 
-    def run_thimble(self, *arguments, timeout=60):
+    def run_thimble(self, *arguments, timeout=PATIENCE_S):
         return Result(subprocess.run([BIN / "thimble", *map(str, arguments)], capture_output=True, text=True,
                                      env=self.environment, timeout=timeout))
 
-    def ok(self, *arguments, timeout=60):
+    def ok(self, *arguments, timeout=PATIENCE_S):
         result = self.run_thimble(*arguments, timeout=timeout)
         self.assertEqual(result.code, 0, f"thimble {' '.join(map(str, arguments))}: {result.err}")
         return result
 
-    def ok_json(self, *arguments, timeout=60):
+    def ok_json(self, *arguments, timeout=PATIENCE_S):
         document = self.ok(*arguments, "--json", timeout=timeout).json
         self.assertEqual(document["schema"], 2)
         return document
 
-    def fails(self, code, name, *arguments, timeout=60):
+    def fails(self, code, name, *arguments, timeout=PATIENCE_S):
         """Fails with this exit code and error name, in text and in JSON, with cause and remedy and nothing on stdout."""
         text = self.run_thimble(*arguments, timeout=timeout)
         self.assertEqual(text.code, code, text.err)
