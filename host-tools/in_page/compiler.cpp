@@ -1,17 +1,15 @@
 // The scene compiler as a module of a page: a scene's text in, its image out. The files that the scene names are in the page's file system.
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "host-tools/compiler/compile.h"
 #include "host-tools/compiler/scene_errors.h"
 #include "host-tools/in_page/exports.h"
+#include "host-tools/viewer/protocol.h"
 
 namespace thimble::host {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-std::string image;
+std::string compiled_image;
 std::map<std::string, std::shared_ptr<const CompiledParts>> known_parts;  // by the scene's file
 
 Json json_of(const SceneIssue& issue) {
@@ -30,7 +28,7 @@ Json compile(const std::string& file, const std::string& text) {
     const CompiledScene scene =
         compile_scene_text(text, file, std::filesystem::path(file).parent_path(), parts.get());
     parts = scene.parts;
-    image.assign(reinterpret_cast<const char*>(scene.image.data()), scene.image.size());
+    compiled_image.assign(reinterpret_cast<const char*>(scene.image.data()), scene.image.size());
     result["name"] = scene.report.name;
     for (const SceneReport::Object& object : scene.report.objects) result["objects"].push_back(object.name);
     result["warnings"] = scene.report.warnings;
@@ -52,7 +50,7 @@ THIMBLE_EXPORT(int, compile)(std::size_t file_bytes) {
   using namespace thimble::host;
   const std::string file = page_buffer.substr(0, file_bytes);
   const std::string text = page_buffer.substr(file_bytes);
-  image.clear();
+  compiled_image.clear();
   return give(compile(file, text).dump(-1, ' ', false, Json::error_handler_t::replace));
 }
-THIMBLE_EXPORT(int, compiled)() { return thimble::host::give(thimble::host::image); }
+THIMBLE_EXPORT(int, compiled)() { return thimble::host::give(thimble::host::compiled_image); }

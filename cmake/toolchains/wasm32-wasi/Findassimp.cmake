@@ -1,7 +1,7 @@
-# assimp::assimp, compiled from Debian's source: the importers of OBJ, STL, PLY, OFF and glTF alone, without the steps that change a mesh.
+# assimp::assimp, compiled from Debian's source: the importers of OBJ, STL, PLY, OFF and glTF 2 alone, without the steps that change a mesh.
 if(NOT TARGET assimp::assimp)
   include(${CMAKE_CURRENT_LIST_DIR}/debian_library.cmake)
-  set(formats Obj STL Ply OFF glTF glTF2 glTFCommon)
+  set(formats Obj STL Ply OFF glTF2)
   list(TRANSFORM formats PREPEND code/AssetLib/ OUTPUT_VARIABLE folders)
   list(TRANSFORM folders APPEND /*.cpp)
   # Of its common code what these importers need: to compile all of it takes as long as to compile everything else.
@@ -10,7 +10,8 @@ if(NOT TARGET assimp::assimp)
     Version material scene simd)
   list(TRANSFORM common REPLACE "(.+)" "code/Common/\\1.cpp")
   debian_library(thimble_assimp assimp ${common} code/Material/*.cpp code/PostProcessing/ArmaturePopulate.cpp code/PostProcessing/ProcessHelper.cpp
-    code/PostProcessing/ScaleProcess.cpp code/PostProcessing/ValidateDataStructure.cpp ${folders})
+    code/PostProcessing/ScaleProcess.cpp code/PostProcessing/ValidateDataStructure.cpp
+    code/AssetLib/glTF/glTFCommon.cpp ${folders})
   set(source ${thimble_assimp_SOURCE})
 
   # What the registries name is left out, but for these formats.
@@ -21,7 +22,7 @@ if(NOT TARGET assimp::assimp)
   endforeach()
   list(REMOVE_DUPLICATES left_out)
   # A member of aiMesh depends on ARMATUREPOPULATE; Importer.cpp calls VALIDATEDS.
-  list(FILTER left_out EXCLUDE REGEX "_NO_((OBJ|STL|PLY|OFF|GLTF)_IMPORTER|(ARMATUREPOPULATE|VALIDATEDS)_PROCESS)$")
+  list(FILTER left_out EXCLUDE REGEX "_NO_((OBJ|STL|PLY|OFF|GLTF|GLTF2)_IMPORTER|(ARMATUREPOPULATE|VALIDATEDS)_PROCESS)$")
   set(headers ${CMAKE_BINARY_DIR}/generated/assimp)
   set(ASSIMP_VERSION_MAJOR 5)
   set(ASSIMP_VERSION_MINOR 2)
@@ -39,6 +40,11 @@ if(NOT TARGET assimp::assimp)
   file(CREATE_LINK ${UTFCPP_INCLUDE_DIR}/utf8 ${headers}/contrib/utf8cpp/source/utf8 SYMBOLIC)
   target_include_directories(thimble_assimp SYSTEM PUBLIC ${source}/include ${headers}
     PRIVATE ${headers}/code ${source} ${source}/code ${source}/contrib ${source}/contrib/rapidjson/include)
+  # All in one unit takes a quarter of the time; these have names of their own that others have too.
+  set_target_properties(thimble_assimp PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
+  foreach(alone STL/STLLoader Ply/PlyLoader OFF/OFFLoader glTF2/glTF2Importer)
+    set_source_files_properties(${source}/code/AssetLib/${alone}.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  endforeach()
   set_source_files_properties(${source}/code/Common/DefaultIOSystem.cpp
     PROPERTIES COMPILE_OPTIONS "-include;${CMAKE_CURRENT_LIST_DIR}/include/no_realpath.h")
   add_library(assimp::assimp ALIAS thimble_assimp)

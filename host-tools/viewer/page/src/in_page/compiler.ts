@@ -43,7 +43,7 @@ export class Compiler {
 
   compile(file: string, text: string): { head: Compiled; image: Uint8Array<ArrayBuffer> } {
     try {
-      this.module ??= new Module(this.compiled, {}, () => performance.now(), this.root);
+      this.module ??= new Module(this.compiled, undefined, () => performance.now(), this.root);
       const name = new TextEncoder().encode(file);
       this.module.put(name, text);
       const head = JSON.parse(this.module.given_text(this.module.call.compile(name.length))) as Compiled;

@@ -46,9 +46,8 @@ export class InPage implements Transport {
 
   private async begin(): Promise<void> {
     try {
-      const [device, compiler] = await Promise.all([load('device.wasm'), load('compiler.wasm')]);
-      this.to_compiler({ begin: compiler });
-      this.compiled = device;
+      this.compiled = await WebAssembly.compileStreaming(fetch(new URL('thimble.wasm', document.baseURI)));
+      this.to_compiler({ begin: this.compiled });
       this.begin_device({});
       this.send({ type: 'pick', scene: await this.gallery.first() });
     } catch (error) {
@@ -134,10 +133,6 @@ export class InPage implements Transport {
   private to_compiler(message: ToCompiler): void {
     this.compiler.postMessage(message);
   }
-}
-
-async function load(name: string): Promise<WebAssembly.Module> {
-  return WebAssembly.compileStreaming(fetch(new URL(name, document.baseURI)));
 }
 
 export function open_transport(_query: string, listener: Listener): Transport {

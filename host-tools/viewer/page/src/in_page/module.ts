@@ -1,9 +1,12 @@
-// A WebAssembly module of host-tools/in_page: its files, its clock, and bytes in and out. Runs in workers and in Node.js.
+// The WebAssembly module of host-tools/in_page: its files, its clock, and bytes in and out. Runs in workers and in Node.js.
 import { ConsoleStdout, Directory, File, type Inode, OpenFile, PreopenDirectory, WASI } from '@bjorn3/browser_wasi_shim';
 
 const kMonotonic = 1;
 
-export type Imports = Record<string, (...numbers: number[]) => void>;
+// What it calls (host-tools/in_page/device.cpp).
+export type Imports = Record<'wait' | 'message' | 'image' | 'compile' | 'save', (...numbers: number[]) => void>;
+const kNothing = (): void => {};
+const kNoImports: Imports = { wait: kNothing, message: kNothing, image: kNothing, compile: kNothing, save: kNothing };
 type Exported = Record<string, (...numbers: number[]) => number>;
 
 export class Module {
@@ -13,7 +16,7 @@ export class Module {
   // imports: of the module `page`. now_ms: its monotonic clock. files: its root folder.
   constructor(
     compiled: WebAssembly.Module,
-    imports: Imports = {},
+    imports: Imports = kNoImports,
     now_ms: () => number = () => performance.now(),
     files: Map<string, Inode> = new Map(),
   ) {

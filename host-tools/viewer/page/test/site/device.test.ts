@@ -6,7 +6,7 @@ import { test } from 'node:test';
 
 import type { Hello, SceneStarted, ServerEvent, ServerMessage, State } from '../../src/protocol';
 import { Device } from '../../src/in_page/device';
-import { compiled, compiler_of_scenes, kScenes } from './modules';
+import { compiler_of_scenes, kModule, kScenes } from './modules';
 
 const kRound_ms = 4;
 
@@ -25,7 +25,7 @@ class Bench {
 
   constructor(options = {}) {
     this.device = new Device(
-      compiled('device.wasm'),
+      kModule,
       options,
       {
         message: (text) => this.take(JSON.parse(text) as ServerMessage),

@@ -7,7 +7,7 @@ import { basename, dirname, join } from 'node:path';
 import { after, test } from 'node:test';
 
 import { Module } from '../../src/in_page/module';
-import { all_files, compiled, kScenes, kThimble } from './modules';
+import { all_files, kModule, kScenes, kThimble } from './modules';
 
 const folder = mkdtempSync(join(tmpdir(), 'thimble-site-'));
 after(() => rmSync(folder, { recursive: true }));
@@ -31,13 +31,7 @@ function hands(scene: string): string[] {
   return own.length > 0 ? own : [kDefault];
 }
 
-const module = new Module(compiled('device.wasm'), {
-  wait: () => {},
-  message: () => {},
-  image: () => {},
-  compile: () => {},
-  save: () => {},
-});
+const module = new Module(kModule);
 
 for (const scene of all_files(kScenes).filter((file) => file.endsWith('.scene.json')))
   test(basename(scene), () => {
