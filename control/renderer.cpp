@@ -115,12 +115,20 @@ Spring spring_of(const Finger& finger, const Constraints& held, const ShadedSpri
   return {pull, felt.force_N, energy_J, falls};
 }
 
+// Farther from the surface that it was on than rounding, so that it is not in it.
+Vec3 off_the_surface(const Vec3& god_m, const Vec3& tip_m) {
+  constexpr float kOff_m = 50e-6F;
+  const Vec3 out = god_m - tip_m;
+  const float deep_m = out.norm();
+  return deep_m > 1e-6F ? Vec3(god_m + out * (kOff_m / deep_m)) : tip_m;
+}
+
 void begin(const World& world, Finger& finger, const Vec3& tip_m, Effort& effort) {
   finger.started = true;
   effort.work.open_reserve();
-  finger.god.position_m = tip_m;
+  finger.god.position_m = finger.starts_at_god ? off_the_surface(finger.god.position_m, tip_m) : tip_m;
   finger.rest = finger.god;
-  finger.inside = solids_around(world, ~SolidSet{0}, tip_m, effort);
+  finger.inside = solids_around(world, ~SolidSet{0}, finger.god.position_m, effort);
 }
 
 bool any_surfaced(const World& world, const Constraints& held) {
@@ -171,7 +179,15 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
   bound_work(work_);
   effort_.counters = {};
   body_work_ = 0;
+  const std::array<Finger, kMaxArms> before = fingers_;
   reset();
+  if (binding != Binding::kKeepGodObjects) return;
+  for (std::size_t i = 0; i < kMaxArms; ++i) {
+    const GodObject& god = before[i].god;
+    if (!before[i].started || god.count == 0) continue;
+    fingers_[i].starts_at_god = true;
+    fingers_[i].god.position_m = god.is_ball ? god.centre_m : god.position_m;
+  }
 }
 
 // Bodies have half of it, and what the arms leave; the arms share the rest equally.

@@ -26,11 +26,12 @@ struct Anchor {
   bool holds = false;
 };
 
-// In the first tick after Renderer::bind() or reset() the god object starts at the tip, without contact.
+// In the first tick after Renderer::bind() or reset() the god object starts without contact: at the tip, or where it was in another scene.
 struct Finger {
   bool started = false;
-  GodObject god;   // with friction: the stiction point
-  GodObject rest;  // where it would be without friction
+  bool starts_at_god = false;  // else at the tip
+  GodObject god;               // with friction: the stiction point
+  GodObject rest;              // where it would be without friction
   Resting resting;
   Friction friction;
   ContactClick click;

@@ -19,7 +19,7 @@ class SceneSource final : public ForceSource {
 
   // --- background
   // The next scene (its bytes must stay until a later scene is the running one). False: the last one is still
-  // waiting. kKeepState: it is the last one in other materials.
+  // waiting. binding: how it follows the last one.
   [[nodiscard]] bool post(const control::SceneView& view, std::uint32_t sequence,
                           control::Binding binding = control::Binding::kStart) noexcept;
   [[nodiscard]] bool pending() const noexcept {

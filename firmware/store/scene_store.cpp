@@ -103,7 +103,7 @@ StoreStatus SceneStore::commit(control::SceneView& view) noexcept {
                                       storage_->slot(active_).subspan(kHeaderBytes, image_bytes_), newest_,
                                       storage_->slot(slot).subspan(kHeaderBytes, length_), checked_, pause_)
                  ? control::Binding::kKeepState
-                 : control::Binding::kStart;
+                 : control::Binding::kKeepGodObjects;
   active_ = slot;
   sequence_ = sequence;
   image_crc_ = expected_crc_;
