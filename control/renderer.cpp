@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <optional>
 
 #include "control/contact/find_contact.h"
 #include "control/contact/free_flight.h"
@@ -179,14 +180,16 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
   bound_work(work_);
   effort_.counters = {};
   body_work_ = 0;
-  const std::array<Finger, kMaxArms> before = fingers_;
+  std::array<std::optional<Vec3>, kMaxArms> places_m;
+  for (std::size_t i = 0; i < kMaxArms && binding == Binding::kKeepGodObjects; ++i) {
+    const GodObject& god = fingers_[i].god;
+    if (god.count != 0) places_m[i] = god.is_ball ? god.centre_m : god.position_m;
+  }
   reset();
-  if (binding != Binding::kKeepGodObjects) return;
   for (std::size_t i = 0; i < kMaxArms; ++i) {
-    const GodObject& god = before[i].god;
-    if (!before[i].started || god.count == 0) continue;
+    if (!places_m[i]) continue;
     fingers_[i].starts_at_god = true;
-    fingers_[i].god.position_m = god.is_ball ? god.centre_m : god.position_m;
+    fingers_[i].god.position_m = *places_m[i];
   }
 }
 

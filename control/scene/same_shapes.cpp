@@ -55,4 +55,12 @@ bool differs_in_materials_only(std::span<const std::byte> a, const SceneView& a_
   return true;
 }
 
+Binding binding_of(std::span<const std::byte> before, const SceneView& before_view,
+                   std::span<const std::byte> after, const SceneView& after_view, Pause pause) noexcept {
+  if (before_view.scene() == nullptr || after_view.scene() == nullptr) return Binding::kStart;
+  if (differs_in_materials_only(before, before_view, after, after_view, pause)) return Binding::kKeepState;
+  const bool edited = before_view.scene()->name()->string_view() == after_view.scene()->name()->string_view();
+  return edited ? Binding::kKeepGodObjects : Binding::kStart;
+}
+
 }  // namespace thimble::control

@@ -1,6 +1,5 @@
-// Whether two scene images differ in materials only. Then the new image can replace the old one while a
-// fingertip is in contact: contacts, moving objects and tissue keep their state (Renderer::bind). Called in
-// the background after an upload was verified.
+// How a new scene image can replace another one while a fingertip is in contact (Renderer::bind). Called in the background after an upload
+// was verified.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +9,12 @@
 #include "control/scene/scene_view.h"
 
 namespace thimble::control {
+
+// By the checked views of the images. Other materials keep everything; what else is changed in a scene that keeps its name keeps places.
+// O(bytes), with pauses.
+[[nodiscard]] Binding binding_of(std::span<const std::byte> before, const SceneView& before_view,
+                                 std::span<const std::byte> after, const SceneView& after_view,
+                                 Pause pause = nullptr) noexcept;
 
 // a_view and b_view are the checked views of the images. True when no byte differs outside the objects'
 // materials. O(bytes), with pauses; it ends at the first other difference.

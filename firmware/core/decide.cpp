@@ -163,14 +163,15 @@ void execute(Parts& parts, const Inputs& inputs, Command command, Conditions unm
   }
 }
 
-// Takes the scene that the background posted. While armed with forces of a scene, the old one fades out first and the new one in.
+// Takes the scene that the background posted. While armed with forces of a scene, the old one fades out first and the new one in. Other materials
+// come at once: a force falls with them, and rises from where it is as the account of the limits lets it.
 void swap_scenes(Parts& parts) noexcept {
   State& state = parts.state;
   SceneSource& scene = parts.sources.scene;
   const bool waiting = scene.waiting();
   if (waiting) parts.observers.recorder.end(RecordingEnd::kScene);
   if (state.mode == Mode::kArmed) {
-    const bool fades = waiting && state.source->needs().scene;
+    const bool fades = scene.waits_to_fade() && state.source->needs().scene;
     const float step = fades ? -parts.setup.period_s / kRampDown_s : parts.setup.period_s / kRampUp_s;
     state.force_ramp = std::clamp(state.force_ramp + step, 0.0F, 1.0F);
     state.gravity_ramp = std::min(state.gravity_ramp + parts.setup.period_s / kRampUp_s, 1.0F);

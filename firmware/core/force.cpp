@@ -156,7 +156,8 @@ void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
     const Vec3& last_N = arm.probe.probes() ? arm.unprobed_N : arm.force_N;
     const Vec3 from_N = rendered ? remaining(last_N, clamped.value) : last_N;
     LimitedForce limited = slew_force(clamped.value, from_N, max_step_N);
-    const float paid = arm.limits.paid(arm.posture.tip_m, parts.setup.period_s);
+    const Vec3 unramped_N = ramp < 1.0F ? clamp_force(wanted_N, max_N).value : clamped.value;
+    const float paid = arm.limits.paid(arm.posture.tip_m, unramped_N, parts.setup.period_s);
     if (rendered && paid < 1.0F) {
       const LimitedForce part = clamp_force(limited.value, paid * std::min(wanted, max_N));
       limited = {part.value, limited.which || part.which};
@@ -166,7 +167,6 @@ void limit_forces(Parts& parts, const SourceOutcome& outcome) noexcept {
     arm.unprobed_N = limited.value;
     limited.value = probed(parts, i, clamped.value, limited.value);
     if (!arm.redundant) limited.value = faded(parts, i, limited.value);
-    const Vec3 unramped_N = ramp < 1.0F ? clamp_force(wanted_N, max_N).value : clamped.value;
     arm.limits.add(unramped_N, limited.value, std::min(wanted / 2, max_N) * depth_m);
     arm.force_N = limited.value;
     const bool by_source = (outcome.clamped >> i & 1U) != 0;

@@ -64,23 +64,23 @@ class ForceAccount {
     return max_N_;
   }
 
-  // The part of the wanted force that the hand has paid for, 0 to 1: after a move to tip_m in a tick of period_s.
-  [[nodiscard]] float paid(const Vec3& tip_m, float period_s) noexcept {
+  // The part of the wanted force, which is clamped, that the hand has paid for, 0 to 1: after a move to tip_m in a tick of period_s.
+  [[nodiscard]] float paid(const Vec3& tip_m, const Vec3& wanted_N, float period_s) noexcept {
     const Vec3 moved_m = tip_m - tip_m_;
     tip_m_ = tip_m;
     wanted_J_ = std::max(wanted_J_ - wanted_N_.dot(moved_m), 0.0F);
     limited_J_ = std::clamp(limited_J_ - limited_N_.dot(moved_m) + kForgotten_W * period_s, 0.0F, wanted_J_);
+    if (std::exchange(another_scene_, false)) {
+      const float before_N = wanted_N_.norm();
+      if (before_N > 0.0F) wanted_J_ *= wanted_N.norm() / before_N;
+      limited_J_ = std::min(limited_J_, wanted_J_);
+    }
     return wanted_J_ > 0.0F ? limited_J_ / wanted_J_ : 1.0F;
   }
 
   // The forces of this tick: clamped, and as limited. held_J: the most that the wanted force can hold of the hand's work; what is beyond
   // it, friction has taken.
   void add(const Vec3& wanted_N, const Vec3& limited_N, float held_J) noexcept {
-    if (std::exchange(another_scene_, false)) {
-      const float before_N = wanted_N_.norm();
-      if (before_N > 0.0F) wanted_J_ *= wanted_N.norm() / before_N;
-      limited_J_ = std::min(limited_J_, wanted_J_);
-    }
     if (wanted_J_ > held_J) {
       limited_J_ *= held_J / wanted_J_;
       wanted_J_ = held_J;

@@ -34,6 +34,11 @@ class SceneSource final : public ForceSource {
   void begin_at_tip(std::size_t arm) noexcept { renderer_.reset(arm); }
 
   [[nodiscard]] bool waiting() const noexcept { return posted_.letter() != nullptr; }  // for take()
+  // What waits would make the force jump: it is more than other materials.
+  [[nodiscard]] bool waits_to_fade() const noexcept {
+    const Posted* posted = posted_.letter();
+    return posted != nullptr && posted->binding != control::Binding::kKeepState;
+  }
   void take() noexcept;   // what waits is the scene from now on
   void adopt() noexcept;  // the same, but nothing is bound: restart() follows
   void restart() noexcept {

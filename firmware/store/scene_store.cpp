@@ -99,11 +99,10 @@ StoreStatus SceneStore::commit(control::SceneView& view) noexcept {
   const SlotHeaderBytes header =
       encode(SlotMagic::kScene, {sequence, static_cast<std::uint32_t>(length_), expected_crc_});
   if (!storage_->write(slot, 0, header)) return StoreStatus::kStorage;
-  binding_ = image_bytes_ != 0 && control::differs_in_materials_only(
-                                      storage_->slot(active_).subspan(kHeaderBytes, image_bytes_), newest_,
-                                      storage_->slot(slot).subspan(kHeaderBytes, length_), checked_, pause_)
-                 ? control::Binding::kKeepState
-                 : control::Binding::kKeepGodObjects;
+  binding_ = image_bytes_ == 0
+                 ? control::Binding::kStart
+                 : control::binding_of(storage_->slot(active_).subspan(kHeaderBytes, image_bytes_), newest_,
+                                       storage_->slot(slot).subspan(kHeaderBytes, length_), checked_, pause_);
   active_ = slot;
   sequence_ = sequence;
   image_crc_ = expected_crc_;

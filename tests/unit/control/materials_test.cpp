@@ -74,6 +74,26 @@ TEST(Materials, ChangeUnderTheFinger) {
   EXPECT_NEAR(renderer.bodies()[0].position_m.x(), 0.1F, 1e-4F);
 }
 
+SceneImage ball(const std::string& name, double radius_m) {
+  return SceneImage(
+      host::compile_scene_text(R"({"thimble_scene": 1, "name": ")" + name +
+                                   R"(", "objects": [{"name": "ball", "shape": {"sphere": {"radius_m": )" +
+                                   std::to_string(radius_m) + R"(}}, "material": {"stiffness_N_m": 500}}]})",
+                               "ball.scene.json", ".")
+          .image);
+}
+
+TEST(Materials, AnotherNameIsAnotherScene) {
+  const SceneImage before = ball("one", 0.01), edited = ball("one", 0.02), other = ball("two", 0.01);
+  const auto binding = [&](const SceneImage& after) {
+    return control::binding_of(before.bytes(), before.view(), after.bytes(), after.view());
+  };
+  EXPECT_EQ(binding(before), Binding::kKeepState);
+  EXPECT_EQ(binding(edited), Binding::kKeepGodObjects);
+  EXPECT_EQ(binding(other), Binding::kStart);
+  EXPECT_EQ(control::binding_of({}, {}, before.bytes(), before.view()), Binding::kStart);
+}
+
 TEST(Planes, AreThoseThatTheGodObjectLiesOn) {
   const SceneImage scene = slab_and_ball(500);
   control::Renderer renderer;

@@ -129,6 +129,7 @@ TEST(Limits, RandomWritesAndSwapsInContactGiveNoEnergy) {
   Eigen::Vector3d target_m = at_m;
   double speed_m_s = 0.1, given_J = 0, bound_J = 0, worst_J = -1, pressed_J = 0;
   int contacts = 0, written = 0, swapped = 0, over = 0, since_swap = 0;
+  bool moved = false;  // by the last swap, which fades out and in
   Vec3 tip_m = bench.shown().arm[0].tip_m, force_N = Vec3::Zero();
   while (written + swapped < kOperations) {
     if (random() % 30 == 0) {
@@ -140,9 +141,11 @@ TEST(Limits, RandomWritesAndSwapsInContactGiveNoEnergy) {
     bench.place(at_m);
     if (random() % 40 == 0) {
       const auto kind = random() % 8;
-      if (kind == 0 && since_swap > 1000) {
+      const bool moves = random() % 2 == 0;
+      if (kind == 0 && since_swap > (moved ? 1000 : 8)) {
         stiffness_N_m = within(200, 2000);
-        if (random() % 2 == 0) height_m = within(-.003, .003);
+        if (moves) height_m = within(-.003, .003);
+        moved = moves;
         load_rough(bench, stiffness_N_m, height_m, within(0, .8));
         stiffest_N_m = std::max(stiffest_N_m, stiffness_N_m);
         ++swapped;
@@ -396,7 +399,34 @@ TEST(Thermal, DeratingKeepsDirectionAndTheLimit) {
   EXPECT_LT(turn, 2e-2F);  // the tremble of one count turns it a little
 }
 
-// A scene swap in contact: the force goes down and up again, and never further than the slew limit in a tick.
+// Other materials in contact are felt in the next tick, with no gap and no step up.
+TEST(SceneSwap, OtherMaterialsAreFeltAtOnce) {
+  for (const float friction : {0.0F, 0.5F}) {
+    Bench bench;
+    bench.start();
+    load_rough(bench, 1000, 0, friction);
+    bench.ticks(2000);
+    bench.move({0, 0, 0.002}, 100);
+    bench.move({0, 0, -0.003}, 400);
+    bench.ticks(1000);
+    const float before_N = bench.force_N();
+    EXPECT_NEAR(before_N, 3.0F, 0.05F);
+
+    load_rough(bench, 500, 0, friction);
+    bench.tick();
+    EXPECT_NEAR(bench.force_N(), 1.5F, 0.05F) << "softer";
+    load_rough(bench, 2000, 0, friction);
+    EXPECT_LT(largest_step_N(bench, 4), 0.11F) << "stiffer: the tremble of a count is 0.1 N";
+    EXPECT_NEAR(bench.force_N(), 1.5F, 0.1F) << "the hand has not paid for more";
+    bench.ticks(400);
+    EXPECT_NEAR(bench.force_N(), 6.0F * (2.25F + 0.5F) / 9.0F, 0.15F) << "0.1 s later by 5 mW";
+    bench.move({0, 0, 0.001}, 400);
+    bench.move({0, 0, -0.003}, 400);
+    EXPECT_NEAR(bench.force_N(), 6.0F, 0.15F) << "touched again it is the wall that it should be";
+  }
+}
+
+// Another shape in contact: the force goes down and up again, and never further than the slew limit in a tick.
 TEST(SceneSwap, FadesInContact) {
   Bench bench;
   bench.start();
@@ -405,7 +435,7 @@ TEST(SceneSwap, FadesInContact) {
   bench.move({0, 0, -0.003}, 400);
   bench.ticks(1000);
   const float before_N = bench.force_N();
-  bench.load(2000.0F, 0.0F);
+  bench.load(2000.0F, -1e-6F);
   float largest_step_N = 0, lowest_N = before_N;
   Vec3 last_N = bench.shown().arm[0].force_N;
   int switch_tick = -1;
