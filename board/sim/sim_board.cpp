@@ -241,6 +241,7 @@ void SimBoard::tick() {
     if (late_s > 0) run_plants(late_s);
     out_ = out;
     written_at_s_ = time_s();
+    if (options_.each_tick) options_.each_tick(controller_->telemetry());
   }
   if (late_s < period_s) run_plants(period_s - late_s);
   ++ticks_;

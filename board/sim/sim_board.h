@@ -13,6 +13,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <random>
@@ -69,6 +70,7 @@ struct SimBoardOptions {
   double plant_step_s =
       kPlantStep_s;         // longer: hours of play are worth more than the last percent of the plant
   bool time_ticks = false;  // fill Inputs::last_tick_us from the machine's clock
+  std::function<void(const firmware::Telemetry&)> each_tick{};  // called after each tick of the controller
 };
 
 class InjectRoutine;

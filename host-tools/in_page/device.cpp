@@ -16,6 +16,7 @@
 #include "host-tools/in_page/exports.h"
 #include "host-tools/in_page/page_links.h"
 #include "host-tools/in_page/page_scenes.h"
+#include "host-tools/in_page/tick_log.h"
 #include "host-tools/viewer/device_session.h"
 
 // A message of the session for the page: JSON as over the WebSocket of `thimble view`.
@@ -74,6 +75,7 @@ class Simulated {
   [[nodiscard]] InnerLink& inner() { return inner_; }
   [[nodiscard]] SimulatedHands& hands() { return hands_; }
   [[nodiscard]] board::LiveLoop& loop() { return loop_; }
+  [[nodiscard]] TickLog& log() { return log_; }
 
  private:
   [[nodiscard]] std::unique_ptr<board::SimBoard> start(const char* reason) {
@@ -85,6 +87,7 @@ class Simulated {
     options.storage = &storage_;
     options.reset_reason = reason;
     options.time_ticks = true;
+    options.each_tick = [this](const firmware::Telemetry& tick) { log_.take(tick); };
     auto board = std::make_unique<board::SimBoard>(options);
     board->step(2 /
                 options_.rate_Hz);  // an early request does not get the state from before the first sample
@@ -92,6 +95,7 @@ class Simulated {
   }
 
   Options options_;
+  TickLog log_;
   board::MemoryStorage storage_;
   InnerLink inner_;
   board::LiveLoop loop_;
@@ -208,6 +212,16 @@ THIMBLE_EXPORT(double, device_ticks)() {
   return device->simulated() == nullptr
              ? 0
              : static_cast<double>(device->simulated()->loop().board().controller().telemetry().tick);
+}
+// Of the simulated board: whether to keep the forces of its ticks; out: those since the last call, as floats; and the longest tick since the last call.
+THIMBLE_EXPORT(void, device_listen)(int yes) {
+  if (device->simulated() != nullptr) device->simulated()->log().listen(yes != 0);
+}
+THIMBLE_EXPORT(int, device_forces)() {
+  return device->simulated() == nullptr ? give("") : give(device->simulated()->log().forces());
+}
+THIMBLE_EXPORT(double, device_worst_tick_us)() {
+  return device->simulated() == nullptr ? 0 : static_cast<double>(device->simulated()->log().worst_us());
 }
 
 // In: a message of a page, as over the WebSocket.

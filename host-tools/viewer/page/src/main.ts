@@ -14,6 +14,7 @@ import { reach_of } from './drag_mapping';
 import { FrameStats } from './frame_stats';
 import { HandControl } from './hand_control';
 import { MaterialPanel } from './material_panel';
+import { Extras } from './extras';
 import { ParameterPanel } from './parameter_panel';
 import type { Hello, PageMessage, SceneStarted, ServerMessage, State, Verb } from './protocol';
 import { SceneObjects, kHomes, set_plane_color } from './scene_objects';
@@ -65,7 +66,8 @@ const curves = new Curves(timeline, show_pause);
 lay_out_arms(1); // nothing moves when the server says so
 const materials = new MaterialPanel(element('material'), send);
 const parameters = new ParameterPanel(element('parameters'), send);
-const transport = open_transport(query, { on_message, on_link });
+const transport = open_transport(query, { on_message, on_link, on_load: (load) => (status.load = load) });
+const extras = new Extras(transport, alerts);
 
 function send(message: PageMessage): boolean {
   if (message.type === 'command' || message.type === 'pick') alerts.asked();
@@ -123,6 +125,7 @@ function on_hello(it: Hello): void {
   if (marks.length !== it.arms) lay_out_arms(it.arms);
   parameters.show(it.parameters ?? []);
   show_permission();
+  extras.on_hello(it);
   void load_scene_names();
 }
 
@@ -221,6 +224,7 @@ function on_state(state: State): void {
     element('arm').classList.toggle('main', state.mode !== 'armed');
   }
   if (link === 'live') status.announce(state);
+  extras.on_state(state);
   alerts.follow(state);
   const arm = state.arms[hand?.arm ?? 0];
   const at = arm?.hand_m ?? arm?.tip_m;

@@ -2,6 +2,7 @@
 import { element, make, set_text } from './dom';
 import { kMeasures, measure_text } from './measures';
 import type { State } from './protocol';
+import type { Load } from './transport';
 import type { Vec3 } from './vector';
 import { inside_text } from './way_out';
 
@@ -10,6 +11,7 @@ const kLabels = { force: 'Force', depth: 'Depth', velocity: 'Speed', energy: 'En
 export class StatusView {
   private cells: { what: (typeof kMeasures)[number] | 'contacts'; arm: number; cell: HTMLElement }[] = [];
   private announced = '';
+  load: Load | null = null; // of a device in the page
 
   // Lays the table of readings out; the first arm's cells have the plain names.
   lay_out(arms: number): void {
@@ -91,9 +93,11 @@ export class StatusView {
   }
 }
 
+const us_text = (time_us: number): string => `${time_us.toFixed(1)} µs`;
 // The device's number ends here: 16 bits of 0.1 us.
 const kMostTick_s = 6553.5e-6;
-export const worst_tick_text = (time_s: number): string => (time_s > kMostTick_s - 1e-8 ? '> 6.5 ms' : `${(time_s * 1e6).toFixed(1)} µs`);
+export const worst_tick_text = (time_s: number): string => (time_s > kMostTick_s - 1e-8 ? '> 6.5 ms' : us_text(time_s * 1e6));
+export const lost_text = ({ lost_s }: Load, rate_Hz: number): string => `${Math.round(lost_s * rate_Hz)} lost`;
 
 function set_old(yes: boolean): void {
   document.body.classList.toggle('stale', yes);

@@ -5,9 +5,18 @@ import type { PageMessage, ServerMessage } from './protocol';
 // server-gone: nobody answers.
 export type Link = 'connecting' | 'live' | 'silent' | 'controller-lost' | 'server-gone';
 
+// Of a device in the page, in the last second.
+export interface Load {
+  ticks: number;
+  lost_s: number; // since the start: that no tick has simulated, because this machine was late
+  busy: number; // part of a core
+  worst_tick_us: number; // 0: no ticks run here
+}
+
 export interface Listener {
   on_message(message: ServerMessage): void;
   on_link(link: Link): void;
+  on_load?(load: Load): void;
 }
 
 export interface Transport {
@@ -16,4 +25,6 @@ export interface Transport {
   scenes(): Promise<string[]>; // to pick from. Throws
   // Leaves the device for a board that the user chooses, where that can be. Rejects with why not.
   choose_board?: () => Promise<void>;
+  // The forces of every tick go to this port (TickForces), or no more; where the device is in the page.
+  listen?: (port: MessagePort | null) => void;
 }

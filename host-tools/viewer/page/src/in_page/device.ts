@@ -84,6 +84,18 @@ export class Device {
   port_out(): Uint8Array<ArrayBuffer> {
     return this.module.given(this.module.call.device_port_out());
   }
+  // Of the simulated board: keeps the forces of its ticks from now on, or no more.
+  listen(yes: boolean): void {
+    this.module.call.device_listen(yes ? 1 : 0);
+  }
+  // x, y, z of each arm of each tick since the last call, in newtons, on the hand.
+  forces(): Float32Array<ArrayBuffer> {
+    return new Float32Array(this.module.given(this.module.call.device_forces()).buffer);
+  }
+  // Since the last call.
+  worst_tick_us(): number {
+    return this.module.call.device_worst_tick_us();
+  }
   get ticks(): number {
     return this.module.call.device_ticks();
   }

@@ -1,4 +1,6 @@
 // The worker of the device: what thimble-sim is elsewhere. In real time; a hidden page pauses it, and its clock with it.
+import type { TickForces } from '../sound_queue';
+import type { Load } from '../transport';
 import { Device, type DeviceOptions } from './device';
 
 export interface Begin {
@@ -10,7 +12,8 @@ export type ToDevice =
   | { deliver: { head: string; image: Uint8Array<ArrayBuffer> } }
   | { pause: boolean }
   | { port_open: boolean }
-  | { port_in: Uint8Array };
+  | { port_in: Uint8Array }
+  | { sound: MessagePort | null }; // where the forces of all ticks go
 export type FromDevice =
   | { message: string }
   | { image: Uint8Array<ArrayBuffer> | null }
@@ -20,17 +23,13 @@ export type FromDevice =
   | { load: Load }
   | { failed: string };
 
-// Of the last second.
-export interface Load {
-  ticks: number;
-  lost_s: number; // since the start: that no tick has simulated, because this machine was late
-  busy: number; // part of a core
-}
-
+const kRate_Hz = 4000; // of the board, where nothing else is asked for
 const kPeriod_ms = 4; // the shortest that a browser's timers have
 const kLoadEvery_ms = 1000;
 
 let device: Device | null = null;
+let running: DeviceOptions = {};
+let sound: MessagePort | null = null;
 let timer: ReturnType<typeof setInterval> | undefined;
 let hidden_since_ms: number | null = null;
 let hidden_ms = 0;
@@ -53,7 +52,16 @@ function round(): void {
   const begin_ms = performance.now();
   guarded(() => device?.round());
   send_port();
+  send_forces();
   count(begin_ms);
+}
+
+function send_forces(): void {
+  if (sound === null || device === null) return;
+  const forces_N = device.forces();
+  if (forces_N.length === 0) return;
+  const ticks: TickForces = { forces_N, arms: running.arms ?? 1, rate_Hz: running.rate_Hz ?? kRate_Hz };
+  sound.postMessage(ticks, [forces_N.buffer]);
 }
 
 function send_port(): void {
@@ -67,7 +75,9 @@ function count(begin_ms: number): void {
   const span_ms = end_ms - load.since_ms;
   if (span_ms < kLoadEvery_ms || device === null) return;
   const ticks = device.ticks;
-  tell({ load: { ticks: ticks - load.ticks, lost_s: device.skipped_s, busy: load.busy_ms / span_ms } });
+  tell({
+    load: { ticks: ticks - load.ticks, lost_s: device.skipped_s, busy: load.busy_ms / span_ms, worst_tick_us: device.worst_tick_us() },
+  });
   Object.assign(load, { since_ms: end_ms, busy_ms: 0, ticks });
 }
 
@@ -84,6 +94,8 @@ function begin({ compiled, options }: Begin['begin']): void {
     },
     now_ms,
   );
+  running = options;
+  device.listen(sound !== null);
   load.since_ms = performance.now();
   timer = setInterval(round, kPeriod_ms);
 }
@@ -102,7 +114,11 @@ onmessage = ({ data }: MessageEvent<ToDevice>) =>
     else if ('post' in data) device?.post(data.post);
     else if ('deliver' in data) device?.deliver(data.deliver.head, data.deliver.image);
     else if ('pause' in data) pause(data.pause);
-    else if ('port_open' in data) device?.port_open(data.port_open);
+    else if ('sound' in data) {
+      sound?.close();
+      sound = data.sound;
+      device?.listen(sound !== null);
+    } else if ('port_open' in data) device?.port_open(data.port_open);
     else device?.port_in(data.port_in);
     send_port();
   });

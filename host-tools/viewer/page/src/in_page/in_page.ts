@@ -44,6 +44,10 @@ export class InPage implements Transport {
     return this.gallery.names();
   }
 
+  listen(port: MessagePort | null): void {
+    this.to_device({ sound: port }, port === null ? [] : [port]);
+  }
+
   private async begin(): Promise<void> {
     try {
       this.compiled = await WebAssembly.compileStreaming(fetch(new URL('thimble.wasm', document.baseURI)));
@@ -94,8 +98,10 @@ export class InPage implements Transport {
     } else if ('image' in data) this.running = data.image;
     else if ('compile' in data) void this.compile(data.compile);
     else if ('port_out' in data) this.port_out(data.port_out);
-    else if ('load' in data) document.documentElement.dataset.load = JSON.stringify(data.load);
-    else if ('failed' in data) this.fail(data.failed);
+    else if ('load' in data) {
+      document.documentElement.dataset.load = JSON.stringify(data.load);
+      this.listener.on_load?.(data.load);
+    } else if ('failed' in data) this.fail(data.failed);
   }
 
   private async compile(job: { file: string; text?: string }): Promise<void> {

@@ -1,87 +1,8 @@
 // The device of the site in Node.js: the session homes and arms the simulated board, runs a scene, and a hand feels it. The clock is the test's.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import { join } from 'node:path';
 import { test } from 'node:test';
 
-import type { Hello, SceneStarted, ServerEvent, ServerMessage, State } from '../../src/protocol';
-import { Device } from '../../src/in_page/device';
-import { compiler_of_scenes, kModule, kScenes } from './modules';
-
-const kRound_ms = 4;
-
-// A device whose scenes are compiled at once; time passes by run().
-class Bench {
-  readonly hellos: Hello[] = [];
-  readonly scenes: SceneStarted[] = [];
-  readonly events: ServerEvent[] = [];
-  readonly saved: { file: string; text: string }[] = [];
-  states: State[] = [];
-  image: Uint8Array | null = null;
-  private now_ms = 1000;
-  private jobs: { file: string; text?: string }[] = [];
-  private readonly compiler = compiler_of_scenes();
-  private readonly device: Device;
-
-  constructor(options = {}) {
-    this.device = new Device(
-      kModule,
-      options,
-      {
-        message: (text) => this.take(JSON.parse(text) as ServerMessage),
-        image: (bytes) => (this.image = bytes),
-        compile: (job) => void this.jobs.push(job),
-        save: (file) => void this.saved.push(file),
-      },
-      () => this.now_ms,
-    );
-  }
-
-  post(message: object): void {
-    this.device.post(message);
-  }
-  // Until `done` says so; throws after so many seconds.
-  run(seconds: number, done: () => boolean = () => false): void {
-    for (const end_ms = this.now_ms + 1000 * seconds; this.now_ms < end_ms && !done(); this.now_ms += kRound_ms) {
-      this.device.round();
-      for (const job of this.jobs.splice(0)) this.compile(job);
-    }
-  }
-  // Time in which nothing runs.
-  pass(seconds: number): void {
-    this.now_ms += 1000 * seconds;
-  }
-  until(what: string, done: () => boolean, seconds = 20): void {
-    this.run(seconds, done);
-    assert.ok(done(), `${what}: ${JSON.stringify({ events: this.events, state: this.newest })}`);
-  }
-  get newest(): State | undefined {
-    return this.states.at(-1);
-  }
-  get force_N(): number {
-    return Math.hypot(...(this.newest?.arms[0]?.force_N ?? [0]));
-  }
-  get skipped_s(): number {
-    return this.device.skipped_s;
-  }
-  get ticks(): number {
-    return this.device.ticks;
-  }
-
-  private compile({ file, text }: { file: string; text?: string }): void {
-    const name = file.replace('.scene.json', '');
-    const path = `${name}/${file}`;
-    const all = text ?? readFileSync(join(kScenes, path), 'utf8');
-    const { head, image } = this.compiler.compile(`/scenes/${path}`, all);
-    this.device.deliver(JSON.stringify({ ...head, text: all }), image);
-  }
-  private take(message: ServerMessage): void {
-    if (message.type === 'hello') this.hellos.push(message);
-    else if (message.type === 'scene') this.scenes.push(message);
-    else if (message.type === 'event') this.events.push(message);
-    else if (message.type === 'state') this.states.push(message);
-  }
-}
+import { Bench } from './bench';
 
 test('a scene is picked, the arm homed and armed, a wall felt, a material changed, the arm stopped', () => {
   const bench = new Bench();
