@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { basename, relative } from 'node:path';
 
+import type { Compiler } from '../../src/in_page/compiler';
 import { Device } from '../../src/in_page/device';
 import type { Hello, SceneStarted, ServerEvent, ServerMessage, State } from '../../src/protocol';
 import { all_files, compiler_of_scenes, kModule, kScenes } from './modules';
@@ -10,6 +11,9 @@ import { all_files, compiler_of_scenes, kModule, kScenes } from './modules';
 const kRound_ms = 4;
 
 // A device whose scenes are compiled at once; time passes by run().
+let one: Compiler | undefined;
+const compiler = (): Compiler => (one ??= compiler_of_scenes());
+
 export class Bench {
   readonly hellos: Hello[] = [];
   readonly scenes: SceneStarted[] = [];
@@ -21,7 +25,6 @@ export class Bench {
   readonly forces_N: number[] = []; // of every tick since listen()
   private now_ms = 1000;
   private jobs: { file: string; text?: string }[] = [];
-  private readonly compiler = compiler_of_scenes();
   private readonly device: Device;
 
   constructor(options = {}) {
@@ -85,7 +88,7 @@ export class Bench {
     const name = file.replace('.scene.json', '');
     const path = this.own.has(name) ? `mine/${file}` : relative(kScenes, this.folder_of(file));
     const all = text ?? this.own.get(name) ?? readFileSync(this.folder_of(file), 'utf8');
-    const { head, image } = this.compiler.compile(`/scenes/${path}`, all);
+    const { head, image } = compiler().compile(`/scenes/${path}`, all);
     this.device.deliver(JSON.stringify({ ...head, text: all }), image);
   }
   private folder_of(file: string): string {

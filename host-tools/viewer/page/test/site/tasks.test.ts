@@ -1,0 +1,60 @@
+// The task of every demonstration: its own ghost fulfils it with the device of the site, and nothing does before.
+import assert from 'node:assert/strict';
+import { existsSync, readFileSync } from 'node:fs';
+import { basename, dirname, join } from 'node:path';
+import { test } from 'node:test';
+
+import { Ghost } from '../../src/ghost';
+import { HandPath } from '../../src/hand_path';
+import type { State } from '../../src/protocol';
+import { TaskWatch } from '../../src/task_watch';
+import { kTasks } from '../../src/tasks';
+import type { Vec3 } from '../../src/vector';
+import { Bench } from './bench';
+import { all_files, kScenes } from './modules';
+
+const scenes = all_files(kScenes).filter((file) => file.endsWith('.scene.json'));
+const name_of = (file: string): string => basename(file, '.scene.json');
+
+function path_of(scene: string): HandPath {
+  const own = join(dirname(scene), `${name_of(scene)}.stroke.csv`);
+  return HandPath.parse(readFileSync(existsSync(own) ? own : join(dirname(scene), 'stroke.csv'), 'utf8'));
+}
+
+test('every scene has a task, and every task a scene', () => {
+  assert.deepEqual(Object.keys(kTasks).sort(), scenes.map(name_of).sort());
+});
+
+for (const scene of scenes) {
+  const name = name_of(scene);
+  const task = kTasks[name];
+  test(name, () => {
+    const bench = new Bench({ arms: task.arms ?? 1 });
+    bench.post({ type: 'pick', scene: name });
+    bench.until('armed', () => bench.newest?.mode === 'armed');
+    const watch = new TaskWatch(
+      task,
+      (bench.scenes.at(-1)?.objects ?? []).map((object) => object.name),
+    );
+    let last: State | undefined;
+    const look = () => {
+      for (const state of bench.states.splice(0)) watch.take((last = state));
+    };
+    bench.run(0.5);
+    look();
+    assert.equal(watch.goals_met, 0, 'fulfilled by nothing');
+
+    const ghost = new Ghost(path_of(scene), task.shown_s ?? Infinity, (arm, position_m) => bench.post({ type: 'hand', arm, position_m }));
+    const hands = (): Vec3[] => (last?.arms ?? []).map((arm) => arm?.hand_m ?? arm?.tip_m ?? [0, 0, 0]);
+    let time_s = 0;
+    for (; ghost.step(time_s, hands()) && !watch.done; time_s += 0.016) {
+      bench.run(0.016);
+      look();
+    }
+    assert.ok(watch.done && task.goals.length > 0, `${watch.goals_met} of ${task.goals.length}`);
+    assert.deepEqual(
+      bench.events.filter((event) => event.level === 'error'),
+      [],
+    );
+  });
+}
