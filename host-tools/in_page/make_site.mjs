@@ -26,11 +26,21 @@ function named_files(file) {
   return [...found].sort();
 }
 
+const scene_name = (file) => file.split('/').at(-1).replace('.scene.json', '');
+// The path of the scripted hand, for how many arms it is, and the picture.
+function shown_with(file) {
+  const name = scene_name(file);
+  const beside = (...names) => names.map((one) => relative(scenes, join(dirname(file), one))).find((one) => existsSync(join(scenes, one)));
+  const path = beside(`${name}.stroke.csv`, 'stroke.csv');
+  const arms = path !== undefined && /^.*,arm$/m.test(readFileSync(join(scenes, path), 'utf8')) ? 2 : 1;
+  return { path, arms, picture: beside(`${name}.webp`) };
+}
+
 const list = all_files(scenes)
   .filter((file) => file.endsWith('.scene.json'))
-  .map((file) => ({ name: file.split('/').at(-1).replace('.scene.json', ''), file: relative(scenes, file), files: named_files(file) }));
+  .map((file) => ({ name: scene_name(file), file: relative(scenes, file), files: named_files(file), ...shown_with(file) }));
 rmSync(join(site, 'scenes'), { recursive: true, force: true });
-for (const file of new Set(list.flatMap((scene) => [scene.file, ...scene.files]))) cpSync(join(scenes, file), join(site, 'scenes', file));
+for (const file of new Set(list.flatMap((scene) => [scene.file, ...scene.files, scene.path, scene.picture].filter(Boolean)))) cpSync(join(scenes, file), join(site, 'scenes', file));
 writeFileSync(join(site, 'scenes/list.json'), JSON.stringify(list));
 
 const files = all_files(site)

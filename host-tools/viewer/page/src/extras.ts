@@ -1,9 +1,11 @@
 // What goes beyond seeing: sound, vibration, and where there are scenes to choose from, the gallery with its tasks.
 import type { Alerts } from './alerts';
 import { element } from './dom';
-import type { Hello, State } from './protocol';
+import type { GalleryView } from './gallery_view';
+import type { Hello, PageMessage, SceneStarted, State } from './protocol';
 import { SoundButton, why_silent } from './sound_button';
-import type { Transport } from './transport';
+import type { TaskPanel } from './task_panel';
+import type { SceneGallery, Transport } from './transport';
 import { Vibration, can_shake } from './vibration';
 
 export class Extras {
@@ -13,24 +15,80 @@ export class Extras {
   private since_s: number | null = null;
   private forces_Hz = 0;
 
+  private gallery: GalleryView | null = null;
+  private task: TaskPanel | null = null;
+  private hello: Hello | null = null;
+  private scene: SceneStarted | null = null;
+
   constructor(
     private readonly transport: Transport,
+    private readonly send: (message: PageMessage) => boolean,
     alerts: Alerts,
+    canvas: HTMLCanvasElement,
   ) {
     this.sound = new SoundButton((port) => transport.listen?.(port), alerts);
     this.show_vibration();
     addEventListener('gamepadconnected', () => this.show_vibration());
     addEventListener('gamepaddisconnected', () => this.show_vibration());
+    if (transport.gallery) void this.open_gallery(transport.gallery, canvas);
   }
 
   on_hello(hello: Hello): void {
     const every_tick = this.transport.listen !== undefined && hello.simulated;
     this.sound.allow(() => why_silent(every_tick, this.forces_Hz));
+    this.hello = hello;
+    this.task?.allow(hello.simulated && hello.may_control);
+  }
+
+  // other: than the one that ran.
+  on_scene(scene: SceneStarted, other: boolean): void {
+    this.scene = scene;
+    if (other) this.show_scene();
   }
 
   on_state(state: State): void {
     this.count(state.time_s);
     this.vibration.take(state, performance.now());
+    this.task?.take(state);
+  }
+
+  // Once a frame.
+  step(now_s: number): void {
+    this.task?.step(now_s);
+  }
+
+  private async open_gallery(gallery: SceneGallery, canvas: HTMLCanvasElement): Promise<void> {
+    for (const id of ['gallery', 'task']) element(id).hidden = false;
+    const [{ GalleryView }, { TaskPanel }, { Tasks }] = await Promise.all([
+      import('./gallery_view'),
+      import('./task_panel'),
+      import('./tasks_done'),
+    ]);
+    const done = new Tasks();
+    this.gallery = new GalleryView(done, (scene) => this.send({ type: 'pick', scene }));
+    this.task = new TaskPanel(
+      gallery,
+      done,
+      (arm, position_m) => this.send({ type: 'hand', arm, position_m }),
+      () => this.gallery?.mark(),
+    );
+    for (const event of ['pointerdown', 'keydown', 'wheel'])
+      canvas.addEventListener(event, () => this.task?.end_ghost(), { passive: true });
+    if (this.hello) this.on_hello(this.hello);
+    this.show_scene();
+    await this.gallery.fill(gallery);
+    this.show_scene();
+  }
+
+  private show_scene(): void {
+    const { scene } = this;
+    if (scene === null) return;
+    const name = scene.pick ?? scene.name;
+    this.gallery?.mark(name);
+    void this.task?.begin(
+      name,
+      scene.objects.map((object) => object.name),
+    );
   }
 
   private count(time_s: number): void {
@@ -51,4 +109,12 @@ export class Extras {
       button.setAttribute('aria-pressed', String(this.vibration.on));
     };
   }
+}
+
+const kFirst = { capture: true, passive: true }; // before the hand's own listeners
+// As in hand_control.ts.
+function moves_hand(event: Event): boolean {
+  if (event instanceof PointerEvent) return event.button === 0 && !event.shiftKey;
+  if (event instanceof WheelEvent) return !event.ctrlKey;
+  return event instanceof KeyboardEvent && /^(Arrow|Page)/.test(event.key);
 }

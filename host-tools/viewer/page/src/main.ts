@@ -2,6 +2,7 @@
 import './style.css';
 import './alerts.css';
 import './commission.css';
+import './gallery.css';
 
 import { open_transport } from '#transport';
 
@@ -67,7 +68,7 @@ lay_out_arms(1); // nothing moves when the server says so
 const materials = new MaterialPanel(element('material'), send);
 const parameters = new ParameterPanel(element('parameters'), send);
 const transport = open_transport(query, { on_message, on_link, on_load: (load) => (status.load = load) });
-const extras = new Extras(transport, alerts);
+const extras = new Extras(transport, send, alerts, canvas);
 
 function send(message: PageMessage): boolean {
   if (message.type === 'command' || message.type === 'pick') alerts.asked();
@@ -161,6 +162,7 @@ function on_scene(it: SceneStarted): void {
     show_pause(); // it has ended
   }
   set_text(element('scene'), it.name || 'none');
+  extras.on_scene(it, other);
   choose_scene_name(it);
   materials.show(it);
   show_permission();
@@ -355,6 +357,7 @@ function frame(now_ms: number): void {
   const begin_ms = performance.now();
   hand?.step(now_ms / 1000, Math.min((now_ms - before_ms) / 1000, 0.1));
   materials.flush();
+  extras.step(now_ms / 1000);
   before_ms = now_ms;
   const state = timeline.state;
   const drew = draw(now_ms, state);

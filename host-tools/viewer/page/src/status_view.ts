@@ -61,7 +61,10 @@ export class StatusView {
       element('tick-rate'),
       known(state.tick_rate_Hz, (rate) => `${Math.round(rate)} Hz`),
     );
-    set_text(element('worst-tick'), known(state.worst_tick_s, worst_tick_text));
+    const { load } = this;
+    set_text(element('worst-tick'), load?.worst_tick_us ? long_tick_text(load.worst_tick_us) : known(state.worst_tick_s, worst_tick_text));
+    set_text(element('lost-ticks'), load === null ? '' : lost_text(load, state.tick_rate_Hz ?? 0));
+    set_text(element('core-load'), load === null ? '' : `load ${Math.round(100 * load.busy)} %`);
     set_old(false);
   }
 
@@ -97,6 +100,7 @@ const us_text = (time_us: number): string => `${time_us.toFixed(1)} µs`;
 // The device's number ends here: 16 bits of 0.1 us.
 const kMostTick_s = 6553.5e-6;
 export const worst_tick_text = (time_s: number): string => (time_s > kMostTick_s - 1e-8 ? '> 6.5 ms' : us_text(time_s * 1e6));
+export const long_tick_text = (time_us: number): string => (time_us < 1000 ? us_text(time_us) : `${(time_us / 1000).toFixed(1)} ms`);
 export const lost_text = ({ lost_s }: Load, rate_Hz: number): string => `${Math.round(lost_s * rate_Hz)} lost`;
 
 function set_old(yes: boolean): void {

@@ -42,6 +42,7 @@ const kLeastStep_m = 0.0002;
 
 export class TaskWatch {
   private readonly met: boolean[];
+  private readonly open: boolean[]; // what holds from the start on is nobody's doing, until it has ended
   private readonly strokes: Strokes[];
   private first: State | null = null; // what was there before
 
@@ -51,6 +52,7 @@ export class TaskWatch {
     private readonly names: readonly string[],
   ) {
     this.met = task.goals.map(() => false);
+    this.open = task.goals.map(() => false);
     this.strokes = task.goals.map(() => new Strokes());
   }
 
@@ -66,7 +68,8 @@ export class TaskWatch {
     this.first ??= state;
     this.task.goals.forEach((goal, i) => {
       const holds = this.holds(goal, state, this.strokes[i]);
-      this.met[i] ||= holds;
+      this.met[i] ||= holds && this.open[i];
+      this.open[i] ||= !holds;
     });
   }
 

@@ -18,7 +18,6 @@ export interface Task {
   line: string; // of the scene
   task: string;
   goals: Goal[]; // in any order
-  arms?: number; // that it takes; 1 if nothing is said
   shown_s?: number; // of the scripted hand, after which the ghost has shown enough
 }
 
@@ -39,7 +38,6 @@ export const kTasks: Record<string, Task> = {
     line: 'Two blocks on a table, and two fingertips.',
     task: 'Lift the near block with two fingers.',
     goals: [{ body: { object: 'near block', raised_m: 0.01 }, touching: 2 }],
-    arms: 2,
   },
   textures: {
     line: 'Six patches: egg boxes, ridges, noise, a grater.',
@@ -166,13 +164,11 @@ export const kTasks: Record<string, Task> = {
       { body: { object: 'block', raised_m: 0.01 }, touching: 2 },
       { body: { object: 'block', raised_m: 0.005 }, touching: 0 },
     ],
-    arms: 2,
     shown_s: 4,
   },
   'blocks-6dof': {
     line: 'Blocks that turn and tip over.',
     task: 'Turn the low block by 20 degrees between two fingers.',
     goals: [{ body: { object: 'block', turned_deg: 20 }, touching: 2 }],
-    arms: 2,
   },
 };

@@ -19,6 +19,12 @@ export interface Listener {
   on_load?(load: Load): void;
 }
 
+// The scenes with what shows them to a new user.
+export interface SceneGallery {
+  pictures(): Promise<{ name: string; picture?: string }[]>; // addresses of pictures. Throws
+  hand_path(name: string): Promise<string | null>; // of a scripted hand, CSV; null: there is none. Throws
+}
+
 export interface Transport {
   send(message: PageMessage): boolean; // false: there is no connection
   image(): Promise<Uint8Array<ArrayBuffer> | null>; // of the running scene; null: not known. Throws
@@ -27,4 +33,5 @@ export interface Transport {
   choose_board?: () => Promise<void>;
   // The forces of every tick go to this port (TickForces), or no more; where the device is in the page.
   listen?: (port: MessagePort | null) => void;
+  readonly gallery?: SceneGallery;
 }

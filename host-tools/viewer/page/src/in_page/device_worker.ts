@@ -4,7 +4,7 @@ import type { Load } from '../transport';
 import { Device, type DeviceOptions } from './device';
 
 export interface Begin {
-  begin: { compiled: WebAssembly.Module; options: DeviceOptions };
+  begin: { compiled: WebAssembly.Module; options: DeviceOptions; number: number }; // number: of the device, told with its jobs
 }
 export type ToDevice =
   | Begin
@@ -17,7 +17,7 @@ export type ToDevice =
 export type FromDevice =
   | { message: string }
   | { image: Uint8Array<ArrayBuffer> | null }
-  | { compile: { file: string; text?: string } }
+  | { compile: { file: string; text?: string }; number: number }
   | { save: { file: string; text: string } }
   | { port_out: Uint8Array<ArrayBuffer> }
   | { load: Load }
@@ -81,7 +81,7 @@ function count(begin_ms: number): void {
   Object.assign(load, { since_ms: end_ms, busy_ms: 0, ticks });
 }
 
-function begin({ compiled, options }: Begin['begin']): void {
+function begin({ compiled, options, number }: Begin['begin']): void {
   clearInterval(timer);
   device = new Device(
     compiled,
@@ -89,14 +89,14 @@ function begin({ compiled, options }: Begin['begin']): void {
     {
       message: (message) => tell({ message }),
       image: (image) => tell({ image }),
-      compile: (job) => tell({ compile: job }),
+      compile: (job) => tell({ compile: job, number }),
       save: (file) => tell({ save: file }),
     },
     now_ms,
   );
   running = options;
   device.listen(sound !== null);
-  load.since_ms = performance.now();
+  Object.assign(load, { since_ms: performance.now(), busy_ms: 0, ticks: 0 });
   timer = setInterval(round, kPeriod_ms);
 }
 

@@ -3,12 +3,16 @@ export interface GalleryScene {
   name: string; // "ring"
   file: string; // of the scene, below scenes/: "ring/ring.scene.json"
   files: string[]; // that it names
+  path?: string; // of its scripted hand
+  arms: number;
+  picture?: string;
 }
 
 const kFirst = 'buttons';
 
 export class Gallery {
   private list: Promise<GalleryScene[]> | null = null;
+  private known: GalleryScene[] = [];
   private readonly texts = new Map<string, Promise<string>>(); // by the scene's file
 
   // put: gives a file to the compiler.
@@ -20,6 +24,20 @@ export class Gallery {
   async first(): Promise<string> {
     const names = await this.names();
     return names.includes(kFirst) ? kFirst : names[0];
+  }
+
+  // For how many arms it is.
+  arms(name: string): number {
+    return this.known.find((scene) => scene.name === name)?.arms ?? 1;
+  }
+  // With the addresses of their pictures.
+  async pictures(): Promise<{ name: string; picture?: string }[]> {
+    return (await this.all()).map(({ name, picture }) => ({ name, picture: picture && address(picture).href }));
+  }
+  // Of the scripted hand: CSV. Null: there is none.
+  async hand_path(name: string): Promise<string | null> {
+    const path = (await this.all()).find((scene) => scene.name === name)?.path;
+    return path === undefined ? null : (await get(path)).text();
   }
 
   // The path and the text of the scene that the session calls NAME.scene.json; its files are with the compiler.
@@ -44,12 +62,14 @@ export class Gallery {
   }
   private async all(): Promise<GalleryScene[]> {
     this.list ??= get('list.json').then((answer) => answer.json() as Promise<GalleryScene[]>);
-    return this.list;
+    return (this.known = await this.list);
   }
 }
 
+const address = (file: string): URL => new URL(`scenes/${file}`, document.baseURI);
+
 async function get(file: string): Promise<Response> {
-  const answer = await fetch(new URL(`scenes/${file}`, document.baseURI));
+  const answer = await fetch(address(file));
   if (!answer.ok) throw new Error(`scenes/${file}: the server answered ${answer.status}`);
   return answer;
 }

@@ -12,21 +12,26 @@ const kSilent_ms = 1500;
 export class InPage implements Transport {
   private readonly device = new Worker(new URL('./device_worker.ts', import.meta.url), { type: 'module', name: 'device' });
   private readonly compiler = new Worker(new URL('./compiler_worker.ts', import.meta.url), { type: 'module', name: 'compiler' });
-  private readonly gallery = new Gallery((path, bytes) => this.to_compiler({ put: { path, bytes } }));
+  readonly gallery = new Gallery((path, bytes) => this.to_compiler({ put: { path, bytes } }));
   private running: Uint8Array<ArrayBuffer> | null = null;
   private last_state_ms = 0;
   private up = true; // the session has its device
   private failed = false;
   private compiled: WebAssembly.Module | null = null;
   private board: SerialBoard | null = null;
+  private arms = 1;
+  private devices = 0; // that have begun
+  private readonly compiling: number[] = []; // for which of them
   private early: Uint8Array[] = []; // for the board that is being opened
   readonly choose_board?: () => Promise<void>;
 
   constructor(private readonly listener: Listener) {
     if (serial() !== null) this.choose_board = () => this.leave_for_board();
     this.device.onmessage = ({ data }: MessageEvent<FromDevice>) => this.take(data);
-    this.compiler.onmessage = ({ data }: MessageEvent<FromCompiler>) =>
+    this.compiler.onmessage = ({ data }: MessageEvent<FromCompiler>) => {
+      if (this.compiling.shift() !== this.devices) return; // that device is gone
       this.to_device({ deliver: { head: data.head, image: data.image } }, [data.image.buffer]);
+    };
     document.addEventListener('visibilitychange', () => this.to_device({ pause: document.hidden && this.board === null }));
     void this.begin();
     setInterval(() => this.watch(), 250);
@@ -34,6 +39,8 @@ export class InPage implements Transport {
 
   send(message: PageMessage): boolean {
     if (this.failed) return false;
+    if (message.type === 'pick' && this.board === null && this.gallery.arms(message.scene) !== this.arms)
+      this.take_arms(this.gallery.arms(message.scene));
     this.to_device({ post: message });
     return true;
   }
@@ -59,9 +66,16 @@ export class InPage implements Transport {
     }
   }
 
+  // Another simulated device, with so many arms.
+  private take_arms(arms: number): void {
+    this.running = null;
+    this.begin_device({ arms });
+  }
   private begin_device(options: DeviceOptions): void {
     if (this.compiled === null) throw new Error('the page has not loaded yet');
-    this.to_device({ begin: { compiled: this.compiled, options } });
+    this.arms = options.arms ?? 1;
+    ++this.devices;
+    this.to_device({ begin: { compiled: this.compiled, options, number: this.devices } });
     this.to_device({ pause: document.hidden });
   }
 
@@ -96,7 +110,7 @@ export class InPage implements Transport {
       }
       this.listener.on_message(message);
     } else if ('image' in data) this.running = data.image;
-    else if ('compile' in data) void this.compile(data.compile);
+    else if ('compile' in data) void this.compile(data.compile, data.number);
     else if ('port_out' in data) this.port_out(data.port_out);
     else if ('load' in data) {
       document.documentElement.dataset.load = JSON.stringify(data.load);
@@ -104,11 +118,13 @@ export class InPage implements Transport {
     } else if ('failed' in data) this.fail(data.failed);
   }
 
-  private async compile(job: { file: string; text?: string }): Promise<void> {
+  private async compile(job: { file: string; text?: string }, number: number): Promise<void> {
     try {
       const { path, text } = await this.gallery.open(job.file);
+      this.compiling.push(number);
       this.to_compiler({ job: { file: path, text: job.text ?? text } });
     } catch (error) {
+      if (number !== this.devices) return;
       const cause = error instanceof Error ? error.message : String(error);
       const issue = { name: 'no-such-scene', cause, remedy: 'pick another scene, or load the page again' };
       const head = JSON.stringify({ name: '', objects: [], warnings: [], issues: [issue], more: 0, text: '' });

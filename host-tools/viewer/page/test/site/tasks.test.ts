@@ -29,7 +29,8 @@ for (const scene of scenes) {
   const name = name_of(scene);
   const task = kTasks[name];
   test(name, () => {
-    const bench = new Bench({ arms: task.arms ?? 1 });
+    const path = path_of(scene);
+    const bench = new Bench({ arms: path.arm_count });
     bench.post({ type: 'pick', scene: name });
     bench.until('armed', () => bench.newest?.mode === 'armed');
     const watch = new TaskWatch(
@@ -44,7 +45,7 @@ for (const scene of scenes) {
     look();
     assert.equal(watch.goals_met, 0, 'fulfilled by nothing');
 
-    const ghost = new Ghost(path_of(scene), task.shown_s ?? Infinity, (arm, position_m) => bench.post({ type: 'hand', arm, position_m }));
+    const ghost = new Ghost(path, task.shown_s ?? Infinity, (arm, position_m) => bench.post({ type: 'hand', arm, position_m }));
     const hands = (): Vec3[] => (last?.arms ?? []).map((arm) => arm?.hand_m ?? arm?.tip_m ?? [0, 0, 0]);
     let time_s = 0;
     for (; ghost.step(time_s, hands()) && !watch.done; time_s += 0.016) {

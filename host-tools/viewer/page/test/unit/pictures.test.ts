@@ -1,6 +1,6 @@
 // Every demonstration has its picture, and the page of pictures shows it.
 import assert from 'node:assert/strict';
-import { readFileSync, readdirSync } from 'node:fs';
+import { readFileSync, readdirSync, statSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 
@@ -25,4 +25,9 @@ test('docs/pictures.md and its pictures are those of the list', () => {
   assert.equal(readFileSync(join(kTop, 'docs/pictures.md'), 'utf8'), page_of_pictures(), 'run scripts/pictures');
   const pictures = readdirSync(join(kTop, 'docs/pictures')).sort();
   assert.deepEqual(pictures, kPictures.map(({ scene }) => `${scene}.png`).sort());
+});
+
+test('every scene has its small picture for the gallery, 60 kB for all of them', () => {
+  const sizes = kPictures.map(({ folder, scene }) => statSync(join(kTop, 'scenes', folder, `${scene}.webp`)).size);
+  assert.ok(sizes.reduce((sum, size) => sum + size) <= 60_000, `${sizes}`);
 });
