@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "firmware/observe/telemetry.h"
+#include "board/sim/sim_board.h"
 
 namespace thimble::host {
 
