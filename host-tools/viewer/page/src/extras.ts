@@ -59,12 +59,12 @@ export class Extras {
 
   private async open_gallery(gallery: SceneGallery, canvas: HTMLCanvasElement): Promise<void> {
     for (const id of ['gallery', 'task']) element(id).hidden = false;
-    const [{ GalleryView }, { TaskPanel }, { Tasks }] = await Promise.all([
+    const [{ GalleryView }, { TaskPanel }, { DoneTasks }] = await Promise.all([
       import('./gallery_view'),
       import('./task_panel'),
       import('./tasks_done'),
     ]);
-    const done = new Tasks();
+    const done = new DoneTasks();
     this.gallery = new GalleryView(done, (scene) => this.send({ type: 'pick', scene }));
     this.task = new TaskPanel(
       gallery,

@@ -1,6 +1,6 @@
 // The gallery: a card for each scene, with its picture, one line and a mark where its task has been done.
 import { element, make } from './dom';
-import type { Tasks } from './tasks_done';
+import type { DoneTasks } from './tasks_done';
 import { kTasks } from './tasks';
 import type { SceneGallery } from './transport';
 
@@ -9,7 +9,7 @@ export class GalleryView {
   private readonly cards = new Map<string, HTMLElement>(); // by the scene
 
   constructor(
-    private readonly done: Tasks,
+    private readonly done: DoneTasks,
     private readonly choose: (scene: string) => void,
   ) {}
 

@@ -5,7 +5,7 @@ import { HandPath } from './hand_path';
 import type { State } from './protocol';
 import { TaskWatch } from './task_watch';
 import { kTasks } from './tasks';
-import type { Tasks } from './tasks_done';
+import type { DoneTasks } from './tasks_done';
 import type { SceneGallery } from './transport';
 import type { Vec3 } from './vector';
 
@@ -23,7 +23,7 @@ export class TaskPanel {
 
   constructor(
     private readonly gallery: SceneGallery,
-    private readonly done: Tasks,
+    private readonly done: DoneTasks,
     private readonly hand: Hand,
     private readonly on_done: () => void,
   ) {

@@ -1,7 +1,7 @@
 // The tasks that the user of this browser has done.
 const kKey = 'thimble-tasks-done';
 
-export class Tasks {
+export class DoneTasks {
   private readonly names = new Set<string>(read());
 
   has(name: string): boolean {

@@ -1,17 +1,10 @@
 // axe-core on the page in both themes at phone and desktop sizes; and that nothing moves while it connects and runs.
-import axe, { type AxeResults } from 'axe-core';
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { Page } from 'playwright-core';
 
 import { until } from './browser';
-import { arm, moved, show, text } from './harness';
-
-async function violations(page: Page): Promise<string[]> {
-  await page.evaluate(axe.source);
-  const { violations } = (await page.evaluate('axe.run(document, { resultTypes: ["violations"] })')) as AxeResults;
-  return violations.flatMap(({ id, nodes }) => nodes.map(({ html, failureSummary }) => `${id}: ${html.slice(0, 120)} ${failureSummary}`));
-}
+import { arm, show, text } from './harness';
+import { moved, violations } from './page_checks';
 
 for (const colorScheme of ['light', 'dark'] as const)
   for (const viewport of [

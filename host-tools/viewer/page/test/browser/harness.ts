@@ -68,16 +68,3 @@ export async function drag(page: Page, dx: number, dy: number): Promise<void> {
   }
   await page.mouse.up();
 }
-
-// What has moved by itself since the page was loaded, but for the list of banners, which grows upwards, and digits on the right.
-export const moved = (page: Page): Promise<string[]> =>
-  page.evaluate(`new Promise((done) => {
-    const all = [];
-    const name = ({ node }) => (node ? (node.id || node.className || node.nodeName) : 'gone');
-    const seen = new PerformanceObserver((list) => {
-      for (const shift of list.getEntries())
-        all.push(...shift.sources.filter(({ node }) => node?.nodeType !== Node.TEXT_NODE && !node?.closest?.('#alerts')).map((it) => name(it) + ' by ' + shift.value.toFixed(4)));
-    });
-    seen.observe({ type: 'layout-shift', buffered: true });
-    setTimeout(() => done(all), 300);
-  })`);

@@ -4,7 +4,8 @@ import { test } from 'node:test';
 import type { Page } from 'playwright-core';
 
 import { until } from './browser';
-import { type Shown, arm, moved, said, show, text } from './harness';
+import { type Shown, arm, said, show, text } from './harness';
+import { moved } from './page_checks';
 
 const kSizes = [
   { width: 375, height: 667 },

@@ -5,6 +5,7 @@ import { after, before, test } from 'node:test';
 import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
 
 import { launch } from '../browser/browser';
+import { moved, violations } from '../browser/page_checks';
 import { serve_site } from './serve';
 
 const kTimeout_ms = 60_000;
@@ -54,8 +55,21 @@ for (const [width, height] of [
     // The gallery begins on the first screen.
     assert.ok((await box('gallery')).top < height);
     assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= width);
+    assert.deepEqual(await violations(page), []);
+    assert.deepEqual(await moved(page), []);
     await page.close();
   });
+
+// Something is felt while it shows.
+const led_by_the_ghost = (page: Page, force: string): Promise<unknown> =>
+  page.waitForFunction(
+    (id) => {
+      const force_N = Number.parseFloat(document.querySelector(`[data-testid=${id}]`)?.textContent ?? '');
+      return force_N > 0.5 && document.getElementById('task-mark')?.textContent === 'Watch:';
+    },
+    force,
+    { timeout: kTimeout_ms },
+  );
 
 test('the ghost shows the task, the user does it, and that is remembered', { timeout: 3 * kTimeout_ms }, async () => {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
@@ -72,10 +86,7 @@ test('the ghost shows the task, the user does it, and that is remembered', { tim
   await shows(page, 'scene', 'deform');
   await shows(page, 'task-text', 'Press a dimple');
   await page.getByTestId('show-me').click();
-  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-testid=force]')?.textContent ?? '') > 0.5, null, {
-    timeout: kTimeout_ms,
-  });
-  assert.equal(await page.locator('#task-mark').textContent(), 'Watch:');
+  await led_by_the_ghost(page, 'force');
 
   // The user takes over, and does it; what the ghost did was not the user's.
   await page.getByTestId('view').focus();
@@ -89,15 +100,18 @@ test('the ghost shows the task, the user does it, and that is remembered', { tim
   await page.keyboard.up('ArrowDown');
   assert.equal(await page.locator('#gallery [data-scene=deform] .done').textContent(), '✓ done');
 
+  for (const colorScheme of ['light', 'dark'] as const) {
+    await page.emulateMedia({ colorScheme });
+    assert.deepEqual(await violations(page), [], colorScheme);
+  }
+
   // Two fingers: another device, with two arms.
   await page.locator('#gallery [data-scene=blocks]').click();
   await shows(page, 'scene', 'blocks');
   await shows(page, 'mode', 'armed');
   await page.getByTestId('force-1').waitFor();
   await page.getByTestId('show-me').click();
-  await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-testid=force-1]')?.textContent ?? '') > 0.5, null, {
-    timeout: kTimeout_ms,
-  });
+  await led_by_the_ghost(page, 'force-1');
 
   await page.reload();
   await page.waitForFunction(() => document.querySelector('#gallery [data-scene=deform] .done')?.textContent === '✓ done');
