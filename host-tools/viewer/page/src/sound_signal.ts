@@ -1,9 +1,10 @@
 // What is heard of the forces of a tick: one number for three components and one or two arms. A steady push is silent, and so is free space.
 //
-// Each component passes a high-pass. What is left is projected onto the direction in which the force has changed most of late. The sum of the
+// Each component passes a play, which leaves out what goes to and fro by less, and a high-pass. What is left is projected onto the direction in which the force has changed most of late. The sum of the
 // components would cancel where two of them change against each other; their magnitude would double the pitch.
 const kHigh_pass_Hz = 20;
 const kMemory_s = 0.03; // of the direction
+const kPlay_N = 0.03; // one step of an encoder (0.03 mm) against 1000 N/m: a hand that holds still must not tick
 const kSilence_N = 1e-6; // a decaying rest below this is nothing
 
 class ArmSignal {
@@ -21,14 +22,15 @@ class ArmSignal {
 
   begin(forces_N: Float32Array, at: number): void {
     for (let axis = 0; axis < 3; ++axis) {
-      this.before[axis] = forces_N[at + axis];
+      this.before[axis] = forces_N[at + axis]; // behind the play
       this.passed[axis] = 0;
     }
   }
 
   take(forces_N: Float32Array, at: number): number {
     for (let axis = 0; axis < 3; ++axis) {
-      const now = forces_N[at + axis];
+      const force_N = forces_N[at + axis];
+      const now = Math.min(Math.max(this.before[axis], force_N - kPlay_N), force_N + kPlay_N);
       const passed = this.keep * (this.passed[axis] + now - this.before[axis]);
       this.passed[axis] = Math.abs(passed) < kSilence_N ? 0 : passed;
       this.before[axis] = now;

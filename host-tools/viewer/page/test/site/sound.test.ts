@@ -89,6 +89,7 @@ test('a texture that a hand strokes at 250 ridges a second is heard at 250 Hz; f
   const touched_s = bench.forces_N.findIndex((force) => force !== 0) / 3 / kTick_Hz;
   assert.ok(touched_s < 0, 'the way to the surface is free space');
   bench.go(0.3, [-0.05, 0, -0.02], [-0.05, 0, -0.034]);
+  bench.run(0.5);
   const stroke_s = bench.forces_N.length / 3 / kTick_Hz;
   bench.go(0.1 / kSpeed_m_s, [-0.05, 0, -0.034], [0.05, 0, -0.034]);
   const left_s = bench.forces_N.length / 3 / kTick_Hz;
@@ -98,6 +99,7 @@ test('a texture that a hand strokes at 250 ridges a second is heard at 250 Hz; f
   const heard = await render(bench.forces_N);
   const part = (from_s: number, to_s: number) => heard.slice(from_s * kSample_Hz, to_s * kSample_Hz);
   assert.equal(largest(part(0, 0.4)), 0);
+  assert.ok(largest(part(stroke_s - 0.2, stroke_s)) < 0.012, 'a steady push'); // what its encoders step by
   const stroke = part(stroke_s + 0.12, left_s); // the hand has its speed, and the sound comes some 40 ms late
   const loudness = Array.from({ length: 200 }, (_, i) => amplitude(stroke, kSample_Hz, 5 * (i + 1)));
   const peak_Hz = 5 * (loudness.indexOf(Math.max(...loudness)) + 1);
