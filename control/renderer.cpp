@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <optional>
 
 #include "control/contact/find_contact.h"
 #include "control/contact/free_flight.h"
@@ -124,7 +123,8 @@ Vec3 off_the_surface(const Vec3& god_m, const Vec3& tip_m) {
   return deep_m > 1e-6F ? Vec3(god_m + out * (kOff_m / deep_m)) : tip_m;
 }
 
-void begin(const World& world, Finger& finger, const Vec3& tip_m, Effort& effort) {
+[[gnu::cold, gnu::noinline]] void begin(const World& world, Finger& finger, const Vec3& tip_m,
+                                        Effort& effort) {
   finger.started = true;
   effort.work.open_reserve();
   finger.god.position_m = finger.starts_at_god ? off_the_surface(finger.god.position_m, tip_m) : tip_m;
@@ -180,16 +180,17 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
   bound_work(work_);
   effort_.counters = {};
   body_work_ = 0;
-  std::array<std::optional<Vec3>, kMaxArms> places_m;
-  for (std::size_t i = 0; i < kMaxArms && binding == Binding::kKeepGodObjects; ++i) {
+  std::array<Vec3, kMaxArms> places_m;
+  std::array<bool, kMaxArms> held{};
+  for (std::size_t i = 0; i < kMaxArms; ++i) {
     const GodObject& god = fingers_[i].god;
-    if (god.count != 0) places_m[i] = god.is_ball ? god.centre_m : god.position_m;
+    held[i] = god.count != 0 && binding == Binding::kKeepGodObjects;
+    places_m[i] = god.is_ball ? god.centre_m : god.position_m;
   }
   reset();
   for (std::size_t i = 0; i < kMaxArms; ++i) {
-    if (!places_m[i]) continue;
-    fingers_[i].starts_at_god = true;
-    fingers_[i].god.position_m = *places_m[i];
+    fingers_[i].starts_at_god = held[i];
+    fingers_[i].god.position_m = places_m[i];
   }
 }
 

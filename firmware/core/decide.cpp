@@ -125,7 +125,8 @@ void clear_fault(Parts& parts) noexcept {
   happen(parts, Event::kClearCommand);
 }
 
-void execute(Parts& parts, const Inputs& inputs, Command command, Conditions unmet) noexcept {
+[[gnu::cold, gnu::noinline]] void execute(Parts& parts, const Inputs& inputs, Command command,
+                                          Conditions unmet) noexcept {
   State& state = parts.state;
   // An order whose command was replaced by another one.
   if (command != Command::kMove) forget_orders(parts.sources);
