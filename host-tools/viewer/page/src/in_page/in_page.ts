@@ -5,7 +5,7 @@ import type { FromCompiler, ToCompiler } from './compiler_worker';
 import type { DeviceOptions } from './device';
 import type { FromDevice, ToDevice } from './device_worker';
 import { Gallery } from './gallery';
-import { SerialBoard, serial } from './serial';
+import { SerialBoard, choose_port, serial } from './serial';
 
 const kSilent_ms = 1500;
 
@@ -81,10 +81,12 @@ export class InPage implements Transport {
 
   // A board goes on while the page is hidden, and so does its session.
   private async leave_for_board(): Promise<void> {
+    const port = await choose_port();
     await this.board?.close();
     this.board = null;
     let begun = false;
-    const board = await SerialBoard.choose(
+    const board = await SerialBoard.begin(
+      port,
       (open) => {
         if (!begun) this.begin_device({ serial: true });
         begun = true;

@@ -1,8 +1,10 @@
-// A board on a serial port of the browser, without hardware: Web Serial is replaced by a port whose bytes go to thimble-sim. Listed, uploaded to,
+// A board on a serial port of the browser, without hardware: Web Serial is replaced by a port whose bytes go to the pty of thimble-sim. Listed, uploaded to,
 // homed, armed, watched, stopped; unplugged and plugged in again.
 import assert from 'node:assert/strict';
-import { type AddressInfo, type Socket, connect } from 'node:net';
+import { constants, openSync } from 'node:fs';
+import type { AddressInfo } from 'node:net';
 import { after, before, test } from 'node:test';
+import { ReadStream, WriteStream } from 'node:tty';
 
 import type { Browser, Page } from 'playwright-core';
 import { type WebSocket as Peer, WebSocketServer } from 'ws';
@@ -23,22 +25,19 @@ before(async () => {
   site = await serve_site();
   browser = await launch();
   let lines: string[];
-  [simulator, lines] = await Command.start(
-    'thimble-sim',
-    ['--tcp', '0', '--no-pty', '--name', `site-${process.pid}`],
-    (line) => line === 'ready',
-  );
-  const port = Number(/tcp:[\d.]+:(\d+)/.exec(lines.join())?.[1]);
+  [simulator, lines] = await Command.start('thimble-sim', ['--name', `site-${process.pid}`], (line) => line === 'ready');
+  const pty = /slcan:(\S+)/.exec(lines.join())?.[1] as string;
   bridge = new WebSocketServer({ port: 0, host: '127.0.0.1' });
   bridge.on('connection', (web: Peer) => {
-    const device: Socket = connect(port, '127.0.0.1');
-    web.on('message', (bytes: Buffer) => device.write(bytes));
-    device.on('data', (bytes) => web.send(bytes));
+    const open = (): number => openSync(pty, constants.O_RDWR | constants.O_NOCTTY);
+    const [from, to] = [new ReadStream(open()), new WriteStream(open())];
+    web.on('message', (bytes: Buffer) => to.write(bytes));
+    from.on('data', (bytes) => web.send(bytes));
     const unplug = (): void => web.close();
     plugged.add(unplug);
-    web.on('close', () => (plugged.delete(unplug), device.destroy()));
-    device.on('close', () => web.close());
-    device.on('error', () => web.close());
+    web.on('close', () => (plugged.delete(unplug), from.destroy(), to.destroy()));
+    from.on('error', () => web.close());
+    to.on('error', () => web.close());
   });
 });
 after(async () => {
@@ -55,6 +54,7 @@ function replace_serial(address: string): void {
     readable: null as ReadableStream<Uint8Array> | null,
     writable: null as WritableStream<Uint8Array> | null,
     async open(): Promise<void> {
+      if (this.readable !== null) throw new DOMException('The port is already open.', 'InvalidStateError');
       const socket = new WebSocket(address);
       socket.binaryType = 'arraybuffer';
       await new Promise((opened, failed) => {
@@ -66,12 +66,20 @@ function replace_serial(address: string): void {
           socket.onmessage = ({ data }) => controller.enqueue(new Uint8Array(data as ArrayBuffer));
           socket.onclose = () => controller.error(new DOMException('The device has been lost.', 'NetworkError'));
         },
+        cancel: () => socket.close(),
       });
       this.writable = new WritableStream({ write: (bytes) => socket.send(bytes as Uint8Array<ArrayBuffer>) });
     },
-    async close(): Promise<void> {},
+    async close(): Promise<void> {
+      if (this.readable?.locked || this.writable?.locked) throw new TypeError('The port is in use.');
+      this.readable = this.writable = null;
+    },
   };
-  Object.defineProperty(navigator, 'serial', { value: Object.assign(new EventTarget(), { requestPort: async () => port }) });
+  const requestPort = async (): Promise<object> => {
+    if ('cancels' in globalThis) throw new DOMException('No port selected by the user.', 'NotFoundError');
+    return port;
+  };
+  Object.defineProperty(navigator, 'serial', { value: Object.assign(new EventTarget(), { requestPort }) });
 }
 
 const text = (page: Page, name: string): Promise<string> => page.getByTestId(name).innerText();
@@ -105,6 +113,16 @@ test('a board on USB with no host software', { timeout: 4 * kTimeout_ms }, async
   await shows(page, 'link', 'controller lost');
   await shows(page, 'link', 'live'); // the fake is plugged in again at once
   await page.getByTestId('clear').click();
+  await shows(page, 'mode', 'ready');
+
+  await page.evaluate('globalThis.cancels = true');
+  await page.getByTestId('board').click();
+  await page.getByTestId('arm').click();
+  await shows(page, 'mode', 'armed'); // who chooses no other board keeps this one
+  await page.evaluate('delete globalThis.cancels');
+  await page.getByTestId('board').click(); // the same one again
+  await shows(page, 'link', 'live');
+  await page.getByTestId('disarm').click();
   await shows(page, 'mode', 'ready');
   await page.close();
 });
