@@ -30,6 +30,11 @@ namespace {
   throw errors;
 }
 
+// Whether what is compiled is the text of the scene in memory, not that of its file.
+bool has_text(SceneJob::Kind kind) {
+  return kind == SceneJob::Kind::kEdited || kind == SceneJob::Kind::kDraft;
+}
+
 }  // namespace
 
 std::optional<OpenScene> PageScenes::with_crc(const std::string& name, std::uint32_t crc) {
@@ -41,7 +46,7 @@ std::optional<OpenScene> PageScenes::with_crc(const std::string& name, std::uint
 void PageScenes::begin(SceneJob job) {
   result_.reset();
   Json order = {{"file", job.scene.file.string()}};
-  if (job.kind == SceneJob::Kind::kEdited) order["text"] = changed_text(job.scene);
+  if (has_text(job.kind)) order["text"] = changed_text(job.scene);
   job_ = std::move(job);
   const std::string text = to_text(order);
   page_compile(text.data(), text.size());
@@ -56,7 +61,7 @@ OpenScene PageScenes::take() {
   const Result result = *std::exchange(result_, std::nullopt);
   if (!result.head["issues"].empty()) raise(result.head);
   OpenScene scene = std::move(job_.scene);
-  if (job_.kind != SceneJob::Kind::kEdited) scene.file_text = result.head["text"];
+  if (!has_text(job_.kind)) scene.file_text = result.head["text"];
   scene.name = result.head["name"];
   scene.objects = result.head["objects"].get<std::vector<std::string>>();
   scene.crc = link::crc32(result.image);
@@ -65,8 +70,9 @@ OpenScene PageScenes::take() {
   return scene;
 }
 
-void PageScenes::save(OpenScene& scene) {
+void PageScenes::save(OpenScene& scene, bool /*replaces*/) {
   scene.file_text = changed_text(scene);
+  scene.draft.reset();
   scene.changed_materials.clear();
   const std::string text = to_text(Json{{"file", scene.file.string()}, {"text", scene.file_text}});
   page_save(text.data(), text.size());

@@ -22,7 +22,7 @@ class PageScenes final : public Scenes {
                                  const std::string& /*known*/) override {
     return false;
   }
-  void save(OpenScene& scene) override;
+  void save(OpenScene& scene, bool replaces) override;
 
   // Of the job that was begun last. head: the JSON of compiler.cpp, with "text": that of the file.
   void deliver(std::string_view head, std::string_view image);

@@ -62,6 +62,9 @@ void DeviceSession::post(PageMessage message) {
   if (const auto* material = std::get_if<MaterialMessage>(&message)) {
     if (merge(*material)) return;
   }
+  if (auto* draft = std::get_if<DraftMessage>(&message)) {
+    if (merge(*draft)) return;
+  }
   if (is_command(message, ViewCommand::kDisarm)) {
     // Never refused, and at most one beyond kMostWaiting: a queued disarm without an arm behind it suffices.
     for (auto one = waiting_.rbegin(); one != waiting_.rend() && !is_command(*one, ViewCommand::kArm);
@@ -83,6 +86,22 @@ bool DeviceSession::merge(const MaterialMessage& material) {
     waiting->value = material.value;
     return true;
   }
+  return false;
+}
+
+// Only the last draft counts, too.
+bool DeviceSession::merge(DraftMessage& draft) {
+  if (waiting_.empty()) return false;
+  auto* waiting = std::get_if<DraftMessage>(&waiting_.back());
+  if (waiting != nullptr) {
+    *waiting = std::move(draft);
+    return true;
+  }
+  constexpr std::ptrdiff_t kMostDrafts = 4;
+  if (std::ranges::count_if(waiting_, [](const PageMessage& one) {
+        return std::holds_alternative<DraftMessage>(one);
+      }) >= kMostDrafts)
+    throw Error(ExitCode::kRefused, "busy", "too many drafts wait for the device", "send them slower");
   return false;
 }
 

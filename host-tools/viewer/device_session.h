@@ -95,18 +95,27 @@ class DeviceSession {
   [[nodiscard]] std::optional<PageMessage> next_message();
   [[nodiscard]] bool urgent_waits();
   [[nodiscard]] bool merge(const MaterialMessage& material);  // under mutex_
+  [[nodiscard]] bool merge(DraftMessage& draft);              // under mutex_
   [[gnu::noinline]] void obey(const PageMessage& message);
   void obey(const HandMessage& message);
   void obey(const CommandMessage& message);
   void obey(const PickMessage& message);
   void obey(const ParameterMessage& message);
   void obey(const MaterialMessage& message);
+  void obey(const TextMessage& message);
+  void obey(const DraftMessage& message);
   void obey(const SaveMessage& message);
   void obey(const AnswerMessage& message);
 
-  void save();
+  void save(bool replaces);
+  [[nodiscard]] const OpenScene& known_scene() const;
   void drop_edits();
   void tell(const Error& error);
+  void tell_that_draft_runs(const OpenScene& scene);
+  void tell_of_draft(const Error& error);
+  void take_done(OpenScene scene);
+  void take_failed(const Error& error);
+  void begin_next_job();
   void watch_file();
   void take_reread(OpenScene scene);
   void run_as(const OpenScene& scene);
@@ -142,7 +151,10 @@ class DeviceSession {
   std::optional<SceneJob::Kind> job_;            // that is being compiled
   std::optional<std::filesystem::path> picked_;  // to be opened when no job runs
   bool edited_since_job_ = false;
-  bool save_wanted_ = false;
+  std::optional<DraftMessage> draft_;  // to be compiled when no job runs
+  std::size_t draft_number_ = 0;       // of the last one that was compiled
+  bool draft_is_bad_ = false;          // it has errors
+  std::optional<SaveMessage> save_wanted_;
   bool told_of_other_host_ = false;  // that it changes the materials of what runs
   std::optional<OpenScene> to_upload_;
   link::Micros watch_due_us_ = 0;   // of the running scene's file

@@ -24,10 +24,14 @@ void carry_changes(const OpenScene& from, OpenScene& to) {
 }
 
 std::string changed_text(const OpenScene& scene) {
-  std::string text = scene.file_text;
+  std::string text = scene.draft.value_or(scene.file_text);
   for (const auto& [what, value] : scene.changed_materials)
     text = with_material(text, what.first, what.second, value);
   return text;
+}
+
+bool has_changes(const OpenScene& scene) {
+  return scene.draft.has_value() || !scene.changed_materials.empty();
 }
 
 std::string name_of(const std::filesystem::path& file) {

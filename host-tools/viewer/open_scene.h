@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,9 +21,10 @@ using ImageBytes = std::shared_ptr<const std::vector<std::byte>>;
 // A scene file in memory, and its image.
 struct OpenScene {
   std::filesystem::path file;
-  std::string file_text;  // as it was read, or written since
+  std::string file_text;             // as it was read, or written since
+  std::optional<std::string> draft;  // in place of that text, not yet in the file
   std::map<std::pair<std::size_t, std::string>, double>
-      changed_materials;  // by object and key, not yet in the file
+      changed_materials;  // by object and key, neither in the file nor in the draft
   std::string name;
   std::vector<std::string> objects;  // their names
   ImageBytes image;
@@ -34,8 +36,9 @@ struct OpenScene {
 void set_material(OpenScene& scene, const MaterialMessage& change);
 // What is changed in one and not saved, in the other too: by the names of objects, as far as it has them.
 void carry_changes(const OpenScene& from, OpenScene& to);
-// The text of the file with the changes: only the numbers that were changed differ from it.
+// The text of the draft, if there is one, or of the file, with the changes: only the numbers that were changed differ from it.
 [[nodiscard]] std::string changed_text(const OpenScene& scene);
+[[nodiscard]] bool has_changes(const OpenScene& scene);  // that are not in the file
 
 // Under which a list of scenes has the file: "ring" of ring.scene.json.
 inline constexpr std::string_view kSceneSuffix = ".scene.json";

@@ -4,7 +4,9 @@ namespace thimble::host {
 namespace {
 
 constexpr std::size_t kMostEvents = 128;  // queued for a page; one that is further behind is disconnected
-constexpr std::size_t kLongestRead = 64U << 10U;  // a longer message ends the connection
+// A longer message ends the connection. Only a page that may control sends drafts.
+constexpr std::size_t kLongestRead = 64U << 10U;
+constexpr std::size_t kLongestDraft = kMostDraftMessageBytes + (64U << 10U);
 
 }  // namespace
 
@@ -26,7 +28,7 @@ void PageSocket::begin(const http::request<http::string_body>& request) {
   timeout.idle_timeout = std::chrono::seconds(30);
   timeout.keep_alive_pings = true;
   stream_.set_option(timeout);
-  stream_.read_message_max(kLongestRead);
+  stream_.read_message_max(may_control_ ? kLongestDraft : kLongestRead);
   stream_.async_accept(request, [self = shared_from_this()](error_code error) {
     if (error) return;
     self->server_->pages.push_back(self);

@@ -95,6 +95,20 @@ MaterialMessage read_material_message(const Json& json) {
   return material;
 }
 
+DraftMessage read_draft(const Json& json) {
+  DraftMessage draft{index_of(json, "number"), text_of(json, "text")};
+  if (draft.text.size() <= kMostDraftBytes) return draft;
+  throw Error(ExitCode::kUsage, "scene-file-too-large", "the text of the scene is longer than 1 MiB",
+              "put large data into files that the scene names");
+}
+
+SaveMessage read_save(const Json& json) {
+  const auto replaces = json.find("replaces");
+  if (replaces == json.end()) return {};
+  if (!replaces->is_boolean()) nonsense("\"replaces\" is not true or false");
+  return {replaces->get<bool>()};
+}
+
 AnswerMessage read_answer(const Json& json) {
   const std::string answer = text_of(json, "answer");
   if (answer != "done" && answer != "decline") nonsense("\"answer\" is not done or decline");
@@ -104,18 +118,24 @@ AnswerMessage read_answer(const Json& json) {
 }  // namespace
 
 PageMessage parse_page_message(std::string_view text) {
-  if (text.size() > kMostMessageBytes) nonsense("it is longer than a message may be");
+  if (text.size() > kMostDraftMessageBytes) nonsense("it is longer than a message may be");
   // The parser takes a NUL for the end of the text.
   if (text.find('\0') != std::string_view::npos) nonsense("it has a NUL character");
-  const Json json = Json::parse(text, nullptr, false);
+  // What is deeper than any message goes is left out, so that it takes no memory.
+  constexpr int kDepth = 2;
+  const Json json = Json::parse(
+      text, [](int depth, Json::parse_event_t, const Json&) { return depth <= kDepth; }, false);
   if (!json.is_object()) nonsense("not a JSON object");
   const std::string type = text_of(json, "type");
+  if (type == "draft") return read_draft(json);
+  if (text.size() > kMostMessageBytes) nonsense("it is longer than a message may be");
   if (type == "hand") return read_hand(json);
   if (type == "command") return read_command(json);
   if (type == "pick") return PickMessage{text_of(json, "scene")};
   if (type == "parameter") return read_parameter(json);
   if (type == "material") return read_material_message(json);
-  if (type == "save") return SaveMessage{};
+  if (type == "text") return TextMessage{};
+  if (type == "save") return read_save(json);
   if (type == "answer") return read_answer(json);
   nonsense("its \"type\" is unknown");
 }

@@ -1,7 +1,7 @@
 // The messages between page and server: JSON text over the WebSocket /live.
 //
-// server -> page: hello, scene, state, event, link. page -> server: hand, command, pick, parameter, material, save; of a commissioning (commission_page.h)
-// answer.
+// server -> page: hello, scene, state, event, link, text, checked. page -> server: hand, command, pick, parameter, material, text, draft, save; of a
+// commissioning (commission_page.h) answer.
 // SI units, the world frame; object numbers are places in the scene image.
 #pragma once
 
@@ -19,7 +19,10 @@ namespace thimble::host {
 
 using Json = nlohmann::ordered_json;
 
-inline constexpr std::size_t kMostMessageBytes = 4096;  // of a page
+inline constexpr std::size_t kMostMessageBytes = 4096;                 // of a page, but for drafts
+inline constexpr std::size_t kMostDraftBytes = std::size_t{1} << 20U;  // of a scene's text
+// Every character of it written as two, and what is around it.
+inline constexpr std::size_t kMostDraftMessageBytes = 2 * kMostDraftBytes + 1024;
 
 struct HandMessage {
   std::size_t arm = 0;
@@ -41,14 +44,23 @@ struct MaterialMessage {
   std::string key;  // of the scene file: "stiffness_N_m"
   double value = 0;
 };
-struct SaveMessage {};
+// Asks for the text of the running scene's file, with the changes that are not saved.
+struct TextMessage {};
+// The text to be run in place of that of the running scene's file, which stays as it is until it is saved.
+struct DraftMessage {
+  std::size_t number = 0;  // of the page, for the answer
+  std::string text;
+};
+struct SaveMessage {
+  bool replaces = false;  // also a file that another program has changed since it was read
+};
 // To the prompt with this number.
 struct AnswerMessage {
   std::size_t prompt = 0;
   bool declines = false;
 };
 using PageMessage = std::variant<HandMessage, CommandMessage, PickMessage, ParameterMessage, MaterialMessage,
-                                 SaveMessage, AnswerMessage>;
+                                 TextMessage, DraftMessage, SaveMessage, AnswerMessage>;
 
 // Throws Error (kUsage) for everything that is not such a message. Parameters are checked against their limits.
 [[nodiscard]] PageMessage parse_page_message(std::string_view text);

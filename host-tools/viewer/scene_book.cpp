@@ -55,9 +55,9 @@ OpenScene reopen_scene(const OpenScene& before) {
 
 void compile_changes(OpenScene& scene) { compile_into(scene, changed_text(scene)); }
 
-void save_scene(OpenScene& scene) {
+void save_scene(OpenScene& scene, bool replaces) {
   std::error_code none;
-  if (!fs::is_regular_file(scene.file, none) || read_input(scene.file) != scene.file_text) {
+  if (!replaces && (!fs::is_regular_file(scene.file, none) || read_input(scene.file) != scene.file_text)) {
     throw Error(ExitCode::kRefused, "scene-changed",
                 scene.file.string() + " has been changed by another program since it was read",
                 "correct the file if it has errors, and wait until it runs; then save again");
@@ -67,6 +67,7 @@ void save_scene(OpenScene& scene) {
   out.stream() << text;
   out.commit();
   scene.file_text = std::move(text);
+  scene.draft.reset();
   scene.changed_materials.clear();
 }
 

@@ -27,8 +27,8 @@ namespace thimble::host {
 
 // Compiles what set_material() made of it; the scene is untouched when that fails.
 void compile_changes(OpenScene& scene);
-// Writes it, whole or not at all. Error kRefused: somebody else has changed the file since it was read.
-void save_scene(OpenScene& scene);
+// Writes it, whole or not at all. Error kRefused: somebody else has changed the file since it was read, and `replaces` is false.
+void save_scene(OpenScene& scene, bool replaces = false);
 
 // Whether a file has other bytes than those known. An editor may still be writing, or have put the file away to replace it: what has
 // changed is read when it has stayed the same from one look to the next, and once.
@@ -81,7 +81,7 @@ class SceneFiles final : public Scenes {
   [[nodiscard]] bool has_changed(const std::filesystem::path& file, const std::string& known) override {
     return watch_.has_changed(file, known);
   }
-  void save(OpenScene& scene) override { save_scene(scene); }
+  void save(OpenScene& scene, bool replaces) override { save_scene(scene, replaces); }
 
  private:
   SceneBook book_;

@@ -17,6 +17,7 @@ struct SceneJob {
   enum class Kind {
     kPicked,  // scene.file is opened
     kEdited,  // the changed materials of the scene are compiled
+    kDraft,   // the draft of the scene is compiled
     kReread,  // its file has changed: it is read again, and the changes that are not saved are kept
   };
   Kind kind = Kind::kPicked;
@@ -41,7 +42,8 @@ class Scenes {
 
   // Whether the file has other bytes than those known, and has settled.
   [[nodiscard]] virtual bool has_changed(const std::filesystem::path& file, const std::string& known) = 0;
-  virtual void save(OpenScene& scene) = 0;  // its changed materials into its file
+  // Its draft and its changed materials into its file. replaces: also a file that has changed since it was read.
+  virtual void save(OpenScene& scene, bool replaces) = 0;
 };
 
 }  // namespace thimble::host

@@ -1,7 +1,9 @@
 // DeviceSession: the running scene, its changes by pages, and its upload.
 #include <exception>
+#include <span>
 #include <utility>
 
+#include "firmware/link/crc32.h"
 #include "host-tools/compiler/scene_errors.h"
 #include "host-tools/viewer/device_session.h"
 
@@ -12,6 +14,13 @@ namespace {
 constexpr link::Micros kBetweenUploads_us = 300'000;
 // Between looks at the running scene's file.
 constexpr link::Micros kBetweenLooks_us = 500'000;
+
+std::uint32_t crc_of(const std::string& text) { return link::crc32(std::as_bytes(std::span(text))); }
+
+Json json_of(const SceneIssue& issue) {
+  return {{"name", issue.name},       {"cause", issue.cause},     {"remedy", issue.remedy},
+          {"pointer", issue.pointer}, {"line", issue.place.line}, {"column", issue.place.column}};
+}
 
 }  // namespace
 
@@ -60,6 +69,8 @@ void DeviceSession::show_open_scene() {
   shown_crc_ = running_->crc;
   Json json = scene_json(*running_->image, running_->crc);
   json["pick"] = name_of(running_->file);
+  json["text_crc"] = crc_of(changed_text(*running_));
+  json["unsaved"] = has_changes(*running_);
   sink_.scene(to_text(json), running_->image);
 }
 
@@ -70,30 +81,58 @@ void DeviceSession::obey(const PickMessage& message) {
   edited_.reset();
   edited_since_job_ = false;
   to_upload_.reset();
+  draft_.reset();
+  draft_is_bad_ = false;
   forget_save("another scene was picked before the change ran");
 }
 
-void DeviceSession::obey(const MaterialMessage& message) {
+const OpenScene& DeviceSession::known_scene() const {
   if (!running_) {
     throw Error(ExitCode::kRefused, "no-scene-file", "the file of the scene that runs is not known here",
                 "pick a scene, or give the folder of its file: `thimble view --scenes FOLDER`");
   }
+  return *running_;
+}
+
+void DeviceSession::obey(const MaterialMessage& message) {
+  static_cast<void>(known_scene());
   if (!edited_) edited_ = *running_;
   set_material(*edited_, message);
   edited_since_job_ = true;
 }
 
-void DeviceSession::obey(const SaveMessage&) { save_wanted_ = true; }
+void DeviceSession::obey(const TextMessage&) {
+  const std::string text = changed_text(known_scene());
+  sink_.event({{"type", "text"},
+               {"file", running_->file.filename().string()},
+               {"crc", crc_of(text)},
+               {"unsaved", has_changes(*running_)},
+               {"text", text}});
+}
 
-// Saves the running materials, so a pending change has to run first.
-void DeviceSession::save() {
-  if (!running_ || running_->changed_materials.empty()) {
-    inform("nothing-to-save", "no material of the scene has been changed");
+void DeviceSession::obey(const DraftMessage& message) {
+  static_cast<void>(known_scene());
+  draft_ = message;
+  edited_.reset();  // what was changed is in the draft, or is not wanted
+  edited_since_job_ = false;
+}
+
+void DeviceSession::obey(const SaveMessage& message) { save_wanted_ = message; }
+
+// Saves what runs, so a pending change has to run first.
+void DeviceSession::save(bool replaces) {
+  if (draft_is_bad_) {
+    throw Error(ExitCode::kRefused, "not-saved", "the text of the scene has errors, so nothing was saved",
+                "correct the text and save again");
+  }
+  if (!running_ || !has_changes(*running_)) {
+    inform("nothing-to-save", "nothing of the scene has been changed");
     return;
   }
-  scenes_.save(*running_);
+  scenes_.save(*running_, replaces);
   edited_.reset();  // nothing is pending
-  inform("saved", running_->file.string() + " has the new materials");
+  inform("saved", running_->file.string() + " has the changes");
+  show_open_scene();
 }
 
 // --- Compiling and uploading
@@ -107,8 +146,8 @@ void DeviceSession::drop_edits() {
 }
 
 void DeviceSession::forget_save(const std::string& why) {
-  if (!save_wanted_) return;
-  save_wanted_ = false;
+  if (!save_wanted_.has_value()) return;
+  save_wanted_.reset();
   sink_.event(
       event_json("error", "not-saved", "nothing was saved: " + why, "change the material and save again"));
 }
@@ -121,10 +160,8 @@ void DeviceSession::tell(const Error& error) {
     return;
   }
   for (const SceneIssue& issue : all->issues) {
-    Json event = event_json("error", issue.name, issue.cause, issue.remedy);
-    event["pointer"] = issue.pointer;
-    event["line"] = issue.place.line;
-    event["column"] = issue.place.column;
+    Json event = {{"type", "event"}, {"level", "error"}};
+    event.update(json_of(issue));
     sink_.event(event);
   }
   if (all->more > 0)
@@ -132,11 +169,41 @@ void DeviceSession::tell(const Error& error) {
                            "correct those above first"));
 }
 
-// Looks whether the running scene's file has changed, and runs what it has now.
+// The last draft has no errors.
+void DeviceSession::tell_that_draft_runs(const OpenScene& scene) {
+  draft_is_bad_ = false;
+  sink_.event({{"type", "checked"},
+               {"number", draft_number_},
+               {"crc", crc_of(changed_text(scene))},
+               {"issues", Json::array()},
+               {"more", 0}});
+}
+
+void DeviceSession::tell_of_draft(const Error& error) {
+  draft_is_bad_ = true;
+  Json checked = {{"type", "checked"}, {"number", draft_number_}, {"issues", Json::array()}, {"more", 0}};
+  if (const auto* const all = dynamic_cast<const SceneErrors*>(&error)) {
+    for (const SceneIssue& issue : all->issues) checked["issues"].push_back(json_of(issue));
+    checked["more"] = all->more;
+  } else {
+    checked["issues"].push_back(json_of({error.name, error.cause, error.remedy, "", {}}));
+  }
+  sink_.event(checked);
+}
+
+// Looks whether the running scene's file has changed, and runs what it has now. A draft stays: the page's user is asked which of both it is to be.
 void DeviceSession::watch_file() {
-  if (!running_ || job_ || picked_ || to_upload_ || edited_since_job_ || now_us() < watch_due_us_) return;
+  if (!running_ || job_ || picked_ || to_upload_ || edited_since_job_ || draft_ || now_us() < watch_due_us_)
+    return;
   watch_due_us_ = now_us() + kBetweenLooks_us;
   if (!scenes_.has_changed(running_->file, running_->file_text)) return;
+  if (running_->draft || draft_is_bad_) {
+    sink_.event(event_json(
+        "error", "file-changed",
+        running_->file.string() + " has been changed by another program; the text edited here runs on",
+        "load the scene again to have the file, or save and replace the file"));
+    return;
+  }
   begin_job({SceneJob::Kind::kReread, edited_ ? *edited_ : *running_});
 }
 
@@ -166,45 +233,78 @@ void DeviceSession::begin_job(SceneJob job) {
   scenes_.begin(std::move(job));
 }
 
-void DeviceSession::tend_job() {
-  if (job_ && scenes_.is_done()) {
-    try {
-      OpenScene scene = scenes_.take();
-      if (!picked_ && job_ == SceneJob::Kind::kReread)
-        take_reread(std::move(scene));
-      else if (!picked_)
-        to_upload_ = std::move(scene);
-    } catch (const Error& error) {
-      if (!picked_) {
-        tell(error);
-        if (job_ == SceneJob::Kind::kEdited) drop_edits();
-        if (job_ == SceneJob::Kind::kReread)
-          inform("old-scene-runs",
-                 (running_ ? running_->file.string() : "the file") +
-                     " has changed and has errors; the scene runs as it was before",
-                 "correct the file");
-      }
-    } catch (const std::exception& error) {
-      sink_.event(event_json("error", "failed", error.what(), "report this with the scene"));
-      if (job_ == SceneJob::Kind::kEdited && !picked_) drop_edits();
-    }
-    job_.reset();
+// The job that is done has made this.
+void DeviceSession::take_done(OpenScene scene) {
+  if (picked_) return;
+  if (job_ == SceneJob::Kind::kReread) {
+    take_reread(std::move(scene));
+    return;
   }
-  if (!job_ && picked_) {
+  if (job_ == SceneJob::Kind::kDraft) {
+    tell_that_draft_runs(scene);
+    if (running_ && scene.crc == running_->crc) {  // a comment, say
+      run_as(scene);
+      show_open_scene();
+      return;
+    }
+  }
+  to_upload_ = std::move(scene);
+}
+
+void DeviceSession::take_failed(const Error& error) {
+  if (picked_) return;
+  if (job_ == SceneJob::Kind::kDraft) {  // the scene runs on as it was
+    tell_of_draft(error);
+    return;
+  }
+  tell(error);
+  if (job_ == SceneJob::Kind::kEdited) drop_edits();
+  if (job_ == SceneJob::Kind::kReread)
+    inform("old-scene-runs",
+           (running_ ? running_->file.string() : "the file") +
+               " has changed and has errors; the scene runs as it was before",
+           "correct the file");
+}
+
+void DeviceSession::begin_next_job() {
+  if (!running_) draft_.reset();
+  if (picked_) {
     SceneJob job;
     job.scene.file = *picked_;
     picked_.reset();
     begin_job(std::move(job));
-  }
-  if (!job_ && edited_ && edited_since_job_ && !to_upload_) {
+  } else if (draft_ && !to_upload_) {
+    SceneJob job{SceneJob::Kind::kDraft, *running_};
+    job.scene.changed_materials.clear();
+    job.scene.draft.reset();
+    if (draft_->text != running_->file_text) job.scene.draft = std::move(draft_->text);
+    draft_number_ = draft_->number;
+    draft_.reset();
+    begin_job(std::move(job));
+  } else if (edited_ && edited_since_job_ && !to_upload_) {
     edited_since_job_ = false;
     begin_job({SceneJob::Kind::kEdited, *edited_});
   }
-  watch_file();
-  if (save_wanted_ && !job_ && !edited_since_job_ && !to_upload_) {
-    save_wanted_ = false;
+}
+
+void DeviceSession::tend_job() {
+  if (job_ && scenes_.is_done()) {
     try {
-      save();
+      take_done(scenes_.take());
+    } catch (const Error& error) {
+      take_failed(error);
+    } catch (const std::exception& error) {
+      take_failed(Error(ExitCode::kBadInput, "failed", error.what(), "report this with the scene"));
+    }
+    job_.reset();
+  }
+  if (!job_) begin_next_job();
+  watch_file();
+  if (save_wanted_ && !job_ && !edited_since_job_ && !to_upload_ && !draft_) {
+    const bool replaces = save_wanted_->replaces;
+    save_wanted_.reset();
+    try {
+      save(replaces);
     } catch (const Error& error) {
       sink_.event(event_json(error));
     }

@@ -26,6 +26,7 @@ const kKeys: Record<string, Vec3> = {
 
 export class HandControl {
   arm = 0;
+  yields: () => boolean = () => false; // a press is for somebody else
   reaches: readonly Reach[] = []; // of each arm's home in the scene
   private enabled = false;
   private wish: Vec3 | null = null;
@@ -119,7 +120,7 @@ export class HandControl {
 
   private on_down(event: PointerEvent): void {
     this.stage.canvas.focus({ preventScroll: true });
-    if (!this.enabled || event.button !== 0 || event.shiftKey) return;
+    if (!this.enabled || event.button !== 0 || event.shiftKey || this.yields()) return;
     event.preventDefault();
     event.stopImmediatePropagation();
     this.stage.canvas.setPointerCapture(event.pointerId);

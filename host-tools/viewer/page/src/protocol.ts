@@ -30,6 +30,8 @@ export interface SceneStarted {
   name: string;
   pick?: string; // under which it is among the scenes to pick, if it is
   crc: number;
+  text_crc?: number; // of the text that it was compiled of, where its file is known
+  unsaved?: boolean; // that text is not in the file
   objects: { name: string; material: Material }[];
 }
 
@@ -90,12 +92,40 @@ export interface ServerEvent {
   remedy: string;
 }
 
+// What the compiler found in a text; the place is counted from 1, the column in characters.
+export interface Issue {
+  name: string;
+  cause: string;
+  remedy: string;
+  pointer: string;
+  line: number;
+  column: number;
+}
+
+// The text of the running scene, as asked for.
+export interface SceneText {
+  type: 'text';
+  file: string;
+  crc: number;
+  unsaved: boolean;
+  text: string;
+}
+
+// What came of the draft with this number. Without issues it runs.
+export interface Checked {
+  type: 'checked';
+  number: number;
+  crc?: number; // of its text, if it runs
+  issues: Issue[];
+  more: number; // issues beyond these
+}
+
 export interface LinkChange {
   type: 'link';
   up: boolean;
 }
 
-export type ServerMessage = Hello | SceneStarted | State | ServerEvent | LinkChange;
+export type ServerMessage = Hello | SceneStarted | State | ServerEvent | LinkChange | SceneText | Checked;
 
 export type Verb = 'home' | 'arm' | 'disarm' | 'clear' | 'stop';
 
@@ -105,11 +135,13 @@ export type PageMessage =
   | { type: 'pick'; scene: string }
   | { type: 'parameter'; name: string; value: number }
   | { type: 'material'; object: number; key: MaterialKey; value: number }
-  | { type: 'save' }
+  | { type: 'text' }
+  | { type: 'draft'; number: number; text: string }
+  | { type: 'save'; replaces?: boolean }
   | { type: 'answer'; prompt: number; answer: 'done' | 'decline' };
 
 const kMostArms = 2;
-const kTypes = new Set(['hello', 'scene', 'state', 'event', 'link']);
+const kTypes = new Set(['hello', 'scene', 'state', 'event', 'link', 'text', 'checked']);
 
 // The message of a text; null if the type is unknown, as a newer server may send.
 export function parse_message(text: string): ServerMessage | null {
@@ -126,6 +158,8 @@ export function parse_message(text: string): ServerMessage | null {
     if (message.commission !== undefined && !Array.isArray(message.commission.steps)) return null;
     message.arms = message.arms.map((arm) => (Array.isArray(arm?.tip_m) ? arm : null));
   }
+  if (message.type === 'text' && typeof message.text !== 'string') return null;
+  if (message.type === 'checked' && !Array.isArray(message.issues)) return null;
   if (message.type === 'scene' && !Array.isArray(message.objects)) return null;
   if (message.type === 'hello' && !(Number.isInteger(message.arms) && message.arms >= 1 && message.arms <= kMostArms)) return null;
   return message;

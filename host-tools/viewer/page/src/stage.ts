@@ -93,6 +93,11 @@ export class Stage {
     this.controls.mouseButtons = { LEFT: yes ? MOUSE.ROTATE : MOUSE.PAN, MIDDLE: MOUSE.PAN, RIGHT: MOUSE.ROTATE };
   }
 
+  // The view stays as it is, whatever the mouse does.
+  hold(yes: boolean): void {
+    this.controls.enabled = !yes;
+  }
+
   touch(): void {
     this.waiting = true;
   }

@@ -29,6 +29,10 @@ export interface Transport {
   send(message: PageMessage): boolean; // false: there is no connection
   image(): Promise<Uint8Array<ArrayBuffer> | null>; // of the running scene; null: not known. Throws
   scenes(): Promise<string[]>; // to pick from. Throws
+  // A file that the scene that runs may name, for this transport to keep as long as the scene runs. Rejects with why not.
+  put_file?: (name: string, bytes: Uint8Array<ArrayBuffer>) => Promise<void>;
+  keeps?: string; // what saving a scene does, as the label of a button; without it: the scene's file is written
+  restore?: () => Promise<boolean>; // forgets what was saved; false: nothing was
   // Leaves the device for a board that the user chooses, where that can be. Rejects with why not.
   choose_board?: () => Promise<void>;
   // The forces of every tick go to this port (TickForces), or no more; where the device is in the page.

@@ -5,6 +5,7 @@ import type { FromCompiler, ToCompiler } from './compiler_worker';
 import type { DeviceOptions } from './device';
 import type { FromDevice, ToDevice } from './device_worker';
 import { Gallery } from './gallery';
+import { forget_text, keep_text, kept_text } from './kept_texts';
 import { SerialBoard, choose_port, serial } from './serial';
 
 const kSilent_ms = 1500;
@@ -23,6 +24,9 @@ export class InPage implements Transport {
   private devices = 0; // that have begun
   private readonly compiling: number[] = []; // for which of them
   private early: Uint8Array[] = []; // for the board that is being opened
+  private file = ''; // of the scene that was compiled last
+  private folder = '/scenes';
+  readonly keeps = 'Keep in this browser';
   readonly choose_board?: () => Promise<void>;
 
   constructor(private readonly listener: Listener) {
@@ -53,6 +57,12 @@ export class InPage implements Transport {
 
   listen(port: MessagePort | null): void {
     this.to_device({ sound: port }, port === null ? [] : [port]);
+  }
+  async put_file(name: string, bytes: Uint8Array<ArrayBuffer>): Promise<void> {
+    this.to_compiler({ put: { path: `${this.folder}/${name}`, bytes } });
+  }
+  async restore(): Promise<boolean> {
+    return forget_text(this.file);
   }
 
   private async begin(): Promise<void> {
@@ -113,6 +123,7 @@ export class InPage implements Transport {
       this.listener.on_message(message);
     } else if ('image' in data) this.running = data.image;
     else if ('compile' in data) void this.compile(data.compile, data.number);
+    else if ('save' in data) keep_text(data.save.file, data.save.text);
     else if ('port_out' in data) this.port_out(data.port_out);
     else if ('load' in data) {
       document.documentElement.dataset.load = JSON.stringify(data.load);
@@ -124,7 +135,9 @@ export class InPage implements Transport {
     try {
       const { path, text } = await this.gallery.open(job.file);
       this.compiling.push(number);
-      this.to_compiler({ job: { file: path, text: job.text ?? text } });
+      this.folder = path.slice(0, path.lastIndexOf('/'));
+      this.file = job.file;
+      this.to_compiler({ job: { file: path, text: job.text ?? kept_text(job.file) ?? text } });
     } catch (error) {
       if (number !== this.devices) return;
       const cause = error instanceof Error ? error.message : String(error);

@@ -1,0 +1,107 @@
+// The text on its way: a draft is sent when the one before was answered, so that only the newest waits. Pure; no elements.
+import type { Checked, PageMessage, SceneStarted, SceneText } from '../protocol';
+
+export interface DraftListener {
+  // The text of another scene, or of this one changed elsewhere.
+  take_text(text: string, is_new_scene: boolean): void;
+  // It was changed elsewhere, and here too.
+  conflict(): void;
+  checked(answer: Checked): void;
+}
+
+export class Drafts {
+  private pick: string | null = null; // the scene that is edited
+  private text: string | null = null; // as it is here
+  private known_crc: number | null = null; // of the text that the other end has, as far as it is known here
+  private number = 0;
+  private flying: number | null = null;
+  private waiting: string | null = null;
+  private asked = false;
+  private has_errors = false;
+
+  constructor(
+    private readonly send: (message: PageMessage) => boolean,
+    private readonly listener: DraftListener,
+  ) {}
+
+  get busy(): boolean {
+    return this.flying !== null || this.waiting !== null;
+  }
+  get is_ready(): boolean {
+    return this.text !== null;
+  }
+  // Whether what is here does not run.
+  get is_ahead(): boolean {
+    return this.busy || this.has_errors;
+  }
+
+  ask(): void {
+    this.asked = this.send({ type: 'text' });
+  }
+
+  // The text has changed here.
+  submit(text: string): void {
+    this.text = text;
+    this.waiting = text;
+    this.pump();
+  }
+
+  // After the connection was lost: what was sent may not have come.
+  restart(): void {
+    if (this.flying !== null) this.waiting ??= this.text;
+    this.flying = null;
+    this.pump();
+  }
+
+  on_scene(scene: SceneStarted): void {
+    const other = scene.pick !== undefined && scene.pick !== this.pick;
+    if (other) {
+      this.pick = scene.pick ?? null;
+      this.text = this.waiting = null;
+      this.flying = null;
+      this.ask();
+    } else if (scene.text_crc !== undefined && scene.text_crc !== this.known_crc && !this.busy && !this.asked) this.ask();
+  }
+
+  on_text(it: SceneText): void {
+    this.asked = false;
+    const before = this.text;
+    if (before !== null && (this.busy || it.crc === this.known_crc)) return;
+    this.known_crc = it.crc;
+    if (before !== null && this.has_errors) {
+      this.listener.conflict();
+      return;
+    }
+    this.take(it.text, before === null);
+  }
+
+  // The text of the file is wanted, whatever is here.
+  reload(): void {
+    this.waiting = this.flying = null;
+    this.has_errors = false;
+    this.known_crc = null;
+  }
+
+  on_checked(answer: Checked): void {
+    if (answer.number !== this.flying) return;
+    this.flying = null;
+    this.has_errors = answer.issues.length > 0;
+    if (answer.crc !== undefined) this.known_crc = answer.crc;
+    this.listener.checked(answer);
+    this.pump();
+  }
+
+  private take(text: string, is_new: boolean): void {
+    this.text = text;
+    this.has_errors = false;
+    this.listener.take_text(text, is_new);
+  }
+
+  private pump(): void {
+    if (this.flying !== null || this.waiting === null) return;
+    const text = this.waiting;
+    if (!this.send({ type: 'draft', number: this.number + 1, text })) return;
+    this.waiting = null;
+    this.flying = ++this.number;
+  }
+}

@@ -1,0 +1,320 @@
+// The editor of the scene that runs. The text is what counts: each action edits it, and what has no errors runs. Loaded when it is asked for.
+import './editor.css';
+
+import { make, set_text } from '../dom';
+import type { Checked, PageMessage, SceneStarted, ServerEvent, ServerMessage } from '../protocol';
+import type { SceneObjects } from '../scene_objects';
+import type { Stage } from '../stage';
+import type { Transport } from '../transport';
+import { button, choose, download, group, labelled } from './controls';
+import { Drafts } from './drafts';
+import { Handles, type Way } from './handles';
+import { Importer } from './importer';
+import { IssueList } from './issue_list';
+import { type Edit, NotJson, apply } from './json_edits';
+import { ObjectFields } from './object_fields';
+import * as edits from './scene_edits';
+import { type Outline, outline_of } from './scene_outline';
+import { kAddable, object_to_add } from './templates';
+import { TextView } from './text_view';
+
+export interface EditorHost {
+  place: HTMLElement;
+  stage: Stage | null;
+  transport: Transport;
+  send(message: PageMessage): boolean;
+  say(event: ServerEvent): void;
+}
+
+const kTyped_ms = 150; // after the last key the text is compiled
+const kConflicts = new Set(['scene-changed', 'file-changed']);
+
+export class Editor {
+  private readonly text: TextView;
+  private readonly drafts: Drafts;
+  private readonly fields: ObjectFields;
+  private readonly issues: IssueList;
+  private readonly handles: Handles | null;
+  private readonly importer: Importer;
+  private readonly state = make('p', { className: 'small' }, { testid: 'editor-state' });
+  private readonly conflict = make('div', { className: 'notice', hidden: true }, { testid: 'editor-conflict' });
+  private readonly undo = button('Undo', 'editor-undo', () => this.text.undo(), 'Ctrl+Z');
+  private readonly redo = button('Redo', 'editor-redo', () => this.text.redo(), 'Ctrl+Y');
+  private readonly parts = make('select', {}, { testid: 'editor-part' });
+  private readonly grid = make('input', { type: 'number', min: '0.1', step: '0.5', value: '5' }, { testid: 'editor-grid' });
+  private readonly snaps = make('input', { type: 'checkbox' }, { testid: 'editor-snap' });
+  private outline: Outline | null = null; // of the last text that had one
+  private selected: number | null = null;
+  private dragged: string | null = null; // the text while a handle is held
+  private scene: SceneStarted | null = null;
+  private file = 'scene.scene.json';
+  private typed: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(private readonly host: EditorHost) {
+    this.fields = new ObjectFields({ selected: (object) => this.select(object, true), edit: (how) => this.edit(how) });
+    this.issues = new IssueList((line, column) => this.text.reveal_line(line, column));
+    this.importer = new Importer(host, { edit: (how) => this.edit(how), outline: () => this.outline, text: () => this.text.text });
+    const text_place = make('div', { className: 'text' }, { testid: 'editor-text' });
+    host.place.replaceChildren(...this.lay_out(text_place));
+    this.text = new TextView(text_place, { changed: () => this.on_typed(), at: (offset) => this.select_at(offset) });
+    this.drafts = new Drafts(host.send, {
+      take_text: (text, is_new) => this.take_text(text, is_new),
+      conflict: () => this.show_conflict('The scene has been changed elsewhere, and the text here has errors.'),
+      checked: (answer) => this.on_checked(answer),
+    });
+    this.handles = host.stage === null ? null : this.make_handles(host.stage);
+    host.place.hidden = false;
+    host.place.addEventListener('keydown', (event) => this.on_key(event));
+  }
+
+  // --- What the page tells
+
+  on_message(message: ServerMessage): void {
+    if (message.type === 'text') {
+      this.file = message.file;
+      this.drafts.on_text(message);
+    } else if (message.type === 'checked') this.drafts.on_checked(message);
+    else if (message.type === 'event' && kConflicts.has(message.name)) this.show_conflict(`${message.cause}.`);
+    else if (message.type === 'event' && message.name === 'saved') this.conflict.hidden = true;
+    else if (message.type === 'hello') this.drafts.restart();
+  }
+  on_scene(scene: SceneStarted): void {
+    this.scene = scene;
+    this.drafts.on_scene(scene);
+    this.show_state();
+  }
+  show(objects: SceneObjects | null): void {
+    this.handles?.show(objects);
+    this.importer.fit(objects);
+  }
+  get is_dragging(): boolean {
+    return this.handles?.is_dragging ?? false;
+  }
+  get wants_press(): boolean {
+    return this.handles?.is_wanted ?? false;
+  }
+  async drop(files: readonly File[]): Promise<void> {
+    await this.importer.take(files);
+  }
+  focus(): void {
+    this.fields.list.focus();
+  }
+  close(): void {
+    clearTimeout(this.typed);
+    this.handles?.destroy();
+    this.text.destroy();
+    this.host.place.replaceChildren();
+    this.host.place.hidden = true;
+  }
+
+  // --- Edits
+
+  private edit(how: (text: string) => Edit[]): void {
+    try {
+      this.text.edit(how(this.text.text));
+    } catch (error) {
+      if (!(error instanceof NotJson)) throw error;
+      this.host.say({ type: 'event', level: 'error', name: 'no-text', cause: error.message, remedy: 'correct the text first' });
+      return;
+    }
+    this.submit();
+  }
+
+  private on_typed(): void {
+    this.show_text();
+    clearTimeout(this.typed);
+    this.typed = setTimeout(() => this.submit(), kTyped_ms);
+  }
+
+  private submit(): void {
+    clearTimeout(this.typed);
+    if (!this.drafts.is_ready) return;
+    this.drafts.submit(this.text.text);
+    this.show_state();
+  }
+
+  private take_text(text: string, is_new: boolean): void {
+    if (is_new) this.text.begin(text);
+    else this.text.edit(edits.whole(this.text.text, text), true);
+    this.conflict.hidden = true;
+    this.issues.show([], 0);
+    this.text.show_issues([]);
+    if (is_new) this.selected = null;
+    this.show_text();
+  }
+
+  private on_checked(answer: Checked): void {
+    this.issues.show(answer.issues, answer.more);
+    this.text.show_issues(answer.issues);
+    this.show_state();
+  }
+
+  // --- Objects
+
+  private select(object: number | null, reveal: boolean): void {
+    this.selected = object;
+    const found = object === null ? undefined : this.outline?.objects[object];
+    if (reveal && found !== undefined) this.text.reveal(found.offset);
+    this.show_text();
+  }
+  private select_at(offset: number): void {
+    const found = this.outline?.objects.find((object) => object.offset <= offset && offset <= object.end);
+    if (found !== undefined && found.index !== this.selected) this.select(found.index, false);
+  }
+
+  private with_selected(how: (text: string, object: number) => Edit[], then: (object: number) => number | null = (object) => object): void {
+    const object = this.selected;
+    if (object === null) return;
+    this.edit((text) => how(text, object));
+    this.select(then(object), true);
+  }
+  private duplicate(): void {
+    this.with_selected(edits.duplicate, (object) => object + 1);
+  }
+  private remove(): void {
+    this.with_selected(edits.remove, (object) => {
+      const count = this.outline?.objects.length ?? 0;
+      return count === 0 ? null : Math.min(object, count - 1);
+    });
+  }
+  private add(): void {
+    this.edit((text) => edits.add(text, object_to_add(this.parts.value, outline_of(text))));
+    this.select((this.outline?.objects.length ?? 0) - 1, true);
+  }
+
+  private make_handles(stage: Stage): Handles {
+    return new Handles(stage, {
+      picked: (object) => this.select(object, true),
+      began: () => (this.dragged = this.text.text),
+      dragged: (way, pose, factors) => {
+        const [before, object] = [this.text.text, this.selected];
+        if (object === null) return;
+        if (way === 'translate') this.dragged = apply(before, edits.move(before, object, pose.position_m));
+        else if (way === 'rotate') this.dragged = apply(before, edits.turn(before, object, pose.rotation_deg));
+        else this.dragged = apply(before, edits.scale(before, object, factors));
+        this.drafts.submit(this.dragged);
+      },
+      ended: () => {
+        const after = this.dragged;
+        this.dragged = null;
+        if (after !== null) this.edit((text) => edits.whole(text, after));
+      },
+    });
+  }
+
+  // --- What is shown
+
+  private show_text(): void {
+    const { text } = this.text;
+    this.outline = outline_of(text) ?? this.outline;
+    const count = this.outline?.objects.length ?? 0;
+    if (this.selected !== null && this.selected >= count) this.selected = null;
+    const object = this.selected === null ? undefined : this.outline?.objects[this.selected];
+    if (this.outline !== null && outline_of(text) !== null) this.fields.show(this.outline, text, this.selected);
+    this.handles?.select(this.selected, object ?? null);
+    this.undo.disabled = !this.text.can_undo;
+    this.redo.disabled = !this.text.can_redo;
+    this.show_state();
+  }
+
+  private show_state(): void {
+    const running = this.drafts.busy ? 'Compiling' : this.issues.count > 0 ? 'Errors: the scene runs as it was' : 'Runs';
+    set_text(this.state, this.scene?.unsaved || this.drafts.is_ahead ? `${running}. Not saved.` : `${running}.`);
+  }
+
+  private show_conflict(why: string): void {
+    const theirs = button('Load the file', 'editor-theirs', () => {
+      this.conflict.hidden = true;
+      this.drafts.reload();
+      if (this.scene?.pick !== undefined) this.host.send({ type: 'pick', scene: this.scene.pick });
+    });
+    const mine = button('Keep mine, replace the file', 'editor-mine', () => {
+      this.conflict.hidden = true;
+      this.submit();
+      this.host.send({ type: 'save', replaces: true });
+    });
+    this.conflict.replaceChildren(make('p', { textContent: why }), theirs, mine);
+    this.conflict.hidden = false;
+  }
+
+  private on_key(event: KeyboardEvent): void {
+    const command = event.ctrlKey || event.metaKey;
+    const key = event.key.toLowerCase();
+    const in_list = event.target === this.fields.list;
+    if (command && key === 's') this.host.send({ type: 'save' });
+    else if (in_list && event.key === 'Delete') this.remove();
+    else if (in_list && command && key === 'd') this.duplicate();
+    else if (in_list && command && key === 'z' && !event.shiftKey) this.text.undo();
+    else if (in_list && command && (key === 'y' || key === 'z')) this.text.redo();
+    else return;
+    event.preventDefault();
+  }
+
+  private lay_out(text_place: HTMLElement): HTMLElement[] {
+    choose(
+      this.parts,
+      kAddable.map((name) => ({ value: name, text: name })),
+      kAddable[0],
+    );
+    this.conflict.setAttribute('role', 'alert');
+    this.state.setAttribute('role', 'status');
+    const { restore, keeps } = this.host.transport;
+    const save = button(keeps ?? 'Save to the scene file', 'editor-save', () => this.host.send({ type: 'save' }), 'Ctrl+S');
+    const copy = button('Download', 'editor-download', () => download(this.file, this.text.text));
+    const original = button('Original', 'editor-original', () => void this.to_original(), 'The scene as it came');
+    const snap = () => {
+      const grid_m = this.snaps.checked && this.grid.valueAsNumber > 0 ? this.grid.valueAsNumber / 1000 : null;
+      this.handles?.snap(grid_m);
+      this.fields.grid = grid_m;
+      this.show_text();
+    };
+    this.snaps.addEventListener('change', snap);
+    this.grid.addEventListener('change', snap);
+    return [
+      group('Text', this.undo, this.redo, save, copy, ...(restore === undefined ? [] : [original])),
+      this.state,
+      this.conflict,
+      this.fields.list,
+      group(
+        'Add',
+        labelled('Add', this.parts),
+        button('Add', 'editor-add', () => this.add()),
+        this.importer.button,
+      ),
+      group(
+        'Selected object',
+        button('Duplicate', 'editor-duplicate', () => this.duplicate(), 'Ctrl+D in the list'),
+        button('Delete', 'editor-delete', () => this.remove(), 'Delete in the list'),
+        labelled('Handles', this.ways()),
+        labelled('Snap', this.snaps),
+        labelled('Grid, mm', this.grid),
+      ),
+      this.fields.place,
+      text_place,
+      this.issues.place,
+    ];
+  }
+
+  private ways(): HTMLSelectElement {
+    const made = make('select', {}, { testid: 'editor-way' });
+    const all: { value: Way; text: string }[] = [
+      { value: 'translate', text: 'move' },
+      { value: 'rotate', text: 'turn' },
+      { value: 'scale', text: 'scale' },
+    ];
+    choose(made, all, 'translate');
+    made.addEventListener('change', () => {
+      if (this.handles) this.handles.way = made.value as Way;
+    });
+    return made;
+  }
+
+  private async to_original(): Promise<void> {
+    const had = await this.host.transport.restore?.();
+    if (this.scene?.pick === undefined) return;
+    if (had || this.scene.unsaved) this.drafts.reload();
+    this.host.send({ type: 'pick', scene: this.scene.pick });
+  }
+}
+
+export const open_editor = (host: EditorHost): Editor => new Editor(host);
