@@ -22,6 +22,8 @@ class PageScenes final : public Scenes {
                                  const std::string& /*known*/) override {
     return false;
   }
+  void put(const OpenScene& /*scene*/, const FileMessage& /*file*/) override {
+  }  // the page gives files to its compiler
   void save(OpenScene& scene, bool replaces) override;
 
   // Of the job that was begun last. head: the JSON of compiler.cpp, with "text": that of the file.

@@ -104,6 +104,7 @@ class DeviceSession {
   void obey(const MaterialMessage& message);
   void obey(const TextMessage& message);
   void obey(const DraftMessage& message);
+  void obey(const FileMessage& message);
   void obey(const SaveMessage& message);
   void obey(const AnswerMessage& message);
 

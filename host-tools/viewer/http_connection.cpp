@@ -6,6 +6,9 @@
 namespace thimble::host {
 namespace {
 
+constexpr std::uint64_t kMostBody = 1U << 10U;  // but of a file
+constexpr std::string_view kFiles = "/files/";
+
 constexpr auto kHttpTimeout = std::chrono::seconds(60);
 constexpr auto kStrangerTimeout =
     std::chrono::seconds(5);  // for a request, from its first byte or none to its last
@@ -21,21 +24,52 @@ std::string_view view_of(beast::string_view text) { return {text.data(), text.si
 
 void HttpConnection::read() {
   constexpr std::uint32_t kMostHeader = 8U << 10U;
-  constexpr std::uint64_t kMostBody = 1U << 10U;
   parser_.emplace();
   parser_->header_limit(kMostHeader);
-  parser_->body_limit(kMostBody);
+  parser_->body_limit(kMostFileBytes);
   if (is_owner_) {
     stream_.expires_after(kHttpTimeout);
   } else {
     stream_.expires_after(kStrangerTimeout);
+  }
+  http::async_read_header(stream_, buffer_, *parser_,
+                          [self = shared_from_this()](error_code error, std::size_t) {
+                            if (!error) self->read_body();
+                          });
+}
+
+// Only who has the token sends more than a few bytes.
+void HttpConnection::read_body() {
+  const Request& head = parser_->get();
+  const Target target = parse_target(view_of(head.target()));
+  const bool is_file = head.method() == http::verb::put && target.path.starts_with(kFiles) &&
+                       may_come(head) && same_secret(target.token, server_->token);
+  if (!is_file) {
+    if (parser_->content_length().value_or(0) > kMostBody) return drop();
+    parser_->body_limit(kMostBody);
   }
   http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
     if (!error) self->answer(self->parser_->release());
   });
 }
 
-void HttpConnection::answer(const Request& request) {
+bool HttpConnection::may_come(const Request& request) const {
+  const std::string_view host = view_of(request[http::field::host]);
+  return (server_->guarded || is_loopback_host(host, server_->port)) &&
+         is_own_origin(view_of(request[http::field::origin]), host);
+}
+
+void HttpConnection::take_file(const Request& request, const Target& target) {
+  try {
+    server_->handlers.message(file_message(std::string(target.path.substr(kFiles.size())), request.body()));
+    send(request, http::status::ok, "text/plain; charset=utf-8", "", nullptr);
+  } catch (const Error& error) {
+    const auto text = std::make_shared<const std::string>(error.cause);
+    send(request, http::status::bad_request, "text/plain; charset=utf-8", *text, text);
+  }
+}
+
+void HttpConnection::answer(Request request) {
   const std::string_view host = view_of(request[http::field::host]);
   const Target target = parse_target(view_of(request.target()));
   const bool has_token = same_secret(target.token, server_->token);
@@ -60,6 +94,8 @@ void HttpConnection::answer(const Request& request) {
                   [this](const std::weak_ptr<Client>& one) { return one.lock().get() == this; });
     server_->add(page);
     page->begin(request);
+  } else if (request.method() == http::verb::put && target.path.starts_with(kFiles) && has_token) {
+    take_file(request, target);
   } else if (request.method() != http::verb::get && request.method() != http::verb::head) {
     refuse(request, http::status::method_not_allowed, "Only GET and HEAD.\n");
   } else {

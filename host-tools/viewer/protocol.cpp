@@ -1,5 +1,8 @@
 #include "host-tools/viewer/protocol.h"
 
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -138,6 +141,28 @@ PageMessage parse_page_message(std::string_view text) {
   if (type == "save") return read_save(json);
   if (type == "answer") return read_answer(json);
   nonsense("its \"type\" is unknown");
+}
+
+FileMessage file_message(std::string name, std::string bytes) {
+  constexpr std::size_t kMostName = 100;
+  constexpr std::string_view kAllowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-";
+  constexpr std::array<std::string_view, 14> kEndings = {".obj",  ".mtl", ".stl", ".ply", ".off",
+                                                         ".gltf", ".glb", ".bin", ".plg", ".dae",
+                                                         ".fbx",  ".3ds", ".png", ".csv"};
+  std::string small = name;
+  std::ranges::transform(small, small.begin(), [](unsigned char c) { return std::tolower(c); });
+  const bool ends = std::ranges::any_of(kEndings, [&](std::string_view ending) {
+    return small.size() > ending.size() && small.ends_with(ending);
+  });
+  if (!ends || name.size() > kMostName || name.starts_with('.') ||
+      name.find_first_not_of(kAllowed) != std::string::npos) {
+    throw Error(ExitCode::kUsage, "bad-file-name",
+                "a file that is added to a scene is a mesh (.obj, .stl, .ply, .off, .gltf, .plg ...) or a "
+                "grid of heights (.png, "
+                ".csv), with letters, digits, '.', '_' and '-' in its name",
+                "rename the file");
+  }
+  return {std::move(name), std::move(bytes)};
 }
 
 Json event_json(std::string_view level, std::string_view name, std::string_view cause,

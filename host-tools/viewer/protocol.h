@@ -54,16 +54,25 @@ struct DraftMessage {
 struct SaveMessage {
   bool replaces = false;  // also a file that another program has changed since it was read
 };
+// Beside the running scene's file, for it to name. Comes by HTTP: PUT /files/NAME.
+struct FileMessage {
+  std::string name;
+  std::string bytes;
+};
+inline constexpr std::size_t kMostFileBytes = std::size_t{64} << 20U;
 // To the prompt with this number.
 struct AnswerMessage {
   std::size_t prompt = 0;
   bool declines = false;
 };
 using PageMessage = std::variant<HandMessage, CommandMessage, PickMessage, ParameterMessage, MaterialMessage,
-                                 TextMessage, DraftMessage, SaveMessage, AnswerMessage>;
+                                 TextMessage, DraftMessage, FileMessage, SaveMessage, AnswerMessage>;
 
 // Throws Error (kUsage) for everything that is not such a message. Parameters are checked against their limits.
 [[nodiscard]] PageMessage parse_page_message(std::string_view text);
+
+// Throws Error (kUsage) for a name that is none of a mesh or a grid of heights in this folder.
+[[nodiscard]] FileMessage file_message(std::string name, std::string bytes);
 
 [[nodiscard]] Json event_json(std::string_view level, std::string_view name, std::string_view cause,
                               std::string_view remedy);

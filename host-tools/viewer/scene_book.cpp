@@ -71,6 +71,19 @@ void save_scene(OpenScene& scene, bool replaces) {
   scene.changed_materials.clear();
 }
 
+void put_file(const OpenScene& scene, const FileMessage& file) {
+  const fs::path path = scene.file.parent_path() / file.name;
+  std::error_code none;
+  if (fs::exists(fs::symlink_status(path, none))) {
+    if (fs::is_regular_file(path, none) && read_input(path) == file.bytes) return;
+    throw Error(ExitCode::kRefused, "file-exists", path.string() + " is another file",
+                "rename the file that is added");
+  }
+  OutputFile out(path);
+  out.stream() << file.bytes;
+  out.commit();
+}
+
 bool FileWatch::has_changed(const fs::path& file, const std::string& known) {
   std::error_code time_error;
   std::error_code size_error;

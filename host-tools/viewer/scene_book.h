@@ -30,6 +30,9 @@ void compile_changes(OpenScene& scene);
 // Writes it, whole or not at all. Error kRefused: somebody else has changed the file since it was read, and `replaces` is false.
 void save_scene(OpenScene& scene, bool replaces = false);
 
+// Error kRefused: there is another file of that name.
+void put_file(const OpenScene& scene, const FileMessage& file);
+
 // Whether a file has other bytes than those known. An editor may still be writing, or have put the file away to replace it: what has
 // changed is read when it has stayed the same from one look to the next, and once.
 class FileWatch {
@@ -81,6 +84,7 @@ class SceneFiles final : public Scenes {
   [[nodiscard]] bool has_changed(const std::filesystem::path& file, const std::string& known) override {
     return watch_.has_changed(file, known);
   }
+  void put(const OpenScene& scene, const FileMessage& file) override { put_file(scene, file); }
   void save(OpenScene& scene, bool replaces) override { save_scene(scene, replaces); }
 
  private:

@@ -42,6 +42,8 @@ class Scenes {
 
   // Whether the file has other bytes than those known, and has settled.
   [[nodiscard]] virtual bool has_changed(const std::filesystem::path& file, const std::string& known) = 0;
+  // A new file beside that of the scene. Error kRefused: there is another one of that name.
+  virtual void put(const OpenScene& scene, const FileMessage& file) = 0;
   // Its draft and its changed materials into its file. replaces: also a file that has changed since it was read.
   virtual void save(OpenScene& scene, bool replaces) = 0;
 };

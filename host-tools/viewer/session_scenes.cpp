@@ -117,6 +117,8 @@ void DeviceSession::obey(const DraftMessage& message) {
   edited_since_job_ = false;
 }
 
+void DeviceSession::obey(const FileMessage& message) { scenes_.put(known_scene(), message); }
+
 void DeviceSession::obey(const SaveMessage& message) { save_wanted_ = message; }
 
 // Saves what runs, so a pending change has to run first.

@@ -140,7 +140,10 @@ class HttpConnection final : public Client, public std::enable_shared_from_this<
   using Request = http::request<http::string_body>;
   using Response = http::response<http::span_body<const char>>;
 
-  void answer(const Request& request);
+  void read_body();
+  void answer(Request request);
+  void take_file(const Request& request, const Target& target);
+  [[nodiscard]] bool may_come(const Request& request) const;
   void serve(const Request& request, const Target& target, bool has_token);
   void refuse(const Request& request, http::status status, std::string_view why);
   // owner keeps the bytes alive; null for bytes that are static.

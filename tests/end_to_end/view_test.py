@@ -382,6 +382,97 @@ class Viewer(Rig):
         scene.write_text(text.replace("410", "330"))
         runs("stiffness", 330)
 
+    def test_a_page_edits_the_text(self):
+        scene = self.plane_scene("text", offset_m=-0.01)
+        text = "// by hand\n" + scene.read_text()
+        scene.write_text(text)
+        view = self.view("--scene", scene)
+        page, looker = self.page(view), self.page(view, token=False)
+        page.state(lambda s: s["mode"] == "armed")
+        for message in ({"type": "text"}, {"type": "draft", "number": 1, "text": text}):
+            looker.send(**message)
+            looker.event("read-only")
+
+        def text_of():
+            page.send(type="text")
+            return page.until(lambda m: m["type"] == "text")
+
+        def draft(number, text):
+            page.send(type="draft", number=number, text=text)
+            return page.until(lambda m: m["type"] == "checked" and m["number"] == number)
+
+        first = text_of()
+        self.assertEqual((first["text"], first["file"], first["unsaved"]), (text, "text.scene.json", False))
+        stiffer = text.replace("800", "640") if "800" in text else text.replace('"stiffness_N_m": ', '"stiffness_N_m": 1')
+        self.assertNotEqual(stiffer, text)
+        checked = draft(7, stiffer)
+        self.assertEqual(checked["issues"], [])
+        runs = page.until(lambda m: m["type"] == "scene" and m.get("text_crc") == checked["crc"])
+        self.assertTrue(runs["unsaved"])
+        self.assertEqual(scene.read_text(), text)
+        # All errors at once; what runs goes on, and is what the next one who asks gets.
+        bad = draft(8, stiffer.replace('"offset_m"', '"offset"').replace('"stiffness_N_m"', '"stiffness"'))
+        self.assertGreater(len(bad["issues"]), 1)
+        self.assertTrue(all(issue["line"] > 1 and issue["cause"] and issue["remedy"] for issue in bad["issues"]))
+        page.send(type="save")
+        page.event("not-saved")
+        self.assertEqual(scene.read_text(), text)
+        self.assertEqual(text_of()["text"], stiffer)
+        self.assertEqual(page.state()["mode"], "armed")
+        # Only the last of many is compiled in the end, and what is saved is what was sent, to the byte.
+        for number in range(10, 40):
+            page.send(type="draft", number=number, text=stiffer + " " * number)
+        page.until(lambda m: m["type"] == "checked" and m["number"] == 39)
+        page.send(type="save")
+        page.event("saved")
+        self.assertEqual(scene.read_text(), stiffer + " " * 39)
+        # The file is written elsewhere while a draft runs: neither is lost.
+        mine, theirs = stiffer + "// mine\n", stiffer + "// theirs\n"
+        draft(50, mine)
+        scene.write_text(theirs)
+        page.event("file-changed")
+        page.send(type="save")
+        page.event("scene-changed")
+        self.assertEqual((scene.read_text(), text_of()["text"]), (theirs, mine))
+        page.send(type="save", replaces=True)
+        page.event("saved")
+        self.assertEqual(scene.read_text(), mine)
+        draft(51, mine + "// more\n")
+        scene.write_text(theirs)
+        page.event("file-changed")
+        page.send(type="pick", scene="text")
+        page.until(lambda m: m["type"] == "scene" and not m["unsaved"])
+        self.assertEqual(text_of()["text"], theirs)
+
+    def test_a_page_adds_a_file(self):
+        scene = self.plane_scene("added", offset_m=-0.01)
+        view = self.view("--scene", scene)
+        page = self.page(view)
+        page.state(lambda s: s["mode"] == "armed")
+
+        def put(name, data, token=view.token, origin=None):
+            headers = ["Content-Length: %d" % len(data)] + (["Origin: " + origin] if origin else [])
+            return http(view.port, "/files/%s?token=%s" % (name, token), method="PUT", headers=headers, body=data)[0]
+
+        tetrahedron = b"v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+        self.assertEqual(put("part.obj", tetrahedron, token="0" * 32), 405)
+        self.assertEqual(put("part.obj", tetrahedron, origin="http://example.org"), 403)
+        self.assertEqual(put("..%2fpart.obj", tetrahedron), 400)
+        self.assertEqual(put("added.scene.json", tetrahedron), 400)
+        self.assertEqual([f.name for f in self.folder.glob("*.obj")], [])
+        with self.assertRaises((OSError, IndexError)):  # nobody without the token sends so much
+            put("part.obj", b"x" * 4000, token="0" * 32)
+        self.assertEqual(put("part.obj", tetrahedron), 200)
+        document = json.loads(scene.read_text())
+        document["objects"].append({"name": "part", "shape": {"mesh": {"file": "part.obj", "scale": 0.001}}, "material": {"stiffness_N_m": 500}})
+        page.send(type="draft", number=1, text=json.dumps(document))
+        self.assertEqual(page.until(lambda m: m["type"] == "checked")["issues"], [])
+        page.until(lambda m: m["type"] == "scene" and len(m["objects"]) == 2)
+        self.assertEqual((self.folder / "part.obj").read_bytes(), tetrahedron)
+        put("part.obj", b"v 0 0 0\n")
+        page.event("file-exists")
+        self.assertEqual((self.folder / "part.obj").read_bytes(), tetrahedron)
+
     def test_a_save_waits_for_the_change(self):
         """A save right behind a change, alone and behind others that compile and go up meanwhile."""
         scene = self.plane_scene("eager", offset_m=-0.01)

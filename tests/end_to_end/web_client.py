@@ -15,11 +15,11 @@ class Refused(Exception):
         self.status = status
 
 
-def http(port, path, host=None, method="GET", headers=()):
+def http(port, path, host=None, method="GET", headers=(), body=b""):
     """Status, headers in lower case and body."""
     with socket.create_connection(("127.0.0.1", port), timeout=10) as end:
         request = ["%s %s HTTP/1.1" % (method, path), "Host: " + (host or "127.0.0.1:%d" % port), "Connection: close", *headers]
-        end.sendall(("\r\n".join(request) + "\r\n\r\n").encode())
+        end.sendall(("\r\n".join(request) + "\r\n\r\n").encode() + body)
         answer = b""
         while data := end.recv(65536):
             answer += data

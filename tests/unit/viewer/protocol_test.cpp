@@ -37,6 +37,9 @@ TEST(Protocol, MessagesOfAPage) {
   EXPECT_EQ(material.object, 2U);
   EXPECT_EQ(material.key, "damping_N_s_m");
   EXPECT_TRUE(std::holds_alternative<SaveMessage>(parse_page_message(R"({"type": "save"})")));
+  EXPECT_FALSE(std::get<SaveMessage>(parse_page_message(R"({"type": "save"})")).replaces);
+  EXPECT_TRUE(std::get<SaveMessage>(parse_page_message(R"({"type": "save", "replaces": true})")).replaces);
+  EXPECT_TRUE(std::holds_alternative<TextMessage>(parse_page_message(R"({"type": "text"})")));
   const auto answer =
       std::get<AnswerMessage>(parse_page_message(R"({"type": "answer", "prompt": 7, "answer": "decline"})"));
   EXPECT_EQ(answer.prompt, 7U);
@@ -74,6 +77,11 @@ TEST(Protocol, Nonsense) {
                            R"({"type": "command"})",
                            R"({"type": "command", "verb": "halt"})",
                            R"({"type": "pick"})",
+                           R"({"type": "draft", "number": 1})",
+                           R"({"type": "draft", "text": "{}"})",
+                           R"({"type": "draft", "number": -1, "text": "{}"})",
+                           R"({"type": "draft", "number": 1, "text": ["{}"]})",
+                           R"({"type": "save", "replaces": 1})",
                            R"({"type": "pick", "scene": ["ring"]})",
                            R"({"type": "parameter", "name": "max_force"})",
                            R"({"type": "material", "object": 0, "key": "stiffness_N_m", "value": 1})",
@@ -86,6 +94,34 @@ TEST(Protocol, Nonsense) {
   EXPECT_EQ(refusal(R"({"type": "parameter", "name": "x", "value": 1})"), "unknown-parameter");
   EXPECT_EQ(refusal(R"({"type": "parameter", "name": "max_force", "value": 21})"), "bad-value");
   EXPECT_EQ(refusal(R"({"type": "parameter", "name": "allow_moves", "value": 0.5})"), "bad-value");
+}
+
+TEST(Protocol, ADraftMayBeAsLongAsASceneMayBe) {
+  const auto message = [](const std::string& text) {
+    return to_text({{"type", "draft"}, {"number", 3}, {"text", text}});
+  };
+  for (const char c : {'x', '"', '\n'}) {  // of which some are written as two
+    const std::string text(kMostDraftBytes, c);
+    const auto draft = std::get<DraftMessage>(parse_page_message(message(text)));
+    EXPECT_EQ(draft.number, 3U);
+    EXPECT_EQ(draft.text, text);
+    EXPECT_EQ(refusal(message(text + c)), "scene-file-too-large");
+  }
+  EXPECT_EQ(refusal(std::string(kMostDraftMessageBytes + 1, ' ')), "bad-message");
+  // What is deep, or long, and no draft.
+  const std::string deep(kMostDraftBytes, '[');
+  EXPECT_EQ(refusal(R"({"type": "draft", "number": 1, "text": )" + deep + "}"), "bad-message");
+  EXPECT_EQ(refusal(R"({"type": "save", "x": ")" + std::string(kMostMessageBytes, 'x') + "\"}"),
+            "bad-message");
+}
+
+TEST(Protocol, FilesHaveTheNameOfAMeshOrOfHeights) {
+  EXPECT_EQ(file_message("Part_2.OBJ", "v 0 0 0").name, "Part_2.OBJ");
+  for (const char* name : {"", ".obj", "a", "a.json", "a.scene.json", "../a.obj", "a/b.obj", "a b.obj",
+                           ".a.obj", "a.obj\n", "a.sh", "a\\b.obj", "%2e%2e%2fa.obj", "\xC3\xA4.obj"}) {
+    EXPECT_THROW(static_cast<void>(file_message(name, "")), Error) << name;
+  }
+  EXPECT_THROW(static_cast<void>(file_message(std::string(200, 'a') + ".obj", "")), Error);
 }
 
 TEST(Protocol, Texts) {

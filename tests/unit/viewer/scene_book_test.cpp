@@ -129,6 +129,46 @@ TEST(SceneBook, SavingKeepsWhatWasNotChanged) {
   EXPECT_EQ(read(file), expected);
 }
 
+TEST(SceneBook, ADraftIsSavedAsItIsWritten) {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "walls.scene.json";
+  write(file, scene_text("walls"));
+  OpenScene scene = open_scene(file);
+  const std::string draft = "// by hand\r\n" + scene_text("walls", 650) + "\n\n";
+  scene.draft = draft;
+  set_material(scene, {1, "damping_N_s_m", 2});
+  compile_changes(scene);
+  EXPECT_EQ(scene_json(*scene.image, scene.crc)["objects"][0]["material"]["stiffness"], 650);
+  EXPECT_TRUE(has_changes(scene));
+  EXPECT_EQ(read(file), scene_text("walls")) << "nothing is saved yet";
+  const std::string expected = changed_text(scene);
+  EXPECT_TRUE(expected.starts_with("// by hand\r\n")) << expected;
+
+  // Somebody else writes the file: neither is lost unless that is wanted.
+  write(file, scene_text("walls", 700));
+  EXPECT_THROW(save_scene(scene), Error);
+  EXPECT_EQ(read(file), scene_text("walls", 700));
+  EXPECT_TRUE(has_changes(scene));
+  save_scene(scene, true);
+  EXPECT_EQ(read(file), expected);
+  EXPECT_FALSE(has_changes(scene));
+}
+
+TEST(SceneBook, AFileIsPutBesideAndReplacesNone) {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "walls.scene.json";
+  write(file, scene_text("walls"));
+  const OpenScene scene = open_scene(file);
+  put_file(scene, {"part.obj", "v 0 0 0\n"});
+  put_file(scene, {"part.obj", "v 0 0 0\n"});  // the same again
+  EXPECT_EQ(read(folder.path() / "part.obj"), "v 0 0 0\n");
+  EXPECT_THROW(put_file(scene, {"part.obj", "v 1 0 0\n"}), Error);
+  EXPECT_EQ(read(folder.path() / "part.obj"), "v 0 0 0\n");
+  fs::create_symlink("nowhere", folder.path() / "link.obj");
+  EXPECT_THROW(put_file(scene, {"link.obj", "v 0 0 0\n"}), Error);
+  EXPECT_FALSE(fs::exists(folder.path() / "nowhere"));
+}
+
 TEST(SceneBook, AFileThatHasChangedKeepsWhatIsNotSaved) {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "walls.scene.json";

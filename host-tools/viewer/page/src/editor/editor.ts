@@ -53,7 +53,12 @@ export class Editor {
   constructor(private readonly host: EditorHost) {
     this.fields = new ObjectFields({ selected: (object) => this.select(object, true), edit: (how) => this.edit(how) });
     this.issues = new IssueList((line, column) => this.text.reveal_line(line, column));
-    this.importer = new Importer(host, { edit: (how) => this.edit(how), outline: () => this.outline, text: () => this.text.text });
+    this.importer = new Importer(host, {
+      edit: (how) => this.edit(how),
+      outline: () => this.outline,
+      text: () => this.text.text,
+      select_last: () => this.select_last(),
+    });
     const text_place = make('div', { className: 'text' }, { testid: 'editor-text' });
     host.place.replaceChildren(...this.lay_out(text_place));
     this.text = new TextView(text_place, { changed: () => this.on_typed(), at: (offset) => this.select_at(offset) });
@@ -179,6 +184,9 @@ export class Editor {
   }
   private add(): void {
     this.edit((text) => edits.add(text, object_to_add(this.parts.value, outline_of(text))));
+    this.select_last();
+  }
+  private select_last(): void {
     this.select((this.outline?.objects.length ?? 0) - 1, true);
   }
 

@@ -44,6 +44,7 @@ export class Handles {
     this.outline.visible = false;
     stage.scene.add(this.proxy, this.controls.getHelper(), this.outline);
     this.controls.addEventListener('change', () => stage.touch());
+    this.controls.addEventListener('axis-changed', ({ value }) => this.point_out(value as string | null));
     this.controls.addEventListener('dragging-changed', ({ value }) => stage.hold(value === true));
     this.controls.addEventListener('mouseDown', () => this.listener.began());
     this.controls.addEventListener('objectChange', () => this.drag());
@@ -97,6 +98,7 @@ export class Handles {
     this.controls.detach();
     this.controls.dispose();
     this.stage.scene.remove(this.proxy, this.controls.getHelper(), this.outline);
+    this.point_out(null);
     this.stage.hold(false);
     this.stage.touch();
   }
@@ -114,6 +116,14 @@ export class Handles {
     this.outline.visible = group !== undefined && !plane;
     if (group !== undefined) this.outline.box.setFromObject(group);
     this.stage.touch();
+  }
+
+  // The handle at the mouse, for the cursor and for tests.
+  private point_out(axis: string | null): void {
+    const { canvas } = this.stage;
+    canvas.style.cursor = axis === null ? '' : 'grab';
+    if (axis === null) delete canvas.dataset.handle;
+    else canvas.dataset.handle = axis;
   }
 
   private drag(): void {

@@ -14,6 +14,7 @@ interface Edited {
   edit(how: (text: string) => Edit[]): void;
   outline(): Outline | null;
   text(): string;
+  select_last(): void;
 }
 
 // The size in which a mesh comes, whatever its unit: what a hand can go around.
@@ -88,6 +89,7 @@ export class Importer {
     const name = edits.free_name(this.edited.text(), String(object.name));
     if (is_mesh_file(file)) this.unfit.push(name);
     this.edited.edit((text) => edits.add(text, object));
+    this.edited.select_last();
   }
 }
 

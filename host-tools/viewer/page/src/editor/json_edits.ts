@@ -27,6 +27,20 @@ export function print(value: Json): string {
   return members.length === 0 ? '{}' : `{ ${members.join(', ')} }`;
 }
 
+const kMostColumns = 110;
+
+// As print(), but with a line for each member where one line would be too long.
+export function print_lines(value: { [key: string]: Json }, indentation: string): string {
+  const line = print(value);
+  if (line.length <= kMostColumns) return line;
+  const members = Object.entries(value).map(([key, one]) => {
+    const inner = `${indentation}  `;
+    const is_object = typeof one === 'object' && one !== null && !Array.isArray(one);
+    return `${inner}${JSON.stringify(key)}: ${is_object ? print_lines(one, inner) : print(one)}`;
+  });
+  return `{\n${members.join(',\n')}\n${indentation}}`;
+}
+
 // The value at this path becomes the one given; objects on the way that are missing are made. Of arrays of the same length only the elements that
 // differ are touched, and a value that is there already is left as it is written.
 export function set_value(text: string, path: JSONPath, value: Json): Edit[] {

@@ -2,7 +2,18 @@
 import { findNodeAtLocation } from 'jsonc-parser';
 
 import { type Vec3, add as add_up, sub } from '../vector';
-import { type Edit, type Json, NotJson, apply, insert_element, print, remove_element, rename_key, set_value, tree_of } from './json_edits';
+import {
+  type Edit,
+  type Json,
+  NotJson,
+  apply,
+  insert_element,
+  print_lines,
+  remove_element,
+  rename_key,
+  set_value,
+  tree_of,
+} from './json_edits';
 import { type Outline, type OutlinedObject, outline_of } from './scene_outline';
 
 const kDuplicateAside_m = 0.02;
@@ -94,7 +105,7 @@ export function duplicate(text: string, index: number): Edit[] {
 export const remove = (text: string, index: number): Edit[] => remove_element(text, ['objects'], index);
 
 export const add = (text: string, object: { [key: string]: Json }): Edit[] =>
-  insert_element(text, ['objects'], print({ ...object, name: free_name(text, String(object.name)) }));
+  insert_element(text, ['objects'], print_lines({ ...object, name: free_name(text, String(object.name)) }, '    '));
 
 // --- Materials
 

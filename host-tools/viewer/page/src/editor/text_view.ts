@@ -47,7 +47,7 @@ const kExtensions: Extension = [
   bracketMatching(),
   highlightActiveLine(),
   highlightActiveLineGutter(),
-  StreamLanguage.define(json),
+  StreamLanguage.define({ ...json, tokenTable: { property: tags.propertyName } }),
   syntaxHighlighting(kColors),
   lintGutter(),
   // Esc, then Tab leaves the text, as CodeMirror has it; Esc stops the arm too.
