@@ -23,8 +23,12 @@ void carry_changes(const OpenScene& from, OpenScene& to) {
   }
 }
 
+const std::string& text_before_changes(const OpenScene& scene) {
+  return scene.draft ? *scene.draft : scene.file_text;
+}
+
 std::string changed_text(const OpenScene& scene) {
-  std::string text = scene.draft.value_or(scene.file_text);
+  std::string text = text_before_changes(scene);
   for (const auto& [what, value] : scene.changed_materials)
     text = with_material(text, what.first, what.second, value);
   return text;

@@ -38,6 +38,7 @@ void set_material(OpenScene& scene, const MaterialMessage& change);
 void carry_changes(const OpenScene& from, OpenScene& to);
 // The text of the draft, if there is one, or of the file, with the changes: only the numbers that were changed differ from it.
 [[nodiscard]] std::string changed_text(const OpenScene& scene);
+[[nodiscard]] const std::string& text_before_changes(const OpenScene& scene);
 [[nodiscard]] bool has_changes(const OpenScene& scene);  // that are not in the file
 
 // Under which a list of scenes has the file: "ring" of ring.scene.json.

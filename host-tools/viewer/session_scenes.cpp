@@ -318,8 +318,10 @@ void DeviceSession::upload(const OpenScene& scene) {
     if (*stopping_ || urgent_waits()) throw Disturbed{};
   });
   upload_due_us_ = now_us() + kBetweenUploads_us;
-  if (!running_ || running_->file != scene.file) {
-    live_.forget_scene();
+  const bool other_file = !running_ || running_->file != scene.file;
+  // Its moving objects may be others.
+  if (other_file || text_before_changes(*running_) != text_before_changes(scene)) live_.forget_scene();
+  if (other_file) {
     edited_.reset();  // of the scene before
     edited_since_job_ = false;
   }
