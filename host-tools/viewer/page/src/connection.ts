@@ -44,6 +44,11 @@ export class Connection implements Transport {
     return Array.isArray(names) ? names.map(String) : [];
   }
 
+  async put_file(name: string, bytes: Uint8Array<ArrayBuffer>): Promise<void> {
+    const answer = await fetch(`files/${name}${this.query}`, { method: 'PUT', body: bytes });
+    if (!answer.ok) throw new Error(`${name}: ${(await answer.text()) || `the server answered ${answer.status}`}`);
+  }
+
   private open(): void {
     const socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live${this.query}`);
     this.socket = socket;

@@ -11,7 +11,7 @@ import { ArmMarks } from './arm_marks';
 import { CommissionView } from './commission_view';
 import { element, make, set_text } from './dom';
 import { Curves } from './curves';
-import type { Editor } from './editor/editor';
+import { EditorButton } from './editor_button';
 import { reach_of } from './drag_mapping';
 import { FrameStats } from './frame_stats';
 import { HandControl } from './hand_control';
@@ -56,7 +56,6 @@ let started: SceneStarted | null = null;
 let model: SceneModel | null = null;
 let objects: SceneObjects | null = null;
 let marks: ArmMarks[] = [];
-let editor: Editor | null = null; // while it is open
 let commission: CommissionView | null = null; // the server is that of a commissioning
 let link: Link = 'connecting';
 let new_state = false; // since the last frame
@@ -71,6 +70,8 @@ const materials = new MaterialPanel(element('material'), send);
 const parameters = new ParameterPanel(element('parameters'), send);
 const transport = open_transport(query, { on_message, on_link, on_load: (load) => (status.load = load) });
 const extras = new Extras(transport, send, alerts, canvas);
+const editing = new EditorButton({ place: element('editor'), stage, transport, send, say: (event) => alerts.say(event) }, show_permission);
+if (hand) hand.yields = () => editing.editor?.wants_press ?? false;
 
 function send(message: PageMessage): boolean {
   if (message.type === 'command' || message.type === 'pick') alerts.asked();
@@ -95,7 +96,7 @@ function make_stage(): Stage | null {
 // --- Messages of the server
 
 function on_message(message: ServerMessage): void {
-  editor?.on_message(message);
+  editing.on_message(message);
   switch (message.type) {
     case 'hello':
       return on_hello(message);
@@ -153,7 +154,7 @@ function show_permission(): void {
   const armed = timeline.live.newest?.mode === 'armed';
   element<HTMLButtonElement>('home').disabled = !may || (armed && !hello?.simulated);
   element<HTMLSelectElement>('scenes').disabled = !may;
-  element<HTMLButtonElement>('edit').disabled = editor === null && (!may || started?.text_crc === undefined);
+  editing.enable(may);
   materials.enable(may && started !== null && started.objects.length > 0);
   parameters.enable(may);
   hand?.enable(may && can_move_hand() && !timeline.paused);
@@ -161,9 +162,8 @@ function show_permission(): void {
 
 function on_scene(it: SceneStarted): void {
   const other = started?.name !== it.name || started.objects.length !== it.objects.length;
-  const edited = editor !== null && started?.pick === it.pick;
   started = it;
-  editor?.on_scene(it);
+  const edited = editing.on_scene(it);
   if (other) {
     timeline.forget();
     curves.forget_zoom();
@@ -184,7 +184,7 @@ async function load_scene(look: boolean): Promise<void> {
   const expected = started;
   try {
     const bytes = await transport.image();
-    if (expected !== started || editor?.is_dragging) return; // another one runs now, or will
+    if (expected !== started || editing.editor?.is_dragging) return; // another one runs now, or will
     if (bytes === null) return hide_scene();
     show_scene(read_scene_image(bytes), look);
   } catch (error) {
@@ -198,6 +198,7 @@ async function load_scene(look: boolean): Promise<void> {
 function hide_scene(): void {
   objects?.dispose();
   objects = model = null;
+  editing.show(null);
   if (hand) hand.reaches = [];
   delete canvas.dataset.objects;
   delete canvas.dataset.triangles;
@@ -215,7 +216,7 @@ function show_scene(read: SceneModel, look: boolean): void {
   const { surfaces } = objects;
   if (hand) hand.reaches = (kHomes[hello?.arms ?? 1] ?? []).map((home) => reach_of(surfaces, home));
   stage.scene.add(objects.group);
-  editor?.show(objects);
+  editing.show(objects);
   if (look) stage.frame(objects.bounds);
   stage.touch();
   new_state = true;
@@ -281,34 +282,6 @@ function choose_scene_name({ name, pick }: SceneStarted): void {
 }
 
 // --- Actions of the user
-
-async function open_editor(): Promise<Editor> {
-  if (editor !== null) return editor;
-  const { open_editor: open } = await import('./editor/editor');
-  editor = open({ place: element('editor'), stage, transport, send, say: (event) => alerts.say(event) });
-  if (hand) hand.yields = () => editor?.wants_press ?? false;
-  if (started) editor.on_scene(started);
-  editor.show(objects);
-  show_editing();
-  return editor;
-}
-function show_editing(): void {
-  element('edit').setAttribute('aria-expanded', String(editor !== null));
-  document.body.classList.toggle('editing', editor !== null);
-}
-element('edit').addEventListener('click', () => {
-  if (editor === null) return void open_editor().then((opened) => opened.focus());
-  editor.close();
-  editor = null;
-  show_editing();
-  show_permission();
-});
-document.addEventListener('dragover', (event) => event.preventDefault());
-document.addEventListener('drop', (event) => {
-  event.preventDefault();
-  const files = [...(event.dataTransfer?.files ?? [])];
-  if (files.length > 0 && !element<HTMLButtonElement>('edit').disabled) void open_editor().then((opened) => opened.drop(files));
-});
 
 const { choose_board } = transport;
 if (choose_board) {

@@ -324,5 +324,3 @@ export class Editor {
     this.host.send({ type: 'pick', scene: this.scene.pick });
   }
 }
-
-export const open_editor = (host: EditorHost): Editor => new Editor(host);

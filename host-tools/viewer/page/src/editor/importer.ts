@@ -22,6 +22,9 @@ const kLeast_m = 0.02;
 const kMost_m = 0.2;
 const kTop_m = -0.02; // below the tip's home
 
+// As every file system takes it.
+const name_of = (file: File): string => file.name.replace(/[^A-Za-z0-9._-]/g, '_');
+
 export class Importer {
   readonly button: HTMLElement;
   private readonly input = make('input', { type: 'file', multiple: true, hidden: true }, { testid: 'editor-file' });
@@ -49,7 +52,7 @@ export class Importer {
         this.edited.edit((now) => edits.whole(now, text));
         return;
       }
-      for (const file of files) this.add(file.name);
+      for (const file of files) this.add(name_of(file));
     } catch (error) {
       const cause = error instanceof Error ? error.message : String(error);
       this.host.say({
@@ -80,7 +83,7 @@ export class Importer {
 
   private async put(file: File): Promise<void> {
     if (this.host.transport.put_file === undefined) throw new Error('this page cannot take files');
-    await this.host.transport.put_file(file.name, new Uint8Array(await file.arrayBuffer()));
+    await this.host.transport.put_file(name_of(file), new Uint8Array(await file.arrayBuffer()));
   }
 
   private add(file: string): void {

@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 
+import axe, { type AxeResults } from 'axe-core';
 import { type Browser, type Page } from 'playwright-core';
 
 import { launch, until } from '../browser/browser';
@@ -179,6 +180,32 @@ test('a mesh that is dropped is an object, in a size that can be felt', { timeou
   );
   await runs();
   assert.equal(await text('editor-issues'), '');
+});
+
+test('axe finds nothing in either theme, and a phone shows all of it', { timeout: kTimeout_ms }, async () => {
+  await page.getByTestId('editor-size-0').fill('-1');
+  await page.getByTestId('editor-size-0').press('Enter');
+  await until('the error', async () => (await text('editor-issues')) !== '');
+  await page.evaluate(axe.source);
+  for (const colorScheme of ['light', 'dark'] as const) {
+    await page.emulateMedia({ colorScheme });
+    const { violations } = (await page.evaluate('axe.run("#editor", { resultTypes: ["violations"] })')) as AxeResults;
+    assert.deepEqual(
+      violations.flatMap(({ id, nodes }) => nodes.map(({ html, failureSummary }) => `${id}: ${html.slice(0, 160)} ${failureSummary}`)),
+      [],
+      colorScheme,
+    );
+  }
+  await page.setViewportSize({ width: 360, height: 640 });
+  const [wide, stop] = await page.evaluate(() => {
+    const button = document.querySelector('[data-testid=stop]')?.getBoundingClientRect();
+    return [document.documentElement.scrollWidth, button?.bottom ?? Infinity];
+  });
+  assert.ok(wide <= 360, `${wide}`);
+  assert.ok(stop <= 640, `${stop}`);
+  await page.setViewportSize({ width: 1280, height: 900 });
+  await page.getByTestId('editor-undo').click();
+  await runs();
 });
 
 test('keyboard alone: duplicate, delete', { timeout: kTimeout_ms }, async () => {

@@ -1,0 +1,75 @@
+// The button that opens the editor, whose code is loaded then, and files that are dropped on the page.
+import { element } from './dom';
+import type { Editor, EditorHost } from './editor/editor';
+import type { SceneStarted, ServerMessage } from './protocol';
+import type { SceneObjects } from './scene_objects';
+
+export class EditorButton {
+  editor: Editor | null = null; // while it is open
+  private readonly button = element<HTMLButtonElement>('edit');
+  private opening: Promise<Editor> | null = null;
+  private scene: SceneStarted | null = null;
+  private objects: SceneObjects | null = null;
+
+  constructor(
+    private readonly host: EditorHost,
+    private readonly changed: () => void, // opened or closed
+  ) {
+    this.button.addEventListener('click', () => {
+      if (this.editor === null) this.with_editor((editor) => editor.focus());
+      else this.close();
+    });
+    document.addEventListener('dragover', (event) => event.preventDefault());
+    document.addEventListener('drop', (event) => {
+      event.preventDefault();
+      const files = [...(event.dataTransfer?.files ?? [])];
+      if (files.length > 0 && !this.button.disabled) this.with_editor((editor) => editor.drop(files));
+    });
+  }
+
+  enable(may_change: boolean): void {
+    this.button.disabled = this.editor === null && (!may_change || this.scene?.text_crc === undefined);
+  }
+
+  on_message(message: ServerMessage): void {
+    this.editor?.on_message(message);
+  }
+  // True: it is the scene that is edited, in another state.
+  on_scene(scene: SceneStarted): boolean {
+    const edited = this.editor !== null && this.scene?.pick === scene.pick;
+    this.scene = scene;
+    this.editor?.on_scene(scene);
+    return edited;
+  }
+  show(objects: SceneObjects | null): void {
+    this.objects = objects;
+    this.editor?.show(objects);
+  }
+
+  private with_editor(act: (editor: Editor) => void | Promise<void>): void {
+    this.opening ??= this.load();
+    this.opening.then(act).catch((error: unknown) => {
+      if (this.editor === null) this.opening = null; // the next time perhaps
+      const cause = error instanceof Error ? error.message : String(error);
+      this.host.say({ type: 'event', level: 'error', name: 'no-editor', cause, remedy: 'try again, or load the page again' });
+    });
+  }
+  private async load(): Promise<Editor> {
+    const { Editor: Loaded } = await import('./editor/editor');
+    const editor = (this.editor = new Loaded(this.host));
+    if (this.scene) editor.on_scene(this.scene);
+    editor.show(this.objects);
+    this.tell();
+    return editor;
+  }
+  private close(): void {
+    this.editor?.close();
+    this.editor = this.opening = null;
+    this.tell();
+  }
+  private tell(): void {
+    this.button.setAttribute('aria-expanded', String(this.editor !== null));
+    document.body.classList.toggle('editing', this.editor !== null);
+    this.changed();
+  }
+}
