@@ -65,6 +65,7 @@ void DeviceSession::post(PageMessage message) {
   if (auto* draft = std::get_if<DraftMessage>(&message)) {
     if (merge(*draft)) return;
   }
+  if (std::holds_alternative<FileMessage>(message)) leave_room<FileMessage>();
   if (is_command(message, ViewCommand::kDisarm)) {
     // Never refused, and at most one beyond kMostWaiting: a queued disarm without an arm behind it suffices.
     for (auto one = waiting_.rbegin(); one != waiting_.rend() && !is_command(*one, ViewCommand::kArm);
@@ -89,6 +90,15 @@ bool DeviceSession::merge(const MaterialMessage& material) {
   return false;
 }
 
+// For what is large.
+template <class Message>
+void DeviceSession::leave_room() const {
+  constexpr std::ptrdiff_t kMost = 8;
+  const auto is_one = [](const PageMessage& one) { return std::holds_alternative<Message>(one); };
+  if (std::ranges::count_if(waiting_, is_one) >= kMost)
+    throw Error(ExitCode::kRefused, "busy", "too much waits for the device", "send it slower");
+}
+
 // Only the last draft counts, too.
 bool DeviceSession::merge(DraftMessage& draft) {
   if (waiting_.empty()) return false;
@@ -97,11 +107,7 @@ bool DeviceSession::merge(DraftMessage& draft) {
     *waiting = std::move(draft);
     return true;
   }
-  constexpr std::ptrdiff_t kMostDrafts = 4;
-  if (std::ranges::count_if(waiting_, [](const PageMessage& one) {
-        return std::holds_alternative<DraftMessage>(one);
-      }) >= kMostDrafts)
-    throw Error(ExitCode::kRefused, "busy", "too many drafts wait for the device", "send them slower");
+  leave_room<DraftMessage>();
   return false;
 }
 
@@ -256,7 +262,10 @@ void DeviceSession::serve(const std::atomic<bool>& stopping) {
       } catch (const Disturbed&) {
         if (!to_upload_) to_upload_ = scene;  // it will be resumed
       } catch (const Error& error) {
-        if (!runs) drop_edits();
+        if (!runs && scene.draft && error.code != ExitCode::kLinkLost)
+          tell_of_draft(error);  // the device does not take it
+        else if (!runs)
+          drop_edits();
         if (error.code == ExitCode::kLinkLost) throw;
         sink_.event(event_json(error));
       }

@@ -96,6 +96,8 @@ class DeviceSession {
   [[nodiscard]] bool urgent_waits();
   [[nodiscard]] bool merge(const MaterialMessage& material);  // under mutex_
   [[nodiscard]] bool merge(DraftMessage& draft);              // under mutex_
+  template <class Message>
+  void leave_room() const;  // under mutex_; throws where there is none
   [[gnu::noinline]] void obey(const PageMessage& message);
   void obey(const HandMessage& message);
   void obey(const CommandMessage& message);

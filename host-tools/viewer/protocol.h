@@ -59,7 +59,7 @@ struct FileMessage {
   std::string name;
   std::string bytes;
 };
-inline constexpr std::size_t kMostFileBytes = std::size_t{64} << 20U;
+inline constexpr std::size_t kMostFileBytes = std::size_t{32} << 20U;
 // To the prompt with this number.
 struct AnswerMessage {
   std::size_t prompt = 0;

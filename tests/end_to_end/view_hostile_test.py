@@ -105,7 +105,8 @@ class HostileClients(Rig):
                 self.crowd(view, self.upgrade(view, token), b"\x81\xfe\xea\x60abcd")
                 self.owner_gets_in(view)
                 huge = b"\x81\xff\x3f" + b"\xff" * 7 + b"abcd" + b" " * 70_000
-                parts = b"\x01\x80abcd" + (b"\x00\xfe\x40\x00abcd" + b" " * 16384) * 8
+                # An owner's page may send the text of a scene.
+                parts = b"\x01\x80abcd" + (b"\x00\xfe\x40\x00abcd" + b" " * 16384) * (160 if token else 8)
                 for message in (huge, parts):
                     end = self.crowd(view, self.upgrade(view, token), message)[-1]
                     end.settimeout(5 * SLOW)

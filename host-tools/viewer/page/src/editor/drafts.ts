@@ -59,6 +59,7 @@ export class Drafts {
       this.pick = scene.pick ?? null;
       this.text = this.waiting = null;
       this.flying = null;
+      if (this.text !== null) ++this.number; // late answers are none
       this.ask();
     } else if (scene.text_crc !== undefined && scene.text_crc !== this.known_crc && !this.busy && !this.asked) this.ask();
   }
@@ -83,7 +84,8 @@ export class Drafts {
   }
 
   on_checked(answer: Checked): void {
-    if (answer.number !== this.flying) return;
+    // Once more where the device does not take it.
+    if (answer.number !== this.number || (this.flying === null && answer.issues.length === 0)) return;
     this.flying = null;
     this.has_errors = answer.issues.length > 0;
     if (answer.crc !== undefined) this.known_crc = answer.crc;

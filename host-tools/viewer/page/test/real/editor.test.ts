@@ -1,0 +1,60 @@
+// The editor of the page that `thimble view` serves: what it saves is the file, and what another program writes is not lost.
+import assert from 'node:assert/strict';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { test } from 'node:test';
+
+import { launch, until } from '../browser/browser';
+import { scene_file, view } from './command';
+
+test("a field is edited, saved with all comments, and a conflict is the user's to decide", { timeout: 120_000 }, async () => {
+  const folder = mkdtempSync(join(tmpdir(), 'thimble-page-'));
+  const file = join(folder, 'blocks.scene.json');
+  const original = `// by hand\n${readFileSync(scene_file('blocks'), 'utf8')}`;
+  writeFileSync(file, original);
+  const server = await view('--scene', file);
+  const browser = await launch();
+  try {
+    const page = await browser.newPage({ viewport: { width: 1280, height: 900 }, deviceScaleFactor: 0.5 });
+    const errors: string[] = [];
+    page.on('pageerror', (error) => errors.push(error.message));
+    const text = (name: string) => page.getByTestId(name).innerText();
+    const runs = () => until('the text to run', async () => (await text('editor-state')).startsWith('Runs'));
+    await page.goto(server.url);
+    await page.getByTestId('edit').click();
+    await until('the objects', async () => (await page.getByTestId('editor-objects').locator('option').count()) > 2);
+    await page.getByTestId('editor-objects').selectOption({ index: 1 });
+    await page.getByTestId('editor-rotation-2').fill('12');
+    await page.getByTestId('editor-rotation-2').press('Enter');
+    await runs();
+    assert.equal(readFileSync(file, 'utf8'), original, 'nothing is saved yet');
+    await page.keyboard.press('Control+s');
+    await until('the file', () => readFileSync(file, 'utf8') !== original);
+    const saved = readFileSync(file, 'utf8');
+    assert.ok(saved.startsWith('// by hand\n') && saved.includes('12]'), saved.slice(0, 400));
+
+    // Another program writes the file while something else is edited here.
+    await page.getByTestId('editor-rotation-2').fill('13');
+    await page.getByTestId('editor-rotation-2').press('Enter');
+    await runs();
+    const theirs = saved.replace('// by hand', '// by another hand');
+    writeFileSync(file, theirs);
+    await until('the question', () => page.getByTestId('editor-conflict').isVisible());
+    assert.equal(readFileSync(file, 'utf8'), theirs);
+    assert.equal(await page.getByTestId('editor-rotation-2').inputValue(), '13');
+    await page.getByTestId('editor-theirs').click();
+    await until('the text of the file', async () => (await page.getByTestId('editor-rotation-2').inputValue()) === '12');
+    await page.getByTestId('editor-undo').click(); // mine again
+    await until('my text', async () => (await page.getByTestId('editor-rotation-2').inputValue()) === '13');
+    await runs();
+    await page.getByTestId('editor-save').click();
+    await until('it to be saved', async () => (await text('editor-state')) === 'Runs.');
+    assert.equal(readFileSync(file, 'utf8'), saved.replace('12]', '13]'));
+    assert.deepEqual(errors, []);
+  } finally {
+    await browser.close();
+    await server.command.stop();
+    rmSync(folder, { recursive: true });
+  }
+});
