@@ -57,9 +57,9 @@ export class Drafts {
     const other = scene.pick !== undefined && scene.pick !== this.pick;
     if (other) {
       this.pick = scene.pick ?? null;
+      if (this.text !== null) ++this.number; // late answers are none
       this.text = this.waiting = null;
       this.flying = null;
-      if (this.text !== null) ++this.number; // late answers are none
       this.ask();
     } else if (scene.text_crc !== undefined && scene.text_crc !== this.known_crc && !this.busy && !this.asked) this.ask();
   }
