@@ -12,6 +12,8 @@ namespace {
 
 // Between uploads, so that each scene swap can ramp the force down and up.
 constexpr link::Micros kBetweenUploads_us = 300'000;
+// The force does not ramp for other materials; a slider that moves should not wear out the store of scenes.
+constexpr link::Micros kBetweenMaterials_us = 50'000;
 // Between looks at the running scene's file.
 constexpr link::Micros kBetweenLooks_us = 500'000;
 
@@ -317,10 +319,10 @@ void DeviceSession::upload(const OpenScene& scene) {
   device_->upload(*scene.image, {}, [this](const UploadProgress&) {
     if (*stopping_ || urgent_waits()) throw Disturbed{};
   });
-  upload_due_us_ = now_us() + kBetweenUploads_us;
   const bool other_file = !running_ || running_->file != scene.file;
-  // Its moving objects may be others.
-  if (other_file || text_before_changes(*running_) != text_before_changes(scene)) live_.forget_scene();
+  const bool other_objects = other_file || text_before_changes(*running_) != text_before_changes(scene);
+  if (other_objects) live_.forget_scene();
+  upload_due_us_ = now_us() + (other_objects ? kBetweenUploads_us : kBetweenMaterials_us);
   if (other_file) {
     edited_.reset();  // of the scene before
     edited_since_job_ = false;

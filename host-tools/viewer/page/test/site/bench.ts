@@ -23,6 +23,7 @@ export class Bench {
   image: Uint8Array | null = null;
   readonly own = new Map<string, string>(); // texts of scenes beside those of scenes/, by name
   readonly forces_N: number[] = []; // of every tick since listen()
+  compiled_ms = 0; // how long the last compilation took: no time of the device
   private now_ms = 1000;
   private jobs: { file: string; text?: string }[] = [];
   private readonly device: Device;
@@ -77,6 +78,9 @@ export class Bench {
   get force_N(): number {
     return Math.hypot(...(this.newest?.arms[0]?.force_N ?? [0]));
   }
+  get clock_ms(): number {
+    return this.now_ms;
+  }
   get skipped_s(): number {
     return this.device.skipped_s;
   }
@@ -88,7 +92,9 @@ export class Bench {
     const name = file.replace('.scene.json', '');
     const path = this.own.has(name) ? `mine/${file}` : relative(kScenes, this.folder_of(file));
     const all = text ?? this.own.get(name) ?? readFileSync(this.folder_of(file), 'utf8');
+    const begin_ms = performance.now();
     const { head, image } = compiler().compile(`/scenes/${path}`, all);
+    this.compiled_ms = performance.now() - begin_ms;
     this.device.deliver(JSON.stringify({ ...head, text: all }), image);
   }
   private folder_of(file: string): string {
