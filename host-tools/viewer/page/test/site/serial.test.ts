@@ -26,7 +26,7 @@ before(async () => {
   browser = await launch();
   let lines: string[];
   [simulator, lines] = await Command.start('thimble-sim', ['--name', `site-${process.pid}`], (line) => line === 'ready');
-  const pty = /slcan:(\S+)/.exec(lines.join())?.[1] as string;
+  const pty = /slcan:([^\s,]+)/.exec(lines.join())?.[1] as string;
   bridge = new WebSocketServer({ port: 0, host: '127.0.0.1' });
   bridge.on('connection', (web: Peer) => {
     const open = (): number => openSync(pty, constants.O_RDWR | constants.O_NOCTTY);
