@@ -2,9 +2,11 @@
 // worker that keeps all files of the site for when there is no network. Prints the size of the site, compressed.
 import { createHash } from 'node:crypto';
 import { cpSync, existsSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
 import { dirname, join, normalize, relative } from 'node:path';
 import { gzipSync } from 'node:zlib';
 
+const { parse } = createRequire(new URL('../viewer/page/package.json', import.meta.url))('jsonc-parser'); // scenes may hold comments
 const [site, scenes] = process.argv.slice(2);
 
 const all_files = (folder) =>
@@ -22,7 +24,7 @@ function named_files(file) {
       if (!name.startsWith('..') && existsSync(path) && statSync(path).isFile()) found.add(name);
     } else if (value !== null && typeof value === 'object') Object.values(value).forEach(look);
   };
-  look(JSON.parse(readFileSync(file, 'utf8')));
+  look(parse(readFileSync(file, 'utf8')));
   return [...found].sort();
 }
 
