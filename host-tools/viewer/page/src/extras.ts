@@ -37,6 +37,7 @@ export class Extras {
     const every_tick = this.transport.listen !== undefined && hello.simulated;
     this.sound.allow(() => why_silent(every_tick, this.forces_Hz));
     this.hello = hello;
+    this.leave_hand();
     this.task?.allow(hello.simulated && hello.may_control);
   }
 
@@ -50,6 +51,11 @@ export class Extras {
     this.count(state.time_s);
     this.vibration.take(state, performance.now());
     this.task?.take(state);
+  }
+
+  // The ghost lets the hand go.
+  leave_hand(): void {
+    this.task?.end_ghost();
   }
 
   // Once a frame.
@@ -72,8 +78,8 @@ export class Extras {
       (arm, position_m) => this.send({ type: 'hand', arm, position_m }),
       () => this.gallery?.mark(),
     );
-    for (const event of ['pointerdown', 'keydown', 'wheel'])
-      canvas.addEventListener(event, () => this.task?.end_ghost(), { passive: true });
+    for (const type of ['pointerdown', 'keydown', 'wheel'])
+      document.addEventListener(type, (event) => event.target === canvas && moves_hand(event) && this.task?.end_ghost(), kFirst);
     if (this.hello) this.on_hello(this.hello);
     this.show_scene();
     await this.gallery.fill(gallery);

@@ -74,7 +74,10 @@ const editing = new EditorButton({ place: element('editor'), stage, transport, s
 if (hand) hand.yields = () => editing.editor?.wants_press ?? false;
 
 function send(message: PageMessage): boolean {
-  if (message.type === 'command' || message.type === 'pick') alerts.asked();
+  if (message.type === 'command' || message.type === 'pick') {
+    alerts.asked();
+    extras.leave_hand();
+  }
   return transport.send(message);
 }
 

@@ -112,6 +112,22 @@ test('the ghost shows the task, the user does it, and that is remembered', { tim
   await page.getByTestId('force-1').waitFor();
   await page.getByTestId('show-me').click();
   await led_by_the_ghost(page, 'force-1');
+  const view = (await page.getByTestId('view').boundingBox())!;
+  await page.mouse.move(view.x + view.width / 2, view.y + view.height / 2);
+  await page.mouse.down({ button: 'right' }); // turns the view
+  await page.mouse.up({ button: 'right' });
+  assert.equal(await page.getByTestId('show-me').getAttribute('aria-pressed'), 'true');
+  await page.mouse.down();
+  assert.equal(await page.getByTestId('show-me').getAttribute('aria-pressed'), 'false');
+  await page.mouse.up();
+
+  // Another scene while the ghost shows this one: it lets the hand go, and another device begins.
+  await page.getByTestId('show-me').click();
+  await led_by_the_ghost(page, 'force-1');
+  await page.locator('#gallery [data-scene=walls]').click();
+  await shows(page, 'scene', 'walls');
+  await shows(page, 'mode', 'armed');
+  assert.equal(await page.getByTestId('alert').count(), 0);
 
   await page.reload();
   await page.waitForFunction(() => document.querySelector('#gallery [data-scene=deform] .done')?.textContent === '✓ done');
