@@ -9,6 +9,8 @@ import type { DoneTasks } from './tasks_done';
 import type { SceneGallery } from './transport';
 import type { Vec3 } from './vector';
 
+const kBetweenStates_s = 0.02;
+
 type Hand = (arm: number, position_m: Vec3) => void;
 
 export class TaskPanel {
@@ -19,6 +21,8 @@ export class TaskPanel {
   private path: HandPath | null = null;
   private ghost: Ghost | null = null;
   private state: State | null = null;
+  private state_at_s = 0;
+  private device_s = 0; // its clock: it stands still while ticks are lost
   private may_lead = false;
 
   constructor(
@@ -48,7 +52,11 @@ export class TaskPanel {
   }
 
   take(state: State): void {
+    const now_s = performance.now() / 1000;
+    const ticks = (state.tick ?? 0) - (this.state?.tick ?? 0);
+    this.device_s += ticks > 0 && state.tick_rate_Hz ? ticks / state.tick_rate_Hz : Math.min(now_s - this.state_at_s, kBetweenStates_s);
     this.state = state;
+    this.state_at_s = now_s;
     this.button.disabled = !this.may_lead || this.path === null || state.mode !== 'armed';
     if (state.mode !== 'armed') this.end_ghost();
     if (this.ghost !== null || this.watch === null || this.watch.done) return;
@@ -63,9 +71,10 @@ export class TaskPanel {
 
   // Once a frame.
   step(now_s: number): void {
-    if (this.ghost === null) return;
-    const hands_m = (this.state?.arms ?? []).map((arm): Vec3 => arm?.hand_m ?? arm?.tip_m ?? [0, 0, 0]);
-    if (!this.ghost.step(now_s, hands_m)) this.end_ghost();
+    if (this.ghost === null || this.state === null) return;
+    const device_s = this.device_s + Math.min(now_s - this.state_at_s, kBetweenStates_s);
+    const hands_m = this.state.arms.map((arm): Vec3 => arm?.hand_m ?? arm?.tip_m ?? [0, 0, 0]);
+    if (!this.ghost.step(device_s, hands_m)) this.end_ghost();
   }
 
   // Also where the user takes the hand. What the ghost has done is not done.
