@@ -115,7 +115,17 @@ export class Handles {
     const plane = this.selected !== null && this.objects?.model.objects[this.selected]?.shape.kind === 'plane';
     this.outline.visible = group !== undefined && !plane;
     if (group !== undefined) this.outline.box.setFromObject(group);
+    this.tell_place();
     this.stage.touch();
+  }
+
+  // Where the handles are in the picture, for tests.
+  private tell_place(): void {
+    const { canvas, camera } = this.stage;
+    camera.updateMatrixWorld();
+    const { x, y } = this.proxy.position.clone().project(camera);
+    const pixels = [((x + 1) / 2) * canvas.clientWidth, ((1 - y) / 2) * canvas.clientHeight];
+    canvas.dataset.handles = this.selected === null ? '' : pixels.map((at) => at.toFixed(1)).join(' ');
   }
 
   // The handle at the mouse, for the cursor and for tests.

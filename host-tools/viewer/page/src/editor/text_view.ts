@@ -52,7 +52,7 @@ const kExtensions: Extension = [
   lintGutter(),
   // Esc, then Tab leaves the text, as CodeMirror has it; Esc stops the arm too.
   keymap.of([...defaultKeymap, ...historyKeymap, ...lintKeymap, indentWithTab]),
-  EditorView.contentAttributes.of({ 'aria-label': 'Text of the scene' }),
+  EditorView.contentAttributes.of({ 'aria-label': 'Text of the scene', tabindex: '0' }),
 ];
 
 export class TextView {
