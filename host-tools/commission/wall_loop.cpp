@@ -137,7 +137,7 @@ void WallLoop::limit(double wanted_N, double depth_m) {
   unprobed_N_ = firmware::slew_force(clamped_N, firmware::remaining(last_N, clamped_N),
                                      initial(Param::force_slew) * tick_s)
                     .value;
-  if (const float paid = account_.paid(tip_m, tick_s); paid < 1.0F)
+  if (const float paid = account_.paid(tip_m, clamped_N, tick_s); paid < 1.0F)
     unprobed_N_ = firmware::clamp_force(unprobed_N_, paid * std::min(wanted, max_N)).value;
   force_N_ = probed(clamped_N);
   account_.add(clamped_N, force_N_, std::min(wanted / 2, max_N) * depth);
