@@ -10,6 +10,7 @@ import type { SceneGallery } from './transport';
 import type { Vec3 } from './vector';
 
 const kBetweenStates_s = 0.02;
+const kSettle_s = 0.5; // of the hand, after the ghost
 
 type Hand = (arm: number, position_m: Vec3) => void;
 
@@ -23,6 +24,7 @@ export class TaskPanel {
   private state: State | null = null;
   private state_at_s = 0;
   private device_s = 0; // its clock: it stands still while ticks are lost
+  private settled_s = 0; // from then on it is the user's hand
   private may_lead = false;
 
   constructor(
@@ -59,7 +61,7 @@ export class TaskPanel {
     this.state_at_s = now_s;
     this.button.disabled = !this.may_lead || this.path === null || state.mode !== 'armed';
     if (state.mode !== 'armed') this.end_ghost();
-    if (this.ghost !== null || this.watch === null || this.watch.done) return;
+    if (this.ghost !== null || now_s < this.settled_s || this.watch === null || this.watch.done) return;
     const met = this.watch.goals_met;
     this.watch.take(state);
     if (this.watch.done) {
@@ -81,6 +83,7 @@ export class TaskPanel {
   end_ghost(): void {
     if (this.ghost === null) return;
     this.ghost = null;
+    this.settled_s = performance.now() / 1000 + kSettle_s;
     this.button.setAttribute('aria-pressed', 'false');
     this.begin_watch();
     this.show();
