@@ -1,6 +1,7 @@
 // The scene compiler as a module of a page: a scene's text in, its image out. The files that the scene names are in the page's file system.
 #include <map>
 
+#include "firmware/link/crc32.h"
 #include "host-tools/compiler/compile.h"
 #include "host-tools/compiler/scene_errors.h"
 #include "host-tools/in_page/exports.h"
@@ -30,6 +31,7 @@ Json compile(const std::string& file, const std::string& text) {
     parts = scene.parts;
     compiled_image.assign(reinterpret_cast<const char*>(scene.image.data()), scene.image.size());
     result["name"] = scene.report.name;
+    result["crc"] = firmware::link::crc32(scene.image);
     for (const SceneReport::Object& object : scene.report.objects) result["objects"].push_back(object.name);
     result["warnings"] = scene.report.warnings;
   } catch (const SceneErrors& errors) {
@@ -44,8 +46,8 @@ Json compile(const std::string& file, const std::string& text) {
 }  // namespace
 }  // namespace thimble::host
 
-// In: the path of the scene's file, and its text. Out: JSON: name, objects, warnings; issues (name, cause, remedy, pointer, line, column) where
-// there is no image, and how many more there are. compiled(): the image.
+// In: the path of the scene's file, and its text. Out: JSON: name, objects, warnings, crc of the image; issues (name, cause, remedy, pointer, line,
+// column) where there is no image, and how many more there are. compiled(): the image.
 THIMBLE_EXPORT(int, compile)(std::size_t file_bytes) {
   using namespace thimble::host;
   const std::string file = page_buffer.substr(0, file_bytes);

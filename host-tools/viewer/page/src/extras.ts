@@ -4,6 +4,7 @@ import { element } from './dom';
 import type { GalleryView } from './gallery_view';
 import type { Hello, PageMessage, SceneStarted, State } from './protocol';
 import { SoundButton, why_silent } from './sound_button';
+import { show_share_button } from './share_button';
 import type { TaskPanel } from './task_panel';
 import type { SceneGallery, Transport } from './transport';
 import { Vibration, can_shake } from './vibration';
@@ -30,6 +31,7 @@ export class Extras {
     this.show_vibration();
     addEventListener('gamepadconnected', () => this.show_vibration());
     addEventListener('gamepaddisconnected', () => this.show_vibration());
+    if (transport.link_to_scene) show_share_button(() => transport.link_to_scene!(), alerts);
     if (transport.gallery) void this.open_gallery(transport.gallery, canvas);
   }
 

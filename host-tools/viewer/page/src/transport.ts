@@ -38,4 +38,6 @@ export interface Transport {
   // The forces of every tick go to this port (TickForces), or no more; where the device is in the page.
   listen?: (port: MessagePort | null) => void;
   readonly gallery?: SceneGallery;
+  // The address that opens the scene that runs. Rejects with a LinkError.
+  link_to_scene?: () => Promise<string>;
 }

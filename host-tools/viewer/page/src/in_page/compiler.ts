@@ -19,6 +19,7 @@ export interface Compiled {
   warnings: string[];
   issues: Issue[]; // without any, there is an image
   more: number;
+  crc?: number; // of the image
 }
 
 export class Compiler {

@@ -5,6 +5,7 @@ export type ToCompiler =
   { begin: WebAssembly.Module } | { put: { path: string; bytes: Uint8Array } } | { job: { file: string; text: string } };
 export interface FromCompiler {
   head: string; // JSON of Compiled, with "text"
+  crc: number | null; // of the image; null: there is none
   image: Uint8Array<ArrayBuffer>;
 }
 
@@ -15,7 +16,7 @@ onmessage = ({ data }: MessageEvent<ToCompiler>) => {
   else if ('put' in data) compiler?.put_file(data.put.path, data.put.bytes);
   else if (compiler !== null) {
     const { head, image } = compiler.compile(data.job.file, data.job.text);
-    const done: FromCompiler = { head: JSON.stringify({ ...head, text: data.job.text }), image };
+    const done: FromCompiler = { head: JSON.stringify({ ...head, text: data.job.text }), crc: head.crc ?? null, image };
     postMessage(done, { transfer: [image.buffer] });
   }
 };

@@ -1,14 +1,16 @@
 // The transport of the static site: the device is in the page, in a worker, and another worker compiles its scenes.
 import { type PageMessage, parse_message } from '../protocol';
+import { LinkError, type LinkedScene, is_scene_link, linked_scene, scene_fragment } from '../scene_link';
 import type { Listener, Transport } from '../transport';
 import type { FromCompiler, ToCompiler } from './compiler_worker';
 import type { DeviceOptions } from './device';
 import type { FromDevice, ToDevice } from './device_worker';
-import { Gallery } from './gallery';
+import { Gallery, kLinkedFolder } from './gallery';
 import { forget_text, keep_text, kept_text } from './kept_texts';
 import { SerialBoard, choose_port, serial } from './serial';
 
 const kSilent_ms = 1500;
+const kMostSources = 8; // the newest; of what runs, and of what may run again
 
 export class InPage implements Transport {
   private readonly device = new Worker(new URL('./device_worker.ts', import.meta.url), { type: 'module', name: 'device' });
@@ -22,7 +24,10 @@ export class InPage implements Transport {
   private board: SerialBoard | null = null;
   private arms = 1;
   private devices = 0; // that have begun
-  private readonly compiling: number[] = []; // for which of them
+  private readonly compiling: { device: number; source: LinkedScene }[] = [];
+  private readonly sources = new Map<number, LinkedScene>(); // by the CRC of the image
+  private running_crc = 0;
+  private readonly own_files = new Set<string>(); // of the user: their paths
   private early: Uint8Array[] = []; // for the board that is being opened
   private file = ''; // of the scene that was compiled last
   private folder = '/scenes';
@@ -33,19 +38,24 @@ export class InPage implements Transport {
     if (serial() !== null) this.choose_board = () => this.leave_for_board();
     this.device.onmessage = ({ data }: MessageEvent<FromDevice>) => this.take(data);
     this.compiler.onmessage = ({ data }: MessageEvent<FromCompiler>) => {
-      if (this.compiling.shift() !== this.devices) return; // that device is gone
+      const { device, source } = this.compiling.shift()!;
+      if (data.crc !== null) this.keep(data.crc, source);
+      if (device !== this.devices) return; // that device is gone
       this.to_device({ deliver: { head: data.head, image: data.image } }, [data.image.buffer]);
     };
     document.addEventListener('visibilitychange', () => this.to_device({ pause: document.hidden && this.board === null }));
+    addEventListener('hashchange', () => void this.follow_link());
     void this.begin();
     setInterval(() => this.watch(), 250);
   }
 
   send(message: PageMessage): boolean {
     if (this.failed) return false;
-    if (message.type === 'pick' && this.board === null && this.gallery.arms(message.scene) !== this.arms)
-      this.take_arms(this.gallery.arms(message.scene));
-    this.to_device({ post: message });
+    if (message.type === 'pick') {
+      // The address no longer tells what runs.
+      if (is_scene_link(location.hash)) history.replaceState(history.state, '', location.pathname + location.search);
+      this.pick(message.scene);
+    } else this.to_device({ post: message });
     return true;
   }
   async image(): Promise<Uint8Array<ArrayBuffer> | null> {
@@ -59,10 +69,29 @@ export class InPage implements Transport {
     this.to_device({ sound: port }, port === null ? [] : [port]);
   }
   async put_file(name: string, bytes: Uint8Array<ArrayBuffer>): Promise<void> {
+    this.own_files.add(`${this.folder}/${name}`);
     this.to_compiler({ put: { path: `${this.folder}/${name}`, bytes } });
   }
   async restore(): Promise<boolean> {
     return forget_text(this.file);
+  }
+
+  // The address that opens the scene that runs. Throws LinkError.
+  async link_to_scene(): Promise<string> {
+    const source = this.sources.get(this.running_crc);
+    if (source === undefined) throw new LinkError('the text of the scene that runs is not known here', 'load a scene, then link to it');
+    const own = this.own_files_of(source);
+    if (own.length > 0)
+      throw new LinkError(
+        `the scene names ${own.join(', ')}, and a link carries no files`,
+        'send the scene with its files, or use those of the gallery',
+      );
+    return new URL(await scene_fragment(source), document.baseURI).href;
+  }
+
+  private own_files_of({ text, folder = kLinkedFolder }: LinkedScene): string[] {
+    const named = [...this.own_files].filter((path) => path.startsWith(`/scenes/${folder}/`));
+    return named.map((path) => path.slice(path.lastIndexOf('/') + 1)).filter((name) => text.includes(name));
   }
 
   private async begin(): Promise<void> {
@@ -70,9 +99,27 @@ export class InPage implements Transport {
       this.compiled = await WebAssembly.compileStreaming(fetch(new URL('thimble.wasm', document.baseURI)));
       this.to_compiler({ begin: this.compiled });
       this.begin_device({});
-      this.send({ type: 'pick', scene: await this.gallery.first() });
+      if (!(await this.follow_link())) this.pick(await this.gallery.first());
     } catch (error) {
       this.fail(error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  private pick(scene: string): void {
+    if (this.board === null && this.gallery.arms(scene) !== this.arms) this.take_arms(this.gallery.arms(scene));
+    this.to_device({ post: { type: 'pick', scene } });
+  }
+  // False: the address has no scene, or a damaged one.
+  private async follow_link(): Promise<boolean> {
+    if (!is_scene_link(location.hash)) return false;
+    try {
+      this.pick(await this.gallery.take(await linked_scene(location.hash), location.hash.slice(-4)));
+      return true;
+    } catch (error) {
+      const cause = error instanceof Error ? error.message : String(error);
+      const remedy = error instanceof LinkError ? error.remedy : 'load the page again';
+      this.listener.on_message({ type: 'event', level: 'error', name: 'bad-link', cause, remedy });
+      return false;
     }
   }
 
@@ -121,6 +168,7 @@ export class InPage implements Transport {
         this.listener.on_link(message.up ? 'connecting' : 'controller-lost');
       }
       this.listener.on_message(message);
+      if (message.type === 'scene') this.running_crc = message.crc;
     } else if ('image' in data) this.running = data.image;
     else if ('compile' in data) void this.compile(data.compile, data.number);
     else if ('save' in data) keep_text(data.save.file, data.save.text);
@@ -134,10 +182,11 @@ export class InPage implements Transport {
   private async compile(job: { file: string; text?: string }, number: number): Promise<void> {
     try {
       const { path, text } = await this.gallery.open(job.file);
-      this.compiling.push(number);
       this.folder = path.slice(0, path.lastIndexOf('/'));
       this.file = job.file;
-      this.to_compiler({ job: { file: path, text: job.text ?? kept_text(job.file) ?? text } });
+      const source = { ...this.gallery.describe(job.file), text: job.text ?? kept_text(job.file) ?? text };
+      this.compiling.push({ device: number, source });
+      this.to_compiler({ job: { file: path, text: source.text } });
     } catch (error) {
       if (number !== this.devices) return;
       const cause = error instanceof Error ? error.message : String(error);
@@ -145,6 +194,13 @@ export class InPage implements Transport {
       const head = JSON.stringify({ name: '', objects: [], warnings: [], issues: [issue], more: 0, text: '' });
       this.to_device({ deliver: { head, image: new Uint8Array() } });
     }
+  }
+
+  private keep(crc: number, source: LinkedScene): void {
+    this.sources.delete(crc);
+    this.sources.set(crc, source);
+    for (const oldest of this.sources.keys())
+      if (this.sources.size > kMostSources && oldest !== this.running_crc) this.sources.delete(oldest);
   }
 
   // What the session says before the port's promise is kept is for the port too.
