@@ -16,25 +16,12 @@
 #include "host-tools/files/output_file.h"
 #include "host-tools/lab/plot.h"
 #include "host-tools/lab/record_run.h"
+#include "host-tools/lab/recording_json.h"
 #include "host-tools/lab/replay_recording.h"
 #include "host-tools/lab/run_log.h"
 
 namespace thimble::host {
 namespace {
-
-Json verdict_json(const ReplayVerdict& verdict) {
-  Json json = {{"exact", verdict.exact()},
-               {"ticks", verdict.ticks},
-               {"checks", verdict.checks},
-               {"first_tick", verdict.first_tick},
-               {"exact_to", verdict.exact_to},
-               {"not_replayed", verdict.not_replayed},
-               {"contact_ticks", verdict.contact_ticks},
-               {"peak_force_N", verdict.peak_force_N}};
-  if (verdict.differs_at) json["differs_at"] = *verdict.differs_at;
-  if (verdict.gap_at) json["gap_at"] = *verdict.gap_at;
-  return json;
-}
 
 std::string in_words(const ReplayVerdict& verdict) {
   std::string text = fmt::format("{} ticks replayed, peak {:.3f} N, {} in contact; ", verdict.ticks,
@@ -57,18 +44,6 @@ std::string end_in_words(const Recording& recording) {
   const RecordingEnd& end = *recording.end;
   const firmware::FaultRow* fault = firmware::find_fault(static_cast<firmware::Fault>(end.fault));
   return end.reason + (end.fault != 0 && fault != nullptr ? std::string(" ") + fault->name : "");
-}
-
-Json about_json(const Recording& recording) {
-  const RecordingHeader& header = recording.header;
-  Json json = {{"tool", header.tool},          {"firmware", header.firmware}, {"board", header.board},
-               {"serial", header.serial},      {"arms", header.models},       {"scene", header.scene_name},
-               {"scene_crc", header.scene_crc}};
-  json["rate_Hz"] = 1.0 / static_cast<double>(header.start.period_s);
-  json["end"] = recording.end ? recording.end->reason : "cut_off";
-  json["missing"] = recording.end ? recording.end->missing : 0;
-  json["dropped"] = recording.end ? recording.end->dropped : 0;
-  return json;
 }
 
 // The rows to plot: those of the replay for a recording, those of the file for a log.

@@ -23,6 +23,7 @@
 THIMBLE_IMPORT(void, message)(const char* text, std::size_t bytes);
 THIMBLE_IMPORT(void, image)
 (const char* image, std::size_t bytes);  // of the scene of the next message; no bytes: none
+THIMBLE_IMPORT(void, recording)(const char* file, std::size_t bytes);  // of the next message
 
 namespace thimble::host {
 
@@ -50,6 +51,10 @@ class Sink final : public ViewSink {
   void state(std::string state) override { page_message(state.data(), state.size()); }
   void event(const Json& event) override { send(event); }
   void link(bool up) override { send(link_json(up)); }
+  void recording(const Json& about, std::shared_ptr<const std::string> file) override {
+    page_recording(file->data(), file->size());
+    send(about);
+  }
 };
 
 struct Options {

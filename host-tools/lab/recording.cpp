@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
 
 #include "control/scene/limits.h"
+#include "firmware/link/crc32.h"
 #include "firmware/params.h"
-#include "host-tools/client/device.h"
 #include "host-tools/error.h"
-#include "host-tools/files/input_file.h"
 #include "thimble_recording_schema/recording_generated.h"
 
 namespace thimble::host {
@@ -16,6 +14,7 @@ namespace {
 
 using flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
+using link::crc32;
 
 constexpr std::size_t kPrefixBytes = 8;                                                // length and CRC
 constexpr std::size_t kMostBytes = control::kMaxImageBytes + (std::size_t{1} << 20U);  // of a message
@@ -290,20 +289,8 @@ void write_end(std::ostream& out, const RecordingEnd& end) {
                                      end.dropped, end.missing));
 }
 
-bool is_recording(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string begin(kRecordingMagic.size(), '\0');
-  in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  return in && begin == kRecordingMagic;
-}
-
 Recording parse_recording(std::span<const std::byte> bytes, const std::string& name) {
   return Reader(bytes, name).read();
-}
-
-Recording read_recording(const std::filesystem::path& file) {
-  const std::string bytes = read_input(file);
-  return parse_recording(std::as_bytes(std::span(bytes)), file.string());
 }
 
 }  // namespace thimble::host

@@ -43,9 +43,9 @@ ReplayVerdict replay_recording(const Recording& recording,
     if (!verdict.gap_at) verdict.gap_at = tick;
   };
   for (const RecordedTicks& run : recording.ticks) {
-    const std::uint64_t count = run.counts.size() / each;
+    const std::size_t count = run.counts.size() / each;
     if (run.first != next) missing(next);
-    for (std::uint64_t i = 0; i < count && !verdict.gap_at; ++i, ++next) {
+    for (std::size_t i = 0; i < count && !verdict.gap_at; ++i, ++next) {
       if (check != recording.checks.end() && check->tick > last_check + kCheckTicks &&
           next > last_check + kCheckTicks) {
         missing(last_check + 1);

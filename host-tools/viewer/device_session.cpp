@@ -138,6 +138,7 @@ void DeviceSession::run(const std::atomic<bool>& stopping, const std::function<v
   while (!stopping) {
     if (!serve_until_lost(stopping)) wait_for_device(stopping);
   }
+  recording_.reset();
   device_.reset();
 }
 
@@ -147,6 +148,7 @@ bool DeviceSession::serve_until_lost(const std::atomic<bool>& stopping) {
     serve(stopping);
     return true;
   } catch (const Error& error) {
+    break_off_recording(error.name);
     device_.reset();
     sink_.event(event_json(error));
     sink_.link(false);
@@ -248,7 +250,7 @@ bool DeviceSession::is_back() {
 void DeviceSession::serve(const std::atomic<bool>& stopping) {
   while (!stopping) {
     tend_stop();
-    static_cast<void>(device_->telemetry(now_us() + kRound_us));
+    listen(now_us() + kRound_us);
     while (const std::optional<PageMessage> message = next_message()) obey(*message);
     tend_job();
     if (to_upload_ && now_us() >= upload_due_us_) {
@@ -292,14 +294,13 @@ void DeviceSession::home_simulation() {
   {
     const SimulatedHands::LedHome hands(*hands_);
     const Micros give_up_us = now_us() + kHandHome_us;
-    while (!hands.there() && now_us() < give_up_us)
-      static_cast<void>(device_->telemetry(now_us() + kRound_us));
+    while (!hands.there() && now_us() < give_up_us) listen(now_us() + kRound_us);
     if (!hands.there()) {
       throw Error(ExitCode::kRefused, "hand-not-home", "the simulated hand did not come home in 3 s",
                   "is this machine too busy? Home again");
     }
     const Micros settled_us = now_us() + kSettle_us;
-    while (now_us() < settled_us) static_cast<void>(device_->telemetry(settled_us));
+    while (now_us() < settled_us) listen(now_us() + kRound_us);
     device_->home();
   }
   if (armed) device_->arm();
@@ -312,6 +313,7 @@ void DeviceSession::home_simulation() {
 void DeviceSession::hear(const link::CanFrame& frame) {
   const Micros now = now_us();
   heard_us_ = now;
+  if (recording_) recording_->device.take(frame);
   const bool complete = live_.take(frame, now);
   if (live_.mode() != device_state_.mode) look_due_us_ = now;  // why is not in the frames
   tend_stop();

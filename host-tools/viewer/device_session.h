@@ -18,6 +18,7 @@
 #include "host-tools/viewer/mutex.h"
 #include "host-tools/viewer/protocol.h"
 #include "host-tools/viewer/scenes.h"
+#include "host-tools/viewer/session_recording.h"
 #include "host-tools/viewer/simulated_hands.h"
 
 namespace thimble::host {
@@ -34,6 +35,8 @@ class ViewSink {
   virtual void state(std::string state) = 0;
   virtual void event(const Json& event) = 0;
   virtual void link(bool up) = 0;
+  // One that has ended: what is said of it, and its file.
+  virtual void recording(const Json& about, std::shared_ptr<const std::string> file) = 0;
 };
 
 // How a session gets to its device.
@@ -86,6 +89,7 @@ class DeviceSession {
   void send_hello();
   void learn_arms();
   void hear(const link::CanFrame& frame);
+  void listen(link::Micros until_us);
   void tend_stop();
   void send_state(link::Micros now);
   void look_at_device();
@@ -109,6 +113,15 @@ class DeviceSession {
   void obey(const FileMessage& message);
   void obey(const SaveMessage& message);
   void obey(const AnswerMessage& message);
+  void obey(const RecordMessage& message);
+
+  void begin_recording();
+  [[nodiscard, gnu::noinline]] std::optional<Error> start_recording();
+  [[gnu::noinline]] void abandon_recording();
+  void tend_recording();
+  [[gnu::noinline]] void finish_recording();
+  void break_off_recording(const std::string& reason);
+  void hand_over(const RecordingEnd& end);
 
   void save(bool replaces);
   [[nodiscard]] const OpenScene& known_scene() const;
@@ -135,6 +148,7 @@ class DeviceSession {
   ViewSink& sink_;
   const std::atomic<bool>* stopping_ = nullptr;
   std::unique_ptr<Device> device_;
+  std::unique_ptr<SessionRecording> recording_;  // refers to the device
   std::string address_;
   std::uint8_t arms_ = 1;
   LiveState live_;

@@ -112,6 +112,8 @@ void HttpConnection::serve(const Request& request, const Target& target, bool ha
     const std::vector<std::byte>& bytes = *server_->image;
     send(request, http::status::ok, "application/octet-stream",
          {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, server_->image);
+  } else if (target.path == "/last.rec" && server_->recording) {
+    send(request, http::status::ok, "application/octet-stream", *server_->recording, server_->recording);
   } else if (target.path == "/scenes.json") {
     const auto text = std::make_shared<const std::string>(to_text(server_->handlers.scenes()));
     send(request, http::status::ok, "application/json", *text, text);

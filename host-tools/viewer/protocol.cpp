@@ -118,6 +118,12 @@ AnswerMessage read_answer(const Json& json) {
   return {index_of(json, "prompt"), answer == "decline"};
 }
 
+RecordMessage read_record(const Json& json) {
+  const Json& on = member(json, "on");
+  if (!on.is_boolean()) nonsense("\"on\" is not true or false");
+  return {on.get<bool>()};
+}
+
 }  // namespace
 
 PageMessage parse_page_message(std::string_view text) {
@@ -140,6 +146,7 @@ PageMessage parse_page_message(std::string_view text) {
   if (type == "text") return TextMessage{};
   if (type == "save") return read_save(json);
   if (type == "answer") return read_answer(json);
+  if (type == "record") return read_record(json);
   nonsense("its \"type\" is unknown");
 }
 

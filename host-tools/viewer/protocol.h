@@ -1,7 +1,7 @@
 // The messages between page and server: JSON text over the WebSocket /live.
 //
-// server -> page: hello, scene, state, event, link, text, checked. page -> server: hand, command, pick, parameter, material, text, draft, save; of a
-// commissioning (commission_page.h) answer.
+// server -> page: hello, scene, state, event, link, text, checked, recording. page -> server: hand, command, pick, parameter, material, text, draft,
+// save, record; of a commissioning (commission_page.h) answer.
 // SI units, the world frame; object numbers are places in the scene image.
 #pragma once
 
@@ -65,8 +65,12 @@ struct AnswerMessage {
   std::size_t prompt = 0;
   bool declines = false;
 };
-using PageMessage = std::variant<HandMessage, CommandMessage, PickMessage, ParameterMessage, MaterialMessage,
-                                 TextMessage, DraftMessage, FileMessage, SaveMessage, AnswerMessage>;
+struct RecordMessage {
+  bool on = false;
+};
+using PageMessage =
+    std::variant<HandMessage, CommandMessage, PickMessage, ParameterMessage, MaterialMessage, TextMessage,
+                 DraftMessage, FileMessage, SaveMessage, AnswerMessage, RecordMessage>;
 
 // Throws Error (kUsage) for everything that is not such a message. Parameters are checked against their limits.
 [[nodiscard]] PageMessage parse_page_message(std::string_view text);

@@ -73,6 +73,7 @@ class WebServerImpl {
   std::optional<Json> last_hello;
   Text last_scene;
   ImageBytes image;
+  Text recording;  // the last one
   Text last_state;
   bool up = true;
 };

@@ -195,6 +195,14 @@ void WebServer::event(const Json& event) {
   });
 }
 
+void WebServer::recording(const Json& about, std::shared_ptr<const std::string> file) {
+  net::post(impl_->io, [impl = impl_.get(), text = std::make_shared<const std::string>(to_text(about)),
+                        file = std::move(file)]() mutable {
+    impl->recording = std::move(file);
+    impl->publish(text, false);
+  });
+}
+
 void WebServer::link(bool up) {
   net::post(impl_->io, [impl = impl_.get(), up] {
     impl->up = up;

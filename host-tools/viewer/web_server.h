@@ -51,6 +51,7 @@ class WebServer final : public ViewSink {
   void state(std::string state) override;
   void event(const Json& event) override;
   void link(bool up) override;
+  void recording(const Json& about, std::shared_ptr<const std::string> file) override;
 
  private:
   std::unique_ptr<WebServerImpl> impl_;

@@ -47,6 +47,8 @@ TEST(Protocol, MessagesOfAPage) {
   EXPECT_FALSE(
       std::get<AnswerMessage>(parse_page_message(R"({"type": "answer", "prompt": 0, "answer": "done"})"))
           .declines);
+  EXPECT_TRUE(std::get<RecordMessage>(parse_page_message(R"({"type": "record", "on": true})")).on);
+  EXPECT_FALSE(std::get<RecordMessage>(parse_page_message(R"({"type": "record", "on": false})")).on);
 }
 
 TEST(Protocol, Nonsense) {
@@ -65,6 +67,8 @@ TEST(Protocol, Nonsense) {
                            R"({"type": "answer", "prompt": 1, "answer": "maybe"})",
                            R"({"type": "answer", "prompt": -1, "answer": "done"})",
                            R"({"type": "answer", "answer": "done"})",
+                           R"({"type": "record"})",
+                           R"({"type": "record", "on": 1})",
                            R"({"type": "hand", "arm": "0", "position_m": [0, 0, 0]})",
                            R"({"type": "hand", "arm": -1, "position_m": [0, 0, 0]})",
                            R"({"type": "hand", "arm": 0.5, "position_m": [0, 0, 0]})",

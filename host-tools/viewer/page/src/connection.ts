@@ -38,6 +38,12 @@ export class Connection implements Transport {
     return new Uint8Array(await answer.arrayBuffer());
   }
 
+  async recording(): Promise<Uint8Array<ArrayBuffer>> {
+    const answer = await fetch(`last.rec${this.query}`, { cache: 'no-store' });
+    if (!answer.ok) throw new Error(`the server answered ${answer.status}`);
+    return new Uint8Array(await answer.arrayBuffer());
+  }
+
   async scenes(): Promise<string[]> {
     const answer = await fetch(`scenes.json${this.query}`, { cache: 'no-store' });
     const names: unknown = answer.ok ? await answer.json() : [];

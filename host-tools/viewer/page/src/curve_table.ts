@@ -37,9 +37,9 @@ export function values_text(history: History, arms: number, window: Window, newe
   return `${(time - newest_s).toFixed(2)} s: ${parts.join(', ')}`;
 }
 
-export function download(text: string, name: string): void {
+export function download(what: string | Blob, name: string): void {
   const link = document.createElement('a');
-  link.href = URL.createObjectURL(new Blob([text], { type: 'text/csv' }));
+  link.href = URL.createObjectURL(typeof what === 'string' ? new Blob([what], { type: 'text/csv' }) : what);
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);

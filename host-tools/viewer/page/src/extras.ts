@@ -2,7 +2,8 @@
 import type { Alerts } from './alerts';
 import { element } from './dom';
 import type { GalleryView } from './gallery_view';
-import type { Hello, PageMessage, SceneStarted, State } from './protocol';
+import type { Hello, PageMessage, RecordingState, SceneStarted, State } from './protocol';
+import type { Recordings } from './recordings';
 import { SoundButton, why_silent } from './sound_button';
 import { show_share_button } from './share_button';
 import type { TaskPanel } from './task_panel';
@@ -18,6 +19,7 @@ export class Extras {
 
   private gallery: GalleryView | null = null;
   private task: TaskPanel | null = null;
+  private recordings: Recordings | null = null;
   private hello: Hello | null = null;
   private scene: SceneStarted | null = null;
 
@@ -32,6 +34,7 @@ export class Extras {
     addEventListener('gamepadconnected', () => this.show_vibration());
     addEventListener('gamepaddisconnected', () => this.show_vibration());
     if (transport.link_to_scene) show_share_button(() => transport.link_to_scene!(), alerts);
+    void this.open_recordings(alerts);
     if (transport.gallery) void this.open_gallery(transport.gallery, canvas);
   }
 
@@ -41,12 +44,18 @@ export class Extras {
     this.hello = hello;
     this.leave_hand();
     this.task?.allow(hello.simulated && hello.may_control);
+    this.recordings?.allow(hello.may_control);
   }
 
   // other: than the one that ran.
   on_scene(scene: SceneStarted, other: boolean): void {
     this.scene = scene;
+    if (this.recordings) this.recordings.scene = scene.pick ?? scene.name;
     if (other) this.show_scene();
+  }
+
+  on_recording(state: RecordingState): void {
+    this.recordings?.take(state);
   }
 
   on_state(state: State): void {
@@ -63,6 +72,13 @@ export class Extras {
   // Once a frame.
   step(now_s: number): void {
     this.task?.step(now_s);
+  }
+
+  private async open_recordings(alerts: Alerts): Promise<void> {
+    const { Recordings } = await import('./recordings');
+    this.recordings = new Recordings(this.transport, this.send, alerts);
+    if (this.hello) this.recordings.allow(this.hello.may_control);
+    if (this.scene) this.recordings.scene = this.scene.pick ?? this.scene.name;
   }
 
   private async open_gallery(gallery: SceneGallery, canvas: HTMLCanvasElement): Promise<void> {

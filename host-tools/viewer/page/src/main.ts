@@ -109,6 +109,8 @@ function on_message(message: ServerMessage): void {
       return on_state(message);
     case 'event':
       return alerts.say(message);
+    case 'recording':
+      return extras.on_recording(message);
     case 'link':
     case 'text':
     case 'checked':

@@ -120,12 +120,25 @@ export interface Checked {
   more: number; // issues beyond these
 }
 
+// Each half second while it records, and once with what came of it.
+export interface RecordingState {
+  type: 'recording';
+  on: boolean;
+  seconds: number;
+  ticks: number;
+  missing: number; // ticks that are lost
+  dropped?: number; // of those, by the device
+  end?: string; // why it has ended: a name (docs/recording.md)
+  fault?: string;
+  bytes?: number; // of the file
+}
+
 export interface LinkChange {
   type: 'link';
   up: boolean;
 }
 
-export type ServerMessage = Hello | SceneStarted | State | ServerEvent | LinkChange | SceneText | Checked;
+export type ServerMessage = Hello | SceneStarted | State | ServerEvent | LinkChange | SceneText | Checked | RecordingState;
 
 export type Verb = 'home' | 'arm' | 'disarm' | 'clear' | 'stop';
 
@@ -138,10 +151,11 @@ export type PageMessage =
   | { type: 'text' }
   | { type: 'draft'; number: number; text: string }
   | { type: 'save'; replaces?: boolean }
+  | { type: 'record'; on: boolean }
   | { type: 'answer'; prompt: number; answer: 'done' | 'decline' };
 
 const kMostArms = 2;
-const kTypes = new Set(['hello', 'scene', 'state', 'event', 'link', 'text', 'checked']);
+const kTypes = new Set(['hello', 'scene', 'state', 'event', 'link', 'text', 'checked', 'recording']);
 
 // The message of a text; null if the type is unknown, as a newer server may send.
 export function parse_message(text: string): ServerMessage | null {

@@ -25,6 +25,28 @@ export interface SceneGallery {
   hand_path(name: string): Promise<string | null>; // of a scripted hand, CSV; null: there is none. Throws
 }
 
+// As `thimble replay --json` says; or why there is none.
+export interface Replayed {
+  exact: boolean;
+  ticks: number;
+  contact_ticks: number;
+  end: string;
+  scene: string;
+  missing: number;
+  first_tick: number;
+  exact_to: number;
+  not_replayed: number;
+  differs_at?: number;
+  gap_at?: number;
+  cut_bytes: number;
+  error?: { name: string; cause: string; remedy: string };
+}
+export type Replayer = (
+  name: string,
+  recording: Uint8Array<ArrayBuffer>,
+  wants_log: boolean,
+) => Promise<{ replayed: Replayed; log: Blob | null }>;
+
 export interface Transport {
   send(message: PageMessage): boolean; // false: there is no connection
   image(): Promise<Uint8Array<ArrayBuffer> | null>; // of the running scene; null: not known. Throws
@@ -38,6 +60,8 @@ export interface Transport {
   // The forces of every tick go to this port (TickForces), or no more; where the device is in the page.
   listen?: (port: MessagePort | null) => void;
   readonly gallery?: SceneGallery;
+  recording(): Promise<Uint8Array<ArrayBuffer>>; // the file of the last one. Throws
+  readonly replay?: Replayer; // where there is one
   // The address that opens the scene that runs. Rejects with a LinkError.
   link_to_scene?: () => Promise<string>;
 }

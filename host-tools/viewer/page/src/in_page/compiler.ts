@@ -1,7 +1,8 @@
-// The compiler module (host-tools/in_page/compiler.cpp) and the files that it reads: those of the gallery, fetched when a scene names them, and
+// The compiler and the replay of recordings (host-tools/in_page/compiler.cpp, replay.cpp), and the files that it reads: those of the gallery, fetched when a scene names them, and
 // those that the user has given.
 import { Directory, File, type Inode } from '@bjorn3/browser_wasi_shim';
 
+import type { Replayed } from '../transport';
 import { Module } from './module';
 
 export interface Issue {
@@ -25,6 +26,7 @@ export interface Compiled {
 export class Compiler {
   private readonly root = new Map<string, Inode>();
   private module: Module | null = null;
+  private log: ((part: Uint8Array<ArrayBuffer>) => void) | null = null;
 
   constructor(private readonly compiled: WebAssembly.Module) {}
 
@@ -44,16 +46,41 @@ export class Compiler {
 
   compile(file: string, text: string): { head: Compiled; image: Uint8Array<ArrayBuffer> } {
     try {
-      this.module ??= new Module(this.compiled, undefined, () => performance.now(), this.root);
+      const module = this.open();
       const name = new TextEncoder().encode(file);
-      this.module.put(name, text);
-      const head = JSON.parse(this.module.given_text(this.module.call.compile(name.length))) as Compiled;
-      return { head, image: this.module.given(this.module.call.compiled()) };
+      module.put(name, text);
+      const head = JSON.parse(module.given_text(module.call.compile(name.length))) as Compiled;
+      return { head, image: module.given(module.call.compiled()) };
     } catch (error) {
-      this.module = null; // it has trapped: out of memory, say
-      const cause = error instanceof Error ? error.message : String(error);
+      const cause = this.close(error);
       const issue = { name: 'compiler-failed', cause, remedy: 'make the scene smaller', pointer: '', line: 0, column: 0 };
       return { head: { name: '', objects: [], warnings: [], issues: [issue], more: 0 }, image: new Uint8Array() };
     }
+  }
+
+  // log: takes the parts of the log, CSV; without it there is none.
+  replay(name: string, recording: Uint8Array, log?: (part: Uint8Array<ArrayBuffer>) => void): Replayed {
+    try {
+      const module = this.open();
+      const name_bytes = new TextEncoder().encode(name);
+      this.log = log ?? null;
+      module.put(name_bytes, recording);
+      return JSON.parse(module.given_text(module.call.replay(name_bytes.length, log ? 1 : 0))) as Replayed;
+    } catch (error) {
+      const cause = this.close(error);
+      return { error: { name: 'replay-failed', cause, remedy: 'replay it with `thimble replay`' } } as Replayed;
+    }
+  }
+
+  private open(): Module {
+    if (this.module !== null) return this.module;
+    const log = (at: number, size: number): void => this.log?.(module.bytes(at, size));
+    const module = new Module(this.compiled, { log }, () => performance.now(), this.root);
+    return (this.module = module);
+  }
+  // It has trapped: out of memory, say.
+  private close(error: unknown): string {
+    this.module = null;
+    return error instanceof Error ? error.message : String(error);
   }
 }

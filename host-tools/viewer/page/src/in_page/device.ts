@@ -21,6 +21,7 @@ export interface DeviceOptions {
 export interface Told {
   message(text: string): void; // JSON, as over the WebSocket of `thimble view`
   image(bytes: Uint8Array<ArrayBuffer> | null): void; // of the scene of the next message
+  recording(bytes: Uint8Array<ArrayBuffer>): void; // that the next message is about
   compile(job: { file: string; text?: string }): void;
   save(file: { file: string; text: string }): void;
 }
@@ -43,6 +44,7 @@ export class Device {
         wait: (ms) => this.wait(ms),
         message: (at, size) => told.message(module.text(at, size)),
         image: (at, size) => told.image(size === 0 ? null : module.bytes(at, size)),
+        recording: (at, size) => told.recording(module.bytes(at, size)),
         compile: (at, size) => told.compile(JSON.parse(module.text(at, size))),
         save: (at, size) => told.save(JSON.parse(module.text(at, size))),
       },

@@ -17,6 +17,7 @@ export type ToDevice =
 export type FromDevice =
   | { message: string }
   | { image: Uint8Array<ArrayBuffer> | null }
+  | { recording: Uint8Array<ArrayBuffer> }
   | { compile: { file: string; text?: string }; number: number }
   | { save: { file: string; text: string } }
   | { port_out: Uint8Array<ArrayBuffer> }
@@ -89,6 +90,7 @@ function begin({ compiled, options, number }: Begin['begin']): void {
     {
       message: (message) => tell({ message }),
       image: (image) => tell({ image }),
+      recording: (recording) => tell({ recording }, [recording.buffer]),
       compile: (job) => tell({ compile: job, number }),
       save: (file) => tell({ save: file }),
     },

@@ -1,8 +1,8 @@
 // The transport of the static site: the device is in the page, in a worker, and another worker compiles its scenes.
 import { type PageMessage, parse_message } from '../protocol';
 import { LinkError, type LinkedScene, is_scene_link, linked_scene, scene_fragment } from '../scene_link';
-import type { Listener, Transport } from '../transport';
-import type { FromCompiler, ToCompiler } from './compiler_worker';
+import type { Listener, Replayer, Transport } from '../transport';
+import type { CompileDone, FromCompiler, ReplayDone, ToCompiler } from './compiler_worker';
 import type { DeviceOptions } from './device';
 import type { FromDevice, ToDevice } from './device_worker';
 import { Gallery, kLinkedFolder } from './gallery';
@@ -26,7 +26,10 @@ export class InPage implements Transport {
   private devices = 0; // that have begun
   private readonly compiling: { device: number; source: LinkedScene }[] = [];
   private readonly sources = new Map<number, LinkedScene>(); // by the CRC of the image
+  private readonly replays: ((done: ReplayDone) => void)[] = [];
   private running_crc = 0;
+  private last_recording: Uint8Array<ArrayBuffer> | null = null;
+  private records = false;
   private readonly own_files = new Set<string>(); // of the user: their paths
   private early: Uint8Array[] = []; // for the board that is being opened
   private file = ''; // of the scene that was compiled last
@@ -37,12 +40,8 @@ export class InPage implements Transport {
   constructor(private readonly listener: Listener) {
     if (serial() !== null) this.choose_board = () => this.leave_for_board();
     this.device.onmessage = ({ data }: MessageEvent<FromDevice>) => this.take(data);
-    this.compiler.onmessage = ({ data }: MessageEvent<FromCompiler>) => {
-      const { device, source } = this.compiling.shift()!;
-      if (data.crc !== null) this.keep(data.crc, source);
-      if (device !== this.devices) return; // that device is gone
-      this.to_device({ deliver: { head: data.head, image: data.image } }, [data.image.buffer]);
-    };
+    this.compiler.onmessage = ({ data }: MessageEvent<FromCompiler>) =>
+      'replayed' in data ? this.replays.shift()?.(data) : this.deliver(data);
     document.addEventListener('visibilitychange', () => this.to_device({ pause: document.hidden && this.board === null }));
     addEventListener('hashchange', () => void this.follow_link());
     void this.begin();
@@ -54,7 +53,7 @@ export class InPage implements Transport {
     if (message.type === 'pick') {
       // The address no longer tells what runs.
       if (is_scene_link(location.hash)) history.replaceState(history.state, '', location.pathname + location.search);
-      this.pick(message.scene);
+      return this.pick(message.scene);
     } else this.to_device({ post: message });
     return true;
   }
@@ -64,6 +63,16 @@ export class InPage implements Transport {
   scenes(): Promise<string[]> {
     return this.gallery.names();
   }
+
+  async recording(): Promise<Uint8Array<ArrayBuffer>> {
+    if (this.last_recording === null) throw new Error('nothing has been recorded');
+    return this.last_recording;
+  }
+  readonly replay: Replayer = (name, bytes, wants_log) =>
+    new Promise((done) => {
+      this.replays.push(done);
+      this.to_compiler({ replay: { name, bytes, wants_log } });
+    });
 
   listen(port: MessagePort | null): void {
     this.to_device({ sound: port }, port === null ? [] : [port]);
@@ -105,20 +114,27 @@ export class InPage implements Transport {
     }
   }
 
-  private pick(scene: string): void {
-    if (this.board === null && this.gallery.arms(scene) !== this.arms) this.take_arms(this.gallery.arms(scene));
+  // False: not now.
+  private pick(scene: string): boolean {
+    if (this.board === null && this.gallery.arms(scene) !== this.arms) {
+      if (this.records) {
+        this.say('recording-runs', 'this scene needs another device, and the recording is of this one', 'end the recording first');
+        return false;
+      }
+      this.take_arms(this.gallery.arms(scene));
+    }
     this.to_device({ post: { type: 'pick', scene } });
+    return true;
   }
   // False: the address has no scene, or a damaged one.
   private async follow_link(): Promise<boolean> {
     if (!is_scene_link(location.hash)) return false;
     try {
-      this.pick(await this.gallery.take(await linked_scene(location.hash), location.hash.slice(-4)));
-      return true;
+      return this.pick(await this.gallery.take(await linked_scene(location.hash), location.hash.slice(-4)));
     } catch (error) {
       const cause = error instanceof Error ? error.message : String(error);
       const remedy = error instanceof LinkError ? error.remedy : 'load the page again';
-      this.listener.on_message({ type: 'event', level: 'error', name: 'bad-link', cause, remedy });
+      this.say('bad-link', cause, remedy);
       return false;
     }
   }
@@ -138,6 +154,7 @@ export class InPage implements Transport {
 
   // A board goes on while the page is hidden, and so does its session.
   private async leave_for_board(): Promise<void> {
+    if (this.records) throw new Error('the device in the page is being recorded');
     const port = await choose_port();
     await this.board?.close();
     this.board = null;
@@ -169,7 +186,9 @@ export class InPage implements Transport {
       }
       this.listener.on_message(message);
       if (message.type === 'scene') this.running_crc = message.crc;
+      if (message.type === 'recording') this.records = message.on;
     } else if ('image' in data) this.running = data.image;
+    else if ('recording' in data) this.last_recording = data.recording;
     else if ('compile' in data) void this.compile(data.compile, data.number);
     else if ('save' in data) keep_text(data.save.file, data.save.text);
     else if ('port_out' in data) this.port_out(data.port_out);
@@ -196,6 +215,11 @@ export class InPage implements Transport {
     }
   }
 
+  private deliver({ head, crc, image }: CompileDone): void {
+    const { device, source } = this.compiling.shift()!;
+    if (crc !== null) this.keep(crc, source);
+    if (device === this.devices) this.to_device({ deliver: { head, image } }, [image.buffer]); // otherwise that device is gone
+  }
   private keep(crc: number, source: LinkedScene): void {
     this.sources.delete(crc);
     this.sources.set(crc, source);
@@ -212,7 +236,10 @@ export class InPage implements Transport {
   private fail(cause: string): void {
     this.failed = true;
     this.listener.on_link('server-gone');
-    this.listener.on_message({ type: 'event', level: 'error', name: 'device-failed', cause, remedy: 'load the page again' });
+    this.say('device-failed', cause, 'load the page again');
+  }
+  private say(name: string, cause: string, remedy: string): void {
+    this.listener.on_message({ type: 'event', level: 'error', name, cause, remedy });
   }
 
   private watch(): void {

@@ -3,10 +3,19 @@ import { ConsoleStdout, Directory, File, type Inode, OpenFile, PreopenDirectory,
 
 const kMonotonic = 1;
 
-// What it calls (host-tools/in_page/device.cpp).
-export type Imports = Record<'wait' | 'message' | 'image' | 'compile' | 'save', (...numbers: number[]) => void>;
+// What it calls (host-tools/in_page).
+export type Imports = Partial<Record<Import, (...numbers: number[]) => void>>;
+type Import = 'wait' | 'message' | 'image' | 'recording' | 'compile' | 'save' | 'log';
 const kNothing = (): void => {};
-const kNoImports: Imports = { wait: kNothing, message: kNothing, image: kNothing, compile: kNothing, save: kNothing };
+const kNoImports: Required<Imports> = {
+  wait: kNothing,
+  message: kNothing,
+  image: kNothing,
+  recording: kNothing,
+  compile: kNothing,
+  save: kNothing,
+  log: kNothing,
+};
 type Exported = Record<string, (...numbers: number[]) => number>;
 
 export class Module {
@@ -16,7 +25,7 @@ export class Module {
   // imports: of the module `page`. now_ms: its monotonic clock. files: its root folder.
   constructor(
     compiled: WebAssembly.Module,
-    imports: Imports = kNoImports,
+    imports: Imports = {},
     now_ms: () => number = () => performance.now(),
     files: Map<string, Inode> = new Map(),
   ) {
@@ -29,7 +38,7 @@ export class Module {
       new DataView(this.memory.buffer).setBigUint64(at, BigInt(Math.round(now_ms() * 1e6)), true);
       return 0;
     };
-    const instance = new WebAssembly.Instance(compiled, { wasi_snapshot_preview1: wasi.wasiImport, page: imports });
+    const instance = new WebAssembly.Instance(compiled, { wasi_snapshot_preview1: wasi.wasiImport, page: { ...kNoImports, ...imports } });
     this.call = instance.exports as Exported;
     this.memory = instance.exports.memory as WebAssembly.Memory;
     wasi.initialize(instance as Parameters<WASI['initialize']>[0]);

@@ -5,7 +5,7 @@ import { basename, relative } from 'node:path';
 
 import type { Compiler } from '../../src/in_page/compiler';
 import { Device } from '../../src/in_page/device';
-import type { Hello, SceneStarted, ServerEvent, ServerMessage, State } from '../../src/protocol';
+import type { Hello, RecordingState, SceneStarted, ServerEvent, ServerMessage, State } from '../../src/protocol';
 import { all_files, compiler_of_scenes, kModule, kScenes } from './modules';
 
 const kRound_ms = 4;
@@ -19,7 +19,9 @@ export class Bench {
   readonly scenes: SceneStarted[] = [];
   readonly events: ServerEvent[] = [];
   readonly saved: { file: string; text: string }[] = [];
+  readonly recordings: RecordingState[] = [];
   states: State[] = [];
+  recorded: Uint8Array<ArrayBuffer> | null = null; // the last file
   image: Uint8Array | null = null;
   readonly own = new Map<string, string>(); // texts of scenes beside those of scenes/, by name
   readonly forces_N: number[] = []; // of every tick since listen()
@@ -35,6 +37,7 @@ export class Bench {
       {
         message: (text) => this.take(JSON.parse(text) as ServerMessage),
         image: (bytes) => (this.image = bytes),
+        recording: (bytes) => (this.recorded = bytes),
         compile: (job) => void this.jobs.push(job),
         save: (file) => void this.saved.push(file),
       },
@@ -106,6 +109,7 @@ export class Bench {
     if (message.type === 'hello') this.hellos.push(message);
     else if (message.type === 'scene') this.scenes.push(message);
     else if (message.type === 'event') this.events.push(message);
+    else if (message.type === 'recording') this.recordings.push(message);
     else if (message.type === 'state') this.states.push(message);
   }
 }

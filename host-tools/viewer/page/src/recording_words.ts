@@ -1,0 +1,45 @@
+// What the page says of a recording and of its replay.
+import type { RecordingState } from './protocol';
+import type { Replayed } from './transport';
+
+// docs/recording.md has all of them.
+const kEnds: Record<string, string> = {
+  stopped: 'as asked for',
+  taken_over: 'another host records now',
+  parameter_written: 'a parameter was written',
+  scene_changed: 'another scene or material runs',
+  guarded_move: 'a guarded move began',
+  placed: 'a host said where an arm is',
+  host_forces: 'a host commands the forces',
+  tick_lost: 'the loop lost a tick',
+  sample_stale: 'an encoder was late',
+  counts_jumped: 'an encoder jumped',
+  host_silent: 'this page was silent for too long',
+};
+
+export function recorded_words({ ticks, missing, dropped = 0, end = 'stopped', fault }: RecordingState): string {
+  const lost = missing === 0 ? 'none lost' : `${missing} lost, ${dropped} of them in the device`;
+  const why = fault === undefined ? (kEnds[end] ?? `the error ${end}`) : `the fault ${fault}`;
+  return `${ticks} ticks, ${lost}. It has ended: ${why}.`;
+}
+
+export function replayed_words(it: Replayed): string {
+  if (it.error !== undefined) return `No replay: ${it.error.cause}.`;
+  const cut = it.end === 'cut_off' ? ' The file was cut off: it has no end.' : '';
+  return `${it.scene}: ${verdict_words(it)}${cut}`;
+}
+
+function verdict_words(it: Replayed): string {
+  if (it.differs_at !== undefined) return `${it.ticks} ticks; the forces differ between tick ${it.exact_to} and tick ${it.differs_at}.`;
+  const exact = it.exact_to < it.first_tick ? 'no force could be compared' : `every force up to tick ${it.exact_to} to the bit`;
+  if (it.gap_at !== undefined) return `${it.ticks} ticks, ${exact}; tick ${it.gap_at} is missing, and ${it.not_replayed} ticks behind it.`;
+  return it.exact_to < it.first_tick ? `${it.ticks} ticks, ${exact}.` : `${it.ticks} ticks, every force to the bit.`;
+}
+
+// 75 s: "1:15".
+export const minutes = (seconds: number): string => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, '0')}`;
+
+export function recording_file_name(scene: string, at: Date): string {
+  const name = scene.replace(/[^\w-]+/g, '-').replace(/^-+|-+$/g, '') || 'scene';
+  return `${name}-${at.toISOString().slice(0, 19).replace('T', '-').replaceAll(':', '')}.rec`;
+}
