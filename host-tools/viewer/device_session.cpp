@@ -138,7 +138,6 @@ void DeviceSession::run(const std::atomic<bool>& stopping, const std::function<v
   while (!stopping) {
     if (!serve_until_lost(stopping)) wait_for_device(stopping);
   }
-  recording_.reset();
   device_.reset();
 }
 

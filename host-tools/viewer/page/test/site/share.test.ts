@@ -47,7 +47,7 @@ test('a link opens its scene, which is felt; another link replaces it; a bad one
   await page.goto(site.address + (await scene_fragment({ name: 'table', text: scene('A table of mine', table) })));
   await shows(page, 'scene', 'A table of mine');
   await shows(page, 'mode', 'armed');
-  assert.equal(await page.getByTestId('scene-picker').inputValue(), 'table (link)');
+  assert.match(await page.getByTestId('scene-picker').inputValue(), /^table \(link .{4}\)$/);
   await page.getByTestId('view').focus();
   await page.keyboard.down('ArrowDown');
   await page.waitForFunction(() => Number.parseFloat(document.querySelector('[data-testid=force]')?.textContent ?? '') > 0.3, null, {
@@ -129,7 +129,7 @@ test('a recording is made, saved and replayed, with the log of the desk', { time
       return [download, readFileSync(file)];
     };
     const [recording, bytes] = await saved('record-save');
-    assert.match(recording.suggestedFilename(), /^my-table-link-[\d-]+\.rec$/);
+    assert.match(recording.suggestedFilename(), /^my-table-link-[\w-]+\.rec$/);
     await page.getByTestId('replay-last').click();
     await shows(page, 'replay-said', 'every force to the bit.');
     const [log, rows] = await saved('replay-log');
