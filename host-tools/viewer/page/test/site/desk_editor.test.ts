@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 
 import { launch, until } from '../browser/browser';
-import { scene_file, view } from './command';
+import { scene_file, view } from '../real/command';
 
 test("a field is edited, saved with all comments, and a conflict is the user's to decide", { timeout: 120_000 }, async () => {
   const folder = mkdtempSync(join(tmpdir(), 'thimble-page-'));
