@@ -13,11 +13,6 @@ namespace {
 std::string compiled_image;
 std::map<std::string, std::shared_ptr<const CompiledParts>> known_parts;  // by the scene's file
 
-Json json_of(const SceneIssue& issue) {
-  return {{"name", issue.name},       {"cause", issue.cause},     {"remedy", issue.remedy},
-          {"pointer", issue.pointer}, {"line", issue.place.line}, {"column", issue.place.column}};
-}
-
 Json compile(const std::string& file, const std::string& text) {
   Json result = {{"name", ""},
                  {"objects", Json::array()},

@@ -177,6 +177,11 @@ Json event_json(std::string_view level, std::string_view name, std::string_view 
   return {{"type", "event"}, {"level", level}, {"name", name}, {"cause", cause}, {"remedy", remedy}};
 }
 
+Json json_of(const SceneIssue& issue) {
+  return {{"name", issue.name},       {"cause", issue.cause},     {"remedy", issue.remedy},
+          {"pointer", issue.pointer}, {"line", issue.place.line}, {"column", issue.place.column}};
+}
+
 Json event_json(const Error& error) { return event_json("error", error.name, error.cause, error.remedy); }
 
 Json link_json(bool up) { return {{"type", "link"}, {"up", up}}; }

@@ -13,6 +13,7 @@
 #include <variant>
 
 #include "firmware/params.h"
+#include "host-tools/compiler/scene_errors.h"
 #include "host-tools/error.h"
 
 namespace thimble::host {
@@ -81,6 +82,8 @@ using PageMessage =
 [[nodiscard]] Json event_json(std::string_view level, std::string_view name, std::string_view cause,
                               std::string_view remedy);
 [[nodiscard]] Json event_json(const Error& error);
+// name, cause, remedy, and the place: pointer, line, column.
+[[nodiscard]] Json json_of(const SceneIssue& issue);
 [[nodiscard]] Json link_json(bool up);
 
 // The double that prints like the float: 0.1F as 0.1.

@@ -19,11 +19,6 @@ constexpr link::Micros kBetweenLooks_us = 500'000;
 
 std::uint32_t crc_of(const std::string& text) { return link::crc32(std::as_bytes(std::span(text))); }
 
-Json json_of(const SceneIssue& issue) {
-  return {{"name", issue.name},       {"cause", issue.cause},     {"remedy", issue.remedy},
-          {"pointer", issue.pointer}, {"line", issue.place.line}, {"column", issue.place.column}};
-}
-
 }  // namespace
 
 // --- What the pages show

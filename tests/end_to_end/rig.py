@@ -15,7 +15,7 @@ import unittest
 from pathlib import Path
 
 BIN = Path(os.environ["THIMBLE_BIN"])
-PATIENCE_S = 240  # with a command that ends: a whole commissioning takes 10 s of a processor, and other tests may leave it a tenth of one
+PATIENCE_S = 240  # with a command that ends: other tests may leave a long one a small part of a processor
 
 
 class Result:

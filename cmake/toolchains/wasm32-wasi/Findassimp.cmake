@@ -40,7 +40,7 @@ if(NOT TARGET assimp::assimp)
   file(CREATE_LINK ${UTFCPP_INCLUDE_DIR}/utf8 ${headers}/contrib/utf8cpp/source/utf8 SYMBOLIC)
   target_include_directories(thimble_assimp SYSTEM PUBLIC ${source}/include ${headers}
     PRIVATE ${headers}/code ${source} ${source}/code ${source}/contrib ${source}/contrib/rapidjson/include)
-  # All in one unit takes a quarter of the time; these have names of their own that others have too.
+  # All in one unit, for the time; these have names of their own that others have too.
   set_target_properties(thimble_assimp PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
   foreach(alone STL/STLLoader Ply/PlyLoader OFF/OFFLoader glTF2/glTF2Importer)
     set_source_files_properties(${source}/code/AssetLib/${alone}.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

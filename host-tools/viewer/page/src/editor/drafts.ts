@@ -16,6 +16,7 @@ export class Drafts {
   private number = 0;
   private flying: number | null = null;
   private waiting: string | null = null;
+  private save_wanted: PageMessage | null = null; // once nothing is under way
   private asked = false;
   private has_errors = false;
 
@@ -46,6 +47,12 @@ export class Drafts {
     this.pump();
   }
 
+  // What is here goes into the file, after it was checked.
+  save(text: string, replaces: boolean): void {
+    this.save_wanted = { type: 'save', replaces };
+    this.submit(text);
+  }
+
   // After the connection was lost: what was sent may not have come.
   restart(): void {
     if (this.flying !== null) this.waiting ??= this.text;
@@ -58,7 +65,7 @@ export class Drafts {
     if (other) {
       this.pick = scene.pick ?? null;
       if (this.text !== null) ++this.number; // late answers are none
-      this.text = this.waiting = null;
+      this.text = this.waiting = this.save_wanted = null;
       this.flying = null;
       this.ask();
     } else if (scene.text_crc !== undefined && scene.text_crc !== this.known_crc && !this.busy && !this.asked) this.ask();
@@ -78,7 +85,7 @@ export class Drafts {
 
   // The text of the file is wanted, whatever is here.
   reload(): void {
-    this.waiting = this.flying = null;
+    this.waiting = this.flying = this.save_wanted = null;
     this.has_errors = false;
     this.known_crc = null;
   }
@@ -100,7 +107,11 @@ export class Drafts {
   }
 
   private pump(): void {
-    if (this.flying !== null || this.waiting === null) return;
+    if (this.flying !== null) return;
+    if (this.waiting === null) {
+      if (this.save_wanted !== null && this.send(this.save_wanted)) this.save_wanted = null;
+      return;
+    }
     const text = this.waiting;
     if (!this.send({ type: 'draft', number: this.number + 1, text })) return;
     this.waiting = null;

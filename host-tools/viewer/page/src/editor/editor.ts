@@ -138,6 +138,13 @@ export class Editor {
     this.show_state();
   }
 
+  private save(replaces = false): void {
+    clearTimeout(this.typed);
+    if (!this.drafts.is_ready) return;
+    this.drafts.save(this.text.text, replaces);
+    this.show_state();
+  }
+
   private take_text(text: string, is_new: boolean): void {
     if (is_new) this.text.begin(text);
     else this.text.edit(edits.whole(this.text.text, text), true);
@@ -238,8 +245,7 @@ export class Editor {
     });
     const mine = button('Keep mine, replace the file', 'editor-mine', () => {
       this.conflict.hidden = true;
-      this.submit();
-      this.host.send({ type: 'save', replaces: true });
+      this.save(true);
     });
     this.conflict.replaceChildren(make('p', { textContent: why }), theirs, mine);
     this.conflict.hidden = false;
@@ -249,7 +255,7 @@ export class Editor {
     const command = event.ctrlKey || event.metaKey;
     const key = event.key.toLowerCase();
     const in_list = event.target === this.fields.list;
-    if (command && key === 's') this.host.send({ type: 'save' });
+    if (command && key === 's') this.save();
     else if (in_list && event.key === 'Delete') this.remove();
     else if (in_list && command && key === 'd') this.duplicate();
     else if (in_list && command && key === 'z' && !event.shiftKey) this.text.undo();
@@ -267,7 +273,7 @@ export class Editor {
     this.conflict.setAttribute('role', 'alert');
     this.state.setAttribute('role', 'status');
     const { restore, keeps } = this.host.transport;
-    const save = button(keeps ?? 'Save to the scene file', 'editor-save', () => this.host.send({ type: 'save' }), 'Ctrl+S');
+    const save = button(keeps ?? 'Save to the scene file', 'editor-save', () => this.save(), 'Ctrl+S');
     const copy = button('Download', 'editor-download', () => download(this.file, this.text.text));
     const original = button('Original', 'editor-original', () => void this.to_original(), 'The scene as it came');
     const snap = () => {

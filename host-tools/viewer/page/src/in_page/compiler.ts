@@ -1,18 +1,10 @@
-// The compiler and the replay of recordings (host-tools/in_page/compiler.cpp, replay.cpp), and the files that it reads: those of the gallery, fetched when a scene names them, and
-// those that the user has given.
+// The compiler and the replay of recordings (host-tools/in_page/compiler.cpp, replay.cpp), and the files that they read: those of the gallery, fetched
+// when a scene names them, and those that the user has given.
 import { Directory, File, type Inode } from '@bjorn3/browser_wasi_shim';
 
+import type { Issue } from '../protocol';
 import type { Replayed } from '../transport';
 import { Module } from './module';
-
-export interface Issue {
-  name: string;
-  cause: string;
-  remedy: string;
-  pointer: string;
-  line: number;
-  column: number;
-}
 
 export interface Compiled {
   name: string;

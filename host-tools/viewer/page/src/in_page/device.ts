@@ -3,7 +3,7 @@
 import { Module } from './module';
 
 const kStack_bytes = 65536;
-const kMostAnswers = 64; // of an upload in a round: each takes 0.1 ms
+const kMostAnswers = 64; // of an upload in a round: the ticks that are due meanwhile are not to be late
 enum Stack {
   kUsual,
   kLeaving,

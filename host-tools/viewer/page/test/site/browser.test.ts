@@ -1,26 +1,15 @@
 // The site in Chromium, from a folder of a host that sends no special headers: the device starts by itself, a drag down is felt, the page stops, works
 // without the network, and loses no ticks that it does not count.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import { type Browser, type Page } from 'playwright-core';
+import type { Page } from 'playwright-core';
 
-import { launch } from '../browser/browser';
-import { serve_site } from './serve';
+import { site_in_chromium } from './chromium';
 
 const kTimeout_ms = 60_000;
 
-let browser: Browser;
-let site: Awaited<ReturnType<typeof serve_site>>;
-
-before(async () => {
-  site = await serve_site();
-  browser = await launch();
-});
-after(async () => {
-  await browser.close();
-  site.server.close();
-});
+const site = site_in_chromium();
 
 const text = (page: Page, name: string): Promise<string> => page.getByTestId(name).innerText();
 const mode = (page: Page, wanted: string): Promise<unknown> =>
@@ -42,7 +31,7 @@ async function drag_down(page: Page): Promise<number> {
 }
 
 test('the device starts by itself, is felt within 90 px, and stops', { timeout: 2 * kTimeout_ms }, async () => {
-  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+  const page = await site.browser.newPage({ viewport: { width: 1280, height: 800 } });
   const errors: string[] = [];
   page.on('pageerror', (error) => errors.push(String(error)));
   await page.goto(site.address);
@@ -60,7 +49,7 @@ test('the device starts by itself, is felt within 90 px, and stops', { timeout: 
 });
 
 test('it starts again without the network', { timeout: 3 * kTimeout_ms }, async () => {
-  const context = await browser.newContext();
+  const context = await site.browser.newContext();
   const page = await context.newPage();
   await page.goto(site.address);
   await mode(page, 'armed');

@@ -1,31 +1,20 @@
 // The site as a new user meets it: the gallery, the task of a scene and the ghost that does it, on a desk and on phones.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { after, test } from 'node:test';
 
-import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
+import type { BrowserContextOptions, Page } from 'playwright-core';
 
-import { launch } from '../browser/browser';
 import { moved, violations } from '../browser/page_checks';
-import { serve_site } from './serve';
+import { site_in_chromium } from './chromium';
 
 const kTimeout_ms = 60_000;
 
-let browser: Browser;
-let site: Awaited<ReturnType<typeof serve_site>>;
+const site = site_in_chromium();
 const errors: string[] = [];
-
-before(async () => {
-  site = await serve_site();
-  browser = await launch();
-});
-after(async () => {
-  await browser.close();
-  site.server.close();
-  assert.deepEqual(errors, []);
-});
+after(() => assert.deepEqual(errors, []));
 
 async function open(options: BrowserContextOptions): Promise<Page> {
-  const page = await browser.newPage(options);
+  const page = await site.browser.newPage(options);
   page.on('pageerror', (error) => errors.push(String(error)));
   await page.goto(site.address);
   await shows(page, 'mode', 'armed');
@@ -72,7 +61,7 @@ const led_by_the_ghost = (page: Page, force: string): Promise<unknown> =>
   );
 
 test('the ghost shows the task, the user does it, and that is remembered', { timeout: 3 * kTimeout_ms }, async () => {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
+  const context = await site.browser.newContext({ viewport: { width: 1280, height: 800 } });
   const page = await context.newPage();
   page.on('pageerror', (error) => errors.push(String(error)));
   await page.goto(site.address);

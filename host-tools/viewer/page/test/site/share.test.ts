@@ -5,29 +5,18 @@ import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 
-import type { Browser, Download, Page } from 'playwright-core';
+import type { Download, Page } from 'playwright-core';
 
-import { launch } from '../browser/browser';
 import { moved, violations } from '../browser/page_checks';
 import { scene_fragment } from '../../src/scene_link';
+import { site_in_chromium } from './chromium';
 import { kThimble } from './modules';
-import { serve_site } from './serve';
 
 const kTimeout_ms = 60_000;
 
-let browser: Browser;
-let site: Awaited<ReturnType<typeof serve_site>>;
-
-before(async () => {
-  site = await serve_site();
-  browser = await launch();
-});
-after(async () => {
-  await browser.close();
-  site.server.close();
-});
+const site = site_in_chromium();
 
 const scene = (name: string, shape: object): string =>
   JSON.stringify({ thimble_scene: 1, name, objects: [{ name: 'it', shape, material: { stiffness_N_m: 800, damping_N_s_m: 1 } }] });
@@ -40,7 +29,7 @@ const shows = (page: Page, id: string, wanted: string): Promise<unknown> =>
   });
 
 test('a link opens its scene, which is felt; another link replaces it; a bad one is told', { timeout: 4 * kTimeout_ms }, async () => {
-  const context = await browser.newContext({ permissions: ['clipboard-read', 'clipboard-write'] });
+  const context = await site.browser.newContext({ permissions: ['clipboard-read', 'clipboard-write'] });
   const page = await context.newPage();
   const errors: string[] = [];
   page.on('pageerror', (error) => errors.push(String(error)));
@@ -93,7 +82,7 @@ test('a link opens its scene, which is felt; another link replaces it; a bad one
 });
 
 test('a recording is made, saved and replayed, with the log of the desk', { timeout: 4 * kTimeout_ms }, async () => {
-  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+  const page = await site.browser.newPage({ viewport: { width: 1280, height: 800 } });
   const errors: string[] = [];
   page.on('pageerror', (error) => errors.push(String(error)));
   await page.goto(site.address + (await scene_fragment({ name: 'my table', text: scene('A table of mine', table) })));

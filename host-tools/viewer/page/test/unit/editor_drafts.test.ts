@@ -111,3 +111,18 @@ test('another scene begins anew', () => {
   bench.check(1, 4);
   assert.deepEqual(bench.told.slice(-1), ['new of b'], 'an answer for the scene before');
 });
+
+test('what was typed last is saved, not what runs', () => {
+  const bench = opened();
+  const saves = (): number => bench.sent.filter((message) => message.type === 'save').length;
+  bench.drafts.submit('a');
+  bench.drafts.save('ab', false);
+  bench.check(1, 2);
+  assert.deepEqual([bench.drafted, saves()], [['1 a', '2 ab'], 0]);
+  bench.check(2, 3);
+  assert.deepEqual([bench.sent.at(-1), saves()], [{ type: 'save', replaces: false }, 1]);
+  bench.drafts.save('abc', false);
+  bench.drafts.on_scene(scene(9, 'b'));
+  bench.check(3, 4);
+  assert.equal(saves(), 1, 'another scene is here');
+});
