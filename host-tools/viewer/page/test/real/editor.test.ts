@@ -5,10 +5,12 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 
-import { launch, until } from '../browser/browser';
-import { scene_file, view } from '../real/command';
+import { launch, until as until_soon } from '../browser/browser';
+import { scene_file, view } from './command';
 
-test("a field is edited, saved with all comments, and a conflict is the user's to decide", { timeout: 120_000 }, async () => {
+const until = (what: string, holds: () => Promise<boolean> | boolean): Promise<void> => until_soon(what, holds, 60_000);
+
+test("a field is edited, saved with all comments, and a conflict is the user's to decide", { timeout: 240_000 }, async () => {
   const folder = mkdtempSync(join(tmpdir(), 'thimble-page-'));
   const file = join(folder, 'blocks.scene.json');
   const original = `// by hand\n${readFileSync(scene_file('blocks'), 'utf8')}`;
