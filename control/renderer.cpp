@@ -176,7 +176,7 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
   }
   world_.bind(scene);
   fields_.bind(scene);
-  bodies_.bind(scene, world_);
+  bodies_.bind(scene, binding, world_);
   bound_work(work_);
   effort_.counters = {};
   body_work_ = 0;
@@ -184,7 +184,7 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
   std::array<bool, kMaxArms> held{};
   for (std::size_t i = 0; i < kMaxArms; ++i) {
     const GodObject& god = fingers_[i].god;
-    held[i] = god.count != 0 && binding == Binding::kKeepGodObjects;
+    held[i] = god.count != 0 && binding == Binding::kKeepPlaces;
     places_m[i] = god.is_ball ? god.centre_m : god.position_m;
   }
   reset();

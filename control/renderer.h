@@ -30,9 +30,10 @@ namespace thimble::control {
 
 class Renderer {
  public:
-  // Binds a scene (an empty view: free space everywhere). All contacts end: each god object starts at its
-  // tip. kKeepGodObjects: one in contact starts just off the surface that it was on; the tip is inside of what is there (control/contact/inside.h).
-  // kKeepState: the same scene with other materials; contacts, moving objects and tissue keep their state.
+  // Binds a scene (an empty view: free space everywhere). All contacts end: each god object starts at its tip. kKeepPlaces: one in contact
+  // starts just off the surface that it was on; the tip is inside of what is there (control/contact/inside.h). A moving object that starts
+  // as one of the last scene did goes on from where that is. kKeepState: the same scene with other materials; contacts, moving objects and
+  // tissue keep their state.
   [[gnu::cold]] void bind(const SceneView& scene, Binding binding = Binding::kStart) noexcept;
 
   // Ends all contacts, as after a pause in which the tips were not rendered. Moving objects keep their poses.

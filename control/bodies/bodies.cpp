@@ -1,6 +1,7 @@
 #include "control/bodies/bodies.h"
 
 #include <algorithm>
+#include <cstring>
 #include <numbers>
 
 #include "kinematics/trig.h"
@@ -92,7 +93,33 @@ void Bodies::apply_materials(const SceneView& scene) noexcept {
   }
 }
 
-void Bodies::bind(const SceneView& scene, World& world) noexcept {
+// A scene is bound seldom: as bytes, which for the vectors of Eigen is half as much code as element by element.
+template <class T>
+void copy(T& to, const T& from) {
+  std::memcpy(static_cast<void*>(&to), &from, sizeof to);
+}
+
+struct Bodies::Last {
+  scene::Motion motion;
+  BodyStart start;
+  BodyState state;
+  Centre centre;
+  Vec3 angular_momentum;
+  ControlElementState control;
+};
+
+void Bodies::bind(const SceneView& scene, Binding binding, World& world) noexcept {
+  std::array<Last, kMaxBodies> last;
+  auto last_end = last.begin();
+  for (std::size_t i = 0; binding == Binding::kKeepPlaces && i < count_; ++i) {
+    Last& body = *last_end++;
+    body.motion = models_[i].motion;
+    copy(body.start, static_cast<const BodyStart&>(models_[i]));
+    copy(body.state, states_[i]);
+    copy(body.centre, centres_[i]);
+    copy(body.angular_momentum, angular_momentum_[i]);
+    copy(body.control, controls_[i]);
+  }
   count_ = 0;
   grip_count_ = 0;
   begin_anew();
@@ -151,15 +178,27 @@ void Bodies::bind(const SceneView& scene, World& world) noexcept {
       state.velocity_m_s = centre.velocity_m_s - state.spin_rad_s.cross(arm);
       world.objects[in_world].body = static_cast<std::uint8_t>(count_);
       world.objects[in_world].plain = world.objects[in_world].rolls = false;
-      models_[count_] = model;
-      states_[count_] = state;
-      centres_[count_] = centre;
+      copy(models_[count_], model);
+      copy(states_[count_], state);
+      copy(centres_[count_], centre);
       angular_momentum_[count_] = angular_momentum;
       controls_[count_] = start_control_element(model.control, speed);
       states_[count_].on = controls_[count_].on;
       states_[count_].controlled =
           model.motion == scene::Motion::Slide || model.motion == scene::Motion::Turn;
       loads_[count_] = {};
+      const auto same = std::find_if(last.begin(), last_end, [&](const Last& one) {
+        const BodyStart& start = model;
+        return one.motion == model.motion && std::memcmp(&one.start, &start, sizeof start) == 0;
+      });
+      if (same != last_end) {
+        copy(states_[count_], same->state);
+        states_[count_].object = in_image;
+        copy(centres_[count_], same->centre);
+        copy(angular_momentum_[count_], same->angular_momentum);
+        copy(controls_[count_], same->control);
+        place(count_, world.objects[in_world]);
+      }
       ++count_;
     }
     if (!is_volume(object->shape_type())) ++in_world;

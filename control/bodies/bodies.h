@@ -55,8 +55,16 @@ using BodySet = std::uint16_t;  // bit i: body i
 static_assert(kMaxBodies <= 16);
 [[nodiscard]] constexpr BodySet of_body(std::size_t i) noexcept { return static_cast<BodySet>(1U << i); }
 
+// Where a body is at the start, and along or about what it moves. No padding.
+struct BodyStart {
+  Vec3 axis = Vec3::UnitZ();
+  Vec3 pivot_m = Vec3::Zero();
+  Vec3 start_m = Vec3::Zero();  // of the centre of mass
+  Eigen::Quaternionf start_rotation = Eigen::Quaternionf::Identity();
+};
+
 // The constant values of a body, from the scene.
-struct BodyModel {
+struct BodyModel : BodyStart {
   std::uint8_t object = 0;  // in the world
   scene::Motion motion{};
   bool even = true;  // the principal moments are equal
@@ -72,10 +80,6 @@ struct BodyModel {
   float spring_N_m = 0.0F;
   float damping_N_s_m = 0.0F;
   float angular_damping_N_m_s = 0.0F;
-  Vec3 axis = Vec3::UnitZ();
-  Vec3 pivot_m = Vec3::Zero();
-  Vec3 start_m = Vec3::Zero();  // of the centre of mass
-  Eigen::Quaternionf start_rotation = Eigen::Quaternionf::Identity();
 };
 
 // The most that one step of the search, of the solver or of the move takes beyond the work that is left: what all of them do at least.
@@ -85,9 +89,9 @@ class Bodies {
  public:
   [[gnu::cold]] Bodies() noexcept;
 
-  // Sets the scene's bodies to their start. The world is bound already; each of its objects gets the index of
-  // its body.
-  [[gnu::cold]] void bind(const SceneView& scene, World& world) noexcept;
+  // Sets the scene's bodies to their start; with Binding::kKeepPlaces one that starts as a body of the last scene did goes on from where
+  // that is. The world is bound already; each of its objects gets the index of its body.
+  [[gnu::cold]] void bind(const SceneView& scene, Binding binding, World& world) noexcept;
   // Binding::kKeepState: poses and velocities stay.
   [[gnu::cold]] void apply_materials(const SceneView& scene) noexcept;
 
@@ -145,6 +149,8 @@ class Bodies {
     Vec3 position_m = Vec3::Zero();
     Vec3 velocity_m_s = Vec3::Zero();
   };
+
+  struct Last;  // a body of the scene before
 
   struct CarriedPart {  // of a finger: what carry() changes
     GodObject god;

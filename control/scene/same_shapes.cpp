@@ -60,7 +60,7 @@ Binding binding_of(std::span<const std::byte> before, const SceneView& before_vi
   if (before_view.scene() == nullptr || after_view.scene() == nullptr) return Binding::kStart;
   if (differs_in_materials_only(before, before_view, after, after_view, pause)) return Binding::kKeepState;
   const bool edited = before_view.scene()->name()->string_view() == after_view.scene()->name()->string_view();
-  return edited ? Binding::kKeepGodObjects : Binding::kStart;
+  return edited ? Binding::kKeepPlaces : Binding::kStart;
 }
 
 }  // namespace thimble::control

@@ -89,7 +89,7 @@ TEST(Materials, AnotherNameIsAnotherScene) {
     return control::binding_of(before.bytes(), before.view(), after.bytes(), after.view());
   };
   EXPECT_EQ(binding(before), Binding::kKeepState);
-  EXPECT_EQ(binding(edited), Binding::kKeepGodObjects);
+  EXPECT_EQ(binding(edited), Binding::kKeepPlaces);
   EXPECT_EQ(binding(other), Binding::kStart);
   EXPECT_EQ(control::binding_of({}, {}, before.bytes(), before.view()), Binding::kStart);
 }
