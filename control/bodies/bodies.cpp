@@ -77,6 +77,12 @@ Vec3 limited(const Vec3& v, float most) {
   return length2 > most * most ? Vec3(v * (most / std::sqrt(length2))) : v;
 }
 
+// A scene is bound seldom: as bytes, which for the vectors of Eigen is half as much code as element by element.
+template <class T>
+void copy(T& to, const T& from) {
+  std::memcpy(static_cast<void*>(&to), &from, sizeof to);
+}
+
 }  // namespace
 
 Bodies::Bodies() noexcept = default;
@@ -93,10 +99,46 @@ void Bodies::apply_materials(const SceneView& scene) noexcept {
   }
 }
 
-// A scene is bound seldom: as bytes, which for the vectors of Eigen is half as much code as element by element.
-template <class T>
-void copy(T& to, const T& from) {
-  std::memcpy(static_cast<void*>(&to), &from, sizeof to);
+// As the scene says.
+void Bodies::start(std::size_t i, const scene::Body& body, const Vec3& position_m) noexcept {
+  const BodyModel& model = models_[i];
+  BodyState state;
+  state.position_m = position_m;
+  state.rotation = model.start_rotation;
+  Centre centre{model.start_m, Vec3::Zero()};
+  Vec3 angular_momentum = Vec3::Zero();
+  float speed = 0.0F;
+  const Vec3 velocity = to_vec(*body.velocity_m_per_s());
+  const Vec3 spin = to_vec(*body.spin_rad_per_s());
+  switch (model.motion) {
+    case scene::Motion::Free:
+      angular_momentum = to_momentum(model, state.rotation, spin);
+      state.spin_rad_s = spin;
+      centre.velocity_m_s = velocity;
+      break;
+    case scene::Motion::Translate:
+      centre.velocity_m_s = velocity;
+      break;
+    case scene::Motion::Plane:
+      centre.velocity_m_s = velocity - model.axis * model.axis.dot(velocity);
+      break;
+    case scene::Motion::Slide:
+      speed = model.axis.dot(velocity);
+      centre.velocity_m_s = model.axis * speed;
+      break;
+    case scene::Motion::Turn:
+      speed = model.axis.dot(spin);
+      state.spin_rad_s = model.axis * speed;
+      centre.velocity_m_s = state.spin_rad_s.cross(centre.position_m - model.pivot_m);
+      break;
+  }
+  state.velocity_m_s = centre.velocity_m_s - state.spin_rad_s.cross(state.rotation * model.centre_m);
+  state.controlled = model.motion == scene::Motion::Slide || model.motion == scene::Motion::Turn;
+  controls_[i] = start_control_element(model.control, speed);
+  state.on = controls_[i].on;
+  copy(states_[i], state);
+  copy(centres_[i], centre);
+  angular_momentum_[i] = angular_momentum;
 }
 
 struct Bodies::Last {
@@ -144,52 +186,15 @@ void Bodies::bind(const SceneView& scene, Binding binding, World& world) noexcep
       model.max_spin_rad_s = std::min(kMaxBodySpeed_m_s / radius_m, kMaxSmallBodySpin_rad_s);
       model.reach_m = radius_m;
       if (model.motion == scene::Motion::Turn) model.reach_m += (model.start_m - model.pivot_m).norm();
-      BodyState state;
-      state.object = in_image;
-      state.position_m = world.objects[in_world].position_m;
-      state.rotation = model.start_rotation;
-      Centre centre{model.start_m, Vec3::Zero()};
-      Vec3 angular_momentum = Vec3::Zero();
-      float speed = 0.0F;
-      const Vec3 velocity = to_vec(*body.velocity_m_per_s());
-      const Vec3 spin = to_vec(*body.spin_rad_per_s());
-      switch (model.motion) {
-        case scene::Motion::Free:
-          angular_momentum = to_momentum(model, state.rotation, spin);
-          state.spin_rad_s = spin;
-          centre.velocity_m_s = velocity;
-          break;
-        case scene::Motion::Translate:
-          centre.velocity_m_s = velocity;
-          break;
-        case scene::Motion::Plane:
-          centre.velocity_m_s = velocity - model.axis * model.axis.dot(velocity);
-          break;
-        case scene::Motion::Slide:
-          speed = model.axis.dot(velocity);
-          centre.velocity_m_s = model.axis * speed;
-          break;
-        case scene::Motion::Turn:
-          speed = model.axis.dot(spin);
-          state.spin_rad_s = model.axis * speed;
-          centre.velocity_m_s = state.spin_rad_s.cross(centre.position_m - model.pivot_m);
-          break;
-      }
-      state.velocity_m_s = centre.velocity_m_s - state.spin_rad_s.cross(arm);
+      copy(models_[count_], model);
+      start(count_, body, world.objects[in_world].position_m);
+      states_[count_].object = in_image;
+      loads_[count_] = {};
       world.objects[in_world].body = static_cast<std::uint8_t>(count_);
       world.objects[in_world].plain = world.objects[in_world].rolls = false;
-      copy(models_[count_], model);
-      copy(states_[count_], state);
-      copy(centres_[count_], centre);
-      angular_momentum_[count_] = angular_momentum;
-      controls_[count_] = start_control_element(model.control, speed);
-      states_[count_].on = controls_[count_].on;
-      states_[count_].controlled =
-          model.motion == scene::Motion::Slide || model.motion == scene::Motion::Turn;
-      loads_[count_] = {};
       const auto same = std::find_if(last.begin(), last_end, [&](const Last& one) {
-        const BodyStart& start = model;
-        return one.motion == model.motion && std::memcmp(&one.start, &start, sizeof start) == 0;
+        const BodyStart& at_start = model;
+        return one.motion == model.motion && std::memcmp(&one.start, &at_start, sizeof at_start) == 0;
       });
       if (same != last_end) {
         copy(states_[count_], same->state);

@@ -169,6 +169,7 @@ class Bodies {
     load.force_N += force_N;
     load.torque_N_m += (point_m - centres_[body].position_m).cross(force_N);
   }
+  [[gnu::cold]] void start(std::size_t i, const scene::Body& body, const Vec3& position_m) noexcept;
   [[nodiscard]] bool begin(const World& world, float period_s, Work& work) noexcept;
   void begin_anew() noexcept;
   void accelerate(std::size_t body, const Load& load, float period_s) noexcept;
