@@ -52,6 +52,7 @@ const kExtensions: Extension = [
   lintGutter(),
   // Esc, then Tab leaves the text, as CodeMirror has it; Esc stops the arm too.
   keymap.of([...defaultKeymap, ...historyKeymap, ...lintKeymap, indentWithTab]),
+  EditorView.scrollHandler.of((view, { head }) => !view.hasFocus && scroll_alone(view, head)),
   EditorView.contentAttributes.of({ 'aria-label': 'Text of the scene', tabindex: '0' }),
 ];
 
@@ -110,17 +111,16 @@ export class TextView {
     this.view.dispatch(setDiagnostics(this.view.state, found));
   }
 
-  reveal(offset: number, focus = false): void {
+  reveal(offset: number): void {
     const anchor = this.position(offset);
     this.view.dispatch({ selection: { anchor }, effects: EditorView.scrollIntoView(anchor, { y: 'center' }) });
-    if (focus) this.view.focus();
   }
   reveal_line(line: number, column: number): void {
     const { doc } = this.view.state;
     const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
     const anchor = at.from + offset_of_column(at.text, column);
-    this.view.dispatch({ selection: { anchor }, effects: EditorView.scrollIntoView(anchor, { y: 'center' }) });
     this.view.focus();
+    this.view.dispatch({ selection: { anchor }, effects: EditorView.scrollIntoView(anchor, { y: 'center' }) });
   }
   destroy(): void {
     this.view.destroy();
@@ -142,6 +142,13 @@ export class TextView {
     });
     return EditorState.create({ doc: text, extensions: [ends, kExtensions, told] });
   }
+}
+
+// Without the page, so that the picture stays where it is when an object is selected there or in the list.
+function scroll_alone(view: EditorView, at: number): true {
+  const line = view.lineBlockAt(at);
+  view.scrollDOM.scrollTop = line.top - (view.scrollDOM.clientHeight - line.height) / 2;
+  return true;
 }
 
 // The compiler counts characters, from 1; a text of JavaScript has two units for some.

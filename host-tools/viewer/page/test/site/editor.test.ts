@@ -134,9 +134,13 @@ test('a click selects, and a handle moves what is selected', { timeout: kTimeout
   const [x, y] = ((await page.getByTestId('view').getAttribute('data-handles')) ?? '').split(' ').map(Number);
   const before_mm = await position_mm();
   await page.getByTestId('editor-objects').selectOption({ label: 'far ball (sphere)' });
+  const text_at = (): Promise<number> => page.locator('.cm-scroller').evaluate((it) => it.scrollTop);
+  const [page_before, text_before] = [await page.evaluate(() => scrollY), await text_at()];
   await page.getByTestId('view').click({ position: { x, y } });
   await until('the sphere to be selected', async () => (await selected()) === 'sphere (sphere)');
-  await page.waitForTimeout(300); // the text is scrolled to it
+  await until('its text', async () => (await text_at()) !== text_before);
+  await page.waitForTimeout(300);
+  assert.equal(await page.evaluate(() => scrollY), page_before, 'the picture stays where it is');
   const box = await page.getByTestId('view').boundingBox();
   assert.ok(box);
   const middle = { x: box.x + x, y: box.y + y };
