@@ -11,10 +11,13 @@ export class EditorButton {
   private scene: SceneStarted | null = null;
   private objects: SceneObjects | null = null;
 
+  private readonly host: EditorHost;
+
   constructor(
-    private readonly host: EditorHost,
+    host: Omit<EditorHost, 'close'>,
     private readonly changed: () => void, // opened or closed
   ) {
+    this.host = { ...host, close: () => this.close() };
     this.button.addEventListener('click', () => {
       if (this.editor === null) this.with_editor((editor) => editor.focus());
       else this.close();
@@ -66,6 +69,7 @@ export class EditorButton {
     this.editor?.close();
     this.editor = this.opening = null;
     this.tell();
+    this.button.focus({ preventScroll: true });
   }
   private tell(): void {
     this.button.setAttribute('aria-expanded', String(this.editor !== null));

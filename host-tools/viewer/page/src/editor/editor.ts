@@ -24,9 +24,11 @@ export interface EditorHost {
   transport: Transport;
   send(message: PageMessage): boolean;
   say(event: ServerEvent): void;
+  close(): void;
 }
 
 const kTyped_ms = 150; // after the last key the text is compiled
+const is_sheet = (): boolean => matchMedia('(max-width: 820px)').matches; // as in editor.css
 const kConflicts = new Set(['scene-changed', 'file-changed']);
 
 export class Editor {
@@ -102,7 +104,8 @@ export class Editor {
     await this.importer.take(files);
   }
   focus(): void {
-    this.fields.list.focus();
+    if (is_sheet()) this.host.stage?.canvas.scrollIntoView();
+    this.fields.list.focus({ preventScroll: true });
   }
   close(): void {
     clearTimeout(this.typed);
@@ -284,7 +287,13 @@ export class Editor {
     };
     this.snaps.addEventListener('change', snap);
     this.grid.addEventListener('change', snap);
+    const head = make('div', { className: 'row spread head' });
+    head.append(
+      make('h2', { textContent: 'Editor' }),
+      button('Close', 'editor-close', () => this.host.close()),
+    );
     return [
+      head,
       group('Text', this.undo, this.redo, save, copy, ...(restore === undefined ? [] : [original])),
       this.state,
       this.conflict,
