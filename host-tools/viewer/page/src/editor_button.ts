@@ -1,6 +1,7 @@
 // The button that opens the editor, whose code is loaded then, and files that are dropped on the page.
 import { element } from './dom';
 import type { Editor, EditorHost } from './editor/editor';
+import { Keeper } from './editor/kept_edits';
 import type { SceneStarted, ServerMessage } from './protocol';
 import type { SceneObjects } from './scene_objects';
 
@@ -10,14 +11,16 @@ export class EditorButton {
   private opening: Promise<Editor> | null = null;
   private scene: SceneStarted | null = null;
   private objects: SceneObjects | null = null;
-
+  private may_change = false;
+  private readonly keeper: Keeper;
   private readonly host: EditorHost;
 
   constructor(
-    host: Omit<EditorHost, 'close'>,
+    host: Omit<EditorHost, 'keeper' | 'close'>,
     private readonly changed: () => void, // opened or closed
   ) {
-    this.host = { ...host, close: () => this.close() };
+    this.keeper = new Keeper(host.say);
+    this.host = { ...host, keeper: this.keeper, close: () => this.close() };
     this.button.addEventListener('click', () => {
       if (this.editor === null) this.with_editor((editor) => editor.focus());
       else this.close();
@@ -31,18 +34,29 @@ export class EditorButton {
   }
 
   enable(may_change: boolean): void {
+    this.may_change = may_change;
     this.button.disabled = this.editor === null && (!may_change || this.scene?.text_crc === undefined);
   }
 
   on_message(message: ServerMessage): void {
-    this.editor?.on_message(message);
+    if (this.editor !== null) this.editor.on_message(message);
+    else if (message.type === 'text' && message.unsaved) void this.keeper.keep(this.scene?.pick ?? '', message.text);
   }
   // True: it is the scene that is edited, in another state.
   on_scene(scene: SceneStarted): boolean {
     const edited = this.editor !== null && this.scene?.pick === scene.pick;
+    if (this.scene?.pick !== scene.pick) this.keeper.begin_anew();
     this.scene = scene;
-    this.editor?.on_scene(scene);
+    if (this.editor !== null) this.editor.on_scene(scene);
+    else if (!scene.unsaved) void this.keeper.keep(scene.pick ?? '', null);
+    else if (this.may_change) this.host.send({ type: 'text' }); // what the sliders of materials have changed is kept too
     return edited;
+  }
+  // Before another scene is asked for. False: the user stays.
+  may_leave(): boolean {
+    if (!this.keeper.may_leave()) return false;
+    this.keeper.begin_anew();
+    return true;
   }
   show(objects: SceneObjects | null): void {
     this.objects = objects;
@@ -66,6 +80,7 @@ export class EditorButton {
     return editor;
   }
   private close(): void {
+    if (this.editor?.is_ahead && !this.may_leave()) return; // a text that does not run goes with the editor
     this.editor?.close();
     this.editor = this.opening = null;
     this.tell();

@@ -47,12 +47,23 @@ export type Replayer = (
   wants_log: boolean,
 ) => Promise<{ replayed: Replayed; log: Blob | null }>;
 
+// A file of the user's that a scene may name.
+export interface OwnFile {
+  path: string; // "/scenes/ring/part.stl"
+  size: number; // bytes
+}
+export interface OwnFiles {
+  readonly all: OwnFile[];
+  remove(path: string): Promise<void>;
+}
+
 export interface Transport {
   send(message: PageMessage): boolean; // false: there is no connection
   image(): Promise<Uint8Array<ArrayBuffer> | null>; // of the running scene; null: not known. Throws
   scenes(): Promise<string[]>; // to pick from. Throws
   // A file that the scene that runs may name, for this transport to keep as long as the scene runs. Rejects with why not.
   put_file?: (name: string, bytes: Uint8Array<ArrayBuffer>) => Promise<void>;
+  readonly own_files?: OwnFiles; // that have been put, where this browser keeps them
   keeps?: string; // what saving a scene does, as the label of a button; without it: the scene's file is written
   restore?: () => Promise<boolean>; // forgets what was saved; false: nothing was
   // Leaves the device for a board that the user chooses, where that can be. Rejects with why not.

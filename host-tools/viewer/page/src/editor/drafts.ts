@@ -13,6 +13,7 @@ export class Drafts {
   private pick: string | null = null; // the scene that is edited
   private text: string | null = null; // as it is here
   private known_crc: number | null = null; // of the text that the other end has, as far as it is known here
+  private running_crc: number | null = null; // of the text of the scene that runs
   private number = 0;
   private flying: number | null = null;
   private waiting: string | null = null;
@@ -31,9 +32,14 @@ export class Drafts {
   get is_ready(): boolean {
     return this.text !== null;
   }
-  // Whether what is here does not run.
+  // Whether what is here does not run, as far as the other end has told: a checked text runs only when its scene comes.
   get is_ahead(): boolean {
-    return this.busy || this.has_errors;
+    return this.busy || this.has_errors || (this.text !== null && this.running_crc !== this.known_crc);
+  }
+
+  // Of a scene that runs: whether its text is not the one that is here.
+  is_other_text({ text_crc }: SceneStarted): boolean {
+    return text_crc !== undefined && text_crc !== this.known_crc;
   }
 
   ask(): void {
@@ -62,13 +68,15 @@ export class Drafts {
 
   on_scene(scene: SceneStarted): void {
     const other = scene.pick !== undefined && scene.pick !== this.pick;
+    this.running_crc = scene.text_crc ?? null;
     if (other) {
       this.pick = scene.pick ?? null;
       if (this.text !== null) ++this.number; // late answers are none
       this.text = this.waiting = this.save_wanted = null;
       this.flying = null;
+      this.has_errors = false;
       this.ask();
-    } else if (scene.text_crc !== undefined && scene.text_crc !== this.known_crc && !this.busy && !this.asked) this.ask();
+    } else if (this.is_other_text(scene) && !this.busy && !this.asked) this.ask();
   }
 
   on_text(it: SceneText): void {

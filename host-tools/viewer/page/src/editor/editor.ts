@@ -12,6 +12,8 @@ import { Handles, type Way } from './handles';
 import { Importer } from './importer';
 import { IssueList } from './issue_list';
 import { type Edit, NotJson, apply } from './json_edits';
+import type { Keeper } from './kept_edits';
+import { KeptList } from './kept_list';
 import { ObjectFields } from './object_fields';
 import * as edits from './scene_edits';
 import { type Outline, outline_of } from './scene_outline';
@@ -22,6 +24,7 @@ export interface EditorHost {
   place: HTMLElement;
   stage: Stage | null;
   transport: Transport;
+  keeper: Keeper;
   send(message: PageMessage): boolean;
   say(event: ServerEvent): void;
   close(): void;
@@ -38,6 +41,7 @@ export class Editor {
   private readonly issues: IssueList;
   private readonly handles: Handles | null;
   private readonly importer: Importer;
+  private readonly kept: KeptList;
   private readonly state = make('p', { className: 'small' }, { testid: 'editor-state' });
   private readonly conflict = make('div', { className: 'notice', hidden: true }, { testid: 'editor-conflict' });
   private readonly undo = button('Undo', 'editor-undo', () => this.text.undo(), 'Ctrl+Z');
@@ -60,6 +64,12 @@ export class Editor {
       outline: () => this.outline,
       text: () => this.text.text,
       select_last: () => this.select_last(),
+      taken: () => this.show_kept(),
+    });
+    this.kept = new KeptList(host.keeper, host.transport.own_files, {
+      restore: (key, text) => this.restore(key, text),
+      load: (scene) => host.send({ type: 'pick', scene }),
+      removed: () => this.submit(), // the scene may name it
     });
     const text_place = make('div', { className: 'text' }, { testid: 'editor-text' });
     host.place.replaceChildren(...this.lay_out(text_place));
@@ -87,6 +97,8 @@ export class Editor {
   }
   on_scene(scene: SceneStarted): void {
     this.scene = scene;
+    // It is saved, but by somebody else: what was edited here stays kept.
+    if (!scene.unsaved && this.drafts.is_other_text(scene)) this.host.keeper.begin_anew();
     this.drafts.on_scene(scene);
     this.show_state();
   }
@@ -96,6 +108,10 @@ export class Editor {
   }
   get is_dragging(): boolean {
     return this.handles?.is_dragging ?? false;
+  }
+  // What is here does not run.
+  get is_ahead(): boolean {
+    return this.typed !== undefined || this.drafts.is_ahead;
   }
   get wants_press(): boolean {
     return this.handles?.is_wanted ?? false;
@@ -108,7 +124,7 @@ export class Editor {
     this.fields.list.focus({ preventScroll: true });
   }
   close(): void {
-    clearTimeout(this.typed);
+    this.stop_typing();
     this.handles?.destroy();
     this.text.destroy();
     this.host.place.replaceChildren();
@@ -128,27 +144,32 @@ export class Editor {
     this.submit();
   }
 
+  private stop_typing(): void {
+    clearTimeout(this.typed);
+    this.typed = undefined;
+  }
   private on_typed(): void {
-    this.show_text();
     clearTimeout(this.typed);
     this.typed = setTimeout(() => this.submit(), kTyped_ms);
+    this.show_text();
   }
 
   private submit(): void {
-    clearTimeout(this.typed);
+    this.stop_typing();
     if (!this.drafts.is_ready) return;
     this.drafts.submit(this.text.text);
     this.show_state();
   }
 
   private save(replaces = false): void {
-    clearTimeout(this.typed);
+    this.stop_typing();
     if (!this.drafts.is_ready) return;
     this.drafts.save(this.text.text, replaces);
     this.show_state();
   }
 
   private take_text(text: string, is_new: boolean): void {
+    this.stop_typing();
     if (is_new) this.text.begin(text);
     else this.text.edit(edits.whole(this.text.text, text), true);
     this.conflict.hidden = true;
@@ -156,6 +177,14 @@ export class Editor {
     this.text.show_issues([]);
     if (is_new) this.selected = null;
     this.show_text();
+    this.show_kept();
+  }
+
+  // Edits of an earlier time; what is here and not saved stays kept by itself.
+  private restore(key: string, text: string): void {
+    this.host.keeper.begin_anew(key);
+    this.edit((now) => edits.whole(now, text));
+    this.show_kept();
   }
 
   private on_checked(answer: Checked): void {
@@ -237,14 +266,21 @@ export class Editor {
 
   private show_state(): void {
     const running = this.drafts.busy ? 'Compiling' : this.issues.count > 0 ? 'Errors: the scene runs as it was' : 'Runs';
-    set_text(this.state, this.scene?.unsaved || this.drafts.is_ahead ? `${running}. Not saved.` : `${running}.`);
+    const unsaved = this.scene?.unsaved || this.is_ahead;
+    set_text(this.state, unsaved ? `${running}. Not saved.` : `${running}.`);
+    const { pick } = this.scene ?? {};
+    if (pick !== undefined && this.drafts.is_ready) void this.host.keeper.keep(pick, unsaved ? this.text.text : null);
+  }
+
+  private show_kept(): void {
+    void this.kept.show(this.scene?.pick ?? '', this.text.text);
   }
 
   private show_conflict(why: string): void {
     const theirs = button('Load the file', 'editor-theirs', () => {
       this.conflict.hidden = true;
-      this.drafts.reload();
-      if (this.scene?.pick !== undefined) this.host.send({ type: 'pick', scene: this.scene.pick });
+      const { pick } = this.scene ?? {};
+      if (pick === undefined || this.host.send({ type: 'pick', scene: pick })) this.drafts.reload();
     });
     const mine = button('Keep mine, replace the file', 'editor-mine', () => {
       this.conflict.hidden = true;
@@ -297,6 +333,7 @@ export class Editor {
       group('Text', this.undo, this.redo, save, copy, ...(restore === undefined ? [] : [original])),
       this.state,
       this.conflict,
+      this.kept.place,
       this.fields.list,
       group(
         'Add',

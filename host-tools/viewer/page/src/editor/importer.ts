@@ -15,6 +15,7 @@ interface Edited {
   outline(): Outline | null;
   text(): string;
   select_last(): void;
+  taken(): void; // whatever came of it
 }
 
 // The size in which a mesh comes, whatever its unit: what a hand can go around.
@@ -50,20 +51,12 @@ export class Importer {
       if (scene !== undefined) {
         const text = await scene.text();
         this.edited.edit((now) => edits.whole(now, text));
-        return;
-      }
-      for (const file of files) this.add(name_of(file));
+      } else for (const file of files) this.add(name_of(file));
     } catch (error) {
-      const cause = error instanceof Error ? error.message : String(error);
-      this.host.say({
-        type: 'event',
-        level: 'error',
-        name: 'no-file',
-        cause,
-        remedy: 'put the file beside the scene file, and name it there',
-      });
+      this.say(error);
     }
     this.input.value = '';
+    this.edited.taken();
   }
 
   // Meshes that are new in the scene get a size and a place that can be felt.
@@ -79,6 +72,12 @@ export class Importer {
       const box = new Box3().setFromObject(group);
       this.edited.edit((text) => fitted(text, index, box));
     }
+  }
+
+  private say(error: unknown): void {
+    const cause = error instanceof Error ? error.message : String(error);
+    const remedy = 'put the file beside the scene file, and name it there';
+    this.host.say({ type: 'event', level: 'error', name: 'no-file', cause, remedy });
   }
 
   private async put(file: File): Promise<void> {

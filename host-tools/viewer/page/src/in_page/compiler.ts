@@ -22,8 +22,8 @@ export class Compiler {
 
   constructor(private readonly compiled: WebAssembly.Module) {}
 
-  // path: "/scenes/ring/ring.obj".
-  put_file(path: string, bytes: Uint8Array): void {
+  // path: "/scenes/ring/ring.obj". bytes: null: there is no such file any more.
+  put_file(path: string, bytes: Uint8Array | null): void {
     const names = path.split('/').filter((name) => name !== '');
     const name = names.pop() as string;
     let folder = this.root;
@@ -33,7 +33,8 @@ export class Compiler {
       folder.set(one, below);
       folder = below.contents;
     }
-    folder.set(name, new File(bytes));
+    if (bytes === null) folder.delete(name);
+    else folder.set(name, new File(bytes));
   }
 
   compile(file: string, text: string): { head: Compiled; image: Uint8Array<ArrayBuffer> } {

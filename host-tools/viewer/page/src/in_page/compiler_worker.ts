@@ -4,7 +4,7 @@ import { Compiler } from './compiler';
 
 export type ToCompiler =
   | { begin: WebAssembly.Module }
-  | { put: { path: string; bytes: Uint8Array } }
+  | { put: { path: string; bytes: Uint8Array | null } } // null: there is no such file any more
   | { job: { file: string; text: string } }
   | { replay: { name: string; bytes: Uint8Array<ArrayBuffer>; wants_log: boolean } };
 export interface CompileDone {

@@ -12,7 +12,7 @@ export interface GalleryScene {
 }
 
 const kFirst = 'buttons';
-const kSuffix = '.scene.json';
+export const kSuffix = '.scene.json';
 export const kLinkedFolder = 'linked'; // of scenes that come by a link and are of no folder of the gallery
 
 export class Gallery {
@@ -22,7 +22,7 @@ export class Gallery {
   private readonly texts = new Map<string, Promise<string>>(); // by the scene's file
 
   // put: gives a file to the compiler.
-  constructor(private readonly put: (path: string, bytes: Uint8Array) => void) {}
+  constructor(private readonly put: (path: string, bytes: Uint8Array) => unknown) {}
 
   async names(): Promise<string[]> {
     return [...(await this.all()).map((scene) => scene.name), ...this.linked.keys()];
@@ -80,6 +80,11 @@ export class Gallery {
       text.catch(() => this.texts.delete(scene.file)); // the next time perhaps
     }
     return { path: `/scenes/${scene.file}`, text: await text };
+  }
+
+  // Its files, when a scene is opened the next time.
+  fetch_again(): void {
+    this.texts.clear();
   }
 
   private async fetch_all(scene: GalleryScene): Promise<string> {

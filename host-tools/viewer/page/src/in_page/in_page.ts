@@ -1,12 +1,14 @@
 // The transport of the static site: the device is in the page, in a worker, and another worker compiles its scenes.
+import { not_kept } from '../not_kept';
 import { type PageMessage, parse_message } from '../protocol';
 import { LinkError, type LinkedScene, is_scene_link, linked_scene, scene_fragment } from '../scene_link';
 import type { Listener, Replayer, Transport } from '../transport';
 import type { CompileDone, FromCompiler, ReplayDone, ToCompiler } from './compiler_worker';
 import type { DeviceOptions } from './device';
 import type { FromDevice, ToDevice } from './device_worker';
-import { Gallery, kLinkedFolder } from './gallery';
+import { Gallery, kLinkedFolder, kSuffix } from './gallery';
 import { forget_text, keep_text, kept_text } from './kept_texts';
+import { KeptFiles } from './own_files';
 import { SerialBoard, choose_port, serial } from './serial';
 
 const kSilent_ms = 1500;
@@ -15,7 +17,11 @@ const kMostSources = 8; // the newest; of what runs, and of what may run again
 export class InPage implements Transport {
   private readonly device = new Worker(new URL('./device_worker.ts', import.meta.url), { type: 'module', name: 'device' });
   private readonly compiler = new Worker(new URL('./compiler_worker.ts', import.meta.url), { type: 'module', name: 'compiler' });
-  readonly gallery = new Gallery((path, bytes) => this.to_compiler({ put: { path, bytes } }));
+  readonly own_files = new KeptFiles((path, bytes) => {
+    this.to_compiler({ put: { path, bytes } });
+    if (bytes === null) this.gallery.fetch_again(); // the user's may have been in place of one of its
+  });
+  readonly gallery = new Gallery((path, bytes) => this.own_files.has(path) || this.to_compiler({ put: { path, bytes } }));
   private running: Uint8Array<ArrayBuffer> | null = null;
   private last_state_ms = 0;
   private up = true; // the session has its device
@@ -30,8 +36,8 @@ export class InPage implements Transport {
   private running_crc = 0;
   private last_recording: Uint8Array<ArrayBuffer> | null = null;
   private records = false;
-  private readonly own_files = new Set<string>(); // of the user: their paths
   private early: Uint8Array[] = []; // for the board that is being opened
+  private readonly unkept = new Set<string>(); // scenes that could not be kept
   private file = ''; // of the scene that was compiled last
   private folder = '/scenes';
   readonly keeps = 'Keep in this browser';
@@ -78,8 +84,9 @@ export class InPage implements Transport {
     this.to_device({ sound: port }, port === null ? [] : [port]);
   }
   async put_file(name: string, bytes: Uint8Array<ArrayBuffer>): Promise<void> {
-    this.own_files.add(`${this.folder}/${name}`);
-    this.to_compiler({ put: { path: `${this.folder}/${name}`, bytes } });
+    await this.own_files
+      .keep(`${this.folder}/${name}`, bytes)
+      .catch((error: unknown) => this.listener.on_message(not_kept(name, error, 'it is there until the page is left; add it again then')));
   }
   async restore(): Promise<boolean> {
     return forget_text(this.file);
@@ -99,7 +106,7 @@ export class InPage implements Transport {
   }
 
   private own_files_of({ text, folder = kLinkedFolder }: LinkedScene): string[] {
-    const named = [...this.own_files].filter((path) => path.startsWith(`/scenes/${folder}/`));
+    const named = this.own_files.all.map(({ path }) => path).filter((path) => path.startsWith(`/scenes/${folder}/`));
     return named.map((path) => path.slice(path.lastIndexOf('/') + 1)).filter((name) => text.includes(name));
   }
 
@@ -107,6 +114,7 @@ export class InPage implements Transport {
     try {
       this.compiled = await WebAssembly.compileStreaming(fetch(new URL('thimble.wasm', document.baseURI)));
       this.to_compiler({ begin: this.compiled });
+      await this.own_files.load();
       this.begin_device({});
       if (!(await this.follow_link())) this.pick(await this.gallery.first());
     } catch (error) {
@@ -123,6 +131,7 @@ export class InPage implements Transport {
       }
       this.take_arms(this.gallery.arms(scene));
     }
+    this.unkept.delete(scene);
     this.to_device({ post: { type: 'pick', scene } });
     return true;
   }
@@ -184,18 +193,33 @@ export class InPage implements Transport {
         this.up = message.up;
         this.listener.on_link(message.up ? 'connecting' : 'controller-lost');
       }
+      if (message.type === 'scene') {
+        this.running_crc = message.crc;
+        if (message.pick !== undefined && this.unkept.has(message.pick)) message.unsaved = true;
+      }
       this.listener.on_message(message);
-      if (message.type === 'scene') this.running_crc = message.crc;
       if (message.type === 'recording') this.records = message.on;
     } else if ('image' in data) this.running = data.image;
     else if ('recording' in data) this.last_recording = data.recording;
     else if ('compile' in data) void this.compile(data.compile, data.number);
-    else if ('save' in data) keep_text(data.save.file, data.save.text);
+    else if ('save' in data) this.keep_text(data.save);
     else if ('port_out' in data) this.port_out(data.port_out);
     else if ('load' in data) {
       document.documentElement.dataset.load = JSON.stringify(data.load);
       this.listener.on_load?.(data.load);
     } else if ('failed' in data) this.fail(data.failed);
+  }
+
+  // What the session takes for saved is not where the browser does not keep it.
+  private keep_text({ file, text }: { file: string; text: string }): void {
+    const scene = file.replace(kSuffix, '');
+    try {
+      keep_text(file, text);
+      this.unkept.delete(scene);
+    } catch (error) {
+      this.unkept.add(scene);
+      this.listener.on_message(not_kept('the scene', error, 'download it'));
+    }
   }
 
   private async compile(job: { file: string; text?: string }, number: number): Promise<void> {

@@ -59,3 +59,62 @@ test("a field is edited, saved with all comments, and a conflict is the user's t
     rmSync(folder, { recursive: true });
   }
 });
+
+test('another scene gives up nothing: what was edited or moved by a slider waits until it is saved', { timeout: 240_000 }, async () => {
+  const folder = mkdtempSync(join(tmpdir(), 'thimble-page-'));
+  const file = join(folder, 'mine.scene.json');
+  writeFileSync(file, readFileSync(scene_file('blocks'), 'utf8'));
+  const server = await view('--scene', file);
+  const browser = await launch();
+  try {
+    const page = await browser.newPage({ viewport: { width: 1280, height: 900 }, deviceScaleFactor: 0.5 });
+    const errors: string[] = [];
+    page.on('pageerror', (error) => errors.push(error.message));
+    page.on('dialog', (dialog) => errors.push(dialog.message()));
+    const text = (name: string) => page.getByTestId(name).innerText();
+    const load = async (scene: string, object: string): Promise<void> => {
+      // At once: the picker follows the scene that runs.
+      await page.getByTestId('scene-picker').evaluate((list: HTMLSelectElement, name) => {
+        list.value = name;
+        list.form?.requestSubmit();
+      }, scene);
+      await until(scene, async () => (await page.getByTestId('object').locator('option').allInnerTexts()).includes(object));
+    };
+    await page.goto(server.url);
+    await until('the scene', async () => (await page.getByTestId('object').locator('option').count()) > 2);
+    const object = (await page.getByTestId('object').locator('option').allInnerTexts())[1];
+
+    // With the editor closed.
+    await page.getByTestId('object').selectOption(object);
+    await page.getByTestId('material-stiffness-value').fill('432');
+    await page.getByTestId('material-stiffness-value').press('Enter');
+    await page.waitForTimeout(2000); // it runs, and is kept
+    await load('walls', 'floor');
+    assert.match(await text('messages'), /edits-kept: the edits of "mine" are not saved; this browser keeps them/);
+    await page.getByTestId('edit').click();
+    await page.getByTestId('editor-load-kept').click();
+    await page.getByTestId('editor-restore').click();
+    await until('the text to run', async () => (await text('editor-state')) === 'Runs. Not saved.');
+    await page.getByTestId('editor-objects').selectOption({ index: 1 });
+    assert.equal(await page.getByTestId('editor-stiffness_N_m').inputValue(), '432');
+
+    // And with it open.
+    await page.getByTestId('editor-rotation-2').fill('12');
+    await page.getByTestId('editor-rotation-2').press('Enter');
+    await until('the text to run', async () => (await text('editor-state')) === 'Runs. Not saved.');
+    await load('walls', 'floor');
+    await page.getByTestId('editor-load-kept').click();
+    await page.getByTestId('editor-restore').click();
+    await until('the text to run', async () => (await text('editor-state')) === 'Runs. Not saved.');
+    await page.getByTestId('editor-save').click();
+    await until('it to be saved', () => readFileSync(file, 'utf8').includes('12]'));
+    assert.match(readFileSync(file, 'utf8'), /432/);
+    await load('walls', 'floor');
+    await until('nothing kept', async () => !(await page.getByTestId('editor-kept').isVisible()));
+    assert.deepEqual(errors, []);
+  } finally {
+    await browser.close();
+    await server.command.stop();
+    rmSync(folder, { recursive: true });
+  }
+});

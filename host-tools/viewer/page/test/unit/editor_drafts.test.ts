@@ -92,6 +92,27 @@ test('what is typed meanwhile is not overwritten by an answer that comes late', 
   assert.deepEqual(bench.drafted, ['1 mine']);
 });
 
+test('a text that was checked runs when its scene comes, and not before', () => {
+  const bench = opened();
+  assert.equal(bench.drafts.is_ahead, false);
+  bench.drafts.submit('two');
+  bench.check(1, 2);
+  assert.equal(bench.drafts.is_ahead, true, 'it is being uploaded');
+  bench.drafts.on_scene(scene(2));
+  assert.equal(bench.drafts.is_ahead, false);
+});
+
+test('errors of a scene are not those of the next one', () => {
+  const bench = opened();
+  bench.drafts.submit('mine {');
+  bench.check(1, null);
+  bench.drafts.on_scene(scene(9, 'b'));
+  assert.equal(bench.drafts.is_ahead, false);
+  bench.text('of b', 9);
+  assert.equal(bench.drafts.is_other_text(scene(9, 'b')), false);
+  assert.equal(bench.drafts.is_other_text(scene(10, 'b')), true);
+});
+
 test('after a lost connection the last text is sent again', () => {
   const bench = opened();
   bench.drafts.submit('a');

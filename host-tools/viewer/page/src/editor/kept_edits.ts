@@ -1,0 +1,79 @@
+// Edits that are not saved, kept in this browser (IndexedDB) until they are. Each time that a scene is edited has a key of its own, so no text replaces
+// another one. Where the browser refuses storage, the page works without and asks before it gives edits up.
+import { createStore, del, entries, set } from 'idb-keyval';
+
+import { not_kept } from '../not_kept';
+import type { ServerEvent } from '../protocol';
+
+export interface KeptEdits {
+  scene: string; // under which it is picked
+  when_ms: number;
+  text: string;
+}
+
+const kStore = createStore('thimble-edits', 'edits');
+const new_key = (): string => `${Date.now()}-${Math.random()}`;
+
+export class Keeper {
+  private key = new_key();
+  private scene = '';
+  private unsaved: string | null = null;
+  private stored: string | null = null;
+  private refused = false; // the last time
+
+  constructor(private readonly say: (event: ServerEvent) => void) {
+    addEventListener('beforeunload', (event) => {
+      if (this.unsaved !== null && this.unsaved !== this.stored) event.preventDefault();
+    });
+  }
+
+  // text: of this scene, as it is now; null: as it is saved.
+  async keep(scene: string, text: string | null): Promise<void> {
+    if (text === this.unsaved) return;
+    const { key } = this;
+    this.scene = scene;
+    this.unsaved = text;
+    try {
+      await (text === null ? del(key, kStore) : set(key, { scene, when_ms: Date.now(), text }, kStore));
+      if (key === this.key) this.stored = text;
+      if (text !== null) this.refused = false;
+    } catch (error) {
+      if (text === null) return; // nothing is stored
+      if (!this.refused) this.say(not_kept('the edits that are not saved', error, 'save or download the scene before you leave it'));
+      this.refused = true;
+    }
+  }
+
+  // Before another scene comes. False: the user stays, since this would give edits up.
+  may_leave(): boolean {
+    if (this.unsaved === null) return true;
+    if (this.refused) return confirm(`The edits of "${this.scene}" are not saved, and this browser does not keep them. Give them up?`);
+    this.say({
+      type: 'event',
+      level: 'info',
+      name: 'edits-kept',
+      cause: `the edits of "${this.scene}" are not saved; this browser keeps them`,
+      remedy: 'load the scene and open the editor to restore them',
+    });
+    return true;
+  }
+
+  // What is kept now stays, and is among the others.
+  begin_anew(key = new_key()): void {
+    this.key = key;
+    this.unsaved = this.stored = null;
+  }
+
+  // Of earlier times, by their keys, the newest first.
+  async others(): Promise<[string, KeptEdits][]> {
+    try {
+      const all = await entries<string, KeptEdits>(kStore);
+      return all.filter(([key]) => key !== this.key).sort(([, a], [, b]) => b.when_ms - a.when_ms);
+    } catch {
+      return [];
+    }
+  }
+  async forget(key: string): Promise<void> {
+    await del(key, kStore);
+  }
+}
