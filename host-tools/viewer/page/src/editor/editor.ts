@@ -16,6 +16,7 @@ import type { Keeper } from './kept_edits';
 import { KeptList } from './kept_list';
 import { ObjectFields } from './object_fields';
 import * as edits from './scene_edits';
+import { SceneFile, can_write_files } from './scene_file';
 import { type Outline, outline_of } from './scene_outline';
 import { kAddable, object_to_add } from './templates';
 import { TextView } from './text_view';
@@ -42,6 +43,9 @@ export class Editor {
   private readonly handles: Handles | null;
   private readonly importer: Importer;
   private readonly kept: KeptList;
+  private readonly file = new SceneFile();
+  private readonly save_file = button('Save to a file…', 'editor-save-file', () => void this.write_file());
+  private readonly save_as = button('Save as…', 'editor-save-as', () => void this.write_file(true));
   private readonly state = make('p', { className: 'small' }, { testid: 'editor-state' });
   private readonly conflict = make('div', { className: 'notice', hidden: true }, { testid: 'editor-conflict' });
   private readonly undo = button('Undo', 'editor-undo', () => this.text.undo(), 'Ctrl+Z');
@@ -53,7 +57,7 @@ export class Editor {
   private selected: number | null = null;
   private dragged: string | null = null; // the text while a handle is held
   private scene: SceneStarted | null = null;
-  private file = 'scene.scene.json';
+  private file_name = 'scene.scene.json';
   private typed: ReturnType<typeof setTimeout> | undefined;
 
   constructor(private readonly host: EditorHost) {
@@ -64,6 +68,10 @@ export class Editor {
       outline: () => this.outline,
       text: () => this.text.text,
       select_last: () => this.select_last(),
+      opened: (file, text) => {
+        if (this.writes_files) this.file.take(file, text);
+        this.show_state();
+      },
       taken: () => this.show_kept(),
     });
     this.kept = new KeptList(host.keeper, host.transport.own_files, {
@@ -76,7 +84,7 @@ export class Editor {
     this.text = new TextView(text_place, { changed: () => this.on_typed(), at: (offset) => this.select_at(offset) });
     this.drafts = new Drafts(host.send, {
       take_text: (text, is_new) => this.take_text(text, is_new),
-      conflict: () => this.show_conflict('The scene has been changed elsewhere, and the text here has errors.'),
+      conflict: () => this.show_scene_conflict('The scene has been changed elsewhere, and the text here has errors.'),
       checked: (answer) => this.on_checked(answer),
     });
     this.handles = host.stage === null ? null : this.make_handles(host.stage);
@@ -88,10 +96,10 @@ export class Editor {
 
   on_message(message: ServerMessage): void {
     if (message.type === 'text') {
-      this.file = message.file;
+      this.file_name = message.file;
       this.drafts.on_text(message);
     } else if (message.type === 'checked') this.drafts.on_checked(message);
-    else if (message.type === 'event' && kConflicts.has(message.name)) this.show_conflict(`${message.cause}.`);
+    else if (message.type === 'event' && kConflicts.has(message.name)) this.show_scene_conflict(`${message.cause}.`);
     else if (message.type === 'event' && message.name === 'saved') this.conflict.hidden = true;
     else if (message.type === 'hello') this.drafts.restart();
   }
@@ -168,6 +176,36 @@ export class Editor {
     this.show_state();
   }
 
+  // Elsewhere the server writes the scene's file.
+  private get writes_files(): boolean {
+    return this.host.transport.keeps !== undefined && can_write_files();
+  }
+  // Into the file on the user's disk. as: the user says which.
+  private async write_file(as = false, replaces = false): Promise<void> {
+    const { text } = this.text;
+    await this.with_file(async () => {
+      if ((as || this.file.name === null) && !(await this.file.choose(this.file_name))) return;
+      if (await this.file.save(text, replaces)) return;
+      const why = `${this.file.name} has been changed by another program.`;
+      const replace = (): void => void this.write_file(false, true);
+      this.show_conflict(why, () => void this.with_file(() => this.read_file()), replace);
+    });
+  }
+  private async read_file(): Promise<void> {
+    const text = await this.file.read();
+    this.host.keeper.begin_anew(); // mine stays kept
+    this.edit((now) => edits.whole(now, text));
+  }
+  private async with_file(work: () => Promise<void>): Promise<void> {
+    try {
+      await work();
+    } catch (error) {
+      const cause = error instanceof Error ? error.message : String(error);
+      this.host.say({ type: 'event', level: 'error', name: 'not-saved', cause, remedy: 'choose another file, or copy the text' });
+    }
+    this.show_state();
+  }
+
   private take_text(text: string, is_new: boolean): void {
     this.stop_typing();
     if (is_new) this.text.begin(text);
@@ -175,7 +213,10 @@ export class Editor {
     this.conflict.hidden = true;
     this.issues.show([], 0);
     this.text.show_issues([]);
-    if (is_new) this.selected = null;
+    if (is_new) {
+      this.selected = null;
+      this.file.take(null, null);
+    }
     this.show_text();
     this.show_kept();
   }
@@ -266,8 +307,11 @@ export class Editor {
 
   private show_state(): void {
     const running = this.drafts.busy ? 'Compiling' : this.issues.count > 0 ? 'Errors: the scene runs as it was' : 'Runs';
-    const unsaved = this.scene?.unsaved || this.is_ahead;
-    set_text(this.state, unsaved ? `${running}. Not saved.` : `${running}.`);
+    const in_file = this.file.has(this.text.text);
+    const unsaved = !in_file && (this.scene?.unsaved || this.is_ahead);
+    set_text(this.state, unsaved ? `${running}. Not saved.` : in_file ? `${running}. Saved to ${this.file.name}.` : `${running}.`);
+    set_text(this.save_file, this.file.name === null ? 'Save to a file…' : `Save to ${this.file.name}`);
+    this.save_as.hidden = this.file.name === null;
     const { pick } = this.scene ?? {};
     if (pick !== undefined && this.drafts.is_ready) void this.host.keeper.keep(pick, unsaved ? this.text.text : null);
   }
@@ -276,16 +320,20 @@ export class Editor {
     void this.kept.show(this.scene?.pick ?? '', this.text.text);
   }
 
-  private show_conflict(why: string): void {
-    const theirs = button('Load the file', 'editor-theirs', () => {
-      this.conflict.hidden = true;
+  private show_scene_conflict(why: string): void {
+    const load = (): void => {
       const { pick } = this.scene ?? {};
       if (pick === undefined || this.host.send({ type: 'pick', scene: pick })) this.drafts.reload();
-    });
-    const mine = button('Keep mine, replace the file', 'editor-mine', () => {
+    };
+    this.show_conflict(why, load, () => this.save(true));
+  }
+  private show_conflict(why: string, load: () => void, replace: () => void): void {
+    const then = (act: () => void) => () => {
       this.conflict.hidden = true;
-      this.save(true);
-    });
+      act();
+    };
+    const theirs = button('Load the file', 'editor-theirs', then(load));
+    const mine = button('Keep mine, replace the file', 'editor-mine', then(replace));
     this.conflict.replaceChildren(make('p', { textContent: why }), theirs, mine);
     this.conflict.hidden = false;
   }
@@ -294,7 +342,7 @@ export class Editor {
     const command = event.ctrlKey || event.metaKey;
     const key = event.key.toLowerCase();
     const in_list = event.target === this.fields.list;
-    if (command && key === 's') this.save();
+    if (command && key === 's') void (this.file.name === null ? this.save() : this.write_file());
     else if (in_list && event.key === 'Delete') this.remove();
     else if (in_list && command && key === 'd') this.duplicate();
     else if (in_list && command && key === 'z' && !event.shiftKey) this.text.undo();
@@ -313,7 +361,8 @@ export class Editor {
     this.state.setAttribute('role', 'status');
     const { restore, keeps } = this.host.transport;
     const save = button(keeps ?? 'Save to the scene file', 'editor-save', () => this.save(), 'Ctrl+S');
-    const copy = button('Download', 'editor-download', () => download(this.file, this.text.text));
+    const copy = button('Download', 'editor-download', () => download(this.file_name, this.text.text));
+    const to_disk = this.writes_files ? [this.save_file, this.save_as] : [copy];
     const original = button('Original', 'editor-original', () => void this.to_original(), 'The scene as it came');
     const snap = () => {
       const grid_m = this.snaps.checked && this.grid.valueAsNumber > 0 ? this.grid.valueAsNumber / 1000 : null;
@@ -330,7 +379,7 @@ export class Editor {
     );
     return [
       head,
-      group('Text', this.undo, this.redo, save, copy, ...(restore === undefined ? [] : [original])),
+      group('Text', this.undo, this.redo, save, ...to_disk, ...(restore === undefined ? [] : [original])),
       this.state,
       this.conflict,
       this.kept.place,

@@ -7,6 +7,7 @@ import { button } from './controls';
 import type { EditorHost } from './editor';
 import type { Edit } from './json_edits';
 import * as edits from './scene_edits';
+import { can_open_files, open_files } from './scene_file';
 import type { Outline } from './scene_outline';
 import { is_mesh_file, is_scene_file, object_of_file } from './templates';
 
@@ -15,6 +16,7 @@ interface Edited {
   outline(): Outline | null;
   text(): string;
   select_last(): void;
+  opened(file: FileSystemFileHandle, text: string): void; // a scene file that can be written
   taken(): void; // whatever came of it
 }
 
@@ -39,18 +41,21 @@ export class Importer {
     this.input.addEventListener('change', () => void this.take([...(this.input.files ?? [])]));
     this.button = make('span');
     this.button.append(
-      button('Add files…', 'editor-files', () => this.input.click(), 'Meshes, heights (PNG, CSV) or a scene; or drop them on the page'),
+      button('Add files…', 'editor-files', () => void this.ask(), 'Meshes, heights (PNG, CSV) or a scene; or drop them on the page'),
       this.input,
     );
   }
 
-  async take(files: readonly File[]): Promise<void> {
+  // handles: of the files, where the browser has them.
+  async take(files: readonly File[], handles: readonly FileSystemFileHandle[] = []): Promise<void> {
     const scene = files.find((file) => is_scene_file(file.name));
     try {
       for (const file of files) if (file !== scene) await this.put(file);
       if (scene !== undefined) {
         const text = await scene.text();
         this.edited.edit((now) => edits.whole(now, text));
+        const handle = handles[files.indexOf(scene)];
+        if (handle !== undefined) this.edited.opened(handle, text);
       } else for (const file of files) this.add(name_of(file));
     } catch (error) {
       this.say(error);
@@ -71,6 +76,19 @@ export class Importer {
       }
       const box = new Box3().setFromObject(group);
       this.edited.edit((text) => fitted(text, index, box));
+    }
+  }
+
+  private async ask(): Promise<void> {
+    if (!can_open_files()) {
+      this.input.click();
+      return;
+    }
+    try {
+      const handles = await open_files();
+      await this.take(await Promise.all(handles.map((handle) => handle.getFile())), handles);
+    } catch (error) {
+      this.say(error);
     }
   }
 
