@@ -77,9 +77,9 @@ Vec3 limited(const Vec3& v, float most) {
   return length2 > most * most ? Vec3(v * (most / std::sqrt(length2))) : v;
 }
 
-// A scene is bound seldom: as bytes, which for the vectors of Eigen is half as much code as element by element.
-template <class T>
-void copy(T& to, const T& from) {
+// As bytes, because a scene is bound seldom: for the vectors of Eigen it is half as much code as element by element.
+void copy(auto& to, const auto& from) {
+  static_assert(sizeof to == sizeof from);
   std::memcpy(static_cast<void*>(&to), &from, sizeof to);
 }
 
@@ -141,13 +141,18 @@ void Bodies::start(std::size_t i, const scene::Body& body, const Vec3& position_
   angular_momentum_[i] = angular_momentum;
 }
 
+// Of bytes, so that an array of them begins without a value.
 struct Bodies::Last {
+  template <class T>
+  struct Bytes {
+    alignas(T) std::array<std::byte, sizeof(T)> bytes;
+  };
   scene::Motion motion;
-  BodyStart start;
-  BodyState state;
-  Centre centre;
-  Vec3 angular_momentum;
-  ControlElementState control;
+  Bytes<BodyStart> start;
+  Bytes<BodyState> state;
+  Bytes<Centre> centre;
+  Bytes<Vec3> angular_momentum;
+  Bytes<ControlElementState> control;
 };
 
 void Bodies::bind(const SceneView& scene, Binding binding, World& world) noexcept {
