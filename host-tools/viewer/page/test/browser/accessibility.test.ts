@@ -29,11 +29,13 @@ for (const colorScheme of ['light', 'dark'] as const)
     });
 
 test('nothing moves while the page connects, runs, is armed, faults and loses its link', async () => {
-  for (const viewport of [
-    { width: 375, height: 667 },
-    { width: 1280, height: 800 },
-  ]) {
-    const { page, mock } = await show({}, { viewport });
+  for (const [arms, viewport] of [
+    [1, { width: 375, height: 667 }],
+    [1, { width: 1280, height: 800 }],
+    [2, { width: 375, height: 667 }],
+    [2, { width: 1280, height: 800 }],
+  ] as const) {
+    const { page, mock } = await show({ arms }, { viewport });
     await arm(page);
     mock.touch.move_hand(0, [0, -0.03, -0.03]);
     await page.waitForTimeout(1000);
@@ -41,7 +43,7 @@ test('nothing moves while the page connects, runs, is armed, faults and loses it
     await page.waitForTimeout(500);
     mock.set_link(false);
     await until('the loss', async () => (await text(page, 'mode')) === 'unknown');
-    assert.deepEqual(await moved(page), [], `${viewport.width}`);
+    assert.deepEqual(await moved(page), [], `${arms} arms, ${viewport.width} pixels`);
   }
 });
 
