@@ -7,6 +7,7 @@ import { after, afterEach, before, test } from 'node:test';
 import type { Browser, BrowserContextOptions, Page } from 'playwright-core';
 
 import { launch, pixels_near, until } from '../browser/browser';
+import { violations } from '../browser/page_checks';
 import { Command, kTop } from './command';
 
 const kAxisColor: [number, number, number] = [0xd6, 0x24, 0x9f];
@@ -113,4 +114,32 @@ test('on a phone the prompt, its button and Stop are in sight; a page without th
   await owner.waitForTimeout(400); // the server is gone: no alarm, it was the end
   assert.equal(await owner.getByTestId('notice').isVisible(), false);
   assert.match((await text(owner, 'prompt')) ?? '', /stopped in step 0/);
+});
+
+// In both themes, on a phone and on a desk.
+async function assert_accessible(page: Page, when: string): Promise<void> {
+  for (const colorScheme of ['light', 'dark'] as const)
+    for (const size of [
+      { width: 375, height: 667 },
+      { width: 1280, height: 800 },
+    ]) {
+      await page.emulateMedia({ colorScheme });
+      await page.setViewportSize(size);
+      assert.deepEqual(await violations(page), [], `${when}, ${colorScheme}, ${size.width} x ${size.height}`);
+    }
+}
+
+test('axe finds nothing: at the first prompt, with an axis in question, at the end, and for who may only look', async () => {
+  const { url } = await commission('premium-1.5');
+  const page = await show(url);
+  const stranger = await show(url.replace(/token=.*/, ''));
+  await until('the first prompt', says(page, /^Press the e-stop\.$/));
+  await assert_accessible(page, 'the first prompt');
+  await assert_accessible(stranger, 'without the token');
+  await page.getByTestId('answer-done').focus();
+  for (const next of [/dead-man/, /silent/, /hands off/, /'yaw' in the middle/]) await answer_with_enter(page, next);
+  await assert_accessible(page, 'an axis in question');
+  await page.getByTestId('stop').click();
+  await until('the end', says(page, /stopped in step/));
+  await assert_accessible(page, 'the end');
 });
