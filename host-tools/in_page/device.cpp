@@ -118,7 +118,9 @@ class PageDevice final : public SessionLink {
   explicit PageDevice(const Options& options)
       : simulated_(options.serial ? nullptr : std::make_unique<Simulated>(options)),
         session_({options_of_device(), THIMBLE_VERSION, {}, {}}, *this, scenes_,
-                 simulated_ ? &simulated_->hands() : nullptr, std::nullopt, sink_) {}
+                 simulated_ ? &simulated_->hands() : nullptr, std::nullopt, sink_) {
+    serial_.set_open(options.serial);  // the page has opened it
+  }
 
   // The session's thread.
   void run() {
@@ -235,6 +237,11 @@ THIMBLE_EXPORT(void, device_post)() { device->post(page_buffer); }
 THIMBLE_EXPORT(void, device_deliver)(std::size_t head_bytes) {
   device->scenes().deliver(std::string_view(page_buffer).substr(0, head_bytes),
                            std::string_view(page_buffer).substr(head_bytes));
+}
+// The same of a scene that the session has not asked for.
+THIMBLE_EXPORT(void, device_learn)(std::size_t head_bytes) {
+  device->scenes().learn(std::string_view(page_buffer).substr(0, head_bytes),
+                         std::string_view(page_buffer).substr(head_bytes));
 }
 
 THIMBLE_EXPORT(void, device_port_open)(int open) { device->serial().set_open(open != 0); }

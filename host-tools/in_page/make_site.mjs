@@ -40,7 +40,7 @@ function shown_with(file) {
 
 const list = all_files(scenes)
   .filter((file) => file.endsWith('.scene.json'))
-  .map((file) => ({ name: scene_name(file), file: relative(scenes, file), files: named_files(file), ...shown_with(file) }));
+  .map((file) => ({ name: scene_name(file), title: parse(readFileSync(file, 'utf8')).name, file: relative(scenes, file), files: named_files(file), ...shown_with(file) }));
 rmSync(join(site, 'scenes'), { recursive: true, force: true });
 for (const file of new Set(list.flatMap((scene) => [scene.file, ...scene.files, scene.path, scene.picture].filter(Boolean)))) cpSync(join(scenes, file), join(site, 'scenes', file));
 writeFileSync(join(site, 'scenes/list.json'), JSON.stringify(list));

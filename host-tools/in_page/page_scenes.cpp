@@ -38,6 +38,7 @@ bool has_text(SceneJob::Kind kind) {
 }  // namespace
 
 std::optional<OpenScene> PageScenes::with_crc(const std::string& name, std::uint32_t crc) {
+  knows_more_ = false;
   const auto found = opened_.find(crc);
   if (found == opened_.end() || found->second.name != name) return std::nullopt;
   return found->second;
@@ -52,9 +53,21 @@ void PageScenes::begin(SceneJob job) {
   page_compile(text.data(), text.size());
 }
 
-void PageScenes::deliver(std::string_view head, std::string_view image) {
+PageScenes::Result PageScenes::result_of(std::string_view head, std::string_view image) {
   const auto bytes = std::as_bytes(std::span(image));
-  result_ = Result{Json::parse(head), {bytes.begin(), bytes.end()}};
+  return {Json::parse(head), {bytes.begin(), bytes.end()}};
+}
+
+void PageScenes::deliver(std::string_view head, std::string_view image) { result_ = result_of(head, image); }
+
+void PageScenes::learn(std::string_view head, std::string_view image) {
+  const Result result = result_of(head, image);
+  OpenScene scene;
+  scene.file = result.head["file"].get<std::string>();
+  scene.file_text = result.head["text"];
+  if (result.head.contains("draft")) scene.draft = result.head["draft"];
+  keep(std::move(scene), result);
+  knows_more_ = true;
 }
 
 OpenScene PageScenes::take() {
@@ -62,12 +75,15 @@ OpenScene PageScenes::take() {
   if (!result.head["issues"].empty()) raise(result.head);
   OpenScene scene = std::move(job_.scene);
   if (!has_text(job_.kind)) scene.file_text = result.head["text"];
+  return keep(std::move(scene), result);
+}
+
+const OpenScene& PageScenes::keep(OpenScene scene, const Result& result) {
   scene.name = result.head["name"];
   scene.objects = result.head["objects"].get<std::vector<std::string>>();
   scene.crc = link::crc32(result.image);
   scene.image = std::make_shared<const std::vector<std::byte>>(result.image);
-  opened_[scene.crc] = scene;
-  return scene;
+  return opened_.insert_or_assign(scene.crc, std::move(scene)).first->second;
 }
 
 void PageScenes::save(OpenScene& scene, bool /*replaces*/) {

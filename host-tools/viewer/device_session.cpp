@@ -385,7 +385,7 @@ void DeviceSession::look_at_device() {
   live_.take_state(device_state_);
   if (device_state_.tick_rate_Hz > 0)
     live_.set_record_period(decimation_ / static_cast<double>(device_state_.tick_rate_Hz));
-  if (shown_crc_ == device_state_.scene_crc) return;
+  if (shown_crc_ == device_state_.scene_crc && (running_ || !scenes_.knows_more())) return;
   const std::uint32_t crc = device_state_.scene_crc;
   show_scene(device_state_.scene_bytes == 0 ? "" : device_->text(link::kDidSceneName), crc);
 }

@@ -34,6 +34,8 @@ class Scenes {
   [[nodiscard]] virtual std::filesystem::path find(const std::string& name) = 0;
   // The scene whose image has this CRC, of those that are called `name` inside.
   [[nodiscard]] virtual std::optional<OpenScene> with_crc(const std::string& name, std::uint32_t crc) = 0;
+  // Whether it knows a scene that it did not know when it was last asked.
+  [[nodiscard]] virtual bool knows_more() { return false; }
 
   // Compiles beside what else goes on, one job at a time.
   virtual void begin(SceneJob job) = 0;

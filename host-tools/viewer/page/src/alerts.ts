@@ -1,7 +1,7 @@
 // What went wrong, where it is seen: a banner over the page for each refusal and fault, the newest first, until it is dismissed or over.
 // The list of messages keeps all of them.
 import { element, make, set_text } from './dom';
-import type { ServerEvent, State } from './protocol';
+import { type SceneStarted, type ServerEvent, type State, is_unknown } from './protocol';
 
 const kMessages = 100;
 const kAsked_ms = 3000; // after something that the user asked for, that the arm is disarmed is no news
@@ -14,7 +14,7 @@ export type Event = Omit<ServerEvent, 'type'>;
 interface Entry {
   event: Event;
   times: number;
-  until: 'dismissed' | 'cleared' | 'armed';
+  until: 'dismissed' | 'cleared' | 'armed' | 'other scene';
   line: HTMLElement;
 }
 
@@ -26,6 +26,13 @@ const fault_event = (name: string): Event => ({
   remedy: 'end its cause, then clear the fault',
 });
 const stop_event = (name: string, cause: string): Event => ({ level: 'error', name, cause, remedy: 'arm again when the hand is ready' });
+
+const unknown_scene = (name: string): Event => ({
+  level: 'error',
+  name: 'scene-unknown',
+  cause: `the device runs "${name}", a scene that is not known here, so the arm and its forces are shown without the objects`,
+  remedy: 'load that scene here to see it, or another one in its place',
+});
 
 export class Alerts {
   private entries: Entry[] = []; // the newest first
@@ -51,6 +58,11 @@ export class Alerts {
     this.asked_ms = performance.now();
   }
 
+  // Another device, whose stop is no news.
+  forget_device(): void {
+    this.stopped = null;
+  }
+
   // Faults and stops, also those that no event has told.
   follow(state: State): void {
     const fault = state.fault ? state.fault_name || `fault ${state.fault}` : '';
@@ -69,6 +81,12 @@ export class Alerts {
     // A stop and a fault have a banner of their own.
     if (stopped !== '' && news && !['stop', 'fault'].includes(stopped))
       this.raise(stop_event(stopped, state.stopped_by_text ?? 'the arm is no longer armed'), 'armed');
+  }
+
+  // A page that comes late hears no event of it.
+  follow_scene(scene: SceneStarted): void {
+    this.drop((it) => it.until === 'other scene');
+    if (is_unknown(scene) && !scene.sought) this.raise(unknown_scene(scene.name), 'other scene');
   }
 
   private raise(event: Event, until: Entry['until']): void {

@@ -46,7 +46,7 @@ export class Curves {
       },
     });
     this.plots.span_s = Number(element<HTMLSelectElement>('span').value);
-    this.update(); // with their axes at once
+    this.tell();
   }
 
   update(): void {

@@ -2,7 +2,7 @@
 import type { Alerts } from './alerts';
 import { element } from './dom';
 import type { GalleryView } from './gallery_view';
-import type { Hello, PageMessage, RecordingState, SceneStarted, State } from './protocol';
+import { type Hello, type PageMessage, type RecordingState, type SceneStarted, type State, known_as } from './protocol';
 import type { Recordings } from './recordings';
 import { SoundButton, why_silent } from './sound_button';
 import { show_share_button } from './share_button';
@@ -50,7 +50,7 @@ export class Extras {
   // other: than the one that ran.
   on_scene(scene: SceneStarted, other: boolean): void {
     this.scene = scene;
-    if (this.recordings) this.recordings.scene = scene.pick ?? scene.name;
+    if (this.recordings) this.recordings.scene = known_as(scene);
     if (other) this.show_scene();
   }
 
@@ -78,7 +78,7 @@ export class Extras {
     const { Recordings } = await import('./recordings');
     this.recordings = new Recordings(this.transport, this.send, alerts);
     if (this.hello) this.recordings.allow(this.hello.may_control);
-    if (this.scene) this.recordings.scene = this.scene.pick ?? this.scene.name;
+    if (this.scene) this.recordings.scene = known_as(this.scene);
   }
 
   private async open_gallery(gallery: SceneGallery, canvas: HTMLCanvasElement): Promise<void> {
@@ -107,7 +107,7 @@ export class Extras {
   private show_scene(): void {
     const { scene } = this;
     if (scene === null) return;
-    const name = scene.pick ?? scene.name;
+    const name = known_as(scene);
     this.gallery?.mark(name);
     void this.task?.begin(
       name,

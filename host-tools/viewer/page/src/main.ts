@@ -18,7 +18,7 @@ import { HandControl } from './hand_control';
 import { MaterialPanel } from './material_panel';
 import { Extras } from './extras';
 import { ParameterPanel } from './parameter_panel';
-import type { Hello, PageMessage, SceneStarted, ServerMessage, State, Verb } from './protocol';
+import { type Hello, type PageMessage, type SceneStarted, type ServerMessage, type State, type Verb, known_as } from './protocol';
 import { SceneObjects, kHomes, set_plane_color } from './scene_objects';
 import { type SceneModel, read_scene_image } from './scene_image';
 import { Stage, type Turn } from './stage';
@@ -125,6 +125,7 @@ function on_hello(it: Hello): void {
     commission.begin(it);
     return;
   }
+  if (hello?.device?.address !== it.device?.address) alerts.forget_device();
   hello = it;
   const device = it.device ?? {};
   const device_text = [device.arm, device.board, device.firmware, device.address].filter(Boolean).join(' · ');
@@ -135,7 +136,10 @@ function on_hello(it: Hello): void {
   element('two-help').hidden = it.arms < 2;
   element('arms').hidden = !can_move_hand() || it.arms < 2;
   element('legend-arm-1').hidden = it.arms < 2;
-  if (marks.length !== it.arms) lay_out_arms(it.arms);
+  if (marks.length !== it.arms) {
+    lay_out_arms(it.arms);
+    curves.update(); // with their axes at once
+  }
   parameters.show(it.parameters ?? []);
   show_permission();
   extras.on_hello(it);
@@ -176,6 +180,7 @@ function on_scene(it: SceneStarted): void {
     show_pause(); // it has ended
   }
   set_text(element('scene'), it.name || 'none');
+  alerts.follow_scene(it);
   extras.on_scene(it, other);
   choose_scene_name(it);
   materials.show(it);
@@ -282,9 +287,10 @@ async function load_scene_names(): Promise<void> {
 }
 
 // The picker shows the running scene, unless the user is choosing. For a scene that is not in the list it is empty.
-function choose_scene_name({ name, pick }: SceneStarted): void {
+function choose_scene_name(scene: SceneStarted): void {
   const list = element<HTMLSelectElement>('scenes');
-  if (document.activeElement !== list) list.selectedIndex = [...list.options].findIndex((option) => option.value === (pick ?? name));
+  const name = known_as(scene);
+  if (document.activeElement !== list) list.selectedIndex = [...list.options].findIndex((option) => option.value === name);
 }
 
 // --- Actions of the user

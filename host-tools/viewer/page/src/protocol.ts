@@ -32,8 +32,13 @@ export interface SceneStarted {
   crc: number;
   text_crc?: number; // of the text that it was compiled of, where its file is known
   unsaved?: boolean; // that text is not in the file
+  sought?: boolean; // it is unknown, and the page looks for it
   objects: { name: string; material: Material }[];
 }
+// Only its name is known.
+export const is_unknown = ({ name, pick, objects }: SceneStarted): boolean => name !== '' && pick === undefined && objects.length === 0;
+// Its name among the scenes to pick; empty: that is not known.
+export const known_as = (scene: SceneStarted): string => scene.pick ?? (is_unknown(scene) ? '' : scene.name);
 
 export interface ArmState {
   tip_m: Vec3;

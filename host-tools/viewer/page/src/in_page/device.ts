@@ -79,6 +79,13 @@ export class Device {
     this.module.put(bytes, image);
     this.module.call.device_deliver(bytes.length);
   }
+  // A scene that the session has not asked for. head: that of the compiler with "file", and "draft" where the image is of another text than that
+  // of the file.
+  learn(head: string, image: Uint8Array): void {
+    const bytes = new TextEncoder().encode(head);
+    this.module.put(bytes, image);
+    this.module.call.device_learn(bytes.length);
+  }
   port_open(open: boolean): void {
     this.module.call.device_port_open(open ? 1 : 0);
     this.go_on();

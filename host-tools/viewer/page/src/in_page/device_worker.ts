@@ -10,6 +10,7 @@ export type ToDevice =
   | Begin
   | { post: object }
   | { deliver: { head: string; image: Uint8Array<ArrayBuffer> } }
+  | { learn: { head: string; image: Uint8Array<ArrayBuffer> } }
   | { pause: boolean }
   | { port_open: boolean }
   | { port_in: Uint8Array }
@@ -115,6 +116,7 @@ onmessage = ({ data }: MessageEvent<ToDevice>) =>
     if ('begin' in data) begin(data.begin);
     else if ('post' in data) device?.post(data.post);
     else if ('deliver' in data) device?.deliver(data.deliver.head, data.deliver.image);
+    else if ('learn' in data) device?.learn(data.learn.head, data.learn.image);
     else if ('pause' in data) pause(data.pause);
     else if ('sound' in data) {
       sound?.close();

@@ -4,6 +4,7 @@ import { kept_text } from './kept_texts';
 
 export interface GalleryScene {
   name: string; // "ring"
+  title: string; // inside the scene: what a device calls it
   file: string; // of the scene, below scenes/: "ring/ring.scene.json"
   files: string[]; // that it names
   path?: string; // of its scripted hand
@@ -30,6 +31,11 @@ export class Gallery {
   async first(): Promise<string> {
     const names = await this.names();
     return names.includes(kFirst) ? kFirst : names[0];
+  }
+
+  // The files of the scenes that a device calls so.
+  async titled(title: string): Promise<string[]> {
+    return (await this.all()).filter((scene) => scene.title === title).map((scene) => `${scene.name}${kSuffix}`);
   }
 
   // For how many arms it is.
@@ -85,6 +91,11 @@ export class Gallery {
   // Its files, when a scene is opened the next time.
   fetch_again(): void {
     this.texts.clear();
+  }
+
+  // path: "/scenes/ring/ring.obj".
+  has_file(path: string): boolean {
+    return this.known.some((scene) => scene.files.some((file) => path === `/scenes/${file}`));
   }
 
   private async fetch_all(scene: GalleryScene): Promise<string> {

@@ -1,6 +1,6 @@
 // The transport of the static site: the device is in the page, in a worker, and another worker compiles its scenes.
 import { not_kept } from '../not_kept';
-import { type PageMessage, parse_message } from '../protocol';
+import { type PageMessage, type SceneStarted, is_unknown, parse_message } from '../protocol';
 import { LinkError, type LinkedScene, is_scene_link, linked_scene, scene_fragment } from '../scene_link';
 import type { Listener, Replayer, Transport } from '../transport';
 import type { CompileDone, FromCompiler, ReplayDone, ToCompiler } from './compiler_worker';
@@ -13,6 +13,15 @@ import { SerialBoard, choose_port, serial } from './serial';
 
 const kSilent_ms = 1500;
 const kMostSources = 8; // the newest; of what runs, and of what may run again
+
+const kKeepOffline_ms = 5000; // what is for a later visit is fetched after what this one needs
+
+// Fetched, compiled and begun before the rest of the page runs.
+const module_compiled = WebAssembly.compileStreaming(fetch(new URL('thimble.wasm', document.baseURI)));
+module_compiled.catch(() => {}); // begin() tells it
+
+// What an image was compiled of, in the session's file of this name.
+type Source = LinkedScene & { file: string };
 
 export class InPage implements Transport {
   private readonly device = new Worker(new URL('./device_worker.ts', import.meta.url), { type: 'module', name: 'device' });
@@ -30,8 +39,8 @@ export class InPage implements Transport {
   private board: SerialBoard | null = null;
   private arms = 1;
   private devices = 0; // that have begun
-  private readonly compiling: { device: number; source: LinkedScene }[] = [];
-  private readonly sources = new Map<number, LinkedScene>(); // by the CRC of the image
+  private readonly compiling: ((done: CompileDone) => void)[] = [];
+  private readonly sources = new Map<number, Source>(); // by the CRC of the image
   private readonly replays: ((done: ReplayDone) => void)[] = [];
   private running_crc = 0;
   private last_recording: Uint8Array<ArrayBuffer> | null = null;
@@ -47,10 +56,11 @@ export class InPage implements Transport {
     if (serial() !== null) this.choose_board = () => this.leave_for_board();
     this.device.onmessage = ({ data }: MessageEvent<FromDevice>) => this.take(data);
     this.compiler.onmessage = ({ data }: MessageEvent<FromCompiler>) =>
-      'replayed' in data ? this.replays.shift()?.(data) : this.deliver(data);
+      'replayed' in data ? this.replays.shift()?.(data) : this.compiling.shift()?.(data);
     document.addEventListener('visibilitychange', () => this.to_device({ pause: document.hidden && this.board === null }));
     addEventListener('hashchange', () => void this.follow_link());
     void this.begin();
+    this.gallery.names().catch(() => {}); // fetched before it is needed; begin() tells what is wrong
     setInterval(() => this.watch(), 250);
   }
 
@@ -84,8 +94,10 @@ export class InPage implements Transport {
     this.to_device({ sound: port }, port === null ? [] : [port]);
   }
   async put_file(name: string, bytes: Uint8Array<ArrayBuffer>): Promise<void> {
+    const path = `${this.folder}/${name}`;
+    if (this.gallery.has_file(path)) throw new Error(`${name} is another file, of the gallery; rename the one that is added`);
     await this.own_files
-      .keep(`${this.folder}/${name}`, bytes)
+      .keep(path, bytes)
       .catch((error: unknown) => this.listener.on_message(not_kept(name, error, 'it is there until the page is left; add it again then')));
   }
   async restore(): Promise<boolean> {
@@ -107,12 +119,13 @@ export class InPage implements Transport {
 
   private own_files_of({ text, folder = kLinkedFolder }: LinkedScene): string[] {
     const named = this.own_files.all.map(({ path }) => path).filter((path) => path.startsWith(`/scenes/${folder}/`));
-    return named.map((path) => path.slice(path.lastIndexOf('/') + 1)).filter((name) => text.includes(name));
+    const names = named.map((path) => path.slice(path.lastIndexOf('/') + 1));
+    return names.filter((name) => text.includes(`"${name}"`) || text.includes(`/${name}"`));
   }
 
   private async begin(): Promise<void> {
     try {
-      this.compiled = await WebAssembly.compileStreaming(fetch(new URL('thimble.wasm', document.baseURI)));
+      this.compiled = await module_compiled;
       this.to_compiler({ begin: this.compiled });
       await this.own_files.load();
       this.begin_device({});
@@ -171,9 +184,9 @@ export class InPage implements Transport {
     const board = await SerialBoard.begin(
       port,
       (open) => {
-        if (!begun) this.begin_device({ serial: true });
+        if (begun) this.to_device({ port_open: open });
+        else this.begin_device({ serial: true });
         begun = true;
-        this.to_device({ port_open: open });
       },
       (bytes) => this.to_device({ port_in: bytes }),
     );
@@ -193,12 +206,10 @@ export class InPage implements Transport {
         this.up = message.up;
         this.listener.on_link(message.up ? 'connecting' : 'controller-lost');
       }
-      if (message.type === 'scene') {
-        this.running_crc = message.crc;
-        if (message.pick !== undefined && this.unkept.has(message.pick)) message.unsaved = true;
-      }
-      this.listener.on_message(message);
       if (message.type === 'recording') this.records = message.on;
+      if (message.type === 'event' && message.name === 'scene-unknown') return; // said when it is not found
+      if (message.type === 'scene') return this.take_scene(message);
+      this.listener.on_message(message);
     } else if ('image' in data) this.running = data.image;
     else if ('recording' in data) this.last_recording = data.recording;
     else if ('compile' in data) void this.compile(data.compile, data.number);
@@ -222,14 +233,20 @@ export class InPage implements Transport {
     }
   }
 
+  private take_scene(scene: SceneStarted): void {
+    this.running_crc = scene.crc;
+    if (scene.pick !== undefined && this.unkept.has(scene.pick)) scene.unsaved = true;
+    if (is_unknown(scene)) void this.look_for(scene);
+    this.listener.on_message({ ...scene, sought: is_unknown(scene) });
+  }
+
   private async compile(job: { file: string; text?: string }, number: number): Promise<void> {
     try {
-      const { path, text } = await this.gallery.open(job.file);
-      this.folder = path.slice(0, path.lastIndexOf('/'));
-      this.file = job.file;
-      const source = { ...this.gallery.describe(job.file), text: job.text ?? kept_text(job.file) ?? text };
-      this.compiling.push({ device: number, source });
-      this.to_compiler({ job: { file: path, text: source.text } });
+      const { path, text } = await this.open(job.file);
+      const source = { ...this.gallery.describe(job.file), file: job.file, text: job.text ?? kept_text(job.file) ?? text };
+      const { head, crc, image } = await this.compiled_of(path, source.text);
+      if (crc !== null) this.keep(crc, source);
+      if (number === this.devices) this.to_device({ deliver: { head, image } }, [image.buffer]); // otherwise that device is gone
     } catch (error) {
       if (number !== this.devices) return;
       const cause = error instanceof Error ? error.message : String(error);
@@ -238,13 +255,45 @@ export class InPage implements Transport {
       this.to_device({ deliver: { head, image: new Uint8Array() } });
     }
   }
-
-  private deliver({ head, crc, image }: CompileDone): void {
-    const { device, source } = this.compiling.shift()!;
-    if (crc !== null) this.keep(crc, source);
-    if (device === this.devices) this.to_device({ deliver: { head, image } }, [image.buffer]); // otherwise that device is gone
+  private compiled_of(path: string, text: string): Promise<CompileDone> {
+    return new Promise((done) => {
+      this.compiling.push(done);
+      this.to_compiler({ job: { file: path, text } });
+    });
   }
-  private keep(crc: number, source: LinkedScene): void {
+  private async open(file: string): Promise<{ path: string; text: string }> {
+    const opened = await this.gallery.open(file);
+    this.folder = opened.path.slice(0, opened.path.lastIndexOf('/'));
+    this.file = file;
+    return opened;
+  }
+
+  // A board runs a scene that this session has not uploaded.
+  private async look_for(scene: SceneStarted): Promise<void> {
+    const number = this.devices;
+    const learnt = await this.find(scene).catch(() => null);
+    if (number !== this.devices || this.running_crc !== scene.crc) return;
+    if (learnt !== null) this.to_device({ learn: learnt }, [learnt.image.buffer]);
+    else this.listener.on_message(scene);
+  }
+  // With the same image: one that was compiled here before, or one of the gallery. Null: there is none.
+  private async find({ name, crc }: SceneStarted): Promise<{ head: string; image: Uint8Array<ArrayBuffer> } | null> {
+    const known = this.sources.get(crc);
+    for (const file of known ? [known.file] : await this.gallery.titled(name)) {
+      const { path, text: original } = await this.open(file);
+      const text = kept_text(file) ?? original;
+      for (const compiled of new Set(known ? [known.text] : [text, original])) {
+        const { head, crc: found, image } = await this.compiled_of(path, compiled);
+        if (found !== crc) continue;
+        this.keep(crc, known ?? { ...this.gallery.describe(file), file, text: compiled });
+        const draft = compiled === text ? undefined : compiled;
+        return { head: JSON.stringify({ ...JSON.parse(head), file, text, draft }), image };
+      }
+    }
+    return null;
+  }
+
+  private keep(crc: number, source: Source): void {
     this.sources.delete(crc);
     this.sources.set(crc, source);
     for (const oldest of this.sources.keys())
@@ -280,6 +329,10 @@ export class InPage implements Transport {
 }
 
 export function open_transport(_query: string, listener: Listener): Transport {
-  if ('serviceWorker' in navigator) void navigator.serviceWorker.register(new URL('offline.js', document.baseURI)).catch(() => {}); // http: no
+  if ('serviceWorker' in navigator) setTimeout(keep_offline, kKeepOffline_ms);
   return new InPage(listener);
+}
+
+function keep_offline(): void {
+  navigator.serviceWorker.register(new URL('offline.js', document.baseURI)).catch(() => {}); // http: no
 }

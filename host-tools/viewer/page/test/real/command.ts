@@ -1,11 +1,12 @@
 // The built commands, as processes: `thimble view`, and `thimble-sim` where the controller is a process of its own. $THIMBLE names the
 // former, the latter lies beside it.
-import { type ChildProcess, execFileSync, spawn } from 'node:child_process';
+import { type ChildProcess, execFile, execFileSync, spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { existsSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { createInterface } from 'node:readline';
 import { fileURLToPath } from 'node:url';
+import { promisify } from 'node:util';
 
 export const kTop = join(dirname(fileURLToPath(import.meta.url)), '../../../../..');
 const kThimble = process.env.THIMBLE ?? join(kTop, 'build/release/bin/thimble');
@@ -77,3 +78,5 @@ export async function simulator(port = 0): Promise<Simulator> {
 export function thimble(...words: string[]): string {
   return execFileSync(kThimble, words, { encoding: 'utf8' });
 }
+// While this process has other things to do.
+export const thimble_beside = (...words: string[]): Promise<unknown> => promisify(execFile)(kThimble, words);

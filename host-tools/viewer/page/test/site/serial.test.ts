@@ -1,85 +1,33 @@
-// A board on a serial port of the browser, without hardware: Web Serial is replaced by a port whose bytes go to the pty of thimble-sim. Listed, uploaded to,
-// homed, armed, watched, stopped; unplugged and plugged in again.
+// A board on a serial port of the browser (board.ts): listed, uploaded to, homed, armed, watched, stopped; unplugged and plugged in again; and with a
+// scene of another host on it.
 import assert from 'node:assert/strict';
-import { constants, openSync } from 'node:fs';
-import type { AddressInfo } from 'node:net';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { ReadStream, WriteStream } from 'node:tty';
 
-import type { Browser, Page } from 'playwright-core';
-import { type WebSocket as Peer, WebSocketServer } from 'ws';
+import type { Page } from 'playwright-core';
 
-import { launch } from '../browser/browser';
-import { Command } from '../real/command';
-import { serve_site } from './serve';
+import { violations } from '../browser/page_checks';
+import { scene_file, thimble_beside } from '../real/command';
+import { Board } from './board';
+import { site_in_chromium } from './chromium';
 
 const kTimeout_ms = 60_000;
 
-let browser: Browser;
-let site: Awaited<ReturnType<typeof serve_site>>;
-let simulator: Command;
-let bridge: WebSocketServer;
-const plugged = new Set<() => void>();
-
+const site = site_in_chromium();
+let board: Board;
 before(async () => {
-  site = await serve_site();
-  browser = await launch();
-  let lines: string[];
-  [simulator, lines] = await Command.start('thimble-sim', ['--name', `site-${process.pid}`], (line) => line === 'ready');
-  const pty = /slcan:([^\s,]+)/.exec(lines.join())?.[1] as string;
-  bridge = new WebSocketServer({ port: 0, host: '127.0.0.1' });
-  bridge.on('connection', (web: Peer) => {
-    const open = (): number => openSync(pty, constants.O_RDWR | constants.O_NOCTTY);
-    const [from, to] = [new ReadStream(open()), new WriteStream(open())];
-    web.on('message', (bytes: Buffer) => to.write(bytes));
-    from.on('data', (bytes) => web.send(bytes));
-    const unplug = (): void => web.close();
-    plugged.add(unplug);
-    web.on('close', () => (plugged.delete(unplug), from.destroy(), to.destroy()));
-    from.on('error', () => web.close());
-    to.on('error', () => web.close());
-  });
+  board = await Board.start();
 });
-after(async () => {
-  await browser.close();
-  site.server.close();
-  bridge.close();
-  for (const client of bridge.clients) client.terminate();
-  await simulator.stop();
-});
+after(() => board.stop());
 
-// Runs in the page before it: a port over a WebSocket.
-function replace_serial(address: string): void {
-  const port = {
-    readable: null as ReadableStream<Uint8Array> | null,
-    writable: null as WritableStream<Uint8Array> | null,
-    async open(): Promise<void> {
-      if (this.readable !== null) throw new DOMException('The port is already open.', 'InvalidStateError');
-      const socket = new WebSocket(address);
-      socket.binaryType = 'arraybuffer';
-      await new Promise((opened, failed) => {
-        socket.onopen = opened;
-        socket.onerror = failed;
-      });
-      this.readable = new ReadableStream({
-        start(controller) {
-          socket.onmessage = ({ data }) => controller.enqueue(new Uint8Array(data as ArrayBuffer));
-          socket.onclose = () => controller.error(new DOMException('The device has been lost.', 'NetworkError'));
-        },
-        cancel: () => socket.close(),
-      });
-      this.writable = new WritableStream({ write: (bytes) => socket.send(bytes as Uint8Array<ArrayBuffer>) });
-    },
-    async close(): Promise<void> {
-      if (this.readable?.locked || this.writable?.locked) throw new TypeError('The port is in use.');
-      this.readable = this.writable = null;
-    },
-  };
-  const requestPort = async (): Promise<object> => {
-    if ('cancels' in globalThis) throw new DOMException('No port selected by the user.', 'NotFoundError');
-    return port;
-  };
-  Object.defineProperty(navigator, 'serial', { value: Object.assign(new EventTarget(), { requestPort }) });
+async function open_page(): Promise<Page> {
+  const page = await site.browser.newPage();
+  await board.put_into(page);
+  await page.goto(site.address);
+  await shows(page, 'mode', 'armed'); // the device in the page
+  return page;
 }
 
 const text = (page: Page, name: string): Promise<string> => page.getByTestId(name).innerText();
@@ -89,11 +37,7 @@ const shows = (page: Page, name: string, wanted: string): Promise<unknown> =>
   });
 
 test('a board on USB with no host software', { timeout: 4 * kTimeout_ms }, async () => {
-  const page = await browser.newPage();
-  await page.addInitScript('globalThis.__name = (it) => it'); // of what tsx makes of a function
-  await page.addInitScript(replace_serial, `ws://127.0.0.1:${(bridge.address() as AddressInfo).port}`);
-  await page.goto(site.address);
-  await shows(page, 'mode', 'armed'); // the device in the page
+  const page = await open_page();
   await page.getByTestId('board').click();
   await shows(page, 'mode', 'disarmed');
   assert.ok((await page.locator('#device').innerText()).includes('serial port'));
@@ -109,7 +53,7 @@ test('a board on USB with no host software', { timeout: 4 * kTimeout_ms }, async
   await page.getByTestId('stop').click();
   await shows(page, 'mode', 'faulted');
 
-  for (const unplug of plugged) unplug();
+  board.unplug();
   await shows(page, 'link', 'controller lost');
   await shows(page, 'link', 'live'); // the fake is plugged in again at once
   await page.getByTestId('clear').click();
@@ -126,3 +70,73 @@ test('a board on USB with no host software', { timeout: 4 * kTimeout_ms }, async
   await shows(page, 'mode', 'ready');
   await page.close();
 });
+
+const shows_part = (page: Page, name: string, part: string): Promise<unknown> =>
+  page.waitForFunction(([id, it]) => document.querySelector(`[data-testid=${id}]`)?.textContent?.includes(it), [name, part], {
+    timeout: kTimeout_ms,
+  });
+const draws = (page: Page, objects: string | null): Promise<unknown> =>
+  page.waitForFunction((it) => document.querySelector('[data-testid=view]')?.getAttribute('data-objects') === it, objects, {
+    timeout: kTimeout_ms,
+  });
+
+test(
+  'a scene of the gallery that the board runs already is drawn; of another one the page says that it is not known',
+  { timeout: 5 * kTimeout_ms },
+  async () => {
+    const folder = mkdtempSync(join(tmpdir(), 'thimble-serial-'));
+    const upload = (scene: string): Promise<unknown> => thimble_beside('upload', scene, '--device', board.tcp);
+    const foreign = (name: string): Promise<unknown> => {
+      const file = join(folder, `${name}.scene.json`);
+      const floor = {
+        name: 'floor',
+        shape: { plane: { normal: [0, 0, 1], offset_m: -0.031 } },
+        material: { stiffness_N_m: 432, damping_N_s_m: 1 },
+      };
+      writeFileSync(file, JSON.stringify({ thimble_scene: 1, name, objects: [floor] }));
+      return upload(file);
+    };
+    try {
+      await upload(scene_file('ring')); // it names a file
+      const page = await open_page();
+      const errors: string[] = [];
+      page.on('pageerror', (error) => errors.push(String(error)));
+      await page.getByTestId('board').click();
+      await shows(page, 'scene', 'ring on a table');
+      await draws(page, '2');
+      assert.equal(await page.getByTestId('scene-picker').inputValue(), 'ring');
+      assert.equal(await page.getByTestId('alerts').innerText(), '');
+      assert.ok(await page.getByTestId('edit').isEnabled());
+      await page.getByTestId('share-link').click();
+      await page.waitForFunction(() =>
+        (document.querySelector('[data-testid=share-address]') as HTMLInputElement).value.includes('#scene='),
+      );
+
+      // One that another host gives it meanwhile, and one that has only the name of a scene here.
+      for (const name of ['elsewhere', 'walls']) {
+        await foreign(name);
+        await shows(page, 'scene', name);
+        await shows_part(page, 'alerts', `the device runs "${name}", a scene that is not known here`);
+        await draws(page, null);
+        assert.equal(await page.getByTestId('alert').count(), 1);
+        assert.equal(await page.getByTestId('scene-picker').inputValue(), '');
+        assert.ok(await page.getByTestId('edit').isDisabled());
+        assert.equal(await text(page, 'link'), 'live');
+        const tick = await page.getByTestId('view').getAttribute('data-tick');
+        await page.waitForFunction((it) => document.querySelector<HTMLElement>('[data-testid=view]')?.dataset.tick !== it, tick);
+      }
+      assert.deepEqual(await violations(page), []);
+      await page.getByTestId('record').click();
+      await shows_part(page, 'alerts', 'a recording contains its scene');
+
+      await page.getByTestId('scene-picker').selectOption('walls');
+      await page.getByTestId('load').click();
+      await draws(page, '5');
+      assert.ok(!(await page.getByTestId('alerts').innerText()).includes('scene-unknown'));
+      assert.deepEqual(errors, []);
+      await page.close();
+    } finally {
+      rmSync(folder, { recursive: true });
+    }
+  },
+);
