@@ -3,8 +3,10 @@ import type { RecordingState } from './protocol';
 import type { Replayed } from './transport';
 
 // docs/recording.md has all of them.
+const kMost_bytes = 64 * 2 ** 20; // host-tools/viewer/session_recording.cpp
+const kLost = ['link-lost', 'no-answer', 'port-closed', 'bus-off', 'interface-down'];
 const kEnds: Record<string, string> = {
-  stopped: 'as asked for',
+  stopped: 'another page or host has ended it',
   taken_over: 'another host records now',
   parameter_written: 'a parameter was written',
   scene_changed: 'another scene or material runs',
@@ -17,10 +19,19 @@ const kEnds: Record<string, string> = {
   host_silent: 'this page was silent for too long',
 };
 
-export function recorded_words({ ticks, missing, dropped = 0, end = 'stopped', fault }: RecordingState): string {
+// asked: the user of this page has ended it.
+export function recorded_words(state: RecordingState, asked: boolean): string {
+  const { ticks, missing, dropped = 0 } = state;
   const lost = missing === 0 ? 'none lost' : `${missing} lost, ${dropped} of them in the device`;
-  const why = fault === undefined ? (kEnds[end] ?? `the error ${end}`) : `the fault ${fault}`;
-  return `${ticks} ticks, ${lost}. It has ended: ${why}.`;
+  return `${ticks} ticks, ${lost}. It has ended: ${end_words(state, asked)}.`;
+}
+
+export function end_words({ end = 'stopped', fault, bytes = 0 }: RecordingState, asked: boolean): string {
+  if (fault !== undefined) return `the fault ${fault}`;
+  if (end === 'stopped' && asked) return 'as asked for';
+  if (end === 'stopped' && bytes > kMost_bytes) return 'it is as large as a page may make it';
+  if (kLost.includes(end)) return `the link to the device was lost (${end})`;
+  return kEnds[end] ?? `the error ${end}`;
 }
 
 export function replayed_words(it: Replayed): string {

@@ -3,7 +3,7 @@ import type { Alerts } from './alerts';
 import { download } from './curve_table';
 import { element, set_text } from './dom';
 import type { PageMessage, RecordingState } from './protocol';
-import { minutes, recorded_words, recording_file_name, replayed_words } from './recording_words';
+import { end_words, minutes, recorded_words, recording_file_name, replayed_words } from './recording_words';
 import type { Replayer, Transport } from './transport';
 
 const kSilent_ms = 2000; // a device that records says so twice a second
@@ -19,6 +19,7 @@ export class Recordings {
   private readonly replay_last = element<HTMLButtonElement>('replay-last');
   private readonly save_log = element<HTMLButtonElement>('replay-log');
   private on = false;
+  private asked = false; // to end it
   private last: RecordingFile | null = null;
   private replayed: RecordingFile | null = null;
   private recorded_scene = 'scene';
@@ -30,7 +31,10 @@ export class Recordings {
     send: (message: PageMessage) => boolean,
     private readonly alerts: Alerts,
   ) {
-    this.record.addEventListener('click', () => send({ type: 'record', on: !this.on }));
+    this.record.addEventListener('click', () => {
+      this.asked = this.on;
+      send({ type: 'record', on: !this.on });
+    });
     this.save.addEventListener('click', () => this.last && download(new Blob([this.last.bytes]), this.last.name));
     const { replay } = transport;
     if (replay) this.offer_replay(replay);
@@ -42,11 +46,21 @@ export class Recordings {
 
   take(state: RecordingState): void {
     if (state.on && !this.on) {
+      this.asked = false;
       this.recorded_scene = this.scene;
       set_text(element('record-said'), 'It records. Homing and arming are part of it; press Record again to end it.');
     }
     this.show(state.on ? state.seconds : null);
-    if (!state.on) void this.fetch(state);
+    if (state.on) return;
+    this.tell_end(state);
+    void this.fetch();
+  }
+
+  private tell_end(state: RecordingState): void {
+    set_text(element('record-said'), recorded_words(state, this.asked));
+    if ((state.end ?? 'stopped') === 'stopped') return;
+    const cause = `the recording has ended after ${minutes(state.seconds)}: ${end_words(state, this.asked)}`;
+    this.alerts.say({ level: 'error', name: 'recording-ended', cause, remedy: 'save what was recorded up to there' });
   }
 
   // seconds: null: nothing is recorded.
@@ -55,11 +69,15 @@ export class Recordings {
     this.record.setAttribute('aria-pressed', String(this.on));
     set_text(element('recording-mark'), seconds === null ? '' : `Recording ${minutes(seconds)}`);
     clearTimeout(this.silence);
-    if (this.on) this.silence = setTimeout(() => this.show(null), kSilent_ms);
+    if (this.on) this.silence = setTimeout(() => this.lose(), kSilent_ms);
+  }
+  // Whoever records does not say so any more. It may go on, and is heard of again then.
+  private lose(): void {
+    this.show(null);
+    set_text(element('record-said'), 'Nothing is heard of the recording any more. It is lost unless the link comes back.');
   }
 
-  private async fetch(state: RecordingState): Promise<void> {
-    set_text(element('record-said'), recorded_words(state));
+  private async fetch(): Promise<void> {
     try {
       const bytes = await this.transport.recording();
       this.last = { name: recording_file_name(this.recorded_scene, new Date()), bytes };

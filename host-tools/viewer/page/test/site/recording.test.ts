@@ -125,7 +125,7 @@ for (const [reason, mode, cause] of kEnds)
     const state = bench.recordings.at(-1)!;
     assert.deepEqual([state.end, said.end, said.exact, said.ticks], [reason, reason, true, state.ticks]);
     assert.equal(state.fault, reason === 'fault' ? 'host_stop' : undefined);
-    assert.match(recorded_words(state), /^\d+ ticks, none lost\. It has ended: /);
+    assert.match(recorded_words(state, false), /^\d+ ticks, none lost\. It has ended: /);
     bench.post({ type: 'record', on: false }); // too late, and no error
     bench.run(0.1);
     assert.equal(bench.recordings.filter(({ on }) => !on).length, 1);

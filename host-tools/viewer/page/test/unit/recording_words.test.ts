@@ -21,10 +21,13 @@ const replayed: Replayed = {
 };
 
 test('a recording tells its ticks, what is lost, and why it has ended', () => {
-  assert.equal(recorded_words(recorded), '12006 ticks, none lost. It has ended: as asked for.');
+  assert.equal(recorded_words(recorded, true), '12006 ticks, none lost. It has ended: as asked for.');
+  assert.match(recorded_words(recorded, false), /another page or host has ended it/);
+  assert.match(recorded_words({ ...recorded, bytes: 64 * 2 ** 20 + 1 }, false), /as large as a page may make it/);
   const lost = { ...recorded, missing: 5, dropped: 2, end: 'fault', fault: 'host_stop' };
-  assert.equal(recorded_words(lost), '12006 ticks, 5 lost, 2 of them in the device. It has ended: the fault host_stop.');
-  assert.match(recorded_words({ ...recorded, end: 'link-lost' }), /the error link-lost/);
+  assert.equal(recorded_words(lost, false), '12006 ticks, 5 lost, 2 of them in the device. It has ended: the fault host_stop.');
+  assert.match(recorded_words({ ...recorded, end: 'port-closed' }, true), /the link to the device was lost \(port-closed\)/);
+  assert.match(recorded_words({ ...recorded, end: 'new-error' }, false), /the error new-error/);
 });
 
 test('each end that docs/recording.md names has words', () => {
@@ -34,7 +37,8 @@ test('each end that docs/recording.md names has words', () => {
     [...cell.matchAll(/[a-z_]+/g)].map(([name]) => name),
   );
   assert.ok(names.length >= 11, names.join());
-  for (const end of names.filter((name) => name !== 'fault')) assert.ok(!recorded_words({ ...recorded, end }).includes('the error'), end);
+  for (const end of names.filter((name) => name !== 'fault'))
+    assert.ok(!recorded_words({ ...recorded, end }, true).includes('the error'), end);
 });
 
 test('a replay tells how far it is exact', () => {
