@@ -99,6 +99,7 @@ test('the ghost shows the task, the user does it, and that is remembered', { tim
   await shows(page, 'scene', 'blocks');
   await shows(page, 'mode', 'armed');
   await page.getByTestId('force-1').waitFor();
+  assert.deepEqual(await moved(page), [], 'by the scene of two arms');
   await page.getByTestId('show-me').click();
   await led_by_the_ghost(page, 'force-1');
   const view = (await page.getByTestId('view').boundingBox())!;

@@ -12,6 +12,7 @@ import type { Download, Page } from 'playwright-core';
 import { moved, violations } from '../browser/page_checks';
 import { scene_fragment } from '../../src/scene_link';
 import { site_in_chromium } from './chromium';
+import { bumpy_ball, kFormats } from './mesh_files';
 import { kThimble } from './modules';
 
 const kTimeout_ms = 60_000;
@@ -80,6 +81,43 @@ test('a link opens its scene, which is felt; another link replaces it; a bad one
   assert.deepEqual(errors, []);
   await context.close();
 });
+
+test(
+  'a link to a scene with files of the user is refused with their names, until it names them no more',
+  { timeout: 4 * kTimeout_ms },
+  async () => {
+    const page = await site.browser.newPage({ viewport: { width: 1280, height: 900 }, deviceScaleFactor: 0.5 });
+    const errors: string[] = [];
+    page.on('pageerror', (error) => errors.push(String(error)));
+    await page.goto(site.address + (await scene_fragment({ name: 'ring', folder: 'ring', text: scene('Mine', mesh('ring.obj')) })));
+    await shows(page, 'scene', 'Mine');
+    await page.getByTestId('edit').click();
+    const ball = (name: string) => ({ name, mimeType: 'model/obj', buffer: kFormats['ball.obj'].bytes(bumpy_ball(6)) });
+    // A file of the gallery stays what it is.
+    await page.getByTestId('editor-file').setInputFiles([ball('ring.obj')]);
+    await shows(page, 'alerts', 'ring.obj is another file, of the gallery');
+    await page.getByTestId('dismiss').click();
+    await page.getByTestId('editor-file').setInputFiles([ball('my_ball.obj')]);
+    await page.waitForFunction(() => document.querySelector('[data-testid=view]')?.getAttribute('data-objects') === '2', null, {
+      timeout: kTimeout_ms,
+    });
+    await page.getByTestId('share-link').click();
+    await shows(page, 'share-said', 'No link: the scene names my_ball.obj, and a link carries no files.');
+    await shows(page, 'alerts', 'send the scene with its files, or use those of the gallery');
+    assert.equal(await page.getByTestId('share-address').inputValue(), '');
+    assert.deepEqual(await violations(page), []);
+
+    await page.getByTestId('editor-objects').selectOption({ index: 1 });
+    await page.getByTestId('editor-objects').press('Delete');
+    await page.waitForFunction(() => document.querySelector('[data-testid=view]')?.getAttribute('data-objects') === '1', null, {
+      timeout: kTimeout_ms,
+    });
+    await page.getByTestId('share-link').click();
+    await page.waitForFunction(() => (document.querySelector('[data-testid=share-address]') as HTMLInputElement).value.includes('#scene='));
+    assert.deepEqual(errors, []);
+    await page.close();
+  },
+);
 
 test('a recording is made, saved and replayed, with the log of the desk', { timeout: 4 * kTimeout_ms }, async () => {
   const page = await site.browser.newPage({ viewport: { width: 1280, height: 800 } });
