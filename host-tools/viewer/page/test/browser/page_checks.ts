@@ -9,14 +9,21 @@ export async function violations(page: Page): Promise<string[]> {
 }
 
 // What has moved by itself since the page was loaded, but for the list of banners, which grows upwards, and digits on the right.
-export const moved = (page: Page): Promise<string[]> =>
-  page.evaluate(`new Promise((done) => {
-    const all = [];
+export async function moved(page: Page): Promise<string[]> {
+  const read = await moves(page);
+  return read();
+}
+
+// The same, and further on: what is told when it moves has its name also if it is gone later.
+export async function moves(page: Page): Promise<() => Promise<string[]>> {
+  await page.evaluate(`{
+    const all = (globalThis.moved = []);
     const name = ({ node }) => (node ? (node.id || node.className || node.nodeName) : 'gone');
     const seen = new PerformanceObserver((list) => {
       for (const shift of list.getEntries())
         all.push(...shift.sources.filter(({ node }) => node?.nodeType !== Node.TEXT_NODE && !node?.closest?.('#alerts')).map((it) => name(it) + ' by ' + shift.value.toFixed(4)));
     });
     seen.observe({ type: 'layout-shift', buffered: true });
-    setTimeout(() => done(all), 300);
-  })`);
+  }`);
+  return () => page.evaluate('new Promise((done) => setTimeout(() => done(globalThis.moved), 300))');
+}

@@ -4,7 +4,7 @@ import { after, test } from 'node:test';
 
 import type { BrowserContextOptions, Page } from 'playwright-core';
 
-import { moved, violations } from '../browser/page_checks';
+import { moved, moves, violations } from '../browser/page_checks';
 import { site_in_chromium } from './chromium';
 
 const kTimeout_ms = 60_000;
@@ -95,11 +95,12 @@ test('the ghost shows the task, the user does it, and that is remembered', { tim
   }
 
   // Two fingers: another device, with two arms.
+  const moved_by_two = await moves(page);
   await page.locator('#gallery [data-scene=blocks]').click();
   await shows(page, 'scene', 'blocks');
   await shows(page, 'mode', 'armed');
   await page.getByTestId('force-1').waitFor();
-  assert.deepEqual(await moved(page), [], 'by the scene of two arms');
+  assert.deepEqual(await moved_by_two(), [], 'by the scene of two arms');
   await page.getByTestId('show-me').click();
   await led_by_the_ghost(page, 'force-1');
   const view = (await page.getByTestId('view').boundingBox())!;
