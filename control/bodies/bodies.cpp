@@ -99,7 +99,7 @@ void Bodies::apply_materials(const SceneView& scene) noexcept {
   }
 }
 
-// As the scene says.
+// Sets a body to the pose and velocity at which the scene starts it.
 void Bodies::start(std::size_t i, const scene::Body& body, const Vec3& position_m) noexcept {
   const BodyModel& model = models_[i];
   BodyState state;
@@ -141,30 +141,49 @@ void Bodies::start(std::size_t i, const scene::Body& body, const Vec3& position_
   angular_momentum_[i] = angular_momentum;
 }
 
-// Of bytes, so that an array of them begins without a value.
+// Kept as bytes: an array of them has no values to begin with, which would take time in every swap.
 struct Bodies::Last {
   template <class T>
   struct Bytes {
     alignas(T) std::array<std::byte, sizeof(T)> bytes;
   };
+  bool goes_on;  // as a body of the new scene
   scene::Motion motion;
   Bytes<BodyStart> start;
   Bytes<BodyState> state;
   Bytes<Centre> centre;
-  Bytes<Vec3> angular_momentum;
   Bytes<ControlElementState> control;
 };
+
+// Goes on from where a body of the last scene is, unless the new stops are short of that.
+void Bodies::go_on_from(std::size_t i, const Last& last, std::uint8_t in_image,
+                        PlacedObject& object) noexcept {
+  const BodyModel& model = models_[i];
+  ControlElementState control;
+  copy(control, last.control);
+  if (control.q < model.control.low || control.q > model.control.high) return;
+  control.on = control.on && model.control.has_switch;
+  controls_[i] = control;
+  BodyState& state = states_[i];
+  copy(state, last.state);
+  state.object = in_image;
+  state.on = control.on;
+  copy(centres_[i], last.centre);
+  if (model.motion == scene::Motion::Free)
+    angular_momentum_[i] = to_momentum(model, state.rotation, state.spin_rad_s);
+  place(i, object);
+}
 
 void Bodies::bind(const SceneView& scene, Binding binding, World& world) noexcept {
   std::array<Last, kMaxBodies> last;
   auto last_end = last.begin();
   for (std::size_t i = 0; binding == Binding::kKeepPlaces && i < count_; ++i) {
     Last& body = *last_end++;
+    body.goes_on = false;
     body.motion = models_[i].motion;
     copy(body.start, static_cast<const BodyStart&>(models_[i]));
     copy(body.state, states_[i]);
     copy(body.centre, centres_[i]);
-    copy(body.angular_momentum, angular_momentum_[i]);
     copy(body.control, controls_[i]);
   }
   count_ = 0;
@@ -199,15 +218,12 @@ void Bodies::bind(const SceneView& scene, Binding binding, World& world) noexcep
       world.objects[in_world].plain = world.objects[in_world].rolls = false;
       const auto same = std::find_if(last.begin(), last_end, [&](const Last& one) {
         const BodyStart& at_start = model;
-        return one.motion == model.motion && std::memcmp(&one.start, &at_start, sizeof at_start) == 0;
+        return !one.goes_on && one.motion == model.motion &&
+               std::memcmp(&one.start, &at_start, sizeof at_start) == 0;
       });
       if (same != last_end) {
-        copy(states_[count_], same->state);
-        states_[count_].object = in_image;
-        copy(centres_[count_], same->centre);
-        copy(angular_momentum_[count_], same->angular_momentum);
-        copy(controls_[count_], same->control);
-        place(count_, world.objects[in_world]);
+        same->goes_on = true;
+        go_on_from(count_, *same, in_image, world.objects[in_world]);
       }
       ++count_;
     }

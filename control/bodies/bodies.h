@@ -55,13 +55,15 @@ using BodySet = std::uint16_t;  // bit i: body i
 static_assert(kMaxBodies <= 16);
 [[nodiscard]] constexpr BodySet of_body(std::size_t i) noexcept { return static_cast<BodySet>(1U << i); }
 
-// Where a body is at the start, and along or about what it moves. No padding.
+// Where a body is at the start, and along or about what it moves.
 struct BodyStart {
   Vec3 axis = Vec3::UnitZ();
   Vec3 pivot_m = Vec3::Zero();
   Vec3 start_m = Vec3::Zero();  // of the centre of mass
   Eigen::Quaternionf start_rotation = Eigen::Quaternionf::Identity();
 };
+
+static_assert(sizeof(BodyStart) == 13 * sizeof(float));  // no padding: two are compared byte by byte
 
 // The constant values of a body, from the scene.
 struct BodyModel : BodyStart {
@@ -90,7 +92,7 @@ class Bodies {
   [[gnu::cold]] Bodies() noexcept;
 
   // Sets the scene's bodies to their start; with Binding::kKeepPlaces one that starts as a body of the last scene did goes on from where
-  // that is. The world is bound already; each of its objects gets the index of its body.
+  // that is, if the new stops let it. The world is bound already; each of its objects gets the index of its body.
   [[gnu::cold]] void bind(const SceneView& scene, Binding binding, World& world) noexcept;
   // Binding::kKeepState: poses and velocities stay.
   [[gnu::cold]] void apply_materials(const SceneView& scene) noexcept;
@@ -169,6 +171,8 @@ class Bodies {
     load.force_N += force_N;
     load.torque_N_m += (point_m - centres_[body].position_m).cross(force_N);
   }
+  [[gnu::cold]] void go_on_from(std::size_t i, const Last& last, std::uint8_t in_image,
+                                PlacedObject& object) noexcept;
   [[gnu::cold]] void start(std::size_t i, const scene::Body& body, const Vec3& position_m) noexcept;
   [[nodiscard]] bool begin(const World& world, float period_s, Work& work) noexcept;
   void begin_anew() noexcept;

@@ -238,5 +238,47 @@ TEST(SceneEdits, OfAMovingObjectPutItThere) {
   EXPECT_EQ(finger.renderer.bodies()[4].position_m, Vec3(0.2F, 0.2F, 0.6F));
 }
 
+// Two that turn about one place, as a ring about a knob, and a third that spins: each goes on as itself, in its new mass and behind its new stop.
+TEST(SceneEdits, OfAMovingObjectLeaveItsMotion) {
+  const auto scene = [](double ring_kg, double block_kg, double stop_deg, bool with_switch) {
+    const std::string dial =
+        R"("material": "rough", "shape": {"box": {"size_m": [0.02, 0.01, 0.01]}}, "pose": {"position_m": [0, 0, 0]},
+      "body": {"motion": "turn", "axis": [0, 0, 1], "spin_rad_s": [0, 0, )";
+    const std::string text =
+        R"({"thimble_scene": 1, "name": "dials", "materials": {"rough": {"stiffness_N_m": 700}}, "objects": [
+      {"name": "knob", )" +
+        dial + R"(0], "mass_kg": 0.05}},
+      {"name": "ring", )" +
+        dial + "5], \"mass_kg\": " + std::to_string(ring_kg) + R"(, "control": {"high_deg": )" +
+        std::to_string(stop_deg) + (with_switch ? R"(, "switch": {"on_at_deg": 10, "off_at_deg": 5})" : "") +
+        R"(}}},
+      {"name": "block", "material": "rough", "shape": {"box": {"size_m": [0.01, 0.02, 0.03]}}, "pose": {"position_m": [0.2, 0, 0]},
+       "body": {"motion": "free", "spin_rad_s": [0, 0, 4], "mass_kg": )" +
+        std::to_string(block_kg) + "}}]}";
+    return SceneImage(host::compile_scene_text(text, "dials.scene.json", ".").image);
+  };
+  const SceneImage before = scene(0.05, 0.1, 170, true);
+  Press finger(before);
+  for (int i = 0; i < 400; ++i) finger.tick({0, 0, 0.1});
+  const std::array<control::BodyState, 3> was = {finger.renderer.bodies()[0], finger.renderer.bodies()[1],
+                                                 finger.renderer.bodies()[2]};
+  ASSERT_GT(std::abs(was[1].q - was[0].q), 0.05F);
+  ASSERT_GT(was[1].q, 0.2F);
+  ASSERT_TRUE(was[1].on);
+  const SceneImage after = scene(0.2, 0.001, 90, false);
+  finger.renderer.bind(after.view(), Binding::kKeepPlaces);
+  for (std::size_t body = 0; body < was.size(); ++body) {
+    EXPECT_EQ(finger.renderer.bodies()[body].q, was[body].q) << body;
+    EXPECT_EQ(finger.renderer.bodies()[body].spin_rad_s, was[body].spin_rad_s) << body;
+  }
+  finger.tick({0, 0, 0.1});
+  EXPECT_FALSE(finger.renderer.bodies()[1].on) << "it has no switch any more";
+  EXPECT_NEAR(finger.renderer.bodies()[2].spin_rad_s.z(), was[2].spin_rad_s.z(), 0.01F)
+      << "a hundredth of the mass";
+  const SceneImage stopped = scene(0.2, 0.001, 10, false);
+  finger.renderer.bind(stopped.view(), Binding::kKeepPlaces);
+  EXPECT_EQ(finger.renderer.bodies()[1].q, 0.0F) << "the stop is before where it was";
+}
+
 }  // namespace
 }  // namespace thimble::test
