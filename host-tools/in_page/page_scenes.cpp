@@ -38,7 +38,6 @@ bool has_text(SceneJob::Kind kind) {
 }  // namespace
 
 std::optional<OpenScene> PageScenes::with_crc(const std::string& name, std::uint32_t crc) {
-  knows_more_ = false;
   const auto found = opened_.find(crc);
   if (found == opened_.end() || found->second.name != name) return std::nullopt;
   return found->second;

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 
 #include "host-tools/viewer/scenes.h"
 
@@ -14,7 +15,7 @@ class PageScenes final : public Scenes {
     return name + std::string(kSceneSuffix);
   }
   [[nodiscard]] std::optional<OpenScene> with_crc(const std::string& name, std::uint32_t crc) override;
-  [[nodiscard]] bool knows_more() override { return knows_more_; }
+  [[nodiscard]] bool knows_more() override { return std::exchange(knows_more_, false); }
   void begin(SceneJob job) override;
   [[nodiscard]] bool is_done() override { return result_.has_value(); }
   [[nodiscard]] OpenScene take() override;

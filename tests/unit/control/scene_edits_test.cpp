@@ -262,7 +262,7 @@ TEST(SceneEdits, OfAMovingObjectLeaveItsMotion) {
   for (int i = 0; i < 400; ++i) finger.tick({0, 0, 0.1});
   const std::array<control::BodyState, 3> was = {finger.renderer.bodies()[0], finger.renderer.bodies()[1],
                                                  finger.renderer.bodies()[2]};
-  ASSERT_GT(std::abs(was[1].q - was[0].q), 0.05F);
+  ASSERT_GT(std::abs(was[1].q - was[0].q), 0.01F);
   ASSERT_GT(was[1].q, 0.2F);
   ASSERT_TRUE(was[1].on);
   const SceneImage after = scene(0.2, 0.001, 90, false);

@@ -26,10 +26,15 @@ export function recorded_words(state: RecordingState, asked: boolean): string {
   return `${ticks} ticks, ${lost}. It has ended: ${end_words(state, asked)}.`;
 }
 
+const is_full = ({ bytes = 0 }: Pick<RecordingState, 'bytes'>): boolean => bytes > kMost_bytes;
+// Whether it ended by itself: neither this page nor another host has stopped it.
+export const ended_by_itself = (state: RecordingState, asked: boolean): boolean =>
+  (state.end ?? 'stopped') !== 'stopped' || (!asked && is_full(state));
+
 export function end_words({ end = 'stopped', fault, bytes = 0 }: RecordingState, asked: boolean): string {
   if (fault !== undefined) return `the fault ${fault}`;
   if (end === 'stopped' && asked) return 'as asked for';
-  if (end === 'stopped' && bytes > kMost_bytes) return 'it is as large as a page may make it';
+  if (end === 'stopped' && is_full({ bytes })) return 'it is as large as a page may make it';
   if (kLost.includes(end)) return `the link to the device was lost (${end})`;
   return kEnds[end] ?? `the error ${end}`;
 }

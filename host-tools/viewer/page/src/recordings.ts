@@ -3,7 +3,7 @@ import type { Alerts } from './alerts';
 import { download } from './curve_table';
 import { element, set_text } from './dom';
 import type { PageMessage, RecordingState } from './protocol';
-import { end_words, minutes, recorded_words, recording_file_name, replayed_words } from './recording_words';
+import { end_words, ended_by_itself, minutes, recorded_words, recording_file_name, replayed_words } from './recording_words';
 import type { Replayer, Transport } from './transport';
 
 const kSilent_ms = 2000; // a device that records says so twice a second
@@ -58,7 +58,7 @@ export class Recordings {
 
   private tell_end(state: RecordingState): void {
     set_text(element('record-said'), recorded_words(state, this.asked));
-    if ((state.end ?? 'stopped') === 'stopped') return;
+    if (!ended_by_itself(state, this.asked)) return;
     const cause = `the recording has ended after ${minutes(state.seconds)}: ${end_words(state, this.asked)}`;
     this.alerts.say({ level: 'error', name: 'recording-ended', cause, remedy: 'save what was recorded up to there' });
   }

@@ -21,7 +21,7 @@ export type FromDevice =
   | { recording: Uint8Array<ArrayBuffer> }
   | { compile: { file: string; text?: string }; number: number }
   | { save: { file: string; text: string } }
-  | { port_out: Uint8Array<ArrayBuffer> }
+  | { port_out: Uint8Array<ArrayBuffer>; number: number }
   | { load: Load }
   | { failed: string };
 
@@ -31,6 +31,7 @@ const kLoadEvery_ms = 1000;
 
 let device: Device | null = null;
 let running: DeviceOptions = {};
+let running_number = 0;
 let sound: MessagePort | null = null;
 let timer: ReturnType<typeof setInterval> | undefined;
 let hidden_since_ms: number | null = null;
@@ -68,7 +69,7 @@ function send_forces(): void {
 
 function send_port(): void {
   const bytes = device?.port_out();
-  if (bytes && bytes.length > 0) tell({ port_out: bytes }, [bytes.buffer]);
+  if (bytes && bytes.length > 0) tell({ port_out: bytes, number: running_number }, [bytes.buffer]);
 }
 
 function count(begin_ms: number): void {
@@ -98,6 +99,7 @@ function begin({ compiled, options, number }: Begin['begin']): void {
     now_ms,
   );
   running = options;
+  running_number = number;
   device.listen(sound !== null);
   Object.assign(load, { since_ms: performance.now(), busy_ms: 0, ticks: 0 });
   timer = setInterval(round, kPeriod_ms);

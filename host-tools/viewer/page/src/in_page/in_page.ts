@@ -170,6 +170,7 @@ export class InPage implements Transport {
     if (this.compiled === null) throw new Error('the page has not loaded yet');
     this.arms = options.arms ?? 1;
     ++this.devices;
+    this.early = [];
     this.to_device({ begin: { compiled: this.compiled, options, number: this.devices } });
     this.to_device({ pause: document.hidden });
   }
@@ -179,6 +180,7 @@ export class InPage implements Transport {
     if (this.records) throw new Error('the device in the page is being recorded');
     const port = await choose_port();
     await this.board?.close();
+    if (this.board !== null) this.to_device({ port_open: false }); // should the other one not open
     this.board = null;
     let begun = false;
     const board = await SerialBoard.begin(
@@ -214,7 +216,7 @@ export class InPage implements Transport {
     else if ('recording' in data) this.last_recording = data.recording;
     else if ('compile' in data) void this.compile(data.compile, data.number);
     else if ('save' in data) this.keep_text(data.save);
-    else if ('port_out' in data) this.port_out(data.port_out);
+    else if ('port_out' in data) this.port_out(data.port_out, data.number);
     else if ('load' in data) {
       document.documentElement.dataset.load = JSON.stringify(data.load);
       this.listener.on_load?.(data.load);
@@ -301,7 +303,8 @@ export class InPage implements Transport {
   }
 
   // What the session says before the port's promise is kept is for the port too.
-  private port_out(bytes: Uint8Array): void {
+  private port_out(bytes: Uint8Array, number: number): void {
+    if (number !== this.devices) return; // of a device that is gone
     if (this.board !== null) this.board.write(bytes);
     else this.early.push(bytes);
   }

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 
-import { minutes, recorded_words, recording_file_name, replayed_words } from '../../src/recording_words';
+import { ended_by_itself, minutes, recorded_words, recording_file_name, replayed_words } from '../../src/recording_words';
 import type { Replayed } from '../../src/transport';
 
 const recorded = { type: 'recording', on: false, seconds: 3, ticks: 12006, missing: 0, end: 'stopped' } as const;
@@ -24,6 +24,8 @@ test('a recording tells its ticks, what is lost, and why it has ended', () => {
   assert.equal(recorded_words(recorded, true), '12006 ticks, none lost. It has ended: as asked for.');
   assert.match(recorded_words(recorded, false), /another page or host has ended it/);
   assert.match(recorded_words({ ...recorded, bytes: 64 * 2 ** 20 + 1 }, false), /as large as a page may make it/);
+  assert.ok(ended_by_itself({ ...recorded, bytes: 64 * 2 ** 20 + 1 }, false));
+  assert.ok(!ended_by_itself(recorded, false));
   const lost = { ...recorded, missing: 5, dropped: 2, end: 'fault', fault: 'host_stop' };
   assert.equal(recorded_words(lost, false), '12006 ticks, 5 lost, 2 of them in the device. It has ended: the fault host_stop.');
   assert.match(recorded_words({ ...recorded, end: 'port-closed' }, true), /the link to the device was lost \(port-closed\)/);
