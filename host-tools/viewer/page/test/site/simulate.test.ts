@@ -1,10 +1,9 @@
-// The site's controller in Node.js and Chromium: its logs are those of `thimble simulate`, byte for byte.
+// The site's controller in Node.js: its logs are those of `thimble simulate`, byte for byte.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { Module } from '../../src/in_page/module';
-import { launch } from '../browser/browser';
-import { kRate_Hz, same_logs } from './in_browser';
+import { kRate_Hz } from './in_browser';
 import { kModule } from './modules';
 import { all_runs } from './runs';
 
@@ -17,14 +16,5 @@ test('in Node.js', () => {
     module.put(image, path);
     const here = module.given_text(module.call.simulate(image.length, 0, kRate_Hz));
     assert.ok(here === log, `${name}: another log: ${here.slice(0, 300)}`);
-  }
-});
-
-test('in Chromium', async () => {
-  const browser = await launch();
-  try {
-    await same_logs(await browser.newPage(), runs);
-  } finally {
-    await browser.close();
   }
 });

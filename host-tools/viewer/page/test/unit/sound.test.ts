@@ -1,5 +1,5 @@
 // What makes samples of the forces of ticks: each part alone, and all of them with ticks that stay away. The audio worklet in a browser and the
-// device's own forces: test/site/sound.test.ts.
+// device's own forces: test/site_long/sound.test.ts.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 

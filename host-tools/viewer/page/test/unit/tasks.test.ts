@@ -1,4 +1,4 @@
-// By what the page sees that a task is done, and the paths of the ghost. Every task with the device: test/site/tasks.test.ts.
+// By what the page sees that a task is done, and the paths of the ghost. Every task with the device: test/site_long/tasks.test.ts.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 

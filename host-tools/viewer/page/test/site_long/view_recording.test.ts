@@ -8,8 +8,8 @@ import { after, afterEach, test } from 'node:test';
 import type { Page } from 'playwright-core';
 
 import { type Simulator, type View, scene_file, simulator, thimble, thimble_beside, view } from '../real/command';
-import { site_in_chromium } from './chromium';
-import { assert_exact, feels, save, shows } from './made_recordings';
+import { site_in_chromium } from '../site/chromium';
+import { assert_exact, feels, save, shows } from '../site/made_recordings';
 
 const kTimeout_ms = 60_000;
 const kScene = scene_file('walls');

@@ -5,7 +5,7 @@ import { after, test } from 'node:test';
 import type { BrowserContextOptions, Page } from 'playwright-core';
 
 import { moved, moves, violations } from '../browser/page_checks';
-import { site_in_chromium } from './chromium';
+import { site_in_chromium } from '../site/chromium';
 
 const kTimeout_ms = 60_000;
 

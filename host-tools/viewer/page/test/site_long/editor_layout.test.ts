@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import type { Page } from 'playwright-core';
 
 import { until as until_soon } from '../browser/browser';
-import { site_in_chromium } from './chromium';
+import { site_in_chromium } from '../site/chromium';
 
 const until = (what: string, holds: () => Promise<boolean>): Promise<void> => until_soon(what, holds, 60_000);
 const site = site_in_chromium();

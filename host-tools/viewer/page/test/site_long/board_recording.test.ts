@@ -8,9 +8,9 @@ import { after, afterEach, before, test } from 'node:test';
 import type { Page } from 'playwright-core';
 
 import { scene_file, thimble_beside } from '../real/command';
-import { Board } from './board';
-import { site_in_chromium } from './chromium';
-import { assert_exact, feels, save, shows } from './made_recordings';
+import { Board } from '../site/board';
+import { site_in_chromium } from '../site/chromium';
+import { assert_exact, feels, save, shows } from '../site/made_recordings';
 
 const kTimeout_ms = 60_000;
 const kScene = scene_file('walls');

@@ -9,9 +9,9 @@ import type { Browser, Page } from 'playwright-core';
 import { kLimit } from '../../src/sound_limiter';
 import { launch } from '../browser/browser';
 import { amplitude } from '../tone';
-import { Bench } from './bench';
-import { kSite } from './modules';
-import { serve_site } from './serve';
+import { Bench } from '../site/bench';
+import { kSite } from '../site/modules';
+import { serve_site } from '../site/serve';
 
 const kTick_Hz = 4000;
 const kSample_Hz = 48_000;

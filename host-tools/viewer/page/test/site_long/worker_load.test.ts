@@ -6,7 +6,7 @@ import { test } from 'node:test';
 
 import type { Page } from 'playwright-core';
 
-import { site_in_chromium } from './chromium';
+import { site_in_chromium } from '../site/chromium';
 
 const kMost = 0.15; // of a core
 const kRate_Hz = 4000;

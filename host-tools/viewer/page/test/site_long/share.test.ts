@@ -11,9 +11,9 @@ import type { Download, Page } from 'playwright-core';
 
 import { moved, violations } from '../browser/page_checks';
 import { scene_fragment } from '../../src/scene_link';
-import { site_in_chromium } from './chromium';
-import { bumpy_ball, kFormats } from './mesh_files';
-import { kThimble } from './modules';
+import { site_in_chromium } from '../site/chromium';
+import { bumpy_ball, kFormats } from '../site/mesh_files';
+import { kThimble } from '../site/modules';
 
 const kTimeout_ms = 60_000;
 

@@ -10,8 +10,8 @@ import type { State } from '../../src/protocol';
 import { TaskWatch } from '../../src/task_watch';
 import { kTasks } from '../../src/tasks';
 import type { Vec3 } from '../../src/vector';
-import { Bench } from './bench';
-import { all_files, kScenes } from './modules';
+import { Bench } from '../site/bench';
+import { all_files, kScenes } from '../site/modules';
 
 const scenes = all_files(kScenes).filter((file) => file.endsWith('.scene.json'));
 const name_of = (file: string): string => basename(file, '.scene.json');
