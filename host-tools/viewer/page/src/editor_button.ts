@@ -52,9 +52,9 @@ export class EditorButton {
     else if (this.may_change) this.host.send({ type: 'text' }); // what the sliders of materials have changed is kept too
     return edited;
   }
-  // Before another scene is asked for. False: the user stays.
-  may_leave(): boolean {
-    if (!this.keeper.may_leave()) return false;
+  // Before another scene is asked for. False: the user is asked first.
+  may_leave(again: () => void): boolean {
+    if (!this.keeper.may_leave(again)) return false;
     this.keeper.begin_anew();
     return true;
   }
@@ -80,7 +80,7 @@ export class EditorButton {
     return editor;
   }
   private close(): void {
-    if (this.editor?.is_ahead && !this.may_leave()) return; // a text that does not run goes with the editor
+    if (this.editor?.is_ahead && !this.may_leave(() => this.close())) return; // a text that does not run goes with the editor
     this.editor?.close();
     this.editor = this.opening = null;
     this.tell();

@@ -74,7 +74,7 @@ const editing = new EditorButton({ place: element('editor'), stage, transport, s
 if (hand) hand.yields = () => editing.editor?.wants_press ?? false;
 
 function send(message: PageMessage): boolean {
-  if (message.type === 'pick' && !editing.may_leave()) return false;
+  if (message.type === 'pick' && !editing.may_leave(() => send(message))) return false;
   if (message.type === 'command' || message.type === 'pick') {
     alerts.asked();
     extras.leave_hand();

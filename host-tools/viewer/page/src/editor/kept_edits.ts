@@ -3,6 +3,7 @@
 import { createStore, del, entries, set } from 'idb-keyval';
 
 import { not_kept } from '../not_kept';
+import { ask, forget_question } from '../question';
 import type { ServerEvent } from '../protocol';
 
 export interface KeptEdits {
@@ -20,6 +21,7 @@ export class Keeper {
   private unsaved: string | null = null;
   private stored: string | null = null;
   private refused = false; // the last time
+  private given_up = false; // the user has just said so
 
   constructor(private readonly say: (event: ServerEvent) => void) {
     addEventListener('beforeunload', (event) => {
@@ -44,10 +46,14 @@ export class Keeper {
     }
   }
 
-  // Before another scene comes. False: the user stays, since this would give edits up.
-  may_leave(): boolean {
-    if (this.unsaved === null) return true;
-    if (this.refused) return confirm(`The edits of "${this.scene}" are not saved, and this browser does not keep them. Give them up?`);
+  // Before another scene comes. False: the user is asked, since this would give edits up; and then, perhaps, `again` is called.
+  may_leave(again: () => void): boolean {
+    if (this.unsaved === null || this.given_up) return true;
+    if (this.refused) {
+      const words = `The edits of "${this.scene}" are not saved, and this browser does not keep them. Give them up?`;
+      ask(words, 'Give them up', () => this.give_up(again));
+      return false;
+    }
     this.say({
       type: 'event',
       level: 'info',
@@ -58,8 +64,15 @@ export class Keeper {
     return true;
   }
 
+  private give_up(then: () => void): void {
+    this.given_up = true;
+    then();
+    this.given_up = false;
+  }
+
   // What is kept now stays, and is among the others.
   begin_anew(key = new_key()): void {
+    forget_question();
     this.key = key;
     this.unsaved = this.stored = null;
   }

@@ -173,10 +173,9 @@ for (const [what, refuses] of [
     async () => {
       const page = await open(refuses);
       const dialogs: string[] = [];
-      let stay = true;
       page.on('dialog', (dialog) => {
         dialogs.push(dialog.type());
-        void (stay ? dialog.dismiss() : dialog.accept());
+        void dialog.dismiss();
       });
       await drop(page, 'tetra.obj', kTetrahedron);
       await until('the object', () => has_mesh(page));
@@ -188,16 +187,21 @@ for (const [what, refuses] of [
         assert.ok(banners.includes(part), `${part}: ${banners}`);
 
       await load(page, 'ring');
-      await until('the question', async () => dialogs.length === 1);
-      assert.deepEqual(dialogs, ['confirm']);
+      await until('the question', () => page.getByTestId('question').isVisible());
+      // Neither the page nor Stop waits for the answer.
+      await page.getByTestId('stop').click();
+      await until('the arm to stop', async () => /stop/i.test(await text(page, 'stopped-by')));
+      await page.getByTestId('question-no').click();
+      assert.equal(await page.getByTestId('question').isVisible(), false);
       assert.equal(await text(page, 'scene'), 'buttons');
       assert.equal(await has_mesh(page), true);
       await page.close({ runBeforeUnload: true });
-      await until('the browser to ask', async () => dialogs.length === 2);
-      assert.deepEqual(dialogs, ['confirm', 'beforeunload']);
-      stay = false;
+      await until('the browser to ask', async () => dialogs.length === 1);
+      assert.deepEqual(dialogs, ['beforeunload']);
       await load(page, 'ring');
+      await page.getByTestId('question-yes').click();
       await until('the other scene', async () => (await text(page, 'scene')) === 'ring on a table');
+      assert.deepEqual(dialogs, ['beforeunload']);
       await page.context().close();
     },
   );
