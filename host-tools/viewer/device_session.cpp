@@ -104,6 +104,8 @@ bool DeviceSession::merge(DraftMessage& draft) {
   if (waiting_.empty()) return false;
   auto* waiting = std::get_if<DraftMessage>(&waiting_.back());
   if (waiting != nullptr) {
+    draft.replaced = std::move(waiting->replaced);
+    draft.replaced.push_back(waiting->number);
     *waiting = std::move(draft);
     return true;
   }

@@ -99,7 +99,7 @@ class DeviceSession {
   [[nodiscard]] std::optional<PageMessage> next_message();
   [[nodiscard]] bool urgent_waits();
   [[nodiscard]] bool merge(const MaterialMessage& material);  // under mutex_
-  [[nodiscard]] bool merge(DraftMessage& draft);              // under mutex_
+  [[nodiscard]] bool merge(DraftMessage& draft);              // under mutex_; moves from it if true
   template <class Message>
   void leave_room() const;  // under mutex_; throws where there is none
   [[gnu::noinline]] void obey(const PageMessage& message);
@@ -129,6 +129,8 @@ class DeviceSession {
   void tell(const Error& error);
   void tell_that_draft_runs(const OpenScene& scene);
   void tell_of_draft(const Error& error);
+  void tell_of_dropped(std::size_t number, const std::string& why);
+  void drop_drafts(const std::string& why);
   void take_done(OpenScene scene);
   void take_failed(const Error& error);
   void begin_next_job();

@@ -99,7 +99,7 @@ MaterialMessage read_material_message(const Json& json) {
 }
 
 DraftMessage read_draft(const Json& json) {
-  DraftMessage draft{index_of(json, "number"), text_of(json, "text")};
+  DraftMessage draft{index_of(json, "number"), text_of(json, "text"), {}};
   if (draft.text.size() <= kMostDraftBytes) return draft;
   throw Error(ExitCode::kUsage, "scene-file-too-large", "the text of the scene is longer than 1 MiB",
               "put large data into files that the scene names");

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "firmware/params.h"
 #include "host-tools/compiler/scene_errors.h"
@@ -51,6 +52,7 @@ struct TextMessage {};
 struct DraftMessage {
   std::size_t number = 0;  // of the page, for the answer
   std::string text;
+  std::vector<std::size_t> replaced{};  // numbers of those that waited and that this one takes the place of
 };
 struct SaveMessage {
   bool replaces = false;  // also a file that another program has changed since it was read

@@ -75,10 +75,10 @@ void DeviceSession::show_open_scene() {
 
 void DeviceSession::obey(const PickMessage& message) {
   picked_ = scenes_.find(message.scene);
+  drop_drafts("a scene was picked before the text ran");
   edited_.reset();
   edited_since_job_ = false;
   to_upload_.reset();
-  draft_.reset();
   draft_is_bad_ = false;
   forget_save("another scene was picked before the change ran");
 }
@@ -108,7 +108,11 @@ void DeviceSession::obey(const TextMessage&) {
 }
 
 void DeviceSession::obey(const DraftMessage& message) {
+  const std::string why = "another text of the scene came before this one ran";
+  for (const std::size_t number : message.replaced) tell_of_dropped(number, why);
+  if (!running_) tell_of_dropped(message.number, "the file of the scene that runs is not known here");
   static_cast<void>(known_scene());
+  if (draft_) tell_of_dropped(draft_->number, why);
   draft_ = message;
   edited_.reset();  // what was changed is in the draft, or is not wanted
   edited_since_job_ = false;
@@ -190,6 +194,21 @@ void DeviceSession::tell_of_draft(const Error& error) {
   sink_.event(checked);
 }
 
+// Each draft is answered, also one that is not compiled: its page waits for it.
+void DeviceSession::tell_of_dropped(std::size_t number, const std::string& why) {
+  const SceneIssue issue{"draft-dropped", why, "change the text again to run it", "", {}};
+  sink_.event(
+      {{"type", "checked"}, {"number", number}, {"issues", Json::array({json_of(issue)})}, {"more", 0}});
+}
+
+// Those that wait, are compiled, or are to be uploaded.
+void DeviceSession::drop_drafts(const std::string& why) {
+  if (draft_) tell_of_dropped(draft_->number, why);
+  draft_.reset();
+  if (job_ == SceneJob::Kind::kDraft || (to_upload_ && to_upload_->draft))
+    tell_of_dropped(draft_number_, why);
+}
+
 // Looks whether the running scene's file has changed, and runs what it has now. A draft stays: the page's user is asked which of both it is to be.
 void DeviceSession::watch_file() {
   if (!running_ || job_ || picked_ || to_upload_ || edited_since_job_ || draft_ || now_us() < watch_due_us_)
@@ -266,7 +285,10 @@ void DeviceSession::take_failed(const Error& error) {
 }
 
 void DeviceSession::begin_next_job() {
-  if (!running_) draft_.reset();
+  if (!running_ && draft_) {
+    tell_of_dropped(draft_->number, "another scene runs");
+    draft_.reset();
+  }
   if (picked_) {
     SceneJob job;
     job.scene.file = *picked_;

@@ -54,9 +54,13 @@ export class EditorButton {
   }
   // Before another scene is asked for. False: the user is asked first.
   may_leave(again: () => void): boolean {
-    if (!this.keeper.may_leave(again)) return false;
+    return this.keeper.may_leave(again);
+  }
+  // It was asked for. Another one is another one when it comes.
+  on_pick(scene: string): void {
+    if (scene !== this.scene?.pick) return;
     this.keeper.begin_anew();
-    return true;
+    this.editor?.on_reload();
   }
   show(objects: SceneObjects | null): void {
     this.objects = objects;
@@ -80,7 +84,10 @@ export class EditorButton {
     return editor;
   }
   private close(): void {
-    if (this.editor?.is_ahead && !this.may_leave(() => this.close())) return; // a text that does not run goes with the editor
+    if (this.editor?.is_ahead) {
+      if (!this.may_leave(() => this.close())) return; // a text that does not run goes with the editor
+      this.keeper.begin_anew();
+    }
     this.editor?.close();
     this.editor = this.opening = null;
     this.tell();

@@ -79,7 +79,9 @@ function send(message: PageMessage): boolean {
     alerts.asked();
     extras.leave_hand();
   }
-  return transport.send(message);
+  const sent = transport.send(message);
+  if (sent && message.type === 'pick') editing.on_pick(message.scene);
+  return sent;
 }
 
 function make_stage(): Stage | null {
@@ -112,10 +114,6 @@ function on_message(message: ServerMessage): void {
       return alerts.say(message);
     case 'recording':
       return extras.on_recording(message);
-    case 'link':
-    case 'text':
-    case 'checked':
-      return;
   }
 }
 

@@ -1,5 +1,5 @@
 // The text on its way: a draft is sent when the one before was answered, so that only the newest waits. Pure; no elements.
-import type { Checked, PageMessage, SceneStarted, SceneText } from '../protocol';
+import type { Checked, PageMessage, SceneStarted, SceneText, ServerEvent } from '../protocol';
 
 export interface DraftListener {
   // The text of another scene, or of this one changed elsewhere.
@@ -91,21 +91,29 @@ export class Drafts {
     this.take(it.text, before === null);
   }
 
-  // The text of the file is wanted, whatever is here.
+  // The text of the file comes, whatever is here.
   reload(): void {
+    ++this.number; // late answers are none
     this.waiting = this.flying = this.save_wanted = null;
     this.has_errors = false;
     this.known_crc = null;
   }
 
   on_checked(answer: Checked): void {
-    // Once more where the device does not take it.
-    if (answer.number !== this.number || (this.flying === null && answer.issues.length === 0)) return;
+    // Once more where the device does not take it, or where it was another message that was refused.
+    if (answer.number !== this.number || (this.flying === null && answer.issues.length === 0 && !this.has_errors)) return;
     this.flying = null;
     this.has_errors = answer.issues.length > 0;
     if (answer.crc !== undefined) this.known_crc = answer.crc;
     this.listener.checked(answer);
     this.pump();
+  }
+
+  // The other end has not taken a message, perhaps the draft that is under way.
+  refuse({ name, cause, remedy }: ServerEvent): void {
+    if (this.flying === null) return;
+    const issue = { name, cause, remedy, pointer: '', line: 1, column: 1 };
+    this.on_checked({ type: 'checked', number: this.flying, issues: [issue], more: 0 });
   }
 
   private take(text: string, is_new: boolean): void {

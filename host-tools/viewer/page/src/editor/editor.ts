@@ -34,6 +34,7 @@ export interface EditorHost {
 const kTyped_ms = 150; // after the last key the text is compiled
 const is_sheet = (): boolean => matchMedia('(max-width: 820px)').matches; // as in editor.css
 const kConflicts = new Set(['scene-changed', 'file-changed']);
+const kRefused = new Set(['busy', 'scene-file-too-large', 'bad-message']); // messages that were not taken; a draft perhaps
 
 export class Editor {
   private readonly text: TextView;
@@ -101,7 +102,14 @@ export class Editor {
     } else if (message.type === 'checked') this.drafts.on_checked(message);
     else if (message.type === 'event' && kConflicts.has(message.name)) this.show_scene_conflict(`${message.cause}.`);
     else if (message.type === 'event' && message.name === 'saved') this.conflict.hidden = true;
+    else if (message.type === 'event' && kRefused.has(message.name)) this.drafts.refuse(message);
     else if (message.type === 'hello') this.drafts.restart();
+  }
+  // The scene that is here comes anew, from its file.
+  on_reload(): void {
+    this.stop_typing();
+    this.drafts.reload();
+    this.show_state();
   }
   on_scene(scene: SceneStarted): void {
     this.scene = scene;
@@ -323,7 +331,8 @@ export class Editor {
   private show_scene_conflict(why: string): void {
     const load = (): void => {
       const { pick } = this.scene ?? {};
-      if (pick === undefined || this.host.send({ type: 'pick', scene: pick })) this.drafts.reload();
+      if (pick === undefined) this.drafts.reload();
+      else this.host.send({ type: 'pick', scene: pick });
     };
     this.show_conflict(why, load, () => this.save(true));
   }

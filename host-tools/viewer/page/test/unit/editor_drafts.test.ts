@@ -123,6 +123,34 @@ test('after a lost connection the last text is sent again', () => {
   assert.deepEqual(bench.drafted, ['1 a', '2 b']);
 });
 
+test('a draft that was refused is answered, and the next one follows', () => {
+  const bench = opened();
+  const refuse = (): void => bench.drafts.refuse({ type: 'event', level: 'error', name: 'busy', cause: 'no', remedy: 'wait' });
+  refuse();
+  assert.deepEqual(bench.told, ['new one'], 'nothing is under way');
+  bench.drafts.submit('a');
+  refuse();
+  assert.deepEqual([bench.told.at(-1), bench.drafts.busy, bench.drafts.is_ahead], ['checked 1', false, true]);
+  bench.check(1, 2); // it was another message
+  bench.drafts.on_scene(scene(2));
+  assert.equal(bench.drafts.is_ahead, false);
+  bench.drafts.submit('b');
+  assert.deepEqual(bench.drafted, ['1 a', '2 b']);
+});
+
+test('the scene is loaded anew while a draft is under way', () => {
+  const bench = opened();
+  bench.drafts.submit('a');
+  bench.drafts.reload();
+  assert.equal(bench.drafts.busy, false);
+  bench.check(1, null); // that it was dropped
+  bench.drafts.on_scene(scene(1));
+  bench.text('one', 1);
+  assert.deepEqual(bench.told, ['new one', 'other one']);
+  bench.drafts.submit('b');
+  assert.deepEqual(bench.drafted, ['1 a', '3 b']);
+});
+
 test('another scene begins anew', () => {
   const bench = opened();
   bench.drafts.submit('a');
