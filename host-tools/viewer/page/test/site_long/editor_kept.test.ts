@@ -141,6 +141,23 @@ test(
   },
 );
 
+test('the scene is loaded anew while a text compiles: its file runs, and the text is kept', { timeout: kTimeout_ms }, async () => {
+  const page = await open();
+  await move(page, 41);
+  await page.evaluate(() => {
+    const field = document.querySelector<HTMLInputElement>('[data-testid=editor-position-0]')!;
+    field.value = '42';
+    field.dispatchEvent(new Event('change'));
+    document.querySelector<HTMLFormElement>('#picker')!.requestSubmit();
+  });
+  await until('the file to run', async () => (await text(page, 'editor-state')) === 'Runs.');
+  assert.notEqual(await x_mm(page), '42');
+  await page.getByTestId('editor-restore').click();
+  await until('the text', async () => (await lines(page)).includes('0.042'));
+  await until('it to run', async () => (await text(page, 'editor-state')) === 'Runs. Not saved.');
+  await page.context().close();
+});
+
 test('a text with errors is kept when the editor is closed, and leaving asks nothing', { timeout: kTimeout_ms }, async () => {
   const page = await open();
   const dialogs: string[] = [];
