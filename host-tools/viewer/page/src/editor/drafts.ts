@@ -10,7 +10,7 @@ export interface DraftListener {
 }
 
 export class Drafts {
-  private pick: string | null = null; // the scene that is edited
+  private pick: string | null = null; // the scene that is edited; null: one whose text is not known
   private text: string | null = null; // as it is here
   private known_crc: number | null = null; // of the text that the other end has, as far as it is known here
   private running_crc: number | null = null; // of the text of the scene that runs
@@ -67,20 +67,21 @@ export class Drafts {
   }
 
   on_scene(scene: SceneStarted): void {
-    const other = scene.pick !== undefined && scene.pick !== this.pick;
+    const pick = scene.pick ?? null;
     this.running_crc = scene.text_crc ?? null;
-    if (other) {
-      this.pick = scene.pick ?? null;
+    if (pick !== this.pick) {
+      this.pick = pick;
       if (this.text !== null) ++this.number; // late answers are none
       this.text = this.waiting = this.save_wanted = null;
       this.flying = null;
       this.has_errors = false;
-      this.ask();
+      if (pick !== null) this.ask();
     } else if (this.is_other_text(scene) && !this.busy && !this.asked) this.ask();
   }
 
   on_text(it: SceneText): void {
     this.asked = false;
+    if (this.pick === null) return; // of the scene before
     const before = this.text;
     if (before !== null && (this.busy || it.crc === this.known_crc)) return;
     this.known_crc = it.crc;

@@ -6,6 +6,7 @@ import type { Checked, PageMessage, SceneStarted, ServerEvent, ServerMessage } f
 import type { SceneObjects } from '../scene_objects';
 import type { Stage } from '../stage';
 import type { Transport } from '../transport';
+import { Conflict } from './conflict';
 import { button, choose, download, group, labelled } from './controls';
 import { Drafts } from './drafts';
 import { Handles, type Way } from './handles';
@@ -48,7 +49,7 @@ export class Editor {
   private readonly save_file = button('Save to a file…', 'editor-save-file', () => void this.write_file());
   private readonly save_as = button('Save as…', 'editor-save-as', () => void this.write_file(true));
   private readonly state = make('p', { className: 'small' }, { testid: 'editor-state' });
-  private readonly conflict = make('div', { className: 'notice', hidden: true }, { testid: 'editor-conflict' });
+  private readonly conflict = new Conflict();
   private readonly undo = button('Undo', 'editor-undo', () => this.text.undo(), 'Ctrl+Z');
   private readonly redo = button('Redo', 'editor-redo', () => this.text.redo(), 'Ctrl+Y');
   private readonly parts = make('select', {}, { testid: 'editor-part' });
@@ -101,7 +102,7 @@ export class Editor {
       this.drafts.on_text(message);
     } else if (message.type === 'checked') this.drafts.on_checked(message);
     else if (message.type === 'event' && kConflicts.has(message.name)) this.show_scene_conflict(`${message.cause}.`);
-    else if (message.type === 'event' && message.name === 'saved') this.conflict.hidden = true;
+    else if (message.type === 'event' && message.name === 'saved') this.conflict.hide();
     else if (message.type === 'event' && kRefused.has(message.name)) this.drafts.refuse(message);
     else if (message.type === 'hello') this.drafts.restart();
   }
@@ -116,7 +117,17 @@ export class Editor {
     // It is saved, but by somebody else: what was edited here stays kept.
     if (!scene.unsaved && this.drafts.is_other_text(scene)) this.host.keeper.begin_anew();
     this.drafts.on_scene(scene);
+    this.allow(scene.pick !== undefined);
     this.show_state();
+  }
+  // Whether the text of the scene is known.
+  private allow(is_known: boolean): void {
+    for (const part of this.host.place.querySelectorAll<HTMLElement>(':scope > :not(.head)')) part.inert = !is_known;
+    this.kept.place.inert = false;
+    if (is_known) return;
+    this.stop_typing();
+    this.outline = null;
+    this.take_text('', true);
   }
   show(objects: SceneObjects | null): void {
     this.handles?.show(objects);
@@ -133,7 +144,7 @@ export class Editor {
     return this.handles?.is_wanted ?? false;
   }
   async drop(files: readonly File[]): Promise<void> {
-    await this.importer.take(files);
+    if (this.scene?.pick !== undefined) await this.importer.take(files);
   }
   focus(): void {
     if (is_sheet()) this.host.stage?.canvas.scrollIntoView();
@@ -196,7 +207,7 @@ export class Editor {
       if (await this.file.save(text, replaces)) return;
       const why = `${this.file.name} has been changed by another program.`;
       const replace = (): void => void this.write_file(false, true);
-      this.show_conflict(why, () => void this.with_file(() => this.read_file()), replace);
+      this.conflict.ask(why, () => void this.with_file(() => this.read_file()), replace);
     });
   }
   private async read_file(): Promise<void> {
@@ -218,7 +229,7 @@ export class Editor {
     this.stop_typing();
     if (is_new) this.text.begin(text);
     else this.text.edit(edits.whole(this.text.text, text), true);
-    this.conflict.hidden = true;
+    this.conflict.hide();
     this.issues.show([], 0);
     this.text.show_issues([]);
     if (is_new) {
@@ -314,14 +325,21 @@ export class Editor {
   }
 
   private show_state(): void {
-    const running = this.drafts.busy ? 'Compiling' : this.issues.count > 0 ? 'Errors: the scene runs as it was' : 'Runs';
+    const { pick } = this.scene ?? {};
+    const running = this.run_state();
     const in_file = this.file.has(this.text.text);
     const unsaved = !in_file && (this.scene?.unsaved || this.is_ahead);
-    set_text(this.state, unsaved ? `${running}. Not saved.` : in_file ? `${running}. Saved to ${this.file.name}.` : `${running}.`);
+    const saved = unsaved ? ' Not saved.' : in_file ? ` Saved to ${this.file.name}.` : '';
+    set_text(this.state, pick === undefined ? 'The text of the scene that runs is not known here.' : `${running}.${saved}`);
     set_text(this.save_file, this.file.name === null ? 'Save to a file…' : `Save to ${this.file.name}`);
     this.save_as.hidden = this.file.name === null;
-    const { pick } = this.scene ?? {};
     if (pick !== undefined && this.drafts.is_ready) void this.host.keeper.keep(pick, unsaved ? this.text.text : null);
+  }
+
+  private run_state(): string {
+    if (this.typed !== undefined || this.drafts.busy) return 'Compiling';
+    if (this.issues.count > 0) return 'Errors: the scene runs as it was';
+    return this.is_ahead ? 'Not run yet' : 'Runs';
   }
 
   private show_kept(): void {
@@ -334,17 +352,7 @@ export class Editor {
       if (pick === undefined) this.drafts.reload();
       else this.host.send({ type: 'pick', scene: pick });
     };
-    this.show_conflict(why, load, () => this.save(true));
-  }
-  private show_conflict(why: string, load: () => void, replace: () => void): void {
-    const then = (act: () => void) => () => {
-      this.conflict.hidden = true;
-      act();
-    };
-    const theirs = button('Load the file', 'editor-theirs', then(load));
-    const mine = button('Keep mine, replace the file', 'editor-mine', then(replace));
-    this.conflict.replaceChildren(make('p', { textContent: why }), theirs, mine);
-    this.conflict.hidden = false;
+    this.conflict.ask(why, load, () => this.save(true));
   }
 
   private on_key(event: KeyboardEvent): void {
@@ -366,7 +374,6 @@ export class Editor {
       kAddable.map((name) => ({ value: name, text: name })),
       kAddable[0],
     );
-    this.conflict.setAttribute('role', 'alert');
     this.state.setAttribute('role', 'status');
     const { restore, keeps } = this.host.transport;
     const save = button(keeps ?? 'Save to the scene file', 'editor-save', () => this.save(), 'Ctrl+S');
@@ -390,7 +397,7 @@ export class Editor {
       head,
       group('Text', this.undo, this.redo, save, ...to_disk, ...(restore === undefined ? [] : [original])),
       this.state,
-      this.conflict,
+      this.conflict.place,
       this.kept.place,
       this.fields.list,
       group(

@@ -111,12 +111,19 @@ test(
       await page.waitForFunction(() =>
         (document.querySelector('[data-testid=share-address]') as HTMLInputElement).value.includes('#scene='),
       );
+      await page.getByTestId('edit').click();
+      await shows(page, 'editor-state', 'Runs.');
 
       // One that another host gives it meanwhile, and one that has only the name of a scene here.
       for (const name of ['elsewhere', 'walls']) {
         await foreign(name);
         await shows(page, 'scene', name);
         await shows_part(page, 'alerts', `the device runs "${name}", a scene that is not known here`);
+        if (name === 'elsewhere') {
+          await shows(page, 'editor-state', 'The text of the scene that runs is not known here.');
+          assert.deepEqual(await violations(page), []);
+          await page.getByTestId('editor-close').click();
+        }
         await draws(page, null);
         assert.equal(await page.getByTestId('alert').count(), 1);
         assert.equal(await page.getByTestId('scene-picker').inputValue(), '');
@@ -132,6 +139,8 @@ test(
       await page.getByTestId('scene-picker').selectOption('walls');
       await page.getByTestId('load').click();
       await draws(page, '5');
+      await page.getByTestId('edit').click();
+      await shows(page, 'editor-state', 'Runs.');
       assert.ok(!(await page.getByTestId('alerts').innerText()).includes('scene-unknown'));
       assert.deepEqual(errors, []);
       await page.close();

@@ -151,6 +151,18 @@ test('the scene is loaded anew while a draft is under way', () => {
   assert.deepEqual(bench.drafted, ['1 a', '3 b']);
 });
 
+test('a scene whose text is not known is another one', () => {
+  const bench = opened();
+  bench.drafts.submit('a');
+  bench.drafts.on_scene({ type: 'scene', name: 'unknown', crc: 5, objects: [] });
+  assert.deepEqual([bench.drafts.busy, bench.drafts.is_ready, bench.asked], [false, false, 1]);
+  bench.text('one', 1); // late
+  assert.equal(bench.drafts.is_ready, false);
+  bench.drafts.on_scene(scene(1));
+  bench.text('one', 1);
+  assert.deepEqual([bench.asked, ...bench.told], [2, 'new one', 'new one']);
+});
+
 test('another scene begins anew', () => {
   const bench = opened();
   bench.drafts.submit('a');
