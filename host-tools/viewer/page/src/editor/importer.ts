@@ -53,6 +53,7 @@ export class Importer {
       for (const file of files) if (file !== scene) await this.put(file);
       if (scene !== undefined) {
         const text = await scene.text();
+        this.host.keeper.begin_anew(); // what was edited stays kept
         this.edited.edit((now) => edits.whole(now, text));
         const handle = handles[files.indexOf(scene)];
         if (handle !== undefined) this.edited.opened(handle, text);

@@ -158,6 +158,19 @@ test('the scene is loaded anew while a text compiles: its file runs, and the tex
   await page.context().close();
 });
 
+test('a scene file that is added gives up no edits', { timeout: kTimeout_ms }, async () => {
+  const page = await open();
+  await move(page, 41);
+  const theirs = { thimble_scene: 1, name: 'theirs', objects: [] };
+  await drop(page, 'theirs.scene.json', JSON.stringify(theirs));
+  await until('its text', async () => (await lines(page)).includes('theirs'));
+  await reload(page);
+  await until('both', async () => (await page.getByTestId('editor-restore').count()) === 2);
+  await page.getByTestId('editor-restore').last().click();
+  await until('the older', async () => (await lines(page)).includes('0.041'));
+  await page.context().close();
+});
+
 test('a text with errors is kept when the editor is closed, and leaving asks nothing', { timeout: kTimeout_ms }, async () => {
   const page = await open();
   const dialogs: string[] = [];
