@@ -73,8 +73,9 @@ const extras = new Extras(transport, send, alerts, canvas);
 const editing = new EditorButton({ place: element('editor'), stage, transport, send, say: (event) => alerts.say(event) }, show_permission);
 if (hand) hand.yields = () => editing.editor?.wants_press ?? false;
 
-function send(message: PageMessage): boolean {
-  if (message.type === 'pick' && !editing.may_leave(() => send(message))) return false;
+// again: called in place of this, if the user has to be asked first and agrees.
+function send(message: PageMessage, again: () => void = () => send(message)): boolean {
+  if (message.type === 'pick' && !editing.may_leave(again)) return false;
   if (message.type === 'command' || message.type === 'pick') {
     alerts.asked();
     extras.leave_hand();

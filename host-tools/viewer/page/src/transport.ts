@@ -65,7 +65,7 @@ export interface Transport {
   put_file?: (name: string, bytes: Uint8Array<ArrayBuffer>) => Promise<void>;
   readonly own_files?: OwnFiles; // that have been put, where this browser keeps them
   keeps?: string; // what saving a scene does, as the label of a button; without it: the scene's file is written
-  restore?: () => Promise<boolean>; // forgets what was saved; false: nothing was
+  restore?: (scene: string) => void; // forgets what was saved of it; before it is opened, if called at once after its pick
   // Leaves the device for a board that the user chooses, where that can be. Rejects with why not.
   choose_board?: () => Promise<void>;
   // The forces of every tick go to this port (TickForces), or no more; where the device is in the page.

@@ -27,7 +27,7 @@ export interface EditorHost {
   stage: Stage | null;
   transport: Transport;
   keeper: Keeper;
-  send(message: PageMessage): boolean;
+  send(message: PageMessage, again?: () => void): boolean; // again: in its place, if the user has to be asked first and agrees
   say(event: ServerEvent): void;
   close(): void;
 }
@@ -379,7 +379,7 @@ export class Editor {
     const save = button(keeps ?? 'Save to the scene file', 'editor-save', () => this.save(), 'Ctrl+S');
     const copy = button('Download', 'editor-download', () => download(this.file_name, this.text.text));
     const to_disk = this.writes_files ? [this.save_file, this.save_as] : [copy];
-    const original = button('Original', 'editor-original', () => void this.to_original(), 'The scene as it came');
+    const original = button('Original', 'editor-original', () => this.to_original(), 'The scene as it came');
     const snap = () => {
       const grid_m = this.snaps.checked && this.grid.valueAsNumber > 0 ? this.grid.valueAsNumber / 1000 : null;
       this.handles?.snap(grid_m);
@@ -434,10 +434,8 @@ export class Editor {
     return made;
   }
 
-  private async to_original(): Promise<void> {
-    const had = await this.host.transport.restore?.();
-    if (this.scene?.pick === undefined) return;
-    if (had || this.scene.unsaved) this.drafts.reload();
-    this.host.send({ type: 'pick', scene: this.scene.pick });
+  private to_original(): void {
+    const { pick } = this.scene ?? {};
+    if (pick !== undefined && this.host.send({ type: 'pick', scene: pick }, () => this.to_original())) this.host.transport.restore?.(pick);
   }
 }

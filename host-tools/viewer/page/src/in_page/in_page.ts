@@ -47,8 +47,7 @@ export class InPage implements Transport {
   private records = false;
   private early: Uint8Array[] = []; // for the board that is being opened
   private readonly unkept = new Set<string>(); // scenes that could not be kept
-  private file = ''; // of the scene that was compiled last
-  private folder = '/scenes';
+  private folder = '/scenes'; // of the scene that runs
   readonly keeps = 'Keep in this browser';
   readonly choose_board?: () => Promise<void>;
 
@@ -100,8 +99,8 @@ export class InPage implements Transport {
       .keep(path, bytes)
       .catch((error: unknown) => this.listener.on_message(not_kept(name, error, 'it is there until the page is left; add it again then')));
   }
-  async restore(): Promise<boolean> {
-    return forget_text(this.file);
+  restore(scene: string): void {
+    forget_text(`${scene}${kSuffix}`);
   }
 
   // The address that opens the scene that runs. Throws LinkError.
@@ -237,6 +236,8 @@ export class InPage implements Transport {
 
   private take_scene(scene: SceneStarted): void {
     this.running_crc = scene.crc;
+    const source = this.sources.get(scene.crc);
+    if (source !== undefined) this.folder = `/scenes/${source.folder ?? kLinkedFolder}`;
     if (scene.pick !== undefined && this.unkept.has(scene.pick)) scene.unsaved = true;
     if (is_unknown(scene)) void this.look_for(scene);
     this.listener.on_message({ ...scene, sought: is_unknown(scene) });
@@ -244,7 +245,7 @@ export class InPage implements Transport {
 
   private async compile(job: { file: string; text?: string }, number: number): Promise<void> {
     try {
-      const { path, text } = await this.open(job.file);
+      const { path, text } = await this.gallery.open(job.file);
       const source = { ...this.gallery.describe(job.file), file: job.file, text: job.text ?? kept_text(job.file) ?? text };
       const { head, crc, image } = await this.compiled_of(path, source.text);
       if (crc !== null) this.keep(crc, source);
@@ -263,12 +264,6 @@ export class InPage implements Transport {
       this.to_compiler({ job: { file: path, text } });
     });
   }
-  private async open(file: string): Promise<{ path: string; text: string }> {
-    const opened = await this.gallery.open(file);
-    this.folder = opened.path.slice(0, opened.path.lastIndexOf('/'));
-    this.file = file;
-    return opened;
-  }
 
   // A board runs a scene that this session has not uploaded.
   private async look_for(scene: SceneStarted): Promise<void> {
@@ -282,7 +277,7 @@ export class InPage implements Transport {
   private async find({ name, crc }: SceneStarted): Promise<{ head: string; image: Uint8Array<ArrayBuffer> } | null> {
     const known = this.sources.get(crc);
     for (const file of known ? [known.file] : await this.gallery.titled(name)) {
-      const { path, text: original } = await this.open(file);
+      const { path, text: original } = await this.gallery.open(file);
       const text = kept_text(file) ?? original;
       for (const compiled of new Set(known ? [known.text] : [text, original])) {
         const { head, crc: found, image } = await this.compiled_of(path, compiled);

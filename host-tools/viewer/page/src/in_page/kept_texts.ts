@@ -13,9 +13,6 @@ export function kept_text(file: string): string | null {
 // Throws where the browser does not keep it.
 export const keep_text = (file: string, text: string): void => localStorage.setItem(kPrefix + file, text);
 
-// False: none was kept.
-export function forget_text(file: string): boolean {
-  const had = kept_text(file) !== null;
-  if (had) localStorage.removeItem(kPrefix + file);
-  return had;
+export function forget_text(file: string): void {
+  if (kept_text(file) !== null) localStorage.removeItem(kPrefix + file);
 }

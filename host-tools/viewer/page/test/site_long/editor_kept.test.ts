@@ -236,6 +236,24 @@ for (const [what, refuses] of [
     },
   );
 
+test('what was kept of a scene stays until its original is really loaded', { timeout: kTimeout_ms }, async () => {
+  const page = await open(refuse_databases);
+  const kept_scene = (): Promise<string | null> => page.evaluate(() => localStorage.getItem('thimble-scene:buttons.scene.json'));
+  await move(page, 41);
+  await page.getByTestId('editor-save').click();
+  await until('it to be saved', async () => (await text(page, 'editor-state')) === 'Runs.');
+  await move(page, 42);
+  await page.getByTestId('editor-original').click();
+  await page.getByTestId('question-no').click();
+  assert.match((await kept_scene()) ?? '', /0\.041/);
+  await page.getByTestId('editor-original').click();
+  await page.getByTestId('question-yes').click();
+  await until('the original', async () => !['41', '42'].includes(await x_mm(page)));
+  await until('it to run', async () => (await text(page, 'editor-state')) === 'Runs.');
+  assert.equal(await kept_scene(), null);
+  await page.context().close();
+});
+
 test('a scene that the browser does not keep is told as not saved', { timeout: kTimeout_ms }, async () => {
   const page = await open(() => {
     Storage.prototype.setItem = () => {
