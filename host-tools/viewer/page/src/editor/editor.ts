@@ -77,7 +77,7 @@ export class Editor {
       taken: () => this.show_kept(),
     });
     this.kept = new KeptList(host.keeper, host.transport.own_files, {
-      restore: (key, text) => this.restore(key, text),
+      restore: (text) => this.restore(text),
       load: (scene) => host.send({ type: 'pick', scene }),
       removed: () => this.submit(), // the scene may name it
     });
@@ -241,8 +241,8 @@ export class Editor {
   }
 
   // Edits of an earlier time; what is here and not saved stays kept by itself.
-  private restore(key: string, text: string): void {
-    this.host.keeper.begin_anew(key);
+  private restore(text: string): void {
+    this.host.keeper.begin_anew();
     this.edit((now) => edits.whole(now, text));
     this.show_kept();
   }

@@ -15,8 +15,23 @@ export interface KeptEdits {
 const kStore = createStore('thimble-edits', 'edits');
 const new_key = (): string => `${Date.now()}-${Math.random()}`;
 
+// A key that is in use has a lock of this name, which other tabs see. Without Web Locks (over http from another machine) they take it for an old one.
+const lock_of = (key: string): string => `thimble-edits:${key}`;
+function hold(key: string): () => void {
+  let let_go = (): void => {};
+  const over = new Promise<void>((done) => (let_go = done));
+  void navigator.locks?.request(lock_of(key), () => over).catch(() => {});
+  return let_go;
+}
+async function held(): Promise<Set<string | undefined>> {
+  const found = await navigator.locks?.query();
+  return new Set(found?.held?.map(({ name }) => name));
+}
+
 export class Keeper {
   private key = new_key();
+  private let_go: (() => void) | null = null; // of the key, once something is kept under it
+  private readonly former = new Set<string>(); // keys of this page
   private scene = '';
   private unsaved: string | null = null;
   private stored: string | null = null;
@@ -35,6 +50,7 @@ export class Keeper {
     const { key } = this;
     this.scene = scene;
     this.unsaved = text;
+    if (text !== null) this.let_go ??= hold(key);
     try {
       await (text === null ? del(key, kStore) : set(key, { scene, when_ms: Date.now(), text }, kStore));
       if (key === this.key) this.stored = text;
@@ -71,17 +87,21 @@ export class Keeper {
   }
 
   // What is kept now stays, and is among the others.
-  begin_anew(key = new_key()): void {
+  begin_anew(): void {
     forget_question();
-    this.key = key;
+    this.let_go?.();
+    this.let_go = null;
+    this.former.add(this.key);
+    this.key = new_key();
     this.unsaved = this.stored = null;
   }
 
-  // Of earlier times, by their keys, the newest first.
+  // Of earlier times, by their keys, the newest first. Not those that another tab has in its editor.
   async others(): Promise<[string, KeptEdits][]> {
     try {
-      const all = await entries<string, KeptEdits>(kStore);
-      return all.filter(([key]) => key !== this.key).sort(([, a], [, b]) => b.when_ms - a.when_ms);
+      const [all, in_use] = await Promise.all([entries<string, KeptEdits>(kStore), held()]);
+      const is_free = (key: string): boolean => this.former.has(key) || !in_use.has(lock_of(key));
+      return all.filter(([key]) => key !== this.key && is_free(key)).sort(([, a], [, b]) => b.when_ms - a.when_ms);
     } catch {
       return [];
     }

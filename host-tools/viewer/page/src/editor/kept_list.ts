@@ -5,7 +5,7 @@ import { button } from './controls';
 import type { Keeper, KeptEdits } from './kept_edits';
 
 export interface KeptListener {
-  restore(key: string, text: string): void; // edits of the scene that is here
+  restore(text: string): void; // edits of the scene that is here
   load(scene: string): void; // another one, that has edits
   removed(): void; // a file
 }
@@ -45,7 +45,7 @@ export class KeptList {
     return item(
       `Edits of “${scene}”, not saved, ${new Date(when_ms).toLocaleString()}`,
       is_here
-        ? button('Restore', 'editor-restore', () => this.listener.restore(key, text))
+        ? button('Restore', 'editor-restore', () => this.listener.restore(text))
         : button('Load', 'editor-load-kept', () => this.listener.load(scene)),
       button('Delete', 'editor-delete-edits', () => void this.keeper.forget(key).then(then)),
     );

@@ -158,6 +158,24 @@ test('the scene is loaded anew while a text compiles: its file runs, and the tex
   await page.context().close();
 });
 
+test('edits that another tab has in its editor are its own until it is closed', { timeout: kTimeout_ms }, async () => {
+  const first = await open();
+  await move(first, 41);
+  const second = await first.context().newPage();
+  await second.goto(site.address);
+  await edit(second);
+  await move(second, 42);
+  assert.equal(await second.getByTestId('editor-kept').isVisible(), false);
+  await first.close();
+  await load(second, 'buttons');
+  await until('both', async () => (await second.getByTestId('editor-restore').count()) === 2);
+  await second.getByTestId('editor-restore').last().click();
+  await until('the older', async () => (await lines(second)).includes('0.041'));
+  await runs(second);
+  assert.equal(await second.getByTestId('editor-restore').count(), 1);
+  await second.context().close();
+});
+
 test('a scene file that is added gives up no edits', { timeout: kTimeout_ms }, async () => {
   const page = await open();
   await move(page, 41);
