@@ -29,10 +29,9 @@ double number(const Json& json, const char* what) {
   return value;
 }
 
-std::size_t index_of(const Json& json, const char* key) {
-  constexpr double kMost = 1e6;
+std::size_t index_of(const Json& json, const char* key, double most = 1e6) {
   const double value = number(member(json, key), key);
-  if (value < 0 || value > kMost || value != std::floor(value))
+  if (value < 0 || value > most || value != std::floor(value))
     nonsense(std::string("\"") + key + "\" is not an index");
   return static_cast<std::size_t>(value);
 }
@@ -99,7 +98,8 @@ MaterialMessage read_material_message(const Json& json) {
 }
 
 DraftMessage read_draft(const Json& json) {
-  DraftMessage draft{index_of(json, "number"), text_of(json, "text"), {}};
+  constexpr double kMostNumber = 2147483647;  // a page begins anywhere, and a drag makes many
+  DraftMessage draft{index_of(json, "number", kMostNumber), text_of(json, "text"), {}};
   if (draft.text.size() <= kMostDraftBytes) return draft;
   throw Error(ExitCode::kUsage, "scene-file-too-large", "the text of the scene is longer than 1 MiB",
               "put large data into files that the scene names");

@@ -102,12 +102,12 @@ TEST(Protocol, Nonsense) {
 
 TEST(Protocol, ADraftMayBeAsLongAsASceneMayBe) {
   const auto message = [](const std::string& text) {
-    return to_text({{"type", "draft"}, {"number", 3}, {"text", text}});
+    return to_text({{"type", "draft"}, {"number", 2147483647}, {"text", text}});
   };
   for (const char c : {'x', '"', '\n'}) {  // of which some are written as two
     const std::string text(kMostDraftBytes, c);
     const auto draft = std::get<DraftMessage>(parse_page_message(message(text)));
-    EXPECT_EQ(draft.number, 3U);
+    EXPECT_EQ(draft.number, 2147483647U);
     EXPECT_EQ(draft.text, text);
     EXPECT_EQ(refusal(message(text + c)), "scene-file-too-large");
   }

@@ -14,7 +14,6 @@ export class Drafts {
   private text: string | null = null; // as it is here
   private known_crc: number | null = null; // of the text that the other end has, as far as it is known here
   private running_crc: number | null = null; // of the text of the scene that runs
-  private number = 0;
   private flying: number | null = null;
   private waiting: string | null = null;
   private save_wanted: PageMessage | null = null; // once nothing is under way
@@ -24,6 +23,7 @@ export class Drafts {
   constructor(
     private readonly send: (message: PageMessage) => boolean,
     private readonly listener: DraftListener,
+    private number = Math.floor(Math.random() * 500_000), // of the last draft; the answers go to all pages, which tell their own by it
   ) {}
 
   get busy(): boolean {

@@ -22,6 +22,7 @@ class Bench {
       conflict: () => this.told.push('conflict'),
       checked: (answer) => this.told.push(`checked ${answer.number}`),
     },
+    0,
   );
   text(text: string, crc: number): void {
     this.drafts.on_text({ type: 'text', file: 'a.scene.json', crc, unsaved: false, text });
@@ -161,6 +162,18 @@ test('a scene whose text is not known is another one', () => {
   bench.drafts.on_scene(scene(1));
   bench.text('one', 1);
   assert.deepEqual([bench.asked, ...bench.told], [2, 'new one', 'new one']);
+});
+
+test('two pages do not take the answers of each other', () => {
+  const numbers = Array.from({ length: 2 }, () => {
+    const sent: PageMessage[] = [];
+    const drafts = new Drafts((message) => sent.push(message) > 0, { take_text() {}, conflict() {}, checked() {} });
+    drafts.on_scene(scene(1));
+    drafts.on_text({ type: 'text', file: 'a.scene.json', crc: 1, unsaved: false, text: 'one' });
+    drafts.submit('a');
+    return sent.flatMap((message) => (message.type === 'draft' ? [message.number] : []))[0];
+  });
+  assert.notEqual(numbers[0], numbers[1]); // but for one run in 500 000
 });
 
 test('another scene begins anew', () => {
