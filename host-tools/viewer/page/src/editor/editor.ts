@@ -76,7 +76,7 @@ export class Editor {
       },
       taken: () => this.show_kept(),
     });
-    this.kept = new KeptList(host.keeper, host.transport.own_files, {
+    this.kept = new KeptList(host.keeper, host.transport, {
       restore: (text) => this.restore(text),
       load: (scene) => host.send({ type: 'pick', scene }),
       removed: () => this.submit(), // the scene may name it

@@ -1,7 +1,7 @@
 // What this browser keeps: edits that were not saved, and files that were added. Each can be taken away.
 import { make } from '../dom';
-import type { OwnFile, OwnFiles } from '../transport';
-import { button } from './controls';
+import type { OwnFile, Transport } from '../transport';
+import { button, download } from './controls';
 import type { Keeper, KeptEdits } from './kept_edits';
 
 export interface KeptListener {
@@ -16,7 +16,7 @@ export class KeptList {
 
   constructor(
     private readonly keeper: Keeper,
-    private readonly files: OwnFiles | undefined,
+    private readonly transport: Pick<Transport, 'own_files' | 'scenes'>,
     private readonly listener: KeptListener,
   ) {
     this.place.setAttribute('aria-label', 'Kept in this browser');
@@ -28,25 +28,31 @@ export class KeptList {
     const again = (): Promise<void> => this.show(scene, text);
     const seen = new Set([text_of({ scene, text })]);
     const items: HTMLElement[] = [];
-    for (const [key, edits] of await this.keeper.others()) {
+    const others = await this.keeper.others();
+    const scenes = others.length > 0 ? await this.transport.scenes().catch(() => []) : [];
+    for (const [key, edits] of others) {
       if (seen.has(text_of(edits))) void this.keeper.forget(key);
-      else items.push(this.edits_item(key, edits, edits.scene === scene, again));
+      else items.push(this.edits_item(key, edits, this.way_to(edits, scene, scenes), again));
       seen.add(text_of(edits));
     }
     if (turn !== this.shown) return;
-    for (const file of this.files?.all ?? []) items.push(this.file_item(file, again));
+    for (const file of this.transport.own_files?.all ?? []) items.push(this.file_item(file, again));
     const list = make('ul');
     list.append(...items);
     this.place.replaceChildren(make('h3', { textContent: 'Kept in this browser' }), list);
     this.place.hidden = items.length === 0;
   }
 
-  private edits_item(key: string, { scene, when_ms, text }: KeptEdits, is_here: boolean, then: () => void): HTMLElement {
+  // A scene that came by a link, say, is not among those to load.
+  private way_to({ scene, text }: KeptEdits, here: string, scenes: string[]): HTMLButtonElement {
+    if (scene === here) return button('Restore', 'editor-restore', () => this.listener.restore(text));
+    if (scenes.includes(scene)) return button('Load', 'editor-load-kept', () => this.listener.load(scene));
+    return button('Download', 'editor-download-kept', () => download(`${scene}.scene.json`, text));
+  }
+  private edits_item(key: string, { scene, when_ms }: KeptEdits, way: HTMLButtonElement, then: () => void): HTMLElement {
     return item(
       `Edits of “${scene}”, not saved, ${new Date(when_ms).toLocaleString()}`,
-      is_here
-        ? button('Restore', 'editor-restore', () => this.listener.restore(text))
-        : button('Load', 'editor-load-kept', () => this.listener.load(scene)),
+      way,
       button('Delete', 'editor-delete-edits', () => void this.keeper.forget(key).then(then)),
     );
   }
@@ -56,7 +62,7 @@ export class KeptList {
   }
 
   private async remove(path: string): Promise<void> {
-    await this.files?.remove(path);
+    await this.transport.own_files?.remove(path);
     this.listener.removed();
   }
 }

@@ -176,6 +176,28 @@ test('edits that another tab has in its editor are its own until it is closed', 
   await second.context().close();
 });
 
+test('edits of a scene that is no longer there can be downloaded', { timeout: kTimeout_ms }, async () => {
+  const page = await open();
+  const shared = (): Promise<string> => page.getByTestId('share-address').inputValue();
+  await move(page, 43); // so that the link is to another text than that of the gallery
+  await page.getByTestId('share-link').click();
+  await until('the link', async () => (await shared()).includes('#scene='));
+  const address = await shared();
+  await page.goto(address);
+  await page.reload(); // the fragment alone loads no page
+  await edit(page);
+  await move(page, 44);
+  await page.waitForTimeout(500); // it is stored
+  await page.goto('about:blank');
+  await page.goto(site.address);
+  await edit(page);
+  await until('the edits', async () => /Edits of “buttons \(link/.test(await kept(page)));
+  const download = page.waitForEvent('download');
+  await page.getByTestId('editor-download-kept').click();
+  assert.match((await download).suggestedFilename(), /^buttons.*\.scene\.json$/);
+  await page.context().close();
+});
+
 test('a scene file that is added gives up no edits', { timeout: kTimeout_ms }, async () => {
   const page = await open();
   await move(page, 41);
