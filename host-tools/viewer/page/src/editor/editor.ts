@@ -203,15 +203,17 @@ export class Editor {
   private async write_file(as = false, replaces = false): Promise<void> {
     const { text } = this.text;
     await this.with_file(async () => {
-      if ((as || this.file.name === null) && !(await this.file.choose(this.file_name))) return;
+      const { name } = this.file;
+      if (as || name === null) return this.file.save_as(text, this.file_name);
       if (await this.file.save(text, replaces)) return;
-      const why = `${this.file.name} has been changed by another program.`;
+      const why = `${name} has been changed by another program.`;
       const replace = (): void => void this.write_file(false, true);
       this.conflict.ask(why, () => void this.with_file(() => this.read_file()), replace);
     });
   }
   private async read_file(): Promise<void> {
     const text = await this.file.read();
+    if (text === null) return;
     this.host.keeper.begin_anew(); // mine stays kept
     this.edit((now) => edits.whole(now, text));
   }
@@ -234,7 +236,7 @@ export class Editor {
     this.text.show_issues([]);
     if (is_new) {
       this.selected = null;
-      this.file.take(null, null);
+      this.file.forget();
     }
     this.show_text();
     this.show_kept();

@@ -57,6 +57,13 @@ async function move(page: Page, x: number): Promise<void> {
   await page.getByTestId('editor-position-0').press('Enter');
   await until('the text to run', async () => (await text(page, 'editor-state')).startsWith('Runs'));
 }
+async function load_ring(page: Page): Promise<void> {
+  await page.getByTestId('scene-picker').evaluate((list: HTMLSelectElement) => {
+    list.value = 'ring';
+    list.form?.requestSubmit();
+  });
+  await until('the other scene', async () => (await text(page, 'scene')) === 'ring on a table');
+}
 const on_disk = (page: Page, name = 'mine_1.scene.json'): Promise<string> =>
   page.evaluate(
     async (file) => (await (await (await navigator.storage.getDirectory()).getFileHandle(file, { create: true })).getFile()).text(),
@@ -94,11 +101,7 @@ test('the file is asked for once, and saved to again by button and by key', { ti
   assert.equal(await on_disk(page, 'mine_2.scene.json'), await on_disk(page));
 
   // A saved text is no edit that this browser keeps; another scene has no file yet.
-  await page.getByTestId('scene-picker').evaluate((list: HTMLSelectElement) => {
-    list.value = 'ring';
-    list.form?.requestSubmit();
-  });
-  await until('the other scene', async () => (await text(page, 'scene')) === 'ring on a table');
+  await load_ring(page);
   await state(page, 'Runs.');
   assert.equal(await page.getByTestId('editor-kept').isVisible(), false);
   assert.equal(await text(page, 'editor-save-file'), 'Save to a file…');
@@ -138,6 +141,40 @@ test(
     await page.context().close();
   },
 );
+
+test('saves that overlap follow each other, and a file goes with the scene that it was chosen for', { timeout: 120_000 }, async () => {
+  const page = await open(fake_pickers);
+  await move(page, 41);
+  await page.getByTestId('editor-save-file').click();
+  await state(page, 'Runs. Saved to mine_1.scene.json.');
+  await move(page, 42);
+  await page.getByTestId('editor-position-0').focus();
+  await page.evaluate(() => {
+    const key = { key: 's', ctrlKey: true, bubbles: true, cancelable: true };
+    for (let times = 0; times < 10; ++times) document.activeElement?.dispatchEvent(new KeyboardEvent('keydown', key));
+  });
+  await state(page, 'Runs. Saved to mine_1.scene.json.');
+  await page.waitForTimeout(500);
+  assert.equal(await page.getByTestId('editor-conflict').isVisible(), false);
+  assert.equal(await text(page, 'alerts'), '');
+
+  // Another scene comes while the picker is open.
+  await page.evaluate(() => {
+    const it = window as unknown as { showSaveFilePicker(options: object): Promise<FileSystemFileHandle>; chosen(): void };
+    const { showSaveFilePicker } = it;
+    it.showSaveFilePicker = async (options) => {
+      await new Promise<void>((chosen) => (it.chosen = chosen));
+      return showSaveFilePicker(options);
+    };
+  });
+  await page.getByTestId('editor-save-as').click();
+  await load_ring(page);
+  await page.evaluate(() => (window as unknown as { chosen(): void }).chosen());
+  await until('the file', async () => (await on_disk(page, 'mine_2.scene.json')) === (await on_disk(page)));
+  await state(page, 'Runs.');
+  assert.equal(await text(page, 'editor-save-file'), 'Save to a file…');
+  await page.context().close();
+});
 
 test('a picker that is given up changes nothing; a refused one is told', { timeout: 120_000 }, async () => {
   const page = await open(fake_pickers);
