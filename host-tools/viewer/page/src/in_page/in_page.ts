@@ -28,7 +28,7 @@ export class InPage implements Transport {
   private readonly compiler = new Worker(new URL('./compiler_worker.ts', import.meta.url), { type: 'module', name: 'compiler' });
   readonly own_files = new KeptFiles((path, bytes) => {
     this.to_compiler({ put: { path, bytes } });
-    if (bytes === null) this.gallery.fetch_again(); // the user's may have been in place of one of its
+    if (bytes === null) this.gallery.fetch_again(); // which may have got one of this name since it was added
   });
   readonly gallery = new Gallery((path, bytes) => this.own_files.has(path) || this.to_compiler({ put: { path, bytes } }));
   private running: Uint8Array<ArrayBuffer> | null = null;

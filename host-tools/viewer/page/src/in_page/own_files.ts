@@ -1,4 +1,4 @@
-// Files that the user has added to scenes, kept in this browser (IndexedDB). The compiler has them, in place of those of the gallery.
+// Files that the user has added to scenes, kept in this browser (IndexedDB). The compiler has them beside those of the gallery.
 import { createStore, del, entries, set } from 'idb-keyval';
 
 import type { OwnFile, OwnFiles } from '../transport';
