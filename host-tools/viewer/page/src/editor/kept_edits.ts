@@ -56,7 +56,7 @@ export class Keeper {
       if (key === this.key) this.stored = text;
       if (text !== null) this.refused = false;
     } catch (error) {
-      if (text === null) return; // nothing is stored
+      if (text === null) return; // at worst, an older text stays among those that are listed
       if (!this.refused) this.say(not_kept('the edits that are not saved', error, 'save or download the scene before you leave it'));
       this.refused = true;
     }

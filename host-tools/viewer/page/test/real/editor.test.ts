@@ -5,25 +5,38 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 
+import type { Page } from 'playwright-core';
+
 import { launch, until as until_soon } from '../browser/browser';
 import { scene_file, view } from './command';
 
 const until = (what: string, holds: () => Promise<boolean> | boolean): Promise<void> => until_soon(what, holds, 60_000);
 
-test("a field is edited, saved with all comments, and a conflict is the user's to decide", { timeout: 240_000 }, async () => {
+// A page of `thimble view` with a scene of this name and text, in a folder of its own; and the page's errors.
+async function viewed(name: string, text: string): Promise<{ page: Page; file: string; errors: string[]; end: () => Promise<void> }> {
   const folder = mkdtempSync(join(tmpdir(), 'thimble-page-'));
-  const file = join(folder, 'blocks.scene.json');
-  const original = `// by hand\n${readFileSync(scene_file('blocks'), 'utf8')}`;
-  writeFileSync(file, original);
+  const file = join(folder, `${name}.scene.json`);
+  writeFileSync(file, text);
   const server = await view('--scene', file);
   const browser = await launch();
+  const page = await browser.newPage({ viewport: { width: 1280, height: 900 }, deviceScaleFactor: 0.5 });
+  const errors: string[] = [];
+  page.on('pageerror', (error) => errors.push(error.message));
+  await page.goto(server.url);
+  const end = async (): Promise<void> => {
+    await browser.close();
+    await server.command.stop();
+    rmSync(folder, { recursive: true });
+  };
+  return { page, file, errors, end };
+}
+
+test("a field is edited, saved with all comments, and a conflict is the user's to decide", { timeout: 240_000 }, async () => {
+  const original = `// by hand\n${readFileSync(scene_file('blocks'), 'utf8')}`;
+  const { page, file, errors, end } = await viewed('blocks', original);
   try {
-    const page = await browser.newPage({ viewport: { width: 1280, height: 900 }, deviceScaleFactor: 0.5 });
-    const errors: string[] = [];
-    page.on('pageerror', (error) => errors.push(error.message));
     const text = (name: string) => page.getByTestId(name).innerText();
     const runs = () => until('the text to run', async () => (await text('editor-state')).startsWith('Runs'));
-    await page.goto(server.url);
     await page.getByTestId('edit').click();
     await until('the objects', async () => (await page.getByTestId('editor-objects').locator('option').count()) > 2);
     await page.getByTestId('editor-objects').selectOption({ index: 1 });
@@ -54,22 +67,13 @@ test("a field is edited, saved with all comments, and a conflict is the user's t
     await until('it to be saved', () => readFileSync(file, 'utf8') === saved.replace('12]', '13]'));
     assert.deepEqual(errors, []);
   } finally {
-    await browser.close();
-    await server.command.stop();
-    rmSync(folder, { recursive: true });
+    await end();
   }
 });
 
 test('another scene gives up nothing: what was edited or moved by a slider waits until it is saved', { timeout: 240_000 }, async () => {
-  const folder = mkdtempSync(join(tmpdir(), 'thimble-page-'));
-  const file = join(folder, 'mine.scene.json');
-  writeFileSync(file, readFileSync(scene_file('blocks'), 'utf8'));
-  const server = await view('--scene', file);
-  const browser = await launch();
+  const { page, file, errors, end } = await viewed('mine', readFileSync(scene_file('blocks'), 'utf8'));
   try {
-    const page = await browser.newPage({ viewport: { width: 1280, height: 900 }, deviceScaleFactor: 0.5 });
-    const errors: string[] = [];
-    page.on('pageerror', (error) => errors.push(error.message));
     page.on('dialog', (dialog) => errors.push(dialog.message()));
     const text = (name: string) => page.getByTestId(name).innerText();
     const load = async (scene: string, object: string): Promise<void> => {
@@ -80,7 +84,6 @@ test('another scene gives up nothing: what was edited or moved by a slider waits
       }, scene);
       await until(scene, async () => (await page.getByTestId('object').locator('option').allInnerTexts()).includes(object));
     };
-    await page.goto(server.url);
     await until('the scene', async () => (await page.getByTestId('object').locator('option').count()) > 2);
     const object = (await page.getByTestId('object').locator('option').allInnerTexts())[1];
 
@@ -113,8 +116,6 @@ test('another scene gives up nothing: what was edited or moved by a slider waits
     await until('nothing kept', async () => !(await page.getByTestId('editor-kept').isVisible()));
     assert.deepEqual(errors, []);
   } finally {
-    await browser.close();
-    await server.command.stop();
-    rmSync(folder, { recursive: true });
+    await end();
   }
 });
