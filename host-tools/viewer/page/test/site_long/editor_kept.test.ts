@@ -5,6 +5,7 @@ import { test } from 'node:test';
 import type { Page } from 'playwright-core';
 
 import { until as until_soon } from '../browser/browser';
+import { violations } from '../browser/page_checks';
 import { site_in_chromium } from '../site/chromium';
 
 const kTimeout_ms = 120_000;
@@ -258,6 +259,7 @@ for (const [what, refuses] of [
 
       await load(page, 'ring');
       await until('the question', () => page.getByTestId('question').isVisible());
+      assert.deepEqual(await violations(page), []);
       // Neither the page nor Stop waits for the answer.
       await page.getByTestId('stop').click();
       await until('the arm to stop', async () => /stop/i.test(await text(page, 'stopped-by')));
