@@ -101,12 +101,10 @@ void DeviceSession::leave_room() const {
 
 // Only the last draft counts, too.
 bool DeviceSession::merge(DraftMessage& draft) {
-  if (waiting_.empty()) return false;
-  auto* waiting = std::get_if<DraftMessage>(&waiting_.back());
+  auto* waiting = waiting_.empty() ? nullptr : std::get_if<DraftMessage>(&waiting_.back());
   if (waiting != nullptr) {
-    draft.replaced = std::move(waiting->replaced);
-    draft.replaced.push_back(waiting->number);
-    *waiting = std::move(draft);
+    waiting->replaced.push_back(std::exchange(waiting->number, draft.number));
+    waiting->text = std::move(draft.text);
     return true;
   }
   leave_room<DraftMessage>();
