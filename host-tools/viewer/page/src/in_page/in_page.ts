@@ -178,8 +178,8 @@ export class InPage implements Transport {
   private async leave_for_board(): Promise<void> {
     if (this.records) throw new Error('the device in the page is being recorded');
     const port = await choose_port();
-    await this.board?.close();
-    if (this.board !== null) this.to_device({ port_open: false }); // should the other one not open
+    const last = this.board;
+    await last?.close();
     this.board = null;
     let begun = false;
     const board = await SerialBoard.begin(
@@ -190,7 +190,10 @@ export class InPage implements Transport {
         begun = true;
       },
       (bytes) => this.to_device({ port_in: bytes }),
-    );
+    ).catch((error: unknown) => {
+      if (last !== null) this.to_device({ port_open: false }); // the session is still that of the last board
+      throw error;
+    });
     this.board = board;
     this.running = null;
     for (const bytes of this.early.splice(0)) board.write(bytes);
