@@ -7,7 +7,7 @@ import { after, before, test } from 'node:test';
 import type { Page } from 'playwright-core';
 
 import { launch } from '../browser/browser';
-import { serve_site } from './serve';
+import { serve_site } from '../site/serve';
 
 const kMost_ms = 5000;
 const kSlower = 4;
