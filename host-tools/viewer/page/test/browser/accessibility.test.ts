@@ -28,24 +28,22 @@ for (const colorScheme of ['light', 'dark'] as const)
       assert.deepEqual(await violations(page), [], 'lost');
     });
 
-test('nothing moves while the page connects, runs, is armed, faults and loses its link', async () => {
-  for (const [arms, viewport] of [
-    [1, { width: 375, height: 667 }],
-    [1, { width: 1280, height: 800 }],
-    [2, { width: 375, height: 667 }],
-    [2, { width: 1280, height: 800 }],
-  ] as const) {
-    const { page, mock } = await show({ arms }, { viewport });
-    await arm(page);
-    mock.touch.move_hand(0, [0, -0.03, -0.03]);
-    await page.waitForTimeout(1000);
-    mock.touch.trip(7, 'encoder_frozen');
-    await page.waitForTimeout(500);
-    mock.set_link(false);
-    await until('the loss', async () => (await text(page, 'mode')) === 'unknown');
-    assert.deepEqual(await moved(page), [], `${arms} arms, ${viewport.width} pixels`);
-  }
-});
+for (const arms of [1, 2])
+  for (const viewport of [
+    { width: 375, height: 667 },
+    { width: 1280, height: 800 },
+  ])
+    test(`nothing moves while the page connects, runs, is armed, faults and loses its link: ${arms} arms, ${viewport.width} pixels`, async () => {
+      const { page, mock } = await show({ arms }, { viewport });
+      await arm(page);
+      mock.touch.move_hand(0, [0, -0.03, -0.03]);
+      await page.waitForTimeout(1000);
+      mock.touch.trip(7, 'encoder_frozen');
+      await page.waitForTimeout(500);
+      mock.set_link(false);
+      await until('the loss', async () => (await text(page, 'mode')) === 'unknown');
+      assert.deepEqual(await moved(page), []);
+    });
 
 test('what can be used has a name, is reached by Tab, and shows the focus', async () => {
   const { page } = await show({ arms: 2 });

@@ -19,7 +19,7 @@ export async function number_in(page: Page, testid: string): Promise<number> {
   return Number.parseFloat((await page.getByTestId(testid).textContent()) ?? '');
 }
 
-export async function until(what: string, holds: () => Promise<boolean> | boolean, timeout_ms = 10000): Promise<void> {
+export async function until(what: string, holds: () => Promise<boolean> | boolean, timeout_ms = 30_000): Promise<void> {
   const end = Date.now() + timeout_ms;
   while (!(await holds())) {
     if (Date.now() > end) throw new Error(`waited ${timeout_ms} ms for ${what}`);

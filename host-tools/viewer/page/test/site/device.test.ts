@@ -54,8 +54,8 @@ for (const scene of ['walls', 'blocks', 'baboon', 'potential'])
       slowest_ms = Math.max(slowest_ms, bench.clock_ms - begin_ms);
       compiled_ms = Math.max(compiled_ms, bench.compiled_ms);
     }
-    console.log(`${scene}: at most ${slowest_ms} ms until it runs, beside ${compiled_ms.toFixed(1)} ms to compile it`);
-    assert.ok(slowest_ms + compiled_ms <= 100, `${slowest_ms} ms, and ${compiled_ms} ms to compile`);
+    console.log(`${scene}: at most ${slowest_ms} ms until it runs, of which ${compiled_ms.toFixed(1)} ms to compile it`);
+    assert.ok(slowest_ms <= 100, `${slowest_ms} ms, of which ${compiled_ms} ms to compile`);
   });
 
 test('a machine that is late loses ticks, and they are counted', () => {
