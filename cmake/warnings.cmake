@@ -32,7 +32,7 @@ target_link_libraries(thimble_host_code INTERFACE thimble_core)
 
 add_library(thimble_loop_code INTERFACE)
 target_link_libraries(thimble_loop_code INTERFACE thimble_host_code)
-target_compile_options(thimble_loop_code INTERFACE $<$<CONFIG:Release>:-O1>)
+target_compile_options(thimble_loop_code INTERFACE $<$<AND:$<CONFIG:Release>,$<NOT:$<PLATFORM_ID:WASI>>>:-O1>)  # a page loads it: small instead
 
 add_library(thimble_brief_code INTERFACE)
 target_link_libraries(thimble_brief_code INTERFACE thimble_loop_code)

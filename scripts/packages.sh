@@ -8,7 +8,7 @@ packages_to_build=(
 # Packages for the viewer's page. Packages from Node.js itself include npm and conflict with Debian's npm.
 command -v npm >/dev/null || packages_to_build+=(nodejs npm)
 packages_to_check=(
-  binutils chromium clang clang-format clang-tidy cpio device-tree-compiler g++-aarch64-linux-gnu g++-arm-linux-gnueabihf gcc-12
+  binutils chromium-headless-shell clang clang-format clang-tidy cpio device-tree-compiler g++-aarch64-linux-gnu g++-arm-linux-gnueabihf gcc-12
   gcc-arm-none-eabi git libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make python3-can python3-canmatrix python3-matplotlib qemu-system-arm qemu-system-x86 qemu-user strace
   systemd tshark valgrind verilator xz-utils yosys z3
 )

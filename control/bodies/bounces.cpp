@@ -4,6 +4,7 @@
 #include <span>
 
 #include "control/bodies/contact_solver.h"
+#include "control/bodies/pair_motion.h"
 
 namespace thimble::control {
 

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "control/bodies/pair_motion.h"
+
 namespace thimble::control {
 namespace {
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "control/bodies/pair_motion.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::control {
