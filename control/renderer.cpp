@@ -175,7 +175,7 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
     return;
   }
   world_.bind(scene);
-  fields_.bind(scene);
+  fields_.bind(scene, binding);
   bodies_.bind(scene, binding, world_);
   bound_work(work_);
   effort_.counters = {};
@@ -187,7 +187,7 @@ void Renderer::bind(const SceneView& scene, Binding binding) noexcept {
     held[i] = god.count != 0 && binding == Binding::kKeepPlaces;
     places_m[i] = god.is_ball ? god.centre_m : god.position_m;
   }
-  reset();
+  reset_fingers();
   for (std::size_t i = 0; i < kMaxArms; ++i) {
     fingers_[i].starts_at_god = held[i];
     fingers_[i].god.position_m = places_m[i];
@@ -207,9 +207,13 @@ void Renderer::bound_work(std::uint32_t units) noexcept {
   }
 }
 
-void Renderer::reset() noexcept {
+void Renderer::reset_fingers() noexcept {
   fingers_ = {};
   for (TriangleCache& triangles : triangles_) triangles.clear();
+}
+
+void Renderer::reset() noexcept {
+  reset_fingers();
   fields_.reset();
 }
 

@@ -32,8 +32,8 @@ class Renderer {
  public:
   // Binds a scene (an empty view: free space everywhere). All contacts end: each god object starts at its tip. kKeepPlaces: one in contact
   // starts just off the surface that it was on; the tip is inside of what is there (control/contact/inside.h). A moving object that starts
-  // as one of the last scene did goes on from where that is. kKeepState: the same scene with other materials; contacts, moving objects and
-  // tissue keep their state.
+  // as one of the last scene did goes on from where that is, and a volume keeps its state if the last scene had one of its kind and pose.
+  // kKeepState: the same scene with other materials; contacts, moving objects and volumes keep their state.
   [[gnu::cold]] void bind(const SceneView& scene, Binding binding = Binding::kStart) noexcept;
 
   // Ends all contacts, as after a pause in which the tips were not rendered. Moving objects keep their poses.
@@ -100,6 +100,7 @@ class Renderer {
   std::size_t tissue_views(TissueViews& views) const noexcept { return fields_.show(views); }
 
  private:
+  [[gnu::cold]] void reset_fingers() noexcept;
   [[nodiscard]] std::uint64_t inside_in_image(SolidSet inside) const noexcept;
   [[gnu::cold]] void count_put_off() noexcept;
   void touch(Finger& finger, const Tip& tip, float period_s, TriangleCache* triangles, Effort& effort,

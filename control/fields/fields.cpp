@@ -1,6 +1,7 @@
 #include "control/fields/fields.h"
 
 #include <algorithm>
+#include <cstddef>
 
 #include "control/contact/god_object.h"
 #include "control/scene/shape_table.h"
@@ -27,15 +28,34 @@ void Fields::apply_materials(const SceneView& view) noexcept {
   }
 }
 
-void Fields::bind(const SceneView& view) noexcept {
+// State `to` becomes that of `which` in the last scene, or a new one. Those behind it keep their order: they may be asked for next.
+void Fields::take_state(std::size_t to, const Which& which) noexcept {
+  std::size_t at = to;
+  while (at < state_.size() && !(state_[at].which == which)) ++at;
+  const bool is_new = at == state_.size();
+  if (is_new) {
+    at = to;
+    while (at + 1 < state_.size() && state_[at].which.ops != nullptr) ++at;
+  }
+  const State found = is_new ? State{which, {}, {}} : state_[at];
+  for (; at > to; --at) state_[at] = state_[at - 1];
+  state_[to] = found;
+}
+
+void Fields::bind(const SceneView& view, Binding binding) noexcept {
   count_ = 0;
-  reset();
+  if (binding != Binding::kKeepPlaces) state_ = {};
   if (view.scene() == nullptr) return;
   std::uint8_t in_scene = 0;
   for (const scene::Object* object : *view.scene()->objects()) {
     const std::uint8_t place = in_scene++;
     const VolumeOps* ops = volume_ops(*object);
     if (ops == nullptr) continue;
+    const scene::Vec3& position = object->pose()->position_m();
+    const scene::Quat& rotation = object->pose()->rotation();
+    take_state(count_, {ops,
+                        {position.x(), position.y(), position.z(), rotation.w(), rotation.x(), rotation.y(),
+                         rotation.z(), view.scene()->tip_radius_m()}});
     Placed& placed = placed_[count_++];
     placed.ops = ops;
     placed.source = object;
@@ -47,14 +67,22 @@ void Fields::bind(const SceneView& view) noexcept {
     // A tissue is pressed by the lowest point of the tip's sphere; all others act on its centre.
     placed.to_tip_m = {0.0F, 0.0F, ops == &kTissueVolume ? view.scene()->tip_radius_m() : 0.0F};
   }
+  for (std::size_t i = count_; i < state_.size(); ++i) state_[i] = {};
 }
 
 void Fields::reset() noexcept {
-  for (State& state : state_) state = {};
+  for (State& state : state_) {
+    state.shared = {};
+    state.arms = {};
+  }
 }
 
 void Fields::reset(std::size_t arm) noexcept {
-  for (State& state : state_) state.arms[arm] = {};
+  for (State& state : state_) {
+    ArmState& own = state.arms[arm];
+    if (own.inside && state.which.ops == &kNeedleVolume) --state.shared.holes[own.hole].needles;
+    own = {};
+  }
 }
 
 std::size_t Fields::show(TissueViews& views) const noexcept {

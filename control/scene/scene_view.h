@@ -14,10 +14,10 @@ struct Scene;
 
 namespace thimble::control {
 
-// How a scene is bound. kStart: from its start. kKeepPlaces: from its start too, but for fingertips in contact and moving objects that are in
-// both scenes: each contact begins where the god object is, and each of these objects goes on, so what is the same is felt on. kKeepState:
-// with new materials only, while everything else keeps its state; only when differs_in_materials_only() (control/scene/same_shapes.h)
-// returned true.
+// How a scene is bound. kStart: from its start. kKeepPlaces: from its start too, but for fingertips in contact, and for moving objects and
+// volumes that are in both scenes: each contact begins where the god object is, and each of these objects goes on, so what is the same is
+// felt on. kKeepState: with new materials only, while everything else keeps its state; only when differs_in_materials_only()
+// (control/scene/same_shapes.h) returned true.
 enum class Binding : std::uint8_t { kStart, kKeepPlaces, kKeepState };
 
 // Refers to the checked bytes. They must stay unchanged and at their address as long as the view is used.

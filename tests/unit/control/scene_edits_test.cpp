@@ -280,5 +280,117 @@ TEST(SceneEdits, OfAMovingObjectLeaveItsMotion) {
   EXPECT_EQ(finger.renderer.bodies()[1].q, 0.0F) << "the stop is before where it was";
 }
 
+// Tissues, and as volume 1 the way of a needle, whose skin is below them and without end; the last tissue is where the first one is, and recovers more slowly. `left_out`: without this one; with `more`
+// before and between them; `moved`: this one is somewhere else.
+SceneImage scene_with_volumes(int left_out, bool more, int moved, double tip_radius_m = 0.0) {
+  const std::string tissue =
+      R"("tissue": {"size_m": [0.06, 0.06], "relaxed_stiffness_N_m": 150, "recovery_s": 0.4, "contact_radius_m": 0.008})";
+  const std::string slow =
+      R"("tissue": {"size_m": [0.06, 0.06], "relaxed_stiffness_N_m": 250, "recovery_s": 2, "contact_radius_m": 0.008})";
+  const std::string needle = R"("needle": {"layers": [
+      {"thickness_m": 0.004, "stiffness_N_m": 600, "tear_N": 1.2, "friction_N": 0.15, "viscosity_N_s_m2": 10},
+      {"thickness_m": 0.02, "stiffness_N_m": 250, "tear_N": 0.4, "friction_N": 0.2, "viscosity_N_s_m2": 5}]})";
+  std::string objects;
+  const auto add = [&objects](const std::string& name, const std::string& shape, double x_m,
+                              double z_m = 0.0) {
+    objects += R"({"name": ")" + name + R"(", "shape": {)" + shape + R"(}, "pose": {"position_m": [)" +
+               std::to_string(x_m) + ", 0, " + std::to_string(z_m) + R"(], "rotation_deg": [0, 10, 0]},
+      "material": {"stiffness_N_m": 600, "damping_N_s_m": 1, "static_friction": 0.4, "dynamic_friction": 0.3}},)";
+  };
+  if (more) add("another needle", needle, 0, -0.5);
+  for (int i = 0; i < 5; ++i) {
+    if (i == left_out) continue;
+    if (i == 2 && more) add("another tissue", tissue, -0.2);
+    const double x_m = 0.1 * (i % 4) + (i == moved ? 0.005 : 0.0);
+    add("volume " + std::to_string(i), i == 4 ? slow : i == 1 ? needle : tissue, x_m, i == 1 ? -0.1 : 0.0);
+  }
+  objects += R"({"name": "far", "shape": {"sphere": {"radius_m": 0.01}}, "pose": {"position_m": [1, 0, 0]},
+    "material": {"stiffness_N_m": 600}})";
+  return SceneImage(host::compile_scene_text(R"({"thimble_scene": 1, "name": "volumes", "tip_radius_m": )" +
+                                                 std::to_string(tip_radius_m) + R"(, "objects": [)" +
+                                                 objects + "]}",
+                                             "volumes.scene.json", ".")
+                        .image);
+}
+
+// A finger in tissue and a needle in its hole, while volumes beside them go, come and move: the force is that without the edit, to the bit.
+TEST(SceneEdits, LeaveATissueDentedAndANeedleInItsHole) {
+  const SceneImage before = scene_with_volumes(-1, false, -1);
+  for (int touched = 0; touched < 4; ++touched) {
+    const double skin_m = touched == 1 ? -0.1 : 0.0;
+    const Eigen::Vector3d above_m(0.1 * touched, 0, skin_m + 0.01);
+    const Eigen::Vector3d in_m(0.1 * touched, 0.001, skin_m - 0.009);
+    const Eigen::Vector3d out_m(0.1 * touched + 0.003, 0, skin_m + 0.01);
+    for (int edited = -1; edited < 5; ++edited) {
+      for (const bool more : {false, true}) {
+        for (const bool moves : {false, true}) {
+          if (edited == touched || (touched == 0 && edited == 4)) continue;  // both are touched there
+          const SceneImage after = scene_with_volumes(moves ? -1 : edited, more, moves ? edited : -1);
+          Press edits(before);
+          Press leaves(before);
+          for (Press* finger : {&edits, &leaves}) {
+            finger->tick(above_m);
+            finger->move(above_m, in_m, 200);
+          }
+          ASSERT_GT(leaves.force_N().norm(), 0.3) << touched;
+          edits.renderer.bind(after.view(), Binding::kKeepPlaces);
+          for (int i = 1; i <= 400; ++i) {
+            const Eigen::Vector3d tip_m = in_m + (out_m - in_m) * std::max(0, i - 100) / 300;
+            edits.tick(tip_m);
+            leaves.tick(tip_m);
+            ASSERT_EQ(edits.force_N(), leaves.force_N()) << touched << ", " << edited << ", tick " << i;
+          }
+        }
+      }
+    }
+    // One that is edited itself begins anew, and with a tip of another radius all do: a tip that is in it has done no work.
+    for (const SceneImage& after :
+         {scene_with_volumes(4, false, touched), scene_with_volumes(-1, false, -1, 0.004)}) {
+      Press finger(before);
+      finger.tick(above_m);
+      finger.move(above_m, in_m, 200);
+      finger.renderer.bind(after.view(), Binding::kKeepPlaces);
+      finger.tick(in_m);
+      EXPECT_LT(finger.force_N().norm(), 0.3) << touched;
+    }
+    // And so does each in another scene, or in this one from its start.
+    Press starts(before);
+    starts.tick(above_m);
+    starts.move(above_m, in_m, 200);
+    starts.renderer.bind(before.view(), Binding::kStart);
+    starts.tick(in_m);
+    EXPECT_LT(starts.force_N().norm(), 0.3) << touched;
+  }
+}
+
+// As many as there can be, all of them moved at once, again and again.
+TEST(SceneEdits, OfEveryVolumeAreBound) {
+  const auto scene = [](double z_m) {
+    std::string objects;
+    for (std::size_t i = 0; i < control::kMaxVolumes; ++i)
+      objects += std::string(i == 0 ? "" : ",") + R"({"name": "t)" + std::to_string(i) +
+                 R"(", "material": {"stiffness_N_m": 600}, "shape": {"tissue": {"size_m": [0.06, 0.06],
+          "relaxed_stiffness_N_m": 150, "recovery_s": 0.4, "contact_radius_m": 0.008}}, "pose": {"position_m": [)" +
+                 std::to_string(0.1 * static_cast<double>(i)) + ", 0, " + std::to_string(z_m) + "]}}";
+    return SceneImage(
+        host::compile_scene_text(R"({"thimble_scene": 1, "name": "all", "objects": [)" + objects + "]}",
+                                 "all.scene.json", ".")
+            .image);
+  };
+  const std::array scenes = {scene(0.0), scene(0.001)};
+  Press finger(scenes[0]);
+  for (std::size_t edit = 1; edit < 6; ++edit) {
+    finger.renderer.bind(scenes[edit % 2].view(), Binding::kKeepPlaces);
+    for (std::size_t i = 0; i < control::kMaxVolumes; ++i) {
+      const double x_m = 0.1 * static_cast<double>(i);
+      const double surface_m = edit % 2 == 1 ? 0.001 : 0.0;
+      finger.tick({x_m, 0, 0.01});
+      finger.tick({x_m, 0, surface_m - 0.001});
+      EXPECT_NEAR(finger.force_N().z(), 0.6, 0.01) << edit << ", " << i;
+      finger.move({x_m, 0, 0.01}, {x_m, 0, 0.01}, 2000);  // the dimple recovers
+    }
+  }
+}
+
 }  // namespace
 }  // namespace thimble::test
