@@ -7,7 +7,6 @@ import './gallery.css';
 import { open_transport } from '#transport';
 
 import { Alerts } from './alerts';
-import { ArmMarks } from './arm_marks';
 import { CommissionView } from './commission_view';
 import { element, make, set_text } from './dom';
 import { Curves } from './curves';
@@ -19,16 +18,14 @@ import { MaterialPanel } from './material_panel';
 import { Extras } from './extras';
 import { ParameterPanel } from './parameter_panel';
 import { type Hello, type PageMessage, type SceneStarted, type ServerMessage, type State, type Verb, known_as } from './protocol';
-import { SceneObjects, kHomes, set_plane_color } from './scene_objects';
 import { type SceneModel, read_scene_image } from './scene_image';
+import { kHomes, set_plane_color } from './scene_objects';
+import { ScenePicture } from './scene_picture';
 import { Stage, type Turn } from './stage';
 import { StatusView } from './status_view';
 import { Timeline } from './timeline';
 import { take_query } from './token';
 import type { Link } from './transport';
-import type { Vec3 } from './vector';
-import { looks_same, visible } from './visible';
-import { way_out } from './way_out';
 
 const kTextEvery_ms = 60;
 const kCurvesEvery_ms = 80;
@@ -53,16 +50,13 @@ const alerts = new Alerts(() => canvas.focus({ preventScroll: true }));
 
 let hello: Hello | null = null;
 let started: SceneStarted | null = null;
-let model: SceneModel | null = null;
-let objects: SceneObjects | null = null;
-let marks: ArmMarks[] = [];
 let commission: CommissionView | null = null; // the server is that of a commissioning
 let link: Link = 'connecting';
-let new_state = false; // since the last frame
 let new_text = true; // not yet in the readings
 let new_curves = true;
 
 const stage = make_stage();
+const picture = new ScenePicture(stage, canvas);
 const hand = stage && new HandControl(stage, (arm, position_m) => send({ type: 'hand', arm, position_m }));
 const curves = new Curves(timeline, show_pause);
 lay_out_arms(1); // nothing moves when the server says so
@@ -135,7 +129,7 @@ function on_hello(it: Hello): void {
   element('two-help').hidden = it.arms < 2;
   element('arms').hidden = !can_move_hand() || it.arms < 2;
   element('legend-arm-1').hidden = it.arms < 2;
-  if (marks.length !== it.arms) {
+  if (picture.arms !== it.arms) {
     lay_out_arms(it.arms);
     curves.update(); // with their axes at once
   }
@@ -148,9 +142,7 @@ function on_hello(it: Hello): void {
 function lay_out_arms(arms: number): void {
   status.lay_out(arms);
   curves.lay_out(arms);
-  for (const mark of marks) mark.group.removeFromParent();
-  marks = Array.from({ length: arms }, (_, arm) => new ArmMarks(arm));
-  for (const mark of marks) stage?.scene.add(mark.group);
+  picture.lay_out(arms);
 }
 
 const can_move_hand = (): boolean => hello !== null && hello.may_control && hello.simulated;
@@ -206,37 +198,25 @@ async function load_scene(look: boolean): Promise<void> {
 }
 
 function hide_scene(): void {
-  objects?.dispose();
-  objects = model = null;
+  picture.hide();
   editing.show(null);
   if (hand) hand.reaches = [];
-  delete canvas.dataset.objects;
-  delete canvas.dataset.triangles;
-  stage?.touch();
 }
 
-function show_scene(read: SceneModel, look: boolean): void {
-  objects?.dispose();
-  model = read;
-  objects = stage === null ? null : new SceneObjects(read, hello?.arms ?? 1);
-  canvas.dataset.triangles = String(read.triangles);
-  canvas.dataset.objects = String(read.objects.length);
-  canvas.setAttribute('aria-label', `The scene in three dimensions: ${read.objects.map((object) => object.name).join(', ')}`);
-  if (stage === null || objects === null) return;
-  const { surfaces } = objects;
-  if (hand) hand.reaches = (kHomes[hello?.arms ?? 1] ?? []).map((home) => reach_of(surfaces, home));
-  stage.scene.add(objects.group);
+function show_scene(model: SceneModel, look: boolean): void {
+  const arms = hello?.arms ?? 1;
+  picture.show(model, arms, look);
+  const { objects } = picture;
+  if (objects === null) return;
+  if (hand) hand.reaches = (kHomes[arms] ?? []).map((home) => reach_of(objects.surfaces, home));
   editing.show(objects);
-  if (look) stage.frame(objects.bounds);
-  stage.touch();
-  new_state = true;
 }
 
 function on_state(state: State): void {
   if (commission) {
     timeline.live.push(state);
     commission.update(state);
-    new_state = true;
+    picture.on_state();
     return;
   }
   const mode_was = timeline.live.newest?.mode;
@@ -256,7 +236,8 @@ function on_state(state: State): void {
 }
 
 function all_new(): void {
-  new_state = new_text = new_curves = true;
+  picture.on_state();
+  new_text = new_curves = true;
 }
 
 function on_link(now: Link): void {
@@ -366,12 +347,9 @@ matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
 // --- Frames
 
 const frames = new FrameStats(canvas.dataset);
-let drawn: number[] = []; // what is seen of the state that is drawn
 let text_ms = 0;
 let curves_ms = 0;
 let before_ms = performance.now();
-
-const pixel_m = (at: Vec3): number => stage?.pixel_m(at) ?? 0;
 
 function frame(now_ms: number): void {
   requestAnimationFrame(frame);
@@ -381,7 +359,7 @@ function frame(now_ms: number): void {
   extras.step(now_ms / 1000);
   before_ms = now_ms;
   const state = timeline.state;
-  const drew = draw(now_ms, state);
+  const drew = picture.draw(now_ms, state);
   if (now_ms - text_ms > kTextEvery_ms) {
     show_status();
     if (new_text && state !== undefined) show_readings(state);
@@ -396,38 +374,6 @@ function frame(now_ms: number): void {
   if (frames_per_s !== null) stage?.pace(frames_per_s);
 }
 
-// Draws if the state looks other than what is drawn, or if the view or the scene has changed. False: nothing was drawn.
-function draw(now_ms: number, state: State | undefined): boolean {
-  if (stage === null) return false;
-  if (new_state && state !== undefined) {
-    new_state = false;
-    const now = visible(state);
-    if (!looks_same(now, drawn, stage.least_visible_m)) {
-      drawn = now;
-      stage.touch();
-    }
-    canvas.dataset.tick = String(state.tick ?? '');
-    canvas.dataset.sinceUs = String(state.since_us ?? '');
-  }
-  // Marks have a size on the screen, so they follow the camera too.
-  if (stage.is_touched && state !== undefined) {
-    objects?.update(state);
-    for (const mark of marks) mark.update(state, model, objects?.surfaces ?? null, pixel_m);
-    show_depth();
-    canvas.dataset.links = String(marks.reduce((sum, mark) => sum + mark.shown_links, 0));
-  }
-  return stage.render(now_ms);
-}
-
-// Of the first arm, for tests.
-function show_depth(): void {
-  const { clearance_m, nearest, below } = marks[0].depth;
-  const name = (object: number | undefined) => (object === undefined ? '' : (model?.objects[object]?.name ?? ''));
-  canvas.dataset.clearanceMm = clearance_m === null ? '' : (clearance_m * 1000).toFixed(2);
-  canvas.dataset.nearest = name(nearest?.object);
-  canvas.dataset.below = name(below?.object);
-}
-
 function show_status(): void {
   if (timeline.live.newest === undefined) return;
   if (link === 'live' || commission?.is_over) status.update(timeline.live.newest);
@@ -436,8 +382,7 @@ function show_status(): void {
 
 function show_readings(state: State): void {
   new_text = false;
-  const way = (tip_m: Vec3, object: number) => way_out(objects?.surfaces ?? null, tip_m, object, model?.tip_radius_m ?? 0);
-  status.update_readings(state, started?.objects.map((object) => object.name) ?? [], way);
+  status.update_readings(state, started?.objects.map((object) => object.name) ?? [], (tip_m, object) => picture.way_out(tip_m, object));
   scrubber.min = timeline.least_offset_s.toFixed(2);
   scrubber.value = timeline.offset_s.toFixed(2);
   const when = timeline.paused ? `${timeline.offset_s.toFixed(2)} s` : 'live';

@@ -6,6 +6,7 @@ import type { PageMessage, RecordingState } from './protocol';
 import { end_words, ended_by_itself, minutes, recorded_words, recording_file_name, replayed_words } from './recording_words';
 import type { Replayer, Transport } from './transport';
 
+const kBegin_ms = 5000; // one that is refused never begins
 const kSilent_ms = 2000; // a device that records says so twice a second
 
 interface RecordingFile {
@@ -19,6 +20,8 @@ export class Recordings {
   private readonly replay_last = element<HTMLButtonElement>('replay-last');
   private readonly save_log = element<HTMLButtonElement>('replay-log');
   private on = false;
+  private pressed_ms = -Infinity; // when one was asked for here
+  private begun = false; // here
   private asked = false; // to end it
   private last: RecordingFile | null = null;
   private replayed: RecordingFile | null = null;
@@ -33,6 +36,7 @@ export class Recordings {
   ) {
     this.record.addEventListener('click', () => {
       this.asked = this.on;
+      this.pressed_ms = this.on ? -Infinity : performance.now();
       send({ type: 'record', on: !this.on });
     });
     this.save.addEventListener('click', () => this.last && download(new Blob([this.last.bytes]), this.last.name));
@@ -47,6 +51,7 @@ export class Recordings {
   take(state: RecordingState): void {
     if (state.on && !this.on) {
       this.asked = false;
+      this.begun = performance.now() - this.pressed_ms < kBegin_ms;
       this.recorded_scene = this.scene;
       set_text(element('record-said'), 'It records. Homing and arming are part of it; press Record again to end it.');
     }
@@ -58,7 +63,8 @@ export class Recordings {
 
   private tell_end(state: RecordingState): void {
     set_text(element('record-said'), recorded_words(state, this.asked));
-    if (!ended_by_itself(state, this.asked)) return;
+    const is_missed = this.begun && !this.asked;
+    if (!is_missed && !ended_by_itself(state, this.asked)) return;
     const cause = `the recording has ended after ${minutes(state.seconds)}: ${end_words(state, this.asked)}`;
     this.alerts.say({ level: 'error', name: 'recording-ended', cause, remedy: 'save what was recorded up to there' });
   }

@@ -8,6 +8,7 @@ import type { Stage } from '../stage';
 import type { Transport } from '../transport';
 import { Conflict } from './conflict';
 import { button, choose, download, group, labelled } from './controls';
+import { DiskFile } from './disk_file';
 import { Drafts } from './drafts';
 import { Handles, type Way } from './handles';
 import { Importer } from './importer';
@@ -17,7 +18,7 @@ import type { Keeper } from './kept_edits';
 import { KeptList } from './kept_list';
 import { ObjectFields } from './object_fields';
 import * as edits from './scene_edits';
-import { SceneFile, can_write_files } from './scene_file';
+import { can_write_files } from './scene_file';
 import { type Outline, outline_of } from './scene_outline';
 import { kAddable, object_to_add } from './templates';
 import { TextView } from './text_view';
@@ -45,11 +46,9 @@ export class Editor {
   private readonly handles: Handles | null;
   private readonly importer: Importer;
   private readonly kept: KeptList;
-  private readonly file = new SceneFile();
-  private readonly save_file = button('Save to a file…', 'editor-save-file', () => void this.write_file());
-  private readonly save_as = button('Save as…', 'editor-save-as', () => void this.write_file(true));
   private readonly state = make('p', { className: 'small' }, { testid: 'editor-state' });
   private readonly conflict = new Conflict();
+  private readonly file: DiskFile;
   private readonly undo = button('Undo', 'editor-undo', () => this.text.undo(), 'Ctrl+Z');
   private readonly redo = button('Redo', 'editor-redo', () => this.text.redo(), 'Ctrl+Y');
   private readonly parts = make('select', {}, { testid: 'editor-part' });
@@ -72,12 +71,21 @@ export class Editor {
       select_last: () => this.select_last(),
       opened: (file, text) => {
         if (this.writes_files) this.file.take(file, text);
-        this.show_state();
       },
       taken: () => this.show_kept(),
     });
+    this.file = new DiskFile(
+      {
+        text: () => this.text.text,
+        suggested_name: () => this.file_name,
+        replace: (text) => this.replace(text),
+        say: (event) => host.say(event),
+        changed: () => this.show_state(),
+      },
+      this.conflict,
+    );
     this.kept = new KeptList(host.keeper, host.transport, {
-      restore: (text) => this.restore(text),
+      restore: (text) => this.replace(text),
       load: (scene) => host.send({ type: 'pick', scene }),
       removed: () => this.submit(), // the scene may name it
     });
@@ -199,34 +207,6 @@ export class Editor {
   private get writes_files(): boolean {
     return this.host.transport.keeps !== undefined && can_write_files();
   }
-  // Into the file on the user's disk. as: the user says which.
-  private async write_file(as = false, replaces = false): Promise<void> {
-    const { text } = this.text;
-    await this.with_file(async () => {
-      const { name } = this.file;
-      if (as || name === null) return this.file.save_as(text, this.file_name);
-      if (await this.file.save(text, replaces)) return;
-      const why = `${name} has been changed by another program.`;
-      const replace = (): void => void this.write_file(false, true);
-      this.conflict.ask(why, () => void this.with_file(() => this.read_file()), replace);
-    });
-  }
-  private async read_file(): Promise<void> {
-    const text = await this.file.read();
-    if (text === null) return;
-    this.host.keeper.begin_anew(); // mine stays kept
-    this.edit((now) => edits.whole(now, text));
-  }
-  private async with_file(work: () => Promise<void>): Promise<void> {
-    try {
-      await work();
-    } catch (error) {
-      const cause = error instanceof Error ? error.message : String(error);
-      this.host.say({ type: 'event', level: 'error', name: 'not-saved', cause, remedy: 'choose another file, or copy the text' });
-    }
-    this.show_state();
-  }
-
   private take_text(text: string, is_new: boolean): void {
     this.stop_typing();
     if (is_new) this.text.begin(text);
@@ -242,8 +222,8 @@ export class Editor {
     this.show_kept();
   }
 
-  // Edits of an earlier time; what is here and not saved stays kept by itself.
-  private restore(text: string): void {
+  // By edits of an earlier time, or by the file on the disk; what is here and not saved stays kept by itself.
+  private replace(text: string): void {
     this.host.keeper.begin_anew();
     this.edit((now) => edits.whole(now, text));
     this.show_kept();
@@ -333,8 +313,7 @@ export class Editor {
     const unsaved = !in_file && (this.scene?.unsaved || this.is_ahead);
     const saved = unsaved ? ' Not saved.' : in_file ? ` Saved to ${this.file.name}.` : '';
     set_text(this.state, pick === undefined ? 'The text of the scene that runs is not known here.' : `${running}.${saved}`);
-    set_text(this.save_file, this.file.name === null ? 'Save to a file…' : `Save to ${this.file.name}`);
-    this.save_as.hidden = this.file.name === null;
+    this.file.show();
     if (pick !== undefined && this.drafts.is_ready) void this.host.keeper.keep(pick, unsaved ? this.text.text : null);
   }
 
@@ -361,7 +340,7 @@ export class Editor {
     const command = event.ctrlKey || event.metaKey;
     const key = event.key.toLowerCase();
     const in_list = event.target === this.fields.list;
-    if (command && key === 's') void (this.file.name === null ? this.save() : this.write_file());
+    if (command && key === 's') void (this.file.name === null ? this.save() : this.file.write());
     else if (in_list && event.key === 'Delete') this.remove();
     else if (in_list && command && key === 'd') this.duplicate();
     else if (in_list && command && key === 'z' && !event.shiftKey) this.text.undo();
@@ -380,7 +359,7 @@ export class Editor {
     const { restore, keeps } = this.host.transport;
     const save = button(keeps ?? 'Save to the scene file', 'editor-save', () => this.save(), 'Ctrl+S');
     const copy = button('Download', 'editor-download', () => download(this.file_name, this.text.text));
-    const to_disk = this.writes_files ? [this.save_file, this.save_as] : [copy];
+    const to_disk = this.writes_files ? [this.file.save, this.file.save_as] : [copy];
     const original = button('Original', 'editor-original', () => this.to_original(), 'The scene as it came');
     const snap = () => {
       const grid_m = this.snaps.checked && this.grid.valueAsNumber > 0 ? this.grid.valueAsNumber / 1000 : null;

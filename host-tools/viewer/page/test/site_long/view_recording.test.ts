@@ -88,6 +88,7 @@ test('another host takes it over: the user is told, and what was recorded is exa
   const words = ['record', join(folder, 'taker.rec'), '--force', '--scene', kScene, '--seconds', '3', '--device', board.address];
   const taker = thimble_beside(...words);
   await shows(page, 'record-said', 'It has ended: another');
+  await shows(page, 'alerts', 'recording-ended');
   assert.equal(await page.getByTestId('record').getAttribute('aria-pressed'), 'false');
   assert_exact(await save(page, 'record-save', join(folder, 'taken.rec')));
   await taker;
