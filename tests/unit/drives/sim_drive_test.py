@@ -60,10 +60,10 @@ class Moteus(unittest.TestCase):
                 self.assertEqual(len(reply), 32)
                 self.assertEqual(reply[:3], bytes.fromhex("2c0401"))
                 _, velocity, torque, _ = struct.unpack_from("<4f", reply, 3)
-                if velocity > .1:
-                    break
                 if reply[19:22] == bytes.fromhex("21000b"):  # its watchdog, as this test came late
                     drives.send(EXTENDED | 1, bytes.fromhex("010000"), fd=True)
+                elif velocity > .1:
+                    break
                 time.sleep(.005)
             self.assertGreater(velocity, .1)
             self.assertLess(torque, .0376)
