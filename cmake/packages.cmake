@@ -26,6 +26,18 @@ foreach(component IN LISTS components)
     DESTINATION share/doc/${package} COMPONENT ${component})
 endforeach()
 
+# Man pages, from what the programs print. Those of another architecture cannot be asked here.
+if(NOT CMAKE_CROSSCOMPILING)
+  set(host_programs thimble thimble-sim)
+  set(board_programs thimble-board)
+  foreach(component IN LISTS components)
+    list(TRANSFORM ${component}_programs PREPEND ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/ OUTPUT_VARIABLE programs)
+    list(JOIN programs "\" \"" programs)
+    install(CODE "execute_process(COMMAND \"${PROJECT_SOURCE_DIR}/scripts/man_pages\"
+      \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/share/man/man1\" \"${programs}\" COMMAND_ERROR_IS_FATAL ANY)" COMPONENT ${component})
+  endforeach()
+endif()
+
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME thimble)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})

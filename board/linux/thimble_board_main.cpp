@@ -336,6 +336,7 @@ int main_of(int argc, char** argv) {
   std::vector<std::string> scenes;
   bool restarted = false;
   CLI::App app{"The controller of a Thimble haptic arm on an embedded Linux board", "thimble-board"};
+  app.set_version_flag("--version", "thimble-board " THIMBLE_VERSION);
   app.add_option("--config", file, "configuration of this board, see docs/board-linux.md")
       ->capture_default_str();
   app.add_flag("--check", only_check,

@@ -33,6 +33,7 @@ void run(const LiveOptions& options) {
 int main_of(int argc, char** argv) {
   LiveOptions options;
   CLI::App app{"A simulated Thimble device in real time", "thimble-sim"};
+  app.set_version_flag("--version", "thimble-sim " THIMBLE_VERSION);
   std::string arms;
   for (const PlantVariant& variant : plant_variants())
     arms += (arms.empty() ? "" : ", ") + std::string(variant.name);

@@ -13,6 +13,7 @@
 #include "host-tools/cli/completion.h"
 #include "host-tools/cli/number_between.h"
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/usage.h"
 #include "host-tools/cli/verb_options.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/lab/cost_report.h"
@@ -30,6 +31,7 @@ struct Choices {
   ViewChoice view;
   ScanChoice scan;
   SimulateChoice simulate;
+  ShowChoice show;
   CompileChoice compile;
   MeshChoice mesh;
   CommissionChoice commission;
@@ -46,6 +48,7 @@ struct Choices {
   std::filesystem::path file;
   std::string name;
   std::string value;
+  std::vector<std::string> words;
   double wait_s = 30;
 };
 
@@ -187,6 +190,19 @@ void define_doctor_and_compile(CLI::App& app, Choices& c) {
       ->capture_default_str();
   compile_verb->add_option("--rate", c.compile.rate_Hz, "at so many ticks a second")->capture_default_str();
   compile_verb->add_option("--board", c.compile.board, "tell the cost on this board: " + board_names());
+}
+
+void define_new_and_show(CLI::App& app, Choices& c) {
+  verb(app, c, "new", "write a scene file to begin with", [&c] { new_scene(c.common, c.name); })
+      ->add_option("name", c.name, "name of the scene: NAME.scene.json is written")
+      ->required();
+  CLI::App* show_verb =
+      verb(app, c, "show", "the objects of a scene: sizes, feel, motion, and what they cost",
+           [&c] { show(c.common, c.show); });
+  show_verb->add_option("scene", c.show.scene, "the scene file")->required();
+  show_verb->add_option("--rate", c.show.rate_Hz, "the costs at so many ticks a second")
+      ->check(number_between(100.0, 20000.0))
+      ->capture_default_str();
 }
 
 void define_mesh_and_commission(CLI::App& app, Choices& c) {
@@ -354,6 +370,21 @@ void define_simulate(CLI::App& app, Choices& c) {
   simulate_verb->add_option("--rate", c.simulate.rate_Hz, "ticks a second")->capture_default_str();
   simulate_verb->add_option("--arm", c.simulate.arm, arm_names())->capture_default_str();
   simulate_verb->add_option("--seed", c.simulate.seed, "seed of the simulated arm")->capture_default_str();
+  simulate_verb->add_flag(
+      "--watch", c.simulate.watch,
+      "again each time the scene, a file that it names, or the path is saved; ends with Ctrl-C");
+}
+
+void print_help(const CLI::App& app, const std::vector<std::string>& words) {
+  refuse_unknown(app, words);
+  const FoundVerb found = find_verb(app, words);
+  if (found.words < words.size())
+    throw Error(ExitCode::kUsage, "usage",
+                "'" + words[found.words] + "' is no verb of " + full_name(*found.verb),
+                "`" + full_name(*found.verb) + " --help` has all of them");
+  // Not its help(), which is that of this verb: the one that was given.
+  std::cout << found.verb->get_formatter()->make_help(found.verb, full_name(*found.verb),
+                                                      CLI::AppFormatMode::Normal);
 }
 
 void define(CLI::App& app, Choices& c) {
@@ -365,6 +396,7 @@ void define(CLI::App& app, Choices& c) {
               [&c] { info(c.common, c.remote); });
 
   define_doctor_and_compile(app, c);
+  define_new_and_show(app, c);
   define_mesh_and_commission(app, c);
   define_model(app, c);
   define_device(app, c);
@@ -376,19 +408,10 @@ void define(CLI::App& app, Choices& c) {
   define_scan(app, c);
   define_can_tools(app, c);
   define_simulate(app, c);
-}
 
-// CLI11 would say that a verb is missing, without the word that is none.
-void refuse_unknown_verb(CLI::App& app, const std::vector<std::string>& words) {
-  CLI::App* at = &app;
-  for (const std::string& word : words) {
-    if (word.starts_with("-") || at->get_subcommands([](const CLI::App*) { return true; }).empty()) return;
-    const auto named = at->get_subcommands([&](const CLI::App* sub) { return sub->get_name() == word; });
-    if (named.empty())
-      throw Error(ExitCode::kUsage, "usage", "'" + word + "' is no verb of " + at->get_name(),
-                  "see `thimble --help` and `thimble VERB --help`");
-    at = named.front();
-  }
+  CLI::App* help = app.add_subcommand("help", "what a verb does, and its options");
+  help->add_option("verb", c.words, "the words of a verb, as in `thimble help param get`");
+  help->callback([&app, &c] { print_help(app, c.words); });
 }
 
 int run(int argc, char** argv) {
@@ -406,7 +429,7 @@ int run(int argc, char** argv) {
       std::cerr << app.help();
       return static_cast<int>(ExitCode::kUsage);
     }
-    refuse_unknown_verb(app, arguments);
+    refuse_unknown(app, arguments);
     help_compiler(json);
     app.parse(argc, argv);
     demand_written();
@@ -414,8 +437,8 @@ int run(int argc, char** argv) {
   } catch (const CLI::Success& wish) {  // --help, --version
     return app.exit(wish);
   } catch (const CLI::ParseError& error) {
-    const Error usage(ExitCode::kUsage, "usage", error.what(),
-                      "see `thimble --help` and `thimble VERB --help`");
+    const std::string verb = full_name(*find_verb(app, arguments).verb);
+    const Error usage(ExitCode::kUsage, "usage", verb + ": " + error.what(), "see `" + verb + " --help`");
     report(usage, json);
     return static_cast<int>(usage.code);
   } catch (const Error& error) {

@@ -2,10 +2,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <iterator>
+#include <map>
 #include <span>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
 
 #include "host-tools/cli/cost_json.h"
+#include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/output.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/compiler/compile.h"
@@ -20,6 +29,8 @@
 
 namespace thimble::host {
 namespace {
+
+constexpr auto kLook = std::chrono::milliseconds(200);  // between two looks at the files
 
 constexpr const char* kTouchesNothing =
     "the path touches nothing: see where the scene's objects are (`thimble view --scene`)";
@@ -120,7 +131,9 @@ void compile(const Common& common, const CompileChoice& choice) {
   for (const std::string& warning : warnings) say(stderr, "warning: {}\n", warning);
 }
 
-void simulate(const Common& common, const SimulateChoice& choice) {
+namespace {
+
+void simulate_once(const Common& common, const SimulateChoice& choice) {
   keep_apart(choice.scene, choice.log);
   keep_apart(choice.path, choice.log);
   const SimulationRun run(choice.scene, choice.path);
@@ -176,6 +189,51 @@ void simulate(const Common& common, const SimulateChoice& choice) {
     say(stderr, "{} ticks, {} rows in contact, peak {:.3f} N, mean in contact {:.3f} N -> {}\n", result.ticks,
         contact_rows, peak_N, mean_N, choice.log.string());
     for (const std::string& warning : warnings) say(stderr, "warning: {}\n", warning);
+  }
+}
+
+// When a file was written, and how much; nothing where it cannot be read.
+using Stamp = std::pair<std::filesystem::file_time_type, std::uintmax_t>;
+Stamp stamp_of(const std::filesystem::path& file) {
+  std::error_code gone;
+  Stamp stamp;
+  stamp.first = std::filesystem::last_write_time(file, gone);
+  stamp.second = std::filesystem::file_size(file, gone);
+  return gone ? Stamp() : stamp;
+}
+
+// The path, the scene, and the files that it names, as far as they are there: also where its text or one of them has errors.
+std::map<std::filesystem::path, Stamp> stamps_of(const SimulateChoice& choice) {
+  std::map<std::filesystem::path, Stamp> stamps = {{choice.scene, stamp_of(choice.scene)},
+                                                   {choice.path, stamp_of(choice.path)}};
+  if (choice.scene.extension() != ".json") return stamps;
+  std::ifstream text(choice.scene);
+  for (std::string quoted; std::getline(text, quoted, '"');) {
+    const std::filesystem::path file = choice.scene.parent_path() / quoted;
+    std::error_code none;
+    if (quoted.size() < 256 && std::filesystem::is_regular_file(file, none)) stamps[file] = stamp_of(file);
+  }
+  return stamps;
+}
+
+}  // namespace
+
+void simulate(const Common& common, const SimulateChoice& choice) {
+  if (!choice.watch) {
+    simulate_once(common, choice);
+    return;
+  }
+  heed_interrupts();
+  while (interrupted == 0) {
+    const auto before = stamps_of(choice);
+    try {
+      simulate_once(common, choice);
+    } catch (const Error& error) {
+      if (error.code == ExitCode::kUsage) throw;  // no file that is saved corrects it
+      report(error, common.json);
+    }
+    std::fflush(nullptr);
+    while (interrupted == 0 && stamps_of(choice) == before) std::this_thread::sleep_for(kLook);
   }
 }
 

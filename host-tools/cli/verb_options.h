@@ -3,9 +3,22 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 
 #include "host-tools/cli/verbs.h"
+
+namespace thimble::host {
+
+// The type of options and arguments that are files, in the help and for completion.cpp. Each source that adds options includes this header.
+inline constexpr const char* kFileType = "FILE";
+
+}  // namespace thimble::host
+
+template <>
+constexpr const char* CLI::detail::type_name<std::filesystem::path>() {
+  return thimble::host::kFileType;
+}
 
 namespace thimble::host {
 

@@ -208,7 +208,15 @@ struct SimulateChoice {
   double rate_Hz = 4000;
   std::string arm = "premium-1.5";
   std::uint64_t seed = 1;
+  bool watch = false;  // again each time a file is saved, until a signal ends it
 };
 void simulate(const Common& common, const SimulateChoice& choice);
+
+void new_scene(const Common& common, const std::string& name);
+struct ShowChoice {
+  std::filesystem::path scene;
+  double rate_Hz = 4000;  // for the costs
+};
+void show(const Common& common, const ShowChoice& choice);
 
 }  // namespace thimble::host

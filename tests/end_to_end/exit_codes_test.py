@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import shutil
 import socket
 import struct
@@ -13,6 +14,8 @@ import unittest
 from pathlib import Path
 
 from rig import BIN, Rig
+
+CLI = Path(__file__).resolve().parents[2] / "host-tools" / "cli"
 
 
 class FakeDevice:
@@ -87,7 +90,13 @@ class ExitCodes(Rig):
         self.fails(2, "usage", "list", "--no-such-option")
         self.fails(2, "usage", "param")
         self.assertEqual(self.fails(2, "usage", "nix")["cause"], "'nix' is no verb of thimble")
-        self.assertEqual(self.fails(2, "usage", "param", "nix")["cause"], "'nix' is no verb of param")
+        self.assertEqual(self.fails(2, "usage", "param", "nix")["cause"], "'nix' is no verb of thimble param")
+        slip = self.fails(2, "usage", "simulate", "scene.json", "--lgo", "log.csv")  # and not that --path is missing
+        self.assertEqual(slip["cause"], "'--lgo' is no option of thimble simulate")
+        self.assertIn("did you mean `--log`?", slip["remedy"])
+        self.assertEqual(self.fails(2, "usage", "simulate", "scene.json")["cause"], "thimble simulate: --path is required")
+        self.fails(2, "usage", "help", "nix")
+        self.fails(2, "usage", "help", "list", "nix")
         for number in ("nan", "-1", "inf"):
             self.fails(2, "usage", "info", "--timeout", number)
             error = self.fails(2, "usage", "monitor", "--seconds", number)
@@ -255,20 +264,58 @@ class Manners(Rig):
         self.assertEqual(self.ok_json("fault", "explain", "e_stop")["number"], 1)
         self.assertIn("remedy: ", self.ok("fault", "explain", "9").out)
 
+    def test_help(self):
+        for words in ((), ("simulate",), ("param",), ("param", "get"), ("model", "import", "urdf")):
+            self.assertEqual(self.ok("help", *words).out, self.ok(*words, "--help").out)
+        self.ok("--help", "simulate")
+
     def test_completion(self):
         def candidates(*words):
             return self.ok("__complete", *words).out.split()
 
-        self.assertEqual(set(candidates("")), {"list", "info", "doctor", "dbc", "decode", "compile", "upload", "arm", "disarm", "stop", "restart", "home", "monitor", "view", "param",
+        self.assertEqual(set(candidates("")), {"help", "new", "show", "list", "info", "doctor", "dbc", "decode", "compile", "upload", "arm", "disarm", "stop", "restart", "home", "monitor", "view", "param",
                                                "fault", "key", "audit", "simulate", "mesh", "model", "commission", "import", "scan", "record", "replay", "plot"})
         self.assertEqual(candidates("up"), ["upload"])
         self.assertEqual(candidates("param", "g"), ["get"])
         self.assertEqual(candidates("param", "get", "max_f"), ["max_force"])
         self.assertEqual(candidates("fault", "explain", "e_"), ["e_stop"])
         self.assertIn("--ideal", candidates("simulate", "--"))
-        self.assertEqual(candidates("simulate", "--arm", "w"), ["wooden"])
+        self.assertEqual(candidates("simulate", "--arm", "w"), ["wooden", ":files"])
+        self.assertEqual(candidates("compile", "--arm", "w"), ["wooden", ":files"])
+        self.assertEqual(candidates("simulate", "scene.json", "--path", ""), [":files"])
+        self.assertEqual(candidates("simulate", "--rate", "4000", ""), [":files"])  # the scene
+        self.assertEqual(candidates("simulate", "--seed", ""), [])
+        self.assertEqual(candidates("plot", "--kind", "sp"), ["spectrum"])
+        self.assertEqual(candidates("param", "set", "max_force", ""), [])
+        self.assertEqual(candidates("help", "param", "s"), ["save", "set"])
+        self.assertIn("falcon", candidates("model", "show", ""))
         self.sim()
         self.assertEqual(candidates("info", "--device", ""), ["arm-1"])
+
+    def test_shells(self):
+        """The completions of bash, zsh and fish, in a folder with files."""
+        (self.folder / "my scene.json").touch()
+        (self.folder / "mine").mkdir()
+        environment = {**self.environment, "PATH": f"{BIN}:{os.environ['PATH']}"}
+        completions = CLI / "completion"
+
+        def completed(shell, *words):
+            quoted = " ".join(shlex.quote(word) for word in words)
+            script = {
+                "bash": f". {completions}.bash; COMP_WORDS=(thimble {quoted}) COMP_CWORD={len(words)}; _thimble; printf '%s\\n' \"${{COMPREPLY[@]}}\"",
+                "zsh": f"compdef() {{ }}; compadd() {{ shift; print -l -- $@ }}; _files() {{ print -l -- ${{words[CURRENT]}}*(N) }}; "
+                       f". {completions}.zsh; words=(thimble {quoted}) CURRENT={len(words) + 1}; _thimble",
+                "fish": f"source {completions}.fish; complete -C 'thimble {' '.join(words)}'",
+            }[shell]
+            ran = subprocess.run([shell, "-c", script], cwd=self.folder, env=environment, capture_output=True, text=True, check=True)
+            self.assertEqual(ran.stderr, "")
+            return {line.split("\t")[0].rstrip("/").replace("\\ ", " ") for line in ran.stdout.splitlines()} - {""}
+
+        for shell in ("bash", "zsh", "fish"):
+            self.assertEqual(completed(shell, "doc"), {"doctor"}, shell)
+            self.assertEqual(completed(shell, "param", "get", "max_fo"), {"max_force"}, shell)
+            self.assertEqual(completed(shell, "compile", "m"), {"my scene.json", "mine"}, shell)
+            self.assertEqual(completed(shell, "plot", "x.rec", "--kind", "t"), {"time"}, shell)
 
     def test_doctor(self):
         report = self.ok_json("doctor")

@@ -59,7 +59,8 @@ class Packages(unittest.TestCase):
                 self.assertEqual(owner, "root/root", path)
 
     def test_the_board(self):
-        self.assertEqual(set(self.files("thimble-board")), BOARD_FILES)
+        man_pages = set() if self.cross else {"usr/share/man/man1/thimble-board.1.gz"}
+        self.assertEqual(set(self.files("thimble-board")), BOARD_FILES | man_pages)
         depends = self.field("thimble-board", "Depends")
         for library in ("libc6 (>= ", "libgcc-s1 (>= ", "libgpiod2 (>= ", "libstdc++6 (>= ", "systemd"):
             self.assertIn(library, depends)
@@ -71,6 +72,29 @@ class Packages(unittest.TestCase):
         self.assertEqual(json.loads((root / "usr/share/doc/thimble-board/examples/board.json").read_text())["thimble_board"], 1)
         unit = (root / "usr/lib/systemd/system/thimble-board.service").read_text()
         self.assertIn("ExecStart=/usr/bin/thimble-board\n", unit)
+
+    def test_man_pages(self):
+        if self.cross:
+            self.skipTest("the programs of another architecture are not asked")
+        for package, programs in (("thimble", ("thimble", "thimble-sim")), ("thimble-board", ("thimble-board",))):
+            folder = self.folder / package / "usr/share/man/man1"
+            names = {page.name.removesuffix(".1.gz") for page in folder.iterdir()}
+            for program in programs:
+                self.assertIn(program, names)
+            for name in names:
+                page = subprocess.run(["man", "--warnings", "-l", folder / f"{name}.1.gz"], capture_output=True, text=True, check=True,
+                                      env={**os.environ, "MANWIDTH": "200", "LC_ALL": "C.UTF-8"})
+                self.assertEqual(page.stderr, "", name)
+                self.assertRegex(page.stdout.splitlines()[0], rf"^{name.upper()}\(1\) ")
+                self.assertRegex(page.stdout, rf"\nNAME\n +{name} - \w")
+                self.assertNotIn(str(BUILD), page.stdout)
+            if package == "thimble":  # every verb has one, at every level
+                def verbs(*words):
+                    text = output(BUILD / "bin/thimble", *words, "--help")
+                    below = [line.split()[0] for line in text.partition("Subcommands:\n")[2].splitlines() if line[2:3].strip()]
+                    return [(*words, verb) for verb in below] + [more for verb in below for more in verbs(*words, verb)]
+                self.assertLessEqual({"-".join(("thimble", *words)) for words in verbs()}, names)
+                self.assertIn("thimble-model-import-urdf", names)
 
     def test_the_unit_is_confined(self):
         unit = self.folder / "thimble-board/usr/lib/systemd/system/thimble-board.service"
@@ -126,7 +150,8 @@ class Packages(unittest.TestCase):
     def test_the_host(self):
         files = set(self.files("thimble"))
         self.assertLessEqual({"usr/bin/thimble", "usr/bin/thimble-sim", "usr/lib/udev/rules.d/70-thimble.rules",
-                              "usr/share/bash-completion/completions/thimble", "usr/share/doc/thimble/cli.md",
+                              "usr/share/bash-completion/completions/thimble", "usr/share/zsh/vendor-completions/_thimble",
+                              "usr/share/fish/vendor_completions.d/thimble.fish", "usr/share/doc/thimble/cli.md",
                               "usr/share/thimble/scene.schema.json", "usr/share/thimble/scenes/asteroid/asteroid.scene.json"}, files)
         depends = self.field("thimble", "Depends")
         for library in ("libassimp5 ", "libc6 (>= ", "libfmt9 ", "libmnl0 ", "libpng16-16 ", "libqhull-r8.0 ", "libstdc++6 (>= ", "zlib1g "):
