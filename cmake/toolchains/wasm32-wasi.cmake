@@ -14,8 +14,6 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 # The new name, wasm32-wasip1, is not that of wasi-libc's folders.
 set(CMAKE_C_FLAGS_INIT "-Wno-deprecated -D_WASI_EMULATED_SIGNAL")
 # Exceptions by WebAssembly's first instructions for them, which older browsers and Node.js have too.
-# Boost 1.74 asks for what C++17 has removed, and this libc++ too.
-set(CMAKE_CXX_FLAGS_INIT
-  "-Wno-deprecated -D_WASI_EMULATED_SIGNAL -D_LIBCPP_ENABLE_CXX17_REMOVED_UNARY_BINARY_FUNCTION -fwasm-exceptions")
+set(CMAKE_CXX_FLAGS_INIT "-Wno-deprecated -D_WASI_EMULATED_SIGNAL -fwasm-exceptions")
 # --no-wasm-opt: clang runs a wasm-opt that it finds, which takes the names of functions away.
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-mexec-model=reactor --no-wasm-opt -Wl,--gc-sections -Wl,--strip-debug -Wl,-z,stack-size=1048576")

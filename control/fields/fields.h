@@ -32,7 +32,7 @@ class Bodies;  // control/bodies/bodies.h
 class Fields {
  public:
   // With Binding::kKeepPlaces a volume of the kind and the pose of one in the last scene keeps its state: a needle stays in its hole, a finger
-  // presses on. With a tip of another radius all begin anew. Of more than kMaxVolumes in both scenes together, one or more may lose it.
+  // presses on. With a tip of another radius all begin anew.
   [[gnu::cold]] void bind(const SceneView& scene, Binding binding) noexcept;
   [[gnu::cold]] void apply_materials(const SceneView& scene) noexcept;  // Binding::kKeepState
 
@@ -58,6 +58,7 @@ class Fields {
     const VolumeOps* ops = nullptr;
     const scene::Object* source = nullptr;  // in the image
     std::uint8_t object = 0;                // its place there
+    std::uint8_t state = 0;                 // its place in state_
     Material material;
     Mat3 rotation = Mat3::Identity();  // object to world
     Vec3 position_m = Vec3::Zero();
@@ -65,15 +66,11 @@ class Fields {
     Vec3 to_tip_m =
         Vec3::Zero();  // from the place of the tip that the volume acts on to the tip, in the object's frame
   };
-  struct Which {
-    const VolumeOps* ops = nullptr;  // null: none
-    std::array<float, 8> place{};    // position, rotation, and the radius of the tip that it meets
-    bool operator==(const Which&) const noexcept = default;
-  };
   struct State {
-    Which which;
+    std::uint32_t of = 0;  // which volume: which_of() in fields.cpp; 0: none
     SharedState shared;
     std::array<ArmState, kMaxArms> arms;
+    [[gnu::cold, gnu::noinline]] void reset() noexcept;
   };
 
   // How far press() is.
@@ -86,15 +83,14 @@ class Fields {
     Manifold manifold;
   };
 
-  [[gnu::cold]] void take_state(std::size_t to, const Which& which) noexcept;
+  [[gnu::cold]] void find_states(float tip_radius_m) noexcept;
   [[nodiscard]] bool press_next(const Placed& placed, const PlacedObject& plane, const PlacedObject& body,
                                 float period_s, Bodies& bodies, Work& work) noexcept;
   static void push_body(const Placed& placed, const Manifold& manifold, const PlacedObject& body,
                         float period_s, Bodies& bodies) noexcept;
 
   std::array<Placed, kMaxVolumes> placed_;
-  std::array<State, kMaxVolumes + 1>
-      state_;  // of each volume; with place for one of the last scene while another is bound
+  std::array<State, kMaxVolumes> state_;
   Press press_;
   std::size_t count_ = 0;
 };

@@ -375,18 +375,6 @@ void define_simulate(CLI::App& app, Choices& c) {
       "again each time the scene, a file that it names, or the path is saved; ends with Ctrl-C");
 }
 
-void print_help(const CLI::App& app, const std::vector<std::string>& words) {
-  refuse_unknown(app, words);
-  const FoundVerb found = find_verb(app, words);
-  if (found.words < words.size())
-    throw Error(ExitCode::kUsage, "usage",
-                "'" + words[found.words] + "' is no verb of " + full_name(*found.verb),
-                "`" + full_name(*found.verb) + " --help` has all of them");
-  // Not its help(), which is that of this verb: the one that was given.
-  std::cout << found.verb->get_formatter()->make_help(found.verb, full_name(*found.verb),
-                                                      CLI::AppFormatMode::Normal);
-}
-
 void define(CLI::App& app, Choices& c) {
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("thimble ") + THIMBLE_VERSION);
@@ -411,7 +399,7 @@ void define(CLI::App& app, Choices& c) {
 
   CLI::App* help = app.add_subcommand("help", "what a verb does, and its options");
   help->add_option("verb", c.words, "the words of a verb, as in `thimble help param get`");
-  help->callback([&app, &c] { print_help(app, c.words); });
+  help->callback([&app, &c] { std::cout << help_of(app, c.words); });
 }
 
 int run(int argc, char** argv) {

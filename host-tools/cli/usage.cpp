@@ -100,6 +100,16 @@ void refuse_unknown(const CLI::App& app, const std::vector<std::string>& words) 
   }
 }
 
+std::string help_of(const CLI::App& app, const std::vector<std::string>& words) {
+  refuse_unknown(app, words);
+  const FoundVerb found = find_verb(app, words);
+  const std::string name = full_name(*found.verb);
+  if (found.words < words.size())
+    refuse("'" + words[found.words] + "' is no verb of " + name, "", *found.verb);
+  // Not its help(), which is that of the verb that was given: `thimble help`.
+  return found.verb->get_formatter()->make_help(found.verb, name, CLI::AppFormatMode::Normal);
+}
+
 std::string nearest(std::string_view word, const std::vector<std::string>& names) {
   std::vector<std::string> begun;
   std::ranges::copy_if(names, std::back_inserter(begun),

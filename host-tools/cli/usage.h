@@ -21,6 +21,9 @@ struct FoundVerb {
 // Throws Error "usage" for a word that is no verb, or an option that its verb does not have, with the nearest name there is.
 void refuse_unknown(const CLI::App& app, const std::vector<std::string>& words);
 
+// What `VERB --help` prints. Throws like refuse_unknown().
+[[nodiscard]] std::string help_of(const CLI::App& app, const std::vector<std::string>& words);
+
 // The name that was probably meant: the only one that `word` begins, or the one with the fewest letters to change, add, leave out or exchange,
 // at most a third of them; "": none.
 [[nodiscard]] std::string nearest(std::string_view word, const std::vector<std::string>& names);
