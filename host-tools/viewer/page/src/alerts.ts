@@ -50,7 +50,8 @@ export class Alerts {
     line.textContent = `${new Date().toLocaleTimeString()} ${event.name}: ${event.cause}${event.remedy ? ` - ${event.remedy}` : ''}`;
     list.prepend(line);
     while (list.children.length > kMessages) list.lastElementChild?.remove();
-    if (event.level === 'error') this.raise(event, event.name === this.fault ? 'cleared' : 'dismissed');
+    const of_fault = event.name === this.fault || event.name === 'device-faulted';
+    if (event.level === 'error') this.raise(event, of_fault ? 'cleared' : 'dismissed');
   }
 
   // The user has asked for something that may disarm the arm.

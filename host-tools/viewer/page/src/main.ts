@@ -120,6 +120,7 @@ function on_hello(it: Hello): void {
   }
   if (hello?.device?.address !== it.device?.address) alerts.forget_device();
   hello = it;
+  if (hand && hand.arm >= it.arms) choose_arm(0); // the last scene had more
   const device = it.device ?? {};
   const device_text = [device.arm, device.board, device.firmware, device.address].filter(Boolean).join(' · ');
   set_text(element('device'), device_text);
@@ -223,7 +224,9 @@ function on_state(state: State): void {
   timeline.live.push(state);
   if (state.mode !== mode_was) {
     show_permission();
-    element('arm').classList.toggle('main', state.mode !== 'armed');
+    const next = state.mode === 'faulted' ? 'clear' : state.mode === 'armed' ? '' : 'arm';
+    for (const button of document.querySelectorAll<HTMLElement>('[data-verb]'))
+      button.classList.toggle('main', button.dataset.verb === next);
   }
   if (link === 'live') status.announce(state);
   extras.on_state(state);

@@ -39,10 +39,23 @@ test('a refusal and a fault stand in a banner in view, newest first, without mov
     /the tip was too fast.*clear the fault/.test((await page.getByTestId('alert').first().textContent()) ?? ''),
   );
   assert.equal((await names(page)).length, 2);
+  // What is next is the button that stands out.
+  const main = () => page.locator('button.main[data-verb]').allTextContents();
+  assert.deepEqual(await main(), ['Clear fault']);
   await page.getByTestId('clear').click();
   await until('the fault is over', async () => (await names(page)).join() === 'refused');
+  await until('to arm is next', async () => (await main()).join() === 'Arm');
   assert.match((await text(page, 'messages')) ?? '', /tip_velocity: the tip was too fast/);
   assert.deepEqual(await moved(page), []);
+
+  // What was refused because of a fault is over with it.
+  await arm(page);
+  mock.touch.trip(7, 'tip_velocity');
+  await until('the fault again', async () => (await names(page)).join() === 'tip_velocity,refused');
+  mock.broadcast(refuse('device-faulted'));
+  await until('both', async () => (await names(page)).join() === 'device-faulted,tip_velocity,refused');
+  await page.getByTestId('clear').click();
+  await until('both are over', async () => (await names(page)).join() === 'refused');
 
   mock.broadcast(refuse('second'));
   mock.broadcast(refuse('refused'));

@@ -62,3 +62,21 @@ test('it starts again without the network', { timeout: 3 * kTimeout_ms }, async 
   await page.waitForFunction(() => document.querySelector('[data-testid=scene]')?.textContent === 'walls', null, { timeout: kTimeout_ms });
   await context.close();
 });
+
+test('with the second arm chosen, a scene for one arm is felt', { timeout: 3 * kTimeout_ms }, async () => {
+  const page = await site.browser.newPage({ viewport: { width: 1280, height: 800 } });
+  const load = async (scene: string): Promise<void> => {
+    await page.getByTestId('scene-picker').selectOption(scene);
+    await page.getByTestId('load').click();
+    await page.waitForFunction((it) => document.querySelector('[data-testid=scene]')?.textContent === it, scene, { timeout: kTimeout_ms });
+    await mode(page, 'armed');
+  };
+  await page.goto(site.address);
+  await mode(page, 'armed');
+  await load('blocks');
+  await page.getByLabel('arm 1').check();
+  await load('walls');
+  assert.ok((await drag_down(page)) <= 90);
+  assert.equal(await page.getByTestId('alert').count(), 0);
+  await page.close();
+});
