@@ -20,52 +20,53 @@
 namespace thimble::host {
 namespace {
 
-constexpr std::string_view kFirstScene = R"({{
+constexpr std::string_view kBeforeName = R"({
   "thimble_scene": 1,
-  "name": "{}",
+  "name": ")";
+constexpr std::string_view kAfterName = R"(",
   "description": "A floor, a block to slide along, and a drawer that clicks.",
 
   // Gravity acts on what moves. All numbers are in metres, newtons, kilograms and seconds; z points up.
   "gravity_m_s2": [0, 0, -9.81],
 
-  "materials": {{
-    "wood": {{ "stiffness_N_m": 800, "damping_N_s_m": 1, "static_friction": 0.5, "dynamic_friction": 0.4 }},
-    "ice": {{ "stiffness_N_m": 1000, "damping_N_s_m": 1 }}
-  }},
+  "materials": {
+    "wood": { "stiffness_N_m": 800, "damping_N_s_m": 1, "static_friction": 0.5, "dynamic_friction": 0.4 },
+    "ice": { "stiffness_N_m": 1000, "damping_N_s_m": 1 }
+  },
 
   "objects": [
-    {{
+    {
       "name": "floor",
-      "shape": {{ "plane": {{ "normal": [0, 0, 1], "offset_m": -0.03 }} }},
+      "shape": { "plane": { "normal": [0, 0, 1], "offset_m": -0.03 } },
       "material": "wood"
-    }},
-    {{
+    },
+    {
       "name": "block",
-      "shape": {{ "box": {{ "size_m": [0.04, 0.04, 0.02] }} }},
-      "pose": {{ "position_m": [-0.04, 0, -0.02] }},
+      "shape": { "box": { "size_m": [0.04, 0.04, 0.02] } },
+      "pose": { "position_m": [-0.04, 0, -0.02] },
       "material": "ice"
-    }},
-    {{
+    },
+    {
       // It slides along x from where it is, 2 cm either way, and holds every 5 mm.
       "name": "drawer",
-      "shape": {{ "box": {{ "size_m": [0.02, 0.03, 0.02] }} }},
-      "pose": {{ "position_m": [0.04, 0, -0.015] }},
+      "shape": { "box": { "size_m": [0.02, 0.03, 0.02] } },
+      "pose": { "position_m": [0.04, 0, -0.015] },
       "material": "wood",
-      "body": {{
+      "body": {
         "motion": "slide",
         "axis": [1, 0, 0],
         "mass_kg": 0.05,
-        "control": {{
+        "control": {
           "friction_N": 0.2,
           "damping_N_s_m": 0.5,
           "low_m": -0.02,
           "high_m": 0.02,
-          "detents": {{ "pitch_m": 0.005, "force_N": 0.8 }}
-        }}
-      }}
-    }}
+          "detents": { "pitch_m": 0.005, "force_N": 0.8 }
+        }
+      }
+    }
   ]
-}}
+}
 )";
 
 std::string sides(const SceneTreeObject& object) {
@@ -126,7 +127,7 @@ void new_scene(const Common& common, const std::string& name) {
     throw Error(ExitCode::kRefused, "file-exists", file.string() + " is there already",
                 "choose another name");
   OutputFile output(file);
-  output.stream() << fmt::format(fmt::runtime(kFirstScene), stem);
+  output.stream() << kBeforeName << stem << kAfterName;
   output.commit();
   if (common.json) {
     Json json = document("new");

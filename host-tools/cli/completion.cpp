@@ -21,11 +21,6 @@ struct Candidates {
   bool files = false;
 };
 
-void add_verbs(const CLI::App& verb, Candidates& candidates) {
-  for (const CLI::App* sub : verb.get_subcommands([](const CLI::App*) { return true; }))
-    candidates.words.push_back(sub->get_name());
-}
-
 // What an option or an argument may be.
 Candidates values_of(const CLI::App& verb, const CLI::Option& option) {
   Candidates values;
@@ -51,8 +46,6 @@ Candidates values_of(const CLI::App& verb, const CLI::Option& option) {
   return values;
 }
 
-bool takes_value(const CLI::Option& option) { return option.get_items_expected_min() > 0; }
-
 // For the last of the words.
 Candidates candidates_for(const CLI::App& app, const std::vector<std::string>& words) {
   const std::vector<std::string> before(words.begin(), words.empty() ? words.end() : words.end() - 1);
@@ -68,20 +61,17 @@ Candidates candidates_for(const CLI::App& app, const std::vector<std::string>& w
     if (option == nullptr || !takes_value(*option)) continue;
     if (++i == before.size()) return values_of(verb, *option);
   }
+  if (full_name(verb) == "thimble help")
+    return {names_of_verbs(*find_verb(app, {before.begin() + 1, before.end()}).verb)};
   Candidates candidates;
-  if (full_name(verb) == "thimble help") {
-    add_verbs(*find_verb(app, {before.begin() + 1, before.end()}).verb, candidates);
-    return candidates;
-  }
   if (!words.empty() && words.back().starts_with("-")) {
     for (const CLI::Option* option : verb.get_options())
       for (const std::string& name : option->get_lnames()) candidates.words.push_back("--" + name);
     return candidates;
   }
-  add_verbs(verb, candidates);
   for (const CLI::Option* option : verb.get_options())
     if (option->get_positional() && place-- == 0) return values_of(verb, *option);
-  return candidates;
+  return {names_of_verbs(verb)};
 }
 
 }  // namespace

@@ -9,16 +9,6 @@
 namespace thimble::host {
 namespace {
 
-std::vector<const CLI::App*> verbs_of(const CLI::App& app) {
-  return app.get_subcommands([](const CLI::App*) { return true; });
-}
-
-std::vector<std::string> names_of_verbs(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const CLI::App* verb : verbs_of(app)) names.push_back(verb->get_name());
-  return names;
-}
-
 std::vector<std::string> names_of_options(const CLI::App& verb) {
   std::vector<std::string> names;
   for (const CLI::Option* option : verb.get_options()) {
@@ -59,6 +49,15 @@ bool is_number(const std::string& word) {
 
 }  // namespace
 
+std::vector<std::string> names_of_verbs(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(verb->get_name());
+  return names;
+}
+
+bool takes_value(const CLI::Option& option) { return option.get_items_expected_min() > 0; }
+
 FoundVerb find_verb(const CLI::App& app, const std::vector<std::string>& words) {
   FoundVerb found{&app, 0};
   for (const std::string& word : words) {
@@ -81,7 +80,7 @@ void refuse_unknown(const CLI::App& app, const std::vector<std::string>& words) 
     const std::string& word = words[i];
     if (word == "--") return;
     if (!word.starts_with("-") || word == "-" || is_number(word)) {
-      if (verbs_of(*verb).empty()) continue;
+      if (names_of_verbs(*verb).empty()) continue;
       const FoundVerb next = find_verb(*verb, {word});
       if (next.words == 0)
         refuse("'" + word + "' is no verb of " + full_name(*verb), nearest(word, names_of_verbs(*verb)),
@@ -95,7 +94,7 @@ void refuse_unknown(const CLI::App& app, const std::vector<std::string>& words) 
     if (std::ranges::find(options, name) == options.end())
       refuse("'" + name + "' is no option of " + full_name(*verb), nearest(name, options), *verb);
     const CLI::Option* const option = verb->get_option_no_throw(name);
-    const bool has_value = option != nullptr && option->get_items_expected_min() > 0;
+    const bool has_value = option != nullptr && takes_value(*option);
     if (has_value && (is_long ? name == word : word.size() == 2)) ++i;
   }
 }

@@ -15,6 +15,10 @@ struct FoundVerb {
 };
 [[nodiscard]] FoundVerb find_verb(const CLI::App& app, const std::vector<std::string>& words);
 
+// Of its subcommands; none: it is one that does something.
+[[nodiscard]] std::vector<std::string> names_of_verbs(const CLI::App& app);
+[[nodiscard]] bool takes_value(const CLI::Option& option);
+
 // "thimble param get"
 [[nodiscard]] std::string full_name(const CLI::App& verb);
 

@@ -97,6 +97,8 @@ TEST_F(Words, KnownOnesAndTheirValuesPass) {
                                              {"run", "--", "--anything"},
                                              {"run", "--help"},
                                              {"param", "get", "get"},
+                                             {"--help", "run"},
+                                             {"param", "--help", "get"},
                                              {"--help"}})
     EXPECT_EQ(refused(words), "");
 }

@@ -280,8 +280,9 @@ TEST(SceneEdits, OfAMovingObjectLeaveItsMotion) {
   EXPECT_EQ(finger.renderer.bodies()[1].q, 0.0F) << "the stop is before where it was";
 }
 
-// Tissues, and as volume 1 the way of a needle, whose skin is below them and without end; the last tissue is where the first one is, and recovers more slowly. `left_out`: without this one; with `more`
-// before and between them; `moved`: this one is somewhere else.
+// Tissues, and as volume 1 the way of a needle, whose skin is below them and without end; the last tissue is where the
+// first one is, and recovers more slowly. `left_out`: without this one; `more`: with others before and between them;
+// `moved`: this one is somewhere else.
 SceneImage scene_with_volumes(int left_out, bool more, int moved, double tip_radius_m = 0.0) {
   const std::string tissue =
       R"("tissue": {"size_m": [0.06, 0.06], "relaxed_stiffness_N_m": 150, "recovery_s": 0.4, "contact_radius_m": 0.008})";
@@ -365,13 +366,14 @@ TEST(SceneEdits, LeaveATissueDentedAndANeedleInItsHole) {
 
 // As many as there can be, all of them moved at once, again and again.
 TEST(SceneEdits, OfEveryVolumeAreBound) {
-  const auto scene = [](double z_m) {
+  const auto scene = [](double z_m, double first_up_m = 0.0) {
     std::string objects;
     for (std::size_t i = 0; i < control::kMaxVolumes; ++i)
       objects += std::string(i == 0 ? "" : ",") + R"({"name": "t)" + std::to_string(i) +
                  R"(", "material": {"stiffness_N_m": 600}, "shape": {"tissue": {"size_m": [0.06, 0.06],
           "relaxed_stiffness_N_m": 150, "recovery_s": 0.4, "contact_radius_m": 0.008}}, "pose": {"position_m": [)" +
-                 std::to_string(0.1 * static_cast<double>(i)) + ", 0, " + std::to_string(z_m) + "]}}";
+                 std::to_string(0.1 * static_cast<double>(i)) + ", 0, " +
+                 std::to_string(z_m + (i == 0 ? first_up_m : 0.0)) + "]}}";
     return SceneImage(
         host::compile_scene_text(R"({"thimble_scene": 1, "name": "all", "objects": [)" + objects + "]}",
                                  "all.scene.json", ".")
@@ -390,6 +392,16 @@ TEST(SceneEdits, OfEveryVolumeAreBound) {
       finger.move({x_m, 0, 0.01}, {x_m, 0, 0.01}, 2000);  // the dimple recovers
     }
   }
+  // Of as many as there can be, only the first one moves: a finger in the last one presses on.
+  Press presses(scenes[0]);
+  const double x_m = 0.1 * (control::kMaxVolumes - 1);
+  presses.tick({x_m, 0, 0.01});
+  presses.tick({x_m, 0, -0.005});
+  const Eigen::Vector3d force_N = presses.force_N();
+  const SceneImage one_moved = scene(0.0, 0.001);
+  presses.renderer.bind(one_moved.view(), Binding::kKeepPlaces);
+  presses.tick({x_m, 0, -0.005});
+  EXPECT_NEAR(presses.force_N().z(), force_N.z(), 0.01 * force_N.z());
 }
 
 }  // namespace
