@@ -32,7 +32,7 @@ class Model(Rig):
             self.assertEqual((by_name["force_dof"], by_name["pose_dof"]), (model["force_dof"], model["pose_dof"]))
             self.assertEqual(by_name["warnings"], [])
             self.assertIn(by_name["source"], self.ok("model", "show", model["name"]).out)
-        self.assertEqual(set(self.ok("__complete", "model", "show", "p").out.split()), {"paddle", "pantograph", "premium-1.5"})
+        self.assertEqual(set(self.ok("__complete", "model", "show", "p").out.split()), {":files", "paddle", "pantograph", "premium-1.5"})
 
     def test_a_wrong_file_is_named_with_its_line(self):
         arm = json.loads((ARMS / "pantograph.arm.json").read_text())
