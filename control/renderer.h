@@ -50,6 +50,9 @@ class Renderer {
   // Without a call there is no bound.
   void bound_work(std::uint32_t units) noexcept;
 
+  // The force fields of this trial act from the next tick on, and no longer those of another one. 0: those of none.
+  void set_trial(std::uint8_t trial) noexcept { fields_.set_trial(trial); }
+
   // The units that the last tick has done: where there are bodies, at most kMostBodyStepWork more than it may.
   [[nodiscard]] std::uint32_t tick_work() const noexcept { return work_ - left_ + effort_.work.over(); }
   // What the last tick has done, for those who estimate what it takes on a board (board/sim/tick_cost.h).

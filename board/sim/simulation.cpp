@@ -114,6 +114,7 @@ class Simulation {
   SimulationResult ideal(const control::SceneView& scene) {
     const auto renderer = std::make_unique<control::Renderer>();
     renderer->bind(scene);
+    renderer->set_trial(options_.trial);
     std::vector<control::Tip> tips(paths_.size());
     std::vector<control::Touch> touches(paths_.size());
     SimulationResult result;
@@ -173,6 +174,7 @@ class Simulation {
       }
       return true;
     };
+    static_cast<void>(controller.write_param(firmware::row_of(firmware::Param::trial).id, options_.trial));
     controller.keep_alive();
     board.tick();
     if (controller.request(firmware::Command::kHome) != 0 || !until([&] {

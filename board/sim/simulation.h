@@ -35,6 +35,7 @@ struct SimulationOptions {
   std::string arm = "premium-1.5";                // a plant variant
   std::optional<kinematics::ArmData> arm_data{};  // another arm in its place
   std::uint64_t seed = 1;
+  std::uint8_t trial = 0;  // the parameter of that name: which force fields act
   Hand hand{};
   Sensors sensors{};  // what the arm has besides encoders
 };

@@ -77,6 +77,8 @@ void Fields::bind(const SceneView& view, Binding binding) noexcept {
     placed.ops = ops;
     placed.source = object;
     placed.object = place;
+    const scene::ForceField* field = object->shape_as_ForceField();
+    placed.trial = field == nullptr ? 0 : static_cast<std::uint8_t>(field->trial());
     placed.material = view_material(*object->material());
     placed.rotation = to_rotation(object->pose()->rotation()).toRotationMatrix();
     placed.position_m = to_vec(object->pose()->position_m());
@@ -135,7 +137,7 @@ void Fields::tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch)
     State& state = state_[placed.state];
     ArmState& own = state.arms[arm];
     const Vec3 p = placed.rotation.transpose() * (tip.position_m - placed.position_m) - placed.to_tip_m;
-    if (!holds(placed.bounds, p)) {
+    if (!holds(placed.bounds, p) || (placed.trial != 0 && placed.trial != trial_)) {
       own = {};
       continue;
     }

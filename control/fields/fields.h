@@ -51,6 +51,9 @@ class Fields {
   // Writes the state of every needle track and every tissue for each arm; returns how many there are.
   std::size_t show(TissueViews& views) const noexcept;
 
+  // From the next tick on: a force field of another trial ends, those of this one begin.
+  void set_trial(std::uint8_t trial) noexcept { trial_ = trial; }
+
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
 
  private:
@@ -59,6 +62,7 @@ class Fields {
     const scene::Object* source = nullptr;  // in the image
     std::uint8_t object = 0;                // its place there
     std::uint8_t state = 0;                 // its place in state_
+    std::uint8_t trial = 0;                 // in which it acts; 0: in all
     Material material;
     Mat3 rotation = Mat3::Identity();  // object to world
     Vec3 position_m = Vec3::Zero();
@@ -92,7 +96,8 @@ class Fields {
   std::array<Placed, kMaxVolumes> placed_;
   std::array<State, kMaxVolumes> state_;
   Press press_;
-  std::size_t count_ = 0;
+  std::uint8_t count_ = 0;
+  std::uint8_t trial_ = 0;
 };
 
 }  // namespace thimble::control

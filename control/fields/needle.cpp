@@ -22,7 +22,7 @@ ImageVerdict needle_check(const scene::Object& object, Pauses& /*pauses*/) noexc
   return check_needle(*object.shape_as_Needle());
 }
 
-VolumeBounds needle_bounds(const scene::Object&) noexcept {
+[[gnu::cold]] VolumeBounds needle_bounds(const scene::Object&) noexcept {
   constexpr float kEverywhere = std::numeric_limits<float>::infinity();
   return {Vec3::Constant(-kEverywhere), Vec3::Constant(kEverywhere)};
 }

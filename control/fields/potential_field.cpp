@@ -37,7 +37,7 @@ ImageVerdict check(const scene::Object& object, Pauses& pauses) noexcept {
   return check_potential_field(*object.shape_as_PotentialField(), pauses);
 }
 
-VolumeBounds bounds(const scene::Object& object) noexcept {
+[[gnu::cold]] VolumeBounds bounds(const scene::Object& object) noexcept {
   const scene::PotentialField& field = *object.shape_as_PotentialField();
   const Vec3 origin = to_vec(*field.origin_m());
   const auto& count = *field.count();

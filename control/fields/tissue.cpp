@@ -27,7 +27,8 @@ ImageVerdict tissue_check(const scene::Object& object, Pauses& /*pauses*/) noexc
   return check_tissue(*object.shape_as_Tissue(), object.material()->stiffness_n_per_m());
 }
 
-VolumeBounds tissue_bounds(const scene::Object&) noexcept {  // a dimple recovers wherever the tip is
+[[gnu::cold]] VolumeBounds tissue_bounds(
+    const scene::Object&) noexcept {  // a dimple recovers wherever the tip is
   constexpr float kEverywhere = std::numeric_limits<float>::infinity();
   return {Vec3::Constant(-kEverywhere), Vec3::Constant(kEverywhere)};
 }

@@ -24,7 +24,7 @@ ImageVerdict check(const scene::Object& object, Pauses& /*pauses*/) noexcept {
   return check_vector_field(*object.shape_as_VectorField());
 }
 
-VolumeBounds bounds(const scene::Object& object) noexcept {
+[[gnu::cold]] VolumeBounds bounds(const scene::Object& object) noexcept {
   const scene::VectorField& field = *object.shape_as_VectorField();
   return {to_vec(*field.lo_m()), to_vec(*field.hi_m())};
 }

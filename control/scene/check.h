@@ -62,6 +62,7 @@ inline bool is_unit(const scene::Vec3& v) { return is_unit(v.x() * v.x() + v.y()
                                         Pauses& pauses) noexcept;
 [[nodiscard]] ImageVerdict check_vector_field(const scene::VectorField& field) noexcept;
 [[nodiscard]] ImageVerdict check_potential_field(const scene::PotentialField& field, Pauses& pauses) noexcept;
+[[nodiscard]] ImageVerdict check_force_field(const scene::ForceField& field) noexcept;
 [[nodiscard]] ImageVerdict check_needle(const scene::Needle& needle) noexcept;
 [[nodiscard]] ImageVerdict check_tissue(const scene::Tissue& tissue,
                                         float stiffness_N_m) noexcept;  // of the object's material

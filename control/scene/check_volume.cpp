@@ -29,6 +29,23 @@ ImageVerdict check_vector_field(const scene::VectorField& field) noexcept {
   return ImageStatus::kOk;
 }
 
+ImageVerdict check_force_field(const scene::ForceField& field) noexcept {
+  const auto within = [](const scene::Vec3& numbers, float least, float most) {
+    return in_range(numbers.x(), least, most) && in_range(numbers.y(), least, most) &&
+           in_range(numbers.z(), least, most);
+  };
+  const float mass_kg = field.mass_kg();
+  return require(within(field.constant_n(), -kMaxFieldForce_N, kMaxFieldForce_N) &&
+                     within(field.stiffness_n_per_m(), 0.0F, kMaxStiffness_N_m) &&
+                     within(field.damping_n_s_per_m(), 0.0F, kMaxDamping_N_s_m) &&
+                     within(field.curl_n_s_per_m(), -kMaxDamping_N_s_m, kMaxDamping_N_s_m) &&
+                     within(field.half_size_m(), 0.0F, kMaxCoordinate_m) && field.trial() <= kMaxTrial &&
+                     (mass_kg == 0.0F || in_range(mass_kg, kMinMass_kg, kMaxMass_kg)) &&
+                     in_range(field.mass_stiffness_n_per_m(), 0.0F, kMaxStiffness_N_m) &&
+                     in_range(field.mass_damping_n_s_per_m(), 0.0F, kMaxDamping_N_s_m),
+                 ImageStatus::kBadNumber);
+}
+
 ImageVerdict check_potential_field(const scene::PotentialField& field, Pauses& pauses) noexcept {
   constexpr std::uint16_t kLeastCount = 4;  // one cell of the spline
   if (field.count()->size() != 3) return ImageStatus::kBadIndex;

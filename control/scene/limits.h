@@ -40,7 +40,9 @@ inline constexpr float kMinDetentPitch = 1.0e-4F;   // m or rad
 // sqrt(stiffness / inertia) of a control element's own efforts: 0.25 rad in a tick at 4 kHz, stable down to
 // 500 Hz.
 inline constexpr float kMaxControlRate_rad_s = 1000.0F;
-inline constexpr float kMaxTear_N = 100.0F;  // of a needle's layer: its tear strength and its friction
+inline constexpr float kMaxFieldForce_N = 100.0F;  // of a force field, along each axis
+inline constexpr std::size_t kMaxTrial = 255;      // of a force field
+inline constexpr float kMaxTear_N = 100.0F;        // of a needle's layer: its tear strength and its friction
 inline constexpr float kMaxViscosity_N_s_m2 = 1.0e4F;  // of a needle's layer
 inline constexpr float kMinRelaxedShare = 1.0e-3F;     // of a tissue's stiffness, when held long
 inline constexpr float kMinRecovery_s = 1.0e-3F;       // of a tissue's dimple

@@ -38,6 +38,7 @@ extern const VolumeOps kVectorFieldVolume;
 extern const VolumeOps kPotentialFieldVolume;
 extern const VolumeOps kNeedleVolume;
 extern const VolumeOps kTissueVolume;
+extern const VolumeOps kForceFieldVolume;
 
 enum class ShapeClass : std::uint8_t {
   kSolid,   // a surface that a god object rests on
@@ -89,6 +90,7 @@ inline constexpr auto kShapeTable = [] {
     volume(Shape::Needle,         &kNeedleVolume),
     volume(Shape::Tissue,         &kTissueVolume),
     solid(Shape::Cone,     kMovable, &kConeCollision,     &kConeSolid),
+    volume(Shape::ForceField,     &kForceFieldVolume),
   });
   // clang-format on
 }();

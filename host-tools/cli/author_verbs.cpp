@@ -78,6 +78,10 @@ std::string sides(const SceneTreeObject& object) {
 std::vector<std::string> branches(const SceneTreeObject& object) {
   std::vector<std::string> lines;
   std::string feel = fmt::format("feels: {:g} N/m, {:g} N s/m", object.stiffness_N_m, object.damping_N_s_m);
+  if (object.stiffness_N_m == 0) {
+    lines.push_back(fmt::format("acts: {}", fmt::join(object.effects, ", ")));
+    return lines;
+  }
   if (object.static_friction > 0 || object.dynamic_friction > 0)
     feel += fmt::format(", friction {:g} at rest, {:g} in motion", object.static_friction,
                         object.dynamic_friction);
@@ -97,10 +101,11 @@ Json to_json(const SceneTreeObject& object) {
   Json json = {{"name", object.name}, {"shape", object.shape}};
   json["size_m"] = object.size_m;  // null: without end
   json["position_m"] = object.position_m;
-  json["material"] = {{"stiffness_N_m", object.stiffness_N_m},
-                      {"damping_N_s_m", object.damping_N_s_m},
-                      {"static_friction", object.static_friction},
-                      {"dynamic_friction", object.dynamic_friction}};
+  if (object.stiffness_N_m > 0)
+    json["material"] = {{"stiffness_N_m", object.stiffness_N_m},
+                        {"damping_N_s_m", object.damping_N_s_m},
+                        {"static_friction", object.static_friction},
+                        {"dynamic_friction", object.dynamic_friction}};
   json["effects"] = object.effects;
   if (!object.motion.empty())
     json["body"] = {{"motion", object.motion}, {"mass_kg", object.mass_kg}, {"control", object.control}};

@@ -370,6 +370,8 @@ void define_simulate(CLI::App& app, Choices& c) {
   simulate_verb->add_option("--rate", c.simulate.rate_Hz, "ticks a second")->capture_default_str();
   simulate_verb->add_option("--arm", c.simulate.arm, arm_names())->capture_default_str();
   simulate_verb->add_option("--seed", c.simulate.seed, "seed of the simulated arm")->capture_default_str();
+  simulate_verb->add_option("--trial", c.simulate.trial,
+                            "the parameter trial: which force fields of the scene act");
   simulate_verb->add_flag(
       "--watch", c.simulate.watch,
       "again each time the scene, a file that it names, or the path is saved; ends with Ctrl-C");

@@ -144,6 +144,7 @@ void simulate_once(const Common& common, const SimulateChoice& choice) {
   options.arm = choice.arm;
   options.arm_data = other_arm(choice.arm);
   options.seed = choice.seed;
+  options.trial = choice.trial;
 
   OutputFile log(choice.log);
   const SceneColumns columns(run.image());

@@ -208,6 +208,7 @@ struct SimulateChoice {
   double rate_Hz = 4000;
   std::string arm = "premium-1.5";
   std::uint64_t seed = 1;
+  std::uint8_t trial = 0;
   bool watch = false;  // again each time a file is saved, until a signal ends it
 };
 void simulate(const Common& common, const SimulateChoice& choice);

@@ -235,8 +235,9 @@ class ImageWriter {
         const SceneObject& other = file.objects[j];
         if (i == j) continue;
         const bool is_tissue = other.kind == scene::Shape::Tissue;
-        const bool is_field =
-            other.kind == scene::Shape::VectorField || other.kind == scene::Shape::PotentialField;
+        const bool is_field = other.kind == scene::Shape::VectorField ||
+                              other.kind == scene::Shape::PotentialField ||
+                              other.kind == scene::Shape::ForceField;
         if (is_field) {
           if (!guided)
             report_.warnings.push_back(other.name + " acts on fingertips only: the body " + body.name +

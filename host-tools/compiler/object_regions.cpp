@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 
+#include "control/scene/limits.h"
 #include "host-tools/compiler/checked_scene.h"
 #include "thimble_scene_schema/scene_generated.h"
 
@@ -74,6 +75,13 @@ void set_box(ObjectRegion& region, const scene::Object& object) {
       region.lo_m = vector_of(*object.shape_as_VectorField()->lo_m());
       region.hi_m = vector_of(*object.shape_as_VectorField()->hi_m());
       return;
+    case scene::Shape::ForceField: {
+      const Vector3d half_m = vector_of(object.shape_as_ForceField()->half_size_m());
+      if (half_m.minCoeff() == metres(control::kMaxCoordinate_m)) return;  // everywhere
+      region.hi_m = half_m;
+      region.lo_m = -half_m;
+      return;
+    }
     case scene::Shape::PotentialField:
       return set_potential(region, *object.shape_as_PotentialField());
     case scene::Shape::Needle:  // felt from its skin on, along the object's -z

@@ -110,7 +110,8 @@ SceneObject read_object(const Value& value, const Materials& materials, const Sc
                           "leave some out");
   }
   if (part.has("pose")) read_pose(part.at("pose"), object.position_m, object.rotation);
-  object.material = material_of(part.at("material"), materials);
+  if (object.kind != scene::Shape::ForceField || part.has("material"))
+    object.material = material_of(part.at("material"), materials);
   if (const auto* tissue = std::get_if<TissueShape>(&object.shape))
     check_against_material(*tissue, part.at("shape").at("tissue"), object.material.stiffness_N_m);
   if (part.has("body")) read_object_body(part.at("body"), object, counts.bodies);

@@ -15,11 +15,11 @@
 namespace thimble::host {
 
 struct SceneMaterial {
-  double stiffness_N_m;
-  double damping_N_s_m;
-  double static_friction;
-  double dynamic_friction;
-  scene::FrictionMode friction_mode;
+  double stiffness_N_m = 1;
+  double damping_N_s_m = 0;
+  double static_friction = 0;
+  double dynamic_friction = 0;
+  scene::FrictionMode friction_mode = scene::FrictionMode::StickSlip;
   SceneSurface surface;
 };
 

@@ -46,8 +46,8 @@ void add_scene(Kinds& kinds) {
       .required("name", name(), "Unlike every other object's.")
       .required("shape", part("shape"))
       .optional("pose", part("pose"))
-      .required("material", part_or_name("material"),
-                "A material, or the name of one of the scene's materials.")
+      .optional("material", part_or_name("material"),
+                "A material, or the name of one of the scene's materials. Required, but for a force field.")
       .optional("body", part("body"));
 
   FileKind& shape = add(kinds, "shape", "a shape", "Exactly one shape.");
@@ -194,6 +194,14 @@ void add_potential_field(Kinds& kinds) {
       .optional("source_N_m", number(source_of_energy), "Law energy: required.");
 }
 
+void add_hung_mass(Kinds& kinds) {
+  add(kinds, "hung_mass", "a mass",
+      "It hangs on the tip by a spring and a damper, and begins at rest where the tip is.")
+      .required("mass_kg", number(from(control::kMinMass_kg, control::kMaxMass_kg, "kg")))
+      .required("stiffness_N_m", number(stiffness()))
+      .optional("damping_N_s_m", number(damping()).by_default(0));
+}
+
 void add_pose(Kinds& kinds) {
   add(kinds, "pose", "a pose", "First rotates the object about its origin, then moves it.")
       .optional("position_m", vector(kCoordinate).by_default(0, 0, 0))
@@ -311,6 +319,7 @@ Kinds table() {
   add_needle_and_tissue(kinds);
   add_vector_field(kinds);
   add_potential_field(kinds);
+  add_hung_mass(kinds);
   add_pose(kinds);
   add_surface(kinds);
   add_slide_control(kinds);

@@ -1,6 +1,7 @@
 #include "host-tools/compiler/scene_shape.h"
 
 #include <array>
+#include <cmath>
 
 #include "control/scene/shape_table.h"
 #include "host-tools/compiler/to_scene.h"
@@ -82,6 +83,27 @@ SceneShape read_mesh(const Value& value) {
   return mesh;
 }
 
+SceneShape read_force_field(const Value& value) {
+  const ScenePart part(value, "force_field");
+  const auto number = [](const ScenePart& of, std::string_view key) {
+    return static_cast<float>(of.number(key));
+  };
+  const Eigen::Vector3d size_m =
+      part.has("size_m") ? part.vector("size_m") : Eigen::Vector3d::Constant(2.0 * kMaxCoordinate);
+  const double trial = part.number("trial");
+  if (trial != std::floor(trial)) part.at("trial").wrong("a whole number");
+  std::array<float, 3> mass{};
+  if (part.has("mass")) {
+    const ScenePart hung(part.at("mass"), "hung_mass");
+    mass = {number(hung, "mass_kg"), number(hung, "stiffness_N_m"), number(hung, "damping_N_s_m")};
+  }
+  return PrimitiveShape{
+      writes(scene::ForceField(to_scene(part.vector("constant_N")), to_scene(part.vector("stiffness_N_m")),
+                               to_scene(part.vector("damping_N_s_m")), to_scene(part.vector("curl_N_s_m")),
+                               to_scene(Eigen::Vector3d(size_m / 2.0)), mass[0], mass[1], mass[2],
+                               static_cast<std::uint32_t>(trial)))};
+}
+
 template <auto kRead>
 SceneShape read_as(const Value& value) {
   return kRead(value);
@@ -98,6 +120,10 @@ FileKind& add_primitive(std::vector<SceneShapeRow>& rows, scene::Shape kind, Sce
 std::vector<SceneShapeRow> shape_rows() {
   using enum scene::Shape;
   using namespace keys;
+  const Range kFieldForce = from(-control::kMaxFieldForce_N, control::kMaxFieldForce_N, "N");
+  const Range kStiffness = from(0, control::kMaxStiffness_N_m, "N/m");
+  const Range kDamping = from(0, control::kMaxDamping_N_s_m, "N s/m");
+  const Range kCurl = from(-control::kMaxDamping_N_s_m, control::kMaxDamping_N_s_m, "N s/m");
   std::vector<SceneShapeRow> rows;
   add_primitive(rows, Plane, read_plane, "plane", "a plane", "Solid where normal . p <= offset_m.")
       .required("normal", direction(), "Direction towards the free side, of any length but zero.")
@@ -124,6 +150,20 @@ std::vector<SceneShapeRow> shape_rows() {
   rows.push_back({"potential_field", PotentialField, false, read_as<read_potential_field>});
   rows.push_back({"needle", Needle, false, read_as<read_needle>});
   rows.push_back({"tissue", Tissue, false, read_as<read_tissue>});
+  add_primitive(
+      rows, ForceField, read_force_field, "force_field", "a force field",
+      "Forces on a tip that is inside, whatever it touches, in the object's frame. It needs no material.")
+      .optional("constant_N", vector(kFieldForce).by_default(0, 0, 0))
+      .optional("stiffness_N_m", vector(kStiffness).by_default(0, 0, 0),
+                "Along each axis, towards the origin: [0, K, K] is a channel along x.")
+      .optional("damping_N_s_m", vector(kDamping).by_default(0, 0, 0),
+                "Against the velocity along each axis.")
+      .optional("curl_N_s_m", vector(kCurl).by_default(0, 0, 0),
+                "Curl times velocity (cross product): perpendicular to the velocity.")
+      .optional("mass", part("hung_mass"))
+      .optional("size_m", vector(kLength), "Full edge lengths; without them the field is everywhere.")
+      .optional("trial", number(from(0, control::kMaxTrial)).by_default(0),
+                "A whole number. The field acts while the parameter `trial` has this value; 0: always.");
   return rows;
 }
 

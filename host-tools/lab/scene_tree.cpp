@@ -55,6 +55,24 @@ void add_body(const scene::Body& body, SceneTreeObject& object) {
   if (control->has_switch()) object.control.emplace_back("switch");
 }
 
+bool is_any(const scene::Vec3& v) { return v.x() != 0 || v.y() != 0 || v.z() != 0; }
+
+void add_force_field(const scene::ForceField& field, SceneTreeObject& object) {
+  if (is_any(field.constant_n())) object.effects.emplace_back("constant");
+  if (is_any(field.stiffness_n_per_m())) object.effects.emplace_back("spring");
+  if (is_any(field.damping_n_s_per_m())) object.effects.emplace_back("damping");
+  if (is_any(field.curl_n_s_per_m())) object.effects.emplace_back("curl");
+  if (field.mass_kg() > 0) object.effects.emplace_back("mass");
+  if (field.trial() > 0) object.effects.push_back("in trial " + std::to_string(field.trial()));
+}
+
+void add_material(const scene::Material& material, SceneTreeObject& object) {
+  object.stiffness_N_m = exact(material.stiffness_n_per_m());
+  object.damping_N_s_m = exact(material.damping_n_s_per_m());
+  object.static_friction = exact(material.static_friction());
+  object.dynamic_friction = exact(material.dynamic_friction());
+}
+
 }  // namespace
 
 std::vector<SceneTreeObject> scene_tree(const CompiledScene& compiled) {
@@ -77,11 +95,10 @@ std::vector<SceneTreeObject> scene_tree(const CompiledScene& compiled) {
         region.origin_m +
         (is_plane ? Eigen::Vector3d(region.hi_m.z() * region.rotation.col(2)) : Eigen::Vector3d::Zero());
     object.position_m = {position_m.x(), position_m.y(), position_m.z()};
-    const scene::Material& material = *source->material();
-    object.stiffness_N_m = exact(material.stiffness_n_per_m());
-    object.damping_N_s_m = exact(material.damping_n_s_per_m());
-    object.static_friction = exact(material.static_friction());
-    object.dynamic_friction = exact(material.dynamic_friction());
+    if (const scene::ForceField* field = source->shape_as_ForceField(); field != nullptr)
+      add_force_field(*field, object);
+    else
+      add_material(*source->material(), object);
     if (source->surface() != nullptr) add_surface(*source->surface(), object);
     if (source->body() != nullptr) add_body(*source->body(), object);
   }

@@ -46,6 +46,27 @@ class Author(Rig):
             for it in shown["objects"]:
                 self.assertIn(f" {it['name']}: {it['shape']}, ", text)
 
+    def test_a_force_field_is_shown(self):
+        scene = self.folder / "fields.scene.json"
+        scene.write_text(json.dumps({"thimble_scene": 1, "name": "fields", "objects": [
+            {"name": "wind", "shape": {"force_field": {"constant_N": [1, 0, 0], "curl_N_s_m": [0, 0, 9], "trial": 3}}},
+            {"name": "cup", "shape": {"force_field": {"mass": {"mass_kg": 1, "stiffness_N_m": 9}, "size_m": [0.1, 0.2, 0.3]}}}]}))
+        wind, cup = self.ok_json("show", scene)["objects"]
+        self.assertEqual((wind["size_m"], wind["effects"], "material" in wind), (3 * [None], ["constant", "curl", "in trial 3"], False))
+        self.assertEqual(([round(side, 6) for side in cup["size_m"]], cup["effects"]), ([0.1, 0.2, 0.3], ["mass"]))
+        self.assertIn("acts: constant, curl, in trial 3", self.ok("show", scene).out)
+
+    def test_the_field_of_a_trial_is_felt(self):
+        scene, path = self.folder / "trials.scene.json", self.folder / "rest.csv"
+        scene.write_text(json.dumps({"thimble_scene": 1, "name": "trials", "objects": [
+            {"name": f"wind {trial}", "shape": {"force_field": {"constant_N": [trial, 0, 0], "trial": trial}}} for trial in (1, 2)]}))
+        path.write_text("time_s,x_m,y_m,z_m\n0,0,0,0\n0.1,0,0,0\n")
+        for options, peak_N in (((), 0), (("--trial", 1), 1), (("--trial", 2), 2), (("--trial", 3), 0)):
+            for ideal in ((), ("--ideal",)):
+                run = self.ok_json("simulate", scene, "--path", path, "--log", self.folder / "log.csv", *options, *ideal)
+                self.assertAlmostEqual(run["peak_force_N"], peak_N, places=5)
+        self.fails(2, "usage", "simulate", scene, "--path", path, "--log", self.folder / "log.csv", "--trial", 256)
+
     def test_what_is_shown(self):
         scene = self.folder / "box.scene.json"
         scene.write_text(json.dumps({

@@ -37,7 +37,9 @@ const Bytes& field_image() {
 {"name": "soft", "shape": {"potential_field": {"shape": {"sphere": {"radius_m": 0.013}}, "step_m": 0.006, "source_per_m": 200}},
   "pose": {"position_m": [-0.02, 0, 0.01]}, "material": {"stiffness_N_m": 500, "damping_N_s_m": 2}},
 {"name": "sharp", "shape": {"potential_field": {"shape": {"box": {"size_m": [0.03, 0.026, 0.026]}}, "step_m": 0.006,
-  "law": "energy", "source_N_m": 40}}, "pose": {"position_m": [0, 0.03, 0]}, "material": {"stiffness_N_m": 500}}]})",
+  "law": "energy", "source_N_m": 40}}, "pose": {"position_m": [0, 0.03, 0]}, "material": {"stiffness_N_m": 500}},
+{"name": "wind", "shape": {"force_field": {"constant_N": [1, 2, 3], "stiffness_N_m": [0, 100, 0], "damping_N_s_m": [1, 1, 1],
+  "curl_N_s_m": [0, 0, 5], "size_m": [0.2, 0.2, 0.2], "mass": {"mass_kg": 0.2, "stiffness_N_m": 100, "damping_N_s_m": 1}}}}]})",
                                                       "seed", ".")
                                  .image;
   return bytes;
@@ -81,6 +83,11 @@ TEST(FieldImage, EachFieldOutOfItsRangeIsRefusedByName) {
   const Field coefficient = [=](O o) -> const void* { return part(field(o)->coefficients()->Data(), 40); };
   const Field stiffness = [](O o) -> const void* { return o.material(); };
   constexpr unsigned kSharp = 3;
+  constexpr unsigned kWind = 4;
+  // Of the n-th number of a force field.
+  const auto wind = [](int n) -> Field {
+    return [n](O o) -> const void* { return part(o.shape_as_ForceField(), 4 * n); };
+  };
   struct Case {
     std::string what;
     Bytes bytes;
@@ -115,6 +122,16 @@ TEST(FieldImage, EachFieldOutOfItsRangeIsRefusedByName) {
       {"step 11 m", field_with(kSoft, step, 11.0F), ImageStatus::kBadNumber},
       {"law 7", field_with(kSharp, law, std::uint8_t{7}), ImageStatus::kBadNumber},
       {"coefficient not a number", field_with(kSoft, coefficient, nan), ImageStatus::kBadNumber},
+      {"constant force over its limit", field_with(kWind, wind(1), 101.0F), ImageStatus::kBadNumber},
+      {"stiffness of a field below zero", field_with(kWind, wind(3), -1.0F), ImageStatus::kBadNumber},
+      {"damping of a field below zero", field_with(kWind, wind(8), -1.0F), ImageStatus::kBadNumber},
+      {"curl not a number", field_with(kWind, wind(9), nan), ImageStatus::kBadNumber},
+      {"box of a field below zero", field_with(kWind, wind(12), -1.0F), ImageStatus::kBadNumber},
+      {"mass too small", field_with(kWind, wind(15), 1.0e-5F), ImageStatus::kBadNumber},
+      {"mass below zero", field_with(kWind, wind(15), -1.0F), ImageStatus::kBadNumber},
+      {"spring of a mass infinite", field_with(kWind, wind(16), infinite), ImageStatus::kBadNumber},
+      {"damper of a mass below zero", field_with(kWind, wind(17), -1.0F), ImageStatus::kBadNumber},
+      {"trial 256", field_with(kWind, wind(18), std::uint32_t{256}), ImageStatus::kBadNumber},
       {"coefficient over its limit", field_with(kSoft, coefficient, 2.0F * control::kMaxPotential),
        ImageStatus::kBadNumber}};
   int wrong = 0;

@@ -13,6 +13,7 @@
 #include "host-tools/compiler/compile.h"
 #include "host-tools/error.h"
 #include "tests/support/figure.h"
+#include "tests/unit/compiler/refusal.h"
 #include "thimble_scene_schema/scene_generated.h"
 
 namespace thimble::test {
@@ -47,6 +48,42 @@ TEST(SceneField, ABoxBecomesSixSubvolumesAndABox) {
   EXPECT_FLOAT_EQ(field.hi_m()->x(), 0.01F);
   EXPECT_FLOAT_EQ(field.hi_m()->z(), 0.03F);
   EXPECT_FLOAT_EQ(field.lo_m()->y(), -0.02F);
+}
+
+TEST(SceneField, AForceFieldHasItsNumbersAndNeedsNoMaterial) {
+  const auto compiled_object = [](const std::string& rest) {
+    return host::compile_scene_text(
+        R"({"thimble_scene": 1, "name": "one", "objects": [{"name": "it", "shape": )" + rest + "}]}",
+        "test.scene.json", {});
+  };
+  const host::CompiledScene scene = compiled_object(R"({"force_field": {"constant_N": [1, 2, 3],
+    "stiffness_N_m": [4, 5, 6], "damping_N_s_m": [7, 8, 9], "curl_N_s_m": [-1, -2, -3], "size_m": [0.2, 0.4, 0.6], "trial": 7,
+    "mass": {"mass_kg": 0.5, "stiffness_N_m": 60, "damping_N_s_m": 0.25}}})");
+  EXPECT_TRUE(scene.report.warnings.empty());
+  const scene::ForceField& field = *only_object(scene).shape_as_ForceField();
+  const auto is = [](const scene::Vec3& v, float x, float y, float z) {
+    return v.x() == x && v.y() == y && v.z() == z;
+  };
+  EXPECT_TRUE(is(field.constant_n(), 1, 2, 3) && is(field.stiffness_n_per_m(), 4, 5, 6) &&
+              is(field.damping_n_s_per_m(), 7, 8, 9) && is(field.curl_n_s_per_m(), -1, -2, -3) &&
+              is(field.half_size_m(), 0.1F, 0.2F, 0.3F));
+  EXPECT_EQ(field.mass_kg(), 0.5F);
+  EXPECT_EQ(field.mass_stiffness_n_per_m(), 60.0F);
+  EXPECT_EQ(field.mass_damping_n_s_per_m(), 0.25F);
+  EXPECT_EQ(field.trial(), 7U);
+
+  const host::CompiledScene empty = compiled_object(R"({"force_field": {}})");
+  const scene::ForceField& nothing = *only_object(empty).shape_as_ForceField();
+  EXPECT_TRUE(is(nothing.half_size_m(), control::kMaxCoordinate_m, control::kMaxCoordinate_m,
+                 control::kMaxCoordinate_m));
+  EXPECT_EQ(nothing.mass_kg(), 0.0F);
+  EXPECT_EQ(nothing.trial(), 0U);
+  const Refusal refusal =
+      refusal_of_scene(R"({"thimble_scene": 1, "name": "one", "objects": [{"name": "it", "shape":
+{"sphere": {"radius_m": 0.01}}}]})",
+                       {});
+  EXPECT_EQ(refusal.name, "missing-key");
+  EXPECT_THAT(refusal.cause, HasSubstr("material"));
 }
 
 TEST(SceneField, APlaneOfABodyThatIsNearestToNothingIsLeftOut) {
@@ -98,6 +135,18 @@ TEST(SceneField, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
   const std::string ball = R"({"ball": {"radius_m": 0.01}})";
   const std::string small = R"("shape": {"sphere": {"radius_m": 0.006}})";
   const std::vector<Case> cases{
+      // Force fields.
+      {R"("force_field": {"trial": 1.5})",
+       "bad-value",
+       {"/force_field/trial is 1.5, allowed is a whole number"}},
+      {R"("force_field": {"trial": 256})", "bad-value", {"from 0.0 to 255.0"}},
+      {R"("force_field": {"stiffness_N_m": [0, -1, 0]})",
+       "bad-value",
+       {"/force_field/stiffness_N_m/1 is -1"}},
+      {R"("force_field": {"constant_N": [0, 101, 0]})", "bad-value", {"/force_field/constant_N/1 is 101"}},
+      {R"("force_field": {"curl_N_s": [0, 0, 1]})", "unknown-key", {"did you mean \"curl_N_s_m\"?"}},
+      {R"("force_field": {"mass": {"mass_kg": 1}})", "missing-key", {"stiffness_N_m"}},
+      {R"("force_field": {"size_m": [0, 1, 1]})", "bad-value", {"/force_field/size_m/0 is 0"}},
       // Vector fields.
       {vector("7"),
        "bad-value",

@@ -8,7 +8,7 @@ const kHandStiffness_N_m = 250;
 const kWorkspace_m: Vec3 = [0.19, 0.095, 0.13]; // to either side
 const kMaxForce_N = 8;
 const kRecovery_s = 0.6;
-const kVolumes = new Set(['needle', 'tissue', 'vector_field', 'potential_field']);
+const kVolumes = new Set(['needle', 'tissue', 'vector_field', 'potential_field', 'force_field']);
 
 interface Arm {
   hand: Vec3;

@@ -19,6 +19,7 @@ import { type Vec3, add, cross, scale, unit } from './vector';
 // The field of view into a needle's way.
 export const kNeedleBlock_m = 0.06;
 const kTissueCells = 96;
+const kWorkspace_m = 1; // half of any arm's, and more
 
 export interface Part {
   geometry: BufferGeometry;
@@ -69,6 +70,11 @@ export function build_parts(shape: ShapeModel): Part[] {
       }
       const whole = mergeGeometries(faces.map(bare));
       return whole ? [part(whole, { two_sided: true, see_through: true })] : [];
+    }
+    case 'force_field': {
+      const [x, y, z] = shape.half_size_m;
+      if (Math.max(x, y, z) > kWorkspace_m) return []; // everywhere
+      return [part(in_metres(new BoxGeometry(2 * x, 2 * y, 2 * z), [x, y, z]), { two_sided: true, see_through: true })];
     }
     case 'potential_field':
       return [part(of_triangles(zero_surface(shape)), { see_through: true, two_sided: true })];

@@ -7,6 +7,7 @@ import {
   Capsule,
   Cone,
   Cylinder,
+  ForceField,
   Mesh,
   Motion,
   Needle,
@@ -67,7 +68,8 @@ export type ShapeModel =
   | { kind: 'vector_field'; subvolumes: SubvolumeModel[]; lo_m: Vec3; hi_m: Vec3 }
   | PotentialModel
   | { kind: 'needle'; layers: LayerModel[] }
-  | TissueModel;
+  | TissueModel
+  | { kind: 'force_field'; half_size_m: Vec3 };
 
 export interface ControlAxis {
   turns: boolean; // q is an angle about the axis through the pivot; else a way along the axis
@@ -237,6 +239,8 @@ function read_shape(object: NonNullable<ReturnType<Scene['objects']>>): ShapeMod
       const tissue = as(new Tissue());
       return { kind: 'tissue', half_x_m: tissue.halfXM(), half_y_m: tissue.halfYM(), contact_radius_m: tissue.contactRadiusM() };
     }
+    case Shape.ForceField:
+      return { kind: 'force_field', half_size_m: vec3(as(new ForceField()).halfSizeM()) };
     default:
       throw new Error(`the scene image has a shape of kind ${object.shapeType()}, which this page does not know`);
   }

@@ -95,10 +95,11 @@ function shape_of(placed: Placed): Shape | null {
     case 'tissue':
       return top_shape(shape.half_x_m, shape.half_y_m, (x, y) => surface_m(x, y, placed.dimples, shape.contact_radius_m));
     default:
-      return mesh_shape(placed.meshes, shape.kind === 'vector_field' || shape.kind === 'potential_field', both_sides(placed.model));
+      return mesh_shape(placed.meshes, kFields.has(shape.kind), both_sides(placed.model));
   }
 }
 
+const kFields = new Set(['vector_field', 'potential_field', 'force_field']);
 const both_sides = ({ shape }: ObjectModel): boolean => shape.kind === 'mesh' && shape.two_sided;
 
 function plane_shape(normal: Vec3, offset_m: number): Shape {
