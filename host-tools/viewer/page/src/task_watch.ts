@@ -45,6 +45,7 @@ export class TaskWatch {
   private readonly open: boolean[]; // what holds from the start on is nobody's doing, until it has ended
   private readonly strokes: Strokes[];
   private first: State | null = null; // what was there before
+  private readonly lowest_m = new Map<number, number>(); // heights of the bodies: one may be held up when it begins
 
   // names: of the scene's objects.
   constructor(
@@ -66,6 +67,8 @@ export class TaskWatch {
   take(state: State): void {
     if (state.mode !== 'armed') return;
     this.first ??= state;
+    for (const { object, position_m } of state.bodies ?? [])
+      this.lowest_m.set(object, Math.min(this.lowest_m.get(object) ?? Infinity, position_m[2]));
     this.task.goals.forEach((goal, i) => {
       const holds = this.holds(goal, state, this.strokes[i]);
       this.met[i] ||= holds && this.open[i];
@@ -98,14 +101,15 @@ export class TaskWatch {
   }
 
   private body_is(wanted: NonNullable<Goal['body']>, state: State): boolean {
-    const now = state.bodies?.find((one) => this.names[one.object] === wanted.object);
-    const before = this.first?.bodies?.find((one) => one.object === now?.object);
-    if (now === undefined || before === undefined) return false;
-    const way_m = sub(now.position_m, before.position_m);
-    return (
-      way_m[2] >= (wanted.raised_m ?? -Infinity) &&
-      length(way_m) >= (wanted.moved_m ?? 0) &&
-      turned_deg(before.rotation, now.rotation) >= (wanted.turned_deg ?? 0)
-    );
+    return (state.bodies ?? []).some((now) => {
+      const before = this.first?.bodies?.find((one) => one.object === now.object);
+      if (before === undefined || (wanted.object !== undefined && this.names[now.object] !== wanted.object)) return false;
+      const raised_m = now.position_m[2] - (this.lowest_m.get(now.object) as number);
+      return (
+        raised_m >= (wanted.raised_m ?? 0) &&
+        length(sub(now.position_m, before.position_m)) >= (wanted.moved_m ?? 0) &&
+        turned_deg(before.rotation, now.rotation) >= (wanted.turned_deg ?? 0)
+      );
+    });
   }
 }

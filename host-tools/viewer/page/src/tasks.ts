@@ -5,7 +5,8 @@ import type { Vec3 } from './vector';
 // All that it names holds in one state, while the arm is armed.
 export interface Goal {
   control?: { object: string; on?: boolean; moved?: number }; // its switch; metres or radians away from where it was
-  body?: { object: string; raised_m?: number; moved_m?: number; turned_deg?: number };
+  // Of no name: any of them. Raised above the lowest place where it has been, which need not be where it was.
+  body?: { object?: string; raised_m?: number; moved_m?: number; turned_deg?: number };
   tissue_m?: number; // the depth of a dimple
   torn?: number; // layers of a needle's way
   force_N?: number; // at least, on a tip
@@ -26,6 +27,7 @@ const box = (x: [number, number], y: [number, number], z: [number, number]): Goa
   most_m: [x[1], y[1], z[1]],
 });
 const kAny: [number, number] = [-1, 1];
+const kRaised_m = 0.005; // one finger alone lifts a block by up to 7 mm, the other holding it back, before it slips: that is lifted, too
 
 export const kTasks: Record<string, Task> = {
   buttons: {
@@ -36,8 +38,8 @@ export const kTasks: Record<string, Task> = {
   },
   blocks: {
     line: 'Two blocks on a table, and two fingertips.',
-    task: 'Lift the near block with two fingers.',
-    goals: [{ body: { object: 'near block', raised_m: 0.01 }, touching: 2 }],
+    task: 'Lift a block between two fingers: press it from both sides, then move both up.',
+    goals: [{ body: { raised_m: kRaised_m }, touching: 2 }],
   },
   textures: {
     line: 'Six patches: egg boxes, ridges, noise, a grater.',
@@ -93,7 +95,7 @@ export const kTasks: Record<string, Task> = {
     goals: [{ where: box([0, 0.02], [-0.005, 0.015], kAny), force_N: 1 }],
   },
   scan: {
-    line: 'A pad as measured with a probe: firm spots under a flat skin.',
+    line: 'A pad that was measured by pressing it point by point: firm spots under a flat skin.',
     task: 'Find the firm spot on the right, and press on it until you feel 0.9 N.',
     goals: [{ where: box([0.008, 0.032], [-0.01, 0.018], kAny), force_N: 0.9 }],
   },
@@ -159,9 +161,9 @@ export const kTasks: Record<string, Task> = {
   },
   dribble: {
     line: 'A rubber block that bounces.',
-    task: 'Lift the block with two fingers, then let it fall.',
+    task: 'Lift the block between two fingers, by moving both up, then let it fall.',
     goals: [
-      { body: { object: 'block', raised_m: 0.01 }, touching: 2 },
+      { body: { object: 'block', raised_m: kRaised_m }, touching: 2 },
       { body: { object: 'block', raised_m: 0.005 }, touching: 0 },
     ],
     shown_s: 4,

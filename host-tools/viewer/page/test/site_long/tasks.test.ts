@@ -1,4 +1,5 @@
-// The task of every demonstration: its own ghost fulfils it with the device of the site, and nothing does before.
+// The task of every demonstration: its own ghost fulfils it with the device of the site, and nothing does before. And what a user does who has one
+// mouse for two fingers.
 import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import { basename, dirname, join } from 'node:path';
@@ -59,3 +60,32 @@ for (const scene of scenes) {
     );
   });
 }
+
+for (const [how, lifts] of [
+  ['one finger, while the other one stays', [0]],
+  ['both fingers together', [0, 1]],
+] as const)
+  test(`a block that is pressed with 4 N from both sides and lifted by ${how} is lifted`, () => {
+    const bench = new Bench({ arms: 2 });
+    bench.post({ type: 'pick', scene: 'blocks' });
+    bench.until('armed', () => bench.newest?.mode === 'armed');
+    const watch = new TaskWatch(
+      kTasks.blocks,
+      (bench.scenes.at(-1)?.objects ?? []).map((object) => object.name),
+    );
+    const look = () => bench.states.splice(0).forEach((state) => watch.take(state));
+    const y = -0.03;
+    const beside = [-0.04, 0.04];
+    const pressed = [-0.001, 0.001];
+    for (const arm of [0, 1]) bench.go(1, [2.5 * beside[arm], 0, 0], [beside[arm], y, -0.035], arm);
+    for (const arm of [0, 1]) bench.go(0.6, [beside[arm], y, -0.035], [pressed[arm], y, -0.035], arm);
+    bench.run(0.2);
+    look();
+    assert.ok(!watch.done, 'pressed, not lifted');
+    for (let z = -0.035; z < -0.011; z += 0.001) {
+      for (const arm of lifts) bench.post({ type: 'hand', arm, position_m: [pressed[arm], y, z] });
+      bench.run(0.04);
+      look();
+    }
+    assert.ok(watch.done);
+  });

@@ -6,7 +6,7 @@ import { Ghost } from '../../src/ghost';
 import { HandPath } from '../../src/hand_path';
 import type { State } from '../../src/protocol';
 import { TaskWatch } from '../../src/task_watch';
-import type { Goal } from '../../src/tasks';
+import { type Goal, kTasks } from '../../src/tasks';
 import type { Vec3 } from '../../src/vector';
 
 const state = (tip_m: Vec3, force_N = 0, more: Partial<State> = {}): State => ({
@@ -61,6 +61,21 @@ test('objects are found by their names, and compared with where they were', () =
   const snapped = { control: { object: 'table', on: true } };
   assert.ok(done(watch(snapped, names), state([0, 0, 0], 0, control(0, false)), state([0, 0, 0], 0, control(0.002, true))));
   assert.ok(!done(watch(snapped, names), state([0, 0, 0], 0, control(0, false)), state([0, 0, 0], 0, control(0.002, false))));
+});
+
+test('either block counts as lifted as high as one finger alone lifts it, also if it was held up when the task began', () => {
+  const held = (z: number, object = 1): State =>
+    state([0, 0, 0], 4, {
+      arms: [1, 2].map(() => ({ tip_m: [0, 0, 0], force_N: [0, 0, 4], contacts: 1 })),
+      bodies: [{ object, position_m: [0, 0, z], rotation: [1, 0, 0, 0] }],
+    });
+  const names = ['table', 'near block', 'far block'];
+  const task = () => new TaskWatch(kTasks.blocks, names);
+  assert.ok(done(task(), held(-0.035), held(-0.029)));
+  assert.ok(done(task(), held(-0.035, 2), held(-0.029, 2)));
+  assert.ok(!done(task(), held(-0.035), held(-0.032)), 'pressed, not lifted');
+  assert.ok(!done(task(), held(0.02), held(0.02), held(-0.035)), 'let down');
+  assert.ok(done(task(), held(0.02), held(-0.035), held(-0.025)), 'let down and lifted');
 });
 
 test('a path has its points at their times, for each arm', () => {
