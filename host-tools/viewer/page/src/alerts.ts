@@ -2,6 +2,7 @@
 // The list of messages keeps all of them.
 import { element, make, set_text } from './dom';
 import { type SceneStarted, type ServerEvent, type State, is_unknown } from './protocol';
+import { on_this_page } from './remedies';
 
 const kMessages = 100;
 const kAsked_ms = 3000; // after something that the user asked for, that the arm is disarmed is no news
@@ -44,7 +45,8 @@ export class Alerts {
     narrow.addEventListener('change', () => this.show());
   }
 
-  say(event: Event): void {
+  say(told: Event): void {
+    const event = told.remedy === undefined ? told : { ...told, remedy: on_this_page(told.remedy) };
     const list = element('messages');
     const line = make('li', { className: event.level });
     line.textContent = `${new Date().toLocaleTimeString()} ${event.name}: ${event.cause}${event.remedy ? ` - ${event.remedy}` : ''}`;

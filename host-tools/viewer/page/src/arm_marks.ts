@@ -4,8 +4,10 @@ import { CircleGeometry, ConeGeometry, CylinderGeometry, DoubleSide, Group, Mesh
 
 import { ArmLinks } from './arm_links';
 import { DepthMarks } from './depth_marks';
+import type { Axes } from './drag_mapping';
 import { kArrow_m_per_N, kNeedleLength_m } from './lengths';
 import { Mark } from './mark';
+import { MoveMarks } from './move_marks';
 import type { ArmState, State } from './protocol';
 import type { SceneModel } from './scene_image';
 import type { Surfaces } from './surfaces';
@@ -39,7 +41,9 @@ export class ArmMarks {
   private readonly planes: Mesh[] = [];
   private readonly links = new ArmLinks();
   private readonly way_out = new WayOutMark();
+  private readonly moves = new MoveMarks();
   readonly depth = new DepthMarks();
+  axes: Axes | null = null; // along which the hand is being moved
   shown_links = 0;
 
   constructor(readonly arm: number) {
@@ -60,7 +64,7 @@ export class ArmMarks {
       this.planes.push(disc);
     }
     this.group.add(this.tip, this.god, this.shaft, this.head, this.hand, this.pull, this.needle, this.links.group, ...this.planes);
-    this.group.add(this.depth.group, this.way_out.group);
+    this.group.add(this.depth.group, this.way_out.group, this.moves.group);
     this.group.visible = false;
   }
 
@@ -87,6 +91,7 @@ export class ArmMarks {
       this.hand.place(it.hand_m);
       this.pull.stretch(it.tip_m, it.hand_m, Math.max(0.0006, kSizes_px.pull * px_m));
     }
+    this.moves.update(it.hand_m ?? it.tip_m, this.axes, px_m);
     this.show_needle(state, it, scene, px_m);
     this.depth.update(it, surfaces, radius_m, px_m);
     this.way_out.update(it, surfaces, radius_m, px_m);

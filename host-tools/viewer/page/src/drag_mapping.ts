@@ -1,12 +1,13 @@
-// How a drag on the screen moves the hand. To the right: along the screen. Down: straight down in the world, or, where nothing lies
-// below the home of the tip, aslant to what is nearest; so a drag down always comes to the scene, after about the same way on the
-// screen. While neither scene nor view changes, equal drags are equal motions, and up undoes down.
+// How a drag on the screen moves the hand. To the side, and in depth: along the lines of the grid, those that are nearest to the screen's
+// own directions. Down: straight down in the world, or, where nothing lies below the home of the tip, aslant to what is nearest; so a drag
+// down always comes to the scene, after about the same way on the screen. While neither scene nor view changes, equal drags are equal
+// motions, and up undoes down.
 import type { Surfaces } from './surfaces';
-import { type Vec3, length, scale, sub, unit } from './vector';
+import { type Vec3, dot, length, scale, sub, unit } from './vector';
 
 export const kDrag_px = 80; // from the home to the scene, at most, in the view that a scene begins with
 const kSteepest = 0.64; // the cosine of how far from straight down the way may be
-const kFromAbove = 0.85; // where the view is steeper than this (58 degrees), a drag moves along the screen
+const kFromAbove = 0.85; // where the view is steeper than this (58 degrees), a drag up moves away over the grid, and depth is the height
 
 // What a drag down leads to, from the home of a tip.
 export interface Reach {
@@ -36,9 +37,11 @@ export function reach_of(surfaces: Surfaces, home_m: Vec3): Reach {
 }
 
 // What the hand moves along, from what the screen has.
-export function hand_axes({ right, up, away }: Axes, { down }: Reach): Axes {
-  if (Math.abs(away[2]) > kFromAbove) return { right, up, away };
-  return { right, up: scale(down, -1), away: unit([away[0], away[1], 0]) };
+export function hand_axes({ right: [x, y], up, away }: Axes, { down }: Reach): Axes {
+  const right: Vec3 = Math.abs(x) >= Math.abs(y) ? [Math.sign(x), 0, 0] : [0, Math.sign(y), 0];
+  const level: Vec3 = [0 - right[1], right[0], 0]; // away from the user
+  if (Math.abs(away[2]) > kFromAbove) return { right, up: scale(level, Math.sign(dot(up, level))), away: [0, 0, Math.sign(away[2])] };
+  return { right, up: scale(down, -1), away: level };
 }
 
 // The motion of the hand for a pixel: that of what is seen, or more, where the scene is far.

@@ -1,7 +1,7 @@
 // The simulated hand by mouse, finger and keys: to the side and up and down (drag_mapping.ts), and in depth by wheel, two fingers,
-// PageUp and PageDown.
-// It sends the wanted position; the server keeps it inside the workspace and answers with hand_m.
-import { type Reach, drag_m_per_px, hand_axes, kNoReach } from './drag_mapping';
+// PageUp and PageDown. The hands of both arms can be moved together: what is held between them is lifted by that.
+// It sends the wanted positions; the server keeps them inside the workspace and answers with hand_m.
+import { type Axes, type Reach, drag_m_per_px, hand_axes, kNoReach } from './drag_mapping';
 import type { Stage } from './stage';
 import { type Vec3, add, length, scale, sub } from './vector';
 
@@ -10,7 +10,7 @@ const kKeyStep_m = 0.001;
 const kKeySpeed_m_s = 0.04;
 const kKeyHold_s = 0.25; // held for longer, a key moves the hand all the time
 const kFine = 0.2; // with shift
-const kWheel_m_per_px = 0.00003;
+const kWheel = 0.1; // of a drag as long: a notch, some 100 pixels, is a drag of 10
 const kLinePixels = 16;
 // How far a wish may be from where the server lets the hand be, so that it need not come back from far beyond the workspace.
 const kLead_m = 0.08;
@@ -25,13 +25,13 @@ const kKeys: Record<string, Vec3> = {
 };
 
 export class HandControl {
-  arm = 0;
+  arms: readonly number[] = [0]; // that are moved
   yields: () => boolean = () => false; // a press is for somebody else
   reaches: readonly Reach[] = []; // of each arm's home in the scene
   private enabled = false;
-  private wish: Vec3 | null = null;
+  private readonly wishes: (Vec3 | null)[] = []; // of each arm
   private unsent = false;
-  private known: Vec3 | null = null; // where the server says the hand is
+  private readonly known: (Vec3 | undefined)[] = []; // where the server says the hands are
   private pointers = new Map<number, { x: number; y: number }>();
   private held = new Map<string, number>(); // key: since when, in seconds
   private fine = false;
@@ -60,15 +60,20 @@ export class HandControl {
     this.stage.drag_turns(!yes);
   }
 
-  choose(arm: number): void {
-    this.arm = arm;
+  choose(arms: readonly number[]): void {
+    this.arms = arms;
     this.release();
   }
 
-  // Where the server says that the hand (or else the tip) of the chosen arm is.
-  follow(position_m: Vec3): void {
-    this.known = position_m;
-    if (!this.busy) this.wish = null;
+  // Where the server says that the hand (or else the tip) of an arm is.
+  follow(arm: number, position_m: Vec3): void {
+    this.known[arm] = position_m;
+    if (!this.busy) this.wishes[arm] = null;
+  }
+
+  // What the hand moves along; null: it cannot be moved.
+  get axes(): Axes | null {
+    return this.enabled ? hand_axes(this.stage.view(), this.reach) : null;
   }
 
   // Once a frame: held keys move the hand, and at most one position is sent.
@@ -77,41 +82,53 @@ export class HandControl {
     for (const [key, since_s] of this.held) {
       if (now_s - since_s > kKeyHold_s) this.move(kKeys[key], kKeySpeed_m_s * dt_s * (this.fine ? kFine : 1));
     }
-    if (!this.unsent || this.wish === null || now_s < this.due_s) return;
+    if (!this.unsent || now_s < this.due_s) return;
     // Keeps the average rate: a late frame does not delay the next position.
     this.due_s = Math.max(this.due_s + 1 / kWishes_per_s, now_s);
     this.unsent = false;
-    this.send(this.arm, this.wish);
+    for (const arm of this.arms) {
+      const wish = this.wishes[arm];
+      if (wish) this.send(arm, wish);
+    }
     this.sent_s = now_s;
   }
 
   // The wheel and a tapped key have no end that could be waited for: a wish is kept until the server had time to answer.
-  private get busy(): boolean {
+  get busy(): boolean {
     return this.pointers.size > 0 || this.held.size > 0 || this.unsent || performance.now() / 1000 - this.sent_s < 0.3;
   }
 
   private release(): void {
     this.pointers.clear();
     this.held.clear();
-    this.wish = null;
+    this.wishes.length = 0;
     this.unsent = false;
   }
 
   private get reach(): Reach {
-    return this.reaches[this.arm] ?? kNoReach;
+    return this.reaches[this.arms[0]] ?? kNoReach;
   }
 
   // By `by_m` along a direction: right, up, away.
   private move([right, up, away]: Vec3, by_m: number): void {
-    const from = this.wish ?? this.known;
-    if (from === null) return;
-    const axes = hand_axes(this.stage.view(), this.reach);
+    const { axes } = this;
+    if (axes === null) return;
     const along = add(add(scale(axes.right, right), scale(axes.up, up)), scale(axes.away, away));
-    const wish = add(from, scale(along, by_m));
-    const lead_m = this.known === null ? 0 : length(sub(wish, this.known));
-    if (lead_m > kLead_m && this.wish !== null && lead_m > length(sub(this.wish, this.known as Vec3))) return;
-    this.wish = wish;
-    this.unsent = true;
+    const by = scale(along, by_m);
+    if (this.arms.some((arm) => this.is_far(arm, by))) return; // together, or not at all
+    for (const arm of this.arms) {
+      const from = this.wishes[arm] ?? this.known[arm];
+      if (from === undefined) continue;
+      this.wishes[arm] = add(from, by);
+      this.unsent = true;
+    }
+  }
+  // The wish would go too far ahead of the hand, and farther than it is.
+  private is_far(arm: number, by: Vec3): boolean {
+    const [wish, known] = [this.wishes[arm], this.known[arm]];
+    if (!wish || known === undefined) return false;
+    const lead_m = length(sub(add(wish, by), known));
+    return lead_m > kLead_m && lead_m > length(sub(wish, known));
   }
 
   private move_pixels(dx: number, dy: number, depth: boolean): void {
@@ -146,7 +163,7 @@ export class HandControl {
     event.preventDefault();
     event.stopImmediatePropagation();
     const pixels = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? event.deltaY : event.deltaY * kLinePixels;
-    this.move([0, 0, 1], -pixels * kWheel_m_per_px);
+    this.move_pixels(0, kWheel * pixels, true);
   }
 
   private on_key(event: KeyboardEvent): void {

@@ -120,15 +120,14 @@ function on_hello(it: Hello): void {
   }
   if (hello?.device?.address !== it.device?.address) alerts.forget_device();
   hello = it;
-  if (hand && hand.arm >= it.arms) choose_arm(0); // the last scene had more
+  if (hand?.arms.some((arm) => arm >= it.arms)) choose_hand('0'); // the last scene had more
   const device = it.device ?? {};
   const device_text = [device.arm, device.board, device.firmware, device.address].filter(Boolean).join(' · ');
   set_text(element('device'), device_text);
   element('device').title = device_text;
   element('readonly').hidden = it.may_control || readonly_hidden;
-  element('hand-help').hidden = !can_move_hand();
-  element('two-help').hidden = it.arms < 2;
-  element('arms').hidden = !can_move_hand() || it.arms < 2;
+  for (const id of ['hand-help', 'hand-hint']) element(id).hidden = !can_move_hand();
+  for (const id of ['two-help', 'arms']) element(id).hidden = !can_move_hand() || it.arms < 2;
   element('legend-arm-1').hidden = it.arms < 2;
   if (picture.arms !== it.arms) {
     lay_out_arms(it.arms);
@@ -231,9 +230,7 @@ function on_state(state: State): void {
   if (link === 'live') status.announce(state);
   extras.on_state(state);
   alerts.follow(state);
-  const arm = state.arms[hand?.arm ?? 0];
-  const at = arm?.hand_m ?? arm?.tip_m;
-  if (at !== undefined) hand?.follow(at);
+  state.arms.forEach((arm, i) => arm !== null && hand?.follow(i, arm.hand_m ?? arm.tip_m));
   if (timeline.paused) return;
   all_new();
 }
@@ -311,15 +308,18 @@ for (const button of document.querySelectorAll<HTMLButtonElement>('[data-turn]')
   button.addEventListener('click', () => stage?.turn(button.dataset.turn as Turn));
 element('reset-view').addEventListener('click', () => stage?.reset());
 
-function choose_arm(arm: number): void {
-  if (hello === null || arm >= hello.arms) return;
-  hand?.choose(arm);
-  for (const radio of document.querySelectorAll<HTMLInputElement>('input[name=arm]')) radio.checked = Number(radio.value) === arm;
+// One arm, or all of them.
+function choose_hand(choice: string): void {
+  const arms = choice === 'both' ? [0, 1] : [Number(choice)];
+  if (hello === null || arms.some((arm) => arm >= hello!.arms)) return;
+  hand?.choose(arms);
+  for (const radio of document.querySelectorAll<HTMLInputElement>('input[name=arm]')) radio.checked = radio.value === choice;
 }
 for (const radio of document.querySelectorAll<HTMLInputElement>('input[name=arm]'))
-  radio.addEventListener('change', () => choose_arm(Number(radio.value)));
+  radio.addEventListener('change', () => choose_hand(radio.value));
+const kHandKeys: Record<string, string> = { 1: '0', 2: '1', 3: 'both' };
 canvas.addEventListener('keydown', (event) => {
-  if (event.key === '1' || event.key === '2') choose_arm(Number(event.key) - 1);
+  if (event.key in kHandKeys) choose_hand(kHandKeys[event.key]);
 });
 
 const scrubber = element<HTMLInputElement>('scrubber');
@@ -339,6 +339,10 @@ function show_pause(): void {
   show_permission();
   all_new();
 }
+// The header is sticky; what is below it has to know how high it is.
+new ResizeObserver(([{ target }]) => document.body.style.setProperty('--header', `${(target as HTMLElement).offsetHeight}px`)).observe(
+  document.querySelector('header')!,
+);
 const follow_theme = () => set_plane_color(getComputedStyle(canvas).getPropertyValue('--plane').trim());
 follow_theme();
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
@@ -361,6 +365,7 @@ function frame(now_ms: number): void {
   materials.flush();
   extras.step(now_ms / 1000);
   before_ms = now_ms;
+  if (hand) picture.show_moves(hand.busy ? hand.axes : null, hand.arms);
   const state = timeline.state;
   const drew = picture.draw(now_ms, state);
   if (now_ms - text_ms > kTextEvery_ms) {

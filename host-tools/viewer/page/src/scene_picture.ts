@@ -1,5 +1,6 @@
 // The scene that runs, in the picture: its objects and the marks of the arms. What tests read of it is in the canvas' data.
 import { ArmMarks } from './arm_marks';
+import type { Axes } from './drag_mapping';
 import type { State } from './protocol';
 import type { SceneModel } from './scene_image';
 import { SceneObjects } from './scene_objects';
@@ -54,6 +55,15 @@ export class ScenePicture {
 
   on_state(): void {
     this.is_new = true;
+  }
+
+  // The hands of these arms are being moved along the axes; null: none is.
+  show_moves(axes: Axes | null, arms: readonly number[]): void {
+    this.marks.forEach((mark, arm) => {
+      const now = arms.includes(arm) ? axes : null;
+      if ((now === null) !== (mark.axes === null)) this.stage?.touch();
+      mark.axes = now;
+    });
   }
 
   // Draws if the state looks other than what is drawn, or if the view or the scene has changed. False: nothing was drawn.

@@ -1,5 +1,6 @@
-// The state of the controller in words: mode, fault, limiter, rates, and the readings of each arm.
+// The state of the controller in words: mode, fault, what limits the force, rates, and the readings of each arm.
 import { element, make, set_text } from './dom';
+import { kLimits, limits_text } from './limit_words';
 import { kMeasures, measure_text } from './measures';
 import type { State } from './protocol';
 import type { Load } from './transport';
@@ -12,6 +13,11 @@ export class StatusView {
   private cells: { what: (typeof kMeasures)[number] | 'contacts'; arm: number; cell: HTMLElement }[] = [];
   private announced = '';
   load: Load | null = null; // of a device in the page
+
+  constructor() {
+    for (const { short, long } of Object.values(kLimits))
+      element('limit-words').append(make('dt', { textContent: short }), make('dd', { textContent: long }));
+  }
 
   // Lays the table of readings out; the first arm's cells have the plain names.
   lay_out(arms: number): void {
@@ -53,10 +59,7 @@ export class StatusView {
     set_text(element('stopped-by'), state.stopped_by_text ?? '');
     set_text(element('fault'), fault);
     element('fault').className = faulted ? 'bad' : '';
-    set_text(
-      element('limiter'),
-      known(state.limiters, (names) => names.join(', ') || 'none'),
-    );
+    set_text(element('limiter'), known(state.limiters, limits_text));
     set_text(
       element('tick-rate'),
       known(state.tick_rate_Hz, (rate) => `${Math.round(rate)} Hz`),

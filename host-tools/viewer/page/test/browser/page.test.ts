@@ -6,6 +6,7 @@ import { Mock } from '../../mock/server';
 import type { PageMessage } from '../../src/protocol';
 import { number_in, pixels_near, until } from './browser';
 import { arm, drag, kForceColor, open, said, show, text } from './harness';
+import { covered } from './page_checks';
 
 test('blocks is loaded and shown, with the state in the DOM', async () => {
   const { page, mock } = await show();
@@ -49,13 +50,20 @@ test('dragged onto a block the hand is pushed back: force in the DOM, an arrow i
 });
 
 test('the wheel moves the hand away from the user and back', async () => {
-  const { page, mock } = await show();
+  const { page, mock } = await show({}, { deviceScaleFactor: 1 });
   await page.getByTestId('view').hover();
   await page.mouse.wheel(0, -500);
   await until('a wish', () => said(mock, 'hand').length > 0);
   const far = said(mock, 'hand').at(-1) as Extract<PageMessage, { type: 'hand' }>;
-  assert.ok(far.position_m[1] > 0.01, `${far.position_m}`);
+  assert.ok(far.position_m[1] > 0.02 && far.position_m[0] === 0, `${far.position_m}`); // along the grid, 5 notches
+  assert.match((await text(page, 'hand-hint')) ?? '', /wheel.*up: away, down: nearer/s);
   await page.waitForTimeout(500);
+  // The line along which it moves is in the picture while it does.
+  const green = (): Promise<number> => pixels_near(page, [0x4d, 0x7a, 0x00], 45);
+  const without = await green();
+  await page.mouse.down();
+  await until('the line', async () => (await green()) > without + 40);
+  await page.mouse.up();
   await page.mouse.wheel(0, 500);
   await until('the way back', () => Math.abs((said(mock, 'hand').at(-1) as typeof far).position_m[1]) < 0.001);
 });
@@ -317,12 +325,23 @@ test('two arms: readings of both, the chosen one follows the keys', async () => 
   await page.keyboard.press('ArrowUp');
   await until('a wish', () => said(mock, 'hand').length > 0);
   assert.ok(said(mock, 'hand').every((it) => it.type === 'hand' && it.arm === 1));
+  await page.getByLabel('both').check();
+  await page.getByTestId('view').focus();
+  const before = said(mock, 'hand').length;
+  await page.keyboard.press('ArrowUp');
+  await until('a wish of each', () => said(mock, 'hand').length >= before + 2);
+  const [first, second] = said(mock, 'hand').slice(-2) as Extract<PageMessage, { type: 'hand' }>[];
+  assert.deepEqual([first.arm, second.arm], [0, 1]);
+  assert.ok(Math.abs(first.position_m[2] - 0.001) < 1e-9 && second.position_m[2] > -0.03, `${first.position_m}, ${second.position_m}`);
 });
 
-test('nothing is wider than the window at 390 px and at 1280 px, in light and in dark', async () => {
-  for (const width of [390, 1280])
+test('nothing is wider than the window or under Stop at 390 x 844 and at 1280 x 800, in light and in dark; the help is in view', async () => {
+  for (const [width, height] of [
+    [390, 844],
+    [1280, 800],
+  ])
     for (const colorScheme of ['light', 'dark'] as const) {
-      const { page } = await show({ arms: 2 }, { viewport: { width, height: 844 }, colorScheme });
+      const { page } = await show({ arms: 2 }, { viewport: { width, height }, colorScheme });
       const wide = await page.evaluate(() =>
         [...document.querySelectorAll('body, body *:not(.unseen, .skip)')]
           .filter((it) => it.getBoundingClientRect().right > innerWidth + 0.5)
@@ -330,6 +349,11 @@ test('nothing is wider than the window at 390 px and at 1280 px, in light and in
       );
       assert.deepEqual(wide, [], `${width} px`);
       assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
+      const help = (await page.locator('#keys').boundingBox())!;
+      if (width > 820) assert.ok(help.y + help.height <= height, `the help ends at ${help.y + help.height}`);
+      await page.locator('#words summary').click();
+      assert.match(await page.locator('#words').innerText(), /encoder check/);
+      assert.deepEqual(await covered(page), [], `${width} px`);
       const [back, fore] = await page.evaluate(() => {
         const style = getComputedStyle(document.body);
         return [style.backgroundColor, style.color].map((it) => (it.match(/\d+/g) ?? []).map(Number).reduce((a, b) => a + b, 0));

@@ -27,3 +27,22 @@ export async function moves(page: Page): Promise<() => Promise<string[]>> {
   }`);
   return () => page.evaluate('new Promise((done) => setTimeout(() => done(globalThis.moved), 300))');
 }
+
+// What can be operated, and lies under Stop, the header or a banner where it was scrolled into view.
+export const covered = (page: Page): Promise<string[]> =>
+  page.evaluate(() => {
+    const bars = '#stop, header, #alerts';
+    const all = [
+      ...document.querySelectorAll<HTMLElement>('a[href], button, input, select, summary, textarea, [tabindex="0"], [contenteditable]'),
+    ];
+    return all
+      .filter((it) => it.checkVisibility() && !it.closest('.skip, #stop, .unseen') && it.getBoundingClientRect().width > 1)
+      .flatMap((it) => {
+        it.scrollIntoView({ block: 'nearest', inline: 'nearest', behavior: 'instant' });
+        const { left, right, top, bottom } = it.getBoundingClientRect();
+        const over = [left + 3, (left + right) / 2, right - 3]
+          .flatMap((x) => [top + 3, (top + bottom) / 2, bottom - 3].map((y) => document.elementFromPoint(x, y)?.closest(bars)))
+          .find((bar) => bar && !bar.contains(it));
+        return over ? [`${it.dataset.testid ?? it.id} ${it.textContent?.trim().slice(0, 20)} under ${over.id || over.nodeName}`] : [];
+      });
+  });

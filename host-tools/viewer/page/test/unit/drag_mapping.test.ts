@@ -12,7 +12,7 @@ import { HandControl } from '../../src/hand_control';
 import { read_scene_image } from '../../src/scene_image';
 import { SceneObjects } from '../../src/scene_objects';
 import type { Stage } from '../../src/stage';
-import { type Vec3, length, sub } from '../../src/vector';
+import { type Vec3, dot, length, sub } from '../../src/vector';
 
 const kView_px = { columns: 874, rows: 508 }; // of the page in a window of 1280 x 800
 const kMost_px = 90;
@@ -38,7 +38,7 @@ function hand_of(objects: SceneObjects, now: View) {
   const hand = new HandControl({ canvas, drag_turns() {}, view: () => now } as unknown as Stage, (_, position_m) => (at = position_m));
   hand.enable(true);
   hand.reaches = [reach_of(objects.surfaces, kHome)];
-  hand.follow(kHome);
+  hand.follow(0, kHome);
   let [x, y, seconds] = [0, 0, 0];
   const pointer = (name: string) =>
     listeners.get(name)?.({ pointerId: 1, button: 0, clientX: x, clientY: y, preventDefault() {}, stopImmediatePropagation() {} });
@@ -46,7 +46,7 @@ function hand_of(objects: SceneObjects, now: View) {
   return (dx: number, dy: number): Vec3 => {
     [x, y, seconds] = [x + dx, y + dy, seconds + 1];
     pointer('pointermove');
-    hand.follow(at);
+    hand.follow(0, at);
     hand.step(seconds, 0.01);
     return at;
   };
@@ -94,7 +94,26 @@ test('equal drags are equal motions, up undoes down, left undoes right, and near
   assert.ok(Math.abs(half / whole - 0.5) < 1e-9, `${whole} m and, from half as far, ${half} m for 10 pixels`);
 });
 
-test('seen from above a drag moves along the screen; nothing to reach leaves the pixels as they are', () => {
+test('a drag to the side and the wheel move along the grid, from whatever side the scene is seen; a drag up and the wheel are told apart', () => {
+  const first = hand_axes(view(1), kNoReach);
+  assert.deepEqual(
+    [first.right, first.away],
+    [
+      [1, 0, 0],
+      [0, 1, 0],
+    ],
+  );
+  for (let turn_deg = 5; turn_deg < 360; turn_deg += 10) {
+    const turned = (it: Vec3) => new Vector3(...it).applyAxisAngle(new Vector3(0, 0, 1), (turn_deg * Math.PI) / 180).toArray() as Vec3;
+    const screen = { right: turned([1, 0, 0]), up: turned([0, 0.5, 0.866]), away: turned([0, 0.866, -0.5]) };
+    const { right, up, away } = hand_axes(screen, kNoReach);
+    for (const axis of [right, away]) assert.deepEqual(axis.map(Math.abs).sort(), [0, 0, 1], `${turn_deg} degrees: ${axis}`);
+    assert.ok(dot(right, screen.right) > 0.7 && dot(away, screen.away) > 0.6, `${turn_deg} degrees: ${right}, ${away}`);
+    assert.ok(Math.abs(up[2]) === 1 && right[2] === 0 && away[2] === 0);
+  }
+});
+
+test('seen from above a drag up moves away over the grid, and depth is the height; nothing to reach leaves the pixels as they are', () => {
   const axes = { right: [1, 0, 0], up: [0, 1, 0], away: [0, 0, -1] } as const;
   assert.deepEqual(hand_axes(axes, kNoReach), axes);
   assert.deepEqual(hand_axes(view(1), kNoReach).up.map(Math.abs), [0, 0, 1]);
