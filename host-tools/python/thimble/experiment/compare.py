@@ -1,0 +1,50 @@
+"""Who compares the two intervals of a trial: a person, or a simulated observer, with a device or with the simulated arm alone.
+
+Each is a function of a trial and its scene that returns whether the first stimulus (on the left) feels greater. So a study is written once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from .intervals import halves, simulated, upload, wait_until_free
+from .observer import Observer
+from .session import Trial
+
+Compare = Callable[[Trial, Mapping[str, Any]], bool]
+
+
+def by_observer(observer: Observer, path: np.ndarray, **options: Any) -> Compare:
+    """The observer holds the simulated arm, whose hand takes the path (presses(), strokes()); options as of intervals.simulated()."""
+    return lambda trial, scene: observer.first_is_greater(*halves(simulated(scene, path, **options)), trial.random())
+
+
+def by_observer_at(device: Any, observer: Observer, seconds: float) -> Compare:
+    """The observer feels the telemetry of a device, whose hand visits both blocks within these seconds: `thimble-sim --hand PATH --loop`.
+    What was touched while the scene changed does not count."""
+
+    def compare(trial: Trial, scene: Mapping[str, Any]) -> bool:
+        wait_until_free(device)
+        upload(device, scene)
+        wait_until_free(device)
+        return observer.first_is_greater(*halves(device.telemetry(seconds)), trial.random())
+
+    return compare
+
+
+def by_person(device: Any, question: str, ask: Callable[[str], str] = input) -> Compare:
+    """A person feels both blocks for as long as wanted, and answers 1 (left) or 2 (right). Anything else is asked again; q raises
+    KeyboardInterrupt: the session is paused, and this trial comes again."""
+
+    def compare(trial: Trial, scene: Mapping[str, Any]) -> bool:
+        wait_until_free(device)
+        upload(device, scene)
+        while (answer := ask(f"{trial.number + 1}: {question} 1 (left), 2 (right), q (pause) ").strip()) not in ("1", "2"):
+            if answer == "q":
+                raise KeyboardInterrupt
+        return answer == "1"
+
+    return compare

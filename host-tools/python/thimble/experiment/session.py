@@ -1,0 +1,295 @@
+"""The trials of one participant, and the file that has them.
+
+What is presented follows from the experiment, its seed and the answers so far. So the file needs only the answers, and a run that was paused or
+killed goes on where it was: the answers are told to new staircases.
+
+The file is JSON lines, and lines are only appended. Each is on the disk (fsync) before the next trial begins. The first one has the
+experiment; then a line for each trial, for each event, and for each time that the file was opened again.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import math
+import os
+import random
+import time
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from .blocks import derive_seed, order_for, shuffled
+
+FORMAT = 1
+
+
+class Method(Protocol):
+    """What chooses the levels: a Staircase, Quest, ConstantStimuli, or one's own class with these three. Its levels depend on its arguments and
+    the answers only, and its repr() has the arguments."""
+
+    @property
+    def level(self) -> float: ...
+
+    @property
+    def done(self) -> bool: ...
+
+    def answer(self, answer: bool, /) -> None: ...
+
+
+class FileError(Exception):
+    """The file of a session cannot be used: it is of another experiment, damaged before its last line, or open in another program."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """number: from 0. seed: of whatever is random in this trial. level: what the method asks for. comparison_first: whether the comparison is
+    the first of two intervals (or on the left), and the standard the second."""
+
+    number: int
+    seed: int
+    condition: str
+    level: float
+    comparison_first: bool
+
+    def random(self) -> random.Random:
+        """Random numbers of this trial: the same each time it is presented."""
+        return random.Random(self.seed)
+
+
+@dataclass
+class Experiment:
+    """What is run.
+
+    name: of the experiment. conditions: for each a function that makes its method from a seed. seed: all others are derived from it.
+    participant: number, from 0: its row of the Latin square, and part of all seeds.
+    blocked: one condition after the other, in the order of the participant. Otherwise they are interleaved: rounds with one trial of each
+    condition that is not done, in random order.
+    settings: what else the file should have, as JSON: the standard, the arm, the date of the calibration.
+    """
+
+    name: str
+    conditions: Mapping[str, Callable[[int], Method]]
+    seed: int
+    participant: int = 0
+    blocked: bool = False
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.conditions or self.participant < 0:
+            raise ValueError("an experiment has a condition, and participants from 0 on")
+
+    def methods(self) -> dict[str, Method]:
+        """New methods, without answers."""
+        return {name: make(derive_seed(self.seed, self.participant, "method", name)) for name, make in self.conditions.items()}
+
+    def header(self) -> dict[str, Any]:
+        """The first line of the file."""
+        return {"thimble_experiment": FORMAT, "name": self.name, "seed": self.seed, "participant": self.participant, "blocked": self.blocked,
+                "methods": {name: repr(method) for name, method in self.methods().items()}, "settings": json.loads(json.dumps(dict(self.settings)))}
+
+
+class _Presenter:
+    """Which trial is next."""
+
+    def __init__(self, experiment: Experiment):
+        self.experiment = experiment
+        self.methods = experiment.methods()
+        self.counts = dict.fromkeys(self.methods, 0)
+        self.number = 0
+        self._waiting: list[str] = []
+        self._rounds = 0
+
+    def next(self) -> Trial | None:
+        """None: all methods are done."""
+        experiment = self.experiment
+        self._waiting = [name for name in self._waiting if not self.methods[name].done]
+        if not self._waiting:
+            left = [name for name in self._ordered() if not self.methods[name].done]
+            if not left:
+                return None
+            seed = derive_seed(experiment.seed, experiment.participant, "round", self._rounds)
+            self._waiting = left[:1] if experiment.blocked else shuffled(left, seed)
+            self._rounds += 1
+        condition = self._waiting[0]
+        pair, place = divmod(self.counts[condition], 2)  # of two trials of a condition, one has the comparison first
+        sides = shuffled([True, False], derive_seed(experiment.seed, experiment.participant, "sides", condition, pair))
+        seed = derive_seed(experiment.seed, experiment.participant, "trial", self.number)
+        return Trial(self.number, seed, condition, float(self.methods[condition].level), sides[place])
+
+    def _ordered(self) -> list[str]:
+        return order_for(list(self.methods), self.experiment.participant)
+
+    def answer(self, trial: Trial, answer: bool) -> None:
+        self.methods[trial.condition].answer(answer)
+        self.counts[trial.condition] += 1
+        self.number += 1
+        if not self.experiment.blocked:
+            self._waiting.remove(trial.condition)
+
+
+class Session:
+    """A run of an experiment with its file: made if it is not there, continued if it is.
+
+        with Session("p00.jsonl", experiment) as session:
+            for trial in session:
+                ...                      # present it; `break` is a pause
+                session.answer(correct)
+
+    methods: by condition, with all answers so far. records: the lines of the trials, as dictionaries. notices: what was found when the file
+    was opened, such as a last line that was cut off; each is a warning, too.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], experiment: Experiment):
+        self.experiment = experiment
+        self.path = Path(path)
+        self.notices: list[str] = []
+        self.records: list[dict[str, Any]] = []
+        self.events: list[dict[str, Any]] = []
+        self._presenter = _Presenter(experiment)
+        self._trial: Trial | None = None
+        self._run = 0
+        self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self._open()
+        except BlockingIOError:
+            os.close(self._file)
+            raise FileError(f"{self.path} is open in another program") from None
+        except BaseException:
+            os.close(self._file)
+            raise
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Ends the run: a pause, unless it is done."""
+        if self._file >= 0:
+            os.close(self._file)
+            self._file = -1
+
+    @property
+    def methods(self) -> dict[str, Method]:
+        return self._presenter.methods
+
+    @property
+    def done(self) -> bool:
+        return self._presenter.next() is None
+
+    def __iter__(self) -> Iterator[Trial]:
+        while (trial := self._presenter.next()) is not None:
+            self._trial = trial
+            yield trial
+            if self._trial is trial:
+                raise ValueError(f"trial {trial.number} has no answer: session.answer()")
+
+    def answer(self, answer: bool, **more: Any) -> None:
+        """The answer to the trial that was presented last (correct, or yes), with anything else that is to be in its line, as JSON. It is on the
+        disk when this returns."""
+        trial = self._trial
+        if trial is None:
+            raise ValueError("no trial waits for an answer")
+        record = {**_line_of(trial), "answer": bool(answer), "run": self._run, "utc_s": round(time.time(), 3)}
+        if clash := (record.keys() | {"event", "opened"}) & more.keys():
+            raise ValueError(f"these names are taken: {', '.join(sorted(clash))}")
+        self._append({**record, **more})
+        self._presenter.answer(trial, bool(answer))
+        self._trial = None
+
+    def event(self, code: str | int, **more: Any) -> None:
+        """Writes an event of the present trial at once, with the tick of Ticks.mark(): session.event("touch", **ticks.mark())."""
+        self._append({"event": code, "trial": self._presenter.number, "run": self._run, "utc_s": round(time.time(), 3), **more})
+
+    def _append(self, line: Mapping[str, Any]) -> None:
+        if self._file < 0:
+            raise ValueError("the session is closed")
+        rest = (json.dumps(line, separators=(",", ":"), allow_nan=False) + "\n").encode()
+        while rest:
+            rest = rest[os.write(self._file, rest) :]
+        os.fsync(self._file)
+        self._keep(json.loads(json.dumps(line)))
+
+    def _keep(self, line: dict[str, Any]) -> None:
+        if "event" in line:
+            self.events.append(line)
+        elif "condition" in line:
+            self.records.append(line)
+
+    def _open(self) -> None:
+        lines = self._read()
+        header = self.experiment.header()
+        if not lines:
+            self._append(header)
+            folder = os.open(self.path.parent, os.O_RDONLY | os.O_DIRECTORY)
+            os.fsync(folder)  # the name of the new file, too
+            os.close(folder)
+            return
+        if lines[0] != header:
+            others = [key for key in header if not isinstance(lines[0], dict) or lines[0].get(key) != header[key]]
+            raise FileError(f"{self.path} is of another experiment: {', '.join(others)} {'differs' if len(others) == 1 else 'differ'}")
+        for number, line in enumerate(lines[1:], 2):
+            self._replay(line, number)
+        self._run = 1 + sum("opened" in line for line in lines)
+        self._append({"opened": self._run, "utc_s": round(time.time(), 3)})
+
+    def _read(self) -> list[Any]:
+        """The lines; a last one that was cut off is dropped, in the file, too."""
+        data = bytearray()
+        while part := os.pread(self._file, 1 << 20, len(data)):
+            data += part
+        *complete, torn = bytes(data).split(b"\n")
+        lines: list[Any] = []
+        good = 0
+        for number, text in enumerate(complete, 1):
+            try:
+                lines.append(json.loads(text))
+            except ValueError:
+                if number < len(complete) or torn:
+                    raise FileError(f"{self.path}:{number} is damaged") from None
+                torn = text + b"\n"
+                break
+            good += len(text) + 1
+        if torn:
+            self._notice(f"{self.path}: its last line was cut off ({len(torn)} bytes). It is dropped; its trial is presented again")
+            os.ftruncate(self._file, good)
+            os.fsync(self._file)
+        return lines
+
+    def _notice(self, text: str) -> None:
+        self.notices.append(text)
+        warnings.warn(text, stacklevel=4)
+
+    def _replay(self, line: Any, number: int) -> None:
+        if not isinstance(line, dict) or not {"event", "opened", "condition"} & line.keys():
+            raise FileError(f"{self.path}:{number} is no line of an experiment")
+        self._keep(line)
+        if "condition" not in line:
+            return
+        trial = self._presenter.next()
+        if trial is None or not _same_trial(line, _line_of(trial)) or not isinstance(line.get("answer"), bool):
+            raise FileError(f"{self.path}:{number} is not the trial that this experiment presents there")
+        self._presenter.answer(trial, line["answer"])
+
+
+def _line_of(trial: Trial) -> dict[str, Any]:
+    return {"trial": trial.number, "seed": trial.seed, "condition": trial.condition, "level": trial.level, "comparison_first": trial.comparison_first}
+
+
+def _same_trial(line: dict[str, Any], expected: dict[str, Any]) -> bool:
+    """Levels may differ in their last bits: another machine's exp() rounds in its own way."""
+    found = {key: line.get(key) for key in expected}
+    level = found.pop("level")
+    return isinstance(level, float) and math.isclose(level, expected["level"], rel_tol=1e-9) and found == {
+        key: value for key, value in expected.items() if key != "level"}
+
+
+def read_trials(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
+    """The trials of a file, for an analysis: a dictionary each. A last line that was cut off is left out, and the file left as it is."""
+    *complete, _ = Path(path).read_bytes().split(b"\n")
+    return [line for line in map(json.loads, complete) if "condition" in line]

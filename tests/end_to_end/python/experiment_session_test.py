@@ -1,0 +1,221 @@
+"""The file of a session: killed, cut off, damaged, of another experiment; and orders, seeds and balance."""
+
+import itertools
+import json
+import os
+import random
+import shutil
+import signal
+import tempfile
+import time
+import unittest
+import warnings
+from collections import Counter
+from pathlib import Path
+
+from thimble.experiment import (ConstantStimuli, Experiment, FileError, Quest, Session, Staircase, derive_seed, latin_square, order_for, read_trials,
+                                shuffled, shuffled_blocks)
+
+
+def experiment(seed=3, **others):
+    conditions = {"stairs": lambda _: Staircase(0.4, [1.5, 1.25], down=2, log=True, reversals=12, most_trials=40),
+                  "quest": lambda _: Quest(0.2, sd=0.4, trials=30),
+                  "levels": lambda method_seed: ConstantStimuli([0.1, 0.2, 0.3], 10, method_seed)}
+    return Experiment("three methods", conditions, seed, settings={"standard": 1.5}, **others)
+
+
+def answer(trial):
+    return trial.random().random() < 0.5 + 0.5 * min(trial.level / 0.4, 1)
+
+
+def run(path, what, pause_s=None, trials=None):
+    with Session(path, what) as session:
+        for trial in itertools.islice(session, trials):
+            session.event("shown", tick=17 * trial.number)
+            if pause_s:
+                time.sleep(pause_s)
+            session.answer(answer(trial))
+    return session
+
+
+def without_times(trials):
+    return [{key: value for key, value in trial.items() if key not in ("utc_s", "run")} for trial in trials]
+
+
+class Files(unittest.TestCase):
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp(prefix="thimble-session-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.file, self.whole_file = self.folder / "p.jsonl", self.folder / "whole.jsonl"
+
+    def whole(self):
+        whole = run(self.whole_file, experiment())
+        self.assertTrue(whole.done)
+        self.assertGreater(len(whole.records), 80)
+        self.assertEqual(read_trials(self.whole_file), whole.records)
+        return whole
+
+    def test_killed_at_any_moment(self):
+        """SIGKILL after a random time, again and again, until a run ends by itself: each trial is in the file once, and all are as in a run that
+        was not disturbed."""
+        whole, draw, kills = self.whole(), random.Random(5), 0
+        while True:
+            child = os.fork()
+            if child == 0:
+                try:
+                    with warnings.catch_warnings():
+                        warnings.simplefilter("ignore")
+                        run(self.file, experiment(), pause_s=0.0005)
+                    os._exit(0)
+                except BaseException:
+                    os._exit(1)
+            if kills < 40:
+                time.sleep(draw.uniform(0, 0.1))
+                os.kill(child, signal.SIGKILL)
+            ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+            if ended == 0:
+                break
+            self.assertEqual(ended, -signal.SIGKILL)
+            kills += 1
+        trials = read_trials(self.file)
+        runs = len({trial["run"] for trial in trials})
+        print("[ figure ] %d kills; %d trials, from %d runs" % (kills, len(trials), runs))
+        self.assertGreater(kills, 3)
+        self.assertGreater(runs, 1)
+        self.assertEqual([trial["trial"] for trial in trials], list(range(len(whole.records))))
+        self.assertEqual(without_times(trials), without_times(whole.records))
+
+    def test_a_last_line_cut_off_at_any_byte(self):
+        whole = self.whole()
+        data = self.whole_file.read_bytes()
+        ends = [i + 1 for i, byte in enumerate(data) if byte == ord("\n")]
+        last = ends[20]  # an answer
+        for cut in range(ends[19] + 1, last):
+            self.file.write_bytes(data[:cut])
+            self.assertEqual(len(read_trials(self.file)), 9, "for an analysis")
+            with self.assertWarnsRegex(UserWarning, r"p.jsonl: its last line was cut off \(%d bytes\)" % (cut - ends[19])):
+                session = Session(self.file, experiment())
+            self.assertEqual(len(session.notices), 1)
+            self.assertEqual(len(session.records), 9)
+            session.close()
+            self.assertTrue(self.file.read_bytes().startswith(data[: ends[19]] + b'{"opened":1,'))
+        resumed = run(self.file, experiment())
+        self.assertEqual(without_times(resumed.records), without_times(whole.records))
+        for cut in (1, ends[0] - 1):  # the experiment itself
+            self.file.write_bytes(data[:cut])
+            with self.assertWarns(UserWarning):
+                Session(self.file, experiment()).close()
+            self.assertEqual(self.file.read_bytes(), data[: ends[0]])
+        self.file.write_bytes(data[:last] + b"\0" * 512)  # what a file system may leave after a power cut
+        with self.assertWarns(UserWarning), Session(self.file, experiment()) as session:
+            self.assertEqual(len(session.records), 10)
+
+    def test_a_pause_and_the_events(self):
+        whole = self.whole()
+        for trials in (1, 0, 7, 30):
+            self.assertFalse(run(self.file, experiment(), trials=trials).done)
+        session = run(self.file, experiment())
+        self.assertEqual(session.notices, [])
+        self.assertEqual(without_times(session.records), without_times(whole.records))
+        self.assertEqual([record["run"] for record in session.records][:8], [0] + 7 * [2])
+        self.assertEqual([(event["trial"], event["tick"]) for event in session.events], [(i, 17 * i) for i in range(len(whole.records))])
+        for name, method in session.methods.items():
+            if name != "levels":
+                self.assertEqual(method.threshold(), whole.methods[name].threshold())
+        before = self.file.read_bytes()
+        self.assertEqual(list(run(self.file, experiment())), [])
+        self.assertTrue(self.file.read_bytes().startswith(before))
+
+    def test_what_is_not_continued(self):
+        self.whole()
+        data = self.whole_file.read_bytes()
+        for other, named in ((experiment(seed=4), "seed, methods differ"), (experiment(participant=1), "participant, methods differ"),
+                             (experiment(blocked=True), "blocked differs")):
+            with self.assertRaisesRegex(FileError, named):
+                Session(self.whole_file, other)
+        self.assertEqual(self.whole_file.read_bytes(), data, "left as it was")
+        lines = data.split(b"\n")
+        damaged = (b"\n".join(lines[:5] + [lines[5][:-3]] + lines[6:]), ":6 is damaged"), \
+            (b"\n".join(lines[:2] + lines[3:]), ":4 is not the trial"), \
+            (b"\n".join(lines[:3] + lines[2:]), ":4 is not the trial"), \
+            (data.replace(b'"level":0.4', b'"level":0.5', 1), " is not the trial"), \
+            (b"\n".join(lines[:3] + [b"[]"] + lines[3:]), ":4 is no line"), \
+            (b"[]\n", "of another experiment")
+        for text, named in damaged:
+            self.file.write_bytes(text)
+            with self.assertRaisesRegex(FileError, named):
+                Session(self.file, experiment())
+            self.assertEqual(self.file.read_bytes(), text)
+        with Session(self.folder / "open.jsonl", experiment()), self.assertRaisesRegex(FileError, "open in another program"):
+            Session(self.folder / "open.jsonl", experiment())
+
+    def test_what_a_program_forgets(self):
+        with Session(self.file, experiment()) as session:
+            with self.assertRaisesRegex(ValueError, "no trial waits"):
+                session.answer(True)
+            trials = iter(session)
+            next(trials)
+            for name in ("level", "run", "opened"):
+                with self.assertRaisesRegex(ValueError, "taken: " + name):
+                    session.answer(True, **{name: 1})
+            with self.assertRaises(ValueError):
+                session.answer(True, reaction_s=float("nan"))
+            session.answer(True, reaction_s=0.7)
+            next(trials)
+            with self.assertRaisesRegex(ValueError, "trial 1 has no answer"):
+                next(trials)
+        with self.assertRaisesRegex(ValueError, "closed"):
+            session.event("late")
+        self.assertEqual([trial["reaction_s"] for trial in read_trials(self.file)], [0.7])
+
+
+class Orders(unittest.TestCase):
+    def test_a_latin_square_is_balanced(self):
+        for size in range(1, 9):
+            rows = latin_square(size)
+            self.assertEqual(len(rows), 1 if size == 1 else size * (1 + size % 2))
+            for row in rows:
+                self.assertEqual(sorted(row), list(range(size)))
+            for column in zip(*rows):
+                self.assertEqual(set(Counter(column).values()), {len(rows) // size})
+            pairs = Counter(pair for row in rows for pair in zip(row, row[1:]))
+            self.assertEqual(len(pairs), size * (size - 1))
+            self.assertLessEqual(len(set(pairs.values())), 1)
+        self.assertEqual([order_for("abcd", participant)[0] for participant in range(5)], list("abcda"))
+
+    def test_orders_are_random_and_fixed_by_their_seed(self):
+        self.assertEqual(shuffled("abcdef", 1), shuffled("abcdef", 1))
+        counts = Counter("".join(shuffled("abc", derive_seed(8, i))) for i in range(6000))
+        self.assertEqual(len(counts), 6)
+        self.assertLess(sum((n - 1000) ** 2 / 1000 for n in counts.values()), 20.5, "chi-squared with 5 degrees of freedom, 0.999")
+        blocks = shuffled_blocks(range(5), 20, seed=2)
+        self.assertTrue(all(sorted(block) == list(range(5)) for block in blocks))
+        self.assertGreater(len({tuple(block) for block in blocks}), 15)
+        self.assertEqual(derive_seed(3, 0, "trial", 0), 544978389935954017, "files are continued by later versions")
+        self.assertNotEqual(derive_seed(1, 23), derive_seed(12, 3))
+
+    def trials(self, **others):
+        folder = Path(tempfile.mkdtemp(prefix="thimble-session-"))
+        self.addCleanup(shutil.rmtree, folder)
+        return run(folder / "p.jsonl", experiment(**others)).records
+
+    def test_interleaved(self):
+        trials = self.trials()
+        for i in range(0, 60, 3):
+            self.assertEqual({trial["condition"] for trial in trials[i : i + 3]}, {"stairs", "quest", "levels"})
+        self.assertGreater(len({tuple(trial["condition"] for trial in trials[i : i + 3]) for i in range(0, 60, 3)}), 3)
+        self.assertEqual(len({trial["seed"] for trial in trials}), len(trials))
+        for condition in ("stairs", "quest", "levels"):
+            first = [trial["comparison_first"] for trial in trials if trial["condition"] == condition]
+            self.assertTrue(all(a != b for a, b in zip(first[::2], first[1::2])), "each pair has both orders")
+            self.assertGreater(len(set(first[::2])), 1)
+
+    def test_blocked(self):
+        for participant in range(6):
+            trials = self.trials(blocked=True, participant=participant)
+            order = [condition for condition, _ in itertools.groupby(trial["condition"] for trial in trials)]
+            self.assertEqual(order, order_for(["stairs", "quest", "levels"], participant))
+
+
+if __name__ == "__main__":
+    unittest.main()
