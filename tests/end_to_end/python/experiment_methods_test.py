@@ -37,7 +37,7 @@ class Staircases(unittest.TestCase):
             def proportion(level):
                 return 1 / (1 + math.exp(-(level - 10) / 2.5))
 
-            staircase = Staircase(10.0, [0.1], down=down, weight=weight, reversals=10**9, most_trials=60_000, least=0, most=20)
+            staircase = Staircase(10.0, [0.1], down=down, weight=weight, reversals=10**9, most_trials=40_000, least=0, most=20)
             self.assertAlmostEqual(staircase.target, target, places=4)
             exact = stationary_levels(staircase, levels, proportion)
             mean = float(exact @ levels)
