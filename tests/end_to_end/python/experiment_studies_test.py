@@ -7,6 +7,7 @@ import random
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import warnings
 from pathlib import Path
@@ -187,22 +188,34 @@ class Live(Rig):
         within = np.array([event["within_ticks"] for event in session.events])
         self.assertEqual(len(asked), 6)
         self.assertTrue((np.diff(asked) > 4000).all(), "a trial takes more than a second")
+        self.assertTrue((within >= 20).all(), "records are 40 ticks apart")
         print("[ figure ] events: within %d ticks as median, %d at most" % (np.median(within), within.max()))
 
     def test_the_tick_of_an_event(self):
-        """A fault that the simulated hardware has between two events latches in a tick between those of the events."""
+        """A fault of the simulated hardware right after an event latches in a tick within the bounds of the event, whether there are few ticks or
+        many between two telemetry records. The simulator may lose 0.1 s against the clock of this machine."""
         sim, device = self.device(intervals.presses())
         self.start(device)
         ticks = Ticks(device)
-        before = ticks.mark()
-        device.inject("drive-fault")
-        self.wait_for_mode(sim.tcp, "faulted")
-        after = ticks.mark()
-        frozen = self.ok("fault", "list", "--device", sim.tcp, "--json").json["faults"][0]
-        latched = max(frame["tick"] for frame in frozen["freeze_frames"])
-        self.assertLessEqual(before["tick"] - before["within_ticks"], latched)
-        self.assertLessEqual(latched, after["tick"])
-        self.assertGreater(after["tick"], before["tick"])
+        for decimation in (4, 4000):
+            device.parameters["telemetry_decimation"] = decimation
+            time.sleep(0.5)  # the newest of the records that are 1 s apart is then 2000 ticks old
+            before = ticks.mark()
+            device.inject("drive-fault", for_s=0.1)
+            took_ticks = 4000 * (time.monotonic() - before["host_s"])
+            self.wait_for_mode(sim.tcp, "faulted")
+            after = ticks.mark()
+            frozen = self.ok("fault", "list", "--device", sim.tcp, "--json").json["faults"][0]
+            latched = max(frame["tick"] for frame in frozen["freeze_frames"])
+            self.assertLessEqual(before["tick"] - before["within_ticks"], latched)
+            self.assertLessEqual(latched, before["tick"] + before["within_ticks"] + took_ticks + 400)
+            self.assertLessEqual(latched, after["tick"] + after["within_ticks"])
+            self.assertGreaterEqual(before["within_ticks"], decimation / 2)
+            self.assertLess(before["within_ticks"], decimation / 2 + took_ticks + 2)
+            print("[ figure ] latched %d ticks after an event known within %d" % (latched - before["tick"], before["within_ticks"]))
+            time.sleep(0.2)
+            device.clear_faults()
+            device.arm()
 
     def test_a_person(self):
         sim, device = self.device(intervals.presses(seconds=0.2, rest_s=0.1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Any
 
@@ -9,17 +10,20 @@ from typing import Any
 class Ticks:
     """Tells the tick of this moment.
 
-    Telemetry has no tick numbers. So the controller is asked for its present tick (`tick` of DeviceState), and the answer is dated by this
-    machine's clock: an event at the time of the question happened at most `within_ticks` ticks before `tick`, which is what the question and
-    its answer took.
+    Telemetry frames have no tick numbers. So the controller is asked for its state, which has the tick of its newest telemetry record. That is up to
+    `telemetry_decimation` ticks old, and question and answer take some ticks, too: hence the bounds, which mark() gives with the tick. A
+    lower telemetry_decimation makes them narrower.
     """
 
     def __init__(self, device: Any):
         self._device = device
 
     def mark(self) -> dict[str, int | float]:
-        """{"tick", "within_ticks", "host_s"} of now; host_s is this machine's monotonic clock, as in time.monotonic()."""
+        """{"tick", "within_ticks", "host_s"} of now: the tick of an event at the time of the call is at most within_ticks from `tick`. host_s is this
+        machine's monotonic clock, as in time.monotonic()."""
         asked_s = time.monotonic()
         info = self._device.info
-        took_s = time.monotonic() - asked_s
-        return {"tick": info["tick"], "within_ticks": int(took_s * info["tick_rate_Hz"]) + 1, "host_s": round(asked_s, 6)}
+        took_ticks = (time.monotonic() - asked_s) * info["tick_rate_Hz"]
+        earliest = info["tick"] - math.ceil(took_ticks)
+        latest = info["tick"] + int(self._device.parameters["telemetry_decimation"])
+        return {"tick": (earliest + latest) // 2, "within_ticks": (latest - earliest + 1) // 2, "host_s": round(asked_s, 6)}
