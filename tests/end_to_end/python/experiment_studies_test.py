@@ -237,6 +237,25 @@ class Live(Rig):
             with Session(path, stiffness_jnd.experiment(seed=1)) as again:
                 self.assertEqual(next(iter(again)).number, 2)
 
+    def test_a_trial_in_which_the_arm_was_stopped_does_not_count(self):
+        sim, device = self.device(intervals.presses(seconds=0.2, rest_s=0.1))
+        self.start(device)
+        said = ["1", "2"]
+
+        def ask(_):
+            if len(said) == 1:
+                self.ok("disarm", "--device", sim.tcp)
+            return said.pop(0)
+
+        with Session(self.folder / "stopped.jsonl", stiffness_jnd.experiment(seed=1)) as session:
+            with self.assertRaises(thimble.Error) as caught:
+                stiffness_jnd.run(session, by_person(device, "Which is stiffer?", ask))
+        self.assertEqual(caught.exception.name, "not-armed")
+        self.assertIn("disarm", caught.exception.cause)
+        self.assertEqual(len(session.records), 1)
+        with self.assertRaises(thimble.Error):
+            by_observer_at(device, Observer(stiffness_N_m, 0.1), 0.1)(None, intervals.side_by_side({"stiffness_N_m": 400}, {"stiffness_N_m": 500}))
+
     def test_a_hand_that_stays_on_the_block(self):
         sim, device = self.device(np.array([[0, -0.03, 0, -0.018], [0.3, -0.03, 0, -0.025], [100, -0.03, 0, -0.025]]))
         self.start(device)
