@@ -33,12 +33,14 @@ class ConstantStimuli:
 
     @property
     def level(self) -> float:
+        """The level of the next trial."""
         if self.done:
             raise ValueError("all trials have been answered")
         return self._order[len(self.answers)]
 
     @property
     def done(self) -> bool:
+        """Whether each level has had its repeats."""
         return len(self.answers) == len(self._order)
 
     def answer(self, yes: bool) -> None:

@@ -86,6 +86,7 @@ class Quest:
 
     @property
     def done(self) -> bool:
+        """Whether all trials have been answered."""
         return self.answers >= self.trials
 
     def answer(self, correct: bool) -> None:

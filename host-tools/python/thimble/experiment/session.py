@@ -31,12 +31,15 @@ class Method(Protocol):
     the answers only, and its repr() has the arguments."""
 
     @property
-    def level(self) -> float: ...
+    def level(self) -> float:
+        """The level of the next trial."""
 
     @property
-    def done(self) -> bool: ...
+    def done(self) -> bool:
+        """Whether there is no next trial."""
 
-    def answer(self, answer: bool, /) -> None: ...
+    def answer(self, answer: bool, /) -> None:
+        """The answer at the present level: correct, or yes."""
 
 
 class FileError(Exception):
@@ -176,10 +179,12 @@ class Session:
 
     @property
     def methods(self) -> dict[str, Method]:
+        """The method of each condition, with all answers so far."""
         return self._presenter.methods
 
     @property
     def done(self) -> bool:
+        """Whether all methods are done."""
         return self._presenter.next() is None
 
     def __iter__(self) -> Iterator[Trial]:

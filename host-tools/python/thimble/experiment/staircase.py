@@ -67,6 +67,7 @@ class Staircase:
 
     @property
     def done(self) -> bool:
+        """Whether it has its reversals, or most_trials."""
         return len(self.reversal_levels) - (len(self.steps) - 1) >= self.reversals or self.trials >= self.most_trials
 
     def answer(self, correct: bool) -> None:
