@@ -1,26 +1,66 @@
-# Debian packages by component: `thimble` (for a host: command, simulator, scenes) and `thimble-board`. After a build:
-#   cpack --config build/release/CPackConfig.cmake -B build/release/packages
-# A build for a board makes only the second one, for its architecture.
+# Debian packages by component: `thimble` (for a host: command, simulator, scenes), `thimble-board`, `libthimble-dev`, `python3-thimble` and
+# `thimble-doc`; the last two if they are built (THIMBLE_PYTHON, THIMBLE_MANUAL). All of them: cmake --workflow --preset packages
+# A build for a board makes only its own, for its architecture. The same tree gives the same bytes.
 include(GNUInstallDirs)
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # what is packed is built, and the tests need not be
 set(THIMBLE_MAINTAINER "Thimble maintainers <maintainers@thimble.invalid>" CACHE STRING "Who made the packages")
 
 set(components board)
 if(THIMBLE_HOST)
-  list(PREPEND components host)
+  list(APPEND components host dev)
+  if(THIMBLE_PYTHON)
+    list(APPEND components python)
+  endif()
+  if(THIMBLE_MANUAL AND TARGET manual)
+    list(APPEND components doc)
+  endif()
 endif()
+# All that is packed.
+add_custom_target(thimble_packed)
+set(targets thimble-board)
+if(THIMBLE_HOST)
+  list(APPEND targets thimble thimble-sim)
+  foreach(name IN LISTS thimble_public)
+    get_target_property(type thimble_${name} TYPE)
+    if(type STREQUAL "STATIC_LIBRARY")
+      list(APPEND targets thimble_${name})
+    endif()
+  endforeach()
+endif()
+foreach(target thimble_python manual)
+  if(TARGET ${target})
+    list(APPEND targets ${target})
+  endif()
+endforeach()
+add_dependencies(thimble_packed ${targets})
+
 set(CPACK_HOST_NAME thimble)
 set(CPACK_BOARD_NAME thimble-board)
+set(CPACK_DEV_NAME libthimble-dev)
+set(CPACK_PYTHON_NAME python3-thimble)
+set(CPACK_DOC_NAME thimble-doc)
+
+# The time of everything in the packages: that of the last commit.
+set(epoch $ENV{SOURCE_DATE_EPOCH})
+if(NOT epoch)
+  execute_process(COMMAND git -C ${PROJECT_SOURCE_DIR} log -1 --format=%ct OUTPUT_VARIABLE epoch OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+endif()
+if(NOT epoch)  # sources without their history
+  file(TIMESTAMP ${PROJECT_SOURCE_DIR}/CHANGELOG.md epoch "%s")
+endif()
+set(given_epoch $ENV{SOURCE_DATE_EPOCH})
+set(ENV{SOURCE_DATE_EPOCH} ${epoch})
+string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
+set(ENV{SOURCE_DATE_EPOCH} ${given_epoch})
 
 # Required files of each package: licence and changelog.
-string(TIMESTAMP now "%a, %d %b %Y %H:%M:%S +0000" UTC)
 set(packaging ${PROJECT_BINARY_DIR}/packaging)
 find_program(GZIP gzip REQUIRED)
 foreach(component IN LISTS components)
   string(TOUPPER ${component} COMPONENT)
   set(package ${CPACK_${COMPONENT}_NAME})
   file(WRITE ${packaging}/${package}/changelog
-    "${package} (${PROJECT_VERSION}) bookworm; urgency=medium\n\n  * Built from the source tree; its history says what changed.\n\n -- ${THIMBLE_MAINTAINER}  ${now}\n")
+    "${package} (${PROJECT_VERSION}) bookworm; urgency=medium\n\n  * Built from the source tree; its history says what changed.\n\n -- ${THIMBLE_MAINTAINER}  ${date}\n")
   execute_process(COMMAND ${GZIP} -9nf ${packaging}/${package}/changelog COMMAND_ERROR_IS_FATAL ANY)
   install(FILES ${packaging}/${package}/changelog.gz ${PROJECT_SOURCE_DIR}/cmake/packages/copyright
     DESTINATION share/doc/${package} COMPONENT ${component})
@@ -30,13 +70,20 @@ endforeach()
 if(NOT CMAKE_CROSSCOMPILING)
   set(host_programs thimble thimble-sim)
   set(board_programs thimble-board)
-  foreach(component IN LISTS components)
+  foreach(component host board)
     list(TRANSFORM ${component}_programs PREPEND ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/ OUTPUT_VARIABLE programs)
     list(JOIN programs "\" \"" programs)
     install(CODE "execute_process(COMMAND \"${PROJECT_SOURCE_DIR}/scripts/man_pages\"
       \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/share/man/man1\" \"${programs}\" COMMAND_ERROR_IS_FATAL ANY)" COMPONENT ${component})
   endforeach()
 endif()
+
+# Links of installed Markdown lead to what is installed, and so does the "$schema" of scenes.
+foreach(component host board)
+  string(TOUPPER ${component} COMPONENT)
+  install(CODE "execute_process(COMMAND \"${PROJECT_SOURCE_DIR}/scripts/installed_links\" \"${CPACK_${COMPONENT}_NAME}\"
+    \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/share\" COMMAND_ERROR_IS_FATAL ANY)" COMPONENT ${component})
+endforeach()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME thimble)
@@ -60,6 +107,29 @@ the fingertip feels, and simulates an arm where there is none.")
 set(CPACK_DEBIAN_HOST_PACKAGE_RECOMMENDS "gnuplot-nox")
 set(CPACK_DEBIAN_HOST_PACKAGE_SUGGESTS "can-utils, iproute2")
 
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME libthimble-dev)
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_COMPONENT_DEV_DESCRIPTION "force-feedback arm: libraries for C++
+Renders the contact forces of a scene, computes the kinematics of arms,
+compiles scenes, talks to devices and simulates them: headers, static
+libraries and targets for CMake, find_package(thimble).")
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libassimp-dev, libbearssl-dev, libboost-dev, libeigen3-dev, libflatbuffers-dev, libfmt-dev, libmnl-dev, libpng-dev, \
+libqhull-dev, liburdfdom-dev, nlohmann-json3-dev, pkgconf, zlib1g-dev")
+
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-thimble)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "force-feedback arm: Python module
+Simulates scenes, talks to devices and reads recordings, with arrays of NumPy.")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy")  # the interpreter of Debian 12
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/packages/python/postinst ${PROJECT_SOURCE_DIR}/cmake/packages/python/prerm)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+
+set(CPACK_DEBIAN_DOC_PACKAGE_NAME thimble-doc)
+set(CPACK_DEBIAN_DOC_PACKAGE_SECTION doc)
+set(CPACK_DEBIAN_DOC_PACKAGE_ARCHITECTURE all)
+set(CPACK_COMPONENT_DOC_DESCRIPTION "force-feedback arm: manual
+The manual as HTML: /usr/share/doc/thimble-doc/html/index.html.")
+
 set(CPACK_DEBIAN_BOARD_PACKAGE_NAME thimble-board)
 set(CPACK_COMPONENT_BOARD_DESCRIPTION "force-feedback arm: controller for embedded Linux
 Reads the encoders, renders what the fingertip touches and drives the motors
@@ -72,14 +142,15 @@ set(CPACK_DEBIAN_BOARD_PACKAGE_CONTROL_EXTRA
   ${PROJECT_SOURCE_DIR}/board/linux/packaging/postrm)
 set(CPACK_DEBIAN_BOARD_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
-set(CPACK_DEBIAN_BOARD_PACKAGE_DEPENDS "systemd")
+set(CPACK_DEBIAN_BOARD_PACKAGE_DEPENDS "init-system-helpers, systemd")
 set(CPACK_DEBIAN_BOARD_PACKAGE_RECOMMENDS udev)
 if(CMAKE_CROSSCOMPILING)
   set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE ${THIMBLE_DEBIAN_ARCHITECTURE})
   set(CPACK_THIMBLE_BINARY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/thimble-board)
   set(CPACK_THIMBLE_DEBIAN_PACKAGES ${THIMBLE_DEBIAN_PACKAGES})
-  set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/packages/cross_depends.cmake)
 else()
   set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 endif()
+set(CPACK_THIMBLE_EPOCH ${epoch})
+set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/packages/when_packed.cmake)
 include(CPack)

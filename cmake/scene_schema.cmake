@@ -13,7 +13,7 @@ foreach(schema control/scene/scene firmware/arm/arm)
 endforeach()
 add_custom_target(thimble_scene_schema_header DEPENDS ${headers})
 add_library(thimble_scene_schema INTERFACE)
-target_include_directories(thimble_scene_schema SYSTEM INTERFACE ${CMAKE_BINARY_DIR}/generated)
+target_include_directories(thimble_scene_schema SYSTEM INTERFACE $<BUILD_INTERFACE:${CMAKE_BINARY_DIR}/generated>)
 add_dependencies(thimble_scene_schema thimble_scene_schema_header)
 target_compile_definitions(thimble_scene_schema INTERFACE
   FLATBUFFERS_ASSERT=thimble_flatbuffers_assert

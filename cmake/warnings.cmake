@@ -7,12 +7,12 @@
 # thimble_loop_code: the same for tests that simulate, with -O1, because they are too slow without optimisation.
 add_library(thimble_warnings INTERFACE)
 if(PROJECT_IS_TOP_LEVEL)  # a project that uses the renderer sets its own warnings
-  target_compile_options(thimble_warnings INTERFACE
-    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wcast-align -Wnon-virtual-dtor
+  set(warnings -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wcast-align -Wnon-virtual-dtor
     -Woverloaded-virtual -Wdouble-promotion -Wswitch-enum -Wsuggest-override -Wzero-as-null-pointer-constant -Werror)
+  target_compile_options(thimble_warnings INTERFACE "$<BUILD_INTERFACE:${warnings}>")
 endif()
 target_compile_features(thimble_warnings INTERFACE cxx_std_20)
-target_include_directories(thimble_warnings INTERFACE ${PROJECT_SOURCE_DIR})
+target_include_directories(thimble_warnings INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/thimble>)
 
 add_library(thimble_core INTERFACE)
 target_link_libraries(thimble_core INTERFACE thimble_warnings)

@@ -11,6 +11,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import links
+
 BUILD = Path(os.environ["THIMBLE_BUILD"])
 BOARD_FILES = {"usr/bin/thimble-board", "usr/lib/systemd/system/thimble-board.service", "usr/lib/sysusers.d/thimble-board.conf",
                "usr/lib/udev/rules.d/60-thimble-board.rules", "usr/share/doc/thimble-board/board-linux.md",
@@ -48,10 +50,12 @@ class Packages(unittest.TestCase):
         return {row[5].removeprefix("./"): (row[0], row[1]) for row in rows if not row[5].endswith("/")}
 
     def test_which_there_are(self):
-        self.assertEqual(set(self.packages), {"thimble-board"} if self.cross else {"thimble", "thimble-board"})
+        host = {"thimble", "libthimble-dev", *os.environ.get("THIMBLE_MORE_PACKAGES", "").split()}
+        self.assertEqual(set(self.packages), {"thimble-board"} | (set() if self.cross else host))
         for name, file in self.packages.items():
-            self.assertRegex(file.name, rf"^{name}_\d+\.\d+\.\d+_{self.arch}\.deb$")
-            self.assertEqual(self.field(name, "Architecture"), self.arch)
+            arch = "all" if name == "thimble-doc" else self.arch
+            self.assertRegex(file.name, rf"^{name}_\d+\.\d+\.\d+_{arch}\.deb$")
+            self.assertEqual(self.field(name, "Architecture"), arch)
             self.assertIn("@", self.field(name, "Maintainer"))
             self.assertEqual(self.field(name, "Description").splitlines()[0].split(":")[0], "force-feedback arm")
             for path, (mode, owner) in self.files(name).items():
@@ -157,8 +161,32 @@ class Packages(unittest.TestCase):
         for library in ("libassimp5 ", "libc6 (>= ", "libfmt9 ", "libmnl0 ", "libpng16-16 ", "libqhull-r8.0 ", "libstdc++6 (>= ", "zlib1g "):
             self.assertIn(library, depends)
         self.assertNotIn("libgpiod", depends)
-        links = re.findall(r"\]\((?!https?:|#)([^)#]+)", (self.folder / "thimble/usr/share/doc/thimble/cli.md").read_text())
-        self.assertEqual([link for link in links if "usr/share/doc/thimble/" + link not in files], [])
+
+    def test_links(self):
+        count, dead = links.dead_links(*(self.folder / name for name in self.packages))
+        self.assertEqual(dead, [])
+        self.assertGreater(count, 250)
+        _, alone = links.dead_links(self.folder / "thimble-board")  # which does not depend on the others
+        self.assertEqual(alone, [])
+
+    def test_the_library(self):
+        """A project outside finds it in the place that the package was unpacked to."""
+        root, build = self.folder / "libthimble-dev/usr", self.folder / "outside"
+        output("cmake", "-S", Path(__file__).parent / "outside", "-B", build, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={root}")
+        output("cmake", "--build", build)
+        scene = self.folder / "floor.scene.json"
+        scene.write_text(json.dumps({"thimble_scene": 1, "name": "floor", "objects": [
+            {"name": "floor", "shape": {"plane": {"normal": [0, 0, 1]}}, "material": {"stiffness_N_m": 500}}]}))
+        told = json.loads(output(build / "outside", scene, self.folder / "thimble/usr/share/thimble/arms/falcon.arm.json"))
+        self.assertAlmostEqual(told["rendered_N"], 500 * 0.002, places=5)
+        self.assertAlmostEqual(told["simulated_N"], 500 * 0.002, places=5)
+        self.assertLess(told["missed_m"], 1e-6)
+        headers = root / "include/thimble"
+        missing = [(file.name, name) for file in headers.rglob("*.h") for name in re.findall(r'^#include "(.*)"', file.read_text(), re.M)
+                   if not (headers / name).is_file() and not name.startswith("flatbuffers/")]
+        self.assertEqual(missing, [])
+        for file in (self.folder / "libthimble-dev").rglob("*.cmake"):  # it may be moved
+            self.assertNotIn(str(BUILD.parent), file.read_text())
 
     def test_the_host_runs(self):
         root = self.folder / "thimble/usr"
