@@ -9,9 +9,12 @@ packages_to_build=(
 command -v npm >/dev/null || packages_to_build+=(nodejs npm)
 packages_to_check=(
   binutils chromium-headless-shell clang clang-format clang-tidy cpio device-tree-compiler fish g++-aarch64-linux-gnu g++-arm-linux-gnueabihf gcc-12
-  gcc-arm-none-eabi git libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib lintian llvm make man-db python3-can python3-canmatrix python3-markdown-it python3-matplotlib qemu-system-arm qemu-system-x86 qemu-user strace
+  gcc-arm-none-eabi git libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make man-db mypy python3-can python3-canmatrix python3-markdown-it python3-matplotlib python3-pip qemu-system-arm qemu-system-x86 qemu-user strace
   systemd tshark valgrind verilator xz-utils yosys z3 zsh
 )
+
+# For ./check --long.
+packages_to_check_long=(chromium firefox-esr lintian mmdebstrap)
 
 # For the static site, ./demo --page: modules for a browser (cmake/toolchains/wasm32-wasi.cmake).
 packages_to_page=(clang-22 lld-22 libc++-22-dev-wasm32 libc++abi-22-dev-wasm32 libclang-rt-22-dev-wasm32 libutfcpp-dev llvm-22 wasi-libc)

@@ -188,6 +188,47 @@ class Packages(unittest.TestCase):
         for file in (self.folder / "libthimble-dev").rglob("*.cmake"):  # it may be moved
             self.assertNotIn(str(BUILD.parent), file.read_text())
 
+    def imported_from(self, folder):
+        """Strongest force of a run on the simulated arm, by the Python package in the folder."""
+        scenes = self.folder / "thimble/usr/share/thimble/scenes"
+        return float(output("/usr/bin/python3", "-B", "-c", f"""if True:
+            import numpy, pathlib, thimble
+            assert pathlib.Path(thimble.__file__).is_relative_to("{folder}"), thimble.__file__
+            felt = thimble.simulate("{scenes}/ring/ring.scene.json", "{scenes}/probe.csv", ideal=True, rate_Hz=1000)
+            print(numpy.linalg.norm(felt["force_N"], axis=1).max())""", env={**os.environ, "PYTHONPATH": str(folder)}))
+
+    def test_python(self):
+        if "python3-thimble" not in self.packages:
+            self.skipTest("built without THIMBLE_PYTHON")
+        place = self.folder / "python3-thimble/usr/lib/python3/dist-packages"
+        self.assertGreater(self.imported_from(place), 0.1)
+        wheels, unpacked = self.folder / "wheels", self.folder / "wheel"
+        output("/usr/bin/python3", "-m", "pip", "wheel", Path(__file__).parents[3], "--no-deps", "--no-index", "--config-settings",
+               f"build={BUILD}", "-w", wheels)
+        output("/usr/bin/python3", "-m", "pip", "install", "--no-deps", "--no-index", "--target", unpacked, *wheels.iterdir())
+        self.assertGreater(self.imported_from(unpacked), 0.1)
+
+        # Its types: the stubs say what there is, and a script is checked by them.
+        types = {**os.environ, "PYTHONPATH": str(place), "MYPY_CACHE_DIR": str(self.folder / "mypy")}
+        output("/usr/bin/python3", "-B", "-m", "mypy.stubtest", "thimble", env=types, cwd=place)
+        script = Path(__file__).with_name("typed_script.py")
+        mypy = ("/usr/bin/python3", "-B", "-m", "mypy", "--strict")
+        output(*mypy, script, env=types, cwd=place)
+        wrong = self.folder / "wrong.py"
+        wrong.write_text(script.read_text().replace("seconds=1.0", 'seconds="1"'))
+        told = subprocess.run([*mypy, wrong], env=types, cwd=place, capture_output=True, text=True).stdout
+        self.assertIn('Argument "seconds" to "render" of "Device" has incompatible type "str"; expected "float"', told)
+
+    def test_the_same_bytes(self):
+        """Those of a second run, of what is quick. packages.clean compares all with a second build."""
+        again = self.folder / "again"
+        components = {"thimble-board": "board", "python3-thimble": "python"}
+        wanted = [name for name in self.packages if name in components]
+        output(os.environ["CPACK"], "--config", BUILD / "CPackConfig.cmake", "-B", again, "-D",
+               "CPACK_COMPONENTS_ALL=" + ";".join(components[name] for name in wanted))
+        for name in wanted:
+            self.assertEqual((again / self.packages[name].name).read_bytes(), self.packages[name].read_bytes(), name)
+
     def test_the_host_runs(self):
         root = self.folder / "thimble/usr"
         self.assertIn(self.field("thimble", "Version"), output(root / "bin/thimble", "--version"))

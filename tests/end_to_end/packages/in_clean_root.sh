@@ -1,0 +1,71 @@
+#!/bin/sh
+# Run in a root with Debian alone and what the packages depend on: installs them (*.deb beside this file), uses them as a user does, and removes them.
+set -eu
+here=$(dirname "$0")
+cd "$here"
+export HOME="$here/home" XDG_RUNTIME_DIR="$here/run" MPLCONFIGDIR="$here/home"
+mkdir -p -m 700 "$HOME" "$XDG_RUNTIME_DIR"
+listing() {
+  find / -xdev \( -path /proc -o -path /sys -o -path /dev -o -path /run -o -path /tmp -o -path /var/lib/dpkg -o -path /var/log -o -path /var/cache \) \
+    -prune -o -print | LC_ALL=C sort
+}
+say() { printf '== %s\n' "$*"; }
+
+listing >before
+say install
+dpkg --install ./*.deb
+say manual pages, completion
+man --where thimble thimble-sim thimble-board thimble-upload
+test -s /usr/share/bash-completion/completions/thimble -a -s /usr/share/zsh/vendor-completions/_thimble -a -s /usr/share/fish/vendor_completions.d/thimble.fish
+[ ! -e thimble-doc_*.deb ] || test -s /usr/share/doc/thimble-doc/html/index.html
+
+say simulator
+scenes=/usr/share/thimble/scenes
+thimble-sim --tcp 0 --no-pty --name clean --hand $scenes/asteroid/stroke.csv --loop >sim.out &
+sim=$!
+for _ in $(seq 200); do ! grep -q ^ready sim.out || break; sleep 0.1; done
+device=$(grep -m1 -o 'tcp:[0-9.:]*' sim.out)
+thimble list | grep clean
+thimble upload --device "$device" $scenes/asteroid/asteroid.scene.json
+thimble home --device "$device"
+thimble record felt.rec --device "$device" --scene $scenes/asteroid/asteroid.scene.json --arm --seconds 3
+thimble info --device "$device" --json >info.json
+thimble disarm --device "$device"
+thimble replay felt.rec --log felt.csv
+thimble doctor --device "$device" || [ $? -lt 64 ]
+kill $sim
+wait $sim || true
+python3 -c 'import json; state = json.load(open("info.json"))["state"]; assert state["peak_force_N"] > 0.1, state'
+
+say view
+thimble view --no-browser --scene $scenes/blocks/blocks.scene.json >view.out &
+view=$!
+for _ in $(seq 200); do ! grep -q http view.out || break; sleep 0.1; done
+python3 - "$(head -1 view.out)" <<'PY'
+import sys, urllib.request
+with urllib.request.urlopen(sys.argv[1]) as answer:
+    assert answer.status == 200 and b"<html" in answer.read(), answer
+PY
+kill $view
+wait $view || true
+
+say Python
+python3 - <<'PY'
+import thimble
+felt = thimble.simulate("/usr/share/thimble/scenes/ring/ring.scene.json", "/usr/share/thimble/scenes/probe.csv", ideal=True, rate_Hz=1000)
+assert abs(felt["force_N"]).max() > 0.1
+PY
+
+say a project outside
+cmake -S outside -B build -G Ninja >cmake.out || { cat cmake.out; exit 1; }
+cmake --build build
+echo '{"thimble_scene": 1, "name": "floor", "objects": [{"name": "floor", "shape": {"plane": {"normal": [0, 0, 1]}},
+  "material": {"stiffness_N_m": 500}}]}' >floor.scene.json
+build/outside floor.scene.json /usr/share/thimble/arms/falcon.arm.json | tee outside.out
+grep -q '"rendered_N": 1.00000' outside.out
+
+say remove
+dpkg --purge $(for file in ./*.deb; do dpkg-deb --field "$file" Package; done)
+listing >after
+diff before after
+say nothing is left
