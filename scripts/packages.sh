@@ -16,6 +16,9 @@ packages_to_check=(
 # For ./check --long.
 packages_to_check_long=(chromium firefox-esr lintian mmdebstrap)
 
+# For the manual, target `manual` (cmake/manual.cmake).
+packages_to_document=(doxygen furo python3-breathe python3-myst-parser python3-sphinx python3-sphinx-copybutton)
+
 # For the static site, ./demo --page: modules for a browser (cmake/toolchains/wasm32-wasi.cmake).
 packages_to_page=(clang-22 lld-22 libc++-22-dev-wasm32 libc++abi-22-dev-wasm32 libclang-rt-22-dev-wasm32 libutfcpp-dev llvm-22 wasi-libc)
 

@@ -1,12 +1,12 @@
-// The C++ listing of README.md is compiled as printed, and renders a wall.
+// The C++ listing of docs/overview.md is compiled as printed, and renders a wall.
 #include <gtest/gtest.h>
 
-#include "readme_listing.h"  // NOLINT(misc-include-cleaner): generated from README.md
+#include "overview_listing.h"  // NOLINT(misc-include-cleaner): generated from docs/overview.md
 #include "tests/support/scene.h"
 
 namespace {
 
-TEST(Readme, TheListingRendersAWall) {
+TEST(Overview, TheListingRendersAWall) {
   constexpr float kStiffness_N_m = 500, kDepth_m = 0.002F, kPeriod_s = 1.0F / 4000.0F;
   EXPECT_FALSE(start({}));
 
