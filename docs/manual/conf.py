@@ -3,6 +3,7 @@
 # the same sources give the same bytes. cmake/manual.cmake calls it.
 import os
 import re
+from pathlib import Path
 
 project = "Thimble"
 copyright = "Thimble maintainers"
@@ -26,8 +27,6 @@ autodoc_member_order = "bysource"
 
 html_theme = "furo"
 html_title = f"Thimble {release}".strip()
-html_static_path = ["static"]
-html_css_files = ["manual.css"]
 html_extra_path = ["top"]  # index.html, which leads to the first page
 html_last_updated_fmt = None
 html_show_sphinx = False
@@ -56,6 +55,23 @@ def plain_docstring(app, what, name, obj, options, lines):
     lines[:] = out
 
 
+def mend_furo(app, exception):
+    """Debian's Furo 2022.12 has its script and its styles as they are before they are bundled: they import other files, by a path of the
+    machine and as a module, which no browser loads from a file. And it has no dark colours for who has chosen none, which the system may prefer."""
+    static = Path(app.outdir, "_static")
+    script, style = static / "scripts/furo.js", static / "styles/furo.css"
+    if exception or not script.exists():
+        return
+    gumshoe = (static / "scripts/gumshoe-patched.js").read_text()
+    script.write_text(re.sub(r"^import Gumshoe .*\n", lambda it: gumshoe, script.read_text()))
+    text = re.sub(r"^@import url\((.*?)\);", lambda it: Path("/usr/share" + it[1]).read_text(), style.read_text())
+    if "prefers-color-scheme" not in text:
+        dark = re.search(r'body\[data-theme="dark"\] (\{[^}]*\})', text)[1]
+        text += '@media (prefers-color-scheme: dark) { body:not([data-theme="light"]) ' + dark + " }\n"
+    style.write_text(text)
+
+
 def setup(app):
     app.connect("missing-reference", folder_is_no_page)
     app.connect("autodoc-process-docstring", plain_docstring)
+    app.connect("build-finished", mend_furo)

@@ -104,7 +104,7 @@ class Docs(Rig):
             (work / name).symlink_to(ROOT / name)
         python = os.environ.get("THIMBLE_PYTHON", "")
         self.environment |= {"PATH": f"{BIN}:{os.environ['PATH']}", "THIMBLE_BIN": str(BIN), "PYTHONPATH": python, "HOME": str(work), "BROWSER": "true"}
-        said = {}
+        python_text = ""
         for block in blocks_of(page):
             if block.language not in TESTED and "file" not in block.notes:
                 continue
@@ -120,8 +120,11 @@ class Docs(Rig):
                 elif block.language == "cpp":
                     self.compile(block, work)
                 elif block.language == "python":
-                    said["python"] = said.get("python", "") + block.text
-                    self.run_python(block, said["python"] if python else None, work)
+                    compile(block.text, str(block), "exec")
+                    python_text += "" if "not run" in block.notes else f"# {block}\n{block.text}"
+        if python and python_text:
+            with self.subTest(str(page)):
+                self.run_python(python_text, work)
 
     def replace(self, file, block):
         (part,) = documents(block.text)
@@ -210,11 +213,8 @@ class Docs(Rig):
         done = subprocess.run([compiler, *flags, "-Wall", "-Wextra", "-Werror", "-fsyntax-only", work / "block.cpp"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
 
-    def run_python(self, block, text, work):
-        """With a simulated device that is ready, and what the blocks of the page before it have defined."""
-        if text is None or "not run" in block.notes:
-            compile(block.text, str(block), "exec")
-            return
+    def run_python(self, text, work):
+        """All blocks of a page, with a simulated device that is ready. What goes on for seconds goes on for one."""
         text = text if "import thimble" in text else "import thimble\n" + text
         text = re.sub(r"seconds=\d+", "seconds=1", text)
         (work / "block.py").write_text(text)
