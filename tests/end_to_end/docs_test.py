@@ -237,7 +237,7 @@ class Docs(Rig):
         text = re.sub(r"seconds=\d+", "seconds=1", text)
         (work / "block.py").write_text(text)
         simulator = self.sim()
-        done = subprocess.run(["/usr/bin/python3", "block.py"], cwd=work, env=self.environment, capture_output=True, text=True, timeout=PATIENCE_S)
+        done = subprocess.run(["/usr/bin/python3", "block.py"], cwd=work, env=self.environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE_S)
         simulator.stop()
         self.assertEqual(done.returncode, 0, done.stderr)
 
