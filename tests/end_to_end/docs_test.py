@@ -89,7 +89,8 @@ def scene_with(document):
         ball["body"] = document
     elif "stiffness_N_m" in document:
         ball["material"] = document
-    elif set(document) <= {"plane", "sphere", "box", "cylinder", "capsule", "cone", "mesh", "height_field", "vector_field", "potential_field"}:
+    elif set(document) <= {"plane", "sphere", "box", "cylinder", "capsule", "cone", "mesh", "height_field", "vector_field", "potential_field",
+                           "force_field"}:
         ball["shape"] = document
     else:
         return None
