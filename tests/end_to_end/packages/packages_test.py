@@ -220,7 +220,7 @@ class Packages(unittest.TestCase):
         self.assertIn('Argument "seconds" to "render" of "Device" has incompatible type "str"; expected "float"', told)
 
     def test_the_same_bytes(self):
-        """Those of a second run, of what is quick. packages.clean compares all with a second build."""
+        """Those of a second run, of what is quick."""
         again = self.folder / "again"
         components = {"thimble-board": "board", "python3-thimble": "python"}
         wanted = [name for name in self.packages if name in components]
