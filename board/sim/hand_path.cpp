@@ -18,6 +18,17 @@ HandPath::HandPath(std::vector<PathPoint> points) : points_(std::move(points)) {
   }
 }
 
+void HandPath::extend(const PathPoint& point) {
+  if (!std::isfinite(point.time_s) || !point.position_m.allFinite())
+    throw std::invalid_argument("a number of the path is not finite");
+  if (point.time_s <= points_.back().time_s)
+    throw std::invalid_argument("the times of the path do not increase");
+  points_.push_back(point);
+  constexpr std::size_t kKept =
+      4;  // the start, and two segments: a tick may be before their common point by rounding
+  if (points_.size() > kKept) points_.erase(points_.begin() + 1);
+}
+
 HandPath::Sample HandPath::at(double time_s) const noexcept {
   if (time_s < start_s()) return {points_.front().position_m, Eigen::Vector3d::Zero()};
   if (time_s > end_s() || points_.size() == 1) return {points_.back().position_m, Eigen::Vector3d::Zero()};

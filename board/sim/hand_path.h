@@ -27,6 +27,10 @@ class HandPath {
   // following segment, at the last point that of the preceding one.
   [[nodiscard]] Sample at(double time_s) const noexcept;
 
+  // Appends a point. Of the earlier ones it keeps the first one, and those that at() needs from the end of the last segment on.
+  // std::invalid_argument: not finite, or not later than the last.
+  void extend(const PathPoint& point);
+
   [[nodiscard]] double start_s() const noexcept { return points_.front().time_s; }
   [[nodiscard]] double end_s() const noexcept { return points_.back().time_s; }
 

@@ -77,6 +77,9 @@ struct SimulationResult {
   std::vector<BeganInside> inside;  // in the order of time
 };
 
+// kUnknownArm, kBadRate, or kOk.
+[[nodiscard]] SimulationResult checked(const SimulationOptions& options);
+
 // image: a scene image (any alignment; it is copied). path: rows of one or both arms in file order. Does not
 // throw for invalid input.
 [[nodiscard]] SimulationResult simulate(std::span<const std::byte> image, const std::vector<PathPoint>& path,

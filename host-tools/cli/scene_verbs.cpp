@@ -136,7 +136,7 @@ namespace {
 void simulate_once(const Common& common, const SimulateChoice& choice) {
   keep_apart(choice.scene, choice.log);
   keep_apart(choice.path, choice.log);
-  const SimulationRun run(choice.scene, choice.path);
+  const SimulationRun run(load_image(choice.scene), choice.path);
   keep_apart(run.files(), choice.log);
   board::SimulationOptions options;
   options.ideal = choice.ideal;

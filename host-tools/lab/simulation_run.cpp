@@ -43,11 +43,11 @@ std::vector<board::PathPoint> read_path(const std::filesystem::path& file) {
 
 }  // namespace
 
-SimulationRun::SimulationRun(const std::filesystem::path& scene, std::vector<board::PathPoint> path)
-    : scene_(load_image(scene)), path_(std::move(path)) {}
+SimulationRun::SimulationRun(ImageFile scene, std::vector<board::PathPoint> path)
+    : scene_(std::move(scene)), path_(std::move(path)) {}
 
-SimulationRun::SimulationRun(const std::filesystem::path& scene, const std::filesystem::path& path)
-    : scene_(load_image(scene)), path_(read_path(path)) {}
+SimulationRun::SimulationRun(ImageFile scene, const std::filesystem::path& path)
+    : scene_(std::move(scene)), path_(read_path(path)) {}
 
 board::SimulationResult SimulationRun::go(const board::SimulationOptions& options,
                                           const std::function<void(const board::LogRow&)>& row) const {
@@ -55,6 +55,10 @@ board::SimulationResult SimulationRun::go(const board::SimulationOptions& option
   if (result.status != board::SimulationStatus::kOk && result.status != board::SimulationStatus::kFaulted)
     fail(result);
   return result;
+}
+
+void throw_if_failed(const board::SimulationResult& result) {
+  if (result.status != board::SimulationStatus::kOk) fail(result);
 }
 
 void throw_if_faulted(const board::SimulationResult& result) {

@@ -14,9 +14,9 @@ namespace thimble::host {
 
 class SimulationRun {
  public:
-  // scene: a scene file (*.json) or an image; path: CSV time_s,x_m,y_m,z_m[,arm]. Error kBadInput, kPermission.
-  SimulationRun(const std::filesystem::path& scene, const std::filesystem::path& path);
-  SimulationRun(const std::filesystem::path& scene, std::vector<board::PathPoint> path);
+  // scene: of load_image(), or an image from elsewhere; path: CSV time_s,x_m,y_m,z_m[,arm]. Error kBadInput, kPermission.
+  SimulationRun(ImageFile scene, const std::filesystem::path& path);
+  SimulationRun(ImageFile scene, std::vector<board::PathPoint> path);
 
   [[nodiscard]] std::span<const std::byte> image() const { return scene_.image; }
   [[nodiscard]] std::span<const std::filesystem::path> files() const {
@@ -32,6 +32,8 @@ class SimulationRun {
   std::vector<board::PathPoint> path_;
 };
 
+// The Error of a run that is not kOk.
+void throw_if_failed(const board::SimulationResult& result);
 // Error kFaulted where the controller tripped on the way.
 void throw_if_faulted(const board::SimulationResult& result);
 

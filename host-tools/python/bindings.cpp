@@ -329,8 +329,9 @@ py::array simulate(const std::filesystem::path& scene,
   SimulationRows rows(columns);
   {
     const py::gil_scoped_release others;
-    const SimulationRun run = given != nullptr ? SimulationRun(scene, std::move(points))
-                                               : SimulationRun(scene, std::get<std::filesystem::path>(path));
+    const SimulationRun run = given != nullptr
+                                  ? SimulationRun(load_image(scene), std::move(points))
+                                  : SimulationRun(load_image(scene), std::get<std::filesystem::path>(path));
     columns = SceneColumns(run.image());
     throw_if_faulted(run.go(options, [&rows](const board::LogRow& row) {
       rows.add(row);
