@@ -44,6 +44,36 @@ std::string coordinate_of(const scene::Body& body) {
   return "";
 }
 
+Eigen::Vector3d to_vector(const scene::Vec3& v) {
+  return Eigen::Vector3f(v.x(), v.y(), v.z()).cast<double>();
+}
+
+// What the kinetic energy of a body depends on besides its motion.
+struct Inertia {
+  double mass_kg;
+  Eigen::Vector3d principal_kg_m2;
+  Eigen::Quaterniond principal_axes = Eigen::Quaterniond::Identity();  // in the object's frame, as centre_m
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+
+  explicit Inertia(const scene::Body& body)
+      : mass_kg(static_cast<double>(body.mass_kg())), principal_kg_m2(to_vector(*body.inertia_kg_m2())) {
+    if (const scene::Vec3* centre = body.centre_m(); centre != nullptr) centre_m = to_vector(*centre);
+    if (const scene::Quat* axes = body.principal_axes(); axes != nullptr)
+      principal_axes = Eigen::Quaternionf(axes->w(), axes->x(), axes->y(), axes->z()).cast<double>();
+  }
+
+  [[nodiscard]] double kinetic_J(const control::BodyState& state) const {
+    const Eigen::Quaterniond rotation = state.rotation.cast<double>();
+    const Eigen::Vector3d spin = state.spin_rad_s.cast<double>();
+    const Eigen::Vector3d centre_velocity =
+        state.velocity_m_s.cast<double>() + spin.cross(rotation * centre_m);
+    const Eigen::Vector3d principal_spin = (rotation * principal_axes).conjugate() * spin;
+    return (mass_kg * centre_velocity.squaredNorm() +
+            principal_kg_m2.dot(principal_spin.cwiseProduct(principal_spin))) /
+           2;
+  }
+};
+
 }  // namespace
 
 SceneColumns::SceneColumns(std::span<const std::byte> image) {
@@ -58,7 +88,7 @@ SceneColumns::SceneColumns(std::span<const std::byte> image) {
   std::uint8_t index = 0;
   for (const scene::Object* object : *view.scene()->objects()) {
     const std::string label = label_of(*object, taken);
-    if (object->body() != nullptr) add_body(label, index, coordinate_of(*object->body()));
+    if (object->body() != nullptr) add_body(label, index, *object->body());
     const scene::Shape shape = object->shape_type();
     if (shape == scene::Shape::Needle || shape == scene::Shape::Tissue) add_tissue(label, index);
     ++index;
@@ -85,7 +115,7 @@ void SceneColumns::add_bounds() {
   });
 }
 
-void SceneColumns::add_body(const std::string& label, std::uint8_t object, const std::string& coordinate) {
+void SceneColumns::add_body(const std::string& label, std::uint8_t object, const scene::Body& body) {
   const auto columns = [&](std::initializer_list<const char*> names) {
     std::vector<std::string> all;
     for (const char* name : names) all.push_back(label + "." + name);
@@ -95,19 +125,22 @@ void SceneColumns::add_body(const std::string& label, std::uint8_t object, const
   add(label + ".rotation", columns({"qw", "qx", "qy", "qz"}));
   add(label + ".velocity_m_s", columns({"vx_m_s", "vy_m_s", "vz_m_s"}));
   add(label + ".spin_rad_s", columns({"wx_rad_s", "wy_rad_s", "wz_rad_s"}));
+  add(label + ".kinetic_J", {label + ".kinetic_J"});
+  const std::string coordinate = coordinate_of(body);
   const bool controlled = !coordinate.empty();
   if (controlled) {
     add(label + "." + coordinate, {label + "." + coordinate});
     add(label + ".on", {label + ".on"});
   }
-  write_.emplace_back([object, controlled](const board::LogRow& row, Values& out) {
-    const auto body = std::ranges::find(row.scene.bodies, object, &control::BodyState::object);
-    const control::BodyState state = body == row.scene.bodies.end() ? control::BodyState{} : *body;
+  write_.emplace_back([object, controlled, inertia = Inertia(body)](const board::LogRow& row, Values& out) {
+    const auto moved = std::ranges::find(row.scene.bodies, object, &control::BodyState::object);
+    const control::BodyState state = moved == row.scene.bodies.end() ? control::BodyState{} : *moved;
     put(out, state.position_m);
     out.push_back(static_cast<double>(state.rotation.w()));
     put(out, state.rotation.vec());
     put(out, state.velocity_m_s);
     put(out, state.spin_rad_s);
+    out.push_back(inertia.kinetic_J(state));
     if (!controlled) return;
     out.push_back(static_cast<double>(state.q));
     out.push_back(state.on ? 1.0 : 0.0);

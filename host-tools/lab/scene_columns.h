@@ -11,6 +11,10 @@
 
 #include "board/sim/simulation.h"
 
+namespace thimble::scene {
+struct Body;
+}
+
 namespace thimble::host {
 
 // One quantity. With several components it is one field of a Python array and several columns of a CSV file.
@@ -32,7 +36,7 @@ class SceneColumns {
  private:
   void add(std::string name, std::vector<std::string> columns);
   void add_bounds();
-  void add_body(const std::string& label, std::uint8_t object, const std::string& coordinate);
+  void add_body(const std::string& label, std::uint8_t object, const scene::Body& body);
   void add_tissue(const std::string& label, std::uint8_t object);
 
   std::vector<SceneField> fields_;
