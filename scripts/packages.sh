@@ -9,7 +9,7 @@ packages_to_build=(
 command -v npm >/dev/null || packages_to_build+=(nodejs npm)
 packages_to_check=(
   binutils chromium-headless-shell clang clang-format clang-tidy cpio device-tree-compiler fish g++-aarch64-linux-gnu g++-arm-linux-gnueabihf gcc-12
-  gcc-arm-none-eabi git libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make man-db mypy python3-can python3-canmatrix python3-markdown-it python3-matplotlib python3-pip qemu-system-arm qemu-system-x86 qemu-user strace
+  gcc-arm-none-eabi git hdf5-tools libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make man-db mypy python3-can python3-canmatrix python3-h5py python3-markdown-it python3-matplotlib python3-pandas python3-pip qemu-system-arm qemu-system-x86 qemu-user strace
   systemd tshark valgrind verilator xz-utils yosys z3 zsh
 )
 
