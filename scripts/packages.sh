@@ -2,14 +2,14 @@
 
 packages_to_build=(
   assimp-testmodels cmake flatbuffers-compiler g++ gnuplot-nox help2man libassimp-dev libbearssl-dev libbenchmark-dev libboost-dev libbox2d-dev libbullet-dev libcli11-dev libeigen3-dev libembree-dev
-  libflatbuffers-dev libfmt-dev libgmock-dev libgpiod-dev libgtest-dev libmnl-dev libmujoco-dev libode-dev liborocos-kdl-dev libpng-dev libqhull-dev librapidcheck-dev liburdfdom-dev mricron-data ninja-build
+  libflatbuffers-dev libfmt-dev libgmock-dev libgpiod-dev libgtest-dev libmnl-dev libmosquitto-dev libmujoco-dev libode-dev liborocos-kdl-dev libpng-dev libqhull-dev librapidcheck-dev liburdfdom-dev mricron-data ninja-build
   nlohmann-json3-dev pkgconf pybind11-dev python3-dev python3-numpy zlib1g-dev
 )
 # Packages for the viewer's page. Packages from Node.js itself include npm and conflict with Debian's npm.
 command -v npm >/dev/null || packages_to_build+=(nodejs npm)
 packages_to_check=(
   binutils chromium-headless-shell clang clang-format clang-tidy cpio device-tree-compiler fish g++-aarch64-linux-gnu g++-arm-linux-gnueabihf gcc-12
-  gcc-arm-none-eabi git hdf5-tools libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make man-db mypy python3-can python3-canmatrix python3-h5py python3-markdown-it python3-matplotlib python3-pandas python3-pip qemu-system-arm qemu-system-x86 qemu-user strace
+  gcc-arm-none-eabi git hdf5-tools libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make man-db mosquitto mosquitto-clients mypy python3-can python3-canmatrix python3-h5py python3-markdown-it python3-matplotlib python3-paho-mqtt python3-pandas python3-pip qemu-system-arm qemu-system-x86 qemu-user strace
   systemd tshark valgrind verilator xz-utils yosys z3 zsh
 )
 

@@ -28,6 +28,7 @@ struct Choices {
   DoctorChoice doctor;
   UploadChoice upload;
   MonitorChoice monitor;
+  PublishChoice publish;
   ViewChoice view;
   ScanChoice scan;
   SimulateChoice simulate;
@@ -265,15 +266,13 @@ void define_device(CLI::App& app, Choices& c) {
       ->check(number_between(0.1, 600.0))
       ->capture_default_str();
 
-  CLI::App* monitor_verb = remote_verb(app, c, "monitor", "show the position of the tip and the force, live",
-                                       [&c] { monitor(c.common, c.remote, c.monitor); });
-  monitor_verb->add_option("--seconds", c.monitor.seconds, "stop after this time")
-      ->check(number_between(0.001, 1e6));
-  monitor_verb
-      ->add_option("--count", c.monitor.count, "stop after this number of rows (with --json: messages)")
-      ->check(number_between(1, 1e9));
-  monitor_verb->add_flag("--rows", c.monitor.rows, "print rows also in a terminal, instead of a picture");
-  monitor_verb->add_flag("--keep-alive", c.monitor.keep_alive, "feed the device's host supervision");
+  add_monitor_options(*remote_verb(app, c, "monitor", "show the position of the tip and the force, live",
+                                   [&c] { monitor(c.common, c.remote, c.monitor); }),
+                      c.monitor);
+  add_publish_options(
+      *remote_verb(app, c, "publish", "send the telemetry of a device to an MQTT broker, live",
+                   [&c] { publish(c.common, c.remote, c.publish); }),
+      c.publish);
 }
 
 void define_param_and_fault(CLI::App& app, Choices& c) {

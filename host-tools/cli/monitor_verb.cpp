@@ -17,6 +17,7 @@
 #include "host-tools/cli/monitor_screen.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/telemetry_json.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/device.h"
 #include "host-tools/client/flag_names.h"
@@ -89,14 +90,14 @@ class TelemetryPrinter {
       if constexpr (Message::kIsFrame) {
         if (!link::from_frame(frame, node_, message)) return;
         if (json_) {
-          Json json = json_of(message);
+          Json json = telemetry_json(node_, message);
           if constexpr (std::is_same_v<Message, link::Inside>) {
             names_.is_new(message);
             json["name"] = names_.of(message.object);
           }
           print_line(json);
           if constexpr (std::is_same_v<Message, link::Status>) {
-            if (const auto state = stops_.take(message)) print_line(json_of(*state));
+            if (const auto state = stops_.take(message)) print_line(telemetry_json(node_, *state));
           }
           printed = true;
         } else {
@@ -108,15 +109,6 @@ class TelemetryPrinter {
   }
 
  private:
-  template <class Message>
-  [[nodiscard]] Json json_of(const Message& message) const {
-    Json json;
-    json["schema"] = kJsonSchema;
-    json["message"] = Message::kName;
-    json["node"] = node_;
-    json.update(host::to_json(message));
-    return json;
-  }
   bool show(const link::Pose& pose) {
     pose_[pose.arm] = pose;
     return false;

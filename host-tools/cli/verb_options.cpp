@@ -5,6 +5,26 @@
 
 namespace thimble::host {
 
+void add_monitor_options(CLI::App& verb, MonitorChoice& choice) {
+  verb.add_option("--seconds", choice.seconds, "stop after this time")->check(number_between(0.001, 1e6));
+  verb.add_option("--count", choice.count, "stop after this number of rows (with --json: messages)")
+      ->check(number_between(1, 1e9));
+  verb.add_flag("--rows", choice.rows, "print rows also in a terminal, instead of a picture");
+  verb.add_flag("--keep-alive", choice.keep_alive, "feed the device's host supervision");
+}
+
+void add_publish_options(CLI::App& verb, PublishChoice& choice) {
+  verb.add_option("--broker", choice.broker, "HOST or HOST:PORT of the broker; without a port 1883")
+      ->required();
+  verb.add_option("--topic", choice.topic, "topic of the stream; default: thimble/SERIAL_NUMBER");
+  verb.add_option("--seconds", choice.seconds, "stop after this time; default: Ctrl-C")
+      ->check(number_between(0.001, 1e6));
+  CLI::Option* user = verb.add_option("--user", choice.user, "user name for the broker");
+  verb.add_option("--password-file", choice.password_file, "file with the user's password")->needs(user);
+  verb.add_option("--ca", choice.ca_file,
+                  "encrypt, and demand a certificate of the broker signed by one of these (PEM)");
+}
+
 void add_mesh_options(CLI::App& verb, MeshChoice& choice) {
   verb.add_option("file", choice.file, "the mesh: OBJ, STL, PLY, OFF, glTF, .plg ...")->required();
   verb.add_option("--output,-o", choice.output, "mesh to write: *.obj, in metres")->required();

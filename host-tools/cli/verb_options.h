@@ -22,6 +22,8 @@ constexpr const char* CLI::detail::type_name<std::filesystem::path>() {
 
 namespace thimble::host {
 
+void add_monitor_options(CLI::App& verb, MonitorChoice& choice);
+void add_publish_options(CLI::App& verb, PublishChoice& choice);
 void add_mesh_options(CLI::App& verb, MeshChoice& choice);
 void add_commission_options(CLI::App& verb, CommissionChoice& choice);
 // Of verbs that serve a page.

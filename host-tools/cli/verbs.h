@@ -54,6 +54,16 @@ struct MonitorChoice {
 };
 void monitor(const Common& common, const Remote& remote, const MonitorChoice& choice);
 
+struct PublishChoice {
+  std::string broker;  // host or host:port
+  std::string topic;   // empty: thimble/SERIAL_NUMBER
+  std::string user;
+  std::filesystem::path password_file;
+  std::filesystem::path ca_file;
+  double seconds = 0;  // 0: until Ctrl-C
+};
+void publish(const Common& common, const Remote& remote, const PublishChoice& choice);
+
 struct ViewChoice {
   std::filesystem::path scene;  // start a simulated device with it
   std::string arm = "premium-1.5";

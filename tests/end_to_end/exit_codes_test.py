@@ -273,7 +273,7 @@ class Manners(Rig):
         def candidates(*words):
             return self.ok("__complete", *words).out.split()
 
-        self.assertEqual(set(candidates("")), {"help", "new", "show", "list", "info", "doctor", "dbc", "decode", "compile", "upload", "arm", "disarm", "stop", "restart", "home", "monitor", "view", "param",
+        self.assertEqual(set(candidates("")), {"help", "new", "show", "list", "info", "doctor", "dbc", "decode", "compile", "upload", "arm", "disarm", "stop", "restart", "home", "monitor", "publish", "view", "param",
                                                "fault", "key", "audit", "simulate", "mesh", "model", "commission", "import", "scan", "record", "replay", "plot"})
         self.assertEqual(candidates("up"), ["upload"])
         self.assertEqual(candidates("param", "g"), ["get"])
