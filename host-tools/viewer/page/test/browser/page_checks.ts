@@ -1,11 +1,31 @@
 // What is checked of every page: what axe-core finds, and what moves by itself.
+import assert from 'node:assert/strict';
+
 import axe, { type AxeResults } from 'axe-core';
 import type { Page } from 'playwright-core';
 
 export async function violations(page: Page): Promise<string[]> {
-  await page.evaluate(axe.source);
+  if (!(await page.evaluate("'axe' in globalThis"))) await page.evaluate(axe.source);
   const { violations } = (await page.evaluate('axe.run(document, { resultTypes: ["violations"] })')) as AxeResults;
   return violations.flatMap(({ id, nodes }) => nodes.map(({ html, failureSummary }) => `${id}: ${html.slice(0, 120)} ${failureSummary}`));
+}
+
+const kPhone = { width: 375, height: 667 };
+const kDesk = { width: 1280, height: 800 };
+// Each theme and each size; $AXE=all: each theme at each size, as in the long suite.
+const kLooks = [
+  ['light', kPhone],
+  ['dark', kDesk],
+  ...(process.env.AXE === 'all' ? ([['light', kDesk], ['dark', kPhone]] as const) : []), // prettier-ignore
+] as const;
+
+// In both themes, on a phone and on a desk.
+export async function assert_accessible(page: Page, when: string): Promise<void> {
+  for (const [colorScheme, size] of kLooks) {
+    await page.emulateMedia({ colorScheme });
+    await page.setViewportSize(size);
+    assert.deepEqual(await violations(page), [], `${when}, ${colorScheme}, ${size.width} x ${size.height}`);
+  }
 }
 
 // What has moved by itself since the page was loaded, but for the list of banners, which grows upwards, and digits on the right.
