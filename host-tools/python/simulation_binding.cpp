@@ -68,23 +68,25 @@ std::vector<board::PathPoint> path_of(const Numbers& path) {
   return points;
 }
 
-board::SimulationOptions options_of(double rate_Hz, const GivenArm& arm, bool ideal, std::uint64_t seed) {
+board::SimulationOptions options_of(double rate_Hz, const GivenArm& arm, bool ideal, std::uint64_t seed,
+                                    std::uint8_t trial) {
   board::SimulationOptions options;
   options.rate_Hz = rate_Hz;
   choose_arm(arm, options);
   options.ideal = ideal;
   options.seed = seed;
+  options.trial = trial;
   return options;
 }
 
 py::array simulate(const py::bytes& image, const std::variant<std::filesystem::path, Numbers>& path,
-                   double rate_Hz, const GivenArm& arm, bool ideal, std::uint64_t seed) {
+                   double rate_Hz, const GivenArm& arm, bool ideal, std::uint64_t seed, std::uint8_t trial) {
   ImageFile scene{bytes_of(image), {}, {}};
   const auto* const given = std::get_if<Numbers>(&path);
   const SimulationRun run = given != nullptr
                                 ? SimulationRun(std::move(scene), path_of(*given))
                                 : SimulationRun(std::move(scene), std::get<std::filesystem::path>(path));
-  const board::SimulationOptions options = options_of(rate_Hz, arm, ideal, seed);
+  const board::SimulationOptions options = options_of(rate_Hz, arm, ideal, seed, trial);
   const SceneColumns columns(run.image());
   SimulationRows rows(columns);
   {
@@ -102,12 +104,12 @@ class Simulation {
  public:
   // starts: a point for each arm.
   Simulation(const py::bytes& image, const Numbers& starts, double rate_Hz, const GivenArm& arm, bool ideal,
-             std::uint64_t seed)
+             std::uint64_t seed, std::uint8_t trial)
       : arms_(arms_of(starts)),
         scene_(bytes_of(image)),
         columns_(scene_),
         rows_(columns_),
-        run_(open(scene_, options_of(rate_Hz, arm, ideal, seed), starts)) {
+        run_(open(scene_, options_of(rate_Hz, arm, ideal, seed, trial), starts)) {
     for (std::size_t arm_index = 0; arm_index < arms_; ++arm_index)
       refuse_out_of_reach(arm_index, point_of(starts, 0, arm_index));
     const py::gil_scoped_release others;
@@ -147,6 +149,8 @@ class Simulation {
     scene_ = std::move(next);
     columns_ = SceneColumns(scene_);
   }
+
+  void set_trial(std::uint8_t trial) { run_->set_trial(trial); }
 
   [[nodiscard]] std::uint64_t ticks() const { return run_->result().ticks; }
 
@@ -213,9 +217,11 @@ void bind_simulation(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(SimulationRow, time_s, arm, contacts, tip_m, proxy_m, force_N);
   m.def("simulate", &simulate);
   py::class_<Simulation>(m, "Simulation")
-      .def(py::init<const py::bytes&, const Numbers&, double, const GivenArm&, bool, std::uint64_t>())
+      .def(py::init<const py::bytes&, const Numbers&, double, const GivenArm&, bool, std::uint64_t,
+                    std::uint8_t>())
       .def("advance", &Simulation::advance)
       .def("load", &Simulation::load)
+      .def("set_trial", &Simulation::set_trial)
       .def_property_readonly("ticks", &Simulation::ticks);
 }
 

@@ -158,9 +158,10 @@ def _object(shape):
         made["shape"][shape] = values
         return {**made, "pose": pose} if pose else made
 
+    material = {} if shape == "force_field" else {"material": of_object["material"]}
     text = _SCHEMA[shape].get("description", "")
     return _function(shape, f"An object with the shape '{shape}', as a dict. {text}".strip(),
-                     {"name": of_object["name"], "material": of_object["material"], **required},
+                     {"name": of_object["name"], **material, **required},
                      {**optional, **_POSE, "body": {"description": "A body(): the object moves when it is pushed."}}, make)
 
 

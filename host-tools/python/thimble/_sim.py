@@ -13,18 +13,18 @@ def _given(arm):
     return arm._arm if isinstance(arm, Arm) else os.fspath(arm)
 
 
-def simulate(scene, path, *, rate_Hz=4000.0, arm="premium-1.5", ideal=False, seed=1):
+def simulate(scene, path, *, rate_Hz=4000.0, arm="premium-1.5", ideal=False, seed=1, trial=0):
     """Runs a scene on the simulated arm along a path, faster than real time. The same arguments give the same bytes.
 
     scene: a dict, the path of a scene file or image, or an image (bytes). path: a CSV file, or an array of rows time_s, x_m, y_m, z_m[, arm]: the
     target of the hand. rate_Hz: 100 to 20000. arm: a simulated arm by its name, the path of an arm file or arm image, or an Arm. ideal: the tip
-    follows the path exactly, and the force does not act. seed: of the encoders and the friction.
+    follows the path exactly, and the force does not act. seed: of the encoders and the friction. trial: which force fields of the scene act, 0 to 255.
 
     Returns a structured array, one row for each tick and arm (n rows): time_s, arm, contacts (0 to 3), tip_m, proxy_m (the god object) and force_N
     (n x 3); then what the scene has: counts of bounds (sweep_bound ...), moving objects ("ball.position_m" n x 3, "ball.rotation" n x 4 as w, x, y,
     z, "ball.velocity_m_s", "ball.spin_rad_s" n x 3, "ball.kinetic_J"), control elements ("knob.q_rad", "knob.on") and tissues ("skin.depth_m"
     ...), as in docs/cli.md#simulate. World frame."""
-    return _thimble.simulate(taken(scene)[0], path, rate_Hz, _given(arm), ideal, seed)
+    return _thimble.simulate(taken(scene)[0], path, rate_Hz, _given(arm), ideal, seed, trial)
 
 
 class Sim:
@@ -34,16 +34,16 @@ class Sim:
         state = sim.step([0, 0, -0.01], ticks=40)   # 10 ms at 4 kHz
         state["force_N"]
 
-    scene, rate_Hz, arm, ideal and seed as of simulate(). start_m: where the hand begins (3 numbers, m, world frame), or 2 x 3 for two arms. When the
+    scene, rate_Hz, arm, ideal, seed and trial as of simulate(). start_m: where the hand begins (3 numbers, m, world frame), or 2 x 3 for two arms. When the
     Sim is made, the arm is homed and armed, the hand is at start_m and the force acts in full. The same calls give the same bytes, and those of
     simulate() along the same path."""
 
-    def __init__(self, scene, *, start_m=(0.0, 0.0, 0.0), rate_Hz=4000.0, arm="premium-1.5", ideal=False, seed=1):
+    def __init__(self, scene, *, start_m=(0.0, 0.0, 0.0), rate_Hz=4000.0, arm="premium-1.5", ideal=False, seed=1, trial=0):
         start = np.asarray(start_m, float)
         self.arms = 1 if start.ndim == 1 else len(start)
         self.rate_Hz = rate_Hz
         image, _, self._text = taken(scene)
-        self._sim = _thimble.Simulation(image, self._points(start, 1), rate_Hz, _given(arm), ideal, seed)
+        self._sim = _thimble.Simulation(image, self._points(start, 1), rate_Hz, _given(arm), ideal, seed, trial)
 
     def _points(self, targets, count):
         targets = np.asarray(targets, float)
@@ -71,6 +71,10 @@ class Sim:
         """As step() for each of targets_m (n x 3, m; n x 2 x 3 for two arms), so many ticks each. Returns all rows, as simulate()."""
         targets = np.asarray(targets_m, float)
         return self._sim.advance(self._points(targets, len(targets)), ticks)
+
+    def set_trial(self, trial):
+        """From the next tick on the force fields of this trial act (0 to 255), without a ramp; of a device it is parameters["trial"]."""
+        self._sim.set_trial(trial)
 
     def load(self, scene):
         """Another scene from the next tick on, as an upload to a device: with other materials only, contacts stay. The force is ramped, but

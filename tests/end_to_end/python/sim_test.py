@@ -47,6 +47,25 @@ class Steps(Rig):
                 self.assertEqual(state.tobytes(), rows[(i + 1) * ticks - 1].tobytes())
             self.assertEqual((again.ticks, again.time_s), (len(rows), len(rows) / more["rate_Hz"]))
 
+    def test_trials(self):
+        """The force field of a trial acts from the next tick on; a run with it from the start is that of simulate()."""
+        fields = thimble.scene("fields", thimble.force_field("curl", curl_N_s_m=[0, 0, 10], trial=1),
+                               thimble.force_field("wind", constant_N=[0, 0, 2], trial=2))
+        sim = thimble.Sim(fields, ideal=True, rate_Hz=1000)
+        sim.step([0.1, 0, 0], ticks=500)
+        for trial, force_N in ((0, [0, 0, 0]), (1, [0, 2, 0]), (2, [0, 0, 2]), (1, [0, 2, 0]), (3, [0, 0, 0])):
+            sim.set_trial(trial)
+            x_m = 0.1 + 2e-4 * (sim.ticks - 499)
+            np.testing.assert_allclose(sim.step([x_m, 0, 0])["force_N"], force_N, atol=2e-3)
+        path = path_of([0, 0, 0], [[0.02, 0, 0], [0, 0, 0]], 400, 4000)
+        for trial in (0, 1, 2):
+            known = thimble.simulate(fields, path, trial=trial)
+            rows = thimble.Sim(fields, trial=trial).run([[0.02, 0, 0], [0, 0, 0]], 400)
+            self.assertEqual(rows.tobytes(), known[:-1].tobytes())
+            self.assertEqual(known["force_N"].any(), trial > 0)
+        with self.assertRaises(TypeError):
+            thimble.simulate(fields, path, trial=256)
+
     def test_two_arms(self):
         start = [[-0.02, 0, 0.01], [0.04, 0, 0.01]]
         sim = thimble.Sim(bench(), start_m=start, ideal=True, rate_Hz=1000)
