@@ -49,7 +49,8 @@ MqttPublisher::MqttPublisher(const MqttBroker& broker, std::string topic, const 
            "bad-user", "the user '" + broker.user + "'", "give another name");
   if (!broker.ca_file.empty())
     demand(mosquitto_tls_set(client, broker.ca_file.c_str(), nullptr, nullptr, nullptr, nullptr),
-           ExitCode::kBadInput, "bad-certificate", broker.ca_file, "give a file of PEM certificates");
+           ExitCode::kBadInput, "bad-certificate", "the certificates of '" + broker.ca_file + "'",
+           "give a file of PEM certificates");
   mosquitto_reconnect_delay_set(client, 1, 10, true);
   mosquitto_connect_callback_set(
       client, [](mosquitto*, void* self, int code) { static_cast<MqttPublisher*>(self)->connected(code); });
