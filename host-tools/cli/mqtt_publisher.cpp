@@ -54,9 +54,9 @@ MqttPublisher::MqttPublisher(const MqttBroker& broker, std::string topic, const 
   mosquitto_reconnect_delay_set(client, 1, 10, true);
   mosquitto_connect_callback_set(
       client, [](mosquitto*, void* self, int code) { static_cast<MqttPublisher*>(self)->connected(code); });
-  constexpr const char* kRemedy = "start the broker (apt-get install mosquitto), or give another --broker";
   demand(mosquitto_connect(client, broker.host.c_str(), broker.port, kKeepAlive_s), ExitCode::kLinkLost,
-         "no-broker", "no connection to the broker at " + address(broker), kRemedy);
+         "no-broker", "no connection to the broker at " + address(broker),
+         "start it (apt-get install mosquitto), or give another --broker");
   demand(mosquitto_loop_start(client), ExitCode::kRefused, "no-thread", "no thread for the broker",
          "free resources of this machine");
   const auto end = std::chrono::steady_clock::now() + kConnect;
@@ -69,7 +69,7 @@ MqttPublisher::MqttPublisher(const MqttBroker& broker, std::string topic, const 
                 "the broker at " + address(broker) + " refused: " + mosquitto_connack_string(refused_),
                 "give --user and --password-file as the broker expects them");
   throw Error(ExitCode::kLinkLost, "no-broker", "the broker at " + address(broker) + " does not answer",
-              kRemedy);
+              "check the address and the port");
 }
 
 MqttPublisher::~MqttPublisher() {
