@@ -85,7 +85,7 @@ TEST(FieldImage, EachFieldOutOfItsRangeIsRefusedByName) {
   constexpr unsigned kSharp = 3;
   constexpr unsigned kWind = 4;
   // Of the n-th number of a force field.
-  const auto wind = [](int n) -> Field {
+  const auto wind = [](std::size_t n) -> Field {
     return [n](O o) -> const void* { return part(o.shape_as_ForceField(), 4 * n); };
   };
   struct Case {
