@@ -2,8 +2,10 @@
 // one when it begins (the parameter `trial`, or where the tip comes in).
 //
 // What a field's spring stores by then would be given to the hand for nothing: a field begins in the first tick in which that is at most
-// kMostAtStart_J. The mass begins at rest where the tip is, so it holds no energy. A damper takes energy, a force that is perpendicular to
-// the velocity gives none, and a constant one does the same work on every path from one place to another.
+// kMostAtStart_J. The mass begins at rest where the tip is, so it holds no energy. A damper takes energy, and a constant force does the same
+// work on every path from one place to another.
+// The curl takes the velocity below 10 Hz, where hands move: what is measured lags by some ms, and at the 40 Hz at which motors and links swing
+// against each other a force across that velocity feeds the swing (ForceField.ACurlComesToRestInTheWholeLoop: 2 instead of 12 N s/m).
 #include "control/fields/volume.h"
 #include "control/scene/check.h"
 #include "thimble_scene_schema/scene_generated.h"
@@ -13,6 +15,7 @@ namespace force_field {
 namespace {
 
 constexpr float kMostAtStart_J = 2.0e-3F;
+constexpr float kCurlLag_s = 0.016F;
 
 const scene::ForceField& field_of(const scene::Object& object) { return *object.shape_as_ForceField(); }
 
@@ -52,14 +55,17 @@ VolumeTouch tick(const scene::Object& object, const Material& /*material*/, cons
     if (!(-0.5F * spring_N.dot(tip.position_m) <= kMostAtStart_J)) return {};
     own.seen = true;
     own.grip_m = tip.position_m;
+    if (field.mass_kg() == 0.0F) own.middle_m = tip.velocity_m_s;
   }
+  const bool has_mass = field.mass_kg() > 0.0F;
+  if (!has_mass) own.middle_m += period_s / (kCurlLag_s + period_s) * (tip.velocity_m_s - own.middle_m);
   VolumeTouch touch{to_vec(field.constant_n()) + spring_N -
                         to_vec(field.damping_n_s_per_m()).cwiseProduct(tip.velocity_m_s) +
-                        to_vec(field.curl_n_s_per_m()).cross(tip.velocity_m_s),
+                        to_vec(field.curl_n_s_per_m()).cross(own.middle_m),
                     tip.position_m, 1};
   for (int axis = 0; axis < 3; ++axis)
     if (stiffness_N_m[axis] > 0.0F) touch.proxy_m[axis] = 0.0F;
-  if (field.mass_kg() > 0.0F) touch.force_N += mass_pull_N(field, tip, period_s, own);
+  if (has_mass) touch.force_N += mass_pull_N(field, tip, period_s, own);
   return touch;
 }
 

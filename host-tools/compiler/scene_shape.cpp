@@ -93,15 +93,18 @@ SceneShape read_force_field(const Value& value) {
   const double trial = part.number("trial");
   if (trial != std::floor(trial)) part.at("trial").wrong("a whole number");
   std::array<float, 3> mass{};
+  const Eigen::Vector3d curl_N_s_m = part.vector("curl_N_s_m");
   if (part.has("mass")) {
+    if (!curl_N_s_m.isZero())
+      part.at("mass").fail("senseless-key", "stands beside a curl_N_s_m",
+                           "give each a force field of its own");
     const ScenePart hung(part.at("mass"), "hung_mass");
     mass = {number(hung, "mass_kg"), number(hung, "stiffness_N_m"), number(hung, "damping_N_s_m")};
   }
-  return PrimitiveShape{
-      writes(scene::ForceField(to_scene(part.vector("constant_N")), to_scene(part.vector("stiffness_N_m")),
-                               to_scene(part.vector("damping_N_s_m")), to_scene(part.vector("curl_N_s_m")),
-                               to_scene(Eigen::Vector3d(size_m / 2.0)), mass[0], mass[1], mass[2],
-                               static_cast<std::uint32_t>(trial)))};
+  return PrimitiveShape{writes(scene::ForceField(
+      to_scene(part.vector("constant_N")), to_scene(part.vector("stiffness_N_m")),
+      to_scene(part.vector("damping_N_s_m")), to_scene(curl_N_s_m), to_scene(Eigen::Vector3d(size_m / 2.0)),
+      mass[0], mass[1], mass[2], static_cast<std::uint32_t>(trial)))};
 }
 
 template <auto kRead>

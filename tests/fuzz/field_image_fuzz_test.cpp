@@ -39,7 +39,8 @@ const Bytes& field_image() {
 {"name": "sharp", "shape": {"potential_field": {"shape": {"box": {"size_m": [0.03, 0.026, 0.026]}}, "step_m": 0.006,
   "law": "energy", "source_N_m": 40}}, "pose": {"position_m": [0, 0.03, 0]}, "material": {"stiffness_N_m": 500}},
 {"name": "wind", "shape": {"force_field": {"constant_N": [1, 2, 3], "stiffness_N_m": [0, 100, 0], "damping_N_s_m": [1, 1, 1],
-  "curl_N_s_m": [0, 0, 5], "size_m": [0.2, 0.2, 0.2], "mass": {"mass_kg": 0.2, "stiffness_N_m": 100, "damping_N_s_m": 1}}}}]})",
+  "curl_N_s_m": [0, 0, 5], "size_m": [0.2, 0.2, 0.2]}}},
+{"name": "cup", "shape": {"force_field": {"mass": {"mass_kg": 0.2, "stiffness_N_m": 100, "damping_N_s_m": 1}}}}]})",
                                                       "seed", ".")
                                  .image;
   return bytes;
@@ -84,6 +85,7 @@ TEST(FieldImage, EachFieldOutOfItsRangeIsRefusedByName) {
   const Field stiffness = [](O o) -> const void* { return o.material(); };
   constexpr unsigned kSharp = 3;
   constexpr unsigned kWind = 4;
+  constexpr unsigned kCup = 5;
   // Of the n-th number of a force field.
   const auto wind = [](std::size_t n) -> Field {
     return [n](O o) -> const void* { return part(o.shape_as_ForceField(), 4 * n); };
@@ -127,10 +129,10 @@ TEST(FieldImage, EachFieldOutOfItsRangeIsRefusedByName) {
       {"damping of a field below zero", field_with(kWind, wind(8), -1.0F), ImageStatus::kBadNumber},
       {"curl not a number", field_with(kWind, wind(9), nan), ImageStatus::kBadNumber},
       {"box of a field below zero", field_with(kWind, wind(12), -1.0F), ImageStatus::kBadNumber},
-      {"mass too small", field_with(kWind, wind(15), 1.0e-5F), ImageStatus::kBadNumber},
-      {"mass below zero", field_with(kWind, wind(15), -1.0F), ImageStatus::kBadNumber},
-      {"spring of a mass infinite", field_with(kWind, wind(16), infinite), ImageStatus::kBadNumber},
-      {"damper of a mass below zero", field_with(kWind, wind(17), -1.0F), ImageStatus::kBadNumber},
+      {"mass too small", field_with(kCup, wind(15), 1.0e-5F), ImageStatus::kBadNumber},
+      {"mass below zero", field_with(kCup, wind(15), -1.0F), ImageStatus::kBadNumber},
+      {"spring of a mass infinite", field_with(kCup, wind(16), infinite), ImageStatus::kBadNumber},
+      {"damper of a mass below zero", field_with(kCup, wind(17), -1.0F), ImageStatus::kBadNumber},
       {"trial 256", field_with(kWind, wind(18), std::uint32_t{256}), ImageStatus::kBadNumber},
       {"coefficient over its limit", field_with(kSoft, coefficient, 2.0F * control::kMaxPotential),
        ImageStatus::kBadNumber}};

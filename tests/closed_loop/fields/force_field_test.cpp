@@ -4,9 +4,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <string>
 
+#include "board/sim/simulation.h"
 #include "host-tools/compiler/compile.h"
 #include "tests/closed_loop/fields/support.h"
 #include "tests/support/figure.h"
@@ -64,7 +66,7 @@ class Wander {
 
 TEST(ForceField, IsWhatTheFileSaysInTheFrameOfTheObject) {
   Random random(1);
-  double worst_N = 0, most_N = 0, worst_power_W = 0;
+  double worst_N = 0, most_N = 0;
   for (int round = 0; round < 50; ++round) {
     const Vector3d constant_N = random.in_box(Vector3d::Constant(3));
     const Vector3d stiffness_N_m = random.in_box(Vector3d::Constant(400)).cwiseMax(0);
@@ -86,19 +88,17 @@ TEST(ForceField, IsWhatTheFileSaysInTheFrameOfTheObject) {
     run.step(place_m);
     const Wander hand(random, 0.05);
     Vector3d before = run.felt().tip_m;
+    Vector3d slow_m_s = Vector3d::Zero();  // the velocity below 10 Hz
     for (int tick = 0; tick < 400; ++tick) {
       const Felt& felt = run.step(place_m + hand.at(tick * kPeriod_s) - hand.at(0));
       const Vector3d p = rotation.conjugate() * (felt.tip_m - place_m);
       const Vector3d v = rotation.conjugate() * ((felt.tip_m - before) / kPeriod_s);
+      slow_m_s += kPeriod_s / (0.016 + kPeriod_s) * (v - slow_m_s);
       const Vector3d force_N = rotation * (constant_N - stiffness_N_m.cwiseProduct(p) -
-                                           damping_N_s_m.cwiseProduct(v) + curl_N_s_m.cross(v));
+                                           damping_N_s_m.cwiseProduct(v) + curl_N_s_m.cross(slow_m_s));
       worst_N = std::max(worst_N, (felt.force_N - force_N).norm());
       most_N = std::max(most_N, force_N.norm());
       EXPECT_EQ(felt.contacts, 1);
-      // The curl alone does no work on what moves.
-      const Vector3d rest_N =
-          rotation * (constant_N - stiffness_N_m.cwiseProduct(p) - damping_N_s_m.cwiseProduct(v));
-      worst_power_W = std::max(worst_power_W, std::abs((felt.force_N - rest_N).dot(rotation * v)));
       before = felt.tip_m;
     }
   }
@@ -106,7 +106,6 @@ TEST(ForceField, IsWhatTheFileSaysInTheFrameOfTheObject) {
   EXPECT_LT(
       figure("force fields: off the closed form, N, of up to " + std::to_string(most_N), worst_N, "1e-4"),
       1e-4);
-  EXPECT_LT(figure("force fields: power of the curl, W", worst_power_W, "1e-4"), 1e-4);
 }
 
 TEST(ForceField, BeginsWhereItsSpringHoldsLittleAndEndsWhereItsBoxEnds) {
@@ -316,6 +315,38 @@ TEST(ForceField, NoSequenceOfTrialsGivesMoreThanItsBoundTimesTheStarts) {
   }
   EXPECT_GT(figure("random trials: starts of fields", all_starts, "400"), 400);
   EXPECT_LT(figure("random trials: most energy that a hand got, of 2 mJ a start", most, "1"), 1.0);
+}
+
+// The largest force in the second after a reach, when the hand rests again; infinite: the arm tripped.
+double left_after_a_reach_N(double curl_N_s_m, const board::Hand& hand) {
+  const SceneImage image =
+      scene_of(force_field("curl", R"("curl_N_s_m": [0, 0, )" + std::to_string(curl_N_s_m) + "]"));
+  board::SimulationOptions options;
+  options.hand = hand;
+  double left_N = 0;
+  const board::SimulationResult result = board::simulate(
+      image.bytes(), {{0, Vector3d::Zero(), 0}, {0.5, {0.03, 0.02, 0}, 0}, {2, {0.03, 0.02, 0}, 0}}, options,
+      [&](const board::LogRow& row) {
+        if (row.time_s > 1) left_N = std::max(left_N, row.force_N.norm());
+      });
+  return result.status == board::SimulationStatus::kOk ? left_N : std::numeric_limits<double>::infinity();
+}
+
+TEST(ForceField, ACurlComesToRestInTheWholeLoop) {
+  // It takes the velocity that is measured, which lags. So it feeds a swing by a part of itself, and what the hand damps is the bound.
+  constexpr double kStill_N = 0.3;
+  struct Case {
+    const char* hand;
+    board::Hand numbers;
+    double stable_N_s_m;
+  };
+  for (const Case& each : {Case{"a finger", {}, 12}, Case{"an arm that reaches", {1.0, 300.0, 30.0}, 12}}) {
+    double most = 0;
+    while (most < 40 && left_after_a_reach_N(most + 1, each.numbers) < kStill_N) ++most;
+    EXPECT_GE(figure(std::string("largest curl that comes to rest, ") + each.hand + ", N s/m", most,
+                     std::to_string(each.stable_N_s_m)),
+              each.stable_N_s_m);
+  }
 }
 
 }  // namespace

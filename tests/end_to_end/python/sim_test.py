@@ -57,10 +57,10 @@ class Steps(Rig):
             sim.set_trial(trial)
             x_m = 0.1 + 2e-4 * (sim.ticks - 499)
             np.testing.assert_allclose(sim.step([x_m, 0, 0])["force_N"], force_N, atol=2e-3)
-        path = path_of([0, 0, 0], [[0.02, 0, 0], [0, 0, 0]], 400, 4000)
+        path = path_of([0, 0, 0], [[0.02, 0, 0], [0, 0, 0]], 1200, 4000)
         for trial in (0, 1, 2):
             known = thimble.simulate(fields, path, trial=trial)
-            rows = thimble.Sim(fields, trial=trial).run([[0.02, 0, 0], [0, 0, 0]], 400)
+            rows = thimble.Sim(fields, trial=trial).run([[0.02, 0, 0], [0, 0, 0]], 1200)
             self.assertEqual(rows.tobytes(), known[:-1].tobytes())
             self.assertEqual(known["force_N"].any(), trial > 0)
         with self.assertRaises(TypeError):

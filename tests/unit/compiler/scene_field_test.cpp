@@ -57,8 +57,7 @@ TEST(SceneField, AForceFieldHasItsNumbersAndNeedsNoMaterial) {
         "test.scene.json", {});
   };
   const host::CompiledScene scene = compiled_object(R"({"force_field": {"constant_N": [1, 2, 3],
-    "stiffness_N_m": [4, 5, 6], "damping_N_s_m": [7, 8, 9], "curl_N_s_m": [-1, -2, -3], "size_m": [0.2, 0.4, 0.6], "trial": 7,
-    "mass": {"mass_kg": 0.5, "stiffness_N_m": 60, "damping_N_s_m": 0.25}}})");
+    "stiffness_N_m": [4, 5, 6], "damping_N_s_m": [7, 8, 9], "curl_N_s_m": [-1, -2, -3], "size_m": [0.2, 0.4, 0.6], "trial": 7}})");
   EXPECT_TRUE(scene.report.warnings.empty());
   const scene::ForceField& field = *only_object(scene).shape_as_ForceField();
   const auto is = [](const scene::Vec3& v, float x, float y, float z) {
@@ -67,10 +66,13 @@ TEST(SceneField, AForceFieldHasItsNumbersAndNeedsNoMaterial) {
   EXPECT_TRUE(is(field.constant_n(), 1, 2, 3) && is(field.stiffness_n_per_m(), 4, 5, 6) &&
               is(field.damping_n_s_per_m(), 7, 8, 9) && is(field.curl_n_s_per_m(), -1, -2, -3) &&
               is(field.half_size_m(), 0.1F, 0.2F, 0.3F));
-  EXPECT_EQ(field.mass_kg(), 0.5F);
-  EXPECT_EQ(field.mass_stiffness_n_per_m(), 60.0F);
-  EXPECT_EQ(field.mass_damping_n_s_per_m(), 0.25F);
   EXPECT_EQ(field.trial(), 7U);
+  const host::CompiledScene with_mass = compiled_object(
+      R"({"force_field": {"mass": {"mass_kg": 0.5, "stiffness_N_m": 60, "damping_N_s_m": 0.25}}})");
+  const scene::ForceField& cup = *only_object(with_mass).shape_as_ForceField();
+  EXPECT_EQ(cup.mass_kg(), 0.5F);
+  EXPECT_EQ(cup.mass_stiffness_n_per_m(), 60.0F);
+  EXPECT_EQ(cup.mass_damping_n_s_per_m(), 0.25F);
 
   const host::CompiledScene empty = compiled_object(R"({"force_field": {}})");
   const scene::ForceField& nothing = *only_object(empty).shape_as_ForceField();
@@ -146,6 +148,9 @@ TEST(SceneField, EveryErrorSaysWhereWhatAndWhatIsAllowed) {
       {R"("force_field": {"constant_N": [0, 101, 0]})", "bad-value", {"/force_field/constant_N/1 is 101"}},
       {R"("force_field": {"curl_N_s": [0, 0, 1]})", "unknown-key", {"did you mean \"curl_N_s_m\"?"}},
       {R"("force_field": {"mass": {"mass_kg": 1}})", "missing-key", {"stiffness_N_m"}},
+      {R"("force_field": {"curl_N_s_m": [0, 1, 0], "mass": {"mass_kg": 1, "stiffness_N_m": 9}})",
+       "senseless-key",
+       {"/force_field/mass stands beside a curl_N_s_m"}},
       {R"("force_field": {"size_m": [0, 1, 1]})", "bad-value", {"/force_field/size_m/0 is 0"}},
       // Vector fields.
       {vector("7"),

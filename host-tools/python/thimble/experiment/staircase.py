@@ -20,7 +20,7 @@ class Staircase:
 
     start: the first level, in any unit.
     steps: size of a step down, one after the other: the next one from each reversal on, then the last one for good. With log=True a factor
-        above 1, by which the level is divided or multiplied; else an amount of the level's unit.
+    above 1, by which the level is divided or multiplied; else an amount of the level's unit.
     down: how many correct answers in a row make it easier no more: 1 with weight 1 goes to 0.5, 2 to 0.707, 3 to 0.794.
     weight: step up / step down (in the logarithm with log=True). Kaernbach's 3 with down=1 goes to 0.75.
     reversals: how many end it, counted from the first one with the last step; most_trials ends it, too.
