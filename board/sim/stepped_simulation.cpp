@@ -274,7 +274,8 @@ class ArmRun final : public SceneRun {
     const firmware::StoreStatus status = controller.load_scene(next.bytes());
     if (status == firmware::StoreStatus::kOk) return {};
     if (status == firmware::StoreStatus::kBusy)
-      return failed_run(SimulationStatus::kNotArmed, "the controller has not taken the last scene yet");
+      return failed_run(SimulationStatus::kNotArmed,
+                        "the controller has not taken the last scene yet: let some ticks pass");
     return refused(controller.store().image_verdict());
   }
 

@@ -15,6 +15,6 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_C_FLAGS_INIT "-Wno-deprecated -D_WASI_EMULATED_SIGNAL")
 # Exceptions by WebAssembly's first instructions for them, which older browsers and Node.js have too.
 # -nostdinc++: clang would also look into /usr/include/c++/v1, where the header of Debian's libc++ for this machine is, if it is installed.
-set(CMAKE_CXX_FLAGS_INIT "-Wno-deprecated -D_WASI_EMULATED_SIGNAL -fwasm-exceptions -nostdinc++ -cxx-isystem /usr/include/wasm32-wasi/c++/v1")
+set(CMAKE_CXX_FLAGS_INIT "-Wno-deprecated -D_WASI_EMULATED_SIGNAL -fwasm-exceptions -nostdinc++ -isystem /usr/include/wasm32-wasi/c++/v1")
 # --no-wasm-opt: clang runs a wasm-opt that it finds, which takes the names of functions away.
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-mexec-model=reactor --no-wasm-opt -Wl,--gc-sections -Wl,--strip-debug -Wl,-z,stack-size=1048576")

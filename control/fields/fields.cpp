@@ -23,6 +23,11 @@ const VolumeOps* volume_ops(const scene::Object& object) { return shape_row(obje
       std::bit_cast<std::uint32_t>(tip_radius_m) ^ static_cast<std::uint32_t>(object.shape_type());
   for (const std::byte byte : std::as_bytes(std::span(object.pose(), 1)))
     which = (which ^ std::to_integer<std::uint32_t>(byte)) * 16777619U;
+  // The state of a force field belongs to its numbers: with others it begins anew (force_field.cpp).
+  const scene::ForceField* const field = object.shape_as_ForceField();
+  if (field != nullptr)
+    for (const std::byte byte : std::as_bytes(std::span(field, 1)))
+      which = (which ^ std::to_integer<std::uint32_t>(byte)) * 16777619U;
   return which | 1U;
 }
 
@@ -146,7 +151,8 @@ void Fields::tick(std::size_t arm, const Tip& tip, float period_s, Touch& touch)
         placed.ops->tick(*placed.source, placed.material, local, period_s, state.shared, own);
     if (felt.contacts == 0) continue;
     touch.force_N += placed.rotation * felt.force_N;
-    if (touch.contacts == 0)
+    // A field without a spring shows the tip itself.
+    if (touch.contacts == 0 || touch.god_object_m == tip.position_m)
       touch.god_object_m = placed.rotation * (felt.proxy_m + placed.to_tip_m) + placed.position_m;
     touch.contacts =
         static_cast<std::uint8_t>(std::min<std::size_t>(touch.contacts + felt.contacts, kMaxContacts));

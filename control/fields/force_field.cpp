@@ -5,7 +5,8 @@
 // kMostAtStart_J. The mass begins at rest where the tip is, so it holds no energy. A damper takes energy, and a constant force does the same
 // work on every path from one place to another.
 // The curl takes the velocity below 10 Hz, where hands move: what is measured lags by some ms, and at the 40 Hz at which motors and links swing
-// against each other a force across that velocity feeds the swing (ForceField.ACurlComesToRestInTheWholeLoop: 2 instead of 12 N s/m).
+// against each other a force across that velocity feeds the swing (ForceField.ACurlComesToRestInTheWholeLoop: 2 instead of 12 N s/m). What of it
+// would push along the measured velocity is left out, so it gives nothing but by the lag of that.
 #include "control/fields/volume.h"
 #include "control/scene/check.h"
 #include "thimble_scene_schema/scene_generated.h"
@@ -46,6 +47,13 @@ Vec3 mass_pull_N(const scene::ForceField& field, const Tip& tip, float period_s,
   return stiffness_N_m * (from_tip_m + half_s * middle_m_s) + damping_N_s_m * (middle_m_s - tip.velocity_m_s);
 }
 
+// The force without what it has along the velocity, where that pushes.
+Vec3 across(const Vec3& force_N, const Vec3& velocity_m_s) {
+  const float power_W = force_N.dot(velocity_m_s);
+  if (!(power_W > 0.0F)) return force_N;
+  return force_N - power_W / velocity_m_s.squaredNorm() * velocity_m_s;
+}
+
 VolumeTouch tick(const scene::Object& object, const Material& /*material*/, const Tip& tip, float period_s,
                  SharedState& /*shared*/, ArmState& own) noexcept {
   const scene::ForceField& field = field_of(object);
@@ -60,9 +68,10 @@ VolumeTouch tick(const scene::Object& object, const Material& /*material*/, cons
   const bool has_mass = field.mass_kg() > 0.0F;
   if (!has_mass) own.middle_m += period_s / (kCurlLag_s + period_s) * (tip.velocity_m_s - own.middle_m);
   VolumeTouch touch{to_vec(field.constant_n()) + spring_N -
-                        to_vec(field.damping_n_s_per_m()).cwiseProduct(tip.velocity_m_s) +
-                        to_vec(field.curl_n_s_per_m()).cross(own.middle_m),
+                        to_vec(field.damping_n_s_per_m()).cwiseProduct(tip.velocity_m_s),
                     tip.position_m, 1};
+  if (!has_mass)
+    touch.force_N += across(to_vec(field.curl_n_s_per_m()).cross(own.middle_m), tip.velocity_m_s);
   for (int axis = 0; axis < 3; ++axis)
     if (stiffness_N_m[axis] > 0.0F) touch.proxy_m[axis] = 0.0F;
   if (has_mass) touch.force_N += mass_pull_N(field, tip, period_s, own);

@@ -40,7 +40,8 @@ ImageVerdict check_force_field(const scene::ForceField& field) noexcept {
                      within(field.damping_n_s_per_m(), 0.0F, kMaxDamping_N_s_m) &&
                      within(field.curl_n_s_per_m(), -kMaxDamping_N_s_m, kMaxDamping_N_s_m) &&
                      within(field.half_size_m(), 0.0F, kMaxCoordinate_m) && field.trial() <= kMaxTrial &&
-                     (mass_kg == 0.0F || in_range(mass_kg, kMinMass_kg, kMaxMass_kg)) &&
+                     (mass_kg == 0.0F || (in_range(mass_kg, kMinMass_kg, kMaxMass_kg) &&
+                                          within(field.curl_n_s_per_m(), 0.0F, 0.0F))) &&
                      in_range(field.mass_stiffness_n_per_m(), 0.0F, kMaxStiffness_N_m) &&
                      in_range(field.mass_damping_n_s_per_m(), 0.0F, kMaxDamping_N_s_m),
                  ImageStatus::kBadNumber);

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host-tools/compiler/scene_value.h"
+#include "host-tools/error.h"
 
 namespace thimble::host {
 namespace {
@@ -165,6 +166,9 @@ std::string with_material(const std::string& text, std::size_t object, const std
   std::string material = "/objects/" + std::to_string(object) + "/material";
   const std::string plain = without_comments(text);
   const ValueRanges values = find_values(plain);
+  if (!values.contains(material))
+    throw Error(ExitCode::kBadInput, "no-material", "object " + std::to_string(object) + " has no material",
+                "give it one in the scene file: a force field needs none");
   const ValueRange& given = values.at(material);
   const auto raw = [&](const ValueRange& at) {
     return std::string_view(plain).substr(at.begin, at.end - at.begin);
@@ -174,9 +178,9 @@ std::string with_material(const std::string& text, std::size_t object, const std
     const nlohmann::json name = nlohmann::json::parse(raw(given));
     material = "/materials/" + board::pointer_step(name.get<std::string>());
     std::size_t users = 0;
-    for (std::size_t i = 0;; ++i) {
+    for (std::size_t i = 0; values.contains("/objects/" + std::to_string(i)); ++i) {
       const auto other = values.find("/objects/" + std::to_string(i) + "/material");
-      if (other == values.end()) break;
+      if (other == values.end()) continue;
       if (plain[other->second.begin] == '"' && nlohmann::json::parse(raw(other->second)) == name) ++users;
     }
     if (users > 1) shared = &values.at(material);

@@ -36,7 +36,7 @@ class Sim:
 
     scene, rate_Hz, arm, ideal, seed and trial as of simulate(). start_m: where the hand begins (3 numbers, m, world frame), or 2 x 3 for two arms. When the
     Sim is made, the arm is homed and armed, the hand is at start_m and the force acts in full. The same calls give the same bytes, and those of
-    simulate() along the same path."""
+    simulate() along the same path. One thread at a time."""
 
     def __init__(self, scene, *, start_m=(0.0, 0.0, 0.0), rate_Hz=4000.0, arm="premium-1.5", ideal=False, seed=1, trial=0):
         start = np.asarray(start_m, float)
@@ -77,8 +77,8 @@ class Sim:
         self._sim.set_trial(trial)
 
     def load(self, scene):
-        """Another scene from the next tick on, as an upload to a device: with other materials only, contacts stay. The force is ramped, but
-        with ideal. It has to have the same moving objects, because the rows keep their fields."""
+        """Another scene, as an upload to a device: with other materials only it is felt from the next tick on, and contacts stay; else the force
+        is ramped down for 50 ms first, but not with ideal. Until then no other one is taken. It has to have the same moving objects, because the rows keep their fields."""
         image, _, text = taken(scene)
         self._sim.load(image)
         self._text = text

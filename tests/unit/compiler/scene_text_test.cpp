@@ -130,5 +130,14 @@ TEST(SceneText, TheImageHasEveryValueThatWasGiven) {
   }
 }
 
+TEST(SceneText, AMaterialThatOthersShareBecomesOwnBehindAnObjectWithout) {
+  const std::string text =
+      R"({"objects": [{"name": "wind"}, {"name": "a", "material": "wood"}, {"name": "b", "material": "wood"}],
+"materials": {"wood": {"stiffness_N_m": 800}}})";
+  EXPECT_EQ(with_material(text, 1, "stiffness_N_m", 500),
+            replaced(text, R"("a", "material": "wood")", R"("a", "material": {"stiffness_N_m": 500})"));
+  EXPECT_THROW(static_cast<void>(with_material(text, 0, "stiffness_N_m", 500)), host::Error);
+}
+
 }  // namespace
 }  // namespace thimble::test

@@ -37,7 +37,7 @@ def _core(function: str, x: np.ndarray, location: float, log_width: float) -> tu
 
 def psychometric(function: str, x, location: float, width: float, guess: float | str = 0.5, lapse: float = 0.0) -> np.ndarray:
     """p(x). guess "lapse": as large as the lapse, for answers such as "the second was stiffer" that go from 0 to 1."""
-    floor = lapse if guess == "lapse" else guess
+    floor = lapse if isinstance(guess, str) else guess
     return floor + (1 - floor - lapse) * _core(_known(function), np.atleast_1d(np.asarray(x, float)), location, math.log(width))[0]
 
 
@@ -69,7 +69,7 @@ class Fit:
         return psychometric(self.function, x, self.location, self.width, self.guess, self.lapse)
 
     def _level(self, proportion: float, location: float, width: float, lapse: float) -> float:
-        floor = lapse if self.guess == "lapse" else self.guess
+        floor = lapse if isinstance(self.guess, str) else self.guess
         share = (proportion - floor) / (1 - floor - lapse)
         if not 0 < share < 1:
             raise ValueError(f"the function does not reach {proportion}")

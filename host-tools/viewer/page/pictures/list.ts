@@ -182,5 +182,7 @@ The page of \`thimble view\` with each scene of [scenes/](../scenes/README.md), 
 the curves end at that moment. \`scripts/pictures\` takes the pictures. Blue is the tip (arm 1: violet), yellow the god object, green
 the contact plane, orange the force on the hand, red the hand with a line to the tip.
 `;
-  return head + kPictures.map((it) => `\n## ${it.scene}\n\n${it.text} (${file(it)})\n\n![${it.scene}](pictures/${it.scene}.png)\n`).join('');
+  return (
+    head + kPictures.map((it) => `\n## ${it.scene}\n\n${it.text} (${file(it)})\n\n![${it.scene}](pictures/${it.scene}.png)\n`).join('')
+  );
 }

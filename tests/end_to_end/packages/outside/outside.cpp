@@ -35,7 +35,8 @@ double rendered_N(const char* file) {
 
 double simulated_N(const char* file) {
   const host::SimulationRun run(
-      file, {{0.0, {0.0, 0.0, 0.001}, 0}, {0.5, {0.0, 0.0, -0.002}, 0}, {1.0, {0.0, 0.0, -0.002}, 0}});
+      host::load_image(file),
+      {{0.0, {0.0, 0.0, 0.001}, 0}, {0.5, {0.0, 0.0, -0.002}, 0}, {1.0, {0.0, 0.0, -0.002}, 0}});
   board::SimulationOptions options;
   options.ideal = true;
   double last_N = 0;
