@@ -235,7 +235,7 @@ class Docs(Rig):
     def run_python(self, text, work):
         """All blocks of a page, with a simulated device that is ready. What goes on for seconds goes on for one."""
         text = text if "import thimble" in text else "import thimble\n" + text
-        text = re.sub(r"seconds=\d+", "seconds=1", text)
+        text = re.sub(r"seconds=\d+(\.\d+)?\b", lambda it: "seconds=1" if float(it[0][8:]) > 1 else it[0], text)
         (work / "block.py").write_text(text)
         simulator = self.sim()
         done = subprocess.run(["/usr/bin/python3", "block.py"], cwd=work, env=self.environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE_S)

@@ -1,4 +1,4 @@
-# Types of the package; the docstrings are in the sources. `mypy.stubtest thimble` compares both (tests/end_to_end/packages/typing_test.py).
+# Types of the package; the docstrings are in the sources. `mypy.stubtest thimble` compares both (tests/end_to_end/packages/packages_test.py).
 from functools import cached_property
 from os import PathLike
 from types import TracebackType

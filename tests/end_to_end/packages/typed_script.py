@@ -2,6 +2,7 @@
 
 import numpy as np
 import thimble
+from thimble.experiment import Fit, fit
 
 
 def hardest_N(scene: str, path: str) -> float:
@@ -24,3 +25,8 @@ def feel(scene: str) -> int:
 def reach_m(name: str) -> float:
     arm = thimble.Arm(name)
     return float(np.linalg.norm(arm.tip_m(arm.home)))
+
+
+def threshold(levels: list[float], correct: list[int], trials: list[int]) -> float:
+    fitted: Fit = fit(levels, correct, trials)
+    return fitted.location

@@ -196,6 +196,17 @@ class Fits(unittest.TestCase):
                     hessian[i, j] = sum(a * b * value for a, b, value in corners) / (4 * step[i] * step[j])
             np.testing.assert_allclose(np.linalg.inv(-hessian), model.covariance, rtol=2e-3, atol=1e-9)
 
+    def test_few_trials_have_several_maxima(self):
+        """Of 60 sets with 15 trials a level none has a better point on a grid than what was found."""
+        random = np.random.default_rng(5)
+        levels = np.array([0.02, 0.05, 0.08, 0.12, 0.2, 0.4])
+        grid = [(location, width, lapse) for location in np.geomspace(0.02, 0.4, 30) for width in np.geomspace(0.5, 40, 25) for lapse in (0, 0.03, 0.06, 0.1)]
+        curves = np.clip([psychometric("weibull", levels, *each[:2], 0.5, each[2]) for each in grid], 1e-12, 1 - 1e-12)
+        for yes in [[7, 4, 14, 11, 14, 13], [6, 6, 12, 13, 15, 14], [5, 6, 7, 15, 14, 13],
+                    *random.binomial(15, psychometric("weibull", levels, 0.1, 3.0, 0.5, 0.02), (60, 6))]:
+            best = (np.log(curves) @ yes + np.log1p(-curves) @ (15 - np.array(yes))).max()
+            self.assertGreater(fit(levels, yes, [15] * 6).log_likelihood, best - 1e-3, yes)
+
     def test_the_intervals_cover_the_truth(self):
         """200 sets of answers: 95 % intervals of the threshold. Of 200, 182 to 197 in 99.7 % of tests if the coverage is 95 %."""
         draw, x, n = np.random.default_rng(7), np.array([0.03, 0.05, 0.08, 0.12, 0.18, 0.3]), np.full(6, 60)

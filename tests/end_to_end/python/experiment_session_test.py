@@ -12,7 +12,9 @@ import unittest
 import warnings
 from collections import Counter
 from pathlib import Path
+from unittest import mock
 
+import numpy as np
 from thimble.experiment import (ConstantStimuli, Experiment, FileError, Quest, Session, Staircase, derive_seed, latin_square, order_for, read_trials,
                                 shuffled, shuffled_blocks)
 
@@ -148,14 +150,54 @@ class Files(unittest.TestCase):
             (b"\n".join(lines[:3] + lines[2:]), ":4 is not the trial"), \
             (data.replace(b'"level":0.4', b'"level":0.5', 1), " is not the trial"), \
             (b"\n".join(lines[:3] + [b"[]"] + lines[3:]), ":4 is no line"), \
-            (b"[]\n", "of another experiment")
+            (b"[]\n", "of another experiment"), \
+            (b'{"precious":[1,2,3]}', "is no file of an experiment"), \
+            (b"notes\n", "is damaged|is no file of an experiment")
         for text, named in damaged:
             self.file.write_bytes(text)
             with self.assertRaisesRegex(FileError, named):
                 Session(self.file, experiment())
             self.assertEqual(self.file.read_bytes(), text)
+        self.file.write_bytes(data[:-3])
+        with self.assertRaisesRegex(FileError, "seed, methods differ"):
+            Session(self.file, experiment(seed=4))
+        self.assertEqual(self.file.read_bytes(), data[:-3], "a cut off one of another experiment, too")
         with Session(self.folder / "open.jsonl", experiment()), self.assertRaisesRegex(FileError, "open in another program"):
             Session(self.folder / "open.jsonl", experiment())
+
+    def test_a_disk_that_is_full(self):
+        """A line that could not be written whole leaves nothing, and the session ends; the trial comes again."""
+        written = os.write
+
+        def fills(file, data):
+            if len(data) < 60:
+                raise OSError(28, "no space")
+            return written(file, data[: len(data) - 30])
+
+        for fails in ("write", "fsync"):
+            self.file.unlink(missing_ok=True)
+            session = Session(self.file, experiment())
+            trials = iter(session)
+            next(trials)
+            session.answer(True, felt=np.float32(1.5), rows=np.arange(3))
+            before = self.file.read_bytes()
+            next(trials)
+            how = {"write": fills, "fsync": OSError(5, "input/output error")}[fails]
+            with mock.patch("os." + fails, side_effect=how), self.assertRaises(OSError):
+                session.answer(False)
+            self.assertEqual(self.file.read_bytes(), before)
+            with self.assertRaisesRegex(ValueError, "closed"):
+                session.answer(False)
+            self.assertEqual(len(run(self.file, experiment(), trials=1).records), 2)
+
+    def test_what_an_event_may_say(self):
+        with Session(self.file, experiment()) as session:
+            session.event("shown", side="left", force_N=np.array([0.5, 1.0]))
+            for name in ("condition", "opened", "trial", "run", "utc_s"):
+                with self.assertRaisesRegex(ValueError, f"these names are taken: {name}"):
+                    session.event("shown", **{name: 1})
+        self.assertEqual(read_trials(self.file), [])
+        self.assertEqual(Session(self.file, experiment()).events[0]["force_N"], [0.5, 1.0])
 
     def test_what_a_program_forgets(self):
         with Session(self.file, experiment()) as session:

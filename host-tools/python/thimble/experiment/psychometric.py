@@ -126,16 +126,16 @@ class _Likelihood:
         return slopes @ ((self.yes - self.trials * p) * weight), (slopes * (self.trials * weight)) @ slopes.T
 
 
-def _starts(likelihood: _Likelihood, lapses: Sequence[float]) -> np.ndarray:
-    """The best of a coarse grid over the range of the levels."""
+def _starts(likelihood: _Likelihood, lapses: Sequence[float]) -> list[np.ndarray]:
+    """The best five of a coarse grid over the range of the levels: with few trials there are several maxima."""
     x = likelihood.x
     low, high = float(x.min()), float(x.max())
     if likelihood.function == "weibull":
-        locations, widths = np.geomspace(max(low, high * 1e-3) / 2, high * 2, 15), np.geomspace(0.3, 15, 8)
+        locations, widths = np.geomspace(max(low, high * 1e-3) / 2, high * 2, 15), np.geomspace(0.3, 50, 10)
     else:
         locations, widths = np.linspace(low, high, 15), np.geomspace((high - low) / 50, 3 * (high - low), 8)
     grid = [np.array([a, math.log(b), c]) for a in locations for b in widths for c in lapses]
-    return max(grid, key=likelihood.log)
+    return sorted(grid, key=likelihood.log)[-5:]
 
 
 def _climb(likelihood: _Likelihood, parameters: np.ndarray, free: list[int], bounded: bool) -> tuple[np.ndarray, bool]:
@@ -193,8 +193,9 @@ def fit(levels, yes, trials, *, function: str = "weibull", guess: float | str = 
     if len(np.unique(x)) < 2 or (_known(function) == "weibull" and (x < 0).any()):
         raise ValueError("a fit needs two levels, and for a Weibull function none below 0")
     likelihood = _Likelihood(function, x, k, n, guess)
-    at = _starts(likelihood, [0.0, 0.04] if lapse is None else [lapse])
-    at, rest, free = _maximum(likelihood, at, lapse is None)
+    starts = _starts(likelihood, [0.0, 0.02, 0.05, MOST_LAPSE] if lapse is None else [lapse])
+    ends = [_maximum(likelihood, start, lapse is None) for start in starts]
+    at, rest, free = max(ends, key=lambda end: likelihood.log(end[0]))
     covariance = np.zeros((3, 3))
     _, information = likelihood.score_and_information(at)
     part = information[np.ix_(free, free)]

@@ -91,7 +91,7 @@ class Experiment:
     def header(self) -> dict[str, Any]:
         """The first line of the file."""
         return {"thimble_experiment": FORMAT, "name": self.name, "seed": self.seed, "participant": self.participant, "blocked": self.blocked,
-                "methods": {name: repr(method) for name, method in self.methods().items()}, "settings": json.loads(json.dumps(dict(self.settings)))}
+                "methods": {name: repr(method) for name, method in self.methods().items()}, "settings": json.loads(_text_of(dict(self.settings)))}
 
 
 class _Presenter:
@@ -209,16 +209,25 @@ class Session:
 
     def event(self, code: str | int, **more: Any) -> None:
         """Writes an event of the present trial at once, with the tick of Ticks.mark(): session.event("touch", **ticks.mark())."""
-        self._append({"event": code, "trial": self._presenter.number, "run": self._run, "utc_s": round(time.time(), 3), **more})
+        record = {"event": code, "trial": self._presenter.number, "run": self._run, "utc_s": round(time.time(), 3)}
+        if clash := (record.keys() | {"condition", "opened"}) & more.keys():
+            raise ValueError(f"these names are taken: {', '.join(sorted(clash))}")
+        self._append({**record, **more})
 
     def _append(self, line: Mapping[str, Any]) -> None:
         if self._file < 0:
             raise ValueError("the session is closed")
-        rest = (json.dumps(line, separators=(",", ":"), allow_nan=False) + "\n").encode()
-        while rest:
-            rest = rest[os.write(self._file, rest) :]
-        os.fsync(self._file)
-        self._keep(json.loads(json.dumps(line)))
+        text = _text_of(line)
+        rest, size = (text + "\n").encode(), os.fstat(self._file).st_size
+        try:
+            while rest:
+                rest = rest[os.write(self._file, rest) :]
+            os.fsync(self._file)
+        except OSError:
+            os.ftruncate(self._file, size)  # no part of a line; the trial comes again when the file is opened
+            self.close()
+            raise
+        self._keep(json.loads(text))
 
     def _keep(self, line: dict[str, Any]) -> None:
         if "event" in line:
@@ -227,9 +236,12 @@ class Session:
             self.records.append(line)
 
     def _open(self) -> None:
-        lines = self._read()
+        lines, good, torn = self._read()
         header = self.experiment.header()
         if not lines:
+            if not (_text_of(header) + "\n").encode().startswith(torn.rstrip(b"\0")):
+                raise FileError(f"{self.path} is no file of an experiment")
+            self._drop(good, torn)
             self._append(header)
             folder = os.open(self.path.parent, os.O_RDONLY | os.O_DIRECTORY)
             os.fsync(folder)  # the name of the new file, too
@@ -240,11 +252,12 @@ class Session:
             raise FileError(f"{self.path} is of another experiment: {', '.join(others)} {'differs' if len(others) == 1 else 'differ'}")
         for number, line in enumerate(lines[1:], 2):
             self._replay(line, number)
+        self._drop(good, torn)
         self._run = 1 + sum("opened" in line for line in lines)
         self._append({"opened": self._run, "utc_s": round(time.time(), 3)})
 
-    def _read(self) -> list[Any]:
-        """The lines; a last one that was cut off is dropped, in the file, too."""
+    def _read(self) -> tuple[list[Any], int, bytes]:
+        """The lines, how many bytes they are, and what is left of a last one that was cut off."""
         data = bytearray()
         while part := os.pread(self._file, 1 << 20, len(data)):
             data += part
@@ -260,11 +273,14 @@ class Session:
                 torn = text + b"\n"
                 break
             good += len(text) + 1
+        return lines, good, torn
+
+    def _drop(self, good: int, torn: bytes) -> None:
+        """Only from a file that has proved to be this experiment's."""
         if torn:
             self._notice(f"{self.path}: its last line was cut off ({len(torn)} bytes). It is dropped; its trial is presented again")
             os.ftruncate(self._file, good)
             os.fsync(self._file)
-        return lines
 
     def _notice(self, text: str) -> None:
         self.notices.append(text)
@@ -274,7 +290,7 @@ class Session:
         if not isinstance(line, dict) or not {"event", "opened", "condition"} & line.keys():
             raise FileError(f"{self.path}:{number} is no line of an experiment")
         self._keep(line)
-        if "condition" not in line:
+        if "event" in line or "condition" not in line:
             return
         trial = self._presenter.next()
         if trial is None or not _same_trial(line, _line_of(trial)) or not isinstance(line.get("answer"), bool):
@@ -297,4 +313,9 @@ def _same_trial(line: dict[str, Any], expected: dict[str, Any]) -> bool:
 def read_trials(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
     """The trials of a file, for an analysis: a dictionary each. A last line that was cut off is left out, and the file left as it is."""
     *complete, _ = Path(path).read_bytes().split(b"\n")
-    return [line for line in map(json.loads, complete) if "condition" in line]
+    return [line for line in map(json.loads, complete) if "condition" in line and "event" not in line]
+
+
+def _text_of(value: Any) -> str:
+    """JSON, also of numpy's numbers and arrays."""
+    return json.dumps(value, separators=(",", ":"), allow_nan=False, default=lambda it: it.tolist())

@@ -44,6 +44,7 @@ class Staircase:
     _direction: int = field(init=False, default=0, repr=False)
 
     def __post_init__(self) -> None:
+        self.steps = tuple(map(float, self.steps))
         if self.down < 1 or self.weight <= 0 or self.reversals < 1 or not self.steps:
             raise ValueError("a staircase needs down >= 1, weight > 0, reversals >= 1 and a step")
         if min(self.steps) <= (1 if self.log else 0):
@@ -52,7 +53,6 @@ class Staircase:
             raise ValueError("levels are above 0 with log=True")
         if not self.least <= self.start <= self.most:
             raise ValueError("start is between least and most")
-        self.steps = tuple(self.steps)
         self.level = float(self.start)
 
     @classmethod
