@@ -88,7 +88,7 @@ SimulationResult simulate(std::span<const std::byte> image, const std::vector<Pa
     if (!run.reaches(static_cast<std::size_t>(point.arm), point.position_m))
       return failure(SimulationStatus::kOutOfReach, out_of_reach(point));
   }
-  if (const SimulationResult begun = run.begin(); begun.status != SimulationStatus::kOk) return begun;
+  if (SimulationResult begun = run.begin(); begun.status != SimulationStatus::kOk) return begun;
   while (run.result().ticks < ticks && run.result().status == SimulationStatus::kOk) run.tick(row);
   return run.result();
 }
