@@ -401,7 +401,7 @@ TEST(Thermal, DeratingKeepsDirectionAndTheLimit) {
 
 // Other materials in contact are felt in the next tick, with no gap and no step up.
 TEST(SceneSwap, OtherMaterialsAreFeltAtOnce) {
-  for (const float friction : {0.0F, 0.5F}) {
+  for (const double friction : {0.0, 0.5}) {
     Bench bench;
     bench.start();
     load_rough(bench, 1000, 0, friction);
