@@ -4,8 +4,8 @@
 // What a field's spring stores by then would be given to the hand for nothing: a field begins in the first tick in which that is at most
 // kMostAtStart_J. The mass begins at rest where the tip is, so it holds no energy. A damper takes energy, and a constant force does the same
 // work on every path from one place to another.
-// The curl takes the velocity below 10 Hz, where hands move: what is measured lags by some ms, and at the 40 Hz at which motors and links swing
-// against each other a force across that velocity feeds the swing (ForceField.ACurlComesToRestInTheWholeLoop: 2 instead of 12 N s/m). What of it
+// The curl takes the velocity below 10 Hz, where hands move: what is measured lags by some ms, and where motors and links swing against each
+// other, faster than that, a force across the measured velocity would feed the swing (ForceField.ACurlComesToRestInTheWholeLoop). What of it
 // would push along the measured velocity is left out, so it gives nothing but by the lag of that.
 #include "control/fields/volume.h"
 #include "control/scene/check.h"
