@@ -18,15 +18,20 @@ HandPath::HandPath(std::vector<PathPoint> points) : points_(std::move(points)) {
   }
 }
 
-void HandPath::extend(const PathPoint& point) {
+void HandPath::extend(const PathPoint& point, double from_s) {
   if (!std::isfinite(point.time_s) || !point.position_m.allFinite())
     throw std::invalid_argument("a number of the path is not finite");
-  if (point.time_s <= points_.back().time_s)
+  if (!(point.time_s > std::max(from_s, start_s())))
     throw std::invalid_argument("the times of the path do not increase");
+  if (from_s != end_s()) {
+    const Eigen::Vector3d position_m = at(from_s).position_m;
+    while (points_.size() > 1 && points_.back().time_s >= from_s) points_.pop_back();
+    if (from_s > end_s()) points_.push_back({from_s, position_m, point.arm});
+  }
   points_.push_back(point);
   constexpr std::size_t kKept =
       4;  // the start, and two segments: a tick may be before their common point by rounding
-  if (points_.size() > kKept) points_.erase(points_.begin() + 1);
+  while (points_.size() > kKept) points_.erase(points_.begin() + 1);
 }
 
 HandPath::Sample HandPath::at(double time_s) const noexcept {

@@ -27,9 +27,9 @@ class HandPath {
   // following segment, at the last point that of the preceding one.
   [[nodiscard]] Sample at(double time_s) const noexcept;
 
-  // Appends a point. Of the earlier ones it keeps the first one, and those that at() needs from the end of the last segment on.
-  // std::invalid_argument: not finite, or not later than the last.
-  void extend(const PathPoint& point);
+  // From where the hand is at from_s it goes to this point; what the path had after from_s is dropped. Of the earlier points it keeps the first
+  // one, and those that at() needs from the end of the last segment on. std::invalid_argument: not finite, or not later than from_s and the start.
+  void extend(const PathPoint& point, double from_s);
 
   [[nodiscard]] double start_s() const noexcept { return points_.front().time_s; }
   [[nodiscard]] double end_s() const noexcept { return points_.back().time_s; }

@@ -91,7 +91,9 @@ class SimBoard {
   // to the first. When the controller is not armed, the hand waits at the first point again.
   void follow(std::size_t arm, HandPath path, bool loop = false);
   // A further point of the path that the hand follows (HandPath::extend()).
-  void extend(std::size_t arm, const PathPoint& point) { arms_[arm].path->extend(point); }
+  void extend(std::size_t arm, const PathPoint& point, double from_s) {
+    arms_[arm].path->extend(point, from_s);
+  }
   // Sets the target of the hand, which continues to move with this velocity; ends a path.
   void hold(std::size_t arm, const Vector3d& position_m, const Vector3d& velocity_m_s = Vector3d::Zero());
   [[nodiscard]] bool hand_waits(

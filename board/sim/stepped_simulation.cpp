@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "board/sim/sim_board.h"
@@ -163,7 +164,9 @@ class IdealRun final : public SceneRun {
     ++result_.ticks;
     result_.bounds = renderer_->counters();
   }
-  void extend(std::size_t arm, const PathPoint& point) override { paths_[arm].extend(point); }
+  void extend(std::size_t arm, const PathPoint& point) override {
+    paths_[arm].extend(point, time_of(result_.ticks));
+  }
   void set_trial(std::uint8_t trial) override { renderer_->set_trial(trial); }
   [[nodiscard]] bool reaches(std::size_t, const Eigen::Vector3d&) const override { return true; }
 
@@ -207,6 +210,7 @@ class ArmRun final : public SceneRun {
 
   void tick(const SteppedSimulation::RowFunction& row) override {
     firmware::Controller& controller = board_.controller();
+    if (waiting_ && give(*waiting_) != firmware::StoreStatus::kBusy) waiting_.reset();
     controller.keep_alive();
     board_.tick();
     const firmware::Telemetry& telemetry = controller.telemetry();
@@ -225,7 +229,9 @@ class ArmRun final : public SceneRun {
       result_.detail = firmware::find_fault(controller.fault())->cause;
     }
   }
-  void extend(std::size_t arm, const PathPoint& point) override { board_.extend(arm, point); }
+  void extend(std::size_t arm, const PathPoint& point) override {
+    board_.extend(arm, point, time_of(result_.ticks));
+  }
   void set_trial(std::uint8_t trial) override {
     static_cast<void>(board_.controller().write_param(firmware::row_of(firmware::Param::trial).id, trial));
   }
@@ -270,13 +276,14 @@ class ArmRun final : public SceneRun {
   }
 
   SimulationResult change_to(const AlignedImage& next) override {
-    firmware::Controller& controller = board_.controller();
-    const firmware::StoreStatus status = controller.load_scene(next.bytes());
-    if (status == firmware::StoreStatus::kOk) return {};
-    if (status == firmware::StoreStatus::kBusy)
-      return failed_run(SimulationStatus::kNotArmed,
-                        "the controller has not taken the last scene yet: let some ticks pass");
-    return refused(controller.store().image_verdict());
+    waiting_.reset();
+    const firmware::StoreStatus status = give(next);
+    if (status == firmware::StoreStatus::kBusy) waiting_.emplace(next.bytes());
+    if (status == firmware::StoreStatus::kOk || waiting_) return {};
+    return refused(board_.controller().store().image_verdict());
+  }
+  firmware::StoreStatus give(const AlignedImage& image) {
+    return board_.controller().load_scene(image.bytes());
   }
 
   SimulationResult not_armed(const char* what) {
@@ -292,6 +299,7 @@ class ArmRun final : public SceneRun {
 
   std::size_t arms_;
   SimBoard board_;
+  std::optional<AlignedImage> waiting_;  // until the controller has taken the last one
 };
 
 std::unique_ptr<SteppedSimulation::Run> open_run(std::span<const std::byte> image,

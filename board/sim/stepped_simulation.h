@@ -33,10 +33,11 @@ class SteppedSimulation {
   [[nodiscard]] SimulationResult begin();
   // After a tick that ends with kFaulted there is none.
   void tick(const RowFunction& row);
-  // A further point of a hand's path, later than its last one.
+  // From where it is now a hand goes to this point, on a straight line; its time is later than that of the next tick's begin, time_of(result().ticks).
   void extend(std::size_t arm, const PathPoint& point);
   // Another scene, as after an upload: one that differs in materials only keeps the contacts, and one of the same name the places. The force is
-  // ramped in the next ticks, but in an ideal run. kImageRefused: the scene stays; kNotArmed: the last one is not taken yet.
+  // ramped in the next ticks, but in an ideal run. Of scenes that come before the last one is taken, the newest follows it. kImageRefused: the
+  // scene stays.
   [[nodiscard]] SimulationResult load(std::span<const std::byte> image);
 
   // The parameter `trial`, from the next tick on: which force fields of the scene act.

@@ -78,7 +78,7 @@ class Sim:
 
     def load(self, scene):
         """Another scene, as an upload to a device: with other materials only it is felt from the next tick on, and contacts stay; else the force
-        is ramped down for 50 ms first, but not with ideal. Until then no other one is taken. It has to have the same moving objects, because the rows keep their fields."""
+        is ramped down for 50 ms first, but not with ideal; of the scenes that come meanwhile the newest follows. It has to have the same moving objects, because the rows keep their fields."""
         image, _, text = taken(scene)
         self._sim.load(image)
         self._text = text

@@ -2,6 +2,7 @@
 
 import sys
 import time
+import signal
 import unittest
 from pathlib import Path
 
@@ -116,11 +117,29 @@ class Steps(Rig):
             np.testing.assert_allclose(stiffness(), felt(300), rtol=0.02)
             sim.load(bench(150))
             np.testing.assert_allclose(stiffness(), felt(150), rtol=0.02)
+            for floor_N_m in (300, 500, 200):  # no tick between them
+                sim.set_material("floor", stiffness_N_m=floor_N_m)
+            np.testing.assert_allclose(stiffness(), felt(200), rtol=0.02)
             with self.assertRaisesRegex(ValueError, "other moving objects"):
                 sim.load(thimble.scene("empty"))
         sim = thimble.Sim(thimble.compile(bench()), ideal=True)
         with self.assertRaisesRegex(ValueError, "image"):
             sim.set_material("floor", stiffness_N_m=300)
+
+    def test_interrupted_and_on(self):
+        """After Ctrl-C the hand stays where it is, and goes on from there."""
+        for ideal in (True, False):
+            sim = thimble.Sim(bench(), ideal=ideal)
+            signal.setitimer(signal.ITIMER_REAL, 0.2)
+            before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+            with self.assertRaises(KeyboardInterrupt):
+                sim.step([0.01, 0, 0.01], ticks=100_000_000)
+            signal.signal(signal.SIGALRM, before)
+            self.assertGreater(sim.ticks, 1000)
+            there = sim.step([-0.01, 0, 0.01], ticks=4000)
+            self.assertLess(there["tip_m"][0], 0)
+            if ideal:
+                np.testing.assert_allclose(sim.step([-0.01, 0, 0.01])["tip_m"], [-0.01, 0, 0.01], atol=1e-7)
 
     def test_what_is_refused(self):
         sim = thimble.Sim(bench())
