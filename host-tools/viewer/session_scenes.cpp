@@ -99,6 +99,7 @@ void DeviceSession::obey(const MaterialMessage& message) {
 }
 
 void DeviceSession::obey(const TextMessage&) {
+  if (!running_) return;  // asked before the page heard that another host has changed the scene
   const std::string text = changed_text(known_scene());
   sink_.event({{"type", "text"},
                {"file", running_->file.filename().string()},

@@ -40,9 +40,8 @@ test('the cursor reads all curves at one time; a drag zooms and stands still; th
   const { x, y, width } = await over(page);
   const at = (share: number) => page.mouse.move(x + share * width, y, { steps: 3 });
   await at(0.96); // 0.4 s ago, of 10
-  await until('a value', async () => (await values(page)).length === 5);
-  const [time_s, force_N, depth_mm, speed, energy_mJ] = await values(page);
-  assert.ok(Math.abs(time_s + 0.4) < 0.3, `${time_s} s`);
+  await until('a value of 0.4 s ago', async () => Math.abs((await values(page))[0] + 0.4) < 0.3); // late on a loaded machine
+  const [, force_N, depth_mm, speed, energy_mJ] = await values(page);
   assert.ok(
     Math.abs(force_N - 2) < 0.1 && Math.abs(depth_mm - 2) < 0.1 && speed === 0 && energy_mJ < -1,
     (await text(page, 'curve-values')) ?? '',
