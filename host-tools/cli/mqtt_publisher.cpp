@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kKeepAlive_s = 10;
 constexpr auto kConnect = std::chrono::seconds(5);
+constexpr auto kDisconnect = std::chrono::seconds(2);  // a broker that has died does not keep the caller
 
 std::string address(const MqttBroker& broker) { return broker.host + ":" + std::to_string(broker.port); }
 
@@ -24,6 +25,13 @@ std::string text_of(int code) {
 
 void demand(int code, ExitCode exit_code, const char* name, const std::string& what, const char* remedy) {
   if (code != MOSQ_ERR_SUCCESS) throw Error(exit_code, name, what + ": " + text_of(code), remedy);
+}
+
+template <class Condition>
+void wait_for(Condition condition, std::chrono::seconds longest) {
+  const auto end = std::chrono::steady_clock::now() + longest;
+  while (!condition() && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
 }
 
 }  // namespace
@@ -54,14 +62,15 @@ MqttPublisher::MqttPublisher(const MqttBroker& broker, std::string topic, const 
   mosquitto_reconnect_delay_set(client, 1, 10, true);
   mosquitto_connect_callback_set(
       client, [](mosquitto*, void* self, int code) { static_cast<MqttPublisher*>(self)->connected(code); });
+  mosquitto_disconnect_callback_set(client, [](mosquitto*, void* self, int code) {
+    if (code == 0) static_cast<MqttPublisher*>(self)->disconnected_ = true;
+  });
   demand(mosquitto_connect(client, broker.host.c_str(), broker.port, kKeepAlive_s), ExitCode::kLinkLost,
          "no-broker", "no connection to the broker at " + address(broker),
          "start it (apt-get install mosquitto), or give another --broker");
   demand(mosquitto_loop_start(client), ExitCode::kRefused, "no-thread", "no thread for the broker",
          "free resources of this machine");
-  const auto end = std::chrono::steady_clock::now() + kConnect;
-  while (connections_ == 0 && refused_ == 0 && std::chrono::steady_clock::now() < end)
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  wait_for([this] { return connections_ != 0 || refused_ != 0; }, kConnect);
   if (connections_ != 0) return;
   mosquitto_loop_stop(client, true);
   if (refused_ != 0)
@@ -75,8 +84,9 @@ MqttPublisher::MqttPublisher(const MqttBroker& broker, std::string topic, const 
 MqttPublisher::~MqttPublisher() {
   if (client_ == nullptr || connections_ == 0) return;
   set_state(offline_);
-  mosquitto_disconnect(client_.get());  // after what is queued
-  mosquitto_loop_stop(client_.get(), false);
+  if (mosquitto_disconnect(client_.get()) == MOSQ_ERR_SUCCESS)  // after what is queued
+    wait_for([this] { return disconnected_.load(); }, kDisconnect);
+  mosquitto_loop_stop(client_.get(), true);
 }
 
 void MqttPublisher::publish(const std::string& message) {

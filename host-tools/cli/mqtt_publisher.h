@@ -30,7 +30,7 @@ class MqttPublisher {
   MqttPublisher(const MqttBroker& broker, std::string topic, const std::string& offline);
   MqttPublisher(const MqttPublisher&) = delete;
   MqttPublisher& operator=(const MqttPublisher&) = delete;
-  ~MqttPublisher();  // tells kOffline and disconnects
+  ~MqttPublisher();  // tells that it is offline and disconnects; waits 2 s at most for the broker
 
   void publish(const std::string& message);    // at most once
   void set_state(const std::string& message);  // retained, again after each connection
@@ -53,6 +53,7 @@ class MqttPublisher {
   std::string state_;  // under mutex_
   std::atomic<int> refused_ = 0;
   std::atomic<unsigned> connections_ = 0;
+  std::atomic<bool> disconnected_ = false;  // as asked for
   std::uint64_t published_ = 0;
   std::uint64_t dropped_ = 0;
 };

@@ -111,6 +111,34 @@ class Publish(Rig):
         ear.wait_for(lambda topic, message, _: topic == "lab/left/state" and message["state"] == "offline")
         figure("%d messages published, %d dropped while the broker was away" % (told["published"], told["dropped"]))
 
+    def test_a_broker_that_hangs_or_is_cut_off_does_not_hold_it_at_the_end(self):
+        for hangs in (True, False):
+            port = free_port()
+            broker, sim = Broker(self, port), self.sim("--tcp", 0)
+            ear = Ear(self, port)
+            publisher = self.start("publish", "--broker", f"127.0.0.1:{port}", "--topic", "lab/left", "--device", sim.tcp)
+            self.addCleanup(publisher.communicate)
+            self.addCleanup(publisher.kill)
+            ear.wait_for(lambda topic, message, _: topic == "lab/left" and message["message"] == "Force")
+            if hangs:
+                self.addCleanup(broker.process.send_signal, signal.SIGCONT)
+                broker.process.send_signal(signal.SIGSTOP)
+            else:  # its machine drops what comes: a listener whose queue is full
+                broker.stop()
+                full = socket.create_server(("127.0.0.1", port), backlog=0)
+                self.addCleanup(full.close)
+                for _ in range(4):
+                    waits = socket.socket()
+                    waits.setblocking(False)
+                    waits.connect_ex(("127.0.0.1", port))
+                    self.addCleanup(waits.close)
+            time.sleep(3)
+            began = time.monotonic()
+            publisher.send_signal(signal.SIGINT)
+            _, said = publisher.communicate(timeout=30)
+            self.assertEqual(publisher.returncode, 0, said)
+            self.assertLess(time.monotonic() - began, 8)
+
     def test_the_last_will(self):
         port = free_port()
         Broker(self, port)
