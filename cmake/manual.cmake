@@ -26,4 +26,18 @@ add_custom_target(manual ${all}
 add_dependencies(manual thimble_python)
 if(THIMBLE_MANUAL)
   install(DIRECTORY ${manual}/html DESTINATION share/doc/thimble-doc COMPONENT doc PATTERN .buildinfo EXCLUDE)
+  # Scripts that Debian has in libjs-sphinxdoc are links to it, as its policy asks. The index of the search belongs to this version of Sphinx.
+  install(CODE "
+    set(static \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/share/doc/thimble-doc/html/_static)
+    set(debian /usr/share/javascript/sphinxdoc/1.0)
+    file(GLOB scripts RELATIVE \${static} \${static}/*.js)
+    foreach(script IN LISTS scripts)
+      if(EXISTS \${debian}/\${script})
+        file(SHA256 \${static}/\${script} ours)
+        file(SHA256 \${debian}/\${script} theirs)
+        if(ours STREQUAL theirs)
+          file(CREATE_LINK ../../../../javascript/sphinxdoc/1.0/\${script} \${static}/\${script} SYMBOLIC)
+        endif()
+      endif()
+    endforeach()" COMPONENT doc)
 endif()

@@ -105,7 +105,7 @@ set(CPACK_COMPONENT_HOST_DESCRIPTION "force-feedback arm: scenes, devices, simul
 Compiles scenes, uploads them to the controller of a haptic arm, shows what
 the fingertip feels, and simulates an arm where there is none.")
 set(CPACK_DEBIAN_HOST_PACKAGE_RECOMMENDS "gnuplot-nox")
-set(CPACK_DEBIAN_HOST_PACKAGE_SUGGESTS "can-utils, iproute2")
+set(CPACK_DEBIAN_HOST_PACKAGE_SUGGESTS "can-utils, iproute2, xdg-utils")
 
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libthimble-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
@@ -121,6 +121,8 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "force-feedback arm: Python module
 Simulates scenes, talks to devices and reads recordings, with arrays of NumPy.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy")  # the interpreter of Debian 12
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib")  # docs/first-experiment.md draws with it
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-h5py, python3-pandas")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/packages/python/postinst ${PROJECT_SOURCE_DIR}/cmake/packages/python/prerm)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
@@ -129,6 +131,11 @@ set(CPACK_DEBIAN_DOC_PACKAGE_SECTION doc)
 set(CPACK_DEBIAN_DOC_PACKAGE_ARCHITECTURE all)
 set(CPACK_COMPONENT_DOC_DESCRIPTION "force-feedback arm: manual
 The manual as HTML: /usr/share/doc/thimble-doc/html/index.html.")
+if(doc IN_LIST components)  # its scripts (cmake/manual.cmake) and the index that they search are of one version of Sphinx
+  execute_process(COMMAND dpkg-query --show --showformat "\${Version}" libjs-sphinxdoc OUTPUT_VARIABLE sphinx COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX REPLACE "^([0-9]+\\.[0-9]+).*" "\\1" sphinx "${sphinx}")
+  set(CPACK_DEBIAN_DOC_PACKAGE_DEPENDS "libjs-sphinxdoc (>= ${sphinx}), libjs-sphinxdoc (<< ${sphinx}.99)")
+endif()
 
 set(CPACK_DEBIAN_BOARD_PACKAGE_NAME thimble-board)
 set(CPACK_COMPONENT_BOARD_DESCRIPTION "force-feedback arm: controller for embedded Linux

@@ -71,7 +71,14 @@ def mend_furo(app, exception):
     style.write_text(text)
 
 
+def forget_schemas(app, exception):
+    """A scene that is downloaded from a page has no schema beside it."""
+    for file in Path(app.outdir, "_downloads").rglob("*.json"):
+        file.write_text(re.sub(r'^ *"\$schema": "[^"]+",\n', "", file.read_text(), count=1, flags=re.M))
+
+
 def setup(app):
     app.connect("missing-reference", folder_is_no_page)
     app.connect("autodoc-process-docstring", plain_docstring)
     app.connect("build-finished", mend_furo)
+    app.connect("build-finished", forget_schemas)

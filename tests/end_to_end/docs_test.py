@@ -158,7 +158,8 @@ class Docs(Rig):
             return
         for name in block.notes.get("with", "").split():
             shutil.copy(ROOT / name, work)
-        lines = re.sub(r"&( *(#.*)?)$", r"& ready\1", block.text, flags=re.MULTILINE)
+        text = block.text.replace("/usr/share/thimble/", "")  # what is installed there is in the clone
+        lines = re.sub(r"&( *(#.*)?)$", r"& ready\1", text, flags=re.MULTILINE)
         lines = lines.replace("kill %1", "kill %1; wait %1 || true")
         process = subprocess.Popen(["bash", "-m", "-c", SHELL + lines], cwd=work, env=self.environment, text=True, stdin=subprocess.DEVNULL,
                                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)

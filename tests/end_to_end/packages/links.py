@@ -34,6 +34,16 @@ def links_of_scene(text):
 READERS = {".md": links_of_markdown, ".html": links_of_html, ".scene.json": links_of_scene, ".arm.json": links_of_scene}
 
 
+def present(target, roots):
+    """Whether one of the roots has it. A symbolic link may lead to what this machine has of Debian, which the package depends on."""
+    for root in roots:
+        if (root / target).is_symlink():
+            return any((other / os.path.normpath(Path(target).parent / os.readlink(root / target))).exists() for other in (*roots, Path("/")))
+        if (root / target).exists():
+            return True
+    return False
+
+
 def dead_links(*roots):
     """(number of links, [(file, link)] of the dead). What one package links to may be in another one."""
     count, dead = 0, []
@@ -48,7 +58,7 @@ def dead_links(*roots):
                     continue
                 count += 1
                 target = os.path.normpath(file.parent.relative_to(root) / unquote(parts.path))
-                if not any((other / target).exists() for other in map(Path, roots)):
+                if not present(target, [*map(Path, roots)]):
                     dead.append((str(file.relative_to(root)), link))
     return count, dead
 
