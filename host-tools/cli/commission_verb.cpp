@@ -14,10 +14,10 @@
 #include "host-tools/cli/console_person.h"
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/output.h"
-#include "host-tools/cli/state_lock.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/commission/procedure.h"
 #include "host-tools/commission/state.h"
+#include "host-tools/files/file_lock.h"
 #include "host-tools/files/input_file.h"
 #include "host-tools/files/output_file.h"
 #include "host-tools/viewer/view.h"
@@ -368,7 +368,11 @@ void commission(const Common& common, const Remote& remote, const CommissionChoi
               "of the loop part or fold on the way",
               places.arm.string(), arm.axes[j].name),
           "give this axis narrower limits with stops that hold them, or another home");
-  const StateLock lock(places.state);
+  const FileLock lock(places.state);
+  if (!lock.held())
+    throw Error(ExitCode::kRefused, "state-in-use",
+                "another commissioning works with " + places.state.string(),
+                "wait until it has ended, or give another file with --state");
   if (!choice.page) {
     Session(common, remote, choice, places, text, arm, nullptr).run();
     return;

@@ -8,11 +8,11 @@
 
 #include "control/scene/limits.h"
 #include "control/scene/shape_table.h"
-#include "host-tools/compiler/scene_check.h"
 #include "host-tools/compiler/scene_errors.h"
 #include "host-tools/compiler/scene_pose.h"
 #include "host-tools/compiler/scene_value.h"
 #include "host-tools/error.h"
+#include "host-tools/keys/check.h"
 
 namespace thimble::host {
 namespace {
@@ -157,7 +157,7 @@ void collect(const board::JsonDocument& document, SceneIssues& issues) {
   };
   const Value root(document);
   if (!root.raw().is_object()) return;
-  check_keys(root, scene_kind("scene"),
+  check_keys(root, scene_kind("scene"), scene_kinds(),
              [&issues](const board::JsonError& error) { issues.add(to_error(error)); });
   Materials materials;
   SceneMaterial unknown{};

@@ -1,4 +1,4 @@
-#include "host-tools/compiler/scene_check.h"
+#include "host-tools/keys/check.h"
 
 #include <algorithm>
 
@@ -56,25 +56,25 @@ void check_plain(const Value& value, const FileKey& key) {
 }
 
 // The parts that a key holds, one or several.
-void check_parts(const Value& value, const FileKey& key, const Refuse& refuse) {
+void check_parts(const Value& value, const FileKey& key, const KeyTable& table, const Refuse& refuse) {
   if (key.words.size() != 1) return;  // of which of several kinds is the reader's to say
   const bool is_part =
       key.type == KeyType::kPart || (key.type == KeyType::kPartOrName && !value.raw().is_string());
-  if (is_part) check_keys(value, scene_kind(key.words[0]), refuse);
+  if (is_part) check_keys(value, kind_of(table, key.words[0]), table, refuse);
   if (key.type == KeyType::kList && value.raw().is_array() &&
       value.raw().size() <= static_cast<std::size_t>(key.range.most)) {
     for (std::size_t i = 0; i < value.raw().size(); ++i)
-      check_keys(value.at(i), scene_kind(key.words[0]), refuse);
+      check_keys(value.at(i), kind_of(table, key.words[0]), table, refuse);
   }
   if (key.type == KeyType::kNamedParts && value.raw().is_object()) {
     for (const auto& each : value.raw().items())
-      check_keys(value.at(each.key()), scene_kind(key.words[0]), refuse);
+      check_keys(value.at(each.key()), kind_of(table, key.words[0]), table, refuse);
   }
 }
 
 }  // namespace
 
-void check_keys(const Value& value, const FileKind& kind, const Refuse& refuse) {
+void check_keys(const Value& value, const FileKind& kind, const KeyTable& table, const Refuse& refuse) {
   if (!value.raw().is_object()) {
     attempt(refuse, [&] { value.object(kind.what, kind.key_names); });
     return;
@@ -98,7 +98,7 @@ void check_keys(const Value& value, const FileKind& kind, const Refuse& refuse) 
     }
     const Value given = value.at(key.name);
     attempt(refuse, [&] { check_plain(given, key); });
-    check_parts(given, key, refuse);
+    check_parts(given, key, table, refuse);
   }
 }
 

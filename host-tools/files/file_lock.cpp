@@ -1,13 +1,13 @@
-#include "host-tools/cli/state_lock.h"
+#include "host-tools/files/file_lock.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <string>
 
 #include "host-tools/error.h"
 
@@ -24,30 +24,28 @@ bool is_still_there(int fd, const std::filesystem::path& file) {
 
 }  // namespace
 
-StateLock::StateLock(const std::filesystem::path& state)
-    : file_(state.parent_path() / fmt::format(".{}.lock", state.filename().string())) {
+FileLock::FileLock(const std::filesystem::path& file)
+    : lock_(file.parent_path() / std::string(".").append(file.filename().string()).append(".lock")) {
   constexpr unsigned kMode = 0644;
   for (;;) {
-    fd_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode);
+    fd_ = open(lock_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode);
     const bool forbidden = errno == EACCES || errno == EPERM || errno == EROFS;
     if (fd_ < 0)
       throw Error(forbidden ? ExitCode::kPermission : ExitCode::kRefused,
                   forbidden ? "permission" : "cannot-write",
-                  fmt::format("cannot write {}: {}", file_.string(), std::strerror(errno)),
-                  "check the folder, or give another file with --state");
-    if (flock(fd_, LOCK_EX | LOCK_NB) != 0) {
-      close(fd_);
-      throw Error(ExitCode::kRefused, "state-in-use",
-                  fmt::format("another commissioning works with {}", state.string()),
-                  "wait until it has ended, or give another file with --state");
-    }
-    if (is_still_there(fd_, file_)) return;
+                  "cannot write " + lock_.string() + ": " + std::strerror(errno),
+                  "check the folder, or give another file");
+    const bool mine = flock(fd_, LOCK_EX | LOCK_NB) == 0;
+    if (mine && is_still_there(fd_, lock_)) return;
     close(fd_);
+    fd_ = -1;
+    if (!mine) return;
   }
 }
 
-StateLock::~StateLock() {
-  unlink(file_.c_str());
+FileLock::~FileLock() {
+  if (!held()) return;
+  unlink(lock_.c_str());
   close(fd_);
 }
 
