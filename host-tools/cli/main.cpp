@@ -32,6 +32,7 @@ struct Choices {
   ViewChoice view;
   ScanChoice scan;
   SimulateChoice simulate;
+  SweepChoice sweep;
   ShowChoice show;
   CompileChoice compile;
   MeshChoice mesh;
@@ -356,24 +357,12 @@ void define_import(CLI::App& app, Choices& c) {
 }
 
 void define_simulate(CLI::App& app, Choices& c) {
-  CLI::App* simulate_verb =
-      verb(app, c, "simulate", "run a scene on the simulated arm, faster than real time",
-           [&c] { simulate(c.common, c.simulate); });
-  simulate_verb->add_option("scene", c.simulate.scene, "a scene file (*.json) or an image")->required();
-  simulate_verb->add_option("--path", c.simulate.path, "the hand's path: CSV time_s,x_m,y_m,z_m[,arm]")
-      ->required();
-  simulate_verb->add_option("--log", c.simulate.log, "log to write: CSV, one row per tick and arm")
-      ->required();
-  simulate_verb->add_flag("--ideal", c.simulate.ideal,
-                          "the tip follows the path exactly; the force is computed and does not act");
-  simulate_verb->add_option("--rate", c.simulate.rate_Hz, "ticks a second")->capture_default_str();
-  simulate_verb->add_option("--arm", c.simulate.arm, arm_names())->capture_default_str();
-  simulate_verb->add_option("--seed", c.simulate.seed, "seed of the simulated arm")->capture_default_str();
-  simulate_verb->add_option("--trial", c.simulate.trial,
-                            "the parameter trial: which force fields of the scene act");
-  simulate_verb->add_flag(
-      "--watch", c.simulate.watch,
-      "again each time the scene, a file that it names, or the path is saved; ends with Ctrl-C");
+  add_simulate_options(*verb(app, c, "simulate", "run a scene on the simulated arm, faster than real time",
+                             [&c] { simulate(c.common, c.simulate); }),
+                       c.simulate, arm_names());
+  add_sweep_options(*verb(app, c, "sweep", "run many simulations on all processors, as a plan says",
+                          [&c] { sweep(c.common, c.sweep); }),
+                    c.sweep);
 }
 
 void define(CLI::App& app, Choices& c) {

@@ -1,6 +1,5 @@
 // scan: the arm probes a surface point by point, and a scene is made from the result.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +13,7 @@
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/progress.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/device.h"
 #include "host-tools/client/discovery.h"
@@ -154,34 +154,6 @@ class SimulatedProbe final : public Probe {
 
  private:
   std::unique_ptr<board::SimProbe> probe_;
-};
-
-// On stderr: on a terminal one line that is redrawn, otherwise a line per 10 %.
-class Progress {
- public:
-  Progress(std::size_t already, std::size_t total, bool quiet)
-      : already_(already), total_(total), quiet_(quiet) {}
-  void operator()(std::size_t done) {
-    if (quiet_) return;
-    const double seconds = static_cast<double>(now_us() - start_us_) * 1e-6;
-    const std::size_t fresh = done - already_;
-    const double left_s =
-        fresh == 0 ? 0 : seconds / static_cast<double>(fresh) * static_cast<double>(total_ - done);
-    if (terminal_) {
-      fmt::print(stderr, "\rstep {} of {}, {:.0f} s left \x1b[K{}", done, total_, left_s,
-                 done == total_ ? "\n" : "");
-    } else if (const std::size_t tenth = 10 * done / total_; tenth != tenth_) {
-      tenth_ = tenth;
-      say(stderr, "{} %  step {} of {}, {:.0f} s left\n", 10 * tenth, done, total_, left_s);
-    }
-  }
-
- private:
-  bool terminal_ = isatty(STDERR_FILENO) != 0;
-  Micros start_us_ = now_us();
-  std::size_t already_, total_;
-  std::size_t tenth_ = 0;
-  bool quiet_;
 };
 
 // pad.scene.json: pad.heights.csv beside it.
@@ -326,19 +298,21 @@ void scan(const Common& common, const Remote& remote, const ScanChoice& choice) 
     }
     return *probe;
   };
-  Progress progress(log.steps().empty() ? 0 : log.steps().back().step + 1, plan.steps(), common.json);
+  const auto steps = static_cast<double>(plan.steps());
+  const std::size_t before = log.steps().empty() ? 0 : log.steps().back().step + 1;
+  Progress progress(common.json, static_cast<double>(before) / steps, true);
   const bool whole = probe_steps(plan, log, probe_of, [&](std::size_t done) {
-    progress(done);
+    progress.show(static_cast<double>(done) / steps, fmt::format("step {} of {}", done, plan.steps()));
     return interrupted == 0;
   });
   probe.reset();
+  progress.end();
   if (!whole) {
     throw Error(ExitCode::kRefused, "interrupted",
                 fmt::format("the scan was interrupted after {} steps; they are in {}", log.steps().size(),
                             choice.log.string()),
                 "go on with --resume");
   }
-  progress(plan.steps());
   const ScanResult result = result_of(plan, log);
   if (!result.flat) write(heights_of(choice.output), heights_text(plan, result));
   write(choice.output, scene_text(plan, result, heights_of(choice.output).filename().string()));

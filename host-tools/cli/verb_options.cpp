@@ -78,6 +78,37 @@ void add_commission_options(CLI::App& verb, CommissionChoice& choice) {
   for (const char* option : {"--port", "--listen", "--no-browser"}) verb.get_option(option)->needs(page);
 }
 
+void add_simulate_options(CLI::App& verb, SimulateChoice& choice, const std::string& arms) {
+  verb.add_option("scene", choice.scene, "a scene file (*.json) or an image")->required();
+  verb.add_option("--path", choice.path, "the hand's path: CSV time_s,x_m,y_m,z_m[,arm]")->required();
+  verb.add_option("--log", choice.log, "log to write: CSV, one row per tick and arm")->required();
+  verb.add_flag("--ideal", choice.ideal,
+                "the tip follows the path exactly; the force is computed and does not act");
+  verb.add_option("--rate", choice.rate_Hz, "ticks a second")->capture_default_str();
+  verb.add_option("--arm", choice.arm, arms)->capture_default_str();
+  verb.add_option("--seed", choice.seed, "seed of the simulated arm")->capture_default_str();
+  verb.add_option("--trial", choice.trial, "the parameter trial: which force fields of the scene act");
+  verb.add_flag("--watch", choice.watch,
+                "again each time the scene, a file that it names, or the path is saved; ends with Ctrl-C");
+}
+
+void add_sweep_options(CLI::App& verb, SweepChoice& choice) {
+  verb.add_option("plan", choice.plan, "sweep plan (JSON), see docs/sweep.md")->required();
+  verb.add_option(
+      "--output,-o", choice.output,
+      "results to write: CSV, a row per run; a sweep that was interrupted goes on where it ended");
+  verb.add_option("--table", choice.table, "page to write with the table of the plan: Markdown");
+  verb.add_option("--jobs", choice.jobs, "runs at a time; default: one per processor, with --slurm one")
+      ->check(CLI::Range(1U, 1024U));
+  CLI::Option* array = verb.add_option(
+      "--array", choice.array, "I/N: only the I-th of N parts; without this option all parts are collected");
+  verb.add_option("--slurm", choice.slurm,
+                  "run as a job array of Slurm with this number of tasks, and collect")
+      ->check(CLI::Range(1U, 10000U))
+      ->excludes(array);
+  verb.add_flag("--dry-run", choice.dry_run, "check the plan, and say how many runs it has");
+}
+
 void add_page_options(CLI::App& verb, std::string& listen, std::uint16_t& port, bool& browser) {
   verb.add_option("--port", port, "port of the server; 0: any free port")->capture_default_str();
   verb.add_option("--listen", listen,

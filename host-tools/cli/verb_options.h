@@ -26,6 +26,9 @@ void add_monitor_options(CLI::App& verb, MonitorChoice& choice);
 void add_publish_options(CLI::App& verb, PublishChoice& choice);
 void add_mesh_options(CLI::App& verb, MeshChoice& choice);
 void add_commission_options(CLI::App& verb, CommissionChoice& choice);
+// arms: the names that --arm may have, for the help.
+void add_simulate_options(CLI::App& verb, SimulateChoice& choice, const std::string& arms);
+void add_sweep_options(CLI::App& verb, SweepChoice& choice);
 // Of verbs that serve a page.
 void add_page_options(CLI::App& verb, std::string& listen, std::uint16_t& port, bool& browser);
 

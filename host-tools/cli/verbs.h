@@ -223,6 +223,17 @@ struct SimulateChoice {
 };
 void simulate(const Common& common, const SimulateChoice& choice);
 
+struct SweepChoice {
+  std::filesystem::path plan;
+  std::filesystem::path output;
+  std::filesystem::path table;  // Markdown; empty: none
+  std::size_t jobs = 0;         // threads; 0: all processors, or of a task of Slurm one
+  std::string array;            // "I/N": this part of N only
+  std::size_t slurm = 0;        // tasks of a job array; 0: here
+  bool dry_run = false;
+};
+void sweep(const Common& common, const SweepChoice& choice);
+
 void new_scene(const Common& common, const std::string& name);
 struct ShowChoice {
   std::filesystem::path scene;

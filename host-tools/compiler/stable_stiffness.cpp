@@ -14,9 +14,9 @@ namespace {
 // From docs/stability.md; compiler_test compares.
 constexpr std::array<StableStiffness, 2> kTables = {{
     {"premium-1.5",
-     {{{4600, 11000, 23000}, {4600, 11000, 19000}, {3800, 13000, 23000}, {1000, 6600, 19000}}}},
+     {{{4600, 11000, 23000}, {4600, 11000, 23000}, {3800, 13000, 28000}, {1000, 6600, 34000}}}},
     {"premium-1.5-frictionless",
-     {{{3100, 9500, 16000}, {3100, 11000, 19000}, {2600, 11000, 19000}, {0, 2200, 19000}}}},
+     {{{3100, 9500, 19000}, {3100, 11000, 23000}, {2600, 11000, 23000}, {0, 2600, 28000}}}},
 }};
 
 double between(double a, double b, double part) { return a + part * (b - a); }

@@ -209,6 +209,8 @@ class Docs(Rig):
             if "thimble_arm" in document:
                 (work / "block.arm.json").write_text(json.dumps(document))
                 self.ok("model", "check", work / "block.arm.json")
+            elif "thimble_sweep" in document:
+                self.ok("sweep", work / block.notes["file"], "--dry-run")
             elif scene is not None:
                 for name in ("ring/ring.obj", "asteroid/asteroid.plg", "baboon/baboon.png", "spline-tissue/stiffness.csv"):
                     if (ROOT / "scenes" / name).exists():

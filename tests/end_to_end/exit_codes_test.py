@@ -274,7 +274,7 @@ class Manners(Rig):
             return self.ok("__complete", *words).out.split()
 
         self.assertEqual(set(candidates("")), {"help", "new", "show", "list", "info", "doctor", "dbc", "decode", "compile", "upload", "arm", "disarm", "stop", "restart", "home", "monitor", "publish", "view", "param",
-                                               "fault", "key", "audit", "simulate", "mesh", "model", "commission", "import", "scan", "record", "replay", "plot"})
+                                               "fault", "key", "audit", "simulate", "sweep", "mesh", "model", "commission", "import", "scan", "record", "replay", "plot"})
         self.assertEqual(candidates("up"), ["upload"])
         self.assertEqual(candidates("param", "g"), ["get"])
         self.assertEqual(candidates("param", "get", "max_f"), ["max_force"])

@@ -17,7 +17,7 @@
 
 #include "host-tools/arms/arm_data.h"
 #include "host-tools/commission/wall_loop.h"
-#include "tests/closed_loop/loop/press.h"
+#include "host-tools/sweep/wall_press.h"
 #include "tests/support/figure.h"
 
 namespace thimble::host {
@@ -32,13 +32,13 @@ using Swing = std::function<double(double)>;  // of a wall, by its stiffness, as
 
 Swing swing_with_firmware(const kinematics::ArmData& data, double most_m, const WallTrial& trial) {
   return [=](double k) {
-    const test::PressResult seen = test::press({.arm_data = data,
-                                                .rate_Hz = trial.rate_Hz,
-                                                .stiffness_N_m = static_cast<float>(k),
-                                                .damping_N_s_m = static_cast<float>(trial.damping_N_s_m),
-                                                .hold_s = trial.hold_s,
-                                                .hand = trial.hand});
-    return seen.faulted ? std::numeric_limits<double>::infinity() : seen.tip_swing_m / most_m;
+    const Measured seen = measure(WallPress{.arm_data = data,
+                                            .rate_Hz = trial.rate_Hz,
+                                            .stiffness_N_m = k,
+                                            .damping_N_s_m = trial.damping_N_s_m,
+                                            .hold_s = trial.hold_s,
+                                            .hand = trial.hand});
+    return seen.is_ok() ? seen.tip_swing_m / most_m : std::numeric_limits<double>::infinity();
   };
 }
 
@@ -133,9 +133,9 @@ TEST(WallLimit, HasTheLimitsOfTheFirmwaresForce) {
   constexpr double kStiff_N_m = 18000;
   const double computed_m =
       wall_swing_m(file, board::AnyPlantParameters::from(arm_data(file)), kStiff_N_m, trial);
-  const test::PressResult seen = test::press(
-      {.arm_data = arm_data(file), .stiffness_N_m = kStiff_N_m, .damping_N_s_m = 0, .hold_s = trial.hold_s});
-  ASSERT_FALSE(seen.faulted);
+  const Measured seen = measure(WallPress{
+      .arm_data = arm_data(file), .stiffness_N_m = kStiff_N_m, .damping_N_s_m = 0, .hold_s = trial.hold_s});
+  ASSERT_TRUE(seen.is_ok());
   test::figure("swing of the tip on 18000 N/m at 4 kHz, um: firmware", 1e6 * seen.tip_swing_m, "");
   test::figure("  computed", 1e6 * computed_m, "59, two counts");
   EXPECT_GT(seen.force_swing_N, 5) << "no limit cycle";

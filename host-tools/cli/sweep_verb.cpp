@@ -1,0 +1,196 @@
+// sweep: many simulations of one plan.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <thread>
+
+#include "host-tools/cli/compile_progress.h"
+#include "host-tools/cli/interrupt.h"
+#include "host-tools/cli/output.h"
+#include "host-tools/cli/progress.h"
+#include "host-tools/cli/slurm.h"
+#include "host-tools/cli/verbs.h"
+#include "host-tools/files/output_file.h"
+#include "host-tools/sweep/sweep.h"
+#include "host-tools/sweep/sweep_table.h"
+
+namespace thimble::host {
+namespace {
+
+constexpr std::size_t kMostParts = 100'000;
+
+// "2/8", from 1.
+SweepPart part_of(const std::string& text) {
+  if (text.empty()) return {};
+  SweepPart part;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, part.part);
+  const bool has_slash = first.ec == std::errc() && first.ptr != end && *first.ptr == '/';
+  const auto second = has_slash ? std::from_chars(first.ptr + 1, end, part.parts)
+                                : std::from_chars_result{end, std::errc::invalid_argument};
+  if (second.ec != std::errc() || second.ptr != end || part.part < 1 || part.part > part.parts ||
+      part.parts > kMostParts)
+    throw Error(ExitCode::kUsage, "bad-part", "--array is '" + text + "', allowed is I/N with I from 1 to N",
+                "give the number of this part and of all: --array 2/8");
+  --part.part;
+  return part;
+}
+
+std::size_t jobs_of(const SweepChoice& choice) {
+  if (choice.jobs > 0) return choice.jobs;
+  if (choice.slurm > 0) return 1;
+  return std::max(1U, std::thread::hardware_concurrency());  // those that this process may use
+}
+
+std::size_t failed_runs(const SweepResults& results, const std::string& head) {
+  const std::string names = head.substr(head.find('\n') + 1);
+  const auto before =
+      std::count(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(names.find("status")), ',');
+  std::size_t failed = 0;
+  for (std::size_t run = 0; run < results.runs(); ++run) {
+    std::string_view rest = results.line(run);
+    for (auto i = before; i > 0; --i) rest.remove_prefix(rest.find(',') + 1);
+    if (const std::string_view status = rest.substr(0, rest.find(','));
+        status != "ok" && status != "all-stable")
+      ++failed;
+  }
+  return failed;
+}
+
+void list_runs(const Common& common, const SweepRuns& runs) {
+  if (common.json) {
+    Json json = document("sweep");
+    json["runs"] = runs.count();
+    json["axes"] = Json::array();
+    for (const SweepAxis& axis : runs.plan().axes) {
+      json["axes"].push_back({{"what", axis.what}, {"values", Json::array()}});
+      for (const SweepValue& value : axis.values) json["axes"].back()["values"].push_back(value.text);
+    }
+    print(json);
+    return;
+  }
+  say("{}: {} runs\n", runs.plan().name, runs.count());
+  for (const SweepAxis& axis : runs.plan().axes)
+    say("  {}: {} values, {} to {}\n", axis.what, axis.values.size(), axis.values.front().text,
+        axis.values.back().text);
+}
+
+[[noreturn]] void interrupt_with(const SweepResults& results) {
+  throw Error(
+      ExitCode::kRefused, "interrupted",
+      fmt::format("the sweep was interrupted; {} of {} runs are kept", results.done(), results.runs()),
+      "give the same command again: it goes on from there");
+}
+
+void submit(const Common& common, const SweepChoice& choice, SweepResults& results) {
+  Progress progress(common.json, 0, true);
+  const auto of = static_cast<double>(results.runs());
+  auto looked_us = now_us();
+  run_in_slurm({choice.plan, choice.output, choice.slurm, jobs_of(choice)}, [&] {
+    if (now_us() - looked_us > 1'000'000) {
+      results.read_again();
+      looked_us = now_us();
+    }
+    progress.show(static_cast<double>(results.done()) / of,
+                  fmt::format("run {} of {}", results.done(), results.runs()));
+    return interrupted == 0;
+  });
+  results.read_again();
+  progress.end();
+  if (interrupted != 0) interrupt_with(results);
+  if (!results.is_whole())
+    throw Error(
+        ExitCode::kRefused, "slurm-incomplete",
+        fmt::format("the job array has ended, and {} of {} runs are missing; {}.slurm.1 and the files "
+                    "of the other tasks may say why",
+                    results.runs() - results.done(), results.runs(), choice.output.string()),
+        "correct it and give the same command again: only what is missing is run");
+  for (std::size_t task = 1; task <= choice.slurm; ++task) {
+    std::error_code none;
+    std::filesystem::remove(fmt::format("{}.slurm.{}", choice.output.string(), task), none);
+  }
+}
+
+SweepTimes run_here(const Common& common, const SweepChoice& choice, const SweepRuns& runs,
+                    SweepResults& results, const SweepPart& part) {
+  const auto of = static_cast<double>(results.runs());
+  Progress progress(common.json, static_cast<double>(results.done()) / of, true);
+  const SweepTimes times = run_sweep(runs, results, part, jobs_of(choice), [&](const SweepProgress& now) {
+    progress.show(static_cast<double>(now.done) / of, fmt::format("run {} of {}", now.done, now.of),
+                  now.left_s);
+    return interrupted == 0;
+  });
+  progress.end();
+  if (!times.whole) interrupt_with(results);
+  return times;
+}
+
+void report(const Common& common, const SweepChoice& choice, const SweepResults& results,
+            const SweepTimes& times, std::size_t jobs, std::size_t failed) {
+  const double ideal_s = times.ideal_s(jobs);
+  if (common.json) {
+    Json json = document("sweep");
+    json["output"] = choice.output.string();
+    json["runs"] = results.runs();
+    json["done"] = results.done();
+    json["run_now"] = times.runs;
+    json["failed"] = failed;
+    json["jobs"] = jobs;
+    json["seconds"] = times.wall_s;
+    json["ideal_s"] = ideal_s;
+    print(json);
+    return;
+  }
+  if (times.runs > 0)
+    say(stderr, "{} runs in {:.2f} s with {} job{}; ideal {:.2f} s, {:.0f} % more\n", times.runs,
+        times.wall_s, jobs, jobs == 1 ? "" : "s", ideal_s, 100 * (times.wall_s / ideal_s - 1));
+  say(stderr, "{} of {} runs -> {}\n", results.done(), results.runs(), choice.output.string());
+}
+
+}  // namespace
+
+void sweep(const Common& common, const SweepChoice& choice) {
+  const SweepPart part = part_of(choice.array);
+  const SweepRuns runs(read_sweep_plan(choice.plan));
+  help_compiler(true);  // from now on several threads compile
+  if (choice.dry_run) {
+    list_runs(common, runs);
+    return;
+  }
+  if (choice.output.empty())
+    throw Error(ExitCode::kUsage, "usage", "--output is missing", "say where the results go");
+  if (!choice.table.empty() && !runs.plan().table)
+    throw Error(ExitCode::kUsage, "no-table", "the plan has no \"table\"",
+                "say in the plan which of the values are its rows and columns");
+  for (const std::filesystem::path& output : {choice.output, choice.table}) keep_apart(choice.plan, output);
+  keep_apart(choice.output, choice.table);
+  SweepResults results(choice.output, runs.head(), runs.columns(), runs.count());
+  heed_interrupts();
+  SweepTimes times{.whole = true};
+  if (choice.slurm > 0 && !results.is_whole()) {
+    submit(common, choice, results);
+  } else if (!missing_runs(results, part).empty()) {
+    results.open(choice.array.empty() ? "" : fmt::format("{}-of-{}", part.part + 1, part.parts));
+    times = run_here(common, choice, runs, results, part);
+  }
+  heed_interrupts_no_more();
+  std::size_t failed = 0;
+  if (choice.array.empty()) {
+    results.finish();
+    failed = failed_runs(results, runs.head());
+    if (!choice.table.empty()) {
+      OutputFile table(choice.table);
+      table.stream() << table_page(
+          runs.plan(), runs.head(), results,
+          fmt::format("thimble sweep {} --output {} --table {}", choice.plan.string(), choice.output.string(),
+                      choice.table.string()));
+      table.commit();
+    }
+  }
+  report(common, choice, results, times, jobs_of(choice), failed);
+  if (failed > 0 && !common.json)
+    say(stderr, "warning: {} runs ended early: the column status says how\n", failed);
+}
+
+}  // namespace thimble::host
