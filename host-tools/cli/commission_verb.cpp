@@ -14,6 +14,7 @@
 #include "host-tools/cli/console_person.h"
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/progress.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/commission/procedure.h"
 #include "host-tools/commission/state.h"
@@ -170,6 +171,8 @@ class Session {
     tell("step {} of {}, {}: {}\n", number, last(), step.name, step.text);
     const std::size_t corrections = commission_.corrections().size();
     try {
+      std::optional<Busy> busy;
+      if (!arm_->is_asked()) busy.emplace(common_.json, std::string(step.name));
       static_cast<void>(commission_.run(number, bench_));
     } catch (const BuilderStops&) {
       stop(number);

@@ -17,6 +17,7 @@
 #include "host-tools/cli/cost_json.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/progress.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/device.h"
 #include "host-tools/client/discovery.h"
@@ -195,7 +196,11 @@ void restart(const Common& common, const Remote& remote) {
 }
 
 void home(const Common& common, const Remote& remote, double wait_s) {
-  open_device(common, remote).home(static_cast<Micros>(wait_s * 1e6));
+  Device device = open_device(common, remote);
+  {
+    const Busy busy(common.json, "homing");
+    device.home(static_cast<Micros>(wait_s * 1e6));
+  }
   print_mode(common, "home", link::Mode::kReady);
 }
 

@@ -3,9 +3,11 @@
 
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/progress.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/files/output_file.h"
 #include "host-tools/lab/device_log.h"
@@ -44,7 +46,9 @@ void import_volume(const Common& common, const ImportVolumeChoice& choice) {
   wanted.thinnest_mm = choice.thinnest_mm;
   keep_apart(choice.volume, choice.output);
   keep_apart(choice.table, choice.output);
+  std::optional<Busy> busy(std::in_place, common.json, "reading the volume");
   const ImportedNeedle imported = import_volume(wanted);
+  busy.reset();
   OutputFile file(choice.output);
   file.stream() << imported.scene;
   file.commit();
@@ -81,6 +85,7 @@ void import_device_log(const Common& common, const ImportDeviceLogChoice& choice
   }
   keep_apart(choice.log, choice.path);
   keep_apart(choice.log, choice.forces);
+  std::optional<Busy> busy(std::in_place, common.json, "converting the log");
   const DeviceLog log = read_device_log(choice.log, choice.thimble_frame);
   if (!choice.forces.empty() && !log.has_force) {
     throw Error(ExitCode::kBadInput, "no-force", choice.log.string() + " has no FORCE",
@@ -107,6 +112,7 @@ void import_device_log(const Common& common, const ImportDeviceLogChoice& choice
     }
     file.commit();
   }
+  busy.reset();
   const double seconds = log.samples.back().time_s - log.samples.front().time_s;
   if (common.json) {
     Json json = document("import devicelog");

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/progress.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/compiler/mesh_file.h"
 #include "host-tools/compiler/mesh_repair.h"
@@ -73,12 +75,14 @@ void mesh(const Common& common, const MeshChoice& choice) {
                 "give a name that ends with .obj");
   }
   keep_apart(choice.file, choice.output);
+  std::optional<Busy> busy(std::in_place, common.json, "repairing the mesh");
   const TriangleSoup soup = read_mesh_file(choice.file, choice.scale_m, choice.file.string());
   const RepairedMesh repaired =
       repair_mesh(soup, {choice.max_hole_m, !choice.keep_crossings}, choice.file.string());
   OutputFile output(choice.output);
   write_obj(output.stream(), repaired.soup);
   output.commit();
+  busy.reset();
 
   const RepairReport& report = repaired.report;
   const std::vector<std::string> left = left_undone(report);

@@ -12,6 +12,7 @@
 #include "host-tools/arms/urdf_import.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/progress.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/arm_upload.h"
 #include "host-tools/client/device.h"
@@ -166,8 +167,10 @@ void model_upload(const Common& common, const Remote& remote, const ModelUploadC
         fmt::format("--number {}: the device has {} arm(s), counted from 0", choice.arm, device.info().arms),
         "give the number of an arm that it has");
   }
+  std::optional<Busy> busy(std::in_place, common.json, "storing the arm and restarting the device");
   const auto [result, arms] = replace_arm([&] { return open_remote(remote); }, std::move(device),
                                           static_cast<std::uint8_t>(choice.arm), checked.arm.name, image);
+  busy.reset();
   std::vector<std::string> warnings = checked.figures.warnings;
   if (checked.arm.commissioned_on.empty() && checked.arm.max_force_N > kTipForce_N)
     warnings.push_back(

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/open_remote.h"
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/progress.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/discovery.h"
 #include "host-tools/files/output_file.h"
@@ -46,13 +48,28 @@ std::string end_in_words(const Recording& recording) {
   return end.reason + (end.fault != 0 && fault != nullptr ? std::string(" ") + fault->name : "");
 }
 
+// replay_recording(), which shows how far it is.
+ReplayVerdict replay_with_progress(const Recording& recording, bool quiet,
+                                   const std::function<void(const board::LogRow&)>& row = {}) {
+  double counts = 0;
+  for (const RecordedTicks& run : recording.ticks) counts += static_cast<double>(run.counts.size());
+  const double rows = std::max(counts / kRecordedCounts, 1.0);  // of all arms
+  double done = 0;
+  Progress progress(quiet);
+  return replay_recording(recording, [&](const board::LogRow& now) {
+    progress.show(++done / rows, "replaying");
+    if (row) row(now);
+  });
+}
+
 // The rows to plot: those of the replay for a recording, those of the file for a log.
-std::vector<board::LogRow> rows_of(const std::filesystem::path& file, int arm) {
+std::vector<board::LogRow> rows_of(const std::filesystem::path& file, int arm, bool quiet) {
   std::vector<board::LogRow> rows;
   if (is_recording(file)) {
-    const ReplayVerdict verdict = replay_recording(read_recording(file), [&](const board::LogRow& row) {
-      if (row.arm == arm) rows.push_back(row);
-    });
+    const ReplayVerdict verdict =
+        replay_with_progress(read_recording(file), quiet, [&](const board::LogRow& row) {
+          if (row.arm == arm) rows.push_back(row);
+        });
     if (!verdict.exact()) say(stderr, "warning: {}\n", in_words(verdict));
   } else {
     rows = read_run_log(file);
@@ -93,14 +110,26 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
     options.armed = [&watch](bool yes) { watch->armed(yes); };
   }
   Device device = open_remote(chosen);
-  const RecordReport report = record(
-      device, options, [] { return interrupted != 0; },
-      [&] {
-        say(stderr, "recording{}: Ctrl-C ends it\n", choice.arm ? ", armed" : "; now arm (`thimble arm`)");
-      });
+  Progress progress(common.json);
+  std::optional<link::Micros> begun_us;
+  const auto stopping = [&] {
+    if (begun_us) {
+      const double now_s = static_cast<double>(now_us() - *begun_us) * 1e-6;
+      if (choice.seconds > 0)
+        progress.show(now_s / choice.seconds, "recorded");
+      else
+        progress.show(fmt::format("recorded {:.0f} s", now_s));
+    }
+    return interrupted != 0;
+  };
+  const RecordReport report = record(device, options, stopping, [&] {
+    begun_us = now_us();
+    say(stderr, "recording{}: Ctrl-C ends it\n", choice.arm ? ", armed" : "; now arm (`thimble arm`)");
+  });
+  progress.end();
   heed_interrupts_no_more();
   const Recording recording = read_recording(choice.output);
-  const ReplayVerdict verdict = replay_recording(recording);
+  const ReplayVerdict verdict = replay_with_progress(recording, common.json);
   if (common.json) {
     Json json = document("record");
     json["file"] = choice.output.string();
@@ -132,13 +161,13 @@ void replay(const Common& common, const ReplayChoice& choice) {
   const Recording recording = read_recording(choice.file);
   ReplayVerdict verdict;
   if (choice.log.empty()) {
-    verdict = replay_recording(recording);
+    verdict = replay_with_progress(recording, common.json);
   } else {
     OutputFile log(choice.log);
     const SceneColumns columns(recording.header.scene);
     write_log_header(log.stream(), columns);
-    verdict = replay_recording(recording,
-                               [&](const board::LogRow& row) { write_log_row(log.stream(), row, columns); });
+    verdict = replay_with_progress(
+        recording, common.json, [&](const board::LogRow& row) { write_log_row(log.stream(), row, columns); });
     log.commit();
   }
   if (verdict.differs_at) differs(choice.file, verdict);
@@ -168,7 +197,7 @@ void plot(const Common& common, const PlotChoice& choice) {
   wanted.depth = all || choice.kind == "depth";
   wanted.spectrum = all || choice.kind == "spectrum";
   wanted.title = choice.file.filename().string() + (choice.tip == 0 ? "" : ", arm 1");
-  const std::vector<board::LogRow> rows = rows_of(choice.file, static_cast<int>(choice.tip));
+  const std::vector<board::LogRow> rows = rows_of(choice.file, static_cast<int>(choice.tip), common.json);
   const PlotResult result = plot(rows, wanted, choice.output);
   if (common.json) {
     Json json = document("plot");

@@ -16,6 +16,7 @@
 #include "host-tools/cli/cost_json.h"
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/progress.h"
 #include "host-tools/cli/verbs.h"
 #include "host-tools/compiler/compile.h"
 #include "host-tools/compiler/stable_stiffness.h"
@@ -152,7 +153,9 @@ void simulate_once(const Common& common, const SimulateChoice& choice) {
   double peak_N = 0;
   double sum_N = 0;
   std::uint64_t contact_rows = 0;
+  Progress progress(common.json);
   const board::SimulationResult result = run.go(options, [&](const board::LogRow& row) {
+    progress.show((row.time_s - run.start_s()) / std::max(run.end_s() - run.start_s(), 1e-9), "simulating");
     write_log_row(log.stream(), row, columns);
     const double force_N = row.force_N.norm();
     peak_N = std::max(peak_N, force_N);
@@ -162,6 +165,7 @@ void simulate_once(const Common& common, const SimulateChoice& choice) {
     }
   });
   log.commit();
+  progress.end();
   throw_if_faulted(result);
 
   std::vector<std::string> warnings;

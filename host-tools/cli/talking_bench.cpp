@@ -2,6 +2,7 @@
 
 #include "host-tools/cli/interrupt.h"
 #include "host-tools/cli/output.h"
+#include "host-tools/cli/progress.h"
 
 namespace thimble::host {
 
@@ -15,7 +16,9 @@ Answer TalkingBench::tell(const Prompt& prompt) {
     throw BuilderStops{};
   }
   // The program answers a question about a correction by its options. What a log has had in this step it does not get again.
-  if (!silent_ && !about_correction && told_.insert(prompt.text).second) say(stderr, "  > {}\n", prompt.text);
+  if (silent_ || about_correction || !told_.insert(prompt.text).second) return Answer::kDone;
+  erase_progress();
+  say(stderr, "  > {}\n", prompt.text);
   return Answer::kDone;
 }
 

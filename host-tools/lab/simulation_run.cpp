@@ -1,5 +1,6 @@
 #include "host-tools/lab/simulation_run.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "board/sim/hand_path_file.h"
@@ -44,10 +45,15 @@ std::vector<board::PathPoint> read_path(const std::filesystem::path& file) {
 }  // namespace
 
 SimulationRun::SimulationRun(ImageFile scene, std::vector<board::PathPoint> path)
-    : scene_(std::move(scene)), path_(std::move(path)) {}
+    : scene_(std::move(scene)), path_(std::move(path)) {
+  if (path_.empty()) return;  // which go() refuses
+  const auto [first, last] = std::ranges::minmax(path_, {}, &board::PathPoint::time_s);
+  start_s_ = first.time_s;
+  end_s_ = last.time_s;
+}
 
 SimulationRun::SimulationRun(ImageFile scene, const std::filesystem::path& path)
-    : scene_(std::move(scene)), path_(read_path(path)) {}
+    : SimulationRun(std::move(scene), read_path(path)) {}
 
 board::SimulationResult SimulationRun::go(const board::SimulationOptions& options,
                                           const std::function<void(const board::LogRow&)>& row) const {

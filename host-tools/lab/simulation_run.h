@@ -23,6 +23,10 @@ class SimulationRun {
     return scene_.files;
   }  // that the scene file names
 
+  // Of the path: the rows are from its first time to its last.
+  [[nodiscard]] double start_s() const { return start_s_; }
+  [[nodiscard]] double end_s() const { return end_s_; }
+
   // board::simulate(); what cannot run is an Error. A run that tripped is none yet: its rows are good up to there.
   board::SimulationResult go(const board::SimulationOptions& options,
                              const std::function<void(const board::LogRow&)>& row) const;
@@ -30,6 +34,7 @@ class SimulationRun {
  private:
   ImageFile scene_;
   std::vector<board::PathPoint> path_;
+  double start_s_ = 0, end_s_ = 0;
 };
 
 // The Error of a run that is not kOk.

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shlex
 import shutil
 import socket
@@ -413,22 +414,29 @@ class Manners(Rig):
         scene = self.potential_scene(0.12)  # more than a second on any machine
         for options, shown in [([], True), (["--json"], False)]:
             shutil.rmtree(self.environment["XDG_CACHE_HOME"], ignore_errors=True)
-            terminal, end = os.openpty()
-            with subprocess.Popen([BIN / "thimble", "compile", scene, "--output", self.folder / "long.thim", *options],
-                                  stdout=subprocess.DEVNULL, stderr=end, env=self.environment) as command:
-                os.close(end)
-                text = b""
-                try:
-                    while chunk := os.read(terminal, 4096):
-                        text += chunk
-                except OSError:  # the other end is closed
-                    pass
-                os.close(terminal)
-                self.assertEqual(command.wait(), 0)
+            text = self.on_terminal("compile", scene, "--output", self.folder / "long.thim", *options)
             if shown:
-                self.assertRegex(text.decode(), r"compiling jelly: \d+ %.*\r\x1b\[K$")
+                self.assertRegex(text, r"compiling jelly: \d+ %.*\r\x1b\[K$")
             else:
-                self.assertEqual(text, b"")
+                self.assertEqual(text, "")
+
+    def test_long_work_shows_progress_on_a_terminal_only(self):
+        """What is shown is removed at the end; another test has `sweep`, another one `compile`."""
+        path = self.folder / "long.csv"
+        path.write_text("time_s,x_m,y_m,z_m\n0,0,0,0.004\n50,0,0,-0.004\n")
+        sim = self.sim("--tcp", 0)
+        scene = self.plane_scene()
+        self.ok("upload", scene, "--device", sim.tcp)
+        self.ball_scene(150)
+        for pattern, command in [
+                (r"\r\x1b\[K\d+ %  simulating, \d+ s left", ("simulate", scene, "--path", path, "--log", "/dev/null", "--ideal", "--rate", 20000)),
+                (r"\r\x1b\[K\d+ %  recorded, \d s left", ("record", self.folder / "long.rec", "--scene", scene, "--device", sim.tcp, "--seconds", 2.5, "--force")),
+                (r"\r\x1b\[Krepairing the mesh: \d+ s", ("mesh", self.folder / "ball.obj", "--output", self.folder / "fixed.obj"))]:
+            text = self.on_terminal(*command)
+            self.assertRegex(text, pattern)
+            self.assertGreater(text.rindex("\r\x1b[K"), max(found.start() for found in re.finditer(pattern, text)), "it is removed")
+            if command[0] == "simulate":
+                self.assertEqual(self.on_terminal(*command, "--json"), "")
 
     def test_a_result_that_cannot_be_printed_is_an_error(self):
         with open("/dev/full", "w") as full:

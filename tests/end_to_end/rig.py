@@ -201,6 +201,21 @@ class Rig(unittest.TestCase):
         self.assertEqual(result.code, 0, f"thimble {' '.join(map(str, arguments))}: {result.err}")
         return result
 
+    def on_terminal(self, *arguments):
+        """What a command that ends well writes to a terminal on stderr."""
+        terminal, end = os.openpty()
+        with subprocess.Popen([BIN / "thimble", *map(str, arguments)], stdout=subprocess.DEVNULL, stderr=end, env=self.environment) as command:
+            os.close(end)
+            text = b""
+            try:
+                while chunk := os.read(terminal, 4096):
+                    text += chunk
+            except OSError:  # the other end is closed
+                pass
+            os.close(terminal)
+        self.assertEqual(command.returncode, 0, text)
+        return text.decode()
+
     def ok_json(self, *arguments, timeout=PATIENCE_S):
         document = self.ok(*arguments, "--json", timeout=timeout).json
         self.assertEqual(document["schema"], 2)

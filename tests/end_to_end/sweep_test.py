@@ -2,16 +2,14 @@
 
 import json
 import os
-import pty
 import random
 import re
 import signal
-import subprocess
 import time
 import unittest
 from pathlib import Path
 
-from rig import BIN, Rig, figure
+from rig import Rig, figure
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -138,20 +136,9 @@ class Sweep(Rig):
 
     def test_progress_on_a_terminal(self):
         plan = self.plan(150)
-        terminal, end = pty.openpty()
-        with subprocess.Popen([BIN / "thimble", "sweep", plan, "--output", self.folder / "out.csv", "--jobs", "1"],
-                              stderr=end, stdout=subprocess.DEVNULL, env=self.environment) as process:
-            os.close(end)
-            text = b""
-            try:
-                while chunk := os.read(terminal, 4096):
-                    text += chunk
-            except OSError:  # the other end is closed
-                pass
-            os.close(terminal)
-        self.assertEqual(process.returncode, 0, text)
-        self.assertRegex(text.decode(), r"\r\x1b\[K\d+ %  run \d+ of 150, \d+ s left")
-        self.assertRegex(text.decode(), r"150 runs in [\d.]+ s with 1 job; ideal [\d.]+ s, -?\d+ % more\r\n150 of 150 runs -> ")
+        text = self.on_terminal("sweep", plan, "--output", self.folder / "out.csv", "--jobs", 1)
+        self.assertRegex(text, r"\r\x1b\[K\d+ %  run \d+ of 150, \d+ s left")
+        self.assertRegex(text, r"150 runs in [\d.]+ s with 1 job; ideal [\d.]+ s, -?\d+ % more\r\n150 of 150 runs -> ")
 
     @unittest.skipUnless("THIMBLE_LONG" in os.environ, "a minute and more")
     def test_the_page_of_stability(self):
