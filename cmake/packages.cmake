@@ -100,6 +100,15 @@ set(CPACK_DEBIAN_PACKAGE_MAINTAINER "${THIMBLE_MAINTAINER}")
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 
+# thimble_of_this_version(OUT PACKAGE PATTERN): the versions of a package that what is built here is of, as a dependency; any where there is no dpkg.
+function(thimble_of_this_version out package pattern)
+  execute_process(COMMAND dpkg-query --show --showformat "\${Version}" ${package} OUTPUT_VARIABLE version RESULT_VARIABLE failed ERROR_QUIET)
+  set(${out} ${package} PARENT_SCOPE)
+  if(NOT failed AND version MATCHES "${pattern}")
+    set(${out} "${package} (>= ${CMAKE_MATCH_0}), ${package} (<< ${CMAKE_MATCH_0}.99)" PARENT_SCOPE)
+  endif()
+endfunction()
+
 set(CPACK_DEBIAN_HOST_PACKAGE_NAME thimble)
 set(CPACK_COMPONENT_HOST_DESCRIPTION "force-feedback arm: scenes, devices, simulator
 Compiles scenes, uploads them to the controller of a haptic arm, shows what
@@ -113,7 +122,11 @@ set(CPACK_COMPONENT_DEV_DESCRIPTION "force-feedback arm: libraries for C++
 Renders the contact forces of a scene, computes the kinematics of arms,
 compiles scenes, talks to devices and simulates them: headers, static
 libraries and targets for CMake, find_package(thimble).")
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libassimp-dev, libbearssl-dev, libboost-dev, libeigen3-dev, libflatbuffers-dev, libfmt-dev, libmnl-dev, libpng-dev, \
+if(THIMBLE_HOST)  # the schemas' headers ask for this FlatBuffers, and the names of fmt's functions have its major version
+  thimble_of_this_version(flatbuffers libflatbuffers-dev "^[0-9]+\\.[0-9]+\\.[0-9]+")
+  thimble_of_this_version(fmt libfmt-dev "^[0-9]+")
+endif()
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libassimp-dev, libbearssl-dev, libboost-dev, libeigen3-dev, ${flatbuffers}, ${fmt}, libmnl-dev, libpng-dev, \
 libqhull-dev, liburdfdom-dev, nlohmann-json3-dev, pkgconf, zlib1g-dev")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-thimble)
@@ -132,9 +145,7 @@ set(CPACK_DEBIAN_DOC_PACKAGE_ARCHITECTURE all)
 set(CPACK_COMPONENT_DOC_DESCRIPTION "force-feedback arm: manual
 The manual as HTML: /usr/share/doc/thimble-doc/html/index.html.")
 if(doc IN_LIST components)  # its scripts (cmake/manual.cmake) and the index that they search are of one version of Sphinx
-  execute_process(COMMAND dpkg-query --show --showformat "\${Version}" libjs-sphinxdoc OUTPUT_VARIABLE sphinx COMMAND_ERROR_IS_FATAL ANY)
-  string(REGEX REPLACE "^([0-9]+\\.[0-9]+).*" "\\1" sphinx "${sphinx}")
-  set(CPACK_DEBIAN_DOC_PACKAGE_DEPENDS "libjs-sphinxdoc (>= ${sphinx}), libjs-sphinxdoc (<< ${sphinx}.99)")
+  thimble_of_this_version(CPACK_DEBIAN_DOC_PACKAGE_DEPENDS libjs-sphinxdoc "^[0-9]+\\.[0-9]+")
 endif()
 
 set(CPACK_DEBIAN_BOARD_PACKAGE_NAME thimble-board)
