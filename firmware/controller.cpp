@@ -128,6 +128,7 @@ ParamStatus Controller::write_param(std::uint16_t id, std::uint32_t bits) noexce
   if (allowed != ParamStatus::kOk) return allowed;
   if (find_param(id)->recorded == Recording::kRecorded)
     core_.observers().recorder.request_end(RecordingEnd::kParameter);
+  if (marks(*find_param(id)) && !post_mark(core_, params_, *find_param(id), bits)) return ParamStatus::kBusy;
   return params_.write(id, bits, motors_off(core_));
 }
 

@@ -98,7 +98,8 @@ class Controller {
     return core_.observers().recorder.state();
   }
   // For a replay, before the first tick: Core::resume(). Config, parameters and scene must be those of the recording.
-  void resume(const RecordingStart& start) noexcept { core_.resume(start); }
+  // trial: the parameter of that name.
+  void resume(const RecordingStart& start, std::uint8_t trial = 0) noexcept { core_.resume(start, trial); }
   void replay(Command command) noexcept { core_.commands().replay(command); }
   void keep_alive() noexcept {
     core_.commands().keep_alive();
@@ -109,7 +110,7 @@ class Controller {
   [[nodiscard]] Fault fault() const noexcept { return core_.status().fault(); }
   [[nodiscard]] Conditions unmet() const noexcept { return core_.status().unmet(); }  // against arming, now
   // A write with access kAtRest is refused while the motors are on. A recording ends before a parameter that has an effect on
-  // the forces is written (column `recorded` of params.def).
+  // the forces is written (column `recorded` of params.def). kBusy: no tick has taken the last mark yet (firmware/core/marks.h).
   [[nodiscard]] ParamStatus read_param(std::uint16_t id, std::uint32_t& bits) const noexcept;
   [[nodiscard]] ParamStatus write_param(std::uint16_t id, std::uint32_t bits) noexcept;
   // Keeps them over power-off, with the motors off (kBusy: they are on).

@@ -17,7 +17,7 @@ namespace thimble::firmware {
 enum class ParamType : std::uint8_t { kFloat, kUnsigned };
 enum class Access : std::uint8_t { kAlways, kAtRest };
 enum class Persistence : std::uint8_t { kThisSession, kPersistent };
-enum class Recording : std::uint8_t { kNotRecorded, kRecorded };
+enum class Recording : std::uint8_t { kNotRecorded, kRecorded, kMarked, kSwitches };
 
 enum class Param : std::uint8_t {  // position in the table
 #define THIMBLE_PARAM(id, name, unit, type, initial, min, max, access, persistent, recorded, text) name,
@@ -40,6 +40,14 @@ struct ParamRow {
   Recording recorded;
   const char* text;
 };
+
+// A write of it is taken by one tick, and a recording goes on with it.
+[[nodiscard]] constexpr bool marks(const ParamRow& row) noexcept {
+  return row.recorded == Recording::kMarked || row.recorded == Recording::kSwitches;
+}
+[[nodiscard]] constexpr bool has_effect_on_forces(const ParamRow& row) noexcept {
+  return row.recorded == Recording::kRecorded || row.recorded == Recording::kSwitches;
+}
 
 inline constexpr std::array<ParamRow, kParamCount> kParamTable = {{
 #define THIMBLE_PARAM(id, name, unit, type, initial, min, max, access, persistent, recorded, text) \
@@ -73,7 +81,7 @@ inline constexpr std::array<ParamRow, kParamCount> kParamTable = {{
   return kParamTable[static_cast<std::size_t>(param)];
 }
 
-enum class ParamStatus : std::uint8_t { kOk, kUnknown, kOutOfRange, kNotWhileArmed };
+enum class ParamStatus : std::uint8_t { kOk, kUnknown, kOutOfRange, kNotWhileArmed, kBusy };
 
 // The link carries a value as 32 bits, little-endian like the records of messages.def: an IEEE float, or an
 // unsigned number.

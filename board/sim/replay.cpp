@@ -56,6 +56,7 @@ class Replay::Board {
       throw std::invalid_argument("its loop's period of " + std::to_string(run.start.period_s) +
                                   " s is not possible");
     for (const auto& [id, bits] : run.params) {
+      if (const firmware::ParamRow* row = firmware::find_param(id); row != nullptr && marks(*row)) continue;
       if (controller_.write_param(id, bits) != firmware::ParamStatus::kOk)
         throw std::invalid_argument("its parameter " + std::to_string(id) +
                                     " is not known here, or has a value that is not allowed");
@@ -68,7 +69,7 @@ class Replay::Board {
       start.arms[i] = run.arms[i];
       std::copy_n(run.arms[i].raw.begin(), inputs_.arm[i].counts.size(), inputs_.arm[i].counts.begin());
     }
-    controller_.resume(start);
+    controller_.resume(start, run.trial);
     inputs_.tick = first_ = run.start.tick;
   }
 
@@ -95,6 +96,8 @@ class Replay::Board {
     } else if (command != firmware::Command::kNone) {
       controller_.replay(command);
     }
+    if (tick.trial)
+      static_cast<void>(controller_.write_param(row_of(firmware::Param::trial).id, *tick.trial));
     static_cast<void>(controller_.tick(inputs_));
     std::array<float, 3 * control::kMaxArms> forces_N{};
     for (std::size_t i = 0; i < arms_; ++i)

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -27,6 +28,7 @@ struct RecordedRun {
   std::vector<std::string> models;  // of the arms
   std::vector<std::pair<std::uint16_t, std::uint32_t>> params;
   std::span<const std::byte> image;
+  std::uint8_t trial = 0;  // the parameter of that name as the recording began
 };
 
 class Replay {
@@ -35,6 +37,7 @@ class Replay {
     std::span<const std::uint16_t> counts;  // kClassicCounts an arm
     firmware::link::Levels levels;
     firmware::link::RecordedCommand command = firmware::link::RecordedCommand::kNone;
+    std::optional<std::uint16_t> trial{};  // that was written, and taken by this tick
   };
 
   explicit Replay(const RecordedRun& run);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <deque>
 #include <optional>
 #include <utility>
 
@@ -92,7 +93,7 @@ class SteppedSimulation::Run {
   virtual void tick(const RowFunction& row) = 0;
   virtual void extend(std::size_t arm, const PathPoint& point) = 0;
   virtual SimulationResult load(std::span<const std::byte> image) = 0;
-  virtual void set_trial(std::uint8_t trial) = 0;
+  virtual std::uint64_t mark(firmware::link::MarkKind kind, std::uint16_t value) = 0;
   [[nodiscard]] virtual bool reaches(std::size_t arm, const Eigen::Vector3d& position_m) const = 0;
   [[nodiscard]] virtual double time_of(std::uint64_t tick) const noexcept = 0;
   [[nodiscard]] virtual const SimulationResult& result() const noexcept = 0;
@@ -118,6 +119,10 @@ class SceneRun : public SteppedSimulation::Run {
     if (result.status == SimulationStatus::kOk) image_ = std::move(next);
     return result;
   }
+  std::uint64_t mark(firmware::link::MarkKind kind, std::uint16_t value) final {
+    marks_.emplace_back(kind, value);
+    return result_.ticks + marks_.size() - 1;
+  }
   [[nodiscard]] double time_of(std::uint64_t tick) const noexcept final {
     return start_s_ + static_cast<double>(tick) / rate_Hz_;
   }
@@ -126,6 +131,13 @@ class SceneRun : public SteppedSimulation::Run {
  protected:
   virtual SimulationResult start() = 0;
   virtual SimulationResult change_to(const AlignedImage& next) = 0;
+  // Of the tick that comes.
+  [[nodiscard]] std::optional<std::pair<firmware::link::MarkKind, std::uint16_t>> next_mark() {
+    if (marks_.empty()) return std::nullopt;
+    const auto mark = marks_.front();
+    marks_.pop_front();
+    return mark;
+  }
 
   AlignedImage image_;
   double rate_Hz_;
@@ -133,6 +145,9 @@ class SceneRun : public SteppedSimulation::Run {
   SimulationResult result_;
   InsideLog inside_;
   SceneRowOf scene_row_;
+
+ private:
+  std::deque<std::pair<firmware::link::MarkKind, std::uint16_t>> marks_;  // that wait for their ticks
 };
 
 // The tip follows the path exactly.
@@ -153,6 +168,7 @@ class IdealRun final : public SceneRun {
       if (result_.ticks > 0 && step_m * rate_Hz_ > kJump_m_s) renderer_->reset(i);
       tips_[i] = {sample.position_m.cast<float>(), sample.velocity_m_s.cast<float>()};
     }
+    (void)take_mark();
     renderer_->tick(tips_, static_cast<float>(1.0 / rate_Hz_), touches_);
     const SceneRow scene_row = scene_row_(*renderer_);
     for (std::size_t i = 0; i < paths_.size(); ++i) {
@@ -167,12 +183,20 @@ class IdealRun final : public SceneRun {
   void extend(std::size_t arm, const PathPoint& point) override {
     paths_[arm].extend(point, time_of(result_.ticks));
   }
-  void set_trial(std::uint8_t trial) override { renderer_->set_trial(trial); }
   [[nodiscard]] bool reaches(std::size_t, const Eigen::Vector3d&) const override { return true; }
 
  private:
+  bool take_mark() {
+    const auto mark = next_mark();
+    if (mark && mark->first == firmware::link::MarkKind::kTrial)
+      renderer_->set_trial(static_cast<std::uint8_t>(mark->second));
+    return mark.has_value();
+  }
+
   SimulationResult start() override {
     renderer_->bind(image_.view());
+    while (take_mark()) {
+    }
     return {};
   }
   SimulationResult change_to(const AlignedImage& next) override {
@@ -211,8 +235,7 @@ class ArmRun final : public SceneRun {
   void tick(const SteppedSimulation::RowFunction& row) override {
     firmware::Controller& controller = board_.controller();
     if (waiting_ && give(*waiting_) != firmware::StoreStatus::kBusy) waiting_.reset();
-    controller.keep_alive();
-    board_.tick();
+    tick_board();
     const firmware::Telemetry& telemetry = controller.telemetry();
     const SceneRow scene_row = scene_row_(controller.renderer());
     const double time_s = time_of(result_.ticks);
@@ -232,22 +255,29 @@ class ArmRun final : public SceneRun {
   void extend(std::size_t arm, const PathPoint& point) override {
     board_.extend(arm, point, time_of(result_.ticks));
   }
-  void set_trial(std::uint8_t trial) override {
-    static_cast<void>(board_.controller().write_param(firmware::row_of(firmware::Param::trial).id, trial));
-  }
   [[nodiscard]] bool reaches(std::size_t arm, const Eigen::Vector3d& position_m) const override {
     return board_.reaches(arm, position_m);
   }
 
  private:
+  void tick_board() {
+    firmware::Controller& controller = board_.controller();
+    controller.keep_alive();
+    if (const auto mark = next_mark()) {
+      const bool trial = mark->first == firmware::link::MarkKind::kTrial;
+      const firmware::ParamRow& row = row_of(trial ? firmware::Param::trial : firmware::Param::event);
+      static_cast<void>(controller.write_param(row.id, mark->second));
+    }
+    board_.tick();
+  }
+
   // Ticks until the condition holds. False: it never did, or there was a fault.
   template <class Condition>
   bool until(Condition condition) {
     firmware::Controller& controller = board_.controller();
     for (long left = std::lround(kLongestWait_s * rate_Hz_); left > 0; --left) {
       if (condition()) return true;
-      controller.keep_alive();
-      board_.tick();
+      tick_board();
       if (controller.fault() != firmware::Fault::kNone) return false;
     }
     return false;
@@ -263,8 +293,7 @@ class ArmRun final : public SceneRun {
       }
       return true;
     };
-    controller.keep_alive();
-    board_.tick();
+    tick_board();
     if (controller.request(firmware::Command::kHome) != 0 ||
         !until([&] { return controller.mode() == firmware::Mode::kReady && all_hands_wait(); }))
       return not_armed("home");
@@ -310,7 +339,7 @@ std::unique_ptr<SteppedSimulation::Run> open_run(std::span<const std::byte> imag
     run = std::make_unique<IdealRun>(image, options, std::move(paths));
   else
     run = std::make_unique<ArmRun>(image, options, std::move(paths));
-  run->set_trial(options.trial);
+  if (options.trial != 0) (void)run->mark(firmware::link::MarkKind::kTrial, options.trial);
   return run;
 }
 
@@ -325,7 +354,9 @@ SimulationResult SteppedSimulation::begin() { return run_->begin(); }
 void SteppedSimulation::tick(const RowFunction& row) { run_->tick(row); }
 void SteppedSimulation::extend(std::size_t arm, const PathPoint& point) { run_->extend(arm, point); }
 SimulationResult SteppedSimulation::load(std::span<const std::byte> image) { return run_->load(image); }
-void SteppedSimulation::set_trial(std::uint8_t trial) { run_->set_trial(trial); }
+std::uint64_t SteppedSimulation::mark(firmware::link::MarkKind kind, std::uint16_t value) {
+  return run_->mark(kind, value);
+}
 bool SteppedSimulation::reaches(std::size_t arm, const Eigen::Vector3d& position_m) const {
   return run_->reaches(arm, position_m);
 }

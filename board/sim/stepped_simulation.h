@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "board/sim/simulation.h"
+#include "firmware/link/messages.h"
 
 namespace thimble::board {
 
@@ -40,8 +41,9 @@ class SteppedSimulation {
   // scene stays.
   [[nodiscard]] SimulationResult load(std::span<const std::byte> image);
 
-  // The parameter `trial`, from the next tick on: which force fields of the scene act.
-  void set_trial(std::uint8_t trial);
+  // A write of `event` or `trial` (firmware/core/marks.h). A tick takes one; those that wait are taken in their order. Returns the number
+  // of the tick that will take it, as in time_of(); before begin() a trial acts from the first tick on.
+  std::uint64_t mark(firmware::link::MarkKind kind, std::uint16_t value);
 
   [[nodiscard]] bool reaches(std::size_t arm, const Eigen::Vector3d& position_m) const;
   [[nodiscard]] double time_of(std::uint64_t tick) const noexcept;  // since the paths' times began

@@ -127,6 +127,7 @@ struct ArmOutputs {
 
 struct Outputs {
   Mode mode = Mode::kDisarmed;
+  bool event = false;  // level of the event line (firmware/core/marks.h)
   std::array<ArmOutputs, kMaxArms> arm;
 };
 

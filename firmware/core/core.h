@@ -29,13 +29,15 @@ class Core {
   [[nodiscard]] const Sources& sources() const noexcept { return parts_.sources; }
   [[nodiscard]] Observers& observers() noexcept { return parts_.observers; }
   [[nodiscard]] const Observers& observers() const noexcept { return parts_.observers; }
+  [[nodiscard]] Marks& marks() noexcept { return parts_.marks; }
+  [[nodiscard]] const Marks& marks() const noexcept { return parts_.marks; }
   [[nodiscard]] HeatExchange& heat() noexcept { return parts_.heat; }
   // Before the first tick: the motors are not cold; something happened before this start.
   void begin_with(const MotorsHeat& heat) noexcept;
   void begin_with(Fault fault) noexcept;
-  // For a replay, before the first tick: sets the state that a recording began with, and takes the scene that was posted last. The
+  // For a replay, before the first tick: sets the state and the trial that a recording began with, and takes the scene that was posted last. The
   // recorded inputs and commands then give the recorded forces.
-  void resume(const RecordingStart& start) noexcept;
+  void resume(const RecordingStart& start, std::uint8_t trial) noexcept;
 
  private:
   Parts parts_;

@@ -135,7 +135,7 @@ void start_recording(Parts& parts, const Inputs& inputs, Conditions unmet) noexc
   parts.observers.recorder.begin(start);
 }
 
-void record_tick(Parts& parts, const Inputs& inputs, Command executed) noexcept {
+void record_tick(Parts& parts, const Inputs& inputs, Command executed, const Mark* mark) noexcept {
   const State& state = parts.state;
   Recorder::Tick tick;
   tick.tick = inputs.tick;
@@ -152,12 +152,14 @@ void record_tick(Parts& parts, const Inputs& inputs, Command executed) noexcept 
   tick.command = static_cast<link::RecordedCommand>(executed);
   tick.levels = levels(inputs, parts.setup.arm_count);
   tick.faulted = state.fault != Fault::kNone;
+  tick.mark = mark;
   parts.observers.recorder.tick(tick);
 }
 
 }  // namespace
 
-void publish(Parts& parts, const Inputs& inputs, Command executed, std::optional<Command> command) noexcept {
+void publish(Parts& parts, const Inputs& inputs, Command executed, std::optional<Command> command,
+             const Mark* mark) noexcept {
   State& state = parts.state;
   Observers& observers = parts.observers;
   const Conditions unmet = unmet_conditions(parts, inputs);
@@ -171,7 +173,7 @@ void publish(Parts& parts, const Inputs& inputs, Command executed, std::optional
   parts.sources.axes.publish();
   parts.status.publish(state, unmet, unmet_for_move(parts, unmet));
   if (observers.recorder.running()) {
-    record_tick(parts, inputs, executed);
+    record_tick(parts, inputs, executed, mark);
   } else if (command == Command::kRecord) {
     start_recording(parts, inputs, unmet);
   }

@@ -6,6 +6,7 @@
 
 #include "firmware/arm/arm_image.h"
 #include "firmware/core/encoder_probe.h"
+#include "firmware/core/marks.h"
 #include "firmware/core/stop_timeout.h"
 #include "kinematics/built_in_arms.h"
 
@@ -91,6 +92,7 @@ Setup::Setup(const Config& config) noexcept
       work_units(config.work_units),
       arm_count(works(config) ? config.arm_count : std::uint8_t{0}),
       most_stale_ticks(most_stale(period_s)),
+      pulse_ticks(std::max<std::uint32_t>(1, static_cast<std::uint32_t>(kEventPulse_s / period_s + 0.5F))),
       board_lacks(config.lacks != nullptr && *config.lacks != '\0'),
       built_in{data_of(config.arm[0]), data_of(config.arm[1])},
       arm{arm_of(config, 0, built_in[0]), arm_of(config, 1, built_in[1])},

@@ -32,6 +32,7 @@ struct Setup {
   std::uint32_t work_units;
   std::uint8_t arm_count;  // 0: the Config cannot work, and the controller stays faulted with bad_config
   std::uint32_t most_stale_ticks;  // one period more than that is at most 5 ms; at least 1
+  std::uint32_t pulse_ticks;       // of the event line (marks.h)
   bool board_lacks;                // Config::lacks is not empty
   std::array<kinematics::ArmData, kMaxArms> built_in;  // of arms that Config::arms_known does not bring
   std::array<kinematics::Arm<float>, kMaxArms> arm;

@@ -22,7 +22,10 @@ void happen(Parts& parts, Event event, StoppedBy by) noexcept {
   State& state = parts.state;
   const Mode next = next_mode(state.mode, event, all_homed(parts.setup, state));
   if (next == state.mode) return;
-  if (state.mode == Mode::kArmed) state.stopped_by = by;
+  if (state.mode == Mode::kArmed) {
+    state.stopped_by = by;
+    state.pulse_ticks = 0;
+  }
   state.mode = next;
   state.mode_time_s = 0;
 }
@@ -33,6 +36,7 @@ void trip(Parts& parts, Fault reason) noexcept {
   state.faults_seen |= 1U << static_cast<unsigned>(reason);
   if (state.fault == Fault::kNone) {
     state.fault = reason;
+    state.pulse_ticks = 0;
     state.fault_tick = static_cast<std::uint32_t>(state.tick);
     ++state.telemetry.trips;
   }

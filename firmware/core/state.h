@@ -85,6 +85,8 @@ struct State {
   std::uint32_t disarms_seen = 0;    // Commands::disarms() in the tick before
   bool disarm_ordered = false;       // a disarm has been requested since the tick before
 
+  std::uint32_t pulse_ticks = 0;  // for which the event line stays active
+
   std::array<ArmState, kMaxArms> arm;
 
   ForceSource* source;  // of all arms; chosen at arming, and kept until the next arming

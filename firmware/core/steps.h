@@ -10,6 +10,7 @@
 #include "firmware/core/commands.h"
 #include "firmware/core/conditions.h"
 #include "firmware/core/config.h"
+#include "firmware/core/marks.h"
 #include "firmware/core/modes.h"
 #include "firmware/core/motors_heat.h"
 #include "firmware/core/setup.h"
@@ -38,6 +39,7 @@ struct Parts {
   Sources sources;
   Status status;
   Commands commands;
+  Marks marks;
   Observers observers;
   HeatExchange heat;
   State state;
@@ -69,8 +71,10 @@ void brake(Parts& parts) noexcept;
 // Drive: forces to joint torques to motor currents; zero unless the motors are on.
 void drive(Parts& parts, Outputs& outputs) noexcept;
 
-// Publish: telemetry, the observers, then the status for the background. `executed` is what decide() returned.
-void publish(Parts& parts, const Inputs& inputs, Command executed, std::optional<Command> command) noexcept;
+// Publish: telemetry, the observers, then the status for the background. `executed` is what decide() returned; mark: that this tick takes, or
+// null.
+void publish(Parts& parts, const Inputs& inputs, Command executed, std::optional<Command> command,
+             const Mark* mark) noexcept;
 
 // --- used by several steps
 

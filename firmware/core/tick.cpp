@@ -12,10 +12,25 @@ Core::Core(const Config& config, const Params& params) noexcept : parts_(config,
   parts_.status.publish(parts_.state, kBadConfig | kFaultLatched, kNotArmed);
 }
 
+namespace {
+
+// The level of the event line in this tick. What stopped the arm has ended the pulse before; a mark of the same tick still has its edge.
+bool event_line(const Setup& setup, State& state, bool marked) noexcept {
+  if (marked) state.pulse_ticks = setup.pulse_ticks;
+  if (state.pulse_ticks == 0) return false;
+  --state.pulse_ticks;
+  return true;
+}
+
+}  // namespace
+
 Outputs Core::tick(const Inputs& inputs) noexcept {
   Parts& parts = parts_;
   const State& state = parts.state;
   const std::optional<Command> taken = parts.commands.take();
+  const Mark* const mark = parts.marks.mark();
+  if (mark != nullptr && mark->kind == link::MarkKind::kTrial)
+    parts.sources.scene.set_trial(static_cast<std::uint8_t>(mark->value));
 
   sense(parts, inputs);
   // What was ordered before the loop stood still is not wanted any more: its host has given up, and a hand may be anywhere.
@@ -32,9 +47,11 @@ Outputs Core::tick(const Inputs& inputs) noexcept {
   if (state.mode != Mode::kArmed) end_guest(parts);
   Outputs outputs;
   drive(parts, outputs);
-  publish(parts, inputs, executed, command);
+  outputs.event = event_line(parts.setup, parts.state, mark != nullptr);
+  publish(parts, inputs, executed, command, mark);
 
   outputs.mode = state.mode;
+  if (mark != nullptr) parts.marks.done(state.tick);
   if (taken) parts.commands.done();
   return outputs;
 }
@@ -52,8 +69,9 @@ void Core::begin_with(Fault fault) noexcept {
   parts_.status.publish(parts_.state, kNotHomed | kEncoderStale | kNoScene | kFaultLatched, kNotArmed);
 }
 
-void Core::resume(const RecordingStart& start) noexcept {
+void Core::resume(const RecordingStart& start, std::uint8_t trial) noexcept {
   parts_.sources.scene.adopt();
+  parts_.sources.scene.set_trial(trial);
   parts_.state.tick = start.start.tick;
   parts_.state.first_tick = false;
   reset_to(parts_, start);

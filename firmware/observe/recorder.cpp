@@ -7,6 +7,36 @@
 
 namespace thimble::firmware {
 
+void RecordingEntry::add(const link::RecordingCheck& check) noexcept {
+  tick = check.tick;
+  what = check.last ? What::kEnd : What::kCheckedTick;
+  command = check.command;
+  crc = check.crc;
+  mode = check.mode;
+  levels = check.levels;
+}
+
+link::RecordingCheck RecordingEntry::check() const noexcept {
+  link::RecordingCheck check;
+  check.tick = tick;
+  check.last = what == What::kEnd;
+  check.command = command;
+  check.crc = crc;
+  check.mode = mode;
+  check.levels = levels;
+  return check;
+}
+
+link::RecordingMark RecordingEntry::mark() const noexcept {
+  link::RecordingMark mark;
+  mark.tick = tick;
+  mark.what = marked.mark.kind;
+  mark.value = marked.mark.value;
+  mark.before = marked.mark.before;
+  mark.number = marked.number;
+  return mark;
+}
+
 void Recorder::begin(const RecordingStart& start) noexcept {
   start_.recall();
   *start_.blank() = start;
@@ -24,6 +54,7 @@ void Recorder::begin(const RecordingStart& start) noexcept {
   if (end_request_.take()) end_request_.done();  // of the recording before
   ticks_.clear();
   dropped_.clear();
+  marks_.clear();
   end_.set(RecordingEnd::kNotYet);
   phase_.set(RecordingPhase::kRunning);
 }
@@ -31,7 +62,6 @@ void Recorder::begin(const RecordingStart& start) noexcept {
 void Recorder::tick(const Tick& tick) noexcept {
   RecordingEntry entry;
   entry.tick = static_cast<std::uint16_t>(tick.tick);
-  entry.counted = true;
   bool fits = true;
   for (std::size_t i = 0; i < tick.arms; ++i) {
     for (std::size_t j = 0; j < tick.counts[i].size(); ++j) {
@@ -58,10 +88,10 @@ void Recorder::tick(const Tick& tick) noexcept {
   last_.levels = tick.levels;
   if (happened || ++since_check_ == kCheckTicks) {
     since_check_ = 0;
-    entry.checked = true;
-    entry.check = last_;
+    entry.add(last_);
   }
   ticks_.add();
+  if (tick.mark != nullptr) push(*tick.mark, entry.tick);
   push(entry);
   if (tick.faulted) finish(RecordingEnd::kFault);
 }
@@ -69,11 +99,9 @@ void Recorder::tick(const Tick& tick) noexcept {
 // The last check once more, with the bit that says so: whoever has it knows that nothing follows.
 void Recorder::finish(RecordingEnd reason) noexcept {
   RecordingEntry entry;
-  entry.tick = last_.tick;
-  entry.checked = true;
-  entry.check = last_;
-  entry.check.command = link::RecordedCommand::kNone;
-  entry.check.last = true;
+  entry.add(last_);
+  entry.what = RecordingEntry::What::kEnd;
+  entry.command = link::RecordedCommand::kNone;
   push(entry);
   running_ = false;
   end_.set(reason);
@@ -90,12 +118,25 @@ void Recorder::push(const RecordingEntry& entry) noexcept {
   ring_.push();
 }
 
+// One that finds the ring full is missed by its number.
+void Recorder::push(const Mark& mark, std::uint16_t tick) noexcept {
+  if (RecordingEntry* place = ring_.blank(); place != nullptr) {
+    *place = {};
+    place->tick = tick;
+    place->what = RecordingEntry::What::kMark;
+    place->marked = {mark, static_cast<std::uint16_t>(marks_.get())};
+    ring_.push();
+  }
+  marks_.add();
+}
+
 link::RecordingState Recorder::state() const noexcept {
   link::RecordingState state;
   state.phase = phase();
   state.end = end_.get();
   state.ticks = ticks_.get();
   state.dropped = dropped_.get();
+  state.marks = marks_.get();
   return state;
 }
 

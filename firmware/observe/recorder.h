@@ -1,5 +1,5 @@
 // A recording: the inputs of every tick of a run, and a check of what each tick did, on their way from the tick to the background.
-// The core owns the recorder; the controller sends its entries (RecordingCounts, RecordingCheck of messages.def). While nothing is recorded it
+// The core owns the recorder; the controller sends its entries (RecordingCounts, RecordingCheck, RecordingMark of messages.def). While nothing is recorded it
 // costs the tick one branch.
 //
 // A recording begins in a state that its start record describes completely (Core::resume()), so the counts, levels and commands that
@@ -15,6 +15,7 @@
 #include <span>
 
 #include "control/scene/limits.h"
+#include "firmware/core/marks.h"
 #include "firmware/core/modes.h"
 #include "firmware/exchange/mailbox.h"
 #include "firmware/exchange/request.h"
@@ -28,12 +29,31 @@ namespace thimble::firmware {
 using link::RecordingEnd;
 using link::RecordingPhase;
 
+// Packed: there are many, in the fastest memory of a board.
 struct RecordingEntry {
-  std::array<std::array<std::uint16_t, link::kMaxJoints>, control::kMaxArms> counts{};
+  enum class What : std::uint8_t { kTick, kCheckedTick, kEnd, kMark };  // kEnd is a check without counts
+  struct NumberedMark {
+    Mark mark;
+    std::uint16_t number;
+  };
+
+  union {
+    std::array<std::array<std::uint16_t, link::kMaxJoints>, control::kMaxArms> counts{};
+    NumberedMark marked;  // of kMark
+  };
   std::uint16_t tick = 0;  // low bits
-  bool counted = false;    // with counts: all but the end's
-  bool checked = false;
-  link::RecordingCheck check;
+  What what = What::kTick;
+  // Of a check.
+  link::RecordedCommand command = link::RecordedCommand::kNone;
+  std::uint32_t crc = 0;
+  link::Mode mode = link::Mode::kDisarmed;
+  link::Levels levels;
+
+  [[nodiscard]] bool counted() const noexcept { return what == What::kTick || what == What::kCheckedTick; }
+  [[nodiscard]] bool checked() const noexcept { return what == What::kCheckedTick || what == What::kEnd; }
+  void add(const link::RecordingCheck& check) noexcept;
+  [[nodiscard]] link::RecordingCheck check() const noexcept;
+  [[nodiscard]] link::RecordingMark mark() const noexcept;
 };
 
 struct RecordingStart {
@@ -57,7 +77,8 @@ class Recorder {
     Mode mode = Mode::kDisarmed;
     link::RecordedCommand command = link::RecordedCommand::kNone;  // executed in this tick
     link::Levels levels;
-    bool faulted = false;  // the recording ends with this tick
+    bool faulted = false;        // the recording ends with this tick
+    const Mark* mark = nullptr;  // that it took
   };
 
   explicit Recorder(const Request<Command>& commands) noexcept : commands_(commands) {}
@@ -90,6 +111,7 @@ class Recorder {
 
  private:
   void push(const RecordingEntry& entry) noexcept;
+  void push(const Mark& mark, std::uint16_t tick) noexcept;
   void finish(RecordingEnd reason) noexcept;
 
   const Request<Command>& commands_;
@@ -111,6 +133,7 @@ class Recorder {
   Value<RecordingEnd> end_{RecordingEnd::kNotYet};
   Counter ticks_;
   Counter dropped_;
+  Counter marks_;
 };
 
 }  // namespace thimble::firmware

@@ -8,9 +8,9 @@
 namespace thimble::firmware {
 
 bool RecordingFrames::next_frame(link::CanFrame& frame) noexcept {
-  if (arm_ >= arm_count_ && !entry_.checked) {
+  if (arm_ >= arm_count_ && !entry_.checked()) {
     if (!recorder_.next(entry_)) return false;
-    arm_ = entry_.counted ? std::uint8_t{0} : arm_count_;
+    arm_ = entry_.counted() ? std::uint8_t{0} : arm_count_;
     joint_ = 0;
   }
   ++frames_in_a_row_;
@@ -23,8 +23,8 @@ bool RecordingFrames::next_frame(link::CanFrame& frame) noexcept {
     }
     return true;
   }
-  entry_.checked = false;
-  frame = link::to_frame(entry_.check, node_);
+  frame = entry_.checked() ? link::to_frame(entry_.check(), node_) : link::to_frame(entry_.mark(), node_);
+  entry_ = {};
   return true;
 }
 
@@ -51,7 +51,7 @@ void RecordingFrames::discard() noexcept {
   for (std::uint32_t i = 0; i < Recorder::kEntries && recorder_.next(entry_); ++i) {
   }
   arm_ = control::kMaxArms;
-  entry_.checked = false;
+  entry_ = {};
 }
 
 }  // namespace thimble::firmware

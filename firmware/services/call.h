@@ -9,6 +9,7 @@
 #include <span>
 
 #include "firmware/link/byte_writer.h"
+#include "firmware/link/messages.h"
 #include "firmware/link/services.h"
 
 namespace thimble::firmware {
@@ -32,6 +33,7 @@ struct Host {
   std::uint32_t halts = 0;                        // Commands::halts() when its request came
   std::array<char, 192> refusal{};                // kDidRefusal: why its last request was refused, or empty
   std::array<char, link::kHostNameBytes> name{};  // kDidHostName; 0 behind its end
+  link::Marked marked;                            // its last mark
 
   // Longer texts are cut.
   void refuse(const char* reason) noexcept;

@@ -18,6 +18,9 @@ namespace thimble::firmware {
 [[nodiscard]] Nrc remove_key(Services& services, Call& call) noexcept;
 // identification.cpp
 [[nodiscard]] Nrc read_data(Services& services, Call& call) noexcept;
+// jobs.cpp: of a parameter for which marks() is true. False: no tick has taken the last mark yet.
+[[nodiscard]] bool post_mark(Core& core, const Params& params, const ParamRow& row,
+                             std::uint32_t bits) noexcept;
 // parameters.cpp
 [[nodiscard]] Nrc read_parameter(const Services& services, std::uint16_t id,
                                  link::ByteWriter& answer) noexcept;

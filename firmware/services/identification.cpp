@@ -186,6 +186,10 @@ constexpr std::array<DataRow, 16> kData = {{
     out.put_text(host.refusal.data());
     return Nrc::kOk;
   }
+  if (id == link::Marked::kId) {
+    out.put_record(host.marked);
+    return Nrc::kOk;
+  }
   if (id == link::kDidHostName) {
     put_name(host, out);
     return Nrc::kOk;

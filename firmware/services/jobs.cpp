@@ -86,6 +86,37 @@ Nrc EndRecordingJob::poll(Call& /*call*/) noexcept {
   return waits ? Nrc::kResponsePending : Nrc::kOk;
 }
 
+namespace {
+
+link::MarkKind mark_kind(const ParamRow& row) noexcept {
+  return row.id == row_of(Param::trial).id ? link::MarkKind::kTrial : link::MarkKind::kEvent;
+}
+
+}  // namespace
+
+bool post_mark(Core& core, const Params& params, const ParamRow& row, std::uint32_t bits) noexcept {
+  std::uint32_t before = 0;
+  static_cast<void>(params.read(row.id, before));
+  return core.marks().post(
+      {mark_kind(row), static_cast<std::uint16_t>(bits), static_cast<std::uint16_t>(before)});
+}
+
+Nrc MarkJob::begin(Call& call, Params& params, const ParamRow& row, std::uint32_t bits) noexcept {
+  call.host.refuse("");
+  if (!post_mark(core_, params, row, bits)) return busy(call.host, Busy::kCommandPending);
+  static_cast<void>(params.write(row.id, bits, true));  // one that may be written at any time
+  call.host.marked.what = mark_kind(row);
+  call.host.marked.value = static_cast<std::uint16_t>(bits);
+  return Nrc::kResponsePending;
+}
+
+Nrc MarkJob::poll(Call& call) noexcept {
+  if (core_.marks().pending()) return Nrc::kResponsePending;
+  ++call.host.marked.count;
+  call.host.marked.tick = core_.marks().tick();
+  return Nrc::kOk;
+}
+
 Nrc SwitchSceneJob::poll(Call& /*call*/) noexcept {
   return core_.sources().scene.pending() ? Nrc::kResponsePending : Nrc::kOk;
 }

@@ -70,6 +70,19 @@ class EndRecordingJob {
   Core& core_;
 };
 
+// A tick takes the mark of a host (firmware/core/marks.h).
+class MarkJob {
+ public:
+  explicit MarkJob(Core& core) noexcept : core_(core) {}
+
+  // Posts it and writes the parameter.
+  [[nodiscard]] Nrc begin(Call& call, Params& params, const ParamRow& row, std::uint32_t bits) noexcept;
+  [[nodiscard]] Nrc poll(Call& call) noexcept;
+
+ private:
+  Core& core_;
+};
+
 // The tick takes the scene that was posted.
 class SwitchSceneJob {
  public:

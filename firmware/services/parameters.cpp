@@ -29,6 +29,8 @@ constexpr std::size_t kParamBytes = 4;
       return Nrc::kRequestOutOfRange;
     case ParamStatus::kNotWhileArmed:
       return refuse(host, kWrongMode, "");
+    case ParamStatus::kBusy:
+      return busy(host, Busy::kCommandPending);
   }
   return Nrc::kGeneralReject;
 }
@@ -37,7 +39,7 @@ constexpr std::size_t kParamBytes = 4;
 [[nodiscard]] bool is_command(const Params& params, const ParamRow& row, std::uint32_t bits) noexcept {
   const bool lowers =
       row.id == row_of(Param::max_force).id && std::bit_cast<float>(bits) <= params.get(Param::max_force);
-  return row.recorded == Recording::kRecorded && !lowers;
+  return has_effect_on_forces(row) && !lowers;
 }
 
 // Printable ASCII only, so that whoever shows it need not look.
@@ -64,7 +66,8 @@ Nrc read_parameter(const Services& services, std::uint16_t id, link::ByteWriter&
   return Nrc::kOk;
 }
 
-// 2E did(2) value. The tick may read a parameter at any time, so a recording that contains it ends first.
+// 2E did(2) value. The tick may read a parameter at any time, so a recording that contains it ends first; but for a mark, which the host
+// then reads with the tick that took it (Marked). An experiment has thousands of marks: they are no audit entries.
 Nrc write_data(Services& services, Call& call) noexcept {
   if (call.request.size() < 4) return Nrc::kIncorrectLength;
   const std::uint16_t id = u16_at(call.request, 1);
@@ -92,6 +95,12 @@ Nrc write_data(Services& services, Call& call) noexcept {
   if (stops_too_late(parts, id, bits)) {
     call.host.refuse(kLacksShortStop);
     return Nrc::kConditionsNotCorrect;
+  }
+  if (marks(*row)) {
+    return services.jobs.run(call, services.mark, [&]() noexcept {
+      const Nrc allowed = refuse_param(call.host, parts.params.check(id, bits, true));
+      return allowed != Nrc::kOk ? allowed : services.mark.begin(call, parts.params, *row, bits);
+    });
   }
   if (row->recorded == Recording::kRecorded) {
     const Nrc ended = services.jobs.run(call, services.end_recording, [&]() noexcept {

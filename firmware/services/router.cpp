@@ -20,7 +20,7 @@ std::span<const std::uint8_t> single_frame(const CanFrame& frame) noexcept {
 }  // namespace
 
 // The figure of docs/link.md, "Memory": of the bare-metal boards, whose pointers have 4 bytes.
-static_assert(sizeof(void*) != 4 || sizeof(Router) == 38'688);
+static_assert(sizeof(void*) != 4 || sizeof(Router) == 38'752);
 
 Router::Router(RequestHandler& handler, std::uint8_t node, const link::IsoTpConfig& config) noexcept
     : handler_(handler), node_(node), config_(config) {}

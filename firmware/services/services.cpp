@@ -145,6 +145,7 @@ Services::Services(const ServiceParts& controller) noexcept
     : parts(controller),
       command(controller.core, controller.config.lacks),
       end_recording(controller.core),
+      mark(controller.core),
       switch_scene(controller.core),
       download(controller.config.block_bytes),
       authenticator(controller.keys, controller.config.node_id) {}

@@ -77,6 +77,7 @@ class Services final : public RequestHandler {
   Jobs jobs;
   CommandJob command;
   EndRecordingJob end_recording;
+  MarkJob mark;
   SwitchSceneJob switch_scene;
   Download download;
   Lease lease;

@@ -32,7 +32,6 @@ void SceneSource::forces(const SourceTick& tick, SourceForces& out) noexcept {
   const std::size_t count = tick.arms.size();
   for (std::size_t i = 0; i < count; ++i)
     tips[i] = {tick.arms[i].posture.tip_m, tick.arms[i].tip_velocity_m_s};
-  renderer_.set_trial(static_cast<std::uint8_t>(tick.params.get_unsigned(Param::trial)));
   renderer_.tick(std::span(tips).first(count), tick.setup.period_s, out.arms);
 }
 

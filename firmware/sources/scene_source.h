@@ -45,6 +45,9 @@ class SceneSource final : public ForceSource {
     renderer_.bind(view_);
   }  // every contact, moving object and tissue as at the scene's start
 
+  // Which force fields act, from this tick on.
+  void set_trial(std::uint8_t trial) noexcept { renderer_.set_trial(trial); }
+
   [[nodiscard]] std::uint32_t sequence() const noexcept { return sequence_; }  // 0: there is no scene
   [[nodiscard]] const control::Renderer& renderer() const noexcept { return renderer_; }
 

@@ -121,13 +121,13 @@ TEST(Contexts, ARecordingIsReadWhileItGrows) {
     (void)core.commands().request(Command::kRecord);
     for (int i = 0; i < 200 && core.observers().recorder.next(entry); ++i) {
       const bool follows = static_cast<std::uint16_t>(entry.tick - last_tick) < 0x8000;
-      const bool fits = !entry.counted || (entry.counts[0][0] == entry.tick &&
-                                           entry.counts[0][2] == static_cast<std::uint16_t>(entry.tick + 2));
-      const bool checks = !entry.checked || entry.check.tick == entry.tick;
-      if (!follows || !fits || !checks) ++torn;
+      const bool fits =
+          !entry.counted() || (entry.counts[0][0] == entry.tick &&
+                               entry.counts[0][2] == static_cast<std::uint16_t>(entry.tick + 2));
+      if (!follows || !fits) ++torn;
       last_tick = entry.tick;
       ++entries;
-      if (!entry.counted) ++ends;
+      if (!entry.counted()) ++ends;
     }
     if (entries % 7 == 0) core.observers().recorder.request_end(firmware::RecordingEnd::kStopped);
     ++reads;

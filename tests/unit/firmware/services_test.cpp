@@ -313,7 +313,8 @@ TEST(Services, ARecordingEndsBeforeARecordedParameterIsWritten) {
         << row.name;
     ended += recorded ? 1 : 0;
   }
-  EXPECT_EQ(ended, static_cast<int>(firmware::kParamCount) - 3) << "all but those of telemetry";
+  EXPECT_EQ(ended, static_cast<int>(firmware::kParamCount) - 5)
+      << "all but those of telemetry, event and trial";
 }
 
 // Every reason for "busy, repeat", each with its text, and each passing.

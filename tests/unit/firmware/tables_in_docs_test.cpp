@@ -53,7 +53,10 @@ std::string parameters_page() {
           "Parameters that may change \"at rest\" are refused while the motors are on. A recording ends "
           "before a "
           "parameter with \"yes\" in the\n"
-          "column \"recorded\" is written, because it has an effect on the forces.\n\n"
+          "column \"recorded\" is written, because it has an effect on the forces. One with \"marks\" is "
+          "taken "
+          "by one tick, which the host is told\nand a recording keeps "
+          "([recording.md](recording.md#events-and-trials)).\n\n"
           "| id | name | unit | default | minimum | maximum | may change | saved | recorded | meaning "
           "|\n|---|---|---|---|---|---|---|---|---|---|\n";
   for (const firmware::ParamRow& row : firmware::kParamTable) {
@@ -63,7 +66,10 @@ std::string parameters_page() {
          << number(row.min) << " | " << number(row.max) << " | "
          << (row.access == firmware::Access::kAlways ? "always" : "at rest") << " | "
          << (row.persistent == firmware::Persistence::kPersistent ? "yes" : "no") << " | "
-         << (row.recorded == firmware::Recording::kRecorded ? "yes" : "no") << " | " << row.text << " |\n";
+         << (marks(row)                                       ? "marks"
+             : row.recorded == firmware::Recording::kRecorded ? "yes"
+                                                              : "no")
+         << " | " << row.text << " |\n";
   }
   return page.str();
 }

@@ -4,32 +4,10 @@
 #include <bit>
 
 #include "tests/unit/firmware/bench.h"
-#include "thimble_scene_schema/scene_generated.h"
+#include "tests/unit/firmware/trials_scene.h"
 
 namespace thimble::test {
 namespace {
-
-// A constant force for each of three trials, and one that always acts.
-std::vector<std::byte> trials_image() {
-  flatbuffers::FlatBufferBuilder builder;
-  const scene::Vec3 none(0, 0, 0), everywhere(10, 10, 10);
-  const scene::Pose pose(none, scene::Quat(1, 0, 0, 0));
-  const scene::Material material(1, 0, 0, 0, scene::FrictionMode::StickSlip);
-  std::vector<flatbuffers::Offset<scene::Object>> all;
-  for (const auto& [force_N, trial] : {std::pair(scene::Vec3(0, 0, 1), 0U),
-                                       {scene::Vec3(2, 0, 0), 1U},
-                                       {scene::Vec3(0, -2, 0), 2U},
-                                       {scene::Vec3(0, 0, 5), 3U}}) {
-    const scene::ForceField field(force_N, none, none, none, everywhere, 0, 0, 0, trial);
-    const auto shape = builder.CreateStruct(field).Union();
-    all.push_back(scene::CreateObject(builder, builder.CreateString("field"), scene::Shape::ForceField, shape,
-                                      &pose, &material));
-  }
-  const auto objects = builder.CreateVector(all);
-  scene::FinishSceneBuffer(builder, scene::CreateScene(builder, builder.CreateString("trials"), objects));
-  const auto bytes = std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
-  return {bytes.begin(), bytes.end()};
-}
 
 void set_param(Bench& bench, const char* name, std::uint32_t bits) {
   ASSERT_EQ(bench.controller->write_param(firmware::find_param(name)->id, bits), firmware::ParamStatus::kOk)

@@ -146,6 +146,37 @@ TEST(Messages, BitsFollowEachOtherFromTheLowestOfTheByte) {
   EXPECT_EQ(read.levels, check.levels);
 }
 
+TEST(Messages, RecordingMarkOnTheWire) {
+  RecordingMark mark;
+  mark.tick = 5;
+  mark.what = MarkKind::kTrial;
+  mark.value = 0x1234;
+  mark.before = 0x5678;
+  mark.number = 0x9ABC;
+  const CanFrame frame = to_frame(mark, 1);
+  EXPECT_EQ(frame.id, 0x681U);
+  EXPECT_EQ(frame.data[0] | frame.data[1] << 8U, 5U | 5U << 3U | 1U << 14U);
+  EXPECT_EQ(frame.data[2] | frame.data[3] << 8U, 0x1234U);
+  EXPECT_EQ(frame.data[4] | frame.data[5] << 8U, 0x5678U);
+  EXPECT_EQ(frame.data[6] | frame.data[7] << 8U, 0x9ABCU);
+}
+
+// That of firmware which does not tell the marks.
+TEST(Messages, AShorterRecordingStateHasNoMarks) {
+  RecordingState state;
+  state.ticks = 7;
+  state.marks = 3;
+  std::array<std::uint8_t, wire_size<RecordingState>()> bytes{};
+  ASSERT_EQ(encode(state, bytes), bytes.size());
+  RecordingState read;
+  EXPECT_FALSE(decode(std::span(bytes).first(9), read));
+  ASSERT_TRUE(decode(std::span(bytes).first(10), read));
+  EXPECT_EQ(read.ticks, 7U);
+  EXPECT_EQ(read.marks, 0U);
+  ASSERT_TRUE(decode(bytes, read));
+  EXPECT_EQ(read.marks, 3U);
+}
+
 TEST(Messages, NeedleStateOnTheWire) {
   NeedleState needle;
   needle.object = 5;
@@ -265,7 +296,7 @@ TEST(MessagesProperty, EveryMessageComesBack) {
     using Message = decltype(message);
     messages.push_back({Message::kName, comes_back<Message>});
   });
-  EXPECT_EQ(messages.size(), 48U);
+  EXPECT_EQ(messages.size(), 50U);
   for (const Row& message : messages) {
     EXPECT_TRUE(rc::check(message.name, [&] {
       RC_ASSERT(message.comes_back([] { return *rc::gen::arbitrary<std::uint32_t>(); }));
