@@ -130,6 +130,7 @@ void define_record(CLI::App& app, Choices& c) {
            [&c] { replay(c.common, c.replay); });
   replay_verb->add_option("recording", c.replay.file, "recording of `thimble record`")->required();
   replay_verb->add_option("--log", c.replay.log, "log to write: CSV, one row per tick and arm");
+  replay_verb->add_option("--events", c.replay.events, "table of its events and trials to write, CSV");
 
   CLI::App* plot_verb =
       verb(app, c, "plot", "plot the force of a recording or a log", [&c] { plot(c.common, c.plot); });

@@ -16,6 +16,7 @@
 #include "host-tools/cli/verbs.h"
 #include "host-tools/client/discovery.h"
 #include "host-tools/files/output_file.h"
+#include "host-tools/lab/event_table.h"
 #include "host-tools/lab/plot.h"
 #include "host-tools/lab/record_run.h"
 #include "host-tools/lab/recording_json.h"
@@ -39,6 +40,13 @@ std::string in_words(const ReplayVerdict& verdict) {
     text += fmt::format("; tick {} or its check is missing, {} ticks behind it are not replayed",
                         *verdict.gap_at, verdict.not_replayed);
   return text;
+}
+
+std::string marks_in_words(const Recording& recording) {
+  const auto trials = std::ranges::count(recording.marks, link::MarkKind::kTrial, &RecordedMark::what);
+  if (recording.marks.empty()) return "";
+  return fmt::format("; {} events, {} switches of the trial", std::ranges::ssize(recording.marks) - trials,
+                     trials);
 }
 
 std::string end_in_words(const Recording& recording) {
@@ -135,15 +143,17 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
     json["file"] = choice.output.string();
     json.update(about_json(recording));
     json["ticks"] = report.ticks;
+    json["marks"] = recording.marks.size();
+    json["marks_missing"] = report.end.marks_missing;
     json["telemetry_every_ticks"] = report.telemetry_ticks;
     json["recording_frames_per_s"] = report.frames_per_s;
     json["replay"] = verdict_json(verdict);
     print(json);
   } else {
     say("{}: {} ticks at {} Hz, {} missing; other telemetry every {} ticks; "
-        "ended: {}\n",
+        "ended: {}{}\n",
         choice.output.string(), report.ticks, report.counts_Hz, report.end.missing, report.telemetry_ticks,
-        end_in_words(recording));
+        end_in_words(recording), marks_in_words(recording));
     say("{}\n", in_words(verdict));
   }
   if (report.end.missing != 0) {
@@ -153,11 +163,15 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
         "replay is exact up to tick {}\n",
         report.end.missing, report.end.dropped, report.frames_per_s, verdict.exact_to);
   }
+  if (report.end.marks_missing != 0)
+    say(stderr, "warning: {} events or switches of the trial are missing: their frames were lost\n",
+        report.end.marks_missing);
   if (verdict.differs_at) differs(choice.output, verdict);
 }
 
 void replay(const Common& common, const ReplayChoice& choice) {
   keep_apart(choice.file, choice.log);
+  keep_apart(choice.file, choice.events);
   const Recording recording = read_recording(choice.file);
   ReplayVerdict verdict;
   if (choice.log.empty()) {
@@ -170,6 +184,11 @@ void replay(const Common& common, const ReplayChoice& choice) {
         recording, common.json, [&](const board::LogRow& row) { write_log_row(log.stream(), row, columns); });
     log.commit();
   }
+  if (!choice.events.empty()) {
+    OutputFile events(choice.events);
+    write_events_csv(events.stream(), recording);
+    events.commit();
+  }
   if (verdict.differs_at) differs(choice.file, verdict);
   if (!recording.end)
     say(stderr, "warning: {} was cut off: it has no end, and {} bytes of a message that is not whole\n",
@@ -179,13 +198,15 @@ void replay(const Common& common, const ReplayChoice& choice) {
     json["file"] = choice.file.string();
     json.update(about_json(recording));
     json.update(verdict_json(verdict));
+    json["events"] = events_json(recording);
     print(json);
     return;
   }
-  say("{}: scene '{}', {} {} on board {}, {:.0f} Hz; ended: {}\n", choice.file.string(),
+  say("{}: scene '{}', {} {} on board {}, {:.0f} Hz; ended: {}{}\n", choice.file.string(),
       recording.header.scene_name, fmt::format("{}", fmt::join(recording.header.models, ",")),
       recording.header.firmware, recording.header.board,
-      1.0 / static_cast<double>(recording.header.start.period_s), end_in_words(recording));
+      1.0 / static_cast<double>(recording.header.start.period_s), end_in_words(recording),
+      marks_in_words(recording));
   say("{}\n", in_words(verdict));
 }
 

@@ -198,7 +198,8 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
 
 struct ReplayChoice {
   std::filesystem::path file;
-  std::filesystem::path log;  // empty: none
+  std::filesystem::path log;     // empty: none
+  std::filesystem::path events;  // the same
 };
 void replay(const Common& common, const ReplayChoice& choice);
 

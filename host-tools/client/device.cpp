@@ -129,15 +129,29 @@ double Device::read_param(const firmware::ParamRow& row) {
 }
 
 void Device::write_param(const firmware::ParamRow& row, double value) {
-  const std::string what = std::string("setting ") + row.name;
-  services_.enter(Session::kExtended);
   const std::uint32_t bits = row.type == firmware::ParamType::kFloat
                                  ? std::bit_cast<std::uint32_t>(static_cast<float>(value))
                                  : static_cast<std::uint32_t>(value);
-  Bytes request = {byte_of(Service::kWriteData)};
-  put_u16(request, row.id);
-  for (std::size_t i = 0; i < 4; ++i) request.push_back(static_cast<std::uint8_t>(bits >> (8U * i)));
-  services_.demand(request, what);
+  if (marks(row) && bits <= 0xFFFFU) {
+    (void)mark(row, static_cast<std::uint16_t>(bits));
+    return;
+  }
+  services_.enter(Session::kExtended);
+  services_.demand(write_request(row.id, bits), std::string("setting ") + row.name);
+}
+
+// Requests are answered in their order, so what Marked tells after a write whose answer was lost has seen that write, or it was lost too.
+link::Marked Device::mark(const firmware::ParamRow& row, std::uint16_t value) {
+  const std::string what = std::string("setting ") + row.name;
+  services_.enter(Session::kExtended);
+  const auto marked = [&] { return services_.record<link::Marked>("reading the tick of a mark"); };
+  const std::uint32_t before = marked().count;
+  while (true) {
+    const std::optional<ServiceClient::Answer> answer = services_.request_once(write_request(row.id, value));
+    if (answer && answer->code != Nrc::kOk) services_.refused(what, answer->code);
+    const link::Marked now = marked();  // Error kLinkLost where nothing is answered any more
+    if (answer || now.count == before + 1) return now;
+  }
 }
 
 void Device::save_params() {

@@ -60,6 +60,9 @@ class Device {
 
   [[nodiscard]] double read_param(const firmware::ParamRow& row);
   void write_param(const firmware::ParamRow& row, double value);
+  // Writes `event` or `trial` (firmware/core/marks.h), and tells the tick that has taken it. A frame that is lost on the way marks no second
+  // tick. write_param() of one of them is the same.
+  link::Marked mark(const firmware::ParamRow& row, std::uint16_t value);
   void save_params();  // stores the present values; they survive power-off
 
   [[nodiscard]] std::vector<std::uint8_t> faults();  // numbers of the faults since the last clear

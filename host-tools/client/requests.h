@@ -39,6 +39,14 @@ inline constexpr std::uint8_t kStart = 0x01, kStop = 0x02, kResults = 0x03;  // 
   return request;
 }
 
+[[nodiscard]] inline Bytes write_request(std::uint16_t did, std::uint32_t bits) {
+  Bytes request = {byte_of(firmware::link::Service::kWriteData)};
+  put_u16(request, did);
+  for (unsigned shift = 0; shift < 32; shift += 8)
+    request.push_back(static_cast<std::uint8_t>(bits >> shift));
+  return request;
+}
+
 // Service 29.
 [[nodiscard]] inline Bytes authentication_request(firmware::link::Authentication kind) {
   return {byte_of(firmware::link::Service::kAuthentication), static_cast<std::uint8_t>(kind)};

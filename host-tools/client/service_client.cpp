@@ -250,17 +250,18 @@ std::optional<ServiceClient::Answer> ServiceClient::await_answer(const Bytes& re
   return std::nullopt;
 }
 
-ServiceClient::Answer ServiceClient::request(const Bytes& request) {
+template <class Ask>
+std::optional<ServiceClient::Answer> ServiceClient::insist(const Ask& ask) {
   const Micros asked_us = now_us();
-  Answer answer = ask(request);
+  std::optional<Answer> answer = ask();
   // More than once: the place that has proven it may have been lost.
-  for (unsigned i = 0; i < options_.tries && answer.code == Nrc::kAuthenticationRequired; ++i) {
+  for (unsigned i = 0; i < options_.tries && answer && answer->code == Nrc::kAuthenticationRequired; ++i) {
     authenticate();
-    answer = ask(request);
+    answer = ask();
   }
-  while (now_us() < asked_us + passes_within(answer) && !(options_.hurry && options_.hurry())) {
+  while (answer && now_us() < asked_us + passes_within(*answer) && !(options_.hurry && options_.hurry())) {
     wait_until(now_us() + kBusyPause_us);
-    answer = ask(request);
+    answer = ask();
   }
   return answer;
 }
@@ -273,6 +274,14 @@ Micros ServiceClient::passes_within(const Answer& answer) {
   const std::string reason = text(link::kDidRefusal);  // empty: the device has restarted since the answer
   if (busy) return reason.empty() || reason == "restarting" ? kRestart_us : kBusy_us;
   return reason == "other_hosts_arm" ? kOtherArm_us : 0;
+}
+
+ServiceClient::Answer ServiceClient::request(const Bytes& request) {
+  return *insist([&] { return std::optional(ask(request)); });
+}
+
+std::optional<ServiceClient::Answer> ServiceClient::request_once(const Bytes& request) {
+  return insist([&] { return try_request(request, 1, options_.answer_us); });
 }
 
 ServiceClient::Answer ServiceClient::ask(const Bytes& request) {

@@ -73,6 +73,8 @@ class ServiceClient {
   // The same with the tries of the options; repeats while the device answers "busy", at most kBusy_us, and once it has proven that it has
   // the key where that is needed. Error kLinkLost without an answer.
   [[nodiscard]] Answer request(const Bytes& request);
+  // The same for what must not be done twice. Where its answer does not come, it is not repeated, because it may have been done: nothing.
+  [[nodiscard]] std::optional<Answer> request_once(const Bytes& request);
   // The positive answer. `what` begins the message of the error: "<what> was refused: <reason>".
   Bytes demand(const Bytes& request, const std::string& what);
   // The same for a request and an answer of one frame each in the default session, as disarming: it does not wait for a place.
@@ -126,6 +128,9 @@ class ServiceClient {
   bool claim_until(link::Micros deadline_us);
   // try_request() with the tries of the options. Error kLinkLost without an answer.
   [[nodiscard]] Answer ask(const Bytes& request);
+  // Repeats `answer`, which ask() gave, as request() says.
+  template <class Ask>
+  [[nodiscard]] std::optional<Answer> insist(const Ask& ask);
   [[nodiscard]] link::Micros passes_within(const Answer& answer);
   // Service 29.
   void authenticate();

@@ -80,7 +80,8 @@ void DeviceRecording::start(std::ostream& out) {
   write_header(out, header_);
 }
 
-// Writing a parameter would have ended the recording, so these values hold for all of it.
+// Writing a parameter would have ended the recording, so these values hold for all of it; but for those whose writes are marks
+// (Recording::first_trial()).
 void DeviceRecording::read_parameters() {
   for (const firmware::ParamRow& row : firmware::kParamTable)
     header_.parameters.emplace_back(row.id, device_.param_bits(row));
@@ -116,6 +117,7 @@ RecordingEnd DeviceRecording::finish(std::ostream& out) {
     end.reason = link::name(state.end);
     end.ticks = state.ticks;
     end.dropped = state.dropped;
+    end.marks_missing = state.marks - recorder_.marks();
     if (state.end == link::RecordingEnd::kFault) end.fault = device_.state().fault;
   }
   close(out, end);

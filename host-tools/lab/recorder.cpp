@@ -19,10 +19,13 @@ void Recorder::take(const link::CanFrame& frame, std::uint32_t time_us) {
   }
   link::RecordingCounts counts;
   link::RecordingCheck check;
+  link::RecordingMark mark;
   if (link::from_frame(frame, node_, counts)) {
     if (!ended_) take_counts(counts);  // after the end come those of another recording
   } else if (link::from_frame(frame, node_, check)) {
     if (!ended_) take_check(check);
+  } else if (link::from_frame(frame, node_, mark)) {
+    if (!ended_) take_mark(mark);
   } else if (!frame.extended && frame.size <= link::kClassicDataBytes) {
     frames_.push_back({time_us, frame});
   }
@@ -68,13 +71,24 @@ void Recorder::take_check(const link::RecordingCheck& check) {
   if (check.last) ended_ = true;
 }
 
+// A mark comes before the counts of its tick, so its tick is the one that should come next, or one that will be missing. Marks may be much
+// farther from each other than the bits of a tick tell.
+void Recorder::take_mark(const link::RecordingMark& mark) {
+  const std::uint32_t ahead = (mark.tick - static_cast<std::uint32_t>(next_)) & kTickMask;
+  if (ahead >= kBehind) return;
+  marks_.push_back({next_ + ahead, mark.what, mark.value, mark.before});
+  ++marks_taken_;
+}
+
 void Recorder::write(std::ostream& out) {
   if (!begun_) return;
   for (const RecordedTicks& ticks : counts_) write_ticks(out, ticks);
   if (!checks_.empty()) write_checks(out, checks_);
+  if (!marks_.empty()) write_marks(out, marks_);
   if (!frames_.empty()) write_frames(out, frames_);
   counts_.clear();
   checks_.clear();
+  marks_.clear();
   frames_.clear();
 }
 

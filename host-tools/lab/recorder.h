@@ -20,6 +20,7 @@ class Recorder {
 
   void take(const link::CanFrame& frame, std::uint32_t time_us);
   void begin(const link::RecordingStart& start);
+  [[nodiscard]] std::uint32_t marks() const { return marks_taken_; }
   // Writes what came since, once the start is known.
   void write(std::ostream& out);
 
@@ -33,6 +34,7 @@ class Recorder {
  private:
   void take_counts(const link::RecordingCounts& counts);
   void take_check(const link::RecordingCheck& check);
+  void take_mark(const link::RecordingMark& mark);
 
   std::uint8_t node_;
   std::size_t arms_;
@@ -48,6 +50,8 @@ class Recorder {
   std::vector<RecordedTicks> counts_;
   std::vector<RecordedCheck> checks_;
   std::vector<RecordedFrame> frames_;
+  std::vector<RecordedMark> marks_;
+  std::uint32_t marks_taken_ = 0;
 };
 
 }  // namespace thimble::host

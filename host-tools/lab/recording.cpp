@@ -117,6 +117,8 @@ class Reader {
         return take(*message->body_as_Frames());
       case recording::Body::End:
         return take(*message->body_as_End());
+      case recording::Body::Marks:
+        return take(*message->body_as_Marks());
       case recording::Body::NONE:
         return;
     }
@@ -162,7 +164,7 @@ class Reader {
       for (const recording::Parameter* parameter : *from.parameters())
         header.parameters.emplace_back(parameter->id(), parameter->bits());
     next_ = std::uint64_t{header.start.tick} + 1;
-    last_check_ = header.start.tick;
+    last_check_ = last_mark_ = header.start.tick;
   }
 
   // The whole number of a tick of which the low 32 bits are known, at or after another one.
@@ -195,6 +197,16 @@ class Reader {
     }
   }
 
+  void take(const recording::Marks& from) {
+    if (from.marks() == nullptr) return;
+    for (const recording::Mark* mark : *from.marks()) {
+      last_mark_ = unwrapped(mark->tick(), last_mark_);
+      const auto what = static_cast<link::MarkKind>(mark->what());
+      if (!link::has_name(what)) broken("a mark of a kind that does not exist");
+      recording_.marks.push_back({last_mark_, what, mark->value(), mark->before()});
+    }
+  }
+
   void take(const recording::Frames& from) {
     if (from.frames() == nullptr) return;
     for (const recording::Frame* frame : *from.frames()) {
@@ -211,7 +223,8 @@ class Reader {
   }
 
   void take(const recording::End& from) {
-    recording_.end = {text(from.reason()), from.fault(), from.ticks(), from.dropped(), from.missing()};
+    recording_.end = {text(from.reason()), from.fault(),   from.ticks(),
+                      from.dropped(),      from.missing(), from.marks_missing()};
   }
 
   std::span<const std::byte> bytes_;
@@ -221,6 +234,7 @@ class Reader {
   Recording recording_;
   std::uint64_t next_ = 0;
   std::uint64_t last_check_ = 0;
+  std::uint64_t last_mark_ = 0;
 };
 
 }  // namespace
@@ -229,6 +243,15 @@ std::uint64_t Recording::tick_count() const {
   std::uint64_t count = 0;
   for (const RecordedTicks& run : ticks) count += run.counts.size() / (kRecordedCounts * header.start.arms);
   return count;
+}
+
+// The host read it at some time after the start; what was written until then tells what it was before.
+std::uint8_t Recording::first_trial() const {
+  for (const RecordedMark& mark : marks)
+    if (mark.what == link::MarkKind::kTrial) return static_cast<std::uint8_t>(mark.before);
+  for (const auto& [id, bits] : header.parameters)
+    if (id == row_of(firmware::Param::trial).id) return static_cast<std::uint8_t>(bits);
+  return 0;
 }
 
 void write_header(std::ostream& out, const RecordingHeader& header) {
@@ -269,6 +292,15 @@ void write_checks(std::ostream& out, std::span<const RecordedCheck> checks) {
   write_message(out, builder, recording::CreateChecks(builder, builder.CreateVectorOfStructs(list)));
 }
 
+void write_marks(std::ostream& out, std::span<const RecordedMark> marks) {
+  FlatBufferBuilder builder;
+  std::vector<recording::Mark> list;
+  for (const RecordedMark& mark : marks)
+    list.emplace_back(static_cast<std::uint32_t>(mark.tick), static_cast<std::uint8_t>(mark.what), mark.value,
+                      mark.before);
+  write_message(out, builder, recording::CreateMarks(builder, builder.CreateVectorOfStructs(list)));
+}
+
 void write_frames(std::ostream& out, std::span<const RecordedFrame> frames) {
   FlatBufferBuilder builder;
   std::vector<recording::Frame> list;
@@ -286,7 +318,7 @@ void write_end(std::ostream& out, const RecordingEnd& end) {
   FlatBufferBuilder builder;
   write_message(out, builder,
                 recording::CreateEnd(builder, builder.CreateString(end.reason), end.fault, end.ticks,
-                                     end.dropped, end.missing));
+                                     end.dropped, end.missing, end.marks_missing));
 }
 
 Recording parse_recording(std::span<const std::byte> bytes, const std::string& name) {

@@ -57,6 +57,14 @@ struct RecordedCheck {
   link::Levels levels;
 };
 
+// A write of `event` or `trial`, and the tick that took it.
+struct RecordedMark {
+  std::uint64_t tick = 0;
+  link::MarkKind what = link::MarkKind::kEvent;
+  std::uint16_t value = 0;
+  std::uint16_t before = 0;  // the parameter's value until then
+};
+
 struct RecordedFrame {
   std::uint32_t time_us = 0;
   link::CanFrame frame;
@@ -68,22 +76,27 @@ struct RecordingEnd {
   std::uint32_t ticks = 0;
   std::uint32_t dropped = 0;
   std::uint32_t missing = 0;
+  std::uint32_t marks_missing = 0;  // that are not in the file
 };
 
 struct Recording {
   RecordingHeader header;
   std::vector<RecordedTicks> ticks;  // in order; joined where they follow each other
   std::vector<RecordedCheck> checks;
+  std::vector<RecordedMark> marks;
   std::vector<RecordedFrame> frames;
   std::optional<RecordingEnd> end;  // none: cut off
   std::uint64_t cut_bytes = 0;      // behind the last whole message
   [[nodiscard]] std::uint64_t tick_count() const;
+  // The parameter `trial` as the recording began; 0 for firmware that has none.
+  [[nodiscard]] std::uint8_t first_trial() const;
 };
 
 // Each writes a message.
 void write_header(std::ostream& out, const RecordingHeader& header);
 void write_ticks(std::ostream& out, const RecordedTicks& ticks);
 void write_checks(std::ostream& out, std::span<const RecordedCheck> checks);
+void write_marks(std::ostream& out, std::span<const RecordedMark> marks);
 void write_frames(std::ostream& out, std::span<const RecordedFrame> frames);
 void write_end(std::ostream& out, const RecordingEnd& end);
 

@@ -16,8 +16,8 @@ constexpr std::uint64_t kCheckTicks = 16;  // no two checks are farther from eac
 std::unique_ptr<board::Replay> open_replay(const Recording& recording) {
   const RecordingHeader& header = recording.header;
   try {
-    return std::make_unique<board::Replay>(
-        board::RecordedRun{header.start, header.arms, header.models, header.parameters, header.scene});
+    return std::make_unique<board::Replay>(board::RecordedRun{
+        header.start, header.arms, header.models, header.parameters, header.scene, recording.first_trial()});
   } catch (const std::invalid_argument& error) {
     throw Error(ExitCode::kBadInput, "cannot-replay",
                 std::string("the recording cannot be replayed: ") + error.what(),
@@ -39,6 +39,7 @@ ReplayVerdict replay_recording(const Recording& recording,
   std::uint64_t last_check = recording.header.start.tick;
   link::Levels levels = recording.header.start.levels;
   auto check = recording.checks.begin();
+  auto mark = recording.marks.begin();
   const auto missing = [&](std::uint64_t tick) {
     if (!verdict.gap_at) verdict.gap_at = tick;
   };
@@ -58,6 +59,8 @@ ReplayVerdict replay_recording(const Recording& recording,
         if (now->command != link::RecordedCommand::kNone) tick.command = now->command;
       }
       tick.levels = levels;
+      for (; mark != recording.marks.end() && mark->tick <= next; ++mark)
+        if (mark->tick == next && mark->what == link::MarkKind::kTrial) tick.trial = mark->value;
       replay->tick(tick);
       ++verdict.ticks;
       bool contact = false;

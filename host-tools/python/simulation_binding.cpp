@@ -150,7 +150,8 @@ class Simulation {
     columns_ = SceneColumns(scene_);
   }
 
-  void set_trial(std::uint8_t trial) { run_->set_trial(trial); }
+  std::uint64_t set_trial(std::uint8_t trial) { return run_->mark(firmware::link::MarkKind::kTrial, trial); }
+  std::uint64_t event(std::uint16_t code) { return run_->mark(firmware::link::MarkKind::kEvent, code); }
 
   [[nodiscard]] std::uint64_t ticks() const { return run_->result().ticks; }
 
@@ -222,6 +223,7 @@ void bind_simulation(py::module_& m) {
       .def("advance", &Simulation::advance)
       .def("load", &Simulation::load)
       .def("set_trial", &Simulation::set_trial)
+      .def("event", &Simulation::event)
       .def_property_readonly("ticks", &Simulation::ticks);
 }
 

@@ -94,6 +94,41 @@ class Record(Rig):
             if row["contacts"] == "1":
                 self.assertAlmostEqual(float(row["proxy_z_m"]), 0, 6)
 
+    def test_events_and_trials(self):
+        """The trial is switched, and events are marked, by other programs while a recording runs: it goes on, has each with its tick, and comes out
+        again."""
+        fields = self.folder / "fields.scene.json"
+        fields.write_text(json.dumps({"thimble_scene": 1, "name": "fields", "objects": [
+            {"name": "up", "shape": {"force_field": {"constant_N": [0, 0, 1], "trial": 1}}},
+            {"name": "curl", "shape": {"force_field": {"curl_N_s_m": [0, 0, 10], "trial": 2}}},
+            {"name": "floor", "shape": {"plane": {"normal": [0, 0, 1]}}, "material": {"stiffness_N_m": 500}}]}))
+        sim, _ = self.touching(scene=fields)
+        file = self.folder / "trials.rec"
+        recorder = self.start("record", file, "--scene", fields, "--home", "--seconds", 6, "--device", sim.tcp, "--json")
+        self.assertIn("recording", recorder.stderr.readline())
+        self.ok("arm", "--device", sim.tcp)
+        written = [("trial", 1), ("event", 65535), ("trial", 2), ("event", 0), ("event", 0), ("trial", 2), ("trial", 0), ("trial", 1)]
+        for name, value in written:
+            self.ok("param", "set", name, value, "--device", sim.tcp)
+        self.ok("disarm", "--device", sim.tcp)
+        out, err = recorder.communicate(timeout=120)
+        self.assertEqual(recorder.returncode, 0, err)
+        said = json.loads(out)
+        self.assertEqual((said["end"], said["missing"], said["marks"], said["marks_missing"]), ("stopped", 0, len(written), 0))
+        table = self.folder / "events.csv"
+        again = self.ok_json("replay", file, "--events", table)
+        self.assertTrue(again["exact"])
+        self.assertEqual([(event["kind"], event["code"]) for event in again["events"]], written)
+        ticks = [event["tick"] for event in again["events"]]
+        self.assertEqual(ticks, sorted(set(ticks)))
+        with table.open(newline="") as rows:
+            rows = list(csv.DictReader(rows))
+        self.assertEqual([(int(row["tick"]), row["kind"], int(row["code"])) for row in rows], [(tick, *mark) for tick, mark in zip(ticks, written)])
+        for row in rows:
+            self.assertAlmostEqual(float(row["time_s"]), (int(row["tick"]) - again["first_tick"] + 1) / 4000, 9)
+        self.assertNotIn("parameter", [entry["event"] for entry in self.ok_json("audit", "--device", sim.tcp)["entries"]])
+        self.fails(2, "same-file", "replay", file, "--events", file)
+
     def test_two_arms(self):
         hand = self.folder / "two.csv"
         hand.write_text("time_s,x_m,y_m,z_m,arm\n" + "".join(

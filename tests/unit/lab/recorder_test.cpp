@@ -34,9 +34,20 @@ link::CanFrame check_frame(std::uint64_t tick, bool last = false) {
   return link::to_frame(check, kNode);
 }
 
+link::CanFrame mark_frame(std::uint64_t tick, std::uint16_t value, std::uint16_t number = 0) {
+  link::RecordingMark mark;
+  mark.tick = static_cast<std::uint16_t>(tick);
+  mark.what = link::MarkKind::kTrial;
+  mark.value = value;
+  mark.before = static_cast<std::uint16_t>(value + 1);
+  mark.number = number;
+  return link::to_frame(mark, kNode);
+}
+
 struct Written {
   std::vector<host::RecordedTicks> ticks;
   std::vector<host::RecordedCheck> checks;
+  std::vector<host::RecordedMark> marks;
   std::size_t frames = 0;
 };
 
@@ -55,7 +66,7 @@ Written written(host::Recorder& recorder, std::uint32_t start_tick, std::uint8_t
   recorder.write(out);
   const std::string bytes = out.str();
   const host::Recording recording = host::parse_recording(std::as_bytes(std::span(bytes)), "file");
-  return {recording.ticks, recording.checks, recording.frames.size()};
+  return {recording.ticks, recording.checks, recording.marks, recording.frames.size()};
 }
 
 link::RecordingStart start_at(std::uint32_t tick) {
@@ -92,6 +103,36 @@ TEST(Recorder, EveryTickOverTheWrapOfItsNumber) {
     ASSERT_EQ(result.ticks[0].counts[3 * i], static_cast<std::uint16_t>(kStart + 1 + i));
   EXPECT_EQ(result.checks.back().tick, kStart + 70'000);
   EXPECT_EQ(result.frames, 2U);
+}
+
+// A mark comes before the counts of its tick; marks are farther from each other than their bits of a tick tell, and frames may be missing.
+TEST(Recorder, EachMarkHasItsTick) {
+  constexpr std::uint64_t kStart = 0xFFFFFF00;  // its 32 bits wrap
+  host::Recorder recorder(kNode, 1);
+  recorder.take(mark_frame(kStart - 3, 99), 0);  // of the recording before
+  recorder.take(mark_frame(kStart + 1, 7), 0);
+  recorder.begin(start_at(static_cast<std::uint32_t>(kStart)));
+  std::vector<std::uint64_t> expected = {kStart + 1};
+  for (std::uint64_t tick = kStart + 1; tick <= kStart + 70'000; ++tick) {
+    if (tick % 9'973 == 0 || tick % 9'973 == 1) {
+      recorder.take(mark_frame(tick, static_cast<std::uint16_t>(tick)), 0);
+      expected.push_back(tick);
+    }
+    const bool lost = tick % 9'973 < 300 && tick % 2 == 0;
+    if (!lost) recorder.take(counts_frame(tick), 0);
+  }
+  recorder.take(check_frame(kStart + 70'000, true), 0);
+  recorder.take(mark_frame(kStart + 70'001, 1), 0);  // behind the end
+  EXPECT_EQ(recorder.marks(), expected.size());
+  const Written result = written(recorder, static_cast<std::uint32_t>(kStart), 1);
+  ASSERT_EQ(result.marks.size(), expected.size());
+  EXPECT_GE(expected.size(), 15U);
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(result.marks[i].tick, expected[i]);
+    EXPECT_EQ(result.marks[i].value, static_cast<std::uint16_t>(i == 0 ? 7 : expected[i]));
+    EXPECT_EQ(result.marks[i].before, static_cast<std::uint16_t>(result.marks[i].value + 1));
+    EXPECT_EQ(result.marks[i].what, link::MarkKind::kTrial);
+  }
 }
 
 TEST(Recorder, AMissingFrameIsAGapOfItsTick) {

@@ -79,7 +79,9 @@ std::string small_recording(std::uint8_t arms = 1) {
   frame.frame.size = 8;
   for (std::size_t i = 0; i < 8; ++i) frame.frame.data[i] = static_cast<std::uint8_t>(0x80 + i);
   host::write_frames(out, std::vector<host::RecordedFrame>{frame});
-  host::write_end(out, {"stopped", 0, 65, 5, 5});
+  host::write_marks(out, std::vector<host::RecordedMark>{{first + 3, link::MarkKind::kEvent, 65535, 0},
+                                                         {first + 30, link::MarkKind::kTrial, 2, 1}});
+  host::write_end(out, {"stopped", 0, 65, 5, 5, 4});
   return out.str();
 }
 
@@ -111,11 +113,17 @@ TEST(RecordingFile, WhatWasWrittenComesBack) {
     EXPECT_TRUE(recording.checks[1].levels.dead_man && recording.checks[1].levels.drive_fault[3]);
     EXPECT_FALSE(recording.checks[1].last || recording.checks[1].levels.drive_fault[0]);
     EXPECT_TRUE(recording.checks[2].last);
+    ASSERT_EQ(recording.marks.size(), 2U);
+    EXPECT_EQ(recording.marks[0].value, 65535U);
+    EXPECT_EQ(recording.marks[1].tick, 0xFFFFFFF1U + 30ULL);
+    EXPECT_EQ(recording.marks[1].what, link::MarkKind::kTrial);
+    EXPECT_EQ(recording.first_trial(), 1U);
     ASSERT_EQ(recording.frames.size(), 1U);
     EXPECT_EQ(recording.frames[0].frame.data[7], 0x87);
     ASSERT_TRUE(recording.end);
     EXPECT_EQ(recording.end->reason, "stopped");
     EXPECT_EQ(recording.end->missing, 5U);
+    EXPECT_EQ(recording.end->marks_missing, 4U);
     EXPECT_EQ(recording.cut_bytes, 0U);
   }
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <set>
 
@@ -207,6 +208,74 @@ TEST(Replay, EveryScenesForcesComeOutAgain) {
          "reported");
   EXPECT_GE(scenes_felt, kUnderSanitizers ? 1U : 5U);
   EXPECT_GE(scenes_moved, kUnderSanitizers ? 0U : 3U);
+}
+
+// A recording with events, and with the trial switched by a host while the arm is armed: it goes on, and comes out again. The host reads the
+// parameters when the trial has been switched already.
+TEST(Replay, TrialsComeOutAgain) {
+  const std::string scene = R"({"thimble_scene": 1, "name": "fields", "objects": [
+    {"name": "up", "shape": {"force_field": {"constant_N": [0, 0, 1.5], "trial": 1}}},
+    {"name": "curl", "shape": {"force_field": {"curl_N_s_m": [0, 0, 12], "trial": 2}}},
+    {"name": "floor", "shape": {"plane": {"normal": [0, 0, 1], "offset_m": -0.01}}, "material": {"stiffness_N_m": 600}}]})";
+  const fs::path file = fs::path(testing::TempDir()) / "trials.scene.json";
+  std::ofstream(file) << scene;
+  const std::vector<std::byte> image = image_of(file);
+  RecordedBoard recorded(board::SimBoardOptions{});
+  firmware::Controller& controller = recorded.board.controller();
+  recorded.board.follow(0, board::HandPath({{0, {0, 0, 0}}, {0.5, {0.02, 0.01, -0.013}}, {1, {0, 0, 0}}}),
+                        true);
+  EXPECT_EQ(controller.load_scene(image), firmware::StoreStatus::kOk);
+  recorded.seconds(0.01);
+  EXPECT_EQ(controller.request(Command::kHome), 0U);
+  EXPECT_TRUE(recorded.until(firmware::Mode::kReady));
+  ASSERT_EQ(recorded.ask({0x10, 0x03})[0], 0x50);
+  const auto write = [&](std::uint16_t id, std::uint16_t value) {
+    EXPECT_EQ(
+        recorded.ask({0x2E, static_cast<std::uint8_t>(id >> 8), static_cast<std::uint8_t>(id),
+                      static_cast<std::uint8_t>(value), static_cast<std::uint8_t>(value >> 8), 0, 0})[0],
+        0x6E);
+    link::Marked marked;
+    const std::vector<std::uint8_t> read = recorded.ask({0x22, 0xF1, 0xBD});
+    EXPECT_TRUE(link::decode(std::span(read).subspan(3), marked));
+    EXPECT_EQ(marked.value, value);
+    return marked.tick;
+  };
+  write(0x0190, 2);
+  host::Recording begun = recorded.start(image);
+  std::vector<std::pair<std::uint64_t, std::uint16_t>> told;
+  const auto mark = [&](std::uint16_t id, std::uint16_t value) {
+    told.emplace_back(write(id, value), value);
+  };
+  mark(0x0190, 1);
+  for (auto& [id, bits] : begun.header.parameters)
+    if (id == 0x0190) bits = 1;
+  EXPECT_EQ(controller.request(Command::kArm), 0U);
+  for (std::uint16_t i = 0; i < 60; ++i) {
+    recorded.seconds(0.02);
+    mark(0x0190, i % 3);
+    mark(0x0191, static_cast<std::uint16_t>(40'000 + i));
+  }
+  EXPECT_EQ(controller.recording_state().phase, link::RecordingPhase::kRunning);
+  EXPECT_EQ(controller.recording_state().marks, told.size());
+  const host::Recording recording = recorded.finish(begun);
+  ASSERT_EQ(recording.marks.size(), told.size());
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    EXPECT_EQ(recording.marks[i].tick, told[i].first);
+    EXPECT_EQ(recording.marks[i].value, told[i].second);
+  }
+  EXPECT_EQ(recording.first_trial(), 2U);
+  const host::ReplayVerdict verdict = host::replay_recording(recording);
+  EXPECT_TRUE(verdict.exact());
+  EXPECT_GT(verdict.ticks, 4000U);
+  EXPECT_GT(verdict.peak_force_N, 1.0);
+  EXPECT_GT(verdict.contact_ticks, 100U);
+
+  host::Recording later = recording;  // by one tick
+  for (host::RecordedMark& one : later.marks) ++one.tick;
+  EXPECT_TRUE(host::replay_recording(later).differs_at);
+  host::Recording none = recording;  // as a thimble that knew none of this would read it
+  none.marks.clear();
+  EXPECT_TRUE(host::replay_recording(none).differs_at);
 }
 
 TEST(Replay, ADifferenceIsFound) {
