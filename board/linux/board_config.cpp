@@ -235,7 +235,7 @@ BoardConfig read(const JsonValue& root, const StoredArmsOf& stored_arms) {
   BoardConfig config;
   root.object("the configuration",
               {"thimble_board", "serial_number", "node", "rate_Hz", "work_units", "links", "arms", "e_stop",
-               "dead_man", "store", "realtime", "heartbeat", "watchdog"});
+               "dead_man", "store", "realtime", "heartbeat", "event", "watchdog"});
   (void)root.at("thimble_board").integer(1, 1);
   config.serial_number = root.at("serial_number").text(32);
   if (root.has("node")) config.node = static_cast<std::uint8_t>(root.at("node").integer(1, 127));
@@ -264,6 +264,7 @@ BoardConfig read(const JsonValue& root, const StoredArmsOf& stored_arms) {
   config.priority = realtime.at("priority").integer(1, 98);
   if (realtime.has("cpu")) config.cpu = realtime.at("cpu").integer(0, 1023);
   if (root.has("heartbeat")) config.heartbeat = read_heartbeat(root.at("heartbeat"));
+  if (root.has("event")) config.event = read_line(root.at("event"));
   if (root.has("watchdog")) {
     const JsonValue watchdog = root.at("watchdog");
     watchdog.object("the watchdog", {"device", "timeout_s"});

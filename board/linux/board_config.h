@@ -84,6 +84,7 @@ struct BoardConfig {
   int priority = 0;        // of SCHED_FIFO
   std::optional<int> cpu;  // processor reserved for the servo thread
   std::optional<HeartbeatConfig> heartbeat;
+  std::optional<GpioLine> event;  // event_line.h
   std::optional<std::filesystem::path> watchdog;
   int watchdog_timeout_s = 0;
 };

@@ -57,7 +57,7 @@ void take_encoders(Uses& uses, const JsonValue& joints) {
 
 void check_uses(const JsonValue& root) {
   Uses uses;
-  for (const char* key : {"e_stop", "dead_man", "heartbeat"})
+  for (const char* key : {"e_stop", "dead_man", "heartbeat", "event"})
     if (root.has(key)) take_line(uses, root.at(key), "line");
   const JsonValue arms = root.at("arms");
   for (std::size_t i = 0; i < arms.raw().size(); ++i) {

@@ -84,6 +84,8 @@ Devices::Devices(const BoardConfig& config, ServoBeat& beat)
   }
   arms_ = std::make_unique<ArmDevices>(std::move(parts), std::move(drives), beat);
   open_heartbeat(config);
+  if (config.event)
+    attempt(missing_, "no_event_line", [&] { event_.open(std::make_unique<GpioOutput>(*config.event)); });
   attempt(missing_, "no_inputs", [&] { open_inputs(config); });
   // Wait until the contacts are debounced; otherwise every start would begin with an e-stop.
   const std::chrono::duration<double> period(1.0 / config.rate_Hz);
@@ -173,7 +175,7 @@ void Devices::read_lines(firmware::Inputs& in) noexcept {
 }
 
 // The heartbeat's pulse begins before the transfers to converters and drives and ends after them: every tick gives the edge that triggers the
-// one-shot, and a call that hangs gives no further one.
+// one-shot, and a call that hangs gives no further one. The event line changes when the currents of its tick have left.
 void Devices::write(const firmware::Outputs& out) noexcept {
   const bool any = std::ranges::any_of(out.arm, [](const firmware::ArmOutputs& arm) { return arm.enable; });
   const std::uint64_t now_ns = monotonic_ns();
@@ -182,6 +184,7 @@ void Devices::write(const firmware::Outputs& out) noexcept {
   const bool pulsed = !pulse || heartbeat_->set(true);
   arms_->write(out, pulsed, now_ns);
   if (pulse) (void)heartbeat_->set(false);
+  event_.write(out.event);
   if (!any) {
     beat_.off();
   } else if (beat_.cut()) {  // by the guardian, during this call
@@ -195,7 +198,10 @@ void Devices::make_safe() noexcept {
   beat_.off();
 }
 
-void Devices::switch_off() noexcept { arms_->switch_off(); }
+void Devices::switch_off() noexcept {
+  arms_->switch_off();
+  event_.off();
+}
 
 std::vector<std::string> Devices::report() const {
   return arms_->drives() == nullptr ? std::vector<std::string>{} : arms_->drives()->report();

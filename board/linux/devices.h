@@ -15,6 +15,7 @@
 #include "board/common/safety_switch.h"
 #include "board/linux/arm_devices.h"
 #include "board/linux/board_config.h"
+#include "board/linux/event_line.h"
 #include "board/linux/gpio.h"
 #include "board/linux/missing.h"
 #include "board/linux/servo_beat.h"
@@ -59,6 +60,7 @@ class Devices final : public TickDevices {
   std::vector<Missing> missing_;
   std::unique_ptr<GpioInputs> inputs_;
   std::unique_ptr<GpioOutput> heartbeat_;
+  EventLine event_;
   std::optional<std::size_t> dead_man_line_;
   SafetySwitch e_stop_;
   SafetySwitch dead_man_;

@@ -19,6 +19,7 @@ std::vector<std::string> named_lines(const BoardConfig& config) {
     if (line) names.push_back(line->name);
   };
   add(config.dead_man);
+  add(config.event);
   if (config.heartbeat) add(config.heartbeat->line);
   for (const ArmWiring& arm : config.arms) {
     add(arm.enable);

@@ -73,6 +73,20 @@ TEST(BoardConfig, TheExampleOfTheDocs) {
   EXPECT_EQ(config.priority, 80);
 }
 
+TEST(BoardConfig, TheEventLineIsOptional) {
+  EXPECT_FALSE(board::parse_board_config(example(), "board.json").event);
+  json root = json::parse(example());
+  root["event"] = {{"line", "EVENT"}, {"active", "low"}};
+  const BoardConfig config = board::parse_board_config(root.dump(), "board.json");
+  ASSERT_TRUE(config.event);
+  EXPECT_EQ(config.event->name, "EVENT");
+  EXPECT_TRUE(config.event->active_low);
+  EXPECT_NE(complaint([](json& other) {
+              other["event"] = {{"line", "EVENT"}, {"active", "low"}, {"width_ms", 5}};
+            }).find("board.json:1: /event/width_ms is not a key of a line"),
+            std::string::npos);
+}
+
 // Whichever way a contact is wired: closed is active, and the pull is towards open.
 TEST(BoardConfig, AnOpenWireIsAnOpenContact) {
   for (const bool low : {false, true}) {
@@ -180,6 +194,11 @@ TEST(BoardConfig, ALineACountAConverterAndALinkHaveOneUse) {
   for (const auto& [changed, value, second, thing, first] : {
            Twice{"/dead_man/line", "ESTOP", "/dead_man/line", "the GPIO line \"ESTOP\"", "/e_stop/line"},
            {"/heartbeat/line", "AMP_EN", "/arms/0/enable/line", "the GPIO line \"AMP_EN\"",
+            "/heartbeat/line"},
+           {"/event",
+            {{"line", "HEARTBEAT"}, {"active", "low"}},
+            "/event/line",
+            "the GPIO line \"HEARTBEAT\"",
             "/heartbeat/line"},
            {"/arms/0/enable/line", "ESTOP", "/arms/0/enable/line", "the GPIO line \"ESTOP\"", "/e_stop/line"},
            {"/arms/1/enable/line", "AMP_EN", "/arms/1/enable/line", "the GPIO line \"AMP_EN\"",
