@@ -56,7 +56,7 @@ std::string submit(const SlurmArray& array) {
       array.tasks, array.jobs, quoted(output + ".slurm.%a"), quoted(task)));
   // "NUMBER" or "NUMBER;CLUSTER", maybe below a warning.
   const std::string last = answer.text.substr(answer.text.rfind('\n') + 1);
-  const std::string number = last.substr(0, last.find(';'));
+  std::string number = last.substr(0, last.find(';'));
   if (answer.status != 0 || number.empty() || number.find_first_not_of("0123456789") != std::string::npos)
     throw Error(ExitCode::kRefused, "slurm-refused", "sbatch: " + answer.text,
                 "correct what it says; options for sbatch can be given as SBATCH_... variables");

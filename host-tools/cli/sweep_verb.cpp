@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <optional>
 #include <thread>
 
 #include "host-tools/cli/compile_progress.h"
@@ -152,8 +153,10 @@ void report(const Common& common, const SweepChoice& choice, const SweepResults&
 
 void sweep(const Common& common, const SweepChoice& choice) {
   const SweepPart part = part_of(choice.array);
-  const SweepRuns runs(read_sweep_plan(choice.plan));
   help_compiler(true);  // from now on several threads compile
+  std::optional<Busy> busy(std::in_place, common.json, "checking the plan");
+  const SweepRuns runs(read_sweep_plan(choice.plan));
+  busy.reset();
   if (choice.dry_run) {
     list_runs(common, runs);
     return;

@@ -298,7 +298,11 @@ std::vector<std::size_t> SweepPlan::place(std::size_t run) const {
 }
 
 SweepPlan read_sweep_plan(const std::filesystem::path& file) {
-  const std::string text = read_input(file), name = file.string();
+  return read_sweep_plan_text(read_input(file), file);
+}
+
+SweepPlan read_sweep_plan_text(const std::string& text, const std::filesystem::path& file) {
+  const std::string name = file.string();
   SceneIssues issues(text, name);
   SweepPlan plan;
   try {

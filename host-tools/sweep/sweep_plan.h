@@ -56,5 +56,7 @@ struct SweepPlan {
 // SceneErrors (kBadInput): everything that is wrong in the plan, each with file, line, JSON pointer, the value and what is allowed; or all that is
 // wrong in its scene file. Error kBadInput, kPermission of other files.
 [[nodiscard]] SweepPlan read_sweep_plan(const std::filesystem::path& file);
+// The same for text that is not in a file yet: `file` stands in messages, and paths are relative to its folder.
+[[nodiscard]] SweepPlan read_sweep_plan_text(const std::string& text, const std::filesystem::path& file);
 
 }  // namespace thimble::host

@@ -112,6 +112,7 @@ bool SweepScene::has(const std::string& pointer) const {
 
 CompiledScene SweepScene::compile(const std::map<std::string, std::string>& values) const {
   std::vector<std::pair<ValueRange, std::string_view>> changes;
+  changes.reserve(values.size());
   for (const auto& [pointer, value] : values) changes.emplace_back(ranges_.at(pointer), value);
   std::ranges::sort(changes, [](const auto& a, const auto& b) { return a.first.begin > b.first.begin; });
   std::string text = text_;
@@ -135,6 +136,7 @@ std::string SweepValues::known(const Value& what) const {
     if (!scene_->has(name))
       what.fail("unknown-value", "is \"" + name + "\", which is no number, text or flag of the scene file",
                 "give the JSON pointer of a value that stands in the scene file");
+    static_cast<void>(plain(what, name));
     return name;
   }
   const std::vector<std::string_view> all = names();

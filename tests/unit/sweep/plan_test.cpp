@@ -129,6 +129,9 @@ TEST(SweepPlanFile, AllErrorsAreToldAtOnce) {
 
 TEST(SweepPlanFile, EachErrorHasItsName) {
   const PlanFolder folder;
+  folder.write(
+      "comma.scene.json",
+      R"({"thimble_scene": 1, "name": "x", "materials": {"a,b": {"stiffness_N_m": 5}}, "objects": []})");
   const std::string floor =
       R"({"thimble_sweep": 1, "name": "test", "scene": "floor.scene.json", "path": "press.csv", )";
   const std::string wall = R"({"thimble_sweep": 1, "name": "test", "wall": true, )";
@@ -149,6 +152,8 @@ TEST(SweepPlanFile, EachErrorHasItsName) {
       {floor + R"("vary": [{"what": "hand", "values": [{"name": "a,b"}]}]})", "bad-value", "commas"},
       {floor + R"("vary": [{"what": "stiffness_N_m", "values": [1]}]})", "unknown-value", "stiffness_N_m"},
       {wall + R"("vary": [{"what": "/objects/0", "values": [1]}]})", "unknown-value", "no scene file"},
+      {R"({"thimble_sweep": 1, "name": "x", "scene": "comma.scene.json", "path": "press.csv", "vary": [{"what": "/materials/a,b/stiffness_N_m", "values": [1]}]})",
+       "bad-value", "commas"},
       {floor + R"("vary": [{"what": "/objects/0/material", "values": ["glass"]}]})", "unknown-material",
        "refused"},
       {floor +
@@ -165,7 +170,8 @@ TEST(SweepPlanFile, EachErrorHasItsName) {
       {wall + kSeeds + R"(, "table": {"rows": "seed", "columns": "seed", "value": "work_J"}})", "bad-value",
        "another axis"},
   };
-  for (const auto& [text, name, cause] : cases) {
+  for (const std::array<std::string, 3>& each : cases) {
+    const std::string &text = each[0], &name = each[1], &cause = each[2];
     const std::vector<host::SceneIssue> issues = issues_of(folder, text);
     const bool has = std::ranges::any_of(issues, [&](const host::SceneIssue& issue) {
       return issue.name == name && issue.cause.find(cause) != std::string::npos && !issue.remedy.empty();
