@@ -20,6 +20,7 @@ namespace thimble::host {
 namespace {
 
 constexpr std::size_t kMostParts = 100'000;
+constexpr link::Micros kLook_us = 1'000'000;  // between two looks at what the tasks have written
 
 // "2/8", from 1.
 SweepPart part_of(const std::string& text) {
@@ -87,11 +88,12 @@ void list_runs(const Common& common, const SweepRuns& runs) {
 void submit(const Common& common, const SweepChoice& choice, SweepResults& results) {
   Progress progress(common.json, 0, true);
   const auto of = static_cast<double>(results.runs());
-  auto looked_us = now_us();
+  link::Micros looked_us = now_us(), pause_us = kLook_us;
   run_in_slurm({choice.plan, choice.output, choice.slurm, jobs_of(choice)}, [&] {
-    if (now_us() - looked_us > 1'000'000) {
+    if (const link::Micros begin_us = now_us(); begin_us - looked_us > pause_us) {
       results.read_again();
       looked_us = now_us();
+      pause_us = std::max(kLook_us, 20 * (looked_us - begin_us));  // millions of rows take a while
     }
     progress.show(static_cast<double>(results.done()) / of,
                   fmt::format("run {} of {}", results.done(), results.runs()));
@@ -166,7 +168,10 @@ void sweep(const Common& common, const SweepChoice& choice) {
   if (!choice.table.empty() && !runs.plan().table)
     throw Error(ExitCode::kUsage, "no-table", "the plan has no \"table\"",
                 "say in the plan which of the values are its rows and columns");
-  for (const std::filesystem::path& output : {choice.output, choice.table}) keep_apart(choice.plan, output);
+  for (const std::filesystem::path& output : {choice.output, choice.table}) {
+    keep_apart(choice.plan, output);
+    keep_apart(runs.plan().files, output);
+  }
   keep_apart(choice.output, choice.table);
   SweepResults results(choice.output, runs.head(), runs.columns(), runs.count());
   heed_interrupts();

@@ -92,9 +92,13 @@ class PlanReader {
                   "correct the path file: time_s,x_m,y_m,z_m[,arm]");
     }
     add(rows);
+    plan_.files = {path, beside(part.text("scene"))};
     plan_.scene = std::make_shared<const SweepScene>(beside(part.text("scene")));
     add(plan_.scene->text());
-    for (const std::filesystem::path& file : plan_.scene->files()) add(read_input(file));
+    for (const std::filesystem::path& file : plan_.scene->files()) {
+      add(read_input(file));
+      plan_.files.push_back(file);
+    }
     if (!part.has("steady_s")) return;
     plan_.steady_s = part.number("steady_s");
     const auto [first, last] = std::ranges::minmax(plan_.path, {}, &board::PathPoint::time_s);

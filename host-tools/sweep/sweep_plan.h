@@ -45,6 +45,7 @@ struct SweepPlan {
   std::vector<SweepAxis> axes;
   std::optional<SweepSearch> search;
   std::optional<SweepTable> table;
+  std::vector<std::filesystem::path> files;  // that it names: scene, meshes, path
   std::uint32_t crc = 0;  // of the plan and all files that it depends on: results belong to one plan
 
   static constexpr std::size_t kMostRuns = 1'000'000;

@@ -104,6 +104,8 @@ class Sweep(Rig):
         self.fails(2, "usage", "sweep", plan, "--output", out, "--array", "1/2", "--slurm", 2)
         self.fails(2, "usage", "sweep", plan, "--output", out, "--jobs", 0)
         self.fails(2, "same-file", "sweep", plan, "--output", plan)
+        for used in ("floor.scene.json", "press.csv"):
+            self.fails(2, "same-file", "sweep", plan, "--output", out, "--table", self.folder / used)
         self.fails(10, "cannot-read", "sweep", self.folder / "none.json", "--output", out)
         self.fails(1, "cannot-write", "sweep", plan, "--output", self.folder / "none" / "out.csv")
         self.environment["PATH"] = str(self.folder)
