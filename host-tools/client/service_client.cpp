@@ -20,7 +20,8 @@ using link::Micros;
 using link::Nrc;
 using link::Service;
 
-constexpr Micros kAfterPending_us = 5'000'000;    // P2*: how long to wait after "response pending"
+// Of what is asked once: the device repeats "response pending" each second, and must not end the session meanwhile.
+constexpr Micros kOncePending_us = link::kHostTimeout_us / 2;
 constexpr Micros kLongestAnswer_us = 60'000'000;  // bound for an answer that stays pending
 constexpr Micros kBusy_us = 10'000'000;  // bound for an answer that stays "busy, repeat": an upload may end
 constexpr Micros kRestart_us =
@@ -198,7 +199,7 @@ void ServiceClient::say(const Bytes& request) {
 // --- Requests
 
 std::optional<ServiceClient::Answer> ServiceClient::try_request(const Bytes& request, unsigned tries,
-                                                                Micros answer_us) {
+                                                                Micros answer_us, Micros pending_us) {
   channel_.config().flow_timeout_us = channel_.config().receive_timeout_us = answer_us;
   if (claims_ && claim_.stale(now_us())) static_cast<void>(claim_until(now_us() + answer_us));
   for (unsigned i = 0; i < tries; ++i) {
@@ -209,7 +210,7 @@ std::optional<ServiceClient::Answer> ServiceClient::try_request(const Bytes& req
     static_cast<void>(channel_.take_error());
     const Micros asked_us = now_us();
     if (!channel_.send(request, asked_us)) throw std::logic_error("a request has 1 to 4095 bytes");
-    std::optional<Answer> answer = await_answer(request, answer_us);
+    std::optional<Answer> answer = await_answer(request, answer_us, pending_us);
     if (!answer) continue;
     claim_.confirm(asked_us);
     return answer;
@@ -217,7 +218,8 @@ std::optional<ServiceClient::Answer> ServiceClient::try_request(const Bytes& req
   return std::nullopt;
 }
 
-std::optional<ServiceClient::Answer> ServiceClient::await_answer(const Bytes& request, Micros answer_us) {
+std::optional<ServiceClient::Answer> ServiceClient::await_answer(const Bytes& request, Micros answer_us,
+                                                                 Micros pending_us) {
   const std::uint8_t address = claim_.address();
   const Micros last_us = now_us() + kLongestAnswer_us;
   Micros deadline_us = now_us() + answer_us;
@@ -242,7 +244,7 @@ std::optional<ServiceClient::Answer> ServiceClient::await_answer(const Bytes& re
       const auto code = static_cast<Nrc>(answer[2]);
       channel_.release();
       if (code != Nrc::kResponsePending) return Answer{code, {}};
-      deadline_us = now_us() + kAfterPending_us;
+      deadline_us = now_us() + pending_us;
       continue;
     }
     channel_.release();  // the late answer to an earlier request
@@ -281,7 +283,7 @@ ServiceClient::Answer ServiceClient::request(const Bytes& request) {
 }
 
 std::optional<ServiceClient::Answer> ServiceClient::request_once(const Bytes& request) {
-  return insist([&] { return try_request(request, 1, options_.answer_us); });
+  return insist([&] { return try_request(request, 1, options_.answer_us, kOncePending_us); });
 }
 
 ServiceClient::Answer ServiceClient::ask(const Bytes& request) {

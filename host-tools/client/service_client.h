@@ -68,8 +68,10 @@ class ServiceClient {
 
   // Sends `request` and waits for its answer, `tries` times `answer_us` each. Nothing: there was none. Answers to other
   // requests are skipped.
+  // pending_us: how long to wait for more after "response pending" (P2*).
   [[nodiscard]] std::optional<Answer> try_request(const Bytes& request, unsigned tries,
-                                                  link::Micros answer_us);
+                                                  link::Micros answer_us,
+                                                  link::Micros pending_us = 5'000'000);
   // The same with the tries of the options; repeats while the device answers "busy", at most kBusy_us, and once it has proven that it has
   // the key where that is needed. Error kLinkLost without an answer.
   [[nodiscard]] Answer request(const Bytes& request);
@@ -135,7 +137,8 @@ class ServiceClient {
   // Service 29.
   void authenticate();
   void tell_time();
-  [[nodiscard]] std::optional<Answer> await_answer(const Bytes& request, link::Micros answer_us);
+  [[nodiscard]] std::optional<Answer> await_answer(const Bytes& request, link::Micros answer_us,
+                                                   link::Micros pending_us);
   [[noreturn]] static void too_short(const std::string& what);
 
   std::unique_ptr<Transport> transport_;

@@ -320,8 +320,11 @@ void bind_connection(py::module_& m) {
            })
       .def("read_parameter",
            [](Connection& c, const std::string& name) { return c.device().read_param(param_named(name)); })
-      .def("write_parameter", [](Connection& c, const std::string& name, double value) {
-        c.device().write_param(param_named(name), value);
+      .def("write_parameter", [](Connection& c, const std::string& name,
+                                 double value) { c.device().write_param(param_named(name), value); })
+      .def("mark", [](Connection& c, const std::string& name, std::uint16_t value) {
+        const py::gil_scoped_release others;
+        return c.device().mark(param_named(name), value).tick;
       });
 }
 

@@ -16,6 +16,7 @@
 
 #include "firmware/params.h"
 #include "host-tools/files/output_file.h"
+#include "host-tools/lab/event_table.h"
 #include "host-tools/lab/recording.h"
 #include "host-tools/lab/recording_json.h"
 #include "host-tools/lab/replay_recording.h"
@@ -42,6 +43,13 @@ struct FrameRow {
   std::array<std::uint8_t, link::kClassicDataBytes> data;
 };
 
+struct EventRow {
+  std::uint64_t tick;
+  double time_s;
+  std::uint16_t code;
+  std::uint8_t kind;
+};
+
 template <class Row>
 py::array_t<Row> to_numpy(const std::vector<Row>& rows) {
   return py::array_t<Row>(static_cast<py::ssize_t>(rows.size()), rows.data());
@@ -59,6 +67,7 @@ class PyRecording {
     nlohmann::ordered_json about = about_json(recording_);
     about["began_utc_s"] = recording_.header.began;
     about["cut_bytes"] = recording_.cut_bytes;
+    about["events_missing"] = recording_.end ? recording_.end->marks_missing : 0;
     return about.dump();
   }
   [[nodiscard]] py::bytes scene() const { return to_python(recording_.header.scene); }
@@ -96,6 +105,13 @@ class PyRecording {
     for (const RecordedCheck& check : recording_.checks)
       rows.push_back({check.tick, check.crc, static_cast<std::uint8_t>(check.mode),
                       static_cast<std::uint8_t>(check.command)});
+    return to_numpy(rows);
+  }
+  [[nodiscard]] py::array_t<EventRow> events() const {
+    std::vector<EventRow> rows;
+    for (const RecordedMark& mark : recording_.marks)
+      rows.push_back(
+          {mark.tick, time_of(recording_, mark), mark.value, static_cast<std::uint8_t>(mark.what)});
     return to_numpy(rows);
   }
   [[nodiscard]] py::array_t<FrameRow> frames() const {
@@ -144,6 +160,7 @@ class PyRecording {
 void bind_recording(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(CheckRow, tick, crc, mode, command);
   PYBIND11_NUMPY_DTYPE(FrameRow, time_s, id, size, data);
+  PYBIND11_NUMPY_DTYPE(EventRow, tick, time_s, code, kind);
   py::class_<PyRecording>(m, "Recording")
       .def(py::init<const std::filesystem::path&>())
       .def("about", &PyRecording::about)
@@ -153,6 +170,7 @@ void bind_recording(py::module_& m) {
       .def("counts", &PyRecording::counts)
       .def("checks", &PyRecording::checks)
       .def("frames", &PyRecording::frames)
+      .def("events", &PyRecording::events)
       .def("replay", &PyRecording::replay)
       .def("write_csv", &PyRecording::write_csv);
 }

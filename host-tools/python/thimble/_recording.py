@@ -15,7 +15,7 @@ class Recording:
     when they are first asked for.
 
     about: a dict: tool, firmware, board, serial, arms (their models), scene (its name), scene_crc, rate_Hz, began_utc_s, end (why it ended), missing
-    and dropped (ticks), cut_bytes (of a file that was cut off)."""
+    and dropped (ticks), events_missing, cut_bytes (of a file that was cut off)."""
 
     def __init__(self, path):
         self._recording = _thimble.Recording(os.fspath(path))
@@ -49,6 +49,12 @@ class Recording:
         """What the device sent every 16 ticks and with each command: a structured array of tick, crc (CRC-32 of all forces so far), mode and command
         (their numbers in docs/link.md)."""
         return self._recording.checks()
+
+    @property
+    def events(self):
+        """The events and the switches of the trial, one row each: a structured array of tick, time_s (since the beginning, as in rows), code (what was
+        written) and kind (0: event, 1: trial). thimble.to_pandas() makes a table of it."""
+        return self._recording.events()
 
     @property
     def frames(self):
@@ -95,6 +101,9 @@ class Recording:
             _put(file, "scene_image", numpy.frombuffer(self.scene, numpy.uint8), "1")
             _put(file, "ticks", self.ticks, "1")
             _put(file, "counts", self.counts, "count")
+            events = self.events
+            for field in events.dtype.names:
+                _put(file, f"events/{field}", events[field], unit_of(field))
             for arm in range(len(self.about["arms"])):
                 of_arm = rows[rows["arm"] == arm]
                 for field in rows.dtype.names:

@@ -73,8 +73,13 @@ class Sim:
         return self._sim.advance(self._points(targets, len(targets)), ticks)
 
     def set_trial(self, trial):
-        """From the next tick on the force fields of this trial act (0 to 255), without a ramp; of a device it is parameters["trial"]."""
-        self._sim.set_trial(trial)
+        """From the next tick on the force fields of this trial act (0 to 255), without a ramp. Returns the number of that tick, as event() does."""
+        return self._sim.set_trial(trial)
+
+    def event(self, code):
+        """An event code (0 to 65535) that belongs to the next tick, as Device.event(). Returns the number of that tick, counted as `ticks` counts. A tick
+        takes one event or trial: of those that are given before a step, each next one belongs to the tick behind."""
+        return self._sim.event(code)
 
     def load(self, scene):
         """Another scene, as an upload to a device: with other materials only it is felt from the next tick on, and contacts stay; else the force

@@ -2,7 +2,7 @@
 
 import numpy as np
 import thimble
-from thimble.experiment import Fit, fit
+from thimble.experiment import Fit, Session, fit
 
 
 def hardest_N(scene: str, path: str) -> float:
@@ -30,3 +30,8 @@ def reach_m(name: str) -> float:
 def threshold(levels: list[float], correct: list[int], trials: list[int]) -> float:
     fitted: Fit = fit(levels, correct, trials)
     return fitted.location
+
+
+def marked(session: Session, sim: thimble.Sim) -> list[int | None]:
+    with thimble.connect() as device:
+        return [device.event(7), device.set_trial(2), sim.event(65535), session.event(1, at=device), session.event(2, at=sim)]

@@ -15,6 +15,7 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
+import thimble
 from thimble.experiment import (ConstantStimuli, Experiment, FileError, Quest, Session, Staircase, derive_seed, latin_square, order_for, read_trials,
                                 shuffled, shuffled_blocks)
 
@@ -189,6 +190,23 @@ class Files(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "closed"):
                 session.answer(False)
             self.assertEqual(len(run(self.file, experiment(), trials=1).records), 2)
+
+    def test_an_event_with_its_tick(self):
+        """The tick that a Sim or a device gives is in the line, and returned."""
+        sim = thimble.Sim(thimble.scene("nothing", thimble.plane("floor", normal=[0, 0, 1], offset_m=-0.05, material={"stiffness_N_m": 100})))
+        with Session(self.file, experiment()) as session:
+            for trial in session:
+                sim.step([0, 0, 0], ticks=5)
+                self.assertEqual(session.event(trial.number, at=sim, side="left"), 5 * (trial.number + 1))
+                session.answer(True)
+            with self.assertRaisesRegex(ValueError, "with a number, not with 'shown'"):
+                session.event("shown", at=sim)
+            with self.assertRaisesRegex(ValueError, "taken: tick"):
+                session.event(1, at=sim, tick=3)
+            self.assertIsNone(session.event("shown", tick=3))
+        with Session(self.file, experiment()) as again:
+            self.assertEqual([event["tick"] for event in again.events], [5 * (i + 1) for i in range(len(again.records))] + [3])
+            self.assertEqual(again.events[1]["event"], 1)
 
     def test_what_an_event_may_say(self):
         with Session(self.file, experiment()) as session:

@@ -1,5 +1,7 @@
 """Recordings as arrays, tables and HDF5, against what `thimble replay` writes and against an independent reader."""
 
+import json
+import signal
 import subprocess
 import sys
 import unittest
@@ -11,7 +13,39 @@ import thimble
 
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests/end_to_end"))
-from rig import Rig, figure  # noqa: E402
+from rig import LinkFaults, Proxy, Rig, figure  # noqa: E402
+
+
+MARKS = """
+import json, sys, thimble
+
+told = []
+with thimble.connect(sys.argv[1], timeout_s=2) as device:
+    for i in range(24):
+        told.append((device.set_trial(i), i, 1) if i % 10 == 9 else (device.event(i % 3 * 1000), i % 3 * 1000, 0))
+    try:
+        device.event(65536)
+    except TypeError:
+        print(json.dumps(told))
+"""
+
+
+class ServicesThief(Proxy):
+    """Takes one frame in 20 of requests and answers, and nothing of the recording, which is thousands of frames a second."""
+
+    def __init__(self, port):
+        super().__init__(port, LinkFaults(), 7)
+
+    def relay(self, source, sink):
+        rest = b""
+        try:
+            while data := source.recv(65536):
+                *lines, rest = (rest + data).split(b"\r")
+                kept = [line + b"\r" for line in lines if line[:1] not in (b"T", b"D", b"B") or self.random.random() > 0.05]
+                self.counts["dropped"] += len(lines) - len(kept)
+                sink.sendall(b"".join(kept))
+        except OSError:
+            pass
 
 
 class Recordings(Rig):
@@ -54,6 +88,41 @@ class Recordings(Rig):
         self.assertGreater(np.ptp(recording.rows["red_ball.position_m"][:, 2]), 1e-4)
         again = thimble.simulate(recording.scene, [[0, 0, 0, 0.05], [0.01, 0, 0, 0.05]], ideal=True)
         self.assertEqual(again.dtype, recording.rows.dtype)
+
+    def test_events(self):
+        """A program marks events over a link that loses frames, another one records over a sound link: it has each event once, in the tick that the
+        first was told. Then the table in pandas and HDF5."""
+        import h5py
+
+        scene, file = self.folder / "wall.thim", self.folder / "events.rec"
+        scene.write_bytes(thimble.compile(thimble.scene("wall", thimble.plane("wall", normal=[0, 0, 1], offset_m=-0.02,
+                                                                               material={"stiffness_N_m": 500}))))
+        sim = self.sim("--tcp", 0)
+        self.ok("upload", scene, "--device", sim.tcp)
+        recorder = self.start("record", file, "--scene", scene, "--home", "--device", sim.tcp)
+        self.assertIn("recording", recorder.stderr.readline())
+        lossy = ServicesThief(sim.port)
+        self.addCleanup(lossy.close)
+        # In a process of its own: the relay is a thread of this one, which would have to wait for the interpreter.
+        marked = subprocess.run([sys.executable, "-c", MARKS, lossy.uri], capture_output=True, text=True, timeout=120)
+        self.assertEqual(marked.returncode, 0, marked.stderr)
+        told = [tuple(mark) for mark in json.loads(marked.stdout)]
+        self.assertEqual(len(told), 24)
+        self.assertGreater(lossy.counts["dropped"], 3)
+        recorder.send_signal(signal.SIGINT)
+        _, err = recorder.communicate(timeout=120)
+        self.assertEqual(recorder.returncode, 0, err)
+        recording = thimble.Recording(file)
+        self.assertEqual([(row["tick"], row["code"], row["kind"]) for row in recording.events], told)
+        self.assertEqual(recording.about["events_missing"], 0)
+        self.assertTrue(recording.verdict["exact"])
+        table = thimble.to_pandas(recording.events)
+        self.assertEqual(list(table.columns), ["tick", "time_s", "code", "kind"])
+        np.testing.assert_allclose(table["time_s"], (table["tick"] - recording.ticks[0] + 1) / 4000)
+        recording.to_hdf5(self.folder / "events.h5")
+        with h5py.File(self.folder / "events.h5") as hdf5:
+            self.assertEqual(list(hdf5["events/code"]), list(table["code"]))
+            self.assertEqual(hdf5["events/time_s"].attrs["unit"], "s")
 
     def test_the_table_is_the_log(self):
         import pandas

@@ -67,6 +67,20 @@ class Steps(Rig):
         with self.assertRaises(TypeError):
             thimble.simulate(fields, path, trial=256)
 
+    def test_events(self):
+        """Each event and each trial has a tick of its own, the next one; what is given before a step is taken in its order."""
+        fields = thimble.scene("fields", thimble.force_field("wind", constant_N=[0, 0, 2], trial=2))
+        for ideal in (True, False):
+            sim = thimble.Sim(fields, ideal=ideal)
+            self.assertEqual(sim.event(7), 0)
+            sim.step([0, 0, 0], ticks=10)
+            self.assertEqual([sim.event(65535), sim.set_trial(2), sim.event(0)], [10, 11, 12])
+            rows = sim.run([[0, 0, 0]] * 4)
+            np.testing.assert_allclose(rows["force_N"], [[0, 0, 0], [0, 0, 2], [0, 0, 2], [0, 0, 2]], atol=1e-5)
+            self.assertEqual((sim.ticks, sim.event(1)), (14, 14))
+            with self.assertRaises(TypeError):
+                sim.event(65536)
+
     def test_two_arms(self):
         start = [[-0.02, 0, 0.01], [0.04, 0, 0.01]]
         sim = thimble.Sim(bench(), start_m=start, ideal=True, rate_Hz=1000)

@@ -42,6 +42,13 @@ class Method(Protocol):
         """The answer at the present level: correct, or yes."""
 
 
+class Marker(Protocol):
+    """What gives an event its tick: a thimble.Device or a thimble.Sim."""
+
+    def event(self, code: int, /) -> int:
+        """Marks a tick with the code, and returns its number."""
+
+
 class FileError(Exception):
     """The file of a session cannot be used: it is of another experiment, damaged before its last line, or open in another program."""
 
@@ -207,12 +214,21 @@ class Session:
         self._presenter.answer(trial, bool(answer))
         self._trial = None
 
-    def event(self, code: str | int, **more: Any) -> None:
-        """Writes an event of the present trial at once, with the tick of Ticks.mark(): session.event("touch", **ticks.mark())."""
+    def event(self, code: str | int, *, at: Marker | None = None, **more: Any) -> int | None:
+        """Writes an event of the present trial at once. at: a device or a Sim, which marks a tick with the code, a number; the tick is in the line, and
+        returned: session.event(7, at=device). For what happened elsewhere, Ticks.mark() tells the tick within bounds: session.event("touch",
+        **ticks.mark())."""
         record = {"event": code, "trial": self._presenter.number, "run": self._run, "utc_s": round(time.time(), 3)}
-        if clash := (record.keys() | {"condition", "opened"}) & more.keys():
+        if clash := (record.keys() | {"condition", "opened"} | ({"tick"} if at is not None else set())) & more.keys():
             raise ValueError(f"these names are taken: {', '.join(sorted(clash))}")
-        self._append({**record, **more})
+        if at is None:
+            self._append({**record, **more})
+            return None
+        if isinstance(code, str):
+            raise ValueError(f"a device marks a tick with a number, not with '{code}'")
+        tick = at.event(code)
+        self._append({**record, "tick": tick, **more})
+        return tick
 
     def _append(self, line: Mapping[str, Any]) -> None:
         if self._file < 0:
