@@ -104,7 +104,7 @@ class Recordings(Rig):
         lossy = ServicesThief(sim.port)
         self.addCleanup(lossy.close)
         # In a process of its own: the relay is a thread of this one, which would have to wait for the interpreter.
-        marked = subprocess.run([sys.executable, "-c", MARKS, lossy.uri], capture_output=True, text=True, timeout=120)
+        marked = subprocess.run([sys.executable, "-c", MARKS, lossy.uri], capture_output=True, text=True, timeout=300)
         self.assertEqual(marked.returncode, 0, marked.stderr)
         told = [tuple(mark) for mark in json.loads(marked.stdout)]
         self.assertEqual(len(told), 24)
