@@ -14,7 +14,7 @@ packages_to_check=(
 )
 
 # For ./check --long.
-packages_to_check_long=(chromium firefox-esr lintian mmdebstrap munge slurm-wlm)
+packages_to_check_long=(chromium clang-22 firefox-esr googletest libc++-22-dev libc++abi-22-dev lintian mmdebstrap munge slurm-wlm)
 
 # For the manual, target `manual` (cmake/manual.cmake).
 packages_to_document=(doxygen furo python3-breathe python3-myst-parser python3-sphinx python3-sphinx-copybutton)
