@@ -79,7 +79,7 @@ class CleanRoot(unittest.TestCase):
                        if file.exists() and file.stat().st_size)
         run("mmdebstrap", "--variant=apt", "--format=null",
             "--include=" + ",".join(sorted(wanted | {"cmake", "g++", "man-db", "ninja-build"})),
-            f"--customize-hook=copy-in {trial} /tmp", '--customize-hook=chroot "$1" sh /tmp/trial/in_clean_root.sh',
+            f"--customize-hook=copy-in {trial} /tmp", '--customize-hook=chroot "$1" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 TERM=xterm sh /tmp/trial/in_clean_root.sh',
             "bookworm", "-", sources)
 
 
