@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -60,13 +58,6 @@ bool parse(const board::CsvReader& csv, Row& row) {
   return true;
 }
 
-[[noreturn]] void cannot(const std::filesystem::path& file, const char* verb, int error) {
-  throw Error(
-      error == EACCES || error == EPERM || error == EROFS ? ExitCode::kPermission : ExitCode::kRefused,
-      "cannot-write", std::string("cannot ") + verb + " " + file.string() + ": " + std::strerror(error),
-      "choose a place that you may write to, with space left");
-}
-
 }  // namespace
 
 ScanLog::ScanLog(std::filesystem::path file, const ScanPlan& plan, bool resume)
@@ -77,15 +68,8 @@ ScanLog::ScanLog(std::filesystem::path file, const ScanPlan& plan, bool resume)
                   "continue it (--resume), or give another file");
     }
     read(read_input(file_), plan);
-    std::error_code failed;
-    std::filesystem::resize_file(file_, whole_bytes_, failed);
-    if (failed) cannot(file_, "shorten", failed.value());
   }
-  errno = 0;
-  out_.open(file_, std::ios::binary | std::ios::app);
-  if (whole_bytes_ == 0) out_ << header(plan.crc);
-  out_.flush();
-  if (!out_) cannot(file_, "write", errno);
+  out_.open(file_, whole_bytes_, header(plan.crc));
 }
 
 void ScanLog::read(const std::string& text, const ScanPlan& plan) {
@@ -151,9 +135,8 @@ void ScanLog::append(const ProbedStep& measured) {
     const int size =
         std::snprintf(line.data(), line.size(), "%zu,%.*s,%.7f,%.7f,%.7f,%.5f\n", step.step,
                       static_cast<int>(phase.size()), phase.data(), tip_m.x(), tip_m.y(), tip_m.z(), force_N);
-    out_.write(line.data(), size);
+    out_.stream().write(line.data(), size);
   };
-  errno = 0;
   for (std::size_t i = 0; i < step.moves.size(); ++i) {
     ProbedMove& move = step.moves[i];
     const Names& names = is_stroke(step.step >= sites_from_, i) ? kStroke : kPress;
@@ -167,7 +150,6 @@ void ScanLog::append(const ProbedStep& measured) {
     row(move.force_limit ? kForceLimit : names.target, move.turn_m, move.peak_force_N);
   }
   out_.flush();
-  if (!out_) cannot(file_, "write", errno);
   steps_.push_back(std::move(step));
 }
 

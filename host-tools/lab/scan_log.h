@@ -16,9 +16,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <vector>
 
+#include "host-tools/files/growing_file.h"
 #include "host-tools/lab/scan_plan.h"
 
 namespace thimble::host {
@@ -72,7 +72,7 @@ class ScanLog {
   std::size_t sites_from_;
   std::vector<ProbedStep> steps_;
   std::uintmax_t whole_bytes_ = 0;
-  std::ofstream out_;
+  GrowingFile out_;
 };
 
 }  // namespace thimble::host

@@ -1,9 +1,7 @@
 #include "host-tools/sweep/sweep_results.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
-#include <cstring>
 #include <utility>
 
 #include "host-tools/error.h"
@@ -11,16 +9,6 @@
 #include "host-tools/files/output_file.h"
 
 namespace thimble::host {
-namespace {
-
-[[noreturn]] void cannot(const std::filesystem::path& file, const char* verb, int error) {
-  throw Error(
-      error == EACCES || error == EPERM || error == EROFS ? ExitCode::kPermission : ExitCode::kRefused,
-      "cannot-write", std::string("cannot ") + verb + " " + file.string() + ": " + std::strerror(error),
-      "choose a place that you may write to, with space left");
-}
-
-}  // namespace
 
 SweepResults::SweepResults(std::filesystem::path file, std::string head, std::size_t columns,
                            std::size_t runs)
@@ -82,25 +70,12 @@ void SweepResults::open(const std::string& part) {
   if (!lock_->held())
     throw Error(ExitCode::kRefused, "sweep-in-use", "another sweep adds to " + own_.string(),
                 "wait until it has ended, or give another --output");
-  std::size_t whole_bytes = 0;
-  if (std::filesystem::exists(own_)) {
-    whole_bytes = read(own_, true);
-    std::error_code failed;
-    std::filesystem::resize_file(own_, whole_bytes, failed);
-    if (failed) cannot(own_, "shorten", failed.value());
-  }
-  errno = 0;
-  out_.open(own_, std::ios::binary | std::ios::app);
-  if (whole_bytes == 0) out_ << head_;
-  out_.flush();
-  if (!out_) cannot(own_, "write", errno);
+  out_.open(own_, std::filesystem::exists(own_) ? read(own_, true) : 0, head_);
 }
 
 void SweepResults::add(std::size_t run, const std::string& line) {
-  errno = 0;
-  out_ << line + "\n";
+  out_.stream() << line + "\n";
   out_.flush();
-  if (!out_) cannot(own_, "write", errno);
   if (lines_.at(run).empty()) ++done_;
   lines_[run] = line;
 }

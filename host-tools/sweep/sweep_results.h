@@ -8,13 +8,13 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "host-tools/files/file_lock.h"
+#include "host-tools/files/growing_file.h"
 
 namespace thimble::host {
 
@@ -33,7 +33,7 @@ class SweepResults {
   // From now on lines can be added. part: of the name of the growing file, as "2-of-8"; empty: of all. What follows the last whole line of that
   // file is cut off. Error kRefused: another program adds to it, or it cannot be written (kPermission).
   void open(const std::string& part);
-  void add(std::size_t run, const std::string& line);  // on disk when it returns
+  void add(std::size_t run, const std::string& line);  // the system has it when it returns
   // All runs are there: writes the file and removes the growing ones.
   void finish();
 
@@ -48,7 +48,7 @@ class SweepResults {
   std::size_t done_ = 0;
   std::filesystem::path own_;
   std::optional<FileLock> lock_;
-  std::ofstream out_;
+  GrowingFile out_;
 };
 
 }  // namespace thimble::host
