@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -47,6 +48,12 @@ std::string marks_in_words(const Recording& recording) {
   if (recording.marks.empty()) return "";
   return fmt::format("; {} events, {} switches of the trial", std::ranges::ssize(recording.marks) - trials,
                      trials);
+}
+
+void warn_of_missing_events(const Recording& recording) {
+  if (recording.end && recording.end->marks_missing != 0)
+    say(stderr, "warning: {} events or switches of the trial are missing: their frames were lost\n",
+        recording.end->marks_missing);
 }
 
 std::string end_in_words(const Recording& recording) {
@@ -144,7 +151,6 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
     json.update(about_json(recording));
     json["ticks"] = report.ticks;
     json["marks"] = recording.marks.size();
-    json["marks_missing"] = report.end.marks_missing;
     json["telemetry_every_ticks"] = report.telemetry_ticks;
     json["recording_frames_per_s"] = report.frames_per_s;
     json["replay"] = verdict_json(verdict);
@@ -163,15 +169,17 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
         "replay is exact up to tick {}\n",
         report.end.missing, report.end.dropped, report.frames_per_s, verdict.exact_to);
   }
-  if (report.end.marks_missing != 0)
-    say(stderr, "warning: {} events or switches of the trial are missing: their frames were lost\n",
-        report.end.marks_missing);
+  warn_of_missing_events(recording);
   if (verdict.differs_at) differs(choice.output, verdict);
 }
 
 void replay(const Common& common, const ReplayChoice& choice) {
   keep_apart(choice.file, choice.log);
   keep_apart(choice.file, choice.events);
+  if (!choice.log.empty() &&
+      absolute(choice.log).lexically_normal() == absolute(choice.events).lexically_normal())
+    throw Error(ExitCode::kUsage, "same-file", choice.events.string() + " is both --log and --events",
+                "give the output another name");
   const Recording recording = read_recording(choice.file);
   ReplayVerdict verdict;
   if (choice.log.empty()) {
@@ -193,6 +201,7 @@ void replay(const Common& common, const ReplayChoice& choice) {
   if (!recording.end)
     say(stderr, "warning: {} was cut off: it has no end, and {} bytes of a message that is not whole\n",
         choice.file.string(), recording.cut_bytes);
+  warn_of_missing_events(recording);
   if (common.json) {
     Json json = document("replay");
     json["file"] = choice.file.string();

@@ -140,13 +140,14 @@ void Device::write_param(const firmware::ParamRow& row, double value) {
   services_.demand(write_request(row.id, bits), std::string("setting ") + row.name);
 }
 
-// Requests are answered in their order, so what Marked tells after a write whose answer was lost has seen that write, or it was lost too. A
-// session may have ended over the waiting.
+// A write whose answer does not come may have been lost, or come late. What Marked counts tells it, also when it is asked again before the next
+// try. A session may have ended over the waiting.
 link::Marked Device::mark(const firmware::ParamRow& row, std::uint16_t value) {
   const auto marked = [&] { return services_.record<link::Marked>("reading the tick of a mark"); };
+  const std::uint32_t before = marked().count;
   while (true) {
     services_.enter(Session::kExtended);
-    const std::uint32_t before = marked().count;
+    if (const link::Marked late = marked(); late.count == before + 1) return late;
     const std::optional<ServiceClient::Answer> answer = services_.request_once(write_request(row.id, value));
     if (answer && answer->code != Nrc::kOk)
       services_.refused(std::string("setting ") + row.name, answer->code);

@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::uint32_t kTickMask = (1U << link::kRecordedTickBits) - 1;
 constexpr std::uint32_t kBehind = kTickMask / 2 + 1;  // a tick this far ahead is an old one
+constexpr std::uint16_t kMarkBehind = 0x8000;         // and so is a mark
 
 }  // namespace
 
@@ -72,10 +73,11 @@ void Recorder::take_check(const link::RecordingCheck& check) {
 }
 
 // A mark comes before the counts of its tick, so its tick is the one that should come next, or one that will be missing. Marks may be much
-// farther from each other than the bits of a tick tell.
+// farther from each other than the bits of a tick tell. One that the link repeats, or brings after a later one, is left out.
 void Recorder::take_mark(const link::RecordingMark& mark) {
   const std::uint32_t ahead = (mark.tick - static_cast<std::uint32_t>(next_)) & kTickMask;
-  if (ahead >= kBehind) return;
+  if (ahead >= kBehind || static_cast<std::uint16_t>(mark.number - next_mark_) >= kMarkBehind) return;
+  next_mark_ = static_cast<std::uint16_t>(mark.number + 1);
   marks_.push_back({next_ + ahead, mark.what, mark.value, mark.before});
   ++marks_taken_;
 }

@@ -52,6 +52,7 @@ class Recorder {
   std::vector<RecordedFrame> frames_;
   std::vector<RecordedMark> marks_;
   std::uint32_t marks_taken_ = 0;
+  std::uint16_t next_mark_ = 0;  // the number that should come
 };
 
 }  // namespace thimble::host

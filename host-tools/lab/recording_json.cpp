@@ -27,6 +27,7 @@ Json about_json(const Recording& recording) {
   json["end"] = recording.end ? recording.end->reason : "cut_off";
   json["missing"] = recording.end ? recording.end->missing : 0;
   json["dropped"] = recording.end ? recording.end->dropped : 0;
+  json["events_missing"] = recording.end ? recording.end->marks_missing : 0;
   return json;
 }
 

@@ -67,7 +67,6 @@ class PyRecording {
     nlohmann::ordered_json about = about_json(recording_);
     about["began_utc_s"] = recording_.header.began;
     about["cut_bytes"] = recording_.cut_bytes;
-    about["events_missing"] = recording_.end ? recording_.end->marks_missing : 0;
     return about.dump();
   }
   [[nodiscard]] py::bytes scene() const { return to_python(recording_.header.scene); }

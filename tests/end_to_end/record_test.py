@@ -114,8 +114,9 @@ class Record(Rig):
         out, err = recorder.communicate(timeout=120)
         self.assertEqual(recorder.returncode, 0, err)
         said = json.loads(out)
-        self.assertEqual((said["end"], said["missing"], said["marks"], said["marks_missing"]), ("stopped", 0, len(written), 0))
+        self.assertEqual((said["end"], said["missing"], said["marks"], said["events_missing"]), ("stopped", 0, len(written), 0))
         table = self.folder / "events.csv"
+        self.fails(2, "same-file", "replay", file, "--events", table, "--log", f"{self.folder}/./events.csv")
         again = self.ok_json("replay", file, "--events", table)
         self.assertTrue(again["exact"])
         self.assertEqual([(event["kind"], event["code"]) for event in again["events"]], written)

@@ -105,24 +105,28 @@ TEST(Recorder, EveryTickOverTheWrapOfItsNumber) {
   EXPECT_EQ(result.frames, 2U);
 }
 
-// A mark comes before the counts of its tick; marks are farther from each other than their bits of a tick tell, and frames may be missing.
+// A mark comes before the counts of its tick; marks are farther from each other than their bits of a tick tell, and frames may be missing or come
+// twice.
 TEST(Recorder, EachMarkHasItsTick) {
   constexpr std::uint64_t kStart = 0xFFFFFF00;  // its 32 bits wrap
   host::Recorder recorder(kNode, 1);
-  recorder.take(mark_frame(kStart - 3, 99), 0);  // of the recording before
+  recorder.take(mark_frame(kStart - 3, 99, 41), 0);  // of the recording before
   recorder.take(mark_frame(kStart + 1, 7), 0);
   recorder.begin(start_at(static_cast<std::uint32_t>(kStart)));
   std::vector<std::uint64_t> expected = {kStart + 1};
+  std::uint16_t number = 0;
   for (std::uint64_t tick = kStart + 1; tick <= kStart + 70'000; ++tick) {
     if (tick % 9'973 == 0 || tick % 9'973 == 1) {
-      recorder.take(mark_frame(tick, static_cast<std::uint16_t>(tick)), 0);
+      number = static_cast<std::uint16_t>(number + (tick % 3 == 0 ? 2 : 1));  // some are lost
+      for (int times = 0; times < 2; ++times)
+        recorder.take(mark_frame(tick, static_cast<std::uint16_t>(tick), number), 0);
       expected.push_back(tick);
     }
     const bool lost = tick % 9'973 < 300 && tick % 2 == 0;
     if (!lost) recorder.take(counts_frame(tick), 0);
   }
   recorder.take(check_frame(kStart + 70'000, true), 0);
-  recorder.take(mark_frame(kStart + 70'001, 1), 0);  // behind the end
+  recorder.take(mark_frame(kStart + 70'001, 1, 100), 0);  // behind the end
   EXPECT_EQ(recorder.marks(), expected.size());
   const Written result = written(recorder, static_cast<std::uint32_t>(kStart), 1);
   ASSERT_EQ(result.marks.size(), expected.size());
