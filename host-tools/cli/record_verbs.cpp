@@ -176,7 +176,7 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
 void replay(const Common& common, const ReplayChoice& choice) {
   keep_apart(choice.file, choice.log);
   keep_apart(choice.file, choice.events);
-  if (!choice.log.empty() &&
+  if (!choice.log.empty() && !choice.events.empty() &&
       absolute(choice.log).lexically_normal() == absolute(choice.events).lexically_normal())
     throw Error(ExitCode::kUsage, "same-file", choice.events.string() + " is both --log and --events",
                 "give the output another name");

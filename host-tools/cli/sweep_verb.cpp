@@ -45,19 +45,9 @@ std::size_t jobs_of(const SweepChoice& choice) {
   return std::max(1U, std::thread::hardware_concurrency());  // those that this process may use
 }
 
-std::size_t failed_runs(const SweepResults& results, const std::string& head) {
-  const std::string names = head.substr(head.find('\n') + 1);
-  const auto before =
-      std::count(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(names.find("status")), ',');
-  std::size_t failed = 0;
-  for (std::size_t run = 0; run < results.runs(); ++run) {
-    std::string_view rest = results.line(run);
-    for (auto i = before; i > 0; --i) rest.remove_prefix(rest.find(',') + 1);
-    if (const std::string_view status = rest.substr(0, rest.find(','));
-        status != "ok" && status != "all-stable")
-      ++failed;
-  }
-  return failed;
+// In the name of its file; "" without --array.
+std::string name_of(const SweepChoice& choice, const SweepPart& part) {
+  return choice.array.empty() ? "" : fmt::format("{}-of-{}", part.part + 1, part.parts);
 }
 
 void list_runs(const Common& common, const SweepRuns& runs) {
@@ -129,8 +119,10 @@ SweepTimes run_here(const Common& common, const SweepChoice& choice, const Sweep
   return times;
 }
 
-void report(const Common& common, const SweepChoice& choice, const SweepResults& results,
-            const SweepTimes& times, std::size_t jobs, std::size_t failed) {
+// part: "2-of-8", or "" of a whole sweep.
+void report(const Common& common, const SweepChoice& choice, const std::string& part,
+            const SweepResults& results, const SweepTimes& times, std::size_t failed) {
+  const std::size_t jobs = jobs_of(choice);
   const double ideal_s = times.ideal_s(jobs);
   if (common.json) {
     Json json = document("sweep");
@@ -148,7 +140,21 @@ void report(const Common& common, const SweepChoice& choice, const SweepResults&
   if (times.runs > 0)
     say(stderr, "{} runs in {:.2f} s with {} job{}; ideal {:.2f} s, {:.0f} % more\n", times.runs,
         times.wall_s, jobs, jobs == 1 ? "" : "s", ideal_s, 100 * (times.wall_s / ideal_s - 1));
-  say(stderr, "{} of {} runs -> {}\n", results.done(), results.runs(), choice.output.string());
+  const std::string own = fmt::format("{}.runs.{}", choice.output.string(), part);
+  const bool is_own =
+      !part.empty() && std::filesystem::exists(own);  // not of a part that was collected before
+  if (is_own)
+    say(stderr, "part {} -> {}; {} of {} runs are done\n", part, own, results.done(), results.runs());
+  else
+    say(stderr, "{} of {} runs -> {}\n", results.done(), results.runs(), choice.output.string());
+}
+
+void write_table(OutputFile& table, const SweepChoice& choice, const SweepRuns& runs,
+                 const SweepResults& results) {
+  table.stream() << table_page(runs.plan(), runs.head(), results,
+                               fmt::format("thimble sweep {} --output {} --table {}", choice.plan.string(),
+                                           choice.output.string(), choice.table.string()));
+  table.commit();
 }
 
 }  // namespace
@@ -174,29 +180,24 @@ void sweep(const Common& common, const SweepChoice& choice) {
   }
   keep_apart(choice.output, choice.table);
   SweepResults results(choice.output, runs.head(), runs.columns(), runs.count());
+  std::optional<OutputFile> table;  // before the runs: it may be no place to write to
+  if (!choice.table.empty()) table.emplace(choice.table);
   heed_interrupts();
   SweepTimes times{.whole = true};
   if (choice.slurm > 0 && !results.is_whole()) {
     submit(common, choice, results);
   } else if (!missing_runs(results, part).empty()) {
-    results.open(choice.array.empty() ? "" : fmt::format("{}-of-{}", part.part + 1, part.parts));
+    results.open(name_of(choice, part));
     times = run_here(common, choice, runs, results, part);
   }
   heed_interrupts_no_more();
   std::size_t failed = 0;
   if (choice.array.empty()) {
     results.finish();
-    failed = failed_runs(results, runs.head());
-    if (!choice.table.empty()) {
-      OutputFile table(choice.table);
-      table.stream() << table_page(
-          runs.plan(), runs.head(), results,
-          fmt::format("thimble sweep {} --output {} --table {}", choice.plan.string(), choice.output.string(),
-                      choice.table.string()));
-      table.commit();
-    }
+    failed = results.failed();
+    if (table) write_table(*table, choice, runs, results);
   }
-  report(common, choice, results, times, jobs_of(choice), failed);
+  report(common, choice, name_of(choice, part), results, times, failed);
   if (failed > 0 && !common.json)
     say(stderr, "warning: {} runs ended early: the column status says how\n", failed);
 }

@@ -97,11 +97,13 @@ void add_sweep_options(CLI::App& verb, SweepChoice& choice) {
   verb.add_option(
       "--output,-o", choice.output,
       "results to write: CSV, a row per run; a sweep that was interrupted goes on where it ended");
-  verb.add_option("--table", choice.table, "page to write with the table of the plan: Markdown");
+  CLI::Option* table =
+      verb.add_option("--table", choice.table, "page to write with the table of the plan: Markdown");
   verb.add_option("--jobs", choice.jobs, "runs at a time; default: one per processor, with --slurm one")
       ->check(CLI::Range(1U, 1024U));
   CLI::Option* array = verb.add_option(
       "--array", choice.array, "I/N: only the I-th of N parts; without this option all parts are collected");
+  array->excludes(table);
   verb.add_option("--slurm", choice.slurm,
                   "run as a job array of Slurm with this number of tasks, and collect")
       ->check(CLI::Range(1U, 10000U))

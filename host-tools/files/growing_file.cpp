@@ -14,7 +14,7 @@ void GrowingFile::open(const std::filesystem::path& file, std::uintmax_t whole_b
   if (std::filesystem::exists(file_)) {
     std::error_code failed;
     std::filesystem::resize_file(file_, whole_bytes, failed);
-    if (failed) fail("shorten", failed.value());
+    if (failed) cannot("shorten", failed.value());
   }
   errno = 0;
   stream_.open(file_, std::ios::binary | std::ios::app);
@@ -24,10 +24,10 @@ void GrowingFile::open(const std::filesystem::path& file, std::uintmax_t whole_b
 
 void GrowingFile::flush() {
   stream_.flush();
-  if (!stream_) fail("write", errno);
+  if (!stream_) cannot("write", errno);
 }
 
-void GrowingFile::fail(const char* verb, int error) const {
+void GrowingFile::cannot(const char* verb, int error) const {
   throw Error(
       error == EACCES || error == EPERM || error == EROFS ? ExitCode::kPermission : ExitCode::kRefused,
       "cannot-write", std::string("cannot ") + verb + " " + file_.string() + ": " + std::strerror(error),

@@ -17,7 +17,7 @@ class GrowingFile {
   void flush();  // the system has what was written, when it returns
 
  private:
-  [[noreturn]] void fail(const char* verb, int error) const;
+  [[noreturn]] void cannot(const char* verb, int error) const;
 
   std::filesystem::path file_;
   std::ofstream stream_;

@@ -4,6 +4,7 @@
 
 #include "host-tools/error.h"
 #include "host-tools/in_page/exports.h"
+#include "host-tools/lab/event_table.h"
 #include "host-tools/lab/recording_json.h"
 #include "host-tools/lab/run_log.h"
 
@@ -51,6 +52,7 @@ Json replayed(const std::string& name, const std::string& file, bool wants_log) 
     }
     Json json = about_json(recording);
     json.update(verdict_json(verdict));
+    json["events"] = events_json(recording);
     json["cut_bytes"] = recording.cut_bytes;
     return json;
   } catch (const Error& error) {

@@ -55,6 +55,7 @@ struct MeasureColumn {
   bool is_steady;  // there is none without a steady part
 };
 [[nodiscard]] std::span<const MeasureColumn> measure_columns();
+inline constexpr std::string_view kStable = "stable";  // behind them
 
 // go_on: asked in each tick; an exception that it throws ends the run, and is thrown on.
 [[nodiscard]] Measured measure(

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <span>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "host-tools/compiler/scene_errors.h"
 #include "host-tools/files/input_file.h"
 #include "host-tools/keys/check.h"
+#include "host-tools/sweep/measures.h"
 #include "host-tools/sweep/sweep_keys.h"
 
 namespace thimble::host {
@@ -19,6 +21,15 @@ namespace {
 using board::JsonError;
 
 constexpr std::string_view kLargest = "largest_stable";
+// Of a longer series about so many values are compiled before the first run, evenly spread. Meshes and fields that do not change are not
+// computed again; where they do change, each run computes them too, so that the check costs less than the sweep.
+constexpr std::size_t kMostProbes = 1000;
+
+bool needs_steady_part(std::string_view column) {
+  return column == kStable || std::ranges::any_of(measure_columns(), [&](const MeasureColumn& each) {
+           return each.name == column && each.is_steady;
+         });
+}
 
 // Reads what it can, and collects what is wrong on the way.
 class PlanReader {
@@ -39,6 +50,8 @@ class PlanReader {
     attempt([&] { wall = part.flag("wall"); });
     attempt([&] { read_scene(part, wall); });
     add(text);
+    // Another version may give other figures.
+    add(THIMBLE_VERSION);
     if (!wall && plan_.scene == nullptr) return std::move(plan_);  // what could values be checked with?
     const SweepValues values(plan_.scene.get());
     attempt([&] { read_settings(values, part); });
@@ -74,6 +87,14 @@ class PlanReader {
     crc_ = firmware::link::crc32(std::as_bytes(std::span("", 1)), crc_);
   }
 
+  void add_files(const std::vector<std::filesystem::path>& files) {
+    for (const std::filesystem::path& file : files) {
+      if (std::ranges::find(plan_.files, file) != plan_.files.end()) continue;
+      add(read_input(file));
+      plan_.files.push_back(file);
+    }
+  }
+
   void read_scene(const FilePart& part, bool wall) {
     for (const char* key : {"scene", "path", "steady_s", "ideal", "swing_along"})
       if (wall && part.has(key))
@@ -95,10 +116,7 @@ class PlanReader {
     plan_.files = {path, beside(part.text("scene"))};
     plan_.scene = std::make_shared<const SweepScene>(beside(part.text("scene")));
     add(plan_.scene->text());
-    for (const std::filesystem::path& file : plan_.scene->files()) {
-      add(read_input(file));
-      plan_.files.push_back(file);
-    }
+    add_files(plan_.scene->files());
     if (!part.has("steady_s")) return;
     plan_.steady_s = part.number("steady_s");
     const auto [first, last] = std::ranges::minmax(plan_.path, {}, &board::PathPoint::time_s);
@@ -111,6 +129,10 @@ class PlanReader {
     const Value all = part.at("set");
     if (!all.raw().is_object()) all.wrong("an object of values by name");
     for (const auto& each : all.raw().items()) attempt([&] { read_setting(values, all, each.key()); });
+    // All together: one alone may be good only with another. Refused, they would spoil the probes of the axes.
+    const std::map<std::string, std::string> scene = std::exchange(plan_.base.scene, {});
+    if (!scene.empty()) compile(scene, "these values", all);
+    plan_.base.scene = scene;
   }
   void read_axes(const SweepValues& values, const FilePart& part) {
     const Value axes = part.list("vary", "too-many-axes", "axes", "vary fewer values");
@@ -131,8 +153,8 @@ class PlanReader {
     }
     const SweepValue value = values.read(key, all.at(key));
     value.set(plan_.base);
+    if (key.starts_with("hand_")) plan_.hand_numbers.push_back(value);
     add_arm(key, value);
-    probe(value, all.at(key));
   }
 
   void read_axis(const SweepValues& values, const FilePart& part) {
@@ -180,7 +202,7 @@ class PlanReader {
                                              : from + (to - from) * i / (count - 1);
       axis.values.push_back(values.number(axis.what, number, part.value()));
     }
-    for (const SweepValue* end : {&axis.values.front(), &axis.values.back()}) probe(*end, part.value());
+    probe(axis.values, part.value());
   }
 
   void read_search(const SweepValues& values, const FilePart& part) {
@@ -203,7 +225,7 @@ class PlanReader {
                               "choose a larger ratio");
       search.values.push_back(values.number(search.what, number, part.value()));
     }
-    for (const SweepValue* end : {&search.values.front(), &search.values.back()}) probe(*end, part.value());
+    probe(search.values, part.value());
     plan_.search = std::move(search);
   }
 
@@ -228,31 +250,42 @@ class PlanReader {
       columns.push_back(kLargest);
     else
       for (const MeasureColumn& column : measure_columns()) columns.push_back(column.name);
+    if (!root_.has(kLargest)) columns.push_back(kStable);
     table.value = part.text("value");
     static_cast<void>(part.at("value").word(columns));
+    if (plan_.scene != nullptr && !root_.has("steady_s") && needs_steady_part(table.value))
+      part.at("value").fail("no-steady-part", "is \"" + table.value + "\", and the plan has no \"steady_s\"",
+                            "say for how long at the end of its path the hand rests");
     table.digits = static_cast<int>(part.number("digits"));
     plan_.table = std::move(table);
   }
 
-  // The scene with this value alone: what the compiler refuses is told before the first run.
-  void probe(const SweepValue& value, const Value& place) const {
-    if (plan_.scene == nullptr) return;
+  // The scene with this value and those of "set": what the compiler refuses is told before the first run.
+  void probe(const SweepValue& value, const Value& place) {
     SweepSettings settings = plan_.base;
-    const std::size_t before = settings.scene.size();
     value.set(settings);
-    if (settings.scene.empty() || (settings.scene.size() == before && settings.scene == plan_.base.scene))
-      return;
+    if (settings.scene != plan_.base.scene) compile(settings.scene, value.text, place);
+  }
+  void probe(const std::vector<SweepValue>& series, const Value& place) {
+    const std::size_t step = (series.size() + kMostProbes - 1) / kMostProbes;
+    for (std::size_t i = 0; i < series.size(); i += step) probe(series[i], place);
+    if ((series.size() - 1) % step != 0) probe(series.back(), place);
+  }
+  // Only to see whether it can be, and with what files.
+  void compile(const std::map<std::string, std::string>& values, const std::string& what,
+               const Value& place) {
     try {
-      static_cast<void>(plan_.scene->compile(settings.scene));
+      add_files(plan_.scene->compile(values).report.files);
     } catch (const Error& error) {
-      place.fail(error.name, "makes a scene that is refused: " + error.cause, error.remedy);
+      place.fail(error.name, "makes a scene that is refused, with " + what + ": " + error.cause,
+                 error.remedy);
     }
   }
   // An arm file is part of the plan.
   void add_arm(const std::string& what, const SweepValue& value) {
     if (what != "arm") return;
     if (const std::filesystem::path path = arm_path(value.text); std::filesystem::is_regular_file(path))
-      add(read_input(path));
+      add_files({path});
   }
 
   static constexpr std::size_t kMostTries = 1000;

@@ -42,11 +42,13 @@ struct SweepPlan {
   std::optional<Eigen::Vector3d> along;
   double still_m = kTwoCounts_m;
   SweepSettings base;
+  std::vector<SweepValue> hand_numbers;  // of "set": what it says of the hand holds for each hand of an axis
   std::vector<SweepAxis> axes;
   std::optional<SweepSearch> search;
   std::optional<SweepTable> table;
-  std::vector<std::filesystem::path> files;  // that it names: scene, meshes, path
-  std::uint32_t crc = 0;  // of the plan and all files that it depends on: results belong to one plan
+  std::vector<std::filesystem::path> files;  // that it names: scene, meshes, path, arms
+  std::uint32_t crc =
+      0;  // of this version of Thimble, the plan and all files that it depends on: results belong to one plan
 
   static constexpr std::size_t kMostRuns = 1'000'000;
   [[nodiscard]] std::size_t runs() const;

@@ -9,6 +9,29 @@
 #include "host-tools/files/output_file.h"
 
 namespace thimble::host {
+namespace {
+
+// The end of a name: ".2-of-8".
+bool is_part(std::string_view text) {
+  const auto skip = [&text](std::string_view what) {
+    const bool has = text.starts_with(what);
+    if (has) text.remove_prefix(what.size());
+    return has;
+  };
+  const auto skip_digits = [&text] {
+    const std::size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
+    text.remove_prefix(digits);
+    return digits > 0;
+  };
+  return skip(".") && skip_digits() && skip("-of-") && skip_digits() && text.empty();
+}
+
+std::string_view cell_of(std::string_view line, std::size_t column) {
+  for (; column > 0; --column) line.remove_prefix(std::min(line.find(','), line.size() - 1) + 1);
+  return line.substr(0, line.find_first_of(",\n"));
+}
+
+}  // namespace
 
 SweepResults::SweepResults(std::filesystem::path file, std::string head, std::size_t columns,
                            std::size_t runs)
@@ -30,7 +53,8 @@ std::vector<std::filesystem::path> SweepResults::growing() const {
   for (std::filesystem::directory_iterator each(folder, gone), end; !gone && each != end;
        each.increment(gone)) {
     const std::string other = each->path().filename().string();
-    if (other == name || other.starts_with(name + ".")) found.push_back(file_.parent_path() / other);
+    if (other == name || (other.starts_with(name) && is_part(std::string_view(other).substr(name.size()))))
+      found.push_back(file_.parent_path() / other);
   }
   std::ranges::sort(found);
   return found;
@@ -43,8 +67,7 @@ std::size_t SweepResults::read(const std::filesystem::path& file, bool grows) {
     throw Error(ExitCode::kBadInput, "wrong-results",
                 file.string() +
                     ":1: these are not the results of this plan: another plan made them, or the plan, its "
-                    "scene, its path or its arm has "
-                    "changed since",
+                    "scene, its path, its arm or Thimble has changed since",
                 "give another --output, or remove the file");
   std::size_t begin = head_.size(), number = 3;
   for (std::size_t end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1, ++number) {
@@ -61,6 +84,17 @@ std::size_t SweepResults::read(const std::filesystem::path& file, bool grows) {
     lines_[run] = line;
   }
   return begin;
+}
+
+std::size_t SweepResults::failed() const {
+  const std::string_view names = std::string_view(head_).substr(head_.find('\n') + 1);
+  std::size_t column = 0;  // an axis may be a pointer with this word in it
+  while (column + 1 < columns_ && cell_of(names, column) != "status") ++column;
+  return static_cast<std::size_t>(std::ranges::count_if(lines_, [column](const std::string& line) {
+    if (line.empty()) return false;
+    const std::string_view status = cell_of(line, column);
+    return status != "ok" && status != "all-stable";
+  }));
 }
 
 void SweepResults::open(const std::string& part) {

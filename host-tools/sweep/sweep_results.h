@@ -28,6 +28,8 @@ class SweepResults {
   [[nodiscard]] bool is_whole() const { return done_ == lines_.size(); }
   [[nodiscard]] bool has(std::size_t run) const { return !lines_.at(run).empty(); }
   [[nodiscard]] const std::string& line(std::size_t run) const { return lines_.at(run); }
+  // Of the runs that are there, those whose `status` is neither ok nor the end of a search.
+  [[nodiscard]] std::size_t failed() const;
   void read_again();  // what other programs have written since
 
   // From now on lines can be added. part: of the name of the growing file, as "2-of-8"; empty: of all. What follows the last whole line of that

@@ -45,7 +45,7 @@ std::string SweepRuns::head() const {
   if (plan_.search) return text.append(kSearchColumns) + "\n";
   text += "status";
   for (const MeasureColumn& column : measure_columns()) text.append(",").append(column.name);
-  return text + ",stable\n";
+  return text.append(",").append(kStable) + "\n";
 }
 
 std::size_t SweepRuns::columns() const {
@@ -57,7 +57,13 @@ std::size_t SweepRuns::columns() const {
 SweepSettings SweepRuns::settings(std::size_t run) const {
   SweepSettings settings = plan_.base;
   const std::vector<std::size_t> place = plan_.place(run);
-  for (std::size_t i = 0; i < place.size(); ++i) plan_.axes[i].values[place[i]].set(settings);
+  // A whole hand first, in whatever order the axes are: it would undo what says one of its numbers.
+  for (const bool whole_hand : {true, false}) {
+    for (std::size_t i = 0; i < place.size(); ++i)
+      if ((plan_.axes[i].what == "hand") == whole_hand) plan_.axes[i].values[place[i]].set(settings);
+    if (whole_hand)
+      for (const SweepValue& number : plan_.hand_numbers) number.set(settings);
+  }
   return settings;
 }
 
@@ -129,7 +135,8 @@ std::string SweepRuns::line(std::size_t run, const std::function<void()>& go_on)
       line += fmt::format("{:.9g}", now.measured.*column.value);
   }
   line += ",";
-  if (plan_.scene == nullptr || plan_.steady_s > 0) line += now.measured.is_still(plan_.still_m) ? "1" : "0";
+  if (has_figures && (plan_.scene == nullptr || plan_.steady_s > 0))
+    line += now.measured.is_still(plan_.still_m) ? "1" : "0";
   return line;
 }
 

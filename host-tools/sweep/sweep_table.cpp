@@ -45,6 +45,13 @@ std::string cut(const std::string& cell, int digits) {
   return fmt::format("{:.{}g}", std::trunc(value / unit * (1 + 1e-12)) * unit, digits + 6);
 }
 
+// A cell of Markdown.
+std::string escaped(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) escaped.append(c == '|' ? "\\" : "").append(1, c);
+  return escaped;
+}
+
 std::string named(const SweepAxis& axis, std::size_t value) {
   return fmt::format("{}{}{}", axis.values[value].text, axis.unit.empty() ? "" : " ", axis.unit);
 }
@@ -82,14 +89,15 @@ class Page {
   [[nodiscard]] std::string table(std::vector<std::size_t> place) const {
     const SweepAxis& rows = plan_.axes[plan_.table->rows];
     const SweepAxis& columns = plan_.axes[plan_.table->columns];
-    std::string text = fmt::format("\n| {} |", rows.label.empty() ? rows.what : rows.label), rule = "|---|";
+    std::string text = fmt::format("\n| {} |", escaped(rows.label.empty() ? rows.what : rows.label)),
+                rule = "|---|";
     for (std::size_t column = 0; column < columns.values.size(); ++column) {
-      text += fmt::format(" {} |", named(columns, column));
+      text += fmt::format(" {} |", escaped(named(columns, column)));
       rule += "---|";
     }
     text += "\n" + rule + "\n";
     for (std::size_t row = 0; row < rows.values.size(); ++row) {
-      text += fmt::format("| {} |", named(rows, row));
+      text += fmt::format("| {} |", escaped(named(rows, row)));
       place[plan_.table->rows] = row;
       for (std::size_t column = 0; column < columns.values.size(); ++column) {
         place[plan_.table->columns] = column;

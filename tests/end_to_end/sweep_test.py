@@ -59,7 +59,9 @@ class Sweep(Rig):
             self.assertEqual(other.read_bytes(), whole.read_bytes())
         parts = self.folder / "parts.csv"
         for part in (3, 1):
-            self.assertIn("8 runs in", self.ok("sweep", plan, "--output", parts, "--array", "%d/3" % part).err)
+            said = self.ok("sweep", plan, "--output", parts, "--array", "%d/3" % part).err
+            self.assertIn("8 runs in", said)
+            self.assertIn("part %d-of-3 -> %s.runs.%d-of-3; " % (part, parts, part), said)
         self.assertFalse(parts.exists())
         self.assertEqual(self.ok_json("sweep", plan, "--output", parts)["run_now"], 8)
         self.assertEqual(parts.read_bytes(), whole.read_bytes())
@@ -102,12 +104,15 @@ class Sweep(Rig):
         for array in ("0/3", "4/3", "2", "a/b", "1/0", "1/2/3", "1/-1"):
             self.fails(2, "bad-part", "sweep", plan, "--output", out, "--array", array)
         self.fails(2, "usage", "sweep", plan, "--output", out, "--array", "1/2", "--slurm", 2)
+        self.fails(2, "usage", "sweep", plan, "--output", out, "--array", "1/2", "--table", self.folder / "t.md")
         self.fails(2, "usage", "sweep", plan, "--output", out, "--jobs", 0)
         self.fails(2, "same-file", "sweep", plan, "--output", plan)
         for used in ("floor.scene.json", "press.csv"):
             self.fails(2, "same-file", "sweep", plan, "--output", out, "--table", self.folder / used)
         self.fails(10, "cannot-read", "sweep", self.folder / "none.json", "--output", out)
         self.fails(1, "cannot-write", "sweep", plan, "--output", self.folder / "none" / "out.csv")
+        self.fails(1, "cannot-write", "sweep", plan, "--output", out, "--table", self.folder / "none" / "t.md")
+        self.assertFalse((self.folder / "out.csv.runs").exists(), "it is told before the first run")
         self.environment["PATH"] = str(self.folder)
         self.fails(3, "no-slurm", "sweep", plan, "--output", out, "--slurm", 2)
         self.ok("sweep", plan, "--output", out)

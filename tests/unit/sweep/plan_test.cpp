@@ -132,6 +132,9 @@ TEST(SweepPlanFile, EachErrorHasItsName) {
   folder.write(
       "comma.scene.json",
       R"({"thimble_scene": 1, "name": "x", "materials": {"a,b": {"stiffness_N_m": 5}}, "objects": []})");
+  folder.write(
+      "field.scene.json",
+      R"({"thimble_scene": 1, "name": "x", "objects": [{"name": "f", "shape": {"force_field": {"curl_N_s_m": [0, 0, 12], "trial": 1}}}]})");
   const std::string floor =
       R"({"thimble_sweep": 1, "name": "test", "scene": "floor.scene.json", "path": "press.csv", )";
   const std::string wall = R"({"thimble_sweep": 1, "name": "test", "wall": true, )";
@@ -159,6 +162,16 @@ TEST(SweepPlanFile, EachErrorHasItsName) {
       {floor +
            R"("vary": [{"what": "seed", "from": 0, "to": 99999, "count": 100000}, {"what": "trial", "from": 0, "to": 19, "count": 20}]})",
        "too-many-runs", "1000000"},
+      {floor + R"("set": {"/objects/0/material": "glass"}, )" + kSeeds + "}", "unknown-material",
+       "these values"},
+      {R"({"thimble_sweep": 1, "name": "x", "scene": "field.scene.json", "path": "press.csv", "vary": [{"what": "/objects/0/shape/force_field/trial", "from": 1, "to": 2, "count": 3}]})",
+       "bad-value", "with 1.5"},
+      {floor + R"("vary": [{"what": "seed", "values": [1]}, {"what": "rate_Hz", "values": [1000]}],
+          "table": {"rows": "seed", "columns": "rate_Hz", "value": "tip_swing_m"}})",
+       "no-steady-part", "tip_swing_m"},
+      {floor + R"("vary": [{"what": "seed", "values": [1]}, {"what": "rate_Hz", "values": [1000]}],
+          "table": {"rows": "seed", "columns": "rate_Hz", "value": "stable"}})",
+       "no-steady-part", "stable"},
       {floor + kSeeds + R"(, "largest_stable": {"what": "trial", "from": 1, "to": 8, "ratio": 2}})",
        "no-steady-part", "steady_s"},
       {wall + kSeeds + R"(, "largest_stable": {"what": "seed", "from": 1, "to": 8, "ratio": 2}})",
@@ -209,6 +222,43 @@ TEST(SweepPlanFile, TheChecksumCoversEveryFile) {
   EXPECT_EQ(folder.floor(kSeeds).crc, crc);
   folder.write("floor.scene.json", kFloorScene + " ");
   EXPECT_NE(folder.floor(kSeeds).crc, crc);
+}
+
+std::string tetrahedron(const std::string& size_m) {
+  return "v 0 0 0\nv " + size_m + " 0 0\nv 0 " + size_m + " 0\nv 0 0 " + size_m +
+         "\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+}
+
+// Also those that only a value names.
+TEST(SweepPlanFile, TheChecksumCoversFilesOfValues) {
+  const PlanFolder folder;
+  folder.write(
+      "mesh.scene.json",
+      R"({"thimble_scene": 1, "name": "x", "objects": [{"name": "m", "shape": {"mesh": {"file": "a.obj"}}, "material": {"stiffness_N_m": 500}}]})");
+  const std::string head =
+      R"({"thimble_sweep": 1, "name": "x", "scene": "mesh.scene.json", "path": "press.csv", )";
+  const std::string varied =
+      head + R"("vary": [{"what": "/objects/0/shape/mesh/file", "values": ["a.obj", "b.obj"]}]})";
+  const std::string set = head + R"("set": {"/objects/0/shape/mesh/file": "b.obj"}, )" + kSeeds + "}";
+  for (const std::string& text : {varied, set}) {
+    folder.write("a.obj", tetrahedron("0.05"));
+    folder.write("b.obj", tetrahedron("0.06"));
+    const SweepPlan plan = folder.plan(text);
+    EXPECT_EQ(std::ranges::count(plan.files, folder.path() / "a.obj"), 1);
+    EXPECT_EQ(std::ranges::count(plan.files, folder.path() / "b.obj"), 1);
+    EXPECT_EQ(folder.plan(text).crc, plan.crc);
+    folder.write("b.obj", tetrahedron("0.07"));
+    EXPECT_NE(folder.plan(text).crc, plan.crc);
+  }
+}
+
+TEST(SweepPlanFile, ATableMayShowWhatIsStable) {
+  const PlanFolder folder;
+  const SweepPlan plan = folder.floor(
+      R"("steady_s": 0.02, "vary": [{"what": "seed", "values": [1]}, {"what": "rate_Hz", "values": [1000]}],
+         "table": {"rows": "seed", "columns": "rate_Hz", "value": "stable"})");
+  ASSERT_TRUE(plan.table);
+  EXPECT_EQ(plan.table->value, "stable");
 }
 
 // The page has every key and every value that can be set, with the words of the table.

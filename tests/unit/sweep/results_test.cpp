@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "host-tools/error.h"
 #include "host-tools/sweep/sweep_results.h"
@@ -102,6 +103,23 @@ TEST_F(SweepFiles, CollectTheirParts) {
   EXPECT_EQ(finish(), 8U);
   EXPECT_EQ(text_of(file()), whole_file());
   EXPECT_FALSE(fs::exists(growing(".1-of-3")));
+}
+
+TEST_F(SweepFiles, LeaveOthersAlone) {
+  const std::vector<std::string> others = {".bak",    ".1-of-3.bak", ".1-of-",   ".-of-3",
+                                           ".x-of-3", ".1-of-3x",    ".1-of-3-", "1-of-3"};
+  for (const std::string& other : others) folder_.write("out.csv.runs" + other, "my own table\n");
+  EXPECT_EQ(finish(), kRuns);
+  for (const std::string& other : others) EXPECT_TRUE(fs::exists(growing(other))) << other;
+}
+
+TEST_F(SweepFiles, SayHowManyRunsFailed) {
+  const std::string head =
+      "# thimble sweep, plan 0123abcd\nrun,/materials/status/stiffness_N_m,seed,status\n";
+  folder_.write("out.csv.runs", head + "0,ok,1,faulted\n2,500,1,ok\n3,500,1,all-stable\n4,500,1,not-armed\n");
+  const SweepResults now(file(), head, kColumns, kRuns);
+  EXPECT_EQ(now.done(), 4U);
+  EXPECT_EQ(now.failed(), 2U);
 }
 
 TEST_F(SweepFiles, BelongToOnePlan) {

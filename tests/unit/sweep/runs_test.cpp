@@ -134,12 +134,32 @@ TEST(SweepRuns, AreTheSameBytesInAnyWay) {
   EXPECT_EQ(run, 12U) << "each run is done once";
 }
 
+// One number of a hand holds for each hand, in whatever order the plan has them.
+TEST(SweepRuns, ANumberOfAHandIsNotUndoneByTheHand) {
+  const PlanFolder folder;
+  const std::string hand =
+      R"({"what": "hand", "values": [{"name": "h", "mass_kg": 0.1, "stiffness_N_m": 300}]})";
+  const std::string number = R"({"what": "hand_stiffness_N_m", "values": [200, 2000]})";
+  const SweepRuns after(folder.floor("\"vary\": [" + hand + ", " + number + "]"));
+  const SweepRuns before(folder.floor("\"vary\": [" + number + ", " + hand + "]"));
+  const SweepRuns set(folder.floor(R"("set": {"hand_stiffness_N_m": 2000}, "vary": [)" + hand + "]"));
+  const double soft_N = cell(before, before.line(0), "peak_force_N"),
+               stiff_N = cell(before, before.line(1), "peak_force_N");
+  EXPECT_GT(stiff_N, soft_N * 1.1);
+  EXPECT_EQ(cell(after, after.line(0), "peak_force_N"), soft_N);
+  EXPECT_EQ(cell(after, after.line(1), "peak_force_N"), stiff_N);
+  EXPECT_EQ(cell(set, set.line(0), "peak_force_N"), stiff_N);
+}
+
 TEST(SweepRuns, HaveAStatus) {
   const PlanFolder folder;
   folder.write("far.csv", "time_s,x_m,y_m,z_m\n0,0,0,0\n0.1,0,0,2\n");
   const SweepRuns far(folder.plan(
       R"({"thimble_sweep": 1, "name": "x", "scene": "floor.scene.json", "path": "far.csv", "vary": [{"what": "seed", "values": [1]}]})"));
   EXPECT_EQ(far.line(0), "0,1,out-of-reach,,,,,,,,,,");
+  const SweepRuns far_steady(folder.plan(
+      R"({"thimble_sweep": 1, "name": "x", "scene": "floor.scene.json", "path": "far.csv", "steady_s": 0.01, "vary": [{"what": "seed", "values": [1]}]})"));
+  EXPECT_EQ(far_steady.line(0), "0,1,out-of-reach,,,,,,,,,,") << "nothing was measured";
   folder.write("fast.csv", "time_s,x_m,y_m,z_m\n0,0,0,0.01\n0.004,0,0,-0.02\n0.1,0,0,-0.02\n");
   const SweepRuns fast(folder.plan(
       R"({"thimble_sweep": 1, "name": "x", "scene": "floor.scene.json", "path": "fast.csv", "steady_s": 0.01,
@@ -168,6 +188,17 @@ TEST(SweepTable, HasTheFirstDigitsOfItsCells) {
   EXPECT_GT(std::stod(row[1]), .9 * wood);
   EXPECT_LE(std::stod(row[2]), steel);
   EXPECT_LE(row[2].str().size(), 3U);
+}
+
+TEST(SweepTable, CellsAreNotCutByTheirText) {
+  const PlanFolder folder;
+  const SweepRuns runs(folder.floor(
+      R"("vary": [{"what": "seed", "values": [1], "label": "a|b"}, {"what": "rate_Hz", "values": [1000], "unit": "|"}],
+         "table": {"rows": "seed", "columns": "rate_Hz", "value": "contact_s"})"));
+  ASSERT_EQ(go(runs, folder.path() / "out.csv", 1, 100), 1U);
+  const SweepResults results(folder.path() / "out.csv", runs.head(), runs.columns(), runs.count());
+  EXPECT_THAT(host::table_page(runs.plan(), runs.head(), results, "thimble sweep"),
+              testing::HasSubstr("\n| a\\|b | 1000 \\| |\n|---|---|\n| 1 | "));
 }
 
 // The plan of docs/stability.md: its shortest searches give the page's figures. All of them: stability.page, long.
