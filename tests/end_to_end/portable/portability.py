@@ -24,7 +24,7 @@ POSIX = {name + ".h" for name in """aio arpa/inet cpio dirent dlfcn fcntl fmtmsg
     netinet/in netinet/tcp nl_types poll pthread pwd regex sched search semaphore signal spawn strings stropts sys/ipc sys/mman sys/msg sys/resource
     sys/select sys/sem sys/shm sys/socket sys/stat sys/statvfs sys/time sys/times sys/types sys/uio sys/un sys/utsname sys/wait syslog tar termios time trace
     ulimit unistd utime utmpx wordexp""".split()}  # without those that C++ has
-MISSING = re.compile(r"(?:undeclared identifier|unknown type name|no (?:member|type) named) '(\w+)'")
+MISSING = re.compile(r"(?:undeclared identifier|unknown type name|no (?:member|type) named) '(?!__builtin_)(\w+)'")  # Clang's own names are none of the system
 
 
 @functools.cache
