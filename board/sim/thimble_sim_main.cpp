@@ -9,6 +9,7 @@
 #include <exception>
 #include <iostream>
 #include <map>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -20,14 +21,18 @@ namespace {
 
 volatile std::sig_atomic_t stopping = 0;
 
+// In one write, so that nobody else's text comes between.
+void tell(const std::string& text) { std::cerr << "thimble-sim: " + text + '\n'; }
+
 void run(const LiveOptions& options) {
   LiveBoard live(options);
   for (const std::string& uri : live.uris()) std::cout << uri << '\n';
   std::cout << "ready" << std::endl;
-  live.run([] { return stopping != 0; }, {},
-           [](const std::string& news) { std::cerr << "thimble-sim: " << news << std::endl; });
-  std::cerr << "thimble-sim: " << live.board().time_s() << " s simulated, " << live.skipped_s()
-            << " s skipped, " << live.dropped() << " frames dropped\n";
+  live.run([] { return stopping != 0; }, {}, tell);
+  std::ostringstream summary;
+  summary << live.board().time_s() << " s simulated, " << live.skipped_s() << " s skipped, " << live.dropped()
+          << " frames dropped";
+  tell(summary.str());
 }
 
 int main_of(int argc, char** argv) {
@@ -84,7 +89,7 @@ int main_of(int argc, char** argv) {
   try {
     options.arm_data = arm_of_image(options.arm);
   } catch (const std::exception& error) {
-    std::cerr << "thimble-sim: " << error.what() << '\n';
+    tell(error.what());
     return 1;
   }
   if (options.name.empty()) options.name = "sim-" + std::to_string(getpid());
@@ -97,7 +102,7 @@ int main_of(int argc, char** argv) {
     run(options);
     return 0;
   } catch (const std::exception& error) {
-    std::cerr << "thimble-sim: " << error.what() << '\n';
+    tell(error.what());
     return 1;
   }
 }
