@@ -47,8 +47,8 @@ std::span<const std::byte> without_trailer(const std::string& name, std::span<co
 std::optional<kinematics::ArmData> arm_of_image(const std::string& name) {
   if (!name.ends_with(".tarm")) return std::nullopt;
   const std::string bytes = read_text(name);
-  std::vector<std::uint64_t> aligned((bytes.size() + 7) / 8);
-  if (!bytes.empty()) std::memcpy(aligned.data(), bytes.data(), bytes.size());
+  std::vector<std::uint64_t> aligned(bytes.size() / 8 + 1);
+  std::memcpy(aligned.data(), bytes.data(), bytes.size());
   const auto image = without_trailer(name, std::as_bytes(std::span(aligned)).first(bytes.size()));
   kinematics::ArmData arm;
   const firmware::ArmStatus status = firmware::read_arm_image(image, arm);

@@ -5,6 +5,8 @@ import os
 import re
 from pathlib import Path
 
+from sphinx import addnodes
+
 project = "Thimble"
 copyright = "Thimble maintainers"
 release = os.environ.get("THIMBLE_VERSION", "")
@@ -34,12 +36,12 @@ html_copy_source = False
 html_theme_options = {"navigation_with_keys": True}
 
 
-def folder_is_no_page(app, env, node, contnode):
+def folder_is_no_page(app, doctree):
     """A link to a folder of the project: its name alone, because the manual has no folders."""
-    here = os.path.dirname(env.doc2path(node.get("refdoc", "")))
-    if os.path.isdir(os.path.join(here, node["reftarget"])):
-        return contnode
-    return None
+    here = Path(app.env.doc2path(app.env.docname)).parent
+    for node in list(doctree.findall(addnodes.pending_xref)):
+        if (here / node["reftarget"]).is_dir():
+            node.replace_self(node.children)
 
 
 def plain_docstring(app, what, name, obj, options, lines):
@@ -78,7 +80,7 @@ def forget_schemas(app, exception):
 
 
 def setup(app):
-    app.connect("missing-reference", folder_is_no_page)
+    app.connect("doctree-read", folder_is_no_page)
     app.connect("autodoc-process-docstring", plain_docstring)
     app.connect("build-finished", mend_furo)
     app.connect("build-finished", forget_schemas)

@@ -349,7 +349,7 @@ void define_import(CLI::App& app, Choices& c) {
 
   CLI::App* log_verb = verb(*import, c, "devicelog", "the log of a HAPI DeviceLog",
                             [&c] { import_device_log(c.common, c.import_device_log); });
-  log_verb->add_option("log", c.import_device_log.log, "the log, text or binary")->required();
+  log_verb->add_option("devicelog", c.import_device_log.log, "the log, text or binary")->required();
   log_verb->add_option("--output,-o", c.import_device_log.path,
                        "path of the tip to write: CSV, for `simulate --path`");
   log_verb->add_option("--log", c.import_device_log.forces, "forces to write: CSV, for `plot`");

@@ -93,7 +93,7 @@ std::span<const PlantedFault> planted_faults() noexcept { return kPlanted; }
 
 SimFault planted_fault(const std::string& text, const ArmFile& arm) {
   const std::size_t at = text.find('@');
-  const PlantedFault& planted = planted_named(text.substr(0, at));
+  const PlantedFault planted = planted_named(text.substr(0, at));
   SimFault fault;
   fault.fault = planted.fault;
   if (planted.factor != 0) fault.factor = planted.factor;

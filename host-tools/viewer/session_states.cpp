@@ -34,11 +34,11 @@ void DeviceSession::learn_arms() {
     axes.at(arm) = drawings_.at(arm)->axes();
   }
   live_ = LiveState(device_->info().node, arms_, axes);
-  const firmware::ParamRow* const content = firmware::find_param(std::string_view("telemetry_content"));
-  if (hands_ == nullptr || content == nullptr) return;
-  const auto told = static_cast<std::uint32_t>(device_->read_param(*content));
+  if (hands_ == nullptr) return;
+  const firmware::ParamRow& content = *firmware::find_param(std::string_view("telemetry_content"));
+  const auto told = static_cast<std::uint32_t>(device_->read_param(content));
   if ((told & link::kContentJointAngles) == 0)
-    device_->write_param(*content, told | static_cast<std::uint32_t>(link::kContentJointAngles));
+    device_->write_param(content, told | static_cast<std::uint32_t>(link::kContentJointAngles));
 }
 
 void DeviceSession::send_hello() {

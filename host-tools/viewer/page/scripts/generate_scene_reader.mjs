@@ -1,9 +1,10 @@
 // Writes src/generated: the reader of scene images, which flatc makes from control/scene/scene.fbs.
 //
 // flatc 2.0 (Debian 12) has no fixed arrays in TypeScript. Single fields have the same place in the struct, so `vertex:[uint:3]` becomes
-// `vertex_0:uint; vertex_1:uint; vertex_2:uint;` in a copy of the schema.
+// `vertex_0:uint; vertex_1:uint; vertex_2:uint;` in a copy of the schema. And each release of flatc names the file that has all types in another
+// way, so it is written here.
 import { execFileSync } from 'node:child_process';
-import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
@@ -25,3 +26,5 @@ try {
   console.error('flatc is not installed\n  remedy: apt-get install flatbuffers-compiler');
   process.exit(1);
 }
+const types = readdirSync(join(generated, 'thimble/scene')).sort();
+writeFileSync(join(generated, 'scene_generated.ts'), types.map((file) => `export * from './thimble/scene/${file.replace(/\.ts$/, '')}';\n`).join(''));
