@@ -1,12 +1,18 @@
 # Sourced by ./demo and ./check: installs missing Debian packages.
 
 packages_to_build=(
-  assimp-testmodels cmake flatbuffers-compiler g++ gnuplot-nox help2man libassimp-dev libbearssl-dev libbenchmark-dev libboost-dev libbox2d-dev libbullet-dev libcli11-dev libeigen3-dev libembree-dev
-  libflatbuffers-dev libfmt-dev libgmock-dev libgpiod-dev libgtest-dev libmnl-dev libmosquitto-dev libmujoco-dev libode-dev liborocos-kdl-dev libpng-dev libqhull-dev librapidcheck-dev liburdfdom-dev mricron-data ninja-build
-  nlohmann-json3-dev pkgconf pybind11-dev python3-dev python3-numpy zlib1g-dev
+  cmake dpkg-dev file flatbuffers-compiler g++ help2man libassimp-dev libbearssl-dev libboost-dev libcli11-dev libeigen3-dev libflatbuffers-dev libfmt-dev
+  libgpiod-dev libmnl-dev libmosquitto-dev libpng-dev libqhull-dev liburdfdom-dev ninja-build nlohmann-json3-dev pkgconf pybind11-dev
+  python3-dev python3-numpy zlib1g-dev
 )
 # Packages for the viewer's page. Packages from Node.js itself include npm and conflict with Debian's npm.
 command -v npm >/dev/null || packages_to_build+=(nodejs npm)
+# For the tests, where they are built (THIMBLE_TESTS); `thimble plot` needs gnuplot too.
+packages_to_test=(
+  assimp-testmodels gnuplot-nox libbenchmark-dev libbox2d-dev libbullet-dev libembree-dev libgl-dev libgmock-dev libgtest-dev libmujoco-dev
+  libode-dev liborocos-kdl-dev librapidcheck-dev mricron-data
+)
+# For ./check: what its tests run.
 packages_to_check=(
   binutils chromium-headless-shell clang clang-format clang-tidy cpio device-tree-compiler fish g++-aarch64-linux-gnu g++-arm-linux-gnueabihf gcc-12
   gcc-arm-none-eabi git hdf5-tools libclang-rt-dev libnewlib-arm-none-eabi libstdc++-arm-none-eabi-newlib llvm make man-db mosquitto mosquitto-clients mypy python3-can python3-canmatrix python3-h5py python3-markdown-it python3-matplotlib python3-paho-mqtt python3-pandas python3-pip qemu-system-arm qemu-system-x86 qemu-user strace
@@ -14,7 +20,7 @@ packages_to_check=(
 )
 
 # For ./check --long.
-packages_to_check_long=(chromium clang-22 firefox-esr googletest libc++-22-dev libc++abi-22-dev lintian mmdebstrap munge slurm-wlm)
+packages_to_check_long=(chromium clang-22 firefox-esr googletest libc++-22-dev libc++abi-22-dev mmdebstrap munge slurm-wlm)
 
 # For the manual, target `manual` (cmake/manual.cmake).
 packages_to_document=(doxygen furo python3-breathe python3-myst-parser python3-sphinx python3-sphinx-copybutton)

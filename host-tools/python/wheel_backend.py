@@ -26,7 +26,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     build = (config_settings or {}).get("build")
     if not build:
         build = SOURCE / "build/wheel"
-        _run("cmake", "--preset", "python", "-B", build, f"-DPython_EXECUTABLE={sys.executable}")
+        _run("cmake", "--preset", "python", "-B", build, "-DTHIMBLE_TESTS=OFF", f"-DPython_EXECUTABLE={sys.executable}")
         _run("cmake", "--build", build, "--target", "thimble_python")
     with tempfile.TemporaryDirectory() as place:
         _run("cmake", "--install", pathlib.Path(build).absolute(), "--strip", "--prefix", place, "--component", "python", stdout=subprocess.DEVNULL)
