@@ -53,14 +53,18 @@ set(ENV{SOURCE_DATE_EPOCH} ${epoch})
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 set(ENV{SOURCE_DATE_EPOCH} ${given_epoch})
 
-# Required files of each package: licence and changelog.
+# Required files of each package: licence and changelog, which names the release that it is built on.
+cmake_host_system_information(RESULT release QUERY DISTRIB_VERSION_CODENAME)
+if(NOT release)
+  set(release unstable)
+endif()
 set(packaging ${PROJECT_BINARY_DIR}/packaging)
 find_program(GZIP gzip REQUIRED)
 foreach(component IN LISTS components)
   string(TOUPPER ${component} COMPONENT)
   set(package ${CPACK_${COMPONENT}_NAME})
   file(WRITE ${packaging}/${package}/changelog
-    "${package} (${PROJECT_VERSION}) bookworm; urgency=medium\n\n  * Built from the source tree; its history says what changed.\n\n -- ${THIMBLE_MAINTAINER}  ${date}\n")
+    "${package} (${PROJECT_VERSION}) ${release}; urgency=medium\n\n  * Built from the source tree; its history says what changed.\n\n -- ${THIMBLE_MAINTAINER}  ${date}\n")
   execute_process(COMMAND ${GZIP} -9nf ${packaging}/${package}/changelog COMMAND_ERROR_IS_FATAL ANY)
   install(FILES ${packaging}/${package}/changelog.gz ${PROJECT_SOURCE_DIR}/cmake/packages/copyright
     DESTINATION share/doc/${package} COMPONENT ${component})
@@ -133,7 +137,12 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-thimble)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "force-feedback arm: Python module
 Simulates scenes, talks to devices and reads recordings, with arrays of NumPy.")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy")  # the interpreter of Debian 12
+if(THIMBLE_PYTHON)  # a module is of one interpreter
+  find_package(Python REQUIRED COMPONENTS Interpreter)
+  math(EXPR next "${Python_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3 (<< ${Python_VERSION_MAJOR}.${next}), python3-numpy")
+endif()
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib")  # docs/first-experiment.md draws with it
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-h5py, python3-pandas")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/packages/python/postinst ${PROJECT_SOURCE_DIR}/cmake/packages/python/prerm)
