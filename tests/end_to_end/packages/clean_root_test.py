@@ -95,6 +95,15 @@ class CleanRoot(unittest.TestCase):
         self.assertGreaterEqual(len(here), 4)  # thimble-doc too, if this build has it
         self.assertEqual([name for name in here if made.get(name) != here[name]], [])
 
+    def compile_and_simulate(self, folder):
+        """What in_clean_root.sh does too."""
+        folder.mkdir()
+        thimble, scenes = BUILD / "bin/thimble", SOURCE / "scenes"
+        for scene in scenes.glob("*/*.scene.json"):
+            output(thimble, "compile", scene, "--output", folder / f"{scene.name.removesuffix('.scene.json')}.thim")
+        for name in ("blocks", "ice"):
+            output(thimble, "simulate", scenes / name / f"{name}.scene.json", "--path", scenes / name / "stroke.csv", "--log", folder / f"{name}.csv")
+
     def test_a_clean_root(self):
         ours = {fields(file, "Package")[0] for file in self.made}
         needed = {entry for file in self.made for name in ("Depends", "Recommends") for entry in fields(file, name)}
@@ -104,6 +113,7 @@ class CleanRoot(unittest.TestCase):
         for file in (*self.made, HERE / "in_clean_root.sh", HERE / "tutorials.py"):
             shutil.copy(file, trial)
         shutil.copytree(HERE / "outside", trial / "outside")
+        self.compile_and_simulate(trial / "here")
         in_a_root(self.folder, wanted | {"cmake", "g++", "man-db", "ninja-build"}, f"copy-in {trial} /tmp", chroot("sh /tmp/trial/in_clean_root.sh"))
 
 

@@ -27,4 +27,7 @@ try {
   process.exit(1);
 }
 const types = readdirSync(join(generated, 'thimble/scene')).sort();
-writeFileSync(join(generated, 'scene_generated.ts'), types.map((file) => `export * from './thimble/scene/${file.replace(/\.ts$/, '')}';\n`).join(''));
+writeFileSync(
+  join(generated, 'scene_generated.ts'),
+  types.map((file) => `export * from './thimble/scene/${file.replace(/\.ts$/, '')}';\n`).join(''),
+);
