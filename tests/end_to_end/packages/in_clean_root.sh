@@ -38,6 +38,16 @@ kill $sim
 wait $sim || true
 python3 -c 'import json; state = json.load(open("info.json"))["state"]; assert state["peak_force_N"] > 0.1, state'
 
+say the same bytes as those of the machine that builds
+mkdir there
+for scene in $scenes/*/*.scene.json; do
+  thimble compile "$scene" --output "there/$(basename "$scene" .scene.json).thim" >/dev/null
+done
+for name in blocks ice; do
+  thimble simulate $scenes/$name/$name.scene.json --path $scenes/$name/stroke.csv --log there/$name.csv >/dev/null
+done
+diff -r here there
+
 say doctor
 thimble doctor
 thimble doctor --json | python3 -c 'import json, sys; told = json.load(sys.stdin); assert told["findings"] and not told["failures"], told'
