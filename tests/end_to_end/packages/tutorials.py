@@ -158,7 +158,7 @@ class Student(unittest.TestCase):
         """Into one interpreter for the page: line by line, each when it asks for it."""
         asked = re.compile(r"(^|\n)(>>> |\.\.\. )(thimble-sim: [^\n]*\n)?$")  # which says how it was when it ends
         if not self.running:
-            self.running = Terminal("/usr/bin/python3", "-q")
+            self.running = Terminal("env", "PYTHON_BASIC_REPL=1", "/usr/bin/python3", "-q")  # from 3.13 on it draws its prompts in colours
             self.assertTrue(self.running.read_until(lambda: asked.search(self.running.output)))
         python = self.running
         begin = len(python.output)
