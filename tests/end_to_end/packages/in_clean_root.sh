@@ -5,8 +5,8 @@ here=$(dirname "$0")
 cd "$here"
 export HOME="$here/home" XDG_RUNTIME_DIR="$here/run" MPLCONFIGDIR="$here/home"
 mkdir -p -m 700 "$HOME" "$XDG_RUNTIME_DIR"
-listing() {  # every file, the users and the packages
-  find / -xdev \( -path /proc -o -path /sys -o -path /dev -o -path /run -o -path /tmp -o -path /var/lib/dpkg -o -path /var/log -o -path /var/cache \) \
+listing() {  # every file but the copy of /etc/shadow that Debian 13 makes of the users before, the users and the packages
+  find / -xdev \( -path /proc -o -path /sys -o -path /dev -o -path /run -o -path /tmp -o -path /var/lib/dpkg -o -path /var/log -o -path /var/cache -o -path /etc/shadow- \) \
     -prune -o -print | LC_ALL=C sort
   cut -d: -f1 /etc/passwd /etc/group | grep -vx thimble  # the user of thimble-board stays, as Debian's users of services do
   dpkg --get-selections
