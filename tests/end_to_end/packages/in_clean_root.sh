@@ -81,12 +81,12 @@ grep -q '"rendered_N": 1.00000' outside.out
 
 say the tutorials
 mount -t devpts -o newinstance,mode=620,gid=5,ptmxmode=666 devpts /dev/pts  # who opens a terminal owns it; mmdebstrap mounts one with a fixed owner
+trap 'umount /dev/pts' EXIT  # or the root cannot be removed
 mkdir student
 chown nobody:nogroup student
 chmod 711 "$here"
 HOME="$here/student" XDG_RUNTIME_DIR="$here/student" MPLCONFIGDIR="$here/student" \
   setpriv --reuid nobody --regid nogroup --clear-groups python3 -B tutorials.py
-umount /dev/pts
 
 say remove
 apt-get purge --yes $(for file in ./*.deb; do dpkg-deb --field "$file" Package; done)
