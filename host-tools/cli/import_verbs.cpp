@@ -85,6 +85,7 @@ void import_device_log(const Common& common, const ImportDeviceLogChoice& choice
   }
   keep_apart(choice.log, choice.path);
   keep_apart(choice.log, choice.forces);
+  keep_outputs_apart(choice.path, choice.forces);
   std::optional<Busy> busy(std::in_place, common.json, "converting the log");
   const DeviceLog log = read_device_log(choice.log, choice.thimble_frame);
   if (!choice.forces.empty() && !log.has_force) {

@@ -139,7 +139,8 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
   };
   const RecordReport report = record(device, options, stopping, [&] {
     begun_us = now_us();
-    say(stderr, "recording{}: Ctrl-C ends it\n", choice.arm ? ", armed" : "; now arm (`thimble arm`)");
+    if (!common.json)
+      say(stderr, "recording{}: Ctrl-C ends it\n", choice.arm ? ", armed" : "; now arm (`thimble arm`)");
   });
   progress.end();
   heed_interrupts_no_more();
@@ -176,10 +177,7 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
 void replay(const Common& common, const ReplayChoice& choice) {
   keep_apart(choice.file, choice.log);
   keep_apart(choice.file, choice.events);
-  if (!choice.log.empty() && !choice.events.empty() &&
-      absolute(choice.log).lexically_normal() == absolute(choice.events).lexically_normal())
-    throw Error(ExitCode::kUsage, "same-file", choice.events.string() + " is both --log and --events",
-                "give the output another name");
+  keep_outputs_apart(choice.log, choice.events);
   const Recording recording = read_recording(choice.file);
   ReplayVerdict verdict;
   if (choice.log.empty()) {

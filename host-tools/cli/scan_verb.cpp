@@ -283,7 +283,7 @@ void scan(const Common& common, const Remote& remote, const ScanChoice& choice) 
     keep_apart(input, choice.log);
     keep_apart(input, choice.output);
   }
-  keep_apart(choice.log, choice.output);
+  keep_outputs_apart(choice.log, choice.output);
   const ScanPlan plan = read_scan_plan(choice.plan);
   ScanLog log(choice.log, plan, choice.resume);
   heed_interrupts();

@@ -178,7 +178,7 @@ void sweep(const Common& common, const SweepChoice& choice) {
     keep_apart(choice.plan, output);
     keep_apart(runs.plan().files, output);
   }
-  keep_apart(choice.output, choice.table);
+  keep_outputs_apart(choice.output, choice.table);
   SweepResults results(choice.output, runs.head(), runs.columns(), runs.count());
   std::optional<OutputFile> table;  // before the runs: it may be no place to write to
   if (!choice.table.empty()) table.emplace(choice.table);

@@ -23,6 +23,17 @@ void keep_apart(std::span<const std::filesystem::path> inputs, const std::filesy
   for (const std::filesystem::path& input : inputs) keep_apart(input, output);
 }
 
+void keep_outputs_apart(const std::filesystem::path& one, const std::filesystem::path& other) {
+  namespace fs = std::filesystem;
+  if (one.empty() || other.empty()) return;
+  std::error_code none;
+  const bool same = fs::weakly_canonical(one, none) == fs::weakly_canonical(other, none) ||
+                    (fs::is_regular_file(one, none) && fs::equivalent(one, other, none));
+  if (same)
+    throw Error(ExitCode::kUsage, "same-file", other.string() + " would be written twice",
+                "give each output a name of its own");
+}
+
 OutputFile::OutputFile(std::filesystem::path place) : place_(std::move(place)) {
   std::error_code none;
   if (std::filesystem::path real = std::filesystem::canonical(place_, none); !none) place_ = std::move(real);

@@ -13,6 +13,8 @@ namespace thimble::host {
 // Throws "same-file" (kUsage) where the output of a verb is a file that it reads.
 void keep_apart(const std::filesystem::path& input, const std::filesystem::path& output);
 void keep_apart(std::span<const std::filesystem::path> inputs, const std::filesystem::path& output);
+// The same where two outputs of a verb are one file; either may be "": none.
+void keep_outputs_apart(const std::filesystem::path& one, const std::filesystem::path& other);
 
 // A file that is written under a temporary name beside its final path and renamed by commit(); without commit() it is removed, also by a
 // signal that ends the program. It has the permissions of the file that it replaces, and replaces what a symbolic link names. A path that

@@ -461,6 +461,9 @@ class Record(Rig):
         for peak in peaks:
             self.assertAlmostEqual(peak, 4, delta=0.1)
         self.fails(2, "usage", "import", "devicelog", text)
+        both = self.folder / "both.csv"
+        self.fails(2, "same-file", "import", "devicelog", text, "--output", both, "--log", self.folder / "." / "both.csv")
+        self.assertFalse(both.exists())
         self.fails(10, "bad-device-log", "import", "devicelog", scene, "--output", self.folder / "none.csv")
         text.write_text("TIME POSITION\n0 0 0 0\n")
         self.fails(10, "no-force", "import", "devicelog", text, "--log", self.folder / "none.csv")

@@ -109,6 +109,7 @@ class Sweep(Rig):
         self.fails(2, "same-file", "sweep", plan, "--output", plan)
         for used in ("floor.scene.json", "press.csv"):
             self.fails(2, "same-file", "sweep", plan, "--output", out, "--table", self.folder / used)
+        self.fails(2, "same-file", "sweep", plan, "--output", out, "--table", out)  # which is not there yet
         self.fails(10, "cannot-read", "sweep", self.folder / "none.json", "--output", out)
         self.fails(1, "cannot-write", "sweep", plan, "--output", self.folder / "none" / "out.csv")
         self.fails(1, "cannot-write", "sweep", plan, "--output", out, "--table", self.folder / "none" / "t.md")
