@@ -4,6 +4,7 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <type_traits>
 #include <utility>
@@ -31,15 +32,22 @@ double utc_now_s() {
 // "host" or "host:port".
 MqttBroker broker_of(const PublishChoice& choice) {
   MqttBroker broker;
-  std::string host = choice.broker;
-  const std::size_t colon = host.rfind(':');
-  if (colon != std::string::npos && host.find(':') == colon) {  // several: an address of IPv6, without a port
-    const char* const end = host.data() + host.size();
-    const auto read = std::from_chars(host.data() + colon + 1, end, broker.port);
-    if (read.ec != std::errc() || read.ptr != end || broker.port == 0)
+  std::string_view host = choice.broker;
+  std::string_view port;  // with its colon
+  if (const std::size_t closed = host.find(']'); host.starts_with('[') && closed != std::string_view::npos) {
+    port = host.substr(closed + 1);
+    host = host.substr(1, closed - 1);
+  } else if (const std::size_t colon = host.find(':');
+             colon != std::string_view::npos && colon == host.rfind(':')) {  // several: IPv6, without a port
+    port = host.substr(colon);
+    host = host.substr(0, colon);
+  }
+  if (!port.empty()) {
+    const char* const end = port.data() + port.size();
+    const auto read = std::from_chars(port.data() + 1, end, broker.port);
+    if (port.front() != ':' || read.ec != std::errc() || read.ptr != end || broker.port == 0)
       throw Error(ExitCode::kUsage, "bad-broker", "'" + choice.broker + "' has no port behind the colon",
-                  "give --broker HOST or HOST:PORT");
-    host.resize(colon);
+                  "give --broker HOST, HOST:PORT or [IPv6]:PORT");
   }
   broker.host = host;
   broker.user = choice.user;

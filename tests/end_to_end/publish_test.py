@@ -169,6 +169,9 @@ class Publish(Rig):
         sim = self.sim("--tcp", 0)
         self.fails(6, "no-broker", "publish", "--broker", f"127.0.0.1:{port}", "--device", sim.tcp)
         self.fails(2, "bad-broker", "publish", "--broker", "127.0.0.1:many", "--device", sim.tcp)
+        self.fails(6, "no-broker", "publish", "--broker", f"[::1]:{port}", "--device", sim.tcp)
+        for broker in ("[::1]1883", "[::1]:", "[::1]:many"):
+            self.fails(2, "bad-broker", "publish", "--broker", broker, "--device", sim.tcp)
         self.fails(2, "bad-topic", "publish", "--broker", f"127.0.0.1:{port}", "--topic", "lab/#", "--device", sim.tcp)
         self.fails(2, "usage", "publish", "--device", sim.tcp)
 
