@@ -86,8 +86,11 @@ void add_simulate_options(CLI::App& verb, SimulateChoice& choice, const std::str
                 "the tip follows the path exactly; the force is computed and does not act");
   verb.add_option("--rate", choice.rate_Hz, "ticks a second")->capture_default_str();
   verb.add_option("--arm", choice.arm, arms)->capture_default_str();
-  verb.add_option("--seed", choice.seed, "seed of the simulated arm")->capture_default_str();
-  verb.add_option("--trial", choice.trial, "the parameter trial: which force fields of the scene act");
+  verb.add_option("--seed", choice.seed, "seed of the simulated arm")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  verb.add_option("--trial", choice.trial, "the parameter trial: which force fields of the scene act")
+      ->check(CLI::Range(0, 255));
   verb.add_flag("--watch", choice.watch,
                 "again each time the scene, a file that it names, or the path is saved; ends with Ctrl-C");
 }

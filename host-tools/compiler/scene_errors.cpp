@@ -32,6 +32,19 @@ std::size_t syntax_error(const std::string& plain) {
 
 }  // namespace
 
+board::JsonDocument parse_commented(const std::string& text, const std::string& name,
+                                    const std::string& what) {
+  try {
+    return {without_comments(text), name, what};
+  } catch (const board::JsonError& error) {
+    const std::string remedy =
+        error.name == "bad-json" && error.remedy.starts_with("correct the file")
+            ? "correct the file: it has to be JSON in UTF-8; comments are allowed, trailing commas are not"
+            : error.remedy;
+    throw board::JsonError(error.name, error.what(), remedy);
+  }
+}
+
 SceneErrors::SceneErrors(ExitCode exit_code, std::vector<SceneIssue> found)
     : Error(exit_code, found.front().name, found.front().cause, found.front().remedy),
       issues(std::move(found)) {

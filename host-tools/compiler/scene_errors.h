@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "board/files/json_document.h"
 #include "host-tools/compiler/scene_text.h"
 #include "host-tools/error.h"
 
@@ -28,6 +29,10 @@ class SceneErrors : public Error {
   std::vector<SceneIssue> issues;  // at most kMost
   std::size_t more = 0;            // that were found beyond these
 };
+
+// A file with comments as JSON; `what`: "the scene". Its error says that comments are allowed, which the reader of JSON alone does not know.
+[[nodiscard]] board::JsonDocument parse_commented(const std::string& text, const std::string& name,
+                                                  const std::string& what);
 
 // Collects them for the text of a file. `name` is the file's in messages.
 class SceneIssues {

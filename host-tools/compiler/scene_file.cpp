@@ -185,19 +185,6 @@ void collect(const board::JsonDocument& document, SceneIssues& issues) {
   }
 }
 
-board::JsonDocument parse(const std::string& text, const std::string& name) {
-  try {
-    return {without_comments(text), name, "the scene"};
-  } catch (const board::JsonError& error) {
-    // The reader of JSON does not know that comments were taken out.
-    const std::string remedy =
-        error.name == "bad-json" && error.remedy.starts_with("correct the file")
-            ? "correct the file: it has to be JSON in UTF-8; comments are allowed, trailing commas are not"
-            : error.remedy;
-    throw board::JsonError(error.name, error.what(), remedy);
-  }
-}
-
 }  // namespace
 
 SceneFile read_scene_file(const std::string& text, const std::string& name) {
@@ -210,7 +197,7 @@ SceneFile read_scene_file(const std::string& text, const std::string& name) {
   SceneIssues issues(text, name);
   std::optional<board::JsonDocument> document;
   try {
-    document = parse(text, name);
+    document = parse_commented(text, name, "the scene");
     return read_scene(*document);
   } catch (const board::JsonError& error) {
     issues.add(to_error(error));

@@ -343,7 +343,7 @@ SweepPlan read_sweep_plan_text(const std::string& text, const std::filesystem::p
   SceneIssues issues(text, name);
   SweepPlan plan;
   try {
-    const board::JsonDocument document(without_comments(text), name, "the plan");
+    const board::JsonDocument document = parse_commented(text, name, "the plan");
     const Value root(document);
     if (root.raw().is_object() && root.at("thimble_sweep").raw() != 1)
       root.at("thimble_sweep")
