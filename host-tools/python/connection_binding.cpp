@@ -42,6 +42,12 @@ const firmware::ParamRow& param_named(const std::string& name) {
   return *row;
 }
 
+link::Micros micros_of(double seconds) {
+  if (!(seconds >= 0 && seconds <= 1e9))
+    throw py::value_error("a time is " + std::to_string(seconds) + " s: give seconds from 0 to 1e9");
+  return static_cast<link::Micros>(seconds * 1e6);
+}
+
 class Connection {
  public:
   Connection(const std::string& device, unsigned node, double timeout_s, const std::string& key) {
@@ -49,7 +55,7 @@ class Connection {
     DeviceOptions options;
     options.node = static_cast<std::uint8_t>(node);
     options.tries = kTries;
-    options.answer_us = static_cast<link::Micros>(timeout_s * 1e6) / kTries;
+    options.answer_us = micros_of(timeout_s) / kTries;
     options.prove = prove_with(key.empty() ? default_key_file() : std::filesystem::path(key));
     options.program = "python";
     device_ = std::make_unique<Device>(open_transport(choose_device(device)), options);
@@ -118,7 +124,7 @@ class Connection {
       const std::uint8_t node = d.info().node;
       std::array<link::Pose, 4> poses{};
       const link::Micros start_us = now_us();
-      const link::Micros end_us = start_us + static_cast<link::Micros>(seconds * 1e6);
+      const link::Micros end_us = start_us + micros_of(seconds);
       while (now_us() < end_us) {
         const std::optional<link::CanFrame> frame = d.telemetry(std::min(end_us, now_us() + kSlice_us));
         heed_python();
@@ -146,7 +152,7 @@ class Connection {
     std::optional<TipReading> tip;
     {
       const py::gil_scoped_release others;
-      const link::Micros end_us = now_us() + static_cast<link::Micros>(timeout_s * 1e6);
+      const link::Micros end_us = now_us() + micros_of(timeout_s);
       while (true) {
         const link::Micros slice_us = now_us() + kSlice_us;
         tip = device().next_tip(std::min(end_us, slice_us), arm);

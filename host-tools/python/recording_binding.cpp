@@ -172,6 +172,11 @@ void bind_recording(py::module_& m) {
       .def("events", &PyRecording::events)
       .def("replay", &PyRecording::replay)
       .def("write_csv", &PyRecording::write_csv);
+  m.def("write_file", [](const std::filesystem::path& path, const std::string& bytes) {
+    OutputFile file(path);
+    file.stream().write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    file.commit();
+  });
 }
 
 }  // namespace thimble::host

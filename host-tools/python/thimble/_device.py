@@ -2,6 +2,7 @@
 
 from . import _thimble
 from ._scene import taken
+from ._whole import whole
 
 
 def discover():
@@ -177,12 +178,12 @@ class Device:
         """Marks a tick with an event code (0 to 65535), and returns the number of that tick (its low 32 bits): the pulse at the board's event line
         begins in it, and a recording has it (docs/experiment.md#events-and-ticks). Events that follow each other at once have a tick each. A frame that is
         lost on the way marks no second tick."""
-        return self._connection.mark("event", code)
+        return self._connection.mark("event", whole("code", code, 65535))
 
     def set_trial(self, trial):
         """From the next tick on the force fields of this trial act (0 to 255), without a ramp. Returns the number of that tick, which is marked as by
         event(). parameters["trial"] = trial does the same."""
-        return self._connection.mark("trial", trial)
+        return self._connection.mark("trial", whole("trial", trial, 255))
 
     def keep_alive(self):
         """Tells the device that this program is alive; needed if the parameter host_supervision is set."""

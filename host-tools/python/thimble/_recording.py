@@ -1,6 +1,7 @@
 """Recordings of a device's ticks, as arrays."""
 
 import functools
+import io
 import json
 import os
 
@@ -8,6 +9,7 @@ import numpy
 
 from . import _thimble
 from ._arrays import frame_of, needs, to_pandas, unit_of
+from ._error import Error
 
 
 class Recording:
@@ -18,7 +20,8 @@ class Recording:
     and dropped (ticks), events_missing, cut_bytes (of a file that was cut off)."""
 
     def __init__(self, path):
-        self._recording = _thimble.Recording(os.fspath(path))
+        self._path = os.fspath(path)
+        self._recording = _thimble.Recording(self._path)
         self.about = json.loads(self._recording.about())
 
     def __repr__(self):
@@ -85,13 +88,15 @@ class Recording:
 
     def to_csv(self, path):
         """Writes rows to a CSV file at path, as `thimble replay --log` does: the same bytes."""
-        self._recording.write_csv(os.fspath(path))
+        self._recording.write_csv(self._apart(path))
 
     def to_hdf5(self, path):
         """Writes everything to an HDF5 file at path (docs/python.md describes it). Needs h5py (Debian: python3-h5py)."""
         h5py = needs("h5py", "python3-h5py")
+        path = self._apart(path)
         rows = self.rows  # what cannot be replayed leaves no file
-        with h5py.File(os.fspath(path), "w") as file:
+        whole_file = io.BytesIO()  # on a full disk the file at path stays as it was
+        with h5py.File(whole_file, "w") as file:
             for key, value in self.about.items():
                 file.attrs[key] = value
             for key, value in self.verdict.items():
@@ -110,6 +115,13 @@ class Recording:
                     if field != "arm":
                         place = f"objects/{field.replace('.', '/')}" if "." in field else field
                         _put(file, f"arm{arm}/{place}", of_arm[field], unit_of(field), frame_of(field))
+        _thimble.write_file(path, whole_file.getvalue())
+
+    def _apart(self, path):
+        path = os.fspath(path)
+        if os.path.exists(path) and os.path.exists(self._path) and os.path.samefile(path, self._path):
+            raise Error("same-file", f"{path} is the file that is read", "give the output another name", 2)
+        return path
 
 
 def _put(file, place, values, unit, frame=""):

@@ -3,7 +3,9 @@
 import difflib
 import inspect
 import json
+import math
 import os
+from collections.abc import Mapping
 
 from . import _thimble
 from ._error import Error
@@ -16,9 +18,9 @@ class SceneText:
     """A scene as the text of its file, where the paths in it begin, and its name in messages."""
 
     def __init__(self, scene, folder=None):
-        self.is_dict = isinstance(scene, dict)
+        self.is_dict = isinstance(scene, Mapping)
         if self.is_dict:
-            self.text = json.dumps(scene, default=_plain, allow_nan=False)
+            self.text = json.dumps(_plain(scene))
             self.name, self.folder = _NAME, os.fspath(folder or os.curdir)
         else:
             self.text = _thimble.read_text(os.fspath(scene))
@@ -41,16 +43,26 @@ class SceneText:
         changed.__dict__.update(self.__dict__)
         for key, value in values.items():
             _refuse_unknown("a material", key, numbers)
+            if not math.isfinite(value):
+                raise ValueError(f"{key} is {value}: give a finite number")
             changed.text = _thimble.with_material(changed.text, names.index(object), key, float(value))
         return changed
 
 
 def _plain(value):
-    """numpy's numbers and arrays for JSON."""
+    """What JSON can hold: numpy's numbers and arrays as Python's, and as a word what is no finite number, so that the compiler says where it is."""
+    if isinstance(value, Mapping):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(each) for each in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
     if hasattr(value, "tolist"):
-        return value.tolist()
+        return _plain(value.tolist())
     if isinstance(value, os.PathLike):
         return os.fspath(value)
+    if value is None or isinstance(value, (str, int, float)):
+        return value
     raise TypeError(f"{value!r} has no place in a scene")
 
 
@@ -67,7 +79,7 @@ def taken(scene, folder=None):
     """A dict, a scene file (*.json), an image file or an image as (image, the CRC that an image file announces, the SceneText if it has one)."""
     if isinstance(scene, (bytes, bytearray, memoryview)):
         return bytes(scene), None, None
-    if isinstance(scene, dict):
+    if isinstance(scene, Mapping):
         text = SceneText(scene, folder)
         return text.image(), None, text
     image, crc = _thimble.load(os.fspath(scene))

@@ -7,10 +7,17 @@ import numpy as np
 from . import _thimble
 from ._arm import Arm
 from ._scene import taken
+from ._whole import whole
+
+_MOST_TICKS = 10_000_000  # at once: their rows have to fit into the memory
 
 
 def _given(arm):
     return arm._arm if isinstance(arm, Arm) else os.fspath(arm)
+
+
+def _seed_and_trial(seed, trial):
+    return whole("seed", seed, 2**64 - 1), whole("trial", trial, 255)
 
 
 def simulate(scene, path, *, rate_Hz=4000.0, arm="premium-1.5", ideal=False, seed=1, trial=0):
@@ -24,7 +31,7 @@ def simulate(scene, path, *, rate_Hz=4000.0, arm="premium-1.5", ideal=False, see
     (n x 3); then what the scene has: counts of bounds (sweep_bound ...), moving objects ("ball.position_m" n x 3, "ball.rotation" n x 4 as w, x, y,
     z, "ball.velocity_m_s", "ball.spin_rad_s" n x 3, "ball.kinetic_J"), control elements ("knob.q_rad", "knob.on") and tissues ("skin.depth_m"
     ...), as in docs/cli.md#simulate. World frame."""
-    return _thimble.simulate(taken(scene)[0], path, rate_Hz, _given(arm), ideal, seed, trial)
+    return _thimble.simulate(taken(scene)[0], path, rate_Hz, _given(arm), ideal, *_seed_and_trial(seed, trial))
 
 
 class Sim:
@@ -43,7 +50,7 @@ class Sim:
         self.arms = 1 if start.ndim == 1 else len(start)
         self.rate_Hz = rate_Hz
         image, _, self._text = taken(scene)
-        self._sim = _thimble.Simulation(image, self._points(start, 1), rate_Hz, _given(arm), ideal, seed, trial)
+        self._sim = _thimble.Simulation(image, self._points(start, 1), rate_Hz, _given(arm), ideal, *_seed_and_trial(seed, trial))
 
     def _points(self, targets, count):
         targets = np.asarray(targets, float)
@@ -62,24 +69,24 @@ class Sim:
         return self._sim.ticks / self.rate_Hz
 
     def step(self, target_m, ticks=1):
-        """Moves the hand to target_m (3 numbers, m; 2 x 3 for two arms) on a straight line, in so many ticks: it is there when the next step begins.
+        """Moves the hand to target_m (3 numbers, m; 2 x 3 for two arms) on a straight line, in so many ticks (1 to 10 million): it is there when the next step begins.
         Returns the state in the last of these ticks: a row of simulate(), or an array of one for each arm."""
-        rows = self._sim.advance(self._points(target_m, 1), ticks)
+        rows = self._sim.advance(self._points(target_m, 1), whole("ticks", ticks, _MOST_TICKS, 1))
         return rows[-1] if self.arms == 1 else rows[-self.arms:]
 
     def run(self, targets_m, ticks=1):
         """As step() for each of targets_m (n x 3, m; n x 2 x 3 for two arms), so many ticks each. Returns all rows, as simulate()."""
         targets = np.asarray(targets_m, float)
-        return self._sim.advance(self._points(targets, len(targets)), ticks)
+        return self._sim.advance(self._points(targets, len(targets)), whole("ticks", ticks, _MOST_TICKS, 1))
 
     def set_trial(self, trial):
         """From the next tick on the force fields of this trial act (0 to 255), without a ramp. Returns the number of that tick, as event() does."""
-        return self._sim.set_trial(trial)
+        return self._sim.set_trial(whole("trial", trial, 255))
 
     def event(self, code):
         """An event code (0 to 65535) that belongs to the next tick, as Device.event(). Returns the number of that tick, counted as `ticks` counts. A tick
         takes one event or trial: of those that are given before a step, each next one belongs to the tick behind."""
-        return self._sim.event(code)
+        return self._sim.event(whole("code", code, 65535))
 
     def load(self, scene):
         """Another scene, as an upload to a device: with other materials only it is felt from the next tick on, and contacts stay; else the force

@@ -1,6 +1,7 @@
 """Recordings as arrays, tables and HDF5, against what `thimble replay` writes and against an independent reader."""
 
 import json
+import resource
 import signal
 import subprocess
 import sys
@@ -25,7 +26,7 @@ with thimble.connect(sys.argv[1], timeout_s=2) as device:
         told.append((device.set_trial(i), i, 1) if i % 10 == 9 else (device.event(i % 3 * 1000), i % 3 * 1000, 0))
     try:
         device.event(65536)
-    except TypeError:
+    except ValueError:
         print(json.dumps(told))
 """
 
@@ -170,6 +171,32 @@ class Recordings(Rig):
         for module, package, call in (("pandas", "python3-pandas", recording.to_pandas), ("h5py", "python3-h5py", lambda: recording.to_hdf5("no.h5"))):
             with mock.patch.dict(sys.modules, {module: None}), self.assertRaisesRegex(ImportError, package):
                 call()
+
+    def test_nothing_is_lost(self):
+        """Onto the recording itself, and where there is no space: what was there stays."""
+        recording, before = thimble.Recording(self.file), self.file.read_bytes()
+        link = self.folder / "link"
+        link.symlink_to(self.file)
+        for write in (recording.to_csv, recording.to_hdf5):
+            for place in (self.file, link):
+                with self.assertRaises(thimble.Error) as caught:
+                    write(place)
+                self.assertEqual((caught.exception.name, self.file.read_bytes() == before), ("same-file", True))
+            with self.assertRaises(thimble.Error) as caught:
+                write(self.folder / "none" / "felt")
+            self.assertEqual(caught.exception.name, "cannot-write")
+            kept = self.folder / "kept"
+            kept.write_text("precious")
+            limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+            handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (20000, limits[1]))
+            try:
+                with self.assertRaises(thimble.Error) as caught:
+                    write(kept)
+            finally:
+                resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+                signal.signal(signal.SIGXFSZ, handler)
+            self.assertEqual((caught.exception.name, kept.read_text()), ("cannot-write", "precious"))
 
     def test_a_broken_file(self):
         bad = self.folder / "bad.rec"

@@ -4,6 +4,7 @@ import inspect
 import json
 import pickle
 import sys
+import types
 import unittest
 from pathlib import Path
 
@@ -88,8 +89,17 @@ class Scenes(Rig):
         with self.assertRaises(thimble.Error) as caught:
             thimble.compile(self.folder / "none.scene.json")
         self.assertEqual(caught.exception.name, "missing-scene")
-        with self.assertRaises(ValueError):
-            thimble.compile(thimble.scene("bad", thimble.sphere("one", radius_m=float("nan"), material={"stiffness_N_m": 1})))
+        for number in (float("nan"), np.float32("inf")):  # which no JSON can hold
+            with self.assertRaises(thimble.Error) as caught:
+                thimble.compile(thimble.scene("bad", thimble.sphere("one", radius_m=number, material={"stiffness_N_m": 1, "colour": "red"})))
+            causes = {issue["pointer"]: issue["cause"] for issue in caught.exception.issues}
+            self.assertEqual(set(causes), {"/objects/0/shape/sphere/radius_m", "/objects/0/material/colour"})
+            self.assertIn(str(float(number)), causes["/objects/0/shape/sphere/radius_m"])
+
+    def test_any_mapping_is_a_dict(self):
+        wall = thimble.box("wall", size_m=np.array([0.1, 0.1, 0.02]), material={"stiffness_N_m": np.int64(600)})
+        scene = thimble.scene("s", wall)
+        self.assertEqual(thimble.compile(types.MappingProxyType({**scene, "objects": (types.MappingProxyType(wall),)})), thimble.compile(scene))
 
     def test_simulate_takes_a_dict_and_an_image(self):
         path = [[0, 0, 0, 0.02], [0.2, 0, 0, 0.008]]
