@@ -1,11 +1,11 @@
 """Scenes as dicts: compiled, and built by functions that know the keys of docs/scene-format.md."""
 
+import collections.abc
 import difflib
 import inspect
 import json
 import math
 import os
-from collections.abc import Mapping
 
 from . import _thimble
 from ._error import Error
@@ -18,7 +18,7 @@ class SceneText:
     """A scene as the text of its file, where the paths in it begin, and its name in messages."""
 
     def __init__(self, scene, folder=None):
-        self.is_dict = isinstance(scene, Mapping)
+        self.is_dict = isinstance(scene, collections.abc.Mapping)
         if self.is_dict:
             self.text = json.dumps(_plain(scene))
             self.name, self.folder = _NAME, os.fspath(folder or os.curdir)
@@ -51,7 +51,7 @@ class SceneText:
 
 def _plain(value):
     """What JSON can hold: numpy's numbers and arrays as Python's, and as a word what is no finite number, so that the compiler says where it is."""
-    if isinstance(value, Mapping):
+    if isinstance(value, collections.abc.Mapping):
         return {key: _plain(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):
         return [_plain(each) for each in value]
@@ -79,7 +79,7 @@ def taken(scene, folder=None):
     """A dict, a scene file (*.json), an image file or an image as (image, the CRC that an image file announces, the SceneText if it has one)."""
     if isinstance(scene, (bytes, bytearray, memoryview)):
         return bytes(scene), None, None
-    if isinstance(scene, Mapping):
+    if isinstance(scene, collections.abc.Mapping):
         text = SceneText(scene, folder)
         return text.image(), None, text
     image, crc = _thimble.load(os.fspath(scene))

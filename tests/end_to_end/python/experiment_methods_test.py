@@ -3,6 +3,7 @@
 import math
 import random
 import unittest
+import warnings
 from statistics import NormalDist
 
 import numpy as np
@@ -75,6 +76,16 @@ class Staircases(unittest.TestCase):
             with self.assertRaises(ValueError):
                 Staircase(**bad)
 
+    def test_numbers_that_are_refused(self):
+        nan, inf = math.nan, math.inf
+        for bad in ({"steps": [nan]}, {"steps": [inf]}, {"start": inf}, {"start": nan}, {"weight": nan}, {"weight": inf}, {"down": 1.5},
+                    {"down": nan}, {"reversals": nan}, {"most_trials": nan}, {"most_trials": 0}, {"least": nan}, {"most": nan}):
+            with self.assertRaises(ValueError, msg=bad):
+                Staircase(**{"start": 1, "steps": [0.1], **bad})
+        for target in (0, 1, 1.0, 1.5, nan):
+            with self.assertRaisesRegex(ValueError, f"target is {target}: give a proportion"):
+                Staircase.weighted(1, [0.1], target=target)
+
 
 class Quests(unittest.TestCase):
     def test_the_posterior_by_brute_force(self):
@@ -124,11 +135,32 @@ class Quests(unittest.TestCase):
         for bad in ({"guess_level": 0}, {"guess_level": 1, "target": 0.5}, {"guess_level": 1, "target": 0.999}, {"guess_level": 1, "lapse": 0}):
             with self.assertRaises(ValueError):
                 Quest(**bad)
+        nan, inf = math.nan, math.inf
+        for bad in ({"guess_level": nan}, {"guess_level": inf}, {"sd": nan}, {"sd": inf}, {"slope": nan}, {"slope": inf}, {"step": nan},
+                    {"lapse": nan}, {"guess": nan}, {"guess": -0.1}, {"most": 0}, {"most": nan}, {"least": 10, "most": 1}, {"least": inf},
+                    {"least": nan}, {"trials": nan}, {"trials": 0}):
+            with self.assertRaises(ValueError, msg=bad):
+                Quest(**{"guess_level": 1, **bad})
         quest = Quest(1, least=0.9, most=1.1, trials=1)
         self.assertTrue(0.9 <= quest.level <= 1.1)
         quest.answer(True)
         with self.assertRaises(ValueError):
             quest.answer(True)
+
+
+    def test_probabilities_far_below_the_threshold(self):
+        """Without guesses they are proportional to level^slope, down to where a float ends."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            quest = Quest(1.0, sd=3, guess=0.0)
+            ratio = float(quest.probability(1e-8, 1.0) / quest.probability(1e-9, 1.0))
+            self.assertAlmostEqual(ratio / 10**3.5, 1, places=9)
+            for sd, slope, lapse in ((3, 3.5, 0.01), (10, 10, 0.01), (3, 3.5, 1e-300)):
+                for correct in (True, False):
+                    quest = Quest(1.0, sd=sd, slope=slope, guess=0.0, lapse=lapse, trials=20)
+                    while not quest.done:
+                        quest.answer(correct)
+                    self.assertTrue(np.isfinite([*quest.log_posterior, *quest.threshold()]).all())
 
 
 def log_likelihood(function, x, k, n, parameters, guess):
@@ -232,10 +264,22 @@ class Fits(unittest.TestCase):
                 fit(*bad)
         with self.assertRaises(ValueError):
             fit([1, 2], [1, 1], [2, 2], function="logistic")
+        nan, inf = math.nan, math.inf
+        for bad in ({"levels": [1, nan, 3]}, {"levels": [1, 2, inf]}, {"yes": [5, nan, 9]}, {"trials": [10, inf, 10]}, {"trials": [10, nan, 10]},
+                    {"lapse": 0.6}, {"lapse": -1}, {"lapse": nan}, {"guess": 2}, {"guess": -0.1}, {"guess": nan}, {"guess": 0.95},
+                    {"guess": "lapse", "lapse": 0.5}):
+            with self.assertRaises(ValueError, msg=bad):
+                fit(**{"levels": [1, 2, 3], "yes": [5, 6, 9], "trials": [10] * 3, **bad})
+        for call in (lambda: fit([1, 2], [1, 1], [2, 2], guess="laps"), lambda: psychometric("normal", 1, 0, 1, "laps")):
+            with self.assertRaisesRegex(ValueError, 'guess is "laps": give a number or "lapse"'):
+                call()
         with self.assertRaises(ValueError):
             Fit.level(apart, 1.5)
 
     def test_constant_stimuli(self):
+        for levels, repeats in (([1, math.nan], 2), ([1, math.inf], 2), ([1, 2], 1.5), ([1, 2], math.nan), ([1, 2], 0)):
+            with self.assertRaises(ValueError, msg=(levels, repeats)):
+                ConstantStimuli(levels, repeats, seed=9)
         method = ConstantStimuli([3, 1, 2], 4, seed=9)
         asked = []
         while not method.done:

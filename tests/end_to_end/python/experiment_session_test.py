@@ -1,7 +1,7 @@
 """The file of a session: killed, cut off, damaged, of another experiment; and orders, seeds and balance."""
 
 import itertools
-import json
+import math
 import os
 import random
 import shutil
@@ -190,6 +190,100 @@ class Files(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "closed"):
                 session.answer(False)
             self.assertEqual(len(run(self.file, experiment(), trials=1).records), 2)
+
+    def test_ctrl_c_while_an_answer_is_written(self):
+        """Wherever it comes, the session is closed, and goes on with the same file: a line that is on the disk counts, once."""
+        whole, fsync, write = self.whole(), os.fsync, os.write
+
+        def after(call):
+            def interrupted(*arguments):
+                call(*arguments)
+                raise KeyboardInterrupt
+            return interrupted
+
+        for what, how, kept in (("os.fsync", after(fsync), 2), ("os.write", after(write), 2), ("os.fsync", KeyboardInterrupt, 2),
+                                ("os.write", lambda file, data: after(write)(file, data[:9]), 1), ("os.write", KeyboardInterrupt, 1),
+                                ("thimble.experiment.session._Presenter.answer", KeyboardInterrupt, 2)):
+            self.file.unlink(missing_ok=True)
+            with Session(self.file, experiment()) as session:
+                trials = iter(session)
+                session.answer(answer(next(trials)))
+                trial = next(trials)
+                with mock.patch(what, side_effect=how), self.assertRaises(KeyboardInterrupt):
+                    session.answer(answer(trial))
+                for call in (lambda: session.answer(True), lambda: next(trials), lambda: next(iter(session)), lambda: session.event("late")):
+                    with self.assertRaisesRegex(ValueError, "closed: open it again"):
+                        call()
+            self.assertEqual(len(read_trials(self.file)), kept)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                self.assertEqual(without_times(run(self.file, experiment()).records), without_times(whole.records))
+
+    def test_what_is_started_can_be_continued(self):
+        def make(seed):
+            return ConstantStimuli([1, 2], 2, seed)
+
+        for other in (Experiment("e", {1: make, 2: make}, 7), Experiment(("a", "b"), {"c": make}, 7),
+                      Experiment("e", {"c": make}, np.int64(7), settings={"pair": (1, 2), 3: np.float32(0.5)})):
+            self.file.unlink(missing_ok=True)
+            self.assertFalse(run(self.file, other, trials=1).done)
+            self.assertTrue(run(self.file, other).done)
+
+    def test_a_method_that_is_another_text_in_each_run(self):
+        class Own:
+            level, done = 1.0, False
+
+            def answer(self, answer):
+                pass
+
+        class Random(Own):
+            def __repr__(self):
+                return f"Random({random.random()})"
+
+        only = Own()
+        for make in (lambda _: Own(), lambda _: only, lambda _: Random()):
+            with self.assertRaisesRegex(ValueError, r"the method of 'own' is .*: give (Own|Random) a __repr__\(\)"):
+                Experiment("e", {"own": make}, 7)
+
+    def test_what_no_file_can_have(self):
+        for settings, named in (({"good": 1, "arm": Path("a")}, "'arm': PosixPath"), ({"a": math.nan}, "'a': nan"), ({"a": {1}}, r"'a': \{1\}"),
+                                ({"a": np.longdouble(1)}, "'a': ")):
+            with self.assertRaisesRegex(ValueError, named + ".* cannot be in the file of a session: give"):
+                Experiment("e", {"c": lambda seed: ConstantStimuli([1, 2], 2, seed)}, 7, settings=settings)
+        device = mock.Mock(event=mock.Mock(return_value=5))
+        with Session(self.file, experiment()) as session:
+            before = self.file.read_bytes()
+            next(iter(session))
+            for call in (lambda: session.answer(True, good=1, x=Path("a")), lambda: session.event("shown", x=Path("a")),
+                         lambda: session.event(1, at=device, x=Path("a"))):
+                with self.assertRaisesRegex(ValueError, r"^\{'x': PosixPath\('a'\)\} cannot be in the file"):
+                    call()
+            self.assertEqual(self.file.read_bytes(), before)
+            session.answer(True)
+        with self.assertRaisesRegex(ValueError, "closed"):
+            session.event(1, at=device)
+        device.event.assert_not_called()
+
+    def test_what_is_not_a_regular_file(self):
+        with self.assertRaisesRegex(FileError, "/dev/null is not a regular file: give"):  # /dev/full, too, which has zeros without end
+            Session("/dev/null", experiment())
+
+    def test_a_header_that_cannot_be_written(self):
+        with mock.patch("os.fsync", side_effect=OSError(28, "no space")), self.assertRaisesRegex(OSError, "no space"):
+            Session(self.file, experiment())
+        self.assertEqual(self.file.read_bytes(), b"")
+
+    def test_an_analysis_reads_what_a_session_opens(self):
+        run(self.file, experiment(), trials=3)
+        with self.file.open("ab") as file:
+            file.write(b"\0\0\0\n")
+        self.assertEqual(len(read_trials(self.file)), 3)
+        with self.assertWarns(UserWarning), Session(self.file, experiment()) as session:
+            self.assertEqual(session.records, read_trials(self.file))
+        for text, named in ((b"5\n", ":1 is no line of an experiment"), (b"notes\n{}\n", ":1 is damaged")):
+            self.file.write_bytes(text)
+            with self.assertRaisesRegex(FileError, named):
+                read_trials(self.file)
 
     def test_an_event_with_its_tick(self):
         """The tick that a Sim or a device gives is in the line, and returned."""

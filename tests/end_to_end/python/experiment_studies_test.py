@@ -11,6 +11,7 @@ import time
 import unittest
 import warnings
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import thimble
@@ -52,6 +53,25 @@ class Rendered(unittest.TestCase):
         self.assertAlmostEqual(stiffness_N_m(right) / stiffness_N_m(left), (1 / 400 + 1 / ARM_N_M) / (1 / 600 + 1 / ARM_N_M), delta=0.02)
         with self.assertRaises(ValueError):  # what is looked up is not written
             intervals.simulated(scene, PRESSES)["force_N"][0] = 0
+
+    def test_scenes_with_the_numbers_that_compile_takes(self):
+        """numpy's, which are felt, saved and sent as Python's; what is no number is told as of the dict that was given."""
+        scene = intervals.side_by_side({"stiffness_N_m": np.int64(400)}, {"stiffness_N_m": np.float32(600)})
+        plain = intervals.side_by_side({"stiffness_N_m": 400}, {"stiffness_N_m": 600})
+        felt = intervals.simulated(scene, PRESSES, rate_Hz=1000)
+        self.assertEqual(felt.tobytes(), intervals.simulated(plain, PRESSES, rate_Hz=1000).tobytes())
+        with_arm = np.column_stack([PRESSES, np.zeros(len(PRESSES))])
+        self.assertEqual(felt.tobytes(), intervals.simulated(plain, with_arm, rate_Hz=1000).tobytes())
+        with tempfile.TemporaryDirectory() as folder:
+            self.assertEqual(thimble.compile(intervals.save(scene, Path(folder) / "a.scene.json")), thimble.compile(plain))
+        device = mock.Mock(upload=mock.Mock(side_effect=thimble.compile))
+        intervals.upload(device, scene)
+        device.upload.assert_called_once_with(scene)
+        wrong = intervals.side_by_side({"stiffness_N_m": math.nan}, {"stiffness_N_m": 600})
+        for call in (lambda: intervals.simulated(wrong, PRESSES), lambda: intervals.upload(device, wrong)):
+            with self.assertRaises(thimble.Error) as caught:
+                call()
+            self.assertRegex(str(caught.exception), "^(?!.*trial.scene.json).*scene: .*stiffness_N_m")
 
     def test_the_observer_answers_as_often_as_its_formula_says(self):
         observer, draw = Observer(float, 0.15, lapse=0.1), random.Random(4)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -27,9 +28,11 @@ class ConstantStimuli:
 
     def __post_init__(self) -> None:
         self.levels = tuple(map(float, self.levels))
-        if len(set(self.levels)) != len(self.levels) or len(self.levels) < 2 or self.repeats < 1:
-            raise ValueError("constant stimuli are two levels or more, all different, and at least one repeat")
-        self._order = [level for block in shuffled_blocks(self.levels, self.repeats, self.seed) for level in block]
+        if len(set(self.levels)) != len(self.levels) or len(self.levels) < 2 or not all(map(math.isfinite, self.levels)):
+            raise ValueError("constant stimuli are two levels or more, all different and finite")
+        if not (self.repeats >= 1 and self.repeats % 1 == 0):
+            raise ValueError(f"repeats is {self.repeats}: give a whole number from 1 on")
+        self._order = [level for block in shuffled_blocks(self.levels, int(self.repeats), self.seed) for level in block]
 
     @property
     def level(self) -> float:

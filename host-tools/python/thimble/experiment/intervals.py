@@ -9,13 +9,14 @@ from __future__ import annotations
 import functools
 import json
 import os
-import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from .._scene import SceneText
 
 SURFACE_M = -0.02  # the top of the blocks
 CENTRE_M = 0.03  # the blocks are at x = -CENTRE_M and CENTRE_M
@@ -38,14 +39,13 @@ def ordered(trial: Any, comparison: Material, standard: Material) -> dict[str, A
 
 def save(scene: Mapping[str, Any], path: str | os.PathLike[str]) -> Path:
     """Writes a scene as a file, for thimble.simulate() or the command."""
-    Path(path).write_text(json.dumps(scene))
+    Path(path).write_text(SceneText(scene).text)
     return Path(path)
 
 
 def upload(device: Any, scene: Mapping[str, Any]) -> None:
     """Sends the scene to a device, which runs it. Where only materials differ from the running scene an armed arm stays armed, and feels on."""
-    with tempfile.TemporaryDirectory() as folder:
-        device.upload(save(scene, Path(folder) / "trial.scene.json"))
+    device.upload(scene)
 
 
 def wait_until_free(device: Any, timeout_s: float = 60.0) -> None:
@@ -97,13 +97,10 @@ def halves(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @functools.lru_cache(maxsize=4096)
-def _simulated(scene: str, path: bytes, rate_Hz: float, arm: str, ideal: bool) -> np.ndarray:
+def _simulated(scene: str, path: bytes, shape: tuple[int, ...], rate_Hz: float, arm: str, ideal: bool) -> np.ndarray:
     import thimble
 
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "trial.scene.json"
-        file.write_text(scene)
-        rows = thimble.simulate(file, np.frombuffer(path).reshape(-1, 4), rate_Hz=rate_Hz, arm=arm, ideal=ideal)
+    rows = thimble.simulate(json.loads(scene), np.frombuffer(path).reshape(shape), rate_Hz=rate_Hz, arm=arm, ideal=ideal)
     rows.flags.writeable = False
     return rows
 
@@ -111,4 +108,5 @@ def _simulated(scene: str, path: bytes, rate_Hz: float, arm: str, ideal: bool) -
 def simulated(scene: Mapping[str, Any], path: np.ndarray, *, rate_Hz: float = 4000.0, arm: str = "premium-1.5", ideal: bool = False) -> np.ndarray:
     """What a hand on this path feels of the scene: the rows of thimble.simulate(), with the arm, its motors and the hand; ideal: of the renderer
     alone. Scenes that were felt before are looked up; the array is for reading only."""
-    return _simulated(json.dumps(scene), np.ascontiguousarray(path, float).tobytes(), rate_Hz, arm, ideal)
+    points = np.ascontiguousarray(path, float)
+    return _simulated(SceneText(scene).text, points.tobytes(), points.shape, rate_Hz, arm, ideal)

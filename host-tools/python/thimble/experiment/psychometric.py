@@ -37,7 +37,7 @@ def _core(function: str, x: np.ndarray, location: float, log_width: float) -> tu
 
 def psychometric(function: str, x, location: float, width: float, guess: float | str = 0.5, lapse: float = 0.0) -> np.ndarray:
     """p(x). guess "lapse": as large as the lapse, for answers such as "the second was stiffer" that go from 0 to 1."""
-    floor = lapse if isinstance(guess, str) else guess
+    floor = _floor(guess, lapse)
     return floor + (1 - floor - lapse) * _core(_known(function), np.atleast_1d(np.asarray(x, float)), location, math.log(width))[0]
 
 
@@ -45,6 +45,17 @@ def _known(function: str) -> str:
     if function not in ("weibull", "normal"):
         raise ValueError('a psychometric function is "weibull" or "normal"')
     return function
+
+
+def _floor(guess: float | str, lapse: float) -> float:
+    """The proportion far below. ValueError if the function would not rise from there."""
+    if isinstance(guess, str) and guess != "lapse":
+        raise ValueError(f'guess is "{guess}": give a number or "lapse"')
+    floor = lapse if isinstance(guess, str) else guess
+    if not (floor >= 0 and lapse >= 0 and floor + lapse < 1):
+        raise ValueError(f"guess is {guess} and the lapse {lapse}: give proportions from 0 on whose sum is below 1 "
+                         f"(a lapse that is estimated is up to {MOST_LAPSE})")
+    return floor
 
 
 @dataclass(frozen=True)
@@ -188,6 +199,9 @@ def fit(levels, yes, trials, *, function: str = "weibull", guess: float | str = 
     x, k, n = (np.asarray(values, float) for values in (levels, yes, trials))
     if not (x.ndim == 1 and x.shape == k.shape == n.shape):
         raise ValueError("levels, yes and trials are arrays of one length")
+    if not all(np.isfinite(values).all() for values in (x, k, n)):
+        raise ValueError("levels, yes and trials are finite numbers")
+    _floor(guess, MOST_LAPSE if lapse is None else lapse)
     if (n <= 0).any() or (k < 0).any() or (k > n).any():
         raise ValueError("each level has trials, and no more answers than trials")
     if len(np.unique(x)) < 2 or (_known(function) == "weibull" and (x < 0).any()):

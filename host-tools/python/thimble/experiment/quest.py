@@ -47,11 +47,15 @@ class Quest:
     log_posterior: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if self.guess_level <= 0 or self.sd <= 0 or self.slope <= 0 or self.step <= 0 or not 0 < self.lapse < 1:
-            raise ValueError("QUEST needs guess_level, sd, slope and step above 0, and a lapse between 0 and 1")
+        if not all(0 < value < math.inf for value in (self.guess_level, self.sd, self.slope, self.step)) or not 0 < self.lapse < 1:
+            raise ValueError("QUEST needs guess_level, sd, slope and step above 0 and finite, and a lapse between 0 and 1")
         best = self.lapse * self.guess + 1 - self.lapse
-        if not self.guess < self.target < best:
-            raise ValueError(f"target is between guess and {best}, the best that an observer with this lapse reaches")
+        if not 0 <= self.guess < self.target < best:
+            raise ValueError(f"guess is not below 0, and target is between guess and {best}, the best that an observer with this lapse reaches")
+        if not (self.least <= self.most and self.least < math.inf and self.most > 0):
+            raise ValueError(f"the levels are from {self.least} to {self.most}: give a finite least, and a most that is not below it and above 0")
+        if not self.trials >= 1:
+            raise ValueError(f"trials is {self.trials}: give at least 1")
         half = math.ceil(4 * self.sd / self.step)
         self.grid = math.log10(self.guess_level) + self.step * np.arange(-half, half + 1)
         self.log_posterior = -0.5 * ((self.grid - math.log10(self.guess_level)) / self.sd) ** 2
@@ -63,7 +67,8 @@ class Quest:
     def _probability(self, x: float, thresholds: np.ndarray) -> np.ndarray:
         at_threshold = (self.target - self.lapse * self.guess) / (1 - self.lapse)
         epsilon = math.log10(-math.log((1 - at_threshold) / (1 - self.guess))) / self.slope
-        weibull = 1 - (1 - self.guess) * np.exp(-(10.0 ** (self.slope * (x - thresholds + epsilon))))
+        raised = 10.0 ** np.minimum(self.slope * (x - thresholds + epsilon), 300.0)
+        weibull = self.guess - (1 - self.guess) * np.expm1(-raised)  # 1 - (1 - guess) * exp(-raised), also where that is far below 1e-16
         return self.lapse * self.guess + (1 - self.lapse) * weibull
 
     @property
@@ -94,7 +99,7 @@ class Quest:
         if self.done:
             raise ValueError("QUEST has ended")
         probability = self._probability(math.log10(self.level), self.grid)
-        self.log_posterior = self.log_posterior + np.log(probability if correct else 1 - probability)
+        self.log_posterior = self.log_posterior + np.log(np.maximum(probability if correct else 1 - probability, 1e-300))
         self.answers += 1
 
     def threshold(self) -> tuple[float, float]:

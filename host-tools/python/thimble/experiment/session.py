@@ -14,6 +14,8 @@ import json
 import math
 import os
 import random
+import re
+import stat
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -50,7 +52,8 @@ class Marker(Protocol):
 
 
 class FileError(Exception):
-    """The file of a session cannot be used: it is of another experiment, damaged before its last line, or open in another program."""
+    """The file of a session cannot be used: it is of another experiment, damaged before its last line, open in another program, or not a regular
+    file."""
 
 
 @dataclass(frozen=True)
@@ -90,15 +93,22 @@ class Experiment:
     def __post_init__(self) -> None:
         if not self.conditions or self.participant < 0:
             raise ValueError("an experiment has a condition, and participants from 0 on")
+        self.header()  # what cannot be in the file is told before there is one
 
     def methods(self) -> dict[str, Method]:
         """New methods, without answers."""
         return {name: make(derive_seed(self.seed, self.participant, "method", name)) for name, make in self.conditions.items()}
 
     def header(self) -> dict[str, Any]:
-        """The first line of the file."""
-        return {"thimble_experiment": FORMAT, "name": self.name, "seed": self.seed, "participant": self.participant, "blocked": self.blocked,
-                "methods": {name: repr(method) for name, method in self.methods().items()}, "settings": json.loads(_text_of(dict(self.settings)))}
+        """The first line of the file, as it is read again: JSON has texts as keys, and lists only."""
+        methods, again = self.methods(), self.methods()
+        for name, method in methods.items():
+            if repr(method) != repr(again[name]) or re.search(r" at 0x[0-9a-fA-F]+>", repr(method)):
+                raise ValueError(f"the method of '{name}' is {method!r}, which is another text in each run, so that its file could not be continued: "
+                                 f"give {type(method).__name__} a __repr__() that has its arguments only")
+        header = {"thimble_experiment": FORMAT, "name": self.name, "seed": self.seed, "participant": self.participant, "blocked": self.blocked,
+                  "methods": {name: repr(method) for name, method in methods.items()}, "settings": dict(self.settings)}
+        return dict(json.loads(_text_of(header)))
 
 
 class _Presenter:
@@ -163,13 +173,15 @@ class Session:
         self._run = 0
         self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o644)
         try:
+            if not stat.S_ISREG(os.fstat(self._file).st_mode):
+                raise FileError(f"{self.path} is not a regular file: give the path of a new file, or of one of this experiment")
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             self._open()
         except BlockingIOError:
-            os.close(self._file)
+            self.close()
             raise FileError(f"{self.path} is open in another program") from None
         except BaseException:
-            os.close(self._file)
+            self.close()
             raise
 
     def __enter__(self) -> Session:
@@ -181,8 +193,8 @@ class Session:
     def close(self) -> None:
         """Ends the run: a pause, unless it is done."""
         if self._file >= 0:
-            os.close(self._file)
-            self._file = -1
+            file, self._file = self._file, -1
+            os.close(file)
 
     @property
     def methods(self) -> dict[str, Method]:
@@ -196,23 +208,31 @@ class Session:
 
     def __iter__(self) -> Iterator[Trial]:
         while (trial := self._presenter.next()) is not None:
+            self._check_open()
             self._trial = trial
             yield trial
             if self._trial is trial:
+                self._check_open()
                 raise ValueError(f"trial {trial.number} has no answer: session.answer()")
 
     def answer(self, answer: bool, **more: Any) -> None:
         """The answer to the trial that was presented last (correct, or yes), with anything else that is to be in its line, as JSON. It is on the
-        disk when this returns."""
+        disk when this returns. Where this is interrupted (Ctrl-C) or fails after it has begun to write, the session is closed; opened again, it goes
+        on after the lines that are whole on the disk."""
         trial = self._trial
         if trial is None:
             raise ValueError("no trial waits for an answer")
         record = {**_line_of(trial), "answer": bool(answer), "run": self._run, "utc_s": round(time.time(), 3)}
         if clash := (record.keys() | {"event", "opened"}) & more.keys():
             raise ValueError(f"these names are taken: {', '.join(sorted(clash))}")
-        self._append({**record, **more})
-        self._presenter.answer(trial, bool(answer))
-        self._trial = None
+        text = _text_of({**record, **more})
+        try:
+            self._append(text)
+            self._presenter.answer(trial, bool(answer))
+            self._trial = None
+        except BaseException:
+            self.close()  # the line may be on the disk without the presenter's knowing: the same trial must not be written twice
+            raise
 
     def event(self, code: str | int, *, at: Marker | None = None, **more: Any) -> int | None:
         """Writes an event of the present trial at once. at: a device or a Sim, which marks a tick with the code, a number; the tick is in the line, and
@@ -221,29 +241,37 @@ class Session:
         record = {"event": code, "trial": self._presenter.number, "run": self._run, "utc_s": round(time.time(), 3)}
         if clash := (record.keys() | {"condition", "opened"} | ({"tick"} if at is not None else set())) & more.keys():
             raise ValueError(f"these names are taken: {', '.join(sorted(clash))}")
+        text = _text_of({**record, **more})
         if at is None:
-            self._append({**record, **more})
+            self._append(text)
             return None
         if isinstance(code, str):
             raise ValueError(f"a device marks a tick with a number, not with '{code}'")
+        self._check_open()
         tick = at.event(code)
-        self._append({**record, "tick": tick, **more})
+        self._append(_text_of({**record, "tick": tick, **more}))
         return tick
 
-    def _append(self, line: Mapping[str, Any]) -> None:
+    def _check_open(self) -> None:
         if self._file < 0:
-            raise ValueError("the session is closed")
-        text = _text_of(line)
+            raise ValueError("the session is closed: open it again to go on")
+
+    def _append(self, text: str) -> None:
+        """Writes a line. Where that does not succeed the session is closed."""
+        self._check_open()
         rest, size = (text + "\n").encode(), os.fstat(self._file).st_size
         try:
-            while rest:
-                rest = rest[os.write(self._file, rest) :]
-            os.fsync(self._file)
-        except OSError:
-            os.ftruncate(self._file, size)  # no part of a line; the trial comes again when the file is opened
+            try:
+                while rest:
+                    rest = rest[os.write(self._file, rest) :]
+                os.fsync(self._file)
+            except OSError:
+                os.ftruncate(self._file, size)  # no part of a line; the trial comes again when the file is opened
+                raise
+            self._keep(json.loads(text))
+        except BaseException:
             self.close()
             raise
-        self._keep(json.loads(text))
 
     def _keep(self, line: dict[str, Any]) -> None:
         if "event" in line:
@@ -258,7 +286,7 @@ class Session:
             if not (_text_of(header) + "\n").encode().startswith(torn.rstrip(b"\0")):
                 raise FileError(f"{self.path} is no file of an experiment")
             self._drop(good, torn)
-            self._append(header)
+            self._append(_text_of(header))
             folder = os.open(self.path.parent, os.O_RDONLY | os.O_DIRECTORY)
             os.fsync(folder)  # the name of the new file, too
             os.close(folder)
@@ -270,26 +298,13 @@ class Session:
             self._replay(line, number)
         self._drop(good, torn)
         self._run = 1 + sum("opened" in line for line in lines)
-        self._append({"opened": self._run, "utc_s": round(time.time(), 3)})
+        self._append(_text_of({"opened": self._run, "utc_s": round(time.time(), 3)}))
 
     def _read(self) -> tuple[list[Any], int, bytes]:
-        """The lines, how many bytes they are, and what is left of a last one that was cut off."""
         data = bytearray()
         while part := os.pread(self._file, 1 << 20, len(data)):
             data += part
-        *complete, torn = bytes(data).split(b"\n")
-        lines: list[Any] = []
-        good = 0
-        for number, text in enumerate(complete, 1):
-            try:
-                lines.append(json.loads(text))
-            except ValueError:
-                if number < len(complete) or torn:
-                    raise FileError(f"{self.path}:{number} is damaged") from None
-                torn = text + b"\n"
-                break
-            good += len(text) + 1
-        return lines, good, torn
+        return _lines_of(bytes(data), self.path)
 
     def _drop(self, good: int, torn: bytes) -> None:
         """Only from a file that has proved to be this experiment's."""
@@ -303,7 +318,7 @@ class Session:
         warnings.warn(text, stacklevel=4)
 
     def _replay(self, line: Any, number: int) -> None:
-        if not isinstance(line, dict) or not {"event", "opened", "condition"} & line.keys():
+        if not {"event", "opened", "condition"} & _record(line, number, self.path).keys():
             raise FileError(f"{self.path}:{number} is no line of an experiment")
         self._keep(line)
         if "event" in line or "condition" not in line:
@@ -328,10 +343,47 @@ def _same_trial(line: dict[str, Any], expected: dict[str, Any]) -> bool:
 
 def read_trials(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
     """The trials of a file, for an analysis: a dictionary each. A last line that was cut off is left out, and the file left as it is."""
-    *complete, _ = Path(path).read_bytes().split(b"\n")
-    return [line for line in map(json.loads, complete) if "condition" in line and "event" not in line]
+    lines, _, _ = _lines_of(Path(path).read_bytes(), path)
+    records = [_record(line, number, path) for number, line in enumerate(lines, 1)]
+    return [record for record in records if "condition" in record and "event" not in record]
 
 
-def _text_of(value: Any) -> str:
-    """JSON, also of numpy's numbers and arrays."""
-    return json.dumps(value, separators=(",", ":"), allow_nan=False, default=lambda it: it.tolist())
+def _lines_of(data: bytes, path: str | os.PathLike[str]) -> tuple[list[Any], int, bytes]:
+    """The lines, how many bytes they are, and what is left of a last one that was cut off."""
+    *complete, torn = data.split(b"\n")
+    lines: list[Any] = []
+    good = 0
+    for number, text in enumerate(complete, 1):
+        try:
+            lines.append(json.loads(text))
+        except ValueError:
+            if number < len(complete) or torn:
+                raise FileError(f"{path}:{number} is damaged") from None
+            torn = text + b"\n"
+            break
+        good += len(text) + 1
+    return lines, good, torn
+
+
+def _record(line: Any, number: int, path: str | os.PathLike[str]) -> dict[str, Any]:
+    if not isinstance(line, dict):
+        raise FileError(f"{path}:{number} is no line of an experiment")
+    return line
+
+
+def _text_of(line: Mapping[str, Any]) -> str:
+    """A line as JSON, also of numpy's numbers and arrays."""
+    try:
+        return json.dumps(line, separators=(",", ":"), allow_nan=False, default=_plain)
+    except (TypeError, ValueError):
+        if len(line) > 1:
+            for key, value in line.items():
+                _text_of({key: value})  # raises for the one that it is
+        raise ValueError(f"{line} cannot be in the file of a session: give what JSON has (finite numbers, texts, true, false, None, lists and "
+                         "dictionaries with texts as keys), or numpy's numbers and arrays") from None
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "tolist") and type(plain := value.tolist()) is not type(value):  # a longdouble stays one
+        return plain
+    raise TypeError

@@ -45,8 +45,12 @@ class Staircase:
 
     def __post_init__(self) -> None:
         self.steps = tuple(map(float, self.steps))
-        if self.down < 1 or self.weight <= 0 or self.reversals < 1 or not self.steps:
-            raise ValueError("a staircase needs down >= 1, weight > 0, reversals >= 1 and a step")
+        if not all(map(math.isfinite, (self.start, self.weight, *self.steps))):
+            raise ValueError("start, weight and steps are finite numbers")
+        if not (self.down >= 1 and self.down % 1 == 0):
+            raise ValueError(f"down is {self.down}: give a whole number from 1 on")
+        if not (self.weight > 0 and self.reversals >= 1 and self.most_trials >= 1 and self.steps):
+            raise ValueError("a staircase needs weight > 0, reversals >= 1, most_trials >= 1 and a step")
         if min(self.steps) <= (1 if self.log else 0):
             raise ValueError("a step is above 0, or with log=True a factor above 1")
         if self.log and (self.start <= 0 or self.least == 0):
@@ -58,6 +62,8 @@ class Staircase:
     @classmethod
     def weighted(cls, start: float, steps: Sequence[float], target: float = 0.75, **others) -> Staircase:
         """Kaernbach's staircase for this proportion of correct answers."""
+        if not 0 < target < 1:
+            raise ValueError(f"target is {target}: give a proportion between 0 and 1")
         return cls(start, steps, down=1, weight=target / (1 - target), **others)
 
     @property
