@@ -25,10 +25,12 @@ void keep_apart(std::span<const std::filesystem::path> inputs, const std::filesy
 
 void keep_outputs_apart(const std::filesystem::path& one, const std::filesystem::path& other) {
   namespace fs = std::filesystem;
-  if (one.empty() || other.empty()) return;
   std::error_code none;
+  const fs::file_status status = fs::status(one, none);
+  const bool is_device = fs::exists(status) && !fs::is_regular_file(status);  // such as /dev/null
+  if (one.empty() || other.empty() || is_device) return;
   const bool same = fs::weakly_canonical(one, none) == fs::weakly_canonical(other, none) ||
-                    (fs::is_regular_file(one, none) && fs::equivalent(one, other, none));
+                    fs::equivalent(one, other, none);
   if (same)
     throw Error(ExitCode::kUsage, "same-file", other.string() + " would be written twice",
                 "give each output a name of its own");

@@ -464,6 +464,7 @@ class Record(Rig):
         both = self.folder / "both.csv"
         self.fails(2, "same-file", "import", "devicelog", text, "--output", both, "--log", self.folder / "." / "both.csv")
         self.assertFalse(both.exists())
+        self.ok("import", "devicelog", text, "--output", "/dev/null", "--log", "/dev/null")
         self.fails(10, "bad-device-log", "import", "devicelog", scene, "--output", self.folder / "none.csv")
         text.write_text("TIME POSITION\n0 0 0 0\n")
         self.fails(10, "no-force", "import", "devicelog", text, "--log", self.folder / "none.csv")
