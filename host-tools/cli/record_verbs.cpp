@@ -139,8 +139,7 @@ void record(const Common& common, const Remote& remote, const RecordChoice& choi
   };
   const RecordReport report = record(device, options, stopping, [&] {
     begun_us = now_us();
-    if (!common.json)
-      say(stderr, "recording{}: Ctrl-C ends it\n", choice.arm ? ", armed" : "; now arm (`thimble arm`)");
+    say(stderr, "recording{}: Ctrl-C ends it\n", choice.arm ? ", armed" : "; now arm (`thimble arm`)");
   });
   progress.end();
   heed_interrupts_no_more();

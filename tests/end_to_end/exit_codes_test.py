@@ -435,7 +435,7 @@ class Manners(Rig):
             text = self.on_terminal(*command)
             self.assertRegex(text, pattern)
             self.assertGreater(text.rindex("\r\x1b[K"), max(found.start() for found in re.finditer(pattern, text)), "it is removed")
-            if command[0] != "mesh":
+            if command[0] == "simulate":
                 self.assertEqual(self.on_terminal(*command, "--json"), "")
 
     def test_a_result_that_cannot_be_printed_is_an_error(self):
