@@ -29,7 +29,8 @@ void keep_outputs_apart(const std::filesystem::path& one, const std::filesystem:
   const fs::file_status status = fs::status(one, none);
   const bool is_device = fs::exists(status) && !fs::is_regular_file(status);  // such as /dev/null
   if (one.empty() || other.empty() || is_device) return;
-  const bool same = fs::weakly_canonical(one, none) == fs::weakly_canonical(other, none) ||
+  // A relative path of which nothing exists would stay relative, and "./a" not be "a".
+  const bool same = fs::weakly_canonical(fs::absolute(one)) == fs::weakly_canonical(fs::absolute(other)) ||
                     fs::equivalent(one, other, none);
   if (same)
     throw Error(ExitCode::kUsage, "same-file", other.string() + " would be written twice",

@@ -464,6 +464,12 @@ class Record(Rig):
         both = self.folder / "both.csv"
         self.fails(2, "same-file", "import", "devicelog", text, "--output", both, "--log", self.folder / "." / "both.csv")
         self.assertFalse(both.exists())
+        for names in (("both.csv", "./both.csv"), ("both.csv", both), ("./x/../both.csv", "both.csv")):  # none of which is there
+            for verb in (("import", "devicelog", text, "--output", names[0], "--log", names[1]),
+                         ("replay", scene, "--log", names[0], "--events", names[1])):
+                told = subprocess.run([BIN / "thimble", *verb], cwd=self.folder, env=self.environment, capture_output=True, text=True)
+                self.assertEqual((told.returncode, "same-file" in told.stderr), (2, True), (verb, told.stderr))
+        self.assertFalse(both.exists())
         self.ok("import", "devicelog", text, "--output", "/dev/null", "--log", "/dev/null")
         self.fails(10, "bad-device-log", "import", "devicelog", scene, "--output", self.folder / "none.csv")
         text.write_text("TIME POSITION\n0 0 0 0\n")
