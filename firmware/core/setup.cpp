@@ -80,14 +80,16 @@ float uncommissioned(const Config& config, std::span<const kinematics::ArmData> 
   return most_N;
 }
 
-// Whole ticks; a time that is a hair short of one more has it.
-std::uint32_t ticks_in(float time_s, float period_s) noexcept {
-  return static_cast<std::uint32_t>(1.0001F * time_s / period_s);
-}
+constexpr float kRounding = 1.0001F;
 
 std::uint32_t most_stale(float period_s) noexcept {
   constexpr float kLongest_s = static_cast<float>(kLongestStop_us) * 1e-6F;
-  return std::max<std::uint32_t>(ticks_in(kLongest_s, period_s), 2) - 1;
+  return std::max<std::uint32_t>(static_cast<std::uint32_t>(kRounding * kLongest_s / period_s), 2) - 1;
+}
+
+// So many that the pulse is not shorter than it has to be.
+std::uint32_t event_pulse(float period_s) noexcept {
+  return static_cast<std::uint32_t>(kEventPulse_s / kRounding / period_s) + 1;
 }
 
 }  // namespace
@@ -97,7 +99,7 @@ Setup::Setup(const Config& config) noexcept
       work_units(config.work_units),
       arm_count(works(config) ? config.arm_count : std::uint8_t{0}),
       most_stale_ticks(most_stale(period_s)),
-      pulse_ticks(std::max<std::uint32_t>(1, ticks_in(kEventPulse_s, period_s))),
+      pulse_ticks(event_pulse(period_s)),
       board_lacks(config.lacks != nullptr && *config.lacks != '\0'),
       built_in{data_of(config.arm[0]), data_of(config.arm[1])},
       arm{arm_of(config, 0, built_in[0]), arm_of(config, 1, built_in[1])},

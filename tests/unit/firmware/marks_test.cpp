@@ -95,8 +95,14 @@ TEST(Marks, TheLineRisesInTheTickThatTheHostIsTold) {
   EXPECT_EQ(marked_of(host).count, 100U);
 }
 
-TEST(Marks, APulseLastsTenMillisecondsAtAnyRate) {
-  for (const auto& [rate_Hz, ticks] : {std::pair(50.0F, 1), {100.0F, 1}, {1000.0F, 10}, {20000.0F, 200}}) {
+TEST(Marks, APulseLastsTenMillisecondsOrATickMoreAtAnyRate) {
+  for (const auto& [rate_Hz, ticks] : {std::pair(50.0F, 1),
+                                       {100.0F, 1},
+                                       {1000.0F, 10},
+                                       {1140.0F, 12},
+                                       {3000.0F, 30},
+                                       {3333.0F, 34},
+                                       {20000.0F, 200}}) {
     firmware::Config config;
     config.period_s = 1.0F / rate_Hz;
     Scope bench(config);
