@@ -29,7 +29,7 @@ double utc_now_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-// "host" or "host:port".
+// "host", "host:port", "[IPv6]" or "[IPv6]:port".
 MqttBroker broker_of(const PublishChoice& choice) {
   MqttBroker broker;
   std::string_view host = choice.broker;
@@ -42,13 +42,15 @@ MqttBroker broker_of(const PublishChoice& choice) {
     port = host.substr(colon);
     host = host.substr(0, colon);
   }
-  if (!port.empty()) {
+  bool good = !host.empty() && host.find_first_of("[]") == std::string_view::npos;
+  if (good && !port.empty()) {
     const char* const end = port.data() + port.size();
     const auto read = std::from_chars(port.data() + 1, end, broker.port);
-    if (port.front() != ':' || read.ec != std::errc() || read.ptr != end || broker.port == 0)
-      throw Error(ExitCode::kUsage, "bad-broker", "'" + choice.broker + "' has no port behind the colon",
-                  "give --broker HOST, HOST:PORT or [IPv6]:PORT");
+    good = port.front() == ':' && read.ec == std::errc() && read.ptr == end && broker.port != 0;
   }
+  if (!good)
+    throw Error(ExitCode::kUsage, "bad-broker", "'" + choice.broker + "' is no address of a broker",
+                "give --broker HOST, HOST:PORT or [IPv6]:PORT");
   broker.host = host;
   broker.user = choice.user;
   broker.ca_file = choice.ca_file.string();

@@ -14,7 +14,8 @@ void add_monitor_options(CLI::App& verb, MonitorChoice& choice) {
 }
 
 void add_publish_options(CLI::App& verb, PublishChoice& choice) {
-  verb.add_option("--broker", choice.broker, "HOST or HOST:PORT of the broker; without a port 1883")
+  verb.add_option("--broker", choice.broker,
+                  "HOST, HOST:PORT or [IPv6]:PORT of the broker; without a port 1883")
       ->required();
   verb.add_option("--topic", choice.topic, "topic of the stream; default: thimble/SERIAL_NUMBER");
   verb.add_option("--seconds", choice.seconds, "stop after this time; default: Ctrl-C")

@@ -171,7 +171,7 @@ class Publish(Rig):
         self.fails(6, "no-broker", "publish", "--broker", f"127.0.0.1:{port}", "--device", sim.tcp)
         self.fails(2, "bad-broker", "publish", "--broker", "127.0.0.1:many", "--device", sim.tcp)
         self.fails(6, "no-broker", "publish", "--broker", f"[::1]:{port}", "--device", sim.tcp)
-        for broker in ("[::1]1883", "[::1]:", "[::1]:many"):
+        for broker in ("[::1]1883", "[::1]:", "[::1]:many", "[::1", "[]", "[]:1883", ":1883", "", "a]b:1"):
             self.fails(2, "bad-broker", "publish", "--broker", broker, "--device", sim.tcp)
         self.fails(2, "bad-topic", "publish", "--broker", f"127.0.0.1:{port}", "--topic", "lab/#", "--device", sim.tcp)
         self.fails(2, "usage", "publish", "--device", sim.tcp)
