@@ -131,11 +131,13 @@ double Device::read_param(const firmware::ParamRow& row) {
 
 void Device::write_param(const firmware::ParamRow& row, double value) {
   if (row.type == firmware::ParamType::kUnsigned &&
-      !(value >= 0 && value <= 4'294'967'295.0 && std::trunc(value) == value))
-    throw Error(ExitCode::kUsage, "bad-value",
-                std::to_string(value) + " is not a value of " + row.name + ": it takes whole numbers",
-                "choose one from " + std::to_string(static_cast<std::uint32_t>(row.min)) + " to " +
-                    std::to_string(static_cast<std::uint32_t>(row.max)));
+      !(value >= static_cast<double>(row.min) && value <= static_cast<double>(row.max) &&
+        std::trunc(value) == value)) {
+    std::ostringstream cause;
+    cause << value << " is not a value of " << row.name << ": a whole number from " << row.min << " to "
+          << row.max;
+    throw Error(ExitCode::kUsage, "bad-value", cause.str(), "choose a value in that range");
+  }
   const std::uint32_t bits = row.type == firmware::ParamType::kFloat
                                  ? std::bit_cast<std::uint32_t>(static_cast<float>(value))
                                  : static_cast<std::uint32_t>(value);

@@ -227,10 +227,11 @@ class Connect(Rig):
             with self.assertRaises(thimble.Error) as caught:
                 device.parameters["max_force"] = 1000
             self.assertEqual(caught.exception.exit_code, 1)
-            for value in (1.5, -1, float("nan"), 1e20):
+            for value in (1.5, -1, 256, float("nan"), 1e20):
                 with self.assertRaises(thimble.Error) as caught:
                     device.parameters["trial"] = value
                 self.assertEqual(caught.exception.name, "bad-value")
+                self.assertIn("is not a value of trial: a whole number from 0 to 255", caught.exception.cause)
             for seconds in (float("nan"), -1, 1e20):
                 for call in (device.telemetry, device.next_tip, lambda seconds: thimble.connect(sim.tcp, timeout_s=seconds)):
                     with self.assertRaisesRegex(ValueError, "give seconds from 0"):
