@@ -6,6 +6,13 @@ _UNITS = (("_rad_s", "rad/s"), ("_m_s", "m/s"), ("_rad", "rad"), ("_J", "J"), ("
 _IN_OBJECT = ("depth_m", "x_m", "y_m", "q_m", "q_rad")
 
 
+def of_numpy(value):
+    """numpy's numbers and arrays as Python's; TypeError for all else, and for a longdouble, which stays one."""
+    if hasattr(value, "tolist") and type(plain := value.tolist()) is not type(value):
+        return plain
+    raise TypeError(f"{value!r} is no number or array of numpy that Python has too")
+
+
 def columns_of(field):
     """The columns of a field in the files of `thimble simulate --log`: "ball.position_m" is ball.x_m, ball.y_m, ball.z_m."""
     of, dot, quantity = field.rpartition(".")

@@ -8,6 +8,7 @@ import math
 import os
 
 from . import _thimble
+from ._arrays import of_numpy
 from ._error import Error
 
 _SCHEMA = json.loads(_thimble.scene_schema())["$defs"]
@@ -20,7 +21,8 @@ class SceneText:
     def __init__(self, scene, folder=None):
         self.is_dict = isinstance(scene, collections.abc.Mapping)
         if self.is_dict:
-            self.text = json.dumps(_plain(scene))
+            self._no_numbers = []
+            self.text = json.dumps(_plain(scene, "", self._no_numbers))
             self.name, self.folder = _NAME, os.fspath(folder or os.curdir)
         else:
             self.text = _thimble.read_text(os.fspath(scene))
@@ -28,9 +30,12 @@ class SceneText:
 
     def image(self):
         try:
-            return _thimble.compile_text(self.text, self.name, self.folder)
+            image = _thimble.compile_text(self.text, self.name, self.folder)
         except Error as error:
             raise _without_lines(error) if self.is_dict else error from None
+        if self.is_dict and self._no_numbers:  # where the format has a text
+            raise Error("bad-value", f"{_NAME}: {self._no_numbers[0]} is no finite number", "give a text or a finite number", 10)
+        return image
 
     def with_material(self, object, values):
         """The same with other numbers in the material of an object; all or none of them."""
@@ -49,21 +54,24 @@ class SceneText:
         return changed
 
 
-def _plain(value):
-    """What JSON can hold: numpy's numbers and arrays as Python's, and as a word what is no finite number, so that the compiler says where it is."""
+def _plain(value, place, no_numbers):
+    """What JSON can hold: numpy's numbers and arrays as Python's, and as a word what is no finite number, so that the compiler says where it is. The
+    places of these come into no_numbers, as JSON pointers; place: that of value."""
     if isinstance(value, collections.abc.Mapping):
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _plain(each, f"{place}/{key}", no_numbers) for key, each in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(each) for each in value]
+        return [_plain(each, f"{place}/{i}", no_numbers) for i, each in enumerate(value)]
     if isinstance(value, float) and not math.isfinite(value):
+        no_numbers.append(place)
         return str(value)
-    if hasattr(value, "tolist"):
-        return _plain(value.tolist())
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     if value is None or isinstance(value, (str, int, float)):
         return value
-    raise TypeError(f"{value!r} has no place in a scene")
+    try:
+        return _plain(of_numpy(value), place, no_numbers)
+    except TypeError:
+        raise TypeError(f"{place} is {value!r}, which has no place in a scene") from None
 
 
 def _without_lines(error):

@@ -1,9 +1,10 @@
 """Whole numbers that are given to the package."""
 
 import operator
+from typing import Any
 
 
-def whole(what, value, most, least=0):
+def whole(what: str, value: Any, most: int, least: int = 0) -> int:
     """value as an int; what: its name in an error."""
     try:
         number = operator.index(value)

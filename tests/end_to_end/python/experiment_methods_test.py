@@ -79,8 +79,8 @@ class Staircases(unittest.TestCase):
     def test_numbers_that_are_refused(self):
         nan, inf = math.nan, math.inf
         for bad in ({"steps": [nan]}, {"steps": [inf]}, {"start": inf}, {"start": nan}, {"weight": nan}, {"weight": inf}, {"down": 1.5},
-                    {"down": nan}, {"reversals": nan}, {"most_trials": nan}, {"most_trials": 0}, {"least": nan}, {"most": nan}):
-            with self.assertRaises(ValueError, msg=bad):
+                    {"down": nan}, {"reversals": nan}, {"most_trials": nan}, {"most_trials": 0}, {"reversals": 1.5}, {"least": nan}, {"most": nan}):
+            with self.assertRaises((TypeError, ValueError), msg=bad):
                 Staircase(**{"start": 1, "steps": [0.1], **bad})
         for target in (0, 1, 1.0, 1.5, nan):
             with self.assertRaisesRegex(ValueError, f"target is {target}: give a proportion"):
@@ -139,7 +139,7 @@ class Quests(unittest.TestCase):
         for bad in ({"guess_level": nan}, {"guess_level": inf}, {"sd": nan}, {"sd": inf}, {"slope": nan}, {"slope": inf}, {"step": nan},
                     {"lapse": nan}, {"guess": nan}, {"guess": -0.1}, {"most": 0}, {"most": nan}, {"least": 10, "most": 1}, {"least": inf},
                     {"least": nan}, {"trials": nan}, {"trials": 0}):
-            with self.assertRaises(ValueError, msg=bad):
+            with self.assertRaises((TypeError, ValueError), msg=bad):
                 Quest(**{"guess_level": 1, **bad})
         quest = Quest(1, least=0.9, most=1.1, trials=1)
         self.assertTrue(0.9 <= quest.level <= 1.1)
@@ -268,7 +268,7 @@ class Fits(unittest.TestCase):
         for bad in ({"levels": [1, nan, 3]}, {"levels": [1, 2, inf]}, {"yes": [5, nan, 9]}, {"trials": [10, inf, 10]}, {"trials": [10, nan, 10]},
                     {"lapse": 0.6}, {"lapse": -1}, {"lapse": nan}, {"guess": 2}, {"guess": -0.1}, {"guess": nan}, {"guess": 0.95},
                     {"guess": "lapse", "lapse": 0.5}):
-            with self.assertRaises(ValueError, msg=bad):
+            with self.assertRaises((TypeError, ValueError), msg=bad):
                 fit(**{"levels": [1, 2, 3], "yes": [5, 6, 9], "trials": [10] * 3, **bad})
         for call in (lambda: fit([1, 2], [1, 1], [2, 2], guess="laps"), lambda: psychometric("normal", 1, 0, 1, "laps")):
             with self.assertRaisesRegex(ValueError, 'guess is "laps": give a number or "lapse"'):
@@ -278,7 +278,7 @@ class Fits(unittest.TestCase):
 
     def test_constant_stimuli(self):
         for levels, repeats in (([1, math.nan], 2), ([1, math.inf], 2), ([1, 2], 1.5), ([1, 2], math.nan), ([1, 2], 0)):
-            with self.assertRaises(ValueError, msg=(levels, repeats)):
+            with self.assertRaises((TypeError, ValueError), msg=(levels, repeats)):
                 ConstantStimuli(levels, repeats, seed=9)
         method = ConstantStimuli([3, 1, 2], 4, seed=9)
         asked = []

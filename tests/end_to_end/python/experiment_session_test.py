@@ -223,11 +223,15 @@ class Files(unittest.TestCase):
         def make(seed):
             return ConstantStimuli([1, 2], 2, seed)
 
-        for other in (Experiment("e", {1: make, 2: make}, 7), Experiment(("a", "b"), {"c": make}, 7),
-                      Experiment("e", {"c": make}, np.int64(7), settings={"pair": (1, 2), 3: np.float32(0.5)})):
-            self.file.unlink(missing_ok=True)
-            self.assertFalse(run(self.file, other, trials=1).done)
-            self.assertTrue(run(self.file, other).done)
+        other = Experiment("e", {"c": make}, np.int64(7), participant=np.int64(1), settings={"pair": (1, 2), 3: np.float32(0.5)})
+        self.assertFalse(run(self.file, other, trials=1).done)
+        self.assertTrue(run(self.file, other).done)
+        for name, conditions in (("e", {1: make, "1": make}), ("e", {np.int64(2): make}), (("a", "b"), {"c": make})):
+            with self.assertRaisesRegex(TypeError, "is no name of an experiment or a condition: give a text"):
+                Experiment(name, conditions, 7)
+        for participant in (-1, 1.5):
+            with self.assertRaisesRegex((TypeError, ValueError), "participant is .*: give a whole number"):
+                Experiment("e", {"c": make}, 7, participant=participant)
 
     def test_a_method_that_is_another_text_in_each_run(self):
         class Own:

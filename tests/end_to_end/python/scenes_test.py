@@ -96,6 +96,13 @@ class Scenes(Rig):
             self.assertEqual(set(causes), {"/objects/0/shape/sphere/radius_m", "/objects/0/material/colour"})
             self.assertIn(str(float(number)), causes["/objects/0/shape/sphere/radius_m"])
 
+        wall = thimble.box("wall", size_m=[0.1, 0.1, 0.02], material={"stiffness_N_m": 600})
+        with self.assertRaises(thimble.Error) as caught:  # the format has a text there
+            thimble.compile({**thimble.scene("s", wall), "name": float("nan")})
+        self.assertIn("/name is no finite number", caught.exception.cause)
+        with self.assertRaisesRegex(TypeError, "/objects/0/material/stiffness_N_m is .*, which has no place in a scene"):
+            thimble.compile(thimble.scene("s", {**wall, "material": {"stiffness_N_m": np.longdouble(600)}}))
+
     def test_any_mapping_is_a_dict(self):
         wall = thimble.box("wall", size_m=np.array([0.1, 0.1, 0.02]), material={"stiffness_N_m": np.int64(600)})
         scene = thimble.scene("s", wall)

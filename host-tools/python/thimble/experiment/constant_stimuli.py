@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .._whole import whole
 from .blocks import shuffled_blocks
 from .psychometric import Fit, fit
 
@@ -30,9 +31,8 @@ class ConstantStimuli:
         self.levels = tuple(map(float, self.levels))
         if len(set(self.levels)) != len(self.levels) or len(self.levels) < 2 or not all(map(math.isfinite, self.levels)):
             raise ValueError("constant stimuli are two levels or more, all different and finite")
-        if not (self.repeats >= 1 and self.repeats % 1 == 0):
-            raise ValueError(f"repeats is {self.repeats}: give a whole number from 1 on")
-        self._order = [level for block in shuffled_blocks(self.levels, int(self.repeats), self.seed) for level in block]
+        whole("repeats", self.repeats, 2**63, 1)
+        self._order = [level for block in shuffled_blocks(self.levels, self.repeats, self.seed) for level in block]
 
     @property
     def level(self) -> float:

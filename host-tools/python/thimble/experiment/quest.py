@@ -17,6 +17,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .._whole import whole
+
 
 @dataclass
 class Quest:
@@ -54,9 +56,11 @@ class Quest:
             raise ValueError(f"guess is not below 0, and target is between guess and {best}, the best that an observer with this lapse reaches")
         if not (self.least <= self.most and self.least < math.inf and self.most > 0):
             raise ValueError(f"the levels are from {self.least} to {self.most}: give a finite least, and a most that is not below it and above 0")
-        if not self.trials >= 1:
-            raise ValueError(f"trials is {self.trials}: give at least 1")
-        half = math.ceil(4 * self.sd / self.step)
+        whole("trials", self.trials, 2**63, 1)
+        half = 4 * self.sd / self.step
+        if not half <= 1e6:
+            raise ValueError(f"sd is {self.sd} and step {self.step}: give an sd of at most 250 000 steps")
+        half = math.ceil(half)
         self.grid = math.log10(self.guess_level) + self.step * np.arange(-half, half + 1)
         self.log_posterior = -0.5 * ((self.grid - math.log10(self.guess_level)) / self.sd) ** 2
 

@@ -23,6 +23,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+from .._arrays import of_numpy
+from .._whole import whole
 from .blocks import derive_seed, order_for, shuffled
 
 FORMAT = 1
@@ -91,8 +93,12 @@ class Experiment:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if not self.conditions or self.participant < 0:
-            raise ValueError("an experiment has a condition, and participants from 0 on")
+        if not self.conditions:
+            raise ValueError("an experiment has a condition")
+        whole("participant", self.participant, 2**63)
+        for name in (self.name, *self.conditions):
+            if not isinstance(name, str):
+                raise TypeError(f"{name!r} is no name of an experiment or a condition: give a text")
         self.header()  # what cannot be in the file is told before there is one
 
     def methods(self) -> dict[str, Method]:
@@ -374,16 +380,10 @@ def _record(line: Any, number: int, path: str | os.PathLike[str]) -> dict[str, A
 def _text_of(line: Mapping[str, Any]) -> str:
     """A line as JSON, also of numpy's numbers and arrays."""
     try:
-        return json.dumps(line, separators=(",", ":"), allow_nan=False, default=_plain)
+        return json.dumps(line, separators=(",", ":"), allow_nan=False, default=of_numpy)
     except (TypeError, ValueError):
         if len(line) > 1:
             for key, value in line.items():
                 _text_of({key: value})  # raises for the one that it is
         raise ValueError(f"{line} cannot be in the file of a session: give what JSON has (finite numbers, texts, true, false, None, lists and "
                          "dictionaries with texts as keys), or numpy's numbers and arrays") from None
-
-
-def _plain(value: Any) -> Any:
-    if hasattr(value, "tolist") and type(plain := value.tolist()) is not type(value):  # a longdouble stays one
-        return plain
-    raise TypeError

@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .._whole import whole
+
 
 @dataclass
 class Staircase:
@@ -47,10 +49,10 @@ class Staircase:
         self.steps = tuple(map(float, self.steps))
         if not all(map(math.isfinite, (self.start, self.weight, *self.steps))):
             raise ValueError("start, weight and steps are finite numbers")
-        if not (self.down >= 1 and self.down % 1 == 0):
-            raise ValueError(f"down is {self.down}: give a whole number from 1 on")
-        if not (self.weight > 0 and self.reversals >= 1 and self.most_trials >= 1 and self.steps):
-            raise ValueError("a staircase needs weight > 0, reversals >= 1, most_trials >= 1 and a step")
+        for count in ("down", "reversals", "most_trials"):
+            whole(count, getattr(self, count), 2**63, 1)
+        if not (self.weight > 0 and self.steps):
+            raise ValueError("a staircase needs weight > 0 and a step")
         if min(self.steps) <= (1 if self.log else 0):
             raise ValueError("a step is above 0, or with log=True a factor above 1")
         if self.log and (self.start <= 0 or self.least == 0):
