@@ -1,4 +1,4 @@
-# Sourced by ./demo and ./check: installs missing Debian packages.
+# Sourced by ./demo, ./check and the scripts that build: installs missing Debian packages.
 
 packages_to_build=(
   cmake dpkg-dev file flatbuffers-compiler g++ help2man libassimp-dev libbearssl-dev libboost-dev libcli11-dev libeigen3-dev libflatbuffers-dev libfmt-dev

@@ -21,6 +21,7 @@ HERE = Path(__file__).resolve().parent
 SOURCE = HERE.parent.parent.parent
 HOSTS = platform.freedesktop_os_release()["VERSION_CODENAME"]
 RELEASE = os.environ.get("THIMBLE_RELEASE", HOSTS)
+CLONE = Path("/srv/clone")  # in the root
 CERTIFICATES = "/etc/ssl/certs/ca-certificates.crt"  # npm asks its registry; what this machine trusts may be more than Debian's
 
 
@@ -73,11 +74,11 @@ class CleanRoot(unittest.TestCase):
         subprocess.run(["tar", "-C", clone, "-xf", "-"], check=True, input=archive.stdout)
         epoch = re.search(r'CPACK_THIMBLE_EPOCH "(\d+)"', (BUILD / "CPackConfig.cmake").read_text())[1]
         line = re.search(r"`(scripts/make_packages) && sudo apt install (\S+)`", (clone / "README.md").read_text())
-        steps = [f"copy-in {clone} /root", f"copy-in {CERTIFICATES} {Path(CERTIFICATES).parent}"]
+        steps = [f"copy-in {clone} {CLONE.parent}", f"copy-in {CERTIFICATES} {Path(CERTIFICATES).parent}"]
         if RELEASE == HOSTS:  # it configures the tests too, and those need the libraries of one release
-            steps.append(chroot("/root/clone/demo"))
-        built = Path("/root/clone", line[2]).parent
-        steps += [chroot(f"/root/clone/{line[1]}", SOURCE_DATE_EPOCH=epoch), f"copy-out {built} {made}",
+            steps.append(chroot(CLONE / "demo"))
+        built = (CLONE / line[2]).parent
+        steps += [chroot(CLONE / line[1], SOURCE_DATE_EPOCH=epoch), f"copy-out {built} {made}",
                   chroot("apt-get --quiet install --no-install-recommends --yes lintian"),
                   chroot(f"sh -c 'lintian --allow-root --fail-on error,warning {built}/*.deb'")]
         in_a_root(cls.folder, {"ca-certificates"}, *steps)
